@@ -1,0 +1,89 @@
+// The elastic problem of one body and the interface that every formulation fills.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/base/progress.h"
+#include "kernels/base/result.h"
+#include "kernels/points/cloud.h"
+#include "kernels/points/surface.h"
+
+namespace viscera {
+
+struct IsotropicMaterial {
+  double youngs_modulus = 0.0;   ///< E [Pa]
+  double poisson_ratio = 0.0;
+
+  double shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poisson_ratio)); }
+  double lame_lambda() const {
+    return youngs_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
+  }
+  /// E / (1 - nu^2) [Pa]: the modulus of normal contact.
+  double contact_modulus() const { return youngs_modulus / (1.0 - poisson_ratio * poisson_ratio); }
+};
+
+/// A linear elastic body held on part of its surface, free elsewhere. [De2006] eq. 6-9.
+struct ElasticProblem {
+  const TriangleSurface* surface = nullptr;       ///< closed, oriented outwards
+  const PointCloud* cloud = nullptr;
+  IsotropicMaterial material;
+  std::function<bool(const Vec3&)> is_fixed;      ///< asked at points of the surface
+};
+
+/// What preparation found out about itself; printed by the report and the benchmarks.
+struct PreparationFigures {
+  std::size_t unknowns = 0;              ///< 3 N
+  std::size_t stiffness_nonzeros = 0;    ///< of K, both triangles
+  std::size_t quadrature_points = 0;
+  double gradient_correction = 0.0;      ///< relative size of the VCI correction
+  double fixed_area = 0.0;               ///< [m2]
+  double assemble_s = 0.0, factor_s = 0.0, compliance_s = 0.0;
+  std::size_t factor_bytes = 0;
+};
+
+/// The precomputed response: displacement unknowns of the `visible` nodes per unit force on the
+/// unknowns of the `touchable` ones ([De2006] eq. 11, C_un with C_nn in it).
+/// Nodal unknowns alpha_J are not displacements: u(x) = sum_J phi_J(x) alpha_J; a force F at the
+/// surface point x loads unknown J with phi_J(x) F.
+struct SurfaceCompliance {
+  std::vector<int> visible;     ///< node of each row triple, ascending; holds all of `touchable`
+  std::vector<int> touchable;   ///< node of each column triple, ascending
+  std::vector<float> columns;   ///< column-major, (3 visible) x (3 touchable) [m/N]
+  std::size_t rows() const { return 3 * visible.size(); }
+};
+
+/// A prepared (assembled and factored) body: answers loads, many at a time. Not thread-safe.
+class ElasticSolver {
+ public:
+  virtual ~ElasticSolver() = default;
+  /// K alpha = loads in place; `loads` is column-major (3 N x columns), node-major, [N] -> [m].
+  virtual Result<void> solve(std::span<double> loads, int columns) = 0;
+  /// Rows of `visible`, columns of `touchable`; both ascending, touchable a subset of visible.
+  virtual Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
+                                               const Progress& progress) = 0;
+  virtual const PreparationFigures& figures() const = 0;
+};
+
+/// A way to discretise the elastic problem; immutable, one object each.
+class Formulation {
+ public:
+  virtual ~Formulation() = default;
+  virtual std::string_view name() const = 0;      ///< "galerkin"
+  virtual int version() const = 0;                ///< raised when its results change: part of cache keys
+  virtual double support_factor() const = 0;      ///< rho: support radius over spacing
+  /// Fails, saying what to change, for a fixed region that holds no surface, Poisson's ratio
+  /// outside [0, 0.5), too few nodes, a singular or indefinite stiffness, or cancellation.
+  virtual Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
+                                                         const Progress& progress) const = 0;
+};
+
+/// The formulation of that name, or nullptr; `formulation_names` lists those there are.
+const Formulation* find_formulation(std::string_view name);
+std::vector<std::string> formulation_names();
+
+}  // namespace viscera

@@ -1,0 +1,52 @@
+// Moving-least-squares shape functions: the point-associated finite fields themselves.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kernels/points/cloud.h"
+#include "kernels/points/neighbours.h"
+
+namespace viscera {
+
+/// Quartic spline W(s) = 1 - 6 s^2 + 8 s^3 - 3 s^4 for s < 1, else 0. [De2006] eq. 5.
+double quartic_weight(double s);
+double quartic_weight_derivative(double s);
+
+/// Shape functions at one point: the nodes that reach it, their values and gradients.
+struct ShapeValues {
+  std::vector<int> nodes;          ///< ascending                                     (m)
+  std::vector<double> values;      ///< phi_J(x), sum 1                                (m)
+  std::vector<Vec3> gradients;     ///< [1/m]; empty when not asked for                (m)
+  std::vector<double> weights;     ///< W_J(x)                                         (m)
+};
+
+/// The finite fields of a cloud with linear basis: phi_J(x) = W_J p(x)^T A(x)^-1 p(x_J), basis
+/// shifted to x and scaled by h ([De2006] eq. 3-4). Supports r_J = support_factor * h_J.
+class ShapeFunctions {
+ public:
+  ShapeFunctions(const PointCloud& cloud, double support_factor);
+
+  /// False when the moment matrix at x is singular (too few nodes, or nodes in a plane).
+  bool evaluate(const Vec3& x, bool with_gradients, ShapeValues& out) const;
+
+  double support_radius(int node) const { return radii_[static_cast<std::size_t>(node)]; }
+  const PointCloud& cloud() const { return cloud_; }
+
+ private:
+  PointCloud cloud_;
+  std::vector<double> radii_;
+  InfluenceGrid grid_;
+};
+
+/// Shape-function values at many points in compressed rows: the drawn surface carried by the nodes,
+/// or contact patches spread over them.
+struct SparseWeights {
+  std::vector<int> row_begin{0};   ///< (rows + 1)
+  std::vector<int> nodes;          ///< column of each entry
+  std::vector<float> values;
+
+  std::size_t rows() const { return row_begin.size() - 1; }
+};
+
+}  // namespace viscera
