@@ -27,7 +27,8 @@ class InfluenceGrid {
   std::vector<int> begin_, items_;   // cell -> points whose ball touches the cell
 };
 
-/// The k nearest points to each point, itself excluded; row-major (N x k), nearest first.
+/// The k nearest points to each point, itself excluded; row-major (N x k), nearest first, ties
+/// by index; -1 where there are not that many points.
 std::vector<int> nearest_neighbours(std::span<const Vec3> points, int k);
 
 }  // namespace viscera

@@ -1,0 +1,34 @@
+// An off-screen OpenGL 4.5 core context through EGL, with no window system.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+/// Takes devices from eglQueryDevicesEXT, hardware first, then software, then surfaceless. Current
+/// on the creating thread.
+class EglContext {
+ public:
+  static Result<std::unique_ptr<EglContext>> create();
+  ~EglContext();
+  EglContext(const EglContext&) = delete;
+  EglContext& operator=(const EglContext&) = delete;
+
+  const std::string& device() const { return device_; }   ///< GL_RENDERER
+  bool software() const { return software_; }
+
+ private:
+  EglContext() = default;
+  void* display_ = nullptr;
+  void* context_ = nullptr;
+  std::string device_;
+  bool software_ = false;
+};
+
+/// How many contexts this process has asked EGL for: proves that a run without pictures asks for none.
+int egl_contexts_created();
+
+}  // namespace viscera

@@ -1,0 +1,17 @@
+// Surfaces from files through assimp.
+#pragma once
+
+#include <filesystem>
+
+#include "kernels/base/result.h"
+#include "kernels/points/surface.h"
+
+namespace viscera {
+
+/// Reads every triangle of an OBJ, STL, PLY, glTF or GLB file with its node transforms, welds
+/// vertices at the same place (STL and per-corner attributes split them), multiplies by `unit`
+/// (metres per unit of the file). Doesn't judge the surface: surface_defects() does.
+/// Fails for files that are missing, empty, truncated, of unknown format, or without triangles.
+Result<TriangleSurface> import_surface(const std::filesystem::path& file, double unit);
+
+}  // namespace viscera

@@ -1,0 +1,47 @@
+// Pictures of the scene: EGL off-screen, OpenGL 4.5 core, no X, no Vulkan.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/render/view.h"
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+/// 8-bit sRGB, rows from the top, 3 bytes a pixel.
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+struct RenderOptions {
+  int width = 1280, height = 720;
+};
+
+/// Owns the GL context and everything on the GPU. One thread only: the one that created it.
+class Renderer {
+ public:
+  /// Creates the EGL context (hardware device first, then software) and compiles the shaders. Fails
+  /// with what was tried when there is no driver; a shader error names file, line and source line.
+  static Result<std::unique_ptr<Renderer>> create(const RenderOptions& options);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  /// Draws one picture. Buffers of organs at rest are reused; only what moved is uploaded.
+  Result<void> draw(const FrameView& view, Picture& picture);
+
+  /// "llvmpipe (LLVM 15.0.6, 256 bits)", and whether it is a software rasteriser.
+  std::string device() const;
+  bool software() const;
+
+ private:
+  struct Data;
+  explicit Renderer(std::unique_ptr<Data> data);
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace viscera

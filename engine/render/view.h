@@ -1,0 +1,75 @@
+// What the renderer sees of the world: read-only, filled once a picture by the engine
+// (engine/systems/view.cpp). The renderer knows nothing of organs' models or of smoke's particles.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/scene/tissues.h"
+#include "kernels/base/types.h"
+#include "kernels/heat/bricks.h"
+#include "kernels/points/surface.h"
+
+namespace viscera {
+
+/// One organ's drawn surface. Spans stay valid while the picture is drawn.
+struct OrganView {
+  std::uint32_t id = 0;                       ///< stable over the run: the renderer keeps buffers by it
+  std::string name;
+  const TriangleSurface* rest = nullptr;      ///< organ frame [m]; triangles never change
+  std::span<const Vec3f> positions;           ///< deformed vertices, organ frame [m]     (V)
+  std::span<const Vec3f> normals;             ///< deformed unit normals, organ frame     (V)
+  std::uint64_t surface_version = 0;          ///< raised when positions or normals changed
+  Pose pose;
+  TissueLook look;
+  const BrickField* burn = nullptr;           ///< rest-space damage 0 ... 1; null: never burnt
+  std::uint64_t burn_version = 0;             ///< raised when `burn` changed
+};
+
+/// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
+struct InstrumentView {
+  enum class Kind { kProbe, kGrasper, kHook, kMesh };
+  std::uint32_t id = 0;
+  Kind kind = Kind::kProbe;
+  Vec3 tip = Vec3::Zero();                    ///< [m]
+  Vec3 shaft_direction = Vec3::UnitZ();       ///< unit, from the tip towards the trocar
+  Vec3 side_direction = Vec3::UnitX();        ///< unit, across the shaft: where the hook bends, the jaws open
+  double shaft_radius = 2.5e-3;               ///< [m]
+  double shaft_length = 0.3;                  ///< [m]
+  double tip_radius = 1.5e-3;                 ///< [m]
+  double jaw = 1.0;                           ///< 0 closed ... 1 open
+  bool energised = false;
+  const TriangleSurface* mesh = nullptr;      ///< kMesh: shaft along +z, tip at the origin [m]
+};
+
+/// One smoke volume on a dense grid of cell centres, x fastest.
+struct SmokeView {
+  Box domain;                                 ///< [m]
+  Eigen::Vector3i size = Eigen::Vector3i::Zero();
+  std::span<const float> density;             ///< smoke mass per volume [kg/m3]          (nx ny nz)
+  double mass_extinction = 4000.0;            ///< [m2/kg]
+  double albedo = 0.9;
+  double asymmetry = 0.65;                    ///< Henyey-Greenstein g
+};
+
+struct CameraView {
+  Vec3 position = Vec3::Zero();               ///< lens [m]
+  Vec3 forward = Vec3::UnitY();               ///< unit view direction (after the optics' angle)
+  Vec3 up = Vec3::UnitZ();                    ///< unit, square to forward
+  double field_of_view = 1.2;                 ///< vertical [rad]
+  bool round_mask = true;
+};
+
+struct FrameView {
+  CameraView camera;
+  double light_intensity = 1.0;               ///< 1 exposes tissue at 10 cm well
+  Vec3 light_colour = Vec3::Ones();           ///< linear RGB
+  std::vector<OrganView> organs;
+  std::vector<InstrumentView> instruments;
+  std::vector<SmokeView> smoke;
+  std::uint64_t frame = 0;                    ///< number of the picture: seeds jitter
+};
+
+}  // namespace viscera
