@@ -12,10 +12,14 @@ namespace viscera {
 /// on the creating thread.
 class EglContext {
  public:
+  /// Fails with every device that was tried and why it was refused.
   static Result<std::unique_ptr<EglContext>> create();
   ~EglContext();
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
+
+  /// Makes this context the calling thread's again, after another one was used there.
+  void make_current() const;
 
   const std::string& device() const { return device_; }   ///< GL_RENDERER
   bool software() const { return software_; }

@@ -33,10 +33,22 @@ class NearField {
   /// `area`, less what the spread load already gives there [m/N]. For the drawn surface.
   double drawn_normal(double r, double area) const;
   double drawn_tangential(double r, double area) const;
-  /// Beyond this distance the near field is below 1e-3 of its value at a sigma [m].
+  /// Beyond this distance the near field is below 1e-3 of its value at a sigma, and taken as zero;
+  /// it falls smoothly over the last quarter [m].
   double range() const;
 
+  /// The cell-to-cell response as a tensor: normal and tangential parts about the unit `normal`
+  /// (that of both cells, or their mean, so that the response stays reciprocal) [m/N].
+  Mat3 cell_tensor(const Vec3& offset, const Vec3& normal, double area) const;
+  /// Displacement of a surface point at `offset` [m] from a cell under `force` [N], less what the
+  /// spread load already gives there [m].
+  Vec3 drawn_displacement(const Vec3& offset, const Vec3& normal, double area,
+                          const Vec3& force) const;
+
  private:
+  double cell_kernel(double r, double area) const;    ///< of 1/r, disc to disc [1/m]
+  double point_kernel(double r, double area) const;   ///< of 1/r, disc to point [1/m]
+
   double normal_scale_ = 0.0;       ///< 1 / (pi E*) [1/Pa]
   double tangential_scale_ = 0.0;
   double sigma_ = 0.0;

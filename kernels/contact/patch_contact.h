@@ -3,39 +3,16 @@
 // jaw holds.
 #pragma once
 
-#include <functional>
+#include <array>
 #include <span>
 #include <vector>
 
 #include "kernels/contact/near_field.h"
+#include "kernels/contact/touchable_surface.h"
+#include "kernels/contact/unilateral.h"
 #include "kernels/paff/elasticity.h"
-#include "kernels/paff/shape_functions.h"
-#include "kernels/points/surface.h"
 
 namespace viscera {
-
-/// The touchable part of a body's surface as points with areas and finite fields: what a contact
-/// load is spread over. Immutable; built once in pre-processing.
-struct TouchableSurface {
-  std::vector<Vec3> positions;      ///< rest [m]                                   (S)
-  std::vector<double> areas;        ///< [m2]                                       (S)
-  std::vector<double> spacings;     ///< local node spacing h [m]                   (S)
-  SparseWeights weights;            ///< phi_J at each point; columns are indices into
-                                    ///< SurfaceCompliance::touchable               (S rows)
-  // Uniform grid over positions for range queries.
-  Box box;
-  double cell = 1.0;                ///< [m]
-  Eigen::Vector3i cells = Eigen::Vector3i::Ones();
-  std::vector<int> cell_begin, cell_items;
-};
-
-/// Samples the triangles of `surface` for which `is_touchable` holds at the centroid, split to edges
-/// of half the local node spacing at most. `touchable_nodes` (out) are the nodes whose fields reach a
-/// sample, ascending: the columns to ask of the compliance.
-Result<TouchableSurface> sample_touchable_surface(const TriangleSurface& surface,
-                                                  const std::function<bool(const Vec3&)>& is_touchable,
-                                                  const ShapeFunctions& fields,
-                                                  std::vector<int>& touchable_nodes);
 
 /// A small patch of surface that a tool presses or holds as a whole.
 struct ContactCell {
@@ -50,12 +27,14 @@ struct ContactCell {
 };
 
 struct ContactSolution {
-  std::vector<Vec3> forces;         ///< on the tissue, per cell [N]                 (cells)
-  int touching = 0;                 ///< cells with force
-  int pivots = 0;                   ///< exchanges of the active set
-  bool converged = false;
-  double smallest_eigenvalue = 0.0; ///< of the contact compliance, relative to its largest; > 0
-  double violation = 0.0;           ///< greatest remaining penetration of a free cell [m]
+  std::vector<Vec3> forces;             ///< on the tissue, per cell [N]             (cells)
+  std::vector<NearField> near_fields;   ///< of each cell: what is finer than nodes  (cells)
+  int touching = 0;                     ///< cells with force
+  int beyond_touchable = 0;             ///< cells with no touchable surface in reach: loaded at the nearest sample
+  int pivots = 0;                       ///< exchanges of the active set
+  bool converged = false;               ///< false: compliance not positive, or pivots ran out; no forces
+  double smallest_eigenvalue = 0.0;     ///< of the touching cells' compliance, relative to its largest; > 0
+  double violation = 0.0;               ///< greatest remaining penetration of a free cell [m]
 };
 
 /// The body's answer to the forces of a contact: what deformation and drawing need.
@@ -64,14 +43,17 @@ struct ContactResponse {
   std::vector<Vec3> loads;          ///< on those nodes' unknowns [N]
 };
 
-/// Solves contact on one body. Keeps its work arrays between calls; one object a body, one thread.
+/// Solves contact on one body. Keeps its work arrays and the last active set between calls; one
+/// object a body, one thread. The surface, the compliance and the fields they stand on outlive it.
 class PatchContact {
  public:
   PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                const IsotropicMaterial& material);
 
-  /// sigma = spread_factor() * (local spacing at the cells); where it comes from: see the source.
+  /// sigma = spread_factor() * (local spacing at the cell); where it comes from: see the source.
   static double spread_factor();
+  /// Takes another factor, for measurements.
+  void set_spread_factor(double factor) { spread_factor_ = factor; }
 
   /// Every tool's cells on this body together. u at cell k is
   /// sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >= depth,
@@ -79,19 +61,46 @@ class PatchContact {
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response);
 
-  /// Displacement of the cells under the forces of the last solve, without the near field of the
-  /// other cells' self terms: for tests. Size as `cells` of the last solve [m].
+  /// Mean displacement of each cell under the forces of the last solve [m]; size as its `cells`.
   const std::vector<Vec3>& cell_displacements() const { return displacements_; }
 
  private:
-  void spread(const ContactCell& cell, double sigma);
+  /// One scalar unknown: the force on a cell along a unit vector.
+  struct Unknown {
+    int cell;
+    Vec3 direction;
+  };
+
+  void spread_cells(std::span<const ContactCell> cells, ContactSolution& solution);
+  void gather_compliance();
+  void compress_weights();
+  void couple_cells();
+  Mat3 coupling(std::span<const ContactCell> cells, const ContactSolution& solution, int k,
+                int l) const;
+  void assemble(std::span<const ContactCell> cells, const ContactSolution& solution);
 
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
   IsotropicMaterial material_;
+  double spread_factor_ = spread_factor();
+  std::vector<int> row_of_touchable_;       // row triple of each touchable node
+
+  std::vector<int> touched_;                // touchable nodes under the cells, ascending (m)
+  std::vector<int> gathered_;               // those whose compliance block is at hand
+  std::vector<int> local_of_;               // touchable node -> place in touched_, or -1
+  std::vector<SampleShare> shares_;
+  std::vector<std::vector<WeightedNode>> spread_;   // per cell
+  MatrixX weights_;                         // S: cells x m
+  MatrixX basis_, coefficients_;            // S ~ coefficients (cells x r) basis (r x m)
+  std::array<Eigen::MatrixXf, 6> block_;    // xx, xy, xz, yy, yz, zz of C on touched nodes: m x m
+  std::array<MatrixX, 6> far_;              // the same of S C S^T: cells x cells
+
+  std::vector<Unknown> unknowns_;
+  MatrixX matrix_;
+  VectorX wanted_, amounts_;
+  std::vector<char> bilateral_, active_;
+  UnilateralSolver unilateral_;
   std::vector<Vec3> displacements_;
-  MatrixX matrix_, weights_, block_;
-  std::vector<int> columns_, column_of_;
 };
 
 }  // namespace viscera

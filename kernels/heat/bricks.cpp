@@ -19,7 +19,9 @@ int floor_divide(int value, int by) {
 
 }  // namespace
 
-BrickField::BrickField(double voxel) : voxel_(voxel) { assert(voxel > 0.0); }
+BrickField::BrickField(double voxel) : voxel_(voxel) {
+  assert(voxel > 0.0);
+}
 
 int BrickField::find(const Index& brick) const {
   const auto found = lookup_.find(key_of(brick));

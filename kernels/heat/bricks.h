@@ -1,5 +1,5 @@
-// Sparse bricks of a scalar field in an organ's rest space: what a burn does is finer than nodes, so
-// it lives on voxels of about 0.5 mm, allocated only where something happens.
+// Sparse bricks of a scalar field in an organ's rest space: what a burn does is finer than nodes,
+// so it lives on voxels of about 0.5 mm, allocated only where something happens.
 #pragma once
 
 #include <array>
@@ -15,17 +15,17 @@ namespace viscera {
 /// 8 x 8 x 8 voxels a brick, values at voxel centres, float, zero where no brick is.
 class BrickField {
  public:
-  static constexpr int kEdge = 8;                       ///< voxels along a brick
+  static constexpr int kEdge = 8;  ///< voxels along a brick
   static constexpr int kVoxels = kEdge * kEdge * kEdge;
-  using Values = std::array<float, kVoxels>;            ///< x fastest
-  using Index = Eigen::Vector3i;                        ///< of a brick or a voxel; may be negative
+  using Values = std::array<float, kVoxels>;  ///< x fastest
+  using Index = Eigen::Vector3i;              ///< of a brick or a voxel; may be negative
 
   /// `voxel` is the edge of a voxel [m]; voxel (0,0,0) spans [0, voxel)^3 of the rest frame.
   explicit BrickField(double voxel = 0.5e-3);
 
   double voxel() const { return voxel_; }
   std::size_t brick_count() const { return bricks_.size(); }
-  const std::vector<Index>& brick_indices() const { return indices_; }   ///< in order of allocation
+  const std::vector<Index>& brick_indices() const { return indices_; }  ///< in order of allocation
   const Values& brick(std::size_t i) const { return bricks_[i]; }
   Values& brick(std::size_t i) { return bricks_[i]; }
 
@@ -38,7 +38,7 @@ class BrickField {
   /// Trilinear between voxel centres.
   double sample(const Vec3& rest_position) const;
 
-  static Index brick_of(const Index& voxel);            ///< floor division by kEdge
+  static Index brick_of(const Index& voxel);  ///< floor division by kEdge
   Index voxel_of(const Vec3& rest_position) const;
   Vec3 centre(const Index& voxel) const { return (voxel.cast<double>().array() + 0.5) * voxel_; }
   std::size_t memory_bytes() const;

@@ -1,6 +1,8 @@
 #include "kernels/points/kd_tree.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace viscera {
 
@@ -77,6 +79,32 @@ void KdTree::visit(int index, const Vec3& x, int k, int excluded, Vec3& outside,
   outside[node.axis] = std::abs(beyond);
   if (static_cast<int>(found.size()) < k || outside.squaredNorm() <= found.front().distance2) {
     visit(far, x, k, excluded, outside, found);
+  }
+  outside[node.axis] = before;
+}
+
+double KdTree::nearest_distance(const Vec3& x) const {
+  double best2 = std::numeric_limits<double>::infinity();
+  Vec3 outside = Vec3::Zero();
+  if (!nodes_.empty()) visit_nearest(0, x, outside, best2);
+  return std::sqrt(best2);
+}
+
+// As visit, without the heap.
+void KdTree::visit_nearest(int index, const Vec3& x, Vec3& outside, double& best2) const {
+  const Node& node = nodes_[index];
+  if (node.axis < 0) {
+    for (int i = node.begin; i < node.end; ++i) {
+      best2 = std::min(best2, (points_[i] - x).squaredNorm());
+    }
+    return;
+  }
+  const double beyond = x[node.axis] - node.split;
+  visit_nearest(beyond < 0.0 ? index + 1 : node.right, x, outside, best2);
+  const double before = outside[node.axis];
+  outside[node.axis] = std::abs(beyond);
+  if (outside.squaredNorm() < best2) {
+    visit_nearest(beyond < 0.0 ? node.right : index + 1, x, outside, best2);
   }
   outside[node.axis] = before;
 }

@@ -26,6 +26,9 @@ class KdTree {
   /// k where there are fewer. Clears `found` first.
   void nearest(const Vec3& x, int k, int excluded, std::vector<Found>& found) const;
 
+  /// Distance to the nearest point [m]; infinite where there is none.
+  double nearest_distance(const Vec3& x) const;
+
  private:
   /// A leaf holds points_[begin, end); an inner node has its left child right behind it.
   struct Node {
@@ -38,6 +41,7 @@ class KdTree {
   int build(int begin, int end);
   void visit(int node, const Vec3& x, int k, int excluded, Vec3& outside,
              std::vector<Found>& found) const;
+  void visit_nearest(int node, const Vec3& x, Vec3& outside, double& best2) const;
 
   std::vector<Node> nodes_;
   std::vector<Vec3> points_;    // in the order of the leaves

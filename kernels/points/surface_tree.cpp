@@ -54,7 +54,7 @@ NearestOnTriangle nearest_on_triangle(const Vec3& x, const std::array<Vec3, 3>& 
   if (wb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return nearest_on_edge(x, p, 2);
 
   const double sum = wa + wb + wc;
-  if (!(sum > 0.0)) return nearest_on_edge(x, p, 0);   // rounding on a needle
+  if (!(sum > 0.0)) return nearest_on_edge(x, p, 0);   // a needle, by rounding
   return {Vec3(wa, wb, wc) / sum, Feature::kFace};
 }
 

@@ -1,0 +1,212 @@
+#include "engine/collision/collision_surface.h"
+
+#include <embree3/rtcore.h>
+
+#include <atomic>
+
+namespace viscera {
+namespace {
+
+std::atomic<std::size_t> embree_bytes{0};
+
+bool count_memory(void*, ssize_t bytes, bool) {
+  embree_bytes += static_cast<std::size_t>(bytes);
+  return true;
+}
+
+/// One Embree device for the process, made when the first surface is; one build thread, since TBB
+/// threads of the frame share it.
+RTCDevice device() {
+  static const RTCDevice shared = [] {
+    RTCDevice made = rtcNewDevice("threads=1,set_affinity=0");
+    rtcSetDeviceMemoryMonitorFunction(made, count_memory, nullptr);
+    return made;
+  }();
+  return shared;
+}
+
+/// Closest point of a triangle to p with its barycentric weights (Ericson 2005, section 5.1.5).
+Vec3 closest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const double v = d1 / (d1 - d3);
+    return {1 - v, v, 0};
+  }
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const double w = d2 / (d2 - d6);
+    return {1 - w, 0, w};
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+}  // namespace
+
+struct CollisionSurface::Data {
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<Vec3f> positions;
+  RTCScene scene = nullptr;
+  RTCGeometry geometry = nullptr;
+  float* vertex_buffer = nullptr;
+  std::size_t memory = 0;
+
+  ~Data() {
+    if (scene) rtcReleaseScene(scene);
+    if (geometry) rtcReleaseGeometry(geometry);
+  }
+
+  Vec3 corner(int triangle, int c) const {
+    return positions[static_cast<std::size_t>(
+                         triangles[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(c)])]
+        .cast<double>();
+  }
+  Hit hit_at(int triangle, const Vec3& weights, double distance) const {
+    Hit hit;
+    hit.point = {triangle, weights};
+    hit.position = weights[0] * corner(triangle, 0) + weights[1] * corner(triangle, 1) +
+                   weights[2] * corner(triangle, 2);
+    hit.distance = distance;
+    return hit;
+  }
+  void copy_positions(std::span<const Vec3f> from) {
+    positions.assign(from.begin(), from.end());
+    for (std::size_t v = 0; v < positions.size(); ++v)
+      for (int c = 0; c < 3; ++c) vertex_buffer[3 * v + static_cast<std::size_t>(c)] = positions[v][c];
+  }
+};
+
+CollisionSurface::CollisionSurface(const TriangleSurface& rest, std::span<const Vec3f> positions)
+    : data_(std::make_unique<Data>()) {
+  Data& d = *data_;
+  const std::size_t before = embree_bytes;
+  d.triangles = rest.triangles;
+  d.scene = rtcNewScene(device());
+  rtcSetSceneFlags(d.scene, RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_ROBUST);
+  d.geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  // REFIT keeps the tree and moves its boxes: right as long as the triangles stay the same.
+  rtcSetGeometryBuildQuality(d.geometry, RTC_BUILD_QUALITY_REFIT);
+  d.vertex_buffer = static_cast<float*>(
+      rtcSetNewGeometryBuffer(d.geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                              3 * sizeof(float), positions.size()));
+  auto* indices = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(d.geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(unsigned), d.triangles.size()));
+  for (std::size_t t = 0; t < d.triangles.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c) indices[3 * t + c] = static_cast<unsigned>(d.triangles[t][c]);
+  d.copy_positions(positions);
+  rtcCommitGeometry(d.geometry);
+  rtcAttachGeometryByID(d.scene, d.geometry, 0);
+  rtcCommitScene(d.scene);
+  d.memory = embree_bytes - before;
+}
+
+CollisionSurface::~CollisionSurface() = default;
+CollisionSurface::CollisionSurface(CollisionSurface&&) noexcept = default;
+CollisionSurface& CollisionSurface::operator=(CollisionSurface&&) noexcept = default;
+
+void CollisionSurface::update(std::span<const Vec3f> positions) {
+  data_->copy_positions(positions);
+  rtcUpdateGeometryBuffer(data_->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(data_->geometry);
+  rtcCommitScene(data_->scene);
+}
+
+std::optional<CollisionSurface::Hit> CollisionSurface::closest(const Vec3& query,
+                                                               double radius) const {
+  struct Search {
+    const Data* data;
+    Vec3 query;
+    double best;
+    int triangle = -1;
+    Vec3 weights = Vec3::Zero();
+  } search{data_.get(), query, radius, -1, Vec3::Zero()};
+
+  RTCPointQuery point;
+  point.x = static_cast<float>(query.x());
+  point.y = static_cast<float>(query.y());
+  point.z = static_cast<float>(query.z());
+  point.time = 0.0f;
+  point.radius = static_cast<float>(radius);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(
+      data_->scene, &point, &context,
+      [](RTCPointQueryFunctionArguments* args) {
+        auto& s = *static_cast<Search*>(args->userPtr);
+        const int t = static_cast<int>(args->primID);
+        const Vec3 a = s.data->corner(t, 0), b = s.data->corner(t, 1), c = s.data->corner(t, 2);
+        const Vec3 w = closest_weights(s.query, a, b, c);
+        const double distance = (w[0] * a + w[1] * b + w[2] * c - s.query).norm();
+        // Ties go to the lower triangle, so that the result doesn't depend on the tree.
+        if (distance < s.best || (distance == s.best && t < s.triangle)) {
+          s.best = distance;
+          s.triangle = t;
+          s.weights = w;
+          args->query->radius = static_cast<float>(distance * (1.0 + 1e-6));
+          return true;
+        }
+        return false;
+      },
+      &search);
+  if (search.triangle < 0) return std::nullopt;
+  return data_->hit_at(search.triangle, search.weights, search.best);
+}
+
+std::optional<CollisionSurface::Hit> CollisionSurface::cast(const Vec3& origin,
+                                                            const Vec3& direction, double length,
+                                                            bool exits) const {
+  double start = 0.0;
+  // A crossing of the wrong side is stepped over; a body is crossed a few times at most.
+  for (int crossing = 0; crossing < 16; ++crossing) {
+    RTCRayHit ray;
+    ray.ray.org_x = static_cast<float>(origin.x());
+    ray.ray.org_y = static_cast<float>(origin.y());
+    ray.ray.org_z = static_cast<float>(origin.z());
+    ray.ray.dir_x = static_cast<float>(direction.x());
+    ray.ray.dir_y = static_cast<float>(direction.y());
+    ray.ray.dir_z = static_cast<float>(direction.z());
+    ray.ray.tnear = static_cast<float>(start);
+    ray.ray.tfar = static_cast<float>(length);
+    ray.ray.time = 0.0f;
+    ray.ray.mask = 0xffffffffu;
+    ray.ray.id = 0;
+    ray.ray.flags = 0;
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(data_->scene, &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const int t = static_cast<int>(ray.hit.primID);
+    const Vec3 a = data_->corner(t, 0), b = data_->corner(t, 1), c = data_->corner(t, 2);
+    const bool leaves = (b - a).cross(c - a).dot(direction) > 0.0;
+    if (leaves == exits) {
+      const double u = ray.hit.u, v = ray.hit.v;
+      return data_->hit_at(t, Vec3(1.0 - u - v, u, v), ray.ray.tfar);
+    }
+    start = static_cast<double>(ray.ray.tfar) + 1e-6;
+  }
+  return std::nullopt;
+}
+
+std::size_t CollisionSurface::memory_bytes() const {
+  return data_->memory + data_->positions.size() * sizeof(Vec3f) +
+         data_->triangles.size() * sizeof(data_->triangles[0]);
+}
+
+}  // namespace viscera

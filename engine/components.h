@@ -1,0 +1,139 @@
+// Every component of the world: plain structs, grouped under what writes them. Split by access
+// pattern: what only set-up writes is shared and constant, what a frame writes is a state.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/collision/collision_surface.h"
+#include "engine/key_frames.h"
+#include "engine/organ/organ_model.h"
+#include "engine/registry.h"
+#include "engine/scene/scene.h"
+#include "engine/scene/tissues.h"
+#include "kernels/heat/bricks.h"
+#include "kernels/heat/burn.h"
+#include "kernels/smoke/smoke.h"
+
+namespace viscera {
+
+// --- organs: written by set-up -------------------------------------------------------------------
+
+struct OrganBody {
+  std::string name;
+  Tissue tissue;
+  Pose pose;
+  std::shared_ptr<const OrganModel> model;
+};
+
+// --- organs: written by the contact and deformation stages ---------------------------------------
+
+/// One tool's cells in an organ's contact problem of this frame; all in the organ's frame.
+struct CellRange {
+  Entity instrument;
+  std::size_t begin = 0, end = 0;
+  bool held = false;
+  Vec3 rest_centre = Vec3::Zero();           ///< tissue under the middle of the tool, at rest [m]
+  Vec3 centre = Vec3::Zero();                ///< the same tissue, deformed, a frame ago [m]
+  Vec3 outward = Vec3::UnitZ();              ///< unit, away from the tissue
+  Vec3 force = Vec3::Zero();                 ///< on the tissue, after the solve [N]
+};
+
+struct OrganContact {
+  std::unique_ptr<PatchContact> solver;      ///< null: nothing can touch this organ
+  std::unique_ptr<CollisionSurface> surface; ///< deformed, organ frame
+  Box bounds;                                ///< of the deformed surface, world [m]
+  std::vector<ContactCell> cells;            ///< of this frame
+  std::vector<CellRange> ranges;
+  ContactSolution solution;
+  ContactResponse response;
+};
+
+struct OrganState {
+  std::vector<float> unknowns;               ///< alpha of the visible nodes [m]      (3 visible)
+  std::vector<Vec3f> positions;              ///< drawn surface, organ frame [m]      (V)
+  std::vector<Vec3f> normals;                ///< unit                                (V)
+  std::uint64_t version = 0;                 ///< raised when the two above changed
+  bool deformed = false;                     ///< differs from rest
+  bool frozen = false;                       ///< a non-finite value was met: stays as it is
+  double greatest_displacement = 0.0;        ///< of this frame [m]
+};
+
+// --- organs: written by the heat stage -----------------------------------------------------------
+
+/// Made when an organ is first burnt.
+struct OrganBurn {
+  BrickField damage;                         ///< 0 sound ... 1 charred, rest space
+  std::uint64_t version = 0;
+  double energy = 0.0;                       ///< absorbed so far [J]
+};
+
+// --- instruments: written by set-up --------------------------------------------------------------
+
+struct InstrumentBody {
+  InstrumentDescription description;
+  KeyFrames tip;                             ///< [m]
+  KeyFrames jaw;                             ///< in x
+  TriangleSurface mesh;                      ///< of a mesh tip, else empty [m]
+  std::vector<Vec3> mesh_samples;            ///< vertices near the tip, instrument frame [m]
+  std::unique_ptr<CollisionSurface> mesh_surface;
+};
+
+// --- instruments: written by the tool stage ------------------------------------------------------
+
+struct InstrumentState {
+  Vec3 tip = Vec3::Zero();                   ///< [m]
+  Vec3 previous_tip = Vec3::Zero();          ///< a frame ago [m]
+  Vec3 shaft_direction = Vec3::UnitZ();      ///< unit, from the tip towards the trocar
+  Vec3 side_direction = Vec3::UnitX();       ///< unit, across the shaft, downwards
+  double power = 0.0;                        ///< asked for [W]
+  double jaw = 1.0;
+  double previous_jaw = 1.0;
+  bool started = false;
+};
+
+// --- instruments: written by the contact stages --------------------------------------------------
+
+/// A closed jaw that holds tissue.
+struct Grasp {
+  Entity organ;
+  Vec3 tip_at_start = Vec3::Zero();          ///< world [m]
+  Vec3 slipped = Vec3::Zero();               ///< how far the jaw has slid off so far, world [m]
+  std::vector<ContactCell> cells;            ///< rest places; `displacement` at the start
+};
+
+struct InstrumentContact {
+  Vec3 force = Vec3::Zero();                 ///< on the instrument, from all organs [N]
+  std::optional<Grasp> grasp;
+  bool touching = false;                     ///< presses some tissue with more than zero force
+  // Where the tip burns: the tissue under it.
+  Entity organ;                              ///< touched most
+  Vec3 rest_point = Vec3::Zero();            ///< organ rest frame [m]
+  Vec3 world_point = Vec3::Zero();           ///< [m]
+  Vec3 world_normal = Vec3::UnitZ();         ///< outward
+  double strongest = 0.0;                    ///< force on that organ [N]
+};
+
+/// The end of the burnt trace, so that the next frame's heat continues it.
+struct BurnTrace {
+  Entity organ;
+  Vec3 rest_point = Vec3::Zero();
+  bool burning = false;
+  double absorbed = 0.0;                     ///< by tissue in this frame [J]
+};
+
+// --- smoke volumes -------------------------------------------------------------------------------
+
+struct SmokeBody {
+  SmokeDescription description;
+  SmokeVolume volume;
+  double particles_owed = 0.0;               ///< fraction of a particle carried to the next frame
+  double mass_owed = 0.0;                    ///< and its mass [kg]
+  std::size_t most_particles = 0;
+  SmokeGrid grid;                            ///< of the last picture
+};
+
+}  // namespace viscera

@@ -1,0 +1,54 @@
+// THE step: one frame of simulated time.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/stage_clock.h"
+#include "engine/stages.h"
+#include "engine/world.h"
+
+namespace viscera {
+
+/// Frames end at tick floor(1000 k / 60): 60 Hz in whole milliseconds.
+inline constexpr std::uint64_t kFramesPerSecond = 60;
+constexpr std::uint64_t last_tick_of_frame(std::uint64_t frame) {
+  return 1000 * frame / kFramesPerSecond;
+}
+
+/// Things that a frame may report; each says what to do about it.
+enum class FrameFlag : std::uint32_t {
+  /// A non-finite displacement or force: the organ is frozen at its last good state and answers no
+  /// more force. Remedy: check its material and the tool path at that time.
+  kOrganFrozen = 1u << 0,
+  /// The contact solver didn't settle; the last iterate was used. Remedy: smaller steps of the tool
+  /// or fewer instruments on one spot.
+  kContactNotConverged = 1u << 1,
+  /// A tip touched tissue outside the touchable region that its path announced: no response there.
+  /// Remedy: key frames must pass where the tool will be.
+  kOutOfReach = 1u << 2,
+  /// A closed jaw slid over the tissue because the pull passed its grip limit. Remedy: none needed,
+  /// or raise grip_limit_N.
+  kGripSlipped = 1u << 3,
+  /// More smoke particles were emitted than the volume holds; the oldest ended. Remedy: raise
+  /// max_particles.
+  kSmokeFull = 1u << 4,
+};
+
+struct FrameReport {
+  std::uint32_t flags = 0;
+  void raise(FrameFlag flag) { flags |= static_cast<std::uint32_t>(flag); }
+  bool has(FrameFlag flag) const { return (flags & static_cast<std::uint32_t>(flag)) != 0; }
+};
+
+/// What one step needs, rebuilt each time.
+struct FrameContext {
+  std::uint64_t frame = 0;
+  double time = 0.0;      ///< at the end of the frame [s]
+  double dt = 0.0;        ///< [s]
+  FrameReport* report = nullptr;
+};
+
+/// Advances the world by one frame. Never throws.
+FrameReport step_frame(World& world, StageClock& clock);
+
+}  // namespace viscera

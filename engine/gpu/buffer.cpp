@@ -1,0 +1,59 @@
+#include "engine/gpu/buffer.h"
+
+#include <epoxy/gl.h>
+
+#include <utility>
+
+namespace viscera {
+
+Buffer::Buffer() { glCreateBuffers(1, &id_); }
+
+Buffer::~Buffer() {
+  if (id_ != 0) glDeleteBuffers(1, &id_);
+}
+
+Buffer::Buffer(Buffer&& other) noexcept
+    : id_(std::exchange(other.id_, 0)), size_(other.size_), capacity_(other.capacity_) {}
+
+Buffer& Buffer::operator=(Buffer&& other) noexcept {
+  std::swap(id_, other.id_);
+  std::swap(size_, other.size_);
+  std::swap(capacity_, other.capacity_);
+  return *this;
+}
+
+void Buffer::upload_bytes(const void* bytes, std::size_t size) {
+  if (size > capacity_) {
+    glNamedBufferData(id_, static_cast<GLsizeiptr>(size), bytes, GL_DYNAMIC_DRAW);
+    capacity_ = size;
+  } else if (size > 0) {
+    glNamedBufferSubData(id_, 0, static_cast<GLsizeiptr>(size), bytes);
+  }
+  size_ = size;
+}
+
+VertexArray::VertexArray() { glCreateVertexArrays(1, &id_); }
+
+VertexArray::~VertexArray() {
+  if (id_ != 0) glDeleteVertexArrays(1, &id_);
+}
+
+VertexArray::VertexArray(VertexArray&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+
+VertexArray& VertexArray::operator=(VertexArray&& other) noexcept {
+  std::swap(id_, other.id_);
+  return *this;
+}
+
+void VertexArray::attribute(unsigned location, const Buffer& buffer, int components,
+                            std::size_t stride, std::size_t offset) {
+  glEnableVertexArrayAttrib(id_, location);
+  glVertexArrayAttribFormat(id_, location, components, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribBinding(id_, location, location);
+  glVertexArrayVertexBuffer(id_, location, buffer.id(), static_cast<GLintptr>(offset),
+                            static_cast<GLsizei>(stride));
+}
+
+void VertexArray::elements(const Buffer& buffer) { glVertexArrayElementBuffer(id_, buffer.id()); }
+
+}  // namespace viscera

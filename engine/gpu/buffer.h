@@ -1,0 +1,53 @@
+// GL buffer objects and vertex arrays.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace viscera {
+
+/// Owns one GL buffer; grows when more is uploaded than it holds.
+class Buffer {
+ public:
+  Buffer();
+  ~Buffer();
+  Buffer(Buffer&& other) noexcept;
+  Buffer& operator=(Buffer&& other) noexcept;
+
+  template <class T>
+  void upload(std::span<const T> values) {
+    upload_bytes(values.data(), values.size_bytes());
+  }
+  void upload_bytes(const void* bytes, std::size_t size);
+
+  unsigned id() const { return id_; }
+  std::size_t size() const { return size_; }   ///< bytes of the last upload
+
+ private:
+  unsigned id_ = 0;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+/// Owns one GL vertex array: which buffers feed which attributes.
+class VertexArray {
+ public:
+  VertexArray();
+  ~VertexArray();
+  VertexArray(VertexArray&& other) noexcept;
+  VertexArray& operator=(VertexArray&& other) noexcept;
+
+  /// `components` floats per vertex at this shader location, `stride` bytes apart from `offset` on.
+  void attribute(unsigned location, const Buffer& buffer, int components, std::size_t stride,
+                 std::size_t offset = 0);
+  void elements(const Buffer& buffer);
+
+  unsigned id() const { return id_; }
+
+ private:
+  unsigned id_ = 0;
+};
+
+}  // namespace viscera

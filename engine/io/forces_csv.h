@@ -1,0 +1,38 @@
+// forces.csv: where each instrument's tip was and what force it felt, a row a haptic tick.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/io/atomic_file.h"
+#include "kernels/base/result.h"
+#include "kernels/base/types.h"
+
+namespace viscera {
+
+struct TipSample {
+  Vec3 position = Vec3::Zero();   ///< [m]
+  Vec3 force = Vec3::Zero();      ///< on the instrument [N]
+};
+
+/// Streams rows with the shortest digits that read back to the same doubles. The file takes its name
+/// when it is finished.
+class ForcesCsv {
+ public:
+  /// Columns time_s and, for each instrument, NAME_x_m, _y_m, _z_m, _fx_N, _fy_N, _fz_N.
+  static Result<ForcesCsv> create(const std::filesystem::path& file,
+                                  std::span<const std::string> instruments);
+
+  /// One sample an instrument, in the order of the names; `time` in seconds.
+  void add(double time, std::span<const TipSample> samples);
+  Result<void> finish();
+
+ private:
+  explicit ForcesCsv(AtomicFile out) : out_(std::move(out)) {}
+  AtomicFile out_;
+  std::string row_;
+};
+
+}  // namespace viscera

@@ -1,0 +1,18 @@
+// Pictures as PNG.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+/// Writes 8-bit sRGB, rows from the top, 3 bytes a pixel. Compressed lightly: frames are many. Not
+/// synced to the disk one by one for the same reason; a killed run still leaves only whole files.
+/// Fails for a size that the pixels don't fit, a folder that is missing, a full disk.
+Result<void> write_png(const std::filesystem::path& file, int width, int height,
+                       std::span<const std::uint8_t> rgb);
+
+}  // namespace viscera

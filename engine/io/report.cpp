@@ -1,0 +1,145 @@
+#include "engine/io/report.h"
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "engine/io/atomic_file.h"
+
+namespace viscera {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json organ_json(const OrganReport& organ) {
+  return {{"name", organ.name},
+          {"nodes", organ.nodes},
+          {"surface_nodes", organ.surface_nodes},
+          {"triangles", organ.triangles},
+          {"prepare_s", organ.prepare_s},
+          {"cache_hit", organ.cache_hit},
+          {"memory_bytes", organ.memory_bytes}};
+}
+
+Json stage_json(const StageReport& stage) {
+  return {{"name", stage.name},
+          {"median_us", stage.median_us},
+          {"p99_us", stage.p99_us},
+          {"max_us", stage.max_us},
+          {"total_s", stage.total_s}};
+}
+
+/// The value of the first line of a /proc file that starts with `key`, without the colon and blanks.
+std::string proc_value(const char* file, std::string_view key) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(key)) continue;
+    const std::size_t begin = line.find_first_not_of(" \t:", key.size());
+    if (begin != std::string::npos) return line.substr(begin);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::vector<StageReport> stage_reports(const Trace& trace) {
+  std::vector<StageReport> reports;
+  for (std::size_t i = 0; i < trace.stages().size(); ++i) {
+    const Quantiles q = trace.durations(static_cast<int>(i));
+    if (q.count == 0) continue;
+    reports.push_back({.name = trace.stages()[i],
+                       .median_us = 1e6 * q.median,
+                       .p99_us = 1e6 * q.p99,
+                       .max_us = 1e6 * q.max,
+                       .total_s = q.total});
+  }
+  return reports;
+}
+
+std::string to_json(const RunReport& report) {
+  Json organs = Json::array(), stages = Json::array(), skipped = Json::array();
+  for (const OrganReport& organ : report.organs) organs.push_back(organ_json(organ));
+  for (const StageReport& stage : report.stages) stages.push_back(stage_json(stage));
+  for (const SkippedReport& s : report.skipped) {
+    skipped.push_back({{"what", s.what}, {"why", s.why}});
+  }
+  const Json all = {
+      {"version", report.version},
+      {"command", report.command},
+      {"complete", report.complete},
+      {"scene", report.scene},
+      {"title", report.title},
+      {"seed", report.seed},
+      {"threads", report.threads},
+      {"backend", report.backend},
+      {"renderer", report.renderer},
+      {"duration_s", report.duration_s},
+      {"frames", report.frames},
+      {"pictures", report.pictures},
+      {"state_hash", report.state_hash},
+      {"prepare_s", report.prepare_s},
+      {"wall_s", report.wall_s},
+      {"real_time_factor", report.real_time_factor},
+      {"peak_memory_bytes", report.peak_memory_bytes},
+      {"machine",
+       {{"cpu", report.machine.cpu},
+        {"cores", report.machine.cores},
+        {"memory_bytes", report.machine.memory_bytes}}},
+      {"organs", organs},
+      {"stages", stages},
+      {"smoke",
+       {{"particles_max", report.smoke.particles_max}, {"volumes", report.smoke.volumes}}},
+      {"skipped", skipped},
+      {"flags", report.flags},
+      {"warnings", report.warnings}};
+  return all.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<void> write_report(const std::filesystem::path& file, const RunReport& report) {
+  return write_file(file, to_json(report) + "\n");
+}
+
+std::uint64_t peak_memory_bytes() {
+  const std::string high_water = proc_value("/proc/self/status", "VmHWM");
+  if (!high_water.empty()) return std::strtoull(high_water.c_str(), nullptr, 10) * 1024;
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+MachineReport this_machine() {
+  MachineReport machine;
+  machine.cpu = proc_value("/proc/cpuinfo", "model name");
+  if (machine.cpu.empty()) machine.cpu = "unknown processor";
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  machine.cores = sched_getaffinity(0, sizeof allowed, &allowed) == 0
+                      ? CPU_COUNT(&allowed)
+                      : static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN));
+  machine.memory_bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                         static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return machine;
+}
+
+std::string shell_command(std::span<const std::string> words) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_@%+=:,./-";
+  std::string command;
+  for (const std::string& word : words) {
+    if (!command.empty()) command += ' ';
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) {
+      command += word;
+      continue;
+    }
+    command += '\'';
+    for (const char c : word) command += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    command += '\'';
+  }
+  return command;
+}
+
+}  // namespace viscera

@@ -1,0 +1,83 @@
+// report.json: what a run was, what it made and what it cost.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/io/trace.h"
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+struct OrganReport {
+  std::string name;
+  std::size_t nodes = 0, surface_nodes = 0, triangles = 0;
+  double prepare_s = 0.0;
+  bool cache_hit = false;
+  std::size_t memory_bytes = 0;
+};
+
+struct StageReport {
+  std::string name;
+  double median_us = 0.0, p99_us = 0.0, max_us = 0.0;
+  double total_s = 0.0;
+};
+
+/// Something that the scene didn't need or the machine couldn't give.
+struct SkippedReport {
+  std::string what, why;
+};
+
+struct MachineReport {
+  std::string cpu;
+  int cores = 0;                       ///< that this process may use
+  std::uint64_t memory_bytes = 0;
+};
+
+/// Plain values that the engine fills; the keys of report.json have the same names.
+struct RunReport {
+  std::string version;                 ///< of the program
+  std::string command;                 ///< repeats the run
+  std::string scene;                   ///< file
+  std::string title;                   ///< of the scene, for people
+  std::uint64_t seed = 0;
+  int threads = 0;
+  std::string backend;                 ///< "cpu", "gpu"
+  std::string renderer;                ///< device; empty: no pictures were drawn
+  double duration_s = 0.0;             ///< simulated
+  std::uint64_t frames = 0;            ///< of the simulation
+  std::uint64_t pictures = 0;
+  std::string state_hash;
+  double prepare_s = 0.0;              ///< before the first frame
+  double wall_s = 0.0;                 ///< of the whole loop, pictures included
+  double real_time_factor = 0.0;       ///< simulated time over time spent in the simulation's stages
+  std::uint64_t peak_memory_bytes = 0;
+  MachineReport machine;
+  std::vector<OrganReport> organs;
+  std::vector<StageReport> stages;
+  struct Smoke {
+    std::size_t particles_max = 0, volumes = 0;
+  } smoke;
+  std::vector<SkippedReport> skipped;
+  std::vector<std::string> flags, warnings;
+  bool complete = true;                ///< false: ended early by Ctrl-C or an error
+};
+
+/// One entry a stage that ran, in the order of the trace's stages.
+std::vector<StageReport> stage_reports(const Trace& trace);
+
+/// Indented JSON; numbers that aren't finite become null.
+std::string to_json(const RunReport& report);
+Result<void> write_report(const std::filesystem::path& file, const RunReport& report);
+
+/// The greatest resident memory of this process so far.
+std::uint64_t peak_memory_bytes();
+MachineReport this_machine();
+/// Words joined so that a shell reads them back as they were.
+std::string shell_command(std::span<const std::string> words);
+
+}  // namespace viscera

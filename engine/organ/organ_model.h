@@ -1,0 +1,81 @@
+// What pre-processing computes for one organ: constant, shared by its instances, kept in the cache.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.h"
+#include "engine/scene/tissues.h"
+#include "kernels/base/progress.h"
+#include "kernels/base/result.h"
+#include "kernels/contact/deformation.h"
+#include "kernels/contact/patch_contact.h"
+#include "kernels/paff/elasticity.h"
+
+namespace viscera {
+
+/// Where instruments may press an organ, in the organ's frame: places along their paths, with how far
+/// the tissue may have moved when they come by.
+struct Reach {
+  std::vector<Vec3> points;   ///< [m]
+  double radius = 0.0;        ///< touchable within this distance of a point [m]
+
+  bool covers(const Vec3& x) const;
+};
+
+/// Immutable. All geometry in the organ's own frame.
+struct OrganModel {
+  TriangleSurface surface;              ///< drawn surface at rest
+  std::vector<Vec3f> rest_positions;    ///< the same, as the state holds it
+  std::vector<Vec3f> rest_normals;
+  Box rest_bounds;
+
+  // Deformable organs only (cloud empty otherwise):
+  PointCloud cloud;
+  IsotropicMaterial material;
+  SurfaceCompliance compliance;
+  TouchableSurface touchable;
+  DrawnSurface drawn;
+  double finest_spacing = 0.0;          ///< least node spacing [m]
+  PreparationFigures figures;
+
+  std::string key;                      ///< of the cache
+  double prepare_s = 0.0;
+  bool cache_hit = false;
+
+  bool deformable() const { return cloud.size() > 0; }
+  bool touchable_anywhere() const { return !compliance.touchable.empty(); }
+  std::size_t memory_bytes() const;
+};
+
+struct PrepareOptions {
+  std::filesystem::path assets;
+  bool use_cache = true;
+};
+
+/// Cache key of an organ: a hash of everything that goes into its model.
+Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
+                              const Reach& reach, const PrepareOptions& options);
+
+/// Loads the model from the cache or computes and stores it. `warnings` gets what a person should
+/// know (a broken cache that was rebuilt, a cache that could not be written).
+Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& organ,
+                                                        const Tissue& tissue, const Reach& reach,
+                                                        const PrepareOptions& options,
+                                                        const Progress& progress,
+                                                        std::vector<std::string>& warnings);
+
+/// What preparation would build and cost, without factoring anything.
+struct OrganPlan {
+  std::size_t triangles = 0, nodes = 0, surface_nodes = 0, touchable_nodes = 0, visible_nodes = 0;
+  std::size_t memory_bytes = 0;         ///< of the prepared model
+  std::size_t preparation_bytes = 0;    ///< peak while preparing
+  double prepare_s = 0.0;               ///< expected on this machine's kind, no cache
+  bool cached = false;
+};
+Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue,
+                             const Reach& reach, const PrepareOptions& options);
+
+}  // namespace viscera

@@ -1,0 +1,62 @@
+// Linear light to what the camera head would show: smoke over the organs, spill, exposure curve,
+// the round field of view, sRGB. Alpha is the luma that smooth.frag looks for edges in.
+uniform sampler2D radiance_map;
+uniform sampler2D depth_map;
+uniform sampler2D spill_map;
+#ifdef SMOKE
+uniform sampler2D smoke_map;
+uniform sampler2D distance_map;
+#endif
+in vec2 uv;
+out vec4 developed;
+
+#ifdef SMOKE
+// Half-resolution smoke at a full-resolution pixel: four neighbours, those at the pixel's distance.
+vec4 smoke_at(vec2 place, float distance_here) {
+  vec2 half_size = vec2(textureSize(smoke_map, 0));
+  vec2 at = place * half_size - 0.5;
+  ivec2 base = ivec2(floor(at));
+  vec2 f = at - vec2(base);
+  vec4 sum = vec4(0.0);
+  float weights = 0.0;
+  for (int y = -1; y < 3; ++y) {
+    for (int x = -1; x < 3; ++x) {
+      ivec2 there = clamp(base + ivec2(x, y), ivec2(0), ivec2(half_size) - 1);
+      vec2 away = vec2(x, y) - f;
+      float apart = (texelFetch(distance_map, there, 0).r - distance_here) / distance_here;
+      float weight = exp(-0.7 * dot(away, away)) / (1e-3 + apart * apart * 40.0);
+      sum += weight * texelFetch(smoke_map, there, 0);
+      weights += weight;
+    }
+  }
+  return sum / weights;
+}
+#endif
+
+// Narkowicz, "ACES filmic tone mapping curve" (2015).
+vec3 film_curve(vec3 x) {
+  return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+}
+
+vec3 to_srgb(vec3 x) {
+  return mix(12.92 * x, 1.055 * pow(max(x, 1e-5), vec3(1.0 / 2.4)) - 0.055,
+             step(vec3(0.0031308), x));
+}
+
+void main() {
+  vec2 from_centre = (uv - 0.5) * vec2(picture.x / picture.y, 1.0);
+  float radius = length(from_centre);
+  vec3 seen = textureLod(radiance_map, uv, 0.0).rgb;
+#ifdef SMOKE
+  float depth = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).r;
+  vec4 smoke = smoke_at(uv, axial_distance(depth));
+  seen = seen * smoke.a + light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
+#endif
+  seen += 0.22 * textureLod(spill_map, uv, 0.0).rgb;
+  seen *= 1.0 - 0.30 * smoothstep(0.15, 0.60, radius);
+  vec3 film = film_curve(0.92 * seen);
+  float pixel = 1.0 / picture.y;
+  film *= 1.0 - smoothstep(picture.w - 5.0 * pixel, picture.w - 0.5 * pixel, radius);
+  developed.rgb = to_srgb(film);
+  developed.a = dot(developed.rgb, vec3(0.299, 0.587, 0.114));
+}

@@ -1,0 +1,24 @@
+// What every pass knows of the picture. Mirrors FrameBlock in renderer.cpp.
+layout(std140, binding = 0) uniform Frame {
+  mat4 view;
+  mat4 projection;
+  vec4 eye;        // lens [m]
+  vec4 light;      // linear RGB times intensity
+  vec4 lens;       // tan of half the field of view across and up, near, far [m]
+  vec4 picture;    // width, height [pixels], number of the picture, radius of the mask / height
+};
+
+const float kPi = 3.14159265;
+
+// Distance along the view axis [m] of a value of the depth buffer (0 near ... 1 far).
+float axial_distance(float depth) {
+  return lens.z * lens.w / (lens.w - depth * (lens.w - lens.z));
+}
+
+// Point at unit axial distance in view space (x right, y up, z towards the viewer) under uv.
+vec3 view_ray(vec2 uv) { return vec3((2.0 * uv - 1.0) * lens.xy, -1.0); }
+
+// Blue-looking dither in [0, 1): Jimenez, "Next generation post processing in Call of Duty" (2014).
+float interleaved_noise(vec2 pixel) {
+  return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+}

@@ -1,0 +1,67 @@
+// Turned steel, insulating sleeve, heat-stained electrode.
+in vec3 world;
+in vec3 normal;
+in vec3 local;                     // tip at the origin, shaft along +z [m]
+flat in float finish;              // Finish of instrument_mesh.h
+out vec4 radiance;
+
+uniform mat4 model;
+uniform sampler2D open_map;
+
+// What polished metal mirrors: the lens's bright side, red organs around, the dark behind.
+vec3 surroundings(vec3 direction, vec3 towards_lens) {
+  float facing = dot(direction, towards_lens);
+  vec3 tissue = vec3(0.20, 0.085, 0.062);
+  vec3 dark = vec3(0.018, 0.010, 0.009);
+  // Tissue lies where the lens looks: what mirrors away from the lens sees it lit.
+  vec3 seen = mix(tissue, dark, smoothstep(-0.35, 0.55, facing));
+  return light.rgb * seen;
+}
+
+void main() {
+  vec3 to_lens = eye.xyz - world;
+  float distance_to_lens = length(to_lens);
+  vec3 v = to_lens / distance_to_lens;
+  vec3 n = normalize(normal);
+  if (dot(n, v) < 0.0) n = reflect(n, v);
+  float axial = -(view * vec4(world, 1.0)).z;
+  vec3 incoming = lens_light(distance_to_lens, axial / distance_to_lens);
+  float open = texture(open_map, gl_FragCoord.xy / picture.xy).r;
+  float pixel = 2.0 * lens.y * axial / picture.y;
+
+  bool sleeve = finish > 0.5 && finish < 1.5;
+  bool stained = finish > 1.5;
+  // Turning leaves grooves round the shaft; they tilt the normal along it.
+  vec3 axis = mat3(model) * vec3(0.0, 0.0, 1.0);
+  vec4 grooves = noise(vec3(local.xy * 60.0, local.z * 2600.0));
+  vec4 wear = noise(local * 420.0);
+  float groove_kept = 1.0 - smoothstep(0.1, 0.5, pixel * 2600.0);
+  n = normalize(n + axis * grooves.x * (sleeve ? 0.02 : 0.07) * groove_kept);
+
+  float c = max(dot(n, v), 1e-3);
+  vec3 mirrored = reflect(-v, n);
+  if (sleeve) {
+    vec3 albedo = vec3(0.016, 0.016, 0.018) * (1.0 + 0.35 * wear.x);
+    float rough = filtered_roughness(n, 0.42 + 0.08 * wear.x);
+    float fresnel = 0.04 + 0.96 * pow(1.0 - c, 5.0);
+    radiance.rgb = albedo * incoming * c + incoming * 0.045 * retro_lobe(c, rough) +
+                   fresnel * 0.6 * surroundings(mirrored, v) * open;
+  } else {
+    vec3 steel = vec3(0.60, 0.585, 0.565);
+    if (stained) {
+      // Old char on the electrode's end, straw to blue heat tints behind it.
+      float burnt = smoothstep(5e-3, 1e-3, length(local) + 2.0e-3 * wear.x);
+      steel = mix(vec3(0.50, 0.42, 0.33), vec3(0.055, 0.045, 0.04), burnt);
+    }
+    float rough = filtered_roughness(n, 0.34 + 0.06 * wear.x + (stained ? 0.08 : 0.0));
+    float smudge = 0.88 + 0.12 * wear.x;
+    vec3 lobe = incoming * min(retro_lobe(c, rough), 8.0);
+    // A rough second lobe stands for the light that grooves scatter sideways.
+    vec3 scatter = incoming * 0.30 * retro_lobe(c, 0.72);
+    vec3 fresnel = steel + (1.0 - steel) * pow(1.0 - c, 5.0);
+    radiance.rgb = smudge * steel * (lobe * 0.85 + scatter) +
+                   fresnel * surroundings(mirrored, v) * open;
+  }
+  radiance.rgb *= mix(0.45, 1.0, open);
+  radiance.a = 1.0;
+}

@@ -1,0 +1,30 @@
+// The endoscope's light sits at the lens: light, view and half vector are one.
+
+// Irradiance [times pi, so that a white matte surface facing the lens at 10 cm has radiance 1] of
+// the lens light at a distance [m], `axis` the cosine to the view axis.
+vec3 lens_light(float distance_to_lens, float axis) {
+  float d = max(distance_to_lens, 0.015);
+  float spot = mix(0.45, 1.0, smoothstep(0.62, 1.0, axis));
+  return light.rgb * (0.01 / (d * d)) * spot;
+}
+
+// GGX lobe for light along the view: D G / (4 cos^2) times cos, for irradiance as above.
+float retro_lobe(float cosine, float roughness) {
+  float a = roughness * roughness;
+  float a2 = a * a;
+  float c = max(cosine, 1e-3);
+  float t = c * c * (a2 - 1.0) + 1.0;
+  float d = a2 / (t * t);
+  float g = 2.0 / (1.0 + sqrt(a2 + (1.0 - a2) * c * c) / c);
+  // Both directions are the same, so both masking terms are; lambda form, uncorrelated.
+  return 0.25 * d * g * g * 0.25 / max(c, 0.05);
+}
+
+// Widens a lobe where the normal turns within a pixel, so that glints don't sparkle:
+// Tokuyoshi and Kaplanyan, "Improved geometric specular antialiasing" (2019).
+float filtered_roughness(vec3 normal, float roughness) {
+  vec3 u = dFdx(normal), v = dFdy(normal);
+  float variance = 0.25 * (dot(u, u) + dot(v, v));
+  float a = roughness * roughness;
+  return sqrt(sqrt(a * a + min(2.0 * variance, 0.18)));
+}

@@ -1,0 +1,36 @@
+// The stages of a step, in order: the profiler, the report, the trace and ARCHITECTURE.md print
+// these names.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+namespace viscera {
+
+enum class Stage {
+  kReadTools,      ///< key frames -> tip, current, jaw
+  kFindContacts,   ///< Embree: which tissue lies under which tip
+  kDeformOrgans,   ///< contact forces, displacement, drawn surface
+  kHeatTissue,     ///< burns in rest-space bricks
+  kEmitSmoke,      ///< smoke that the burns give off
+  kMoveSmoke,      ///< particles by eq. 14
+  kPublish,        ///< snapshot for readers on other threads (haptics)
+  kCheck,          ///< non-finite values freeze their organ
+  kRecord,         ///< force curves, state hash
+  // Outside the step, on frames that are filmed:
+  kSplatSmoke,     ///< particles -> density grid
+  kWriteVolumes,   ///< hand grids to the OpenVDB writer
+  kDraw,           ///< picture
+  kEncode,         ///< PNG and film
+};
+
+inline constexpr std::array<std::string_view, 13> kStageNames = {
+    "read tools", "find contacts", "deform organs", "heat tissue", "emit smoke",
+    "move smoke", "publish",       "check",         "record",      "splat smoke",
+    "write volumes", "draw",       "encode"};
+
+constexpr std::string_view stage_name(Stage stage) {
+  return kStageNames[static_cast<std::size_t>(stage)];
+}
+
+}  // namespace viscera

@@ -1,0 +1,195 @@
+#include "engine/systems/contact_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace viscera {
+namespace {
+
+/// The tissue may move this far towards or away from a tool within a frame and still be found [m].
+constexpr double kFrameReach = 6e-3;
+/// Cells further than this from the tool can't be reached in one frame [m].
+constexpr double kGreatestGap = 2e-3;
+/// Rings of the hexagonal pattern: 3 give 37 cells.
+constexpr int kPressRings = 3;
+constexpr int kGraspRings = 2;
+
+Vec3 corner_mean(const std::vector<Vec3f>& values, const TriangleSurface& surface,
+                 const SurfacePoint& point) {
+  const auto& corners = surface.triangles[static_cast<std::size_t>(point.triangle)];
+  Vec3 sum = Vec3::Zero();
+  for (int c = 0; c < 3; ++c)
+    sum += point.weights[c] *
+           values[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])].cast<double>();
+  return sum;
+}
+
+/// Two unit vectors that span the plane across `up`.
+std::pair<Vec3, Vec3> plane_across(const Vec3& up) {
+  const Vec3 other = std::abs(up.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY();
+  const Vec3 e1 = up.cross(other).normalized();
+  return {e1, up.cross(e1)};
+}
+
+/// Offsets of a hexagonal pattern of `rings` rings and unit pitch, the centre first.
+std::vector<Vec2> hexagon(int rings) {
+  std::vector<Vec2> offsets{Vec2::Zero()};
+  for (int q = -rings; q <= rings; ++q)
+    for (int r = -rings; r <= rings; ++r) {
+      if (std::abs(q + r) > rings || (q == 0 && r == 0)) continue;
+      offsets.emplace_back(q + 0.5 * r, std::sqrt(0.75) * r);
+    }
+  return offsets;
+}
+
+/// Finds the tissue sheet of `foot` on the line through `at` along foot.outward.
+std::optional<CollisionSurface::Hit> tissue_under(const Vec3& at, const Foot& foot, double span,
+                                                  const CollisionSurface& surface) {
+  const double height = (foot.position - at).dot(foot.outward);
+  const Vec3 origin = at + (height + span) * foot.outward;
+  return surface.cast(origin, -foot.outward, 2.0 * span);
+}
+
+}  // namespace
+
+bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
+  if (touchable.positions.empty()) return false;
+  Eigen::Vector3i home;
+  for (int a = 0; a < 3; ++a)
+    home[a] = static_cast<int>(std::floor((x[a] - touchable.box.min()[a]) / touchable.cell));
+  for (int k = home.z() - 1; k <= home.z() + 1; ++k)
+    for (int j = home.y() - 1; j <= home.y() + 1; ++j)
+      for (int i = home.x() - 1; i <= home.x() + 1; ++i) {
+        if (i < 0 || j < 0 || k < 0 || i >= touchable.cells.x() || j >= touchable.cells.y() ||
+            k >= touchable.cells.z())
+          continue;
+        const auto cell = static_cast<std::size_t>(
+            i + touchable.cells.x() * (j + touchable.cells.y() * k));
+        for (int at = touchable.cell_begin[cell]; at < touchable.cell_begin[cell + 1]; ++at) {
+          const auto s = static_cast<std::size_t>(touchable.cell_items[static_cast<std::size_t>(at)]);
+          if ((touchable.positions[s] - x).norm() < touchable.spacings[s]) return true;
+        }
+      }
+  return false;
+}
+
+std::optional<Foot> find_foot(const ToolShape& tool, const OrganModel& model,
+                              const OrganState& state, const CollisionSurface& surface) {
+  const double radius = tool.probe_radius();
+  std::optional<Foot> best;
+  for (const Vec3& probe : tool.probes()) {
+    const auto hit = surface.closest(probe, radius + kFrameReach);
+    if (!hit) continue;
+    const Vec3 normal = corner_mean(state.normals, model.surface, hit->point).normalized();
+    const double side = (probe - hit->position).dot(normal) >= 0.0 ? 1.0 : -1.0;
+    const double clearance = side * hit->distance - radius;
+    if (!best || clearance < best->clearance)
+      best = Foot{probe, hit->position, normal, clearance};
+  }
+  if (!best || best->clearance > kContactMargin) return std::nullopt;
+
+  // The direction of contact is the mean normal of the tissue around, wider than the tool's own dent,
+  // so that the dent's walls cancel.
+  const double ring = std::max(2.0 * std::max(radius, tool.radius), 1.2 * model.finest_spacing);
+  const auto [e1, e2] = plane_across(best->outward);
+  Vec3 sum = best->outward;
+  for (int i = 0; i < 12; ++i) {
+    const double angle = std::numbers::pi * i / 6.0;
+    const double r = i % 2 == 0 ? ring : 0.6 * ring;
+    const Vec3 at = best->position + r * (std::cos(angle) * e1 + std::sin(angle) * e2);
+    const auto hit = tissue_under(at, *best, 2.0 * ring + kFrameReach, surface);
+    if (hit) sum += corner_mean(state.normals, model.surface, hit->point).normalized();
+  }
+  if (sum.norm() > 1e-3) best->outward = sum.normalized();
+  return best;
+}
+
+bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
+                 const OrganModel& model, const CollisionSurface& surface,
+                 std::vector<ContactCell>& cells,
+                 CellRange& range) {
+  const Vec3& up = foot.outward;
+  const auto [e1, e2] = plane_across(up);
+
+  // Hertz: a force F on a ball of radius a touches within (3 F a / (4 E*))^(1/3). The pattern is a
+  // little wider, and never narrower than a third of the tool.
+  const double a = tool.radius;
+  const double touching =
+      std::cbrt(0.75 * last_force * a / model.material.contact_modulus());
+  const double across = tool.kind == TipDescription::Shape::kMesh
+                            ? a
+                            : std::clamp(1.35 * touching + 0.15 * a, 0.3 * a, 0.97 * a);
+  // A capsule lying on the tissue needs a pattern as long as its shadow, in pitches of the same size.
+  Vec3 along = Vec3::Zero();
+  if (tool.kind == TipDescription::Shape::kCapsule) along = tool.length * (tool.shaft - tool.shaft.dot(up) * up);
+  const double shadow = along.norm();
+  const double pitch = std::max(across, 0.15 * (shadow + across)) / (kPressRings + 0.1);
+
+  static const std::vector<Vec2> kDisc = hexagon(kPressRings);
+  std::vector<Vec3> places;
+  if (shadow < 0.3 * a) {
+    for (const Vec2& o : kDisc) places.push_back(foot.probe + pitch * (o.x() * e1 + o.y() * e2));
+  } else {
+    const Vec3 x = along / shadow, y = up.cross(x);
+    const double row = std::sqrt(0.75) * pitch;
+    const int rows = static_cast<int>(across / row);
+    const int columns = static_cast<int>((shadow + 2.0 * across) / pitch);
+    for (int j = -rows; j <= rows; ++j)
+      for (int i = 0; i <= columns; ++i)
+        places.push_back(tool.tip + (i * pitch - across + (j & 1 ? 0.5 * pitch : 0.0)) * x +
+                         (j * row) * y);
+  }
+
+  const double hexagon_area = std::sqrt(0.75) * pitch * pitch;
+  const double span = 2.0 * a + kFrameReach;
+  range.begin = cells.size();
+  range.outward = up;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec3& place : places) {
+    const auto low = tool.lowest(place, up);
+    if (!low) continue;
+    const auto hit = tissue_under(place, foot, span, surface);
+    if (!hit) continue;
+    const Vec3 lowest = place + *low * up;
+    const double gap = (lowest - hit->position).dot(up);
+    if (gap > kGreatestGap) continue;
+    ContactCell cell;
+    cell.position = position(model.surface, hit->point);
+    cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
+    cell.area = hexagon_area;
+    cell.direction = -up;
+    cell.depth = (cell.position - lowest).dot(up);
+    cells.push_back(cell);
+    const double off = (place - foot.probe).norm();
+    if (off < nearest) {
+      nearest = off;
+      range.rest_centre = cell.position;
+      range.centre = hit->position;
+    }
+  }
+  range.end = cells.size();
+  return range.end > range.begin;
+}
+
+std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
+                                     const CollisionSurface& surface) {
+  const auto [e1, e2] = plane_across(foot.outward);
+  const double pitch = radius / (kGraspRings + 0.3);
+  std::vector<ContactCell> cells;
+  for (const Vec2& o : hexagon(kGraspRings)) {
+    const Vec3 place = foot.position + pitch * (o.x() * e1 + o.y() * e2);
+    const auto hit = tissue_under(place, foot, 2.0 * radius, surface);
+    if (!hit) continue;
+    ContactCell cell;
+    cell.held = true;
+    cell.position = position(model.surface, hit->point);
+    cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
+    cell.area = std::sqrt(0.75) * pitch * pitch;
+    cell.displacement = hit->position - cell.position;
+    if (is_touchable(model.touchable, cell.position)) cells.push_back(cell);
+  }
+  return cells;
+}
+
+}  // namespace viscera

@@ -1,0 +1,45 @@
+// From a tool over a deformed surface to the cells of a contact problem.
+//
+// The cells hang on the tool, not on the tissue: a hexagonal pattern around the tip, each cell's ray
+// finding the tissue that lies under it now. Whatever the tool slides over, the pattern under it is
+// the same, so the force has no texture of nodes, triangles or cells.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "engine/components.h"
+#include "engine/systems/tool_shape.h"
+
+namespace viscera {
+
+/// The tissue nearest to a tool.
+struct Foot {
+  Vec3 probe = Vec3::Zero();      ///< place of the tool that is nearest [m]
+  Vec3 position = Vec3::Zero();   ///< of the tissue, deformed [m]
+  Vec3 outward = Vec3::UnitZ();   ///< unit; mean normal of the tissue around
+  double clearance = 0.0;         ///< between tool and tissue; negative when it penetrates [m]
+};
+
+/// Tools nearer than this to tissue enter its contact problem [m].
+inline constexpr double kContactMargin = 1.0e-3;
+
+/// Nothing when no tissue lies within the tool's radius plus a frame's reach of it.
+std::optional<Foot> find_foot(const ToolShape& tool, const OrganModel& model,
+                              const OrganState& state, const CollisionSurface& surface);
+
+/// Appends the cells that the tool presses and fills `range`; false when there are none.
+/// `last_force` on the tissue [N] sizes the pattern: cells crowd where contact is.
+bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
+                 const OrganModel& model, const CollisionSurface& surface,
+                 std::vector<ContactCell>& cells,
+                 CellRange& range);
+
+/// The cells that a jaw closing at `foot` holds, each with its displacement at this moment.
+std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
+                                     const CollisionSurface& surface);
+
+/// True where `x` (rest, on the surface) belongs to the touchable region.
+bool is_touchable(const TouchableSurface& touchable, const Vec3& x);
+
+}  // namespace viscera

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/systems/systems.h"
+
+namespace viscera {
+namespace {
+
+/// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
+constexpr int kSlipPasses = 4;
+
+Vec3 sum_of(const std::vector<Vec3>& forces, const CellRange& range) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = range.begin; k < range.end; ++k) sum += forces[k];
+  return sum;
+}
+
+/// Lets jaws slide whose pull passes their grip limit. A held patch answers a rigid shift linearly,
+/// so shortening its travel in the ratio of the forces brings it near the limit; repeated passes
+/// account for other tools on the organ. True when some jaw slid.
+bool slip_jaws(World& world, const OrganBody& body, OrganContact& contact) {
+  bool slid = false;
+  for (CellRange& range : contact.ranges) {
+    if (!range.held) continue;
+    Grasp& grasp = *world.instrument_contacts.find(range.instrument)->grasp;
+    const InstrumentBody& tool = *world.instrument_bodies.find(range.instrument);
+    const double force = sum_of(contact.solution.forces, range).norm();
+    const double limit = tool.description.grip_limit;
+    if (force <= limit * 1.001) continue;
+    const InstrumentState& state = *world.instrument_states.find(range.instrument);
+    const Vec3 travel = state.tip - grasp.tip_at_start - grasp.slipped;
+    const Vec3 back = (1.0 - limit / force) * travel;
+    grasp.slipped += back;
+    const Vec3 local = body.pose.direction_to_local(back);
+    for (std::size_t k = range.begin; k < range.end; ++k) contact.cells[k].displacement -= local;
+    slid = true;
+  }
+  return slid;
+}
+
+Box world_bounds(const std::vector<Vec3f>& positions, const Pose& pose) {
+  Box local;
+  for (const Vec3f& p : positions) local.extend(p.cast<double>());
+  Box world;
+  for (int corner = 0; corner < 8; ++corner)
+    world.extend(pose.to_world(local.corner(static_cast<Box::CornerType>(corner))));
+  return world;
+}
+
+void moved(OrganState& state, OrganContact& contact, const OrganBody& body) {
+  ++state.version;
+  contact.surface->update(state.positions);
+  contact.bounds = world_bounds(state.positions, body.pose);
+}
+
+void return_to_rest(OrganState& state, OrganContact& contact, const OrganBody& body) {
+  std::fill(state.unknowns.begin(), state.unknowns.end(), 0.0f);
+  state.positions = body.model->rest_positions;
+  state.normals = body.model->rest_normals;
+  state.greatest_displacement = 0.0;
+  state.deformed = false;
+  moved(state, contact, body);
+}
+
+bool all_finite(const std::vector<Vec3>& values) {
+  return std::all_of(values.begin(), values.end(), [](const Vec3& v) { return v.allFinite(); });
+}
+
+void solve_contact(World& world, const OrganBody& body, OrganContact& contact,
+                   const FrameContext& context) {
+  contact.solver->solve(contact.cells, contact.solution, contact.response);
+  for (int pass = 0; pass < kSlipPasses && slip_jaws(world, body, contact); ++pass) {
+    context.report->raise(FrameFlag::kGripSlipped);
+    contact.solver->solve(contact.cells, contact.solution, contact.response);
+  }
+  if (!contact.solution.converged) context.report->raise(FrameFlag::kContactNotConverged);
+}
+
+void hand_forces_to_tools(World& world, Entity organ, const OrganBody& body,
+                          OrganContact& contact) {
+  for (CellRange& range : contact.ranges) {
+    range.force = sum_of(contact.solution.forces, range);
+    InstrumentContact& tool = *world.instrument_contacts.find(range.instrument);
+    tool.force -= body.pose.direction_to_world(range.force);
+    const double strength = range.force.norm();
+    if (range.held || strength <= tool.strongest) continue;
+    tool.touching = true;
+    tool.strongest = strength;
+    tool.organ = organ;
+    tool.rest_point = range.rest_centre;
+    tool.world_point = body.pose.to_world(range.centre);
+    tool.world_normal = body.pose.direction_to_world(range.outward);
+  }
+}
+
+}  // namespace
+
+void deform_organs(World& world, const FrameContext& context) {
+  for (std::size_t o = 0; o < world.organ_contacts.size(); ++o) {
+    OrganContact& contact = world.organ_contacts[o];
+    if (contact.cells.empty()) {
+      contact.solution.forces.clear();
+      OrganState& state = *world.organ_states.find(world.organ_contacts.owner(o));
+      if (!state.deformed || state.frozen) continue;
+      return_to_rest(state, contact, *world.organ_bodies.find(world.organ_contacts.owner(o)));
+      continue;
+    }
+    const Entity organ = world.organ_contacts.owner(o);
+    const OrganBody& body = *world.organ_bodies.find(organ);
+    OrganState& state = *world.organ_states.find(organ);
+
+    solve_contact(world, body, contact, context);
+    // A broken solution must not reach the state: the organ stays where it was, without force.
+    if (!all_finite(contact.solution.forces)) {
+      state.frozen = true;
+      continue;
+    }
+    hand_forces_to_tools(world, organ, body, contact);
+    if (contact.solution.touching == 0) {
+      if (state.deformed) return_to_rest(state, contact, body);
+      continue;
+    }
+
+    displacement_unknowns(body.model->compliance, contact.response, state.unknowns);
+    deform_drawn_surface(body.model->drawn, state.unknowns, contact.solver->near_field(),
+                         contact.cells, contact.solution.forces, state.positions, state.normals);
+    double greatest = 0.0;
+    for (std::size_t v = 0; v < state.positions.size(); ++v)
+      greatest = std::max(greatest, static_cast<double>(
+          (state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
+    state.greatest_displacement = std::sqrt(greatest);
+    state.deformed = true;
+    moved(state, contact, body);
+  }
+}
+
+}  // namespace viscera

@@ -1,0 +1,118 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/systems/contact_cells.h"
+#include "engine/systems/systems.h"
+
+namespace viscera {
+namespace {
+
+/// A jaw that falls below this grips what lies between; above kJawOpen it lets go.
+constexpr double kJawClosed = 0.15;
+constexpr double kJawOpen = 0.3;
+
+double last_force_on(const OrganContact& contact, Entity instrument) {
+  for (const CellRange& range : contact.ranges)
+    if (range.instrument == instrument && !range.held) return range.force.norm();
+  return 0.0;
+}
+
+/// A closing jaw takes hold of the nearest tissue within its grip radius.
+void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& state,
+               InstrumentContact& grip) {
+  double nearest = body.description.grip_radius;
+  for (std::size_t o = 0; o < world.organ_bodies.size(); ++o) {
+    const Entity organ = world.organ_bodies.owner(o);
+    const OrganContact* contact = world.organ_contacts.find(organ);
+    const OrganState& tissue = *world.organ_states.find(organ);
+    if (!contact || tissue.frozen) continue;
+    const OrganBody& organ_body = world.organ_bodies[o];
+    const ToolShape tool = tool_shape(body, state, organ_body.pose);
+    const auto foot = find_foot(tool, *organ_body.model, tissue, *contact->surface);
+    if (!foot || foot->clearance > nearest) continue;
+    auto cells = grasp_cells(*foot, body.description.grip_radius, *organ_body.model,
+                             *contact->surface);
+    if (cells.size() < 3) continue;
+    nearest = foot->clearance;
+    grip.grasp = Grasp{organ, state.tip, Vec3::Zero(), std::move(cells)};
+  }
+}
+
+void add_grasp_cells(OrganContact& contact, const OrganBody& body, Entity instrument,
+                     const Grasp& grasp, const InstrumentState& state) {
+  CellRange range;
+  range.instrument = instrument;
+  range.held = true;
+  range.begin = contact.cells.size();
+  const Vec3 carried =
+      body.pose.direction_to_local(state.tip - grasp.tip_at_start - grasp.slipped);
+  for (ContactCell cell : grasp.cells) {
+    cell.displacement += carried;
+    contact.cells.push_back(cell);
+  }
+  range.end = contact.cells.size();
+  contact.ranges.push_back(range);
+}
+
+}  // namespace
+
+void find_contacts(World& world, const FrameContext& context) {
+  for (std::size_t i = 0; i < world.instrument_bodies.size(); ++i) {
+    const Entity instrument = world.instrument_bodies.owner(i);
+    const InstrumentBody& body = world.instrument_bodies[i];
+    const InstrumentState& state = *world.instrument_states.find(instrument);
+    InstrumentContact& grip = *world.instrument_contacts.find(instrument);
+    grip.force = Vec3::Zero();
+    grip.touching = false;
+    grip.strongest = 0.0;
+    if (body.description.kind != InstrumentKind::kGrasper) continue;
+    if (grip.grasp && state.jaw > kJawOpen) grip.grasp.reset();
+    if (!grip.grasp && state.jaw < kJawClosed && state.previous_jaw >= kJawClosed)
+      try_grasp(world, body, state, grip);
+  }
+
+  for (std::size_t o = 0; o < world.organ_contacts.size(); ++o) {
+    const Entity organ = world.organ_contacts.owner(o);
+    OrganContact& contact = world.organ_contacts[o];
+    const OrganBody& body = *world.organ_bodies.find(organ);
+    const OrganState& tissue = *world.organ_states.find(organ);
+
+    contact.cells.clear();
+    std::vector<CellRange> ranges;
+    for (std::size_t i = 0; i < world.instrument_bodies.size() && !tissue.frozen; ++i) {
+      const Entity instrument = world.instrument_bodies.owner(i);
+      const InstrumentState& state = *world.instrument_states.find(instrument);
+      const InstrumentContact& grip = *world.instrument_contacts.find(instrument);
+      if (grip.grasp && grip.grasp->organ == organ) continue;
+      // The cheap test that an idle organ costs: tip against bounding box.
+      const double margin = world.instrument_bodies[i].description.tip.radius +
+                            world.instrument_bodies[i].description.tip.length + kContactMargin +
+                            kPointTipRadius;
+      if (contact.bounds.exteriorDistance(state.tip) > margin) continue;
+      const ToolShape tool = tool_shape(world.instrument_bodies[i], state, body.pose);
+      const auto foot = find_foot(tool, *body.model, tissue, *contact.surface);
+      if (!foot) continue;
+      CellRange range;
+      range.instrument = instrument;
+      if (!press_cells(tool, *foot, last_force_on(contact, instrument), *body.model, *contact.surface,
+                       contact.cells, range))
+        continue;
+      if (!is_touchable(body.model->touchable, range.rest_centre)) {
+        contact.cells.resize(range.begin);
+        context.report->raise(FrameFlag::kOutOfReach);
+        continue;
+      }
+      ranges.push_back(range);
+    }
+    contact.ranges = std::move(ranges);
+    for (std::size_t i = 0; i < world.instrument_bodies.size() && !tissue.frozen; ++i) {
+      const Entity instrument = world.instrument_bodies.owner(i);
+      const InstrumentContact& grip = *world.instrument_contacts.find(instrument);
+      if (grip.grasp && grip.grasp->organ == organ)
+        add_grasp_cells(contact, body, instrument, *grip.grasp,
+                        *world.instrument_states.find(instrument));
+    }
+  }
+}
+
+}  // namespace viscera

@@ -1,0 +1,25 @@
+// The stages of a step as functions over the world; engine/frame.cpp calls them in order.
+#pragma once
+
+#include "engine/frame.h"
+#include "engine/world.h"
+
+namespace viscera {
+
+/// Key frames -> InstrumentState.
+void read_tools(World& world, const FrameContext& context);
+/// InstrumentState, deformed surfaces -> OrganContact.cells, InstrumentContact.grasp.
+void find_contacts(World& world, const FrameContext& context);
+/// OrganContact.cells -> forces, OrganState, deformed surfaces. Organs without cells that are at rest
+/// cost one test.
+void deform_organs(World& world, const FrameContext& context);
+/// Energised hooks that touch -> OrganBurn, BurnTrace.
+void heat_tissue(World& world, const FrameContext& context);
+/// BurnTrace.absorbed -> particles of the smoke volumes.
+void emit_smoke(World& world, const FrameContext& context);
+/// Smoke particles by [De2006] eq. 14.
+void move_smoke(World& world, const FrameContext& context);
+/// Flags organs that are frozen, every frame.
+void check_world(World& world, const FrameContext& context);
+
+}  // namespace viscera

@@ -1,0 +1,110 @@
+#include "kernels/contact/unilateral.h"
+
+#include <algorithm>
+
+namespace viscera {
+namespace {
+
+/// Blocks that may fail to lower the number of violated conditions before single exchanges begin.
+constexpr int kPatience = 3;
+/// Violations below this share of the greatest value of their kind are round-off.
+constexpr double kRoundOff = 1e-11;
+
+}  // namespace
+
+bool UnilateralSolver::solve_active(const MatrixX& matrix, const VectorX& b,
+                                    std::span<const char> active, VectorX& x) {
+  indices_.clear();
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    if (active[i]) indices_.push_back(static_cast<int>(i));
+  }
+  x.setZero(b.size());
+  if (indices_.empty()) return true;
+  part_ = matrix(indices_, indices_);
+  factor_.compute(part_);
+  if (factor_.info() != Eigen::Success) return false;
+  const VectorX rhs = b(indices_);
+  x(indices_) = factor_.solve(rhs);
+  return x.allFinite();
+}
+
+double UnilateralSolver::eigenvalue_ratio() const {
+  if (indices_.empty()) return 1.0;
+  const auto n = static_cast<Eigen::Index>(indices_.size());
+  // Rayleigh quotients after a few steps of the power method, from the smoothest and the roughest
+  // vector: the modes of contact are ordered by wavelength.
+  VectorX smooth = VectorX::Ones(n), rough(n);
+  for (Eigen::Index i = 0; i < n; ++i) rough[i] = (i % 2 == 0 ? 1.0 : -1.0) + 0.3 * ((i * 7) % 5);
+  double largest = 1.0, inverse_smallest = 1.0;
+  for (int step = 0; step < 5; ++step) {
+    smooth.normalize();
+    const VectorX image = part_ * smooth;
+    largest = smooth.dot(image);
+    smooth = image;
+    rough.normalize();
+    const VectorX answer = factor_.solve(rough);
+    inverse_smallest = rough.dot(answer);
+    rough = answer;
+  }
+  return 1.0 / (inverse_smallest * largest);
+}
+
+UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& b,
+                                          std::span<const char> bilateral,
+                                          std::vector<char>& active, VectorX& x) {
+  UnilateralFigures figures;
+  const auto n = static_cast<std::size_t>(b.size());
+  for (std::size_t i = 0; i < n; ++i) active[i] = active[i] || bilateral[i];
+
+  std::size_t fewest = n + 1;
+  int patience = kPatience;
+  // Least-index exchanges end after finitely many steps; the bound is for matrices that lost their
+  // positivity to round-off.
+  const std::size_t most_rounds = 100 + 50 * n;
+  for (std::size_t round = 0; round < most_rounds; ++round) {
+    if (!solve_active(matrix, b, active, x)) break;
+    residual_.noalias() = matrix * x - b;
+    const double force_floor = kRoundOff * x.cwiseAbs().maxCoeff();
+    const double gap_floor =
+        kRoundOff * std::max(b.cwiseAbs().maxCoeff(), (residual_ + b).cwiseAbs().maxCoeff());
+    std::size_t violated = 0;
+    std::size_t last = n;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      if (bilateral[i]) continue;
+      if (active[i] ? x[at] < -force_floor : residual_[at] < -gap_floor) {
+        ++violated;
+        last = i;
+      }
+    }
+    if (violated == 0) {
+      for (std::size_t i = 0; i < n; ++i) {
+        auto& amount = x[static_cast<Eigen::Index>(i)];
+        if (!bilateral[i]) amount = std::max(0.0, amount);
+      }
+      figures.converged = true;
+      figures.smallest_eigenvalue = eigenvalue_ratio();
+      return figures;
+    }
+    const bool whole_block = violated < fewest || patience > 0;
+    if (violated < fewest) {
+      fewest = violated;
+      patience = kPatience;
+    } else {
+      --patience;
+    }
+    for (std::size_t i = whole_block ? 0 : last; i <= last; ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      if (bilateral[i]) continue;
+      if (active[i] ? x[at] < -force_floor : residual_[at] < -gap_floor) {
+        active[i] = !active[i];
+        ++figures.pivots;
+      }
+    }
+  }
+  x.setZero();
+  figures.smallest_eigenvalue = 0.0;
+  return figures;
+}
+
+}  // namespace viscera

@@ -1,0 +1,290 @@
+#include "kernels/paff/cut_cells.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <sstream>
+
+#include "kernels/base/parallel.h"
+
+namespace viscera {
+namespace {
+
+// Volume and first moments of (body ∩ cell) from the surface alone: by the divergence theorem along
+// x, with X the length of the cell's row that lies before the surface,
+//   V = ∮ X dA,  M_x = ∮ X²/2 dA,  M_y = ∮ y X dA,  M_z = ∮ z X dA,   dA = n_x dS,
+// over the surface inside the cell's (y, z) column; X = x − x0 inside the cell, the side beyond it,
+// 0 before it. Signs need no care: dA is the signed area projected on the (y, z) plane.
+
+/// A triangle clipped to a column: convex, at most 3 + 4 corners, two more after splitting at x,
+/// and room for the doubles that round-off may leave.
+struct Polygon {
+  std::array<Vec3, 12> corners;
+  int count = 0;
+
+  void add(const Vec3& corner) {
+    if (count < static_cast<int>(corners.size())) corners[static_cast<std::size_t>(count++)] = corner;
+  }
+  double lowest(int axis) const {
+    double value = corners[0][axis];
+    for (int i = 1; i < count; ++i) value = std::min(value, corners[static_cast<std::size_t>(i)][axis]);
+    return value;
+  }
+  double highest(int axis) const {
+    double value = corners[0][axis];
+    for (int i = 1; i < count; ++i) value = std::max(value, corners[static_cast<std::size_t>(i)][axis]);
+    return value;
+  }
+};
+
+/// The part with coordinate[axis] <= limit (keep_below) or >= limit.
+Polygon clip(const Polygon& polygon, int axis, double limit, bool keep_below) {
+  const double sign = keep_below ? 1.0 : -1.0;
+  Polygon kept;
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3& a = polygon.corners[static_cast<std::size_t>(i)];
+    const Vec3& b = polygon.corners[static_cast<std::size_t>((i + 1) % polygon.count)];
+    const double outside_a = sign * (a[axis] - limit);
+    const double outside_b = sign * (b[axis] - limit);
+    if (outside_a <= 0.0) kept.add(a);
+    if ((outside_a < 0.0 && outside_b > 0.0) || (outside_a > 0.0 && outside_b < 0.0)) {
+      Vec3 crossing = a + (b - a) * (outside_a / (outside_a - outside_b));
+      crossing[axis] = limit;
+      kept.add(crossing);
+    }
+  }
+  return kept;
+}
+
+/// Appends the part of `polygon` over the column [low, low + side)² of (y, z), if any.
+void clip_to_column(const Polygon& polygon, double low_y, double low_z, double side,
+                    std::vector<Polygon>& out) {
+  if (polygon.highest(1) < low_y || polygon.lowest(1) > low_y + side ||
+      polygon.highest(2) < low_z || polygon.lowest(2) > low_z + side) {
+    return;
+  }
+  Polygon part = clip(polygon, 1, low_y, false);
+  if (part.count > 2) part = clip(part, 1, low_y + side, true);
+  if (part.count > 2) part = clip(part, 2, low_z, false);
+  if (part.count > 2) part = clip(part, 2, low_z + side, true);
+  if (part.count > 2) out.push_back(part);
+}
+
+struct CellMoments {
+  double volume = 0.0;
+  Vec3 first = Vec3::Zero();   ///< relative to the cell's low corner
+};
+
+/// Adds one convex piece; `column_length(X at a point)` is x − x0 inside, the side beyond.
+/// Edge midpoints of the fan's triangles integrate quadratics exactly.
+void add_piece(const Polygon& piece, const Vec3& low, double side, bool beyond,
+               CellMoments& moments) {
+  for (int i = 1; i + 1 < piece.count; ++i) {
+    const Vec3 a = piece.corners[0] - low;
+    const Vec3 b = piece.corners[static_cast<std::size_t>(i)] - low;
+    const Vec3 c = piece.corners[static_cast<std::size_t>(i + 1)] - low;
+    const double projected =
+        0.5 * ((b.y() - a.y()) * (c.z() - a.z()) - (b.z() - a.z()) * (c.y() - a.y()));
+    for (const Vec3& p : {Vec3(0.5 * (a + b)), Vec3(0.5 * (b + c)), Vec3(0.5 * (c + a))}) {
+      const double length = beyond ? side : p.x();
+      const double share = projected / 3.0 * length;
+      moments.volume += share;
+      moments.first += share * Vec3(0.5 * length, p.y(), p.z());
+    }
+  }
+}
+
+CellMoments cell_moments(const std::vector<Polygon>& polygons, const Vec3& low, double side) {
+  CellMoments moments;
+  const double x0 = low.x(), x1 = low.x() + side;
+  for (const Polygon& polygon : polygons) {
+    if (polygon.highest(0) <= x0) continue;
+    if (polygon.lowest(0) >= x1) {
+      add_piece(polygon, low, side, true, moments);
+      continue;
+    }
+    const Polygon after = polygon.lowest(0) < x0 ? clip(polygon, 0, x0, false) : polygon;
+    if (after.highest(0) <= x1) {
+      add_piece(after, low, side, false, moments);
+      continue;
+    }
+    add_piece(clip(after, 0, x1, true), low, side, false, moments);
+    add_piece(clip(after, 0, x1, false), low, side, true, moments);
+  }
+  return moments;
+}
+
+/// Leaves of one base column, in order, with the first defect found.
+struct ColumnResult {
+  std::vector<Vec3> positions;
+  std::vector<double> weights;
+  std::size_t cut_cells = 0;
+  bool sound = true;
+  Vec3 defect = Vec3::Zero();
+};
+
+class ColumnBuilder {
+ public:
+  ColumnBuilder(const LocalSpacing& spacing, ColumnResult& out) : spacing_(spacing), out_(out) {}
+
+  void cell(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+    const double x0 = low.x(), x1 = low.x() + side;
+    bool cut = false, any = false;
+    for (const Polygon& polygon : polygons) {
+      any = any || polygon.highest(0) > x0;
+      cut = cut || (polygon.highest(0) > x0 && polygon.lowest(0) < x1);
+    }
+    if (!any) return;
+    if (cut && side > 0.5 * spacing_(low + Vec3::Constant(0.5 * side))) {
+      split(low, side, polygons);
+      return;
+    }
+    const CellMoments moments = cell_moments(polygons, low, side);
+    const double share = moments.volume / (side * side * side);
+    constexpr double kSlack = 1e-6;  // round-off of the clipping is some 1e-12 of a cell
+    const bool sound = std::isfinite(share) && share > -kSlack && share < 1.0 + kSlack &&
+                       (cut || share < kSlack || share > 1.0 - kSlack);
+    if (!sound) {
+      if (out_.sound) out_.defect = low + Vec3::Constant(0.5 * side);
+      out_.sound = false;
+      return;
+    }
+    if (!cut) {
+      if (share > 0.5) inside(low, side);
+      return;
+    }
+    // Dropping by a larger threshold would spoil the compatibility of the consistent gradients.
+    if (share < 1e-9) return;
+    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
+    add(low + centroid, moments.volume);
+    ++out_.cut_cells;
+  }
+
+ private:
+  void split(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+    const double half = 0.5 * side;
+    std::vector<Polygon> narrower;
+    for (int k = 0; k < 2; ++k) {
+      for (int j = 0; j < 2; ++j) {
+        const double y = low.y() + j * half, z = low.z() + k * half;
+        narrower.clear();
+        for (const Polygon& polygon : polygons) {
+          if (polygon.highest(0) > low.x()) clip_to_column(polygon, y, z, half, narrower);
+        }
+        for (int i = 0; i < 2; ++i) cell(Vec3(low.x() + i * half, y, z), half, narrower);
+      }
+    }
+  }
+
+  void inside(const Vec3& low, double side) {
+    const Vec3 centre = low + Vec3::Constant(0.5 * side);
+    const double h = spacing_(centre);
+    const double half = 0.5 * side;
+    if (side > h) {
+      for (int i = 0; i < 8; ++i) {
+        inside(low + half * Vec3(i & 1, (i >> 1) & 1, (i >> 2) & 1), half);
+      }
+      return;
+    }
+    if (side <= 0.5 * h) {
+      add(centre, side * side * side);
+      return;
+    }
+    const double gauss = half / std::sqrt(3.0);
+    for (int i = 0; i < 8; ++i) {
+      const Vec3 direction((i & 1) ? 1.0 : -1.0, (i & 2) ? 1.0 : -1.0, (i & 4) ? 1.0 : -1.0);
+      add(centre + gauss * direction, 0.125 * side * side * side);
+    }
+  }
+
+  void add(const Vec3& position, double weight) {
+    out_.positions.push_back(position);
+    out_.weights.push_back(weight);
+  }
+
+  const LocalSpacing& spacing_;
+  ColumnResult& out_;
+};
+
+/// Cells are halved until they fit the local spacing; the side to start from, within a factor of
+/// two, is the one that wastes the fewest cells on this cloud.
+double base_side(const LocalSpacing& spacing) {
+  constexpr int kCandidates = 16;
+  double best = spacing.largest(), fewest = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kCandidates; ++k) {
+    const double side = spacing.largest() * std::exp2(-static_cast<double>(k) / kCandidates);
+    double cells = 0.0;
+    for (const double h : spacing.spacings()) {
+      const double leaf = side * std::exp2(-std::max(0.0, std::ceil(std::log2(side / h))));
+      cells += std::pow(h / leaf, 3);
+    }
+    if (cells < fewest) {
+      fewest = cells;
+      best = side;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
+                                               const LocalSpacing& spacing) {
+  const Box box = bounds(surface);
+  const double side = base_side(spacing);
+  // Off the round numbers, so that flat faces of a model don't lie in planes of cells.
+  const Vec3 low = box.min() - side * Vec3(0.3719, 0.4337, 0.2953);
+  const Eigen::Vector3i size =
+      ((box.max() - low) / side).array().floor().cast<int>() + Eigen::Array3i::Ones();
+  const auto column_of = [&](double value, int axis) {
+    return std::clamp(static_cast<int>((value - low[axis]) / side), 0, size[axis] - 1);
+  };
+
+  const std::size_t columns = static_cast<std::size_t>(size.y()) * static_cast<std::size_t>(size.z());
+  std::vector<std::vector<int>> triangles_over(columns);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    Box extent;
+    for (const int v : surface.triangles[t]) extent.extend(surface.vertices[static_cast<std::size_t>(v)]);
+    for (int k = column_of(extent.min().z(), 2); k <= column_of(extent.max().z(), 2); ++k) {
+      for (int j = column_of(extent.min().y(), 1); j <= column_of(extent.max().y(), 1); ++j) {
+        triangles_over[static_cast<std::size_t>(k * size.y() + j)].push_back(static_cast<int>(t));
+      }
+    }
+  }
+
+  std::vector<ColumnResult> results(columns);
+  parallel_for_each_index(columns, 4, [&](std::size_t column) {
+    const double y = low.y() + side * static_cast<double>(column % static_cast<std::size_t>(size.y()));
+    const double z = low.z() + side * static_cast<double>(column / static_cast<std::size_t>(size.y()));
+    std::vector<Polygon> polygons;
+    for (const int t : triangles_over[column]) {
+      Polygon triangle;
+      for (const int v : surface.triangles[static_cast<std::size_t>(t)]) {
+        triangle.add(surface.vertices[static_cast<std::size_t>(v)]);
+      }
+      clip_to_column(triangle, y, z, side, polygons);
+    }
+    ColumnBuilder builder(spacing, results[column]);
+    for (int i = 0; i < size.x(); ++i) builder.cell(Vec3(low.x() + i * side, y, z), side, polygons);
+  });
+
+  VolumeQuadrature all;
+  for (const ColumnResult& result : results) {
+    if (!result.sound) {
+      std::ostringstream message;
+      message << "surface: near (" << result.defect.transpose() * 1e3
+              << ") mm it encloses no definite volume; expected a closed surface oriented outwards";
+      return failure(message.str());
+    }
+    all.positions.insert(all.positions.end(), result.positions.begin(), result.positions.end());
+    all.weights.insert(all.weights.end(), result.weights.begin(), result.weights.end());
+    all.cut_cells += result.cut_cells;
+  }
+  if (all.positions.empty()) {
+    return failure("surface: it encloses no volume; expected a closed surface oriented outwards");
+  }
+  return all;
+}
+
+}  // namespace viscera

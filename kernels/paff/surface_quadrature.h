@@ -1,0 +1,28 @@
+// Quadrature over a triangle surface: triangles split to the node spacing, three points each.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "kernels/paff/local_spacing.h"
+#include "kernels/points/surface.h"
+
+namespace viscera {
+
+/// Points on the surface, exact for quadratic integrands on each triangle. Tractions, held
+/// displacements and the consistency of gradients all use these same points (NUMERICS, VCI).
+struct SurfaceQuadrature {
+  std::vector<Vec3> positions;     ///< [m]
+  std::vector<Vec3> normals;       ///< outward, unit
+  std::vector<double> weights;     ///< [m2]
+  std::vector<char> fixed;         ///< 1 where the body is held
+
+  std::size_t size() const { return positions.size(); }
+};
+
+/// Triangles of no area carry no points. `is_fixed` may be empty: nothing is held then.
+SurfaceQuadrature surface_quadrature(const TriangleSurface& surface, const LocalSpacing& spacing,
+                                     const std::function<bool(const Vec3&)>& is_fixed);
+
+}  // namespace viscera
