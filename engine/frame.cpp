@@ -4,7 +4,7 @@
 
 namespace viscera {
 
-FrameReport step_frame(World& world, StageClock& clock) {
+FrameReport step_frame(World& world, Trace& trace) {
   FrameReport report;
   FrameContext context;
   context.frame = world.frame + 1;
@@ -12,39 +12,21 @@ FrameReport step_frame(World& world, StageClock& clock) {
   context.dt = static_cast<double>(last_tick - world.tick) * 1e-3;
   context.time = static_cast<double>(last_tick) * 1e-3;
   context.report = &report;
-  clock.begin_frame(context.frame);
 
-  {
-    const auto timed = clock.measure(Stage::kReadTools);
-    read_tools(world, context);
-  }
-  {
-    const auto timed = clock.measure(Stage::kFindContacts);
-    find_contacts(world, context);
-  }
-  {
-    const auto timed = clock.measure(Stage::kDeformOrgans);
-    deform_organs(world, context);
-  }
   // A stage that the scene doesn't need isn't entered, and so isn't timed either.
-  if (world.burn_traces.size() > 0) {
-    {
-      const auto timed = clock.measure(Stage::kHeatTissue);
-      heat_tissue(world, context);
-    }
-    if (world.smoke.size() > 0) {
-      const auto timed = clock.measure(Stage::kEmitSmoke);
-      emit_smoke(world, context);
-    }
-  }
-  if (world.smoke.size() > 0) {
-    const auto timed = clock.measure(Stage::kMoveSmoke);
-    move_smoke(world, context);
-  }
-  {
-    const auto timed = clock.measure(Stage::kCheck);
-    check_world(world, context);
-  }
+  const bool cautery = world.burn_traces.size() > 0;
+  const bool smoke = world.smoke.size() > 0;
+  const auto run = [&](Stage stage, void (*system)(World&, const FrameContext&)) {
+    const StageTimer timer(trace, stage_index(stage), context.frame);
+    system(world, context);
+  };
+  run(Stage::kReadTools, read_tools);
+  run(Stage::kFindContacts, find_contacts);
+  run(Stage::kDeformOrgans, deform_organs);
+  if (cautery) run(Stage::kHeatTissue, heat_tissue);
+  if (cautery && smoke) run(Stage::kEmitSmoke, emit_smoke);
+  if (smoke) run(Stage::kMoveSmoke, move_smoke);
+  run(Stage::kCheck, check_world);
 
   world.tick = last_tick;
   world.frame = context.frame;

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "engine/stage_clock.h"
+#include "engine/io/trace.h"
 #include "engine/stages.h"
 #include "engine/world.h"
 
@@ -49,6 +49,6 @@ struct FrameContext {
 };
 
 /// Advances the world by one frame. Never throws.
-FrameReport step_frame(World& world, StageClock& clock);
+FrameReport step_frame(World& world, Trace& trace);
 
 }  // namespace viscera

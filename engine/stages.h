@@ -33,4 +33,6 @@ constexpr std::string_view stage_name(Stage stage) {
   return kStageNames[static_cast<std::size_t>(stage)];
 }
 
+constexpr int stage_index(Stage stage) { return static_cast<int>(stage); }
+
 }  // namespace viscera

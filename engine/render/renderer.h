@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/gpu/pass_timer.h"
 #include "engine/render/view.h"
 #include "kernels/base/result.h"
 
@@ -37,6 +38,9 @@ class Renderer {
   /// "llvmpipe (LLVM 15.0.6, 256 bits)", and whether it is a software rasteriser.
   std::string device() const;
   bool software() const;
+
+  /// Time on the device of each pass of the last picture, in order.
+  const std::vector<PassTime>& pass_times() const;
 
  private:
   struct Data;

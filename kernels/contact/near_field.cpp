@@ -167,12 +167,6 @@ double NearField::drawn_tangential(double r, double area) const {
   return tangential_scale_ * point_kernel(r, area);
 }
 
-Mat3 NearField::cell_tensor(const Vec3& offset, const Vec3& normal, double area) const {
-  const double kernel = cell_kernel(offset.norm(), area);
-  return kernel * (tangential_scale_ * Mat3::Identity() +
-                   (normal_scale_ - tangential_scale_) * normal * normal.transpose());
-}
-
 Vec3 NearField::drawn_displacement(const Vec3& offset, const Vec3& normal, double area,
                                    const Vec3& force) const {
   const double kernel = point_kernel(offset.norm(), area);

@@ -37,9 +37,8 @@ class NearField {
   /// it falls smoothly over the last quarter [m].
   double range() const;
 
-  /// The cell-to-cell response as a tensor: normal and tangential parts about the unit `normal`
-  /// (that of both cells, or their mean, so that the response stays reciprocal) [m/N].
-  Mat3 cell_tensor(const Vec3& offset, const Vec3& normal, double area) const;
+  /// tangential_compliance over normal_compliance.
+  double tangential_share() const { return tangential_scale_ / normal_scale_; }
   /// Displacement of a surface point at `offset` [m] from a cell under `force` [N], less what the
   /// spread load already gives there [m].
   Vec3 drawn_displacement(const Vec3& offset, const Vec3& normal, double area,

@@ -75,9 +75,9 @@ class PatchContact {
   void gather_compliance();
   void compress_weights();
   void couple_cells();
-  Mat3 coupling(std::span<const ContactCell> cells, const ContactSolution& solution, int k,
-                int l) const;
-  void assemble(std::span<const ContactCell> cells, const ContactSolution& solution);
+  void couple_nearby(std::span<const ContactCell> cells, std::span<const NearField> near_fields);
+  Mat3 coupling(std::span<const ContactCell> cells, int k, int l) const;
+  void assemble(std::span<const ContactCell> cells);
 
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
@@ -94,6 +94,8 @@ class PatchContact {
   MatrixX basis_, coefficients_;            // S ~ coefficients (cells x r) basis (r x m)
   std::array<Eigen::MatrixXf, 6> block_;    // xx, xy, xz, yy, yz, zz of C on touched nodes: m x m
   std::array<MatrixX, 6> far_;              // the same of S C S^T: cells x cells
+  MatrixX near_;                            // normal near field: cells x cells
+  double tangential_share_ = 1.0;           // of it, for tangential forces
 
   std::vector<Unknown> unknowns_;
   MatrixX matrix_;

@@ -23,8 +23,9 @@ bool UnilateralSolver::solve_active(const MatrixX& matrix, const VectorX& b,
   part_ = matrix(indices_, indices_);
   factor_.compute(part_);
   if (factor_.info() != Eigen::Success) return false;
-  const VectorX rhs = b(indices_);
-  x(indices_) = factor_.solve(rhs);
+  const VectorX wanted = b(indices_);
+  const VectorX amounts = factor_.solve(wanted);
+  x(indices_) = amounts;
   return x.allFinite();
 }
 
@@ -58,7 +59,7 @@ UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& 
 
   std::size_t fewest = n + 1;
   int patience = kPatience;
-  // Least-index exchanges end after finitely many steps; the bound is for matrices that lost their
+  // Exchanges of a fixed order end after finitely many steps; the bound is for matrices that lost their
   // positivity to round-off.
   const std::size_t most_rounds = 100 + 50 * n;
   for (std::size_t round = 0; round < most_rounds; ++round) {

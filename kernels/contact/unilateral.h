@@ -19,7 +19,7 @@ struct UnilateralFigures {
 
 /// Finds x with w = A x - b: x_i >= 0, w_i >= 0, x_i w_i = 0 where i is unilateral; w_i = 0 where
 /// i is bilateral. Block principal pivoting (Judice and Pires 1994), which settles in a few
-/// factorisations; when blocks stop helping, Murty's least-index exchanges, which end for every
+/// factorisations; when blocks stop helping, Murty's exchanges of the last violated index, which end for every
 /// positive definite matrix. Deterministic.
 class UnilateralSolver {
  public:

@@ -24,16 +24,19 @@ struct Polygon {
   int count = 0;
 
   void add(const Vec3& corner) {
-    if (count < static_cast<int>(corners.size())) corners[static_cast<std::size_t>(count++)] = corner;
+    if (count < static_cast<int>(corners.size()))
+      corners[static_cast<std::size_t>(count++)] = corner;
   }
   double lowest(int axis) const {
     double value = corners[0][axis];
-    for (int i = 1; i < count; ++i) value = std::min(value, corners[static_cast<std::size_t>(i)][axis]);
+    for (int i = 1; i < count; ++i)
+      value = std::min(value, corners[static_cast<std::size_t>(i)][axis]);
     return value;
   }
   double highest(int axis) const {
     double value = corners[0][axis];
-    for (int i = 1; i < count; ++i) value = std::max(value, corners[static_cast<std::size_t>(i)][axis]);
+    for (int i = 1; i < count; ++i)
+      value = std::max(value, corners[static_cast<std::size_t>(i)][axis]);
     return value;
   }
 };
@@ -73,10 +76,10 @@ void clip_to_column(const Polygon& polygon, double low_y, double low_z, double s
 
 struct CellMoments {
   double volume = 0.0;
-  Vec3 first = Vec3::Zero();   ///< relative to the cell's low corner
+  Vec3 first = Vec3::Zero();  ///< relative to the cell's low corner
 };
 
-/// Adds one convex piece; `column_length(X at a point)` is x − x0 inside, the side beyond.
+/// Adds one convex piece, wholly inside the cell's range of x or wholly beyond it.
 /// Edge midpoints of the fan's triangles integrate quadratics exactly.
 void add_piece(const Polygon& piece, const Vec3& low, double side, bool beyond,
                CellMoments& moments) {
@@ -105,6 +108,7 @@ CellMoments cell_moments(const std::vector<Polygon>& polygons, const Vec3& low, 
       continue;
     }
     const Polygon after = polygon.lowest(0) < x0 ? clip(polygon, 0, x0, false) : polygon;
+    if (after.count < 3) continue;
     if (after.highest(0) <= x1) {
       add_piece(after, low, side, false, moments);
       continue;
@@ -241,11 +245,13 @@ Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
     return std::clamp(static_cast<int>((value - low[axis]) / side), 0, size[axis] - 1);
   };
 
-  const std::size_t columns = static_cast<std::size_t>(size.y()) * static_cast<std::size_t>(size.z());
+  const std::size_t columns =
+      static_cast<std::size_t>(size.y()) * static_cast<std::size_t>(size.z());
   std::vector<std::vector<int>> triangles_over(columns);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     Box extent;
-    for (const int v : surface.triangles[t]) extent.extend(surface.vertices[static_cast<std::size_t>(v)]);
+    for (const int v : surface.triangles[t])
+      extent.extend(surface.vertices[static_cast<std::size_t>(v)]);
     for (int k = column_of(extent.min().z(), 2); k <= column_of(extent.max().z(), 2); ++k) {
       for (int j = column_of(extent.min().y(), 1); j <= column_of(extent.max().y(), 1); ++j) {
         triangles_over[static_cast<std::size_t>(k * size.y() + j)].push_back(static_cast<int>(t));
@@ -255,8 +261,10 @@ Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
 
   std::vector<ColumnResult> results(columns);
   parallel_for_each_index(columns, 4, [&](std::size_t column) {
-    const double y = low.y() + side * static_cast<double>(column % static_cast<std::size_t>(size.y()));
-    const double z = low.z() + side * static_cast<double>(column / static_cast<std::size_t>(size.y()));
+    const double y =
+        low.y() + side * static_cast<double>(column % static_cast<std::size_t>(size.y()));
+    const double z =
+        low.z() + side * static_cast<double>(column / static_cast<std::size_t>(size.y()));
     std::vector<Polygon> polygons;
     for (const int t : triangles_over[column]) {
       Polygon triangle;

@@ -13,8 +13,8 @@ namespace viscera {
 
 /// Points inside the body; the weights are positive and add up to the enclosed volume.
 struct VolumeQuadrature {
-  std::vector<Vec3> positions;     ///< [m]
-  std::vector<double> weights;     ///< [m3]
+  std::vector<Vec3> positions;  ///< [m]
+  std::vector<double> weights;  ///< [m3]
   std::size_t cut_cells = 0;
 
   std::size_t size() const { return positions.size(); }

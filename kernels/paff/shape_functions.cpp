@@ -53,9 +53,7 @@ bool ShapeFunctions::evaluate(const Vec3& x, bool with_gradients, ShapeValues& o
 
   // phi_J = W_J p_J . c with c = M^-1 p(x); the basis is shifted to x, so p(x) = (1, 0, 0, 0).
   const Vec4 c = moments.solve(Vec4(1.0, 0.0, 0.0, 0.0));
-  const auto fit = [&](const Vec3& d) {
-    return c[0] + c[1] * d.x() + c[2] * d.y() + c[3] * d.z();
-  };
+  const auto fit = [&](const Vec3& d) { return c[0] + c[1] * d.x() + c[2] * d.y() + c[3] * d.z(); };
   if (!with_gradients) {
     for (std::size_t j = 0; j < count; ++j) out.values[j] = out.weights[j] * fit(offset(j));
     return true;

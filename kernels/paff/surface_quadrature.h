@@ -13,10 +13,10 @@ namespace viscera {
 /// Points on the surface, exact for quadratic integrands on each triangle. Tractions, held
 /// displacements and the consistency of gradients all use these same points (NUMERICS, VCI).
 struct SurfaceQuadrature {
-  std::vector<Vec3> positions;     ///< [m]
-  std::vector<Vec3> normals;       ///< outward, unit
-  std::vector<double> weights;     ///< [m2]
-  std::vector<char> fixed;         ///< 1 where the body is held
+  std::vector<Vec3> positions;  ///< [m]
+  std::vector<Vec3> normals;    ///< outward, unit
+  std::vector<double> weights;  ///< [m2]
+  std::vector<char> fixed;      ///< 1 where the body is held
 
   std::size_t size() const { return positions.size(); }
 };

@@ -28,7 +28,7 @@ int KdTree::build(int begin, int end) {
   Box box;
   for (int i = begin; i < end; ++i) box.extend(points_[indices_[i]]);
   int axis = 0;
-  if (box.sizes().maxCoeff(&axis) <= 0.0) return self;   // all points coincide
+  if (box.sizes().maxCoeff(&axis) <= 0.0) return self;  // all points coincide
 
   const int middle = (begin + end) / 2;
   std::nth_element(indices_.begin() + begin, indices_.begin() + middle, indices_.begin() + end,

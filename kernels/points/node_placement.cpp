@@ -17,7 +17,7 @@ namespace viscera {
 
 namespace {
 
-constexpr double kLeastSeparation = 0.5;   // in h
+constexpr double kLeastSeparation = 0.5;  // in h
 
 /// The nodes of a moment matrix must span space: how thick the cloud is in its thinnest direction
 /// against its widest.
@@ -36,8 +36,8 @@ Result<void> enough_nodes(const TriangleSurface& surface, const SpacingField& sp
   if (positions.size() >= 4 && thickness_share(positions) > kFlat) return {};
   std::ostringstream text;
   text.precision(3);
-  text << "node placement: a spacing of " << 1e3 * spacing(positions.front())
-       << " mm on a body of " << 1e3 * bounds(surface).sizes().maxCoeff() << " mm gives ";
+  text << "node placement: a spacing of " << 1e3 * spacing(positions.front()) << " mm on a body of "
+       << 1e3 * bounds(surface).sizes().maxCoeff() << " mm gives ";
   if (positions.size() < 4) {
     text << positions.size() << " nodes, expected at least 4";
   } else {
@@ -56,8 +56,7 @@ Progress part(const Progress& progress, double begin, double end) {
 
 }  // namespace
 
-SpacingField graded_spacing(double h_max, double h_min, double gradient,
-                            std::vector<Vec3> points) {
+SpacingField graded_spacing(double h_max, double h_min, double gradient, std::vector<Vec3> points) {
   if (points.empty()) return [h_max](const Vec3&) { return h_max; };
   // Shared, because copies of a std::function copy what they hold.
   const auto tree = std::make_shared<const KdTree>(points);

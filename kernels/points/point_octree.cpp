@@ -50,8 +50,7 @@ bool PointOctree::any_nearer(const Vec3& x, double radius) const {
   stack[depth++] = 0;
   while (depth > 0) {
     const Cell& cell = cells_[stack[--depth]];
-    const Vec3 outside =
-        ((x - cell.centre).cwiseAbs() - Vec3::Constant(cell.half)).cwiseMax(0.0);
+    const Vec3 outside = ((x - cell.centre).cwiseAbs() - Vec3::Constant(cell.half)).cwiseMax(0.0);
     if (outside.squaredNorm() >= radius2) continue;
     if (cell.children < 0) {
       for (int i = 0; i < cell.count; ++i) {

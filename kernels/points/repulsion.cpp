@@ -12,12 +12,12 @@ namespace viscera {
 namespace {
 
 constexpr std::size_t kChunk = 256;
-constexpr int kSweepsPerSearch = 5;     // nodes hardly change neighbours in between
+constexpr int kSweepsPerSearch = 5;  // nodes hardly change neighbours in between
 constexpr int kSurfaceNeighbours = 12;
 constexpr int kInsideNeighbours = 20;
-constexpr double kRange = 1.5;          // neighbours nearer than this times h push
-constexpr double kStep = 0.15;          // displacement per unit of push, in h
-constexpr double kLongestStep = 0.15;   // in h
+constexpr double kRange = 1.5;         // neighbours nearer than this times h push
+constexpr double kStep = 0.15;         // displacement per unit of push, in h
+constexpr double kLongestStep = 0.15;  // in h
 
 /// Where the neighbours of node i push it [m].
 Vec3 push(const PlacedNodes& nodes, std::size_t i, std::span<const int> neighbours) {
@@ -42,7 +42,9 @@ struct Place {
   double depth;
 };
 
-bool usable(double h) { return h > 0.0 && std::isfinite(h); }
+bool usable(double h) {
+  return h > 0.0 && std::isfinite(h);
+}
 
 Place slide(const PlacementTask& task, const Place& from, const Vec3& step) {
   const Vec3 x = task.tree.closest(from.position + step).position;
@@ -88,8 +90,7 @@ void sweep(const PlacementTask& task, PlacedNodes& nodes, const std::vector<int>
   }
 }
 
-Result<void> relax(const PlacementTask& task, PlacedNodes& nodes, int k,
-                   const Progress& progress) {
+Result<void> relax(const PlacementTask& task, PlacedNodes& nodes, int k, const Progress& progress) {
   std::vector<int> neighbours;
   for (int i = 0; i < task.options.sweeps; ++i) {
     if (!progress(static_cast<double>(i) / task.options.sweeps, "relaxing nodes")) {

@@ -34,9 +34,9 @@ std::string edge_text(const TriangleSurface& surface, int from, int to) {
 
 /// One side of a triangle; sorted by its vertices, sides of one edge stand together.
 struct Side {
-  int low, high;   // vertices, low < high
+  int low, high;  // vertices, low < high
   int triangle;
-  bool forward;    // the triangle runs through it from low to high
+  bool forward;  // the triangle runs through it from low to high
 
   bool same_edge(const Side& other) const { return low == other.low && high == other.high; }
 };
@@ -86,8 +86,8 @@ std::vector<std::string> unreadable(const TriangleSurface& surface) {
   const int vertices = static_cast<int>(surface.vertices.size());
   std::size_t outside = 0, first_outside = 0;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const bool bad = std::ranges::any_of(surface.triangles[t],
-                                         [&](int v) { return v < 0 || v >= vertices; });
+    const bool bad =
+        std::ranges::any_of(surface.triangles[t], [&](int v) { return v < 0 || v >= vertices; });
     if (bad && outside++ == 0) first_outside = t;
   }
   if (outside > 0) {

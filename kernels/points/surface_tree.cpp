@@ -10,7 +10,7 @@ namespace viscera {
 namespace {
 
 constexpr int kLeafSize = 4;
-constexpr int kStackSize = 64;   // median splits: the depth is the logarithm of the triangles
+constexpr int kStackSize = 64;  // median splits: the depth is the logarithm of the triangles
 
 /// Which part of a triangle is nearest.
 enum class Feature { kFace, kVertex0, kVertex1, kVertex2, kEdge01, kEdge12, kEdge20 };
@@ -54,7 +54,7 @@ NearestOnTriangle nearest_on_triangle(const Vec3& x, const std::array<Vec3, 3>& 
   if (wb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return nearest_on_edge(x, p, 2);
 
   const double sum = wa + wb + wc;
-  if (!(sum > 0.0)) return nearest_on_edge(x, p, 0);   // a needle, by rounding
+  if (!(sum > 0.0)) return nearest_on_edge(x, p, 0);  // a needle, by rounding
   return {Vec3(wa, wb, wc) / sum, Feature::kFace};
 }
 
@@ -63,19 +63,19 @@ NearestOnTriangle nearest_on_triangle(const Vec3& x, const std::array<Vec3, 3>& 
 struct SurfaceTree::Data {
   struct Node {
     Box box;
-    int begin = 0, end = 0;   // triangles of a leaf; the left child stands right behind its parent
-    int right = -1;           // -1 for a leaf
+    int begin = 0, end = 0;  // triangles of a leaf; the left child stands right behind its parent
+    int right = -1;          // -1 for a leaf
   };
   /// Outward directions of the features of one triangle, in the order of Feature.
   using Normals = std::array<Vec3, 7>;
 
   std::vector<Node> nodes;
-  std::vector<std::array<Vec3, 3>> corners;   // in the order of the leaves
-  std::vector<int> triangles;                 // their indices in the caller's surface
-  std::vector<Normals> normals;               // in the order of the leaves
+  std::vector<std::array<Vec3, 3>> corners;  // in the order of the leaves
+  std::vector<int> triangles;                // their indices in the caller's surface
+  std::vector<Normals> normals;              // in the order of the leaves
 
   struct Hit {
-    int place = -1;   // into corners
+    int place = -1;  // into corners
     NearestOnTriangle nearest;
     Vec3 position = Vec3::Zero();
     double distance2 = std::numeric_limits<double>::infinity();
@@ -113,8 +113,9 @@ int SurfaceTree::Data::build(const std::vector<Box>& boxes, const std::vector<Ve
   return self;
 }
 
-// Normals of faces, of edges (sum of the two faces') and of vertices (weighted by angle): with these
-// the sign of the distance is right wherever the nearest place lies [Baerentzen and Aanaes 2005].
+// Normals of faces, of edges (sum of the two faces') and of vertices (weighted by angle): with
+// these the sign of the distance is right wherever the nearest place lies [Baerentzen and Aanaes
+// 2005].
 void SurfaceTree::Data::find_normals(const TriangleSurface& surface) {
   const std::vector<Vec3> at_vertex = vertex_normals(surface);
   const int count = static_cast<int>(surface.triangles.size());
@@ -216,8 +217,8 @@ SurfaceTree& SurfaceTree::operator=(SurfaceTree&&) noexcept = default;
 SurfaceTree::Closest SurfaceTree::closest(const Vec3& query) const {
   const Data::Hit hit = data_->nearest(query);
   if (hit.place < 0) return {{}, query, std::numeric_limits<double>::infinity()};
-  return {{data_->triangles[hit.place], hit.nearest.weights}, hit.position,
-          std::sqrt(hit.distance2)};
+  return {
+      {data_->triangles[hit.place], hit.nearest.weights}, hit.position, std::sqrt(hit.distance2)};
 }
 
 double SurfaceTree::signed_distance(const Vec3& query) const {

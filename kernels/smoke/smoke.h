@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "kernels/base/types.h"
@@ -23,16 +22,34 @@ struct SmokeParticles {
 };
 
 struct SmokeParameters {
-  Box domain;                         ///< world [m]
-  double spacing = 3e-3;              ///< smoothing length h of the particle field [m]
+  Box domain;                         ///< closed cavity: particles slide along its walls; world [m]
+  double spacing = 3e-3;              ///< smoothing length h (support radius) of the particles [m]
   double gas_density = 1.76;          ///< rho [kg/m3] (CO2 at 12 mmHg and 37 C)
   double gas_viscosity = 1.54e-5;     ///< mu [Pa s]
   double gas_temperature = 310.15;    ///< [K]
-  double random_acceleration = 0.6;   ///< standard deviation of the random force per mass [m/s2]
   double cooling_time = 0.8;          ///< of the temperature excess towards the gas [s]
   double gravity = 9.81;              ///< [m/s2]; buoyancy acts along +z
+  double lifetime = 20.0;             ///< particles retire at this age [s]
   std::uint64_t seed = 1;
   std::size_t max_particles = 25000;  ///< the oldest end when more are emitted, and are counted
+
+  /// White part of the random force per mass: the standard deviation of each component over 1/60 s
+  /// [m/s2]; scaled by sqrt((1/60 s) / dt), so that the diffusion doesn't depend on the step.
+  double random_acceleration = 0.6;
+  /// Coherent part of the random force per mass, which makes wisps: root mean square of the length
+  /// of a divergence-free field of random waves [m/s2], that neighbours share.
+  double swirl_acceleration = 2.5;
+  double swirl_wavelength = 20e-3;    ///< of its waves, spread from half to 1.5 times this [m]
+  double swirl_time = 0.6;            ///< in which it changes [s]
+
+  /// Added to mu / rho [m2/s]: eddies smaller than h.
+  double eddy_viscosity = 5e-6;
+  /// Gas at rest fills the part of a particle's neighbourhood that other particles leave empty; a
+  /// factor on its drag (0 takes it away; see surrounding_drag in smoke_forces.h).
+  double surrounding_drag = 1.0;
+  /// Quadratic drag a = -c |v| v of the gas that a plume entrains: c = 2 alpha / b with Morton,
+  /// Taylor and Turner's entrainment coefficient alpha about 0.1 and plume radius b, 1 cm [1/m].
+  double entrainment = 20.0;
 };
 
 struct SmokeCounters {
@@ -48,38 +65,46 @@ struct SmokeEmission {
   double radius = 1e-3;               ///< of the source [m]
   double temperature = 60.0;          ///< excess over the gas [K]
   double mass = 0.0;                  ///< of smoke to emit in this step [kg]
-  int particles = 0;                  ///< number to emit in this step
+  int particles = 0;                  ///< number to emit in this step; without any, no mass leaves
+  double duration = 0.0;              ///< over which they left [s]: spreads them along the jet
 };
 
-/// The smoke of one volume. Deterministic for any number of threads.
+/// The smoke of one volume. Deterministic for any number of threads. Mass is booked: what was
+/// emitted is airborne, has left (particles emitted outside the domain leave at once) or is retired.
 class SmokeVolume {
  public:
   explicit SmokeVolume(const SmokeParameters& parameters);
 
+  /// Particles appear evenly in a ball about the source, all with the jet's velocity. An emission
+  /// that isn't finite, or has no positive mass or number, emits nothing.
   void emit(const SmokeEmission& emission);
-  /// Advances by dt [s] in as many substeps as the explicit viscosity bound dt <= 0.1 h^2 rho / mu
-  /// and a displacement of h/2 a substep ask for. [De2006] eq. 14.
+  /// Advances by dt [s] in as many substeps as the explicit viscosity bound dt <= 0.1 h^2 / nu and
+  /// a displacement of h/2 a substep ask for (at most 32: a faster particle only moves farther
+  /// between looks at its neighbours). [De2006] eq. 14.
   void step(double dt);
 
   const SmokeParticles& particles() const { return particles_; }
   const SmokeParameters& parameters() const { return parameters_; }
   const SmokeCounters& counters() const { return counters_; }
+  double time() const { return time_; }   ///< since the start [s]
   std::size_t memory_bytes() const;
 
  private:
-  void bin();
   void substep(double dt);
-  void retire();
+  void integrate(double dt);
+  void retire_aged();
+  void retire_oldest(std::size_t count);
+  void remove(const std::vector<std::uint8_t>& ending);
 
   SmokeParameters parameters_;
   SmokeParticles particles_;
   SmokeCounters counters_;
-  std::uint64_t steps_ = 0;
+  SwirlField swirl_;
+  SmokeBins bins_;
+  SmokeForces forces_;
+  double time_ = 0.0;
+  std::uint64_t substeps_ = 0;
   std::uint32_t next_id_ = 0;
-  // Scratch of the step, kept to avoid allocation.
-  SmokeParticles sorted_;
-  std::vector<std::uint32_t> cell_begin_, cell_of_, order_;
-  std::vector<Vec3f> accelerations_;
 };
 
 /// Density and temperature on a dense grid of cell centres, x fastest; fixed-point accumulation, so

@@ -9,12 +9,12 @@ namespace viscera::test {
 TriangleSurface icosphere(double radius, int subdivisions) {
   const double g = 0.5 * (1.0 + std::sqrt(5.0));
   TriangleSurface sphere;
-  sphere.vertices = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                     {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  sphere.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11},
-                      {1, 5, 9}, {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                      {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8}, {3, 8, 9},
-                      {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  sphere.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                     {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  sphere.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                      {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                      {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                      {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
   for (int level = 0; level < subdivisions; ++level) {
     std::map<std::pair<int, int>, int> middles;
     const auto middle = [&](int a, int b) {
@@ -41,8 +41,8 @@ TriangleSurface box(const Vec3& edges, int divisions) {
   TriangleSurface surface;
   std::map<std::array<int, 3>, int> vertex_at;
   const auto vertex = [&](const Eigen::Vector3i& at) {
-    const auto [entry, fresh] = vertex_at.try_emplace({at[0], at[1], at[2]},
-                                                      static_cast<int>(surface.vertices.size()));
+    const auto [entry, fresh] =
+        vertex_at.try_emplace({at[0], at[1], at[2]}, static_cast<int>(surface.vertices.size()));
     if (fresh) {
       const Vec3 share = at.cast<double>() / divisions - Vec3::Constant(0.5);
       surface.vertices.push_back(share.cwiseProduct(edges));
@@ -69,6 +69,8 @@ TriangleSurface box(const Vec3& edges, int divisions) {
   return surface;
 }
 
-TriangleSurface cube(double edge, int n) { return box(Vec3::Constant(edge), n); }
+TriangleSurface cube(double edge, int n) {
+  return box(Vec3::Constant(edge), n);
+}
 
 }  // namespace viscera::test

@@ -15,9 +15,9 @@ float retro_lobe(float cosine, float roughness) {
   float c = max(cosine, 1e-3);
   float t = c * c * (a2 - 1.0) + 1.0;
   float d = a2 / (t * t);
+  // Both directions are the same, so both masking terms are.
   float g = 2.0 / (1.0 + sqrt(a2 + (1.0 - a2) * c * c) / c);
-  // Both directions are the same, so both masking terms are; lambda form, uncorrelated.
-  return 0.25 * d * g * g * 0.25 / max(c, 0.05);
+  return 0.25 * d * g * g / max(c, 0.05);
 }
 
 // Widens a lobe where the normal turns within a pixel, so that glints don't sparkle:

@@ -1,0 +1,144 @@
+#include "engine/io/response_cache.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <span>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace viscera {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kFormat = 1;   // of the names and meanings below
+
+static_assert(sizeof(Vec3) == 3 * sizeof(double), "positions are stored as they lie in memory");
+
+/// The figures as one array of doubles: exact for counts below 2^53.
+std::vector<double> to_numbers(const PreparationFigures& f) {
+  return {static_cast<double>(f.unknowns),
+          static_cast<double>(f.stiffness_nonzeros),
+          static_cast<double>(f.quadrature_points),
+          f.gradient_correction,
+          f.fixed_area,
+          f.assemble_s,
+          f.factor_s,
+          f.compliance_s,
+          static_cast<double>(f.factor_bytes)};
+}
+
+PreparationFigures to_figures(std::span<const double> v) {
+  PreparationFigures f;
+  f.unknowns = static_cast<std::size_t>(v[0]);
+  f.stiffness_nonzeros = static_cast<std::size_t>(v[1]);
+  f.quadrature_points = static_cast<std::size_t>(v[2]);
+  f.gradient_correction = v[3];
+  f.fixed_area = v[4];
+  f.assemble_s = v[5];
+  f.factor_s = v[6];
+  f.compliance_s = v[7];
+  f.factor_bytes = static_cast<std::size_t>(v[8]);
+  return f;
+}
+
+constexpr std::size_t kFigures = 9;
+
+bool indices_of(const std::vector<int>& nodes, std::size_t count) {
+  return std::all_of(nodes.begin(), nodes.end(),
+                     [&](int node) { return node >= 0 && static_cast<std::size_t>(node) < count; });
+}
+
+Result<PreparedResponse> unpack(CacheData data) {
+  PreparedResponse r;
+  auto positions = data.take<double>("positions");
+  if (!positions) return std::unexpected(positions.error());
+  const std::size_t nodes = positions->size() / 3;
+  if (positions->size() != 3 * nodes) return failure("its positions aren't triples");
+  auto spacings = data.take<double>("spacings", nodes);
+  if (!spacings) return std::unexpected(spacings.error());
+  auto surface_count = data.take<int>("surface_count", 1);
+  if (!surface_count) return std::unexpected(surface_count.error());
+  auto visible = data.take<int>("visible");
+  if (!visible) return std::unexpected(visible.error());
+  auto touchable = data.take<int>("touchable");
+  if (!touchable) return std::unexpected(touchable.error());
+  auto columns = data.take<float>("columns", 9 * visible->size() * touchable->size());
+  if (!columns) return std::unexpected(columns.error());
+  auto figures = data.take<double>("figures", kFigures);
+  if (!figures) return std::unexpected(figures.error());
+  const int surface_nodes = surface_count->front();
+  if (surface_nodes < 0 || static_cast<std::size_t>(surface_nodes) > nodes ||
+      !indices_of(*visible, nodes) || !indices_of(*touchable, nodes)) {
+    return failure("it names nodes that its cloud doesn't have");
+  }
+
+  r.cloud.positions.resize(nodes);
+  for (std::size_t i = 0; i < nodes; ++i) r.cloud.positions[i] = Vec3(positions->data() + 3 * i);
+  r.cloud.spacings = std::move(*spacings);
+  r.cloud.surface_count = static_cast<std::size_t>(surface_nodes);
+  r.compliance.visible = std::move(*visible);
+  r.compliance.touchable = std::move(*touchable);
+  r.compliance.columns = std::move(*columns);
+  r.figures = to_figures(*figures);
+  for (auto& [name, array] : data.arrays()) {
+    if (name.starts_with("extra.")) r.extra[name.substr(6)] = std::move(array);
+  }
+  return r;
+}
+
+}  // namespace
+
+fs::path ResponseCache::default_folder() {
+  const auto variable = [](const char* name) -> fs::path {
+    const char* value = std::getenv(name);
+    return value ? fs::path(value) : fs::path();
+  };
+  if (const fs::path own = variable("VISCERA_CACHE"); !own.empty()) return own;
+  if (const fs::path xdg = variable("XDG_CACHE_HOME"); xdg.is_absolute()) return xdg / "viscera";
+  if (const fs::path home = variable("HOME"); !home.empty()) return home / ".cache" / "viscera";
+  return fs::temp_directory_path() / "viscera_cache";
+}
+
+fs::path ResponseCache::file(const std::string& key) const { return folder_ / (key + ".h5"); }
+
+CachedResponse ResponseCache::load(const std::string& key) const {
+  const fs::path path = file(key);
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return {};
+  const auto unusable = [&](const Error& error) {
+    return CachedResponse{{}, path.string() + ": rebuilt because " + error.text()};
+  };
+  auto data = read_cache_file(path, kFormat, key);
+  if (!data) return unusable(data.error());
+  auto response = unpack(std::move(*data));
+  if (!response) return unusable(response.error());
+  return {std::move(*response), ""};
+}
+
+Result<void> ResponseCache::save(const std::string& key, const PreparedResponse& response) const {
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) return failure(folder_.string() + ": can't be created: " + error.message());
+  const PointCloud& cloud = response.cloud;
+  const std::array<int, 1> surface_count = {static_cast<int>(cloud.surface_count)};
+  const std::vector<double> figures = to_numbers(response.figures);
+  const double* positions = cloud.positions.empty() ? nullptr : cloud.positions.front().data();
+
+  CacheContents contents;
+  contents.array("positions", std::span<const double>(positions, 3 * cloud.size()));
+  contents.array("spacings", cloud.spacings);
+  contents.array("surface_count", std::span<const int>(surface_count));
+  contents.array("visible", response.compliance.visible);
+  contents.array("touchable", response.compliance.touchable);
+  contents.array("columns", response.compliance.columns);
+  contents.array("figures", figures);
+  for (const auto& [name, array] : response.extra) {
+    std::visit([&](const auto& values) { contents.array("extra." + name, values); }, array);
+  }
+  return write_cache_file(file(key), kFormat, key, contents);
+}
+
+}  // namespace viscera

@@ -1,0 +1,231 @@
+#include "engine/render/instrument_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace viscera {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kRound = 40;   // vertices around a shaft
+
+/// One ring of a body of revolution about +z.
+struct Station {
+  double z, radius;
+};
+
+/// Builds parts one after another into one mesh.
+class Builder {
+ public:
+  explicit Builder(InstrumentMesh& mesh) : mesh_(mesh) {}
+
+  void triangle(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& n, Finish finish) {
+    for (int i = 0; i < 3; ++i) vertex(p[i], n[i], finish);
+  }
+
+  void quad(const std::array<Vec3, 4>& p, const std::array<Vec3, 4>& n, Finish finish) {
+    triangle({p[0], p[1], p[2]}, {n[0], n[1], n[2]}, finish);
+    triangle({p[0], p[2], p[3]}, {n[0], n[2], n[3]}, finish);
+  }
+
+  /// Each pair of neighbouring stations gives a cone with its own normals: turned edges stay crisp.
+  void turned(const std::vector<Station>& profile, const Vec3& centre, Finish finish) {
+    for (std::size_t s = 0; s + 1 < profile.size(); ++s) {
+      const Station a = profile[s], b = profile[s + 1];
+      const Vec2 along = Vec2(b.z - a.z, b.radius - a.radius).normalized();
+      for (int i = 0; i < kRound; ++i) {
+        std::array<Vec3, 2> out, radial;
+        for (int k = 0; k < 2; ++k) {
+          const double angle = 2.0 * kPi * (i + k) / kRound;
+          radial[k] = Vec3(std::cos(angle), std::sin(angle), 0.0);
+          out[k] = along[0] * radial[k] - Vec3(0.0, 0.0, along[1]);
+        }
+        const Vec3 za = centre + Vec3(0, 0, a.z), zb = centre + Vec3(0, 0, b.z);
+        quad({za + a.radius * radial[0], za + a.radius * radial[1], zb + b.radius * radial[1],
+              zb + b.radius * radial[0]},
+             {out[0], out[1], out[1], out[0]}, finish);
+      }
+    }
+  }
+
+  void ball(const Vec3& centre, double radius, Finish finish) {
+    constexpr int kBands = 16;
+    const auto direction = [](int i, int j) {
+      const double polar = kPi * i / kBands, around = 2.0 * kPi * j / kRound;
+      return Vec3(std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around),
+                  -std::cos(polar));
+    };
+    for (int i = 0; i < kBands; ++i) {
+      for (int j = 0; j < kRound; ++j) {
+        const std::array<Vec3, 4> n = {direction(i, j), direction(i, j + 1), direction(i + 1, j + 1),
+                                       direction(i + 1, j)};
+        quad({centre + radius * n[0], centre + radius * n[1], centre + radius * n[2],
+              centre + radius * n[3]},
+             n, finish);
+      }
+    }
+  }
+
+  /// A round wire along a path in the x-z plane.
+  void wire(const std::vector<Vec3>& path, double radius, Finish finish) {
+    constexpr int kSides = 20;
+    const auto tangent = [&path](std::size_t i) -> Vec3 {
+      const std::size_t before = i > 0 ? i - 1 : 0, after = std::min(i + 1, path.size() - 1);
+      return (path[after] - path[before]).normalized();
+    };
+    const auto normal = [&](std::size_t i, int k) -> Vec3 {
+      const double angle = 2.0 * kPi * k / kSides;
+      const Vec3 across = tangent(i).cross(Vec3::UnitY());
+      return std::cos(angle) * across + std::sin(angle) * Vec3::UnitY();
+    };
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+      for (int k = 0; k < kSides; ++k) {
+        const std::array<Vec3, 4> n = {normal(i, k), normal(i, k + 1), normal(i + 1, k + 1),
+                                       normal(i + 1, k)};
+        quad({path[i] + radius * n[0], path[i] + radius * n[1], path[i + 1] + radius * n[2],
+              path[i + 1] + radius * n[3]},
+             n, finish);
+      }
+    }
+  }
+
+ private:
+  void vertex(const Vec3& position, const Vec3& normal, Finish finish) {
+    mesh_.indices.push_back(static_cast<std::uint32_t>(mesh_.vertices.size()));
+    mesh_.vertices.push_back({position.cast<float>(), normal.normalized().cast<float>(),
+                              static_cast<float>(finish)});
+  }
+
+  InstrumentMesh& mesh_;
+};
+
+/// Insulated sleeve from z on, with the bevel of its end.
+void add_sleeve(Builder& builder, const InstrumentView& view, const Vec3& centre, double z) {
+  const double r = view.shaft_radius;
+  builder.turned({{z, 0.72 * r}, {z + 0.12 * r, 0.94 * r}, {z + 0.35 * r, r}, {view.shaft_length, r}},
+                 centre, Finish::kSleeve);
+}
+
+void add_probe(Builder& builder, const InstrumentView& view) {
+  const double ball = view.tip_radius, r = view.shaft_radius;
+  builder.ball(Vec3::Zero(), ball, Finish::kSteel);
+  const double neck = 0.7 * std::min(ball, r);
+  const double shoulder = 6.0 * std::max(ball, r);
+  builder.turned({{0.0, neck}, {shoulder - r, neck}, {shoulder, 0.96 * r}, {view.shaft_length, r}},
+                 Vec3::Zero(), Finish::kSteel);
+}
+
+void add_hook(Builder& builder, const InstrumentView& view) {
+  const double wire = std::clamp(view.tip_radius, 0.4e-3, 0.8e-3);
+  const double reach = 4.5e-3;   // of the bent end across the shaft
+  const double bend = 1.6e-3;    // radius of the bend
+  const double length = 13e-3;   // of the bare wire along the shaft
+  const Vec3 centre(-reach, 0.0, 0.0);
+  std::vector<Vec3> path = {Vec3::Zero()};
+  for (int i = 0; i <= 12; ++i) {
+    const double angle = 0.5 * kPi * i / 12;
+    path.push_back(centre + Vec3(bend * (1.0 - std::sin(angle)), 0.0, bend * (1.0 - std::cos(angle))));
+  }
+  path.push_back(centre + Vec3(0.0, 0.0, length));
+  builder.wire(path, wire, Finish::kElectrode);
+  builder.ball(Vec3::Zero(), wire, Finish::kElectrode);
+  const double r = view.shaft_radius;
+  builder.turned({{length - 1e-3, wire}, {length - 1e-3, 0.45 * r}, {length + 1.5e-3, 0.62 * r},
+                  {length + 3e-3, 0.68 * r}, {length + 4e-3, 0.68 * r}},
+                 centre, Finish::kSteel);
+  add_sleeve(builder, view, centre, length + 3.5e-3);
+}
+
+/// One jaw, closed, on the +x side, lying from the tip (z = 0) to the hinge.
+void add_jaw(Builder& builder, const InstrumentView& view, double hinge, double angle, double sign) {
+  constexpr int kTeeth = 14;
+  constexpr int kArc = 10;   // pieces of the jaw's back
+  const double width = 0.86 * view.shaft_radius;
+  const double tooth = 0.28e-3;
+  // A turn about the hinge's axis (y) opens the jaw; `sign` mirrors it to the other side.
+  const auto place = [&](const Vec3& p) -> Vec3 {
+    const double c = std::cos(angle), s = std::sin(angle);
+    const double x = c * p.x() + s * (hinge - p.z()), back = c * (hinge - p.z()) - s * p.x();
+    return Vec3(sign * x, sign * p.y(), hinge - back);
+  };
+  const auto turn = [&](const Vec3& n) -> Vec3 {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return Vec3(sign * (c * n.x() - s * n.z()), sign * n.y(), c * n.z() + s * n.x());
+  };
+  // The rounded nose, then a slow swell towards the hinge.
+  const auto shape = [&](double z) {
+    const double nose = std::sqrt(std::clamp(1.0 - std::pow(1.0 - z / 3e-3, 2.0), 0.0, 1.0));
+    const double rise = z < 3e-3 ? nose : 1.0;
+    const double taper = 0.62 + 0.38 * std::clamp(z / hinge, 0.0, 1.0);
+    return Vec2(width * taper * rise, 0.95 * width * taper * rise);
+  };
+  const int stations = 4 * kTeeth;
+  const auto inner = [&](int i) {
+    const double z = hinge * i / stations;
+    const bool toothed = z > 0.8e-3 && z < 0.8 * hinge;
+    const double phase = static_cast<double>(i % 4) / 4.0;
+    return toothed ? tooth * (phase < 0.5 ? 2.0 * phase : 2.0 - 2.0 * phase) : 0.0;
+  };
+  const auto back = [&](int i, int k) -> std::array<Vec3, 2> {
+    const double z = hinge * i / stations, around = kPi * k / kArc;
+    const Vec2 half = shape(z);
+    const Vec3 p(inner(i) * (k == 0 || k == kArc) + half[1] * std::sin(around),
+                 -half[0] * std::cos(around), z);
+    const double slope = z < 3e-3 ? -0.8 * (1.0 - z / 3e-3) : -0.06;
+    return {place(p), turn(Vec3(std::sin(around), -std::cos(around), slope))};
+  };
+  for (int i = 0; i < stations; ++i) {
+    for (int k = 0; k < kArc; ++k) {
+      const auto a = back(i, k), b = back(i, k + 1), c = back(i + 1, k + 1), d = back(i + 1, k);
+      builder.quad({a[0], b[0], c[0], d[0]}, {a[1], b[1], c[1], d[1]}, Finish::kSteel);
+    }
+    const auto a = back(i, 0)[0], b = back(i, kArc)[0];
+    const auto c = back(i + 1, kArc)[0], d = back(i + 1, 0)[0];
+    const double rise = (inner(i + 1) - inner(i)) / (hinge / stations);
+    const Vec3 n = turn(Vec3(-1.0, 0.0, rise));
+    builder.quad({a, d, c, b}, {n, n, n, n}, Finish::kSteel);
+  }
+}
+
+void add_grasper(Builder& builder, const InstrumentView& view) {
+  const double hinge = 19e-3, r = view.shaft_radius;
+  const double angle = std::clamp(view.jaw, 0.0, 1.0) * 25.0 * kPi / 180.0;
+  add_jaw(builder, view, hinge, angle, 1.0);
+  add_jaw(builder, view, hinge, angle, -1.0);
+  builder.ball(Vec3(0.0, 0.0, hinge), 0.8 * r, Finish::kSteel);
+  builder.turned({{hinge - 0.5e-3, 0.55 * r}, {hinge + 1.5e-3, 0.9 * r}, {hinge + 8e-3, 0.92 * r},
+                  {hinge + 9.5e-3, 0.92 * r}},
+                 Vec3::Zero(), Finish::kSteel);
+  add_sleeve(builder, view, Vec3::Zero(), hinge + 9e-3);
+}
+
+void add_given_mesh(InstrumentMesh& mesh, const TriangleSurface& surface) {
+  const std::vector<Vec3> normals = vertex_normals(surface);
+  for (std::size_t i = 0; i < surface.vertices.size(); ++i) {
+    mesh.vertices.push_back({surface.vertices[i].cast<float>(), normals[i].cast<float>(),
+                             static_cast<float>(Finish::kSteel)});
+  }
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    for (const int corner : triangle) mesh.indices.push_back(static_cast<std::uint32_t>(corner));
+  }
+}
+
+}  // namespace
+
+InstrumentMesh make_instrument(const InstrumentView& view) {
+  InstrumentMesh mesh;
+  Builder builder(mesh);
+  switch (view.kind) {
+    case InstrumentView::Kind::kProbe: add_probe(builder, view); break;
+    case InstrumentView::Kind::kHook: add_hook(builder, view); break;
+    case InstrumentView::Kind::kGrasper: add_grasper(builder, view); break;
+    case InstrumentView::Kind::kMesh:
+      if (view.mesh != nullptr) add_given_mesh(mesh, *view.mesh);
+      break;
+  }
+  return mesh;
+}
+
+}  // namespace viscera

@@ -1,0 +1,41 @@
+#include <epoxy/gl.h>
+
+#include "engine/render/shaders.h"
+
+namespace viscera {
+
+namespace {
+
+Result<ShaderFile> find_shader(const std::string& name) {
+  for (const ShaderFile& file : embedded_shaders()) {
+    if (file.name == name) return file;
+  }
+  return failure("shader " + name + ": not in the program; expected in engine/render/CMakeLists.txt");
+}
+
+Result<ShaderStage> make_stage(unsigned kind, std::vector<std::string> names,
+                               const std::vector<std::string>& definitions) {
+  ShaderStage stage;
+  stage.kind = kind;
+  stage.definitions = definitions;
+  for (const std::string& name : names) {
+    Result<ShaderFile> file = find_shader(name);
+    if (!file) return std::unexpected(file.error());
+    stage.files.push_back(*std::move(file));
+  }
+  return stage;
+}
+
+}  // namespace
+
+Result<Program> load_program(const char* vertex, const char* fragment,
+                             const std::vector<std::string>& definitions) {
+  Result<ShaderStage> first = make_stage(GL_VERTEX_SHADER, {"frame.glsl", vertex}, definitions);
+  if (!first) return std::unexpected(first.error());
+  Result<ShaderStage> second = make_stage(
+      GL_FRAGMENT_SHADER, {"frame.glsl", "noise.glsl", "light.glsl", fragment}, definitions);
+  if (!second) return std::unexpected(second.error());
+  return Program::create({*std::move(first), *std::move(second)});
+}
+
+}  // namespace viscera

@@ -1,0 +1,60 @@
+#include "engine/render/organ_buffers.h"
+
+#include <epoxy/gl.h>
+
+#include <string>
+#include <vector>
+
+namespace viscera {
+
+void OrganBuffers::upload_rest(const TriangleSurface& rest) {
+  std::vector<Vec3f> places, normals;
+  for (const Vec3& vertex : rest.vertices) places.push_back(vertex.cast<float>());
+  for (const Vec3& normal : vertex_normals(rest)) normals.push_back(normal.cast<float>());
+  rest_.upload(std::span<const Vec3f>(places));
+  rest_normals_.upload(std::span<const Vec3f>(normals));
+  elements_.upload(std::span<const std::array<int, 3>>(rest.triangles));
+  array_.attribute(0, positions_, 3, sizeof(Vec3f));
+  array_.attribute(1, normals_, 3, sizeof(Vec3f));
+  array_.attribute(2, rest_, 3, sizeof(Vec3f));
+  array_.attribute(3, rest_normals_, 3, sizeof(Vec3f));
+  array_.elements(elements_);
+  rest_source_ = &rest;
+  vertices_ = rest.vertices.size();
+  triangles_ = rest.triangles.size();
+  surface_version_.reset();
+  burn_version_.reset();
+}
+
+Result<void> OrganBuffers::update(const OrganView& view) {
+  if (view.rest == nullptr || view.positions.size() != view.rest->vertices.size() ||
+      view.normals.size() != view.rest->vertices.size()) {
+    return failure("organ " + view.name + ": " + std::to_string(view.positions.size()) +
+                   " positions and " + std::to_string(view.normals.size()) +
+                   " normals, expected one for each of the " +
+                   std::to_string(view.rest != nullptr ? view.rest->vertices.size() : 0) +
+                   " vertices at rest");
+  }
+  if (view.rest != rest_source_ || view.rest->vertices.size() != vertices_ ||
+      view.rest->triangles.size() != triangles_) {
+    upload_rest(*view.rest);
+  }
+  if (surface_version_ != view.surface_version) {
+    positions_.upload(view.positions);
+    normals_.upload(view.normals);
+    surface_version_ = view.surface_version;
+    ++uploads_;
+  }
+  if (view.burn != nullptr && burn_version_ != view.burn_version) {
+    burn_.update(*view.burn);
+    burn_version_ = view.burn_version;
+  }
+  return {};
+}
+
+void OrganBuffers::draw() const {
+  glBindVertexArray(array_.id());
+  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * triangles_), GL_UNSIGNED_INT, nullptr);
+}
+
+}  // namespace viscera

@@ -1,0 +1,34 @@
+// One organ's surface and burn on the GPU; only what changed is uploaded.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "engine/gpu/buffer.h"
+#include "engine/render/burn_atlas.h"
+#include "engine/render/view.h"
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+class OrganBuffers {
+ public:
+  /// Fails when positions or normals don't match the rest surface.
+  Result<void> update(const OrganView& view);
+  void draw() const;
+  const BurnAtlas* burn() const { return burn_.empty() ? nullptr : &burn_; }
+  int uploads() const { return uploads_; }   ///< of positions and normals, since the start
+
+ private:
+  void upload_rest(const TriangleSurface& rest);
+
+  Buffer positions_, normals_, rest_, rest_normals_, elements_;
+  VertexArray array_;
+  BurnAtlas burn_;
+  const TriangleSurface* rest_source_ = nullptr;
+  std::size_t vertices_ = 0, triangles_ = 0;
+  std::optional<std::uint64_t> surface_version_, burn_version_;
+  int uploads_ = 0;
+};
+
+}  // namespace viscera

@@ -1,0 +1,40 @@
+// A whole run: from a scene to a folder with film, frames, volumes, force curves and report.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "engine/io/report.h"
+#include "engine/scene/scene.h"
+#include "engine/scene/tissues.h"
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+struct RunOptions {
+  std::filesystem::path out;          ///< made when absent; frames and volumes of an older run go
+  std::filesystem::path assets;
+  int threads = 0;                    ///< 0: as many as the machine has
+  bool render = true;
+  bool use_cache = true;
+  bool quiet = false;                 ///< no progress bars
+  int width = 1280, height = 720;
+  std::string command;                ///< repeats the run; goes into the report
+};
+
+/// Every film frame is the state after this many frames of simulation: 60 Hz -> 30 Hz.
+inline constexpr int kFramesPerPicture = 2;
+
+/// Runs the scene to its end or to Ctrl-C. Whatever happens, files in `out` are whole.
+Result<RunReport> run_scene(const SceneDescription& scene,
+                            const std::map<std::string, Tissue>& tissues,
+                            const RunOptions& options);
+
+/// What this scene doesn't need, and why; the same words in `check` and in report.json.
+std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render);
+
+/// True when some hook carries current at some time.
+bool burns(const SceneDescription& scene);
+
+}  // namespace viscera

@@ -1,0 +1,50 @@
+#include "engine/state_hash.h"
+
+namespace viscera {
+namespace {
+
+void add(Hasher& hasher, const Vec3& v) { hasher.bytes(v.data(), 3 * sizeof(double)); }
+
+template <class T>
+void add_all(Hasher& hasher, const std::vector<T>& values) {
+  hasher.value<std::uint64_t>(values.size());
+  hasher.bytes(values.data(), values.size() * sizeof(T));
+}
+
+}  // namespace
+
+void StateHash::add_frame(const World& world) {
+  hasher_.value(world.tick);
+  for (std::size_t i = 0; i < world.instrument_states.size(); ++i) {
+    add(hasher_, world.instrument_states[i].tip);
+    add(hasher_, world.instrument_contacts[i].force);
+  }
+  for (const SmokeBody& smoke : world.smoke)
+    hasher_.value<std::uint64_t>(smoke.volume.particles().size());
+}
+
+std::string StateHash::finish(const World& world) {
+  for (const OrganState& organ : world.organ_states) {
+    add_all(hasher_, organ.unknowns);
+    add_all(hasher_, organ.positions);
+    add_all(hasher_, organ.normals);
+  }
+  for (const OrganBurn& burn : world.organ_burns)
+    for (std::size_t b = 0; b < burn.damage.brick_count(); ++b) {
+      const BrickField::Index& index = burn.damage.brick_indices()[b];
+      hasher_.bytes(index.data(), sizeof(int) * 3);
+      hasher_.bytes(burn.damage.brick(b).data(), sizeof(BrickField::Values));
+    }
+  for (const SmokeBody& smoke : world.smoke) {
+    const SmokeParticles& p = smoke.volume.particles();
+    add_all(hasher_, p.positions);
+    add_all(hasher_, p.velocities);
+    add_all(hasher_, p.temperatures);
+    add_all(hasher_, p.masses);
+    add_all(hasher_, p.ages);
+    add_all(hasher_, p.ids);
+  }
+  return hasher_.hex();
+}
+
+}  // namespace viscera

@@ -1,0 +1,131 @@
+#include "engine/systems/view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace viscera {
+namespace {
+
+/// The shaft is drawn this far beyond its trocar: to a handle nobody sees [m].
+constexpr double kShaftBeyondTrocar = 0.15;
+
+template <class Value>
+KeyFrames camera_path(const CameraDescription& description, Value value) {
+  std::vector<double> times;
+  std::vector<Vec3> values;
+  for (const CameraKey& key : description.path) {
+    times.push_back(key.time);
+    values.push_back(value(key));
+  }
+  return KeyFrames(std::move(times), std::move(values));
+}
+
+InstrumentView instrument_view(const World& world, std::size_t i) {
+  const Entity instrument = world.instrument_bodies.owner(i);
+  const InstrumentBody& body = world.instrument_bodies[i];
+  const InstrumentState& state = *world.instrument_states.find(instrument);
+  InstrumentView view;
+  view.id = instrument.index;
+  switch (body.description.kind) {
+    case InstrumentKind::kProbe: view.kind = InstrumentView::Kind::kProbe; break;
+    case InstrumentKind::kGrasper: view.kind = InstrumentView::Kind::kGrasper; break;
+    case InstrumentKind::kHook: view.kind = InstrumentView::Kind::kHook; break;
+  }
+  if (!body.mesh.empty()) {
+    view.kind = InstrumentView::Kind::kMesh;
+    view.mesh = &body.mesh;
+  }
+  view.tip = state.tip;
+  view.shaft_direction = state.shaft_direction;
+  view.side_direction = state.side_direction;
+  view.shaft_radius = body.description.shaft_radius;
+  view.shaft_length = (body.description.trocar - state.tip).norm() + kShaftBeyondTrocar;
+  view.tip_radius = body.description.tip.radius;
+  view.jaw = std::clamp(state.jaw, 0.0, 1.0);
+  view.energised = state.power > 0.0;
+  return view;
+}
+
+}  // namespace
+
+Endoscope::Endoscope(const CameraDescription& description)
+    : description_(description),
+      tip_(camera_path(description, [](const CameraKey& key) { return key.tip; })),
+      target_(camera_path(description, [](const CameraKey& key) { return key.target; })),
+      roll_(camera_path(description, [](const CameraKey& key) {
+        return Vec3(key.roll, 0.0, 0.0);
+      })) {}
+
+CameraView Endoscope::at(double time) const {
+  CameraView view;
+  view.position = tip_.at(time);
+  const Vec3 axis = (target_.at(time) - view.position).normalized();
+  const Vec3 upright = std::abs(axis.z()) < 0.999 ? Vec3::UnitZ() : Vec3::UnitY();
+  const Vec3 right0 = axis.cross(upright).normalized();
+  const Eigen::AngleAxisd roll(roll_.at(time).x(), axis);
+  const Vec3 right = roll * right0;
+  view.forward = Eigen::AngleAxisd(-description_.optics, right) * axis;
+  view.up = right.cross(view.forward).normalized();
+  view.field_of_view = description_.field_of_view;
+  view.round_mask = description_.round_mask;
+  return view;
+}
+
+Vec3 light_colour(double temperature) {
+  // Planck's law at the peaks of the sRGB primaries; enough for a tint.
+  const Vec3 wavelengths(611e-9, 549e-9, 465e-9);
+  const double c2 = 1.438777e-2;   // second radiation constant [m K]
+  Vec3 colour;
+  for (int c = 0; c < 3; ++c)
+    colour[c] = std::expm1(c2 / (wavelengths[c] * 5600.0)) /
+                std::expm1(c2 / (wavelengths[c] * temperature));
+  return colour / colour.maxCoeff();
+}
+
+void splat_smoke(World& world) {
+  for (SmokeBody& smoke : world.smoke) {
+    if (smoke.volume.particles().size() == 0 && smoke.grid.density.empty()) continue;
+    splat(smoke.volume, smoke.description.voxel, smoke.grid);
+  }
+}
+
+FrameView make_view(const World& world, const SceneDescription& scene, const Endoscope& endoscope,
+                    std::uint64_t picture) {
+  FrameView view;
+  view.camera = endoscope.at(world.time());
+  view.light_intensity = scene.light.intensity;
+  view.light_colour = light_colour(scene.light.colour_temperature);
+  view.frame = picture;
+  for (std::size_t o = 0; o < world.organ_bodies.size(); ++o) {
+    const Entity organ = world.organ_bodies.owner(o);
+    const OrganBody& body = world.organ_bodies[o];
+    const OrganState& state = *world.organ_states.find(organ);
+    OrganView drawn;
+    drawn.id = organ.index;
+    drawn.name = body.name;
+    drawn.rest = &body.model->surface;
+    drawn.positions = state.positions;
+    drawn.normals = state.normals;
+    drawn.surface_version = state.version;
+    drawn.pose = body.pose;
+    drawn.look = body.tissue.look;
+    if (const OrganBurn* burn = world.organ_burns.find(organ)) {
+      drawn.burn = &burn->damage;
+      drawn.burn_version = burn->version;
+    }
+    view.organs.push_back(drawn);
+  }
+  for (std::size_t i = 0; i < world.instrument_bodies.size(); ++i)
+    view.instruments.push_back(instrument_view(world, i));
+  for (const SmokeBody& smoke : world.smoke) {
+    if (smoke.grid.density.empty()) continue;
+    SmokeView drawn;
+    drawn.domain = smoke.grid.domain;
+    drawn.size = smoke.grid.size;
+    drawn.density = smoke.grid.density;
+    view.smoke.push_back(drawn);
+  }
+  return view;
+}
+
+}  // namespace viscera

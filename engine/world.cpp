@@ -1,0 +1,227 @@
+#include "engine/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <format>
+#include <map>
+
+#include "engine/io/mesh_import.h"
+#include "engine/systems/tool_shape.h"
+#include "kernels/points/surface_tree.h"
+
+namespace viscera {
+namespace {
+
+/// Tissue this far from a tip's path may be touched: the width of a contact and of its spreading.
+constexpr double kReachMargin = 8e-3;
+/// Of a jaw's travel while closed, the share that tissue elsewhere on the organs may follow, and the
+/// most that is allowed for.
+constexpr double kCarriedShare = 0.5;
+constexpr double kCarriedMost = 12e-3;
+/// Paths are sampled at the frame rate and thinned to this distance [m].
+constexpr double kPathPitch = 1e-3;
+constexpr double kSampleStep = 1.0 / 60.0;
+/// Vertices of a mesh tip within this distance of its end look for tissue [m].
+constexpr double kMeshEnd = 8e-3;
+constexpr std::size_t kMeshSamples = 200;
+
+KeyFrames tip_path(const InstrumentDescription& instrument) {
+  std::vector<double> times;
+  std::vector<Vec3> tips;
+  for (const InstrumentKey& key : instrument.path) {
+    times.push_back(key.time);
+    tips.push_back(key.tip);
+  }
+  return KeyFrames(std::move(times), std::move(tips));
+}
+
+KeyFrames jaw_path(const InstrumentDescription& instrument) {
+  std::vector<double> times;
+  std::vector<Vec3> jaws;
+  for (const InstrumentKey& key : instrument.path) {
+    times.push_back(key.time);
+    jaws.emplace_back(key.jaw, 0.0, 0.0);
+  }
+  return KeyFrames(std::move(times), std::move(jaws));
+}
+
+Result<InstrumentBody> make_instrument(const InstrumentDescription& description) {
+  InstrumentBody body;
+  body.description = description;
+  body.tip = tip_path(description);
+  body.jaw = jaw_path(description);
+  if (description.tip.shape != TipDescription::Shape::kMesh) return body;
+
+  auto mesh = import_surface(description.tip.file, description.tip.unit);
+  if (!mesh) return std::unexpected(mesh.error());
+  body.mesh = std::move(*mesh);
+  std::vector<Vec3f> positions;
+  double across = 0.0;
+  for (const Vec3& v : body.mesh.vertices) {
+    positions.push_back(v.cast<float>());
+    if (v.norm() > kMeshEnd) continue;
+    body.mesh_samples.push_back(v);
+    across = std::max(across, v.head<2>().norm());
+  }
+  if (body.mesh_samples.empty())
+    return failure(std::format("{}: instrument \"{}\": the mesh has no vertex within {:g} mm of its "
+                               "origin, expected the tip there and the shaft along +z",
+                               description.tip.file.string(), description.name, 1e3 * kMeshEnd));
+  if (body.mesh_samples.size() > kMeshSamples) {
+    const std::size_t step = body.mesh_samples.size() / kMeshSamples + 1;
+    std::vector<Vec3> fewer;
+    for (std::size_t i = 0; i < body.mesh_samples.size(); i += step)
+      fewer.push_back(body.mesh_samples[i]);
+    body.mesh_samples = std::move(fewer);
+  }
+  body.description.tip.radius = across;
+  body.mesh_surface = std::make_unique<CollisionSurface>(body.mesh, positions);
+  return body;
+}
+
+void add_organ(World& world, const OrganDescription& description, const Tissue& tissue,
+               std::shared_ptr<const OrganModel> model) {
+  const Entity organ = world.ids.create();
+  OrganState state;
+  state.positions = model->rest_positions;
+  state.normals = model->rest_normals;
+  if (model->touchable_anywhere()) {
+    OrganContact contact;
+    contact.solver =
+        std::make_unique<PatchContact>(model->compliance, model->touchable, model->material);
+    contact.surface = std::make_unique<CollisionSurface>(model->surface, model->rest_positions);
+    for (int corner = 0; corner < 8; ++corner)
+      contact.bounds.extend(description.pose.to_world(
+          model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
+    state.unknowns.assign(model->compliance.rows(), 0.0f);
+    world.organ_contacts.add(organ, std::move(contact));
+  }
+  world.organ_bodies.add(organ, {description.name, tissue, description.pose, std::move(model)});
+  world.organ_states.add(organ, std::move(state));
+}
+
+void add_instrument(World& world, InstrumentBody body) {
+  const Entity instrument = world.ids.create();
+  world.instrument_states.add(instrument, {});
+  world.instrument_contacts.add(instrument, {});
+  if (body.description.kind == InstrumentKind::kHook) world.burn_traces.add(instrument, {});
+  world.instrument_bodies.add(instrument, std::move(body));
+}
+
+void add_smoke(World& world, const SceneDescription& scene, const SmokeDescription& description) {
+  SmokeParameters parameters;
+  parameters.domain = description.domain;
+  parameters.seed = scene.seed;
+  parameters.max_particles = static_cast<std::size_t>(description.max_particles);
+  parameters.gas_temperature = scene.gas.temperature;
+  // CO2 as an ideal gas at atmosphere plus insufflation: 101,325 Pa, 0.0440 kg/mol.
+  parameters.gas_density =
+      (101325.0 + scene.gas.pressure) * 0.04401 / (8.314462618 * scene.gas.temperature);
+  world.smoke.add(world.ids.create(),
+                  {description, SmokeVolume(parameters), 0.0, 0.0, 0, {}});
+}
+
+/// Tips that start inside tissue: contact has no side to push to.
+std::vector<std::string> buried_tips(const SceneDescription& scene, const World& world) {
+  std::vector<std::string> mistakes;
+  for (const OrganBody& organ : world.organ_bodies) {
+    std::optional<SurfaceTree> tree;   // made when some tip is in the organ's box
+    for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+      const InstrumentDescription& instrument = scene.instruments[i];
+      const Vec3 tip = organ.pose.to_local(instrument.path.front().tip);
+      if (!organ.model->rest_bounds.contains(tip)) continue;
+      if (!tree) tree.emplace(organ.model->surface);
+      const double depth = -tree->signed_distance(tip);
+      if (depth > 0.0)
+        mistakes.push_back(std::format(
+            "{}: instruments/{}/path/0/tip_mm: the tip starts {:.2f} mm inside organ \"{}\", "
+            "expected a place outside every organ (move it at least {:.2f} mm)",
+            scene.file.string(), i, 1e3 * depth, organ.name,
+            1e3 * (depth + instrument.tip.radius)));
+    }
+  }
+  return mistakes;
+}
+
+}  // namespace
+
+Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
+  Reach reach;
+  double size = 0.0, carried = 0.0;
+  for (const InstrumentDescription& instrument : scene.instruments) {
+    const KeyFrames tip = tip_path(instrument), jaw = jaw_path(instrument);
+    size = std::max(size, instrument.tip.radius + instrument.tip.length);
+    if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
+    std::optional<Vec3> closed_at;
+    Vec3 last = Vec3::Constant(std::numeric_limits<double>::infinity());
+    for (double time = 0.0; time <= scene.duration + kSampleStep; time += kSampleStep) {
+      const Vec3 at = tip.at(time);
+      // Behind a jaw that has closed the tissue moves along; it is the closing place that counts.
+      if (instrument.kind == InstrumentKind::kGrasper && jaw.at(time).x() < 0.15) {
+        if (!closed_at) closed_at = at;
+        carried = std::max(carried, (at - *closed_at).norm());
+      } else {
+        closed_at.reset();
+      }
+      if ((at - last).norm() < kPathPitch) continue;
+      reach.points.push_back(organ.pose.to_local(at));
+      last = at;
+    }
+  }
+  reach.radius = kReachMargin + size + std::min(kCarriedMost, kCarriedShare * carried);
+  return reach;
+}
+
+Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
+                                           const std::map<std::string, Tissue>& tissues,
+                                           const WorldOptions& options, const Progress& progress,
+                                           WorldNotes& notes) {
+  auto world = std::make_unique<World>();
+  std::map<std::string, std::shared_ptr<const OrganModel>> shared;
+  const double organs = static_cast<double>(scene.organs.size());
+  for (std::size_t i = 0; i < scene.organs.size(); ++i) {
+    const OrganDescription& organ = scene.organs[i];
+    Tissue tissue = tissues.at(organ.tissue);
+    if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
+    if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
+    const Reach reach = reach_of(scene, organ);
+
+    auto key = organ_key(organ, tissue, reach, options.prepare);
+    if (!key) return std::unexpected(key.error());
+    std::shared_ptr<const OrganModel>& model = shared[*key];
+    if (!model) {
+      const Progress part = [&](double fraction, std::string_view what) {
+        return progress((static_cast<double>(i) + fraction) / organs,
+                        std::format("{}: {}", organ.name, what));
+      };
+      auto prepared =
+          prepare_organ(organ, tissue, reach, options.prepare, part, notes.warnings);
+      if (!prepared) {
+        Error error = prepared.error();
+        if (error.messages.size() == 1 && error.messages[0] == kCancelled)
+          return std::unexpected(error);
+        for (std::string& message : error.messages)
+          message = std::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name,
+                                message);
+        return std::unexpected(error);
+      }
+      model = std::move(*prepared);
+    }
+    add_organ(*world, organ, tissue, model);
+  }
+  for (const InstrumentDescription& instrument : scene.instruments) {
+    auto body = make_instrument(instrument);
+    if (!body) return std::unexpected(body.error());
+    add_instrument(*world, std::move(*body));
+  }
+  for (const SmokeDescription& smoke : scene.smoke) add_smoke(*world, scene, smoke);
+
+  if (!options.instruments_may_start_inside) {
+    Error error;
+    error.messages = buried_tips(scene, *world);
+    if (!error.messages.empty()) return std::unexpected(error);
+  }
+  return world;
+}
+
+}  // namespace viscera

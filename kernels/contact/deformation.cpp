@@ -1,0 +1,221 @@
+#include "kernels/contact/deformation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "kernels/base/parallel.h"
+
+// Wider registers where the machine has them. Sanitizers instrument the function that chooses, which
+// runs before they are ready.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define VISCERA_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define VISCERA_WIDE
+#endif
+
+namespace viscera {
+namespace {
+
+/// Rows of the compliance that one task sums: they stay in the first-level cache.
+constexpr std::size_t kRowChunk = 2048;
+constexpr std::size_t kVertexChunk = 512;
+
+/// u += x fx + y fy + z fz over n rows.
+VISCERA_WIDE void add_columns(float* __restrict u, const float* __restrict x,
+                              const float* __restrict y, const float* __restrict z, float fx,
+                              float fy, float fz, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) u[i] += x[i] * fx + y[i] * fy + z[i] * fz;
+}
+
+/// Neighbouring cells, seen from afar as one.
+struct Group {
+  Vec3 centre = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();
+  Vec3 force = Vec3::Zero();
+  double area = 0.0;                 // of one cell
+  double radius = 0.0;
+  double range = 0.0;
+  std::vector<std::size_t> cells;    // those under force
+};
+
+/// Loaded cells within a sigma of the first of their group, facing the same way.
+std::vector<Group> group_cells(std::span<const NearField> near_fields,
+                               std::span<const ContactCell> cells, std::span<const Vec3> forces) {
+  std::vector<Group> groups;
+  for (std::size_t k = 0; k < near_fields.size(); ++k) {
+    if (forces[k].isZero(0.0)) continue;
+    const auto near_first = [&](const Group& group) {
+      const ContactCell& first = cells[group.cells.front()];
+      return (first.position - cells[k].position).norm() < near_fields[k].sigma() &&
+             first.normal.dot(cells[k].normal) > 0.5;
+    };
+    auto group = std::find_if(groups.begin(), groups.end(), near_first);
+    if (group == groups.end()) group = groups.insert(groups.end(), Group{});
+    group->cells.push_back(k);
+  }
+  for (Group& group : groups) {
+    double sum = 0.0;
+    for (const std::size_t k : group.cells) {
+      const double weight = forces[k].norm();
+      group.centre += weight * cells[k].position;
+      group.normal += weight * cells[k].normal;
+      group.force += forces[k];
+      group.area = std::max(group.area, cells[k].area);
+      group.range = std::max(group.range, near_fields[k].range());
+      sum += weight;
+    }
+    group.centre /= sum;
+    group.normal.normalize();
+    for (const std::size_t k : group.cells) {
+      group.radius = std::max(group.radius, (cells[k].position - group.centre).norm());
+    }
+  }
+  return groups;
+}
+
+/// Near field of all groups at a surface point that faces `normal`. The half-space of a cell ends
+/// where the surface turns away from it.
+Vec3 near_displacement(const std::vector<Group>& groups, std::span<const NearField> near_fields,
+                       std::span<const ContactCell> cells, std::span<const Vec3> forces,
+                       const Vec3& position, const Vec3& normal) {
+  Vec3 sum = Vec3::Zero();
+  for (const Group& group : groups) {
+    const double distance = (position - group.centre).norm();
+    if (distance > group.range + group.radius) continue;
+    const double facing = std::clamp(2.0 * group.normal.dot(normal), 0.0, 1.0);
+    const double share = facing * facing * (3.0 - 2.0 * facing);
+    if (share == 0.0) continue;
+    const NearField& field = near_fields[group.cells.front()];
+    if (distance > field.sigma() + 4.0 * group.radius) {
+      sum += share * field.drawn_displacement(position - group.centre, group.normal, group.area,
+                                              group.force);
+      continue;
+    }
+    for (const std::size_t k : group.cells) {
+      sum += share * near_fields[k].drawn_displacement(position - cells[k].position,
+                                                       cells[k].normal, cells[k].area, forces[k]);
+    }
+  }
+  return sum;
+}
+
+/// Angle-weighted unit normal of the deformed triangles around a vertex.
+Vec3f normal_at(const DrawnSurface& drawn, const std::vector<Vec3f>& positions, std::size_t vertex) {
+  Vec3f sum = Vec3f::Zero();
+  for (int at = drawn.triangle_begin[vertex]; at < drawn.triangle_begin[vertex + 1]; ++at) {
+    const auto& corners = drawn.rest->triangles[static_cast<std::size_t>(
+        drawn.triangle_items[static_cast<std::size_t>(at)])];
+    std::size_t a = 0;
+    while (static_cast<std::size_t>(corners[a]) != vertex) ++a;
+    const Vec3f& here = positions[vertex];
+    const Vec3f u = positions[static_cast<std::size_t>(corners[(a + 1) % 3])] - here;
+    const Vec3f v = positions[static_cast<std::size_t>(corners[(a + 2) % 3])] - here;
+    const Vec3f area_vector = u.cross(v);
+    const float twice_area = area_vector.norm();
+    if (twice_area > 0.0f) sum += area_vector * (std::atan2(twice_area, u.dot(v)) / twice_area);
+  }
+  const float length = sum.norm();
+  return length > 0.0f ? Vec3f(sum / length) : Vec3f(Vec3f::UnitZ());
+}
+
+}  // namespace
+
+void displacement_unknowns(const SurfaceCompliance& compliance, const ContactResponse& response,
+                           std::vector<float>& unknowns) {
+  const std::size_t rows = compliance.rows();
+  unknowns.assign(rows, 0.0f);
+  parallel_chunks(rows, kRowChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t j = 0; j < response.touched.size(); ++j) {
+      const Vec3f load = response.loads[j].cast<float>();
+      const float* x = compliance.columns.data() +
+                       3 * static_cast<std::size_t>(response.touched[j]) * rows + begin;
+      add_columns(unknowns.data() + begin, x, x + rows, x + 2 * rows, load.x(), load.y(), load.z(),
+                  end - begin);
+    }
+  });
+}
+
+Result<DrawnSurface> carry_surface(const TriangleSurface& surface, const ShapeFunctions& fields,
+                                   std::vector<int>& visible_nodes) {
+  DrawnSurface drawn;
+  drawn.rest = &surface;
+  const std::size_t count = surface.vertices.size();
+
+  std::vector<ShapeValues> at_vertex(count);
+  std::vector<char> covered(count);
+  parallel_for_each_index(count, 256, [&](std::size_t v) {
+    covered[v] = fields.evaluate(surface.vertices[v], false, at_vertex[v]);
+  });
+  std::vector<char> is_visible(fields.cloud().size(), 0);
+  for (const int node : visible_nodes) is_visible[static_cast<std::size_t>(node)] = 1;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (!covered[v]) {
+      const Vec3& x = surface.vertices[v];
+      char text[240];
+      std::snprintf(text, sizeof text,
+                    "drawn surface: vertex %zu at (%.2f, %.2f, %.2f mm): found no fields that cover "
+                    "it, expected at least four nodes in general position in reach; make the node "
+                    "spacing finer there",
+                    v, 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+      return failure(text);
+    }
+    for (const int node : at_vertex[v].nodes) is_visible[static_cast<std::size_t>(node)] = 1;
+  }
+  visible_nodes.clear();
+  std::vector<int> row_of(is_visible.size(), -1);
+  for (std::size_t node = 0; node < is_visible.size(); ++node) {
+    if (!is_visible[node]) continue;
+    row_of[node] = static_cast<int>(visible_nodes.size());
+    visible_nodes.push_back(static_cast<int>(node));
+  }
+  for (const ShapeValues& vertex : at_vertex) {
+    for (std::size_t i = 0; i < vertex.nodes.size(); ++i) {
+      drawn.carriers.nodes.push_back(row_of[static_cast<std::size_t>(vertex.nodes[i])]);
+      drawn.carriers.values.push_back(static_cast<float>(vertex.values[i]));
+    }
+    drawn.carriers.row_begin.push_back(static_cast<int>(drawn.carriers.nodes.size()));
+  }
+
+  drawn.triangle_begin.assign(count + 1, 0);
+  for (const auto& triangle : surface.triangles) {
+    for (const int v : triangle) ++drawn.triangle_begin[static_cast<std::size_t>(v) + 1];
+  }
+  for (std::size_t v = 1; v <= count; ++v) drawn.triangle_begin[v] += drawn.triangle_begin[v - 1];
+  std::vector<int> next(drawn.triangle_begin.begin(), drawn.triangle_begin.end() - 1);
+  drawn.triangle_items.resize(3 * surface.triangles.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (const int v : surface.triangles[t]) {
+      auto& place = next[static_cast<std::size_t>(v)];
+      drawn.triangle_items[static_cast<std::size_t>(place++)] = static_cast<int>(t);
+    }
+  }
+  drawn.rest_normals = vertex_normals(surface);
+  return drawn;
+}
+
+void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> unknowns,
+                          std::span<const NearField> near_fields,
+                          std::span<const ContactCell> cells, std::span<const Vec3> forces,
+                          std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
+  const std::size_t count = drawn.rest->vertices.size();
+  positions.resize(count);
+  normals.resize(count);
+  const std::vector<Group> groups = group_cells(near_fields, cells, forces);
+  parallel_for_each_index(count, kVertexChunk, [&](std::size_t v) {
+    Vec3f moved = Vec3f::Zero();
+    for (int e = drawn.carriers.row_begin[v]; e < drawn.carriers.row_begin[v + 1]; ++e) {
+      const auto entry = static_cast<std::size_t>(e);
+      const float* alpha = unknowns.data() + 3 * drawn.carriers.nodes[entry];
+      moved += drawn.carriers.values[entry] * Vec3f(alpha[0], alpha[1], alpha[2]);
+    }
+    const Vec3& rest = drawn.rest->vertices[v];
+    const Vec3 near = near_displacement(groups, near_fields, cells, forces, rest,
+                                        drawn.rest_normals[v]);
+    positions[v] = (rest + moved.cast<double>() + near).cast<float>();
+  });
+  parallel_for_each_index(count, kVertexChunk,
+                          [&](std::size_t v) { normals[v] = normal_at(drawn, positions, v); });
+}
+
+}  // namespace viscera

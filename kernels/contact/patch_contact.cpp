@@ -1,0 +1,312 @@
+#include "kernels/contact/patch_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace viscera {
+namespace {
+
+/// Weights of all cells are written in a common basis that misses none of them by more than this
+/// share: cells of one tip differ little, so the basis is several times smaller than their number.
+constexpr double kBasisTolerance = 3e-4;
+/// Added to the diagonal, relative: two tools may press the very same spot.
+constexpr double kRidge = 1e-6;
+
+/// Entry of the six stored parts of a symmetric 3 x 3 block, and whether it is transposed.
+struct Part {
+  int index;
+  bool transposed;
+};
+constexpr Part kParts[3][3] = {{{0, false}, {1, false}, {2, false}},
+                               {{1, true}, {3, false}, {4, false}},
+                               {{2, true}, {4, true}, {5, false}}};
+
+/// Two cells see each other across a flat or gently bent surface; not through a thin body.
+double same_side(const Vec3& a, const Vec3& b) {
+  const double t = std::clamp(2.0 * a.dot(b), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+}  // namespace
+
+double PatchContact::spread_factor() { return 0.8; }
+
+PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
+                           const IsotropicMaterial& material)
+    : compliance_(compliance), surface_(surface), material_(material) {
+  local_of_.assign(compliance.touchable.size(), -1);
+  row_of_touchable_.reserve(compliance.touchable.size());
+  for (const int node : compliance.touchable) {
+    const auto at =
+        std::lower_bound(compliance.visible.begin(), compliance.visible.end(), node);
+    row_of_touchable_.push_back(static_cast<int>(at - compliance.visible.begin()));
+  }
+}
+
+/// S: the share of each touched node in the load of each cell.
+void PatchContact::spread_cells(std::span<const ContactCell> cells, ContactSolution& solution) {
+  solution.near_fields.clear();
+  solution.beyond_touchable = 0;
+  spread_.resize(std::max(spread_.size(), cells.size()));
+  touched_.clear();
+  std::vector<double> weight_of(local_of_.size(), 0.0);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const ContactCell& cell = cells[k];
+    const double sigma = spread_factor_ * spacing_at(surface_, cell.position);
+    solution.near_fields.emplace_back(material_, sigma);
+    if (!spread_load(surface_, cell.position, cell.normal, sigma, shares_)) {
+      ++solution.beyond_touchable;
+    }
+    auto& nodes = spread_[k];
+    nodes.clear();
+    for (const auto& [sample, share] : shares_) {
+      const auto s = static_cast<std::size_t>(sample);
+      for (int e = surface_.weights.row_begin[s]; e < surface_.weights.row_begin[s + 1]; ++e) {
+        const int node = surface_.weights.nodes[static_cast<std::size_t>(e)];
+        auto& weight = weight_of[static_cast<std::size_t>(node)];
+        if (weight == 0.0) nodes.push_back({node, 0.0});
+        weight += share * surface_.weights.values[static_cast<std::size_t>(e)];
+      }
+    }
+    for (WeightedNode& entry : nodes) {
+      auto& weight = weight_of[static_cast<std::size_t>(entry.node)];
+      entry.weight = weight;
+      weight = 0.0;
+      auto& local = local_of_[static_cast<std::size_t>(entry.node)];
+      if (local < 0) {
+        local = 0;
+        touched_.push_back(entry.node);
+      }
+    }
+  }
+  std::sort(touched_.begin(), touched_.end());
+  for (std::size_t i = 0; i < touched_.size(); ++i) {
+    local_of_[static_cast<std::size_t>(touched_[i])] = static_cast<int>(i);
+  }
+  weights_.setZero(static_cast<Eigen::Index>(cells.size()),
+                   static_cast<Eigen::Index>(touched_.size()));
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    for (const WeightedNode& entry : spread_[k]) {
+      weights_(static_cast<Eigen::Index>(k), local_of_[static_cast<std::size_t>(entry.node)]) +=
+          entry.weight;
+    }
+  }
+  for (const int node : touched_) local_of_[static_cast<std::size_t>(node)] = -1;
+}
+
+/// The compliance among touched nodes, split by component. Only one triangle is read (the rest is
+/// its mirror): the columns are long, so every entry is a miss of the cache.
+void PatchContact::gather_compliance() {
+  if (gathered_ == touched_) return;
+  const auto m = static_cast<Eigen::Index>(touched_.size());
+  for (auto& part : block_) part.resize(m, m);
+  const std::size_t rows = compliance_.rows();
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const auto node = static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]);
+    const float* column = compliance_.columns.data() + 3 * node * rows;
+    for (Eigen::Index i = 0; i <= j; ++i) {
+      const auto other = static_cast<std::size_t>(touched_[static_cast<std::size_t>(i)]);
+      const float* entry = column + 3 * row_of_touchable_[other];
+      const float *x = entry, *y = entry + rows, *z = entry + 2 * rows;
+      // C(i, j) holds the row components in x[0..2]; C(j, i) is its transpose.
+      block_[0](i, j) = block_[0](j, i) = x[0];
+      block_[3](i, j) = block_[3](j, i) = y[1];
+      block_[5](i, j) = block_[5](j, i) = z[2];
+      block_[1](i, j) = y[0];
+      block_[1](j, i) = x[1];
+      block_[2](i, j) = z[0];
+      block_[2](j, i) = x[2];
+      block_[4](i, j) = z[1];
+      block_[4](j, i) = y[2];
+    }
+  }
+  gathered_ = touched_;
+}
+
+/// S = coefficients * basis by Gram and Schmidt, taking the worst represented cell first.
+void PatchContact::compress_weights() {
+  const Eigen::Index n = weights_.rows(), m = weights_.cols();
+  MatrixX rest = weights_;
+  VectorX left = rest.rowwise().squaredNorm();
+  const VectorX whole = left;
+  const Eigen::Index most = std::min(n, m);
+  basis_.resize(most, m);
+  coefficients_.setZero(n, most);
+  Eigen::Index rank = 0;
+  for (; rank < most; ++rank) {
+    Eigen::Index worst = 0;
+    const double error = (left.array() / whole.array()).maxCoeff(&worst);
+    if (rank > 0 && error < kBasisTolerance * kBasisTolerance) break;
+    // Twice is enough: the second pass removes what round-off left of the earlier directions.
+    VectorX direction = rest.row(worst).transpose();
+    direction -= basis_.topRows(rank).transpose() * (basis_.topRows(rank) * direction);
+    direction.normalize();
+    basis_.row(rank) = direction.transpose();
+    const VectorX amount = rest * direction;
+    coefficients_.col(rank) = amount;
+    rest.noalias() -= amount * direction.transpose();
+    left = rest.rowwise().squaredNorm();
+  }
+  basis_.conservativeResize(rank, Eigen::NoChange);
+  coefficients_.conservativeResize(Eigen::NoChange, rank);
+}
+
+/// S C S^T by components.
+void PatchContact::couple_cells() {
+  const Eigen::MatrixXf basis = basis_.cast<float>();
+  const Eigen::MatrixXf transposed = basis.transpose();
+  for (std::size_t part = 0; part < block_.size(); ++part) {
+    const Eigen::MatrixXf image = block_[part] * transposed;
+    const MatrixX small = (basis * image).cast<double>();
+    far_[part].noalias() = coefficients_ * small * coefficients_.transpose();
+  }
+}
+
+void PatchContact::couple_nearby(std::span<const ContactCell> cells,
+                                 std::span<const NearField> near_fields) {
+  const auto n = static_cast<Eigen::Index>(cells.size());
+  near_.resize(n, n);
+  tangential_share_ = near_fields.front().tangential_share();
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    for (std::size_t l = 0; l <= k; ++l) {
+      const double share = same_side(cells[k].normal, cells[l].normal);
+      double response = 0.0;
+      if (share > 0.0) {
+        // Spread by two Gaussians: their variances add.
+        const double one = near_fields[k].sigma(), other = near_fields[l].sigma();
+        const NearField near(material_, std::sqrt(0.5 * (one * one + other * other)));
+        response = share * near.normal_compliance((cells[k].position - cells[l].position).norm(),
+                                                  0.5 * (cells[k].area + cells[l].area));
+      }
+      near_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) = response;
+      near_(static_cast<Eigen::Index>(l), static_cast<Eigen::Index>(k)) = response;
+    }
+  }
+}
+
+/// Displacement of cell k under a unit force on cell l: normal and tangential parts of the near field
+/// about the mean of both normals, so that it stays reciprocal.
+Mat3 PatchContact::coupling(std::span<const ContactCell> cells, int k, int l) const {
+  Mat3 response;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) {
+      const auto [index, transposed] = kParts[a][b];
+      const MatrixX& part = far_[static_cast<std::size_t>(index)];
+      response(a, b) = transposed ? part(l, k) : part(k, l);
+    }
+  }
+  const double near = near_(k, l);
+  if (near == 0.0) return response;
+  const Vec3 normal =
+      (cells[static_cast<std::size_t>(k)].normal + cells[static_cast<std::size_t>(l)].normal)
+          .normalized();
+  return response + near * (tangential_share_ * Mat3::Identity() +
+                            (1.0 - tangential_share_) * normal * normal.transpose());
+}
+
+void PatchContact::assemble(std::span<const ContactCell> cells) {
+  unknowns_.clear();
+  std::vector<double> wanted;
+  std::vector<int> first_of(cells.size());
+  bilateral_.clear();
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const ContactCell& cell = cells[k];
+    first_of[k] = static_cast<int>(unknowns_.size());
+    if (cell.held) {
+      for (int a = 0; a < 3; ++a) {
+        unknowns_.push_back({static_cast<int>(k), Vec3::Unit(a)});
+        wanted.push_back(cell.displacement[a]);
+        bilateral_.push_back(1);
+      }
+    } else {
+      unknowns_.push_back({static_cast<int>(k), cell.direction});
+      wanted.push_back(cell.depth);
+      bilateral_.push_back(0);
+    }
+  }
+  wanted_ = Eigen::Map<const VectorX>(wanted.data(), static_cast<Eigen::Index>(wanted.size()));
+
+  const auto count = static_cast<Eigen::Index>(unknowns_.size());
+  matrix_.resize(count, count);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    for (std::size_t l = 0; l <= k; ++l) {
+      const Mat3 response = coupling(cells, static_cast<int>(k), static_cast<int>(l));
+      const int rows = cells[k].held ? 3 : 1, columns = cells[l].held ? 3 : 1;
+      for (int a = 0; a < rows; ++a) {
+        const Vec3 seen =
+            response.transpose() * unknowns_[static_cast<std::size_t>(first_of[k] + a)].direction;
+        for (int b = 0; b < columns; ++b) {
+          const double entry =
+              seen.dot(unknowns_[static_cast<std::size_t>(first_of[l] + b)].direction);
+          matrix_(first_of[k] + a, first_of[l] + b) = entry;
+          matrix_(first_of[l] + b, first_of[k] + a) = entry;
+        }
+      }
+    }
+  }
+  matrix_.diagonal() *= 1.0 + kRidge;
+}
+
+void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
+                         ContactResponse& response) {
+  solution = ContactSolution{};
+  solution.converged = true;
+  solution.smallest_eigenvalue = 1.0;
+  response.touched.clear();
+  response.loads.clear();
+  displacements_.assign(cells.size(), Vec3::Zero());
+  if (cells.empty()) return;
+
+  spread_cells(cells, solution);
+  gather_compliance();
+  compress_weights();
+  couple_cells();
+  couple_nearby(cells, solution.near_fields);
+  assemble(cells);
+
+  if (active_.size() != unknowns_.size()) {
+    active_.resize(unknowns_.size());
+    for (std::size_t i = 0; i < active_.size(); ++i) {
+      active_[i] = wanted_[static_cast<Eigen::Index>(i)] > 0.0;
+    }
+  }
+  const UnilateralFigures figures =
+      unilateral_.solve(matrix_, wanted_, bilateral_, active_, amounts_);
+  solution.pivots = figures.pivots;
+  solution.converged = figures.converged;
+  solution.smallest_eigenvalue = figures.smallest_eigenvalue;
+
+  solution.forces.assign(cells.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+    solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
+        amounts_[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
+  }
+  response.touched = touched_;
+  response.loads.assign(touched_.size(), Vec3::Zero());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const Vec3& force = solution.forces[k];
+    if (force.isZero(0.0)) continue;
+    ++solution.touching;
+    for (std::size_t i = 0; i < touched_.size(); ++i) {
+      response.loads[i] += weights_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) * force;
+    }
+  }
+  if (solution.touching == 0) {
+    response.touched.clear();
+    response.loads.clear();
+  }
+
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    for (std::size_t l = 0; l < cells.size(); ++l) {
+      if (solution.forces[l].isZero(0.0)) continue;
+      displacements_[k] +=
+          coupling(cells, static_cast<int>(k), static_cast<int>(l)) * solution.forces[l];
+    }
+    if (!cells[k].held) {
+      const double reached = displacements_[k].dot(cells[k].direction);
+      solution.violation = std::max(solution.violation, cells[k].depth - reached);
+    }
+  }
+}
+
+}  // namespace viscera

@@ -1,0 +1,28 @@
+#include <array>
+
+#include "kernels/paff/elasticity.h"
+#include "kernels/paff/galerkin.h"
+
+namespace viscera {
+namespace {
+
+std::array<const Formulation*, 1> formulations() {
+  return {&galerkin_formulation()};
+}
+
+}  // namespace
+
+const Formulation* find_formulation(std::string_view name) {
+  for (const Formulation* formulation : formulations()) {
+    if (formulation->name() == name) return formulation;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> formulation_names() {
+  std::vector<std::string> names;
+  for (const Formulation* formulation : formulations()) names.emplace_back(formulation->name());
+  return names;
+}
+
+}  // namespace viscera

@@ -1,0 +1,66 @@
+// The `galerkin` formulation: point-associated finite fields in the weak form, integrated with
+// symmetric variational consistency (NUMERICS.md). Its stiffness is symmetric positive definite.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kernels/paff/block_matrix.h"
+#include "kernels/paff/cut_cells.h"
+#include "kernels/paff/elasticity.h"
+#include "kernels/paff/shape_functions.h"
+#include "kernels/paff/sparse_cholesky.h"
+#include "kernels/paff/surface_quadrature.h"
+
+namespace viscera {
+
+/// What acts on a body at rest; an empty function means none of it.
+struct StaticLoads {
+  std::function<Vec3(const Vec3& x)> body_force;                    ///< [N/m3]
+  std::function<Vec3(const Vec3& x, const Vec3& normal)> traction;  ///< on the free part [Pa]
+  std::function<Vec3(const Vec3& x)> held_displacement;             ///< on the fixed part [m]
+};
+
+/// The assembled equations K alpha = f of one body. Benchmarks with known solutions use it
+/// directly; scenes go through the Formulation.
+class GalerkinSystem {
+ public:
+  /// Errors as documented at Formulation::prepare; the surface may be dropped afterwards.
+  static Result<GalerkinSystem> assemble(const ElasticProblem& problem, double support_factor,
+                                         const Progress& progress);
+
+  /// Right-hand side f (3 N, node-major) [N], by the same points and the same Nitsche terms as K.
+  std::vector<double> loads(const StaticLoads& loads) const;
+
+  /// Solves for one set of loads: the nodal unknowns alpha (3 N) [m].
+  Result<std::vector<double>> solve(const StaticLoads& loads) const;
+
+  /// Displacement at x of the unknowns alpha, sum_J phi_J(x) alpha_J [m]; NaN where no field
+  /// reaches.
+  Vec3 displacement(std::span<const double> unknowns, const Vec3& x) const;
+
+  Result<SparseCholesky> factor() const;
+
+  const SymmetricBlockMatrix& stiffness() const { return stiffness_; }
+  const ShapeFunctions& fields() const { return *fields_; }
+  const VolumeQuadrature& volume() const { return volume_; }
+  const SurfaceQuadrature& surface() const { return surface_; }
+  const PreparationFigures& figures() const { return figures_; }
+
+ private:
+  GalerkinSystem() = default;
+
+  IsotropicMaterial material_;
+  std::shared_ptr<const ShapeFunctions> fields_;
+  VolumeQuadrature volume_;
+  SurfaceQuadrature surface_;
+  SymmetricBlockMatrix stiffness_;  ///< [N/m]
+  PreparationFigures figures_;
+};
+
+/// The formulation "galerkin", support factor 1.8.
+const Formulation& galerkin_formulation();
+
+}  // namespace viscera

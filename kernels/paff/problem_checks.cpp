@@ -1,0 +1,98 @@
+#include "kernels/paff/problem_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace viscera {
+namespace {
+
+void check_material(const IsotropicMaterial& material, std::vector<std::string>& mistakes) {
+  std::ostringstream text;
+  if (!(material.youngs_modulus > 0.0 && std::isfinite(material.youngs_modulus))) {
+    text << "material: Young's modulus is " << material.youngs_modulus
+         << " Pa; expected a positive number";
+    mistakes.push_back(text.str());
+  }
+  if (!(material.poisson_ratio >= 0.0 && material.poisson_ratio < 0.5)) {
+    text.str("");
+    text << "material: Poisson's ratio is " << material.poisson_ratio
+         << "; expected at least 0 and less than 0.5";
+    mistakes.push_back(text.str());
+  }
+}
+
+void check_cloud(const PointCloud& cloud, std::vector<std::string>& mistakes) {
+  if (cloud.size() < 4) {
+    mistakes.push_back("nodes: there are " + std::to_string(cloud.size()) +
+                       "; expected at least 4: use a smaller node spacing");
+  }
+  if (cloud.spacings.size() != cloud.size()) {
+    mistakes.push_back("nodes: " + std::to_string(cloud.size()) + " positions but " +
+                       std::to_string(cloud.spacings.size()) + " spacings; expected one each");
+    return;
+  }
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (cloud.positions[i].allFinite() && cloud.spacings[i] > 0.0 &&
+        std::isfinite(cloud.spacings[i])) {
+      continue;
+    }
+    std::ostringstream text;
+    text << "nodes: node " << i << " lies at (" << cloud.positions[i].transpose()
+         << ") m with spacing " << cloud.spacings[i]
+         << " m; expected finite numbers and a positive spacing";
+    mistakes.push_back(text.str());
+    return;
+  }
+}
+
+void check_surface(const TriangleSurface& surface, std::vector<std::string>& mistakes) {
+  if (surface.empty()) {
+    mistakes.push_back("surface: it has no triangles; expected a closed surface");
+    return;
+  }
+  for (std::size_t i = 0; i < surface.vertices.size(); ++i) {
+    if (surface.vertices[i].allFinite()) continue;
+    std::ostringstream text;
+    text << "surface: vertex " << i << " lies at (" << surface.vertices[i].transpose()
+         << ") m; expected finite numbers";
+    mistakes.push_back(text.str());
+    return;
+  }
+  const int vertex_count = static_cast<int>(surface.vertices.size());
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    for (const int v : triangle) {
+      if (v >= 0 && v < vertex_count) continue;
+      mistakes.push_back("surface: a triangle names vertex " + std::to_string(v) +
+                         "; expected 0 to " + std::to_string(vertex_count - 1));
+      return;
+    }
+  }
+  if (const double enclosed = volume(surface); !(enclosed > 0.0)) {
+    std::ostringstream text;
+    text << "surface: it encloses " << enclosed
+         << " m3; expected a positive volume (closed, oriented outwards)";
+    mistakes.push_back(text.str());
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> problem_mistakes(const ElasticProblem& problem) {
+  std::vector<std::string> mistakes;
+  check_material(problem.material, mistakes);
+  if (problem.surface) {
+    check_surface(*problem.surface, mistakes);
+  } else {
+    mistakes.push_back("surface: none given");
+  }
+  if (problem.cloud) {
+    check_cloud(*problem.cloud, mistakes);
+  } else {
+    mistakes.push_back("nodes: none given");
+  }
+  if (!problem.is_fixed) mistakes.push_back("fixed region: none given; a body must be held");
+  return mistakes;
+}
+
+}  // namespace viscera

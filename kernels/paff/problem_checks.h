@@ -1,0 +1,15 @@
+// Whether an elastic problem makes sense, before any work is done on it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kernels/paff/elasticity.h"
+
+namespace viscera {
+
+/// Every mistake in words: missing parts, material out of range, too few nodes, numbers that aren't
+/// finite, spacings that aren't positive, a surface that encloses no volume. Empty when sound.
+std::vector<std::string> problem_mistakes(const ElasticProblem& problem);
+
+}  // namespace viscera
