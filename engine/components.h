@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/collision/collision_surface.h"
-#include "engine/key_frames.h"
+#include "engine/systems/key_frames.h"
 #include "engine/organ/organ_model.h"
 #include "engine/registry.h"
 #include "engine/scene/scene.h"
@@ -66,7 +66,7 @@ struct OrganState {
 
 /// Made when an organ is first burnt.
 struct OrganBurn {
-  BrickField damage;                         ///< 0 sound ... 1 charred, rest space
+  BrickField damage = BrickField();          ///< 0 sound ... 1 charred, rest space
   std::uint64_t version = 0;
   double energy = 0.0;                       ///< absorbed so far [J]
 };

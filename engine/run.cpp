@@ -1,11 +1,11 @@
 #include "engine/run.h"
 
+#include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <format>
 #include <memory>
 #include <optional>
 #include <set>
@@ -89,7 +89,7 @@ Result<void> take_picture(Studio& studio, const World& world, const SceneDescrip
   const StageTimer timer(trace, stage_index(Stage::kEncode), world.frame);
   const Picture& p = studio.picture;
   if (auto added = studio.film->add(p.rgb); !added) return added;
-  const fs::path file = out / "frames" / std::format("{:04}.png", studio.pictures);
+  const fs::path file = out / "frames" / fmt::format("{:04}.png", studio.pictures);
   ++studio.pictures;
   return write_png(file, p.width, p.height, p.rgb);
 }
@@ -98,7 +98,7 @@ void write_volumes(SmokeWriter& writer, const World& world, const SceneDescripti
                    const fs::path& out, std::uint64_t picture) {
   for (const SmokeBody& smoke : world.smoke) {
     if (smoke.volume.particles().size() == 0) continue;
-    const std::string name = std::format("{:04}.vdb", picture);
+    const std::string name = fmt::format("{:04}.vdb", picture);
     const fs::path folder =
         world.smoke.size() == 1 ? out / "smoke" : out / "smoke" / smoke.description.name;
     std::error_code error;
@@ -121,6 +121,16 @@ std::string flag_text(FrameFlag flag) {
       return "a smoke volume was full; its oldest particles ended: raise max_particles";
   }
   return {};
+}
+
+void plot_frame(const World& world, const std::vector<TipSample>& samples, Review& review) {
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    review.charts[0].curves[i].add(world.time(), samples[i].force.norm());
+  std::size_t curve = 0;
+  for (std::size_t o = 0; o < world.organ_bodies.size(); ++o)
+    if (world.organ_bodies[o].model->touchable_anywhere())
+      review.charts[1].curves[curve++].add(world.time(),
+                                           1e3 * world.organ_states[o].greatest_displacement);
 }
 
 void describe_world(const World& world, RunReport& report) {
@@ -225,6 +235,11 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   StateHash hash;
   std::uint32_t flags = 0;
   std::vector<TipSample> samples(names.size());
+  Review review;
+  review.charts = {{"Force on the instruments", "N", {}}, {"Greatest displacement", "mm", {}}};
+  for (const std::string& name : names) review.charts[0].curves.emplace_back(name);
+  for (const OrganBody& organ : world.organ_bodies)
+    if (organ.model->touchable_anywhere()) review.charts[1].curves.emplace_back(organ.name);
   const auto loop_started = Clock::now();
   const Progress progress = progress_for("simulating");
   Result<void> status;
@@ -236,6 +251,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
       for (std::size_t i = 0; i < samples.size(); ++i)
         samples[i] = {world.instrument_states[i].tip, world.instrument_contacts[i].force};
       forces->add(world.time(), samples);
+      plot_frame(world, samples, review);
       hash.add_frame(world);
     }
     if (k % kFramesPerPicture != 0) continue;
@@ -277,7 +293,9 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     return std::unexpected(written.error());
   if (auto written = write_report(options.out / "report.json", report); !written)
     return std::unexpected(written.error());
-  if (auto written = write_review(options.out, report); !written)
+  review.report = report;
+  if (studio) review.film = "film.mp4";
+  if (auto written = write_review(options.out / "review.html", review); !written)
     return std::unexpected(written.error());
   return report;
 }

@@ -1,12 +1,13 @@
 #include "engine/world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <format>
 #include <map>
 
 #include "engine/io/mesh_import.h"
-#include "engine/systems/tool_shape.h"
+#include "engine/organ/shape.h"
 #include "kernels/points/surface_tree.h"
 
 namespace viscera {
@@ -64,7 +65,7 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
     across = std::max(across, v.head<2>().norm());
   }
   if (body.mesh_samples.empty())
-    return failure(std::format("{}: instrument \"{}\": the mesh has no vertex within {:g} mm of its "
+    return failure(fmt::format("{}: instrument \"{}\": the mesh has no vertex within {:g} mm of its "
                                "origin, expected the tip there and the shaft along +z",
                                description.tip.file.string(), description.name, 1e3 * kMeshEnd));
   if (body.mesh_samples.size() > kMeshSamples) {
@@ -121,26 +122,24 @@ void add_smoke(World& world, const SceneDescription& scene, const SmokeDescripti
                   {description, SmokeVolume(parameters), 0.0, 0.0, 0, {}});
 }
 
-/// Tips that start inside tissue: contact has no side to push to.
-std::vector<std::string> buried_tips(const SceneDescription& scene, const World& world) {
-  std::vector<std::string> mistakes;
-  for (const OrganBody& organ : world.organ_bodies) {
-    std::optional<SurfaceTree> tree;   // made when some tip is in the organ's box
-    for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
-      const InstrumentDescription& instrument = scene.instruments[i];
-      const Vec3 tip = organ.pose.to_local(instrument.path.front().tip);
-      if (!organ.model->rest_bounds.contains(tip)) continue;
-      if (!tree) tree.emplace(organ.model->surface);
-      const double depth = -tree->signed_distance(tip);
-      if (depth > 0.0)
-        mistakes.push_back(std::format(
-            "{}: instruments/{}/path/0/tip_mm: the tip starts {:.2f} mm inside organ \"{}\", "
-            "expected a place outside every organ (move it at least {:.2f} mm)",
-            scene.file.string(), i, 1e3 * depth, organ.name,
-            1e3 * (depth + instrument.tip.radius)));
-    }
+/// Tips that start inside this organ: contact has no side to push to.
+void find_buried_tips(const SceneDescription& scene, const OrganDescription& organ,
+                      const TriangleSurface& surface, Error& mistakes) {
+  const Box box = bounds(surface);
+  std::optional<SurfaceTree> tree;   // made when some tip is in the organ's box
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+    const InstrumentDescription& instrument = scene.instruments[i];
+    const Vec3 tip = organ.pose.to_local(instrument.path.front().tip);
+    if (!box.contains(tip)) continue;
+    if (!tree) tree.emplace(surface);
+    const double depth = -tree->signed_distance(tip);
+    if (depth <= 0.0) continue;
+    mistakes.messages.push_back(fmt::format(
+        "{}: instruments/{}/path/0/tip_mm: the tip starts {:.2f} mm inside organ \"{}\", expected "
+        "a place outside every organ (move it at least {:.2f} mm)",
+        scene.file.string(), i, 1e3 * depth, organ.name,
+        1e3 * (depth + instrument.tip.radius)));
   }
-  return mistakes;
 }
 
 }  // namespace
@@ -172,6 +171,17 @@ Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
   return reach;
 }
 
+Result<void> check_tips(const SceneDescription& scene, const std::filesystem::path& assets) {
+  Error buried;
+  for (const OrganDescription& organ : scene.organs) {
+    auto surface = build_shape(organ.geometry, assets);
+    if (!surface) continue;   // reported where the organ itself is planned
+    find_buried_tips(scene, organ, *surface, buried);
+  }
+  if (!buried.messages.empty()) return std::unexpected(buried);
+  return {};
+}
+
 Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
                                            const std::map<std::string, Tissue>& tissues,
                                            const WorldOptions& options, const Progress& progress,
@@ -192,7 +202,7 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
     if (!model) {
       const Progress part = [&](double fraction, std::string_view what) {
         return progress((static_cast<double>(i) + fraction) / organs,
-                        std::format("{}: {}", organ.name, what));
+                        fmt::format("{}: {}", organ.name, what));
       };
       auto prepared =
           prepare_organ(organ, tissue, reach, options.prepare, part, notes.warnings);
@@ -201,7 +211,7 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
         if (error.messages.size() == 1 && error.messages[0] == kCancelled)
           return std::unexpected(error);
         for (std::string& message : error.messages)
-          message = std::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name,
+          message = fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name,
                                 message);
         return std::unexpected(error);
       }
@@ -216,11 +226,10 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
   }
   for (const SmokeDescription& smoke : scene.smoke) add_smoke(*world, scene, smoke);
 
-  if (!options.instruments_may_start_inside) {
-    Error error;
-    error.messages = buried_tips(scene, *world);
-    if (!error.messages.empty()) return std::unexpected(error);
-  }
+  Error buried;
+  for (std::size_t i = 0; i < scene.organs.size(); ++i)
+    find_buried_tips(scene, scene.organs[i], world->organ_bodies[i].model->surface, buried);
+  if (!buried.messages.empty()) return std::unexpected(buried);
   return world;
 }
 

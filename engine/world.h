@@ -2,6 +2,8 @@
 // independent.
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,7 +35,6 @@ struct World {
 
 struct WorldOptions {
   PrepareOptions prepare;
-  bool instruments_may_start_inside = false; ///< tests only
 };
 
 /// What preparation has to say besides the world itself.
@@ -46,6 +47,9 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
                                            const std::map<std::string, Tissue>& tissues,
                                            const WorldOptions& options, const Progress& progress,
                                            WorldNotes& notes);
+
+/// Refuses tips that start inside an organ; builds the shapes of organs alone.
+Result<void> check_tips(const SceneDescription& scene, const std::filesystem::path& assets);
 
 /// Where the scene's instruments may touch this organ, in its own frame.
 Reach reach_of(const SceneDescription& scene, const OrganDescription& organ);

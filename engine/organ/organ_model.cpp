@@ -1,9 +1,10 @@
 #include "engine/organ/organ_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <format>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -47,7 +48,7 @@ void hash_vector(Hasher& hasher, const Vec3& v) {
 
 Result<void> hash_file(Hasher& hasher, const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) return failure(std::format("{}: can't be read", file.string()));
+  if (!in) return failure(fmt::format("{}: can't be read", file.string()));
   std::vector<char> block(1 << 20);
   while (in.read(block.data(), static_cast<std::streamsize>(block.size())) || in.gcount() > 0)
     hasher.bytes(block.data(), static_cast<std::size_t>(in.gcount()));
@@ -104,6 +105,7 @@ Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reac
       model.surface, [&](const Vec3& x) { return reach.covers(x); }, fields, touchable_nodes);
   if (!touchable) return std::unexpected(touchable.error());
   model.touchable = std::move(*touchable);
+  visible_nodes = touchable_nodes;
   auto drawn = carry_surface(model.surface, fields, visible_nodes);
   if (!drawn) return std::unexpected(drawn.error());
   model.drawn = std::move(*drawn);
@@ -119,20 +121,6 @@ void set_surface(OrganModel& model, TriangleSurface surface) {
   model.rest_positions.reserve(model.surface.vertices.size());
   for (const Vec3& v : model.surface.vertices) model.rest_positions.push_back(v.cast<float>());
   for (const Vec3& n : vertex_normals(model.surface)) model.rest_normals.push_back(n.cast<float>());
-}
-
-/// The visible nodes must hold the touchable ones, and the carriers' columns follow the change.
-void include_touchable(OrganModel& model, const std::vector<int>& touchable,
-                       std::vector<int>& visible) {
-  std::vector<int> all;
-  std::set_union(visible.begin(), visible.end(), touchable.begin(), touchable.end(),
-                 std::back_inserter(all));
-  if (all.size() == visible.size()) return;
-  for (int& column : model.drawn.carriers.nodes) {
-    const int node = visible[static_cast<std::size_t>(column)];
-    column = static_cast<int>(std::lower_bound(all.begin(), all.end(), node) - all.begin());
-  }
-  visible = std::move(all);
 }
 
 PreparedResponse to_cache(const OrganModel& model) {
@@ -181,7 +169,6 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   if (!model.deformable()) return true;
   std::vector<int> touchable, visible;
   if (!finish(model, organ, reach, touchable, visible)) return false;
-  include_touchable(model, touchable, visible);
   return touchable == model.compliance.touchable && visible == model.compliance.visible;
 }
 
@@ -203,7 +190,6 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
 
   std::vector<int> touchable, visible;
   if (auto done = finish(model, organ, reach, touchable, visible); !done) return done;
-  include_touchable(model, touchable, visible);
 
   ElasticProblem problem;
   problem.surface = &model.surface;
@@ -318,7 +304,6 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   std::vector<int> touchable, visible;
   if (auto done = finish(model, organ, reach, touchable, visible); !done)
     return std::unexpected(done.error());
-  include_touchable(model, touchable, visible);
   plan.nodes = model.cloud.size();
   plan.surface_nodes = model.cloud.surface_count;
   plan.touchable_nodes = touchable.size();

@@ -24,6 +24,8 @@ constexpr float kNear = 2e-3f, kFar = 2.0f;   // [m]
 // A round picture a bit taller than the frame, as camera heads show it.
 constexpr float kMaskRadius = 0.53f;          // of the height
 constexpr float kNoMask = 10.0f;
+constexpr int kRim = 96;                      // corners of the disc in full_screen.vert
+constexpr float kBlack[4] = {0.0f, 0.0f, 0.0f, 0.0f};
 constexpr float kBackground[4] = {0.004f, 0.0016f, 0.0012f, 1.0f};
 
 /// The std140 block Frame of frame.glsl.
@@ -112,7 +114,7 @@ struct InstrumentBuffers {
 };
 
 struct Programs {
-  Program mask, organ_depth, instrument_depth, half_depth, occlusion, occlusion_blur;
+  Program field, organ_depth, instrument_depth, half_depth, occlusion, occlusion_blur;
   Program organ, burnt_organ, instrument, smoke, bright, blur, develop, develop_smoke, smooth;
 };
 
@@ -129,7 +131,7 @@ Result<Programs> load_programs() {
                             loaded.error().messages.end());
     }
   };
-  load(programs.mask, "full_screen.vert", "mask.frag");
+  load(programs.field, "full_screen.vert", "depth.frag");
   load(programs.organ_depth, "organ.vert", "depth.frag");
   load(programs.instrument_depth, "instrument.vert", "depth.frag");
   load(programs.half_depth, "full_screen.vert", "half_depth.frag");
@@ -205,6 +207,7 @@ struct Renderer::Data {
   std::optional<PassTimer> timer;
   std::vector<PassTime> pass_times;
   std::vector<std::uint8_t> rgba;
+  bool round = true;   // of the picture being drawn
 
   ~Data() {
     if (context != nullptr) context->make_current();
@@ -227,7 +230,11 @@ void Renderer::Data::full_screen(Program& program, const Framebuffer& target) {
   target.bind();
   program.use();
   glBindVertexArray(no_attributes->id());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  if (round) {
+    glDrawArrays(GL_TRIANGLE_FAN, 0, kRim + 2);
+  } else {
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
 }
 
 Result<void> Renderer::Data::update(const FrameView& view) {
@@ -256,6 +263,7 @@ void Renderer::Data::upload_frame(const FrameView& view) {
   FrameBlock block;
   block.view = view_matrix(view.camera);
   block.projection = projection_matrix(tangent * width / height, tangent);
+  round = view.camera.round_mask;
   block.eye << view.camera.position.cast<float>(), 1.0f;
   block.light << (view.light_intensity * view.light_colour).cast<float>(), 0.0f;
   block.lens << tangent * width / height, tangent, kNear, kFar;
@@ -270,13 +278,12 @@ void Renderer::Data::upload_frame(const FrameView& view) {
 void Renderer::Data::lay_depth(const FrameView& view) {
   targets->depth_only.bind();
   glDepthMask(GL_TRUE);
-  glClearDepth(1.0);
+  // Depth 0 outside the field of view: nothing passes the test there.
+  glClearDepth(0.0);
   glClear(GL_DEPTH_BUFFER_BIT);
   glEnable(GL_DEPTH_TEST);
-  if (view.camera.round_mask) {
-    glDepthFunc(GL_ALWAYS);
-    full_screen(programs.mask, targets->depth_only);
-  }
+  glDepthFunc(GL_ALWAYS);
+  full_screen(programs.field, targets->depth_only);
   glDepthFunc(GL_LESS);
   programs.organ_depth.use();
   for (const OrganView& organ : view.organs) {
@@ -293,6 +300,9 @@ void Renderer::Data::lay_depth(const FrameView& view) {
 }
 
 void Renderer::Data::find_occlusion() {
+  constexpr float kOutside[4] = {-1.0f, 0.0f, 0.0f, 0.0f};
+  targets->distance_target.bind();
+  glClearBufferfv(GL_COLOR, 0, kOutside);
   targets->depth.bind(kDepthUnit);
   programs.half_depth.set("depth_map", kDepthUnit);
   full_screen(programs.half_depth, targets->distance_target);
@@ -409,9 +419,13 @@ void Renderer::Data::develop(bool with_smoke) {
   program.set("spill_map", kSpillUnit);
   program.set("smoke_map", kSmokeUnit);
   program.set("distance_map", kDistanceUnit);
+  targets->developed_target.bind();
+  glClearBufferfv(GL_COLOR, 0, kBlack);
   full_screen(program, targets->developed_target);
   targets->developed.bind(kRadianceUnit);
   programs.smooth.set("developed_map", kRadianceUnit);
+  targets->shown_target.bind();
+  glClearBufferfv(GL_COLOR, 0, kBlack);
   full_screen(programs.smooth, targets->shown_target);
 }
 

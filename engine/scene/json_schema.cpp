@@ -1,4 +1,5 @@
 // The published form of the table of keys.
+#include <algorithm>
 #include <cmath>
 
 #include "engine/scene/keys.h"
@@ -51,6 +52,7 @@ void add_type(const KeySpec& key, Json& schema) {
       break;
     case KeyType::kObject:
       schema.update(json_schema(*key.object));
+      schema["description"] = key.description;
       break;
     case KeyType::kList:
       schema["type"] = "array";
@@ -83,8 +85,8 @@ Json conditional(const KeySpec& key, const ObjectSpec& spec) {
                                           fallback) != condition.values.end();
   Json schema;
   schema["if"]["properties"][condition.key]["enum"] = condition.values;
-  if (!holds_by_default) schema["if"]["required"] = {condition.key};
-  if (key.required) schema["then"]["required"] = {key.name};
+  if (!holds_by_default) schema["if"]["required"] = Json::array({condition.key});
+  if (key.required) schema["then"]["required"] = Json::array({key.name});
   schema["else"]["properties"][key.name] = false;
   return schema;
 }

@@ -25,4 +25,8 @@ struct SceneLoadOptions {
 Result<SceneDescription> load_scene(const std::filesystem::path& file,
                                     const SceneLoadOptions& options);
 
+/// The JSON Schema (2020-12) of a scene file, made from the table of keys that load_scene checks
+/// against: the text of scenes/scene.schema.json.
+std::string scene_schema();
+
 }  // namespace viscera

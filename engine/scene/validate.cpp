@@ -57,7 +57,7 @@ class Validator {
   }
 
   static std::string below(const std::string& path, const std::string& name) {
-    return path.empty() ? name : path + "/" + name;
+    return path.empty() || name.empty() ? path + name : path + "/" + name;
   }
 
   // Returns the key that was meant, or "".

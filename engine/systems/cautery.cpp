@@ -36,7 +36,7 @@ void heat_tissue(World& world, const FrameContext& context) {
       continue;
     }
     OrganBurn* burn = world.organ_burns.find(contact.organ);
-    if (!burn) burn = &world.organ_burns.add(contact.organ, OrganBurn{});
+    if (!burn) burn = &world.organ_burns.add(contact.organ, OrganBurn());
     const bool continues = trace.burning && trace.organ == contact.organ &&
                            (trace.rest_point - contact.rest_point).norm() < kTraceBreak;
     const Vec3 from = continues ? trace.rest_point : contact.rest_point;

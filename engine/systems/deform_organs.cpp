@@ -73,6 +73,7 @@ void solve_contact(World& world, const OrganBody& body, OrganContact& contact,
     context.report->raise(FrameFlag::kGripSlipped);
     contact.solver->solve(contact.cells, contact.solution, contact.response);
   }
+  if (contact.solution.beyond_touchable > 0) context.report->raise(FrameFlag::kOutOfReach);
   if (!contact.solution.converged) context.report->raise(FrameFlag::kContactNotConverged);
 }
 
@@ -122,7 +123,7 @@ void deform_organs(World& world, const FrameContext& context) {
     }
 
     displacement_unknowns(body.model->compliance, contact.response, state.unknowns);
-    deform_drawn_surface(body.model->drawn, state.unknowns, contact.solver->near_field(),
+    deform_drawn_surface(body.model->drawn, state.unknowns, contact.solution.near_fields,
                          contact.cells, contact.solution.forces, state.positions, state.normals);
     double greatest = 0.0;
     for (std::size_t v = 0; v < state.positions.size(); ++v)

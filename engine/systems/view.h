@@ -1,7 +1,7 @@
 // From the world to what the renderer sees: read-only.
 #pragma once
 
-#include "engine/key_frames.h"
+#include "engine/systems/key_frames.h"
 #include "engine/render/view.h"
 #include "engine/scene/scene.h"
 #include "engine/world.h"

@@ -29,7 +29,7 @@ double same_side(const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-double PatchContact::spread_factor() { return 0.8; }
+double PatchContact::spread_factor() { return 0.85; }
 
 PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                            const IsotropicMaterial& material)

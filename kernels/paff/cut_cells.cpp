@@ -191,10 +191,6 @@ class ColumnBuilder {
       }
       return;
     }
-    if (side <= 0.5 * h) {
-      add(centre, side * side * side);
-      return;
-    }
     const double gauss = half / std::sqrt(3.0);
     for (int i = 0; i < 8; ++i) {
       const Vec3 direction((i & 1) ? 1.0 : -1.0, (i & 2) ? 1.0 : -1.0, (i & 4) ? 1.0 : -1.0);

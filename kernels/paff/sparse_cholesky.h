@@ -32,7 +32,6 @@ class SparseCholesky {
   Result<void> solve_units(std::span<const int> units, std::span<double> out);
 
   std::size_t order() const;  ///< rows of the matrix
-  std::size_t factor_nonzeros() const;
   std::size_t factor_bytes() const;  ///< memory that the factor holds
 
  private:

@@ -155,11 +155,13 @@ Error too_many_nodes(double expected, std::size_t most) {
   return Error(text.str());
 }
 
-double estimate_nodes(const TriangleSurface& surface, const SurfaceTree& tree,
+Result<double> estimate_nodes(const TriangleSurface& surface, const SurfaceTree& tree,
                       const SpacingField& spacing) {
   double on_surface = 0.0;
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-    const double h = spacing(position(surface, {t, Vec3::Constant(1.0 / 3.0)}));
+    const Vec3 centre = position(surface, {t, Vec3::Constant(1.0 / 3.0)});
+    const double h = spacing(centre);
+    if (!usable(h)) return failure(bad_spacing(centre, h));
     on_surface += area_vector(surface, t).norm() / (h * h);
   }
 
@@ -176,18 +178,20 @@ double estimate_nodes(const TriangleSurface& surface, const SurfaceTree& tree,
   for (int level = 0; !cells.empty(); ++level) {
     const bool may_split = 8 * cells.size() <= kMostCells;
     std::vector<double> parts(cells.size(), 0.0);
-    std::vector<char> splits(cells.size(), 0);
+    std::vector<char> splits(cells.size(), 0), bad(cells.size(), 0);
     parallel_for_each_index(cells.size(), 64, [&](std::size_t i) {
       const auto& [centre, edge] = cells[i];
       const double height = tree.signed_distance(centre);
       if (height > 0.5 * std::numbers::sqrt3 * edge) return;
       const double h = spacing(centre);
+      bad[i] = height < 0.0 && !usable(h);
       splits[i] = may_split && (level < 3 || edge > kCellPerSpacing * h);
       const double share = std::clamp(0.5 - height / edge, 0.0, 1.0);
-      if (!splits[i]) parts[i] = share * std::pow(edge / h, 3);
+      if (!splits[i] && usable(h)) parts[i] = share * std::pow(edge / h, 3);
     });
     std::vector<Cell> finer;
     for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (bad[i]) return failure(bad_spacing(cells[i].centre, spacing(cells[i].centre)));
       inside += parts[i];
       if (!splits[i]) continue;
       for (int k = 0; k < 8; ++k) {

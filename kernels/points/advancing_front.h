@@ -7,9 +7,9 @@ namespace viscera {
 
 /// Nodes while they are being placed; the first `surface_count` lie on the surface.
 struct PlacedNodes {
-  std::vector<Vec3> positions;      ///< [m]                                                  (N)
-  std::vector<double> wanted;       ///< wanted spacing h there [m]                           (N)
-  std::vector<double> depths;       ///< at most the distance below the surface [m]; 0 on it  (N)
+  std::vector<Vec3> positions;  ///< [m]                                                  (N)
+  std::vector<double> wanted;   ///< wanted spacing h there [m]                           (N)
+  std::vector<double> depths;   ///< at most the distance below the surface [m]; 0 on it  (N)
   std::size_t surface_count = 0;
 };
 
@@ -19,16 +19,16 @@ struct PlacementTask {
   const SurfaceTree& tree;
   const SpacingField& spacing;
   const NodePlacement& options;
-  double expected_nodes;            ///< estimate_nodes(), for the progress
+  double expected_nodes;  ///< estimate_nodes(), for the progress
 };
 
 /// Interior nodes keep this share of h from the surface.
 inline constexpr double kDepthShare = 0.5;
 
 /// About how many nodes the front will place: the integrals of h^-2 over the surface and of h^-3
-/// over the volume. Within about a fifth where h varies slowly.
-double estimate_nodes(const TriangleSurface& surface, const SurfaceTree& tree,
-                      const SpacingField& spacing);
+/// over the volume. Within about a fifth where h varies slowly. Fails where h is not positive.
+Result<double> estimate_nodes(const TriangleSurface& surface, const SurfaceTree& tree,
+                              const SpacingField& spacing);
 
 /// The refusal of more nodes than allowed.
 Error too_many_nodes(double expected, std::size_t most);

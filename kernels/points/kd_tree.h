@@ -14,8 +14,8 @@ class KdTree {
   explicit KdTree(std::span<const Vec3> points);
 
   struct Found {
-    double distance2;   ///< squared distance [m2]
-    int index;          ///< index of the point in the span given to the constructor
+    double distance2;  ///< squared distance [m2]
+    int index;         ///< index of the point in the span given to the constructor
 
     bool operator<(const Found& other) const {
       return distance2 < other.distance2 || (distance2 == other.distance2 && index < other.index);
@@ -33,7 +33,7 @@ class KdTree {
   /// A leaf holds points_[begin, end); an inner node has its left child right behind it.
   struct Node {
     int begin, end;
-    int axis = -1;      ///< -1 for a leaf
+    int axis = -1;  ///< -1 for a leaf
     int right = -1;
     double split = 0.0;
   };
@@ -44,8 +44,8 @@ class KdTree {
   void visit_nearest(int node, const Vec3& x, Vec3& outside, double& best2) const;
 
   std::vector<Node> nodes_;
-  std::vector<Vec3> points_;    // in the order of the leaves
-  std::vector<int> indices_;    // their indices in the order of the caller
+  std::vector<Vec3> points_;  // in the order of the leaves
+  std::vector<int> indices_;  // their indices in the order of the caller
 };
 
 }  // namespace viscera

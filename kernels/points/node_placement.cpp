@@ -75,12 +75,13 @@ Result<PointCloud> place_nodes(const TriangleSurface& surface, const SurfaceTree
                    ", expected 0.5 to 1");
   }
   if (!progress(0.0, "placing nodes")) return failure(kCancelled);
-  const double expected = estimate_nodes(surface, tree, spacing);
+  const Result<double> expected = estimate_nodes(surface, tree, spacing);
+  if (!expected) return std::unexpected(expected.error());
   // The estimate is rough: what may still fit is found out by placing.
-  if (expected > 1.5 * static_cast<double>(options.max_nodes)) {
-    return std::unexpected(too_many_nodes(expected, options.max_nodes));
+  if (*expected > 1.5 * static_cast<double>(options.max_nodes)) {
+    return std::unexpected(too_many_nodes(*expected, options.max_nodes));
   }
-  const PlacementTask task{surface, tree, spacing, options, expected};
+  const PlacementTask task{surface, tree, spacing, options, *expected};
 
   Result<PlacedNodes> nodes = cover_surface(task);
   if (!nodes) return std::unexpected(nodes.error());

@@ -10,7 +10,8 @@
 
 namespace viscera {
 
-/// Wanted node spacing h(x) [m]; smooth, with a slope of about 0.25 at most.
+/// Wanted node spacing h(x) [m]; smooth, with a slope of about 0.25 at most; positive in the body
+/// and within about h of it.
 using SpacingField = std::function<double(const Vec3&)>;
 
 /// h = min(h_max, h_min + gradient * distance to the nearest of `points`); h_max where none.

@@ -22,8 +22,8 @@ class PointOctree {
 
   struct Cell {
     Vec3 centre;
-    double half = 0.0;          // half the edge [m]
-    int children = -1;          // the first of eight; -1 for a leaf
+    double half = 0.0;  // half the edge [m]
+    int children = -1;  // the first of eight; -1 for a leaf
     int count = 0;
     std::array<Vec3, kLeafSize> points;
   };

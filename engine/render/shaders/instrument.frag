@@ -34,15 +34,15 @@ void main() {
   // Turning leaves grooves round the shaft; they tilt the normal along it.
   vec3 axis = mat3(model) * vec3(0.0, 0.0, 1.0);
   vec4 grooves = noise(vec3(local.xy * 60.0, local.z * 2600.0));
-  vec4 wear = noise(local * 420.0);
+  vec4 wear = noise(local * vec3(900.0, 900.0, 240.0));
   float groove_kept = 1.0 - smoothstep(0.1, 0.5, pixel * 2600.0);
   n = normalize(n + axis * grooves.x * (sleeve ? 0.02 : 0.07) * groove_kept);
 
   float c = max(dot(n, v), 1e-3);
   vec3 mirrored = reflect(-v, n);
   if (sleeve) {
-    vec3 albedo = vec3(0.016, 0.016, 0.018) * (1.0 + 0.35 * wear.x);
-    float rough = filtered_roughness(n, 0.42 + 0.08 * wear.x);
+    vec3 albedo = vec3(0.016, 0.016, 0.018) * (1.0 + 0.2 * wear.x);
+    float rough = filtered_roughness(n, 0.36 + 0.03 * wear.x);
     float fresnel = 0.04 + 0.96 * pow(1.0 - c, 5.0);
     radiance.rgb = albedo * incoming * c + incoming * 0.045 * retro_lobe(c, rough) +
                    fresnel * 0.6 * surroundings(mirrored, v) * open;
@@ -57,7 +57,7 @@ void main() {
     float smudge = 0.88 + 0.12 * wear.x;
     vec3 lobe = incoming * min(retro_lobe(c, rough), 8.0);
     // A rough second lobe stands for the light that grooves scatter sideways.
-    vec3 scatter = incoming * 0.30 * retro_lobe(c, 0.72);
+    vec3 scatter = incoming * 0.16 * retro_lobe(c, 0.66);
     vec3 fresnel = steel + (1.0 - steel) * pow(1.0 - c, 5.0);
     radiance.rgb = smudge * steel * (lobe * 0.85 + scatter) +
                    fresnel * surroundings(mirrored, v) * open;

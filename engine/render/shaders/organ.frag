@@ -114,9 +114,9 @@ void main() {
   vec3 q = p / vessel_scale + 0.22 * fine_spots.yzw * (mottle_scale * 0.36 / vessel_scale);
   vec4 trunk = noise(q + 0.25 * broad.yzw);
   vec4 twig = noise(2.7 * q + 17.0 + 0.25 * spots.yzw);
-  float caliber = 0.5 + 0.5 * clamp(1.6 * spots.x + broad.x, -1.0, 1.0);
-  float trunk_line = line(trunk, 0.03 + 0.05 * caliber) * (0.25 + 0.75 * caliber);
-  float twig_line = line(twig, 0.05) * smoothstep(-0.2, 0.5, fine_spots.x + trunk.y * 0.5) *
+  float caliber = smoothstep(-0.35, 0.65, 0.8 * spots.x + broad.x);
+  float trunk_line = line(trunk, 0.012 + 0.04 * caliber) * (0.12 + 0.88 * caliber);
+  float twig_line = line(twig, 0.045) * smoothstep(-0.2, 0.5, fine_spots.x + trunk.y * 0.5) *
                     kept(0.25 * vessel_scale, pixel);
   float vessel = vessel_amount * clamp(trunk_line + 0.55 * twig_line, 0.0, 1.0);
   albedo = mix(albedo, vessel_colour, vessel);
@@ -126,9 +126,10 @@ void main() {
   vec4 ripple = noise(p / (2.1 * bump_scale) + 7.0);
   float swell_kept = kept(5.3 * bump_scale, pixel);
   float ripple_kept = kept(2.1 * bump_scale, pixel);
-  vec3 slope = swell.yzw * (1.6 * swell_kept / 5.3) + ripple.yzw * (0.9 * ripple_kept / 2.1);
-  vec3 film_slope = slope * 0.55 + grain.yzw * (0.06 * grain_kept);
-  slope += grain.yzw * (0.5 * grain_kept / 0.9);
+  vec3 slope = swell.yzw * (1.3 * swell_kept) + ripple.yzw * (1.0 * ripple_kept);
+  // The film lies flatter than the tissue under it.
+  vec3 film_slope = slope * 0.8 + grain.yzw * (0.35 * grain_kept);
+  slope += grain.yzw * (0.75 * grain_kept);
   float steepness = bump_height / bump_scale;
   slope *= steepness;
   film_slope *= steepness;
@@ -141,12 +142,12 @@ void main() {
   // A trace of grain on the edge: dried tissue isn't cut by a compass, but it stays round.
   float damage = clamp(raw + 0.05 * raw * (1.0 - raw) * 4.0 * (0.6 * grain.x + 0.4 * ripple.x),
                        0.0, 1.0);
-  vec3 pale = mix(vec3(0.52, 0.40, 0.29), albedo, 0.25);
-  vec3 brown = vec3(0.16, 0.075, 0.032);
+  vec3 pale = mix(vec3(0.42, 0.28, 0.19), albedo, 0.35);
+  vec3 brown = vec3(0.115, 0.052, 0.024);
   vec3 black = vec3(0.012, 0.010, 0.009) * (1.0 + 0.8 * grain.x);
-  albedo = mix(albedo, pale, smoothstep(0.06, 0.36, damage));
-  albedo = mix(albedo, brown, smoothstep(0.42, 0.68, damage));
-  char_amount = smoothstep(0.66, 0.92, damage);
+  albedo = mix(albedo, pale, smoothstep(0.02, 0.34, damage));
+  albedo = mix(albedo, brown, smoothstep(0.34, 0.66, damage));
+  char_amount = smoothstep(0.62, 0.95, damage);
   albedo = mix(albedo, black, char_amount);
   wet *= 1.0 - smoothstep(0.12, 0.55, damage);
   slope += 0.55 * char_amount * (grain.yzw + 0.5 * ripple.yzw);
@@ -181,12 +182,12 @@ void main() {
   // Crevices are lit by what bounces between red walls: darker and redder, not grey.
   vec3 crevice = pow(vec3(open), vec3(0.75, 1.15, 1.2));
   vec3 diffuse = albedo * lit * incoming * mix(vec3(1.0), crevice, 0.75);
-  vec3 bounce = light.rgb * vec3(0.060, 0.032, 0.026);
+  vec3 bounce = light.rgb * vec3(0.120, 0.074, 0.060);
   diffuse += albedo * bounce * crevice;
 
   // Tissue lobe, broad; film lobe, sharp; both widened where the normal turns within a pixel.
   float broad_roughness = filtered_roughness(n, mix(0.62, 0.42, wet) + 0.25 * char_amount);
-  float film_roughness = filtered_roughness(film, mix(0.34, 0.17, wet));
+  float film_roughness = filtered_roughness(film, mix(0.34, 0.14, wet));
   float pooled = smoothstep(-0.5, 0.5, swell.x + 0.5 * spots.x);
   float gloss = 0.022 * retro_lobe(max(cosine, 0.0), broad_roughness) * (1.0 - 0.85 * char_amount);
   float glint = 0.022 * wet * wet * mix(0.35, 1.0, pooled) * retro_lobe(film_cosine, film_roughness);

@@ -1,4 +1,4 @@
-#include "engine/key_frames.h"
+#include "engine/systems/key_frames.h"
 
 #include <algorithm>
 #include <cmath>

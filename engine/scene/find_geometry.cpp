@@ -1,0 +1,89 @@
+#include "engine/scene/find_geometry.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "engine/scene/spelling.h"
+
+namespace viscera {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kExtensions = {".obj", ".stl", ".ply", ".gltf", ".glb"};
+
+std::string extension_of(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+bool is_readable_format(const fs::path& file) {
+  return std::find(kExtensions.begin(), kExtensions.end(), extension_of(file)) !=
+         kExtensions.end();
+}
+
+std::vector<fs::path> entries(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code failed;
+  for (auto entry = fs::directory_iterator(folder, failed); !failed && entry != fs::end(entry);
+       entry.increment(failed))
+    found.push_back(entry->path());
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::vector<std::string> geometry_names(const std::vector<fs::path>& folders) {
+  std::vector<std::string> names;
+  for (const fs::path& folder : folders) {
+    for (const fs::path& entry : entries(folder))
+      if (is_readable_format(entry)) names.push_back(entry.filename().string());
+  }
+  return names;
+}
+
+std::string listed(const std::vector<fs::path>& folders) {
+  std::vector<std::string> words;
+  std::error_code ignored;
+  for (const fs::path& folder : folders)
+    words.push_back(folder.string() + (fs::is_directory(folder, ignored) ? "" : " (no such folder)"));
+  return joined(words);
+}
+
+}  // namespace
+
+std::vector<fs::path> search_folders(const GeometrySearch& search) {
+  std::vector<fs::path> folders = {search.scene_folder.empty() ? fs::path(".")
+                                                               : search.scene_folder};
+  std::error_code ignored;
+  for (const fs::path& folder : search.extra) {
+    folders.push_back(folder);
+    for (const fs::path& entry : entries(folder))
+      if (fs::is_directory(entry, ignored)) folders.push_back(entry);
+  }
+  folders.push_back(search.assets);
+  return folders;
+}
+
+Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& search) {
+  if (!is_readable_format(file)) {
+    return failure("found the file \"" + file + "\", expected one that ends in " +
+                   joined(kExtensions));
+  }
+  std::vector<fs::path> folders;
+  if (!fs::path(file).is_absolute()) folders = search_folders(search);
+  else folders.push_back(fs::path(file).parent_path());
+
+  std::error_code ignored;
+  for (const fs::path& folder : folders) {
+    const fs::path candidate = (folder / file).lexically_normal();
+    if (fs::is_regular_file(candidate, ignored)) return candidate;
+    if (fs::exists(candidate, ignored))
+      return failure("found " + candidate.string() + ", which is no regular file, expected one");
+  }
+  return failure("found no file \"" + file + "\", expected it in one of " + listed(folders) +
+                 did_you_mean(fs::path(file).filename().string(), geometry_names(folders)));
+}
+
+}  // namespace viscera

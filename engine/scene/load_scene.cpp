@@ -1,0 +1,263 @@
+#include "engine/scene/load_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <string_view>
+
+#include "engine/scene/find_geometry.h"
+#include "engine/scene/overrides.h"
+#include "engine/scene/scene_keys.h"
+#include "engine/scene/tissues.h"
+#include "engine/scene/validate.h"
+#include "kernels/paff/elasticity.h"
+
+namespace viscera {
+namespace {
+
+namespace fs = std::filesystem;
+
+// --- to SI --------------------------------------------------------------------------------------
+
+constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
+constexpr double kZeroCelsius = 273.15;
+
+// Division rounds correctly where a product with 1e-3 doesn't: 2.5 mm is exactly 2.5e-3 m.
+double from_milli(const Json& value) { return value.get<double>() / 1000.0; }
+double radians(const Json& degrees) { return degrees.get<double>() * std::numbers::pi / 180.0; }
+
+Vec3 vector_of(const Json& value) {
+  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
+}
+Vec3 from_milli_vector(const Json& value) { return vector_of(value) / 1000.0; }
+
+double metres_per(const Json& unit) { return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1.0; }
+
+Box box_of(const Json& box) {
+  return {from_milli_vector(box["min_mm"]), from_milli_vector(box["max_mm"])};
+}
+
+Pose pose_of(const Json& pose) {
+  const Json& angle = pose["rotation_deg"];
+  const auto about = [](const Json& degrees, const Vec3& axis) {
+    return Eigen::AngleAxisd(radians(degrees), axis);
+  };
+  return {from_milli_vector(pose["position_mm"]),
+          Quaternion(about(angle[2], Vec3::UnitZ()) * about(angle[1], Vec3::UnitY()) *
+                     about(angle[0], Vec3::UnitX()))};
+}
+
+// --- organs -------------------------------------------------------------------------------------
+
+OrganGeometry geometry_of(const Json& values) {
+  const double edge = values.contains("edge_mm") ? from_milli(values["edge_mm"]) : 0.0;
+  if (values.contains("file")) {
+    FileGeometry geometry;
+    geometry.file = values["file"].get<std::string>();
+    geometry.unit = metres_per(values["unit"]);
+    geometry.recentre = values["recentre"];
+    geometry.edge = edge;
+    return geometry;
+  }
+  RecipeGeometry geometry;
+  geometry.recipe = values["recipe"];
+  geometry.seed = values["seed"];
+  geometry.edge = edge;
+  if (values.contains("triangles")) geometry.triangles = values["triangles"].get<int>();
+  if (values.contains("radius_mm")) geometry.radius = from_milli(values["radius_mm"]);
+  if (values.contains("size_mm")) geometry.size = from_milli_vector(values["size_mm"]);
+  geometry.scale = values["scale"];
+  return geometry;
+}
+
+Region region_of(const Json& values) {
+  Region region;
+  if (values.contains("half_space")) {
+    const Json& plane = values["half_space"];
+    region.shape = Region::Shape::kHalfSpace;
+    region.a = from_milli_vector(plane["point_mm"]);
+    region.b = vector_of(plane["normal"]).normalized();
+  } else if (values.contains("sphere")) {
+    region.shape = Region::Shape::kSphere;
+    region.a = from_milli_vector(values["sphere"]["centre_mm"]);
+    region.radius = from_milli(values["sphere"]["radius_mm"]);
+  } else {
+    const Box box = box_of(values["box"]);
+    region.shape = Region::Shape::kBox;
+    region.a = box.min();
+    region.b = box.max();
+  }
+  return region;
+}
+
+OrganDescription organ_of(const Json& values) {
+  OrganDescription organ;
+  organ.name = values["name"];
+  organ.geometry = geometry_of(values["geometry"]);
+  organ.tissue = values["tissue"];
+  if (values.contains("youngs_modulus_kPa"))
+    organ.youngs_modulus = 1000.0 * values["youngs_modulus_kPa"].get<double>();
+  if (values.contains("poisson_ratio")) organ.poisson_ratio = values["poisson_ratio"].get<double>();
+  organ.pose = pose_of(values["pose"]);
+  for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
+  organ.formulation = values["formulation"];
+  const Json& resolution = values["resolution"];
+  organ.resolution = {from_milli(resolution["spacing_mm"]),
+                      from_milli(resolution["finest_spacing_mm"]), resolution["gradient"]};
+  organ.deformable = values["deformable"];
+  return organ;
+}
+
+// --- instruments --------------------------------------------------------------------------------
+
+TipDescription tip_of(const Json& values) {
+  const Json& shape = values["shape"];
+  TipDescription tip;
+  tip.shape = shape == "point"     ? TipDescription::Shape::kPoint
+              : shape == "sphere"  ? TipDescription::Shape::kSphere
+              : shape == "capsule" ? TipDescription::Shape::kCapsule
+                                   : TipDescription::Shape::kMesh;
+  tip.radius = values.contains("radius_mm") ? from_milli(values["radius_mm"]) : 0.0;
+  if (values.contains("length_mm")) tip.length = from_milli(values["length_mm"]);
+  if (values.contains("file")) {
+    tip.file = values["file"].get<std::string>();
+    tip.unit = metres_per(values["unit"]);
+  }
+  return tip;
+}
+
+InstrumentDescription instrument_of(const Json& values) {
+  const Json& kind = values["kind"];
+  InstrumentDescription instrument;
+  instrument.name = values["name"];
+  instrument.kind = kind == "probe"     ? InstrumentKind::kProbe
+                    : kind == "grasper" ? InstrumentKind::kGrasper
+                                        : InstrumentKind::kHook;
+  instrument.tip = tip_of(values["tip"]);
+  instrument.trocar = from_milli_vector(values["trocar_mm"]);
+  instrument.shaft_radius = from_milli(values["shaft_radius_mm"]);
+  if (instrument.kind == InstrumentKind::kGrasper) {
+    instrument.grip_limit = values["grip_limit_N"];
+    instrument.grip_radius = from_milli(values["grip_radius_mm"]);
+  }
+  for (const Json& key : values["path"]) {
+    instrument.path.push_back(
+        {key["time_s"], from_milli_vector(key["tip_mm"]), key["power_W"], key["jaw"]});
+  }
+  return instrument;
+}
+
+// --- picture, smoke, gas ------------------------------------------------------------------------
+
+CameraDescription camera_of(const Json& values) {
+  CameraDescription camera;
+  camera.optics = radians(values["optics_deg"]);
+  camera.field_of_view = radians(values["field_of_view_deg"]);
+  camera.round_mask = values["round_mask"];
+  for (const Json& key : values["path"]) {
+    camera.path.push_back({key["time_s"], from_milli_vector(key["tip_mm"]),
+                           from_milli_vector(key["target_mm"]), radians(key["roll_deg"])});
+  }
+  return camera;
+}
+
+SmokeDescription smoke_of(const Json& values) {
+  constexpr double kKilogramPerJoule = 1e-9;  // of one mg/kJ
+  SmokeDescription smoke;
+  smoke.name = values["name"];
+  smoke.domain = box_of(values["domain"]);
+  smoke.voxel = from_milli(values["voxel_mm"]);
+  smoke.max_particles = values["max_particles"];
+  smoke.smoke_yield = values["yield_mg_per_kJ"].get<double>() * kKilogramPerJoule;
+  return smoke;
+}
+
+SceneDescription scene_of(const Json& values) {
+  SceneDescription scene;
+  scene.name = values["name"];
+  scene.title = values["title"];
+  scene.duration = values["duration_s"];
+  scene.seed = values["seed"];
+  for (const Json& organ : values["organs"]) scene.organs.push_back(organ_of(organ));
+  for (const Json& instrument : values["instruments"])
+    scene.instruments.push_back(instrument_of(instrument));
+  if (values.contains("camera")) scene.camera = camera_of(values["camera"]);
+  const Json& light = values["light"];
+  scene.light = {light["intensity"], light["colour_temperature_K"]};
+  for (const Json& smoke : values["smoke"]) scene.smoke.push_back(smoke_of(smoke));
+  const Json& gas = values["gas"];
+  scene.gas = {gas["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury,
+               gas["temperature_C"].get<double>() + kZeroCelsius};
+  return scene;
+}
+
+// --- what a scene may name ----------------------------------------------------------------------
+
+std::vector<std::string> recipe_names(const fs::path& assets) {
+  std::vector<std::string> names = {"block", "hemisphere", "sphere"};
+  std::error_code failed;
+  for (auto entry = fs::directory_iterator(assets / "organs", failed);
+       !failed && entry != fs::end(entry); entry.increment(failed))
+    if (entry->path().extension() == ".json") names.push_back(entry->path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+ReadContext context_for(const fs::path& file, const SceneLoadOptions& options, Error& error) {
+  ReadContext context;
+  context.vocabularies["recipe"] = recipe_names(options.assets);
+  context.vocabularies["formulation"] = formulation_names();
+  const auto tissues = load_tissues(options.assets / "tissues.json");
+  if (tissues) {
+    std::vector<std::string>& names = context.vocabularies["tissue"];
+    for (const auto& [name, tissue] : *tissues) names.push_back(name);
+  } else {
+    error.messages = tissues.error().messages;
+  }
+  const GeometrySearch search{file.parent_path(), options.search, options.assets};
+  context.find_file = [search](const std::string& wanted) -> Result<std::string> {
+    const Result<fs::path> found = find_geometry(wanted, search);
+    if (!found) return std::unexpected(found.error());
+    return found->string();
+  };
+  return context;
+}
+
+}  // namespace
+
+Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions& options) {
+  Result<Json> root = read_json(file);
+  if (!root) return std::unexpected(root.error());
+
+  Error error;
+  const ReadContext context = context_for(file, options, error);
+  std::vector<std::pair<std::string, std::string>> overridden;  // path with indices, option
+  for (const auto& [path, value] : options.overrides) {
+    const Result<std::string> resolved = apply_override(*root, path, value);
+    if (resolved) overridden.emplace_back(*resolved, "--set " + path + "=" + value);
+    else error.messages.push_back(resolved.error().text());
+  }
+
+  for (const Mistake& mistake : validate(*root, scene_keys(), context)) {
+    const auto from = std::find_if(overridden.rbegin(), overridden.rend(), [&](const auto& entry) {
+      return mistake.path == entry.first || mistake.path.starts_with(entry.first + "/");
+    });
+    const std::string origin = from == overridden.rend() ? "" : " (" + from->second + ")";
+    const std::string at = mistake.path.empty() ? "" : mistake.path + ": ";
+    error.messages.push_back(file.string() + ": " + at + mistake.text + origin);
+  }
+  if (!error.messages.empty()) return std::unexpected(error);
+
+  SceneDescription scene = scene_of(*root);
+  scene.file = file;
+  return scene;
+}
+
+std::string scene_schema() {
+  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                 {"title", "Viscera scene"}};
+  schema.update(json_schema(scene_keys()));
+  return schema.dump(2) + "\n";
+}
+
+}  // namespace viscera

@@ -1,0 +1,348 @@
+#include "engine/scene/scene_keys.h"
+
+#include <cmath>
+
+namespace viscera {
+namespace {
+
+using Finding = std::optional<std::pair<std::string, std::string>>;
+
+constexpr double kFarthest_mm = 10000.0;       // of any position: a scene is of a body's size
+constexpr double kGreatestSeed = 9007199254740991.0;  // 2^53 - 1: what every JSON reader keeps exactly
+constexpr double kLongest_s = 3600.0;
+constexpr double kMostVoxels = 512.0 * 512.0 * 512.0;
+constexpr double kShortestShaft_mm = 1.0;
+
+double component(const Json& vector, int i) { return vector[i].get<double>(); }
+
+double distance(const Json& a, const Json& b) {
+  return std::hypot(component(a, 0) - component(b, 0), component(a, 1) - component(b, 1),
+                    component(a, 2) - component(b, 2));
+}
+
+KeySpec position(std::string name, std::string description) {
+  return vector(std::move(name), std::move(description)).between(-kFarthest_mm, kFarthest_mm);
+}
+
+KeySpec time(std::string description) {
+  return number("time_s", std::move(description)).needed().between(0, kLongest_s);
+}
+
+KeySpec file_unit(std::string beside) {
+  return text("unit", "Length that one unit of the file stands for.")
+      .needed()
+      .one_of({"mm", "cm", "m"})
+      .only_beside(std::move(beside));
+}
+
+ObjectCheck corners_in_order() {
+  return {{"min_mm", "max_mm"},
+          [](const Json& box) -> Finding {
+            for (int i = 0; i < 3; ++i) {
+              if (component(box["min_mm"], i) < component(box["max_mm"], i)) continue;
+              return {{"max_mm", "found " + box["max_mm"].dump() + ", expected each component " +
+                                     "above that of min_mm " + box["min_mm"].dump()}};
+            }
+            return {};
+          },
+          nullptr};
+}
+
+ObjectSpec box(std::string description) {
+  return {std::move(description),
+          {position("min_mm", "Least corner.").needed(),
+           position("max_mm", "Greatest corner.").needed()},
+          {},
+          {corners_in_order()}};
+}
+
+// --- organs -------------------------------------------------------------------------------------
+
+ObjectSpec geometry() {
+  ObjectSpec spec;
+  spec.description = "Either a generated organ (recipe) or a closed surface from a file (file).";
+  spec.exactly_one_of = {"recipe", "file"};
+  spec.keys = {
+      text("recipe",
+           "A recipe of assets/organs by its file's name, or a built-in body: sphere (centre at "
+           "the origin), hemisphere (flat base at z = 0, pole up), block (centre at the origin).")
+          .known_as("recipe"),
+      integer("seed", "Picks one of the recipe's shapes.")
+          .between(0, kGreatestSeed).otherwise(1).only_beside("recipe"),
+      integer("triangles", "Exact number of triangles of the drawn surface, in place of edge_mm.")
+          .between(8, 2000000).only_beside("recipe"),
+      number("radius_mm", "Of a sphere or hemisphere.")
+          .needed().between(0.1, 1000).only_where("recipe", {"sphere", "hemisphere"}),
+      vector("size_mm", "Of a block, along x, y and z.")
+          .needed().between(0.1, 2000).only_where("recipe", {"block"}),
+      number("scale", "Multiplies the recipe's own size.")
+          .between(0.01, 100).otherwise(1.0).only_beside("recipe"),
+      file_key("file",
+               "A closed surface: OBJ, STL, PLY, glTF or GLB. Sought in the scene's folder, in the "
+               "folders of --assets and their subfolders, and in the project's assets."),
+      file_unit("file"),
+      boolean("recentre", "Move the centre of the surface's bounding box to the origin.")
+          .otherwise(false).only_beside("file"),
+      number("edge_mm", "Wanted triangle edge of the drawn surface; the recipe's or file's own "
+                        "where it is left out.").between(0.05, 100),
+  };
+  spec.checks = {{{"edge_mm", "triangles"},
+                  [](const Json&) -> Finding {
+                    return {{"triangles", "found it beside edge_mm, expected one of the two"}};
+                  },
+                  {{"not", {{"required", {"edge_mm", "triangles"}}}}}}};
+  return spec;
+}
+
+ObjectSpec region() {
+  const ObjectSpec half_space{
+      "All that lies behind a plane.",
+      {position("point_mm", "A point of the plane.").needed(),
+       vector("normal", "Points out of the region; of any length but zero.")
+           .needed().between(-1e6, 1e6)},
+      {},
+      {{{"normal"},
+        [](const Json& plane) -> Finding {
+          const Json& n = plane["normal"];
+          if (std::hypot(component(n, 0), component(n, 1), component(n, 2)) > 1e-9) return {};
+          return {{"normal", "found " + n.dump() + ", expected a direction"}};
+        },
+        nullptr}}};
+  const ObjectSpec sphere{"A ball.",
+                          {position("centre_mm", "Its centre.").needed(),
+                           number("radius_mm", "Its radius.").needed().between(0.01, 5000)},
+                          {},
+                          {}};
+  return {"A part of space in the organ's own frame, before its pose.",
+          {object("half_space", "All that lies behind a plane.", half_space),
+           object("sphere", "A ball.", sphere),
+           object("box", "An axis-aligned box.", box("An axis-aligned box."))},
+          {"half_space", "sphere", "box"},
+          {}};
+}
+
+ObjectSpec resolution() {
+  return {"Where the nodes of the organ lie.",
+          {number("spacing_mm", "Greatest node spacing.").between(0.1, 100).otherwise(8.0),
+           number("finest_spacing_mm", "Node spacing where instruments reach.")
+               .between(0.1, 100).otherwise(3.0),
+           number("gradient", "Growth of the spacing per distance from there.")
+               .between(0.01, 2).otherwise(0.25)},
+          {},
+          {{{"spacing_mm", "finest_spacing_mm"},
+            [](const Json& values) -> Finding {
+              if (values["finest_spacing_mm"] <= values["spacing_mm"]) return {};
+              return {{"finest_spacing_mm", "found " + values["finest_spacing_mm"].dump() +
+                                                ", expected at most spacing_mm, which is " +
+                                                values["spacing_mm"].dump()}};
+            },
+            nullptr}}};
+}
+
+ObjectSpec pose() {
+  return {"Where the organ's frame stands in the world.",
+          {position("position_mm", "Of the frame's origin.").otherwise({0, 0, 0}),
+           vector("rotation_deg", "About the world's x, then y, then z axis, before the move.")
+               .between(-360, 360).otherwise({0, 0, 0})},
+          {},
+          {}};
+}
+
+ObjectSpec organ() {
+  ObjectSpec spec;
+  spec.description = "A body of tissue.";
+  spec.keys = {
+      name_key("Its name in reports, labels and --set; unique among organs."),
+      object("geometry", "Its surface.", geometry()).needed(),
+      text("tissue", "A tissue of assets/tissues.json.").needed().known_as("tissue"),
+      number("youngs_modulus_kPa", "In place of the tissue's.").between(0.001, 1e6),
+      number("poisson_ratio", "In place of the tissue's.").from_to_below(0, 0.5),
+      object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
+      list("fixed", "Regions whose union holds the surface that doesn't move; a deformable organ "
+                    "needs at least one.", region()).items(0, 100).otherwise(Json::array()),
+      text("formulation", "How the elastic response is discretised.")
+          .known_as("formulation").otherwise("galerkin"),
+      object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),
+      boolean("deformable", "false: scenery that nothing touches or moves.").otherwise(true),
+  };
+  spec.checks = {
+      {{"deformable", "fixed"},
+       [](const Json& values) -> Finding {
+         if (!values["deformable"].get<bool>() || !values["fixed"].empty()) return {};
+         return {{"fixed", "found no region, expected at least one: a body that nothing holds "
+                           "would drift away (or \"deformable\": false)"}};
+       },
+       {{"if", {{"not", {{"properties", {{"deformable", {{"const", false}}}}},
+                         {"required", {"deformable"}}}}}},
+        {"then", {{"properties", {{"fixed", {{"minItems", 1}}}}}, {"required", {"fixed"}}}}}}};
+  return spec;
+}
+
+// --- instruments --------------------------------------------------------------------------------
+
+ObjectSpec tip() {
+  return {"The end that touches tissue.",
+          {text("shape", "point; sphere and capsule about the tip's position; mesh from a file.")
+               .one_of({"point", "sphere", "capsule", "mesh"}).otherwise("sphere"),
+           number("radius_mm", "Of the sphere or capsule.")
+               .between(0.05, 50).otherwise(1.5).only_where("shape", {"sphere", "capsule"}),
+           number("length_mm", "Of the capsule's axis, from the tip's position back along the shaft.")
+               .needed().between(0.05, 200).only_where("shape", {"capsule"}),
+           file_key("file", "A closed surface, shaft along +z, tip at the origin.")
+               .needed().only_where("shape", {"mesh"}),
+           file_unit("file")},
+          {},
+          {}};
+}
+
+// Which mistakes a path has for its instrument: the shaft needs a direction, and only a hook
+// conducts.
+Finding path_fits_instrument(const Json& instrument) {
+  const Json& path = instrument["path"];
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const std::string here = "path/" + std::to_string(i);
+    if (distance(path[i]["tip_mm"], instrument["trocar_mm"]) < kShortestShaft_mm)
+      return {{here + "/tip_mm", "found " + path[i]["tip_mm"].dump() +
+                                     ", expected a point at least 1 mm from trocar_mm"}};
+    if (instrument["kind"] != "hook" && path[i]["power_W"] > 0)
+      return {{here + "/power_W", "found " + path[i]["power_W"].dump() + " for a " +
+                                      instrument["kind"].get<std::string>() +
+                                      ", expected 0: only a hook conducts"}};
+  }
+  return {};
+}
+
+ObjectSpec instrument() {
+  const ObjectSpec key{
+      "State at one time.",
+      {time("When; ascending along the path."),
+       position("tip_mm", "Where the tip is, in the world.").needed(),
+       number("power_W", "Electrical power while a hook touches; held until the next key.")
+           .between(0, 400).otherwise(0.0),
+       number("jaw", "Opening of a grasper: 0 closed, 1 open.").between(0, 1).otherwise(1.0)},
+      {},
+      {}};
+  ObjectSpec spec;
+  spec.description = "An instrument that enters through a trocar.";
+  spec.keys = {
+      name_key("Its name in forces.csv, reports and --set; unique among instruments."),
+      text("kind", "What it can do: press, hold, or burn.")
+          .needed().one_of({"probe", "grasper", "hook"}),
+      object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
+      position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
+      number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),
+      number("grip_limit_N", "Greatest force that the closed jaw holds.")
+          .between(0, 100).otherwise(6.0).only_where("kind", {"grasper"}),
+      number("grip_radius_mm", "Radius of the patch that the closed jaw holds.")
+          .between(0.1, 50).otherwise(4.0).only_where("kind", {"grasper"}),
+      list("path", "Key frames; position and jaw are interpolated, monotone and smooth.", key)
+          .needed().items(1, 100000).ascending_by("time_s"),
+  };
+  spec.checks = {{{"kind", "trocar_mm", "path"}, path_fits_instrument, nullptr}};
+  return spec;
+}
+
+// --- picture, smoke, gas ------------------------------------------------------------------------
+
+ObjectSpec camera() {
+  const ObjectSpec key{
+      "Pose at one time.",
+      {time("When; ascending along the path."), position("tip_mm", "Where the lens is.").needed(),
+       position("target_mm", "A point on the shaft's axis beyond the lens.").needed(),
+       number("roll_deg", "About the shaft's axis.").between(-360, 360).otherwise(0.0)},
+      {},
+      {{{"tip_mm", "target_mm"},
+        [](const Json& values) -> Finding {
+          if (distance(values["tip_mm"], values["target_mm"]) >= kShortestShaft_mm) return {};
+          return {{"target_mm", "found " + values["target_mm"].dump() +
+                                    ", expected a point at least 1 mm from tip_mm"}};
+        },
+        nullptr}}};
+  return {"The endoscope.",
+          {number("optics_deg", "Angle between the shaft's axis and the view.")
+               .one_of({0, 30}).otherwise(0),
+           number("field_of_view_deg", "Vertical.").between(5, 150).otherwise(70.0),
+           boolean("round_mask", "Black outside the round picture of a real endoscope.")
+               .otherwise(true),
+           list("path", "Key frames.", key).needed().items(1, 100000).ascending_by("time_s")},
+          {},
+          {}};
+}
+
+ObjectSpec light() {
+  return {"The light at the lens.",
+          {number("intensity", "Relative to a light that exposes 10 cm well.")
+               .between(0, 100).otherwise(1.0),
+           number("colour_temperature_K", "Of a black body.").between(1000, 20000).otherwise(5600.0)},
+          {},
+          {}};
+}
+
+ObjectSpec smoke() {
+  ObjectSpec spec;
+  spec.description = "A volume that smoke may fill.";
+  spec.keys = {
+      name_key("Its name in reports and --set; unique among smoke volumes."),
+      object("domain", "Smoke that leaves it is lost.", box("An axis-aligned box of the world."))
+          .needed(),
+      number("voxel_mm", "Edge of the written volume's voxels.").between(0.1, 50).otherwise(2.0),
+      integer("max_particles", "Bound on memory and time.").between(1, 10000000).otherwise(25000),
+      number("yield_mg_per_kJ", "Mass of smoke per electrical energy; a free parameter.")
+          .between(0, 10000).otherwise(20.0),
+  };
+  spec.checks = {{{"domain", "voxel_mm"},
+                  [](const Json& values) -> Finding {
+                    const Json& box = values["domain"];
+                    double voxels = 1.0;
+                    for (int i = 0; i < 3; ++i)
+                      voxels *= (component(box["max_mm"], i) - component(box["min_mm"], i)) /
+                                values["voxel_mm"].get<double>();
+                    if (voxels <= kMostVoxels) return {};
+                    return {{"voxel_mm", "found " + values["voxel_mm"].dump() +
+                                             ", which makes more than 512 x 512 x 512 voxels in "
+                                             "the domain, expected fewer: a greater voxel_mm"}};
+                  },
+                  nullptr}};
+  return spec;
+}
+
+ObjectSpec gas() {
+  return {"The gas that holds the cavity open (CO2).",
+          {number("pressure_mmHg", "Over atmosphere.").between(0, 50).otherwise(12.0),
+           number("temperature_C", "Of the gas.").between(0, 60).otherwise(37.0)},
+          {},
+          {}};
+}
+
+ObjectSpec scene() {
+  ObjectSpec spec;
+  spec.description =
+      "A laparoscopic scene. The world's z axis points up, against gravity; quantities carry their "
+      "unit in the key. Comments (// and /* */) are allowed.";
+  spec.keys = {
+      text("$schema", "Path of this schema, for editors."),
+      integer("version", "Of the format.").needed().one_of({1}),
+      name_key("Names the run in reports."),
+      text("title", "One line for people.").otherwise(""),
+      number("duration_s", "Simulated time.").between(0.001, kLongest_s).otherwise(10.0),
+      integer("seed", "Of everything random.").between(0, kGreatestSeed).otherwise(1),
+      list("organs", "Bodies of tissue.", organ()).needed().items(0, 200).unique_by("name"),
+      list("instruments", "What the surgeon holds.", instrument())
+          .items(0, 20).unique_by("name").otherwise(Json::array()),
+      object("camera", "The endoscope; without one, nothing can be rendered.", camera()),
+      object("light", "The light at the lens.", light()).otherwise(Json::object()),
+      list("smoke", "Volumes that smoke may fill; none: no smoke.", smoke())
+          .items(0, 8).unique_by("name").otherwise(Json::array()),
+      object("gas", "The gas that holds the cavity open (CO2).", gas()).otherwise(Json::object()),
+  };
+  return spec;
+}
+
+}  // namespace
+
+const ObjectSpec& scene_keys() {
+  static const ObjectSpec spec = scene();
+  return spec;
+}
+
+}  // namespace viscera

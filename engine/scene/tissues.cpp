@@ -1,0 +1,137 @@
+#include "engine/scene/tissues.h"
+
+#include "engine/scene/validate.h"
+
+namespace viscera {
+namespace {
+
+// One measured or assumed value with where it comes from.
+KeySpec quantity(std::string name, std::string unit, double least, double greatest,
+                 std::string description) {
+  ObjectSpec spec;
+  spec.keys = {
+      number("value", "In the unit beside it.").needed().between(least, greatest),
+      text("unit", "SI, or 1 for a plain number.").needed().one_of({unit}),
+      text("source", "Where the value was read or computed, or what it rests on.").needed(),
+      text("mark", "V: verified in the source; R: recalled, to be checked.")
+          .needed().one_of({"V", "R"}),
+  };
+  return object(std::move(name), std::move(description), std::move(spec));
+}
+
+KeySpec colour(std::string name, std::string description) {
+  return vector(std::move(name), std::move(description)).needed().between(0, 1);
+}
+
+KeySpec share(std::string name, std::string description) {
+  return number(std::move(name), std::move(description)).needed().between(0, 1);
+}
+
+KeySpec size(std::string name, std::string description) {
+  return number(std::move(name), std::move(description)).needed().between(0.001, 1000);
+}
+
+ObjectSpec look() {
+  return {"How the renderer paints it; colours are linear RGB.",
+          {colour("colour", "Base."), colour("mottle_colour", "Of the spots."),
+           size("mottle_scale_mm", "Size of the spots."), share("mottle_amount", "Of the spots."),
+           colour("vessel_colour", "Of surface vessels."),
+           share("vessel_amount", "Of surface vessels; 0: none."),
+           size("vessel_scale_mm", "Mesh width of the vessel pattern."),
+           number("bump_height_mm", "Height of the relief.").needed().between(0, 10),
+           size("bump_scale_mm", "Width of the relief."),
+           share("wetness", "0 dry ... 1 wet."),
+           share("translucency", "How far light wraps round the terminator.")},
+          {},
+          {}};
+}
+
+ObjectSpec tissue() {
+  ObjectSpec spec;
+  spec.exactly_one_of = {"youngs_modulus", "shear_modulus"};
+  spec.keys = {
+      quantity("youngs_modulus", "Pa", 1, 1e9, "E, small strain, drained."),
+      quantity("shear_modulus", "Pa", 1, 1e9, "G; E = 2 G (1 + nu)."),
+      quantity("poisson_ratio", "1", 0, 0.4999, "nu.").needed(),
+      quantity("density", "kg/m3", 1, 5000, "Mass density.").needed(),
+      quantity("ultimate_strength", "Pa", 1, 1e9, "Stress at failure."),
+      quantity("ultimate_strain", "1", 0, 10, "Strain at failure."),
+      quantity("electrical_conductivity", "S/m", 0, 10, "At 500 kHz."),
+      quantity("specific_heat", "J/(kg K)", 100, 10000, "At constant pressure."),
+      quantity("thermal_conductivity", "W/(m K)", 0.001, 10, "Fourier's."),
+      quantity("perfusion", "mL/(min kg)", 0, 10000, "Blood flow."),
+      quantity("water_fraction", "1", 0, 1, "Mass fraction of water."),
+      quantity("damage_frequency", "1/s", 0, 1e120, "Arrhenius A."),
+      quantity("damage_energy", "J/mol", 0, 1e7, "Arrhenius Ea."),
+      quantity("smoke_factor", "1", 0, 10, "Smoke emission relative to liver.").needed(),
+      object("look", "How the renderer paints it.", look()).needed(),
+  };
+  return spec;
+}
+
+const ObjectSpec& tissue_file_keys() {
+  static const ObjectSpec spec{
+      "Tissues by name.",
+      {integer("version", "Of the format.").needed().one_of({1}),
+       map("tissues", "Tissues by name.", tissue()).needed()},
+      {},
+      {}};
+  return spec;
+}
+
+double value_of(const Json& quantity) { return quantity["value"].get<double>(); }
+
+Vec3 colour_of(const Json& value) {
+  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
+}
+
+TissueLook look_of(const Json& values) {
+  const auto metres = [&values](const char* key) { return values[key].get<double>() / 1000.0; };
+  TissueLook look;
+  look.colour = colour_of(values["colour"]);
+  look.mottle_colour = colour_of(values["mottle_colour"]);
+  look.mottle_scale = metres("mottle_scale_mm");
+  look.mottle_amount = values["mottle_amount"];
+  look.vessel_colour = colour_of(values["vessel_colour"]);
+  look.vessel_amount = values["vessel_amount"];
+  look.vessel_scale = metres("vessel_scale_mm");
+  look.bump_height = metres("bump_height_mm");
+  look.bump_scale = metres("bump_scale_mm");
+  look.wetness = values["wetness"];
+  look.translucency = values["translucency"];
+  return look;
+}
+
+Tissue tissue_of(const std::string& name, const Json& values) {
+  Tissue tissue;
+  tissue.name = name;
+  const double poisson_ratio = value_of(values["poisson_ratio"]);
+  tissue.elastic.poisson_ratio = poisson_ratio;
+  tissue.elastic.youngs_modulus =
+      values.contains("youngs_modulus")
+          ? value_of(values["youngs_modulus"])
+          : 2.0 * value_of(values["shear_modulus"]) * (1.0 + poisson_ratio);
+  tissue.density = value_of(values["density"]);
+  tissue.smoke_factor = value_of(values["smoke_factor"]);
+  tissue.look = look_of(values["look"]);
+  return tissue;
+}
+
+}  // namespace
+
+Result<std::map<std::string, Tissue>> load_tissues(const std::filesystem::path& file) {
+  Result<Json> root = read_json(file);
+  if (!root) return std::unexpected(root.error());
+  Error error;
+  for (const Mistake& mistake : validate(*root, tissue_file_keys(), {})) {
+    const std::string at = mistake.path.empty() ? "" : mistake.path + ": ";
+    error.messages.push_back(file.string() + ": " + at + mistake.text);
+  }
+  if (!error.messages.empty()) return std::unexpected(error);
+  std::map<std::string, Tissue> tissues;
+  for (const auto& [name, values] : (*root)["tissues"].items())
+    tissues.emplace(name, tissue_of(name, values));
+  return tissues;
+}
+
+}  // namespace viscera

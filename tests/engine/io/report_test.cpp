@@ -1,0 +1,110 @@
+#include "engine/io/report.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
+
+#include "tests/engine/io/file_text.h"
+#include "tests/support/paths.h"
+
+namespace viscera {
+namespace {
+
+using nlohmann::json;
+
+TEST(Report, HasTheKeysThatWerePromised) {
+  RunReport report;
+  report.organs.resize(1);
+  report.stages.resize(1);
+  report.skipped.resize(1);
+  const json all = json::parse(to_json(report));
+  for (const char* key :
+       {"scene", "seed", "threads", "backend", "duration_s", "frames", "state_hash", "wall_s",
+        "real_time_factor", "peak_memory_bytes", "organs", "stages", "smoke", "skipped", "flags",
+        "warnings", "renderer", "machine", "version", "command"}) {
+    EXPECT_TRUE(all.contains(key)) << key;
+  }
+  const auto keys = [](const json& object) {
+    std::set<std::string> names;
+    for (const auto& [name, value] : object.items()) names.insert(name);
+    return names;
+  };
+  EXPECT_EQ(keys(all["organs"][0]),
+            (std::set<std::string>{"name", "nodes", "surface_nodes", "triangles", "prepare_s",
+                                   "cache_hit", "memory_bytes"}));
+  EXPECT_EQ(keys(all["stages"][0]),
+            (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
+  EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes"}));
+  EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
+  EXPECT_EQ(keys(all["machine"]), (std::set<std::string>{"cpu", "cores", "memory_bytes"}));
+}
+
+TEST(Report, EmptyListsAreListsAndNumbersThatArentFiniteNull) {
+  RunReport report;
+  report.real_time_factor = std::numeric_limits<double>::quiet_NaN();
+  const json all = json::parse(to_json(report));
+  for (const char* key : {"organs", "stages", "skipped", "flags", "warnings"}) {
+    EXPECT_TRUE(all[key].is_array()) << key;
+  }
+  EXPECT_TRUE(all["real_time_factor"].is_null());
+}
+
+TEST(Report, KeepsEveryBitOfASeed) {
+  RunReport report;
+  report.seed = std::numeric_limits<std::uint64_t>::max();
+  EXPECT_EQ(json::parse(to_json(report))["seed"].get<std::uint64_t>(), report.seed);
+}
+
+TEST(Report, SurvivesANameThatIsntUtf8) {
+  RunReport report;
+  report.warnings = {"file \xff\xfe.obj"};
+  EXPECT_TRUE(json::accept(to_json(report)));
+}
+
+TEST(Report, IsWrittenWholeOrRefused) {
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(write_report(folder / "report.json", RunReport()));
+  EXPECT_TRUE(json::accept(test::file_text(folder / "report.json")));
+  EXPECT_FALSE(write_report(folder / "missing/report.json", RunReport()));
+}
+
+TEST(Report, ListsTheStagesThatRan) {
+  Trace trace({"contacts", "smoke", "deform"});
+  const auto start = Trace::Clock::now();
+  trace.add(2, 0, start, start + std::chrono::microseconds(300));
+  trace.add(0, 0, start, start + std::chrono::microseconds(20));
+  const std::vector<StageReport> stages = stage_reports(trace);
+  ASSERT_EQ(stages.size(), 2u);
+  EXPECT_EQ(stages[0].name, "contacts");
+  EXPECT_EQ(stages[1].name, "deform");
+  EXPECT_NEAR(stages[1].median_us, 300.0, 1e-9);
+  EXPECT_NEAR(stages[1].total_s, 300e-6, 1e-15);
+}
+
+TEST(Machine, IsDescribed) {
+  const MachineReport machine = this_machine();
+  EXPECT_FALSE(machine.cpu.empty());
+  EXPECT_GE(machine.cores, 1);
+  EXPECT_GT(machine.memory_bytes, 100'000'000u);
+}
+
+TEST(PeakMemory, GrowsWithWhatIsTouched) {
+  const std::uint64_t before = peak_memory_bytes();
+  EXPECT_GT(before, 1'000'000u);
+  constexpr std::size_t kBytes = 200'000'000;
+  std::vector<char> block(kBytes, 1);
+  EXPECT_GT(peak_memory_bytes(), block[kBytes - 1] + kBytes / 2);
+}
+
+TEST(ShellCommand, QuotesOnlyWhatAShellWouldChange) {
+  const std::array<std::string, 5> words = {"viscera", "run", "my scenes/a.json", "it's", ""};
+  EXPECT_EQ(shell_command(words), "viscera run 'my scenes/a.json' 'it'\\''s' ''");
+}
+
+}  // namespace
+}  // namespace viscera

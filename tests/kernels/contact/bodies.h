@@ -1,0 +1,52 @@
+// Prepared bodies and tool cells for tests of contact.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "kernels/contact/patch_contact.h"
+#include "kernels/points/node_placement.h"
+
+namespace viscera::test {
+
+/// A body ready for contact on part of its surface.
+struct PressedBody {
+  TriangleSurface surface;
+  PointCloud cloud;
+  IsotropicMaterial material;
+  std::unique_ptr<ShapeFunctions> fields;
+  std::vector<int> touchable;
+  TouchableSurface touch;
+  SurfaceCompliance compliance;
+  bool ready = false;   ///< false: a step of preparation failed, and a test failure says which
+};
+
+/// Places nodes, prepares the body with the galerkin formulation and asks for the compliance of the
+/// touchable part among itself.
+PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& material,
+                         const SpacingField& spacing,
+                         const std::function<bool(const Vec3&)>& is_fixed,
+                         const std::function<bool(const Vec3&)>& is_touchable);
+
+/// A block of these edges [m] centred at the origin, held at its bottom, touchable on its top within
+/// `reach` of the axis in x and y.
+PressedBody prepare_block(const Vec3& edges, double spacing, double reach,
+                          const IsotropicMaterial& material);
+
+/// Half a ball on its flat base, the pole up along z.
+TriangleSurface hemisphere(double radius, int rings);
+
+/// Hexagonal grid of cells `pitch` apart about `centre` on the plane z = centre.z, pressed straight
+/// down by a ball of this radius whose lowest point is `depth` below that plane (radius 0: a flat
+/// punch). 1 + 3 rings (rings + 1) cells.
+std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings, double radius,
+                                     double depth);
+
+/// Cells of equal area that cover the cap of a ball about the origin up to the polar angle: one at
+/// the pole, then 6 i in ring i. Outward normals; the tool is for the caller to fill in.
+std::vector<ContactCell> cap_cells(double radius, double polar_angle, int rings);
+
+Vec3 total_force(const ContactSolution& solution);
+
+}  // namespace viscera::test

@@ -1,0 +1,73 @@
+#include "tools/check_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ostream>
+
+#include "engine/run.h"
+#include "engine/world.h"
+#include "tools/project_paths.h"
+
+namespace viscera {
+namespace {
+
+std::string megabytes(std::size_t bytes) {
+  return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
+}
+
+}  // namespace
+
+Result<void> check_scene(const SceneDescription& scene,
+                         const std::map<std::string, Tissue>& tissues, std::ostream& out) {
+  out << fmt::format("{}: {}\n{:g} s, seed {}\n\n", scene.name, scene.title, scene.duration,
+                     scene.seed);
+  out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>12}{:>14}  {}\n", "organ", "triangles",
+                     "nodes", "surface", "touchable", "memory", "preparation", "cache");
+  PrepareOptions options;
+  options.assets = assets_folder();
+  double seconds = 0.0;
+  std::size_t memory = 0, peak = 0;
+  Error mistakes;
+  for (std::size_t i = 0; i < scene.organs.size(); ++i) {
+    const OrganDescription& organ = scene.organs[i];
+    Tissue tissue = tissues.at(organ.tissue);
+    if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
+    if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
+    auto plan = plan_organ(organ, tissue, reach_of(scene, organ), options);
+    if (!plan) {
+      for (const std::string& message : plan.error().messages)
+        mistakes.messages.push_back(fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(),
+                                                i, organ.name, message));
+      continue;
+    }
+    const double expected = plan->cached ? 0.0 : plan->prepare_s;
+    seconds += expected;
+    memory += plan->memory_bytes;
+    if (!plan->cached) peak = std::max(peak, plan->preparation_bytes);
+    out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>12}{:>12.1f} s  {}\n", organ.name,
+                       plan->triangles, plan->nodes, plan->surface_nodes, plan->touchable_nodes,
+                       megabytes(plan->memory_bytes), expected, plan->cached ? "yes" : "no");
+  }
+  if (auto buried = check_tips(scene, options.assets); !buried)
+    mistakes.messages.insert(mistakes.messages.end(), buried.error().messages.begin(),
+                             buried.error().messages.end());
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+
+  out << fmt::format("\nmodels {}, most while preparing {}, expected preparation {:.0f} s\n",
+                     megabytes(memory), megabytes(peak), seconds);
+  for (const InstrumentDescription& tool : scene.instruments)
+    out << fmt::format("instrument {}: {} key frames\n", tool.name, tool.path.size());
+  for (const SmokeDescription& smoke : scene.smoke) {
+    const Vec3 cells = smoke.domain.sizes() / smoke.voxel;
+    out << fmt::format("smoke {}: up to {} particles, volume {:.0f} x {:.0f} x {:.0f} voxels, {}\n",
+                       smoke.name, smoke.max_particles, cells.x(), cells.y(), cells.z(),
+                       megabytes(static_cast<std::size_t>(cells.prod()) * 2 * sizeof(float)));
+  }
+  out << "\nskipped:\n";
+  for (const SkippedReport& part : skipped_parts(scene, true))
+    out << fmt::format("  {}: {}\n", part.what, part.why);
+  return {};
+}
+
+}  // namespace viscera

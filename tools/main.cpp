@@ -1,0 +1,149 @@
+// The `viscera` program: run, check, smoke-info.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "engine/io/interrupt.h"
+#include "engine/io/smoke_file.h"
+#include "engine/run.h"
+#include "engine/scene/load_scene.h"
+#include "tools/check_command.h"
+#include "tools/project_paths.h"
+
+namespace viscera {
+namespace {
+
+/// Bad input: the person can mend it. Anything else that fails: 1.
+constexpr int kBadInput = 2;
+
+int fail(const Error& error) {
+  if (error.messages.size() == 1 && error.messages[0] == kCancelled) {
+    std::cerr << "stopped; what was written is whole\n";
+    return 128 + interrupt_signal();
+  }
+  std::cerr << error.text() << '\n';
+  return kBadInput;
+}
+
+struct SceneArguments {
+  std::string scene;
+  std::vector<std::string> assets, sets;
+  std::string seed, duration;
+
+  void add_to(CLI::App& command) {
+    command.add_option("scene", scene, "scene file")->required();
+    command.add_option("--assets", assets, "further folders in which geometry files are looked for");
+    command.add_option("--set", sets, "KEY=VALUE: overrides a key of the scene, e.g. "
+                                      "organs/liver/resolution/finest_spacing_mm=2.5");
+    command.add_option("--seed", seed, "overrides the scene's seed");
+    command.add_option("--duration", duration, "overrides the scene's duration [s]");
+  }
+
+  Result<SceneDescription> load() const {
+    SceneLoadOptions options;
+    options.assets = assets_folder();
+    options.search.assign(assets.begin(), assets.end());
+    for (const std::string& folder : assets)
+      if (!std::filesystem::is_directory(folder))
+        return failure(fmt::format("--assets {}: no such folder", folder));
+    for (const std::string& set : sets) {
+      const std::size_t equals = set.find('=');
+      if (equals == std::string::npos || equals == 0)
+        return failure(fmt::format("--set {}: expected KEY=VALUE", set));
+      options.overrides.emplace_back(set.substr(0, equals), set.substr(equals + 1));
+    }
+    if (!seed.empty()) options.overrides.emplace_back("seed", seed);
+    if (!duration.empty()) options.overrides.emplace_back("duration_s", duration);
+    return load_scene(scene, options);
+  }
+};
+
+int run_command(const SceneArguments& arguments, RunOptions options) {
+  auto scene = arguments.load();
+  if (!scene) return fail(scene.error());
+  options.assets = assets_folder();
+  auto tissues = load_tissues(options.assets / "tissues.json");
+  if (!tissues) return fail(tissues.error());
+  install_interrupt_handler();
+  auto report = run_scene(*scene, *tissues, options);
+  if (!report) return fail(report.error());
+  for (const std::string& warning : report->warnings) std::cerr << "warning: " << warning << '\n';
+  for (const std::string& flag : report->flags) std::cerr << "note: " << flag << '\n';
+  std::cerr << fmt::format(
+      "{}: {:.1f} s simulated, {:.1f} x real time without rendering, {:.1f} s in all; see {}\n",
+      scene->name, report->duration_s, report->real_time_factor,
+      report->prepare_s + report->wall_s, (options.out / "review.html").string());
+  return report->complete ? 0 : 128 + interrupt_signal();
+}
+
+int smoke_info_command(const std::string& file) {
+  auto info = read_smoke_info(file);
+  if (!info) return fail(info.error());
+  const Vec3 low = 1e3 * info->active_bounds.min(), high = 1e3 * info->active_bounds.max();
+  std::cout << fmt::format(
+      "volume {}\ntime {:.3f} s\nmass {:.4g} mg\nactive voxels {} of {:.2f} mm\n"
+      "bounds ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm\n",
+      info->volume, info->time, 1e6 * info->mass, info->active_voxels, 1e3 * info->voxel, low.x(),
+      low.y(), low.z(), high.x(), high.y(), high.z());
+  return 0;
+}
+
+int main_program(int argc, char** argv) {
+  CLI::App app{"Viscera: a simulator of laparoscopic scenes"};
+  app.set_version_flag("--version", VISCERA_VERSION);
+  app.require_subcommand(1);
+
+  SceneArguments run_scene_arguments;
+  RunOptions run_options;
+  std::string out;
+  bool no_render = false, no_cache = false;
+  CLI::App* run = app.add_subcommand("run", "simulate a scene and film it");
+  run_scene_arguments.add_to(*run);
+  run->add_option("--out", out, "folder for film, frames, volumes, curves and report")->required();
+  run->add_option("--threads", run_options.threads, "worker threads; 0: all cores")
+      ->check(CLI::Range(0, 1024));
+  run->add_flag("--no-render", no_render, "no pictures, no film, no EGL context");
+  run->add_flag("--no-cache", no_cache, "prepare organs afresh and store nothing");
+  run->add_flag("--quiet", run_options.quiet, "no progress");
+
+  SceneArguments check_scene_arguments;
+  CLI::App* check = app.add_subcommand("check", "validate a scene and say what a run will build");
+  check_scene_arguments.add_to(*check);
+
+  std::string volume;
+  CLI::App* smoke_info = app.add_subcommand("smoke-info", "say what a written smoke volume holds");
+  smoke_info->add_option("file", volume, "a .vdb file of a run")->required();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadInput;
+  }
+
+  if (run->parsed()) {
+    run_options.out = out;
+    run_options.render = !no_render;
+    run_options.use_cache = !no_cache;
+    const std::vector<std::string> words(argv, argv + argc);
+    run_options.command = shell_command(words);
+    return run_command(run_scene_arguments, run_options);
+  }
+  if (check->parsed()) {
+    auto scene = check_scene_arguments.load();
+    if (!scene) return fail(scene.error());
+    auto tissues = load_tissues(assets_folder() / "tissues.json");
+    if (!tissues) return fail(tissues.error());
+    auto checked = check_scene(*scene, *tissues, std::cout);
+    return checked ? 0 : fail(checked.error());
+  }
+  return smoke_info_command(volume);
+}
+
+}  // namespace
+}  // namespace viscera
+
+int main(int argc, char** argv) { return viscera::main_program(argc, argv); }
