@@ -2,6 +2,7 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <regex>
 #include <sstream>
 #include <utility>
@@ -10,37 +11,55 @@ namespace viscera {
 
 namespace {
 
-std::string source_line(const std::string& text, int line) {
-  std::istringstream stream(text);
-  std::string found;
-  for (int i = 0; i < line && std::getline(stream, found); ++i) {
-  }
-  return found;
+std::string head_of(const ShaderStage& stage) {
+  std::string head = "#version 450 core\n";
+  for (const std::string& definition : stage.definitions) head += "#define " + definition + "\n";
+  return head;
 }
 
-/// The compiler's log with "file:line:" in place of "string:line(column):" (Mesa) or
-/// "string(line) :" (NVIDIA), each complaint followed by the line it is about.
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// "file:line" and the line itself, for a line of the joined source.
+std::string describe_line(const ShaderStage& stage, std::size_t line, std::string& source) {
+  const std::vector<std::string> head = lines_of(head_of(stage));
+  if (line <= head.size()) {
+    source = line > 0 ? head[line - 1] : "";
+    return stage.files.back().name + " (definitions)";
+  }
+  line -= head.size();
+  for (const ShaderFile& file : stage.files) {
+    const std::vector<std::string> lines = lines_of(file.text);
+    if (line <= lines.size()) {
+      source = lines[line - 1];
+      return file.name + ":" + std::to_string(line);
+    }
+    line -= lines.size();
+  }
+  source.clear();
+  return stage.files.back().name + " (end)";
+}
+
+/// The compiler's log with "file:line:" in place of "0:line(column):" (Mesa) or "0(line) :"
+/// (NVIDIA), each complaint followed by the line it is about.
 Error explain(const std::string& log, const ShaderStage& stage) {
-  static const std::regex place(R"(^\s*(\d+)(?::(\d+)(?:\(\d+\))?|\((\d+)\))\s*:\s*(.*)$)");
+  static const std::regex place(R"(^\s*\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\))\s*:\s*(.*)$)");
   Error error;
-  std::istringstream stream(log);
-  std::string line;
-  while (std::getline(stream, line)) {
+  for (const std::string& line : lines_of(log)) {
     if (line.empty()) continue;
     std::smatch match;
     if (!std::regex_match(line, match, place)) {
       error.messages.push_back(stage.files.back().name + ": " + line);
       continue;
     }
-    const std::size_t file = std::stoul(match[1]);
-    const int number = std::stoi(match[2].matched ? match[2] : match[3]);
-    if (file == 0 || file > stage.files.size()) {
-      error.messages.push_back(stage.files.back().name + " (definitions): " + match[4].str());
-      continue;
-    }
-    const ShaderFile& found = stage.files[file - 1];
-    error.messages.push_back(found.name + ":" + std::to_string(number) + ": " + match[4].str() +
-                             "\n    " + source_line(found.text, number));
+    std::string source;
+    const std::size_t number = std::stoul(match[1].matched ? match[1] : match[2]);
+    const std::string where = describe_line(stage, number, source);
+    error.messages.push_back(where + ": " + match[3].str() + "\n    " + source);
   }
   if (error.messages.empty()) {
     error.messages.push_back(stage.files.back().name + ": refused without a reason");
@@ -49,17 +68,14 @@ Error explain(const std::string& log, const ShaderStage& stage) {
 }
 
 Result<unsigned> compile(const ShaderStage& stage) {
-  std::vector<std::string> texts = {"#version 450 core\n"};
-  for (const std::string& definition : stage.definitions) {
-    texts.front() += "#define " + definition + "\n";
+  // One string without #line: Mesa forgets the string's number in some of its complaints.
+  std::string text = head_of(stage);
+  for (const ShaderFile& file : stage.files) {
+    for (const std::string& line : lines_of(file.text)) text += line + "\n";
   }
-  for (std::size_t i = 0; i < stage.files.size(); ++i) {
-    texts.push_back("#line 1 " + std::to_string(i + 1) + "\n" + stage.files[i].text + "\n");
-  }
-  std::vector<const char*> pointers;
-  for (const std::string& text : texts) pointers.push_back(text.c_str());
+  const char* pointer = text.c_str();
   const GLuint shader = glCreateShader(stage.kind);
-  glShaderSource(shader, static_cast<GLsizei>(pointers.size()), pointers.data(), nullptr);
+  glShaderSource(shader, 1, &pointer, nullptr);
   glCompileShader(shader);
   GLint good = GL_FALSE, length = 0;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &good);

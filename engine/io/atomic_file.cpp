@@ -15,7 +15,9 @@ namespace {
 
 constexpr std::size_t kBuffer = 1 << 16;
 
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
+std::string reason(int error_number) {
+  return std::generic_category().message(error_number);
+}
 
 fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
@@ -68,7 +70,9 @@ PendingFile::PendingFile(fs::path file) : file_(std::move(file)) {
   temporary_ += "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
 }
 
-PendingFile::~PendingFile() { remove(); }
+PendingFile::~PendingFile() {
+  remove();
+}
 
 PendingFile::PendingFile(PendingFile&& other) noexcept
     : file_(std::move(other.file_)), temporary_(std::exchange(other.temporary_, {})) {}

@@ -1,4 +1,5 @@
-// Files that are whole or absent: written under a temporary name beside the final one, then renamed.
+// Files that are whole or absent: written under a temporary name beside the final one, then
+// renamed.
 #pragma once
 
 #include <cstddef>

@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr hsize_t kPage = 4096;
-constexpr const char* kArrays = "arrays";   // group of the datasets
-constexpr const char* kTexts = "texts";     // group whose attributes are the texts
-constexpr std::size_t kLongestText = 60'000;   // an attribute's object header message holds 64 KB
+constexpr const char* kArrays = "arrays";     // group of the datasets
+constexpr const char* kTexts = "texts";       // group whose attributes are the texts
+constexpr std::size_t kLongestText = 60'000;  // an attribute's object header message holds 64 KB
 
 /// The distribution's library isn't thread-safe.
 std::mutex& library() {
@@ -72,8 +72,8 @@ bool write_text(hid_t object, const std::string& name, const std::string& value)
   // A string type of size zero doesn't exist; the terminator is stored with it.
   if (H5Tset_size(type, value.size() + 1) < 0) return false;
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(
-      H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
   return attribute.ok() && H5Awrite(attribute, type, value.c_str()) >= 0;
 }
 
@@ -98,9 +98,9 @@ bool write_array(hid_t group, const std::string& name, std::span<const T> values
   H5Pset_layout(layout, H5D_CONTIGUOUS);
   H5Pset_fill_time(layout, H5D_FILL_TIME_NEVER);
   H5Pset_alloc_time(layout, H5D_ALLOC_TIME_EARLY);
-  Handle dataset(H5Dcreate2(group, name.c_str(), native_type<T>(), space, H5P_DEFAULT, layout,
-                            H5P_DEFAULT),
-                 H5Dclose);
+  Handle dataset(
+      H5Dcreate2(group, name.c_str(), native_type<T>(), space, H5P_DEFAULT, layout, H5P_DEFAULT),
+      H5Dclose);
   if (!dataset.ok()) return false;
   if (size > 0 &&
       H5Dwrite(dataset, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
@@ -174,7 +174,7 @@ int reserve_room(const fs::path& file, std::size_t bytes) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) return errno;
   int error = ::posix_fallocate(descriptor, 0, static_cast<off_t>(bytes));
-  if (error == EOPNOTSUPP || error == EINVAL) error = 0;   // devices and some file systems
+  if (error == EOPNOTSUPP || error == EINVAL) error = 0;  // devices and some file systems
   ::close(descriptor);
   return error;
 }
@@ -193,7 +193,8 @@ bool write_hdf5(const fs::path& file, int format, const std::string& key,
   bool good = write_text(out, "format", std::to_string(format)) && write_text(out, "key", key);
   {
     const Handle texts(H5Gcreate2(out, kTexts, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
-    for (const auto& [name, value] : contents.texts()) good = good && write_text(texts, name, value);
+    for (const auto& [name, value] : contents.texts())
+      good = good && write_text(texts, name, value);
     const Handle arrays(H5Gcreate2(out, kArrays, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
     for (const auto& [name, view] : contents.arrays()) {
       std::visit(
@@ -218,7 +219,7 @@ Result<std::string> CacheData::text(const std::string& name) const {
 
 Result<void> write_cache_file(const fs::path& file, int format, const std::string& key,
                               const CacheContents& contents) {
-  std::size_t bytes = 1 << 16;   // HDF5's own
+  std::size_t bytes = 1 << 16;  // HDF5's own
   for (const auto& [name, value] : contents.texts()) {
     if (value.size() > kLongestText) {
       return failure(file.string() + ": the text " + name + " is longer than " +

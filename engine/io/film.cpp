@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <string>
@@ -23,21 +24,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kLastWords = 600;   // bytes of ffmpeg's messages that an error quotes
+constexpr std::size_t kLastWords = 600;  // bytes of ffmpeg's messages that an error quotes
 
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
+std::string reason(int error_number) {
+  return std::generic_category().message(error_number);
+}
 
 std::vector<std::string> ffmpeg_arguments(const fs::path& output, int width, int height, int fps) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
   // Without the matrix named, ffmpeg converts by BT.601 and players show BT.709: wrong reds.
   const std::string convert = "scale=out_color_matrix=bt709:out_range=tv";
-  return {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
+  // Without -xerror a disk that fills up at the end still gives exit code 0.
+  // clang-format off
+  return {"ffmpeg", "-hide_banner", "-loglevel", "error", "-xerror", "-nostdin", "-y",
           "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", size,
           "-framerate", std::to_string(fps), "-i", "pipe:0",
           "-vf", convert, "-c:v", "libx264", "-preset", "veryfast", "-crf", "18",
           "-pix_fmt", "yuv420p", "-color_range", "tv", "-colorspace", "bt709",
           "-color_primaries", "bt709", "-color_trc", "bt709", "-movflags", "+faststart",
           "-f", "mp4", "file:" + fs::absolute(output).string()};
+  // clang-format on
 }
 
 /// A descriptor that closes itself.
@@ -76,8 +82,7 @@ int spawn(const std::vector<std::string>& arguments, int input, int messages, pi
   // Its own process group: a Ctrl-C at the terminal is ours to answer, ffmpeg ends with its input.
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   posix_spawnattr_setpgroup(&attributes, 0);
-  const int error =
-      posix_spawnp(&process, argv[0], &actions, &attributes, argv.data(), environ);
+  const int error = posix_spawnp(&process, argv[0], &actions, &attributes, argv.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   return error;
@@ -88,6 +93,7 @@ int spawn(const std::vector<std::string>& arguments, int input, int messages, pi
 struct Film::Data {
   PendingFile pending;
   std::size_t frame_bytes = 0;
+  std::size_t frames = 0;
   Descriptor input, messages;
   pid_t process = -1;
 
@@ -115,7 +121,7 @@ struct Film::Data {
     std::string text(static_cast<std::size_t>(std::max<off_t>(0, size - begin)), '\0');
     const ssize_t got = ::pread(messages.get(), text.data(), text.size(), begin);
     text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-    if (begin > 0) text.erase(0, text.find('\n') + 1);   // a line cut in two
+    if (begin > 0) text.erase(0, text.find('\n') + 1);  // a line cut in two
     while (!text.empty() && text.back() == '\n') text.pop_back();
     return text;
   }
@@ -184,6 +190,7 @@ Result<void> Film::add(std::span<const std::uint8_t> rgb) {
     }
     rgb = rgb.subspan(static_cast<std::size_t>(sent));
   }
+  ++data.frames;
   return {};
 }
 
@@ -192,6 +199,7 @@ Result<void> Film::finish() {
   if (data.process < 0) return failure(data.pending.file().string() + ": the film has ended");
   data.input.close();
   const int status = data.wait();
+  if (data.frames == 0) return failure(data.pending.file().string() + ": a film without frames");
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     return std::unexpected(data.failed(status));
   }

@@ -51,6 +51,8 @@ void ForcesCsv::add(double time, std::span<const TipSample> samples) {
   out_.write(row_);
 }
 
-Result<void> ForcesCsv::finish() { return out_.commit(); }
+Result<void> ForcesCsv::finish() {
+  return out_.commit();
+}
 
 }  // namespace viscera

@@ -17,8 +17,8 @@ struct TipSample {
   Vec3 force = Vec3::Zero();      ///< on the instrument [N]
 };
 
-/// Streams rows with the shortest digits that read back to the same doubles. The file takes its name
-/// when it is finished.
+/// Streams rows with the shortest digits that read back to the same doubles. The file takes its
+/// name when it is finished.
 class ForcesCsv {
  public:
   /// Columns time_s and, for each instrument, NAME_x_m, _y_m, _z_m, _fx_N, _fy_N, _fz_N.

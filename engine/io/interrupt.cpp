@@ -20,7 +20,7 @@ extern "C" void on_signal(int signal) {
 void handle(void (*handler)(int)) {
   struct sigaction action = {};
   action.sa_handler = handler;
-  action.sa_flags = SA_RESTART;   // writes in progress go on
+  action.sa_flags = SA_RESTART;  // writes in progress go on
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
@@ -38,7 +38,11 @@ void remove_interrupt_handler() {
   received = 0;
 }
 
-bool interrupted() { return received.load(std::memory_order_relaxed) != 0; }
-int interrupt_signal() { return received.load(std::memory_order_relaxed); }
+bool interrupted() {
+  return received.load(std::memory_order_relaxed) != 0;
+}
+int interrupt_signal() {
+  return received.load(std::memory_order_relaxed);
+}
 
 }  // namespace viscera

@@ -29,8 +29,7 @@ void on_warning(png_structp, png_const_charp) {}
 
 /// libpng leaves by longjmp, so nothing with a destructor may live in this function.
 bool encode(int width, int height, const std::uint8_t* rgb, Encoder& encoder) {
-  png_structp png =
-      png_create_write_struct(PNG_LIBPNG_VER_STRING, &encoder, on_error, on_warning);
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &encoder, on_error, on_warning);
   if (!png) return false;
   png_infop info = png_create_info_struct(png);
   if (!info || setjmp(png_jmpbuf(png))) {

@@ -85,7 +85,7 @@ void ProgressBar::draw(double fraction, std::string_view what, double now) {
   if (fraction >= 1.0) {
     line += ", took " + duration_text(elapsed);
   } else if (fraction >= kTrustEstimate) {
-    line += ", " + duration_text(elapsed * (1.0 - fraction) / fraction) + " left";
+    line += ", " + duration_text(std::ceil(elapsed * (1.0 - fraction) / fraction - 1e-9)) + " left";
   }
   if (terminal_) {
     // A wrapped line couldn't be overwritten by the next one.

@@ -33,7 +33,7 @@ Json stage_json(const StageReport& stage) {
           {"total_s", stage.total_s}};
 }
 
-/// The value of the first line of a /proc file that starts with `key`, without the colon and blanks.
+/// The value of the first line of a /proc file that starts with `key`, without colon and blanks.
 std::string proc_value(const char* file, std::string_view key) {
   std::ifstream in(file);
   for (std::string line; std::getline(in, line);) {
@@ -91,8 +91,7 @@ std::string to_json(const RunReport& report) {
         {"memory_bytes", report.machine.memory_bytes}}},
       {"organs", organs},
       {"stages", stages},
-      {"smoke",
-       {{"particles_max", report.smoke.particles_max}, {"volumes", report.smoke.volumes}}},
+      {"smoke", {{"particles_max", report.smoke.particles_max}, {"volumes", report.smoke.volumes}}},
       {"skipped", skipped},
       {"flags", report.flags},
       {"warnings", report.warnings}};

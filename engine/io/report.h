@@ -54,7 +54,7 @@ struct RunReport {
   std::string state_hash;
   double prepare_s = 0.0;              ///< before the first frame
   double wall_s = 0.0;                 ///< of the whole loop, pictures included
-  double real_time_factor = 0.0;       ///< simulated time over time spent in the simulation's stages
+  double real_time_factor = 0.0;       ///< simulated time over the time of the simulation's stages
   std::uint64_t peak_memory_bytes = 0;
   MachineReport machine;
   std::vector<OrganReport> organs;

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kFormat = 1;   // of the names and meanings below
+constexpr int kFormat = 1;  // of the names and meanings below
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double), "positions are stored as they lie in memory");
 
@@ -102,7 +102,9 @@ fs::path ResponseCache::default_folder() {
   return fs::temp_directory_path() / "viscera_cache";
 }
 
-fs::path ResponseCache::file(const std::string& key) const { return folder_ / (key + ".h5"); }
+fs::path ResponseCache::file(const std::string& key) const {
+  return folder_ / (key + ".h5");
+}
 
 CachedResponse ResponseCache::load(const std::string& key) const {
   const fs::path path = file(key);

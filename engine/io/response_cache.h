@@ -33,7 +33,8 @@ class ResponseCache {
   /// The folder is created by the first save.
   explicit ResponseCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// $VISCERA_CACHE, else $XDG_CACHE_HOME/viscera, else ~/.cache/viscera, else the temporary folder.
+  /// $VISCERA_CACHE, else $XDG_CACHE_HOME/viscera, else ~/.cache/viscera, else the folder for
+  /// temporary files.
   static std::filesystem::path default_folder();
 
   /// `key` is the hexadecimal hash of everything that went into the response.

@@ -24,13 +24,11 @@ double shortened(double value) {
 }
 
 Json curve_json(const Curve& curve) {
-  Json times = Json::array(), least = Json::array(), mean = Json::array(),
-       greatest = Json::array();
+  Json times = Json::array(), least = Json::array(), mean = Json::array(), greatest = Json::array();
   for (const Curve::Bucket& bucket : curve.buckets()) {
     times.push_back(bucket.time);
     least.push_back(static_cast<float>(shortened(bucket.least)));
-    mean.push_back(
-        static_cast<float>(shortened(bucket.sum / static_cast<double>(bucket.count))));
+    mean.push_back(static_cast<float>(shortened(bucket.sum / static_cast<double>(bucket.count))));
     greatest.push_back(static_cast<float>(shortened(bucket.greatest)));
   }
   return {{"name", curve.name()},

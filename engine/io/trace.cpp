@@ -33,8 +33,7 @@ Quantiles quantiles(std::vector<double> values) {
   return q;
 }
 
-Trace::Trace(std::vector<std::string> stages)
-    : stages_(std::move(stages)), origin_(Clock::now()) {}
+Trace::Trace(std::vector<std::string> stages) : stages_(std::move(stages)), origin_(Clock::now()) {}
 
 void Trace::add(int stage, std::uint64_t frame, Clock::time_point start, Clock::time_point end) {
   using std::chrono::duration_cast;
@@ -62,13 +61,13 @@ Result<void> Trace::write(const std::filesystem::path& file, const std::string& 
   out->write("{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n");
   out->write("{\"ph\":\"M\",\"pid\":1,\"tid\":1,\"name\":\"process_name\",\"args\":{\"name\":" +
              quoted(process) + "}},\n");
-  out->write("{\"ph\":\"M\",\"pid\":1,\"tid\":1,\"name\":\"thread_name\",\"args\":{\"name\":"
-             "\"stages\"}}");
+  out->write(
+      "{\"ph\":\"M\",\"pid\":1,\"tid\":1,\"name\":\"thread_name\",\"args\":{\"name\":"
+      "\"stages\"}}");
   char numbers[160];
   for (const Event& event : events_) {
     // Times are microseconds in this format; the fraction keeps the nanoseconds.
-    std::snprintf(numbers, sizeof numbers,
-                  ",\"ts\":%.3f,\"dur\":%.3f,\"args\":{\"frame\":%u}}",
+    std::snprintf(numbers, sizeof numbers, ",\"ts\":%.3f,\"dur\":%.3f,\"args\":{\"frame\":%u}}",
                   1e-3 * static_cast<double>(event.start),
                   1e-3 * static_cast<double>(event.duration), event.frame);
     out->write(",\n{\"ph\":\"X\",\"pid\":1,\"tid\":1,\"name\":");

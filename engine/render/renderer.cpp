@@ -25,7 +25,11 @@ constexpr float kNear = 2e-3f, kFar = 2.0f;   // [m]
 constexpr float kMaskRadius = 0.53f;          // of the height
 constexpr float kNoMask = 10.0f;
 constexpr int kRim = 96;                      // corners of the disc in full_screen.vert
+// What full-screen passes leave outside the field of view, so that no old picture shines in.
 constexpr float kBlack[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+constexpr float kOpen[4] = {1.0f, 1.0f, 1.0f, 1.0f};
+constexpr float kNowhere[4] = {-1.0f, 0.0f, 0.0f, 0.0f};
+constexpr float kNoSmoke[4] = {0.0f, 0.0f, 0.0f, 1.0f};
 constexpr float kBackground[4] = {0.004f, 0.0016f, 0.0012f, 1.0f};
 
 /// The std140 block Frame of frame.glsl.
@@ -213,7 +217,7 @@ struct Renderer::Data {
     if (context != nullptr) context->make_current();
   }
 
-  void full_screen(Program& program, const Framebuffer& target);
+  void full_screen(Program& program, const Framebuffer& target, const float* outside);
   Result<void> update(const FrameView& view);
   void upload_frame(const FrameView& view);
   void lay_depth(const FrameView& view);
@@ -226,8 +230,10 @@ struct Renderer::Data {
   void read_back(Picture& picture);
 };
 
-void Renderer::Data::full_screen(Program& program, const Framebuffer& target) {
+/// `outside`: colour of what isn't covered; null keeps what is there.
+void Renderer::Data::full_screen(Program& program, const Framebuffer& target, const float* outside) {
   target.bind();
+  if (outside != nullptr) glClearBufferfv(GL_COLOR, 0, outside);
   program.use();
   glBindVertexArray(no_attributes->id());
   if (round) {
@@ -283,7 +289,7 @@ void Renderer::Data::lay_depth(const FrameView& view) {
   glClear(GL_DEPTH_BUFFER_BIT);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_ALWAYS);
-  full_screen(programs.field, targets->depth_only);
+  full_screen(programs.field, targets->depth_only, nullptr);
   glDepthFunc(GL_LESS);
   programs.organ_depth.use();
   for (const OrganView& organ : view.organs) {
@@ -300,19 +306,16 @@ void Renderer::Data::lay_depth(const FrameView& view) {
 }
 
 void Renderer::Data::find_occlusion() {
-  constexpr float kOutside[4] = {-1.0f, 0.0f, 0.0f, 0.0f};
-  targets->distance_target.bind();
-  glClearBufferfv(GL_COLOR, 0, kOutside);
   targets->depth.bind(kDepthUnit);
   programs.half_depth.set("depth_map", kDepthUnit);
-  full_screen(programs.half_depth, targets->distance_target);
+  full_screen(programs.half_depth, targets->distance_target, kNowhere);
   targets->distance.bind(kDistanceUnit);
   programs.occlusion.set("distance_map", kDistanceUnit);
-  full_screen(programs.occlusion, targets->open_rough_target);
+  full_screen(programs.occlusion, targets->open_rough_target, kOpen);
   targets->open_rough.bind(kOpenUnit);
   programs.occlusion_blur.set("distance_map", kDistanceUnit);
   programs.occlusion_blur.set("open_map", kOpenUnit);
-  full_screen(programs.occlusion_blur, targets->open_target);
+  full_screen(programs.occlusion_blur, targets->open_target, kOpen);
   targets->open.bind(kOpenUnit);
 }
 
@@ -371,9 +374,8 @@ bool Renderer::Data::march_smoke(const FrameView& view) {
     const double far_b = smoke[b].filled().squaredExteriorDistance(view.camera.position);
     return far_a != far_b ? far_a > far_b : a < b;
   });
-  constexpr float kClear[4] = {0.0f, 0.0f, 0.0f, 1.0f};
   targets->smoke_target.bind();
-  glClearBufferfv(GL_COLOR, 0, kClear);
+  glClearBufferfv(GL_COLOR, 0, kNoSmoke);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_ONE, GL_SRC_ALPHA, GL_ZERO, GL_SRC_ALPHA);
   Program& program = programs.smoke;
@@ -391,7 +393,7 @@ bool Renderer::Data::march_smoke(const FrameView& view) {
     program.set("mass_extinction", static_cast<float>(volume.mass_extinction));
     program.set("albedo", static_cast<float>(volume.albedo));
     program.set("asymmetry", static_cast<float>(volume.asymmetry));
-    full_screen(program, targets->smoke_target);
+    full_screen(program, targets->smoke_target, nullptr);
   }
   glDisable(GL_BLEND);
   targets->smoke.bind(kSmokeUnit);
@@ -401,14 +403,14 @@ bool Renderer::Data::march_smoke(const FrameView& view) {
 void Renderer::Data::spill_light() {
   targets->radiance.bind(kRadianceUnit);
   programs.bright.set("radiance_map", kRadianceUnit);
-  full_screen(programs.bright, targets->spill_a_target);
+  full_screen(programs.bright, targets->spill_a_target, kBlack);
   programs.blur.set("source_map", kSpillUnit);
   targets->spill_a.bind(kSpillUnit);
   programs.blur.set("axis", Eigen::Vector2f(1.0f, 0.0f));
-  full_screen(programs.blur, targets->spill_b_target);
+  full_screen(programs.blur, targets->spill_b_target, kBlack);
   targets->spill_b.bind(kSpillUnit);
   programs.blur.set("axis", Eigen::Vector2f(0.0f, 1.0f));
-  full_screen(programs.blur, targets->spill_a_target);
+  full_screen(programs.blur, targets->spill_a_target, kBlack);
   targets->spill_a.bind(kSpillUnit);
 }
 
@@ -419,14 +421,10 @@ void Renderer::Data::develop(bool with_smoke) {
   program.set("spill_map", kSpillUnit);
   program.set("smoke_map", kSmokeUnit);
   program.set("distance_map", kDistanceUnit);
-  targets->developed_target.bind();
-  glClearBufferfv(GL_COLOR, 0, kBlack);
-  full_screen(program, targets->developed_target);
+  full_screen(program, targets->developed_target, kBlack);
   targets->developed.bind(kRadianceUnit);
   programs.smooth.set("developed_map", kRadianceUnit);
-  targets->shown_target.bind();
-  glClearBufferfv(GL_COLOR, 0, kBlack);
-  full_screen(programs.smooth, targets->shown_target);
+  full_screen(programs.smooth, targets->shown_target, kBlack);
 }
 
 void Renderer::Data::read_back(Picture& picture) {

@@ -20,8 +20,7 @@ std::string extension_of(const fs::path& file) {
 }
 
 bool is_readable_format(const fs::path& file) {
-  return std::find(kExtensions.begin(), kExtensions.end(), extension_of(file)) !=
-         kExtensions.end();
+  return std::find(kExtensions.begin(), kExtensions.end(), extension_of(file)) != kExtensions.end();
 }
 
 std::vector<fs::path> entries(const fs::path& folder) {
@@ -47,7 +46,8 @@ std::string listed(const std::vector<fs::path>& folders) {
   std::vector<std::string> words;
   std::error_code ignored;
   for (const fs::path& folder : folders)
-    words.push_back(folder.string() + (fs::is_directory(folder, ignored) ? "" : " (no such folder)"));
+    words.push_back(folder.string() +
+                    (fs::is_directory(folder, ignored) ? "" : " (no such folder)"));
   return joined(words);
 }
 
@@ -72,8 +72,10 @@ Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& se
                    joined(kExtensions));
   }
   std::vector<fs::path> folders;
-  if (!fs::path(file).is_absolute()) folders = search_folders(search);
-  else folders.push_back(fs::path(file).parent_path());
+  if (!fs::path(file).is_absolute())
+    folders = search_folders(search);
+  else
+    folders.push_back(fs::path(file).parent_path());
 
   std::error_code ignored;
   for (const fs::path& folder : folders) {

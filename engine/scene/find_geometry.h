@@ -11,8 +11,8 @@ namespace viscera {
 
 struct GeometrySearch {
   std::filesystem::path scene_folder;
-  std::vector<std::filesystem::path> extra;   ///< each with one level of its subfolders (--assets)
-  std::filesystem::path assets;               ///< the project's
+  std::vector<std::filesystem::path> extra;  ///< each with one level of its subfolders (--assets)
+  std::filesystem::path assets;              ///< the project's
 };
 
 /// The folders in the order of search; subfolders by name.

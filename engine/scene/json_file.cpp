@@ -104,8 +104,8 @@ class Builder : public nlohmann::json_sax<Json> {
     std::string what = exception.what();
     std::string found = "\"" + printable(word.empty() ? token : word) + "\"";
     std::string expected;
-    constexpr std::array<std::string_view, 8> kNotFinite = {
-        "NaN", "nan", "Infinity", "-Infinity", "inf", "-inf", "Inf", "-Inf"};
+    constexpr std::array<std::string_view, 8> kNotFinite = {"NaN", "nan",  "Infinity", "-Infinity",
+                                                            "inf", "-inf", "Inf",      "-Inf"};
     if (exception.id == 406 ||
         std::find(kNotFinite.begin(), kNotFinite.end(), word) != kNotFinite.end()) {
       expected = "a finite number";
@@ -167,8 +167,8 @@ class Builder : public nlohmann::json_sax<Json> {
   const std::string& text_;
   std::string source_;
   Json root_;
-  std::vector<Json*> open_;         // containers that are being filled, outermost first
-  std::vector<std::string> path_;   // keys that lead to the innermost of them
+  std::vector<Json*> open_;        // containers that are being filled, outermost first
+  std::vector<std::string> path_;  // keys that lead to the innermost of them
   std::string key_;
   Error error_;
 };

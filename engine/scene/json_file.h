@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 inline constexpr std::uintmax_t kMaxJsonBytes = 16u << 20;  ///< greater files aren't opened
 inline constexpr std::size_t kMaxJsonDepth = 64;
-inline constexpr std::size_t kMaxJsonMembers = 1000;        ///< keys of one object
+inline constexpr std::size_t kMaxJsonMembers = 1000;  ///< keys of one object
 
 /// Refuses, before it reads: a file that is missing, a folder, not a regular file, empty or greater
 /// than kMaxJsonBytes. Then as parse_json.

@@ -110,16 +110,25 @@ std::string expected_value(const KeySpec& key) {
     return alternatives(key.choices) + (key.choices.size() > 1 ? "" : " (the only value)");
   if (!key.vocabulary.empty()) return "the name of a " + key.vocabulary;
   switch (key.type) {
-    case KeyType::kText: return "text of at most 200 characters";
-    case KeyType::kName: return "a name of a-z, 0-9 and _";
-    case KeyType::kNumber: return "a number" + range(key);
-    case KeyType::kInteger: return "a whole number" + range(key);
-    case KeyType::kBoolean: return "true or false";
-    case KeyType::kVector: return "an array of three numbers" + range(key);
-    case KeyType::kFile: return "the name of a geometry file";
+    case KeyType::kText:
+      return "text of at most 200 characters";
+    case KeyType::kName:
+      return "a name of a-z, 0-9 and _";
+    case KeyType::kNumber:
+      return "a number" + range(key);
+    case KeyType::kInteger:
+      return "a whole number" + range(key);
+    case KeyType::kBoolean:
+      return "true or false";
+    case KeyType::kVector:
+      return "an array of three numbers" + range(key);
+    case KeyType::kFile:
+      return "the name of a geometry file";
     case KeyType::kObject:
-    case KeyType::kMap: return "an object";
-    case KeyType::kList: break;
+    case KeyType::kMap:
+      return "an object";
+    case KeyType::kList:
+      break;
   }
   if (key.least_items > 0)
     return "an array of at least " + std::to_string(key.least_items) + " object" +

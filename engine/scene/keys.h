@@ -17,16 +17,16 @@ namespace viscera {
 struct ObjectSpec;
 
 enum class KeyType {
-  kText,      ///< one line of text
-  kName,      ///< [a-z0-9_]+
+  kText,  ///< one line of text
+  kName,  ///< [a-z0-9_]+
   kNumber,
   kInteger,
   kBoolean,
-  kVector,    ///< three numbers
-  kFile,      ///< a file that ReadContext::find_file knows; replaced by the path that it found
+  kVector,  ///< three numbers
+  kFile,    ///< a file that ReadContext::find_file knows; replaced by the path that it found
   kObject,
-  kList,      ///< of objects
-  kMap,       ///< names of the author's choice to objects
+  kList,  ///< of objects
+  kMap,   ///< names of the author's choice to objects
 };
 
 /// "only where the sibling `key` has one of these values".
@@ -36,37 +36,69 @@ struct Condition {
 };
 
 struct KeySpec {
-  std::string name;                ///< with its unit: "radius_mm"
+  std::string name;  ///< with its unit: "radius_mm"
   KeyType type = KeyType::kText;
   std::string description;
-  bool required = false;           ///< where it applies at all (see `beside`, `condition`)
-  Json fallback;                   ///< value where the key is absent; null: none
-  double least = -std::numeric_limits<double>::infinity();   ///< of numbers and of components
+  bool required = false;  ///< where it applies at all (see `beside`, `condition`)
+  Json fallback;          ///< value where the key is absent; null: none
+  double least = -std::numeric_limits<double>::infinity();  ///< of numbers and of components
   double greatest = std::numeric_limits<double>::infinity();
-  bool below_greatest = false;     ///< `greatest` itself is refused
-  std::vector<Json> choices;       ///< the only values; empty: any
-  std::string vocabulary;          ///< a list of ReadContext that the text must be in, "tissue"
-  std::string beside;              ///< applies only where this sibling stands
-  std::optional<Condition> condition;         ///< applies only where this holds
-  std::shared_ptr<const ObjectSpec> object;   ///< of an object, list or map
+  bool below_greatest = false;         ///< `greatest` itself is refused
+  std::vector<Json> choices;           ///< the only values; empty: any
+  std::string vocabulary;              ///< a list of ReadContext that the text must be in, "tissue"
+  std::string beside;                  ///< applies only where this sibling stands
+  std::optional<Condition> condition;  ///< applies only where this holds
+  std::shared_ptr<const ObjectSpec> object;  ///< of an object, list or map
   std::size_t least_items = 0, most_items = 100000;
-  std::string unique;              ///< key of the list's objects that no two may share
-  std::string ascending;           ///< key of the list's objects that must grow strictly
+  std::string unique;     ///< key of the list's objects that no two may share
+  std::string ascending;  ///< key of the list's objects that must grow strictly
 
-  KeySpec& needed() { required = true; return *this; }
-  KeySpec& otherwise(Json value) { fallback = std::move(value); return *this; }
-  KeySpec& between(double low, double high) { least = low; greatest = high; return *this; }
-  KeySpec& from_to_below(double low, double high) { below_greatest = true; return between(low, high); }
-  KeySpec& one_of(std::vector<Json> values) { choices = std::move(values); return *this; }
-  KeySpec& known_as(std::string list) { vocabulary = std::move(list); return *this; }
-  KeySpec& only_beside(std::string key) { beside = std::move(key); return *this; }
+  KeySpec& needed() {
+    required = true;
+    return *this;
+  }
+  KeySpec& otherwise(Json value) {
+    fallback = std::move(value);
+    return *this;
+  }
+  KeySpec& between(double low, double high) {
+    least = low;
+    greatest = high;
+    return *this;
+  }
+  KeySpec& from_to_below(double low, double high) {
+    below_greatest = true;
+    return between(low, high);
+  }
+  KeySpec& one_of(std::vector<Json> values) {
+    choices = std::move(values);
+    return *this;
+  }
+  KeySpec& known_as(std::string list) {
+    vocabulary = std::move(list);
+    return *this;
+  }
+  KeySpec& only_beside(std::string key) {
+    beside = std::move(key);
+    return *this;
+  }
   KeySpec& only_where(std::string key, std::vector<std::string> values) {
     condition = Condition{std::move(key), std::move(values)};
     return *this;
   }
-  KeySpec& items(std::size_t low, std::size_t high) { least_items = low; most_items = high; return *this; }
-  KeySpec& unique_by(std::string key) { unique = std::move(key); return *this; }
-  KeySpec& ascending_by(std::string key) { ascending = std::move(key); return *this; }
+  KeySpec& items(std::size_t low, std::size_t high) {
+    least_items = low;
+    most_items = high;
+    return *this;
+  }
+  KeySpec& unique_by(std::string key) {
+    unique = std::move(key);
+    return *this;
+  }
+  KeySpec& ascending_by(std::string key) {
+    ascending = std::move(key);
+    return *this;
+  }
 };
 
 /// A mistake that shows only when several keys are seen together.
@@ -74,7 +106,7 @@ struct ObjectCheck {
   std::vector<std::string> needs;  ///< asked only when these stand there and are free of mistakes
   /// The path below the object and "found X, expected Y", or nothing.
   std::function<std::optional<std::pair<std::string, std::string>>(const Json&)> find;
-  Json schema;                     ///< the same in JSON Schema, where that can say it; else null
+  Json schema;  ///< the same in JSON Schema, where that can say it; else null
 };
 
 struct ObjectSpec {

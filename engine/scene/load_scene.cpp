@@ -23,15 +23,23 @@ constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
 constexpr double kZeroCelsius = 273.15;
 
 // Division rounds correctly where a product with 1e-3 doesn't: 2.5 mm is exactly 2.5e-3 m.
-double from_milli(const Json& value) { return value.get<double>() / 1000.0; }
-double radians(const Json& degrees) { return degrees.get<double>() * std::numbers::pi / 180.0; }
+double from_milli(const Json& value) {
+  return value.get<double>() / 1000.0;
+}
+double radians(const Json& degrees) {
+  return degrees.get<double>() * std::numbers::pi / 180.0;
+}
 
 Vec3 vector_of(const Json& value) {
   return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
 }
-Vec3 from_milli_vector(const Json& value) { return vector_of(value) / 1000.0; }
+Vec3 from_milli_vector(const Json& value) {
+  return vector_of(value) / 1000.0;
+}
 
-double metres_per(const Json& unit) { return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1.0; }
+double metres_per(const Json& unit) {
+  return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1.0;
+}
 
 Box box_of(const Json& box) {
   return {from_milli_vector(box["min_mm"]), from_milli_vector(box["max_mm"])};
@@ -234,8 +242,10 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
   std::vector<std::pair<std::string, std::string>> overridden;  // path with indices, option
   for (const auto& [path, value] : options.overrides) {
     const Result<std::string> resolved = apply_override(*root, path, value);
-    if (resolved) overridden.emplace_back(*resolved, "--set " + path + "=" + value);
-    else error.messages.push_back(resolved.error().text());
+    if (resolved)
+      overridden.emplace_back(*resolved, "--set " + path + "=" + value);
+    else
+      error.messages.push_back(resolved.error().text());
   }
 
   for (const Mistake& mistake : validate(*root, scene_keys(), context)) {

@@ -12,8 +12,8 @@
 namespace viscera {
 
 struct SceneLoadOptions {
-  std::filesystem::path assets;                    ///< the project's assets folder
-  std::vector<std::filesystem::path> search;       ///< extra folders for geometry files (--assets)
+  std::filesystem::path assets;               ///< the project's assets folder
+  std::vector<std::filesystem::path> search;  ///< extra folders for geometry files (--assets)
   /// `--set key=value` overrides, e.g. {"organs/0/resolution/finest_spacing_mm", "2.5"} or
   /// {"duration_s", "3"}; organs and instruments may be named: "organs/liver/tissue". Applied
   /// before validation, and validated like the file.

@@ -20,19 +20,19 @@ namespace viscera {
 struct RecipeGeometry {
   std::string recipe;
   std::uint64_t seed = 1;
-  double edge = 0.0;                  ///< wanted triangle edge of the drawn surface [m]; 0: the recipe's
-  std::optional<int> triangles;       ///< or an exact number of triangles
-  double radius = 0.0;                ///< of sphere, hemisphere [m]
-  Vec3 size = Vec3::Zero();           ///< of block [m]
-  double scale = 1.0;                 ///< applied to the recipe's own size
+  double edge = 0.0;             ///< wanted triangle edge of the drawn surface [m]; 0: the recipe's
+  std::optional<int> triangles;  ///< or an exact number of triangles
+  double radius = 0.0;           ///< of sphere, hemisphere [m]
+  Vec3 size = Vec3::Zero();      ///< of block [m]
+  double scale = 1.0;            ///< applied to the recipe's own size
 };
 
 /// An imported closed surface: OBJ, STL, PLY, glTF, GLB.
 struct FileGeometry {
-  std::filesystem::path file;         ///< as found: absolute, or relative to the working folder
-  double unit = 1.0;                  ///< metres per unit of the file
-  bool recentre = false;              ///< move the bounding box's centre to the origin
-  double edge = 0.0;                  ///< refine the drawn surface to this edge [m]; 0: as it is
+  std::filesystem::path file;  ///< as found: absolute, or relative to the working folder
+  double unit = 1.0;           ///< metres per unit of the file
+  bool recentre = false;       ///< move the bounding box's centre to the origin
+  double edge = 0.0;           ///< refine the drawn surface to this edge [m]; 0: as it is
 };
 
 using OrganGeometry = std::variant<RecipeGeometry, FileGeometry>;
@@ -41,30 +41,30 @@ using OrganGeometry = std::variant<RecipeGeometry, FileGeometry>;
 struct Region {
   enum class Shape { kHalfSpace, kSphere, kBox };
   Shape shape = Shape::kHalfSpace;
-  Vec3 a = Vec3::Zero();              ///< point of the plane, centre, least corner [m]
-  Vec3 b = Vec3::UnitZ();             ///< normal (inside where (x-a).b <= 0), unused, greatest corner
-  double radius = 0.0;                ///< of the sphere [m]
+  Vec3 a = Vec3::Zero();   ///< point of the plane, centre, least corner [m]
+  Vec3 b = Vec3::UnitZ();  ///< normal (inside where (x-a).b <= 0), unused, greatest corner
+  double radius = 0.0;     ///< of the sphere [m]
 
   bool contains(const Vec3& x) const;
 };
 
 struct Resolution {
-  double spacing = 8e-3;              ///< greatest node spacing [m]
-  double finest = 3e-3;               ///< spacing where instruments reach [m]
-  double gradient = 0.25;             ///< growth of the spacing per distance
+  double spacing = 8e-3;   ///< greatest node spacing [m]
+  double finest = 3e-3;    ///< spacing where instruments reach [m]
+  double gradient = 0.25;  ///< growth of the spacing per distance
 };
 
 struct OrganDescription {
   std::string name;
   OrganGeometry geometry;
-  std::string tissue;                 ///< a tissue of assets/tissues.json
-  std::optional<double> youngs_modulus;   ///< overrides the tissue's [Pa]
+  std::string tissue;                    ///< a tissue of assets/tissues.json
+  std::optional<double> youngs_modulus;  ///< overrides the tissue's [Pa]
   std::optional<double> poisson_ratio;
   Pose pose;
-  std::vector<Region> fixed;          ///< union; the surface inside it doesn't move
+  std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";
   Resolution resolution;
-  bool deformable = true;             ///< false: scenery; no nodes, no contact
+  bool deformable = true;  ///< false: scenery; no nodes, no contact
 };
 
 // --- instruments --------------------------------------------------------------------------------
@@ -74,78 +74,78 @@ enum class InstrumentKind { kProbe, kGrasper, kHook };
 struct TipDescription {
   enum class Shape { kPoint, kSphere, kCapsule, kMesh };
   Shape shape = Shape::kSphere;
-  double radius = 1.5e-3;             ///< sphere, capsule [m]; a point has none
-  double length = 0.0;                ///< of the capsule's axis, along the shaft from the tip [m]
-  std::filesystem::path file;         ///< mesh, shaft along +z, tip at the origin, as found
+  double radius = 1.5e-3;      ///< sphere, capsule [m]; a point has none
+  double length = 0.0;         ///< of the capsule's axis, along the shaft from the tip [m]
+  std::filesystem::path file;  ///< mesh, shaft along +z, tip at the origin, as found
   double unit = 1e-3;
 };
 
 /// One key frame; values between keys are interpolated (position, current and jaw: monotone cubic).
 struct InstrumentKey {
-  double time = 0.0;                  ///< [s]
-  Vec3 tip = Vec3::Zero();            ///< [m]
-  double power = 0.0;                 ///< electrical power while the hook touches [W]; held, not interpolated
-  double jaw = 1.0;                   ///< 0 closed ... 1 open
+  double time = 0.0;        ///< [s]
+  Vec3 tip = Vec3::Zero();  ///< [m]
+  double power = 0.0;       ///< electrical power while the hook touches [W]; held, not interpolated
+  double jaw = 1.0;         ///< 0 closed ... 1 open
 };
 
 struct InstrumentDescription {
   std::string name;
   InstrumentKind kind = InstrumentKind::kProbe;
   TipDescription tip;
-  Vec3 trocar = Vec3::Zero();         ///< pivot point in the wall that the shaft passes [m]
-  double shaft_radius = 2.5e-3;       ///< [m]
-  double grip_limit = 6.0;            ///< greatest force that a closed jaw holds [N]
-  double grip_radius = 4e-3;          ///< radius of the patch that a closed jaw holds [m]
-  std::vector<InstrumentKey> path;    ///< at least one, times ascending
+  Vec3 trocar = Vec3::Zero();       ///< pivot point in the wall that the shaft passes [m]
+  double shaft_radius = 2.5e-3;     ///< [m]
+  double grip_limit = 6.0;          ///< greatest force that a closed jaw holds [N]
+  double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
+  std::vector<InstrumentKey> path;  ///< at least one, times ascending
 };
 
 // --- picture ------------------------------------------------------------------------------------
 
 struct CameraKey {
-  double time = 0.0;                  ///< [s]
-  Vec3 tip = Vec3::Zero();            ///< lens [m]
-  Vec3 target = Vec3::Zero();         ///< a point on the shaft's axis beyond the lens [m]
-  double roll = 0.0;                  ///< about the axis [rad]
+  double time = 0.0;           ///< [s]
+  Vec3 tip = Vec3::Zero();     ///< lens [m]
+  Vec3 target = Vec3::Zero();  ///< a point on the shaft's axis beyond the lens [m]
+  double roll = 0.0;           ///< about the axis [rad]
 };
 
 struct CameraDescription {
-  double optics = 0.0;                ///< angle between the shaft's axis and the view: 0 or 30 deg [rad]
-  double field_of_view = 1.2217;      ///< vertical [rad]
-  std::vector<CameraKey> path;        ///< at least one
+  double optics = 0.0;  ///< angle between the shaft's axis and the view: 0 or 30 deg [rad]
+  double field_of_view = 1.2217;  ///< vertical [rad]
+  std::vector<CameraKey> path;    ///< at least one
   bool round_mask = true;
 };
 
 struct LightDescription {
-  double intensity = 1.0;             ///< relative to a lens light that exposes 10 cm well
-  double colour_temperature = 5600.0; ///< [K]
+  double intensity = 1.0;              ///< relative to a lens light that exposes 10 cm well
+  double colour_temperature = 5600.0;  ///< [K]
 };
 
 // --- smoke --------------------------------------------------------------------------------------
 
 struct SmokeDescription {
   std::string name;
-  Box domain;                         ///< [m]
-  double voxel = 2e-3;                ///< of the written volume [m]
+  Box domain;           ///< [m]
+  double voxel = 2e-3;  ///< of the written volume [m]
   int max_particles = 25000;
-  double smoke_yield = 2.0e-8;        ///< kg of smoke a joule; a free parameter (MATERIALS)
+  double smoke_yield = 2.0e-8;  ///< kg of smoke a joule; a free parameter (MATERIALS)
 };
 
 struct GasDescription {
-  double pressure = 1600.0;           ///< over atmosphere [Pa]
-  double temperature = 310.15;        ///< [K]
+  double pressure = 1600.0;     ///< over atmosphere [Pa]
+  double temperature = 310.15;  ///< [K]
 };
 
 // --- the whole ----------------------------------------------------------------------------------
 
 struct SceneDescription {
-  std::filesystem::path file;         ///< where it came from
+  std::filesystem::path file;  ///< where it came from
   std::string name;
-  std::string title;                  ///< one line for people
-  double duration = 10.0;             ///< [s]
+  std::string title;       ///< one line for people
+  double duration = 10.0;  ///< [s]
   std::uint64_t seed = 1;
   std::vector<OrganDescription> organs;
   std::vector<InstrumentDescription> instruments;
-  std::optional<CameraDescription> camera;   ///< none: nothing can be rendered
+  std::optional<CameraDescription> camera;  ///< none: nothing can be rendered
   LightDescription light;
   std::vector<SmokeDescription> smoke;
   GasDescription gas;

@@ -7,13 +7,16 @@ namespace {
 
 using Finding = std::optional<std::pair<std::string, std::string>>;
 
-constexpr double kFarthest_mm = 10000.0;       // of any position: a scene is of a body's size
-constexpr double kGreatestSeed = 9007199254740991.0;  // 2^53 - 1: what every JSON reader keeps exactly
+constexpr double kFarthest_mm = 10000.0;  // of any position: a scene is of a body's size
+constexpr double kGreatestSeed =
+    9007199254740991.0;  // 2^53 - 1: what every JSON reader keeps exactly
 constexpr double kLongest_s = 3600.0;
 constexpr double kMostVoxels = 512.0 * 512.0 * 512.0;
 constexpr double kShortestShaft_mm = 1.0;
 
-double component(const Json& vector, int i) { return vector[i].get<double>(); }
+double component(const Json& vector, int i) {
+  return vector[i].get<double>();
+}
 
 double distance(const Json& a, const Json& b) {
   return std::hypot(component(a, 0) - component(b, 0), component(a, 1) - component(b, 1),
@@ -68,23 +71,35 @@ ObjectSpec geometry() {
            "the origin), hemisphere (flat base at z = 0, pole up), block (centre at the origin).")
           .known_as("recipe"),
       integer("seed", "Picks one of the recipe's shapes.")
-          .between(0, kGreatestSeed).otherwise(1).only_beside("recipe"),
+          .between(0, kGreatestSeed)
+          .otherwise(1)
+          .only_beside("recipe"),
       integer("triangles", "Exact number of triangles of the drawn surface, in place of edge_mm.")
-          .between(8, 2000000).only_beside("recipe"),
+          .between(8, 2000000)
+          .only_beside("recipe"),
       number("radius_mm", "Of a sphere or hemisphere.")
-          .needed().between(0.1, 1000).only_where("recipe", {"sphere", "hemisphere"}),
+          .needed()
+          .between(0.1, 1000)
+          .only_where("recipe", {"sphere", "hemisphere"}),
       vector("size_mm", "Of a block, along x, y and z.")
-          .needed().between(0.1, 2000).only_where("recipe", {"block"}),
+          .needed()
+          .between(0.1, 2000)
+          .only_where("recipe", {"block"}),
       number("scale", "Multiplies the recipe's own size.")
-          .between(0.01, 100).otherwise(1.0).only_beside("recipe"),
+          .between(0.01, 100)
+          .otherwise(1.0)
+          .only_beside("recipe"),
       file_key("file",
                "A closed surface: OBJ, STL, PLY, glTF or GLB. Sought in the scene's folder, in the "
                "folders of --assets and their subfolders, and in the project's assets."),
       file_unit("file"),
       boolean("recentre", "Move the centre of the surface's bounding box to the origin.")
-          .otherwise(false).only_beside("file"),
-      number("edge_mm", "Wanted triangle edge of the drawn surface; the recipe's or file's own "
-                        "where it is left out.").between(0.05, 100),
+          .otherwise(false)
+          .only_beside("file"),
+      number("edge_mm",
+             "Wanted triangle edge of the drawn surface; the recipe's or file's own "
+             "where it is left out.")
+          .between(0.05, 100),
   };
   spec.checks = {{{"edge_mm", "triangles"},
                   [](const Json&) -> Finding {
@@ -99,7 +114,8 @@ ObjectSpec region() {
       "All that lies behind a plane.",
       {position("point_mm", "A point of the plane.").needed(),
        vector("normal", "Points out of the region; of any length but zero.")
-           .needed().between(-1e6, 1e6)},
+           .needed()
+           .between(-1e6, 1e6)},
       {},
       {{{"normal"},
         [](const Json& plane) -> Finding {
@@ -125,9 +141,11 @@ ObjectSpec resolution() {
   return {"Where the nodes of the organ lie.",
           {number("spacing_mm", "Greatest node spacing.").between(0.1, 100).otherwise(8.0),
            number("finest_spacing_mm", "Node spacing where instruments reach.")
-               .between(0.1, 100).otherwise(3.0),
+               .between(0.1, 100)
+               .otherwise(3.0),
            number("gradient", "Growth of the spacing per distance from there.")
-               .between(0.01, 2).otherwise(0.25)},
+               .between(0.01, 2)
+               .otherwise(0.25)},
           {},
           {{{"spacing_mm", "finest_spacing_mm"},
             [](const Json& values) -> Finding {
@@ -143,7 +161,8 @@ ObjectSpec pose() {
   return {"Where the organ's frame stands in the world.",
           {position("position_mm", "Of the frame's origin.").otherwise({0, 0, 0}),
            vector("rotation_deg", "About the world's x, then y, then z axis, before the move.")
-               .between(-360, 360).otherwise({0, 0, 0})},
+               .between(-360, 360)
+               .otherwise({0, 0, 0})},
           {},
           {}};
 }
@@ -158,10 +177,15 @@ ObjectSpec organ() {
       number("youngs_modulus_kPa", "In place of the tissue's.").between(0.001, 1e6),
       number("poisson_ratio", "In place of the tissue's.").from_to_below(0, 0.5),
       object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
-      list("fixed", "Regions whose union holds the surface that doesn't move; a deformable organ "
-                    "needs at least one.", region()).items(0, 100).otherwise(Json::array()),
+      list("fixed",
+           "Regions whose union holds the surface that doesn't move; a deformable organ "
+           "needs at least one.",
+           region())
+          .items(0, 100)
+          .otherwise(Json::array()),
       text("formulation", "How the elastic response is discretised.")
-          .known_as("formulation").otherwise("galerkin"),
+          .known_as("formulation")
+          .otherwise("galerkin"),
       object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),
       boolean("deformable", "false: scenery that nothing touches or moves.").otherwise(true),
   };
@@ -169,11 +193,13 @@ ObjectSpec organ() {
       {{"deformable", "fixed"},
        [](const Json& values) -> Finding {
          if (!values["deformable"].get<bool>() || !values["fixed"].empty()) return {};
-         return {{"fixed", "found no region, expected at least one: a body that nothing holds "
-                           "would drift away (or \"deformable\": false)"}};
+         return {{"fixed",
+                  "found no region, expected at least one: a body that nothing holds "
+                  "would drift away (or \"deformable\": false)"}};
        },
-       {{"if", {{"not", {{"properties", {{"deformable", {{"const", false}}}}},
-                         {"required", {"deformable"}}}}}},
+       {{"if",
+         {{"not",
+           {{"properties", {{"deformable", {{"const", false}}}}}, {"required", {"deformable"}}}}}},
         {"then", {{"properties", {{"fixed", {{"minItems", 1}}}}}, {"required", {"fixed"}}}}}}};
   return spec;
 }
@@ -181,18 +207,25 @@ ObjectSpec organ() {
 // --- instruments --------------------------------------------------------------------------------
 
 ObjectSpec tip() {
-  return {"The end that touches tissue.",
-          {text("shape", "point; sphere and capsule about the tip's position; mesh from a file.")
-               .one_of({"point", "sphere", "capsule", "mesh"}).otherwise("sphere"),
-           number("radius_mm", "Of the sphere or capsule.")
-               .between(0.05, 50).otherwise(1.5).only_where("shape", {"sphere", "capsule"}),
-           number("length_mm", "Of the capsule's axis, from the tip's position back along the shaft.")
-               .needed().between(0.05, 200).only_where("shape", {"capsule"}),
-           file_key("file", "A closed surface, shaft along +z, tip at the origin.")
-               .needed().only_where("shape", {"mesh"}),
-           file_unit("file")},
-          {},
-          {}};
+  return {
+      "The end that touches tissue.",
+      {text("shape", "point; sphere and capsule about the tip's position; mesh from a file.")
+           .one_of({"point", "sphere", "capsule", "mesh"})
+           .otherwise("sphere"),
+       number("radius_mm", "Of the sphere or capsule.")
+           .between(0.05, 50)
+           .otherwise(1.5)
+           .only_where("shape", {"sphere", "capsule"}),
+       number("length_mm", "Of the capsule's axis, from the tip's position back along the shaft.")
+           .needed()
+           .between(0.05, 200)
+           .only_where("shape", {"capsule"}),
+       file_key("file", "A closed surface, shaft along +z, tip at the origin.")
+           .needed()
+           .only_where("shape", {"mesh"}),
+       file_unit("file")},
+      {},
+      {}};
 }
 
 // Which mistakes a path has for its instrument: the shaft needs a direction, and only a hook
@@ -218,7 +251,8 @@ ObjectSpec instrument() {
       {time("When; ascending along the path."),
        position("tip_mm", "Where the tip is, in the world.").needed(),
        number("power_W", "Electrical power while a hook touches; held until the next key.")
-           .between(0, 400).otherwise(0.0),
+           .between(0, 400)
+           .otherwise(0.0),
        number("jaw", "Opening of a grasper: 0 closed, 1 open.").between(0, 1).otherwise(1.0)},
       {},
       {}};
@@ -227,16 +261,23 @@ ObjectSpec instrument() {
   spec.keys = {
       name_key("Its name in forces.csv, reports and --set; unique among instruments."),
       text("kind", "What it can do: press, hold, or burn.")
-          .needed().one_of({"probe", "grasper", "hook"}),
+          .needed()
+          .one_of({"probe", "grasper", "hook"}),
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),
       number("grip_limit_N", "Greatest force that the closed jaw holds.")
-          .between(0, 100).otherwise(6.0).only_where("kind", {"grasper"}),
+          .between(0, 100)
+          .otherwise(6.0)
+          .only_where("kind", {"grasper"}),
       number("grip_radius_mm", "Radius of the patch that the closed jaw holds.")
-          .between(0.1, 50).otherwise(4.0).only_where("kind", {"grasper"}),
+          .between(0.1, 50)
+          .otherwise(4.0)
+          .only_where("kind", {"grasper"}),
       list("path", "Key frames; position and jaw are interpolated, monotone and smooth.", key)
-          .needed().items(1, 100000).ascending_by("time_s"),
+          .needed()
+          .items(1, 100000)
+          .ascending_by("time_s"),
   };
   spec.checks = {{{"kind", "trocar_mm", "path"}, path_fits_instrument, nullptr}};
   return spec;
@@ -260,7 +301,8 @@ ObjectSpec camera() {
         nullptr}}};
   return {"The endoscope.",
           {number("optics_deg", "Angle between the shaft's axis and the view.")
-               .one_of({0, 30}).otherwise(0),
+               .one_of({0, 30})
+               .otherwise(0),
            number("field_of_view_deg", "Vertical.").between(5, 150).otherwise(70.0),
            boolean("round_mask", "Black outside the round picture of a real endoscope.")
                .otherwise(true),
@@ -270,12 +312,14 @@ ObjectSpec camera() {
 }
 
 ObjectSpec light() {
-  return {"The light at the lens.",
-          {number("intensity", "Relative to a light that exposes 10 cm well.")
-               .between(0, 100).otherwise(1.0),
-           number("colour_temperature_K", "Of a black body.").between(1000, 20000).otherwise(5600.0)},
-          {},
-          {}};
+  return {
+      "The light at the lens.",
+      {number("intensity", "Relative to a light that exposes 10 cm well.")
+           .between(0, 100)
+           .otherwise(1.0),
+       number("colour_temperature_K", "Of a black body.").between(1000, 20000).otherwise(5600.0)},
+      {},
+      {}};
 }
 
 ObjectSpec smoke() {
@@ -288,7 +332,8 @@ ObjectSpec smoke() {
       number("voxel_mm", "Edge of the written volume's voxels.").between(0.1, 50).otherwise(2.0),
       integer("max_particles", "Bound on memory and time.").between(1, 10000000).otherwise(25000),
       number("yield_mg_per_kJ", "Mass of smoke per electrical energy; a free parameter.")
-          .between(0, 10000).otherwise(20.0),
+          .between(0, 10000)
+          .otherwise(20.0),
   };
   spec.checks = {{{"domain", "voxel_mm"},
                   [](const Json& values) -> Finding {
@@ -328,11 +373,15 @@ ObjectSpec scene() {
       integer("seed", "Of everything random.").between(0, kGreatestSeed).otherwise(1),
       list("organs", "Bodies of tissue.", organ()).needed().items(0, 200).unique_by("name"),
       list("instruments", "What the surgeon holds.", instrument())
-          .items(0, 20).unique_by("name").otherwise(Json::array()),
+          .items(0, 20)
+          .unique_by("name")
+          .otherwise(Json::array()),
       object("camera", "The endoscope; without one, nothing can be rendered.", camera()),
       object("light", "The light at the lens.", light()).otherwise(Json::object()),
       list("smoke", "Volumes that smoke may fill; none: no smoke.", smoke())
-          .items(0, 8).unique_by("name").otherwise(Json::array()),
+          .items(0, 8)
+          .unique_by("name")
+          .otherwise(Json::array()),
       object("gas", "The gas that holds the cavity open (CO2).", gas()).otherwise(Json::object()),
   };
   return spec;

@@ -9,7 +9,9 @@ namespace {
 
 constexpr std::size_t kLongestWord = 64;
 
-char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+char lower(char c) {
+  return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+}
 
 // Optimal string alignment: Levenshtein's distance with swaps of neighbours, three rows at a time.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -32,10 +34,11 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 constexpr std::array kUnits = {
-    "mg_per_kJ", "mm", "cm",  "m",   "um",   "nm",  "in",   "inch", "ms", "us",   "s",  "min",
-    "h",         "Pa", "hPa", "kPa", "MPa",  "GPa", "mmHg", "bar",  "mbar", "psi", "deg", "rad",
-    "C",         "K",  "F",   "W",   "mW",   "kW",  "N",    "mN",   "kN", "g",    "mg", "kg",
-    "J",         "kJ", "Hz",  "kHz", "kg_m3", "g_per_J", "g_per_kJ", "kg_per_J", "mg_per_J"};
+    "mg_per_kJ", "mm",  "cm",   "m",   "um",    "nm",      "in",       "inch",     "ms",
+    "us",        "s",   "min",  "h",   "Pa",    "hPa",     "kPa",      "MPa",      "GPa",
+    "mmHg",      "bar", "mbar", "psi", "deg",   "rad",     "C",        "K",        "F",
+    "W",         "mW",  "kW",   "N",   "mN",    "kN",      "g",        "mg",       "kg",
+    "J",         "kJ",  "Hz",   "kHz", "kg_m3", "g_per_J", "g_per_kJ", "kg_per_J", "mg_per_J"};
 
 }  // namespace
 

@@ -14,7 +14,8 @@ KeySpec quantity(std::string name, std::string unit, double least, double greate
       text("unit", "SI, or 1 for a plain number.").needed().one_of({unit}),
       text("source", "Where the value was read or computed, or what it rests on.").needed(),
       text("mark", "V: verified in the source; R: recalled, to be checked.")
-          .needed().one_of({"V", "R"}),
+          .needed()
+          .one_of({"V", "R"}),
   };
   return object(std::move(name), std::move(description), std::move(spec));
 }
@@ -39,8 +40,7 @@ ObjectSpec look() {
            share("vessel_amount", "Of surface vessels; 0: none."),
            size("vessel_scale_mm", "Mesh width of the vessel pattern."),
            number("bump_height_mm", "Height of the relief.").needed().between(0, 10),
-           size("bump_scale_mm", "Width of the relief."),
-           share("wetness", "0 dry ... 1 wet."),
+           size("bump_scale_mm", "Width of the relief."), share("wetness", "0 dry ... 1 wet."),
            share("translucency", "How far light wraps round the terminator.")},
           {},
           {}};
@@ -70,16 +70,17 @@ ObjectSpec tissue() {
 }
 
 const ObjectSpec& tissue_file_keys() {
-  static const ObjectSpec spec{
-      "Tissues by name.",
-      {integer("version", "Of the format.").needed().one_of({1}),
-       map("tissues", "Tissues by name.", tissue()).needed()},
-      {},
-      {}};
+  static const ObjectSpec spec{"Tissues by name.",
+                               {integer("version", "Of the format.").needed().one_of({1}),
+                                map("tissues", "Tissues by name.", tissue()).needed()},
+                               {},
+                               {}};
   return spec;
 }
 
-double value_of(const Json& quantity) { return quantity["value"].get<double>(); }
+double value_of(const Json& quantity) {
+  return quantity["value"].get<double>();
+}
 
 Vec3 colour_of(const Json& value) {
   return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};

@@ -14,24 +14,24 @@ namespace viscera {
 
 /// How the renderer paints a tissue. Colours are linear RGB.
 struct TissueLook {
-  Vec3 colour = Vec3(0.5, 0.2, 0.15);       ///< base
-  Vec3 mottle_colour = Vec3(0.4, 0.1, 0.1); ///< colour of the spots
-  double mottle_scale = 8e-3;               ///< size of the spots [m]
-  double mottle_amount = 0.3;               ///< 0 ... 1
+  Vec3 colour = Vec3(0.5, 0.2, 0.15);        ///< base
+  Vec3 mottle_colour = Vec3(0.4, 0.1, 0.1);  ///< colour of the spots
+  double mottle_scale = 8e-3;                ///< size of the spots [m]
+  double mottle_amount = 0.3;                ///< 0 ... 1
   Vec3 vessel_colour = Vec3(0.4, 0.03, 0.05);
-  double vessel_amount = 0.0;               ///< 0 ... 1
-  double vessel_scale = 2e-2;               ///< mesh width of the vessel pattern [m]
-  double bump_height = 1e-4;                ///< [m]
-  double bump_scale = 1.5e-3;               ///< [m]
-  double wetness = 0.8;                     ///< 0 dry ... 1 wet: sharpness and strength of highlights
-  double translucency = 0.5;                ///< 0 ... 1: how far light wraps round the terminator
+  double vessel_amount = 0.0;  ///< 0 ... 1
+  double vessel_scale = 2e-2;  ///< mesh width of the vessel pattern [m]
+  double bump_height = 1e-4;   ///< [m]
+  double bump_scale = 1.5e-3;  ///< [m]
+  double wetness = 0.8;        ///< 0 dry ... 1 wet: sharpness and strength of highlights
+  double translucency = 0.5;   ///< 0 ... 1: how far light wraps round the terminator
 };
 
 struct Tissue {
   std::string name;
   IsotropicMaterial elastic;
-  double density = 1050.0;                  ///< [kg/m3]
-  double smoke_factor = 1.0;                ///< relative smoke emission (liver 1, fat low)
+  double density = 1050.0;    ///< [kg/m3]
+  double smoke_factor = 1.0;  ///< relative smoke emission (liver 1, fat low)
   TissueLook look;
 };
 

@@ -70,14 +70,16 @@ class Validator {
     for (const std::string& candidate : known) {
       const UnitSplit wanted = split_unit(candidate);
       if (found.stem != wanted.stem || found.unit == wanted.unit) continue;
-      const auto unit = [](const std::string& u) { return u.empty() ? "no unit" : "the unit " + u; };
+      const auto unit = [](const std::string& u) {
+        return u.empty() ? "no unit" : "the unit " + u;
+      };
       add(below(path, name), "found " + unit(found.unit) + ", expected " + unit(wanted.unit) +
                                  " (did you mean \"" + candidate + "\"?)");
       return candidate;
     }
     const std::string nearest = nearest_spelling(name, known);
-    add(below(path, name), "found an unknown key, expected one of " + joined(known) +
-                               did_you_mean(name, known));
+    add(below(path, name),
+        "found an unknown key, expected one of " + joined(known) + did_you_mean(name, known));
     return nearest;
   }
 
@@ -105,8 +107,8 @@ class Validator {
     if (!applies(key, object, spec)) {
       // Where the alternative itself is in doubt, what stands beside it can't be judged.
       if (present && chosen)
-        add(here, "found " + describe(object[key.name]) + ", expected this key " +
-                      where_applies(key));
+        add(here,
+            "found " + describe(object[key.name]) + ", expected this key " + where_applies(key));
       return;
     }
     if (!present && key.fallback.is_null()) {
@@ -139,9 +141,12 @@ class Validator {
     if (!key.choices.empty())
       return std::find(key.choices.begin(), key.choices.end(), value) != key.choices.end();
     switch (key.type) {
-      case KeyType::kText: return value.is_string() && value.get<std::string>().size() <= kLongestText;
-      case KeyType::kName: return value.is_string() && is_name(value);
-      case KeyType::kNumber: return value.is_number() && in_range(key, value);
+      case KeyType::kText:
+        return value.is_string() && value.get<std::string>().size() <= kLongestText;
+      case KeyType::kName:
+        return value.is_string() && is_name(value);
+      case KeyType::kNumber:
+        return value.is_number() && in_range(key, value);
       case KeyType::kInteger:
         if (!value.is_number()) return false;
         if (value.is_number_float()) {  // 3.0 is a whole number, too
@@ -150,15 +155,18 @@ class Validator {
           value = static_cast<std::int64_t>(x);
         }
         return in_range(key, value);
-      case KeyType::kBoolean: return value.is_boolean();
+      case KeyType::kBoolean:
+        return value.is_boolean();
       case KeyType::kVector:
         return value.is_array() && value.size() == 3 &&
                std::all_of(value.begin(), value.end(), [&key](const Json& component) {
                  return component.is_number() && in_range(key, component);
                });
-      case KeyType::kFile: return value.is_string() && !value.get<std::string>().empty();
+      case KeyType::kFile:
+        return value.is_string() && !value.get<std::string>().empty();
       case KeyType::kObject:
-      case KeyType::kMap: return value.is_object();
+      case KeyType::kMap:
+        return value.is_object();
       case KeyType::kList:
         return value.is_array() && value.size() >= key.least_items &&
                value.size() <= key.most_items;
@@ -182,14 +190,17 @@ class Validator {
     if (key.type == KeyType::kList) check_list(key, value, path);
     if (key.type == KeyType::kFile && context_.find_file) {
       Result<std::string> found = context_.find_file(value);
-      if (found) value = *found;
-      else add(path, found.error().text());
+      if (found)
+        value = *found;
+      else
+        add(path, found.error().text());
     }
   }
 
   void check_map(const KeySpec& key, Json& value, const std::string& path) {
     for (auto& [name, item] : value.items()) {
-      if (!is_name(name)) add(below(path, name), "found this key, expected a name of a-z, 0-9 and _");
+      if (!is_name(name))
+        add(below(path, name), "found this key, expected a name of a-z, 0-9 and _");
       check_object(item, *key.object, below(path, name));
     }
   }
@@ -240,8 +251,7 @@ std::string describe(const Json& value) {
     return words.size() > kMost ? words.substr(0, kMost) + "..." : words;
   };
   if (value.is_null()) return "null";
-  if (value.is_string())
-    return "the text \"" + shortened(value.get<std::string>()) + "\"";
+  if (value.is_string()) return "the text \"" + shortened(value.get<std::string>()) + "\"";
   if (value.is_array()) {
     const bool flat = std::none_of(value.begin(), value.end(),
                                    [](const Json& item) { return item.is_structured(); });

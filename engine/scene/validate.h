@@ -17,8 +17,8 @@ struct ReadContext {
 };
 
 struct Mistake {
-  std::string path;   ///< "organs/0/geometry/radius_mm"
-  std::string text;   ///< "found -3, expected a number from 0.1 to 1000 [mm]"
+  std::string path;  ///< "organs/0/geometry/radius_mm"
+  std::string text;  ///< "found -3, expected a number from 0.1 to 1000 [mm]"
 };
 
 /// Every mistake, in the order of the file. Afterwards `root` holds a value for each key that

@@ -8,7 +8,7 @@ namespace {
 
 /// Weights of all cells are written in a common basis that misses none of them by more than this
 /// share: cells of one tip differ little, so the basis is several times smaller than their number.
-constexpr double kBasisTolerance = 3e-4;
+constexpr double kBasisTolerance = 1e-3;
 /// Added to the diagonal, relative: two tools may press the very same spot.
 constexpr double kRidge = 1e-6;
 

@@ -156,7 +156,7 @@ Error too_many_nodes(double expected, std::size_t most) {
 }
 
 Result<double> estimate_nodes(const TriangleSurface& surface, const SurfaceTree& tree,
-                      const SpacingField& spacing) {
+                              const SpacingField& spacing) {
   double on_surface = 0.0;
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
     const Vec3 centre = position(surface, {t, Vec3::Constant(1.0 / 3.0)});

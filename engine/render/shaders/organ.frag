@@ -193,7 +193,7 @@ void main() {
   float glint = 0.022 * wet * wet * mix(0.35, 1.0, pooled) * retro_lobe(film_cosine, film_roughness);
   vec3 specular = incoming * min(gloss + glint, 10.0) * open;
   // At grazing angles the wet film mirrors the lit cavity.
-  float grazing = pow(1.0 - film_cosine, 5.0);
+  float grazing = pow(1.0 - min(film_cosine, 1.0), 5.0);
   specular += (0.02 + 0.5 * grazing) * wet * light.rgb * vec3(0.10, 0.062, 0.052) * open;
 
   radiance = vec4(diffuse + specular, 1.0);

@@ -64,15 +64,16 @@ TEST(Film, PlaysEverywhereAndKeepsItsColours) {
 
   const std::string about = output_of(
       "ffprobe -v error -count_frames -show_entries stream=codec_name,width,height,pix_fmt,"
-      "color_space,r_frame_rate,nb_read_frames -of csv=p=0 '" + file.string() + "'");
+      "color_space,r_frame_rate,nb_read_frames -of csv=p=0 '" +
+      file.string() + "'");
   EXPECT_EQ(about, "h264,128,72,yuv420p,bt709,30/1,15\n");
   // The index stands before the pictures: a browser starts before it has the whole file.
   const std::string bytes = test::file_text(file);
   EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
 
-  const std::string rgb = output_of(
-      "ffmpeg -v error -i '" + file.string() +
-      "' -vf scale=in_color_matrix=bt709,format=rgb24 -frames:v 1 -f rawvideo -");
+  const std::string rgb =
+      output_of("ffmpeg -v error -i '" + file.string() +
+                "' -vf scale=in_color_matrix=bt709,format=rgb24 -frames:v 1 -f rawvideo -");
   ASSERT_EQ(rgb.size(), 3u * kWidth * kHeight);
   const std::size_t middle = 3 * (kWidth * kHeight / 2 + kWidth / 2);
   EXPECT_NEAR(static_cast<std::uint8_t>(rgb[middle]), 180, 4);
@@ -102,8 +103,7 @@ TEST(Film, SaysThatFfmpegIsMissing) {
 TEST(Film, QuotesAnFfmpegThatGivesUpWithoutDyingOfSigpipe) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "bin");
-  test::put_text(folder / "bin/ffmpeg",
-                 "#!/bin/sh\necho 'Unknown encoder libx264' >&2\nexit 3\n");
+  test::put_text(folder / "bin/ffmpeg", "#!/bin/sh\necho 'Unknown encoder libx264' >&2\nexit 3\n");
   chmod((folder / "bin/ffmpeg").c_str(), 0755);
   const SearchPath path((folder / "bin").string() + ":" + std::getenv("PATH"));
   auto film = Film::start(folder / "film.mp4", 1280, 720);
@@ -112,8 +112,7 @@ TEST(Film, QuotesAnFfmpegThatGivesUpWithoutDyingOfSigpipe) {
   Result<void> added;
   for (int i = 0; i < 20 && added; ++i) added = (*film)->add(frame);
   ASSERT_FALSE(added);
-  EXPECT_NE(added.error().text().find("(exit code 3):\nUnknown encoder libx264"),
-            std::string::npos)
+  EXPECT_NE(added.error().text().find("(exit code 3):\nUnknown encoder libx264"), std::string::npos)
       << added.error().text();
   EXPECT_FALSE((*film)->add(frame));
   EXPECT_FALSE((*film)->finish());

@@ -57,9 +57,8 @@ TEST(ProgressBar, UpdatesOneLineOnATerminal) {
 }
 
 TEST(ProgressBar, OnATerminalIsNeverWiderThanIt) {
-  const std::string text = printed(true, [](ProgressBar& bar, double&) {
-    bar.update(0.5, std::string(500, 'x'));
-  });
+  const std::string text =
+      printed(true, [](ProgressBar& bar, double&) { bar.update(0.5, std::string(500, 'x')); });
   EXPECT_LT(text.size(), 100u);
 }
 

@@ -24,9 +24,10 @@ TEST(Report, HasTheKeysThatWerePromised) {
   report.skipped.resize(1);
   const json all = json::parse(to_json(report));
   for (const char* key :
-       {"scene", "seed", "threads", "backend", "duration_s", "frames", "state_hash", "wall_s",
-        "real_time_factor", "peak_memory_bytes", "organs", "stages", "smoke", "skipped", "flags",
-        "warnings", "renderer", "machine", "version", "command"}) {
+       {"scene",    "seed",       "threads", "backend",          "duration_s",
+        "frames",   "state_hash", "wall_s",  "real_time_factor", "peak_memory_bytes",
+        "organs",   "stages",     "smoke",   "skipped",          "flags",
+        "warnings", "renderer",   "machine", "version",          "command"}) {
     EXPECT_TRUE(all.contains(key)) << key;
   }
   const auto keys = [](const json& object) {

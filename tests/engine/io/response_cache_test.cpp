@@ -120,8 +120,8 @@ TEST(ResponseCache, RebuildsATruncatedFile) {
 
 TEST(ResponseCache, RebuildsGarbageAndAnEmptyFile) {
   const Cached cached;
-  for (const std::string& text : {std::string(), std::string("not a cache\n"),
-                                  std::string(100'000, '\xff')}) {
+  for (const std::string& text :
+       {std::string(), std::string("not a cache\n"), std::string(100'000, '\xff')}) {
     put_text(cached.file, text);
     const CachedResponse found = cached.cache.load(kKey);
     EXPECT_FALSE(found.response);

@@ -1,0 +1,47 @@
+// Recipes of assets/organs: a body as a small tree of implicit shapes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "engine/organ/shape.h"
+
+namespace viscera {
+
+/// What a recipe file says, for one seed.
+struct Recipe {
+  std::string name;
+  SignedDistance distance;
+  Box box;                          ///< encloses the body with a margin [m]
+  double edge = 0.0;                ///< default triangle edge [m]; 0 where `triangles` is given
+  std::optional<int> triangles;     ///< default number of triangles
+};
+
+/// Reads `assets`/organs/`name`.json, a JSON object with comments:
+///   version      1
+///   about        what the body is, its frame and its origin, for people
+///   box_mm       [[least corner], [greatest corner]]
+///   edge_mm      default triangle edge, or `triangles`, a default number of triangles
+///   shape        a shape
+/// A shape is an object with one key, the kind, whose value is an object:
+///   ellipsoid     centre_mm, radii_mm, turn_deg
+///   tube          points_mm: [[x, y, z, radius], ...], a spline
+///   metaballs     balls_mm: [[x, y, z, radius], ...], blend_mm
+///   box           centre_mm, size_mm, round_mm
+///   half_space    point_mm, outward
+///   union, intersection   of: [shapes], smooth_mm
+///   subtract      from: shape, take: [shapes], smooth_mm
+///   shell         of, thickness_mm
+///   grow          of, by_mm
+///   move          of, turn_deg (about x, then y, then z, all fixed axes), then by_mm
+///   stretch       of, factors
+///   bend          of, along, towards ("x", "y", "z"), middle_mm, radius_mm
+///   taper         of, along, from_mm, to_mm, from_scale, to_scale
+///   noise         of, amplitude_mm, wavelength_mm: drawn from the seed
+/// All mistakes are listed as "FILE: KEY.PATH: found ..., expected ...".
+Result<Recipe> load_recipe(const std::filesystem::path& assets, const std::string& name,
+                           std::uint64_t seed);
+
+}  // namespace viscera

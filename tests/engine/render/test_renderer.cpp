@@ -1,0 +1,237 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "engine/gpu/egl_context.h"
+#include "engine/render/renderer.h"
+#include "tests/support/shapes.h"
+
+namespace viscera {
+namespace {
+
+constexpr int kWidth = 256, kHeight = 144;
+
+using Colour = std::array<double, 3>;
+
+Colour mean(const Picture& picture, int x0, int y0, int x1, int y1) {
+  Colour sum{};
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x1; ++x) {
+      for (int c = 0; c < 3; ++c) sum[c] += picture.rgb[3 * (y * picture.width + x) + c];
+    }
+  }
+  for (double& value : sum) value /= (x1 - x0) * (y1 - y0);
+  return sum;
+}
+
+double brightness(const Colour& colour) { return (colour[0] + colour[1] + colour[2]) / 3.0; }
+
+/// A 4 cm ball of tissue 10 cm before the lens, which looks along +y.
+class RendererTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // One context for all cases: making it is the slow part.
+    static Result<std::unique_ptr<Renderer>> shared = Renderer::create({kWidth, kHeight});
+    if (!shared) GTEST_SKIP() << shared.error().text();
+    renderer_ = shared->get();
+    ball_ = test::icosphere(0.02, 5);
+    for (const Vec3& vertex : ball_.vertices) {
+      positions_.push_back(vertex.cast<float>());
+      normals_.push_back(vertex.normalized().cast<float>());
+    }
+    view_.camera.position = Vec3(0.0, -0.1, 0.0);
+    view_.camera.field_of_view = 0.7;
+    OrganView organ;
+    organ.id = ++last_id_;
+    organ.name = "ball";
+    organ.rest = &ball_;
+    organ.positions = positions_;
+    organ.normals = normals_;
+    view_.organs.push_back(organ);
+  }
+
+  Picture draw() {
+    Picture picture;
+    const Result<void> done = renderer_->draw(view_, picture);
+    EXPECT_TRUE(done) << done.error().text();
+    return picture;
+  }
+
+  /// The pixel over a point of the scene.
+  Eigen::Vector2i pixel(const Vec3& point) const {
+    const Vec3 away = point - view_.camera.position;
+    const double scale = 0.5 * kHeight / (std::tan(0.35) * away.y());
+    return {static_cast<int>(kWidth / 2 + scale * away.x()),
+            static_cast<int>(kHeight / 2 - scale * away.z())};
+  }
+
+  static inline std::uint32_t last_id_ = 0;
+  Renderer* renderer_ = nullptr;
+  TriangleSurface ball_;
+  std::vector<Vec3f> positions_, normals_;
+  FrameView view_;
+};
+
+TEST_F(RendererTest, OrganIsLitInTheMiddleAndCornersAreBlack) {
+  const Picture picture = draw();
+  ASSERT_EQ(picture.width, kWidth);
+  ASSERT_EQ(picture.height, kHeight);
+  ASSERT_EQ(picture.rgb.size(), 3u * kWidth * kHeight);
+  const Colour tissue = mean(picture, 108, 52, 148, 92);
+  EXPECT_GT(brightness(tissue), 40.0);
+  EXPECT_GT(tissue[0], tissue[2]) << "tissue is red";
+  EXPECT_EQ(brightness(mean(picture, 0, 0, 40, 144)), 0.0);
+  EXPECT_EQ(brightness(mean(picture, 216, 0, 256, 144)), 0.0);
+}
+
+TEST_F(RendererTest, WithoutTheMaskTheWholePictureIsSeen) {
+  // A wall around the lens, seen from its inside, fills the picture.
+  view_.organs[0].pose.position = view_.camera.position;
+  view_.light_intensity = 0.05;
+  view_.camera.round_mask = false;
+  EXPECT_GT(brightness(mean(draw(), 0, 0, 20, 20)), 10.0);
+  view_.camera.round_mask = true;
+  EXPECT_EQ(brightness(mean(draw(), 0, 0, 20, 20)), 0.0);
+}
+
+TEST_F(RendererTest, SameViewGivesTheSameBytes) {
+  const Picture first = draw();
+  const Picture second = draw();
+  EXPECT_EQ(first.rgb, second.rgb);
+  const auto other = Renderer::create({kWidth, kHeight});
+  ASSERT_TRUE(other) << other.error().text();
+  Picture third;
+  ASSERT_TRUE((*other)->draw(view_, third));
+  EXPECT_EQ(first.rgb, third.rgb);
+}
+
+TEST_F(RendererTest, FirstRowIsTheTop) {
+  view_.organs[0].pose.position = Vec3(0.0, 0.0, 0.03);
+  const Picture picture = draw();
+  EXPECT_GT(brightness(mean(picture, 118, 10, 138, 30)),
+            brightness(mean(picture, 118, 114, 138, 134)) + 20.0);
+}
+
+TEST_F(RendererTest, MovedAndDeformedOrgansChangeThePicture) {
+  const Picture still = draw();
+  view_.organs[0].pose.position.x() = 0.01;
+  EXPECT_NE(draw().rgb, still.rgb);
+  view_.organs[0].pose.position.x() = 0.0;
+  EXPECT_EQ(draw().rgb, still.rgb);
+  for (Vec3f& position : positions_) position *= 1.2f;
+  EXPECT_EQ(draw().rgb, still.rgb) << "the version says that nothing moved";
+  view_.organs[0].surface_version = 1;
+  EXPECT_NE(draw().rgb, still.rgb);
+}
+
+TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
+  const Picture sound = draw();
+  BrickField damage(0.5e-3);
+  const Vec3 centre(0.004, -0.019, 0.005);
+  for (int z = -16; z < 40; ++z) {
+    for (int y = -60; y < -16; ++y) {
+      for (int x = -16; x < 40; ++x) {
+        const BrickField::Index voxel(x, y, z);
+        const double apart = (damage.centre(voxel) - centre).norm();
+        if (apart > 5e-3) continue;
+        const BrickField::Index brick = BrickField::brick_of(voxel);
+        const BrickField::Index inside = voxel - brick * BrickField::kEdge;
+        damage.brick(damage.ensure(brick))[inside.x() + 8 * (inside.y() + 8 * inside.z())] =
+            static_cast<float>(std::min(1.0, (5e-3 - apart) / 1.5e-3));
+      }
+    }
+  }
+  view_.organs[0].burn = &damage;
+  view_.organs[0].burn_version = 1;
+  const Picture burnt = draw();
+  const Eigen::Vector2i at = pixel(centre);
+  const auto around = [&](const Picture& picture, int dx) {
+    return brightness(mean(picture, at.x() + dx - 2, at.y() - 2, at.x() + dx + 2, at.y() + 2));
+  };
+  EXPECT_LT(around(burnt, 0), 0.5 * around(sound, 0));
+  EXPECT_NEAR(around(burnt, -25), around(sound, -25), 2.0) << "far from the burn nothing changes";
+}
+
+TEST_F(RendererTest, ThickSmokeHidesTheOrganAndThinSmokeVeilsIt) {
+  const Picture clear = draw();
+  std::vector<float> density(16 * 16 * 16, 0.0f);
+  SmokeView smoke;
+  smoke.domain = Box(Vec3(-0.06, -0.07, -0.06), Vec3(0.06, -0.03, 0.06));
+  smoke.size = Eigen::Vector3i::Constant(16);
+  smoke.density = density;
+  view_.smoke.push_back(smoke);
+  EXPECT_EQ(draw().rgb, clear.rgb) << "a volume without smoke costs nothing and shows nothing";
+  std::fill(density.begin(), density.end(), 2.0f);   // optical depth 320
+  const Picture hidden = draw();
+  view_.organs[0].pose.position.x() = 0.01;
+  const Picture hidden_moved = draw();
+  view_.organs[0].pose.position.x() = 0.0;
+  EXPECT_LT(std::abs(brightness(mean(hidden, 100, 50, 156, 94)) -
+                     brightness(mean(hidden_moved, 100, 50, 156, 94))), 0.5);
+  std::fill(density.begin(), density.end(), 3e-3f);   // optical depth 0.5
+  const Picture veiled = draw();
+  const auto redness = [](const Picture& picture) {
+    const Colour tissue = mean(picture, 108, 52, 148, 92);
+    return tissue[0] / (tissue[1] + 1.0);
+  };
+  EXPECT_LT(redness(veiled), 0.95 * redness(clear)) << "smoke is grey";
+  EXPECT_LT(redness(hidden), redness(veiled));
+}
+
+TEST_F(RendererTest, InstrumentsStandBeforeTheOrgan) {
+  const Picture bare = draw();
+  for (const auto kind : {InstrumentView::Kind::kProbe, InstrumentView::Kind::kGrasper,
+                          InstrumentView::Kind::kHook}) {
+    InstrumentView instrument;
+    instrument.id = 1;
+    instrument.kind = kind;
+    instrument.tip = Vec3(0.0, -0.03, 0.0);
+    instrument.shaft_direction = Vec3(0.6, -0.2, -0.5).normalized();
+    instrument.side_direction = Vec3::UnitY();
+    view_.instruments = {instrument};
+    const Picture picture = draw();
+    int changed = 0;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3) {
+      changed += std::abs(picture.rgb[i] - bare.rgb[i]) > 8;
+    }
+    EXPECT_GT(changed, 100);
+  }
+}
+
+TEST_F(RendererTest, TimesOfAllPassesAreReported) {
+  draw();
+  double sum = 0.0;
+  for (const PassTime& pass : renderer_->pass_times()) sum += pass.seconds;
+  EXPECT_GE(renderer_->pass_times().size(), 7u);
+  EXPECT_GT(sum, 0.0);
+}
+
+TEST_F(RendererTest, MismatchedInputIsRefusedByName) {
+  Picture picture;
+  view_.organs[0].normals = std::span<const Vec3f>(normals_).first(3);
+  Result<void> done = renderer_->draw(view_, picture);
+  ASSERT_FALSE(done);
+  EXPECT_NE(done.error().text().find("organ ball"), std::string::npos) << done.error().text();
+  view_.organs.clear();
+  SmokeView smoke;
+  smoke.size = Eigen::Vector3i(2, 2, 2);
+  view_.smoke.push_back(smoke);
+  done = renderer_->draw(view_, picture);
+  ASSERT_FALSE(done);
+  EXPECT_NE(done.error().text().find("0 densities"), std::string::npos) << done.error().text();
+}
+
+TEST(RendererOptionsTest, AbsurdPictureSizesAreRefused) {
+  for (const RenderOptions options : {RenderOptions{0, 720}, RenderOptions{1280, -1},
+                                      RenderOptions{1 << 20, 720}}) {
+    const int before = egl_contexts_created();
+    const auto renderer = Renderer::create(options);
+    ASSERT_FALSE(renderer);
+    EXPECT_NE(renderer.error().text().find("picture size"), std::string::npos);
+    EXPECT_EQ(egl_contexts_created(), before);
+  }
+}
+
+}  // namespace
+}  // namespace viscera

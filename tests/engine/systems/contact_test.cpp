@@ -1,0 +1,243 @@
+#include <gtest/gtest.h>
+
+#include "engine/state_hash.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+constexpr double kTop = 25e-3;   // pole of the ball [m]
+
+bool has(std::uint32_t flags, FrameFlag flag) {
+  return (flags & static_cast<std::uint32_t>(flag)) != 0;
+}
+
+InstrumentKey key(double time, Vec3 tip, double jaw = 1.0) { return {time, tip, 0.0, jaw}; }
+
+TEST(Contact, AToolInTheAirFeelsNothingAndMovesNothing) {
+  auto scene = ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 10e-3)),
+                                      key(1.0, Vec3(5e-3, 0, kTop + 10e-3))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 1.0);
+  EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
+  EXPECT_EQ(world->organ_states[0].version, 0u);
+}
+
+TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
+  auto scene = ball_scene(6e-3, 3e-3);
+  const double radius = 4e-3, depth = 3e-3;
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
+                                     {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
+                                      key(0.5, Vec3(0, 0, kTop + radius - depth))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const std::uint32_t flags = step_until(*world, 0.7);
+  EXPECT_EQ(flags, 0u);
+  const Vec3 force = force_on(*world, 0);
+  EXPECT_GT(force.z(), 0.01);
+  EXPECT_LT(force.head<2>().norm(), 0.05 * force.z());
+  // No drawn vertex stays inside the tip by more than a tenth of the depth.
+  const Vec3 centre = world->instrument_states[0].tip;
+  double deepest = 0.0;
+  for (const Vec3f& p : world->organ_states[0].positions)
+    deepest = std::max(deepest, radius - (p.cast<double>() - centre).norm());
+  EXPECT_LT(deepest, 0.1 * depth);
+}
+
+TEST(Contact, HertzGivesTheForceOfAShallowPress) {
+  auto scene = ball_scene(5e-3, 2.5e-3);
+  const double radius = 5e-3, depth = 0.5e-3;
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
+                                     {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
+                                      key(0.5, Vec3(0, 0, kTop + radius - depth))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.7);
+  // Two curved surfaces: the relative radius. The far side of the ball gives way a little too, so the
+  // half-space formula is an upper bound within some per cent (contact radius 1.4 mm, ball 25 mm).
+  const double relative = 1.0 / (1.0 / radius + 1.0 / kTop);
+  const double contact_modulus = 10e3 / (1.0 - 0.45 * 0.45);
+  const double hertz = 4.0 / 3.0 * contact_modulus * std::sqrt(relative) * std::pow(depth, 1.5);
+  EXPECT_NEAR(force_on(*world, 0).z() / hertz, 0.95, 0.10);
+}
+
+TEST(Contact, TheForceGoesWhenTheToolGoesAndTheBodyReturnsToRest) {
+  auto scene = ball_scene(6e-3, 4e-3);
+  const double radius = 4e-3;
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
+                                     {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
+                                      key(0.4, Vec3(0, 0, kTop + radius - 3e-3)),
+                                      key(0.8, Vec3(0, 0, kTop + radius + 3e-3))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.4);
+  EXPECT_GT(force_on(*world, 0).z(), 0.0);
+  step_until(*world, 1.0);
+  EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
+  EXPECT_EQ(world->organ_states[0].positions, world->organ_bodies[0].model->rest_positions);
+}
+
+TEST(Contact, AClosedJawLiftsTissueAndIsPulledDown) {
+  auto scene = ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
+                                      key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
+                                      key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0),
+                                      key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 1.0);
+  EXPECT_LT(force_on(*world, 0).z(), -0.01);
+  float highest = 0.0f;
+  for (const Vec3f& p : world->organ_states[0].positions) highest = std::max(highest, p.z());
+  EXPECT_NEAR(highest, kTop + 5e-3, 1.0e-3);
+}
+
+TEST(Contact, AJawSlipsAboveItsGripLimit) {
+  auto scene = ball_scene(6e-3, 4e-3);
+  auto grasper = straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                               {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
+                                key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
+                                key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0),
+                                key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)});
+  grasper.grip_limit = 0.1;
+  scene.instruments = {grasper};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const std::uint32_t flags = step_until(*world, 1.0);
+  EXPECT_TRUE(has(flags, FrameFlag::kGripSlipped));
+  EXPECT_NEAR(force_on(*world, 0).norm(), 0.1, 0.005);
+}
+
+TEST(Contact, AnOpenedJawLetsGo) {
+  auto scene = ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
+                                      key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
+                                      key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0),
+                                      key(0.6, Vec3(0, 0, kTop + 6e-3), 0.0),
+                                      key(0.8, Vec3(0, 0, kTop + 6e-3), 1.0)})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 1.0);
+  EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
+  EXPECT_FALSE(world->organ_states[0].deformed);
+}
+
+TEST(Contact, TwoToolsOnOneOrganFeelEachOther) {
+  auto scene = ball_scene(6e-3, 3.5e-3);
+  const double radius = 3e-3, depth = 2e-3, apart = 5e-3;
+  const auto pressing = [&](const char* name, double x) {
+    const double surface = std::sqrt(kTop * kTop - x * x);
+    return straight_tool(name, InstrumentKind::kProbe, radius,
+                         {key(0.0, Vec3(x, 0, surface + radius + 1e-3)),
+                          key(0.5, Vec3(x, 0, surface + radius - depth))});
+  };
+  scene.instruments = {pressing("left", -apart)};
+  auto alone = build(scene);
+  scene.instruments.push_back(pressing("right", apart));
+  auto both = build(scene);
+  ASSERT_TRUE(alone && both);
+  step_until(*alone, 0.7);
+  step_until(*both, 0.7);
+  const double alone_force = force_on(*alone, 0).norm();
+  const double left = force_on(*both, 0).norm(), right = force_on(*both, 1).norm();
+  EXPECT_NEAR(left / right, 1.0, 0.03);
+  // The neighbour has already pressed part of the tissue away.
+  EXPECT_LT(left, 0.9 * alone_force);
+  EXPECT_GT(left, 0.4 * alone_force);
+}
+
+TEST(Contact, OneToolPressesSeveralOrgansAtOnce) {
+  auto scene = ball_scene(7e-3, 4e-3);
+  OrganDescription second = scene.organs[0];
+  scene.organs[0].pose.position = Vec3(-25.2e-3, 0, 0);
+  second.name = "other";
+  second.pose.position = Vec3(25.2e-3, 0, 0);
+  scene.organs.push_back(second);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 8e-3,
+                                     {key(0.0, Vec3(0, 0, 30e-3)), key(0.5, Vec3(0, 0, 17e-3))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.7);
+  EXPECT_TRUE(world->organ_states[0].deformed);
+  EXPECT_TRUE(world->organ_states[1].deformed);
+  const Vec3 force = force_on(*world, 0);
+  EXPECT_GT(force.z(), 0.0);
+  EXPECT_LT(std::abs(force.x()), 0.05 * force.z());   // mirror images cancel sideways
+}
+
+TEST(Contact, InstancesOfOneOrganShareOneModel) {
+  auto scene = ball_scene(7e-3, 5e-3);
+  OrganDescription second = scene.organs[0];
+  second.name = "other";
+  scene.organs[0].pose.position = Vec3(-40e-3, 0, 0);
+  second.pose.position = Vec3(40e-3, 0, 0);
+  scene.organs.push_back(second);
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_EQ(world->organ_bodies[0].model, world->organ_bodies[1].model);
+}
+
+TEST(Contact, AnOrganThatNoToolCanReachIsNotPrepared) {
+  auto scene = ball_scene(7e-3, 5e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                                     {key(0.0, Vec3(0, 0, 0.3))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_FALSE(world->organ_bodies[0].model->deformable());
+  EXPECT_EQ(world->organ_contacts.size(), 0u);
+}
+
+TEST(Contact, ACapsuleTouchesAlongItsLength) {
+  auto scene = ball_scene(6e-3, 4e-3);
+  auto ball = straight_tool("ball", InstrumentKind::kProbe, 2e-3,
+                            {key(0.0, Vec3(0, 0, kTop + 3e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))});
+  auto bar = ball;
+  bar.name = "bar";
+  bar.tip.shape = TipDescription::Shape::kCapsule;
+  bar.tip.length = 10e-3;
+  bar.trocar = Vec3(0.2, 0, kTop + 1e-3);   // lies flat over the pole
+  for (InstrumentKey& k : bar.path) k.tip.x() -= 5e-3;
+  scene.instruments = {ball};
+  auto with_ball = build(scene);
+  scene.instruments = {bar};
+  auto with_bar = build(scene);
+  ASSERT_TRUE(with_ball && with_bar);
+  step_until(*with_ball, 0.7);
+  step_until(*with_bar, 0.7);
+  EXPECT_GT(force_on(*with_bar, 0).z(), 1.3 * force_on(*with_ball, 0).z());
+}
+
+TEST(Contact, ATipThatStartsInsideAnOrganIsRefused) {
+  auto scene = ball_scene(7e-3, 5e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                                     {key(0.0, Vec3(0, 0, kTop - 5e-3))})};
+  WorldOptions options;
+  WorldNotes notes;
+  options.prepare = {"", false};
+  const auto world = build_world(scene, test_tissues(), options, no_progress(), notes);
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().text().find("instruments/0/path/0/tip_mm"), std::string::npos)
+      << world.error().text();
+  EXPECT_NE(world.error().text().find("\"ball\""), std::string::npos);
+}
+
+TEST(Contact, CancellingPreparationSaysSo) {
+  auto scene = ball_scene(7e-3, 4e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 4e-3))})};
+  WorldOptions options;
+  WorldNotes notes;
+  options.prepare = {"", false};
+  const Progress stop = [](double, std::string_view) { return false; };
+  const auto world = build_world(scene, test_tissues(), options, stop, notes);
+  ASSERT_FALSE(world);
+  EXPECT_EQ(world.error().text(), kCancelled);
+}
+
+}  // namespace
+}  // namespace viscera::test

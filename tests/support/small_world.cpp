@@ -1,0 +1,73 @@
+#include "tests/support/small_world.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/paths.h"
+
+namespace viscera::test {
+
+SceneDescription ball_scene(double spacing, double finest) {
+  SceneDescription scene;
+  scene.file = "ball";
+  scene.name = "ball";
+  scene.duration = 2.0;
+  OrganDescription ball;
+  ball.name = "ball";
+  RecipeGeometry geometry;
+  geometry.recipe = "sphere";
+  geometry.radius = 25e-3;
+  geometry.edge = 2.5e-3;
+  ball.geometry = geometry;
+  ball.tissue = "rubber";
+  Region below;
+  below.a = Vec3(0.0, 0.0, -15e-3);
+  below.b = Vec3::UnitZ();
+  ball.fixed = {below};
+  ball.resolution.spacing = spacing;
+  ball.resolution.finest = finest;
+  scene.organs = {ball};
+  return scene;
+}
+
+InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind, double radius,
+                                    std::vector<InstrumentKey> keys) {
+  InstrumentDescription tool;
+  tool.name = name;
+  tool.kind = kind;
+  tool.tip.radius = radius;
+  tool.trocar = keys.front().tip + Vec3(0.0, 0.0, 0.2);
+  tool.path = std::move(keys);
+  return tool;
+}
+
+std::map<std::string, Tissue> test_tissues() {
+  Tissue rubber;
+  rubber.name = "rubber";
+  rubber.elastic = {10e3, 0.45};
+  return {{"rubber", rubber}};
+}
+
+std::unique_ptr<World> build(const SceneDescription& scene) {
+  WorldOptions options;
+  options.prepare = {project_file("assets"), false};
+  WorldNotes notes;
+  auto world = build_world(scene, test_tissues(), options, no_progress(), notes);
+  if (!world) {
+    ADD_FAILURE() << world.error().text();
+    return nullptr;
+  }
+  return std::move(*world);
+}
+
+std::uint32_t step_until(World& world, double time) {
+  Trace trace({kStageNames.begin(), kStageNames.end()});
+  std::uint32_t flags = 0;
+  while (world.time() < time - 1e-9) flags |= step_frame(world, trace).flags;
+  return flags;
+}
+
+Vec3 force_on(const World& world, std::size_t instrument) {
+  return world.instrument_contacts[instrument].force;
+}
+
+}  // namespace viscera::test

@@ -1,0 +1,34 @@
+// A body and tools in a world of their own, without files: for tests of contact and stages.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/frame.h"
+#include "engine/scene/scene.h"
+#include "engine/world.h"
+
+namespace viscera::test {
+
+/// A scene with one soft ball of 25 mm radius, centre at the origin, held below z = -15 mm.
+SceneDescription ball_scene(double spacing, double finest);
+
+/// A tool whose tip follows straight lines between `keys`; trocar 200 mm above.
+InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind, double radius,
+                                    std::vector<InstrumentKey> keys);
+
+/// Tissues "rubber" (10 kPa, 0.45): what ball_scene() uses.
+std::map<std::string, Tissue> test_tissues();
+
+/// Builds the world without any cache; a test failure when it can't be built.
+std::unique_ptr<World> build(const SceneDescription& scene);
+
+/// Steps until the world's time reaches `time` [s]; all flags raised on the way.
+std::uint32_t step_until(World& world, double time);
+
+/// Force on the i-th instrument now [N].
+Vec3 force_on(const World& world, std::size_t instrument);
+
+}  // namespace viscera::test
