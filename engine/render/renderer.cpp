@@ -119,7 +119,7 @@ struct InstrumentBuffers {
 
 struct Programs {
   Program field, organ_depth, instrument_depth, half_depth, occlusion, occlusion_blur;
-  Program organ, burnt_organ, instrument, smoke, bright, blur, develop, develop_smoke, smooth;
+  Program organ, burnt_organ, instrument, smoke, smoke_blur, bright, blur, develop, develop_smoke, smooth;
 };
 
 Result<Programs> load_programs() {
@@ -145,6 +145,7 @@ Result<Programs> load_programs() {
   load(programs.burnt_organ, "organ.vert", "organ.frag", {"BURNT"});
   load(programs.instrument, "instrument.vert", "instrument.frag");
   load(programs.smoke, "full_screen.vert", "smoke.frag");
+  load(programs.smoke_blur, "full_screen.vert", "smoke_blur.frag");
   load(programs.bright, "full_screen.vert", "bright.frag");
   load(programs.blur, "full_screen.vert", "blur.frag");
   load(programs.develop, "full_screen.vert", "develop.frag");
@@ -156,8 +157,9 @@ Result<Programs> load_programs() {
 
 /// Everything that passes draw into.
 struct Targets {
-  Texture radiance, depth, distance, open_rough, open, smoke, spill_a, spill_b, developed, shown;
-  Framebuffer depth_only, distance_target, open_rough_target, open_target, scene, smoke_target;
+  Texture radiance, depth, distance, open_rough, open, smoke_rough, smoke, spill_a, spill_b, developed, shown;
+  Framebuffer depth_only, distance_target, open_rough_target, open_target, scene;
+  Framebuffer smoke_rough_target, smoke_target;
   Framebuffer spill_a_target, spill_b_target, developed_target, shown_target;
 
   Targets(int width, int height) {
@@ -168,6 +170,7 @@ struct Targets {
     distance = Texture(GL_R32F, half_width, half_height, 0, Texture::Filter::kNearest);
     open_rough = Texture(GL_R8, half_width, half_height, 0, Texture::Filter::kNearest);
     open = Texture(GL_R8, half_width, half_height);
+    smoke_rough = Texture(GL_RGBA16F, half_width, half_height, 0, Texture::Filter::kNearest);
     smoke = Texture(GL_RGBA16F, half_width, half_height, 0, Texture::Filter::kNearest);
     spill_a = Texture(GL_RGBA16F, quarter_width, quarter_height);
     spill_b = Texture(GL_RGBA16F, quarter_width, quarter_height);
@@ -178,6 +181,7 @@ struct Targets {
     open_rough_target = Framebuffer({&open_rough}, nullptr);
     open_target = Framebuffer({&open}, nullptr);
     scene = Framebuffer({&radiance}, &depth);
+    smoke_rough_target = Framebuffer({&smoke_rough}, nullptr);
     smoke_target = Framebuffer({&smoke}, nullptr);
     spill_a_target = Framebuffer({&spill_a}, nullptr);
     spill_b_target = Framebuffer({&spill_b}, nullptr);
@@ -187,7 +191,8 @@ struct Targets {
 
   bool complete() const {
     for (const Framebuffer* target :
-         {&depth_only, &distance_target, &open_rough_target, &open_target, &scene, &smoke_target,
+         {&depth_only, &distance_target, &open_rough_target, &open_target, &scene,
+          &smoke_rough_target, &smoke_target,
           &spill_a_target, &spill_b_target, &developed_target, &shown_target}) {
       if (!target->complete()) return false;
     }
@@ -374,7 +379,7 @@ bool Renderer::Data::march_smoke(const FrameView& view) {
     const double far_b = smoke[b].filled().squaredExteriorDistance(view.camera.position);
     return far_a != far_b ? far_a > far_b : a < b;
   });
-  targets->smoke_target.bind();
+  targets->smoke_rough_target.bind();
   glClearBufferfv(GL_COLOR, 0, kNoSmoke);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_ONE, GL_SRC_ALPHA, GL_ZERO, GL_SRC_ALPHA);
@@ -393,9 +398,13 @@ bool Renderer::Data::march_smoke(const FrameView& view) {
     program.set("mass_extinction", static_cast<float>(volume.mass_extinction));
     program.set("albedo", static_cast<float>(volume.albedo));
     program.set("asymmetry", static_cast<float>(volume.asymmetry));
-    full_screen(program, targets->smoke_target, nullptr);
+    full_screen(program, targets->smoke_rough_target, nullptr);
   }
   glDisable(GL_BLEND);
+  targets->smoke_rough.bind(kSmokeUnit);
+  programs.smoke_blur.set("smoke_map", kSmokeUnit);
+  programs.smoke_blur.set("distance_map", kDistanceUnit);
+  full_screen(programs.smoke_blur, targets->smoke_target, kNoSmoke);
   targets->smoke.bind(kSmokeUnit);
   return true;
 }

@@ -75,7 +75,7 @@ ObjectSpec geometry() {
           .otherwise(1)
           .only_beside("recipe"),
       integer("triangles", "Exact number of triangles of the drawn surface, in place of edge_mm.")
-          .between(8, 2000000)
+          .between(20, 2000000)
           .only_beside("recipe"),
       number("radius_mm", "Of a sphere or hemisphere.")
           .needed()
@@ -105,7 +105,15 @@ ObjectSpec geometry() {
                   [](const Json&) -> Finding {
                     return {{"triangles", "found it beside edge_mm, expected one of the two"}};
                   },
-                  {{"not", {{"required", {"edge_mm", "triangles"}}}}}}};
+                  {{"not", {{"required", {"edge_mm", "triangles"}}}}}},
+                 {{"triangles"},
+                  [](const Json& values) -> Finding {
+                    if (values["triangles"].get<int>() % 2 == 0) return {};
+                    return {{"triangles", "found " + values["triangles"].dump() +
+                                              ", expected an even number, as every closed surface "
+                                              "of triangles has"}};
+                  },
+                  {{"properties", {{"triangles", {{"multipleOf", 2}}}}}}}};
   return spec;
 }
 

@@ -76,6 +76,21 @@ void check_surface(const TriangleSurface& surface, std::vector<std::string>& mis
   }
 }
 
+/// A node stands for about the cube of its spacing. Spacings far too small for the body (a wrong
+/// unit) would call for endless background cells before the shape functions fail.
+void check_coverage(const TriangleSurface& surface, const PointCloud& cloud,
+                    std::vector<std::string>& mistakes) {
+  constexpr double kMostPerNode = 30.0;
+  double covered = 0.0;
+  for (const double h : cloud.spacings) covered += h * h * h;
+  const double enclosed = volume(surface);
+  if (enclosed <= kMostPerNode * covered) return;
+  std::ostringstream text;
+  text << "nodes: by their spacings they fill " << covered << " m3 of the " << enclosed
+       << " m3 that the surface encloses; expected about all of it";
+  mistakes.push_back(text.str());
+}
+
 }  // namespace
 
 std::vector<std::string> problem_mistakes(const ElasticProblem& problem) {
@@ -91,6 +106,7 @@ std::vector<std::string> problem_mistakes(const ElasticProblem& problem) {
   } else {
     mistakes.push_back("nodes: none given");
   }
+  if (mistakes.empty()) check_coverage(*problem.surface, *problem.cloud, mistakes);
   if (!problem.is_fixed) mistakes.push_back("fixed region: none given; a body must be held");
   return mistakes;
 }

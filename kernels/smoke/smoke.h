@@ -23,9 +23,9 @@ class SmokeVolume {
   /// Particles appear evenly in a ball about the source, all with the jet's velocity. An emission
   /// that isn't finite, or has no positive mass or number, emits nothing.
   void emit(const SmokeEmission& emission);
-  /// Advances by dt [s] in as many substeps as the explicit viscosity bound dt <= 0.1 h^2 / nu and
-  /// a displacement of h/2 a substep ask for (at most 32: a faster particle only moves farther
-  /// between looks at its neighbours). [De2006] eq. 14.
+  /// Advances by dt [s]. [De2006] eq. 14. Particles exchange momentum as often as the explicit
+  /// viscosity bound dt <= 0.1 h^2 / nu asks for (once a frame of 1/60 s with the defaults); in
+  /// between they move in substeps of at most h/2 (at most 32).
   void step(double dt);
 
   const SmokeParticles& particles() const { return particles_; }
@@ -35,8 +35,8 @@ class SmokeVolume {
   std::size_t memory_bytes() const;
 
  private:
-  void substep(double dt);
-  void integrate(double dt);
+  void exchange_and_move(double dt);
+  void move(double dt);
   void retire_aged();
   void retire_oldest(std::size_t count);
   void remove(const std::vector<std::uint8_t>& ending);
@@ -62,10 +62,11 @@ struct SmokeGrid {
   std::vector<float> temperature;  ///< excess, mass-weighted mean [K]
 };
 
-/// Splats particles on cubic cells of edge `voxel` [m] with a tent kernel as wide as the particle:
-/// from half the smoothing length it grows by diffusion with age, r^2 = h^2/4 + 6 nu t, up to h,
-/// and is never narrower than a cell. What a kernel would put outside the grid goes to the cells
-/// inside: the grid's mass equals the particles' mass to fixed-point rounding (1e-6 relative).
+/// Splats particles on cubic cells of edge `voxel` [m] with a tent kernel as wide as the particle's
+/// smoke has spread: half the smoothing length at first, then by diffusion with age,
+/// r^2 = h^2/4 + 12 nu t (a tent's variance is r^2/6), up to 2.5 h, and never narrower than a cell.
+/// What a kernel would put outside the grid goes to the cells inside: the grid's mass equals the
+/// particles' mass to fixed-point rounding (1e-6 relative).
 void splat(const SmokeVolume& smoke, double voxel, SmokeGrid& grid);
 
 }  // namespace viscera

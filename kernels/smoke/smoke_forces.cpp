@@ -13,6 +13,9 @@ constexpr std::size_t kChunk = 256;
 constexpr int kLanes = 4;
 using Lanes = Eigen::Array4f;
 
+// Crowding stays as gentle as at this excess where a source overfills its surroundings.
+constexpr double kMostExcess = 4.0;
+
 // The kernel's norm 315 / (64 pi), its value at r = 0 in units of 1/h^3.
 constexpr double kKernelNorm = 315.0 / (64.0 * std::numbers::pi);
 
@@ -42,7 +45,7 @@ void SmokeForces::compute(const SmokeParticles& particles, const SmokeBins& bins
   const double nu = effective_viscosity(parameters);
   const float inverse_square = static_cast<float>(1.0 / (h * h));
 
-  for (std::vector<float>* values : {&x_, &y_, &z_, &vx_, &vy_, &vz_, &number_density_}) {
+  for (std::vector<float>* values : {&x_, &y_, &z_, &vx_, &vy_, &vz_, &excess_, &number_density_}) {
     values->resize(count + kLanes, 0.0f);
   }
   accelerations_.resize(count);
@@ -75,27 +78,33 @@ void SmokeForces::compute(const SmokeParticles& particles, const SmokeBins& bins
           isolated += alone;
           const float sum = cubes.sum();
           number_density_[i] = alone ? std::numeric_limits<float>::infinity() : sum;
-          drag_[i] = static_cast<float>(rest_drag * std::max(0.0, 1.0 - fill * sum));
+          const double phi = fill * sum;
+          drag_[i] = static_cast<float>(rest_drag * std::max(0.0, 1.0 - phi));
+          excess_[i] = static_cast<float>(std::clamp(phi - 1.0, 0.0, kMostExcess));
         }
         return isolated;
       });
 
-  // 2 nu * 2/(n_i + n_j) * (-W'/r) with n in units of the kernel's norm and -W'/r =
-  // norm 6/h^5 q^2: the infinite density of an isolated particle takes its pairs out.
-  const float factor = static_cast<float>(24.0 * nu / (h * h));
+  // 2 / (n_i + n_j) (-W'/r) is 12 q^2 / h^2 / (n_i + n_j) with n in units of the kernel's norm. The
+  // infinite density of an isolated particle takes its pairs out.
+  const float viscous = static_cast<float>(24.0 * nu / (h * h));
+  const float crowding =
+      static_cast<float>(12.0 * parameters.crowding_speed * parameters.crowding_speed / (h * h));
   parallel_for_each_index(count, kChunk, [&](std::size_t i) {
     Lanes ax = Lanes::Zero(), ay = Lanes::Zero(), az = Lanes::Zero();
     const float own = number_density_[i];
     if (own < std::numeric_limits<float>::infinity()) {
       for (const auto& [first, last] : bins.runs(particles.positions[i])) {
         for (std::size_t j = first; j < last; j += kLanes) {
-          const Lanes q = closeness(load(x_, j) - x_[i], load(y_, j) - y_[i], load(z_, j) - z_[i],
-                                    inverse_square, last - j);
+          const Lanes dx = load(x_, j) - x_[i], dy = load(y_, j) - y_[i], dz = load(z_, j) - z_[i];
+          const Lanes q = closeness(dx, dy, dz, inverse_square, last - j);
           if (!(q > 0.0f).any()) continue;
-          const Lanes exchange = factor * (q * q) / (load(number_density_, j) + own);
-          ax += exchange * (load(vx_, j) - vx_[i]);
-          ay += exchange * (load(vy_, j) - vy_[i]);
-          az += exchange * (load(vz_, j) - vz_[i]);
+          const Lanes weight = q * q / (load(number_density_, j) + own);
+          const Lanes push = -crowding * weight * (load(excess_, j) + excess_[i]);
+          const Lanes exchange = viscous * weight;
+          ax += exchange * (load(vx_, j) - vx_[i]) + push * dx;
+          ay += exchange * (load(vy_, j) - vy_[i]) + push * dy;
+          az += exchange * (load(vz_, j) - vz_[i]) + push * dz;
         }
       }
     }
@@ -104,7 +113,7 @@ void SmokeForces::compute(const SmokeParticles& particles, const SmokeBins& bins
 }
 
 std::size_t SmokeForces::memory_bytes() const {
-  return (6 * x_.capacity() + number_density_.capacity() + drag_.capacity()) * sizeof(float) +
+  return (7 * x_.capacity() + number_density_.capacity() + drag_.capacity()) * sizeof(float) +
          accelerations_.capacity() * sizeof(Vec3f);
 }
 

@@ -37,21 +37,28 @@ struct SmokeParameters {
 
   /// White part of the random force per mass: the standard deviation of each component over 1/60 s
   /// [m/s2]; scaled by sqrt((1/60 s) / dt), so that the diffusion doesn't depend on the step.
-  double random_acceleration = 0.6;
+  double random_acceleration = 0.15;
   /// Coherent part of the random force per mass, which makes wisps: root mean square of the length
   /// of a divergence-free field of random waves [m/s2], that neighbours share.
-  double swirl_acceleration = 2.5;
-  double swirl_wavelength = 20e-3;  ///< of its waves, spread from half to 1.5 times this [m]
-  double swirl_time = 0.6;          ///< in which it changes [s]
+  double swirl_acceleration = 1.0;
+  double swirl_wavelength = 20e-3;  ///< of its waves, spread from 0.25 to 1.5 times this [m]
+  double swirl_time = 0.6;          ///< in which those of this wavelength change [s]
+  /// A hot plume makes its own turbulence: both parts of the random force grow by the factor
+  /// 1 + plume_turbulence * (temperature excess / gas temperature).
+  double plume_turbulence = 10.0;
 
   /// Added to mu / rho [m2/s]: eddies smaller than h.
   double eddy_viscosity = 5e-6;
-  /// Gas at rest fills the part of a particle's neighbourhood that other particles leave empty; a
-  /// factor on its drag (0 takes it away; see smoke_forces.h).
-  double surrounding_drag = 1.0;
+  /// Gas fills the part of a particle's neighbourhood that other particles leave empty. At rest it
+  /// would drag with the factor 1 (smoke_forces.h); it moves along with the smoke that it surrounds,
+  /// and the rest of the drag is this share of that, chosen for a plume that rises at 0.1-0.3 m/s.
+  double surrounding_drag = 0.3;
   /// Quadratic drag a = -c |v| v of the gas that a plume entrains: c = 2 alpha / b with Morton,
   /// Taylor and Turner's entrainment coefficient alpha about 0.1 and plume radius b, 1 cm [1/m].
   double entrainment = 20.0;
+  /// Gas can't pile up: particles closer than h/2 on average push each other apart with the
+  /// pressure rho c^2 of their excess (smoke_forces.h); c [m/s].
+  double crowding_speed = 0.02;
 };
 
 struct SmokeCounters {

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kChunk = 256;
 constexpr std::uint64_t kEmissionStream = 0x454d'4954ull << 32;
 constexpr double kReferenceStep = 1.0 / 60.0;
-constexpr int kMostDisplacementSubsteps = 32;
+constexpr int kMostSubsteps = 32;
 constexpr float kWallRestitution = 0.2f;
 
 // Of the usual bound 0.1 h^2 / nu half: clustered particles exchange momentum at up to 24 nu / h^2.
@@ -96,35 +96,39 @@ void SmokeVolume::step(double dt) {
     time_ += dt;
     return;
   }
-  float most = 0.0f;
-  for (const Vec3f& velocity : particles_.velocities) most = std::max(most, velocity.squaredNorm());
-  const double fastest = std::sqrt(static_cast<double>(most));
-  const double for_viscosity = dt / longest_viscous_step(parameters_);
-  const double for_displacement =
-      std::min<double>(fastest * dt / (0.5 * parameters_.spacing), kMostDisplacementSubsteps);
-  const int substeps =
-      std::max(1, static_cast<int>(std::ceil(std::max(for_viscosity, for_displacement))));
-  for (int i = 0; i < substeps; ++i) substep(dt / substeps);
+  const int exchanges =
+      std::max(1, static_cast<int>(std::ceil(dt / longest_viscous_step(parameters_))));
+  for (int i = 0; i < exchanges; ++i) exchange_and_move(dt / exchanges);
   retire_aged();
 }
 
-void SmokeVolume::substep(double dt) {
+void SmokeVolume::exchange_and_move(double dt) {
   bins_.sort(particles_, static_cast<float>(parameters_.spacing));
   forces_.compute(particles_, bins_, parameters_);
   counters_.isolated = forces_.isolated();
-  integrate(dt);
-  time_ += dt;
-  ++substeps_;
+
+  float most = 0.0f;
+  for (const Vec3f& velocity : particles_.velocities) most = std::max(most, velocity.squaredNorm());
+  const double displacement = dt * std::sqrt(static_cast<double>(most));
+  const double wanted = std::ceil(displacement / (0.5 * parameters_.spacing));
+  const int substeps = static_cast<int>(std::clamp<double>(wanted, 1.0, kMostSubsteps));
+  for (int i = 0; i < substeps; ++i) {
+    move(dt / substeps);
+    time_ += dt / substeps;
+    ++substeps_;
+  }
 }
 
 // dv/dt = (mu lap v + f) / rho [De2006] eq. 14, f being the random force and buoyancy, and the drag
 // of the gas at rest and of entrained gas, both implicit, so that no step makes them overshoot.
-void SmokeVolume::integrate(double dt) {
+void SmokeVolume::move(double dt) {
   const float step = static_cast<float>(dt);
   const Vec3f extent = parameters_.domain.sizes().cast<float>();
   const float white =
       static_cast<float>(parameters_.random_acceleration * std::sqrt(kReferenceStep / dt));
   const float lift = static_cast<float>(parameters_.gravity / parameters_.gas_temperature);
+  const float plume_turbulence =
+      static_cast<float>(parameters_.plume_turbulence / parameters_.gas_temperature);
   const float entrainment = static_cast<float>(parameters_.entrainment);
   const float cooling = parameters_.cooling_time > 0.0
                             ? static_cast<float>(std::exp(-dt / parameters_.cooling_time))
@@ -134,13 +138,18 @@ void SmokeVolume::integrate(double dt) {
     std::array<Vec3f, kChunk> accelerations;
     std::copy(forces_.accelerations().begin() + begin, forces_.accelerations().begin() + end,
               accelerations.begin());
-    swirl_.add(time_, std::span(particles_.positions).subspan(begin, end - begin),
-               std::span(accelerations).first(end - begin));
+    std::array<float, kChunk> turbulence;
+    for (std::size_t i = begin; i < end; ++i) {
+      turbulence[i - begin] = 1.0f + plume_turbulence * std::max(0.0f, particles_.temperatures[i]);
+    }
+    swirl_.add(time_, std::span(particles_.positions).subspan(begin, end - begin), turbulence,
+               accelerations);
     for (std::size_t i = begin; i < end; ++i) {
       const Random random(parameters_.seed, particles_.ids[i]);
       Vec3f acceleration = accelerations[i - begin];
+      const float noise = white * turbulence[i - begin];
       for (int axis = 0; axis < 3; ++axis) {
-        acceleration[axis] += white * nearly_normal(random.bits(3 * substeps_ + axis));
+        acceleration[axis] += noise * nearly_normal(random.bits(3 * substeps_ + axis));
       }
       acceleration.z() += lift * particles_.temperatures[i];
 

@@ -40,8 +40,8 @@ struct Tent {
 
 float kernel_radius(const SmokeParameters& parameters, float age) {
   const double h = parameters.spacing;
-  const double grown = 0.25 * h * h + 6.0 * effective_viscosity(parameters) * age;
-  return static_cast<float>(std::min(std::sqrt(grown), h));
+  const double grown = 0.25 * h * h + 12.0 * effective_viscosity(parameters) * age;
+  return static_cast<float>(std::min(std::sqrt(grown), 2.5 * h));
 }
 
 }  // namespace

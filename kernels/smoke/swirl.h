@@ -10,18 +10,21 @@
 
 namespace viscera {
 
-/// A sum of transverse waves a(x, t) = sum_m e_m sin(2 pi (k_m . x + f_m t + p_m)) with e_m normal
-/// to k_m: the curl of a band-limited random vector potential, so its divergence vanishes exactly.
+/// A sum of transverse waves a(x, t) = sum_m e_m f(k_m . x + w_m t + p_m), f a sine, with e_m
+/// normal to k_m: the curl of a band-limited random vector potential, so its divergence vanishes.
 class SwirlField {
  public:
   static constexpr int kWaves = 24;
 
-  /// `acceleration` is the root mean square of the length [m/s2]; wavelengths lie between 0.5 and
-  /// 1.5 of `wavelength` [m], frequencies between 0.5 and 1.5 of 1 / `period` [1/s].
+  /// `acceleration` is the root mean square of the length [m/s2]; wavelengths lie between 0.25 and
+  /// 1.5 of `wavelength` L [m], frequencies between 0.5 and 1.5 of (L / length)^(2/3) / period
+  /// [1/s], as eddies of an inertial range turn over. Zero acceleration costs nothing.
   SwirlField(std::uint64_t seed, double acceleration, double wavelength, double period);
 
-  /// Adds the field at time t [s] at n positions [m] to n accelerations [m/s2].
-  void add(double t, std::span<const Vec3f> positions, std::span<Vec3f> accelerations) const;
+  /// Adds the field at time t [s], times a factor of each particle, at n positions [m] to n
+  /// accelerations [m/s2].
+  void add(double t, std::span<const Vec3f> positions, std::span<const float> factors,
+           std::span<Vec3f> accelerations) const;
 
  private:
   struct Wave {

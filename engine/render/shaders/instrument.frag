@@ -8,14 +8,13 @@ out vec4 radiance;
 uniform mat4 model;
 uniform sampler2D open_map;
 
-// What polished metal mirrors: the lens's bright side, red organs around, the dark behind.
+// What polished metal mirrors: lit organs where the lens looks, darkness behind it, in patches.
 vec3 surroundings(vec3 direction, vec3 towards_lens) {
   float facing = dot(direction, towards_lens);
-  vec3 tissue = vec3(0.20, 0.085, 0.062);
-  vec3 dark = vec3(0.018, 0.010, 0.009);
-  // Tissue lies where the lens looks: what mirrors away from the lens sees it lit.
-  vec3 seen = mix(tissue, dark, smoothstep(-0.35, 0.55, facing));
-  return light.rgb * seen;
+  float patches = 0.75 + 0.6 * noise(2.3 * direction + 5.0).x;
+  vec3 tissue = vec3(0.185, 0.118, 0.098) * patches;
+  vec3 dark = vec3(0.016, 0.012, 0.011);
+  return light.rgb * mix(tissue, dark, smoothstep(-0.55, 0.45, facing));
 }
 
 void main() {
@@ -50,10 +49,10 @@ void main() {
     vec3 steel = vec3(0.60, 0.585, 0.565);
     if (stained) {
       // Old char on the electrode's end, straw to blue heat tints behind it.
-      float burnt = smoothstep(5e-3, 1e-3, length(local) + 2.0e-3 * wear.x);
-      steel = mix(vec3(0.50, 0.42, 0.33), vec3(0.055, 0.045, 0.04), burnt);
+      float burnt = 1.0 - smoothstep(1.5e-3, 5.5e-3, length(local) + 2.0e-3 * wear.x);
+      steel = mix(vec3(0.46, 0.43, 0.39), vec3(0.05, 0.043, 0.04), burnt);
     }
-    float rough = filtered_roughness(n, 0.34 + 0.06 * wear.x + (stained ? 0.08 : 0.0));
+    float rough = filtered_roughness(n, 0.30 + 0.05 * wear.x + (stained ? 0.08 : 0.0));
     float smudge = 0.88 + 0.12 * wear.x;
     vec3 lobe = incoming * min(retro_lobe(c, rough), 8.0);
     // A rough second lobe stands for the light that grooves scatter sideways.

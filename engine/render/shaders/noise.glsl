@@ -1,17 +1,11 @@
 // Gradient noise with its analytic derivative, from an integer hash: the same on every device.
 
-uint mix_bits(uint h) {
-  h ^= h >> 15u;
-  h *= 0x2c1b3c6du;
-  h ^= h >> 12u;
-  h *= 0x297a2d39u;
-  return h ^ (h >> 15u);
-}
-
-// A vector in [-1, 1]^3 for a lattice point whose axes are already multiplied by their primes.
+// A vector in [-1, 1)^3 for a lattice point whose axes are already multiplied by their primes.
 vec3 lattice_gradient(uint x, uint y, uint z) {
-  uint h = mix_bits(x ^ y ^ z);
-  return vec3(h & 1023u, (h >> 10u) & 1023u, (h >> 20u) & 1023u) * (2.0 / 1023.0) - 1.0;
+  uint h = (x ^ y ^ z) * 0x2c1b3c6du;
+  h ^= h >> 15u;
+  h *= 0x297a2d39u;
+  return vec3(ivec3(int(h), int(h << 11u), int(h << 21u))) * (1.0 / 2147483648.0);
 }
 
 // x: value, about -1 ... 1; yzw: its gradient.

@@ -115,7 +115,7 @@ void main() {
   vec4 trunk = noise(q + 0.25 * broad.yzw);
   vec4 twig = noise(2.7 * q + 17.0 + 0.25 * spots.yzw);
   float caliber = smoothstep(-0.35, 0.65, 0.8 * spots.x + broad.x);
-  float trunk_line = line(trunk, 0.012 + 0.04 * caliber) * (0.12 + 0.88 * caliber);
+  float trunk_line = line(trunk, 0.012 + 0.028 * caliber) * (0.12 + 0.88 * caliber);
   float twig_line = line(twig, 0.045) * smoothstep(-0.2, 0.5, fine_spots.x + trunk.y * 0.5) *
                     kept(0.25 * vessel_scale, pixel);
   float vessel = vessel_amount * clamp(trunk_line + 0.55 * twig_line, 0.0, 1.0);
@@ -126,7 +126,7 @@ void main() {
   vec4 ripple = noise(p / (2.1 * bump_scale) + 7.0);
   float swell_kept = kept(5.3 * bump_scale, pixel);
   float ripple_kept = kept(2.1 * bump_scale, pixel);
-  vec3 slope = swell.yzw * (1.3 * swell_kept) + ripple.yzw * (1.0 * ripple_kept);
+  vec3 slope = swell.yzw * (1.7 * swell_kept) + ripple.yzw * (1.0 * ripple_kept);
   // The film lies flatter than the tissue under it.
   vec3 film_slope = slope * 0.8 + grain.yzw * (0.35 * grain_kept);
   slope += grain.yzw * (0.75 * grain_kept);
@@ -142,12 +142,12 @@ void main() {
   // A trace of grain on the edge: dried tissue isn't cut by a compass, but it stays round.
   float damage = clamp(raw + 0.05 * raw * (1.0 - raw) * 4.0 * (0.6 * grain.x + 0.4 * ripple.x),
                        0.0, 1.0);
-  vec3 pale = mix(vec3(0.42, 0.28, 0.19), albedo, 0.35);
+  vec3 pale = mix(vec3(0.34, 0.215, 0.145), albedo, 0.35);
   vec3 brown = vec3(0.115, 0.052, 0.024);
   vec3 black = vec3(0.012, 0.010, 0.009) * (1.0 + 0.8 * grain.x);
-  albedo = mix(albedo, pale, smoothstep(0.02, 0.34, damage));
-  albedo = mix(albedo, brown, smoothstep(0.34, 0.66, damage));
-  char_amount = smoothstep(0.62, 0.95, damage);
+  albedo = mix(albedo, pale, smoothstep(0.0, 0.30, damage));
+  albedo = mix(albedo, brown, smoothstep(0.26, 0.58, damage));
+  char_amount = smoothstep(0.52, 0.92, damage);
   albedo = mix(albedo, black, char_amount);
   wet *= 1.0 - smoothstep(0.12, 0.55, damage);
   slope += 0.55 * char_amount * (grain.yzw + 0.5 * ripple.yzw);

@@ -27,6 +27,6 @@ void main() {
                                      textureLod(developed_map, place + 0.5 * along, 0.0).rgb);
   float wide_luma = dot(wide, vec3(0.299, 0.587, 0.114));
   vec3 smoothed = wide_luma < lowest || wide_luma > highest ? narrow : wide;
-  bool edge = highest - lowest > max(0.035, 0.10 * highest);
+  bool edge = highest - lowest > max(0.018, 0.06 * highest);
   colour = vec4(edge ? smoothed : middle.rgb, 1.0);
 }

@@ -1,0 +1,376 @@
+#include "engine/organ/recipe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "engine/organ/implicit_shapes.h"
+#include "engine/scene/json_file.h"
+#include "engine/scene/spelling.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kMillimetre = 1e-3;
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kGreatest = 2000.0;  // [mm]: a body greater than a person is a mistake
+
+std::string found(const Json& value) {
+  const std::string text = value.dump();
+  return text.size() > 60 ? text.substr(0, 60) + "..." : text;
+}
+
+SignedDistance nowhere() {
+  return [](const Vec3&) { return 1.0; };
+}
+
+// Reads shapes and collects every mistake with the path of its key.
+class Reader {
+ public:
+  Reader(std::string source, std::uint64_t seed) : source_(std::move(source)), seed_(seed) {}
+
+  Error& error() { return error_; }
+  bool failed() const { return !error_.messages.empty(); }
+
+  void mistake(const std::string& path, const std::string& found, const std::string& expected) {
+    error_.messages.push_back(source_ + ": " + path + ": found " + found + ", expected " +
+                              expected);
+  }
+
+  void allow_only(const Json& object, const std::string& path,
+                  const std::vector<std::string>& keys) {
+    for (const auto& [key, value] : object.items()) {
+      if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
+        mistake(path.empty() ? key : path + "/" + key, "an unknown key",
+                "one of " + joined(keys) + did_you_mean(key, keys));
+      }
+    }
+  }
+
+  double number(const Json& object, const std::string& path, const std::string& key, double least,
+                double greatest, std::optional<double> fallback = {}) {
+    const auto at = object.find(key);
+    if (at == object.end() && fallback) return *fallback;
+    if (at == object.end() || !at->is_number() || at->get<double>() < least ||
+        at->get<double>() > greatest) {
+      mistake(path + "/" + key, at == object.end() ? "nothing" : found(*at),
+              "a number from " + found(least) + " to " + found(greatest));
+      return fallback.value_or(least);
+    }
+    return at->get<double>();
+  }
+
+  Vec3 vector(const Json& object, const std::string& path, const std::string& key, double least,
+              double greatest, std::optional<Vec3> fallback = {}) {
+    const auto at = object.find(key);
+    if (at == object.end() && fallback) return *fallback;
+    Vec3 value = Vec3::Constant(std::max(least, 1.0));
+    if (at == object.end() || !read_numbers(*at, 3, least, greatest, value.data())) {
+      mistake(path + "/" + key, at == object.end() ? "nothing" : found(*at),
+              "three numbers from " + found(least) + " to " + found(greatest));
+    }
+    return value;
+  }
+
+  SignedDistance shape(const Json& json, const std::string& path);
+
+ private:
+  using Make = std::function<SignedDistance(Reader&, const Json&, const std::string&)>;
+  struct Kind {
+    std::vector<std::string> keys;
+    Make make;
+  };
+  static const std::map<std::string, Kind>& kinds();
+
+  static bool read_numbers(const Json& json, std::size_t count, double least, double greatest,
+                           double* values) {
+    if (!json.is_array() || json.size() != count) return false;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!json[i].is_number()) return false;
+      values[i] = json[i].get<double>();
+      if (!(values[i] >= least && values[i] <= greatest)) return false;
+    }
+    return true;
+  }
+
+  // A length [m] from a key in millimetres.
+  double length(const Json& object, const std::string& path, const std::string& key, double least,
+                std::optional<double> fallback = {}) {
+    return kMillimetre * number(object, path, key, least, kGreatest, fallback);
+  }
+
+  Vec3 place(const Json& object, const std::string& path, const std::string& key,
+             std::optional<Vec3> fallback = {}) {
+    return kMillimetre * vector(object, path, key, -kGreatest, kGreatest, fallback);
+  }
+
+  Vec3 extent(const Json& object, const std::string& path, const std::string& key) {
+    return kMillimetre * vector(object, path, key, 0.1, kGreatest);
+  }
+
+  Quaternion turn(const Json& object, const std::string& path) {
+    const Vec3 degrees = vector(object, path, "turn_deg", -360.0, 360.0, Vec3(Vec3::Zero()));
+    const Vec3 angles = kDegree * degrees;
+    return Eigen::AngleAxisd(angles.z(), Vec3::UnitZ()) *
+           Eigen::AngleAxisd(angles.y(), Vec3::UnitY()) *
+           Eigen::AngleAxisd(angles.x(), Vec3::UnitX());
+  }
+
+  int axis(const Json& object, const std::string& path, const std::string& key) {
+    const auto at = object.find(key);
+    if (at != object.end()) {
+      if (*at == "x") return 0;
+      if (*at == "y") return 1;
+      if (*at == "z") return 2;
+    }
+    mistake(path + "/" + key, at == object.end() ? "nothing" : found(*at), "\"x\", \"y\" or \"z\"");
+    return 0;
+  }
+
+  std::vector<TubePoint> points(const Json& object, const std::string& path,
+                                const std::string& key, std::size_t least) {
+    std::vector<TubePoint> points;
+    const auto at = object.find(key);
+    if (at == object.end() || !at->is_array() || at->size() < least) {
+      mistake(path + "/" + key, at == object.end() ? "nothing" : found(*at),
+              "at least " + std::to_string(least) + " of [x, y, z, radius]");
+      points.resize(least, {Vec3::Zero(), 1.0});
+      return points;
+    }
+    for (std::size_t i = 0; i < at->size(); ++i) {
+      double values[4] = {0, 0, 0, 1};
+      if (!read_numbers((*at)[i], 4, -kGreatest, kGreatest, values) || values[3] <= 0.0) {
+        mistake(path + "/" + key + "/" + std::to_string(i), found((*at)[i]),
+                "[x, y, z, radius] with a radius above 0");
+      }
+      points.push_back({kMillimetre * Vec3(values[0], values[1], values[2]),
+                        kMillimetre * values[3]});
+    }
+    return points;
+  }
+
+  SignedDistance child(const Json& object, const std::string& path, const std::string& key) {
+    const auto at = object.find(key);
+    if (at != object.end()) return shape(*at, path + "/" + key);
+    mistake(path + "/" + key, "nothing", "a shape");
+    return nowhere();
+  }
+
+  std::vector<SignedDistance> children(const Json& object, const std::string& path,
+                                       const std::string& key) {
+    std::vector<SignedDistance> shapes;
+    const auto at = object.find(key);
+    if (at == object.end() || !at->is_array() || at->empty()) {
+      mistake(path + "/" + key, at == object.end() ? "nothing" : found(*at),
+              "an array of at least one shape");
+      return {nowhere()};
+    }
+    for (std::size_t i = 0; i < at->size(); ++i) {
+      shapes.push_back(shape((*at)[i], path + "/" + key + "/" + std::to_string(i)));
+    }
+    return shapes;
+  }
+
+  template <class Operation>
+  SignedDistance folded(const Json& json, const std::string& path, const std::string& key,
+                        std::optional<SignedDistance> first, const Operation& operation) {
+    const double smooth = length(json, path, "smooth_mm", 0.0, 0.0);
+    for (SignedDistance& next : children(json, path, key)) {
+      first = first ? operation(std::move(*first), std::move(next), smooth) : std::move(next);
+    }
+    return *first;
+  }
+
+  std::string source_;
+  std::uint64_t seed_;
+  std::uint64_t noises_ = 0;   // so that every noise of a recipe draws its own waves
+  Error error_;
+};
+
+const std::map<std::string, Reader::Kind>& Reader::kinds() {
+  static const std::map<std::string, Kind> table = {
+      {"ellipsoid",
+       {{"centre_mm", "radii_mm", "turn_deg"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          const Pose pose{r.place(j, p, "centre_mm", Vec3(Vec3::Zero())), r.turn(j, p)};
+          return moved(ellipsoid(Vec3::Zero(), r.extent(j, p, "radii_mm")), pose);
+        }}},
+      {"tube",
+       {{"points_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return tube(r.points(j, p, "points_mm", 2));
+        }}},
+      {"metaballs",
+       {{"balls_mm", "blend_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return metaballs(r.points(j, p, "balls_mm", 1), r.length(j, p, "blend_mm", 0.1));
+        }}},
+      {"box",
+       {{"centre_mm", "size_mm", "round_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          const Vec3 size = r.extent(j, p, "size_mm");
+          const double round = r.length(j, p, "round_mm", 0.0, 0.0);
+          if (round > 0.5 * size.minCoeff()) {
+            r.mistake(p + "/round_mm", found(j["round_mm"]), "at most half the least edge");
+          }
+          return rounded_box(r.place(j, p, "centre_mm", Vec3(Vec3::Zero())), size, round);
+        }}},
+      {"half_space",
+       {{"point_mm", "outward"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          const Vec3 outward = r.vector(j, p, "outward", -kGreatest, kGreatest);
+          if (outward.norm() == 0.0) r.mistake(p + "/outward", "[0, 0, 0]", "a direction");
+          return half_space(r.place(j, p, "point_mm"), outward);
+        }}},
+      {"union",
+       {{"of", "smooth_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return r.folded(j, p, "of", {}, join);
+        }}},
+      {"intersection",
+       {{"of", "smooth_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return r.folded(j, p, "of", {}, intersect);
+        }}},
+      {"subtract",
+       {{"from", "take", "smooth_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return r.folded(j, p, "take", r.child(j, p, "from"), subtract);
+        }}},
+      {"shell",
+       {{"of", "thickness_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return shell(r.child(j, p, "of"), r.length(j, p, "thickness_mm", 0.1));
+        }}},
+      {"grow",
+       {{"of", "by_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return grow(r.child(j, p, "of"), r.length(j, p, "by_mm", -kGreatest));
+        }}},
+      {"move",
+       {{"of", "by_mm", "turn_deg"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return moved(r.child(j, p, "of"),
+                       Pose{r.place(j, p, "by_mm", Vec3(Vec3::Zero())), r.turn(j, p)});
+        }}},
+      {"stretch",
+       {{"of", "factors"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return stretched(r.child(j, p, "of"), r.vector(j, p, "factors", 0.05, 20.0));
+        }}},
+      {"bend",
+       {{"of", "along", "towards", "middle_mm", "radius_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          const int along = r.axis(j, p, "along"), towards = r.axis(j, p, "towards");
+          if (along == towards) r.mistake(p + "/towards", found(j["towards"]), "another axis");
+          const double radius = r.length(j, p, "radius_mm", -kGreatest);
+          if (std::abs(radius) < kMillimetre) {
+            r.mistake(p + "/radius_mm", found(j["radius_mm"]), "at least 1, or at most -1");
+          }
+          return bent(r.child(j, p, "of"), along, towards,
+                      r.length(j, p, "middle_mm", -kGreatest, 0.0), radius);
+        }}},
+      {"taper",
+       {{"of", "along", "from_mm", "to_mm", "from_scale", "to_scale"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          Taper taper;
+          taper.along = r.axis(j, p, "along");
+          taper.from = r.length(j, p, "from_mm", -kGreatest);
+          taper.to = r.length(j, p, "to_mm", -kGreatest);
+          taper.from_scale = r.number(j, p, "from_scale", 0.05, 20.0, 1.0);
+          taper.to_scale = r.number(j, p, "to_scale", 0.05, 20.0, 1.0);
+          if (taper.from == taper.to) {
+            r.mistake(p + "/to_mm", found(j["to_mm"]), "another place than from_mm");
+          }
+          return tapered(r.child(j, p, "of"), taper);
+        }}},
+      {"noise",
+       {{"of", "amplitude_mm", "wavelength_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          const std::uint64_t stream = r.noises_++;
+          return roughened(r.child(j, p, "of"), r.length(j, p, "amplitude_mm", 0.0),
+                           r.length(j, p, "wavelength_mm", 1.0), r.seed_, stream);
+        }}}};
+  return table;
+}
+
+SignedDistance Reader::shape(const Json& json, const std::string& path) {
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : kinds()) names.push_back(name);
+  if (!json.is_object() || json.size() != 1) {
+    mistake(path, found(json), "an object with one key, one of " + joined(names));
+    return nowhere();
+  }
+  const std::string name = json.begin().key();
+  const auto kind = kinds().find(name);
+  if (kind == kinds().end()) {
+    mistake(path + "/" + name, "an unknown kind of shape",
+            "one of " + joined(names) + did_you_mean(name, names));
+    return nowhere();
+  }
+  const Json& body = json.begin().value();
+  if (!body.is_object()) {
+    mistake(path + "/" + name, found(body), "an object");
+    return nowhere();
+  }
+  allow_only(body, path + "/" + name, kind->second.keys);
+  return kind->second.make(*this, body, path + "/" + name);
+}
+
+Box read_box(Reader& reader, const Json& json) {
+  const auto at = json.find("box_mm");
+  if (at == json.end() || !at->is_array() || at->size() != 2) {
+    reader.mistake("box_mm", at == json.end() ? "nothing" : found(*at),
+                   "[[least corner], [greatest corner]]");
+    return Box(Vec3::Zero(), Vec3::Ones());
+  }
+  const Json corners = {{"0", (*at)[0]}, {"1", (*at)[1]}};
+  const Vec3 low = reader.vector(corners, "box_mm", "0", -kGreatest, kGreatest);
+  const Vec3 high = reader.vector(corners, "box_mm", "1", -kGreatest, kGreatest);
+  if (!((high - low).minCoeff() >= 1.0)) {
+    reader.mistake("box_mm", found(*at), "a greatest corner beyond the least one by 1 or more");
+  }
+  return Box(kMillimetre * low, kMillimetre * high);
+}
+
+}  // namespace
+
+Result<Recipe> load_recipe(const std::filesystem::path& assets, const std::string& name,
+                           std::uint64_t seed) {
+  const std::filesystem::path file = assets / "organs" / (name + ".json");
+  const Result<Json> json = read_json(file);
+  if (!json) return std::unexpected(json.error());
+  Reader reader(file.string(), seed);
+  if (!json->is_object()) return failure(file.string() + ": found no object, expected a recipe");
+  reader.allow_only(*json, "", {"version", "about", "box_mm", "edge_mm", "triangles", "shape"});
+  reader.number(*json, "", "version", 1, 1);
+
+  Recipe recipe;
+  recipe.name = name;
+  recipe.box = read_box(reader, *json);
+  if (json->contains("edge_mm") == json->contains("triangles")) {
+    reader.mistake("edge_mm", json->contains("edge_mm") ? "both edge_mm and triangles" : "nothing",
+                   "either edge_mm or triangles");
+  } else if (json->contains("triangles")) {
+    const double triangles = reader.number(*json, "", "triangles", 20, 2e6);
+    recipe.triangles = static_cast<int>(triangles);
+    if (*recipe.triangles != triangles || *recipe.triangles % 2 != 0) {
+      reader.mistake("triangles", found((*json)["triangles"]), "an even whole number");
+    }
+  } else {
+    recipe.edge = kMillimetre * reader.number(*json, "", "edge_mm", 0.1, kGreatest);
+  }
+  if (json->contains("shape")) {
+    recipe.distance = reader.shape((*json)["shape"], "shape");
+  } else {
+    reader.mistake("shape", "nothing", "a shape");
+  }
+  if (reader.failed()) return std::unexpected(reader.error());
+  return recipe;
+}
+
+}  // namespace viscera

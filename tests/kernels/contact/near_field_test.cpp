@@ -1,0 +1,168 @@
+#include "kernels/contact/near_field.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <numbers>
+
+#include "kernels/base/random.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+const IsotropicMaterial kTissue{1e4, 0.45};
+const double kNormalScale = 1.0 / (kPi * kTissue.contact_modulus());
+constexpr double kRadius = 0.2e-3;
+constexpr double kArea = kPi * kRadius * kRadius;
+
+/// Mean over a disc of radius c about x = r of value(distance to the origin).
+template <class Value>
+double mean_over_disc(double r, double c, const Value& value) {
+  constexpr int kRadii = 400, kAngles = 400;
+  double sum = 0.0;
+  for (int i = 0; i < kRadii; ++i) {
+    const double s = c * std::sqrt((i + 0.5) / kRadii);
+    for (int j = 0; j < kAngles; ++j) {
+      const double angle = kPi * (j + 0.5) / kAngles;
+      sum += value(std::sqrt(r * r + s * s + 2.0 * r * s * std::cos(angle)));
+    }
+  }
+  return sum / (kRadii * kAngles);
+}
+
+/// Potential of a uniform unit charge on a disc, Love 1929.
+double disc_potential(double r, double c) {
+  const double d = r / c;
+  if (d <= 1.0) return 4.0 * std::comp_ellint_2(d) / (kPi * c);
+  const double k = 1.0 / d;
+  return 4.0 * d / (kPi * c) * (std::comp_ellint_2(k) - (1.0 - k * k) * std::comp_ellint_1(k));
+}
+
+/// 1/r under a Gaussian of standard deviation s, by quadrature in polar coordinates about x.
+double spread_by_quadrature(double r, double s) {
+  constexpr int kRadii = 2000, kAngles = 400;
+  const double end = r + 8.0 * s;
+  double sum = 0.0;
+  for (int i = 0; i < kRadii; ++i) {
+    const double t = end * (i + 0.5) / kRadii;
+    for (int j = 0; j < kAngles; ++j) {
+      const double angle = kPi * (j + 0.5) / kAngles;
+      const double from_centre2 = r * r + t * t + 2.0 * r * t * std::cos(angle);
+      sum += std::exp(-from_centre2 / (2.0 * s * s));
+    }
+  }
+  return sum * (end / kRadii) * (2.0 * kPi / kAngles) / (2.0 * kPi * s * s);
+}
+
+/// Response of two discs without the spread part: at a great sigma that is a small constant.
+double disc_disc(double r) {
+  const double sigma = 1e3 * kRadius;
+  return NearField(kTissue, sigma).normal_compliance(r, kArea) / kNormalScale +
+         std::sqrt(kPi) / (2.0 * sigma);
+}
+
+TEST(NearField, SelfTermIsTheMeanDisplacementOfAUniformlyLoadedDisc) {
+  EXPECT_NEAR(disc_disc(0.0) * kRadius, 16.0 / (3.0 * kPi), 1e-6);
+}
+
+TEST(NearField, PairTermsAgreeWithIntegrationOverBothDiscs) {
+  for (const double d : {0.1, 0.5, 1.0, 1.5, 1.905, 2.0, 2.5, 3.9, 4.1, 6.0, 12.0}) {
+    const double exact = mean_over_disc(d * kRadius, kRadius,
+                                        [](double r) { return disc_potential(r, kRadius); });
+    EXPECT_NEAR(disc_disc(d * kRadius) / exact, 1.0, 1e-3) << "at " << d << " radii";
+  }
+}
+
+TEST(NearField, SpreadPartAgreesWithIntegrationOverTheGaussian) {
+  const double sigma = 3e-3;
+  const NearField field(kTissue, sigma);
+  for (const double r : {0.5e-3, 2e-3, 5e-3, 9e-3, 20e-3}) {
+    const double spread = disc_disc(r) - field.normal_compliance(r, kArea) / kNormalScale;
+    EXPECT_NEAR(spread * sigma, spread_by_quadrature(r, std::sqrt(2.0) * sigma) * sigma, 1e-4) << r;
+  }
+}
+
+TEST(NearField, DrawnDisplacementIsThatOfLovesDisc) {
+  const double sigma = 1e3 * kRadius;
+  const NearField field(kTissue, sigma);
+  const double spread = std::sqrt(kPi / 2.0) / sigma;
+  EXPECT_NEAR((field.drawn_normal(0.0, kArea) / kNormalScale + spread) * kRadius, 2.0, 1e-6);
+  EXPECT_NEAR((field.drawn_normal(kRadius, kArea) / kNormalScale + spread) * kRadius, 4.0 / kPi,
+              1e-6);
+  for (const double d : {0.5, 1.5, 3.99, 4.01, 8.0}) {
+    EXPECT_NEAR(field.drawn_normal(d * kRadius, kArea) / kNormalScale + spread,
+                disc_potential(d * kRadius, kRadius), 1e-4 * disc_potential(d * kRadius, kRadius));
+  }
+}
+
+TEST(NearField, TangentialResponseIsCerrutisAveragedOverDirections) {
+  const NearField field(kTissue, 3e-3);
+  const double nu = kTissue.poisson_ratio, shear = kTissue.shear_modulus();
+  // Cerruti: ((1 - nu) + nu x^2 / r^2) / (2 pi G r), whose mean over directions has nu / 2.
+  const double scale = (1.0 - nu + 0.5 * nu) / (2.0 * kPi * shear);
+  EXPECT_NEAR(field.tangential_compliance(1e-3, kArea) / field.normal_compliance(1e-3, kArea),
+              scale / kNormalScale, 1e-9);
+  EXPECT_NEAR(field.tangential_share(), scale / kNormalScale, 1e-9);
+}
+
+TEST(NearField, FallsSmoothlyToNothingAtItsRange) {
+  const NearField field(kTissue, 3e-3);
+  const double at_sigma = std::abs(field.normal_compliance(3e-3, kArea));
+  double before = field.normal_compliance(0.5 * field.range(), kArea);
+  for (int i = 1; i <= 200; ++i) {
+    const double r = field.range() * (0.5 + 0.51 * i / 200.0);
+    const double here = field.normal_compliance(r, kArea);
+    EXPECT_LT(std::abs(here - before), 1e-3 * at_sigma);
+    before = here;
+  }
+  EXPECT_EQ(field.normal_compliance(field.range(), kArea), 0.0);
+  EXPECT_EQ(field.drawn_normal(1.1 * field.range(), kArea), 0.0);
+}
+
+TEST(NearField, StaysFiniteFarFromTheCell) {
+  const NearField field(kTissue, 1e-6);
+  EXPECT_EQ(field.normal_compliance(1.0, kArea), 0.0);
+  EXPECT_TRUE(std::isfinite(field.normal_compliance(16e-6, 1e-14)));
+}
+
+TEST(NearField, GridOfCellsIsPositive) {
+  const double pitch = 0.26e-3, area = pitch * pitch * std::sqrt(0.75);
+  const NearField field(kTissue, 3e-3);
+  std::vector<Vec2> places;
+  for (int i = -4; i <= 4; ++i) {
+    for (int j = -4; j <= 4; ++j) places.push_back({pitch * (i + 0.5 * j), pitch * 0.866 * j});
+  }
+  const auto n = static_cast<Eigen::Index>(places.size());
+  MatrixX matrix(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (Eigen::Index l = 0; l < n; ++l) {
+      matrix(k, l) = field.normal_compliance(
+          (places[static_cast<std::size_t>(k)] - places[static_cast<std::size_t>(l)]).norm(), area);
+    }
+  }
+  const VectorX eigenvalues = Eigen::SelfAdjointEigenSolver<MatrixX>(matrix).eigenvalues();
+  EXPECT_GT(eigenvalues[0], 0.01 * eigenvalues[n - 1]);
+}
+
+TEST(NearField, OverlappingCellsOfAHalfSpaceArePositive) {
+  // Two tools at one place: cells lie anyhow. The spread part is added back as a half-space has it.
+  const Random random(7, 1);
+  std::vector<Vec2> places;
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    places.push_back(2e-3 * Vec2(random.uniform(2 * i), random.uniform(2 * i + 1)));
+  }
+  const auto n = static_cast<Eigen::Index>(places.size());
+  MatrixX matrix(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (Eigen::Index l = 0; l < n; ++l) {
+      matrix(k, l) = disc_disc(
+          (places[static_cast<std::size_t>(k)] - places[static_cast<std::size_t>(l)]).norm());
+    }
+  }
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatrixX>(matrix).eigenvalues()[0], 0.0);
+}
+
+}  // namespace
+}  // namespace viscera

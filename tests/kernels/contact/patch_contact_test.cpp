@@ -1,0 +1,268 @@
+#include "kernels/contact/patch_contact.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/kernels/contact/bodies.h"
+
+namespace viscera {
+namespace {
+
+const IsotropicMaterial kTissue{1e4, 0.45};
+constexpr double kTop = 0.012;
+
+/// A block of 40 x 40 x 24 mm on its bottom with nodes 4 mm apart, prepared once.
+const test::PressedBody& block() {
+  static const test::PressedBody body =
+      test::prepare_block(Vec3(0.04, 0.04, 2.0 * kTop), 4e-3, 0.016, kTissue);
+  return body;
+}
+
+class OnABlock : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(block().ready); }
+  ContactSolution solve(const std::vector<ContactCell>& cells) {
+    ContactSolution solution;
+    contact.solve(cells, solution, response);
+    return solution;
+  }
+  PatchContact contact{block().compliance, block().touch, kTissue};
+  ContactResponse response;
+};
+
+TEST_F(OnABlock, NoCellPullsAndNoFreeCellIsPenetrated) {
+  // Depths with gaps and a ridge, so that touching and free cells alternate.
+  auto cells = test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 5, 0.0, 0.3e-3);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    cells[k].depth = 0.3e-3 * std::sin(3e3 * cells[k].position.x()) - 0.02e-3 * (k % 5);
+  }
+  const ContactSolution solution = solve(cells);
+  ASSERT_TRUE(solution.converged);
+  EXPECT_GT(solution.smallest_eigenvalue, 1e-4);
+  EXPECT_LT(solution.violation, 1e-8);
+  EXPECT_GT(solution.touching, 5);
+  EXPECT_LT(solution.touching, static_cast<int>(cells.size()));
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const double push = solution.forces[k].dot(cells[k].direction);
+    const double moved = contact.cell_displacements()[k].dot(cells[k].direction);
+    EXPECT_GE(push, 0.0);
+    EXPECT_NEAR((solution.forces[k] - push * cells[k].direction).norm(), 0.0, 1e-15);
+    EXPECT_GE(moved, cells[k].depth - 1e-8);
+    if (push > 1e-9) EXPECT_NEAR(moved, cells[k].depth, 2e-9);
+  }
+}
+
+TEST_F(OnABlock, CellsAboveTheSurfaceFeelNothing) {
+  const ContactSolution solution =
+      solve(test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 3, 1e-3, -0.1e-3));
+  EXPECT_TRUE(solution.converged);
+  EXPECT_EQ(solution.touching, 0);
+  EXPECT_EQ(test::total_force(solution), Vec3::Zero());
+  EXPECT_TRUE(response.touched.empty());
+}
+
+TEST_F(OnABlock, NoCellsMeanNoForces) {
+  const ContactSolution solution = solve({});
+  EXPECT_TRUE(solution.converged);
+  EXPECT_TRUE(solution.forces.empty());
+}
+
+TEST_F(OnABlock, HeldCellsReachTheirDisplacement) {
+  auto cells = test::plane_cells(Vec3(0.5e-3, -1e-3, kTop), 0.5e-3, 2, 0.0, 0.0);
+  const Vec3 lift(0.4e-3, -0.2e-3, 1e-3);
+  for (ContactCell& cell : cells) {
+    cell.held = true;
+    cell.displacement = lift;
+  }
+  const ContactSolution solution = solve(cells);
+  ASSERT_TRUE(solution.converged);
+  for (const Vec3& moved : contact.cell_displacements()) {
+    EXPECT_LT((moved - lift).norm(), 1e-5 * lift.norm());
+  }
+  EXPECT_GT(test::total_force(solution).dot(lift), 0.0);
+}
+
+TEST_F(OnABlock, LoadsOnNodesAddUpToTheForces) {
+  const ContactSolution solution =
+      solve(test::plane_cells(Vec3(2e-3, 1e-3, kTop), 0.26e-3, 3, 1e-3, 0.5e-3));
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& load : response.loads) sum += load;
+  EXPECT_LT((sum - test::total_force(solution)).norm(), 1e-5 * sum.norm());
+}
+
+TEST_F(OnABlock, ForceAndDisplacementAreReciprocal) {
+  // Two held cells: the force that cell 1 needs to stay when cell 0 moves along a is the force that
+  // cell 0 needs along a when cell 1 moves (Betti).
+  std::vector<ContactCell> cells(2);
+  cells[0].position = Vec3(-2e-3, 0, kTop);
+  cells[1].position = Vec3(3e-3, 1e-3, kTop);
+  for (ContactCell& cell : cells) {
+    cell.area = 1e-6;
+    cell.held = true;
+  }
+  MatrixX stiffness(6, 6);
+  for (int j = 0; j < 6; ++j) {
+    for (ContactCell& cell : cells) cell.displacement.setZero();
+    cells[static_cast<std::size_t>(j / 3)].displacement[j % 3] = 1e-3;
+    const ContactSolution solution = solve(cells);
+    for (int i = 0; i < 6; ++i) {
+      stiffness(i, j) = solution.forces[static_cast<std::size_t>(i / 3)][i % 3];
+    }
+  }
+  EXPECT_LT((stiffness - stiffness.transpose()).norm(), 1e-10 * stiffness.norm());
+}
+
+TEST_F(OnABlock, ClosedPathOfAHeldPatchGivesNoEnergyBack) {
+  auto cells = test::plane_cells(Vec3(1e-3, 1e-3, kTop), 0.5e-3, 1, 0.0, 0.0);
+  for (ContactCell& cell : cells) cell.held = true;
+  constexpr int kSteps = 40;
+  double work = 0.0, exchanged = 0.0;
+  Vec3 before = Vec3::Zero(), force_before = Vec3::Zero();
+  for (int i = 0; i <= kSteps; ++i) {
+    const double angle = 2.0 * M_PI * i / kSteps;
+    const Vec3 at(1e-3 * std::sin(angle), 0.6e-3 * std::sin(2.0 * angle),
+                  0.8e-3 * (1.0 - std::cos(angle)));
+    for (ContactCell& cell : cells) cell.displacement = at;
+    const Vec3 force = test::total_force(solve(cells));
+    const double step = 0.5 * (force + force_before).dot(at - before);
+    work += step;
+    exchanged += std::abs(step);
+    before = at;
+    force_before = force;
+  }
+  EXPECT_LT(std::abs(work), 1e-9 * exchanged);
+}
+
+TEST_F(OnABlock, PressingAndReleasingATipGivesNoEnergyBack) {
+  // The path goes down at one depth profile and up again: contact cells join and leave reversibly.
+  constexpr int kSteps = 20;
+  std::vector<double> down, up;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double depth = 0.6e-3 * i / kSteps;
+    down.push_back(
+        test::total_force(solve(test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 3, 1e-3, depth))).z());
+  }
+  for (int i = kSteps; i >= 0; --i) {
+    const double depth = 0.6e-3 * i / kSteps;
+    up.push_back(
+        test::total_force(solve(test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 3, 1e-3, depth))).z());
+  }
+  for (int i = 0; i <= kSteps; ++i) {
+    EXPECT_NEAR(down[static_cast<std::size_t>(i)], up[static_cast<std::size_t>(kSteps - i)],
+                1e-9 * std::abs(down.back()));
+  }
+}
+
+TEST_F(OnABlock, ForceOfAPressedPatchIsTheGradientOfItsEnergy) {
+  // The energy 1/2 f.u of a held patch, differenced centrally, against the force.
+  auto cells = test::plane_cells(Vec3(0, 2e-3, kTop), 0.5e-3, 1, 0.0, 0.0);
+  const auto energy_at = [&](const Vec3& displacement, Vec3& force) {
+    for (ContactCell& cell : cells) {
+      cell.held = true;
+      cell.displacement = displacement;
+    }
+    force = test::total_force(solve(cells));
+    return 0.5 * force.dot(displacement);
+  };
+  const Vec3 at(0.3e-3, -0.4e-3, -0.8e-3);
+  Vec3 force, ignored;
+  energy_at(at, force);
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 step = 1e-5 * Vec3::Unit(a);
+    const double slope = (energy_at(at + step, ignored) - energy_at(at - step, ignored)) / 2e-5;
+    EXPECT_NEAR(slope, force[a], 1e-8 * force.norm());
+  }
+}
+
+TEST_F(OnABlock, TwoToolsAtOneSpotStaySolvable) {
+  auto cells = test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
+  const Vec3 one = test::total_force(solve(cells));
+  const auto copy = cells;
+  cells.insert(cells.end(), copy.begin(), copy.end());
+  const ContactSolution both = solve(cells);
+  ASSERT_TRUE(both.converged);
+  EXPECT_LT((test::total_force(both) - one).norm(), 1e-3 * one.norm());
+}
+
+TEST_F(OnABlock, ToolsFarApartFeelEachOtherAndSmallToolsNearOneAnotherMore) {
+  const auto lone = test::plane_cells(Vec3(-6e-3, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
+  const double alone = -test::total_force(solve(lone)).z();
+  const auto force_beside = [&](double distance) {
+    auto cells = lone;
+    const auto other =
+        test::plane_cells(Vec3(-6e-3 + distance, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
+    cells.insert(cells.end(), other.begin(), other.end());
+    const ContactSolution solution = solve(cells);
+    double force = 0.0;
+    for (std::size_t k = 0; k < lone.size(); ++k) force -= solution.forces[k].z();
+    return force;
+  };
+  // The neighbour takes the surface down with it, so less force is needed.
+  const double near = force_beside(3e-3), far = force_beside(12e-3);
+  EXPECT_LT(near, 0.97 * far);
+  EXPECT_LT(far, alone);
+}
+
+TEST_F(OnABlock, HeldAndPressedCellsTogetherMeetTheirConditions) {
+  auto cells = test::plane_cells(Vec3(-4e-3, 0, kTop), 0.4e-3, 2, 0.0, 0.0);
+  for (ContactCell& cell : cells) {
+    cell.held = true;
+    cell.displacement = Vec3(0, 0, 2e-3);
+  }
+  const auto pressed = test::plane_cells(Vec3(5e-3, 0, kTop), 0.26e-3, 3, 1e-3, 0.4e-3);
+  cells.insert(cells.end(), pressed.begin(), pressed.end());
+  const ContactSolution solution = solve(cells);
+  ASSERT_TRUE(solution.converged);
+  EXPECT_LT(solution.violation, 1e-8);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    if (cells[k].held) {
+      EXPECT_LT((contact.cell_displacements()[k] - cells[k].displacement).norm(), 1e-8);
+    } else {
+      EXPECT_LE(solution.forces[k].z(), 0.0);
+    }
+  }
+}
+
+TEST_F(OnABlock, CellBeyondTheTouchableRegionIsCounted) {
+  auto cells = test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 1, 1e-3, 0.3e-3);
+  cells.push_back(cells[0]);
+  cells.back().position = Vec3(0, 0, -kTop);
+  cells.back().normal = -Vec3::UnitZ();
+  const ContactSolution solution = solve(cells);
+  EXPECT_TRUE(solution.converged);
+  EXPECT_EQ(solution.beyond_touchable, 1);
+}
+
+TEST_F(OnABlock, NonFiniteDepthGivesNoForces) {
+  auto cells = test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 1, 1e-3, 0.3e-3);
+  cells[2].depth = std::nan("");
+  const ContactSolution solution = solve(cells);
+  EXPECT_FALSE(solution.converged);
+  EXPECT_EQ(test::total_force(solution), Vec3::Zero());
+  cells[2].depth = 0.3e-3;
+  EXPECT_TRUE(solve(cells).converged);
+}
+
+TEST(PatchContact, HertzForceOnADeepBlock) {
+  // ANALYTIC no. 1, a = 1.1 mm on nodes 7 mm apart. The block is bonded below and finite: about 2 %
+  // stiffer than a half-space; cells of constant pressure lose about 1 % at the edge.
+  const test::PressedBody body =
+      test::prepare_block(Vec3(0.08, 0.08, 0.06), 7e-3, 0.025, kTissue);
+  ASSERT_TRUE(body.ready);
+  PatchContact contact(body.compliance, body.touch, kTissue);
+  ContactSolution solution;
+  ContactResponse response;
+  const double radius = 5e-3, depth = 0.25e-3;
+  contact.solve(test::plane_cells(Vec3(0.8e-3, 0.3e-3, 0.03), 0.2e-3, 7, radius, depth), solution,
+                response);
+  const double hertz =
+      4.0 / 3.0 * kTissue.contact_modulus() * std::sqrt(radius) * std::pow(depth, 1.5);
+  const double error = -test::total_force(solution).z() / hertz - 1.0;
+  RecordProperty("relative_error", std::to_string(error));
+  std::printf("Hertz: force %+.2f %% of the half-space's\n", 100.0 * error);
+  EXPECT_NEAR(error, 0.01, 0.02);
+}
+
+}  // namespace
+}  // namespace viscera
