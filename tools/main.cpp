@@ -1,4 +1,4 @@
-// The `viscera` program: run, check, smoke-info.
+// The `viscera` program: run, check, bench, smoke-info.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +11,7 @@
 #include "engine/io/smoke_file.h"
 #include "engine/run.h"
 #include "engine/scene/load_scene.h"
+#include "tools/bench_command.h"
 #include "tools/check_command.h"
 #include "tools/project_paths.h"
 
@@ -118,6 +119,16 @@ int main_program(int argc, char** argv) {
   CLI::App* smoke_info = app.add_subcommand("smoke-info", "say what a written smoke volume holds");
   smoke_info->add_option("file", volume, "a .vdb file of a run")->required();
 
+  SceneArguments bench_scene_arguments;
+  BenchOptions bench_options;
+  std::string bench_json;
+  CLI::App* bench = app.add_subcommand("bench", "measure, with the error beside every speed");
+  bench->require_subcommand(1);
+  CLI::App* bench_main = bench->add_subcommand("scene", "what running a scene costs");
+  bench_scene_arguments.add_to(*bench_main);
+  bench_main->add_option("--json", bench_json, "write the figures to this file");
+  bench_main->add_flag("--quick", bench_options.quick, "three simulated seconds");
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -139,6 +150,16 @@ int main_program(int argc, char** argv) {
     if (!tissues) return fail(tissues.error());
     auto checked = check_scene(*scene, *tissues, std::cout);
     return checked ? 0 : fail(checked.error());
+  }
+  if (bench_main->parsed()) {
+    auto scene = bench_scene_arguments.load();
+    if (!scene) return fail(scene.error());
+    auto tissues = load_tissues(assets_folder() / "tissues.json");
+    if (!tissues) return fail(tissues.error());
+    install_interrupt_handler();
+    bench_options.json = bench_json;
+    auto measured = bench_scene(*scene, *tissues, bench_options, std::cout);
+    return measured ? 0 : fail(measured.error());
   }
   return smoke_info_command(volume);
 }

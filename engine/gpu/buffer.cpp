@@ -6,7 +6,9 @@
 
 namespace viscera {
 
-Buffer::Buffer() { glCreateBuffers(1, &id_); }
+Buffer::Buffer() {
+  glCreateBuffers(1, &id_);
+}
 
 Buffer::~Buffer() {
   if (id_ != 0) glDeleteBuffers(1, &id_);
@@ -32,7 +34,9 @@ void Buffer::upload_bytes(const void* bytes, std::size_t size) {
   size_ = size;
 }
 
-VertexArray::VertexArray() { glCreateVertexArrays(1, &id_); }
+VertexArray::VertexArray() {
+  glCreateVertexArrays(1, &id_);
+}
 
 VertexArray::~VertexArray() {
   if (id_ != 0) glDeleteVertexArrays(1, &id_);
@@ -54,6 +58,8 @@ void VertexArray::attribute(unsigned location, const Buffer& buffer, int compone
                             static_cast<GLsizei>(stride));
 }
 
-void VertexArray::elements(const Buffer& buffer) { glVertexArrayElementBuffer(id_, buffer.id()); }
+void VertexArray::elements(const Buffer& buffer) {
+  glVertexArrayElementBuffer(id_, buffer.id());
+}
 
 }  // namespace viscera

@@ -23,7 +23,7 @@ class Buffer {
   void upload_bytes(const void* bytes, std::size_t size);
 
   unsigned id() const { return id_; }
-  std::size_t size() const { return size_; }   ///< bytes of the last upload
+  std::size_t size() const { return size_; }  ///< bytes of the last upload
 
  private:
   unsigned id_ = 0;

@@ -36,10 +36,10 @@ std::vector<Candidate> find_displays() {
     for (EGLint i = 0; i < count; ++i) {
       const char* extensions = eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS);
       const bool is_software =
-          extensions && std::string(extensions).find("EGL_MESA_device_software") != std::string::npos;
+          extensions &&
+          std::string(extensions).find("EGL_MESA_device_software") != std::string::npos;
       Candidate candidate;
-      candidate.display =
-          eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr);
+      candidate.display = eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr);
       candidate.name = "EGL device " + std::to_string(i) + (is_software ? " (software)" : "");
       (is_software ? software : hardware).push_back(candidate);
     }
@@ -66,9 +66,13 @@ Result<EGLContext> make_context(EGLDisplay display) {
   if (!eglChooseConfig(display, config_attributes, &config, 1, &configs) || configs < 1) {
     config = EGL_NO_CONFIG_KHR;
   }
-  const EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
+  const EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                       4,
+                                       EGL_CONTEXT_MINOR_VERSION,
+                                       5,
                                        EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                       EGL_NONE};
   const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, context_attributes);
   if (context == EGL_NO_CONTEXT) return failure("no OpenGL 4.5 core context, " + egl_error());
   if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
@@ -81,7 +85,9 @@ Result<EGLContext> make_context(EGLDisplay display) {
 
 }  // namespace
 
-int egl_contexts_created() { return contexts_created; }
+int egl_contexts_created() {
+  return contexts_created;
+}
 
 Result<std::unique_ptr<EglContext>> EglContext::create() {
   ++contexts_created;

@@ -21,7 +21,7 @@ class EglContext {
   /// Makes this context the calling thread's again, after another one was used there.
   void make_current() const;
 
-  const std::string& device() const { return device_; }   ///< GL_RENDERER
+  const std::string& device() const { return device_; }  ///< GL_RENDERER
   bool software() const { return software_; }
 
  private:
@@ -32,7 +32,8 @@ class EglContext {
   bool software_ = false;
 };
 
-/// How many contexts this process has asked EGL for: proves that a run without pictures asks for none.
+/// How many contexts this process has asked EGL for: proves that a run without pictures asks for
+/// none.
 int egl_contexts_created();
 
 }  // namespace viscera

@@ -27,7 +27,7 @@ class PassTimer {
 
  private:
   void stamp();
-  std::vector<unsigned> queries_;   // made as needed, used again every picture
+  std::vector<unsigned> queries_;  // made as needed, used again every picture
   std::size_t used_ = 0;
   std::vector<const char*> names_;
 };

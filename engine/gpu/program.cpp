@@ -102,7 +102,7 @@ Result<Program> Program::create(const std::vector<ShaderStage>& stages) {
       continue;
     }
     glAttachShader(program.id_, *shader);
-    glDeleteShader(*shader);   // lives on while it is attached
+    glDeleteShader(*shader);  // lives on while it is attached
     names += (names.empty() ? "" : " + ") + stage.files.back().name;
   }
   if (!error.messages.empty()) return std::unexpected(error);
@@ -129,7 +129,9 @@ Program& Program::operator=(Program&& other) noexcept {
   return *this;
 }
 
-void Program::use() const { glUseProgram(id_); }
+void Program::use() const {
+  glUseProgram(id_);
+}
 
 int Program::location(const char* name) {
   const auto [entry, is_new] = locations_.try_emplace(name, -1);
@@ -137,9 +139,13 @@ int Program::location(const char* name) {
   return entry->second;
 }
 
-void Program::set(const char* name, int value) { glProgramUniform1i(id_, location(name), value); }
+void Program::set(const char* name, int value) {
+  glProgramUniform1i(id_, location(name), value);
+}
 
-void Program::set(const char* name, float value) { glProgramUniform1f(id_, location(name), value); }
+void Program::set(const char* name, float value) {
+  glProgramUniform1f(id_, location(name), value);
+}
 
 void Program::set(const char* name, const Eigen::Vector3i& value) {
   glProgramUniform3iv(id_, location(name), 1, value.data());

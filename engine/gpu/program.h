@@ -13,15 +13,15 @@ namespace viscera {
 
 /// One file of GLSL, without its #version line.
 struct ShaderFile {
-  std::string name;   ///< as people know it: "organ.frag"
+  std::string name;  ///< as people know it: "organ.frag"
   std::string text;
 };
 
 /// One shader: its files one after another, preceded by `#version 450 core` and the definitions.
 struct ShaderStage {
-  unsigned kind = 0;                        ///< GL_VERTEX_SHADER ...
+  unsigned kind = 0;  ///< GL_VERTEX_SHADER ...
   std::vector<ShaderFile> files;
-  std::vector<std::string> definitions;     ///< "NAME" or "NAME VALUE"
+  std::vector<std::string> definitions;  ///< "NAME" or "NAME VALUE"
 };
 
 class Program {

@@ -47,7 +47,9 @@ void Texture::upload_3d(int x, int y, int z, int width, int height, int depth, u
   glTextureSubImage3D(id_, 0, x, y, z, width, height, depth, format, type, values);
 }
 
-void Texture::bind(unsigned unit) const { glBindTextureUnit(unit, id_); }
+void Texture::bind(unsigned unit) const {
+  glBindTextureUnit(unit, id_);
+}
 
 Framebuffer::Framebuffer(std::initializer_list<const Texture*> colours, const Texture* depth) {
   glCreateFramebuffers(1, &id_);

@@ -5,8 +5,8 @@
 
 namespace viscera {
 
-/// Owns one immutable-size GL texture: 2D when depth is 0, else 3D. Filtering is linear (nearest for
-/// integer formats, or when asked for), coordinates are clamped to the edge.
+/// Owns one immutable-size GL texture: 2D when depth is 0, else 3D. Filtering is linear (nearest
+/// for integer formats, or when asked for), coordinates are clamped to the edge.
 class Texture {
  public:
   enum class Filter { kLinear, kNearest };

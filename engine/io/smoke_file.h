@@ -10,13 +10,13 @@
 
 namespace viscera {
 
-/// Writes smoke grids as .vdb fog volumes (FloatGrid "density" [kg/m3] and "temperature" [K excess],
-/// half floats, world transform in metres), each to a temporary name and renamed. OpenVDB is
-/// initialised by the first object, so a run without smoke never touches it.
+/// Writes smoke grids as .vdb fog volumes (FloatGrid "density" [kg/m3] and "temperature" [K
+/// excess], half floats, world transform in metres), each to a temporary name and renamed. OpenVDB
+/// is initialised by the first object, so a run without smoke never touches it.
 class SmokeWriter {
  public:
   SmokeWriter();
-  ~SmokeWriter();   ///< waits for what is queued
+  ~SmokeWriter();  ///< waits for what is queued
 
   /// Queues a copy; blocks only when more than two volumes wait.
   void write(const std::filesystem::path& file, const SmokeGrid& grid, double time,
@@ -33,11 +33,11 @@ class SmokeWriter {
 /// What a written file holds: for `viscera smoke-info` and tests.
 struct SmokeFileInfo {
   std::string volume;
-  double time = 0.0;             ///< [s]
-  double mass = 0.0;             ///< integral of density [kg]
-  Box active_bounds;             ///< [m]
+  double time = 0.0;  ///< [s]
+  double mass = 0.0;  ///< integral of density [kg]
+  Box active_bounds;  ///< [m]
   std::size_t active_voxels = 0;
-  double voxel = 0.0;            ///< [m]
+  double voxel = 0.0;  ///< [m]
 };
 Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file);
 

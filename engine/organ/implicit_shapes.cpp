@@ -63,7 +63,7 @@ class Spline {
   }
 
  private:
-  static constexpr int kSamples = 6;   // a span
+  static constexpr int kSamples = 4;   // a span
 
   int spans() const { return static_cast<int>(knots_.size()) - 3; }
 

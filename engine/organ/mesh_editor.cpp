@@ -14,12 +14,9 @@ const double kCrease = std::cos(50.0 * std::numbers::pi / 180.0);
 // A triangle may turn by up to this much when a vertex moves.
 const double kGreatestTurn = std::cos(60.0 * std::numbers::pi / 180.0);
 
-int third_corner(const std::array<int, 3>& triangle, int a, int b) {
-  for (const int v : triangle) {
-    if (v != a && v != b) return v;
-  }
-  return -1;
-}
+// A triangle whose height is less than this share of its longest edge is a needle: which way it faces
+// is chance, and mustn't hinder its removal.
+constexpr double kNeedle = 0.05;
 
 // The angle at b of the triangle a b c.
 double angle(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -47,10 +44,7 @@ MeshEditor::MeshEditor(const TriangleSurface& surface, Projection projection, bo
   for (const Edge& edge : edges()) {
     int left, right;
     wings(edge, left, right);
-    if (normal(triangles_[left]).normalized().dot(normal(triangles_[right]).normalized()) <
-        kCrease) {
-      locked_[edge.first] = locked_[edge.second] = 1;
-    }
+    if (turns(left, right)) locked_[edge.first] = locked_[edge.second] = 1;
   }
 }
 
@@ -104,7 +98,15 @@ Vec3 MeshEditor::normal(const Triangle& t) const {
 }
 
 bool MeshEditor::is_crease(const Edge& edge) const {
-  return locked_[edge.first] && locked_[edge.second];
+  if (!locked_[edge.first] || !locked_[edge.second]) return false;
+  int left, right;
+  const auto [c, d] = wings(edge, left, right);
+  return c >= 0 && d >= 0 && turns(left, right);
+}
+
+bool MeshEditor::turns(int left, int right) const {
+  const Vec3 one = normal(triangles_[left]), other = normal(triangles_[right]);
+  return one.dot(other) < kCrease * one.norm() * other.norm();
 }
 
 // Whether a triangle around `vertex` would turn over if the vertex moved; those that hold the vertex
@@ -114,6 +116,10 @@ bool MeshEditor::folds(int vertex, const Vec3& to, int without) const {
     const Triangle& corners = triangles_[t];
     if (std::find(corners.begin(), corners.end(), without) != corners.end()) continue;
     const Vec3 before = normal(corners);
+    const double longest2 = std::max({(at_[corners[0]] - at_[corners[1]]).squaredNorm(),
+                                      (at_[corners[1]] - at_[corners[2]]).squaredNorm(),
+                                      (at_[corners[2]] - at_[corners[0]]).squaredNorm()});
+    if (before.norm() < kNeedle * longest2) continue;
     std::array<Vec3, 3> moved;
     for (int i = 0; i < 3; ++i) moved[i] = corners[i] == vertex ? to : at_[corners[i]];
     const Vec3 after = (moved[1] - moved[0]).cross(moved[2] - moved[0]);

@@ -53,6 +53,7 @@ class MeshEditor {
   std::vector<int> neighbours(int vertex) const;
   bool adjacent(int a, int b) const;
   bool is_crease(const Edge& edge) const;
+  bool turns(int left, int right) const;
   bool folds(int vertex, const Vec3& to, int without) const;
   Vec3 normal(const Triangle& triangle) const;
   void replace(int triangle, const Triangle& corners);
@@ -71,11 +72,14 @@ class MeshEditor {
 /// and relax, `rounds` times, then Delaunay flips.
 void remesh(MeshEditor& mesh, double edge, int rounds);
 
+/// Relaxes and makes Delaunay flips, `rounds` times.
+void settle(MeshEditor& mesh, int rounds);
+
 /// Exactly `triangles` (even), by collapsing the shortest or splitting the longest edges, relaxed in
 /// between. False where no more edges can be collapsed.
 bool reach_triangle_count(MeshEditor& mesh, int triangles);
 
-/// Greatest cosine, hence least angle, of a triangle's corners [rad].
+/// The least angle of a triangle [rad].
 double least_angle(const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace viscera

@@ -31,6 +31,8 @@ std::vector<Edge> by_length(const MeshEditor& mesh, bool shortest_first, double 
   return edges;
 }
 
+}  // namespace
+
 void settle(MeshEditor& mesh, int rounds) {
   for (int round = 0; round < rounds; ++round) {
     mesh.relax();
@@ -38,8 +40,6 @@ void settle(MeshEditor& mesh, int rounds) {
     }
   }
 }
-
-}  // namespace
 
 void remesh(MeshEditor& mesh, double edge, int rounds) {
   // 4/5 and 4/3 of the wanted length are the thresholds that neither undo each other.
@@ -59,6 +59,15 @@ void remesh(MeshEditor& mesh, double edge, int rounds) {
     mesh.relax();
   }
   settle(mesh, 3);
+  // What is left of folds in the first triangulation, at rims that are sharper than an edge is long.
+  for (int pass = 0; pass < 3; ++pass) {
+    int collapses = 0;
+    for (const Edge& e : by_length(mesh, true, -1.0, 0.4 * edge)) {
+      if (mesh.length(e) < 0.4 * edge) collapses += mesh.collapse(e, kNoLimit, 0.0);
+    }
+    settle(mesh, 1);
+    if (collapses == 0) break;
+  }
 }
 
 bool reach_triangle_count(MeshEditor& mesh, int triangles) {

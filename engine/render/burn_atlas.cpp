@@ -10,10 +10,11 @@ namespace viscera {
 
 namespace {
 
-constexpr int kTilesAcross = 16;   // of the atlas in x and y
+constexpr int kTilesAcross = 16;  // of the atlas in x and y
 
 /// The 27 bricks around one, itself at 13; null where there is none.
-std::array<const BrickField::Values*, 27> neighbourhood(const BrickField& field, std::size_t brick) {
+std::array<const BrickField::Values*, 27> neighbourhood(const BrickField& field,
+                                                        std::size_t brick) {
   std::array<const BrickField::Values*, 27> found{};
   for (int i = 0; i < 27; ++i) {
     const Eigen::Vector3i offset(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
@@ -32,8 +33,8 @@ void fill_tile(const BrickField& field, std::size_t brick, std::vector<std::uint
       for (int x = -kBorder; x < kEdge + kBorder; ++x, ++out) {
         const int bx = (x + kEdge) / kEdge, by = (y + kEdge) / kEdge, bz = (z + kEdge) / kEdge;
         const BrickField::Values* values = bricks[bx + 3 * by + 9 * bz];
-        const int inside = (x + kEdge) % kEdge +
-                           kEdge * ((y + kEdge) % kEdge + kEdge * ((z + kEdge) % kEdge));
+        const int inside =
+            (x + kEdge) % kEdge + kEdge * ((y + kEdge) % kEdge + kEdge * ((z + kEdge) % kEdge));
         const float value = values != nullptr ? (*values)[inside] : 0.0f;
         tile[out] = static_cast<std::uint16_t>(
             std::lround(65535.0f * std::clamp(std::isfinite(value) ? value : 0.0f, 0.0f, 1.0f)));
@@ -71,7 +72,8 @@ void BurnAtlas::update_map(const BrickField& damage) {
   if (!map_ || Eigen::Vector3i(map_.width(), map_.height(), map_.depth()) != size) {
     map_ = Texture(GL_R32UI, size.x(), size.y(), size.z(), Texture::Filter::kNearest);
   }
-  map_.upload_3d(0, 0, 0, size.x(), size.y(), size.z(), GL_RED_INTEGER, GL_UNSIGNED_INT, map.data());
+  map_.upload_3d(0, 0, 0, size.x(), size.y(), size.z(), GL_RED_INTEGER, GL_UNSIGNED_INT,
+                 map.data());
   first_brick_ = low;
 }
 
@@ -79,7 +81,7 @@ void BurnAtlas::update(const BrickField& damage) {
   uploaded_ = 0;
   voxel_ = damage.voxel();
   const std::size_t count = damage.brick_count();
-  if (count < tiles_.size()) tiles_.clear();   // another field: a restored checkpoint, say
+  if (count < tiles_.size()) tiles_.clear();  // another field: a restored checkpoint, say
   if (count == 0) return;
   const bool moved = reserve(static_cast<int>(count));
   const bool grown = count != tiles_.size();

@@ -10,12 +10,12 @@
 
 namespace viscera {
 
-/// Every brick is a tile of the atlas with a border of its neighbours' voxels, wide enough for cubic
-/// filtering; a small 3D texture over the bricks' bounds says which tile a brick is.
+/// Every brick is a tile of the atlas with a border of its neighbours' voxels, wide enough for
+/// cubic filtering; a small 3D texture over the bricks' bounds says which tile a brick is.
 class BurnAtlas {
  public:
-  static constexpr int kBorder = 2;                                    ///< voxels
-  static constexpr int kTileEdge = BrickField::kEdge + 2 * kBorder;    ///< voxels
+  static constexpr int kBorder = 2;                                  ///< voxels
+  static constexpr int kTileEdge = BrickField::kEdge + 2 * kBorder;  ///< voxels
 
   /// Uploads the tiles that differ from what is there.
   void update(const BrickField& damage);
@@ -23,15 +23,15 @@ class BurnAtlas {
   /// Binds the textures and sets the uniforms of organ.frag's BURNT variant.
   void bind(Program& program, unsigned map_unit, unsigned atlas_unit) const;
 
-  int uploaded_tiles() const { return uploaded_; }   ///< of the last update
+  int uploaded_tiles() const { return uploaded_; }  ///< of the last update
 
  private:
-  using Tile = std::vector<std::uint16_t>;   ///< kTileEdge^3, 0 ... 65535 for 0 ... 1, x fastest
+  using Tile = std::vector<std::uint16_t>;  ///< kTileEdge^3, 0 ... 65535 for 0 ... 1, x fastest
 
   bool reserve(int tiles);
   void update_map(const BrickField& damage);
 
-  std::vector<Tile> tiles_;                  ///< as uploaded, by brick
+  std::vector<Tile> tiles_;  ///< as uploaded, by brick
   Texture map_, atlas_;
   Eigen::Vector3i atlas_tiles_ = Eigen::Vector3i::Zero();
   Eigen::Vector3i first_brick_ = Eigen::Vector3i::Zero();

@@ -9,7 +9,7 @@ namespace viscera {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kRound = 40;   // vertices around a shaft
+constexpr int kRound = 40;  // vertices around a shaft
 
 /// One ring of a body of revolution about +z.
 struct Station {
@@ -59,8 +59,8 @@ class Builder {
     };
     for (int i = 0; i < kBands; ++i) {
       for (int j = 0; j < kRound; ++j) {
-        const std::array<Vec3, 4> n = {direction(i, j), direction(i, j + 1), direction(i + 1, j + 1),
-                                       direction(i + 1, j)};
+        const std::array<Vec3, 4> n = {direction(i, j), direction(i, j + 1),
+                                       direction(i + 1, j + 1), direction(i + 1, j)};
         quad({centre + radius * n[0], centre + radius * n[1], centre + radius * n[2],
               centre + radius * n[3]},
              n, finish);
@@ -94,8 +94,8 @@ class Builder {
  private:
   void vertex(const Vec3& position, const Vec3& normal, Finish finish) {
     mesh_.indices.push_back(static_cast<std::uint32_t>(mesh_.vertices.size()));
-    mesh_.vertices.push_back({position.cast<float>(), normal.normalized().cast<float>(),
-                              static_cast<float>(finish)});
+    mesh_.vertices.push_back(
+        {position.cast<float>(), normal.normalized().cast<float>(), static_cast<float>(finish)});
   }
 
   InstrumentMesh& mesh_;
@@ -104,8 +104,9 @@ class Builder {
 /// Insulated sleeve from z on, with the bevel of its end.
 void add_sleeve(Builder& builder, const InstrumentView& view, const Vec3& centre, double z) {
   const double r = view.shaft_radius;
-  builder.turned({{z, 0.72 * r}, {z + 0.12 * r, 0.94 * r}, {z + 0.35 * r, r}, {view.shaft_length, r}},
-                 centre, Finish::kSleeve);
+  builder.turned(
+      {{z, 0.72 * r}, {z + 0.12 * r, 0.94 * r}, {z + 0.35 * r, r}, {view.shaft_length, r}}, centre,
+      Finish::kSleeve);
 }
 
 void add_probe(Builder& builder, const InstrumentView& view) {
@@ -119,29 +120,34 @@ void add_probe(Builder& builder, const InstrumentView& view) {
 
 void add_hook(Builder& builder, const InstrumentView& view) {
   const double wire = std::clamp(view.tip_radius, 0.4e-3, 0.8e-3);
-  const double reach = 4.5e-3;   // of the bent end across the shaft
-  const double bend = 1.6e-3;    // radius of the bend
-  const double length = 13e-3;   // of the bare wire along the shaft
+  const double reach = 4.5e-3;  // of the bent end across the shaft
+  const double bend = 1.6e-3;   // radius of the bend
+  const double length = 13e-3;  // of the bare wire along the shaft
   const Vec3 centre(-reach, 0.0, 0.0);
   std::vector<Vec3> path = {Vec3::Zero()};
   for (int i = 0; i <= 12; ++i) {
     const double angle = 0.5 * kPi * i / 12;
-    path.push_back(centre + Vec3(bend * (1.0 - std::sin(angle)), 0.0, bend * (1.0 - std::cos(angle))));
+    path.push_back(centre +
+                   Vec3(bend * (1.0 - std::sin(angle)), 0.0, bend * (1.0 - std::cos(angle))));
   }
   path.push_back(centre + Vec3(0.0, 0.0, length));
   builder.wire(path, wire, Finish::kElectrode);
   builder.ball(Vec3::Zero(), wire, Finish::kElectrode);
   const double r = view.shaft_radius;
-  builder.turned({{length - 1e-3, wire}, {length - 1e-3, 0.45 * r}, {length + 1.5e-3, 0.62 * r},
-                  {length + 3e-3, 0.68 * r}, {length + 4e-3, 0.68 * r}},
+  builder.turned({{length - 1e-3, wire},
+                  {length - 1e-3, 0.45 * r},
+                  {length + 1.5e-3, 0.62 * r},
+                  {length + 3e-3, 0.68 * r},
+                  {length + 4e-3, 0.68 * r}},
                  centre, Finish::kSteel);
   add_sleeve(builder, view, centre, length + 3.5e-3);
 }
 
 /// One jaw, closed, on the +x side, lying from the tip (z = 0) to the hinge.
-void add_jaw(Builder& builder, const InstrumentView& view, double hinge, double angle, double sign) {
+void add_jaw(Builder& builder, const InstrumentView& view, double hinge, double angle,
+             double sign) {
   constexpr int kTeeth = 14;
-  constexpr int kArc = 10;   // pieces of the jaw's back
+  constexpr int kArc = 10;  // pieces of the jaw's back
   const double width = 0.86 * view.shaft_radius;
   const double tooth = 0.28e-3;
   // A turn about the hinge's axis (y) opens the jaw; `sign` mirrors it to the other side.
@@ -195,7 +201,9 @@ void add_grasper(Builder& builder, const InstrumentView& view) {
   add_jaw(builder, view, hinge, angle, 1.0);
   add_jaw(builder, view, hinge, angle, -1.0);
   builder.ball(Vec3(0.0, 0.0, hinge), 0.8 * r, Finish::kSteel);
-  builder.turned({{hinge - 0.5e-3, 0.55 * r}, {hinge + 1.5e-3, 0.9 * r}, {hinge + 8e-3, 0.92 * r},
+  builder.turned({{hinge - 0.5e-3, 0.55 * r},
+                  {hinge + 1.5e-3, 0.9 * r},
+                  {hinge + 8e-3, 0.92 * r},
                   {hinge + 9.5e-3, 0.92 * r}},
                  Vec3::Zero(), Finish::kSteel);
   add_sleeve(builder, view, Vec3::Zero(), hinge + 9e-3);
@@ -218,9 +226,15 @@ InstrumentMesh make_instrument(const InstrumentView& view) {
   InstrumentMesh mesh;
   Builder builder(mesh);
   switch (view.kind) {
-    case InstrumentView::Kind::kProbe: add_probe(builder, view); break;
-    case InstrumentView::Kind::kHook: add_hook(builder, view); break;
-    case InstrumentView::Kind::kGrasper: add_grasper(builder, view); break;
+    case InstrumentView::Kind::kProbe:
+      add_probe(builder, view);
+      break;
+    case InstrumentView::Kind::kHook:
+      add_hook(builder, view);
+      break;
+    case InstrumentView::Kind::kGrasper:
+      add_grasper(builder, view);
+      break;
     case InstrumentView::Kind::kMesh:
       if (view.mesh != nullptr) add_given_mesh(mesh, *view.mesh);
       break;

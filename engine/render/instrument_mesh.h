@@ -12,15 +12,15 @@ namespace viscera {
 enum class Finish { kSteel = 0, kSleeve = 1, kElectrode = 2 };
 
 struct InstrumentVertex {
-  Vec3f position;        ///< [m]
-  Vec3f normal;          ///< unit
-  float finish = 0.0f;   ///< Finish
+  Vec3f position;       ///< [m]
+  Vec3f normal;         ///< unit
+  float finish = 0.0f;  ///< Finish
 };
 static_assert(sizeof(InstrumentVertex) == 28);
 
 struct InstrumentMesh {
   std::vector<InstrumentVertex> vertices;
-  std::vector<std::uint32_t> indices;   ///< three a triangle
+  std::vector<std::uint32_t> indices;  ///< three a triangle
 };
 
 /// The mesh of an instrument in its own frame. Probe: a rod that ends in a ball of tip_radius about

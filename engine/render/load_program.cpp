@@ -10,7 +10,8 @@ Result<ShaderFile> find_shader(const std::string& name) {
   for (const ShaderFile& file : embedded_shaders()) {
     if (file.name == name) return file;
   }
-  return failure("shader " + name + ": not in the program; expected in engine/render/CMakeLists.txt");
+  return failure("shader " + name +
+                 ": not in the program; expected in engine/render/CMakeLists.txt");
 }
 
 Result<ShaderStage> make_stage(unsigned kind, std::vector<std::string> names,

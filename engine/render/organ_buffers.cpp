@@ -43,7 +43,6 @@ Result<void> OrganBuffers::update(const OrganView& view) {
     positions_.upload(view.positions);
     normals_.upload(view.normals);
     surface_version_ = view.surface_version;
-    ++uploads_;
   }
   if (view.burn != nullptr && burn_version_ != view.burn_version) {
     burn_.update(*view.burn);

@@ -17,7 +17,6 @@ class OrganBuffers {
   Result<void> update(const OrganView& view);
   void draw() const;
   const BurnAtlas* burn() const { return burn_.empty() ? nullptr : &burn_; }
-  int uploads() const { return uploads_; }   ///< of positions and normals, since the start
 
  private:
   void upload_rest(const TriangleSurface& rest);
@@ -28,7 +27,6 @@ class OrganBuffers {
   const TriangleSurface* rest_source_ = nullptr;
   std::size_t vertices_ = 0, triangles_ = 0;
   std::optional<std::uint64_t> surface_version_, burn_version_;
-  int uploads_ = 0;
 };
 
 }  // namespace viscera

@@ -20,11 +20,11 @@ namespace viscera {
 
 namespace {
 
-constexpr float kNear = 2e-3f, kFar = 2.0f;   // [m]
+constexpr float kNear = 2e-3f, kFar = 2.0f;  // [m]
 // A round picture a bit taller than the frame, as camera heads show it.
-constexpr float kMaskRadius = 0.53f;          // of the height
+constexpr float kMaskRadius = 0.53f;  // of the height
 constexpr float kNoMask = 10.0f;
-constexpr int kRim = 96;                      // corners of the disc in full_screen.vert
+constexpr int kRim = 96;  // corners of the disc in full_screen.vert
 // What full-screen passes leave outside the field of view, so that no old picture shines in.
 constexpr float kBlack[4] = {0.0f, 0.0f, 0.0f, 0.0f};
 constexpr float kOpen[4] = {1.0f, 1.0f, 1.0f, 1.0f};
@@ -41,8 +41,17 @@ static_assert(sizeof(FrameBlock) == 192);
 static_assert(offsetof(FrameBlock, eye) == 128 && offsetof(FrameBlock, picture) == 176);
 
 // Texture units, the same in every pass.
-enum Unit { kRadianceUnit, kDepthUnit, kDistanceUnit, kOpenUnit, kSmokeUnit, kDensityUnit, kSpillUnit,
-            kBrickMapUnit, kAtlasUnit };
+enum Unit {
+  kRadianceUnit,
+  kDepthUnit,
+  kDistanceUnit,
+  kOpenUnit,
+  kSmokeUnit,
+  kDensityUnit,
+  kSpillUnit,
+  kBrickMapUnit,
+  kAtlasUnit
+};
 
 Eigen::Matrix4f view_matrix(const CameraView& camera) {
   const Vec3 forward = camera.forward.normalized();
@@ -89,7 +98,7 @@ struct InstrumentBuffers {
   Buffer vertices, elements;
   VertexArray array;
   GLsizei indices = 0;
-  InstrumentView built;   // what the mesh was made from
+  InstrumentView built;  // what the mesh was made from
   bool valid = false;
 
   void update(const InstrumentView& view) {
@@ -119,7 +128,8 @@ struct InstrumentBuffers {
 
 struct Programs {
   Program field, organ_depth, instrument_depth, half_depth, occlusion, occlusion_blur;
-  Program organ, burnt_organ, instrument, smoke, smoke_blur, bright, blur, develop, develop_smoke, smooth;
+  Program organ, burnt_organ, instrument, smoke, smoke_blur, bright, blur, develop, develop_smoke,
+      smooth;
 };
 
 Result<Programs> load_programs() {
@@ -157,7 +167,8 @@ Result<Programs> load_programs() {
 
 /// Everything that passes draw into.
 struct Targets {
-  Texture radiance, depth, distance, open_rough, open, smoke_rough, smoke, spill_a, spill_b, developed, shown;
+  Texture radiance, depth, distance, open_rough, open, smoke_rough, smoke, spill_a, spill_b,
+      developed, shown;
   Framebuffer depth_only, distance_target, open_rough_target, open_target, scene;
   Framebuffer smoke_rough_target, smoke_target;
   Framebuffer spill_a_target, spill_b_target, developed_target, shown_target;
@@ -192,8 +203,8 @@ struct Targets {
   bool complete() const {
     for (const Framebuffer* target :
          {&depth_only, &distance_target, &open_rough_target, &open_target, &scene,
-          &smoke_rough_target, &smoke_target,
-          &spill_a_target, &spill_b_target, &developed_target, &shown_target}) {
+          &smoke_rough_target, &smoke_target, &spill_a_target, &spill_b_target, &developed_target,
+          &shown_target}) {
       if (!target->complete()) return false;
     }
     return true;
@@ -216,7 +227,7 @@ struct Renderer::Data {
   std::optional<PassTimer> timer;
   std::vector<PassTime> pass_times;
   std::vector<std::uint8_t> rgba;
-  bool round = true;   // of the picture being drawn
+  bool round = true;  // of the picture being drawn
 
   ~Data() {
     if (context != nullptr) context->make_current();
@@ -236,7 +247,8 @@ struct Renderer::Data {
 };
 
 /// `outside`: colour of what isn't covered; null keeps what is there.
-void Renderer::Data::full_screen(Program& program, const Framebuffer& target, const float* outside) {
+void Renderer::Data::full_screen(Program& program, const Framebuffer& target,
+                                 const float* outside) {
   target.bind();
   if (outside != nullptr) glClearBufferfv(GL_COLOR, 0, outside);
   program.use();
@@ -269,7 +281,8 @@ Result<void> Renderer::Data::update(const FrameView& view) {
 }
 
 void Renderer::Data::upload_frame(const FrameView& view) {
-  const float width = static_cast<float>(options.width), height = static_cast<float>(options.height);
+  const float width = static_cast<float>(options.width),
+              height = static_cast<float>(options.height);
   const float tangent = static_cast<float>(std::tan(0.5 * view.camera.field_of_view));
   FrameBlock block;
   block.view = view_matrix(view.camera);
@@ -337,13 +350,15 @@ void Renderer::Data::shade_organs(const FrameView& view) {
     const float id = static_cast<float>(organ.id % 1024);
     program.use();
     program.set("model", model_matrix(organ.pose));
-    program.set("rotation", Eigen::Matrix3f(organ.pose.orientation.toRotationMatrix().cast<float>()));
+    program.set("rotation",
+                Eigen::Matrix3f(organ.pose.orientation.toRotationMatrix().cast<float>()));
     program.set("open_map", kOpenUnit);
     program.set("colour", Eigen::Vector3f(look.colour.cast<float>()));
     program.set("mottle_colour", Eigen::Vector3f(look.mottle_colour.cast<float>()));
     program.set("vessel_colour", Eigen::Vector3f(look.vessel_colour.cast<float>()));
-    program.set("seed_offset", Eigen::Vector3f(std::fmod(0.317f * id, 1.0f), std::fmod(0.571f * id, 1.0f),
-                                               std::fmod(0.739f * id, 1.0f)));
+    program.set("seed_offset",
+                Eigen::Vector3f(std::fmod(0.317f * id, 1.0f), std::fmod(0.571f * id, 1.0f),
+                                std::fmod(0.739f * id, 1.0f)));
     program.set("mottle_scale", static_cast<float>(look.mottle_scale));
     program.set("mottle_amount", static_cast<float>(look.mottle_amount));
     program.set("vessel_scale", static_cast<float>(look.vessel_scale));
@@ -507,10 +522,16 @@ Result<void> Renderer::draw(const FrameView& view, Picture& picture) {
   return {};
 }
 
-std::string Renderer::device() const { return data_->context->device(); }
+std::string Renderer::device() const {
+  return data_->context->device();
+}
 
-bool Renderer::software() const { return data_->context->software(); }
+bool Renderer::software() const {
+  return data_->context->software();
+}
 
-const std::vector<PassTime>& Renderer::pass_times() const { return data_->pass_times; }
+const std::vector<PassTime>& Renderer::pass_times() const {
+  return data_->pass_times;
+}
 
 }  // namespace viscera

@@ -33,7 +33,8 @@ Result<void> SmokeVolume::update(const SmokeView& view) {
   // Linear filtering spreads a cell's smoke over one cell on each side.
   const Vec3 from = (low.cast<double>().array() - 1.0).max(0.0);
   const Vec3 to = (high.cast<double>().array() + 2.0).min(n.cast<double>().array());
-  filled_ = Box(view.domain.min() + from.cwiseProduct(cell), view.domain.min() + to.cwiseProduct(cell));
+  filled_ =
+      Box(view.domain.min() + from.cwiseProduct(cell), view.domain.min() + to.cwiseProduct(cell));
   if (!density_ || density_.width() != n.x() || density_.height() != n.y() ||
       density_.depth() != n.z()) {
     density_ = Texture(GL_R32F, n.x(), n.y(), n.z());

@@ -13,7 +13,7 @@ class SmokeVolume {
   Result<void> update(const SmokeView& view);
   bool empty() const { return filled_.isEmpty(); }
   const Texture& density() const { return density_; }
-  const Box& filled() const { return filled_; }   ///< [m]; march only here
+  const Box& filled() const { return filled_; }  ///< [m]; march only here
 
  private:
   Texture density_;

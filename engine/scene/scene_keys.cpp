@@ -257,7 +257,9 @@ ObjectSpec instrument() {
   const ObjectSpec key{
       "State at one time.",
       {time("When; ascending along the path."),
-       position("tip_mm", "Where the tip is, in the world.").needed(),
+       position("tip_mm",
+                "Where the tip is: the centre of its sphere, the end of a capsule's axis.")
+           .needed(),
        number("power_W", "Electrical power while a hook touches; held until the next key.")
            .between(0, 400)
            .otherwise(0.0),
@@ -308,7 +310,7 @@ ObjectSpec camera() {
         },
         nullptr}}};
   return {"The endoscope.",
-          {number("optics_deg", "Angle between the shaft's axis and the view.")
+          {number("optics_deg", "Angle by which the view looks down from the shaft's axis.")
                .one_of({0, 30})
                .otherwise(0),
            number("field_of_view_deg", "Vertical.").between(5, 150).otherwise(70.0),

@@ -45,7 +45,10 @@ class Validator {
     std::set<std::string> faulty;
     for (const KeySpec& key : spec.keys) {
       const std::size_t before = mistakes_.size();
-      check_key(key, value, spec, path, chosen, meant.contains(key.name));
+      // Where that which a key depends on is in doubt, whether it may or must stand can't be
+      // judged.
+      const bool judged = chosen && !(key.condition && faulty.contains(key.condition->key));
+      check_key(key, value, spec, path, judged, meant.contains(key.name));
       if (mistakes_.size() > before) faulty.insert(key.name);
     }
     for (const ObjectCheck& check : spec.checks) run(check, value, path, faulty);
@@ -101,18 +104,17 @@ class Validator {
   }
 
   void check_key(const KeySpec& key, Json& object, const ObjectSpec& spec, const std::string& path,
-                 bool chosen, bool meant) {
+                 bool judged, bool meant) {
     const bool present = object.contains(key.name);
     const std::string here = below(path, key.name);
     if (!applies(key, object, spec)) {
-      // Where the alternative itself is in doubt, what stands beside it can't be judged.
-      if (present && chosen)
+      if (present && judged)
         add(here,
             "found " + describe(object[key.name]) + ", expected this key " + where_applies(key));
       return;
     }
     if (!present && key.fallback.is_null()) {
-      if (key.required && !meant) add(here, "found nothing, expected " + wanted(key));
+      if (key.required && judged && !meant) add(here, "found nothing, expected " + wanted(key));
       return;
     }
     if (!present) object[key.name] = key.fallback;

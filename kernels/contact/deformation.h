@@ -9,23 +9,23 @@
 
 namespace viscera {
 
-/// Unknowns of the visible nodes under the loads [m], 3 x visible, node-major. Reads only the columns
-/// of touched nodes; single precision.
+/// Unknowns of the visible nodes under the loads [m], 3 x visible, node-major. Reads only the
+/// columns of touched nodes; single precision.
 void displacement_unknowns(const SurfaceCompliance& compliance, const ContactResponse& response,
                            std::vector<float>& unknowns);
 
 /// Rest data of the drawn surface that never changes.
 struct DrawnSurface {
   const TriangleSurface* rest = nullptr;
-  SparseWeights carriers;            ///< phi_J at each vertex; columns are indices into
-                                     ///< SurfaceCompliance::visible                (V rows)
-  std::vector<int> triangle_begin, triangle_items;   ///< vertex -> triangles around it
-  std::vector<Vec3> rest_normals;    ///< unit; which side of a thin body a vertex is on     (V)
+  SparseWeights carriers;  ///< phi_J at each vertex; columns are indices into
+                           ///< SurfaceCompliance::visible                (V rows)
+  std::vector<int> triangle_begin, triangle_items;  ///< vertex -> triangles around it
+  std::vector<Vec3> rest_normals;  ///< unit; which side of a thin body a vertex is on     (V)
 };
 
 /// Carriers of every vertex. `visible_nodes` (in: nodes wanted anyway, the touchable ones; out:
-/// those and all whose fields reach a vertex, ascending) is what to ask of the compliance. `surface`
-/// outlives the result. Fails where the fields don't cover a vertex.
+/// those and all whose fields reach a vertex, ascending) is what to ask of the compliance.
+/// `surface` outlives the result. Fails where the fields don't cover a vertex.
 Result<DrawnSurface> carry_surface(const TriangleSurface& surface, const ShapeFunctions& fields,
                                    std::vector<int>& visible_nodes);
 

@@ -16,10 +16,9 @@ double scaled_bessel_i0(double x) {
   if (x < 3.75) {
     const double t = (x / 3.75) * (x / 3.75);
     return std::exp(-x) *
-           (1.0 +
-            t * (3.5156229 +
-                 t * (3.0899424 +
-                      t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))))));
+           (1.0 + t * (3.5156229 +
+                       t * (3.0899424 +
+                            t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))))));
   }
   const double t = 3.75 / x;
   return (0.39894228 +
@@ -44,8 +43,8 @@ double lens_area(double d) {
   return 2.0 * std::acos(0.5 * d) - 0.5 * d * std::sqrt(4.0 - d * d);
 }
 
-/// Mean of 1 / |x - y| over two unit discs d apart. x - y is distributed as the overlap of the discs
-/// shifted by it, so in polar coordinates about the singularity one smooth integral is left.
+/// Mean of 1 / |x - y| over two unit discs d apart. x - y is distributed as the overlap of the
+/// discs shifted by it, so in polar coordinates about the singularity one smooth integral is left.
 double disc_disc_by_quadrature(double d) {
   constexpr int kAngles = 96, kRadii = 96;
   double sum = 0.0;
@@ -77,14 +76,14 @@ const std::array<double, kTableSteps + 3>& disc_disc_table() {
       values[static_cast<std::size_t>(i)] =
           disc_disc_by_quadrature(std::abs(i - 1) * kTableEnd / kTableSteps);
     }
-    values[1] = 16.0 / (3.0 * kPi);   // the cell itself, exactly
+    values[1] = 16.0 / (3.0 * kPi);  // the cell itself, exactly
     return values;
   }();
   return table;
 }
 
-/// Mean of 1 / |x - y| over two discs of radius c whose centres are r apart. The mean over a disc is
-/// sum (c^2 lap)^n / (4^n n! (n+1)!), and lap r^-m = m^2 r^-(m+2) in the plane.
+/// Mean of 1 / |x - y| over two discs of radius c whose centres are r apart. The mean over a disc
+/// is sum (c^2 lap)^n / (4^n n! (n+1)!), and lap r^-m = m^2 r^-(m+2) in the plane.
 double disc_disc(double r, double c) {
   const double d = r / c;
   if (d >= kTableEnd) {
@@ -98,9 +97,8 @@ double disc_disc(double r, double c) {
   const double s = place - static_cast<double>(i);
   const double a = table[i], b = table[i + 1], e = table[i + 2];
   const double f = i + 3 < table.size() ? table[i + 3] : 3.0 * (e - b) + a;
-  return (b + 0.5 * s *
-                  (e - a +
-                   s * (2.0 * a - 5.0 * b + 4.0 * e - f + s * (3.0 * (b - e) + f - a)))) /
+  return (b +
+          0.5 * s * (e - a + s * (2.0 * a - 5.0 * b + 4.0 * e - f + s * (3.0 * (b - e) + f - a)))) /
          c;
 }
 
@@ -117,7 +115,9 @@ double disc_point(double r, double c) {
   return 4.0 * d / (kPi * c) * (std::comp_ellint_2(k) - (1.0 - k * k) * std::comp_ellint_1(k));
 }
 
-double disc_radius(double area) { return std::sqrt(area / kPi); }
+double disc_radius(double area) {
+  return std::sqrt(area / kPi);
+}
 
 /// 1, falling smoothly to 0 over the last quarter of the range.
 double taper(double r, double range) {
@@ -139,16 +139,24 @@ double NearField::range() const {
   return 16.7 * sigma_;
 }
 
+double NearField::drawn_range(double force) const {
+  // The tail is sigma^2 / (2 r^3), and that is its size within a third from 3 sigma on.
+  constexpr double kInvisible = 1e-6;
+  const double scale = std::max(normal_scale_, tangential_scale_);
+  const double tail = std::cbrt(force * scale * sigma_ * sigma_ / (2.0 * kInvisible));
+  return std::min(range(), std::max(3.0 * sigma_, 1.1 * tail));
+}
+
 double NearField::cell_kernel(double r, double area) const {
   if (r >= range()) return 0.0;
-  return taper(r, range()) *
-         (disc_disc(r, disc_radius(area)) -
-          spread_inverse_distance(r, std::numbers::sqrt2 * sigma_));
+  return taper(r, range()) * (disc_disc(r, disc_radius(area)) -
+                              spread_inverse_distance(r, std::numbers::sqrt2 * sigma_));
 }
 
 double NearField::point_kernel(double r, double area) const {
   if (r >= range()) return 0.0;
-  return taper(r, range()) * (disc_point(r, disc_radius(area)) - spread_inverse_distance(r, sigma_));
+  return taper(r, range()) *
+         (disc_point(r, disc_radius(area)) - spread_inverse_distance(r, sigma_));
 }
 
 double NearField::normal_compliance(double r, double area) const {

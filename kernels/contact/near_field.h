@@ -1,13 +1,14 @@
 // The part of contact that is finer than the nodes.
 //
-// A cloud of spacing h can't carry a load narrower than about h: pressed by a 1 mm tip it answers as
-// if the tip were about h wide, more or less so as the tip passes nodes. So each contact load is
-// split as Ewald splits a sum: the load spread by a Gaussian of standard deviation sigma ~ h goes to
-// the precomputed compliance of the whole body, which is accurate at that scale; what is left (the
-// sharp load minus the spread one, no net force, felt within some 3 sigma) sees the body as a
+// A cloud of spacing h can't carry a load narrower than about h: pressed by a 1 mm tip it answers
+// as if the tip were about h wide, more or less so as the tip passes nodes. So each contact load is
+// split as Ewald splits a sum: the load spread by a Gaussian of standard deviation sigma ~ h goes
+// to the precomputed compliance of the whole body, which is accurate at that scale; what is left
+// (the sharp load minus the spread one, no net force, felt within some 3 sigma) sees the body as a
 // half-space, whose answer is known in closed form (Boussinesq; Johnson 1985). Measured through the
 // same Gaussian, the spread part of the half-space kernel 1 / (pi E* r) is
-//   G_sigma(r) = (1 / (pi E*)) (sqrt(pi) / (2 sigma)) exp(-r^2 / (8 sigma^2)) I0(r^2 / (8 sigma^2)).
+//   G_sigma(r) = (1 / (pi E*)) (sqrt(pi) / (2 sigma)) exp(-r^2 / (8 sigma^2)) I0(r^2 / (8
+//   sigma^2)).
 // In Fourier space the rest is (2 / E*) (1 - exp(-sigma^2 q^2)) / q >= 0: both parts are symmetric
 // and positive, so their sum is, and nothing is fitted.
 #pragma once
@@ -37,6 +38,9 @@ class NearField {
   /// it falls smoothly over the last quarter [m].
   double range() const;
 
+  /// Beyond this distance a force of this size [N] moves the drawn surface by less than a
+  /// micrometre of near field; at most range() [m].
+  double drawn_range(double force) const;
   /// tangential_compliance over normal_compliance.
   double tangential_share() const { return tangential_scale_ / normal_scale_; }
   /// Displacement of a surface point at `offset` [m] from a cell under `force` [N], less what the
@@ -45,10 +49,10 @@ class NearField {
                           const Vec3& force) const;
 
  private:
-  double cell_kernel(double r, double area) const;    ///< of 1/r, disc to disc [1/m]
-  double point_kernel(double r, double area) const;   ///< of 1/r, disc to point [1/m]
+  double cell_kernel(double r, double area) const;   ///< of 1/r, disc to disc [1/m]
+  double point_kernel(double r, double area) const;  ///< of 1/r, disc to point [1/m]
 
-  double normal_scale_ = 0.0;       ///< 1 / (pi E*) [1/Pa]
+  double normal_scale_ = 0.0;  ///< 1 / (pi E*) [1/Pa]
   double tangential_scale_ = 0.0;
   double sigma_ = 0.0;
 };

@@ -21,6 +21,12 @@ constexpr Part kParts[3][3] = {{{0, false}, {1, false}, {2, false}},
                                {{1, true}, {3, false}, {4, false}},
                                {{2, true}, {4, true}, {5, false}}};
 
+bool is_sound(const ContactCell& cell) {
+  return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
+         cell.displacement.allFinite() && std::isfinite(cell.depth) && std::isfinite(cell.area) &&
+         cell.area > 0.0;
+}
+
 /// Two cells see each other across a flat or gently bent surface; not through a thin body.
 double same_side(const Vec3& a, const Vec3& b) {
   const double t = std::clamp(2.0 * a.dot(b), 0.0, 1.0);
@@ -29,7 +35,21 @@ double same_side(const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-double PatchContact::spread_factor() { return 0.85; }
+// Measured on a block of 40 x 40 x 24 mm bonded to its base, nu 0.45, spacings 2.5 / 3.5 / 4.5 / 6
+// mm: a ball tip of 1 mm pressed 0.5 mm deep (37 cells) at 24 places along three spacings, mean
+// force against that on a cloud graded to 0.35 mm, ripple (greatest less smallest force over the
+// mean), and the mean force of a flat punch of 2.9 mm against the same.
+//   factor   tip: error of the mean, %     ripple, %              punch: error, %
+//   0.5      1.3 / 1.0 / 0.8 / 0.6         .47 / .30 / .16 / .14  -0.2 / -0.1 /  0.2 /  0.3
+//   0.7      0.6 / 0.4 / 0.4 / 0.3         .21 / .08 / .06 / .04  -0.7 / -0.7 / -0.6 / -0.9
+//   0.85     0.4 / 0.3 / 0.3 / 0.2         .07 / .05 / .07 / .05  -0.8 / -0.9 / -1.0 / -1.4
+//   1.0      0.4 / 0.3 / 0.2 / 0.1         .06 / .03 / .07 / .07  -0.9 / -1.1 / -1.4 / -2.0
+//   1.5      0.2 / 0.1 /-0.1 /-0.5         .06 / .06 / .09 / .12  -1.2 / -1.8 / -2.6 / -4.6
+// Narrower, the nodes are felt; wider, the half-space is asked where the body isn't one any more,
+// and the cost grows with the square.
+double PatchContact::spread_factor() {
+  return 0.85;
+}
 
 PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                            const IsotropicMaterial& material)
@@ -37,8 +57,7 @@ PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableS
   local_of_.assign(compliance.touchable.size(), -1);
   row_of_touchable_.reserve(compliance.touchable.size());
   for (const int node : compliance.touchable) {
-    const auto at =
-        std::lower_bound(compliance.visible.begin(), compliance.visible.end(), node);
+    const auto at = std::lower_bound(compliance.visible.begin(), compliance.visible.end(), node);
     row_of_touchable_.push_back(static_cast<int>(at - compliance.visible.begin()));
   }
 }
@@ -184,8 +203,8 @@ void PatchContact::couple_nearby(std::span<const ContactCell> cells,
   }
 }
 
-/// Displacement of cell k under a unit force on cell l: normal and tangential parts of the near field
-/// about the mean of both normals, so that it stays reciprocal.
+/// Displacement of cell k under a unit force on cell l: normal and tangential parts of the near
+/// field about the mean of both normals, so that it stays reciprocal.
 Mat3 PatchContact::coupling(std::span<const ContactCell> cells, int k, int l) const {
   Mat3 response;
   for (int a = 0; a < 3; ++a) {
@@ -256,6 +275,13 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
   response.loads.clear();
   displacements_.assign(cells.size(), Vec3::Zero());
   if (cells.empty()) return;
+  if (!std::all_of(cells.begin(), cells.end(), is_sound)) {
+    solution.converged = false;
+    solution.smallest_eigenvalue = 0.0;
+    solution.forces.assign(cells.size(), Vec3::Zero());
+    solution.near_fields.assign(cells.size(), NearField(material_, surface_.spacings.front()));
+    return;
+  }
 
   spread_cells(cells, solution);
   gather_compliance();
@@ -288,7 +314,8 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
     if (force.isZero(0.0)) continue;
     ++solution.touching;
     for (std::size_t i = 0; i < touched_.size(); ++i) {
-      response.loads[i] += weights_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) * force;
+      response.loads[i] +=
+          weights_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) * force;
     }
   }
   if (solution.touching == 0) {

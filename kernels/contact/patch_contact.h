@@ -16,31 +16,34 @@ namespace viscera {
 
 /// A small patch of surface that a tool presses or holds as a whole.
 struct ContactCell {
-  Vec3 position = Vec3::Zero();     ///< rest, on the surface [m]
-  Vec3 normal = Vec3::UnitZ();      ///< outward unit surface normal
-  double area = 0.0;                ///< [m2]
-  bool held = false;                ///< false: pressed, frictionless, can only be pushed
+  Vec3 position = Vec3::Zero();  ///< rest, on the surface [m]
+  Vec3 normal = Vec3::UnitZ();   ///< outward unit surface normal
+  double area = 0.0;             ///< [m2]
+  bool held = false;             ///< false: pressed, frictionless, can only be pushed
 
   Vec3 direction = -Vec3::UnitZ();  ///< pressed: unit, the way the tool pushes
-  double depth = 0.0;               ///< pressed: u . direction >= depth wanted [m]; may be negative (a gap)
-  Vec3 displacement = Vec3::Zero(); ///< held: u wanted [m]
+  double depth = 0.0;  ///< pressed: u . direction >= depth wanted [m]; may be negative (a gap)
+  Vec3 displacement = Vec3::Zero();  ///< held: u wanted [m]
 };
 
 struct ContactSolution {
-  std::vector<Vec3> forces;             ///< on the tissue, per cell [N]             (cells)
-  std::vector<NearField> near_fields;   ///< of each cell: what is finer than nodes  (cells)
-  int touching = 0;                     ///< cells with force
-  int beyond_touchable = 0;             ///< cells with no touchable surface in reach: loaded at the nearest sample
-  int pivots = 0;                       ///< exchanges of the active set
-  bool converged = false;               ///< false: compliance not positive, or pivots ran out; no forces
-  double smallest_eigenvalue = 0.0;     ///< of the touching cells' compliance, relative to its largest; > 0
-  double violation = 0.0;               ///< greatest remaining penetration of a free cell [m]
+  std::vector<Vec3> forces;            ///< on the tissue, per cell [N]              (cells)
+  std::vector<NearField> near_fields;  ///< of each cell: what is finer than nodes   (cells)
+  int touching = 0;                    ///< cells with force
+  int beyond_touchable = 0;            ///< cells with no touchable surface in reach; they load the
+                                       ///< nearest sample
+  int pivots = 0;                      ///< exchanges of the active set
+  bool converged = false;              ///< false: no forces. A cell isn't finite or has no area, or
+                                       ///< the compliance isn't positive
+  double smallest_eigenvalue = 0.0;    ///< of the touching cells' compliance, relative to its
+                                       ///< largest; > 0
+  double violation = 0.0;              ///< greatest remaining penetration of a free cell [m]
 };
 
 /// The body's answer to the forces of a contact: what deformation and drawing need.
 struct ContactResponse {
-  std::vector<int> touched;         ///< indices into SurfaceCompliance::touchable, ascending
-  std::vector<Vec3> loads;          ///< on those nodes' unknowns [N]
+  std::vector<int> touched;  ///< indices into SurfaceCompliance::touchable, ascending
+  std::vector<Vec3> loads;   ///< on those nodes' unknowns [N]
 };
 
 /// Solves contact on one body. Keeps its work arrays and the last active set between calls; one
@@ -56,8 +59,8 @@ class PatchContact {
   void set_spread_factor(double factor) { spread_factor_ = factor; }
 
   /// Every tool's cells on this body together. u at cell k is
-  /// sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >= depth,
-  /// complementary, no tangential force; held cells: u = displacement.
+  /// sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
+  /// depth, complementary, no tangential force; held cells: u = displacement.
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response);
 
@@ -83,19 +86,19 @@ class PatchContact {
   const TouchableSurface& surface_;
   IsotropicMaterial material_;
   double spread_factor_ = spread_factor();
-  std::vector<int> row_of_touchable_;       // row triple of each touchable node
+  std::vector<int> row_of_touchable_;  // row triple of each touchable node
 
-  std::vector<int> touched_;                // touchable nodes under the cells, ascending (m)
-  std::vector<int> gathered_;               // those whose compliance block is at hand
-  std::vector<int> local_of_;               // touchable node -> place in touched_, or -1
+  std::vector<int> touched_;   // touchable nodes under the cells, ascending (m)
+  std::vector<int> gathered_;  // those whose compliance block is at hand
+  std::vector<int> local_of_;  // touchable node -> place in touched_, or -1
   std::vector<SampleShare> shares_;
-  std::vector<std::vector<WeightedNode>> spread_;   // per cell
-  MatrixX weights_;                         // S: cells x m
-  MatrixX basis_, coefficients_;            // S ~ coefficients (cells x r) basis (r x m)
-  std::array<Eigen::MatrixXf, 6> block_;    // xx, xy, xz, yy, yz, zz of C on touched nodes: m x m
-  std::array<MatrixX, 6> far_;              // the same of S C S^T: cells x cells
-  MatrixX near_;                            // normal near field: cells x cells
-  double tangential_share_ = 1.0;           // of it, for tangential forces
+  std::vector<std::vector<WeightedNode>> spread_;  // per cell
+  MatrixX weights_;                                // S: cells x m
+  MatrixX basis_, coefficients_;                   // S ~ coefficients (cells x r) basis (r x m)
+  std::array<Eigen::MatrixXf, 6> block_;  // xx, xy, xz, yy, yz, zz of C on touched nodes: m x m
+  std::array<MatrixX, 6> far_;            // the same of S C S^T: cells x cells
+  MatrixX near_;                          // normal near field: cells x cells
+  double tangential_share_ = 1.0;         // of it, for tangential forces
 
   std::vector<Unknown> unknowns_;
   MatrixX matrix_;

@@ -15,7 +15,7 @@ namespace {
 struct Piece {
   Vec3 centroid;
   Vec3 area_vector;
-  std::array<std::int64_t, 5> key;   // pieces of one key become one sample
+  std::array<std::int64_t, 5> key;  // pieces of one key become one sample
 };
 
 double spacing_from(const ShapeValues& values, const PointCloud& cloud) {
@@ -28,10 +28,11 @@ double spacing_from(const ShapeValues& values, const PointCloud& cloud) {
 
 std::unexpected<Error> uncovered(const Vec3& x) {
   char text[240];
-  std::snprintf(text, sizeof text,
-                "touchable surface at (%.2f, %.2f, %.2f mm): found no fields that cover it, expected "
-                "at least four nodes in general position in reach; make the node spacing finer there",
-                1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+  std::snprintf(
+      text, sizeof text,
+      "touchable surface at (%.2f, %.2f, %.2f mm): found no fields that cover it, expected "
+      "at least four nodes in general position in reach; make the node spacing finer there",
+      1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
   return failure(text);
 }
 
@@ -44,10 +45,9 @@ std::array<std::int64_t, 5> sample_key(const Vec3& x, const Vec3& normal, double
   normal.cwiseAbs().maxCoeff(&axis);
   // The grid is moved by an odd share of a voxel: flat faces at round coordinates stay whole.
   const Vec3 at = x / edge + Vec3(0.317, 0.421, 0.283);
-  return {level, 2 * axis + (normal[axis] > 0.0 ? 1 : 0),
-          static_cast<std::int64_t>(std::floor(at.x())),
-          static_cast<std::int64_t>(std::floor(at.y())),
-          static_cast<std::int64_t>(std::floor(at.z()))};
+  return {
+      level, 2 * axis + (normal[axis] > 0.0 ? 1 : 0), static_cast<std::int64_t>(std::floor(at.x())),
+      static_cast<std::int64_t>(std::floor(at.y())), static_cast<std::int64_t>(std::floor(at.z()))};
 }
 
 /// Splits a triangle into n x n pieces of equal area.
@@ -98,8 +98,8 @@ Eigen::Vector3i cell_of(const TouchableSurface& surface, const Vec3& x) {
   const Vec3 place = (x - surface.box.min()) / surface.cell;
   Eigen::Vector3i cell;
   for (int a = 0; a < 3; ++a) {
-    cell[a] = static_cast<int>(std::clamp(std::floor(place[a]), 0.0,
-                                          static_cast<double>(surface.cells[a] - 1)));
+    cell[a] = static_cast<int>(
+        std::clamp(std::floor(place[a]), 0.0, static_cast<double>(surface.cells[a] - 1)));
   }
   return cell;
 }
@@ -120,7 +120,8 @@ void build_grid(TouchableSurface& out) {
     cell_of_sample[i] = flat_index(cell_of(out, out.positions[i]), out.cells);
     ++out.cell_begin[static_cast<std::size_t>(cell_of_sample[i]) + 1];
   }
-  for (std::size_t c = 1; c < out.cell_begin.size(); ++c) out.cell_begin[c] += out.cell_begin[c - 1];
+  for (std::size_t c = 1; c < out.cell_begin.size(); ++c)
+    out.cell_begin[c] += out.cell_begin[c - 1];
   std::vector<int> next(out.cell_begin.begin(), out.cell_begin.end() - 1);
   out.cell_items.resize(out.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -194,15 +195,16 @@ Result<TouchableSurface> sample_touchable_surface(
     if (!is_touchable(centroid)) continue;
     if (!fields.evaluate(centroid, false, values)) return uncovered(centroid);
     const double h = spacing_from(values, cloud);
-    const double longest =
-        std::sqrt(std::max({(corner[1] - corner[0]).squaredNorm(),
-                            (corner[2] - corner[1]).squaredNorm(),
-                            (corner[0] - corner[2]).squaredNorm()}));
-    split_triangle(corner, std::max(1, static_cast<int>(std::ceil(longest / (0.5 * h)))), h, pieces);
+    const double longest = std::sqrt(
+        std::max({(corner[1] - corner[0]).squaredNorm(), (corner[2] - corner[1]).squaredNorm(),
+                  (corner[0] - corner[2]).squaredNorm()}));
+    split_triangle(corner, std::max(1, static_cast<int>(std::ceil(longest / (0.5 * h)))), h,
+                   pieces);
   }
   if (pieces.empty()) {
-    return failure("touchable surface: found none of " + std::to_string(surface.triangles.size()) +
-                   " triangles with its centroid in reach of the instruments, expected at least one");
+    return failure(
+        "touchable surface: found none of " + std::to_string(surface.triangles.size()) +
+        " triangles with its centroid in reach of the instruments, expected at least one");
   }
 
   TouchableSurface out;
@@ -269,7 +271,8 @@ bool spread_load(const TouchableSurface& surface, const Vec3& position, const Ve
   samples_within(surface, position, reach, [&](int sample, double d2) {
     const auto s = static_cast<std::size_t>(sample);
     const double fall = 1.0 - d2 / (reach * reach);
-    const double share = surface.areas[s] * fall * fall * fall * facing(normal.dot(surface.normals[s]));
+    const double share =
+        surface.areas[s] * fall * fall * fall * facing(normal.dot(surface.normals[s]));
     if (share <= 0.0) return;
     const Vec2 offset = tangential(sample);
     sum += share;

@@ -57,10 +57,14 @@ UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& 
   const auto n = static_cast<std::size_t>(b.size());
   for (std::size_t i = 0; i < n; ++i) active[i] = active[i] || bilateral[i];
 
+  x.setZero(b.size());
+  figures.smallest_eigenvalue = 0.0;
+  if (!b.allFinite() || !matrix.allFinite()) return figures;
+
   std::size_t fewest = n + 1;
   int patience = kPatience;
-  // Exchanges of a fixed order end after finitely many steps; the bound is for matrices that lost their
-  // positivity to round-off.
+  // Exchanges of a fixed order end after finitely many steps; the bound is for matrices that lost
+  // their positivity to round-off.
   const std::size_t most_rounds = 100 + 50 * n;
   for (std::size_t round = 0; round < most_rounds; ++round) {
     if (!solve_active(matrix, b, active, x)) break;
@@ -104,7 +108,6 @@ UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& 
     }
   }
   x.setZero();
-  figures.smallest_eigenvalue = 0.0;
   return figures;
 }
 

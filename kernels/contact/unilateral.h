@@ -11,16 +11,17 @@ namespace viscera {
 
 /// What a solve found out about itself.
 struct UnilateralFigures {
-  int pivots = 0;                     ///< exchanges between the active and the free set
-  bool converged = false;             ///< false: the matrix isn't positive definite
-  double smallest_eigenvalue = 1.0;   ///< of the active part, relative to its largest (an estimate
-                                      ///< from above, within some per cent); 1 when nothing is active
+  int pivots = 0;          ///< exchanges between the active and the free set
+  bool converged = false;  ///< false: not positive definite, or not finite
+  double smallest_eigenvalue =
+      1.0;  ///< of the active part, relative to its largest (an estimate
+            ///< from above, within some per cent); 1 when nothing is active
 };
 
 /// Finds x with w = A x - b: x_i >= 0, w_i >= 0, x_i w_i = 0 where i is unilateral; w_i = 0 where
 /// i is bilateral. Block principal pivoting (Judice and Pires 1994), which settles in a few
-/// factorisations; when blocks stop helping, Murty's exchanges of the last violated index, which end for every
-/// positive definite matrix. Deterministic.
+/// factorisations; when blocks stop helping, Murty's exchanges of the last violated index, which
+/// end for every positive definite matrix. Deterministic.
 class UnilateralSolver {
  public:
   /// `active` (in: a guess; out: the final set) has the size of b; bilateral unknowns are always

@@ -131,9 +131,10 @@ Result<SparseCholesky> SparseCholesky::factor(const SymmetricBlockMatrix& matrix
   mumps.irn = rows.data();
   mumps.jcn = columns.data();
   mumps.a = values.data();
-  // PORD, MUMPS's own nested dissection: as little fill as SCOTCH on these graphs, in half the time,
-  // and the same at every run, which the threads of SCOTCH 7 are not. A scalar matrix has a
-  // twenty-seventh of the work of an elastic one on the same nodes: there minimum degree is quicker.
+  // PORD, MUMPS's own nested dissection: as little fill as SCOTCH on these graphs, in half the
+  // time, and the same at every run, which the threads of SCOTCH 7 are not. A scalar matrix has a
+  // twenty-seventh of the work of an elastic one on the same nodes: there minimum degree is
+  // quicker.
   constexpr int kMinimumDegree = 0, kPord = 4;
   instance->icntl(7) = w == 1 ? kMinimumDegree : kPord;
   if (w > 1) instance->icntl(15) = -static_cast<int>(w);  // order the graph of nodes, not unknowns

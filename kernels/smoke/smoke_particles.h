@@ -50,8 +50,9 @@ struct SmokeParameters {
   /// Added to mu / rho [m2/s]: eddies smaller than h.
   double eddy_viscosity = 5e-6;
   /// Gas fills the part of a particle's neighbourhood that other particles leave empty. At rest it
-  /// would drag with the factor 1 (smoke_forces.h); it moves along with the smoke that it surrounds,
-  /// and the rest of the drag is this share of that, chosen for a plume that rises at 0.1-0.3 m/s.
+  /// would drag with the factor 1 (smoke_forces.h); it moves along with the smoke that it
+  /// surrounds, and the rest of the drag is this share of that, chosen for a plume that rises at
+  /// 0.1-0.3 m/s.
   double surrounding_drag = 0.3;
   /// Quadratic drag a = -c |v| v of the gas that a plume entrains: c = 2 alpha / b with Morton,
   /// Taylor and Turner's entrainment coefficient alpha about 0.1 and plume radius b, 1 cm [1/m].
@@ -63,7 +64,8 @@ struct SmokeParameters {
 
 struct SmokeCounters {
   std::uint64_t emitted = 0, left_domain = 0, retired = 0;  ///< particles
-  std::uint64_t isolated = 0;  ///< particles without enough neighbours, last step: no viscosity
+  std::uint64_t crowded_out = 0;  ///< of the retired, those younger than the lifetime
+  std::uint64_t isolated = 0;     ///< particles without enough neighbours, last step: no viscosity
   double emitted_mass = 0.0, left_mass = 0.0, retired_mass = 0.0;  ///< [kg]
 };
 

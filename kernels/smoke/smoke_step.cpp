@@ -177,6 +177,7 @@ void SmokeVolume::retire_aged() {
 
 // Ids count up, so the oldest are the least.
 void SmokeVolume::retire_oldest(std::size_t count) {
+  counters_.crowded_out += count;
   std::vector<std::uint32_t> ids = particles_.ids;
   std::ranges::nth_element(ids, ids.begin() + static_cast<std::ptrdiff_t>(count - 1));
   const std::uint32_t last = ids[count - 1];

@@ -142,10 +142,10 @@ void main() {
   // A trace of grain on the edge: dried tissue isn't cut by a compass, but it stays round.
   float damage = clamp(raw + 0.05 * raw * (1.0 - raw) * 4.0 * (0.6 * grain.x + 0.4 * ripple.x),
                        0.0, 1.0);
-  vec3 pale = mix(vec3(0.34, 0.215, 0.145), albedo, 0.35);
+  vec3 pale = mix(vec3(0.32, 0.20, 0.135), albedo, 0.4);
   vec3 brown = vec3(0.115, 0.052, 0.024);
   vec3 black = vec3(0.012, 0.010, 0.009) * (1.0 + 0.8 * grain.x);
-  albedo = mix(albedo, pale, smoothstep(0.0, 0.30, damage));
+  albedo = mix(albedo, pale, smoothstep(0.0, 0.62, sqrt(damage)));
   albedo = mix(albedo, brown, smoothstep(0.26, 0.58, damage));
   char_amount = smoothstep(0.52, 0.92, damage);
   albedo = mix(albedo, black, char_amount);

@@ -16,8 +16,8 @@ TEST(ProgramTest, BrokenShaderNamesFileLineAndSourceLine) {
   const ShaderFile broken = {"broken.frag",
                              "out vec4 colour;\n\nvoid main() {\n"
                              "  colour = vec4(undeclared_thing);\n}\n"};
-  const auto program = Program::create({{GL_VERTEX_SHADER, {kVertex}, {}},
-                                        {GL_FRAGMENT_SHADER, {kCommon, broken}, {"SOME 1"}}});
+  const auto program = Program::create(
+      {{GL_VERTEX_SHADER, {kVertex}, {}}, {GL_FRAGMENT_SHADER, {kCommon, broken}, {"SOME 1"}}});
   ASSERT_FALSE(program);
   const std::string text = program.error().text();
   EXPECT_NE(text.find("broken.frag:4: "), std::string::npos) << text;
@@ -30,8 +30,8 @@ TEST(ProgramTest, MistakesInIncludedFilesAndInSeveralShadersAreAllNamed) {
   const ShaderFile bad_common = {"common.glsl", "\nfloat half_of(float x) { return nowhere; }\n"};
   const ShaderFile bad_vertex = {"bad.vert", "void main() { gl_Position = missing; }\n"};
   const ShaderFile good = {"good.frag", "out vec4 colour;\nvoid main() { colour = vec4(1.0); }\n"};
-  const auto program = Program::create({{GL_VERTEX_SHADER, {bad_vertex}, {}},
-                                        {GL_FRAGMENT_SHADER, {bad_common, good}, {}}});
+  const auto program = Program::create(
+      {{GL_VERTEX_SHADER, {bad_vertex}, {}}, {GL_FRAGMENT_SHADER, {bad_common, good}, {}}});
   ASSERT_FALSE(program);
   const std::string text = program.error().text();
   EXPECT_NE(text.find("bad.vert:1: "), std::string::npos) << text;
@@ -44,8 +44,8 @@ TEST(ProgramTest, StagesThatDontFitAreRefusedWithTheirNames) {
   const ShaderFile wanting = {"wanting.frag",
                               "in vec3 never_written;\nout vec4 colour;\n"
                               "void main() { colour = vec4(never_written, 1.0); }\n"};
-  const auto program = Program::create(
-      {{GL_VERTEX_SHADER, {kVertex}, {}}, {GL_FRAGMENT_SHADER, {wanting}, {}}});
+  const auto program =
+      Program::create({{GL_VERTEX_SHADER, {kVertex}, {}}, {GL_FRAGMENT_SHADER, {wanting}, {}}});
   ASSERT_FALSE(program);
   EXPECT_NE(program.error().text().find("plain.vert + wanting.frag: not linked"), std::string::npos)
       << program.error().text();
@@ -56,8 +56,8 @@ TEST(ProgramTest, GoodShaderCompilesWithItsDefinitions) {
   if (!context) GTEST_SKIP() << context.error().text();
   const ShaderFile good = {"good.frag",
                            "out vec4 colour;\nvoid main() { colour = vec4(half_of(LEVEL)); }\n"};
-  const auto program = Program::create({{GL_VERTEX_SHADER, {kVertex}, {}},
-                                        {GL_FRAGMENT_SHADER, {kCommon, good}, {"LEVEL 0.5"}}});
+  const auto program = Program::create(
+      {{GL_VERTEX_SHADER, {kVertex}, {}}, {GL_FRAGMENT_SHADER, {kCommon, good}, {"LEVEL 0.5"}}});
   EXPECT_TRUE(program) << program.error().text();
 }
 

@@ -30,7 +30,7 @@ TEST(BurnAtlasTest, NeighboursShareTheirBorders) {
   damage.ensure({1, 0, 0});
   BurnAtlas atlas;
   atlas.update(damage);
-  damage.brick(0)[7] = 1.0f;   // voxel (7, 0, 0) lies in the border of brick (1, 0, 0)
+  damage.brick(0)[7] = 1.0f;  // voxel (7, 0, 0) lies in the border of brick (1, 0, 0)
   atlas.update(damage);
   EXPECT_EQ(atlas.uploaded_tiles(), 2);
 }

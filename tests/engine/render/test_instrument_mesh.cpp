@@ -35,7 +35,8 @@ TEST(InstrumentMeshTest, EveryVertexIsFiniteWithAUnitNormalAndInReach) {
 TEST(InstrumentMeshTest, ProbeEndsInABallAboutTheTip) {
   const InstrumentMesh mesh = make_instrument(instrument(Kind::kProbe));
   float lowest = 1.0f;
-  for (const InstrumentVertex& vertex : mesh.vertices) lowest = std::min(lowest, vertex.position.z());
+  for (const InstrumentVertex& vertex : mesh.vertices)
+    lowest = std::min(lowest, vertex.position.z());
   EXPECT_NEAR(lowest, -1.5e-3f, 1e-6f);
 }
 
@@ -52,7 +53,7 @@ TEST(InstrumentMeshTest, HookEndsAtTheTipAndItsShaftStandsBack) {
       ++sleeve;
     }
   }
-  EXPECT_NEAR(farthest_side, 0.6e-3f, 1e-6f);   // the rounded end of the wire
+  EXPECT_NEAR(farthest_side, 0.6e-3f, 1e-6f);  // the rounded end of the wire
   ASSERT_GT(sleeve, 0);
   EXPECT_LT(sleeve_centre / static_cast<float>(sleeve), -3e-3f);
 }

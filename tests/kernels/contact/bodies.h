@@ -19,7 +19,7 @@ struct PressedBody {
   std::vector<int> touchable;
   TouchableSurface touch;
   SurfaceCompliance compliance;
-  bool ready = false;   ///< false: a step of preparation failed, and a test failure says which
+  bool ready = false;  ///< false: a step of preparation failed, and a test failure says which
 };
 
 /// Places nodes, prepares the body with the galerkin formulation and asks for the compliance of the
@@ -29,8 +29,8 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
                          const std::function<bool(const Vec3&)>& is_fixed,
                          const std::function<bool(const Vec3&)>& is_touchable);
 
-/// A block of these edges [m] centred at the origin, held at its bottom, touchable on its top within
-/// `reach` of the axis in x and y.
+/// A block of these edges [m] centred at the origin, held at its bottom, touchable on its top
+/// within `reach` of the axis in x and y.
 PressedBody prepare_block(const Vec3& edges, double spacing, double reach,
                           const IsotropicMaterial& material);
 

@@ -4,6 +4,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tests/kernels/contact/bodies.h"
 #include "tests/support/shapes.h"
@@ -76,10 +77,10 @@ TEST(Deformation, UnknownsAreTheComplianceTimesTheLoads) {
     double expected = 0.0, size = 0.0;
     for (std::size_t j = 0; j < 3; ++j) {
       for (int a = 0; a < 3; ++a) {
-        const std::size_t column = 3 * static_cast<std::size_t>(response.touched[j]) +
-                                   static_cast<std::size_t>(a);
-        const double term = compliance.columns[column * compliance.rows() + row] *
-                            response.loads[j][a];
+        const std::size_t column =
+            3 * static_cast<std::size_t>(response.touched[j]) + static_cast<std::size_t>(a);
+        const double term =
+            compliance.columns[column * compliance.rows() + row] * response.loads[j][a];
         expected += term;
         size += std::abs(term);
       }
@@ -105,7 +106,8 @@ TEST(Deformation, SkinUnderAFlatPunchGoesDownWithIt) {
     }
     // Sneddon outside the punch (half-space; the block is finite).
     if (r > 2.5e-3 && r < 6e-3) {
-      EXPECT_NEAR(down, 2.0 * depth / M_PI * std::asin(1.8e-3 / r), 0.08 * depth) << "at " << r;
+      EXPECT_NEAR(down, 2.0 * depth / std::numbers::pi * std::asin(1.8e-3 / r), 0.08 * depth)
+          << "at " << r;
     }
   }
   EXPECT_GT(under, 10);

@@ -17,8 +17,8 @@ constexpr double kRadius = 0.025, kModulus = 1e4;
 constexpr double kDepth = 0.08 * kRadius;
 
 struct Reference {
-  double share = 0.0, poisson_ratio = 0.0;   ///< a / R
-  double stick = 0.0, frictionless = 0.0;    ///< F / (E R delta)
+  double share = 0.0, poisson_ratio = 0.0;  ///< a / R
+  double stick = 0.0, frictionless = 0.0;   ///< F / (E R delta)
 };
 
 std::vector<Reference> read_references(const std::filesystem::path& path) {

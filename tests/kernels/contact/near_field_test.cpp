@@ -69,8 +69,8 @@ TEST(NearField, SelfTermIsTheMeanDisplacementOfAUniformlyLoadedDisc) {
 
 TEST(NearField, PairTermsAgreeWithIntegrationOverBothDiscs) {
   for (const double d : {0.1, 0.5, 1.0, 1.5, 1.905, 2.0, 2.5, 3.9, 4.1, 6.0, 12.0}) {
-    const double exact = mean_over_disc(d * kRadius, kRadius,
-                                        [](double r) { return disc_potential(r, kRadius); });
+    const double exact =
+        mean_over_disc(d * kRadius, kRadius, [](double r) { return disc_potential(r, kRadius); });
     EXPECT_NEAR(disc_disc(d * kRadius) / exact, 1.0, 1e-3) << "at " << d << " radii";
   }
 }
@@ -119,6 +119,19 @@ TEST(NearField, FallsSmoothlyToNothingAtItsRange) {
   }
   EXPECT_EQ(field.normal_compliance(field.range(), kArea), 0.0);
   EXPECT_EQ(field.drawn_normal(1.1 * field.range(), kArea), 0.0);
+}
+
+TEST(NearField, BeyondTheDrawnRangeNothingIsVisible) {
+  const NearField field(kTissue, 3e-3);
+  for (const double force : {1e-4, 1e-2, 0.3, 5.0}) {
+    const double r = field.drawn_range(force);
+    EXPECT_LE(r, field.range());
+    EXPECT_GE(r, 3.0 * field.sigma());
+    if (r == field.range()) continue;
+    for (const double beyond : {1.0, 1.2, 2.0}) {
+      EXPECT_LT(force * std::abs(field.drawn_normal(beyond * r, kArea)), 1e-6) << force;
+    }
+  }
 }
 
 TEST(NearField, StaysFiniteFarFromTheCell) {

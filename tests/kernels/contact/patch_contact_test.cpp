@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
 
 #include "tests/kernels/contact/bodies.h"
 
@@ -49,7 +53,7 @@ TEST_F(OnABlock, NoCellPullsAndNoFreeCellIsPenetrated) {
     EXPECT_GE(push, 0.0);
     EXPECT_NEAR((solution.forces[k] - push * cells[k].direction).norm(), 0.0, 1e-15);
     EXPECT_GE(moved, cells[k].depth - 1e-8);
-    if (push > 1e-9) EXPECT_NEAR(moved, cells[k].depth, 2e-9);
+    EXPECT_LT(std::min(push, moved - cells[k].depth), 1e-9);
   }
 }
 
@@ -120,7 +124,7 @@ TEST_F(OnABlock, ClosedPathOfAHeldPatchGivesNoEnergyBack) {
   double work = 0.0, exchanged = 0.0;
   Vec3 before = Vec3::Zero(), force_before = Vec3::Zero();
   for (int i = 0; i <= kSteps; ++i) {
-    const double angle = 2.0 * M_PI * i / kSteps;
+    const double angle = 2.0 * std::numbers::pi * i / kSteps;
     const Vec3 at(1e-3 * std::sin(angle), 0.6e-3 * std::sin(2.0 * angle),
                   0.8e-3 * (1.0 - std::cos(angle)));
     for (ContactCell& cell : cells) cell.displacement = at;
@@ -135,7 +139,7 @@ TEST_F(OnABlock, ClosedPathOfAHeldPatchGivesNoEnergyBack) {
 }
 
 TEST_F(OnABlock, PressingAndReleasingATipGivesNoEnergyBack) {
-  // The path goes down at one depth profile and up again: contact cells join and leave reversibly.
+  // Cells join on the way down and leave on the way up; the force depends on the depth alone.
   constexpr int kSteps = 20;
   std::vector<double> down, up;
   for (int i = 0; i <= kSteps; ++i) {
@@ -154,7 +158,7 @@ TEST_F(OnABlock, PressingAndReleasingATipGivesNoEnergyBack) {
   }
 }
 
-TEST_F(OnABlock, ForceOfAPressedPatchIsTheGradientOfItsEnergy) {
+TEST_F(OnABlock, ForceOfAHeldPatchIsTheGradientOfItsEnergy) {
   // The energy 1/2 f.u of a held patch, differenced centrally, against the force.
   auto cells = test::plane_cells(Vec3(0, 2e-3, kTop), 0.5e-3, 1, 0.0, 0.0);
   const auto energy_at = [&](const Vec3& displacement, Vec3& force) {
@@ -185,13 +189,12 @@ TEST_F(OnABlock, TwoToolsAtOneSpotStaySolvable) {
   EXPECT_LT((test::total_force(both) - one).norm(), 1e-3 * one.norm());
 }
 
-TEST_F(OnABlock, ToolsFarApartFeelEachOtherAndSmallToolsNearOneAnotherMore) {
+TEST_F(OnABlock, ToolsFeelEachOtherTheMoreTheNearerTheyAre) {
   const auto lone = test::plane_cells(Vec3(-6e-3, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
   const double alone = -test::total_force(solve(lone)).z();
   const auto force_beside = [&](double distance) {
     auto cells = lone;
-    const auto other =
-        test::plane_cells(Vec3(-6e-3 + distance, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
+    const auto other = test::plane_cells(Vec3(-6e-3 + distance, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
     cells.insert(cells.end(), other.begin(), other.end());
     const ContactSolution solution = solve(cells);
     double force = 0.0;
@@ -242,13 +245,20 @@ TEST_F(OnABlock, NonFiniteDepthGivesNoForces) {
   EXPECT_EQ(test::total_force(solution), Vec3::Zero());
   cells[2].depth = 0.3e-3;
   EXPECT_TRUE(solve(cells).converged);
+  cells[1].position.x() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(solve(cells).converged);
+}
+
+TEST_F(OnABlock, CellWithoutAreaGivesNoForces) {
+  auto cells = test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 1, 1e-3, 0.3e-3);
+  cells[3].area = 0.0;
+  EXPECT_FALSE(solve(cells).converged);
 }
 
 TEST(PatchContact, HertzForceOnADeepBlock) {
   // ANALYTIC no. 1, a = 1.1 mm on nodes 7 mm apart. The block is bonded below and finite: about 2 %
   // stiffer than a half-space; cells of constant pressure lose about 1 % at the edge.
-  const test::PressedBody body =
-      test::prepare_block(Vec3(0.08, 0.08, 0.06), 7e-3, 0.025, kTissue);
+  const test::PressedBody body = test::prepare_block(Vec3(0.08, 0.08, 0.06), 7e-3, 0.025, kTissue);
   ASSERT_TRUE(body.ready);
   PatchContact contact(body.compliance, body.touch, kTissue);
   ContactSolution solution;
@@ -259,7 +269,6 @@ TEST(PatchContact, HertzForceOnADeepBlock) {
   const double hertz =
       4.0 / 3.0 * kTissue.contact_modulus() * std::sqrt(radius) * std::pow(depth, 1.5);
   const double error = -test::total_force(solution).z() / hertz - 1.0;
-  RecordProperty("relative_error", std::to_string(error));
   std::printf("Hertz: force %+.2f %% of the half-space's\n", 100.0 * error);
   EXPECT_NEAR(error, 0.01, 0.02);
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "tests/kernels/contact/bodies.h"
 #include "tests/support/shapes.h"
@@ -14,8 +15,8 @@ namespace {
 const IsotropicMaterial kTissue{1e4, 0.45};
 
 struct Slide {
-  double mean = 0.0;     ///< [N]
-  double ripple = 0.0;   ///< greatest less smallest force, relative to the mean
+  double mean = 0.0;    ///< [N]
+  double ripple = 0.0;  ///< greatest less smallest force, relative to the mean
 };
 
 template <class CellsAt>
@@ -62,14 +63,14 @@ std::vector<ContactCell> ball_cells(double radius, const Vec3& axis, double tip,
 }
 
 Slide slide_on_ball(double spacing) {
-  const double radius = 0.02;
+  const double radius = 0.016;
   const test::PressedBody body = test::prepare_body(
       test::icosphere(radius, 4), kTissue, [=](const Vec3&) { return spacing; },
       [=](const Vec3& x) { return x.z() < -0.5 * radius; },
-      [=](const Vec3& x) { return x.z() > 0.2 * radius; });
+      [=](const Vec3& x) { return x.z() > 0.4 * radius; });
   return slide(body, 40, [&](double share) {
     // A circle of latitude: the body answers the same all along it.
-    const double angle = 2.0 * M_PI * share;
+    const double angle = 2.0 * std::numbers::pi * share;
     const Vec3 axis(std::sin(0.25) * std::cos(angle), std::sin(0.25) * std::sin(angle),
                     std::cos(0.25));
     return ball_cells(radius, axis, 1e-3, 0.5e-3);

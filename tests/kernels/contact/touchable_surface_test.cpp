@@ -101,8 +101,8 @@ TEST_F(Plate, PlaceFarFromTheTouchableRegionTakesTheNearestSample) {
 }
 
 TEST_F(Plate, NothingTouchableIsRefused) {
-  const auto touch =
-      sample_touchable_surface(surface, [](const Vec3&) { return false; }, fields, nodes);
+  const auto touch = sample_touchable_surface(
+      surface, [](const Vec3&) { return false; }, fields, nodes);
   ASSERT_FALSE(touch);
   EXPECT_NE(touch.error().text().find("expected at least one"), std::string::npos);
 }
@@ -116,7 +116,7 @@ TEST_F(Plate, SurfaceBeyondTheCloudIsRefusedWithThePlace) {
 }
 
 TEST(TouchableSurface, FineTrianglesShareSamples) {
-  const TriangleSurface fine = test::icosphere(0.02, 5);   // edges of about 0.75 mm
+  const TriangleSurface fine = test::icosphere(0.02, 5);  // edges of about 0.75 mm
   const ShapeFunctions fields(cloud_in(fine, 4e-3), 1.8);
   std::vector<int> nodes;
   const auto touch = sample_touchable_surface(fine, kEverywhere, fields, nodes);

@@ -26,7 +26,8 @@ Problem random_problem(int n, std::uint64_t seed, int every) {
   Problem problem{root * root.transpose() + 0.01 * MatrixX::Identity(n, n), VectorX(n),
                   std::vector<char>(static_cast<std::size_t>(n), 0)};
   for (int i = 0; i < n; ++i) problem.b[i] = random.normal(draw++);
-  for (int i = 0; every > 0 && i < n; i += every) problem.bilateral[static_cast<std::size_t>(i)] = 1;
+  for (int i = 0; every > 0 && i < n; i += every)
+    problem.bilateral[static_cast<std::size_t>(i)] = 1;
   return problem;
 }
 
@@ -103,7 +104,8 @@ TEST(Unilateral, ResultDoesNotDependOnTheGuess) {
   UnilateralSolver solver;
   std::vector<char> none(40, 0), all(40, 1);
   VectorX from_none, from_all, again;
-  ASSERT_TRUE(solver.solve(problem.matrix, problem.b, problem.bilateral, none, from_none).converged);
+  ASSERT_TRUE(
+      solver.solve(problem.matrix, problem.b, problem.bilateral, none, from_none).converged);
   ASSERT_TRUE(solver.solve(problem.matrix, problem.b, problem.bilateral, all, from_all).converged);
   EXPECT_LT((from_none - from_all).norm(), 1e-9 * (1.0 + from_none.norm()));
   const auto warm = solver.solve(problem.matrix, problem.b, problem.bilateral, none, again);
@@ -112,7 +114,7 @@ TEST(Unilateral, ResultDoesNotDependOnTheGuess) {
 }
 
 TEST(Unilateral, SmallestEigenvalueIsEstimatedWithinAFactor) {
-  Problem problem = random_problem(12, 3, 1);   // all bilateral: the whole matrix is active
+  Problem problem = random_problem(12, 3, 1);  // all bilateral: the whole matrix is active
   problem.matrix.setIdentity();
   problem.matrix(4, 4) = 1e-3;
   UnilateralSolver solver;

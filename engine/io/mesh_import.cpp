@@ -1,0 +1,224 @@
+#include "engine/io/mesh_import.h"
+
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace viscera {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMostBytes = 2ull << 30;
+constexpr std::array kFormats = {".obj", ".stl", ".ply", ".gltf", ".glb"};
+
+// Corners nearer than this share of the body's size are one vertex.
+constexpr double kWeld = 1e-6;
+
+std::string extension_of(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension;
+}
+
+Result<std::uintmax_t> check_file(const fs::path& file) {
+  const std::string name = file.string();
+  std::error_code failed;
+  const fs::file_status status = fs::status(file, failed);
+  if (!fs::exists(status)) return failure(name + ": found no such file, expected a surface");
+  if (!fs::is_regular_file(status)) {
+    return failure(name + ": found something other than a regular file, expected a surface");
+  }
+  if (std::find(kFormats.begin(), kFormats.end(), extension_of(file)) == kFormats.end()) {
+    return failure(name + ": found the format \"" + extension_of(file) +
+                   "\", expected OBJ, STL, PLY, glTF or GLB");
+  }
+  const std::uintmax_t bytes = fs::file_size(file, failed);
+  if (failed) return failure(name + ": cannot be read: " + failed.message());
+  if (bytes == 0) return failure(name + ": found an empty file, expected a surface");
+  if (bytes > kMostBytes) {
+    return failure(name + ": found " + std::to_string(bytes >> 20) + " MiB, expected at most " +
+                   std::to_string(kMostBytes >> 20) + " MiB");
+  }
+  if (!std::ifstream(file, std::ios::binary)) {
+    return failure(name + ": cannot be opened for reading");
+  }
+  return bytes;
+}
+
+// A binary STL says how many triangles follow; assimp reads what there is. Text begins with "solid",
+// but so do the headers of some binary files.
+Result<void> check_stl(const fs::path& file, std::uintmax_t bytes) {
+  std::ifstream stream(file, std::ios::binary);
+  std::array<char, 84> header{};
+  stream.read(header.data(), header.size());
+  const auto got = static_cast<std::size_t>(stream.gcount());
+  const bool text = got >= 5 && std::equal(header.begin(), header.begin() + 5, "solid") &&
+                    std::find(header.begin(), header.begin() + got, '\0') == header.begin() + got;
+  if (text) return {};
+  if (got < header.size()) {
+    return failure(file.string() + ": found " + std::to_string(bytes) +
+                   " bytes, expected the header of a binary STL (84 bytes) or text");
+  }
+  std::uint32_t count = 0;
+  for (int i = 0; i < 4; ++i) {
+    count |= std::uint32_t{static_cast<unsigned char>(header[80 + i])} << (8 * i);
+  }
+  const std::uintmax_t expected = 84 + std::uintmax_t{50} * count;
+  if (bytes >= expected) return {};
+  return failure(file.string() + ": found " + std::to_string(bytes) + " bytes, expected " +
+                 std::to_string(expected) + " for the " + std::to_string(count) +
+                 " triangles of its header: the file looks truncated");
+}
+
+// Triangles that share nothing.
+struct Soup {
+  std::vector<Vec3> corners;   // three a triangle, in the file's units
+};
+
+void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above, Soup& soup) {
+  const aiMatrix4x4 placement = above * node.mTransformation;
+  // A mirroring node turns triangles over.
+  const bool mirrored = placement.Determinant() < 0;
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) continue;
+      for (int i = 0; i < 3; ++i) {
+        const unsigned corner = face.mIndices[mirrored ? 2 - i : i];
+        const aiVector3D x = placement * mesh.mVertices[corner];
+        soup.corners.emplace_back(x.x, x.y, x.z);
+      }
+    }
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) {
+    collect(scene, *node.mChildren[c], placement, soup);
+  }
+}
+
+// One vertex for all corners at a place, by a hash of cells; the first corner there gives it its
+// position.
+class Welder {
+ public:
+  explicit Welder(double reach) : reach_(reach) {}
+
+  int vertex(const Vec3& x, std::vector<Vec3>& vertices) {
+    const Cell cell = cell_of(x);
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dz = -1; dz <= 1; ++dz) {
+          const auto at = cells_.find({cell[0] + dx, cell[1] + dy, cell[2] + dz});
+          if (at == cells_.end()) continue;
+          for (const int v : at->second) {
+            if ((vertices[v] - x).squaredNorm() <= reach_ * reach_) return v;
+          }
+        }
+      }
+    }
+    const int number = static_cast<int>(vertices.size());
+    vertices.push_back(x);
+    cells_[cell].push_back(number);
+    return number;
+  }
+
+ private:
+  using Cell = std::array<std::int64_t, 3>;
+  struct CellHash {
+    std::size_t operator()(const Cell& c) const {
+      std::uint64_t h = 0;
+      for (const std::int64_t i : c) {
+        h = (h ^ static_cast<std::uint64_t>(i)) * 0x9e3779b97f4a7c15ull;
+        h ^= h >> 29;
+      }
+      return h;
+    }
+  };
+
+  Cell cell_of(const Vec3& x) const {
+    Cell cell;
+    for (int i = 0; i < 3; ++i) cell[i] = static_cast<std::int64_t>(std::floor(x[i] / reach_));
+    return cell;
+  }
+
+  double reach_;
+  std::unordered_map<Cell, std::vector<int>, CellHash> cells_;
+};
+
+Result<TriangleSurface> welded(const fs::path& file, const Soup& soup, double unit) {
+  Box box;
+  for (const Vec3& x : soup.corners) {
+    if (!x.allFinite()) {
+      return failure(file.string() + ": found a coordinate that isn't a finite number");
+    }
+    box.extend(x);
+  }
+  const double size = box.diagonal().norm();
+  if (!(size > 0.0)) {
+    return failure(file.string() + ": found all " + std::to_string(soup.corners.size()) +
+                   " corners at one place, expected a surface");
+  }
+  // Files hold single precision: far from the origin its steps are coarser than the share of the
+  // size.
+  const double far = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  Welder welder(std::max(kWeld * size, 4.0 * std::numeric_limits<float>::epsilon() * far));
+  TriangleSurface surface;
+  for (std::size_t i = 0; i + 2 < soup.corners.size(); i += 3) {
+    std::array<int, 3> triangle;
+    for (int c = 0; c < 3; ++c) {
+      triangle[c] = welder.vertex(soup.corners[i + c], surface.vertices);
+    }
+    surface.triangles.push_back(triangle);
+  }
+  for (Vec3& vertex : surface.vertices) vertex *= unit;
+  return surface;
+}
+
+}  // namespace
+
+Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
+  const Result<std::uintmax_t> bytes = check_file(file);
+  if (!bytes) return std::unexpected(bytes.error());
+  if (extension_of(file) == ".stl") {
+    if (const auto whole = check_stl(file, *bytes); !whole) {
+      return std::unexpected(whole.error());
+    }
+  }
+  try {
+    Assimp::Importer importer;
+    const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
+    if (!scene) {
+      std::string reason = importer.GetErrorString();
+      while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) {
+        reason.pop_back();
+      }
+      return failure(file.string() + ": cannot be read as " + extension_of(file).substr(1) + ": " +
+                     reason);
+    }
+    Soup soup;
+    if (scene->mRootNode) collect(*scene, *scene->mRootNode, aiMatrix4x4(), soup);
+    if (soup.corners.empty()) {
+      return failure(file.string() + ": found no triangles (only points or lines), expected a "
+                     "closed surface");
+    }
+    return welded(file, soup, unit);
+  } catch (const std::exception& exception) {
+    // Not every path through the importers is guarded against what a broken file asks for.
+    return failure(file.string() + ": cannot be read: " + exception.what());
+  }
+}
+
+}  // namespace viscera

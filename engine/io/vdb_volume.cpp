@@ -1,0 +1,152 @@
+#include "engine/io/vdb_volume.h"
+
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Dense.h>
+
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <sstream>
+
+namespace viscera {
+namespace {
+
+// Half precision's least positive value: what is less would be stored as zero.
+constexpr float kLeastDensity = 0x1p-24f;
+constexpr float kLeastTemperature = 0.05f;
+
+std::atomic<int> initialisations = 0;
+
+// io::File opens its file itself and doesn't look whether the bytes arrived. This writes the same
+// seekable archive to memory, so that the file is written, and checked, like all our others.
+class MemoryArchive : public openvdb::io::Archive {
+ public:
+  std::string bytes(const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata) const {
+    std::ostringstream out(std::ios::binary);
+    Archive::write(out, grids, /*seekable=*/true, metadata);
+    return std::move(out).str();
+  }
+};
+
+openvdb::FloatGrid::Ptr fog_volume(const std::string& name, const std::string& unit,
+                                   const SmokeGrid& grid, const std::vector<float>& values,
+                                   float least) {
+  const openvdb::CoordBBox bounds(
+      openvdb::Coord(0), openvdb::Coord(grid.size.x() - 1, grid.size.y() - 1, grid.size.z() - 1));
+  const openvdb::tools::Dense<const float, openvdb::tools::LayoutXYZ> dense(bounds, values.data());
+  openvdb::FloatGrid::Ptr volume = openvdb::FloatGrid::create(0.0f);
+  // Serial: this runs beside the frames, whose threads it shouldn't take.
+  openvdb::tools::copyFromDense(dense, *volume, least, /*serial=*/true);
+  volume->setName(name);
+  volume->setGridClass(openvdb::GRID_FOG_VOLUME);
+  volume->setSaveFloatAsHalf(true);
+  volume->insertMeta("unit", openvdb::StringMetadata(unit));
+  openvdb::math::Transform::Ptr transform =
+      openvdb::math::Transform::createLinearTransform(grid.voxel);
+  const Vec3 first = grid.domain.min().array() + 0.5 * grid.voxel;  // a grid point is a cell centre
+  transform->postTranslate(openvdb::Vec3d(first.x(), first.y(), first.z()));
+  volume->setTransform(transform);
+  return volume;
+}
+
+}  // namespace
+
+void ensure_openvdb() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    openvdb::initialize();
+    ++initialisations;
+  });
+}
+
+int openvdb_initialisations() {
+  return initialisations;
+}
+
+Result<std::string> encode_volume(const SmokeGrid& grid, double time,
+                                  const std::string& volume_name, const std::string& scene_name) {
+  const std::size_t cells = grid.size.minCoeff() > 0 ? static_cast<std::size_t>(grid.size.x()) *
+                                                           grid.size.y() * grid.size.z()
+                                                     : 0;
+  if (cells == 0 || !(grid.voxel > 0.0) || grid.density.size() != cells ||
+      grid.temperature.size() != cells) {
+    return failure("smoke grid of " + std::to_string(cells) + " cells: found " +
+                   std::to_string(grid.density.size()) + " densities and " +
+                   std::to_string(grid.temperature.size()) +
+                   " temperatures, expected one of each a cell, and a positive voxel");
+  }
+  try {
+    ensure_openvdb();
+    // Where there is no smoke to see, its temperature means nothing.
+    std::vector<float> temperature = grid.temperature;
+    for (std::size_t c = 0; c < cells; ++c) {
+      if (grid.density[c] <= kLeastDensity) temperature[c] = 0.0f;
+    }
+    const openvdb::GridCPtrVec grids = {
+        fog_volume("density", "kg/m3", grid, grid.density, kLeastDensity),
+        fog_volume("temperature", "K above the gas", grid, temperature, kLeastTemperature)};
+    openvdb::MetaMap metadata;
+    metadata.insertMeta("creator", openvdb::StringMetadata("viscera"));
+    metadata.insertMeta("scene", openvdb::StringMetadata(scene_name));
+    metadata.insertMeta("volume", openvdb::StringMetadata(volume_name));
+    metadata.insertMeta("time_s", openvdb::DoubleMetadata(time));
+    metadata.insertMeta("length_unit", openvdb::StringMetadata("m"));
+    return MemoryArchive().bytes(grids, metadata);
+  } catch (const std::exception& error) {
+    return failure(std::string("OpenVDB: ") + error.what());
+  }
+}
+
+Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file) {
+  const std::string where = file.string() + ": ";
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) {
+    return failure(where + "not found, expected a .vdb file");
+  }
+  try {
+    ensure_openvdb();
+    openvdb::io::File archive(file.string());
+    archive.setCopyMaxBytes(0);
+    archive.open(/*delayLoad=*/false);
+    // All grids, so that a file cut anywhere is found out.
+    const openvdb::GridPtrVecPtr grids = archive.getGrids();
+    const auto density =
+        openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::findGridByName(*grids, "density"));
+    if (!density) {
+      return failure(where + "no grid of floats named density, expected a smoke volume");
+    }
+
+    SmokeFileInfo info;
+    const openvdb::MetaMap::Ptr metadata = archive.getMetadata();
+    if (const auto volume = metadata->getMetadata<openvdb::StringMetadata>("volume")) {
+      info.volume = volume->value();
+    }
+    if (const auto time = metadata->getMetadata<openvdb::DoubleMetadata>("time_s")) {
+      info.time = time->value();
+    }
+    info.voxel = density->voxelSize().x();
+    info.active_voxels = density->activeVoxelCount();
+    double sum = 0.0;
+    for (auto value = density->cbeginValueOn(); value; ++value) {
+      sum += static_cast<double>(*value) * static_cast<double>(value.getVoxelCount());
+    }
+    info.mass = sum * std::pow(info.voxel, 3);
+    const openvdb::CoordBBox bounds = density->evalActiveVoxelBoundingBox();
+    if (info.active_voxels > 0) {
+      for (const openvdb::Coord& corner : {bounds.min(), bounds.max()}) {
+        const openvdb::Vec3d centre = density->indexToWorld(corner);
+        const Vec3 at(centre.x(), centre.y(), centre.z());
+        info.active_bounds.extend(Vec3(at.array() - 0.5 * info.voxel));
+        info.active_bounds.extend(Vec3(at.array() + 0.5 * info.voxel));
+      }
+    }
+    if (!std::isfinite(info.mass)) return failure(where + "damaged: the density isn't finite");
+    return info;
+  } catch (const std::exception& error) {
+    return failure(where + "not a whole .vdb file: " + error.what());
+  }
+}
+
+}  // namespace viscera

@@ -1,0 +1,94 @@
+#include "tests/engine/scene/scene_fixture.h"
+
+#include <algorithm>
+#include <fstream>
+
+namespace viscera::test {
+
+namespace fs = std::filesystem;
+
+Json whole_scene() {
+  return Json::parse(R"({
+    "$schema": "scene.schema.json",
+    "version": 1, "name": "whole", "title": "Every key", "duration_s": 4, "seed": 7,
+    "organs": [
+      {"name": "liver",
+       "geometry": {"recipe": "liver", "seed": 3, "scale": 1.5, "edge_mm": 4},
+       "tissue": "liver", "youngs_modulus_kPa": 6, "poisson_ratio": 0.4,
+       "pose": {"position_mm": [10, 20, 30], "rotation_deg": [90, 0, 90]},
+       "fixed": [{"half_space": {"point_mm": [0, 0, 5], "normal": [0, 0, 2]}},
+                 {"sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4}},
+                 {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}],
+       "formulation": "galerkin",
+       "resolution": {"spacing_mm": 10, "finest_spacing_mm": 2.5, "gradient": 0.3},
+       "deformable": true},
+      {"name": "ball", "geometry": {"recipe": "sphere", "radius_mm": 25, "triangles": 500},
+       "tissue": "rubber", "deformable": false},
+      {"name": "brick", "geometry": {"recipe": "block", "size_mm": [10, 20, 30]},
+       "tissue": "rubber", "deformable": false},
+      {"name": "imported", "tissue": "kidney", "deformable": false,
+       "geometry": {"file": "ball.obj", "unit": "cm", "recentre": true, "edge_mm": 2}}],
+    "instruments": [
+      {"name": "holder", "kind": "grasper",
+       "tip": {"shape": "capsule", "radius_mm": 2, "length_mm": 12}, "trocar_mm": [0, 0, 200], "shaft_radius_mm": 3, "grip_limit_N": 5, "grip_radius_mm": 3,
+       "path": [{"time_s": 0, "tip_mm": [0, 0, 100], "jaw": 1, "power_W": 0},
+                {"time_s": 1.5, "tip_mm": [0, 0, 90], "jaw": 0}]},
+      {"name": "burner", "kind": "hook", "tip": {"shape": "mesh", "file": "ball.obj", "unit": "m"},
+       "trocar_mm": [50, 0, 200], "path": [{"time_s": 0, "tip_mm": [0, 0, 100], "power_W": 30}]}],
+    "camera": {"optics_deg": 30, "field_of_view_deg": 60, "round_mask": false,
+               "path": [{"time_s": 0, "tip_mm": [0, -100, 50], "target_mm": [0, 0, 0],
+                         "roll_deg": 180}]},
+    "light": {"intensity": 2, "colour_temperature_K": 5000},
+    "smoke": [{"name": "plume", "domain": {"min_mm": [0, 0, 0], "max_mm": [100, 100, 100]},
+               "voxel_mm": 1, "max_particles": 1000, "yield_mg_per_kJ": 10}],
+    "gas": {"pressure_mmHg": 15, "temperature_C": 20}
+  })");
+}
+
+Json least_scene() {
+  return Json::parse(R"({"version": 1, "name": "least", "organs": [
+    {"name": "ball", "geometry": {"recipe": "sphere", "radius_mm": 25}, "tissue": "rubber",
+     "fixed": [{"half_space": {"point_mm": [0, 0, -20], "normal": [0, 0, 1]}}]}]})");
+}
+
+SceneFolder::SceneFolder() {
+  fs::create_directories(path() / "assets/organs");
+  fs::copy_file(project_file("assets/tissues.json"), path() / "assets/tissues.json");
+  write("assets/organs/liver.json", "{}");
+  write("assets/organs/kidney.json", "{}");
+  write("ball.obj", "v 0 0 0\n");
+  options.assets = path() / "assets";
+}
+
+fs::path SceneFolder::write(const std::string& name, const std::string& text) const {
+  const fs::path file = path() / name;
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
+}
+
+Result<SceneDescription> SceneFolder::load_text(const std::string& text) const {
+  return load_scene(write("scene.json", text), options);
+}
+
+std::vector<std::string> SceneFolder::mistakes(const Json& scene) const {
+  const Result<SceneDescription> loaded = load(scene);
+  if (loaded) return {};
+  std::vector<std::string> messages = loaded.error().messages;
+  const std::string prefix = (path() / "scene.json").string() + ": ";
+  for (std::string& message : messages)
+    if (message.starts_with(prefix)) message = message.substr(prefix.size());
+  return messages;
+}
+
+bool mentions(const std::vector<std::string>& messages, const std::string& path,
+              const std::vector<std::string>& parts) {
+  return std::count_if(messages.begin(), messages.end(), [&](const std::string& message) {
+           return message.starts_with(path + ": ") &&
+                  std::all_of(parts.begin(), parts.end(), [&message](const std::string& part) {
+                    return message.find(part) != std::string::npos;
+                  });
+         }) == 1;
+}
+
+}  // namespace viscera::test

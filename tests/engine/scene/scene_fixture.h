@@ -1,0 +1,45 @@
+// A folder with a small but whole scene that a test spoils in one way or another.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/scene/json_file.h"
+#include "engine/scene/load_scene.h"
+#include "tests/support/paths.h"
+
+namespace viscera::test {
+
+/// A scene that has every key of the format at least once. Needs ball.obj beside it and the recipes
+/// of SceneFolder.
+Json whole_scene();
+
+/// The least that loads.
+Json least_scene();
+
+class SceneFolder {
+ public:
+  /// Holds ball.obj and assets/ with the project's tissues and the recipes liver and kidney.
+  SceneFolder();
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const;
+  Result<SceneDescription> load_text(const std::string& text) const;
+  Result<SceneDescription> load(const Json& scene) const { return load_text(scene.dump(1)); }
+
+  /// The messages without the file's name in front; empty when it loads.
+  std::vector<std::string> mistakes(const Json& scene) const;
+
+  SceneLoadOptions options;
+
+  std::filesystem::path path() const { return folder_.path(); }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+/// Whether exactly one message starts with `path` + ": " and contains each of `parts`.
+bool mentions(const std::vector<std::string>& messages, const std::string& path,
+              const std::vector<std::string>& parts);
+
+}  // namespace viscera::test

@@ -1,0 +1,247 @@
+// Bad scene files: each mistake with its place, what was found, what was expected.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/engine/scene/scene_fixture.h"
+
+namespace viscera::test {
+namespace {
+
+// The messages for the whole scene with one value put in (the path as a JSON pointer).
+std::vector<std::string> with(const std::string& pointer, const Json& value) {
+  Json scene = whole_scene();
+  scene[Json::json_pointer(pointer)] = value;
+  return SceneFolder().mistakes(scene);
+}
+
+std::string all(const std::vector<std::string>& messages) {
+  std::string text;
+  for (const std::string& message : messages) text += message + "\n";
+  return text;
+}
+
+#define EXPECT_ONE_MISTAKE(messages, path, ...)                        \
+  do {                                                                 \
+    const std::vector<std::string> found_ = (messages);                \
+    EXPECT_EQ(found_.size(), 1u) << all(found_);                       \
+    EXPECT_TRUE(mentions(found_, path, {__VA_ARGS__})) << all(found_); \
+  } while (false)
+
+TEST(SceneMistake, UnknownKeysNameTheNearestKnownOne) {
+  EXPECT_ONE_MISTAKE(with("/organs/0/formulaton", "galerkin"), "organs/0/formulaton",
+                     "found an unknown key", "did you mean \"formulation\"");
+  EXPECT_ONE_MISTAKE(with("/wind", 3), "wind", "found an unknown key, expected one of", "camera");
+  Json scene = whole_scene();
+  scene["organs"][0]["geometry"] = {{"recipy", "liver"}, {"seed", 2}};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/geometry/recipy",
+                     "did you mean \"recipe\"");
+}
+
+TEST(SceneMistake, AWrongUnitSaysWhichIsExpected) {
+  EXPECT_ONE_MISTAKE(with("/organs/0/youngs_modulus_Pa", 6000), "organs/0/youngs_modulus_Pa",
+                     "found the unit Pa, expected the unit kPa", "\"youngs_modulus_kPa\"");
+  EXPECT_ONE_MISTAKE(with("/duration", 3), "duration", "found no unit, expected the unit s");
+  EXPECT_ONE_MISTAKE(with("/light/intensity_W", 3), "light/intensity_W",
+                     "found the unit W, expected no unit");
+  Json scene = whole_scene();
+  scene["organs"][1]["geometry"].erase("radius_mm");
+  scene["organs"][1]["geometry"]["radius_cm"] = 2.5;
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/1/geometry/radius_cm",
+                     "found the unit cm, expected the unit mm (did you mean \"radius_mm\"?)");
+}
+
+TEST(SceneMistake, WrongTypesAreNamed) {
+  EXPECT_ONE_MISTAKE(with("/duration_s", "4 s"), "duration_s",
+                     "found the text \"4 s\", expected a number from 0.001 to 3600 [s]");
+  EXPECT_ONE_MISTAKE(with("/organs", 3), "organs", "found 3, expected an array of objects");
+  EXPECT_ONE_MISTAKE(with("/organs/1", "liver"), "organs/1",
+                     "found the text \"liver\", expected an object");
+  EXPECT_ONE_MISTAKE(with("/organs/0/deformable", 1), "organs/0/deformable",
+                     "found 1, expected true or false");
+  EXPECT_ONE_MISTAKE(with("/seed", 1.5), "seed", "found 1.5, expected a whole number");
+  EXPECT_ONE_MISTAKE(with("/organs/0/pose/position_mm", {1, 2}), "organs/0/pose/position_mm",
+                     "found [1,2], expected an array of three numbers");
+  EXPECT_ONE_MISTAKE(with("/camera/round_mask", nullptr), "camera/round_mask", "found null");
+  const std::vector<std::string> root = SceneFolder().mistakes(Json::array({1}));
+  ASSERT_EQ(root.size(), 1u);
+  EXPECT_EQ(root[0], "found [1], expected an object");
+}
+
+TEST(SceneMistake, NegativeAndAbsurdValuesAreRefusedWithTheRange) {
+  EXPECT_ONE_MISTAKE(with("/duration_s", -1), "duration_s", "found -1", "from 0.001 to 3600");
+  EXPECT_ONE_MISTAKE(with("/organs/1/geometry/radius_mm", -25), "organs/1/geometry/radius_mm",
+                     "found -25, expected a number from 0.1 to 1000 [mm]");
+  EXPECT_ONE_MISTAKE(with("/organs/0/youngs_modulus_kPa", 0), "organs/0/youngs_modulus_kPa",
+                     "found 0", "from 0.001 to 1000000 [kPa]");
+  EXPECT_ONE_MISTAKE(with("/organs/0/poisson_ratio", 0.5), "organs/0/poisson_ratio", "found 0.5",
+                     "from 0 to below 0.5");
+  EXPECT_ONE_MISTAKE(with("/organs/0/pose/position_mm/1", 1e30), "organs/0/pose/position_mm",
+                     "from -10000 to 10000 [mm]");
+  EXPECT_ONE_MISTAKE(with("/smoke/0/max_particles", 1e12), "smoke/0/max_particles",
+                     "a whole number from 1 to 10000000");
+  EXPECT_ONE_MISTAKE(with("/seed", -1), "seed", "found -1", "a whole number from 0");
+  EXPECT_ONE_MISTAKE(with("/instruments/1/path/0/power_W", 1e6), "instruments/1/path/0/power_W",
+                     "from 0 to 400 [W]");
+  EXPECT_ONE_MISTAKE(with("/organs/0/resolution/spacing_mm", 1e-9),
+                     "organs/0/resolution/spacing_mm", "found 1e-09", "from 0.1 to 100 [mm]");
+  EXPECT_ONE_MISTAKE(with("/organs/1/geometry/triangles", 501), "organs/1/geometry/triangles",
+                     "found 501, expected an even number");
+}
+
+TEST(SceneMistake, NotANumberIsRefusedWithLineAndColumn) {
+  const SceneFolder folder;
+  const auto scene = folder.load_text("{\"version\": 1, \"name\": \"a\",\n \"duration_s\": NaN}");
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().text().find("scene.json:2:16: found \"NaN\", expected a finite number"),
+            std::string::npos)
+      << scene.error().text();
+}
+
+TEST(SceneMistake, AnotherVersionIsRefused) {
+  EXPECT_ONE_MISTAKE(with("/version", 2), "version", "found 2, expected 1");
+  EXPECT_ONE_MISTAKE(with("/version", "1"), "version", "found the text \"1\", expected 1");
+}
+
+TEST(SceneMistake, MissingKeysAreNamed) {
+  const std::vector<std::string> found = SceneFolder().mistakes(Json::object());
+  EXPECT_EQ(found.size(), 3u) << all(found);
+  EXPECT_TRUE(mentions(found, "version", {"found nothing, expected 1"}));
+  EXPECT_TRUE(mentions(found, "name", {"found nothing, expected a name"}));
+  EXPECT_TRUE(mentions(found, "organs", {"found nothing, expected an array of objects"}));
+  Json scene = least_scene();
+  scene["organs"][0].erase("tissue");
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/tissue",
+                     "found nothing, expected the name of a tissue: one of abdominal_wall, fat");
+}
+
+TEST(SceneMistake, ADeformableOrganNeedsAFixedRegion) {
+  Json scene = least_scene();
+  scene["organs"][0].erase("fixed");
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/fixed",
+                     "found no region, expected at least one", "\"deformable\": false");
+}
+
+TEST(SceneMistake, RegionsAreExactlyOneShapeOfSomeExtent) {
+  EXPECT_ONE_MISTAKE(with("/organs/0/fixed/0", Json::object()), "organs/0/fixed/0",
+                     "found none of them, expected exactly one of half_space, sphere, box");
+  EXPECT_ONE_MISTAKE(with("/organs/0/fixed/1/box", {{"min_mm", {0, 0, 0}}, {"max_mm", {1, 1, 1}}}),
+                     "organs/0/fixed/1", "found sphere and box, expected exactly one of");
+  EXPECT_ONE_MISTAKE(with("/organs/0/fixed/2/box/max_mm", {-5, 2, 3}),
+                     "organs/0/fixed/2/box/max_mm", "found [-5,2,3]", "above that of min_mm");
+  EXPECT_ONE_MISTAKE(with("/organs/0/fixed/0/half_space/normal", {0, 0, 0}),
+                     "organs/0/fixed/0/half_space/normal", "found [0,0,0], expected a direction");
+}
+
+TEST(SceneMistake, TimesMustAscend) {
+  EXPECT_ONE_MISTAKE(with("/instruments/0/path/1/time_s", 0), "instruments/0/path/1/time_s",
+                     "found 0 after 0, expected values that ascend");
+  EXPECT_ONE_MISTAKE(with("/instruments/0/path", Json::array()), "instruments/0/path",
+                     "found [], expected an array of at least 1 object");
+}
+
+TEST(SceneMistake, NamesAreUniqueAndPlain) {
+  EXPECT_ONE_MISTAKE(with("/organs/1/name", "liver"), "organs/1/name",
+                     "found the text \"liver\" again, expected another than that of organs/0");
+  EXPECT_ONE_MISTAKE(with("/instruments/1/name", "holder"), "instruments/1/name", "again");
+  for (const char* name : {"Left Kidney", "", "../up", "a/b", "Niere"})
+    EXPECT_ONE_MISTAKE(with("/organs/1/name", name), "organs/1/name",
+                       "expected a name of a-z, 0-9 and _");
+}
+
+TEST(SceneMistake, UnknownNamesSayWhichAreKnown) {
+  EXPECT_ONE_MISTAKE(with("/organs/0/tissue", "livr"), "organs/0/tissue",
+                     "found the text \"livr\", expected the name of a tissue: one of",
+                     "did you mean \"liver\"");
+  EXPECT_ONE_MISTAKE(with("/organs/0/geometry/recipe", "livver"), "organs/0/geometry/recipe",
+                     "one of block, hemisphere, kidney, liver, sphere", "did you mean \"liver\"");
+  EXPECT_ONE_MISTAKE(with("/organs/0/formulation", "galerkn"), "organs/0/formulation",
+                     "did you mean \"galerkin\"");
+  EXPECT_ONE_MISTAKE(with("/instruments/0/kind", "graspr"), "instruments/0/kind",
+                     "expected \"probe\", \"grasper\" or \"hook\" (did you mean \"grasper\"?)");
+}
+
+TEST(SceneMistake, MissingGeometryListsTheFoldersSearched) {
+  SceneFolder folder;
+  folder.write("data/hearts/heart.stl", "solid\n");
+  folder.options.search = {folder.path() / "data", folder.path() / "nowhere"};
+  Json scene = whole_scene();
+  scene["organs"][3]["geometry"]["file"] = "hart.stl";
+  const std::string at = folder.path().string();
+  EXPECT_ONE_MISTAKE(folder.mistakes(scene), "organs/3/geometry/file", "found no file \"hart.stl\"",
+                     at + ", " + at + "/data, " + at + "/data/hearts, " + at +
+                         "/nowhere (no such folder), " + at + "/assets",
+                     "did you mean \"heart.stl\"");
+}
+
+TEST(SceneMistake, GeometryOfAnUnreadFormatOrAFolderIsRefused) {
+  EXPECT_ONE_MISTAKE(with("/organs/3/geometry/file", "ball.step"), "organs/3/geometry/file",
+                     "found the file \"ball.step\", expected one that ends in .obj, .stl");
+  SceneFolder folder;
+  std::filesystem::create_directory(folder.path() / "trap.obj");
+  Json scene = whole_scene();
+  scene["organs"][3]["geometry"]["file"] = "trap.obj";
+  EXPECT_ONE_MISTAKE(folder.mistakes(scene), "organs/3/geometry/file", "no regular file");
+}
+
+TEST(SceneMistake, GeometryIsEitherARecipeOrAFile) {
+  Json scene = whole_scene();
+  scene["organs"][0]["geometry"] = {{"seed", 1}};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/geometry",
+                     "found none of them, expected exactly one of recipe, file");
+  scene["organs"][0]["geometry"] = {{"recipe", "liver"}, {"unit", "mm"}};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/geometry/unit",
+                     "expected this key only beside file");
+  scene["organs"][0]["geometry"] = {{"recipe", "liver"}, {"radius_mm", 3}};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/geometry/radius_mm",
+                     "expected this key only where recipe is \"sphere\" or \"hemisphere\"");
+  scene["organs"][0]["geometry"] = {{"recipe", "sphere"}};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/geometry/radius_mm", "found nothing");
+  scene["organs"][0]["geometry"] = {{"file", "ball.obj"}};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/geometry/unit", "found nothing");
+  scene["organs"][0]["geometry"] = {{"recipe", "liver"}, {"edge_mm", 3}, {"triangles", 500}};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/geometry/triangles",
+                     "found it beside edge_mm");
+}
+
+TEST(SceneMistake, ValuesThatDontFitTogetherAreRefused) {
+  EXPECT_ONE_MISTAKE(with("/organs/0/resolution/finest_spacing_mm", 11),
+                     "organs/0/resolution/finest_spacing_mm", "at most spacing_mm, which is 10");
+  EXPECT_ONE_MISTAKE(with("/instruments/0/trocar_mm", {0, 0, 90.5}), "instruments/0/path/1/tip_mm",
+                     "at least 1 mm from trocar_mm");
+  EXPECT_ONE_MISTAKE(with("/instruments/0/path/0/power_W", 30), "instruments/0/path/0/power_W",
+                     "found 30 for a grasper, expected 0");
+  EXPECT_ONE_MISTAKE(with("/camera/path/0/target_mm", {0, -100, 50}), "camera/path/0/target_mm",
+                     "at least 1 mm from tip_mm");
+  EXPECT_ONE_MISTAKE(with("/camera/optics_deg", 45), "camera/optics_deg",
+                     "found 45, expected 0 or 30");
+  EXPECT_ONE_MISTAKE(with("/smoke/0/voxel_mm", 0.15), "smoke/0/voxel_mm",
+                     "more than 512 x 512 x 512 voxels");
+  EXPECT_ONE_MISTAKE(with("/smoke/0/domain/max_mm", {0, 100, 100}), "smoke/0/domain/max_mm",
+                     "above that of min_mm");
+}
+
+TEST(SceneMistake, AllAreReportedInOneGo) {
+  Json scene = whole_scene();
+  scene["duration_s"] = -1;
+  scene["organs"][0]["tisue"] = "liver";
+  scene["organs"][0]["geometry"]["recipe"] = "livr";
+  scene["organs"][1]["geometry"]["radius_mm"] = "big";
+  scene["organs"][3]["geometry"]["file"] = "absent.obj";
+  scene["instruments"][0]["path"][1]["time_s"] = -3;
+  scene["smoke"][0].erase("domain");
+  scene["camera"]["path"] = 3;
+  const std::vector<std::string> found = SceneFolder().mistakes(scene);
+  for (const char* path :
+       {"duration_s", "organs/0/tisue", "organs/0/geometry/recipe", "organs/1/geometry/radius_mm",
+        "organs/3/geometry/file", "instruments/0/path/1/time_s", "smoke/0/domain", "camera/path"})
+    EXPECT_TRUE(std::any_of(found.begin(), found.end(),
+                            [path](const std::string& message) {
+                              return message.starts_with(std::string(path) + ": ");
+                            }))
+        << path << "\n"
+        << all(found);
+}
+
+}  // namespace
+}  // namespace viscera::test

@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include "engine/scene/tissues.h"
+#include "tests/engine/scene/scene_fixture.h"
+
+namespace viscera::test {
+namespace {
+
+TEST(Tissues, TheProjectsFileLoads) {
+  const auto tissues = load_tissues(project_file("assets/tissues.json"));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  for (const char* name : {"liver", "gallbladder", "stomach", "abdominal_wall", "kidney", "lung",
+                           "spleen", "fat", "rubber"})
+    EXPECT_TRUE(tissues->contains(name)) << name;
+}
+
+TEST(Tissues, ModuliFollowFromWhatWasMeasured) {
+  const auto tissues = load_tissues(project_file("assets/tissues.json"));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  const Tissue& liver = tissues->at("liver");
+  EXPECT_EQ(liver.name, "liver");
+  EXPECT_DOUBLE_EQ(liver.elastic.shear_modulus(), 1800.0);
+  EXPECT_DOUBLE_EQ(liver.elastic.youngs_modulus, 2 * 1800.0 * 1.45);
+  EXPECT_EQ(liver.density, 1060.0);
+  EXPECT_EQ(liver.smoke_factor, 1.0);
+  EXPECT_DOUBLE_EQ(tissues->at("rubber").elastic.youngs_modulus, 10000.0);
+  EXPECT_DOUBLE_EQ(tissues->at("rubber").elastic.poisson_ratio, 0.45);
+  EXPECT_DOUBLE_EQ(tissues->at("lung").elastic.poisson_ratio, 0.43);
+  EXPECT_LT(tissues->at("fat").smoke_factor, tissues->at("kidney").smoke_factor);
+}
+
+TEST(Tissues, LooksArriveInMetres) {
+  const auto tissues = load_tissues(project_file("assets/tissues.json"));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  for (const auto& [name, tissue] : *tissues) {
+    EXPECT_GT(tissue.look.mottle_scale, 1e-4) << name;
+    EXPECT_LT(tissue.look.mottle_scale, 0.1) << name;
+    EXPECT_LT(tissue.look.bump_height, 1e-3) << name;
+  }
+  EXPECT_TRUE(tissues->at("liver").look.colour.isApprox(Vec3(0.30, 0.065, 0.045)));
+}
+
+TEST(Tissues, EveryMistakeIsReported) {
+  const SceneFolder folder;
+  Json file = *read_json(project_file("assets/tissues.json"));
+  Json& liver = file["tissues"]["liver"];
+  liver["shear_modulus"]["unit"] = "kPa";
+  liver["density"].erase("source");
+  liver["poisson_ratio"]["value"] = 0.5;
+  liver["poisson_ratio"]["mark"] = "X";
+  liver["look"]["colour"] = {0.1, 0.2, 1.5};
+  liver["densty"] = 3;
+  Json& kidney = file["tissues"]["kidney"];
+  kidney["youngs_modulus"] = kidney["shear_modulus"];
+  file["tissues"]["Big Toe"] = file["tissues"]["fat"];
+  const auto tissues = load_tissues(folder.write("tissues.json", file.dump()));
+  ASSERT_FALSE(tissues);
+  const std::string text = tissues.error().text();
+  EXPECT_EQ(tissues.error().messages.size(), 8u) << text;
+  for (const char* part :
+       {"tissues/liver/shear_modulus/unit: found the text \"kPa\", expected \"Pa\"",
+        "tissues/liver/density/source: found nothing",
+        "tissues/liver/poisson_ratio/value: found 0.5, expected a number from 0 to 0.4999",
+        "tissues/liver/poisson_ratio/mark: found the text \"X\", expected \"V\" or \"R\"",
+        "tissues/liver/look/colour: found [0.1,0.2,1.5]", "(did you mean \"density\"?)",
+        "tissues/kidney: found youngs_modulus and shear_modulus, expected exactly one of",
+        "tissues/Big Toe: found this key, expected a name"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+}
+
+TEST(Tissues, AnAbsentFileIsNamedByTheSceneThatNeedsIt) {
+  SceneFolder folder;
+  std::filesystem::remove(folder.path() / "assets/tissues.json");
+  const Result<SceneDescription> scene = folder.load(least_scene());
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().text().find("tissues.json: found no such file"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace viscera::test

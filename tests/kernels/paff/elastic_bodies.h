@@ -1,0 +1,121 @@
+// Small bodies with nodes, and loads with known answers, for tests of the elastic formulations.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <string>
+
+#include "kernels/base/random.h"
+#include "kernels/paff/galerkin.h"
+#include "kernels/points/node_placement.h"
+#include "tests/support/shapes.h"
+
+namespace viscera::test {
+
+/// A surface with nodes in it; its ElasticProblem points into it.
+struct Body {
+  TriangleSurface surface;
+  PointCloud cloud;
+
+  ElasticProblem problem(const IsotropicMaterial& material,
+                         std::function<bool(const Vec3&)> is_fixed) const {
+    return {&surface, &cloud, material, std::move(is_fixed)};
+  }
+};
+
+/// Unit cube about the origin with (cells + 1)^3 nodes; interior coordinates are moved by up to
+/// `jitter` cells, nodes on faces stay where they are.
+inline Body jittered_cube(int cells, double jitter) {
+  Body body{cube(1.0, 2), {}};
+  const Random random(7, 0);
+  std::uint64_t draw = 0;
+  for (const bool on_surface : {true, false}) {
+    for (int k = 0; k <= cells; ++k) {
+      for (int j = 0; j <= cells; ++j) {
+        for (int i = 0; i <= cells; ++i) {
+          Vec3 x(i, j, k);
+          const bool outer = x.minCoeff() == 0.0 || x.maxCoeff() == cells;
+          if (outer != on_surface) continue;
+          for (int axis = 0; axis < 3; ++axis) {
+            const double shift = jitter * (2.0 * random.uniform(draw++) - 1.0);
+            if (x[axis] > 0.0 && x[axis] < cells) x[axis] += shift;
+          }
+          body.cloud.positions.push_back(x / cells - Vec3::Constant(0.5));
+          body.cloud.surface_count += outer ? 1 : 0;
+        }
+      }
+    }
+  }
+  body.cloud.spacings = measure_spacings(body.cloud.positions);
+  return body;
+}
+
+/// Nodes by the advancing front at this spacing.
+inline Body placed_body(TriangleSurface surface, const SpacingField& spacing) {
+  Body body{std::move(surface), {}};
+  Result<PointCloud> cloud =
+      place_nodes(body.surface, SurfaceTree(body.surface), spacing, {}, no_progress());
+  if (cloud) body.cloud = std::move(*cloud);
+  return body;
+}
+
+/// `v` and triangular `f` lines of an OBJ file; enough for the organs of the data folder.
+inline TriangleSurface read_simple_obj(const std::string& path) {
+  TriangleSurface surface;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    if (kind == "v") {
+      Vec3 x;
+      words >> x[0] >> x[1] >> x[2];
+      surface.vertices.push_back(x);
+    } else if (kind == "f") {
+      std::array<int, 3> triangle{};
+      for (int& corner : triangle) {
+        std::string word;
+        words >> word;
+        corner = std::stoi(word) - 1;
+      }
+      surface.triangles.push_back(triangle);
+    }
+  }
+  return surface;
+}
+
+inline Mat3 stress(const IsotropicMaterial& material, const Mat3& displacement_gradient) {
+  return material.lame_lambda() * displacement_gradient.trace() * Mat3::Identity() +
+         material.shear_modulus() * (displacement_gradient + displacement_gradient.transpose());
+}
+
+/// The linear field u = G x + c with the loads that hold it.
+struct LinearField {
+  Mat3 gradient = (Mat3() << .1, .2, -.3, .05, -.2, .1, .3, .15, .25).finished();
+  Vec3 offset = Vec3(.1, .2, .3);
+
+  Vec3 operator()(const Vec3& x) const { return gradient * x + offset; }
+
+  StaticLoads loads(const IsotropicMaterial& material) const {
+    const Mat3 sigma = stress(material, gradient);
+    return {.body_force = {},
+            .traction = [sigma](const Vec3&, const Vec3& n) { return Vec3(sigma * n); },
+            .held_displacement = *this};
+  }
+};
+
+/// Largest error of the displacement over the nodes, relative to its largest size.
+inline double largest_error(const GalerkinSystem& system, const std::vector<double>& unknowns,
+                            const std::function<Vec3(const Vec3&)>& exact) {
+  double error = 0.0, size = 0.0;
+  for (const Vec3& x : system.fields().cloud().positions) {
+    error = std::max(error, (system.displacement(unknowns, x) - exact(x)).norm());
+    size = std::max(size, exact(x).norm());
+  }
+  return error / size;
+}
+
+}  // namespace viscera::test

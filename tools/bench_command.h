@@ -1,0 +1,26 @@
+// `viscera bench scene`: what the main job costs on this machine, beside its targets and its error.
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <map>
+#include <string>
+
+#include "engine/scene/scene.h"
+#include "engine/scene/tissues.h"
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+struct BenchOptions {
+  std::filesystem::path json;   ///< empty: none is written
+  bool quick = false;           ///< three simulated seconds, and no preparation afresh
+};
+
+/// Prepares, simulates and films the scene in a temporary folder; prints one row a figure with its
+/// target, met or not, and the error of the contact force against a cloud of half the spacing.
+Result<void> bench_scene(const SceneDescription& scene,
+                         const std::map<std::string, Tissue>& tissues, const BenchOptions& options,
+                         std::ostream& out);
+
+}  // namespace viscera
