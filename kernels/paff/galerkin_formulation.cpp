@@ -112,7 +112,7 @@ class GalerkinFormulation final : public Formulation {
 
   Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                  const Progress& progress) const override {
-    constexpr double kAssemblyShare = 0.5;
+    constexpr double kAssemblyShare = 0.25;
     Result<GalerkinSystem> system = GalerkinSystem::assemble(
         problem, support_factor(), [&](double fraction, std::string_view what) {
           return progress(kAssemblyShare * fraction, what);
