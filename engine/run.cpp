@@ -60,7 +60,7 @@ Result<void> open_folder(const fs::path& out, bool pictures, bool smoke) {
 /// Everything a picture needs, made only when pictures are wanted.
 struct Studio {
   std::unique_ptr<Renderer> renderer;
-  std::unique_ptr<Film> film;
+  std::unique_ptr<Film> film;         ///< none for snapshots
   Endoscope endoscope;
   Picture picture;
   std::uint64_t pictures = 0;
@@ -73,10 +73,13 @@ Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
   render.height = options.height;
   auto renderer = Renderer::create(render);
   if (!renderer) return std::unexpected(renderer.error());
+  auto studio = std::make_unique<Studio>(
+      Studio{std::move(*renderer), nullptr, Endoscope(*scene.camera), {}, 0});
+  if (!options.snapshots.empty()) return studio;
   auto film = Film::start(options.out / "film.mp4", options.width, options.height);
   if (!film) return std::unexpected(film.error());
-  return std::make_unique<Studio>(Studio{std::move(*renderer), std::move(*film),
-                                         Endoscope(*scene.camera), {}, 0});
+  studio->film = std::move(*film);
+  return studio;
 }
 
 Result<void> take_picture(Studio& studio, const World& world, const SceneDescription& scene,
@@ -88,10 +91,21 @@ Result<void> take_picture(Studio& studio, const World& world, const SceneDescrip
   }
   const StageTimer timer(trace, stage_index(Stage::kEncode), world.frame);
   const Picture& p = studio.picture;
-  if (auto added = studio.film->add(p.rgb); !added) return added;
-  const fs::path file = out / "frames" / fmt::format("{:04}.png", studio.pictures);
+  if (studio.film)
+    if (auto added = studio.film->add(p.rgb); !added) return added;
+  const fs::path file = out / "frames" / fmt::format("{:04}.png", world.frame / kFramesPerPicture - 1);
   ++studio.pictures;
   return write_png(file, p.width, p.height, p.rgb);
+}
+
+/// Whether a picture is due: always for a film; once for each snapshot's time.
+bool wanted(const std::vector<double>& snapshots, const World& world) {
+  if (snapshots.empty()) return true;
+  const double before =
+      1e-3 * static_cast<double>(last_tick_of_frame(world.frame - kFramesPerPicture));
+  return std::any_of(snapshots.begin(), snapshots.end(), [&](double time) {
+    return time > before + 1e-9 && time <= world.time() + 1e-9;
+  });
 }
 
 void write_volumes(SmokeWriter& writer, const World& world, const SceneDescription& scene,
@@ -254,7 +268,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
       plot_frame(world, samples, review);
       hash.add_frame(world);
     }
-    if (k % kFramesPerPicture != 0) continue;
+    if (k % kFramesPerPicture != 0 || !wanted(options.snapshots, world)) continue;
     const std::uint64_t picture = k / kFramesPerPicture - 1;
     if (writer) {
       {
@@ -268,7 +282,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   }
   bar.reset();
   if (!status) return std::unexpected(status.error());
-  if (studio)
+  if (studio && studio->film)
     if (auto finished = studio->film->finish(); !finished) return std::unexpected(finished.error());
   if (writer)
     if (auto finished = writer->finish(); !finished) return std::unexpected(finished.error());
@@ -294,7 +308,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   if (auto written = write_report(options.out / "report.json", report); !written)
     return std::unexpected(written.error());
   review.report = report;
-  if (studio) review.film = "film.mp4";
+  if (studio && studio->film) review.film = "film.mp4";
   if (auto written = write_review(options.out / "review.html", review); !written)
     return std::unexpected(written.error());
   return report;

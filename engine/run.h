@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "engine/io/report.h"
 #include "engine/scene/scene.h"
@@ -20,6 +21,7 @@ struct RunOptions {
   bool use_cache = true;
   bool quiet = false;                 ///< no progress bars
   int width = 1280, height = 720;
+  std::vector<double> snapshots;      ///< not empty: pictures at these times [s] alone, and no film
   std::string command;                ///< repeats the run; goes into the report
 };
 

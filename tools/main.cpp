@@ -109,6 +109,9 @@ int main_program(int argc, char** argv) {
       ->check(CLI::Range(0, 1024));
   run->add_flag("--no-render", no_render, "no pictures, no film, no EGL context");
   run->add_flag("--no-cache", no_cache, "prepare organs afresh and store nothing");
+  run->add_option("--snapshots", run_options.snapshots,
+                  "pictures at these times alone [s], e.g. 2,5,8; no film")
+      ->delimiter(',');
   run->add_flag("--quiet", run_options.quiet, "no progress");
 
   SceneArguments check_scene_arguments;
