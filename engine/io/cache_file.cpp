@@ -6,6 +6,8 @@
 
 #include <cerrno>
 #include <mutex>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "engine/io/atomic_file.h"
@@ -17,8 +19,12 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr hsize_t kPage = 4096;
-constexpr const char* kArrays = "arrays";     // group of the datasets
-constexpr const char* kTexts = "texts";       // group whose attributes are the texts
+constexpr const char* kArrays = "arrays";  // group of the datasets
+constexpr const char* kTexts = "texts";    // group whose attributes are the texts
+// The user block, which HDF5 leaves to us: this line, then the checksum of everything after the
+// block.
+constexpr std::string_view kSignature = "Viscera cache, XXH3-128 ";
+constexpr std::size_t kChecksumDigits = 32;
 constexpr std::size_t kLongestText = 60'000;  // an attribute's object header message holds 64 KB
 
 /// The distribution's library isn't thread-safe.
@@ -54,17 +60,6 @@ hid_t native_type() {
   if constexpr (std::is_same_v<T, double>) return H5T_NATIVE_DOUBLE;
   if constexpr (std::is_same_v<T, float>) return H5T_NATIVE_FLOAT;
   if constexpr (std::is_same_v<T, int>) return H5T_NATIVE_INT32;
-}
-
-template <class T>
-void hash_array(Hasher& hasher, const std::string& name, std::span<const T> values) {
-  hasher.text(name).value(std::is_floating_point_v<T>).value(sizeof(T)).array(values);
-}
-
-void hash_head(Hasher& hasher, int format, const std::string& key,
-               const std::map<std::string, std::string>& texts) {
-  hasher.value(format).text(key).value(texts.size());
-  for (const auto& [name, value] : texts) hasher.text(name).text(value);
 }
 
 bool write_text(hid_t object, const std::string& name, const std::string& value) {
@@ -181,32 +176,72 @@ int reserve_room(const fs::path& file, std::size_t bytes) {
 
 bool write_hdf5(const fs::path& file, int format, const std::string& key,
                 const CacheContents& contents) {
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_userblock(creation, kPage);
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_alignment(access, kPage, kPage);
-  // The newest layout has checksums over the library's own bookkeeping.
-  H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
-  Handle out(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
+  Handle out(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose);
   if (!out.ok()) return false;
 
-  Hasher hasher;
-  hash_head(hasher, format, key, contents.texts());
   bool good = write_text(out, "format", std::to_string(format)) && write_text(out, "key", key);
   {
     const Handle texts(H5Gcreate2(out, kTexts, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
-    for (const auto& [name, value] : contents.texts())
+    for (const auto& [name, value] : contents.texts()) {
       good = good && write_text(texts, name, value);
+    }
     const Handle arrays(H5Gcreate2(out, kArrays, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
     for (const auto& [name, view] : contents.arrays()) {
-      std::visit(
-          [&](auto values) {
-            hash_array(hasher, name, values);
-            good = good && write_array(arrays, name, values);
-          },
-          view);
+      good = good &&
+             std::visit([&, name = name](auto values) { return write_array(arrays, name, values); },
+                        view);
     }
   }
-  good = good && write_text(out, "checksum", hasher.hex());
   return out.close() && good;
+}
+
+/// The hash of a file's bytes from the end of the user block on. Nothing where it can't be read.
+std::string hash_after_block(int descriptor) {
+  Hasher hasher;
+  std::vector<char> part(1 << 20);
+  off_t at = kPage;
+  while (true) {
+    const ssize_t got = ::pread(descriptor, part.data(), part.size(), at);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return "";
+    if (got == 0) return hasher.hex();
+    hasher.bytes(part.data(), static_cast<std::size_t>(got));
+    at += got;
+  }
+}
+
+/// errno, or 0.
+int seal(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  errno = 0;
+  const std::string block = std::string(kSignature) + hash_after_block(descriptor);
+  const ssize_t written = ::pwrite(descriptor, block.data(), block.size(), 0);
+  const int error = errno != 0 ? errno : written == static_cast<ssize_t>(block.size()) ? 0 : EIO;
+  ::close(descriptor);
+  return error;
+}
+
+/// HDF5 trusts its own bookkeeping and may crash on a damaged file, so it sees only whole ones.
+Result<void> check_seal(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) {
+    return failure("it can't be read: " + std::generic_category().message(errno));
+  }
+  std::string block(kSignature.size() + kChecksumDigits, '\0');
+  const bool read =
+      ::pread(descriptor, block.data(), block.size(), 0) == static_cast<ssize_t>(block.size());
+  const std::string checksum = read ? hash_after_block(descriptor) : "";
+  ::close(descriptor);
+  if (!read || !block.starts_with(kSignature)) {
+    return failure("it wasn't written by Viscera, or not to its end");
+  }
+  if (block.substr(kSignature.size()) != checksum) return failure("it is truncated or damaged");
+  return {};
 }
 
 }  // namespace
@@ -243,24 +278,23 @@ Result<void> write_cache_file(const fs::path& file, int format, const std::strin
   if (!write_hdf5(pending.temporary(), format, key, contents)) {
     return std::unexpected(write_error(file, errno != 0 ? errno : EIO));
   }
+  if (const int error = seal(pending.temporary()); error != 0) {
+    return std::unexpected(write_error(file, error));
+  }
   return pending.commit();
 }
 
 Result<CacheData> read_cache_file(const fs::path& file, int format, const std::string& key) {
+  if (auto whole = check_seal(file); !whole) return std::unexpected(whole.error());
   std::error_code error;
   const std::uintmax_t file_size = fs::file_size(file, error);
   if (error) return failure("it can't be read: " + error.message());
 
   const std::scoped_lock lock(library());
   const Handle in(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (!in.ok()) {
-    return failure(H5Fis_hdf5(file.c_str()) > 0 ? "it is truncated or damaged"
-                                                : "it isn't an HDF5 file");
-  }
-  std::string found_format, found_key, checksum;
-  if (!read_text(in, "format", found_format) || !read_text(in, "key", found_key) ||
-      !read_text(in, "checksum", checksum)) {
-    return failure("it wasn't written by Viscera, or not to its end");
+  std::string found_format, found_key;
+  if (!in.ok() || !read_text(in, "format", found_format) || !read_text(in, "key", found_key)) {
+    return failure("HDF5 can't read it");
   }
   if (found_format != std::to_string(format)) {
     return failure("its format is " + found_format + ", expected " + std::to_string(format));
@@ -269,25 +303,18 @@ Result<CacheData> read_cache_file(const fs::path& file, int format, const std::s
 
   const Handle texts(H5Gopen2(in, kTexts, H5P_DEFAULT), H5Gclose);
   const Handle arrays(H5Gopen2(in, kArrays, H5P_DEFAULT), H5Gclose);
-  if (!texts.ok() || !arrays.ok()) return failure("it is damaged");
+  if (!texts.ok() || !arrays.ok()) return failure("HDF5 can't read its groups");
   CacheData data;
   for (const std::string& name : text_names(texts)) {
     if (!read_text(texts, name.c_str(), data.texts()[name])) {
-      return failure("the text " + name + " in it is damaged");
+      return failure("HDF5 can't read its text " + name);
     }
   }
-  Hasher hasher;
-  hash_head(hasher, format, key, data.texts());
   for (const std::string& name : array_names(arrays)) {
-    CacheData::Array& array = data.arrays()[name];
-    if (!read_array(arrays, name, file_size, array)) {
-      return failure("the array " + name + " in it is damaged");
+    if (!read_array(arrays, name, file_size, data.arrays()[name])) {
+      return failure("HDF5 can't read its array " + name);
     }
   }
-  for (const auto& [name, array] : data.arrays()) {
-    std::visit([&](const auto& values) { hash_array(hasher, name, std::span(values)); }, array);
-  }
-  if (hasher.hex() != checksum) return failure("its content doesn't meet its checksum");
   return data;
 }
 

@@ -69,13 +69,14 @@ class CacheData {
   std::map<std::string, Array> arrays_;
 };
 
-/// Contiguous, page-aligned datasets; attributes `format`, `key` and `checksum` (XXH3-128 over all
-/// names, texts and arrays). Written to a temporary name; a full disk leaves nothing.
+/// Contiguous, page-aligned datasets and attributes `format` and `key`; before them, in HDF5's user
+/// block, the XXH3-128 of all that follows, so that a damaged file is known before HDF5 parses it.
+/// Written to a temporary name; a full disk leaves nothing.
 Result<void> write_cache_file(const std::filesystem::path& file, int format, const std::string& key,
                               const CacheContents& contents);
 
-/// Fails, in words that complete "rebuilt because ...", for a file that can't be read, isn't HDF5,
-/// has another format or key, or whose content doesn't meet its checksum.
+/// Fails, in words that complete "rebuilt because ...", for a file that can't be read, is foreign
+/// or damaged, or has another format or key.
 Result<CacheData> read_cache_file(const std::filesystem::path& file, int format,
                                   const std::string& key);
 

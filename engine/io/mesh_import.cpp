@@ -211,8 +211,8 @@ Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
     Soup soup;
     if (scene->mRootNode) collect(*scene, *scene->mRootNode, aiMatrix4x4(), soup);
     if (soup.corners.empty()) {
-      return failure(file.string() + ": found no triangles (only points or lines), expected a "
-                     "closed surface");
+      return failure(file.string() + ": found no triangles (only points or lines, or a truncated "
+                     "file), expected a closed surface");
     }
     return welded(file, soup, unit);
   } catch (const std::exception& exception) {

@@ -2,11 +2,14 @@
 
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/File.h>
+#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <mutex>
 #include <sstream>
 
@@ -23,10 +26,34 @@ std::atomic<int> initialisations = 0;
 // seekable archive to memory, so that the file is written, and checked, like all our others.
 class MemoryArchive : public openvdb::io::Archive {
  public:
+  // Leaving out inactive voxels is the whole gain: Blosc took twice the time to shrink a plume of
+  // 530,000 voxels by not one per cent more, zlib ten times.
+  MemoryArchive() { setCompression(openvdb::io::COMPRESS_ACTIVE_MASK); }
+
   std::string bytes(const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata) const {
     std::ostringstream out(std::ios::binary);
     Archive::write(out, grids, /*seekable=*/true, metadata);
     return std::move(out).str();
+  }
+
+  // Where the last grid of a file ends, by its table of contents [bytes]. Reading a file that was
+  // cut doesn't fail by itself: leaves without bytes stay zero.
+  std::streamoff end(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    readHeader(in);
+    setFormatVersion(in);
+    setLibraryVersion(in);
+    openvdb::MetaMap metadata;
+    metadata.readMeta(in);
+    std::streamoff end = in.tellg();
+    const std::int32_t grids = readGridCount(in);
+    for (std::int32_t i = 0; i < grids && in; ++i) {
+      openvdb::io::GridDescriptor descriptor;
+      descriptor.read(in);
+      end = std::max<std::streamoff>(end, descriptor.getEndPos());
+      descriptor.seekToEnd(in);
+    }
+    return end;
   }
 };
 
@@ -110,12 +137,17 @@ Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file) {
     openvdb::io::File archive(file.string());
     archive.setCopyMaxBytes(0);
     archive.open(/*delayLoad=*/false);
-    // All grids, so that a file cut anywhere is found out.
-    const openvdb::GridPtrVecPtr grids = archive.getGrids();
-    const auto density =
-        openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::findGridByName(*grids, "density"));
+    const auto found = static_cast<std::streamoff>(std::filesystem::file_size(file));
+    if (const std::streamoff expected = MemoryArchive().end(file); found < expected) {
+      return failure(where + "cut off: found " + std::to_string(found) + " bytes, expected " +
+                     std::to_string(expected));
+    }
+    if (!archive.hasGrid("density")) {
+      return failure(where + "no grid named density, expected a smoke volume");
+    }
+    const auto density = openvdb::gridPtrCast<openvdb::FloatGrid>(archive.readGrid("density"));
     if (!density) {
-      return failure(where + "no grid of floats named density, expected a smoke volume");
+      return failure(where + "the grid density doesn't hold floats, expected a smoke volume");
     }
 
     SmokeFileInfo info;

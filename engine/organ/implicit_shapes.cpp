@@ -52,10 +52,11 @@ class Spline {
       const Vec3 from = c.head<3>() - x;
       const double length = from.norm();
       if (length < 1e-12) break;
-      const double along = from.dot(d.head<3>()) / length;
-      const double slope = along - d[3];
-      const double curvature =
-          (d.head<3>().squaredNorm() + from.dot(dd.head<3>()) - along * along) / length - dd[3];
+      // The stationary point of the gap, times the distance: linear in t on a straight cylinder.
+      const double along = from.dot(d.head<3>());
+      const double slope = along - d[3] * length;
+      const double curvature = d.head<3>().squaredNorm() + from.dot(dd.head<3>()) -
+                               d[3] * along / length - dd[3] * length;
       if (!(curvature > 0.0)) break;
       t = std::clamp(t - slope / curvature, low, high);
     }

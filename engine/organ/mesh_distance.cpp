@@ -82,7 +82,7 @@ Result<TriangleSurface> one_piece(const TriangleSurface& surface) {
 }  // namespace
 
 Result<TriangleSurface> mesh_signed_distance(const SignedDistance& distance, const Box& box,
-                                             double edge) {
+                                             double edge, double cell) {
   if (box.isEmpty()) return failure("found an empty box, expected one that encloses the body");
   const Vec3 size = box.sizes();
   if (!(edge > 0.0) || !(edge < size.minCoeff())) {
@@ -94,7 +94,7 @@ Result<TriangleSurface> mesh_signed_distance(const SignedDistance& distance, con
                    millimetres(size.maxCoeff() / kMostCellsAcross) + " for a body of " +
                    millimetres(size.maxCoeff()));
   }
-  const double cell = std::min(0.8 * edge, size.minCoeff() / 12.0);
+  cell = std::min({cell, 0.8 * edge, size.minCoeff() / 12.0});
   const Result<TriangleSurface> rough = marching_tetrahedra(distance, box, cell);
   if (!rough) return rough;
   const Result<TriangleSurface> body = one_piece(*rough);

@@ -24,6 +24,10 @@ std::string found(const Json& value) {
   return text.size() > 60 ? text.substr(0, 60) + "..." : text;
 }
 
+std::string below(const std::string& path, const std::string& key) {
+  return path.empty() ? key : path + "/" + key;
+}
+
 SignedDistance nowhere() {
   return [](const Vec3&) { return 1.0; };
 }
@@ -45,7 +49,7 @@ class Reader {
                   const std::vector<std::string>& keys) {
     for (const auto& [key, value] : object.items()) {
       if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
-        mistake(path.empty() ? key : path + "/" + key, "an unknown key",
+        mistake(below(path, key), "an unknown key",
                 "one of " + joined(keys) + did_you_mean(key, keys));
       }
     }
@@ -57,7 +61,7 @@ class Reader {
     if (at == object.end() && fallback) return *fallback;
     if (at == object.end() || !at->is_number() || at->get<double>() < least ||
         at->get<double>() > greatest) {
-      mistake(path + "/" + key, at == object.end() ? "nothing" : found(*at),
+      mistake(below(path, key), at == object.end() ? "nothing" : found(*at),
               "a number from " + found(least) + " to " + found(greatest));
       return fallback.value_or(least);
     }
@@ -346,12 +350,13 @@ Result<Recipe> load_recipe(const std::filesystem::path& assets, const std::strin
   if (!json) return std::unexpected(json.error());
   Reader reader(file.string(), seed);
   if (!json->is_object()) return failure(file.string() + ": found no object, expected a recipe");
-  reader.allow_only(*json, "", {"version", "about", "box_mm", "edge_mm", "triangles", "shape"});
+  reader.allow_only(*json, "", {"version", "about", "box_mm", "cell_mm", "edge_mm", "triangles", "shape"});
   reader.number(*json, "", "version", 1, 1);
 
   Recipe recipe;
   recipe.name = name;
   recipe.box = read_box(reader, *json);
+  recipe.cell = kMillimetre * reader.number(*json, "", "cell_mm", 0.1, kGreatest, 0.0);
   if (json->contains("edge_mm") == json->contains("triangles")) {
     reader.mistake("edge_mm", json->contains("edge_mm") ? "both edge_mm and triangles" : "nothing",
                    "either edge_mm or triangles");

@@ -15,6 +15,7 @@ struct Recipe {
   std::string name;
   SignedDistance distance;
   Box box;                          ///< encloses the body with a margin [m]
+  double cell = 0.0;                ///< greatest grid cell that sees its thinnest parts [m]; 0: any
   double edge = 0.0;                ///< default triangle edge [m]; 0 where `triangles` is given
   std::optional<int> triangles;     ///< default number of triangles
 };
@@ -24,6 +25,7 @@ struct Recipe {
 ///   about        what the body is, its frame and its origin, for people
 ///   box_mm       [[least corner], [greatest corner]]
 ///   edge_mm      default triangle edge, or `triangles`, a default number of triangles
+///   cell_mm      greatest grid cell that sees the thinnest parts of the body; optional
 ///   shape        a shape
 /// A shape is an object with one key, the kind, whose value is an object:
 ///   ellipsoid     centre_mm, radii_mm, turn_deg

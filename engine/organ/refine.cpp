@@ -12,9 +12,10 @@
 namespace viscera {
 namespace {
 
-// Where a vertex normal leans from an edge's own triangles by more than this, the surface has a
-// corner there, and the edge stays straight.
-const double kCorner = std::cos(45.0 * std::numbers::pi / 180.0);
+// Where a vertex normal leans from one of an edge's two triangles by more than this, the surface has
+// a corner there, and the edge stays straight; less than half a right angle, so that the edges of a
+// box are corners too.
+const double kCorner = std::cos(40.0 * std::numbers::pi / 180.0);
 
 using Edge = std::pair<int, int>;
 
@@ -26,7 +27,7 @@ class Refiner {
   // Splits every edge that is longer than `edge`, once; false where none is.
   bool pass(double edge) {
     middles_.clear();
-    std::map<Edge, Vec3> edge_normals;
+    std::map<Edge, LongEdge> long_edges;
     for (int t = 0; t < static_cast<int>(surface_.triangles.size()); ++t) {
       const auto& corners = surface_.triangles[t];
       for (int i = 0; i < 3; ++i) {
@@ -34,12 +35,15 @@ class Refiner {
         const Vec3 along = surface_.vertices[e.first] - surface_.vertices[e.second];
         if (along.norm() <= edge) continue;
         const Vec3 normal = area_vector(surface_, t).normalized();
-        const auto [entry, fresh] = edge_normals.try_emplace(e, normal);
-        if (!fresh) entry->second += normal;
+        LongEdge& found = long_edges[e];
+        found.normal += normal;
+        for (const int v : {e.first, e.second}) {
+          found.smooth = found.smooth && normals_[v].dot(normal) > kCorner;
+        }
       }
     }
-    if (edge_normals.empty()) return false;
-    for (const auto& [e, normal] : edge_normals) add_middle(e, normal.normalized());
+    if (long_edges.empty()) return false;
+    for (const auto& [e, found] : long_edges) add_middle(e, found);
 
     std::vector<std::array<int, 3>> finer;
     for (const auto& corners : surface_.triangles) divide(corners, finer);
@@ -50,16 +54,21 @@ class Refiner {
   TriangleSurface take() { return std::move(surface_); }
 
  private:
-  void add_middle(const Edge& e, const Vec3& edge_normal) {
+  struct LongEdge {
+    Vec3 normal = Vec3::Zero();   // of its triangles, summed
+    bool smooth = true;
+  };
+
+  void add_middle(const Edge& e, const LongEdge& found) {
     const Vec3 a = surface_.vertices[e.first], b = surface_.vertices[e.second];
     const Vec3 na = normals_[e.first], nb = normals_[e.second];
     const Vec3 d = b - a;
     Vec3 middle = 0.5 * (a + b);
-    const bool smooth = na.dot(edge_normal) > kCorner && nb.dot(edge_normal) > kCorner;
-    if (smooth) middle += 0.125 * (d.dot(nb) * nb - d.dot(na) * na);
+    if (found.smooth) middle += 0.125 * (d.dot(nb) * nb - d.dot(na) * na);
     // The quadratic normal: the mean, mirrored where the edge bends both ways.
     const Vec3 sum = na + nb;
-    const Vec3 normal = smooth ? Vec3(sum - 2.0 * d.dot(sum) / d.squaredNorm() * d) : edge_normal;
+    const Vec3 normal =
+        found.smooth ? Vec3(sum - 2.0 * d.dot(sum) / d.squaredNorm() * d) : found.normal;
     middles_[e] = static_cast<int>(surface_.vertices.size());
     surface_.vertices.push_back(middle);
     normals_.push_back(normal.normalized());

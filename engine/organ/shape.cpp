@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 #include "engine/io/mesh_import.h"
@@ -77,6 +78,8 @@ Result<TriangleSurface> surface_of_recipe(const Recipe& recipe, const RecipeGeom
     return scale * inner(x / scale);
   };
   const Box box(scale * recipe.box.min(), scale * recipe.box.max());
+  const double cell =
+      recipe.cell > 0.0 ? scale * recipe.cell : std::numeric_limits<double>::infinity();
   // An edge asked for by the scene overrides the recipe's own number of triangles.
   const std::optional<int> triangles =
       geometry.triangles ? geometry.triangles
@@ -84,10 +87,10 @@ Result<TriangleSurface> surface_of_recipe(const Recipe& recipe, const RecipeGeom
                             : recipe.triangles;
   if (!triangles) {
     const double edge = geometry.edge > 0.0 ? geometry.edge : scale * recipe.edge;
-    return mesh_signed_distance(distance, box, edge);
+    return mesh_signed_distance(distance, box, edge, cell);
   }
   // A first surface measures the area, which decides the edge.
-  const auto rough = mesh_signed_distance(distance, box, box.sizes().maxCoeff() / 50.0);
+  const auto rough = mesh_signed_distance(distance, box, box.sizes().maxCoeff() / 50.0, cell);
   if (!rough) return rough;
   return with_triangle_count(*rough, *triangles, distance);
 }

@@ -144,6 +144,7 @@ InstrumentDescription instrument_of(const Json& values) {
   instrument.tip = tip_of(values["tip"]);
   instrument.trocar = from_milli_vector(values["trocar_mm"]);
   instrument.shaft_radius = from_milli(values["shaft_radius_mm"]);
+  instrument.roll = radians(values["roll_deg"]);
   if (instrument.kind == InstrumentKind::kGrasper) {
     instrument.grip_limit = values["grip_limit_N"];
     instrument.grip_radius = from_milli(values["grip_radius_mm"]);

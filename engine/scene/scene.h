@@ -94,6 +94,7 @@ struct InstrumentDescription {
   TipDescription tip;
   Vec3 trocar = Vec3::Zero();       ///< pivot point in the wall that the shaft passes [m]
   double shaft_radius = 2.5e-3;     ///< [m]
+  double roll = 0.0;                ///< about the shaft; 0: hook and jaws point down [rad]
   double grip_limit = 6.0;          ///< greatest force that a closed jaw holds [N]
   double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
   std::vector<InstrumentKey> path;  ///< at least one, times ascending

@@ -276,6 +276,9 @@ ObjectSpec instrument() {
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),
+      number("roll_deg", "About the shaft: at 0 a hook bends, and jaws open, downwards.")
+          .between(-360, 360)
+          .otherwise(0.0),
       number("grip_limit_N", "Greatest force that the closed jaw holds.")
           .between(0, 100)
           .otherwise(6.0)

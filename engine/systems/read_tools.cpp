@@ -28,7 +28,8 @@ void read_tools(World& world, const FrameContext& context) {
     const Vec3 shaft = body.description.trocar - state.tip;
     // A tip in its own trocar has no direction; it keeps the last one.
     if (shaft.norm() > 1e-9) state.shaft_direction = shaft.normalized();
-    state.side_direction = side_of(state.shaft_direction);
+    state.side_direction = Eigen::AngleAxisd(body.description.roll, state.shaft_direction) *
+                           side_of(state.shaft_direction);
     state.started = true;
   }
 }
