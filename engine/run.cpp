@@ -46,10 +46,14 @@ void clear_numbered(const fs::path& folder, const std::string& extension) {
   }
 }
 
+/// Makes room for a run in a folder that may hold an older one, whose files go all together.
 Result<void> open_folder(const fs::path& out, bool pictures, bool smoke) {
   if (auto made = check_out_folder(out); !made) return made;
   clear_numbered(out / "frames", ".png");
   clear_numbered(out / "smoke", ".vdb");
+  std::error_code ignored;
+  for (const char* file : {"film.mp4", "forces.csv", "profile.json", "report.json", "review.html"})
+    fs::remove(out / file, ignored);
   if (pictures)
     if (auto made = check_out_folder(out / "frames"); !made) return made;
   if (smoke)
@@ -197,8 +201,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   const int available = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   if (options.threads > 0)
     threads.emplace(oneapi::tbb::global_control::max_allowed_parallelism, options.threads);
-  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty()); !opened)
-    return std::unexpected(opened.error());
+  if (auto writable = check_out_folder(options.out); !writable)
+    return std::unexpected(writable.error());
 
   RunReport report;
   report.version = VISCERA_VERSION;
@@ -227,6 +231,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   World& world = **built;
   report.warnings = notes.warnings;
   report.prepare_s = seconds_since(started);
+  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty()); !opened)
+    return std::unexpected(opened.error());
 
   std::unique_ptr<Studio> studio;
   if (pictures) {
@@ -282,7 +288,9 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   }
   bar.reset();
   if (!status) return std::unexpected(status.error());
-  if (studio && studio->film)
+  // Shorter than two frames, or stopped before: there is nothing to film.
+  const bool filmed = studio && studio->film && studio->pictures > 0;
+  if (filmed)
     if (auto finished = studio->film->finish(); !finished) return std::unexpected(finished.error());
   if (writer)
     if (auto finished = writer->finish(); !finished) return std::unexpected(finished.error());
@@ -308,7 +316,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   if (auto written = write_report(options.out / "report.json", report); !written)
     return std::unexpected(written.error());
   review.report = report;
-  if (studio && studio->film) review.film = "film.mp4";
+  if (filmed) review.film = "film.mp4";
   if (auto written = write_review(options.out / "review.html", review); !written)
     return std::unexpected(written.error());
   return report;

@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -170,4 +172,14 @@ int main_program(int argc, char** argv) {
 }  // namespace
 }  // namespace viscera
 
-int main(int argc, char** argv) { return viscera::main_program(argc, argv); }
+int main(int argc, char** argv) {
+  // A file that passes a limit of its size is then an error of its write, like a full disk.
+  std::signal(SIGXFSZ, SIG_IGN);
+  try {
+    return viscera::main_program(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::cerr << "out of memory: coarser spacings, fewer triangles or smaller volumes need less; "
+                 "`viscera check` says how much\n";
+    return viscera::kBadInput;
+  }
+}

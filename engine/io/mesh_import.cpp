@@ -59,8 +59,8 @@ Result<std::uintmax_t> check_file(const fs::path& file) {
   return bytes;
 }
 
-// A binary STL says how many triangles follow; assimp reads what there is. Text begins with "solid",
-// but so do the headers of some binary files.
+// A binary STL says how many triangles follow; assimp reads what there is. Text begins with
+// "solid", but so do the headers of some binary files.
 Result<void> check_stl(const fs::path& file, std::uintmax_t bytes) {
   std::ifstream stream(file, std::ios::binary);
   std::array<char, 84> header{};
@@ -86,7 +86,7 @@ Result<void> check_stl(const fs::path& file, std::uintmax_t bytes) {
 
 // Triangles that share nothing.
 struct Soup {
-  std::vector<Vec3> corners;   // three a triangle, in the file's units
+  std::vector<Vec3> corners;  // three a triangle, in the file's units
 };
 
 void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above, Soup& soup) {
@@ -211,7 +211,8 @@ Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
     Soup soup;
     if (scene->mRootNode) collect(*scene, *scene->mRootNode, aiMatrix4x4(), soup);
     if (soup.corners.empty()) {
-      return failure(file.string() + ": found no triangles (only points or lines, or a truncated "
+      return failure(file.string() +
+                     ": found no triangles (only points or lines, or a truncated "
                      "file), expected a closed surface");
     }
     return welded(file, soup, unit);

@@ -36,13 +36,22 @@ Result<TriangleSurface> with_exact_count(const TriangleSurface& surface, int tri
 // The icosahedron with every edge divided into `frequency` parts, pushed onto the sphere.
 TriangleSurface geodesic_sphere(double radius, int frequency) {
   const double g = 0.5 * (1.0 + std::sqrt(5.0));
-  const std::array<Vec3, 12> corners = {
-      {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-       {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}}};
+  const std::array<Vec3, 12> corners = {{{-1, g, 0},
+                                         {1, g, 0},
+                                         {-1, -g, 0},
+                                         {1, -g, 0},
+                                         {0, -1, g},
+                                         {0, 1, g},
+                                         {0, -1, -g},
+                                         {0, 1, -g},
+                                         {g, 0, -1},
+                                         {g, 0, 1},
+                                         {-g, 0, -1},
+                                         {-g, 0, 1}}};
   constexpr std::array<std::array<int, 3>, 20> kFaces = {
-      {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-       {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-       {3, 8, 9},  {4, 9, 5},  {2, 4, 11},  {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
+      {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+       {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+       {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
   TriangleSurface sphere;
   // A vertex is the weights that it gives to the icosahedron's corners.
   std::map<std::vector<std::pair<int, int>>, int> numbers;
@@ -93,8 +102,8 @@ void stitch(const Ring& inner, const Ring& outer, bool flip, TriangleSurface& su
   while (i < inner_steps || o < outer.count) {
     // Advance on the ring whose next vertex comes first.
     const bool outer_next =
-        o < outer.count &&
-        (i == inner_steps || outer.angle(o) + outer.angle(o + 1) <= inner.angle(i) + inner.angle(i + 1));
+        o < outer.count && (i == inner_steps || outer.angle(o) + outer.angle(o + 1) <=
+                                                    inner.angle(i) + inner.angle(i + 1));
     if (outer_next) {
       add(inner.vertex(i), outer.vertex(o), outer.vertex(o + 1));
       ++o;
@@ -126,9 +135,10 @@ TriangleSurface ringed_hemisphere(double radius, double edge) {
     surface.vertices.emplace_back(0.0, 0.0, base ? 0.0 : radius);
     for (int k = 1; k <= rows; ++k) {
       const double share = static_cast<double>(k) / rows, polar = 0.5 * kPi * share;
-      const Ring next = k == rows ? rim
-                        : base    ? add_ring(radius * share, 0.0, rows - k)
-                                  : add_ring(radius * std::sin(polar), radius * std::cos(polar), rows - k);
+      const Ring next =
+          k == rows ? rim
+          : base    ? add_ring(radius * share, 0.0, rows - k)
+                    : add_ring(radius * std::sin(polar), radius * std::cos(polar), rows - k);
       stitch(ring, next, base, surface);
       ring = next;
     }
@@ -141,8 +151,7 @@ TriangleSurface divided_block(const Vec3& size, double edge) {
   TriangleSurface surface;
   std::map<std::array<int, 3>, int> numbers;
   const auto vertex = [&](const Eigen::Vector3i& at) {
-    const auto [entry, fresh] =
-        numbers.try_emplace({at[0], at[1], at[2]}, surface.vertices.size());
+    const auto [entry, fresh] = numbers.try_emplace({at[0], at[1], at[2]}, surface.vertices.size());
     if (fresh) {
       const Vec3 share = at.cast<double>().cwiseQuotient(parts.cast<double>());
       surface.vertices.push_back((share - Vec3::Constant(0.5)).cwiseProduct(size));
@@ -183,9 +192,9 @@ Result<TriangleSurface> sphere_surface(double radius, double edge, std::optional
     return geodesic_sphere(radius, std::max(1, static_cast<int>(std::lround(frequency))));
   }
   const int frequency = static_cast<int>(std::sqrt(*triangles / 20.0));
-  return with_exact_count(geodesic_sphere(radius, frequency), *triangles,
-                          [radius](const Vec3& x) -> Vec3 { return radius * x.normalized(); },
-                          false);
+  return with_exact_count(
+      geodesic_sphere(radius, frequency), *triangles,
+      [radius](const Vec3& x) -> Vec3 { return radius * x.normalized(); }, false);
 }
 
 Result<TriangleSurface> hemisphere_surface(double radius, double edge,
@@ -202,11 +211,9 @@ Result<TriangleSurface> hemisphere_surface(double radius, double edge,
   return mesh.surface();
 }
 
-Result<TriangleSurface> block_surface(const Vec3& size, double edge,
-                                      std::optional<int> triangles) {
+Result<TriangleSurface> block_surface(const Vec3& size, double edge, std::optional<int> triangles) {
   if (!triangles) return divided_block(size, edge);
-  const double area =
-      2.0 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+  const double area = 2.0 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
   // Right-angled triangles: two a square. Coarser until splits alone can reach the number.
   edge = std::sqrt(2.0 * area / *triangles);
   TriangleSurface block = divided_block(size, edge);
@@ -214,7 +221,8 @@ Result<TriangleSurface> block_surface(const Vec3& size, double edge,
     edge *= 1.02;
     block = divided_block(size, edge);
   }
-  return with_exact_count(block, *triangles, [](const Vec3& x) { return x; }, true);
+  return with_exact_count(
+      block, *triangles, [](const Vec3& x) { return x; }, true);
 }
 
 }  // namespace viscera

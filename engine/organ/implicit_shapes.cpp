@@ -64,7 +64,7 @@ class Spline {
   }
 
  private:
-  static constexpr int kSamples = 4;   // a span
+  static constexpr int kSamples = 4;  // a span
 
   int spans() const { return static_cast<int>(knots_.size()) - 3; }
 
@@ -191,8 +191,8 @@ SignedDistance tapered(SignedDistance of, const Taper& taper) {
   };
 }
 
-SignedDistance roughened(SignedDistance of, double amplitude, double wavelength,
-                         std::uint64_t seed, std::uint64_t stream) {
+SignedDistance roughened(SignedDistance of, double amplitude, double wavelength, std::uint64_t seed,
+                         std::uint64_t stream) {
   constexpr int kWaves = 8;
   struct Wave {
     Vec3 wave_vector;

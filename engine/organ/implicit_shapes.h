@@ -43,8 +43,9 @@ SignedDistance moved(SignedDistance of, const Pose& pose);
 /// The body multiplied by `factors` > 0 along the axes.
 SignedDistance stretched(SignedDistance of, const Vec3& factors);
 
-/// Bows the body: a point at s from `middle` [m] along one axis moves by (s - middle)^2 / (2 radius)
-/// along another: a circle of that radius near the middle. A negative radius bows the other way.
+/// Bows the body: a point at s from `middle` [m] along one axis moves by (s - middle)^2 / (2
+/// radius) along another: a circle of that radius near the middle. A negative radius bows the other
+/// way.
 SignedDistance bent(SignedDistance of, int along, int towards, double middle, double radius);
 
 /// Multiplies the cross-section by a factor that goes smoothly from `from_scale` at `from` [m] to
@@ -58,7 +59,7 @@ SignedDistance tapered(SignedDistance of, const Taper& taper);
 
 /// Moves the surface in and out by about `amplitude` [m], by a sum of plane waves of about this
 /// length [m] whose directions and phases are drawn from the seed.
-SignedDistance roughened(SignedDistance of, double amplitude, double wavelength,
-                         std::uint64_t seed, std::uint64_t stream);
+SignedDistance roughened(SignedDistance of, double amplitude, double wavelength, std::uint64_t seed,
+                         std::uint64_t stream);
 
 }  // namespace viscera

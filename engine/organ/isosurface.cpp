@@ -22,7 +22,7 @@ constexpr double kGreatestSlope = 1.8;
 struct Grid {
   Vec3 origin;
   double cell;
-  Index cells;   // (3)
+  Index cells;  // (3)
 
   Vec3 corner(const Index& i) const { return origin + cell * i.cast<double>(); }
   std::uint64_t key(const Index& i) const {
@@ -155,22 +155,32 @@ class Marcher {
       c[k] = first;
     };
     if (inside == 1) {
-      if (in(1)) rotate(0, 1, 2);
-      else if (in(2)) rotate(0, 2, 1);
-      else if (in(3)) rotate(0, 3, 1);
+      if (in(1))
+        rotate(0, 1, 2);
+      else if (in(2))
+        rotate(0, 2, 1);
+      else if (in(3))
+        rotate(0, 3, 1);
       triangle(cut(c[0], c[1]), cut(c[0], c[2]), cut(c[0], c[3]));
     } else if (inside == 3) {
-      if (!in(1)) rotate(0, 1, 2);
-      else if (!in(2)) rotate(0, 2, 1);
-      else if (!in(3)) rotate(0, 3, 1);
+      if (!in(1))
+        rotate(0, 1, 2);
+      else if (!in(2))
+        rotate(0, 2, 1);
+      else if (!in(3))
+        rotate(0, 3, 1);
       triangle(cut(c[0], c[1]), cut(c[0], c[3]), cut(c[0], c[2]));
     } else {
       if (in(0)) {
-        if (in(2)) rotate(1, 2, 3);
-        else if (in(3)) rotate(1, 3, 2);
+        if (in(2))
+          rotate(1, 2, 3);
+        else if (in(3))
+          rotate(1, 3, 2);
       } else if (in(1)) {
-        if (in(2)) rotate(0, 1, 2);
-        else rotate(0, 1, 3);
+        if (in(2))
+          rotate(0, 1, 2);
+        else
+          rotate(0, 1, 3);
       } else {
         rotate(0, 2, 1);
         rotate(1, 3, 2);
@@ -190,7 +200,8 @@ class Marcher {
     if (fresh) {
       // Kept away from corners, so that no triangle begins with zero area.
       const double share = std::clamp(a->value / (a->value - b->value), 0.05, 0.95);
-      surface_.vertices.push_back((1.0 - share) * grid_.corner(a->at) + share * grid_.corner(b->at));
+      surface_.vertices.push_back((1.0 - share) * grid_.corner(a->at) +
+                                  share * grid_.corner(b->at));
     }
     return entry->second;
   }

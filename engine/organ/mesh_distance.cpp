@@ -12,8 +12,8 @@
 namespace viscera {
 namespace {
 
-constexpr double kOnSurface = 1e-4;       // of an edge; the promise is ten times this
-constexpr double kCrumb = 0.01;           // share of the volume under which a piece is dropped
+constexpr double kOnSurface = 1e-4;  // of an edge; the promise is ten times this
+constexpr double kCrumb = 0.01;      // share of the volume under which a piece is dropped
 constexpr int kMostCellsAcross = 1500;
 
 std::string millimetres(double metres) {
@@ -86,8 +86,9 @@ Result<TriangleSurface> mesh_signed_distance(const SignedDistance& distance, con
   if (box.isEmpty()) return failure("found an empty box, expected one that encloses the body");
   const Vec3 size = box.sizes();
   if (!(edge > 0.0) || !(edge < size.minCoeff())) {
-    return failure("found an edge of " + millimetres(edge) + ", expected more than 0 and less than " +
-                   millimetres(size.minCoeff()) + ", the least side of the body's box");
+    return failure("found an edge of " + millimetres(edge) +
+                   ", expected more than 0 and less than " + millimetres(size.minCoeff()) +
+                   ", the least side of the body's box");
   }
   if (size.maxCoeff() / edge > kMostCellsAcross) {
     return failure("found an edge of " + millimetres(edge) + ", expected at least " +

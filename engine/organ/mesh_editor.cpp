@@ -14,8 +14,8 @@ const double kCrease = std::cos(50.0 * std::numbers::pi / 180.0);
 // A triangle may turn by up to this much when a vertex moves.
 const double kGreatestTurn = std::cos(60.0 * std::numbers::pi / 180.0);
 
-// A triangle whose height is less than this share of its longest edge is a needle: which way it faces
-// is chance, and mustn't hinder its removal.
+// A triangle whose height is less than this share of its longest edge is a needle: which way it
+// faces is chance, and mustn't hinder its removal.
 constexpr double kNeedle = 0.05;
 
 // The angle at b of the triangle a b c.
@@ -55,7 +55,7 @@ std::vector<MeshEditor::Edge> MeshEditor::edges() const {
     if (!alive(static_cast<int>(t))) continue;
     for (int i = 0; i < 3; ++i) {
       const int a = triangles_[t][i], b = triangles_[t][(i + 1) % 3];
-      if (a < b) found.emplace_back(a, b);   // its other triangle runs from b to a
+      if (a < b) found.emplace_back(a, b);  // its other triangle runs from b to a
     }
   }
   return found;
@@ -109,8 +109,8 @@ bool MeshEditor::turns(int left, int right) const {
   return one.dot(other) < kCrease * one.norm() * other.norm();
 }
 
-// Whether a triangle around `vertex` would turn over if the vertex moved; those that hold the vertex
-// `without` aren't asked (they go away).
+// Whether a triangle around `vertex` would turn over if the vertex moved; those that hold the
+// vertex `without` aren't asked (they go away).
 bool MeshEditor::folds(int vertex, const Vec3& to, int without) const {
   for (const int t : around_[vertex]) {
     const Triangle& corners = triangles_[t];
@@ -181,7 +181,11 @@ bool MeshEditor::collapse(const Edge& edge, double longest, double least) {
   });
   if (shared != 2) return false;
 
-  const Vec3 to = locked_[kept] ? at_[kept] : projection_(0.5 * (at_[kept] + at_[gone]));
+  // The middle of a short edge is near enough to the surface until the next relaxation.
+  Vec3 to = locked_[kept] ? at_[kept] : Vec3(0.5 * (at_[kept] + at_[gone]));
+  if (!locked_[kept] && !(length({kept, gone}) < 0.4 * longest && std::isfinite(longest))) {
+    to = projection_(to);
+  }
   const double limit2 = longest * longest;
   for (const auto* vertices : {&ring, &other}) {
     for (const int v : *vertices) {
@@ -220,10 +224,10 @@ bool MeshEditor::flip(const Edge& edge, Goal goal) {
   int left, right;
   const auto [c, d] = wings(edge, left, right);
   if (c < 0 || d < 0 || c == d || adjacent(c, d)) return false;
-  const double before = std::min(least_angle(at_[a], at_[b], at_[c]),
-                                 least_angle(at_[b], at_[a], at_[d]));
-  const double after = std::min(least_angle(at_[a], at_[d], at_[c]),
-                                least_angle(at_[d], at_[b], at_[c]));
+  const double before =
+      std::min(least_angle(at_[a], at_[b], at_[c]), least_angle(at_[b], at_[a], at_[d]));
+  const double after =
+      std::min(least_angle(at_[a], at_[d], at_[c]), least_angle(at_[d], at_[b], at_[c]));
   if (goal == Goal::kValence) {
     const auto excess = [this](int v, int change) {
       const int off = static_cast<int>(around_[v].size()) + change - 6;

@@ -23,7 +23,7 @@ class MeshEditor {
 
   int triangle_count() const { return triangle_count_; }
 
-  using Edge = std::pair<int, int>;   ///< vertices, the lower first
+  using Edge = std::pair<int, int>;  ///< vertices, the lower first
   std::vector<Edge> edges() const;
   double length(const Edge& edge) const { return (at_[edge.first] - at_[edge.second]).norm(); }
 
@@ -62,21 +62,21 @@ class MeshEditor {
 
   Projection projection_;
   std::vector<Vec3> at_;
-  std::vector<Triangle> triangles_;            // (-1, ., .): removed
-  std::vector<std::vector<int>> around_;       // triangles around each vertex
-  std::vector<char> locked_;                   // vertices on creases
+  std::vector<Triangle> triangles_;       // (-1, ., .): removed
+  std::vector<std::vector<int>> around_;  // triangles around each vertex
+  std::vector<char> locked_;              // vertices on creases
   int triangle_count_ = 0;
 };
 
-/// Isotropic remeshing to edges of about `edge` [m] (Botsch and Kobbelt 2004): split, collapse, flip
-/// and relax, `rounds` times, then Delaunay flips.
+/// Isotropic remeshing to edges of about `edge` [m] (Botsch and Kobbelt 2004): split, collapse,
+/// flip and relax, `rounds` times, then Delaunay flips.
 void remesh(MeshEditor& mesh, double edge, int rounds);
 
 /// Relaxes and makes Delaunay flips, `rounds` times.
 void settle(MeshEditor& mesh, int rounds);
 
-/// Exactly `triangles` (even), by collapsing the shortest or splitting the longest edges, relaxed in
-/// between. False where no more edges can be collapsed.
+/// Exactly `triangles` (even), by collapsing the shortest or splitting the longest edges, relaxed
+/// in between. False where no more edges can be collapsed.
 bool reach_triangle_count(MeshEditor& mesh, int triangles);
 
 /// The least angle of a triangle [rad].

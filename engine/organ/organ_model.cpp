@@ -10,6 +10,7 @@
 #include <limits>
 #include <sstream>
 
+#include "engine/io/report.h"
 #include "engine/io/response_cache.h"
 #include "engine/organ/shape.h"
 #include "kernels/base/hash.h"
@@ -115,6 +116,31 @@ Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reac
   return {};
 }
 
+// Measured: a nested-dissection factor of a 3-D body grows as N^(4/3) in size.
+double factor_entries(double nodes) { return 2.6e2 * std::pow(nodes, 4.0 / 3.0) * 3.0; }
+
+std::size_t compliance_bytes(std::size_t visible, std::size_t touchable) {
+  return 9 * visible * touchable * sizeof(float);
+}
+
+/// Peak beyond the surface while a compliance is computed [bytes].
+std::size_t preparation_bytes(std::size_t nodes, std::size_t visible, std::size_t touchable) {
+  const double n = static_cast<double>(nodes);
+  return compliance_bytes(visible, touchable) +
+         static_cast<std::size_t>(8.0 * (factor_entries(n) + 9.0 * 200.0 * n));
+}
+
+/// Refuses what this machine can't hold, before minutes are spent on it.
+Result<void> check_memory(std::size_t nodes, std::size_t visible, std::size_t touchable) {
+  const std::size_t needed = preparation_bytes(nodes, visible, touchable);
+  const std::uint64_t present = this_machine().memory_bytes;
+  if (needed <= present) return {};
+  return failure(fmt::format(
+      "resolution: found spacings that make {} nodes, {} of them touchable, and need {:.1f} GB while "
+      "preparing, expected at most this machine's {:.1f} GB: raise finest_spacing_mm",
+      nodes, touchable, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(present)));
+}
+
 void set_surface(OrganModel& model, TriangleSurface surface) {
   model.surface = std::move(surface);
   model.rest_bounds = bounds(model.surface);
@@ -190,6 +216,9 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
 
   std::vector<int> touchable, visible;
   if (auto done = finish(model, organ, reach, touchable, visible); !done) return done;
+
+  if (auto fits = check_memory(model.cloud.size(), visible.size(), touchable.size()); !fits)
+    return fits;
 
   ElasticProblem problem;
   problem.surface = &model.surface;
@@ -304,21 +333,21 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   std::vector<int> touchable, visible;
   if (auto done = finish(model, organ, reach, touchable, visible); !done)
     return std::unexpected(done.error());
+  if (auto fits = check_memory(model.cloud.size(), visible.size(), touchable.size()); !fits)
+    return std::unexpected(fits.error());
   plan.nodes = model.cloud.size();
   plan.surface_nodes = model.cloud.surface_count;
   plan.touchable_nodes = touchable.size();
   plan.visible_nodes = visible.size();
-  plan.memory_bytes =
-      model.memory_bytes() + 9 * visible.size() * touchable.size() * sizeof(float);
-
-  // Measured on two cores of a cloud server: assembly is linear in the nodes; a nested-dissection
-  // factor of a 3-D body grows as N^(4/3) in size and N^2 in work; each column costs a solve.
-  const double n = static_cast<double>(plan.nodes);
-  const double factor_entries = 2.6e2 * std::pow(n, 4.0 / 3.0) * 3.0;
+  plan.memory_bytes = model.memory_bytes() + compliance_bytes(visible.size(), touchable.size());
   plan.preparation_bytes =
-      plan.memory_bytes + static_cast<std::size_t>(8.0 * (factor_entries + 9.0 * 200.0 * n));
+      model.memory_bytes() + preparation_bytes(plan.nodes, visible.size(), touchable.size());
+
+  // Measured on two cores of a cloud server: assembly is linear in the nodes, factoring grows as
+  // N^2 in work; each column costs a solve.
+  const double n = static_cast<double>(plan.nodes);
   plan.prepare_s = 4e-4 * n + 1.2e-7 * n * n +
-                   3.0 * static_cast<double>(touchable.size()) * factor_entries * 4.0 / 6e9;
+                   3.0 * static_cast<double>(touchable.size()) * factor_entries(n) * 4.0 / 6e9;
   return plan;
 }
 

@@ -135,8 +135,8 @@ class Reader {
     return 0;
   }
 
-  std::vector<TubePoint> points(const Json& object, const std::string& path,
-                                const std::string& key, std::size_t least) {
+  std::vector<TubePoint> points(const Json& object, const std::string& path, const std::string& key,
+                                std::size_t least) {
     std::vector<TubePoint> points;
     const auto at = object.find(key);
     if (at == object.end() || !at->is_array() || at->size() < least) {
@@ -151,8 +151,8 @@ class Reader {
         mistake(path + "/" + key + "/" + std::to_string(i), found((*at)[i]),
                 "[x, y, z, radius] with a radius above 0");
       }
-      points.push_back({kMillimetre * Vec3(values[0], values[1], values[2]),
-                        kMillimetre * values[3]});
+      points.push_back(
+          {kMillimetre * Vec3(values[0], values[1], values[2]), kMillimetre * values[3]});
     }
     return points;
   }
@@ -191,7 +191,7 @@ class Reader {
 
   std::string source_;
   std::uint64_t seed_;
-  std::uint64_t noises_ = 0;   // so that every noise of a recipe draws its own waves
+  std::uint64_t noises_ = 0;  // so that every noise of a recipe draws its own waves
   Error error_;
 };
 
@@ -350,7 +350,8 @@ Result<Recipe> load_recipe(const std::filesystem::path& assets, const std::strin
   if (!json) return std::unexpected(json.error());
   Reader reader(file.string(), seed);
   if (!json->is_object()) return failure(file.string() + ": found no object, expected a recipe");
-  reader.allow_only(*json, "", {"version", "about", "box_mm", "cell_mm", "edge_mm", "triangles", "shape"});
+  reader.allow_only(*json, "",
+                    {"version", "about", "box_mm", "cell_mm", "edge_mm", "triangles", "shape"});
   reader.number(*json, "", "version", 1, 1);
 
   Recipe recipe;

@@ -14,10 +14,10 @@ namespace viscera {
 struct Recipe {
   std::string name;
   SignedDistance distance;
-  Box box;                          ///< encloses the body with a margin [m]
-  double cell = 0.0;                ///< greatest grid cell that sees its thinnest parts [m]; 0: any
-  double edge = 0.0;                ///< default triangle edge [m]; 0 where `triangles` is given
-  std::optional<int> triangles;     ///< default number of triangles
+  Box box;                       ///< encloses the body with a margin [m]
+  double cell = 0.0;             ///< greatest grid cell that sees its thinnest parts [m]; 0: any
+  double edge = 0.0;             ///< default triangle edge [m]; 0 where `triangles` is given
+  std::optional<int> triangles;  ///< default number of triangles
 };
 
 /// Reads `assets`/organs/`name`.json, a JSON object with comments:

@@ -1,5 +1,5 @@
-// Refinement of imported surfaces: cubic edges of curved PN triangles (A. Vlachos et al., I3D 2001),
-// so that a coarse organ has no facets.
+// Refinement of imported surfaces: cubic edges of curved PN triangles (A. Vlachos et al., I3D
+// 2001), so that a coarse organ has no facets.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,9 +12,9 @@
 namespace viscera {
 namespace {
 
-// Where a vertex normal leans from one of an edge's two triangles by more than this, the surface has
-// a corner there, and the edge stays straight; less than half a right angle, so that the edges of a
-// box are corners too.
+// Where a vertex normal leans from one of an edge's two triangles by more than this, the surface
+// has a corner there, and the edge stays straight; less than half a right angle, so that the edges
+// of a box are corners too.
 const double kCorner = std::cos(40.0 * std::numbers::pi / 180.0);
 
 using Edge = std::pair<int, int>;
@@ -55,7 +55,7 @@ class Refiner {
 
  private:
   struct LongEdge {
-    Vec3 normal = Vec3::Zero();   // of its triangles, summed
+    Vec3 normal = Vec3::Zero();  // of its triangles, summed
     bool smooth = true;
   };
 

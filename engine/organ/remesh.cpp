@@ -59,7 +59,8 @@ void remesh(MeshEditor& mesh, double edge, int rounds) {
     mesh.relax();
   }
   settle(mesh, 3);
-  // What is left of folds in the first triangulation, at rims that are sharper than an edge is long.
+  // What is left of folds in the first triangulation, at rims that are sharper than an edge is
+  // long.
   for (int pass = 0; pass < 3; ++pass) {
     int collapses = 0;
     for (const Edge& e : by_length(mesh, true, -1.0, 0.4 * edge)) {

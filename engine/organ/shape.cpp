@@ -13,8 +13,8 @@
 namespace viscera {
 namespace {
 
-constexpr double kGreatestBody = 2.0;    // [m]
-constexpr double kLeastBody = 1e-3;      // [m]
+constexpr double kGreatestBody = 2.0;  // [m]
+constexpr double kLeastBody = 1e-3;    // [m]
 
 // Triangles beyond which a drawn surface is a mistake of units.
 constexpr double kMostTriangles = 4e6;
@@ -37,8 +37,8 @@ std::string digits(double value, const char* unit) {
 Result<void> check_size(const std::string& subject, const TriangleSurface& surface, double unit) {
   const double size = bounds(surface).sizes().maxCoeff();
   if (size >= kLeastBody && size <= kGreatestBody * (1.0 + 1e-9)) return {};
-  std::string message = subject + ": found a body of " + digits(size, "m") +
-                        " across, expected 1 mm to 2 m";
+  std::string message =
+      subject + ": found a body of " + digits(size, "m") + " across, expected 1 mm to 2 m";
   // The unit under which the file would hold an organ.
   struct Unit {
     const char* name;
@@ -81,10 +81,9 @@ Result<TriangleSurface> surface_of_recipe(const Recipe& recipe, const RecipeGeom
   const double cell =
       recipe.cell > 0.0 ? scale * recipe.cell : std::numeric_limits<double>::infinity();
   // An edge asked for by the scene overrides the recipe's own number of triangles.
-  const std::optional<int> triangles =
-      geometry.triangles ? geometry.triangles
-      : geometry.edge > 0.0 ? std::nullopt
-                            : recipe.triangles;
+  const std::optional<int> triangles = geometry.triangles    ? geometry.triangles
+                                       : geometry.edge > 0.0 ? std::nullopt
+                                                             : recipe.triangles;
   if (!triangles) {
     const double edge = geometry.edge > 0.0 ? geometry.edge : scale * recipe.edge;
     return mesh_signed_distance(distance, box, edge, cell);
@@ -97,8 +96,8 @@ Result<TriangleSurface> surface_of_recipe(const Recipe& recipe, const RecipeGeom
 
 Result<TriangleSurface> built_in(const RecipeGeometry& geometry) {
   const bool block = geometry.recipe == "block";
-  const double extent = block ? geometry.scale * geometry.size.minCoeff()
-                              : geometry.scale * geometry.radius;
+  const double extent =
+      block ? geometry.scale * geometry.size.minCoeff() : geometry.scale * geometry.radius;
   if (!(extent > 0.0)) {
     return failure(block ? "found a size that isn't positive along every axis"
                          : "found a radius that isn't positive");
@@ -114,8 +113,7 @@ Result<TriangleSurface> built_in(const RecipeGeometry& geometry) {
   return hemisphere_surface(extent, edge, geometry.triangles);
 }
 
-Result<TriangleSurface> build(const RecipeGeometry& geometry,
-                              const std::filesystem::path& assets) {
+Result<TriangleSurface> build(const RecipeGeometry& geometry, const std::filesystem::path& assets) {
   const std::string& name = geometry.recipe;
   if (geometry.triangles && (*geometry.triangles < 20 || *geometry.triangles % 2 != 0)) {
     return failure(name + ": found " + std::to_string(*geometry.triangles) +

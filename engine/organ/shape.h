@@ -17,15 +17,15 @@ namespace viscera {
 using SignedDistance = std::function<double(const Vec3&)>;
 
 /// Meshes {distance < 0} inside `box` as one closed, outward oriented surface of nearly equilateral
-/// triangles with edges of about `edge` [m]; vertices lie on the zero set to 1e-3 edge. Parts thinner
-/// than a cell of the grid that finds the body, 0.8 edge or `cell` [m] where that is less, may be
-/// lost. Pieces of less than 1 % of the volume are dropped; more of them are refused.
-Result<TriangleSurface> mesh_signed_distance(
-    const SignedDistance& distance, const Box& box, double edge,
-    double cell = std::numeric_limits<double>::infinity());
+/// triangles with edges of about `edge` [m]; vertices lie on the zero set to 1e-3 edge. Parts
+/// thinner than a cell of the grid that finds the body, 0.8 edge or `cell` [m] where that is less,
+/// may be lost. Pieces of less than 1 % of the volume are dropped; more of them are refused.
+Result<TriangleSurface> mesh_signed_distance(const SignedDistance& distance, const Box& box,
+                                             double edge,
+                                             double cell = std::numeric_limits<double>::infinity());
 
-/// Brings a closed surface to exactly `triangles` triangles (even, at least 20) by edge collapses or
-/// splits, keeping it closed and its vertices on `distance`'s zero set.
+/// Brings a closed surface to exactly `triangles` triangles (even, at least 20) by edge collapses
+/// or splits, keeping it closed and its vertices on `distance`'s zero set.
 Result<TriangleSurface> with_triangle_count(const TriangleSurface& surface, int triangles,
                                             const SignedDistance& distance);
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/systems/systems.h"
+#include "engine/systems/tool_shape.h"
 
 namespace viscera {
 namespace {
@@ -15,6 +16,13 @@ constexpr double kJetSpeed = 0.12;
 constexpr double kJetExcess = 60.0;
 /// A trace that jumps further than this within a frame is two burns [m].
 constexpr double kTraceBreak = 5e-3;
+
+/// The heated ball is wider than the wire: current spreads into the tissue around the contact.
+BurnParameters burn_parameters(const InstrumentDescription& hook) {
+  BurnParameters parameters;
+  parameters.radius = 1.5 * std::max(hook.tip.radius, kPointTipRadius);
+  return parameters;
+}
 
 SmokeBody* volume_around(World& world, const Vec3& point) {
   for (SmokeBody& smoke : world.smoke)
@@ -41,7 +49,8 @@ void heat_tissue(World& world, const FrameContext& context) {
                            (trace.rest_point - contact.rest_point).norm() < kTraceBreak;
     const Vec3 from = continues ? trace.rest_point : contact.rest_point;
     trace.absorbed =
-        deposit_burn(burn->damage, from, contact.rest_point, tool.power, context.dt, {});
+        deposit_burn(burn->damage, from, contact.rest_point, tool.power, context.dt,
+                     burn_parameters(world.instrument_bodies.find(instrument)->description));
     burn->energy += trace.absorbed;
     ++burn->version;
     trace.organ = contact.organ;
@@ -50,7 +59,7 @@ void heat_tissue(World& world, const FrameContext& context) {
   }
 }
 
-void emit_smoke(World& world, const FrameContext&) {
+void emit_smoke(World& world, const FrameContext& context) {
   for (std::size_t i = 0; i < world.burn_traces.size(); ++i) {
     const BurnTrace& trace = world.burn_traces[i];
     if (trace.absorbed <= 0.0) continue;
@@ -67,24 +76,24 @@ void emit_smoke(World& world, const FrameContext&) {
     emission.direction = contact.world_normal;
     emission.speed = kJetSpeed;
     emission.temperature = kJetExcess;
+    emission.duration = context.dt;
     emission.mass = trace.absorbed * smoke->description.smoke_yield * tissue.smoke_factor;
     // Mass goes with particles; a frame that owes none carries its mass to the next with it.
     smoke->mass_owed += emission.mass;
     if (emission.particles == 0) continue;
     emission.mass = std::exchange(smoke->mass_owed, 0.0);
+    const std::uint64_t crowded_out = smoke->volume.counters().crowded_out;
     smoke->volume.emit(emission);
+    if (smoke->volume.counters().crowded_out > crowded_out)
+      context.report->raise(FrameFlag::kSmokeFull);
   }
 }
 
 void move_smoke(World& world, const FrameContext& context) {
   for (SmokeBody& smoke : world.smoke) {
     if (smoke.volume.particles().size() == 0) continue;
-    const std::uint64_t retired = smoke.volume.counters().retired;
     smoke.volume.step(context.dt);
     smoke.most_particles = std::max(smoke.most_particles, smoke.volume.particles().size());
-    if (smoke.volume.counters().retired > retired &&
-        smoke.volume.particles().size() + 1 >= smoke.volume.parameters().max_particles)
-      context.report->raise(FrameFlag::kSmokeFull);
   }
 }
 

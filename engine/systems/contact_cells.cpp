@@ -89,19 +89,22 @@ std::optional<Foot> find_foot(const ToolShape& tool, const OrganModel& model,
   }
   if (!best || best->clearance > kContactMargin) return std::nullopt;
 
-  // The direction of contact is the mean normal of the tissue around, wider than the tool's own dent,
-  // so that the dent's walls cancel.
+  // The direction of contact is the mean normal of the tissue around the tool, wider than the tool's
+  // own dent, so that the dent's walls cancel. It is centred on the tool: where tissue hugs the tip,
+  // the nearest point is any of many. Two passes, since the first starts from that point's normal.
   const double ring = std::max(2.0 * std::max(radius, tool.radius), 1.2 * model.finest_spacing);
-  const auto [e1, e2] = plane_across(best->outward);
-  Vec3 sum = best->outward;
-  for (int i = 0; i < 12; ++i) {
-    const double angle = std::numbers::pi * i / 6.0;
-    const double r = i % 2 == 0 ? ring : 0.6 * ring;
-    const Vec3 at = best->position + r * (std::cos(angle) * e1 + std::sin(angle) * e2);
-    const auto hit = tissue_under(at, *best, 2.0 * ring + kFrameReach, surface);
-    if (hit) sum += corner_mean(state.normals, model.surface, hit->point).normalized();
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto [e1, e2] = plane_across(best->outward);
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 12; ++i) {
+      const double angle = std::numbers::pi * i / 6.0;
+      const double r = i % 2 == 0 ? ring : 0.6 * ring;
+      const Vec3 at = best->probe + r * (std::cos(angle) * e1 + std::sin(angle) * e2);
+      const auto hit = tissue_under(at, *best, 2.0 * ring + kFrameReach, surface);
+      if (hit) sum += corner_mean(state.normals, model.surface, hit->point).normalized();
+    }
+    if (sum.norm() > 1.0) best->outward = sum.normalized();
   }
-  if (sum.norm() > 1e-3) best->outward = sum.normalized();
   return best;
 }
 

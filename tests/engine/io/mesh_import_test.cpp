@@ -83,7 +83,8 @@ std::string glb(const TriangleSurface& surface, const std::string& matrix) {
     for (const int v : triangle) put(data, static_cast<std::uint32_t>(v));
   }
   const Vec3 low = bounds(surface).min(), high = bounds(surface).max();
-  const Eigen::IOFormat list(Eigen::FullPrecision, Eigen::DontAlignCols, ",", ",", "", "", "[", "]");
+  const Eigen::IOFormat list(Eigen::FullPrecision, Eigen::DontAlignCols, ",", ",", "", "", "[",
+                             "]");
   std::ostringstream json;
   json << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)"
        << R"({"children":[1],"translation":[10,0,0]},{"mesh":0,"matrix":)" << matrix << "}],"
@@ -197,7 +198,8 @@ TEST_F(MeshImport, TruncatedFilesAreRefused) {
   const auto half = [](const std::string& bytes) { return bytes.substr(0, bytes.size() / 2); };
   expect_refused("half.stl", half(binary_stl(ball_)), "the file looks truncated");
   expect_refused("head.stl", binary_stl(ball_).substr(0, 70), "84 bytes");
-  expect_refused("half.glb", half(glb(ball_, "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]")), "cannot be read");
+  expect_refused("half.glb", half(glb(ball_, "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]")),
+                 "cannot be read");
   expect_refused("half.gltf", R"({"asset": {"version": "2.0"}, "nodes": [)", "cannot be read");
   expect_refused("half.ply", half(ply(ball_)), "truncated");
   // Text formats don't say where they end: what is left is an open surface.

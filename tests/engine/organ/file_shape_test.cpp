@@ -57,7 +57,7 @@ TEST_F(FileShape, IsRecentredAndRefinedOnDemand) {
   ASSERT_TRUE(built) << built.error().text();
   EXPECT_TRUE(bounds(*built).center().isZero(1e-4));
   EXPECT_GT(built->triangles.size(), 4 * ball.triangles.size());
-  EXPECT_GT(volume(*built), volume(ball));   // nearer to the round ball
+  EXPECT_GT(volume(*built), volume(ball));  // nearer to the round ball
   EXPECT_EQ(defects(*built), "");
 }
 
@@ -83,14 +83,14 @@ TEST_F(FileShape, OneTurnedTriangleIsRefused) {
 
 TEST_F(FileShape, ZeroAreaTrianglesAreRefused) {
   // A vertex in the middle of an edge: closed, but one of its triangles is flat.
-  TriangleSurface ball = icosphere(0.04, 1);
-  const auto [a, b, c] = ball.triangles[0];
-  const int m = static_cast<int>(ball.vertices.size());
-  ball.vertices.push_back(0.5 * (ball.vertices[a] + ball.vertices[b]));
-  ball.triangles[0] = {a, m, c};
-  ball.triangles.push_back({m, b, c});
-  ball.triangles.push_back({a, b, m});
-  const std::string text = refusal(ball);
+  TriangleSurface block = cube(0.04, 1);
+  const auto [a, b, c] = block.triangles[0];
+  const int m = static_cast<int>(block.vertices.size());
+  block.vertices.push_back(0.5 * (block.vertices[a] + block.vertices[b]));
+  block.triangles[0] = {a, m, c};
+  block.triangles.push_back({m, b, c});
+  block.triangles.push_back({a, b, m});
+  const std::string text = refusal(block);
   EXPECT_NE(text.find("zero area: 1 triangle"), std::string::npos) << text;
 }
 
@@ -116,7 +116,8 @@ TEST_F(FileShape, TheWrongUnitIsNoticedAndTheRightOneGuessed) {
 
 TEST_F(FileShape, AnEdgeThatMakesMillionsOfTrianglesIsRefused) {
   geometry_.edge = 1e-6;
-  EXPECT_NE(refusal(icosphere(0.05, 1)).find("expected at most 4e+06 triangles"), std::string::npos);
+  EXPECT_NE(refusal(icosphere(0.05, 1)).find("expected at most 4e+06 triangles"),
+            std::string::npos);
 }
 
 TEST_F(FileShape, OrgansOfTheVisibleHumanAreSoundAlsoWhenRefined) {
@@ -125,9 +126,9 @@ TEST_F(FileShape, OrgansOfTheVisibleHumanAreSoundAlsoWhenRefined) {
     std::size_t triangles;
     double edge;
   };
-  for (const auto& [name, triangles, edge] : {Organ{"kidney_left_1080.obj", 1080, 4e-3},
-                                              Organ{"liver_12k.obj", 0, 0.0},
-                                              Organ{"gallbladder_800.obj", 0, 3e-3}}) {
+  for (const auto& [name, triangles, edge] :
+       {Organ{"kidney_left_1080.obj", 1080, 4e-3}, Organ{"liver_12k.obj", 0, 0.0},
+        Organ{"gallbladder_800.obj", 0, 3e-3}}) {
     const auto file = shared_data(std::string("visible_human/") + name);
     if (!file) GTEST_SKIP() << name << " is absent";
     FileGeometry geometry;

@@ -1,9 +1,9 @@
-#include "engine/organ/implicit_shapes.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+
+#include "engine/organ/implicit_shapes.h"
 
 namespace viscera {
 namespace {
@@ -23,7 +23,8 @@ TEST(ImplicitShape, EllipsoidIsZeroOnItsSurfaceWithSlopeOne) {
   const Vec3 radii(0.03, 0.05, 0.02);
   const SignedDistance body = ellipsoid(Vec3::Zero(), radii);
   for (int i = 0; i < 20; ++i) {
-    const Vec3 x = radii.cwiseProduct(Vec3(std::cos(i), std::sin(i), std::sin(3.0 * i)).normalized());
+    const Vec3 x =
+        radii.cwiseProduct(Vec3(std::cos(i), std::sin(i), std::sin(3.0 * i)).normalized());
     EXPECT_NEAR(body(x), 0.0, 1e-12);
     EXPECT_NEAR(slope(body, x), 1.0, 1e-3);
   }
@@ -43,9 +44,9 @@ TEST(ImplicitShape, BentTubeHasNoCreases) {
   for (double x = -0.025; x < 0.025; x += 1.3e-3) {
     const Vec3 at(x, 0.02, 0.004);
     const double h = 1e-5;
-    const double bend = (body(at + h * Vec3::UnitX()) - 2.0 * body(at) +
-                         body(at - h * Vec3::UnitX())) / (h * h);
-    EXPECT_LT(std::abs(bend), 200.0) << x;   // a crease of 1 degree would give 1700 / m
+    const double bend =
+        (body(at + h * Vec3::UnitX()) - 2.0 * body(at) + body(at - h * Vec3::UnitX())) / (h * h);
+    EXPECT_LT(std::abs(bend), 200.0) << x;  // a crease of 1 degree would give 1700 / m
   }
 }
 

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <fstream>
 
@@ -28,11 +29,13 @@ TriangleSurface built(const RecipeGeometry& geometry) {
 
 struct Expected {
   std::string name;
-  Vec3 least_mm, greatest_mm;   // range of the extents
-  double coarse_mm, fine_mm;    // edges
+  Vec3 least_mm, greatest_mm;  // range of the extents
+  double coarse_mm, fine_mm;   // edges
 };
 
-void PrintTo(const Expected& expected, std::ostream* out) { *out << expected.name; }
+void PrintTo(const Expected& expected, std::ostream* out) {
+  *out << expected.name;
+}
 
 class RecipeShape : public testing::TestWithParam<Expected> {};
 
@@ -54,30 +57,50 @@ TEST_P(RecipeShape, IsSoundAndOfHumanSizeAtTwoResolutions) {
   }
 }
 
-TEST_P(RecipeShape, ChangesSlightlyWithTheSeedAndStaysInsideItsBox) {
+TEST_P(RecipeShape, ChangesSlightlyWithTheSeedAndIsTheSameForTheSameSeed) {
   const Expected& expected = GetParam();
-  const double edge = 1e-3 * expected.coarse_mm;
-  RecipeGeometry geometry = recipe(expected.name, edge);
+  RecipeGeometry geometry = recipe(expected.name, 1e-3 * expected.coarse_mm);
   const TriangleSurface first = built(geometry);
   EXPECT_EQ(content_hash(first), content_hash(built(geometry)));
-  for (std::uint64_t seed = 2; seed < 5; ++seed) {
-    geometry.seed = seed;
-    const TriangleSurface other = built(geometry);
-    EXPECT_EQ(defects(other), "");
-    EXPECT_NE(content_hash(first), content_hash(other));
-    EXPECT_NEAR(volume(other) / volume(first), 1.0, 0.15);
+  geometry.seed = 2;
+  const TriangleSurface other = built(geometry);
+  EXPECT_EQ(defects(other), "");
+  EXPECT_NE(content_hash(first), content_hash(other));
+  EXPECT_NEAR(volume(other) / volume(first), 1.0, 0.15);
+}
+
+TEST_P(RecipeShape, StaysInsideItsBoxWhateverTheSeed) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const auto described = load_recipe(project_file("assets"), GetParam().name, seed);
+    ASSERT_TRUE(described) << described.error().text();
+    const Box& box = described->box;
+    double least = 1.0;
+    constexpr int kParts = 24;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int i = 0; i <= kParts * kParts; ++i) {
+        Vec3 share;
+        share[axis] = 0.0;
+        share[(axis + 1) % 3] = static_cast<double>(i % kParts) / (kParts - 1);
+        share[(axis + 2) % 3] = static_cast<double>(i / kParts) / kParts;
+        for (const double side : {0.0, 1.0}) {
+          share[axis] = side;
+          const Vec3 x = box.min() + share.cwiseProduct(box.sizes());
+          least = std::min(least, described->distance(x));
+        }
+      }
+    }
+    EXPECT_GT(least, 1e-3) << seed;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, RecipeShape,
-    testing::Values(
-        Expected{"liver", {200, 120, 90}, {260, 170, 130}, 9.0, 6.0},
-        Expected{"gallbladder", {35, 60, 50}, {50, 80, 70}, 4.0, 2.5},
-        Expected{"stomach", {140, 180, 55}, {200, 260, 90}, 9.0, 6.0},
-        Expected{"abdominal_wall", {310, 310, 220}, {350, 360, 250}, 9.0, 7.0},
-        Expected{"kidney", {50, 95, 38}, {70, 125, 52}, 6.0, 4.0},
-        Expected{"lung", {85, 230, 150}, {130, 290, 200}, 13.0, 9.0}),
+    testing::Values(Expected{"liver", {200, 120, 90}, {260, 170, 130}, 9.0, 6.0},
+                    Expected{"gallbladder", {35, 60, 50}, {50, 80, 70}, 4.0, 2.5},
+                    Expected{"stomach", {140, 180, 55}, {200, 260, 90}, 9.0, 6.0},
+                    Expected{"abdominal_wall", {310, 300, 220}, {350, 360, 250}, 12.0, 8.0},
+                    Expected{"kidney", {50, 95, 38}, {70, 125, 52}, 6.0, 4.0},
+                    Expected{"lung", {85, 230, 150}, {130, 290, 200}, 13.0, 9.0}),
     [](const auto& info) { return info.param.name; });
 
 TEST(Recipe, KidneyAndLungHaveThePapersNumbersOfTriangles) {
@@ -87,6 +110,12 @@ TEST(Recipe, KidneyAndLungHaveThePapersNumbersOfTriangles) {
     EXPECT_EQ(defects(surface), "");
     EXPECT_GT(least_angle_degrees(surface), 15.0);
   }
+}
+
+TEST(Recipe, OneThreadAndManyBuildTheSameSurface) {
+  const std::string many = content_hash(built(recipe("kidney", 3e-3)));
+  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(content_hash(built(recipe("kidney", 3e-3))), many);
 }
 
 TEST(Recipe, ScaleMultipliesTheBodyAndKeepsItsTriangles) {
@@ -127,26 +156,26 @@ class RecipeFile : public testing::Test {
 };
 
 TEST_F(RecipeFile, EveryKindOfShapeCanBeMeshed) {
-  for (const char* shape : {
-           R"({"ellipsoid": {"radii_mm": [20, 30, 25], "turn_deg": [0, 0, 30]}})",
-           R"({"tube": {"points_mm": [[-20, 0, 0, 10], [0, 10, 0, 12], [20, 0, 0, 9]]}})",
-           R"({"metaballs": {"balls_mm": [[-10, 0, 0, 15], [12, 0, 0, 15]], "blend_mm": 6}})",
-           R"({"box": {"size_mm": [40, 30, 50], "round_mm": 10}})",
-           R"({"union": {"smooth_mm": 5, "of": [{"ellipsoid": {"radii_mm": [20, 20, 20]}},
+  for (const char* shape :
+       {R"({"ellipsoid": {"radii_mm": [20, 30, 25], "turn_deg": [0, 0, 30]}})",
+        R"({"tube": {"points_mm": [[-20, 0, 0, 10], [0, 10, 0, 12], [20, 0, 0, 9]]}})",
+        R"({"metaballs": {"balls_mm": [[-10, 0, 0, 15], [12, 0, 0, 15]], "blend_mm": 6}})",
+        R"({"box": {"size_mm": [40, 30, 50], "round_mm": 10}})",
+        R"({"union": {"smooth_mm": 5, "of": [{"ellipsoid": {"radii_mm": [20, 20, 20]}},
                {"ellipsoid": {"centre_mm": [20, 0, 0], "radii_mm": [15, 15, 15]}}]}})",
-           R"({"intersection": {"smooth_mm": 12, "of": [{"ellipsoid": {"radii_mm": [30, 30, 30]}},
+        R"({"intersection": {"smooth_mm": 12, "of": [{"ellipsoid": {"radii_mm": [30, 30, 30]}},
                {"half_space": {"point_mm": [0, 0, 5], "outward": [0, 0, 1]}}]}})",
-           R"({"subtract": {"smooth_mm": 10, "from": {"ellipsoid": {"radii_mm": [30, 30, 30]}},
+        R"({"subtract": {"smooth_mm": 10, "from": {"ellipsoid": {"radii_mm": [30, 30, 30]}},
                "take": [{"ellipsoid": {"centre_mm": [0, 0, 35], "radii_mm": [20, 20, 20]}}]}})",
-           R"({"grow": {"by_mm": 4, "of": {"box": {"size_mm": [30, 30, 30], "round_mm": 9}}}})",
-           R"({"move": {"by_mm": [5, 0, 0], "turn_deg": [90, 0, 0],
+        R"({"grow": {"by_mm": 4, "of": {"box": {"size_mm": [30, 30, 30], "round_mm": 9}}}})",
+        R"({"move": {"by_mm": [5, 0, 0], "turn_deg": [90, 0, 0],
                "of": {"ellipsoid": {"radii_mm": [15, 30, 20]}}}})",
-           R"({"stretch": {"factors": [1, 1, 1.4], "of": {"ellipsoid": {"radii_mm": [20, 20, 20]}}}})",
-           R"({"bend": {"along": "x", "towards": "z", "radius_mm": 60,
+        R"({"stretch": {"factors": [1, 1, 1.4], "of": {"ellipsoid": {"radii_mm": [20, 20, 20]}}}})",
+        R"({"bend": {"along": "x", "towards": "z", "radius_mm": 60,
                "of": {"ellipsoid": {"radii_mm": [35, 15, 12]}}}})",
-           R"({"taper": {"along": "z", "from_mm": -20, "to_mm": 20, "to_scale": 0.5,
+        R"({"taper": {"along": "z", "from_mm": -20, "to_mm": 20, "to_scale": 0.5,
                "of": {"ellipsoid": {"radii_mm": [20, 20, 30]}}}})",
-           R"({"noise": {"amplitude_mm": 1, "wavelength_mm": 30,
+        R"({"noise": {"amplitude_mm": 1, "wavelength_mm": 30,
                "of": {"ellipsoid": {"radii_mm": [25, 25, 25]}}}})"}) {
     EXPECT_EQ(refusal(with_shape(shape)), "") << shape;
   }
@@ -167,14 +196,14 @@ TEST_F(RecipeFile, RefusesBodiesThatLeaveTheirBoxOrFallApartOrAreHollow) {
     const char* shape;
     const char* reason;
   };
-  for (const auto& [shape, reason] : {
-           Case{R"({"ellipsoid": {"radii_mm": [60, 20, 20]}})", "leaves its box at x"},
-           Case{R"({"ellipsoid": {"centre_mm": [500, 0, 0], "radii_mm": [9, 9, 9]}})", "no body"},
-           Case{R"({"metaballs": {"blend_mm": 1,
+  for (const auto& [shape, reason] :
+       {Case{R"({"ellipsoid": {"radii_mm": [60, 20, 20]}})", "leaves its box at x"},
+        Case{R"({"ellipsoid": {"centre_mm": [500, 0, 0], "radii_mm": [9, 9, 9]}})", "no body"},
+        Case{R"({"metaballs": {"blend_mm": 1,
                     "balls_mm": [[-25, 0, 0, 15], [25, 0, 0, 15]]}})",
-                "a second piece of 100 %"},
-           Case{R"({"shell": {"thickness_mm": 10, "of": {"ellipsoid": {"radii_mm": [30, 30, 30]}}}})",
-                "a cavity"}}) {
+             "a second piece of"},
+        Case{R"({"shell": {"thickness_mm": 10, "of": {"ellipsoid": {"radii_mm": [30, 30, 30]}}}})",
+             "a cavity"}}) {
     const std::string text = refusal(with_shape(shape));
     EXPECT_NE(text.find(reason), std::string::npos) << text;
   }

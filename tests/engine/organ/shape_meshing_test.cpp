@@ -13,7 +13,9 @@ namespace {
 
 const Box kBox(Vec3::Constant(-0.06), Vec3::Constant(0.06));
 
-SignedDistance ball(double radius) { return ellipsoid(Vec3::Zero(), Vec3::Constant(radius)); }
+SignedDistance ball(double radius) {
+  return ellipsoid(Vec3::Zero(), Vec3::Constant(radius));
+}
 
 TEST(ShapeMeshing, BallHasItsVolumeGoodTrianglesAndVerticesOnItsSurface) {
   for (const double edge : {10e-3, 5e-3, 2.5e-3}) {
@@ -53,7 +55,8 @@ TEST(ShapeMeshing, CrumbsAreDroppedAndRealPiecesRefused) {
   const auto surface = mesh_signed_distance(crumb, kBox, 3e-3);
   ASSERT_TRUE(surface) << surface.error().text();
   EXPECT_EQ(defects(*surface), "");
-  const SignedDistance piece = join(ball(0.03), ellipsoid({0.045, 0, 0}, Vec3::Constant(0.01)), 0.0);
+  const SignedDistance piece =
+      join(ball(0.03), ellipsoid({0.045, 0, 0}, Vec3::Constant(0.01)), 0.0);
   const auto refused = mesh_signed_distance(piece, kBox, 3e-3);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().text().find("a second piece of 3."), std::string::npos)
@@ -70,8 +73,7 @@ TEST(ShapeMeshing, RefusesEdgesThatMakeNoSense) {
 }
 
 TEST(ShapeMeshing, TriangleCountIsExactFinerAndCoarser) {
-  const SignedDistance body =
-      join(ball(0.03), ellipsoid({0.03, 0, 0}, {0.02, 0.012, 0.012}), 0.01);
+  const SignedDistance body = join(ball(0.03), ellipsoid({0.03, 0, 0}, {0.02, 0.012, 0.012}), 0.01);
   const auto surface = mesh_signed_distance(body, kBox, 4e-3);
   ASSERT_TRUE(surface) << surface.error().text();
   for (const int count : {60, 500, 1080, 1364, 6002}) {
@@ -87,7 +89,7 @@ TEST(ShapeMeshing, TriangleCountIsExactFinerAndCoarser) {
 }
 
 TEST(ShapeMeshing, RefinementRoundsACoarseBallAndKeepsItClosed) {
-  const TriangleSurface coarse = icosphere(0.05, 2);   // 320 triangles
+  const TriangleSurface coarse = icosphere(0.05, 2);  // 320 triangles
   const TriangleSurface fine = refined(coarse, 4e-3);
   EXPECT_EQ(defects(fine), "");
   double coarse_error = 0.0, fine_error = 0.0, longest = 0.0;
