@@ -1,0 +1,72 @@
+#include "engine/collision/collision_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/base/random.h"
+#include "kernels/points/surface_tree.h"
+#include "tests/support/shapes.h"
+
+namespace viscera {
+namespace {
+
+std::vector<Vec3f> positions_of(const TriangleSurface& surface) {
+  std::vector<Vec3f> positions;
+  for (const Vec3& v : surface.vertices) positions.push_back(v.cast<float>());
+  return positions;
+}
+
+TEST(CollisionSurface, ClosestPointsAgreeWithTheTreeOfSetUp) {
+  const TriangleSurface ball = test::icosphere(25e-3, 3);
+  const CollisionSurface collision(ball, positions_of(ball));
+  const SurfaceTree tree(ball);
+  const Random random(7, 0);
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const Vec3 query = random.direction(i) * (10e-3 + 30e-3 * random.uniform(1000 + i));
+    const auto hit = collision.closest(query, 0.1);
+    ASSERT_TRUE(hit);
+    const auto expected = tree.closest(query);
+    EXPECT_NEAR(hit->distance, expected.distance, 1e-8);
+    EXPECT_NEAR(hit->point.weights.sum(), 1.0, 1e-12);
+    EXPECT_LT((position(ball, hit->point) - hit->position).norm(), 1e-8);
+  }
+}
+
+TEST(CollisionSurface, NothingIsFoundBeyondTheRadius) {
+  const TriangleSurface ball = test::icosphere(25e-3, 2);
+  const CollisionSurface collision(ball, positions_of(ball));
+  EXPECT_FALSE(collision.closest(Vec3(0, 0, 40e-3), 10e-3));
+  EXPECT_TRUE(collision.closest(Vec3(0, 0, 40e-3), 16e-3));
+}
+
+TEST(CollisionSurface, ARayEntersWhereTheSurfaceFacesItAndLeavesBehind) {
+  const TriangleSurface cube = test::cube(20e-3, 4);
+  const CollisionSurface collision(cube, positions_of(cube));
+  const Vec3 origin(1e-3, 2e-3, 50e-3), down(0, 0, -1);
+  const auto entry = collision.cast(origin, down, 1.0);
+  const auto exit = collision.cast(origin, down, 1.0, true);
+  ASSERT_TRUE(entry && exit);
+  EXPECT_NEAR(entry->position.z(), 10e-3, 1e-8);
+  EXPECT_NEAR(exit->position.z(), -10e-3, 1e-8);
+  EXPECT_NEAR(entry->distance, 40e-3, 1e-7);
+  EXPECT_FALSE(collision.cast(origin, -down, 1.0));
+  EXPECT_FALSE(collision.cast(origin, down, 30e-3));
+  // From inside, nothing ahead faces the ray.
+  EXPECT_FALSE(collision.cast(Vec3::Zero(), down, 1.0));
+}
+
+TEST(CollisionSurface, FollowsTheMovedVertices) {
+  const TriangleSurface ball = test::icosphere(25e-3, 3);
+  auto positions = positions_of(ball);
+  CollisionSurface collision(ball, positions);
+  for (Vec3f& p : positions) p += Vec3f(0.05f, 0.0f, 0.0f);
+  collision.update(positions);
+  const auto hit = collision.cast(Vec3(0.05, 0, 0.1), -Vec3::UnitZ(), 1.0);
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->position.z(), 25e-3, 1e-4);
+  EXPECT_FALSE(collision.cast(Vec3(0, 0, 0.1), -Vec3::UnitZ(), 1.0));
+}
+
+}  // namespace
+}  // namespace viscera
