@@ -153,7 +153,9 @@ Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
     if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
     std::optional<Vec3> closed_at;
     Vec3 last = Vec3::Constant(std::numeric_limits<double>::infinity());
-    for (double time = 0.0; time <= scene.duration + kSampleStep; time += kSampleStep) {
+    // The whole path, so that a shorter run takes the same model from the cache.
+    const double end = instrument.path.back().time + kSampleStep;
+    for (double time = 0.0; time <= end; time += kSampleStep) {
       const Vec3 at = tip.at(time);
       // Behind a jaw that has closed the tissue moves along; it is the closing place that counts.
       if (instrument.kind == InstrumentKind::kGrasper && jaw.at(time).x() < 0.15) {

@@ -137,6 +137,9 @@ int main_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
+      return fail(Error(fmt::format(
+          "found the command \"{}\", expected run, check, bench or smoke-info", argv[1])));
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
 

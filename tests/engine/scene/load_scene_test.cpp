@@ -53,6 +53,7 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(holder.tip.length, 0.012);
   EXPECT_EQ(holder.trocar, Vec3(0, 0, 0.2));
   EXPECT_EQ(holder.shaft_radius, 0.003);
+  EXPECT_DOUBLE_EQ(holder.roll, std::numbers::pi / 2);
   EXPECT_EQ(holder.grip_limit, 5.0);
   EXPECT_EQ(holder.grip_radius, 0.003);
   ASSERT_EQ(holder.path.size(), 2u);

@@ -37,7 +37,7 @@ TEST(Tissues, LooksArriveInMetres) {
     EXPECT_LT(tissue.look.mottle_scale, 0.1) << name;
     EXPECT_LT(tissue.look.bump_height, 1e-3) << name;
   }
-  EXPECT_TRUE(tissues->at("liver").look.colour.isApprox(Vec3(0.30, 0.065, 0.045)));
+  EXPECT_TRUE(tissues->at("liver").look.colour.isApprox(Vec3(0.135, 0.034, 0.026)));
 }
 
 TEST(Tissues, EveryMistakeIsReported) {

@@ -58,7 +58,9 @@ TEST(ToolShape, ASlantedCapsuleIsTheHullOfItsBalls) {
     }
     const auto lowest = bar.lowest(at, kUp);
     ASSERT_EQ(lowest.has_value(), met);
-    if (met) EXPECT_NEAR(*lowest, expected, 2e-6);
+    if (met) {
+      EXPECT_NEAR(*lowest, expected, 2e-6);
+    }
   }
 }
 

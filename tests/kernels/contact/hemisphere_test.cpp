@@ -55,15 +55,14 @@ double cap_force(const test::PressedBody& body, double share, bool stick) {
 class Hemisphere : public ::testing::TestWithParam<double> {};
 
 TEST_P(Hemisphere, ForcesAgreeWithTheReference) {
-  const auto path = test::shared_data("reference/hemisphere/forces.csv");
-  if (!path) GTEST_SKIP() << "no reference data";
+  const auto path = test::project_file("tests/accuracy/data/hemisphere/forces.csv");
   const double nu = GetParam();
   const test::PressedBody body = test::prepare_body(
       test::hemisphere(kRadius, 32), IsotropicMaterial{kModulus, nu},
       [](const Vec3&) { return 3.2e-3; }, [](const Vec3& x) { return x.z() < 1e-9; },
       [](const Vec3& x) { return x.z() > 0.6 * kRadius; });
   ASSERT_TRUE(body.ready);
-  for (const Reference& one : read_references(*path)) {
+  for (const Reference& one : read_references(path)) {
     if (std::abs(one.poisson_ratio - nu) > 1e-9) continue;
     const double stick = cap_force(body, one.share, true) / one.stick - 1.0;
     const double slide = cap_force(body, one.share, false) / one.frictionless - 1.0;

@@ -1,0 +1,99 @@
+// Where a run may write, and what is there when it can't go on.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/tools/tiny_scene.h"
+
+namespace viscera::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+ProgramResult run_to(const SceneFolder& folder, const std::string& out) {
+  ProgramCall call;
+  call.arguments = {"run", folder.scene().string(), "--out", out, "--no-render", "--quiet"};
+  call.cache = folder.cache();
+  return run_program(call);
+}
+
+TEST(OutFolder, AFileInTheWayIsRefusedAndStays) {
+  const SceneFolder folder;
+  std::ofstream(folder.out()) << "mine";
+  expect_refused(run_to(folder, folder.out().string()),
+                 {"--out " + folder.out().string(), "expected a folder", "found a file"});
+  EXPECT_EQ(file_text(folder.out()), "mine");
+  expect_refused(run_to(folder, (folder.out() / "deeper").string()),
+                 {"--out " + (folder.out() / "deeper").string(), "can't be created"});
+}
+
+TEST(OutFolder, OneThatCantBeMadeIsRefused) {
+  const SceneFolder folder;
+  expect_refused(run_to(folder, "/proc/x"), {"--out /proc/x: the folder can't be created"});
+  expect_refused(run_to(folder, "/proc"), {"--out /proc: files can't be written to it"});
+  expect_refused(run_to(folder, ""), {"--out"});
+}
+
+TEST(OutFolder, AFileInTheWayOfASubfolderIsRefused) {
+  const SceneFolder folder;
+  fs::create_directories(folder.out());
+  std::ofstream(folder.out() / "smoke") << "mine";
+  expect_refused(folder.run({"--no-render"}), {(folder.out() / "smoke").string(), "found a file"});
+}
+
+TEST(OutFolder, AFolderInTheWayOfAFileIsNamed) {
+  const SceneFolder folder;
+  fs::create_directories(folder.out() / "forces.csv" / "mine");
+  expect_refused(folder.run({"--no-render"}),
+                 {(folder.out() / "forces.csv").string(), "can't be written"});
+  expect_whole_files(folder.out());
+}
+
+TEST(OutFolder, NothingOfAnOlderRunMixesWithANewOne) {
+  const SceneFolder folder;
+  ASSERT_EQ(folder.run({"--no-render"}).code, 0);
+  fs::create_directories(folder.out() / "frames");
+  std::ofstream(folder.out() / "frames" / "0007.png") << "old";
+  std::ofstream(folder.out() / "film.mp4") << "old";
+  std::ofstream(folder.out() / "notes.txt") << "mine";
+  const auto smoke = files_of(folder.out(), ".vdb").size();
+  ASSERT_GT(smoke, 2u);
+  ASSERT_EQ(folder.run({"--no-render", "--duration", "0.1"}).code, 0);
+  EXPECT_LT(files_of(folder.out(), ".vdb").size(), smoke);
+  EXPECT_FALSE(fs::exists(folder.out() / "frames" / "0007.png"));
+  EXPECT_FALSE(fs::exists(folder.out() / "film.mp4"));
+  EXPECT_EQ(file_text(folder.out() / "notes.txt"), "mine");
+}
+
+TEST(OutFolder, AMistakeLeavesTheOlderRunAsItWas) {
+  const SceneFolder folder;
+  ASSERT_EQ(folder.run({"--no-render"}).code, 0);
+  const std::string report = file_text(folder.out() / "report.json");
+  const auto smoke = files_of(folder.out(), ".vdb");
+  expect_refused(folder.run({"--no-render", "--set", "instruments/hook/path/0/tip_mm=[0,0,10]"}),
+                 {"starts"});
+  EXPECT_EQ(file_text(folder.out() / "report.json"), report);
+  EXPECT_EQ(files_of(folder.out(), ".vdb"), smoke);
+}
+
+class FullDisk : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(FullDisk, IsNamedAndLeavesWholeFilesOnly) {
+  const SceneFolder folder;
+  // Prepared before, so that what fails is an output and not the cache.
+  ASSERT_EQ(folder.run({"--no-render"}).code, 0);
+  fs::remove_all(folder.out());
+  ProgramCall call = folder.call({"--no-render"});
+  call.greatest_file = GetParam();
+  const ProgramResult result = run_program(call);
+  expect_refused(result, {folder.out().string(), "File too large"});
+  EXPECT_FALSE(fs::exists(folder.out() / "report.json"));
+  expect_whole_files(folder.out());
+}
+
+INSTANTIATE_TEST_SUITE_P(Bytes, FullDisk, testing::Values(0, 600, 12000),
+                         [](const auto& bytes) { return std::to_string(bytes.param); });
+
+}  // namespace
+}  // namespace viscera::test

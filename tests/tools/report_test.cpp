@@ -1,0 +1,155 @@
+// report.json of a run, and what its state hash promises.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/tools/tiny_scene.h"
+
+namespace viscera::test {
+namespace {
+
+using Type = Json::value_t;
+
+bool has_type(const Json& value, Type type) {
+  if (type == Type::number_float) return value.is_number();
+  if (type == Type::number_unsigned) return value.is_number_unsigned();
+  return value.type() == type;
+}
+
+void expect_keys(const Json& object, const std::vector<std::pair<std::string, Type>>& keys,
+                 bool exactly) {
+  ASSERT_TRUE(object.is_object()) << object;
+  for (const auto& [key, type] : keys) {
+    ASSERT_TRUE(object.contains(key)) << key;
+    EXPECT_TRUE(has_type(object[key], type)) << key << ": " << object[key];
+  }
+  if (exactly) EXPECT_EQ(object.size(), keys.size()) << object;
+}
+
+std::string hash_of(const SceneFolder& folder, std::vector<std::string> options) {
+  options.push_back("--no-render");
+  const ProgramResult result = folder.run(options);
+  EXPECT_EQ(result.code, 0) << result.told();
+  return folder.report()["state_hash"];
+}
+
+TEST(RunReport, HasItsKeysWithTheirTypes) {
+  const SceneFolder folder;
+  const ProgramResult result = folder.run({"--no-render", "--threads", "2", "--seed", "5"});
+  ASSERT_EQ(result.code, 0) << result.told();
+  const Json report = folder.report();
+  expect_keys(report,
+              {{"scene", Type::string},
+               {"seed", Type::number_unsigned},
+               {"threads", Type::number_unsigned},
+               {"backend", Type::string},
+               {"duration_s", Type::number_float},
+               {"frames", Type::number_unsigned},
+               {"state_hash", Type::string},
+               {"wall_s", Type::number_float},
+               {"real_time_factor", Type::number_float},
+               {"peak_memory_bytes", Type::number_unsigned},
+               {"organs", Type::array},
+               {"stages", Type::array},
+               {"smoke", Type::object},
+               {"skipped", Type::array},
+               {"flags", Type::array},
+               {"warnings", Type::array},
+               {"version", Type::string},
+               {"command", Type::string},
+               {"complete", Type::boolean},
+               {"title", Type::string},
+               {"renderer", Type::string},
+               {"pictures", Type::number_unsigned},
+               {"prepare_s", Type::number_float},
+               {"machine", Type::object}},
+              true);
+  ASSERT_EQ(report["organs"].size(), 1u);
+  expect_keys(report["organs"][0],
+              {{"name", Type::string},
+               {"nodes", Type::number_unsigned},
+               {"surface_nodes", Type::number_unsigned},
+               {"triangles", Type::number_unsigned},
+               {"prepare_s", Type::number_float},
+               {"cache_hit", Type::boolean},
+               {"memory_bytes", Type::number_unsigned}},
+              true);
+  ASSERT_FALSE(report["stages"].empty());
+  for (const Json& stage : report["stages"]) {
+    expect_keys(stage,
+                {{"name", Type::string},
+                 {"median_us", Type::number_float},
+                 {"p99_us", Type::number_float},
+                 {"max_us", Type::number_float},
+                 {"total_s", Type::number_float}},
+                true);
+    EXPECT_LE(stage["median_us"], stage["p99_us"]) << stage;
+    EXPECT_LE(stage["p99_us"], stage["max_us"]) << stage;
+  }
+  expect_keys(report["smoke"],
+              {{"particles_max", Type::number_unsigned}, {"volumes", Type::number_unsigned}}, true);
+  for (const Json& part : report["skipped"])
+    expect_keys(part, {{"what", Type::string}, {"why", Type::string}}, true);
+
+  EXPECT_EQ(report["scene"], folder.scene().string());
+  EXPECT_EQ(report["seed"], 5);
+  EXPECT_EQ(report["threads"], 2);
+  EXPECT_EQ(report["backend"], "cpu");
+  EXPECT_EQ(report["frames"], 12);
+  EXPECT_NEAR(report["duration_s"].get<double>(), 0.2, 1e-9);
+  EXPECT_EQ(report["complete"], true);
+  EXPECT_EQ(report["smoke"]["volumes"], 1);
+  EXPECT_GT(report["smoke"]["particles_max"], 0);
+  EXPECT_GT(report["organs"][0]["nodes"], report["organs"][0]["surface_nodes"]);
+  EXPECT_GT(report["peak_memory_bytes"], 10'000'000);
+}
+
+TEST(StateHash, DoesntDependOnThreads) {
+  const SceneFolder folder;
+  const std::string one = hash_of(folder, {"--no-cache", "--threads", "1"});
+  EXPECT_EQ(one.size(), 32u);
+  EXPECT_EQ(hash_of(folder, {"--no-cache", "--threads", "2"}), one);
+  EXPECT_EQ(hash_of(folder, {"--no-cache", "--threads", "3"}), one);
+}
+
+TEST(StateHash, FollowsTheSeedWhereThereIsSmoke) {
+  const SceneFolder folder;
+  const std::string hash = hash_of(folder, {"--seed", "1"});
+  EXPECT_EQ(hash_of(folder, {"--seed", "1"}), hash);
+  EXPECT_NE(hash_of(folder, {"--seed", "2"}), hash);
+}
+
+TEST(StateHash, FollowsTheScene) {
+  const SceneFolder folder;
+  const std::string hash = hash_of(folder, {});
+  EXPECT_NE(hash_of(folder, {"--set", "instruments/hook/path/2/tip_mm=[5, 0, 13.9]"}), hash);
+  EXPECT_NE(hash_of(folder, {"--duration", "0.1"}), hash);
+}
+
+TEST(RunOptions, OverridesReachTheRun) {
+  const SceneFolder folder;
+  ASSERT_EQ(folder
+                .run({"--no-render", "--duration", "0.1", "--seed", "9", "--set",
+                      "organs/ball/geometry/edge_mm=4"})
+                .code,
+            0);
+  const Json report = folder.report();
+  EXPECT_EQ(report["frames"], 6);
+  EXPECT_EQ(report["seed"], 9);
+  EXPECT_LT(report["organs"][0]["triangles"], 700);
+}
+
+TEST(RunOptions, TheReportedCommandRepeatsTheRun) {
+  const SceneFolder folder;
+  const std::string hash = hash_of(folder, {"--seed", "4", "--set", "title=two words"});
+  const std::string command = folder.report()["command"];
+  std::filesystem::remove_all(folder.out());
+  ASSERT_EQ(
+      run_command({"sh", "-c", "VISCERA_CACHE=" + folder.cache().string() + " " + command}).code, 0)
+      << command;
+  EXPECT_EQ(folder.report()["state_hash"], hash);
+  EXPECT_EQ(folder.report()["title"], "two words");
+}
+
+}  // namespace
+}  // namespace viscera::test
