@@ -35,7 +35,7 @@ TEST(ShippedScenes, TheVisibleHumanLoadsWithItsData) {
   const Result<SceneDescription> scene =
       load_shipped("visible_human_cautery", {data->parent_path().parent_path()});
   ASSERT_TRUE(scene) << scene.error().text();
-  EXPECT_EQ(scene->organs.size(), 3u);
+  EXPECT_EQ(scene->organs.size(), 4u);
 }
 
 TEST(ShippedScenes, TheVisibleHumanSaysWhereItSoughtItsData) {
