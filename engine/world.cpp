@@ -151,7 +151,8 @@ Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
     const KeyFrames tip = tip_path(instrument), jaw = jaw_path(instrument);
     size = std::max(size, instrument.tip.radius + instrument.tip.length);
     if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
-    std::optional<Vec3> closed_at;
+    bool closed = false;
+    Vec3 closed_at = Vec3::Zero();
     Vec3 last = Vec3::Constant(std::numeric_limits<double>::infinity());
     // The whole path, so that a shorter run takes the same model from the cache.
     const double end = instrument.path.back().time + kSampleStep;
@@ -159,10 +160,11 @@ Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
       const Vec3 at = tip.at(time);
       // Behind a jaw that has closed the tissue moves along; it is the closing place that counts.
       if (instrument.kind == InstrumentKind::kGrasper && jaw.at(time).x() < 0.15) {
-        if (!closed_at) closed_at = at;
-        carried = std::max(carried, (at - *closed_at).norm());
+        if (!closed) closed_at = at;
+        closed = true;
+        carried = std::max(carried, (at - closed_at).norm());
       } else {
-        closed_at.reset();
+        closed = false;
       }
       if ((at - last).norm() < kPathPitch) continue;
       reach.points.push_back(organ.pose.to_local(at));

@@ -68,6 +68,10 @@ struct SceneArguments {
 int run_command(const SceneArguments& arguments, RunOptions options) {
   auto scene = arguments.load();
   if (!scene) return fail(scene.error());
+  for (const double time : options.snapshots)
+    if (!(time >= 0.0 && time <= scene->duration))
+      return fail(Error(fmt::format("--snapshots: found {:g} s, expected times from 0 to {:g} s",
+                                    time, scene->duration)));
   options.assets = assets_folder();
   auto tissues = load_tissues(options.assets / "tissues.json");
   if (!tissues) return fail(tissues.error());
