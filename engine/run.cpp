@@ -4,7 +4,6 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -24,16 +23,11 @@
 #include "engine/state_hash.h"
 #include "engine/systems/view.h"
 #include "engine/world.h"
+#include "kernels/base/stopwatch.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Removes numbered files of an older run, so that no frame of it mixes with this one's.
 void clear_numbered(const fs::path& folder, const std::string& extension) {
@@ -192,7 +186,7 @@ std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool ren
 Result<RunReport> run_scene(const SceneDescription& scene_in,
                             const std::map<std::string, Tissue>& tissues,
                             const RunOptions& options) {
-  const auto started = Clock::now();
+  const Stopwatch whole;
   SceneDescription scene = scene_in;
   if (!burns(scene)) scene.smoke.clear();
   const bool pictures = options.render && scene.camera.has_value();
@@ -230,7 +224,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   if (!built) return std::unexpected(built.error());
   World& world = **built;
   report.warnings = notes.warnings;
-  report.prepare_s = seconds_since(started);
+  report.prepare_s = whole.seconds();
   if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty()); !opened)
     return std::unexpected(opened.error());
 
@@ -260,7 +254,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   for (const std::string& name : names) review.charts[0].curves.emplace_back(name);
   for (const OrganBody& organ : world.organ_bodies)
     if (organ.model->touchable_anywhere()) review.charts[1].curves.emplace_back(organ.name);
-  const auto loop_started = Clock::now();
+  const Stopwatch loop;
   const Progress progress = progress_for("simulating");
   Result<void> status;
   for (std::uint64_t k = 1; k <= frames && status; ++k) {
@@ -301,7 +295,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   report.complete = world.frame == frames;
   report.pictures = studio ? studio->pictures : 0;
   report.state_hash = hash.finish(world);
-  report.wall_s = seconds_since(loop_started);
+  report.wall_s = loop.seconds();
   double stepping = 0.0;
   for (int s = 0; s <= stage_index(Stage::kRecord); ++s) stepping += trace.durations(s).total;
   report.real_time_factor = stepping > 0.0 ? world.time() / stepping : 0.0;

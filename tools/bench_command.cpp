@@ -13,6 +13,7 @@
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
 #include "engine/run.h"
+#include "engine/scene/soft_ball.h"
 #include "engine/world.h"
 #include "tools/project_paths.h"
 
@@ -53,26 +54,10 @@ double stage_median_us(const RunReport& report, std::string_view name) {
   return 0.0;
 }
 
-/// A soft ball of 25 mm radius under a ball tip: a body small enough to prepare in a moment.
-SceneDescription ball_scene(double finest, double tip_radius, double depth) {
-  SceneDescription scene;
-  scene.file = "bench";
-  scene.name = "bench";
+/// The soft ball under a ball tip that presses it by `depth` [m].
+SceneDescription pressed_ball(double finest, double tip_radius, double depth) {
+  SceneDescription scene = soft_ball_scene(2.0 * finest, finest);
   scene.duration = 0.5;
-  OrganDescription ball;
-  ball.name = "ball";
-  RecipeGeometry geometry;
-  geometry.recipe = "sphere";
-  geometry.radius = 25e-3;
-  geometry.edge = 2.5e-3;
-  ball.geometry = geometry;
-  ball.tissue = "rubber";
-  Region below;
-  below.a = Vec3(0.0, 0.0, -15e-3);
-  ball.fixed = {below};
-  ball.resolution.spacing = 2.0 * finest;
-  ball.resolution.finest = finest;
-  scene.organs = {ball};
   InstrumentDescription probe;
   probe.name = "probe";
   probe.tip.radius = tip_radius;
@@ -94,7 +79,7 @@ Result<std::unique_ptr<World>> world_of(const SceneDescription& scene,
 
 Result<double> press_force(double finest, double tip_radius, double depth,
                            const std::map<std::string, Tissue>& tissues) {
-  auto world = world_of(ball_scene(finest, tip_radius, depth), tissues);
+  auto world = world_of(pressed_ball(finest, tip_radius, depth), tissues);
   if (!world) return std::unexpected(world.error());
   Trace trace({kStageNames.begin(), kStageNames.end()});
   while ((*world)->time() < 0.5) step_frame(**world, trace);
@@ -104,7 +89,7 @@ Result<double> press_force(double finest, double tip_radius, double depth,
 /// Median time of a frame in which nothing is touched, with `organs` balls that an instrument could
 /// reach but doesn't [us].
 Result<double> idle_frame_us(int organs, const std::map<std::string, Tissue>& tissues) {
-  SceneDescription scene = ball_scene(6e-3, 2e-3, -3e-3);
+  SceneDescription scene = pressed_ball(6e-3, 2e-3, -3e-3);
   const OrganDescription ball = scene.organs[0];
   scene.organs.clear();
   for (int i = 0; i < organs; ++i) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -14,6 +13,7 @@
 #include "engine/io/response_cache.h"
 #include "engine/organ/shape.h"
 #include "kernels/base/hash.h"
+#include "kernels/base/stopwatch.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 
@@ -26,16 +26,6 @@ constexpr int kPreparationVersion = 1;
 
 /// The stages of preparation and their shares of its time, for the progress bar.
 constexpr double kShapeDone = 0.10, kCloudDone = 0.20, kFactorDone = 0.45;
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 Progress part_of(const Progress& progress, double from, double to) {
   return [=, &progress](double fraction, std::string_view what) {

@@ -1,10 +1,10 @@
 #include "kernels/paff/galerkin.h"
 
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "kernels/base/parallel.h"
+#include "kernels/base/stopwatch.h"
 #include "kernels/paff/consistent_gradients.h"
 #include "kernels/paff/problem_checks.h"
 
@@ -13,16 +13,6 @@ namespace {
 
 /// Nitsche's penalty over (lambda + 2 mu) / h (NUMERICS).
 constexpr double kNitscheFactor = 100.0;
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// The fixed points of the surface with the shape functions there and Nitsche's beta.
 struct FixedPoints {

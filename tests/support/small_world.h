@@ -8,18 +8,16 @@
 
 #include "engine/frame.h"
 #include "engine/scene/scene.h"
+#include "engine/scene/soft_ball.h"
 #include "engine/world.h"
 
 namespace viscera::test {
-
-/// A scene with one soft ball of 25 mm radius, centre at the origin, held below z = -15 mm.
-SceneDescription ball_scene(double spacing, double finest);
 
 /// A tool whose tip follows straight lines between `keys`; trocar 200 mm above.
 InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind, double radius,
                                     std::vector<InstrumentKey> keys);
 
-/// Tissues "rubber" (10 kPa, 0.45): what ball_scene() uses.
+/// Tissues "rubber" (10 kPa, 0.45): what soft_ball_scene() uses.
 std::map<std::string, Tissue> test_tissues();
 
 /// Builds the world without any cache; a test failure when it can't be built.

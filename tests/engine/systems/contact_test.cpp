@@ -15,7 +15,7 @@ bool has(std::uint32_t flags, FrameFlag flag) {
 InstrumentKey key(double time, Vec3 tip, double jaw = 1.0) { return {time, tip, 0.0, jaw}; }
 
 TEST(Contact, AToolInTheAirFeelsNothingAndMovesNothing) {
-  auto scene = ball_scene(6e-3, 4e-3);
+  auto scene = soft_ball_scene(6e-3, 4e-3);
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
                                      {key(0.0, Vec3(0, 0, kTop + 10e-3)),
                                       key(1.0, Vec3(5e-3, 0, kTop + 10e-3))})};
@@ -27,7 +27,7 @@ TEST(Contact, AToolInTheAirFeelsNothingAndMovesNothing) {
 }
 
 TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
-  auto scene = ball_scene(6e-3, 3e-3);
+  auto scene = soft_ball_scene(6e-3, 3e-3);
   const double radius = 4e-3, depth = 3e-3;
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
                                      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
@@ -48,7 +48,7 @@ TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
 }
 
 TEST(Contact, HertzGivesTheForceOfAShallowPress) {
-  auto scene = ball_scene(5e-3, 2.5e-3);
+  auto scene = soft_ball_scene(5e-3, 2.5e-3);
   const double radius = 5e-3, depth = 0.5e-3;
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
                                      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
@@ -65,7 +65,7 @@ TEST(Contact, HertzGivesTheForceOfAShallowPress) {
 }
 
 TEST(Contact, TheForceGoesWhenTheToolGoesAndTheBodyReturnsToRest) {
-  auto scene = ball_scene(6e-3, 4e-3);
+  auto scene = soft_ball_scene(6e-3, 4e-3);
   const double radius = 4e-3;
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
                                      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
@@ -81,7 +81,7 @@ TEST(Contact, TheForceGoesWhenTheToolGoesAndTheBodyReturnsToRest) {
 }
 
 TEST(Contact, AClosedJawLiftsTissueAndIsPulledDown) {
-  auto scene = ball_scene(6e-3, 4e-3);
+  auto scene = soft_ball_scene(6e-3, 4e-3);
   scene.instruments = {straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
                                      {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
                                       key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
@@ -97,7 +97,7 @@ TEST(Contact, AClosedJawLiftsTissueAndIsPulledDown) {
 }
 
 TEST(Contact, AJawSlipsAboveItsGripLimit) {
-  auto scene = ball_scene(6e-3, 4e-3);
+  auto scene = soft_ball_scene(6e-3, 4e-3);
   auto grasper = straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
                                {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
                                 key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
@@ -113,7 +113,7 @@ TEST(Contact, AJawSlipsAboveItsGripLimit) {
 }
 
 TEST(Contact, AnOpenedJawLetsGo) {
-  auto scene = ball_scene(6e-3, 4e-3);
+  auto scene = soft_ball_scene(6e-3, 4e-3);
   scene.instruments = {straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
                                      {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
                                       key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
@@ -128,7 +128,7 @@ TEST(Contact, AnOpenedJawLetsGo) {
 }
 
 TEST(Contact, TwoToolsOnOneOrganFeelEachOther) {
-  auto scene = ball_scene(6e-3, 3.5e-3);
+  auto scene = soft_ball_scene(6e-3, 3.5e-3);
   const double radius = 3e-3, depth = 2e-3, apart = 5e-3;
   const auto pressing = [&](const char* name, double x) {
     const double surface = std::sqrt(kTop * kTop - x * x);
@@ -152,7 +152,7 @@ TEST(Contact, TwoToolsOnOneOrganFeelEachOther) {
 }
 
 TEST(Contact, OneToolPressesSeveralOrgansAtOnce) {
-  auto scene = ball_scene(7e-3, 4e-3);
+  auto scene = soft_ball_scene(7e-3, 4e-3);
   OrganDescription second = scene.organs[0];
   scene.organs[0].pose.position = Vec3(-25.2e-3, 0, 0);
   second.name = "other";
@@ -171,7 +171,7 @@ TEST(Contact, OneToolPressesSeveralOrgansAtOnce) {
 }
 
 TEST(Contact, InstancesOfOneOrganShareOneModel) {
-  auto scene = ball_scene(7e-3, 5e-3);
+  auto scene = soft_ball_scene(7e-3, 5e-3);
   OrganDescription second = scene.organs[0];
   second.name = "other";
   scene.organs[0].pose.position = Vec3(-40e-3, 0, 0);
@@ -183,7 +183,7 @@ TEST(Contact, InstancesOfOneOrganShareOneModel) {
 }
 
 TEST(Contact, AnOrganThatNoToolCanReachIsNotPrepared) {
-  auto scene = ball_scene(7e-3, 5e-3);
+  auto scene = soft_ball_scene(7e-3, 5e-3);
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
                                      {key(0.0, Vec3(0, 0, 0.3))})};
   auto world = build(scene);
@@ -193,7 +193,7 @@ TEST(Contact, AnOrganThatNoToolCanReachIsNotPrepared) {
 }
 
 TEST(Contact, ACapsuleTouchesAlongItsLength) {
-  auto scene = ball_scene(6e-3, 4e-3);
+  auto scene = soft_ball_scene(6e-3, 4e-3);
   auto ball = straight_tool("ball", InstrumentKind::kProbe, 2e-3,
                             {key(0.0, Vec3(0, 0, kTop + 3e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))});
   auto bar = ball;
@@ -213,7 +213,7 @@ TEST(Contact, ACapsuleTouchesAlongItsLength) {
 }
 
 TEST(Contact, ATipThatStartsInsideAnOrganIsRefused) {
-  auto scene = ball_scene(7e-3, 5e-3);
+  auto scene = soft_ball_scene(7e-3, 5e-3);
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
                                      {key(0.0, Vec3(0, 0, kTop - 5e-3))})};
   WorldOptions options;
@@ -227,7 +227,7 @@ TEST(Contact, ATipThatStartsInsideAnOrganIsRefused) {
 }
 
 TEST(Contact, CancellingPreparationSaysSo) {
-  auto scene = ball_scene(7e-3, 4e-3);
+  auto scene = soft_ball_scene(7e-3, 4e-3);
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
                                      {key(0.0, Vec3(0, 0, kTop + 4e-3))})};
   WorldOptions options;

@@ -49,7 +49,7 @@ TEST(View, LightOfTheReferenceTemperatureIsWhiteAndCoolerLightIsRed) {
 }
 
 TEST(View, ShowsWhatTheWorldHolds) {
-  auto scene = ball_scene(7e-3, 5e-3);
+  auto scene = soft_ball_scene(7e-3, 5e-3);
   scene.camera = looking_along_y(0.0);
   scene.instruments = {straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
                                      {{0.0, Vec3(0, 0, 40e-3), 0.0, 0.4}})};

@@ -1,0 +1,19 @@
+// Wall-clock time of set-up work.
+#pragma once
+
+#include <chrono>
+
+namespace viscera {
+
+/// Runs from its making.
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace viscera
