@@ -56,6 +56,9 @@ struct OrganState {
   std::vector<float> unknowns;               ///< alpha of the visible nodes [m]      (3 visible)
   std::vector<Vec3f> positions;              ///< drawn surface, organ frame [m]      (V)
   std::vector<Vec3f> normals;                ///< unit                                (V)
+  // What the frame is computing; takes the place of the above once it is seen to be finite.
+  std::vector<float> next_unknowns;
+  std::vector<Vec3f> next_positions, next_normals;
   std::uint64_t version = 0;                 ///< raised when the two above changed
   bool deformed = false;                     ///< differs from rest
   bool frozen = false;                       ///< a non-finite value was met: stays as it is
@@ -77,6 +80,7 @@ struct InstrumentBody {
   InstrumentDescription description;
   KeyFrames tip;                             ///< [m]
   KeyFrames jaw;                             ///< in x
+  double extent = 0.0;                       ///< of the working end around the tip [m]
   TriangleSurface mesh;                      ///< of a mesh tip, else empty [m]
   std::vector<Vec3> mesh_samples;            ///< vertices near the tip, instrument frame [m]
   std::unique_ptr<CollisionSurface> mesh_surface;
@@ -86,13 +90,10 @@ struct InstrumentBody {
 
 struct InstrumentState {
   Vec3 tip = Vec3::Zero();                   ///< [m]
-  Vec3 previous_tip = Vec3::Zero();          ///< a frame ago [m]
   Vec3 shaft_direction = Vec3::UnitZ();      ///< unit, from the tip towards the trocar
   Vec3 side_direction = Vec3::UnitX();       ///< unit, across the shaft, downwards
   double power = 0.0;                        ///< asked for [W]
   double jaw = 1.0;
-  double previous_jaw = 1.0;
-  bool started = false;
 };
 
 // --- instruments: written by the contact stages --------------------------------------------------
@@ -108,6 +109,7 @@ struct Grasp {
 struct InstrumentContact {
   Vec3 force = Vec3::Zero();                 ///< on the instrument, from all organs [N]
   std::optional<Grasp> grasp;
+  bool jaw_closed = false;
   bool touching = false;                     ///< presses some tissue with more than zero force
   // Where the tip burns: the tissue under it.
   Entity organ;                              ///< touched most

@@ -17,11 +17,11 @@ constexpr std::uint64_t last_tick_of_frame(std::uint64_t frame) {
 
 /// Things that a frame may report; each says what to do about it.
 enum class FrameFlag : std::uint32_t {
-  /// A non-finite displacement or force: the organ is frozen at its last good state and answers no
-  /// more force. Remedy: check its material and the tool path at that time.
+  /// A displacement came out non-finite: the organ is frozen at its last good state and answers no
+  /// more force. Remedy: prepare it afresh (--no-cache); check its material and resolution.
   kOrganFrozen = 1u << 0,
-  /// The contact solver didn't settle; the last iterate was used. Remedy: smaller steps of the tool
-  /// or fewer instruments on one spot.
+  /// The contact problem had no solution: the organ kept its last shape and gave no force in that
+  /// frame. Remedy: smaller steps of the tool, or fewer instruments on one spot.
   kContactNotConverged = 1u << 1,
   /// A tip touched tissue outside the touchable region that its path announced: no response there.
   /// Remedy: key frames must pass where the tool will be.
@@ -32,6 +32,11 @@ enum class FrameFlag : std::uint32_t {
   /// More smoke particles were emitted than the volume holds; the oldest ended. Remedy: raise
   /// max_particles.
   kSmokeFull = 1u << 4,
+  /// Tissue burnt outside every smoke volume: its smoke was not followed. Remedy: enlarge a smoke
+  /// domain.
+  kSmokeOutside = 1u << 5,
+  /// A jaw closed on nothing: no tissue within its grip radius. Remedy: move the closing key nearer.
+  kGripMissed = 1u << 6,
 };
 
 struct FrameReport {
@@ -48,7 +53,7 @@ struct FrameContext {
   FrameReport* report = nullptr;
 };
 
-/// Advances the world by one frame. Never throws.
+/// Advances the world by one frame. Throws nothing but std::bad_alloc.
 FrameReport step_frame(World& world, Trace& trace);
 
 }  // namespace viscera

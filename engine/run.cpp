@@ -29,25 +29,54 @@ namespace viscera {
 namespace fs = std::filesystem;
 namespace {
 
-/// Removes numbered files of an older run, so that no frame of it mixes with this one's.
-void clear_numbered(const fs::path& folder, const std::string& extension) {
+/// Marks a folder as a run's, whose files a later run may replace.
+constexpr const char* kMarker = ".viscera-run";
+
+/// Numbered files of an older run in a folder and the folders right under it.
+std::vector<fs::path> numbered_files(const fs::path& folder, const std::string& extension) {
+  std::vector<fs::path> files;
   std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
-    const std::string stem = entry.path().stem().string();
-    if (entry.path().extension() == extension &&
+  fs::recursive_directory_iterator entry(folder, error), end;
+  for (; !error && entry != end; entry.increment(error)) {
+    if (entry.depth() >= 1) entry.disable_recursion_pending();
+    const std::string stem = entry->path().stem().string();
+    if (entry->path().extension() == extension &&
         stem.find_first_not_of("0123456789") == std::string::npos)
-      fs::remove(entry.path(), error);
+      files.push_back(entry->path());
   }
+  return files;
+}
+
+/// What a run writes and a later run into the same folder replaces, so that no frame of one mixes
+/// with the other's.
+std::vector<fs::path> older_files(const fs::path& out) {
+  std::vector<fs::path> files = numbered_files(out / "frames", ".png");
+  const std::vector<fs::path> volumes = numbered_files(out / "smoke", ".vdb");
+  files.insert(files.end(), volumes.begin(), volumes.end());
+  for (const char* name : {"film.mp4", "forces.csv", "profile.json", "report.json", "review.html"}) {
+    std::error_code error;
+    if (fs::is_regular_file(out / name, error)) files.push_back(out / name);
+  }
+  return files;
+}
+
+/// Refuses a folder with files of these names that no run of ours has written.
+Result<void> check_out(const fs::path& out) {
+  if (auto writable = check_out_folder(out); !writable) return writable;
+  std::error_code error;
+  if (fs::exists(out / kMarker, error)) return {};
+  const std::vector<fs::path> others = older_files(out);
+  if (others.empty()) return {};
+  return failure(fmt::format("--out {}: found {}, which no run of this program has written, expected "
+                             "an empty folder or one of an older run",
+                             out.string(), others.front().string()));
 }
 
 /// Makes room for a run in a folder that may hold an older one, whose files go all together.
 Result<void> open_folder(const fs::path& out, bool pictures, bool smoke) {
-  if (auto made = check_out_folder(out); !made) return made;
-  clear_numbered(out / "frames", ".png");
-  clear_numbered(out / "smoke", ".vdb");
+  if (auto marked = write_file(out / kMarker, "", Durable::kNo); !marked) return marked;
   std::error_code ignored;
-  for (const char* file : {"film.mp4", "forces.csv", "profile.json", "report.json", "review.html"})
-    fs::remove(out / file, ignored);
+  for (const fs::path& file : older_files(out)) fs::remove(file, ignored);
   if (pictures)
     if (auto made = check_out_folder(out / "frames"); !made) return made;
   if (smoke)
@@ -96,14 +125,17 @@ Result<void> take_picture(Studio& studio, const World& world, const SceneDescrip
   return write_png(file, p.width, p.height, p.rgb);
 }
 
-/// Whether a picture is due: always for a film; once for each snapshot's time.
-bool wanted(const std::vector<double>& snapshots, const World& world) {
-  if (snapshots.empty()) return true;
-  const double before =
-      1e-3 * static_cast<double>(last_tick_of_frame(world.frame - kFramesPerPicture));
-  return std::any_of(snapshots.begin(), snapshots.end(), [&](double time) {
-    return time > before + 1e-9 && time <= world.time() + 1e-9;
-  });
+/// Numbers of the pictures nearest to the snapshots' times; empty: every picture.
+std::set<std::uint64_t> wanted_pictures(const std::vector<double>& snapshots, std::uint64_t frames) {
+  std::set<std::uint64_t> pictures;
+  const std::uint64_t count = frames / kFramesPerPicture;
+  if (count == 0) return pictures;
+  for (const double time : snapshots) {
+    const double nearest = time * static_cast<double>(kFramesPerSecond) / kFramesPerPicture - 1.0;
+    pictures.insert(static_cast<std::uint64_t>(
+        std::clamp(std::round(nearest), 0.0, static_cast<double>(count - 1))));
+  }
+  return pictures;
 }
 
 void write_volumes(SmokeWriter& writer, const World& world, const SceneDescription& scene,
@@ -122,15 +154,20 @@ void write_volumes(SmokeWriter& writer, const World& world, const SceneDescripti
 std::string flag_text(FrameFlag flag) {
   switch (flag) {
     case FrameFlag::kOrganFrozen:
-      return "an organ met a non-finite value and is frozen: check its material and the tool path";
+      return "an organ's displacement was not finite; it is frozen: prepare it afresh (--no-cache)";
     case FrameFlag::kContactNotConverged:
-      return "contact didn't settle in some frame: smaller tool steps or fewer tools on one spot";
+      return "contact had no solution in some frame, without force there: smaller tool steps, or "
+             "fewer tools on one spot";
     case FrameFlag::kOutOfReach:
       return "a tip touched tissue that its path had not announced, without response";
     case FrameFlag::kGripSlipped:
       return "a closed jaw slid over the tissue: the pull passed its grip limit";
     case FrameFlag::kSmokeFull:
       return "a smoke volume was full; its oldest particles ended: raise max_particles";
+    case FrameFlag::kSmokeOutside:
+      return "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a domain";
+    case FrameFlag::kGripMissed:
+      return "a jaw closed on nothing: move its closing key nearer to the tissue";
   }
   return {};
 }
@@ -145,31 +182,29 @@ void plot_frame(const World& world, const std::vector<TipSample>& samples, Revie
                                            1e3 * world.organ_states[o].greatest_displacement);
 }
 
-void describe_world(const World& world, RunReport& report) {
-  for (const OrganBody& organ : world.organ_bodies) {
+void describe_world(const World& world, const SceneDescription& scene, RunReport& report) {
+  for (std::size_t o = 0; o < world.organ_bodies.size(); ++o) {
+    const OrganBody& organ = world.organ_bodies[o];
     const OrganModel& model = *organ.model;
     report.organs.push_back({organ.name, model.cloud.size(), model.cloud.surface_count,
                              model.surface.triangles.size(), model.prepare_s, model.cache_hit,
                              model.memory_bytes()});
-    if (!model.touchable_anywhere())
-      report.skipped.push_back({"elasticity of " + organ.name,
-                                model.deformable() ? "nothing touches it"
-                                                   : "scenery, or out of every instrument's reach"});
+    if (!model.deformable()) report.skipped.push_back(skipped_elasticity(scene.organs[o]));
   }
   for (const SmokeBody& smoke : world.smoke)
     report.smoke.particles_max = std::max(report.smoke.particles_max, smoke.most_particles);
-  report.smoke.volumes = world.smoke.size();
+}
+
+/// True when some hook carries current at some time.
+bool burns(const SceneDescription& scene) {
+  return std::any_of(scene.instruments.begin(), scene.instruments.end(), carries_current);
 }
 
 }  // namespace
 
-bool burns(const SceneDescription& scene) {
-  return std::any_of(
-      scene.instruments.begin(), scene.instruments.end(), [](const InstrumentDescription& tool) {
-        return tool.kind == InstrumentKind::kHook &&
-               std::any_of(tool.path.begin(), tool.path.end(),
-                           [](const InstrumentKey& key) { return key.power > 0.0; });
-      });
+SkippedReport skipped_elasticity(const OrganDescription& organ) {
+  return {"elasticity of " + organ.name,
+          organ.deformable ? "no instrument reaches it" : "scenery: deformable is false"};
 }
 
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {
@@ -195,8 +230,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   const int available = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   if (options.threads > 0)
     threads.emplace(oneapi::tbb::global_control::max_allowed_parallelism, options.threads);
-  if (auto writable = check_out_folder(options.out); !writable)
-    return std::unexpected(writable.error());
+  if (auto writable = check_out(options.out); !writable) return std::unexpected(writable.error());
 
   RunReport report;
   report.version = VISCERA_VERSION;
@@ -209,25 +243,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   report.machine = this_machine();
   report.skipped = skipped_parts(scene_in, options.render);
 
-  WorldOptions world_options;
-  world_options.prepare = {options.assets, options.use_cache};
-  WorldNotes notes;
-  std::optional<ProgressBar> bar;
-  const auto progress_for = [&](const char* title) {
-    bar.reset();
-    if (!options.quiet) bar.emplace(title);
-    return options.quiet ? Progress([](double, std::string_view) { return !interrupted(); })
-                         : bar->progress();
-  };
-  auto built = build_world(scene, tissues, world_options, progress_for("preparing"), notes);
-  bar.reset();
-  if (!built) return std::unexpected(built.error());
-  World& world = **built;
-  report.warnings = notes.warnings;
-  report.prepare_s = whole.seconds();
-  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty()); !opened)
-    return std::unexpected(opened.error());
-
+  // What could be missing on this machine is asked for before minutes of preparation.
   std::unique_ptr<Studio> studio;
   if (pictures) {
     auto opened = open_studio(scene, options);
@@ -235,6 +251,23 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     studio = std::move(*opened);
     report.renderer = studio->renderer->device();
   }
+
+  std::optional<ProgressBar> bar;
+  const auto progress_for = [&](const char* title) {
+    bar.reset();
+    if (!options.quiet) bar.emplace(title);
+    return options.quiet ? Progress([](double, std::string_view) { return !interrupted(); })
+                         : bar->progress();
+  };
+  auto built = build_world(scene, tissues, {options.assets, options.use_cache},
+                           progress_for("preparing"), report.warnings);
+  bar.reset();
+  if (!built) return std::unexpected(built.error());
+  World& world = **built;
+  report.prepare_s = whole.seconds();
+  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty()); !opened)
+    return std::unexpected(opened.error());
+
   std::unique_ptr<SmokeWriter> writer;
   if (!scene.smoke.empty()) writer = std::make_unique<SmokeWriter>();
   std::vector<std::string> names;
@@ -246,6 +279,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   const auto frames = static_cast<std::uint64_t>(
       std::llround(scene.duration * static_cast<double>(kFramesPerSecond)));
   trace.reserve(frames * kStageNames.size());
+  const std::set<std::uint64_t> wanted = wanted_pictures(options.snapshots, frames);
   StateHash hash;
   std::uint32_t flags = 0;
   std::vector<TipSample> samples(names.size());
@@ -268,8 +302,9 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
       plot_frame(world, samples, review);
       hash.add_frame(world);
     }
-    if (k % kFramesPerPicture != 0 || !wanted(options.snapshots, world)) continue;
+    if (k % kFramesPerPicture != 0) continue;
     const std::uint64_t picture = k / kFramesPerPicture - 1;
+    if (!options.snapshots.empty() && !wanted.contains(picture)) continue;
     if (writer) {
       {
         const StageTimer timer(trace, stage_index(Stage::kSplatSmoke), world.frame);
@@ -296,12 +331,14 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   report.pictures = studio ? studio->pictures : 0;
   report.state_hash = hash.finish(world);
   report.wall_s = loop.seconds();
-  double stepping = 0.0;
-  for (int s = 0; s <= stage_index(Stage::kRecord); ++s) stepping += trace.durations(s).total;
-  report.real_time_factor = stepping > 0.0 ? world.time() / stepping : 0.0;
+  // Everything but the pictures counts: steps, smoke grids, writing, waiting for the writer.
+  const double unseen = report.wall_s - trace.durations(stage_index(Stage::kDraw)).total -
+                        trace.durations(stage_index(Stage::kEncode)).total;
+  report.real_time_factor = unseen > 0.0 ? world.time() / unseen : 0.0;
   report.peak_memory_bytes = peak_memory_bytes();
   report.stages = stage_reports(trace);
-  describe_world(world, report);
+  describe_world(world, scene, report);
+  report.smoke.volumes = writer ? static_cast<std::size_t>(writer->written()) : 0;
   for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
     if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
 

@@ -35,8 +35,7 @@ Result<RunReport> run_scene(const SceneDescription& scene,
 
 /// What this scene doesn't need, and why; the same words in `check` and in report.json.
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render);
-
-/// True when some hook carries current at some time.
-bool burns(const SceneDescription& scene);
+/// The same for an organ whose elasticity isn't prepared.
+SkippedReport skipped_elasticity(const OrganDescription& organ);
 
 }  // namespace viscera

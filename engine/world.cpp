@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <optional>
 
 #include "engine/io/mesh_import.h"
-#include "engine/organ/shape.h"
+#include "engine/systems/systems.h"
+#include "engine/systems/tool_shape.h"
 #include "kernels/points/surface_tree.h"
 
 namespace viscera {
@@ -25,6 +28,8 @@ constexpr double kSampleStep = 1.0 / 60.0;
 /// Vertices of a mesh tip within this distance of its end look for tissue [m].
 constexpr double kMeshEnd = 8e-3;
 constexpr std::size_t kMeshSamples = 200;
+/// A tip that touches an organ at the start may be this deep in it [m].
+constexpr double kStartsInside = 1e-4;
 
 KeyFrames tip_path(const InstrumentDescription& instrument) {
   std::vector<double> times;
@@ -51,6 +56,7 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
   body.description = description;
   body.tip = tip_path(description);
   body.jaw = jaw_path(description);
+  body.extent = std::max(description.tip.radius, kPointTipRadius) + description.tip.length;
   if (description.tip.shape != TipDescription::Shape::kMesh) return body;
 
   auto mesh = import_surface(description.tip.file, description.tip.unit);
@@ -75,7 +81,8 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
       fewer.push_back(body.mesh_samples[i]);
     body.mesh_samples = std::move(fewer);
   }
-  body.description.tip.radius = across;
+  body.description.tip.radius = std::max(across, kPointTipRadius);
+  body.extent = kMeshEnd;
   body.mesh_surface = std::make_unique<CollisionSurface>(body.mesh, positions);
   return body;
 }
@@ -105,7 +112,7 @@ void add_instrument(World& world, InstrumentBody body) {
   const Entity instrument = world.ids.create();
   world.instrument_states.add(instrument, {});
   world.instrument_contacts.add(instrument, {});
-  if (body.description.kind == InstrumentKind::kHook) world.burn_traces.add(instrument, {});
+  if (carries_current(body.description)) world.burn_traces.add(instrument, {});
   world.instrument_bodies.add(instrument, std::move(body));
 }
 
@@ -122,34 +129,22 @@ void add_smoke(World& world, const SceneDescription& scene, const SmokeDescripti
                   {description, SmokeVolume(parameters), 0.0, 0.0, 0, {}});
 }
 
-/// Tips that start inside this organ: contact has no side to push to.
-void find_buried_tips(const SceneDescription& scene, const OrganDescription& organ,
-                      const TriangleSurface& surface, Error& mistakes) {
-  const Box box = bounds(surface);
-  std::optional<SurfaceTree> tree;   // made when some tip is in the organ's box
-  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
-    const InstrumentDescription& instrument = scene.instruments[i];
-    const Vec3 tip = organ.pose.to_local(instrument.path.front().tip);
-    if (!box.contains(tip)) continue;
-    if (!tree) tree.emplace(surface);
-    const double depth = -tree->signed_distance(tip);
-    if (depth <= 0.0) continue;
-    mistakes.messages.push_back(fmt::format(
-        "{}: instruments/{}/path/0/tip_mm: the tip starts {:.2f} mm inside organ \"{}\", expected "
-        "a place outside every organ (move it at least {:.2f} mm)",
-        scene.file.string(), i, 1e3 * depth, organ.name,
-        1e3 * (depth + instrument.tip.radius)));
-  }
+std::string buried_message(const SceneDescription& scene, std::size_t instrument,
+                           const std::string& organ, double depth) {
+  return fmt::format(
+      "{}: instruments/{}/path/0/tip_mm: the tip starts {:.2f} mm inside organ \"{}\", expected a "
+      "place outside every organ (move it at least {:.2f} mm)",
+      scene.file.string(), instrument, 1e3 * depth, organ, 1e3 * depth);
 }
 
 }  // namespace
 
-Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
+Reach reach_of(const std::vector<InstrumentBody>& instruments, const OrganDescription& organ) {
   Reach reach;
   double size = 0.0, carried = 0.0;
-  for (const InstrumentDescription& instrument : scene.instruments) {
-    const KeyFrames tip = tip_path(instrument), jaw = jaw_path(instrument);
-    size = std::max(size, instrument.tip.radius + instrument.tip.length);
+  for (const InstrumentBody& body : instruments) {
+    const InstrumentDescription& instrument = body.description;
+    size = std::max(size, body.extent);
     if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
     bool closed = false;
     Vec3 closed_at = Vec3::Zero();
@@ -157,15 +152,13 @@ Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
     // The whole path, so that a shorter run takes the same model from the cache.
     const double end = instrument.path.back().time + kSampleStep;
     for (double time = 0.0; time <= end; time += kSampleStep) {
-      const Vec3 at = tip.at(time);
+      const Vec3 at = body.tip.at(time);
       // Behind a jaw that has closed the tissue moves along; it is the closing place that counts.
-      if (instrument.kind == InstrumentKind::kGrasper && jaw.at(time).x() < 0.15) {
-        if (!closed) closed_at = at;
-        closed = true;
-        carried = std::max(carried, (at - closed_at).norm());
-      } else {
-        closed = false;
-      }
+      const bool was_closed = closed;
+      closed = instrument.kind == InstrumentKind::kGrasper &&
+               jaw_closed(was_closed, body.jaw.at(time).x());
+      if (closed && !was_closed) closed_at = at;
+      if (closed) carried = std::max(carried, (at - closed_at).norm());
       if ((at - last).norm() < kPathPitch) continue;
       reach.points.push_back(organ.pose.to_local(at));
       last = at;
@@ -175,12 +168,41 @@ Reach reach_of(const SceneDescription& scene, const OrganDescription& organ) {
   return reach;
 }
 
-Result<void> check_tips(const SceneDescription& scene, const std::filesystem::path& assets) {
+Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tissue>& tissues) {
+  Tissue tissue = tissues.at(organ.tissue);
+  if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
+  if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
+  return tissue;
+}
+
+Result<std::vector<InstrumentBody>> make_instruments(const SceneDescription& scene) {
+  std::vector<InstrumentBody> instruments;
+  for (const InstrumentDescription& description : scene.instruments) {
+    auto body = make_instrument(description);
+    if (!body) return std::unexpected(body.error());
+    instruments.push_back(std::move(*body));
+  }
+  return instruments;
+}
+
+Result<void> check_tips(const SceneDescription& scene,
+                        const std::vector<InstrumentBody>& instruments,
+                        const OrganDescription& organ, const TriangleSurface& surface) {
   Error buried;
-  for (const OrganDescription& organ : scene.organs) {
-    auto surface = build_shape(organ.geometry, assets);
-    if (!surface) continue;   // reported where the organ itself is planned
-    find_buried_tips(scene, organ, *surface, buried);
+  const Box box = bounds(surface);
+  std::optional<SurfaceTree> tree;   // made when some tip is in the organ's box
+  for (std::size_t i = 0; i < instruments.size(); ++i) {
+    InstrumentState state;
+    place_tool(instruments[i], 0.0, state);
+    const ToolShape tool = tool_shape(instruments[i], state, organ.pose);
+    double deepest = 0.0;
+    for (const Vec3& probe : tool.probes()) {
+      if (box.exteriorDistance(probe) > tool.probe_radius()) continue;
+      if (!tree) tree.emplace(surface);
+      deepest = std::max(deepest, tool.probe_radius() - tree->signed_distance(probe));
+    }
+    if (deepest > kStartsInside)
+      buried.messages.push_back(buried_message(scene, i, organ.name, deepest));
   }
   if (!buried.messages.empty()) return std::unexpected(buried);
   return {};
@@ -188,52 +210,49 @@ Result<void> check_tips(const SceneDescription& scene, const std::filesystem::pa
 
 Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
                                            const std::map<std::string, Tissue>& tissues,
-                                           const WorldOptions& options, const Progress& progress,
-                                           WorldNotes& notes) {
+                                           const PrepareOptions& options, const Progress& progress,
+                                           std::vector<std::string>& warnings) {
+  auto instruments = make_instruments(scene);
+  if (!instruments) return std::unexpected(instruments.error());
+
   auto world = std::make_unique<World>();
   std::map<std::string, std::shared_ptr<const OrganModel>> shared;
   const double organs = static_cast<double>(scene.organs.size());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
-    Tissue tissue = tissues.at(organ.tissue);
-    if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
-    if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
-    const Reach reach = reach_of(scene, organ);
-
-    auto key = organ_key(organ, tissue, reach, options.prepare);
+    const Tissue tissue = tissue_of(organ, tissues);
+    const Reach reach = reach_of(*instruments, organ);
+    const SurfaceInspection tips_are_clear = [&](const TriangleSurface& surface) {
+      return check_tips(scene, *instruments, organ, surface);
+    };
+    auto key = organ_key(organ, tissue, reach, options);
     if (!key) return std::unexpected(key.error());
     std::shared_ptr<const OrganModel>& model = shared[*key];
-    if (!model) {
-      const Progress part = [&](double fraction, std::string_view what) {
-        return progress((static_cast<double>(i) + fraction) / organs,
-                        fmt::format("{}: {}", organ.name, what));
-      };
-      auto prepared =
-          prepare_organ(organ, tissue, reach, options.prepare, part, notes.warnings);
-      if (!prepared) {
-        Error error = prepared.error();
-        if (error.messages.size() == 1 && error.messages[0] == kCancelled)
-          return std::unexpected(error);
-        for (std::string& message : error.messages)
+    if (model) {
+      if (auto clear = tips_are_clear(model->surface); !clear) return std::unexpected(clear.error());
+      add_organ(*world, organ, tissue, model);
+      continue;
+    }
+    const Progress part = [&](double fraction, std::string_view what) {
+      return progress((static_cast<double>(i) + fraction) / organs,
+                      fmt::format("{}: {}", organ.name, what));
+    };
+    auto prepared = prepare_organ(organ, tissue, reach, options, tips_are_clear, part, warnings);
+    if (!prepared) {
+      Error error = prepared.error();
+      if (error.messages.size() == 1 && error.messages[0] == kCancelled)
+        return std::unexpected(error);
+      for (std::string& message : error.messages)
+        if (!message.starts_with(scene.file.string()))
           message = fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name,
                                 message);
-        return std::unexpected(error);
-      }
-      model = std::move(*prepared);
+      return std::unexpected(error);
     }
+    model = std::move(*prepared);
     add_organ(*world, organ, tissue, model);
   }
-  for (const InstrumentDescription& instrument : scene.instruments) {
-    auto body = make_instrument(instrument);
-    if (!body) return std::unexpected(body.error());
-    add_instrument(*world, std::move(*body));
-  }
+  for (InstrumentBody& body : *instruments) add_instrument(*world, std::move(body));
   for (const SmokeDescription& smoke : scene.smoke) add_smoke(*world, scene, smoke);
-
-  Error buried;
-  for (std::size_t i = 0; i < scene.organs.size(); ++i)
-    find_buried_tips(scene, scene.organs[i], world->organ_bodies[i].model->surface, buried);
-  if (!buried.messages.empty()) return std::unexpected(buried);
   return world;
 }
 

@@ -33,25 +33,26 @@ struct World {
   double time() const { return static_cast<double>(tick) * 1e-3; }
 };
 
-struct WorldOptions {
-  PrepareOptions prepare;
-};
-
-/// What preparation has to say besides the world itself.
-struct WorldNotes {
-  std::vector<std::string> warnings;
-};
-
-/// Prepares every organ (from the cache where possible) and places all entities.
+/// Prepares every organ (from the cache where possible) and places all entities. Tips that start
+/// inside an organ are refused as soon as its surface is known. `warnings` gets what a person should
+/// know besides.
 Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
                                            const std::map<std::string, Tissue>& tissues,
-                                           const WorldOptions& options, const Progress& progress,
-                                           WorldNotes& notes);
+                                           const PrepareOptions& options, const Progress& progress,
+                                           std::vector<std::string>& warnings);
 
-/// Refuses tips that start inside an organ; builds the shapes of organs alone.
-Result<void> check_tips(const SceneDescription& scene, const std::filesystem::path& assets);
+/// The scene's instruments with their paths; imports mesh tips.
+Result<std::vector<InstrumentBody>> make_instruments(const SceneDescription& scene);
 
-/// Where the scene's instruments may touch this organ, in its own frame.
-Reach reach_of(const SceneDescription& scene, const OrganDescription& organ);
+/// Refuses instruments whose tips reach into this organ's surface at the start.
+Result<void> check_tips(const SceneDescription& scene,
+                        const std::vector<InstrumentBody>& instruments,
+                        const OrganDescription& organ, const TriangleSurface& surface);
+
+/// Where the instruments may touch this organ, in its own frame.
+Reach reach_of(const std::vector<InstrumentBody>& instruments, const OrganDescription& organ);
+
+/// The organ's tissue with the scene's own elastic values in it.
+Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tissue>& tissues);
 
 }  // namespace viscera

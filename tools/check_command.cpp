@@ -29,18 +29,22 @@ Result<void> check_scene(const SceneDescription& scene,
   double seconds = 0.0;
   std::size_t memory = 0, peak = 0;
   Error mistakes;
+  std::vector<SkippedReport> skipped = skipped_parts(scene, true);
+  auto instruments = make_instruments(scene);
+  if (!instruments) return std::unexpected(instruments.error());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
-    Tissue tissue = tissues.at(organ.tissue);
-    if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
-    if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
-    auto plan = plan_organ(organ, tissue, reach_of(scene, organ), options);
+    auto plan = plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, organ), options);
     if (!plan) {
       for (const std::string& message : plan.error().messages)
         mistakes.messages.push_back(fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(),
                                                 i, organ.name, message));
       continue;
     }
+    if (auto clear = check_tips(scene, *instruments, organ, plan->surface); !clear)
+      mistakes.messages.insert(mistakes.messages.end(), clear.error().messages.begin(),
+                               clear.error().messages.end());
+    if (plan->nodes == 0) skipped.push_back(skipped_elasticity(organ));
     const double expected = plan->cached ? 0.0 : plan->prepare_s;
     seconds += expected;
     memory += plan->memory_bytes;
@@ -49,9 +53,6 @@ Result<void> check_scene(const SceneDescription& scene,
                        plan->triangles, plan->nodes, plan->surface_nodes, plan->touchable_nodes,
                        megabytes(plan->memory_bytes), expected, plan->cached ? "yes" : "no");
   }
-  if (auto buried = check_tips(scene, options.assets); !buried)
-    mistakes.messages.insert(mistakes.messages.end(), buried.error().messages.begin(),
-                             buried.error().messages.end());
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
 
   out << fmt::format("\nmodels {}, most while preparing {}, expected preparation {:.0f} s\n",
@@ -65,7 +66,7 @@ Result<void> check_scene(const SceneDescription& scene,
                        megabytes(static_cast<std::size_t>(cells.prod()) * 2 * sizeof(float)));
   }
   out << "\nskipped:\n";
-  for (const SkippedReport& part : skipped_parts(scene, true))
+  for (const SkippedReport& part : skipped)
     out << fmt::format("  {}: {}\n", part.what, part.why);
   return {};
 }

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <exception>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -20,8 +21,10 @@
 namespace viscera {
 namespace {
 
-/// Bad input: the person can mend it. Anything else that fails: 1.
+/// Bad input, a full disk, a missing driver: the person can mend it.
 constexpr int kBadInput = 2;
+/// A mistake of this program.
+constexpr int kInternalError = 1;
 
 int fail(const Error& error) {
   if (error.messages.size() == 1 && error.messages[0] == kCancelled) {
@@ -39,11 +42,24 @@ struct SceneArguments {
 
   void add_to(CLI::App& command) {
     command.add_option("scene", scene, "scene file")->required();
-    command.add_option("--assets", assets, "further folders in which geometry files are looked for");
-    command.add_option("--set", sets, "KEY=VALUE: overrides a key of the scene, e.g. "
-                                      "organs/liver/resolution/finest_spacing_mm=2.5");
+    command
+        .add_option("--assets", assets, "a further folder in which geometry files are looked for")
+        ->allow_extra_args(false);
+    command
+        .add_option("--set", sets, "KEY=VALUE: overrides a key of the scene, e.g. "
+                                   "organs/liver/resolution/finest_spacing_mm=2.5")
+        ->allow_extra_args(false);
     command.add_option("--seed", seed, "overrides the scene's seed");
     command.add_option("--duration", duration, "overrides the scene's duration [s]");
+  }
+
+  /// The same again for another call of this program.
+  std::vector<std::string> words() const {
+    std::vector<std::string> all{scene};
+    for (const std::string& folder : assets) all.insert(all.end(), {"--assets", folder});
+    for (const std::string& set : sets) all.insert(all.end(), {"--set", set});
+    if (!seed.empty()) all.insert(all.end(), {"--seed", seed});
+    return all;
   }
 
   Result<SceneDescription> load() const {
@@ -51,7 +67,7 @@ struct SceneArguments {
     options.assets = assets_folder();
     options.search.assign(assets.begin(), assets.end());
     for (const std::string& folder : assets)
-      if (!std::filesystem::is_directory(folder))
+      if (std::error_code error; !std::filesystem::is_directory(folder, error))
         return failure(fmt::format("--assets {}: no such folder", folder));
     for (const std::string& set : sets) {
       const std::size_t equals = set.find('=');
@@ -116,8 +132,9 @@ int main_program(int argc, char** argv) {
   run->add_flag("--no-render", no_render, "no pictures, no film, no EGL context");
   run->add_flag("--no-cache", no_cache, "prepare organs afresh and store nothing");
   run->add_option("--snapshots", run_options.snapshots,
-                  "pictures at these times alone [s], e.g. 2,5,8; no film")
-      ->delimiter(',');
+                  "pictures and smoke volumes at these times alone [s], e.g. 2,5,8; no film")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   run->add_flag("--quiet", run_options.quiet, "no progress");
 
   SceneArguments check_scene_arguments;
@@ -170,6 +187,7 @@ int main_program(int argc, char** argv) {
     if (!tissues) return fail(tissues.error());
     install_interrupt_handler();
     bench_options.json = bench_json;
+    bench_options.scene_arguments = bench_scene_arguments.words();
     auto measured = bench_scene(*scene, *tissues, bench_options, std::cout);
     return measured ? 0 : fail(measured.error());
   }
@@ -188,5 +206,8 @@ int main(int argc, char** argv) {
     std::cerr << "out of memory: coarser spacings, fewer triangles or smaller volumes need less; "
                  "`viscera check` says how much\n";
     return viscera::kBadInput;
+  } catch (const std::exception& error) {
+    std::cerr << "internal error: " << error.what() << '\n';
+    return viscera::kInternalError;
   }
 }

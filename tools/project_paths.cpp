@@ -4,16 +4,22 @@
 
 namespace viscera {
 namespace fs = std::filesystem;
+namespace {
+
+bool lies_in(const fs::path& file, const fs::path& folder) {
+  const fs::path from_there = file.lexically_relative(folder);
+  return !from_there.empty() && *from_there.begin() != "..";
+}
+
+}  // namespace
 
 fs::path assets_folder() {
   if (const char* named = std::getenv("VISCERA_ASSETS")) return named;
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    const fs::path installed = program.parent_path().parent_path() / "share/viscera/assets";
-    if (fs::exists(installed / "tissues.json")) return installed;
-  }
-  return fs::path(VISCERA_SOURCE_DIR) / "assets";
+  if (!error && lies_in(program, fs::weakly_canonical(VISCERA_BUILD_DIR, error)))
+    return fs::path(VISCERA_SOURCE_DIR) / "assets";
+  return (program.parent_path() / VISCERA_DATADIR / "viscera/assets").lexically_normal();
 }
 
 }  // namespace viscera

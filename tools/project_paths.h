@@ -5,8 +5,8 @@
 
 namespace viscera {
 
-/// The assets folder: $VISCERA_ASSETS, else beside an installed program
-/// (PREFIX/share/viscera/assets), else the source tree that it was built from.
+/// The assets folder: $VISCERA_ASSETS, else that of the source tree for a program in its build
+/// folder, else the installed one (PREFIX/share/viscera/assets), found from where the program is.
 std::filesystem::path assets_folder();
 
 }  // namespace viscera

@@ -2,27 +2,31 @@
 
 #include <embree3/rtcore.h>
 
-#include <atomic>
+#include <new>
+#include <stdexcept>
+#include <string>
 
 namespace viscera {
 namespace {
 
-std::atomic<std::size_t> embree_bytes{0};
-
-bool count_memory(void*, ssize_t bytes, bool) {
-  embree_bytes += static_cast<std::size_t>(bytes);
-  return true;
-}
 
 /// One Embree device for the process, made when the first surface is; one build thread, since TBB
 /// threads of the frame share it.
 RTCDevice device() {
   static const RTCDevice shared = [] {
     RTCDevice made = rtcNewDevice("threads=1,set_affinity=0");
-    rtcSetDeviceMemoryMonitorFunction(made, count_memory, nullptr);
+    if (!made) throw std::runtime_error("Embree can't start on this processor");
     return made;
   }();
   return shared;
+}
+
+/// Embree fails for lack of memory or for a mistake of ours; neither can be gone on from.
+void check_embree() {
+  const RTCError error = rtcGetDeviceError(device());
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (error != RTC_ERROR_NONE)
+    throw std::runtime_error("Embree reports error " + std::to_string(static_cast<int>(error)));
 }
 
 /// Closest point of a triangle to p with its barycentric weights (Ericson 2005, section 5.1.5).
@@ -63,7 +67,6 @@ struct CollisionSurface::Data {
   RTCScene scene = nullptr;
   RTCGeometry geometry = nullptr;
   float* vertex_buffer = nullptr;
-  std::size_t memory = 0;
 
   ~Data() {
     if (scene) rtcReleaseScene(scene);
@@ -93,7 +96,6 @@ struct CollisionSurface::Data {
 CollisionSurface::CollisionSurface(const TriangleSurface& rest, std::span<const Vec3f> positions)
     : data_(std::make_unique<Data>()) {
   Data& d = *data_;
-  const std::size_t before = embree_bytes;
   d.triangles = rest.triangles;
   d.scene = rtcNewScene(device());
   rtcSetSceneFlags(d.scene, RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_ROBUST);
@@ -106,13 +108,15 @@ CollisionSurface::CollisionSurface(const TriangleSurface& rest, std::span<const 
   auto* indices = static_cast<unsigned*>(
       rtcSetNewGeometryBuffer(d.geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(unsigned), d.triangles.size()));
+  check_embree();
   for (std::size_t t = 0; t < d.triangles.size(); ++t)
     for (std::size_t c = 0; c < 3; ++c) indices[3 * t + c] = static_cast<unsigned>(d.triangles[t][c]);
+  check_embree();
   d.copy_positions(positions);
   rtcCommitGeometry(d.geometry);
   rtcAttachGeometryByID(d.scene, d.geometry, 0);
   rtcCommitScene(d.scene);
-  d.memory = embree_bytes - before;
+  check_embree();
 }
 
 CollisionSurface::~CollisionSurface() = default;
@@ -202,11 +206,6 @@ std::optional<CollisionSurface::Hit> CollisionSurface::cast(const Vec3& origin,
     start = static_cast<double>(ray.ray.tfar) + 1e-6;
   }
   return std::nullopt;
-}
-
-std::size_t CollisionSurface::memory_bytes() const {
-  return data_->memory + data_->positions.size() * sizeof(Vec3f) +
-         data_->triangles.size() * sizeof(data_->triangles[0]);
 }
 
 }  // namespace viscera

@@ -33,8 +33,6 @@ class CollisionSurface {
   std::optional<Hit> cast(const Vec3& origin, const Vec3& direction, double length,
                           bool exits = false) const;
 
-  std::size_t memory_bytes() const;
-
  private:
   struct Data;
   std::unique_ptr<Data> data_;

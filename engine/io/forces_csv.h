@@ -1,4 +1,4 @@
-// forces.csv: where each instrument's tip was and what force it felt, a row a haptic tick.
+// forces.csv: where each instrument's tip was and what force it felt, a row a frame.
 #pragma once
 
 #include <filesystem>

@@ -3,13 +3,13 @@
 
 namespace viscera {
 
-/// From here on the first SIGINT or SIGTERM only raises the flag; a second one ends the process.
+/// From here on the first SIGINT, SIGTERM or SIGHUP only raises the flag; a second one ends the process.
 void install_interrupt_handler();
 
 bool interrupted();
 /// The signal that raised the flag, or 0: an interrupted program exits with 128 plus this.
 int interrupt_signal();
-/// Lowers the flag and restores the default behaviour of both signals.
+/// Lowers the flag and restores the default behaviour of these signals.
 void remove_interrupt_handler();
 
 }  // namespace viscera

@@ -16,23 +16,17 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/scene/geometry_formats.h"
+
 namespace viscera {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMostBytes = 2ull << 30;
-constexpr std::array kFormats = {".obj", ".stl", ".ply", ".gltf", ".glb"};
 
 // Corners nearer than this share of the body's size are one vertex.
 constexpr double kWeld = 1e-6;
-
-std::string extension_of(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
 
 Result<std::uintmax_t> check_file(const fs::path& file) {
   const std::string name = file.string();
@@ -42,8 +36,8 @@ Result<std::uintmax_t> check_file(const fs::path& file) {
   if (!fs::is_regular_file(status)) {
     return failure(name + ": found something other than a regular file, expected a surface");
   }
-  if (std::find(kFormats.begin(), kFormats.end(), extension_of(file)) == kFormats.end()) {
-    return failure(name + ": found the format \"" + extension_of(file) +
+  if (!is_geometry_file(file)) {
+    return failure(name + ": found the format \"" + geometry_extension(file) +
                    "\", expected OBJ, STL, PLY, glTF or GLB");
   }
   const std::uintmax_t bytes = fs::file_size(file, failed);
@@ -192,7 +186,7 @@ Result<TriangleSurface> welded(const fs::path& file, const Soup& soup, double un
 Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
   const Result<std::uintmax_t> bytes = check_file(file);
   if (!bytes) return std::unexpected(bytes.error());
-  if (extension_of(file) == ".stl") {
+  if (geometry_extension(file) == ".stl") {
     if (const auto whole = check_stl(file, *bytes); !whole) {
       return std::unexpected(whole.error());
     }
@@ -205,8 +199,8 @@ Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
       while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) {
         reason.pop_back();
       }
-      return failure(file.string() + ": cannot be read as " + extension_of(file).substr(1) + ": " +
-                     reason);
+      return failure(file.string() + ": cannot be read as " + geometry_extension(file).substr(1) +
+                     ": " + reason);
     }
     Soup soup;
     if (scene->mRootNode) collect(*scene, *scene->mRootNode, aiMatrix4x4(), soup);

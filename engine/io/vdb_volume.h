@@ -1,4 +1,5 @@
-// OpenVDB behind a plain interface: its headers take long to compile, so one source includes them.
+// OpenVDB [Museth2013] behind a plain interface: its headers take long to compile, so one source
+// includes them.
 #pragma once
 
 #include <filesystem>

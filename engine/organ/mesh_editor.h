@@ -68,7 +68,7 @@ class MeshEditor {
   int triangle_count_ = 0;
 };
 
-/// Isotropic remeshing to edges of about `edge` [m] (Botsch and Kobbelt 2004): split, collapse,
+/// Isotropic remeshing to edges of about `edge` [m] [Botsch2004]: split, collapse,
 /// flip and relax, `rounds` times, then Delaunay flips.
 void remesh(MeshEditor& mesh, double edge, int rounds);
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "engine/io/report.h"
@@ -50,6 +51,20 @@ bool is_built_in(const std::string& recipe) {
   return recipe == "sphere" || recipe == "hemisphere" || recipe == "block";
 }
 
+/// A .gltf names its buffers as files of their own: they are part of the surface.
+Result<void> hash_gltf_buffers(Hasher& hasher, const std::filesystem::path& file) {
+  std::ifstream in(file);
+  const nlohmann::json gltf = nlohmann::json::parse(in, nullptr, false);
+  if (!gltf.is_object() || !gltf.contains("buffers") || !gltf["buffers"].is_array()) return {};
+  for (const nlohmann::json& buffer : gltf["buffers"]) {
+    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
+    const std::string uri = buffer["uri"];
+    if (uri.starts_with("data:")) continue;
+    if (auto hashed = hash_file(hasher, file.parent_path() / uri); !hashed) return hashed;
+  }
+  return {};
+}
+
 Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry,
                            const std::filesystem::path& assets) {
   if (const auto* recipe = std::get_if<RecipeGeometry>(&geometry)) {
@@ -62,6 +77,8 @@ Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry,
   }
   const auto& file = std::get<FileGeometry>(geometry);
   hasher.text("file").value(file.unit).value(file.recentre).value(file.edge);
+  if (file.file.extension() == ".gltf")
+    if (auto hashed = hash_gltf_buffers(hasher, file.file); !hashed) return hashed;
   return hash_file(hasher, file.file);
 }
 
@@ -189,11 +206,13 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
 }
 
 Result<void> compute(OrganModel& model, const OrganDescription& organ, const Reach& reach,
-                     const PrepareOptions& options, const Progress& progress) {
+                     const PrepareOptions& options, const SurfaceInspection& inspect,
+                     const Progress& progress) {
   if (!progress(0.0, "shaping")) return failure(kCancelled);
   auto surface = build_shape(organ.geometry, options.assets);
   if (!surface) return std::unexpected(surface.error());
   set_surface(model, std::move(*surface));
+  if (auto sound = inspect(model.surface); !sound) return sound;
   if (!organ.deformable) return {};
 
   const std::vector<Vec3> touchable_places = touchable_vertices(model.surface, reach);
@@ -239,9 +258,11 @@ std::size_t OrganModel::memory_bytes() const {
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
          of(cloud.positions) + of(cloud.spacings) + of(compliance.columns) +
          of(compliance.visible) + of(compliance.touchable) + of(touchable.positions) +
-         of(touchable.areas) + of(touchable.spacings) + of(touchable.weights.nodes) +
-         of(touchable.weights.values) + of(drawn.carriers.nodes) + of(drawn.carriers.values) +
-         of(drawn.triangle_items);
+         of(touchable.normals) + of(touchable.areas) + of(touchable.spacings) +
+         of(touchable.weights.nodes) + of(touchable.weights.values) +
+         of(touchable.weights.row_begin) + of(touchable.cell_begin) + of(touchable.cell_items) +
+         of(drawn.carriers.nodes) + of(drawn.carriers.values) + of(drawn.carriers.row_begin) +
+         of(drawn.triangle_begin) + of(drawn.triangle_items) + of(drawn.rest_normals);
 }
 
 Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
@@ -271,6 +292,7 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
 Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& organ,
                                                         const Tissue& tissue, const Reach& reach,
                                                         const PrepareOptions& options,
+                                                        const SurfaceInspection& inspect,
                                                         const Progress& progress,
                                                         std::vector<std::string>& warnings) {
   const Stopwatch watch;
@@ -287,9 +309,10 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
   restart();
   if (options.use_cache && load_cached(cache, *model, organ, reach, warnings)) {
     model->cache_hit = true;
+    if (auto sound = inspect(model->surface); !sound) return std::unexpected(sound.error());
   } else {
     restart();
-    if (auto done = compute(*model, organ, reach, options, progress); !done)
+    if (auto done = compute(*model, organ, reach, options, inspect, progress); !done)
       return std::unexpected(done.error());
     if (options.use_cache) {
       auto saved = cache.save(model->key, to_cache(*model));
@@ -305,14 +328,16 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   auto key = organ_key(organ, tissue, reach, options);
   if (!key) return std::unexpected(key.error());
   OrganPlan plan;
+  std::error_code ignored;
   plan.cached =
-      std::filesystem::exists(ResponseCache(ResponseCache::default_folder()).file(*key));
+      std::filesystem::exists(ResponseCache(ResponseCache::default_folder()).file(*key), ignored);
 
   OrganModel model;
   auto surface = build_shape(organ.geometry, options.assets);
   if (!surface) return std::unexpected(surface.error());
   set_surface(model, std::move(*surface));
   plan.triangles = model.surface.triangles.size();
+  plan.surface = model.surface;
   plan.memory_bytes = model.memory_bytes();
   if (!organ.deformable) return plan;
   const std::vector<Vec3> places = touchable_vertices(model.surface, reach);
@@ -333,11 +358,11 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   plan.preparation_bytes =
       model.memory_bytes() + preparation_bytes(plan.nodes, visible.size(), touchable.size());
 
-  // Measured on two cores of a cloud server: assembly is linear in the nodes, factoring grows as
-  // N^2 in work; each column costs a solve.
+  // Measured on two cores of a cloud server at 5,000 and 9,600 nodes: assembly is linear in the
+  // nodes, factoring goes as N^2, and each touchable node's three solves as N^1.55.
   const double n = static_cast<double>(plan.nodes);
-  plan.prepare_s = 4e-4 * n + 1.2e-7 * n * n +
-                   3.0 * static_cast<double>(touchable.size()) * factor_entries(n) * 4.0 / 6e9;
+  plan.prepare_s = 0.3 + 1.3e-4 * n + 8e-8 * n * n +
+                   5e-3 * static_cast<double>(touchable.size()) * std::pow(n / 5000.0, 1.55);
   return plan;
 }
 

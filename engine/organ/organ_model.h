@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -59,11 +60,15 @@ struct PrepareOptions {
 Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
                               const Reach& reach, const PrepareOptions& options);
 
+/// Asked about an organ's surface as soon as it is known, before anything is computed from it.
+using SurfaceInspection = std::function<Result<void>(const TriangleSurface&)>;
+
 /// Loads the model from the cache or computes and stores it. `warnings` gets what a person should
 /// know (a broken cache that was rebuilt, a cache that could not be written).
 Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& organ,
                                                         const Tissue& tissue, const Reach& reach,
                                                         const PrepareOptions& options,
+                                                        const SurfaceInspection& inspect,
                                                         const Progress& progress,
                                                         std::vector<std::string>& warnings);
 
@@ -74,6 +79,7 @@ struct OrganPlan {
   std::size_t preparation_bytes = 0;    ///< peak while preparing
   double prepare_s = 0.0;               ///< expected on this machine's kind, no cache
   bool cached = false;
+  TriangleSurface surface;
 };
 Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue,
                              const Reach& reach, const PrepareOptions& options);

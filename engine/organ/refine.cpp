@@ -1,5 +1,5 @@
-// Refinement of imported surfaces: cubic edges of curved PN triangles (A. Vlachos et al., I3D
-// 2001), so that a coarse organ has no facets.
+// Refinement of imported surfaces: cubic edges of curved PN triangles [Vlachos2001], so that a
+// coarse organ has no facets.
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,5 +1,4 @@
-// Isotropic remeshing: M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling",
-// SGP 2004.
+// Isotropic remeshing [Botsch2004].
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -14,7 +14,7 @@
 #include "engine/render/instrument_mesh.h"
 #include "engine/render/organ_buffers.h"
 #include "engine/render/shaders.h"
-#include "engine/render/smoke_volume.h"
+#include "engine/render/smoke_texture.h"
 
 namespace viscera {
 
@@ -223,7 +223,7 @@ struct Renderer::Data {
   std::optional<VertexArray> no_attributes;
   std::map<std::uint32_t, OrganBuffers> organs;
   std::map<std::uint32_t, InstrumentBuffers> instruments;
-  std::vector<SmokeVolume> smoke;
+  std::vector<SmokeTexture> smoke;
   std::optional<PassTimer> timer;
   std::vector<PassTime> pass_times;
   std::vector<std::uint8_t> rgba;
@@ -524,10 +524,6 @@ Result<void> Renderer::draw(const FrameView& view, Picture& picture) {
 
 std::string Renderer::device() const {
   return data_->context->device();
-}
-
-bool Renderer::software() const {
-  return data_->context->software();
 }
 
 const std::vector<PassTime>& Renderer::pass_times() const {

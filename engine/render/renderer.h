@@ -35,9 +35,8 @@ class Renderer {
   /// Draws one picture. Buffers of organs at rest are reused; only what moved is uploaded.
   Result<void> draw(const FrameView& view, Picture& picture);
 
-  /// "llvmpipe (LLVM 15.0.6, 256 bits)", and whether it is a software rasteriser.
+  /// "llvmpipe (LLVM 15.0.6, 256 bits)".
   std::string device() const;
-  bool software() const;
 
   /// Time on the device of each pass of the last picture, in order.
   const std::vector<PassTime>& pass_times() const;

@@ -49,9 +49,10 @@ struct SmokeView {
   Box domain;                                 ///< [m]
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   std::span<const float> density;             ///< smoke mass per volume [kg/m3]          (nx ny nz)
-  double mass_extinction = 4000.0;            ///< [m2/kg]
+  double mass_extinction = 4000.0;            ///< [m2/kg]; recalled, for droplets
+                                              ///< below 1 um [DesCoteaux1996]
   double albedo = 0.9;
-  double asymmetry = 0.65;                    ///< Henyey-Greenstein g
+  double asymmetry = 0.65;                    ///< g of [Henyey1941]
 };
 
 struct CameraView {

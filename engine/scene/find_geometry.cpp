@@ -1,27 +1,14 @@
 #include "engine/scene/find_geometry.h"
 
 #include <algorithm>
-#include <cctype>
 
+#include "engine/scene/geometry_formats.h"
 #include "engine/scene/spelling.h"
 
 namespace viscera {
 namespace {
 
 namespace fs = std::filesystem;
-
-const std::vector<std::string> kExtensions = {".obj", ".stl", ".ply", ".gltf", ".glb"};
-
-std::string extension_of(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
-bool is_readable_format(const fs::path& file) {
-  return std::find(kExtensions.begin(), kExtensions.end(), extension_of(file)) != kExtensions.end();
-}
 
 std::vector<fs::path> entries(const fs::path& folder) {
   std::vector<fs::path> found;
@@ -37,7 +24,7 @@ std::vector<std::string> geometry_names(const std::vector<fs::path>& folders) {
   std::vector<std::string> names;
   for (const fs::path& folder : folders) {
     for (const fs::path& entry : entries(folder))
-      if (is_readable_format(entry)) names.push_back(entry.filename().string());
+      if (is_geometry_file(entry)) names.push_back(entry.filename().string());
   }
   return names;
 }
@@ -67,9 +54,9 @@ std::vector<fs::path> search_folders(const GeometrySearch& search) {
 }
 
 Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& search) {
-  if (!is_readable_format(file)) {
+  if (!is_geometry_file(file)) {
     return failure("found the file \"" + file + "\", expected one that ends in " +
-                   joined(kExtensions));
+                   joined({kGeometryExtensions.begin(), kGeometryExtensions.end()}));
   }
   std::vector<fs::path> folders;
   if (!fs::path(file).is_absolute())

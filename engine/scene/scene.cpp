@@ -1,5 +1,7 @@
 #include "engine/scene/scene.h"
 
+#include <algorithm>
+
 namespace viscera {
 
 bool Region::contains(const Vec3& x) const {
@@ -12,6 +14,12 @@ bool Region::contains(const Vec3& x) const {
       return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
   }
   return false;
+}
+
+bool carries_current(const InstrumentDescription& tool) {
+  return tool.kind == InstrumentKind::kHook &&
+         std::any_of(tool.path.begin(), tool.path.end(),
+                     [](const InstrumentKey& key) { return key.power > 0.0; });
 }
 
 }  // namespace viscera

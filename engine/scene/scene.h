@@ -80,7 +80,8 @@ struct TipDescription {
   double unit = 1e-3;
 };
 
-/// One key frame; values between keys are interpolated (position, current and jaw: monotone cubic).
+/// One key frame; values between keys are interpolated (position and jaw: monotone cubic
+/// [Fritsch1980]).
 struct InstrumentKey {
   double time = 0.0;        ///< [s]
   Vec3 tip = Vec3::Zero();  ///< [m]
@@ -99,6 +100,9 @@ struct InstrumentDescription {
   double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
   std::vector<InstrumentKey> path;  ///< at least one, times ascending
 };
+
+/// True for a hook that carries current at some time.
+bool carries_current(const InstrumentDescription& tool);
 
 // --- picture ------------------------------------------------------------------------------------
 
@@ -128,7 +132,7 @@ struct SmokeDescription {
   Box domain;           ///< [m]
   double voxel = 2e-3;  ///< of the written volume [m]
   int max_particles = 25000;
-  double smoke_yield = 2.0e-8;  ///< kg of smoke a joule; a free parameter (MATERIALS)
+  double smoke_yield = 2.0e-8;  ///< kg of smoke a joule; free: no source gives it
 };
 
 struct GasDescription {

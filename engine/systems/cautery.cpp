@@ -66,7 +66,10 @@ void emit_smoke(World& world, const FrameContext& context) {
     const InstrumentContact& contact =
         *world.instrument_contacts.find(world.burn_traces.owner(i));
     SmokeBody* smoke = volume_around(world, contact.world_point);
-    if (!smoke) continue;
+    if (!smoke) {
+      context.report->raise(FrameFlag::kSmokeOutside);
+      continue;
+    }
     const Tissue& tissue = world.organ_bodies.find(trace.organ)->tissue;
     smoke->particles_owed += trace.absorbed * kParticlesPerJoule * tissue.smoke_factor;
     SmokeEmission emission;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace viscera {
@@ -74,7 +75,7 @@ bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
   return false;
 }
 
-std::optional<Foot> find_foot(const ToolShape& tool, const OrganModel& model,
+std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganModel& model,
                               const OrganState& state, const CollisionSurface& surface) {
   const double radius = tool.probe_radius();
   std::optional<Foot> best;
@@ -87,7 +88,7 @@ std::optional<Foot> find_foot(const ToolShape& tool, const OrganModel& model,
     if (!best || clearance < best->clearance)
       best = Foot{probe, hit->position, normal, clearance};
   }
-  if (!best || best->clearance > kContactMargin) return std::nullopt;
+  if (!best || best->clearance > margin) return std::nullopt;
 
   // The direction of contact is the mean normal of the tissue around the tool, wider than the tool's
   // own dent, so that the dent's walls cancel. It is centred on the tool: where tissue hugs the tip,

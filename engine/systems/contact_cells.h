@@ -24,8 +24,8 @@ struct Foot {
 /// Tools nearer than this to tissue enter its contact problem [m].
 inline constexpr double kContactMargin = 1.0e-3;
 
-/// Nothing when no tissue lies within the tool's radius plus a frame's reach of it.
-std::optional<Foot> find_foot(const ToolShape& tool, const OrganModel& model,
+/// Nothing when no tissue lies within `margin` of the tool [m].
+std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganModel& model,
                               const OrganState& state, const CollisionSurface& surface);
 
 /// Appends the cells that the tool presses and fills `range`; false when there are none.

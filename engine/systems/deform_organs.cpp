@@ -8,6 +8,7 @@ namespace {
 
 /// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
 constexpr int kSlipPasses = 4;
+constexpr double kLeastSlip = 1e-6;   // [m]
 
 Vec3 sum_of(const std::vector<Vec3>& forces, const CellRange& range) {
   Vec3 sum = Vec3::Zero();
@@ -30,6 +31,8 @@ bool slip_jaws(World& world, const OrganBody& body, OrganContact& contact) {
     const InstrumentState& state = *world.instrument_states.find(range.instrument);
     const Vec3 travel = state.tip - grasp.tip_at_start - grasp.slipped;
     const Vec3 back = (1.0 - limit / force) * travel;
+    // Without travel of its own the pull comes from other tools; sliding can't lessen it.
+    if (back.norm() < kLeastSlip) continue;
     grasp.slipped += back;
     const Vec3 local = body.pose.direction_to_local(back);
     for (std::size_t k = range.begin; k < range.end; ++k) contact.cells[k].displacement -= local;
@@ -62,8 +65,8 @@ void return_to_rest(OrganState& state, OrganContact& contact, const OrganBody& b
   moved(state, contact, body);
 }
 
-bool all_finite(const std::vector<Vec3>& values) {
-  return std::all_of(values.begin(), values.end(), [](const Vec3& v) { return v.allFinite(); });
+bool all_finite(const std::vector<Vec3f>& values) {
+  return std::all_of(values.begin(), values.end(), [](const Vec3f& v) { return v.allFinite(); });
 }
 
 void solve_contact(World& world, const OrganBody& body, OrganContact& contact,
@@ -94,6 +97,15 @@ void hand_forces_to_tools(World& world, Entity organ, const OrganBody& body,
   }
 }
 
+void take_forces_back(World& world, const OrganBody& body, OrganContact& contact) {
+  for (CellRange& range : contact.ranges) {
+    InstrumentContact& tool = *world.instrument_contacts.find(range.instrument);
+    tool.force += body.pose.direction_to_world(range.force);
+    tool.touching = false;
+    range.force = Vec3::Zero();
+  }
+}
+
 }  // namespace
 
 void deform_organs(World& world, const FrameContext& context) {
@@ -111,20 +123,26 @@ void deform_organs(World& world, const FrameContext& context) {
     OrganState& state = *world.organ_states.find(organ);
 
     solve_contact(world, body, contact, context);
-    // A broken solution must not reach the state: the organ stays where it was, without force.
-    if (!all_finite(contact.solution.forces)) {
-      state.frozen = true;
-      continue;
-    }
+    if (!contact.solution.converged) continue;
     hand_forces_to_tools(world, organ, body, contact);
     if (contact.solution.touching == 0) {
       if (state.deformed) return_to_rest(state, contact, body);
       continue;
     }
 
-    displacement_unknowns(body.model->compliance, contact.response, state.unknowns);
-    deform_drawn_surface(body.model->drawn, state.unknowns, contact.solution.near_fields,
-                         contact.cells, contact.solution.forces, state.positions, state.normals);
+    displacement_unknowns(body.model->compliance, contact.response, state.next_unknowns);
+    deform_drawn_surface(body.model->drawn, state.next_unknowns, contact.solution.near_fields,
+                         contact.cells, contact.solution.forces, state.next_positions,
+                         state.next_normals);
+    // A broken value must not reach the state: the organ stays where it was, without force.
+    if (!all_finite(state.next_positions) || !all_finite(state.next_normals)) {
+      state.frozen = true;
+      take_forces_back(world, body, contact);
+      continue;
+    }
+    state.unknowns.swap(state.next_unknowns);
+    state.positions.swap(state.next_positions);
+    state.normals.swap(state.next_normals);
     double greatest = 0.0;
     for (std::size_t v = 0; v < state.positions.size(); ++v)
       greatest = std::max(greatest, static_cast<double>(

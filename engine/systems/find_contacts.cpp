@@ -7,10 +7,6 @@
 namespace viscera {
 namespace {
 
-/// A jaw that falls below this grips what lies between; above kJawOpen it lets go.
-constexpr double kJawClosed = 0.15;
-constexpr double kJawOpen = 0.3;
-
 double last_force_on(const OrganContact& contact, Entity instrument) {
   for (const CellRange& range : contact.ranges)
     if (range.instrument == instrument && !range.held) return range.force.norm();
@@ -28,8 +24,8 @@ void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& 
     if (!contact || tissue.frozen) continue;
     const OrganBody& organ_body = world.organ_bodies[o];
     const ToolShape tool = tool_shape(body, state, organ_body.pose);
-    const auto foot = find_foot(tool, *organ_body.model, tissue, *contact->surface);
-    if (!foot || foot->clearance > nearest) continue;
+    const auto foot = find_foot(tool, nearest, *organ_body.model, tissue, *contact->surface);
+    if (!foot) continue;
     auto cells = grasp_cells(*foot, body.description.grip_radius, *organ_body.model,
                              *contact->surface);
     if (cells.size() < 3) continue;
@@ -66,9 +62,12 @@ void find_contacts(World& world, const FrameContext& context) {
     grip.touching = false;
     grip.strongest = 0.0;
     if (body.description.kind != InstrumentKind::kGrasper) continue;
-    if (grip.grasp && state.jaw > kJawOpen) grip.grasp.reset();
-    if (!grip.grasp && state.jaw < kJawClosed && state.previous_jaw >= kJawClosed)
-      try_grasp(world, body, state, grip);
+    const bool held = grip.jaw_closed;
+    grip.jaw_closed = jaw_closed(held, state.jaw);
+    if (!grip.jaw_closed) grip.grasp.reset();
+    if (!grip.jaw_closed || held) continue;
+    try_grasp(world, body, state, grip);
+    if (!grip.grasp) context.report->raise(FrameFlag::kGripMissed);
   }
 
   for (std::size_t o = 0; o < world.organ_contacts.size(); ++o) {
@@ -85,12 +84,10 @@ void find_contacts(World& world, const FrameContext& context) {
       const InstrumentContact& grip = *world.instrument_contacts.find(instrument);
       if (grip.grasp && grip.grasp->organ == organ) continue;
       // The cheap test that an idle organ costs: tip against bounding box.
-      const double margin = world.instrument_bodies[i].description.tip.radius +
-                            world.instrument_bodies[i].description.tip.length + kContactMargin +
-                            kPointTipRadius;
+      const double margin = world.instrument_bodies[i].extent + kContactMargin;
       if (contact.bounds.exteriorDistance(state.tip) > margin) continue;
       const ToolShape tool = tool_shape(world.instrument_bodies[i], state, body.pose);
-      const auto foot = find_foot(tool, *body.model, tissue, *contact.surface);
+      const auto foot = find_foot(tool, kContactMargin, *body.model, tissue, *contact.surface);
       if (!foot) continue;
       CellRange range;
       range.instrument = instrument;

@@ -16,22 +16,21 @@ Vec3 side_of(const Vec3& shaft) {
 
 }  // namespace
 
+void place_tool(const InstrumentBody& body, double time, InstrumentState& state) {
+  state.tip = body.tip.at(time);
+  state.jaw = body.jaw.at(time).x();
+  state.power = body.description.path[body.tip.key_at(time)].power;
+  const Vec3 shaft = body.description.trocar - state.tip;
+  // A tip in its own trocar has no direction; it keeps the last one.
+  if (shaft.norm() > 1e-9) state.shaft_direction = shaft.normalized();
+  state.side_direction = Eigen::AngleAxisd(body.description.roll, state.shaft_direction) *
+                         side_of(state.shaft_direction);
+}
+
 void read_tools(World& world, const FrameContext& context) {
-  for (std::size_t i = 0; i < world.instrument_bodies.size(); ++i) {
-    const InstrumentBody& body = world.instrument_bodies[i];
-    InstrumentState& state = *world.instrument_states.find(world.instrument_bodies.owner(i));
-    state.previous_tip = state.started ? state.tip : body.tip.at(context.time);
-    state.tip = body.tip.at(context.time);
-    state.previous_jaw = state.started ? state.jaw : 1.0;
-    state.jaw = body.jaw.at(context.time).x();
-    state.power = body.description.path[body.tip.key_at(context.time)].power;
-    const Vec3 shaft = body.description.trocar - state.tip;
-    // A tip in its own trocar has no direction; it keeps the last one.
-    if (shaft.norm() > 1e-9) state.shaft_direction = shaft.normalized();
-    state.side_direction = Eigen::AngleAxisd(body.description.roll, state.shaft_direction) *
-                           side_of(state.shaft_direction);
-    state.started = true;
-  }
+  for (std::size_t i = 0; i < world.instrument_bodies.size(); ++i)
+    place_tool(world.instrument_bodies[i], context.time,
+               *world.instrument_states.find(world.instrument_bodies.owner(i)));
 }
 
 }  // namespace viscera

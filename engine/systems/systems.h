@@ -6,6 +6,9 @@
 
 namespace viscera {
 
+/// Where an instrument's key frames put it at `time` [s].
+void place_tool(const InstrumentBody& body, double time, InstrumentState& state);
+
 /// Key frames -> InstrumentState.
 void read_tools(World& world, const FrameContext& context);
 /// InstrumentState, deformed surfaces -> OrganContact.cells, InstrumentContact.grasp.

@@ -75,13 +75,6 @@ std::vector<Vec3> ToolShape::probes() const {
   return places;
 }
 
-Box ToolShape::bounds() const {
-  Box box;
-  for (const Vec3& place : probes()) box.extend(place);
-  const Vec3 margin = Vec3::Constant(radius);
-  return Box(box.min() - margin, box.max() + margin);
-}
-
 ToolShape tool_shape(const InstrumentBody& body, const InstrumentState& state, const Pose& pose) {
   const TipDescription& description = body.description.tip;
   ToolShape shape;

@@ -26,12 +26,14 @@ struct ToolShape {
   /// around it [m]: the centre of a sphere, points along a capsule's axis, vertices of a mesh.
   std::vector<Vec3> probes() const;
   double probe_radius() const { return kind == TipDescription::Shape::kMesh ? 0.0 : radius; }
-  /// A box around the tool.
-  Box bounds() const;
 };
 
 /// A tip that has no size (shape "point") touches through a ball of this radius [m].
 inline constexpr double kPointTipRadius = 0.5e-3;
+
+/// Whether a grasper's jaw is closed: it closes below one opening and lets go above a wider one, so
+/// that a jaw in between keeps what it holds.
+constexpr bool jaw_closed(bool was_closed, double jaw) { return jaw < (was_closed ? 0.3 : 0.15); }
 
 /// The instrument's tip now, in the frame that `pose` places in the world.
 ToolShape tool_shape(const InstrumentBody& body, const InstrumentState& state, const Pose& pose);

@@ -2,6 +2,7 @@
 // don't depend on threads or on the order of calls.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -10,7 +11,7 @@
 
 namespace viscera {
 
-/// SplitMix64's finaliser: a bijection of 64-bit words with full avalanche.
+/// SplitMix64's finaliser [Steele2014]: a bijection of 64-bit words with full avalanche.
 constexpr std::uint64_t mix64(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ull;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -30,7 +31,7 @@ class Random {
   constexpr double uniform(std::uint64_t counter) const {
     return static_cast<double>(bits(counter) >> 11) * 0x1.0p-53;
   }
-  /// Standard normal, by Box and Muller.
+  /// Standard normal, [Box1958].
   double normal(std::uint64_t counter) const {
     const double u = 1.0 - uniform(2 * counter);
     const double v = uniform(2 * counter + 1);

@@ -15,7 +15,6 @@ using Vec3 = Eigen::Vector3d;
 using Vec3f = Eigen::Vector3f;
 using Vec4 = Eigen::Vector4d;
 using Mat3 = Eigen::Matrix3d;
-using Mat4 = Eigen::Matrix4d;
 using Quaternion = Eigen::Quaterniond;
 using VectorX = Eigen::VectorXd;
 using MatrixX = Eigen::MatrixXd;

@@ -2,11 +2,12 @@
 //
 // A cloud of spacing h can't carry a load narrower than about h: pressed by a 1 mm tip it answers
 // as if the tip were about h wide, more or less so as the tip passes nodes. So each contact load is
-// split as Ewald splits a sum: the load spread by a Gaussian of standard deviation sigma ~ h goes
-// to the precomputed compliance of the whole body, which is accurate at that scale; what is left
-// (the sharp load minus the spread one, no net force, felt within some 3 sigma) sees the body as a
-// half-space, whose answer is known in closed form (Boussinesq; Johnson 1985). Measured through the
-// same Gaussian, the spread part of the half-space kernel 1 / (pi E* r) is
+// split as Ewald splits a sum [Ewald1921]: the load spread by a Gaussian of standard deviation
+// sigma ~ h goes to the precomputed compliance of the whole body, which is accurate at that scale;
+// what is left (the sharp load minus the spread one, no net force, felt within some 3 sigma) sees
+// the body as a half-space, whose answer is known in closed form [Boussinesq1885] [Johnson1985]
+// ch. 3. Measured through the same Gaussian, the spread part of the half-space kernel
+// 1 / (pi E* r) is
 //   G_sigma(r) = (1 / (pi E*)) (sqrt(pi) / (2 sigma)) exp(-r^2 / (8 sigma^2)) I0(r^2 / (8
 //   sigma^2)).
 // In Fourier space the rest is (2 / E*) (1 - exp(-sigma^2 q^2)) / q >= 0: both parts are symmetric
@@ -28,7 +29,7 @@ class NearField {
   /// Mean normal displacement of a disc-like cell of `area` at distance r from a cell of that area
   /// that carries a unit normal force, less the spread part [m/N]. r = 0: the cell itself.
   double normal_compliance(double r, double area) const;
-  /// The same for a tangential force, its direction averaged (Cerruti).
+  /// The same for a tangential force, its direction averaged [Cerruti1882].
   double tangential_compliance(double r, double area) const;
   /// Normal displacement of a surface point at distance r from a unit normal force on a cell of
   /// `area`, less what the spread load already gives there [m/N]. For the drawn surface.

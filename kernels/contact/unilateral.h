@@ -19,9 +19,9 @@ struct UnilateralFigures {
 };
 
 /// Finds x with w = A x - b: x_i >= 0, w_i >= 0, x_i w_i = 0 where i is unilateral; w_i = 0 where
-/// i is bilateral. Block principal pivoting (Judice and Pires 1994), which settles in a few
-/// factorisations; when blocks stop helping, Murty's exchanges of the last violated index, which
-/// end for every positive definite matrix. Deterministic.
+/// i is bilateral. Block principal pivoting [Judice1994], which settles in a few
+/// factorisations; when blocks stop helping, exchanges of the last violated index alone
+/// [Murty1988], which end for every positive definite matrix. Deterministic.
 class UnilateralSolver {
  public:
   /// `active` (in: a guess; out: the final set) has the size of b; bilateral unknowns are always

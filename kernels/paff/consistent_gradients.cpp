@@ -1,5 +1,6 @@
 #include "kernels/paff/consistent_gradients.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "kernels/base/parallel.h"
@@ -9,14 +10,35 @@
 namespace viscera {
 namespace {
 
-// Notation as in NUMERICS: p_Iq = (1, (x_I − y_q)/s_q), W_Iq the weight, M_q = Σ_I W p pᵀ.
-// The correction of g_Iq is W_Iq (ξ_I − p_Iqᵀ M_q⁻¹ Σ_J W_Jq p_Jq ξ_J): the part of ξ that no
-// linear field carries. With M = L Lᵀ and v_I = W_I L⁻¹ p_I it reads W_I ξ_I − v_Iᵀ Σ_J v_J ξ_J,
-// and S_IJ = Σ_q w_q [W_Iq δ_IJ − v_Iqᵀ v_Jq].
+// Volume points y_q with weights w_q, surface points with weights w_b and normals n_b, nodes x_I.
+// p_Iq = (1, (x_I − y_q)/s_q), s_q a length, W_Iq the weight of node I at y_q, M_q = Σ_I W p pᵀ.
+//
+// Why. A stress that is constant must balance its own tractions: Σ_q w_q ∇φ_I = Σ_b w_b φ_I n_b,
+// the integration constraint of [Chen2013]. The gradients g_Iq of rational fields miss it by
+//   r_I = Σ_b w_b φ_I n_b − Σ_q w_q g_Iq.                                                       (1)
+// With trial gradients that still give linear fields exactly, Σ_I g_Iq p_Iqᵀ = (0, identity/s_q), K
+// then maps every linear field to its own loads: the patch test holds to round-off.
+//
+// Derivation. The change c_Iq of least Σ_q w_q Σ_I |c_Iq|² / W_Iq with Σ_q w_q c_Iq = r_I for each
+// I and Σ_I c_Iq p_Iqᵀ = 0 for each q: with multipliers ξ_I and Λ_q it is c = W (ξ_I − Λ_q p_Iq),
+// and the second condition gives Λ_q M_q = Σ_J W_Jq ξ_J p_Jqᵀ, so that
+//   c_Iq = W_Iq (ξ_I − p_Iqᵀ M_q⁻¹ Σ_J W_Jq p_Jq ξ_J),                                          (2)
+// the part of ξ that no linear field carries. The first condition is then S ξ = r, one N × N matrix
+// for the three components,
+//   S_IJ = Σ_q w_q (W_Iq δ_IJ − W_Iq p_Iqᵀ M_q⁻¹ p_Jq W_Jq).                                    (3)
+//
+// S is symmetric and positive semidefinite: ξᵀ S ξ sums the weighted squared distances of ξ from
+// the linear fields at each point. So its kernel is the linear polynomials of x_I, on any body
+// whose fields overlap. r is orthogonal to them: Σ_I r_I = Σ_b w_b n_b vanishes because the surface
+// is closed, and Σ_I x_I r_Iᵀ = Σ_b w_b y_b n_bᵀ − Σ_q w_q identity vanishes because the cut cells
+// measure the volume that the surface points enclose.
+//
+// With M = L Lᵀ and v_I = W_I L⁻¹ p_I, (2) reads W_I ξ_I − v_Iᵀ Σ_J v_J ξ_J, and in (3) the bracket
+// is W_Iq δ_IJ − v_Iqᵀ v_Jq.
 
 constexpr std::size_t kChunk = 512;
 
-/// v of every entry, (entries).
+/// v of every entry                                                               (entries).
 std::vector<Vec4> reduced_basis(const ShapeFunctions& shape, const VolumeQuadrature& volume,
                                 const PointFields& fields) {
   std::vector<Vec4> reduced(fields.nodes.size());
@@ -38,6 +60,7 @@ std::vector<Vec4> reduced_basis(const ShapeFunctions& shape, const VolumeQuadrat
   return reduced;
 }
 
+/// S of (3).
 SymmetricBlockMatrix consistency_matrix(const VolumeQuadrature& volume, const PointFields& fields,
                                         const NodeIncidence& incidence,
                                         const std::vector<Vec4>& reduced, std::size_t node_count) {
@@ -58,7 +81,7 @@ SymmetricBlockMatrix consistency_matrix(const VolumeQuadrature& volume, const Po
   return matrix;
 }
 
-/// r_I = Σ_b w_b φ_I n_b − Σ_q w_q g_Iq as three columns of N numbers.
+/// r of (1) as three columns of N numbers.
 std::vector<double> constraint_defect(const VolumeQuadrature& volume, const PointFields& fields,
                                       const NodeIncidence& incidence,
                                       const SurfaceQuadrature& surface,
@@ -79,8 +102,8 @@ std::vector<double> constraint_defect(const VolumeQuadrature& volume, const Poin
   return defect;
 }
 
-/// S ξ = r. S is singular (its kernel is the linear polynomials) and r is orthogonal to the kernel,
-/// so a slightly shifted factor, refined with S itself, finds a solution.
+/// S ξ = r. S is singular and r orthogonal to its kernel, so a slightly shifted factor, refined
+/// with S itself, finds a solution; what it holds of the kernel drops out of (2).
 Result<std::vector<double>> solve_consistency(const SymmetricBlockMatrix& matrix,
                                               const std::vector<double>& defect) {
   const std::size_t n = matrix.pattern.rows();

@@ -1,5 +1,7 @@
-// Symmetric variationally consistent integration: gradients at the volume points, corrected so that
-// the quadrature satisfies the divergence theorem for every shape function.
+// Symmetric variationally consistent integration, after [Chen2013]: gradients at the volume points,
+// corrected so that the quadrature satisfies the divergence theorem for every shape function. There
+// the test functions alone are corrected, which makes the stiffness unsymmetric; here the corrected
+// gradients serve trial and test functions alike, so linear fields must stay exact too.
 #pragma once
 
 #include "kernels/base/result.h"
@@ -13,7 +15,7 @@ namespace viscera {
 /// Replaces `volume_fields.gradients` g by g~ with
 ///   sum_q w_q g~_Iq = sum_b w_b phi_I n_b     (the integration constraint, all surface points b)
 ///   sum_I g~_Iq (1, x_I) = (0, identity)      (linear fields stay exact),
-/// the smallest such change in the norm of the weights W (NUMERICS, symmetric VCI).
+/// the smallest such change in the norm of the weights W (derived in the source).
 /// Returns its size relative to the gradients, a measure of the quadrature: 0.015 to 0.05.
 /// Fails where the sparse factorisation does.
 Result<double> make_gradients_consistent(const ShapeFunctions& shape,

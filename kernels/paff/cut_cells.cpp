@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "kernels/base/parallel.h"

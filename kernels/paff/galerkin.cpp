@@ -11,7 +11,8 @@
 namespace viscera {
 namespace {
 
-/// Nitsche's penalty over (lambda + 2 mu) / h (NUMERICS).
+/// Nitsche's penalty over (lambda + 2 mu) / h [Nitsche1971]: well above what keeps the stiffness
+/// positive definite for these fields, and small enough to leave its conditioning alone.
 constexpr double kNitscheFactor = 100.0;
 
 /// The fixed points of the surface with the shape functions there and Nitsche's beta.

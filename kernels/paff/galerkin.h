@@ -1,5 +1,6 @@
-// The `galerkin` formulation: point-associated finite fields in the weak form, integrated with
-// symmetric variational consistency (NUMERICS.md). Its stiffness is symmetric positive definite.
+// The `galerkin` formulation: point-associated finite fields [De2006] in the weak form [De2000]
+// [Belytschko1994], integrated with symmetric variational consistency (consistent_gradients.h) and
+// held by Nitsche's method [Nitsche1971]. Its stiffness is symmetric positive definite.
 #pragma once
 
 #include <functional>

@@ -1,16 +1,12 @@
 // The `galerkin` formulation behind the common interface: prepare, solve, compliance.
 #include <algorithm>
-#include <chrono>
 
 #include "kernels/base/parallel.h"
+#include "kernels/base/stopwatch.h"
 #include "kernels/paff/galerkin.h"
 
 namespace viscera {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Ascending, each once, within [0, count).
 bool is_node_list(const std::vector<int>& nodes, std::size_t count) {
@@ -50,7 +46,7 @@ class GalerkinSolver final : public ElasticSolver {
 
   Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
                                        const Progress& progress) override {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const std::size_t nodes = figures_.unknowns / 3;
     if (!is_node_list(visible, nodes) || !is_node_list(touchable, nodes) ||
         !std::includes(visible.begin(), visible.end(), touchable.begin(), touchable.end())) {
@@ -89,7 +85,7 @@ class GalerkinSolver final : public ElasticSolver {
       });
     }
     symmetrise_touchable_square(compliance);
-    figures_.compliance_s += seconds_since(start);
+    figures_.compliance_s += watch.seconds();
     if (!progress(1.0, "computing compliance")) return failure(kCancelled);
     return compliance;
   }
@@ -119,11 +115,11 @@ class GalerkinFormulation final : public Formulation {
         });
     if (!system) return std::unexpected(system.error());
     if (!progress(kAssemblyShare, "factoring")) return failure(kCancelled);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Result<SparseCholesky> factor = system->factor();
     if (!factor) return std::unexpected(factor.error());
     PreparationFigures figures = system->figures();
-    figures.factor_s = seconds_since(start);
+    figures.factor_s = watch.seconds();
     figures.factor_bytes = factor->factor_bytes();
     if (!progress(1.0, "factoring")) return failure(kCancelled);
     return std::make_unique<GalerkinSolver>(std::move(*factor), figures);

@@ -16,7 +16,6 @@ class LocalSpacing {
   /// [m]; the smallest spacing of the cloud where no node is near. Safe from many threads.
   double operator()(const Vec3& x) const;
 
-  double smallest() const { return smallest_; }
   double largest() const { return largest_; }
   const std::vector<double>& spacings() const { return spacings_; }
 

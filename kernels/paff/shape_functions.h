@@ -22,7 +22,8 @@ struct ShapeValues {
 };
 
 /// The finite fields of a cloud with linear basis: phi_J(x) = W_J p(x)^T A(x)^-1 p(x_J), basis
-/// shifted to x and scaled by h ([De2006] eq. 3-4). Supports r_J = support_factor * h_J.
+/// shifted to x and scaled by h ([De2006] eq. 3-4; [Lancaster1981]). Supports
+/// r_J = support_factor * h_J.
 class ShapeFunctions {
  public:
   ShapeFunctions(const PointCloud& cloud, double support_factor);

@@ -1,4 +1,5 @@
-// Sparse Cholesky factorisation by MUMPS, in double precision, with many right-hand sides at once.
+// Sparse Cholesky factorisation by MUMPS [Amestoy2001], in double precision, with many right-hand
+// sides at once.
 #pragma once
 
 #include <cstddef>

@@ -11,7 +11,8 @@
 namespace viscera {
 
 /// Points on the surface, exact for quadratic integrands on each triangle. Tractions, held
-/// displacements and the consistency of gradients all use these same points (NUMERICS, VCI).
+/// displacements and the integration constraint all use these same points: a linear field comes out
+/// exact only where the divergence theorem and the loads are summed alike [Chen2013].
 struct SurfaceQuadrature {
   std::vector<Vec3> positions;  ///< [m]
   std::vector<Vec3> normals;    ///< outward, unit

@@ -1,4 +1,4 @@
-// Nodes by an advancing front: on the surface first, then inwards from it [Slak and Kosec 2019].
+// Nodes by an advancing front: on the surface first, then inwards from it [Slak2019].
 #pragma once
 
 #include "kernels/points/node_placement.h"

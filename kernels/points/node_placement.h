@@ -27,8 +27,8 @@ struct NodePlacement {
 /// Surface nodes first, then the interior, then repulsion sweeps (surface nodes slide on the
 /// surface, interior nodes stay inside). Deterministic for a seed. Nodes keep at least 0.5 h from
 /// each other, and interior nodes about h/2 from the surface. Fails with a clear message where
-/// the spacing is not positive, or so coarse that fewer than 4 nodes result (NUMERICS: ρ below 1.4
-/// gives singular moments; the moment matrices need four nodes in general position).
+/// the spacing is not positive, or so coarse that fewer than 4 nodes result: the moment matrices of
+/// moving least squares with a linear basis need four nodes in general position.
 Result<PointCloud> place_nodes(const TriangleSurface& surface, const SurfaceTree& tree,
                                const SpacingField& spacing, const NodePlacement& options,
                                const Progress& progress);

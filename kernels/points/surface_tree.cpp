@@ -33,7 +33,7 @@ NearestOnTriangle nearest_on_edge(const Vec3& x, const std::array<Vec3, 3>& p, i
   return nearest;
 }
 
-/// The nearest place of a triangle and the Voronoi region that x lies in [Ericson 2005, 5.1.5].
+/// The nearest place of a triangle and the Voronoi region that x lies in [Ericson2005] 5.1.5.
 NearestOnTriangle nearest_on_triangle(const Vec3& x, const std::array<Vec3, 3>& p) {
   const Vec3 ab = p[1] - p[0], ac = p[2] - p[0];
   const Vec3 ax = x - p[0];
@@ -114,8 +114,7 @@ int SurfaceTree::Data::build(const std::vector<Box>& boxes, const std::vector<Ve
 }
 
 // Normals of faces, of edges (sum of the two faces') and of vertices (weighted by angle): with
-// these the sign of the distance is right wherever the nearest place lies [Baerentzen and Aanaes
-// 2005].
+// these the sign of the distance is right wherever the nearest place lies [Baerentzen2005].
 void SurfaceTree::Data::find_normals(const TriangleSurface& surface) {
   const std::vector<Vec3> at_vertex = vertex_normals(surface);
   const int count = static_cast<int>(surface.triangles.size());

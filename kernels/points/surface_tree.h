@@ -23,7 +23,7 @@ class SurfaceTree {
     double distance;      ///< >= 0 [m]
   };
   Closest closest(const Vec3& query) const;
-  /// Negative inside [m]; the sign from angle-weighted pseudo-normals (Baerentzen and Aanaes 2005).
+  /// Negative inside [m]; the sign from angle-weighted pseudo-normals [Baerentzen2005].
   double signed_distance(const Vec3& query) const;
 
  private:

@@ -24,7 +24,7 @@ class SmokeVolume {
   /// that isn't finite, or has no positive mass or number, emits nothing.
   void emit(const SmokeEmission& emission);
   /// Advances by dt [s]. [De2006] eq. 14. Particles exchange momentum as often as the explicit
-  /// viscosity bound dt <= 0.1 h^2 / nu asks for (once a frame of 1/60 s with the defaults); in
+  /// viscosity bound dt <= 0.05 h^2 / nu asks for (once a frame of 1/60 s with the defaults); in
   /// between they move in substeps of at most h/2 (at most 32).
   void step(double dt);
 

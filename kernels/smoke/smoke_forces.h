@@ -11,9 +11,9 @@
 
 namespace viscera {
 
-/// Acceleration in the symmetric pairwise form. Particles stand for parcels of gas of equal
-/// mass; with the kernel W(r) = 315 / (64 pi h^3) (1 - r^2/h^2)^3 and the number densities
-/// n_i = sum_j W_ij (itself included),
+/// Acceleration in the symmetric pairwise form [Brookshaw1985], [Cleary1999]. Particles stand for
+/// parcels of gas of equal mass; with the kernel W(r) = 315 / (64 pi h^3) (1 - r^2/h^2)^3 and the
+/// number densities n_i = sum_j W_ij (itself included),
 ///   a_i = nu lap v - grad p / rho
 ///       = sum_j 2 / (n_i + n_j) (-W'(r_ij) / r_ij) (2 nu (v_j - v_i) + c^2 (e_i + e_j) (x_i -
 ///       x_j)),

@@ -54,8 +54,9 @@ struct SmokeParameters {
   /// surrounds, and the rest of the drag is this share of that, chosen for a plume that rises at
   /// 0.1-0.3 m/s.
   double surrounding_drag = 0.3;
-  /// Quadratic drag a = -c |v| v of the gas that a plume entrains: c = 2 alpha / b with Morton,
-  /// Taylor and Turner's entrainment coefficient alpha about 0.1 and plume radius b, 1 cm [1/m].
+  /// Quadratic drag a = -c |v| v of the gas that a plume entrains: c = 2 alpha / b with
+  /// the entrainment coefficient alpha of plumes, about 0.1 [Morton1956], and plume radius b, 1 cm
+  /// [1/m].
   double entrainment = 20.0;
   /// Gas can't pile up: particles closer than h/2 on average push each other apart with the
   /// pressure rho c^2 of their excess (smoke_forces.h); c [m/s].

@@ -17,14 +17,15 @@ constexpr double kReferenceStep = 1.0 / 60.0;
 constexpr int kMostSubsteps = 32;
 constexpr float kWallRestitution = 0.2f;
 
-// Of the usual bound 0.1 h^2 / nu half: clustered particles exchange momentum at up to 24 nu / h^2.
+// Half of the usual bound 0.1 h^2 / nu: clustered particles exchange momentum at up to 24 nu / h^2.
 double longest_viscous_step(const SmokeParameters& parameters) {
   const double nu = effective_viscosity(parameters);
   return nu > 0.0 ? 0.05 * parameters.spacing * parameters.spacing / nu : kReferenceStep;
 }
 
 // A standard normal number to the accuracy that a random force needs: the sum of four uniform ones
-// from one word (mean 0, variance 1, bounded at 3.5), ten times faster than Box and Muller.
+// from one word (mean 0, variance 1, bounded at 3.5), ten times faster than
+// [Box1958].
 inline float nearly_normal(std::uint64_t bits) {
   const float sum = static_cast<float>((bits & 0xffff) + (bits >> 16 & 0xffff) +
                                        (bits >> 32 & 0xffff) + (bits >> 48));

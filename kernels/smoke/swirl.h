@@ -11,7 +11,8 @@
 namespace viscera {
 
 /// A sum of transverse waves a(x, t) = sum_m e_m f(k_m . x + w_m t + p_m), f a sine, with e_m
-/// normal to k_m: the curl of a band-limited random vector potential, so its divergence vanishes.
+/// normal to k_m: the curl of a band-limited random vector potential, so its divergence vanishes
+/// [Bridson2007].
 class SwirlField {
  public:
   static constexpr int kWaves = 24;

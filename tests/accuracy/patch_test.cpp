@@ -8,7 +8,7 @@ namespace viscera {
 namespace {
 
 constexpr IsotropicMaterial kMaterial{10e3, 0.45};
-constexpr double kRoundOff = 1e-9;
+constexpr double kRoundOff = 1e-12;
 
 void expect_exact_linear_field(const test::Body& body,
                                const std::function<bool(const Vec3&)>& is_fixed,

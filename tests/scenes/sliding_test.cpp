@@ -122,9 +122,10 @@ TEST(Sliding, AMillimetreTipFeelsSmoothLiverAtAnySpacing) {
               coarse->mean, 100 * coarse->ripple, fine->mean, 100 * fine->ripple,
               100 * std::abs(fine->mean / coarse->mean - 1.0));
   EXPECT_GT(fine->mean, 0.0);
-  EXPECT_LT(coarse->ripple, 0.05);
-  EXPECT_LT(fine->ripple, 0.05);
-  EXPECT_NEAR(fine->mean / coarse->mean, 1.0, 0.10);
+  // What is promised is 5 % of ripple and 10 % between spacings; these hold what is reached.
+  EXPECT_LT(coarse->ripple, 0.015);
+  EXPECT_LT(fine->ripple, 0.015);
+  EXPECT_NEAR(fine->mean / coarse->mean, 1.0, 0.04);
 }
 
 }  // namespace

@@ -25,10 +25,9 @@ std::map<std::string, Tissue> test_tissues() {
 }
 
 std::unique_ptr<World> build(const SceneDescription& scene) {
-  WorldOptions options;
-  options.prepare = {project_file("assets"), false};
-  WorldNotes notes;
-  auto world = build_world(scene, test_tissues(), options, no_progress(), notes);
+  std::vector<std::string> warnings;
+  auto world = build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(),
+                           warnings);
   if (!world) {
     ADD_FAILURE() << world.error().text();
     return nullptr;

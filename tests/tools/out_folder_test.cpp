@@ -28,6 +28,14 @@ TEST(OutFolder, AFileInTheWayIsRefusedAndStays) {
                  {"--out " + (folder.out() / "deeper").string(), "can't be created"});
 }
 
+TEST(OutFolder, PicturesThatNoRunHasMadeAreNotReplaced) {
+  const SceneFolder folder;
+  fs::create_directories(folder.out() / "frames");
+  std::ofstream(folder.out() / "frames" / "0001.png") << "mine";
+  expect_refused(run_to(folder, folder.out().string()), {"--out", "0001.png", "expected an empty"});
+  EXPECT_EQ(file_text(folder.out() / "frames" / "0001.png"), "mine");
+}
+
 TEST(OutFolder, OneThatCantBeMadeIsRefused) {
   const SceneFolder folder;
   expect_refused(run_to(folder, "/proc/x"), {"--out /proc/x: the folder can't be created"});

@@ -33,7 +33,7 @@ vec4 smoke_at(vec2 place, float distance_here) {
 }
 #endif
 
-// Narkowicz, "ACES filmic tone mapping curve" (2015).
+// A curve fitted to the ACES film response [Narkowicz2015].
 vec3 film_curve(vec3 x) {
   return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }

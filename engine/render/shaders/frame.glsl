@@ -18,7 +18,7 @@ float axial_distance(float depth) {
 // Point at unit axial distance in view space (x right, y up, z towards the viewer) under uv.
 vec3 view_ray(vec2 uv) { return vec3((2.0 * uv - 1.0) * lens.xy, -1.0); }
 
-// Blue-looking dither in [0, 1): Jimenez, "Next generation post processing in Call of Duty" (2014).
+// Blue-looking dither in [0, 1): [Jimenez2014].
 float interleaved_noise(vec2 pixel) {
   return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }

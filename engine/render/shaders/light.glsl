@@ -8,7 +8,8 @@ vec3 lens_light(float distance_to_lens, float axis) {
   return light.rgb * (0.01 / (d * d)) * spot;
 }
 
-// GGX lobe for light along the view: D G / (4 cos^2) times cos, for irradiance as above.
+// GGX lobe [Walter2007] for light along the view: D G / (4 cos^2) times cos, for irradiance as
+// above.
 float retro_lobe(float cosine, float roughness) {
   float a = roughness * roughness;
   float a2 = a * a;
@@ -20,8 +21,8 @@ float retro_lobe(float cosine, float roughness) {
   return 0.25 * d * g * g / max(c, 0.05);
 }
 
-// Widens a lobe where the normal turns within a pixel, so that glints don't sparkle:
-// Tokuyoshi and Kaplanyan, "Improved geometric specular antialiasing" (2019).
+// Widens a lobe where the normal turns within a pixel, so that glints don't sparkle
+// [Tokuyoshi2019].
 float filtered_roughness(vec3 normal, float roughness) {
   vec3 u = dFdx(normal), v = dFdy(normal);
   float variance = 0.25 * (dot(u, u) + dot(v, v));

@@ -31,8 +31,7 @@ uniform float voxel;               // [m]
 const int kEdge = 8;
 const int kBorder = 2;
 
-// Cubic B-spline weights folded into two linear fetches an axis: Sigg and Hadwiger, "Fast
-// third-order texture filtering" (GPU Gems 2, 2005).
+// Cubic B-spline weights folded into two linear fetches an axis [Sigg2005].
 float damage_at(vec3 place) {
   vec3 voxels = place / voxel;
   ivec3 brick = ivec3(floor(voxels / float(kEdge)));
@@ -152,7 +151,7 @@ void main() {
   wet *= 1.0 - smoothstep(0.12, 0.55, damage);
   slope += 0.55 * char_amount * (grain.yzw + 0.5 * ripple.yzw);
   // Dried tissue shrinks: the surface sinks with the damage. The height's slope on the screen,
-  // turned into a normal: Mikkelsen, "Bump mapping unparametrized surfaces on the GPU" (2010).
+  // turned into a normal [Mikkelsen2010].
   float sunk = -3.5e-4 * smoothstep(0.15, 0.85, damage);
   vec3 along_x = dFdx(world), along_y = dFdy(world);
   vec3 n_flat = rotation * n_organ;

@@ -16,7 +16,7 @@ out vec4 scattered;
 
 const int kSteps = 44;
 
-// Henyey-Greenstein phase function straight back [1/sr], times pi to match lens_light.
+// Henyey-Greenstein phase function [Henyey1941] straight back [1/sr], times pi to match lens_light.
 float back_scatter(float g) {
   float s = 1.0 + g;
   return 0.25 * (1.0 - g * g) / (s * s * s);
@@ -53,8 +53,8 @@ void main() {
     float share = 1.0 - exp(-thin);
     float d = max(t, 0.02);
     // Light scattered more than once dies away more slowly and comes back more evenly: two orders
-    // after Wrenninge, Kulla and Lundqvist, "Oz: the great and volumetric" (2013). The transmittance
-    // from the lens is that to the lens: the light sits there.
+    // after [Wrenninge2013]. The transmittance from the lens is that to the lens: the light sits
+    // there.
     float arriving = single * exp(-2.0 * middle) + 0.6 * second * exp(-1.0 * middle) +
                      0.36 * 0.25 * exp(-0.5 * middle);
     from_lens += share * albedo * arriving * (0.01 / (d * d));

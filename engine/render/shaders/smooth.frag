@@ -1,5 +1,4 @@
-// Smooths stair-steps along edges, after Lottes, "FXAA" (2009), its short form; writes the rows from
-// the top.
+// Smooths stair-steps along edges, the short form of [Lottes2009]; writes the rows from the top.
 uniform sampler2D developed_map;
 out vec4 colour;
 

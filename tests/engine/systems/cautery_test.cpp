@@ -74,6 +74,25 @@ TEST(Cautery, SmokeMassIsTheYieldOfTheAbsorbedEnergy) {
               1e-6 * smoke.volume.counters().emitted_mass);
 }
 
+TEST(Cautery, SmokeOutsideEveryVolumeIsReported) {
+  auto scene = burning_scene(20.0);
+  scene.smoke[0].domain = Box(Vec3(0.1, 0.1, 0.1), Vec3(0.2, 0.2, 0.2));
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const std::uint32_t flags = step_until(*world, 0.5);
+  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kSmokeOutside));
+}
+
+TEST(Cautery, AFullVolumeIsReported) {
+  auto scene = burning_scene(40.0);
+  scene.smoke[0].max_particles = 100;
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const std::uint32_t flags = step_until(*world, 1.0);
+  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kSmokeFull));
+  EXPECT_LE(world->smoke[0].volume.particles().size(), 100u);
+}
+
 TEST(Cautery, SkippedPartsSayWhy) {
   auto scene = burning_scene(0.0);
   const auto skipped = skipped_parts(scene, false);

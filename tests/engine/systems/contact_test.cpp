@@ -1,6 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
 #include "engine/state_hash.h"
+#include "tests/support/paths.h"
+#include "tests/support/shapes.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -56,8 +62,8 @@ TEST(Contact, HertzGivesTheForceOfAShallowPress) {
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.7);
-  // Two curved surfaces: the relative radius. The far side of the ball gives way a little too, so the
-  // half-space formula is an upper bound within some per cent (contact radius 1.4 mm, ball 25 mm).
+  // [Hertz1882] for two curved surfaces: the relative radius. The far side of the ball gives way a
+  // little too, so the half-space formula is an upper bound within some per cent (contact radius 1.4 mm, ball 25 mm).
   const double relative = 1.0 / (1.0 / radius + 1.0 / kTop);
   const double contact_modulus = 10e3 / (1.0 - 0.45 * 0.45);
   const double hertz = 4.0 / 3.0 * contact_modulus * std::sqrt(relative) * std::pow(depth, 1.5);
@@ -216,10 +222,8 @@ TEST(Contact, ATipThatStartsInsideAnOrganIsRefused) {
   auto scene = soft_ball_scene(7e-3, 5e-3);
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
                                      {key(0.0, Vec3(0, 0, kTop - 5e-3))})};
-  WorldOptions options;
-  WorldNotes notes;
-  options.prepare = {"", false};
-  const auto world = build_world(scene, test_tissues(), options, no_progress(), notes);
+  std::vector<std::string> warnings;
+  const auto world = build_world(scene, test_tissues(), {"", false}, no_progress(), warnings);
   ASSERT_FALSE(world);
   EXPECT_NE(world.error().text().find("instruments/0/path/0/tip_mm"), std::string::npos)
       << world.error().text();
@@ -230,13 +234,118 @@ TEST(Contact, CancellingPreparationSaysSo) {
   auto scene = soft_ball_scene(7e-3, 4e-3);
   scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
                                      {key(0.0, Vec3(0, 0, kTop + 4e-3))})};
-  WorldOptions options;
-  WorldNotes notes;
-  options.prepare = {"", false};
+  std::vector<std::string> warnings;
   const Progress stop = [](double, std::string_view) { return false; };
-  const auto world = build_world(scene, test_tissues(), options, stop, notes);
+  const auto world = build_world(scene, test_tissues(), {"", false}, stop, warnings);
   ASSERT_FALSE(world);
   EXPECT_EQ(world.error().text(), kCancelled);
+}
+
+TEST(Contact, ATipWhoseSideReachesIntoAnOrganAtTheStartIsRefusedToo) {
+  auto scene = soft_ball_scene(7e-3, 5e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 4e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 1e-3))})};
+  std::vector<std::string> warnings;
+  const auto world = build_world(scene, test_tissues(), {"", false}, no_progress(), warnings);
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().text().find("3.0"), std::string::npos) << world.error().text();
+}
+
+TEST(Contact, AMeshTipPressesLikeTheBallThatItIs) {
+  const double radius = 2e-3, depth = 1.5e-3;
+  const TemporaryFolder folder;
+  const TriangleSurface shape = icosphere(radius, 4);
+  std::ofstream obj(folder / "tip.obj");
+  for (const Vec3& v : shape.vertices) obj << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+  for (const auto& t : shape.triangles)
+    obj << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  obj.close();
+  auto scene = soft_ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
+                                     {key(0.0, Vec3(0, 0, kTop + radius + 2e-3)),
+                                      key(0.5, Vec3(0, 0, kTop + radius - depth))})};
+  auto ball = build(scene);
+  scene.instruments[0].tip.shape = TipDescription::Shape::kMesh;
+  scene.instruments[0].tip.file = folder / "tip.obj";
+  scene.instruments[0].tip.unit = 1.0;
+  scene.instruments[0].tip.radius = 0.0;
+  auto mesh = build(scene);
+  ASSERT_TRUE(ball && mesh);
+  step_until(*ball, 0.7);
+  step_until(*mesh, 0.7);
+  EXPECT_GT(force_on(*mesh, 0).z(), 0.0);
+  EXPECT_NEAR(force_on(*mesh, 0).z() / force_on(*ball, 0).z(), 1.0, 0.05);
+}
+
+TEST(Contact, AJawThatClosesWithinItsGripRadiusHoldsAndOneFartherOffIsReported) {
+  auto scene = soft_ball_scene(6e-3, 4e-3);
+  const auto closing_at = [&](double gap) {
+    auto tool = straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                              {key(0.0, Vec3(0, 0, kTop + 2e-3 + gap), 1.0),
+                               key(0.3, Vec3(0, 0, kTop + 2e-3 + gap), 0.0)});
+    tool.grip_radius = 4e-3;
+    scene.instruments = {tool};
+    return build(scene);
+  };
+  auto near = closing_at(3e-3);
+  auto far = closing_at(5e-3);
+  ASSERT_TRUE(near && far);
+  EXPECT_FALSE(has(step_until(*near, 0.5), FrameFlag::kGripMissed));
+  EXPECT_TRUE(near->instrument_contacts[0].grasp.has_value());
+  EXPECT_TRUE(has(step_until(*far, 0.5), FrameFlag::kGripMissed));
+  EXPECT_FALSE(far->instrument_contacts[0].grasp.has_value());
+}
+
+TEST(Contact, ANonFiniteDisplacementFreezesTheOrganAtItsLastShape) {
+  auto scene = soft_ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 4e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 5e-3)),
+                                      key(0.5, Vec3(0, 0, kTop + 1e-3))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.4);
+  EXPECT_GT(force_on(*world, 0).z(), 0.0);
+  const auto shape = world->organ_states[0].positions;
+  // A row of the compliance that contact itself doesn't read.
+  auto& compliance = const_cast<OrganModel&>(*world->organ_bodies[0].model).compliance;
+  std::size_t row = 0;
+  while (std::binary_search(compliance.touchable.begin(), compliance.touchable.end(),
+                            compliance.visible[row]))
+    ++row;
+  for (std::size_t c = 0; c < 3 * compliance.touchable.size(); ++c)
+    compliance.columns[c * compliance.rows() + 3 * row] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(has(step_until(*world, 0.45), FrameFlag::kOrganFrozen));
+  EXPECT_EQ(world->organ_states[0].positions, shape);
+  EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
+  EXPECT_TRUE(has(step_until(*world, 0.6), FrameFlag::kOrganFrozen));
+}
+
+TEST(Contact, AContactWithoutSolutionKeepsTheShapeAndGivesNoForce) {
+  auto scene = soft_ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 4e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 5e-3)),
+                                      key(0.5, Vec3(0, 0, kTop + 1e-3))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const auto shape = world->organ_states[0].positions;
+  auto& columns = const_cast<OrganModel&>(*world->organ_bodies[0].model).compliance.columns;
+  for (float& value : columns) value = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(has(step_until(*world, 0.4), FrameFlag::kContactNotConverged));
+  EXPECT_EQ(world->organ_states[0].positions, shape);
+  EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
+}
+
+TEST(Contact, ATipOutsideTheAnnouncedReachIsReported) {
+  auto scene = soft_ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                                     {key(0.0, Vec3(0, 0, kTop + 4e-3)),
+                                      key(0.2, Vec3(0, 0, kTop + 1e-3))})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  // The tool goes where its key frames never led it.
+  world->instrument_bodies[0].tip = KeyFrames({0.0}, {Vec3(kTop + 1e-3, 0, 0)});
+  EXPECT_TRUE(has(step_until(*world, 0.1), FrameFlag::kOutOfReach));
+  EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ double mean_over_disc(double r, double c, const Value& value) {
   return sum / (kRadii * kAngles);
 }
 
-/// Potential of a uniform unit charge on a disc, Love 1929.
+/// Potential of a uniform unit charge on a disc [Love1929].
 double disc_potential(double r, double c) {
   const double d = r / c;
   if (d <= 1.0) return 4.0 * std::comp_ellint_2(d) / (kPi * c);
@@ -100,7 +100,7 @@ TEST(NearField, DrawnDisplacementIsThatOfLovesDisc) {
 TEST(NearField, TangentialResponseIsCerrutisAveragedOverDirections) {
   const NearField field(kTissue, 3e-3);
   const double nu = kTissue.poisson_ratio, shear = kTissue.shear_modulus();
-  // Cerruti: ((1 - nu) + nu x^2 / r^2) / (2 pi G r), whose mean over directions has nu / 2.
+  // [Cerruti1882]: ((1 - nu) + nu x^2 / r^2) / (2 pi G r), whose mean over directions has nu / 2.
   const double scale = (1.0 - nu + 0.5 * nu) / (2.0 * kPi * shear);
   EXPECT_NEAR(field.tangential_compliance(1e-3, kArea) / field.normal_compliance(1e-3, kArea),
               scale / kNormalScale, 1e-9);

@@ -256,7 +256,8 @@ TEST_F(OnABlock, CellWithoutAreaGivesNoForces) {
 }
 
 TEST(PatchContact, HertzForceOnADeepBlock) {
-  // ANALYTIC no. 1, a = 1.1 mm on nodes 7 mm apart. The block is bonded below and finite: about 2 %
+  // F = (4/3) E* sqrt(R) d^(3/2), contact radius a = sqrt(R d) [Hertz1882], [Johnson1985]
+  // ch. 4: 1.1 mm here, on nodes 7 mm apart. The block is bonded below and finite: about 2 %
   // stiffer than a half-space; cells of constant pressure lose about 1 % at the edge.
   const test::PressedBody body = test::prepare_block(Vec3(0.08, 0.08, 0.06), 7e-3, 0.025, kTissue);
   ASSERT_TRUE(body.ready);

@@ -49,7 +49,7 @@ double triangle_distance(const Vec3& x, const std::array<Vec3, 3>& p) {
   return over ? std::abs(normal.dot(x - p[0])) : nearest;
 }
 
-/// Inside or outside by the solid angle that the surface fills [Van Oosterom and Strackee 1983].
+/// Inside or outside by the solid angle that the surface fills [VanOosterom1983].
 bool inside_by_winding(const TriangleSurface& surface, const Vec3& x) {
   double angle = 0.0;
   for (const auto& [i, j, k] : surface.triangles) {

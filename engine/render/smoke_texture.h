@@ -1,4 +1,4 @@
-// A smoke volume on the GPU, with the box that holds its smoke.
+// The density of a smoke volume on the GPU, with the box that holds its smoke.
 #pragma once
 
 #include "engine/gpu/texture.h"
@@ -7,7 +7,7 @@
 
 namespace viscera {
 
-class SmokeVolume {
+class SmokeTexture {
  public:
   /// Uploads the density and finds where any is. Fails when density and size don't match.
   Result<void> update(const SmokeView& view);

@@ -1,4 +1,4 @@
-#include "engine/render/smoke_volume.h"
+#include "engine/render/smoke_texture.h"
 
 #include <epoxy/gl.h>
 
@@ -6,7 +6,7 @@
 
 namespace viscera {
 
-Result<void> SmokeVolume::update(const SmokeView& view) {
+Result<void> SmokeTexture::update(const SmokeView& view) {
   const Eigen::Vector3i n = view.size;
   filled_.setEmpty();
   if ((n.array() < 1).any() ||

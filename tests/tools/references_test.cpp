@@ -1,0 +1,91 @@
+// What the code cites stands in REFERENCES.md, what stands there as a method is cited, and the
+// documents are finished.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "tests/support/paths.h"
+#include "tests/support/program.h"
+
+namespace viscera::test {
+namespace fs = std::filesystem;
+namespace {
+
+/// A name in brackets: letters, then a year (or the number of a paper without one).
+const std::regex kCitation(R"(\[([A-Z][A-Za-z]+[0-9]{4,})\])");
+
+/// Cited names and the first file that cites each.
+using Citations = std::map<std::string, std::string>;
+
+void add_citations(const fs::path& file, Citations& found) {
+  const std::string text = file_text(file);
+  for (std::sregex_iterator at(text.begin(), text.end(), kCitation), end; at != end; ++at)
+    found.try_emplace((*at)[1], file.string());
+}
+
+Citations cited_by_code() {
+  Citations found;
+  constexpr std::array kExtensions = {".h", ".cpp", ".frag", ".vert", ".glsl"};
+  for (const char* folder : {"kernels", "haptics", "engine", "tools", "tests"}) {
+    for (const char* extension : kExtensions) {
+      for (const fs::path& file : files_of(project_file(folder), extension))
+        add_citations(file, found);
+    }
+  }
+  add_citations(project_file("assets/tissues.json"), found);
+  return found;
+}
+
+/// Names of the entries under each second-level heading.
+std::map<std::string, std::set<std::string>> entries_by_heading() {
+  static const std::regex entry(R"(- \*\*\[([^\]]+)\]\*\*.*)");
+  std::map<std::string, std::set<std::string>> entries;
+  std::istringstream lines(file_text(project_file("REFERENCES.md")));
+  std::string heading;
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch match;
+    if (line.starts_with("## ")) {
+      heading = line.substr(3);
+    } else if (std::regex_match(line, match, entry)) {
+      EXPECT_TRUE(entries[heading].insert(match[1]).second) << match[1] << " stands there twice";
+    }
+  }
+  return entries;
+}
+
+TEST(References, WhatIsCitedStandsThere) {
+  std::set<std::string> all;
+  for (const auto& [heading, names] : entries_by_heading()) all.insert(names.begin(), names.end());
+  const Citations cited = cited_by_code();
+  EXPECT_TRUE(cited.contains("De2006"));
+  for (const auto& [name, file] : cited)
+    EXPECT_TRUE(all.contains(name)) << "[" << name << "], cited in " << file;
+}
+
+TEST(References, MethodsAndTissueValuesThatStandThereAreCited) {
+  const auto entries = entries_by_heading();
+  const Citations cited = cited_by_code();
+  for (const char* heading : {"Methods", "Tissue values"}) {
+    ASSERT_TRUE(entries.contains(heading)) << heading;
+    for (const std::string& name : entries.at(heading))
+      EXPECT_TRUE(cited.contains(name)) << "[" << name << "] under " << heading;
+  }
+}
+
+TEST(Documents, HoldNoPlaceholder) {
+  const std::regex placeholder("@[A-Z]+@");
+  for (const char* document : {"README.md", "ARCHITECTURE.md", "REFERENCES.md", "NOTICE"}) {
+    const std::string text = file_text(project_file(document));
+    ASSERT_FALSE(text.empty()) << document;
+    std::smatch match;
+    EXPECT_FALSE(std::regex_search(text, match, placeholder)) << document << ": " << match.str();
+  }
+}
+
+}  // namespace
+}  // namespace viscera::test
