@@ -53,7 +53,8 @@ std::vector<fs::path> older_files(const fs::path& out) {
   std::vector<fs::path> files = numbered_files(out / "frames", ".png");
   const std::vector<fs::path> volumes = numbered_files(out / "smoke", ".vdb");
   files.insert(files.end(), volumes.begin(), volumes.end());
-  for (const char* name : {"film.mp4", "forces.csv", "profile.json", "report.json", "review.html"}) {
+  for (const char* name :
+       {"film.mp4", "forces.csv", "profile.json", "report.json", "review.html"}) {
     std::error_code error;
     if (fs::is_regular_file(out / name, error)) files.push_back(out / name);
   }
@@ -67,9 +68,10 @@ Result<void> check_out(const fs::path& out) {
   if (fs::exists(out / kMarker, error)) return {};
   const std::vector<fs::path> others = older_files(out);
   if (others.empty()) return {};
-  return failure(fmt::format("--out {}: found {}, which no run of this program has written, expected "
-                             "an empty folder or one of an older run",
-                             out.string(), others.front().string()));
+  return failure(
+      fmt::format("--out {}: found {}, which no run of this program has written, expected "
+                  "an empty folder or one of an older run",
+                  out.string(), others.front().string()));
 }
 
 /// Makes room for a run in a folder that may hold an older one, whose files go all together.
@@ -87,7 +89,7 @@ Result<void> open_folder(const fs::path& out, bool pictures, bool smoke) {
 /// Everything a picture needs, made only when pictures are wanted.
 struct Studio {
   std::unique_ptr<Renderer> renderer;
-  std::unique_ptr<Film> film;         ///< none for snapshots
+  std::unique_ptr<Film> film;  ///< none for snapshots
   Endoscope endoscope;
   Picture picture;
   std::uint64_t pictures = 0;
@@ -120,13 +122,15 @@ Result<void> take_picture(Studio& studio, const World& world, const SceneDescrip
   const Picture& p = studio.picture;
   if (studio.film)
     if (auto added = studio.film->add(p.rgb); !added) return added;
-  const fs::path file = out / "frames" / fmt::format("{:04}.png", world.frame / kFramesPerPicture - 1);
+  const fs::path file =
+      out / "frames" / fmt::format("{:04}.png", world.frame / kFramesPerPicture - 1);
   ++studio.pictures;
   return write_png(file, p.width, p.height, p.rgb);
 }
 
 /// Numbers of the pictures nearest to the snapshots' times; empty: every picture.
-std::set<std::uint64_t> wanted_pictures(const std::vector<double>& snapshots, std::uint64_t frames) {
+std::set<std::uint64_t> wanted_pictures(const std::vector<double>& snapshots,
+                                        std::uint64_t frames) {
   std::set<std::uint64_t> pictures;
   const std::uint64_t count = frames / kFramesPerPicture;
   if (count == 0) return pictures;
@@ -165,7 +169,8 @@ std::string flag_text(FrameFlag flag) {
     case FrameFlag::kSmokeFull:
       return "a smoke volume was full; its oldest particles ended: raise max_particles";
     case FrameFlag::kSmokeOutside:
-      return "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a domain";
+      return "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a "
+             "domain";
     case FrameFlag::kGripMissed:
       return "a jaw closed on nothing: move its closing key nearer to the tissue";
   }
@@ -209,11 +214,15 @@ SkippedReport skipped_elasticity(const OrganDescription& organ) {
 
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {
   std::vector<SkippedReport> skipped;
-  if (!render) skipped.push_back({"rendering", "--no-render: no EGL context, no film"});
-  else if (!scene.camera) skipped.push_back({"rendering", "the scene has no camera"});
+  if (!render)
+    skipped.push_back({"rendering", "--no-render: no EGL context, no film"});
+  else if (!scene.camera)
+    skipped.push_back({"rendering", "the scene has no camera"});
   if (!burns(scene)) skipped.push_back({"heat", "no hook carries current"});
-  if (scene.smoke.empty()) skipped.push_back({"smoke", "the scene has no smoke volume"});
-  else if (!burns(scene)) skipped.push_back({"smoke", "nothing burns: no hook carries current"});
+  if (scene.smoke.empty())
+    skipped.push_back({"smoke", "the scene has no smoke volume"});
+  else if (!burns(scene))
+    skipped.push_back({"smoke", "nothing burns: no hook carries current"});
   skipped.push_back({"haptics", "no instrument is a haptic tool"});
   return skipped;
 }

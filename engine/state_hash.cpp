@@ -3,7 +3,9 @@
 namespace viscera {
 namespace {
 
-void add(Hasher& hasher, const Vec3& v) { hasher.bytes(v.data(), 3 * sizeof(double)); }
+void add(Hasher& hasher, const Vec3& v) {
+  hasher.bytes(v.data(), 3 * sizeof(double));
+}
 
 template <class T>
 void add_all(Hasher& hasher, const std::vector<T>& values) {

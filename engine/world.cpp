@@ -18,8 +18,8 @@ namespace {
 
 /// Tissue this far from a tip's path may be touched: the width of a contact and of its spreading.
 constexpr double kReachMargin = 8e-3;
-/// Of a jaw's travel while closed, the share that tissue elsewhere on the organs may follow, and the
-/// most that is allowed for.
+/// Of a jaw's travel while closed, the share that tissue elsewhere on the organs may follow, and
+/// the most that is allowed for.
 constexpr double kCarriedShare = 0.5;
 constexpr double kCarriedMost = 12e-3;
 /// Paths are sampled at the frame rate and thinned to this distance [m].
@@ -71,9 +71,10 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
     across = std::max(across, v.head<2>().norm());
   }
   if (body.mesh_samples.empty())
-    return failure(fmt::format("{}: instrument \"{}\": the mesh has no vertex within {:g} mm of its "
-                               "origin, expected the tip there and the shaft along +z",
-                               description.tip.file.string(), description.name, 1e3 * kMeshEnd));
+    return failure(
+        fmt::format("{}: instrument \"{}\": the mesh has no vertex within {:g} mm of its "
+                    "origin, expected the tip there and the shaft along +z",
+                    description.tip.file.string(), description.name, 1e3 * kMeshEnd));
   if (body.mesh_samples.size() > kMeshSamples) {
     const std::size_t step = body.mesh_samples.size() / kMeshSamples + 1;
     std::vector<Vec3> fewer;
@@ -125,8 +126,7 @@ void add_smoke(World& world, const SceneDescription& scene, const SmokeDescripti
   // CO2 as an ideal gas at atmosphere plus insufflation: 101,325 Pa, 0.0440 kg/mol.
   parameters.gas_density =
       (101325.0 + scene.gas.pressure) * 0.04401 / (8.314462618 * scene.gas.temperature);
-  world.smoke.add(world.ids.create(),
-                  {description, SmokeVolume(parameters), 0.0, 0.0, 0, {}});
+  world.smoke.add(world.ids.create(), {description, SmokeVolume(parameters), 0.0, 0.0, 0, {}});
 }
 
 std::string buried_message(const SceneDescription& scene, std::size_t instrument,
@@ -190,7 +190,7 @@ Result<void> check_tips(const SceneDescription& scene,
                         const OrganDescription& organ, const TriangleSurface& surface) {
   Error buried;
   const Box box = bounds(surface);
-  std::optional<SurfaceTree> tree;   // made when some tip is in the organ's box
+  std::optional<SurfaceTree> tree;  // made when some tip is in the organ's box
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     InstrumentState state;
     place_tool(instruments[i], 0.0, state);
@@ -229,7 +229,8 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
     if (!key) return std::unexpected(key.error());
     std::shared_ptr<const OrganModel>& model = shared[*key];
     if (model) {
-      if (auto clear = tips_are_clear(model->surface); !clear) return std::unexpected(clear.error());
+      if (auto clear = tips_are_clear(model->surface); !clear)
+        return std::unexpected(clear.error());
       add_organ(*world, organ, tissue, model);
       continue;
     }

@@ -1,7 +1,6 @@
 #include "tools/bench_command.h"
 
 #include <fmt/format.h>
-
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,8 +32,7 @@ class ScratchFolder {
   static Result<std::unique_ptr<ScratchFolder>> create() {
     std::error_code error;
     std::string name = (fs::temp_directory_path(error) / "viscera_bench_XXXXXX").string();
-    if (error || !mkdtemp(name.data()))
-      return failure(name + ": can't make a temporary folder");
+    if (error || !mkdtemp(name.data())) return failure(name + ": can't make a temporary folder");
     return std::unique_ptr<ScratchFolder>(new ScratchFolder(name));
   }
   ~ScratchFolder() {
@@ -54,7 +52,7 @@ class ScratchFolder {
 struct Row {
   std::string what, unit;
   double value = 0.0, target = 0.0;
-  bool at_least = false;   ///< the target is a lower bound
+  bool at_least = false;  ///< the target is a lower bound
   bool met() const { return at_least ? value >= target : value <= target; }
 };
 
@@ -66,7 +64,8 @@ double stage_median_us(const RunReport& report, std::string_view name) {
 
 /// A run that Ctrl-C didn't cut short.
 Result<RunReport> whole_run(const SceneDescription& scene,
-                            const std::map<std::string, Tissue>& tissues, const RunOptions& options) {
+                            const std::map<std::string, Tissue>& tissues,
+                            const RunOptions& options) {
   auto report = run_scene(scene, tissues, options);
   if (report && !report->complete) return failure(kCancelled);
   return report;
@@ -77,7 +76,8 @@ Result<double> time_of_second_start(const std::vector<std::string>& scene_argume
                                     const fs::path& out) {
   std::vector<std::string> words = {"viscera", "run"};
   words.insert(words.end(), scene_arguments.begin(), scene_arguments.end());
-  words.insert(words.end(), {"--out", out.string(), "--no-render", "--quiet", "--duration", "0.017"});
+  words.insert(words.end(),
+               {"--out", out.string(), "--no-render", "--quiet", "--duration", "0.017"});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -96,8 +96,9 @@ Result<double> time_of_second_start(const std::vector<std::string>& scene_argume
 Result<std::vector<double>> mean_forces(const SceneDescription& scene,
                                         const std::map<std::string, Tissue>& tissues) {
   std::vector<std::string> warnings;
-  auto world = build_world(scene, tissues, {assets_folder(), true},
-                           [](double, std::string_view) { return !interrupted(); }, warnings);
+  auto world = build_world(
+      scene, tissues, {assets_folder(), true},
+      [](double, std::string_view) { return !interrupted(); }, warnings);
   if (!world) return std::unexpected(world.error());
   Trace trace({kStageNames.begin(), kStageNames.end()});
   std::vector<double> sums((*world)->instrument_contacts.size(), 0.0);
@@ -146,8 +147,9 @@ SceneDescription pressed_ball(double finest, double tip_radius, double depth) {
 Result<std::unique_ptr<World>> world_of(const SceneDescription& scene,
                                         const std::map<std::string, Tissue>& tissues) {
   std::vector<std::string> warnings;
-  return build_world(scene, tissues, {assets_folder(), false},
-                     [](double, std::string_view) { return !interrupted(); }, warnings);
+  return build_world(
+      scene, tissues, {assets_folder(), false},
+      [](double, std::string_view) { return !interrupted(); }, warnings);
 }
 
 Result<double> press_force(double finest, double tip_radius, double depth,
@@ -218,15 +220,16 @@ Result<void> bench_scene(const SceneDescription& scene_in,
   auto second = time_of_second_start(options.scene_arguments, run.out);
   if (!second) return std::unexpected(second.error());
   rows.push_back({"second start: the whole program with one frame", "s", *second, 2.0});
-  rows.push_back({"simulation over real time, no pictures", "x", simulated->real_time_factor, 1.0,
-                  true});
+  rows.push_back(
+      {"simulation over real time, no pictures", "x", simulated->real_time_factor, 1.0, true});
   auto filmed = whole_run(scene, tissues, run);
   if (!filmed) return std::unexpected(filmed.error());
   if (filmed->pictures > 0)
     rows.push_back({"a picture of 1280x720, drawn and encoded, median", "s",
                     1e-6 * (stage_median_us(*filmed, "draw") + stage_median_us(*filmed, "encode")),
                     0.35});
-  rows.push_back({"peak memory of these runs", "GB", 1e-9 * static_cast<double>(peak_memory_bytes()), 2.0});
+  rows.push_back(
+      {"peak memory of these runs", "GB", 1e-9 * static_cast<double>(peak_memory_bytes()), 2.0});
 
   auto one = idle_frame_us(1, tissues);
   if (!one) return std::unexpected(one.error());
@@ -248,13 +251,13 @@ Result<void> bench_scene(const SceneDescription& scene_in,
     forces.push_back(*force);
   }
   rows.push_back({options.quick ? "a ball's force at 6 mm spacing against 3 mm"
-                               : "a ball's force at 6 mm spacing against 1.5 mm", "%",
-                  100.0 * std::abs(forces.front() / forces.back() - 1.0), 10.0});
+                                : "a ball's force at 6 mm spacing against 1.5 mm",
+                  "%", 100.0 * std::abs(forces.front() / forces.back() - 1.0), 10.0});
 
-  out << fmt::format("{:<50}{:>12}{:>12}\n", fmt::format("{} ({}, {} threads)", scene.name,
-                                                           simulated->machine.cpu,
-                                                           simulated->threads),
-                     "measured", "to reach");
+  out << fmt::format(
+      "{:<50}{:>12}{:>12}\n",
+      fmt::format("{} ({}, {} threads)", scene.name, simulated->machine.cpu, simulated->threads),
+      "measured", "to reach");
   nlohmann::json json = {{"scene", scene.name},
                          {"machine", simulated->machine.cpu},
                          {"cores", simulated->machine.cores},

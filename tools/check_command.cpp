@@ -34,11 +34,12 @@ Result<void> check_scene(const SceneDescription& scene,
   if (!instruments) return std::unexpected(instruments.error());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
-    auto plan = plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, organ), options);
+    auto plan =
+        plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, organ), options);
     if (!plan) {
       for (const std::string& message : plan.error().messages)
-        mistakes.messages.push_back(fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(),
-                                                i, organ.name, message));
+        mistakes.messages.push_back(
+            fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name, message));
       continue;
     }
     if (auto clear = check_tips(scene, *instruments, organ, plan->surface); !clear)
@@ -66,8 +67,7 @@ Result<void> check_scene(const SceneDescription& scene,
                        megabytes(static_cast<std::size_t>(cells.prod()) * 2 * sizeof(float)));
   }
   out << "\nskipped:\n";
-  for (const SkippedReport& part : skipped)
-    out << fmt::format("  {}: {}\n", part.what, part.why);
+  for (const SkippedReport& part : skipped) out << fmt::format("  {}: {}\n", part.what, part.why);
   return {};
 }
 

@@ -46,8 +46,9 @@ struct SceneArguments {
         .add_option("--assets", assets, "a further folder in which geometry files are looked for")
         ->allow_extra_args(false);
     command
-        .add_option("--set", sets, "KEY=VALUE: overrides a key of the scene, e.g. "
-                                   "organs/liver/resolution/finest_spacing_mm=2.5")
+        .add_option("--set", sets,
+                    "KEY=VALUE: overrides a key of the scene, e.g. "
+                    "organs/liver/resolution/finest_spacing_mm=2.5")
         ->allow_extra_args(false);
     command.add_option("--seed", seed, "overrides the scene's seed");
     command.add_option("--duration", duration, "overrides the scene's duration [s]");
@@ -98,8 +99,8 @@ int run_command(const SceneArguments& arguments, RunOptions options) {
   for (const std::string& flag : report->flags) std::cerr << "note: " << flag << '\n';
   std::cerr << fmt::format(
       "{}: {:.1f} s simulated, {:.1f} x real time without rendering, {:.1f} s in all; see {}\n",
-      scene->name, report->duration_s, report->real_time_factor,
-      report->prepare_s + report->wall_s, (options.out / "review.html").string());
+      scene->name, report->duration_s, report->real_time_factor, report->prepare_s + report->wall_s,
+      (options.out / "review.html").string());
   return report->complete ? 0 : 128 + interrupt_signal();
 }
 

@@ -9,7 +9,6 @@
 namespace viscera {
 namespace {
 
-
 /// One Embree device for the process, made when the first surface is; one build thread, since TBB
 /// threads of the frame share it.
 RTCDevice device() {
@@ -29,7 +28,7 @@ void check_embree() {
     throw std::runtime_error("Embree reports error " + std::to_string(static_cast<int>(error)));
 }
 
-/// Closest point of a triangle to p with its barycentric weights (Ericson 2005, section 5.1.5).
+/// Closest point of a triangle to p with its barycentric weights [Ericson2005] 5.1.5.
 Vec3 closest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -74,8 +73,8 @@ struct CollisionSurface::Data {
   }
 
   Vec3 corner(int triangle, int c) const {
-    return positions[static_cast<std::size_t>(
-                         triangles[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(c)])]
+    return positions[static_cast<std::size_t>(triangles[static_cast<std::size_t>(triangle)]
+                                                       [static_cast<std::size_t>(c)])]
         .cast<double>();
   }
   Hit hit_at(int triangle, const Vec3& weights, double distance) const {
@@ -89,7 +88,8 @@ struct CollisionSurface::Data {
   void copy_positions(std::span<const Vec3f> from) {
     positions.assign(from.begin(), from.end());
     for (std::size_t v = 0; v < positions.size(); ++v)
-      for (int c = 0; c < 3; ++c) vertex_buffer[3 * v + static_cast<std::size_t>(c)] = positions[v][c];
+      for (int c = 0; c < 3; ++c)
+        vertex_buffer[3 * v + static_cast<std::size_t>(c)] = positions[v][c];
   }
 };
 
@@ -110,7 +110,8 @@ CollisionSurface::CollisionSurface(const TriangleSurface& rest, std::span<const 
                               3 * sizeof(unsigned), d.triangles.size()));
   check_embree();
   for (std::size_t t = 0; t < d.triangles.size(); ++t)
-    for (std::size_t c = 0; c < 3; ++c) indices[3 * t + c] = static_cast<unsigned>(d.triangles[t][c]);
+    for (std::size_t c = 0; c < 3; ++c)
+      indices[3 * t + c] = static_cast<unsigned>(d.triangles[t][c]);
   check_embree();
   d.copy_positions(positions);
   rtcCommitGeometry(d.geometry);

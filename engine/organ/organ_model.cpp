@@ -87,7 +87,6 @@ bool in_any(const std::vector<Region>& regions, const Vec3& x) {
                      [&](const Region& region) { return region.contains(x); });
 }
 
-
 std::vector<Vec3> touchable_vertices(const TriangleSurface& surface, const Reach& reach) {
   std::vector<Vec3> places;
   for (const Vec3& vertex : surface.vertices)
@@ -103,8 +102,8 @@ Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurf
                      progress);
 }
 
-/// Fills what follows from surface and cloud alone: kept out of the cache because it takes less time
-/// to compute than to read.
+/// Fills what follows from surface and cloud alone: kept out of the cache because it takes less
+/// time to compute than to read.
 Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reach& reach,
                     std::vector<int>& touchable_nodes, std::vector<int>& visible_nodes) {
   const Formulation* formulation = find_formulation(organ.formulation);
@@ -124,7 +123,9 @@ Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reac
 }
 
 // Measured: a nested-dissection factor of a 3-D body grows as N^(4/3) in size.
-double factor_entries(double nodes) { return 2.6e2 * std::pow(nodes, 4.0 / 3.0) * 3.0; }
+double factor_entries(double nodes) {
+  return 2.6e2 * std::pow(nodes, 4.0 / 3.0) * 3.0;
+}
 
 std::size_t compliance_bytes(std::size_t visible, std::size_t touchable) {
   return 9 * visible * touchable * sizeof(float);
@@ -143,7 +144,8 @@ Result<void> check_memory(std::size_t nodes, std::size_t visible, std::size_t to
   const std::uint64_t present = this_machine().memory_bytes;
   if (needed <= present) return {};
   return failure(fmt::format(
-      "resolution: found spacings that make {} nodes, {} of them touchable, and need {:.1f} GB while "
+      "resolution: found spacings that make {} nodes, {} of them touchable, and need {:.1f} GB "
+      "while "
       "preparing, expected at most this machine's {:.1f} GB: raise finest_spacing_mm",
       nodes, touchable, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(present)));
 }
@@ -162,9 +164,11 @@ PreparedResponse to_cache(const OrganModel& model) {
   stored.compliance = model.compliance;
   stored.figures = model.figures;
   std::vector<double> vertices;
-  for (const Vec3& v : model.surface.vertices) vertices.insert(vertices.end(), v.data(), v.data() + 3);
+  for (const Vec3& v : model.surface.vertices)
+    vertices.insert(vertices.end(), v.data(), v.data() + 3);
   std::vector<int> triangles;
-  for (const auto& t : model.surface.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
+  for (const auto& t : model.surface.triangles)
+    triangles.insert(triangles.end(), t.begin(), t.end());
   stored.extra["surface_vertices"] = std::move(vertices);
   stored.extra["surface_triangles"] = std::move(triangles);
   return stored;
@@ -248,9 +252,8 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
 }  // namespace
 
 bool Reach::covers(const Vec3& x) const {
-  return std::any_of(points.begin(), points.end(), [&](const Vec3& p) {
-    return (p - x).squaredNorm() < radius * radius;
-  });
+  return std::any_of(points.begin(), points.end(),
+                     [&](const Vec3& p) { return (p - x).squaredNorm() < radius * radius; });
 }
 
 std::size_t OrganModel::memory_bytes() const {

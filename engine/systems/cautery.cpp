@@ -63,8 +63,7 @@ void emit_smoke(World& world, const FrameContext& context) {
   for (std::size_t i = 0; i < world.burn_traces.size(); ++i) {
     const BurnTrace& trace = world.burn_traces[i];
     if (trace.absorbed <= 0.0) continue;
-    const InstrumentContact& contact =
-        *world.instrument_contacts.find(world.burn_traces.owner(i));
+    const InstrumentContact& contact = *world.instrument_contacts.find(world.burn_traces.owner(i));
     SmokeBody* smoke = volume_around(world, contact.world_point);
     if (!smoke) {
       context.report->raise(FrameFlag::kSmokeOutside);

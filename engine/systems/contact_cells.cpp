@@ -65,10 +65,11 @@ bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
         if (i < 0 || j < 0 || k < 0 || i >= touchable.cells.x() || j >= touchable.cells.y() ||
             k >= touchable.cells.z())
           continue;
-        const auto cell = static_cast<std::size_t>(
-            i + touchable.cells.x() * (j + touchable.cells.y() * k));
+        const auto cell =
+            static_cast<std::size_t>(i + touchable.cells.x() * (j + touchable.cells.y() * k));
         for (int at = touchable.cell_begin[cell]; at < touchable.cell_begin[cell + 1]; ++at) {
-          const auto s = static_cast<std::size_t>(touchable.cell_items[static_cast<std::size_t>(at)]);
+          const auto s =
+              static_cast<std::size_t>(touchable.cell_items[static_cast<std::size_t>(at)]);
           if ((touchable.positions[s] - x).norm() < touchable.spacings[s]) return true;
         }
       }
@@ -85,14 +86,14 @@ std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganM
     const Vec3 normal = corner_mean(state.normals, model.surface, hit->point).normalized();
     const double side = (probe - hit->position).dot(normal) >= 0.0 ? 1.0 : -1.0;
     const double clearance = side * hit->distance - radius;
-    if (!best || clearance < best->clearance)
-      best = Foot{probe, hit->position, normal, clearance};
+    if (!best || clearance < best->clearance) best = Foot{probe, hit->position, normal, clearance};
   }
   if (!best || best->clearance > margin) return std::nullopt;
 
-  // The direction of contact is the mean normal of the tissue around the tool, wider than the tool's
-  // own dent, so that the dent's walls cancel. It is centred on the tool: where tissue hugs the tip,
-  // the nearest point is any of many. Two passes, since the first starts from that point's normal.
+  // The direction of contact is the mean normal of the tissue around the tool, wider than the
+  // tool's own dent, so that the dent's walls cancel. It is centred on the tool: where tissue hugs
+  // the tip, the nearest point is any of many. Two passes, since the first starts from that point's
+  // normal.
   const double ring = std::max(2.0 * std::max(radius, tool.radius), 1.2 * model.finest_spacing);
   for (int pass = 0; pass < 2; ++pass) {
     const auto [e1, e2] = plane_across(best->outward);
@@ -111,22 +112,22 @@ std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganM
 
 bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
                  const OrganModel& model, const CollisionSurface& surface,
-                 std::vector<ContactCell>& cells,
-                 CellRange& range) {
+                 std::vector<ContactCell>& cells, CellRange& range) {
   const Vec3& up = foot.outward;
   const auto [e1, e2] = plane_across(up);
 
-  // Hertz: a force F on a ball of radius a touches within (3 F a / (4 E*))^(1/3). The pattern is a
-  // little wider, and never narrower than a third of the tool.
+  // [Hertz1882]: a force F on a ball of radius a touches within (3 F a / (4 E*))^(1/3). The pattern
+  // is a little wider, and never narrower than a third of the tool.
   const double a = tool.radius;
-  const double touching =
-      std::cbrt(0.75 * last_force * a / model.material.contact_modulus());
+  const double touching = std::cbrt(0.75 * last_force * a / model.material.contact_modulus());
   const double across = tool.kind == TipDescription::Shape::kMesh
                             ? a
                             : std::clamp(1.35 * touching + 0.15 * a, 0.3 * a, 0.97 * a);
-  // A capsule lying on the tissue needs a pattern as long as its shadow, in pitches of the same size.
+  // A capsule lying on the tissue needs a pattern as long as its shadow, in pitches of the same
+  // size.
   Vec3 along = Vec3::Zero();
-  if (tool.kind == TipDescription::Shape::kCapsule) along = tool.length * (tool.shaft - tool.shaft.dot(up) * up);
+  if (tool.kind == TipDescription::Shape::kCapsule)
+    along = tool.length * (tool.shaft - tool.shaft.dot(up) * up);
   const double shadow = along.norm();
   const double pitch = std::max(across, 0.15 * (shadow + across)) / (kPressRings + 0.1);
 

@@ -8,7 +8,7 @@ namespace {
 
 /// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
 constexpr int kSlipPasses = 4;
-constexpr double kLeastSlip = 1e-6;   // [m]
+constexpr double kLeastSlip = 1e-6;  // [m]
 
 Vec3 sum_of(const std::vector<Vec3>& forces, const CellRange& range) {
   Vec3 sum = Vec3::Zero();
@@ -145,8 +145,9 @@ void deform_organs(World& world, const FrameContext& context) {
     state.normals.swap(state.next_normals);
     double greatest = 0.0;
     for (std::size_t v = 0; v < state.positions.size(); ++v)
-      greatest = std::max(greatest, static_cast<double>(
-          (state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
+      greatest = std::max(
+          greatest,
+          static_cast<double>((state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
     state.greatest_displacement = std::sqrt(greatest);
     state.deformed = true;
     moved(state, contact, body);

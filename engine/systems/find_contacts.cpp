@@ -26,8 +26,8 @@ void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& 
     const ToolShape tool = tool_shape(body, state, organ_body.pose);
     const auto foot = find_foot(tool, nearest, *organ_body.model, tissue, *contact->surface);
     if (!foot) continue;
-    auto cells = grasp_cells(*foot, body.description.grip_radius, *organ_body.model,
-                             *contact->surface);
+    auto cells =
+        grasp_cells(*foot, body.description.grip_radius, *organ_body.model, *contact->surface);
     if (cells.size() < 3) continue;
     nearest = foot->clearance;
     grip.grasp = Grasp{organ, state.tip, Vec3::Zero(), std::move(cells)};
@@ -40,8 +40,7 @@ void add_grasp_cells(OrganContact& contact, const OrganBody& body, Entity instru
   range.instrument = instrument;
   range.held = true;
   range.begin = contact.cells.size();
-  const Vec3 carried =
-      body.pose.direction_to_local(state.tip - grasp.tip_at_start - grasp.slipped);
+  const Vec3 carried = body.pose.direction_to_local(state.tip - grasp.tip_at_start - grasp.slipped);
   for (ContactCell cell : grasp.cells) {
     cell.displacement += carried;
     contact.cells.push_back(cell);
@@ -91,8 +90,8 @@ void find_contacts(World& world, const FrameContext& context) {
       if (!foot) continue;
       CellRange range;
       range.instrument = instrument;
-      if (!press_cells(tool, *foot, last_force_on(contact, instrument), *body.model, *contact.surface,
-                       contact.cells, range))
+      if (!press_cells(tool, *foot, last_force_on(contact, instrument), *body.model,
+                       *contact.surface, contact.cells, range))
         continue;
       if (!is_touchable(body.model->touchable, range.rest_centre)) {
         contact.cells.resize(range.begin);

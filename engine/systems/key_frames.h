@@ -1,4 +1,4 @@
-// Interpolation of key frames: monotone cubic (Fritsch and Carlson 1980), so that a path never
+// Interpolation of key frames: monotone cubic [Fritsch1980], so that a path never
 // overshoots its keys.
 #pragma once
 

@@ -24,7 +24,7 @@ std::optional<double> lowest_of_tube(const Vec3& foot, const Vec3& axis, double 
   const Vec3 up_across = up - up.dot(axis) * axis;
   const Vec3 m_across = m - m.dot(axis) * axis;
   const double a = up_across.squaredNorm();
-  if (a < 1e-12) return std::nullopt;   // along the axis: an end ball is met first
+  if (a < 1e-12) return std::nullopt;  // along the axis: an end ball is met first
   const double b = m_across.dot(up_across);
   const double c = m_across.squaredNorm() - radius * radius;
   const double discriminant = b * b - a * c;
@@ -44,7 +44,7 @@ std::optional<double> ToolShape::lowest(const Vec3& at, const Vec3& up) const {
     frame.col(0) = side;
     frame.col(1) = shaft.cross(side);
     frame.col(2) = shaft;
-    const double below = 0.1;   // start well under the tool
+    const double below = 0.1;  // start well under the tool
     const Vec3 origin = frame.transpose() * (at - below * up - tip);
     const auto hit = body->mesh_surface->cast(origin, frame.transpose() * up, 2.0 * below);
     if (!hit) return std::nullopt;
@@ -52,9 +52,8 @@ std::optional<double> ToolShape::lowest(const Vec3& at, const Vec3& up) const {
   }
   std::optional<double> best = lowest_of_ball(tip, radius, at, up);
   if (kind == Shape::kCapsule) {
-    for (const std::optional<double>& s :
-         {lowest_of_ball(tip + length * shaft, radius, at, up),
-          lowest_of_tube(tip, shaft, length, radius, at, up)})
+    for (const std::optional<double>& s : {lowest_of_ball(tip + length * shaft, radius, at, up),
+                                           lowest_of_tube(tip, shaft, length, radius, at, up)})
       if (s && (!best || *s < *best)) best = s;
   }
   return best;

@@ -27,9 +27,15 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
   InstrumentView view;
   view.id = instrument.index;
   switch (body.description.kind) {
-    case InstrumentKind::kProbe: view.kind = InstrumentView::Kind::kProbe; break;
-    case InstrumentKind::kGrasper: view.kind = InstrumentView::Kind::kGrasper; break;
-    case InstrumentKind::kHook: view.kind = InstrumentView::Kind::kHook; break;
+    case InstrumentKind::kProbe:
+      view.kind = InstrumentView::Kind::kProbe;
+      break;
+    case InstrumentKind::kGrasper:
+      view.kind = InstrumentView::Kind::kGrasper;
+      break;
+    case InstrumentKind::kHook:
+      view.kind = InstrumentView::Kind::kHook;
+      break;
   }
   if (!body.mesh.empty()) {
     view.kind = InstrumentView::Kind::kMesh;
@@ -52,9 +58,8 @@ Endoscope::Endoscope(const CameraDescription& description)
     : description_(description),
       tip_(camera_path(description, [](const CameraKey& key) { return key.tip; })),
       target_(camera_path(description, [](const CameraKey& key) { return key.target; })),
-      roll_(camera_path(description, [](const CameraKey& key) {
-        return Vec3(key.roll, 0.0, 0.0);
-      })) {}
+      roll_(camera_path(description,
+                        [](const CameraKey& key) { return Vec3(key.roll, 0.0, 0.0); })) {}
 
 CameraView Endoscope::at(double time) const {
   CameraView view;
@@ -74,7 +79,7 @@ CameraView Endoscope::at(double time) const {
 Vec3 light_colour(double temperature) {
   // Planck's law at the peaks of the sRGB primaries; enough for a tint.
   const Vec3 wavelengths(611e-9, 549e-9, 465e-9);
-  const double c2 = 1.438777e-2;   // second radiation constant [m K]
+  const double c2 = 1.438777e-2;  // second radiation constant [m K]
   Vec3 colour;
   for (int c = 0; c < 3; ++c)
     colour[c] = std::expm1(c2 / (wavelengths[c] * 5600.0)) /

@@ -68,10 +68,11 @@ std::vector<InstrumentKey> sliding_path(const TriangleSurface& surface) {
 }
 
 struct Slide {
-  double mean = 0.0, ripple = 0.0;   // ripple: greatest deviation from the trend over the mean
+  double mean = 0.0, ripple = 0.0;  // ripple: greatest deviation from the trend over the mean
 };
 
-/// Mean force and its ripple about a fitted parabola (the liver's own shape changes the force slowly).
+/// Mean force and its ripple about a fitted parabola (the liver's own shape changes the force
+/// slowly).
 std::optional<Slide> slide_over_liver(double finest) {
   SceneDescription scene;
   scene.file = "slide";
@@ -117,10 +118,11 @@ TEST(Sliding, AMillimetreTipFeelsSmoothLiverAtAnySpacing) {
   ASSERT_TRUE(coarse && fine);
   RecordProperty("coarse_mean_N", std::to_string(coarse->mean));
   RecordProperty("fine_mean_N", std::to_string(fine->mean));
-  std::printf("spacing 6 mm: mean %.5f N, ripple %.2f %%; 3 mm: mean %.5f N, ripple %.2f %%; "
-              "halving changes the mean by %.2f %%\n",
-              coarse->mean, 100 * coarse->ripple, fine->mean, 100 * fine->ripple,
-              100 * std::abs(fine->mean / coarse->mean - 1.0));
+  std::printf(
+      "spacing 6 mm: mean %.5f N, ripple %.2f %%; 3 mm: mean %.5f N, ripple %.2f %%; "
+      "halving changes the mean by %.2f %%\n",
+      coarse->mean, 100 * coarse->ripple, fine->mean, 100 * fine->ripple,
+      100 * std::abs(fine->mean / coarse->mean - 1.0));
   EXPECT_GT(fine->mean, 0.0);
   // What is promised is 5 % of ripple and 10 % between spacings; these hold what is reached.
   EXPECT_LT(coarse->ripple, 0.015);

@@ -7,7 +7,9 @@
 namespace viscera::test {
 namespace fs = std::filesystem;
 
-fs::path project_file(const std::string& path) { return fs::path(VISCERA_SOURCE_DIR) / path; }
+fs::path project_file(const std::string& path) {
+  return fs::path(VISCERA_SOURCE_DIR) / path;
+}
 
 std::optional<fs::path> shared_data(const std::string& path) {
   const char* named = std::getenv("VISCERA_DATA");

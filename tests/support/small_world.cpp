@@ -26,8 +26,8 @@ std::map<std::string, Tissue> test_tissues() {
 
 std::unique_ptr<World> build(const SceneDescription& scene) {
   std::vector<std::string> warnings;
-  auto world = build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(),
-                           warnings);
+  auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
   if (!world) {
     ADD_FAILURE() << world.error().text();
     return nullptr;

@@ -98,7 +98,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
   EXPECT_EQ(report["frames"], 12);
   EXPECT_NEAR(report["duration_s"].get<double>(), 0.2, 1e-9);
   EXPECT_EQ(report["complete"], true);
-  EXPECT_GT(report["smoke"]["volumes"], 0);   // files written
+  EXPECT_GT(report["smoke"]["volumes"], 0);  // files written
   EXPECT_GT(report["smoke"]["particles_max"], 0);
   EXPECT_GT(report["organs"][0]["nodes"], report["organs"][0]["surface_nodes"]);
   EXPECT_GT(report["peak_memory_bytes"], 10'000'000);

@@ -12,19 +12,21 @@
 namespace viscera::test {
 namespace {
 
-constexpr double kTop = 25e-3;   // pole of the ball [m]
+constexpr double kTop = 25e-3;  // pole of the ball [m]
 
 bool has(std::uint32_t flags, FrameFlag flag) {
   return (flags & static_cast<std::uint32_t>(flag)) != 0;
 }
 
-InstrumentKey key(double time, Vec3 tip, double jaw = 1.0) { return {time, tip, 0.0, jaw}; }
+InstrumentKey key(double time, Vec3 tip, double jaw = 1.0) {
+  return {time, tip, 0.0, jaw};
+}
 
 TEST(Contact, AToolInTheAirFeelsNothingAndMovesNothing) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 10e-3)),
-                                      key(1.0, Vec3(5e-3, 0, kTop + 10e-3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                    {key(0.0, Vec3(0, 0, kTop + 10e-3)), key(1.0, Vec3(5e-3, 0, kTop + 10e-3))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
@@ -35,9 +37,9 @@ TEST(Contact, AToolInTheAirFeelsNothingAndMovesNothing) {
 TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
   auto scene = soft_ball_scene(6e-3, 3e-3);
   const double radius = 4e-3, depth = 3e-3;
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
-                                     {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
-                                      key(0.5, Vec3(0, 0, kTop + radius - depth))})};
+  scene.instruments = {straight_tool(
+      "probe", InstrumentKind::kProbe, radius,
+      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)), key(0.5, Vec3(0, 0, kTop + radius - depth))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   const std::uint32_t flags = step_until(*world, 0.7);
@@ -56,14 +58,15 @@ TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
 TEST(Contact, HertzGivesTheForceOfAShallowPress) {
   auto scene = soft_ball_scene(5e-3, 2.5e-3);
   const double radius = 5e-3, depth = 0.5e-3;
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
-                                     {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
-                                      key(0.5, Vec3(0, 0, kTop + radius - depth))})};
+  scene.instruments = {straight_tool(
+      "probe", InstrumentKind::kProbe, radius,
+      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)), key(0.5, Vec3(0, 0, kTop + radius - depth))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.7);
   // [Hertz1882] for two curved surfaces: the relative radius. The far side of the ball gives way a
-  // little too, so the half-space formula is an upper bound within some per cent (contact radius 1.4 mm, ball 25 mm).
+  // little too, so the half-space formula is an upper bound within some per cent (contact
+  // radius 1.4 mm, ball 25 mm).
   const double relative = 1.0 / (1.0 / radius + 1.0 / kTop);
   const double contact_modulus = 10e3 / (1.0 - 0.45 * 0.45);
   const double hertz = 4.0 / 3.0 * contact_modulus * std::sqrt(relative) * std::pow(depth, 1.5);
@@ -73,10 +76,10 @@ TEST(Contact, HertzGivesTheForceOfAShallowPress) {
 TEST(Contact, TheForceGoesWhenTheToolGoesAndTheBodyReturnsToRest) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
   const double radius = 4e-3;
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
-                                     {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)),
-                                      key(0.4, Vec3(0, 0, kTop + radius - 3e-3)),
-                                      key(0.8, Vec3(0, 0, kTop + radius + 3e-3))})};
+  scene.instruments = {straight_tool(
+      "probe", InstrumentKind::kProbe, radius,
+      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)), key(0.4, Vec3(0, 0, kTop + radius - 3e-3)),
+       key(0.8, Vec3(0, 0, kTop + radius + 3e-3))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.4);
@@ -88,11 +91,10 @@ TEST(Contact, TheForceGoesWhenTheToolGoesAndTheBodyReturnsToRest) {
 
 TEST(Contact, AClosedJawLiftsTissueAndIsPulledDown) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
-                                      key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
-                                      key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0),
-                                      key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)})};
+  scene.instruments = {straight_tool(
+      "grasper", InstrumentKind::kGrasper, 2e-3,
+      {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0), key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
+       key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0), key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
@@ -104,11 +106,10 @@ TEST(Contact, AClosedJawLiftsTissueAndIsPulledDown) {
 
 TEST(Contact, AJawSlipsAboveItsGripLimit) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  auto grasper = straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
-                               {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
-                                key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
-                                key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0),
-                                key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)});
+  auto grasper = straight_tool(
+      "grasper", InstrumentKind::kGrasper, 2e-3,
+      {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0), key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
+       key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0), key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)});
   grasper.grip_limit = 0.1;
   scene.instruments = {grasper};
   auto world = build(scene);
@@ -120,12 +121,11 @@ TEST(Contact, AJawSlipsAboveItsGripLimit) {
 
 TEST(Contact, AnOpenedJawLetsGo) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0),
-                                      key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
-                                      key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0),
-                                      key(0.6, Vec3(0, 0, kTop + 6e-3), 0.0),
-                                      key(0.8, Vec3(0, 0, kTop + 6e-3), 1.0)})};
+  scene.instruments = {
+      straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                    {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0), key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
+                     key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0), key(0.6, Vec3(0, 0, kTop + 6e-3), 0.0),
+                     key(0.8, Vec3(0, 0, kTop + 6e-3), 1.0)})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
@@ -173,7 +173,7 @@ TEST(Contact, OneToolPressesSeveralOrgansAtOnce) {
   EXPECT_TRUE(world->organ_states[1].deformed);
   const Vec3 force = force_on(*world, 0);
   EXPECT_GT(force.z(), 0.0);
-  EXPECT_LT(std::abs(force.x()), 0.05 * force.z());   // mirror images cancel sideways
+  EXPECT_LT(std::abs(force.x()), 0.05 * force.z());  // mirror images cancel sideways
 }
 
 TEST(Contact, InstancesOfOneOrganShareOneModel) {
@@ -190,8 +190,8 @@ TEST(Contact, InstancesOfOneOrganShareOneModel) {
 
 TEST(Contact, AnOrganThatNoToolCanReachIsNotPrepared) {
   auto scene = soft_ball_scene(7e-3, 5e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
-                                     {key(0.0, Vec3(0, 0, 0.3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 2e-3, {key(0.0, Vec3(0, 0, 0.3))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   EXPECT_FALSE(world->organ_bodies[0].model->deformable());
@@ -206,7 +206,7 @@ TEST(Contact, ACapsuleTouchesAlongItsLength) {
   bar.name = "bar";
   bar.tip.shape = TipDescription::Shape::kCapsule;
   bar.tip.length = 10e-3;
-  bar.trocar = Vec3(0.2, 0, kTop + 1e-3);   // lies flat over the pole
+  bar.trocar = Vec3(0.2, 0, kTop + 1e-3);  // lies flat over the pole
   for (InstrumentKey& k : bar.path) k.tip.x() -= 5e-3;
   scene.instruments = {ball};
   auto with_ball = build(scene);
@@ -220,8 +220,8 @@ TEST(Contact, ACapsuleTouchesAlongItsLength) {
 
 TEST(Contact, ATipThatStartsInsideAnOrganIsRefused) {
   auto scene = soft_ball_scene(7e-3, 5e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
-                                     {key(0.0, Vec3(0, 0, kTop - 5e-3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 2e-3, {key(0.0, Vec3(0, 0, kTop - 5e-3))})};
   std::vector<std::string> warnings;
   const auto world = build_world(scene, test_tissues(), {"", false}, no_progress(), warnings);
   ASSERT_FALSE(world);
@@ -232,8 +232,8 @@ TEST(Contact, ATipThatStartsInsideAnOrganIsRefused) {
 
 TEST(Contact, CancellingPreparationSaysSo) {
   auto scene = soft_ball_scene(7e-3, 4e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 4e-3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 2e-3, {key(0.0, Vec3(0, 0, kTop + 4e-3))})};
   std::vector<std::string> warnings;
   const Progress stop = [](double, std::string_view) { return false; };
   const auto world = build_world(scene, test_tissues(), {"", false}, stop, warnings);
@@ -243,8 +243,8 @@ TEST(Contact, CancellingPreparationSaysSo) {
 
 TEST(Contact, ATipWhoseSideReachesIntoAnOrganAtTheStartIsRefusedToo) {
   auto scene = soft_ball_scene(7e-3, 5e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 4e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 1e-3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 4e-3, {key(0.0, Vec3(0, 0, kTop + 1e-3))})};
   std::vector<std::string> warnings;
   const auto world = build_world(scene, test_tissues(), {"", false}, no_progress(), warnings);
   ASSERT_FALSE(world);
@@ -261,9 +261,9 @@ TEST(Contact, AMeshTipPressesLikeTheBallThatItIs) {
     obj << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
   obj.close();
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, radius,
-                                     {key(0.0, Vec3(0, 0, kTop + radius + 2e-3)),
-                                      key(0.5, Vec3(0, 0, kTop + radius - depth))})};
+  scene.instruments = {straight_tool(
+      "probe", InstrumentKind::kProbe, radius,
+      {key(0.0, Vec3(0, 0, kTop + radius + 2e-3)), key(0.5, Vec3(0, 0, kTop + radius - depth))})};
   auto ball = build(scene);
   scene.instruments[0].tip.shape = TipDescription::Shape::kMesh;
   scene.instruments[0].tip.file = folder / "tip.obj";
@@ -298,9 +298,9 @@ TEST(Contact, AJawThatClosesWithinItsGripRadiusHoldsAndOneFartherOffIsReported) 
 
 TEST(Contact, ANonFiniteDisplacementFreezesTheOrganAtItsLastShape) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 4e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 5e-3)),
-                                      key(0.5, Vec3(0, 0, kTop + 1e-3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 4e-3,
+                    {key(0.0, Vec3(0, 0, kTop + 5e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.4);
@@ -322,9 +322,9 @@ TEST(Contact, ANonFiniteDisplacementFreezesTheOrganAtItsLastShape) {
 
 TEST(Contact, AContactWithoutSolutionKeepsTheShapeAndGivesNoForce) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 4e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 5e-3)),
-                                      key(0.5, Vec3(0, 0, kTop + 1e-3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 4e-3,
+                    {key(0.0, Vec3(0, 0, kTop + 5e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   const auto shape = world->organ_states[0].positions;
@@ -337,9 +337,9 @@ TEST(Contact, AContactWithoutSolutionKeepsTheShapeAndGivesNoForce) {
 
 TEST(Contact, ATipOutsideTheAnnouncedReachIsReported) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool("probe", InstrumentKind::kProbe, 2e-3,
-                                     {key(0.0, Vec3(0, 0, kTop + 4e-3)),
-                                      key(0.2, Vec3(0, 0, kTop + 1e-3))})};
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                    {key(0.0, Vec3(0, 0, kTop + 4e-3)), key(0.2, Vec3(0, 0, kTop + 1e-3))})};
   auto world = build(scene);
   ASSERT_TRUE(world);
   // The tool goes where its key frames never led it.

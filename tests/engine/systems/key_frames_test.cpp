@@ -6,7 +6,8 @@ namespace viscera {
 namespace {
 
 TEST(KeyFrames, PassThroughTheirKeysAndStayBetweenThem) {
-  const KeyFrames path({0.0, 1.0, 2.0, 4.0}, {Vec3(0, 0, 0), Vec3(1, 5, 0), Vec3(1, 2, 0), Vec3(3, 2, 0)});
+  const KeyFrames path({0.0, 1.0, 2.0, 4.0},
+                       {Vec3(0, 0, 0), Vec3(1, 5, 0), Vec3(1, 2, 0), Vec3(3, 2, 0)});
   EXPECT_EQ(path.at(1.0), Vec3(1, 5, 0));
   EXPECT_EQ(path.at(2.0), Vec3(1, 2, 0));
   for (double t = 0.0; t <= 4.0; t += 0.01) {
