@@ -23,7 +23,9 @@ void expect_keys(const Json& object, const std::vector<std::pair<std::string, Ty
     ASSERT_TRUE(object.contains(key)) << key;
     EXPECT_TRUE(has_type(object[key], type)) << key << ": " << object[key];
   }
-  if (exactly) EXPECT_EQ(object.size(), keys.size()) << object;
+  if (exactly) {
+    EXPECT_EQ(object.size(), keys.size()) << object;
+  }
 }
 
 std::string hash_of(const SceneFolder& folder, std::vector<std::string> options) {
