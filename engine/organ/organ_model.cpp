@@ -107,7 +107,7 @@ Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurf
 Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reach& reach,
                     std::vector<int>& touchable_nodes, std::vector<int>& visible_nodes) {
   const Formulation* formulation = find_formulation(organ.formulation);
-  const ShapeFunctions fields(model.cloud, formulation->support_factor());
+  const ShapeFunctions fields = formulation->fields(model.cloud);
   auto touchable = sample_touchable_surface(
       model.surface, [&](const Vec3& x) { return reach.covers(x); }, fields, touchable_nodes);
   if (!touchable) return std::unexpected(touchable.error());

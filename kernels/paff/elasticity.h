@@ -10,6 +10,7 @@
 
 #include "kernels/base/progress.h"
 #include "kernels/base/result.h"
+#include "kernels/paff/shape_functions.h"
 #include "kernels/points/cloud.h"
 #include "kernels/points/surface.h"
 
@@ -35,6 +36,13 @@ struct ElasticProblem {
   std::function<bool(const Vec3&)> is_fixed;      ///< asked at points of the surface
 };
 
+/// What acts on a body at rest; an empty function means none of it.
+struct StaticLoads {
+  std::function<Vec3(const Vec3& x)> body_force;                    ///< [N/m3]
+  std::function<Vec3(const Vec3& x, const Vec3& normal)> traction;  ///< on the free part [Pa]
+  std::function<Vec3(const Vec3& x)> held_displacement;             ///< on the fixed part [m]
+};
+
 /// What preparation found out about itself; printed by the report and the benchmarks.
 struct PreparationFigures {
   std::size_t unknowns = 0;              ///< 3 N
@@ -54,6 +62,9 @@ struct SurfaceCompliance {
   std::vector<int> visible;     ///< node of each row triple, ascending; holds all of `touchable`
   std::vector<int> touchable;   ///< node of each column triple, ascending
   std::vector<float> columns;   ///< column-major, (3 visible) x (3 touchable) [m/N]
+  /// False: the square of the touchable nodes isn't its own mirror (strong forms), and must not be
+  /// made so: a force could change its sign.
+  bool symmetric = true;
   std::size_t rows() const { return 3 * visible.size(); }
 };
 
@@ -63,6 +74,8 @@ class ElasticSolver {
   virtual ~ElasticSolver() = default;
   /// K alpha = loads in place; `loads` is column-major (3 N x columns), node-major, [N] -> [m].
   virtual Result<void> solve(std::span<double> loads, int columns) = 0;
+  /// Nodal unknowns (3 N) [m] under loads given as functions of place.
+  virtual Result<std::vector<double>> solve_static(const StaticLoads& loads) = 0;
   /// Rows of `visible`, columns of `touchable`; both ascending, touchable a subset of visible.
   virtual Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
                                                const Progress& progress) = 0;
@@ -76,11 +89,24 @@ class Formulation {
   virtual std::string_view name() const = 0;      ///< "galerkin"
   virtual int version() const = 0;                ///< raised when its results change: part of cache keys
   virtual double support_factor() const = 0;      ///< rho: support radius over spacing
+  virtual Basis basis() const { return Basis::linear; }
+  /// True: the nodal unknowns are the displacements at the nodes. False: only sums of fields are.
+  virtual bool interpolates() const { return false; }
+  /// What its user should know, said once; empty: nothing.
+  virtual std::string_view warning() const { return {}; }
+  /// The fields that carry displacement to any place, and loads back to the nodes.
+  ShapeFunctions fields(const PointCloud& cloud) const {
+    return ShapeFunctions(cloud, support_factor());
+  }
   /// Fails, saying what to change, for a fixed region that holds no surface, Poisson's ratio
   /// outside [0, 0.5), too few nodes, a singular or indefinite stiffness, or cancellation.
   virtual Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                          const Progress& progress) const = 0;
 };
+
+/// One-shot: prepare, and solve for one set of loads. Nodal unknowns (3 N) [m].
+Result<std::vector<double>> solve_static(const Formulation& formulation,
+                                         const ElasticProblem& problem, const StaticLoads& loads);
 
 /// The formulation of that name, or nullptr; `formulation_names` lists those there are.
 const Formulation* find_formulation(std::string_view name);

@@ -17,13 +17,6 @@
 
 namespace viscera {
 
-/// What acts on a body at rest; an empty function means none of it.
-struct StaticLoads {
-  std::function<Vec3(const Vec3& x)> body_force;                    ///< [N/m3]
-  std::function<Vec3(const Vec3& x, const Vec3& normal)> traction;  ///< on the free part [Pa]
-  std::function<Vec3(const Vec3& x)> held_displacement;             ///< on the fixed part [m]
-};
-
 /// The assembled equations K alpha = f of one body. Benchmarks with known solutions use it
 /// directly; scenes go through the Formulation.
 class GalerkinSystem {

@@ -37,11 +37,19 @@ void symmetrise_touchable_square(SurfaceCompliance& compliance) {
 
 class GalerkinSolver final : public ElasticSolver {
  public:
-  GalerkinSolver(SparseCholesky factor, const PreparationFigures& figures)
-      : factor_(std::move(factor)), figures_(figures) {}
+  GalerkinSolver(GalerkinSystem system, SparseCholesky factor, const PreparationFigures& figures)
+      : system_(std::move(system)), factor_(std::move(factor)), figures_(figures) {}
 
   Result<void> solve(std::span<double> loads, int columns) override {
     return factor_.solve(loads, columns);
+  }
+
+  Result<std::vector<double>> solve_static(const StaticLoads& loads) override {
+    std::vector<double> unknowns = system_.loads(loads);
+    if (const Result<void> solved = factor_.solve(unknowns, 1); !solved) {
+      return std::unexpected(solved.error());
+    }
+    return unknowns;
   }
 
   Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
@@ -96,6 +104,7 @@ class GalerkinSolver final : public ElasticSolver {
   /// Wide enough for matrix products to run at full speed, small enough to stop soon when asked.
   static constexpr std::size_t kColumnsAtOnce = 256;
 
+  GalerkinSystem system_;
   SparseCholesky factor_;
   PreparationFigures figures_;
 };
@@ -122,7 +131,7 @@ class GalerkinFormulation final : public Formulation {
     figures.factor_s = watch.seconds();
     figures.factor_bytes = factor->factor_bytes();
     if (!progress(1.0, "factoring")) return failure(kCancelled);
-    return std::make_unique<GalerkinSolver>(std::move(*factor), figures);
+    return std::make_unique<GalerkinSolver>(std::move(*system), std::move(*factor), figures);
   }
 };
 

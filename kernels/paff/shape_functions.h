@@ -13,6 +13,9 @@ namespace viscera {
 double quartic_weight(double s);
 double quartic_weight_derivative(double s);
 
+/// The polynomials that the fields reproduce exactly: 1, x, y, z; or all up to second degree.
+enum class Basis { linear, quadratic };
+
 /// Shape functions at one point: the nodes that reach it, their values and gradients.
 struct ShapeValues {
   std::vector<int> nodes;          ///< ascending                                     (m)

@@ -32,7 +32,7 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
     ADD_FAILURE() << solver.error().text();
     return body;
   }
-  body.fields = std::make_unique<ShapeFunctions>(body.cloud, galerkin.support_factor());
+  body.fields = std::make_unique<ShapeFunctions>(galerkin.fields(body.cloud));
   auto touch = sample_touchable_surface(body.surface, is_touchable, *body.fields, body.touchable);
   if (!touch) {
     ADD_FAILURE() << touch.error().text();
