@@ -1,5 +1,5 @@
 // A hemisphere on its flat base under a smooth pressure about the pole, against a converged
-// axisymmetric solution (data/hemisphere/README.md).
+// axisymmetric solution (assets/reference/hemisphere/README.md).
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -48,7 +48,7 @@ TriangleSurface hemisphere(int n) {
 
 /// First data row of a reference file: axial displacement at the pole over R.
 double reference_pole(const std::string& name) {
-  std::ifstream file(test::project_file("tests/accuracy/data/hemisphere/" + name));
+  std::ifstream file(test::project_file("assets/reference/hemisphere/" + name));
   std::string header;
   std::getline(file, header);
   double angle = 0.0, radial = 0.0, axial = 0.0;

@@ -55,7 +55,7 @@ double cap_force(const test::PressedBody& body, double share, bool stick) {
 class Hemisphere : public ::testing::TestWithParam<double> {};
 
 TEST_P(Hemisphere, ForcesAgreeWithTheReference) {
-  const auto path = test::project_file("tests/accuracy/data/hemisphere/forces.csv");
+  const auto path = test::project_file("assets/reference/hemisphere/forces.csv");
   const double nu = GetParam();
   const test::PressedBody body = test::prepare_body(
       test::hemisphere(kRadius, 32), IsotropicMaterial{kModulus, nu},

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 #include <fstream>
 #include <functional>
 #include <sstream>
 #include <string>
 
+#include "engine/verification/bodies.h"
 #include "kernels/base/random.h"
 #include "kernels/paff/galerkin.h"
 #include "kernels/points/node_placement.h"
@@ -15,43 +15,8 @@
 
 namespace viscera::test {
 
-/// A surface with nodes in it; its ElasticProblem points into it.
-struct Body {
-  TriangleSurface surface;
-  PointCloud cloud;
-
-  ElasticProblem problem(const IsotropicMaterial& material,
-                         std::function<bool(const Vec3&)> is_fixed) const {
-    return {&surface, &cloud, material, std::move(is_fixed)};
-  }
-};
-
-/// Unit cube about the origin with (cells + 1)^3 nodes; interior coordinates are moved by up to
-/// `jitter` cells, nodes on faces stay where they are.
-inline Body jittered_cube(int cells, double jitter) {
-  Body body{cube(1.0, 2), {}};
-  const Random random(7, 0);
-  std::uint64_t draw = 0;
-  for (const bool on_surface : {true, false}) {
-    for (int k = 0; k <= cells; ++k) {
-      for (int j = 0; j <= cells; ++j) {
-        for (int i = 0; i <= cells; ++i) {
-          Vec3 x(i, j, k);
-          const bool outer = x.minCoeff() == 0.0 || x.maxCoeff() == cells;
-          if (outer != on_surface) continue;
-          for (int axis = 0; axis < 3; ++axis) {
-            const double shift = jitter * (2.0 * random.uniform(draw++) - 1.0);
-            if (x[axis] > 0.0 && x[axis] < cells) x[axis] += shift;
-          }
-          body.cloud.positions.push_back(x / cells - Vec3::Constant(0.5));
-          body.cloud.surface_count += outer ? 1 : 0;
-        }
-      }
-    }
-  }
-  body.cloud.spacings = measure_spacings(body.cloud.positions);
-  return body;
-}
+using Body = NodedBody;
+using viscera::jittered_cube;
 
 /// Nodes by the advancing front at this spacing.
 inline Body placed_body(TriangleSurface surface, const SpacingField& spacing) {

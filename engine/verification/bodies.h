@@ -1,0 +1,34 @@
+// Simple bodies with nodes in them, for problems with known answers.
+#pragma once
+
+#include <functional>
+
+#include "kernels/paff/elasticity.h"
+
+namespace viscera {
+
+/// A closed surface with nodes in it; its ElasticProblem points into it.
+struct NodedBody {
+  TriangleSurface surface;
+  PointCloud cloud;
+
+  ElasticProblem problem(const IsotropicMaterial& material,
+                         std::function<bool(const Vec3&)> is_fixed) const {
+    return {&surface, &cloud, material, std::move(is_fixed)};
+  }
+};
+
+/// Axis-aligned unit cube about the origin, each face split into divisions x divisions squares of
+/// two triangles.
+TriangleSurface unit_cube(int divisions);
+
+/// The unit cube about the origin with (cells + 1)^3 nodes; interior coordinates are moved by up to
+/// `jitter` cells, nodes on faces stay on them. The same draw of numbers for every call.
+NodedBody jittered_cube(int cells, double jitter);
+
+/// Half a ball above z = 0, the pole up, closed by its flat base. The dome has `rings` rings about
+/// the pole, equally far apart, and the base as many: 12 rings^2 triangles. Vertices of the dome
+/// lie on the sphere.
+TriangleSurface ringed_hemisphere(double radius, int rings);
+
+}  // namespace viscera

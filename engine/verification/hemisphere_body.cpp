@@ -1,0 +1,308 @@
+#include "engine/verification/hemisphere_body.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "kernels/base/stopwatch.h"
+#include "kernels/points/node_placement.h"
+#include "kernels/points/surface_tree.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kRadius = kHemisphereRadius;
+/// Growth of the spacing away from the fine zone, and its bound over R.
+constexpr double kSlope = 0.25;
+constexpr double kCoarsest = 0.2;
+
+/// Distance to the part of the dome within `zone` R of the axis [m].
+double distance_to_cap(const Vec3& x, double zone) {
+  const double across = std::hypot(x.x(), x.y());
+  const double rim = zone * kRadius, height = kRadius * std::sqrt(1.0 - zone * zone);
+  if (x.z() > 0.0 && across * height <= rim * x.z()) return std::abs(kRadius - x.norm());
+  return std::hypot(across - rim, x.z() - height);
+}
+
+SpacingField spacing_field(double finest, double zone) {
+  if (zone <= 0.0) return [finest](const Vec3&) { return finest; };
+  return [=](const Vec3& x) {
+    return std::min(std::max(kCoarsest * kRadius, finest),
+                    finest + kSlope * distance_to_cap(x, zone));
+  };
+}
+
+/// Integral of 1 / h^3 over the body: proportional to the nodes.
+double node_integral(double finest, double zone) {
+  constexpr int kSteps = 60;  // a lattice in the octant x, y, z > 0, doubled up by symmetry
+  const SpacingField h = spacing_field(finest, zone);
+  const double step = kRadius / kSteps;
+  double sum = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      for (int k = 0; k < kSteps; ++k) {
+        const Vec3 x = step * Vec3(i + 0.5, j + 0.5, k + 0.5);
+        if (x.norm() < kRadius) sum += std::pow(step / h(x), 3);
+      }
+    }
+  }
+  return 4.0 * sum;
+}
+
+/// The finest spacing whose integral is this one.
+double spacing_of_integral(double wanted, double zone) {
+  double low = 1e-3 * kRadius, high = kRadius;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = std::sqrt(low * high);
+    (node_integral(middle, zone) > wanted ? low : high) = middle;
+  }
+  return std::sqrt(low * high);
+}
+
+/// Triangles of the surface about as wide as nodes are apart where they are closest.
+int rings_for(double finest) {
+  return std::clamp(static_cast<int>(std::ceil(1.2 * kRadius / finest)), 32, 96);
+}
+
+/// Finest spacing that gives at most this many nodes, and hardly fewer.
+Result<double> spacing_for(std::size_t nodes, double zone, const Progress& progress) {
+  const double wanted = static_cast<double>(nodes);
+  double nodes_per_integral = 1.2, best = 0.0, most = 0.0;
+  for (int pass = 0; pass < 6; ++pass) {
+    if (!progress(0.0, "finding the spacing")) return failure(kCancelled);
+    const double finest = spacing_of_integral(0.985 * wanted / nodes_per_integral, zone);
+    const TriangleSurface surface = ringed_hemisphere(kRadius, rings_for(finest));
+    auto cloud =
+        place_nodes(surface, SurfaceTree(surface), spacing_field(finest, zone), {}, no_progress());
+    if (!cloud) return std::unexpected(cloud.error());
+    const double found = static_cast<double>(cloud->size());
+    if (found <= wanted && found > most) {
+      most = found;
+      best = finest;
+    }
+    if (most > 0.97 * wanted) return best;
+    nodes_per_integral = found / node_integral(finest, zone);
+  }
+  if (best > 0.0) return best;
+  return failure(
+      fmt::format("hemisphere: found no cloud of at most {} nodes, expected more", nodes));
+}
+
+/// Calls visit(point, outward normal, area) for points of a fine quadrature of the dome's triangles
+/// within s of the axis.
+template <class Visit>
+void visit_cap(const TriangleSurface& surface, double s, const Visit& visit) {
+  constexpr int kSplit = 4;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto& corners = surface.triangles[t];
+    const Vec3& a = surface.vertices[static_cast<std::size_t>(corners[0])];
+    const Vec3 u = (surface.vertices[static_cast<std::size_t>(corners[1])] - a) / kSplit;
+    const Vec3 v = (surface.vertices[static_cast<std::size_t>(corners[2])] - a) / kSplit;
+    const Vec3 piece = 0.5 * u.cross(v);
+    if (piece.z() <= 0.0) continue;
+    const double area = piece.norm();
+    const auto add = [&](const Vec3& x) {
+      if (std::hypot(x.x(), x.y()) < s) visit(x, Vec3(piece / area), area);
+    };
+    for (int i = 0; i < kSplit; ++i) {
+      for (int j = 0; i + j < kSplit; ++j) {
+        const Vec3 base = a + i * u + j * v;
+        add(base + (u + v) / 3.0);
+        if (i + j + 1 < kSplit) add(base + (u + v) * (2.0 / 3.0));
+      }
+    }
+  }
+}
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& values) {
+  return values.size() * sizeof(T);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<HemisphereBody>> HemisphereBody::prepare(const HemisphereOptions& options,
+                                                                const Progress& progress) {
+  std::unique_ptr<HemisphereBody> body(new HemisphereBody);
+  body->formulation_ = find_formulation(options.formulation);
+  if (!body->formulation_) {
+    return failure(fmt::format("formulation: found \"{}\", expected one of {}", options.formulation,
+                               fmt::join(formulation_names(), ", ")));
+  }
+  body->material_ = {kHemisphereModulus, options.poisson_ratio};
+  const auto finest = spacing_for(options.nodes, options.fine_zone, progress);
+  if (!finest) return std::unexpected(finest.error());
+  body->finest_ = *finest;
+  body->body_.surface = ringed_hemisphere(kRadius, rings_for(*finest));
+  const TriangleSurface& surface = body->body_.surface;
+
+  const Stopwatch watch;
+  auto cloud = place_nodes(surface, SurfaceTree(surface), spacing_field(*finest, options.fine_zone),
+                           {}, no_progress());
+  if (!cloud) return std::unexpected(cloud.error());
+  body->body_.cloud = std::move(*cloud);
+  body->fields_ = std::make_unique<ShapeFunctions>(body->formulation_->fields(body->body_.cloud));
+  std::vector<int> touchable;
+  const double zone = options.touchable_zone;
+  auto touch = sample_touchable_surface(
+      surface,
+      [&](const Vec3& x) {
+        return zone >= 1.0 || (x.z() > 0.0 && std::hypot(x.x(), x.y()) < zone * kRadius);
+      },
+      *body->fields_, touchable);
+  if (!touch) return std::unexpected(touch.error());
+  body->touch_ = std::move(*touch);
+  std::vector<int> visible = touchable;
+  auto drawn = carry_surface(surface, *body->fields_, visible);
+  if (!drawn) return std::unexpected(drawn.error());
+  body->drawn_ = std::move(*drawn);
+
+  auto solver = body->formulation_->prepare(
+      body->body_.problem(body->material_, [](const Vec3& x) { return x.z() < 1e-9; }), progress);
+  if (!solver) return std::unexpected(solver.error());
+  auto compliance = (*solver)->compliance(std::move(visible), std::move(touchable), progress);
+  if (!compliance) return std::unexpected(compliance.error());
+  body->compliance_ = std::move(*compliance);
+  body->prepare_s_ = watch.seconds();
+  body->figures_ = (*solver)->figures();
+  body->contact_ = std::make_unique<PatchContact>(body->compliance_, body->touch_, body->material_);
+
+  body->dome_areas_.assign(surface.vertices.size(), 0.0);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const Vec3 area = area_vector(surface, static_cast<int>(t));
+    if (area.z() <= 0.0) continue;
+    for (const int corner : surface.triangles[t]) {
+      body->dome_areas_[static_cast<std::size_t>(corner)] += area.norm() / 3.0;
+    }
+  }
+  return body;
+}
+
+std::vector<ContactCell> HemisphereBody::cells(HemisphereContact contact, double a_over_R,
+                                               int rings, double tilt) {
+  const double polar_angle = std::asin(a_over_R), depth = kHemisphereDepth * kRadius;
+  const double cap_area =
+      2.0 * std::numbers::pi * kRadius * kRadius * (1.0 - std::cos(polar_angle));
+  const int count = 1 + 3 * rings * (rings + 1);
+  const Mat3 turn = Eigen::AngleAxisd(tilt, Vec3::UnitY()).toRotationMatrix();
+  std::vector<ContactCell> cells;
+  for (int ring = 0; ring <= rings; ++ring) {
+    // The cells inside a ring cover their share of the cap; a cell sits at the middle of its band.
+    const auto angle_inside = [&](double number) {
+      return std::acos(1.0 - number / count * (1.0 - std::cos(polar_angle)));
+    };
+    const int inner = ring == 0 ? 0 : 1 + 3 * ring * (ring - 1);
+    const int in_ring = std::max(1, 6 * ring);
+    const double polar =
+        ring == 0 ? 0.0 : 0.5 * (angle_inside(inner) + angle_inside(inner + in_ring));
+    for (int i = 0; i < in_ring; ++i) {
+      const double angle = 2.0 * std::numbers::pi * (i + 0.5 * (ring % 2)) / in_ring;
+      const Vec3 upright(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
+                         std::cos(polar));
+      const Vec3 down = -turn.col(2);
+      ContactCell cell;
+      cell.normal = turn * upright;
+      cell.position = kRadius * cell.normal;
+      cell.area = cap_area / count;
+      cell.held = contact == HemisphereContact::stick;
+      cell.direction = -cell.normal;
+      cell.displacement = depth * down;
+      cell.depth = depth * cell.direction.dot(down);
+      cells.push_back(cell);
+    }
+  }
+  return cells;
+}
+
+Result<ContactResponse> HemisphereBody::pressure_loads(double a_over_R) const {
+  const double a = a_over_R * kRadius;
+  std::vector<Vec3> load(body_.cloud.size(), Vec3::Zero());
+  ShapeValues at;
+  bool covered = true;
+  visit_cap(body_.surface, a, [&](const Vec3& x, const Vec3& normal, double area) {
+    const double share = 1.0 - (x.x() * x.x() + x.y() * x.y()) / (a * a);
+    const Vec3 force = -kHemisphereModulus * share * share * area * normal;
+    covered = covered && fields_->evaluate(x, false, at);
+    for (std::size_t j = 0; j < at.nodes.size(); ++j) {
+      load[static_cast<std::size_t>(at.nodes[j])] += at.values[j] * force;
+    }
+  });
+  ContactResponse response;
+  std::size_t taken = 0;
+  for (std::size_t j = 0; j < compliance_.touchable.size(); ++j) {
+    const Vec3& force = load[static_cast<std::size_t>(compliance_.touchable[j])];
+    if (force.isZero(0.0)) continue;
+    response.touched.push_back(static_cast<int>(j));
+    response.loads.push_back(force);
+    ++taken;
+  }
+  const auto loaded =
+      std::count_if(load.begin(), load.end(), [](const Vec3& force) { return !force.isZero(0.0); });
+  if (!covered || taken != static_cast<std::size_t>(loaded)) {
+    return failure(fmt::format(
+        "hemisphere: found a pressure of radius {} R beyond the touchable zone, expected less",
+        a_over_R));
+  }
+  return response;
+}
+
+HemisphereAnswer HemisphereBody::press(HemisphereContact contact, double a_over_R, int rings) {
+  HemisphereAnswer answer;
+  if (contact == HemisphereContact::press) {
+    const auto response = pressure_loads(a_over_R);
+    if (!response) return answer;
+    for (const Vec3& load : response->loads) answer.force -= load.z();
+    answer.displacements = drawn_displacements(*response, {}, {}, {});
+    answer.converged = true;
+    return answer;
+  }
+  const std::vector<ContactCell> patch = cells(contact, a_over_R, rings, 0.0);
+  ContactSolution solution;
+  ContactResponse response;
+  contact_->solve(patch, solution, response);
+  answer.converged = solution.converged;
+  for (const Vec3& force : solution.forces) answer.force -= force.z();
+  answer.displacements =
+      drawn_displacements(response, solution.near_fields, patch, solution.forces);
+  return answer;
+}
+
+std::vector<Vec3> HemisphereBody::drawn_displacements(const ContactResponse& response,
+                                                      std::span<const NearField> near_fields,
+                                                      std::span<const ContactCell> cells,
+                                                      std::span<const Vec3> forces) {
+  std::vector<float> unknowns;
+  displacement_unknowns(compliance_, response, unknowns);
+  std::vector<Vec3f> positions, normals;
+  deform_drawn_surface(drawn_, unknowns, near_fields, cells, forces, positions, normals);
+  std::vector<Vec3> displacements;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    displacements.push_back(positions[v].cast<double>() - body_.surface.vertices[v]);
+  }
+  return displacements;
+}
+
+double HemisphereBody::profile_error(const std::vector<Vec3>& displacements,
+                                     const HemisphereProfile& reference) const {
+  double error = 0.0, size = 0.0;
+  for (std::size_t v = 0; v < displacements.size(); ++v) {
+    if (dome_areas_[v] <= 0.0) continue;
+    const Vec3 exact = kRadius * reference.at(body_.surface.vertices[v].normalized());
+    error += dome_areas_[v] * (displacements[v] - exact).squaredNorm();
+    size += dome_areas_[v] * exact.squaredNorm();
+  }
+  return std::sqrt(error / size);
+}
+
+std::size_t HemisphereBody::memory_bytes() const {
+  return bytes_of(compliance_.columns) + bytes_of(compliance_.visible) +
+         bytes_of(compliance_.touchable) + bytes_of(touch_.positions) + bytes_of(touch_.normals) +
+         bytes_of(touch_.areas) + bytes_of(touch_.spacings) + bytes_of(touch_.weights.nodes) +
+         bytes_of(touch_.weights.values) + bytes_of(drawn_.carriers.nodes) +
+         bytes_of(drawn_.carriers.values) + bytes_of(drawn_.triangle_items) +
+         bytes_of(drawn_.rest_normals);
+}
+
+}  // namespace viscera

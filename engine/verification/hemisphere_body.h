@@ -1,0 +1,92 @@
+// The hemisphere of the reference, prepared as an organ is and pressed as an organ is: nodes,
+// compliance, contact, drawn surface.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/verification/bodies.h"
+#include "engine/verification/hemisphere_reference.h"
+#include "kernels/contact/deformation.h"
+#include "kernels/contact/patch_contact.h"
+
+namespace viscera {
+
+/// Size and stiffness: those of the paper's test body [De2006] fig. 5.
+inline constexpr double kHemisphereRadius = 25e-3;  // [m]
+inline constexpr double kHemisphereModulus = 10e3;  // [Pa]
+
+struct HemisphereOptions {
+  std::string formulation = "galerkin";
+  double poisson_ratio = 0.45;
+  std::size_t nodes = 1100;      ///< at most; a few per cent fewer
+  double fine_zone = 0.3;        ///< nodes are finest within this distance of the axis on the dome,
+                                 ///< over R, whatever the contact; 0: equally spaced everywhere
+  double touchable_zone = 0.48;  ///< touchable within this distance of the axis on the dome, over
+                                 ///< R; 1 or more: everywhere, base included
+};
+
+/// Loads on the pole and what they did.
+struct HemisphereAnswer {
+  double force = 0.0;               ///< on the body, down the axis [N]
+  std::vector<Vec3> displacements;  ///< of the drawn vertices [m]
+  bool converged = false;
+};
+
+/// Prepared once, pressed many times; not copied, since its parts point at each other.
+class HemisphereBody {
+ public:
+  /// Finds the spacing that gives the wanted number of nodes, then prepares. Fails as the
+  /// formulation does, or where its name isn't known.
+  static Result<std::unique_ptr<HemisphereBody>> prepare(const HemisphereOptions& options,
+                                                         const Progress& progress);
+  HemisphereBody(const HemisphereBody&) = delete;
+  HemisphereBody& operator=(const HemisphereBody&) = delete;
+
+  HemisphereAnswer press(HemisphereContact contact, double a_over_R, int rings);
+
+  /// Cells of equal area over the dome within a: 1 + 3 rings (rings + 1), moved down as a whole.
+  /// `tilt` [rad] turns the patch off the pole. Not for `press`.
+  static std::vector<ContactCell> cells(HemisphereContact contact, double a_over_R, int rings,
+                                        double tilt);
+  /// The smooth pressure as loads on touchable nodes.
+  Result<ContactResponse> pressure_loads(double a_over_R) const;
+
+  /// Relative L2 distance of displacements of the drawn vertices from the profile, over the area of
+  /// the dome.
+  double profile_error(const std::vector<Vec3>& displacements,
+                       const HemisphereProfile& reference) const;
+
+  const Formulation& formulation() const { return *formulation_; }
+  const IsotropicMaterial& material() const { return material_; }
+  const TriangleSurface& surface() const { return body_.surface; }
+  const PointCloud& cloud() const { return body_.cloud; }
+  const SurfaceCompliance& compliance() const { return compliance_; }
+  PatchContact& contact() { return *contact_; }
+  const PreparationFigures& figures() const { return figures_; }
+  double prepare_s() const { return prepare_s_; }    ///< nodes, matrices, compliance; all of it [s]
+  double finest_spacing() const { return finest_; }  ///< asked for [m]
+  /// What stays for running: compliance, touchable and drawn surface.
+  std::size_t memory_bytes() const;
+
+ private:
+  HemisphereBody() = default;
+  std::vector<Vec3> drawn_displacements(const ContactResponse& response,
+                                        std::span<const NearField> near_fields,
+                                        std::span<const ContactCell> cells,
+                                        std::span<const Vec3> forces);
+
+  const Formulation* formulation_ = nullptr;
+  IsotropicMaterial material_;
+  NodedBody body_;
+  std::unique_ptr<ShapeFunctions> fields_;
+  TouchableSurface touch_;
+  DrawnSurface drawn_;
+  SurfaceCompliance compliance_;
+  std::unique_ptr<PatchContact> contact_;
+  PreparationFigures figures_;
+  std::vector<double> dome_areas_;  // of the vertices; 0 on the base
+  double prepare_s_ = 0.0, finest_ = 0.0;
+};
+
+}  // namespace viscera

@@ -1,0 +1,123 @@
+#include "engine/verification/hemisphere_reference.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace viscera {
+namespace {
+
+/// Rows of numbers after one line of headings.
+Result<std::vector<std::vector<double>>> read_table(const std::filesystem::path& path,
+                                                    std::size_t columns) {
+  std::ifstream file(path);
+  if (!file) return failure(path.string() + ": can't be read");
+  std::vector<std::vector<double>> rows;
+  std::string line;
+  std::getline(file, line);
+  for (int number = 2; std::getline(file, line); ++number) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream words(line);
+    std::vector<double> row;
+    for (double value = 0.0; words >> value;) row.push_back(value);
+    if (row.size() != columns || !words.eof()) {
+      return failure(fmt::format("{}:{}: found \"{}\", expected {} numbers", path.string(), number,
+                                 line, columns));
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Result<HemisphereProfile> read_profile(const std::filesystem::path& path) {
+  const auto table = read_table(path, 3);
+  if (!table) return std::unexpected(table.error());
+  if (table->size() < 2) return failure(path.string() + ": found fewer than two rows");
+  std::vector<HemisphereProfile::Row> rows;
+  for (const auto& row : *table) rows.push_back({row[0], row[1], row[2]});
+  return HemisphereProfile(std::move(rows));
+}
+
+}  // namespace
+
+std::string_view name_of(HemisphereContact contact) {
+  switch (contact) {
+    case HemisphereContact::stick:
+      return "stick";
+    case HemisphereContact::frictionless:
+      return "frictionless";
+    case HemisphereContact::press:
+      return "press";
+  }
+  return "";
+}
+
+Vec3 HemisphereProfile::at(const Vec3& direction) const {
+  const double across = std::hypot(direction.x(), direction.y());
+  const double angle = std::atan2(across, direction.z());
+  const auto next =
+      std::upper_bound(rows_.begin() + 1, rows_.end() - 1, angle,
+                       [](double value, const Row& row) { return value < row.polar_angle; });
+  const Row& after = *next;
+  const Row& before = *(next - 1);
+  const double t =
+      std::clamp((angle - before.polar_angle) / (after.polar_angle - before.polar_angle), 0.0, 1.0);
+  const double radial = (1.0 - t) * before.radial + t * after.radial;
+  const double axial = (1.0 - t) * before.axial + t * after.axial;
+  if (across == 0.0) return {0.0, 0.0, axial};
+  return {radial * direction.x() / across, radial * direction.y() / across, axial};
+}
+
+double HemisphereReference::force(HemisphereContact contact) const {
+  switch (contact) {
+    case HemisphereContact::stick:
+      return stick;
+    case HemisphereContact::frictionless:
+      return frictionless;
+    case HemisphereContact::press:
+      return pressure_force;
+  }
+  return 0.0;
+}
+
+Result<std::vector<HemisphereReference>> read_hemisphere_references(
+    const std::filesystem::path& folder) {
+  const auto forces = read_table(folder / "forces.csv", 6);
+  if (!forces) return std::unexpected(forces.error());
+  std::vector<HemisphereReference> references;
+  for (const auto& row : *forces) {
+    HemisphereReference one;
+    one.a_over_R = row[0];
+    one.poisson_ratio = row[1];
+    one.stick = row[2];
+    one.frictionless = row[3];
+    one.pressure_force = row[4];
+    for (const HemisphereContact contact : kHemisphereContacts) {
+      const char* prefix = contact == HemisphereContact::stick          ? "stick"
+                           : contact == HemisphereContact::frictionless ? "norm"
+                                                                        : "press";
+      auto profile = read_profile(
+          folder / fmt::format("{}_nu{:.2f}_a{:.1f}.csv", prefix, one.poisson_ratio, one.a_over_R));
+      if (!profile) return std::unexpected(profile.error());
+      one.profiles[static_cast<std::size_t>(contact)] = std::move(*profile);
+    }
+    references.push_back(std::move(one));
+  }
+  return references;
+}
+
+const HemisphereReference* find_reference(const std::vector<HemisphereReference>& references,
+                                          double poisson_ratio, double a_over_R) {
+  for (const HemisphereReference& one : references) {
+    if (std::abs(one.poisson_ratio - poisson_ratio) < 1e-6 &&
+        std::abs(one.a_over_R - a_over_R) < 1e-6) {
+      return &one;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace viscera
