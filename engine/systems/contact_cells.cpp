@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "kernels/contact/cell_pattern.h"
+
 namespace viscera {
 namespace {
 
@@ -31,17 +33,6 @@ std::pair<Vec3, Vec3> plane_across(const Vec3& up) {
   const Vec3 other = std::abs(up.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY();
   const Vec3 e1 = up.cross(other).normalized();
   return {e1, up.cross(e1)};
-}
-
-/// Offsets of a hexagonal pattern of `rings` rings and unit pitch, the centre first.
-std::vector<Vec2> hexagon(int rings) {
-  std::vector<Vec2> offsets{Vec2::Zero()};
-  for (int q = -rings; q <= rings; ++q)
-    for (int r = -rings; r <= rings; ++r) {
-      if (std::abs(q + r) > rings || (q == 0 && r == 0)) continue;
-      offsets.emplace_back(q + 0.5 * r, std::sqrt(0.75) * r);
-    }
-  return offsets;
 }
 
 /// Finds the tissue sheet of `foot` on the line through `at` along foot.outward.
@@ -131,7 +122,7 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
   const double shadow = along.norm();
   const double pitch = std::max(across, 0.15 * (shadow + across)) / (kPressRings + 0.1);
 
-  static const std::vector<Vec2> kDisc = hexagon(kPressRings);
+  static const std::vector<Vec2> kDisc = hexagonal_grid(1.0, kPressRings).places;
   std::vector<Vec3> places;
   if (shadow < 0.3 * a) {
     for (const Vec2& o : kDisc) places.push_back(foot.probe + pitch * (o.x() * e1 + o.y() * e2));
@@ -180,17 +171,19 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
                                      const CollisionSurface& surface) {
   const auto [e1, e2] = plane_across(foot.outward);
-  const double pitch = radius / (kGraspRings + 0.3);
+  // A jaw's edge is known: the pattern that answers as a flat disc of this radius.
+  const CellPattern pattern =
+      fitted_to_punch(hexagonal_grid(1.0, kGraspRings), radius, model.material.poisson_ratio, true);
   std::vector<ContactCell> cells;
-  for (const Vec2& o : hexagon(kGraspRings)) {
-    const Vec3 place = foot.position + pitch * (o.x() * e1 + o.y() * e2);
+  for (std::size_t i = 0; i < pattern.places.size(); ++i) {
+    const Vec3 place = foot.position + pattern.places[i].x() * e1 + pattern.places[i].y() * e2;
     const auto hit = tissue_under(place, foot, 2.0 * radius, surface);
     if (!hit) continue;
     ContactCell cell;
     cell.held = true;
     cell.position = position(model.surface, hit->point);
     cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
-    cell.area = std::sqrt(0.75) * pitch * pitch;
+    cell.area = pattern.areas[i];
     cell.displacement = hit->position - cell.position;
     if (is_touchable(model.touchable, cell.position)) cells.push_back(cell);
   }

@@ -101,7 +101,7 @@ Vec3 near_displacement(const std::vector<Group>& groups, std::span<const NearFie
   return sum;
 }
 
-/// acos(cosine) to 7e-5: Abramowitz and Stegun 4.4.45. As a weight that is plenty, and the
+/// acos(cosine) to 7e-5: [Abramowitz1964] 4.4.45. As a weight that is plenty, and the
 /// library's arc functions were half the time of drawing.
 float angle_of(float cosine) {
   const float x = std::min(std::abs(cosine), 1.0f);

@@ -12,15 +12,6 @@ constexpr double kBasisTolerance = 1e-3;
 /// Added to the diagonal, relative: two tools may press the very same spot.
 constexpr double kRidge = 1e-6;
 
-/// Entry of the six stored parts of a symmetric 3 x 3 block, and whether it is transposed.
-struct Part {
-  int index;
-  bool transposed;
-};
-constexpr Part kParts[3][3] = {{{0, false}, {1, false}, {2, false}},
-                               {{1, true}, {3, false}, {4, false}},
-                               {{2, true}, {4, true}, {5, false}}};
-
 bool is_sound(const ContactCell& cell) {
   return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
          cell.displacement.allFinite() && std::isfinite(cell.depth) && std::isfinite(cell.area) &&
@@ -113,30 +104,30 @@ void PatchContact::spread_cells(std::span<const ContactCell> cells, ContactSolut
   for (const int node : touched_) local_of_[static_cast<std::size_t>(node)] = -1;
 }
 
-/// The compliance among touched nodes, split by component. Only one triangle is read (the rest is
-/// its mirror): the columns are long, so every entry is a miss of the cache.
+/// The compliance among touched nodes, split by component. Where it is symmetric only one triangle
+/// is read (the rest is its mirror): the columns are long, so every entry is a miss of the cache.
 void PatchContact::gather_compliance() {
   if (gathered_ == touched_) return;
+  const bool symmetric = compliance_.symmetric;
   const auto m = static_cast<Eigen::Index>(touched_.size());
-  for (auto& part : block_) part.resize(m, m);
+  for (std::size_t part = 0; part < 9; ++part) {
+    if (symmetric && part / 3 > part % 3) continue;
+    block_[part].resize(m, m);
+  }
   const std::size_t rows = compliance_.rows();
   for (Eigen::Index j = 0; j < m; ++j) {
     const auto node = static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]);
     const float* column = compliance_.columns.data() + 3 * node * rows;
-    for (Eigen::Index i = 0; i <= j; ++i) {
+    for (Eigen::Index i = 0; i < (symmetric ? j + 1 : m); ++i) {
       const auto other = static_cast<std::size_t>(touched_[static_cast<std::size_t>(i)]);
       const float* entry = column + 3 * row_of_touchable_[other];
-      const float *x = entry, *y = entry + rows, *z = entry + 2 * rows;
-      // C(i, j) holds the row components in x[0..2]; C(j, i) is its transpose.
-      block_[0](i, j) = block_[0](j, i) = x[0];
-      block_[3](i, j) = block_[3](j, i) = y[1];
-      block_[5](i, j) = block_[5](j, i) = z[2];
-      block_[1](i, j) = y[0];
-      block_[1](j, i) = x[1];
-      block_[2](i, j) = z[0];
-      block_[2](j, i) = x[2];
-      block_[4](i, j) = z[1];
-      block_[4](j, i) = y[2];
+      for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t b = symmetric ? a : 0; b < 3; ++b) {
+          block_[3 * a + b](i, j) = entry[b * rows + a];
+          // C(j, i) is the transpose of C(i, j).
+          if (symmetric) block_[3 * a + b](j, i) = entry[a * rows + b];
+        }
+      }
     }
   }
   gathered_ = touched_;
@@ -170,67 +161,55 @@ void PatchContact::compress_weights() {
   coefficients_.conservativeResize(Eigen::NoChange, rank);
 }
 
-/// S C S^T by components.
+/// The body's part of the cells' response: S C S^T.
 void PatchContact::couple_cells() {
   const Eigen::MatrixXf basis = basis_.cast<float>();
   const Eigen::MatrixXf transposed = basis.transpose();
-  for (std::size_t part = 0; part < block_.size(); ++part) {
-    const Eigen::MatrixXf image = block_[part] * transposed;
-    const MatrixX small = (basis * image).cast<double>();
-    far_[part].noalias() = coefficients_ * small * coefficients_.transpose();
+  const Eigen::Index n = weights_.rows();
+  response_.resize(3 * n, 3 * n);
+  const auto component = [&](Eigen::Index a, Eigen::Index b) {
+    return response_(Eigen::seqN(a, n, 3), Eigen::seqN(b, n, 3));
+  };
+  for (Eigen::Index a = 0; a < 3; ++a) {
+    for (Eigen::Index b = compliance_.symmetric ? a : 0; b < 3; ++b) {
+      const Eigen::MatrixXf image = block_[static_cast<std::size_t>(3 * a + b)] * transposed;
+      const MatrixX small = (basis * image).cast<double>();
+      const MatrixX part = coefficients_ * small * coefficients_.transpose();
+      component(a, b) = part;
+      if (compliance_.symmetric && a != b) component(b, a) = part.transpose();
+      // Products in single precision leave their mark; the mirror must be exact.
+      if (compliance_.symmetric && a == b) component(a, a) = 0.5 * (part + part.transpose());
+    }
   }
 }
 
+/// Adds the near field, about the mean of both normals, so that it stays reciprocal.
 void PatchContact::couple_nearby(std::span<const ContactCell> cells,
                                  std::span<const NearField> near_fields) {
-  const auto n = static_cast<Eigen::Index>(cells.size());
-  near_.resize(n, n);
-  tangential_share_ = near_fields.front().tangential_share();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l <= k; ++l) {
       const double share = same_side(cells[k].normal, cells[l].normal);
-      double response = 0.0;
-      if (share > 0.0) {
-        // Spread by two Gaussians: their variances add.
-        const double one = near_fields[k].sigma(), other = near_fields[l].sigma();
-        const NearField near(material_, std::sqrt(0.5 * (one * one + other * other)));
-        response = share * near.normal_compliance((cells[k].position - cells[l].position).norm(),
-                                                  0.5 * (cells[k].area + cells[l].area));
-      }
-      near_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) = response;
-      near_(static_cast<Eigen::Index>(l), static_cast<Eigen::Index>(k)) = response;
+      if (share == 0.0) continue;
+      // Spread by two Gaussians: their variances add.
+      const double one = near_fields[k].sigma(), other = near_fields[l].sigma();
+      const NearField near(material_, std::sqrt(0.5 * (one * one + other * other)));
+      const Mat3 response =
+          share * near.cell_response(cells[k].position - cells[l].position,
+                                     (cells[k].normal + cells[l].normal).normalized(),
+                                     0.5 * (cells[k].area + cells[l].area));
+      const auto row = static_cast<Eigen::Index>(3 * k), column = static_cast<Eigen::Index>(3 * l);
+      response_.block<3, 3>(row, column) += response;
+      if (k != l) response_.block<3, 3>(column, row) += response.transpose();
     }
   }
-}
-
-/// Displacement of cell k under a unit force on cell l: normal and tangential parts of the near
-/// field about the mean of both normals, so that it stays reciprocal.
-Mat3 PatchContact::coupling(std::span<const ContactCell> cells, int k, int l) const {
-  Mat3 response;
-  for (int a = 0; a < 3; ++a) {
-    for (int b = 0; b < 3; ++b) {
-      const auto [index, transposed] = kParts[a][b];
-      const MatrixX& part = far_[static_cast<std::size_t>(index)];
-      response(a, b) = transposed ? part(l, k) : part(k, l);
-    }
-  }
-  const double near = near_(k, l);
-  if (near == 0.0) return response;
-  const Vec3 normal =
-      (cells[static_cast<std::size_t>(k)].normal + cells[static_cast<std::size_t>(l)].normal)
-          .normalized();
-  return response + near * (tangential_share_ * Mat3::Identity() +
-                            (1.0 - tangential_share_) * normal * normal.transpose());
 }
 
 void PatchContact::assemble(std::span<const ContactCell> cells) {
   unknowns_.clear();
   std::vector<double> wanted;
-  std::vector<int> first_of(cells.size());
   bilateral_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
-    first_of[k] = static_cast<int>(unknowns_.size());
     if (cell.held) {
       for (int a = 0; a < 3; ++a) {
         unknowns_.push_back({static_cast<int>(k), Vec3::Unit(a)});
@@ -247,20 +226,13 @@ void PatchContact::assemble(std::span<const ContactCell> cells) {
 
   const auto count = static_cast<Eigen::Index>(unknowns_.size());
   matrix_.resize(count, count);
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    for (std::size_t l = 0; l <= k; ++l) {
-      const Mat3 response = coupling(cells, static_cast<int>(k), static_cast<int>(l));
-      const int rows = cells[k].held ? 3 : 1, columns = cells[l].held ? 3 : 1;
-      for (int a = 0; a < rows; ++a) {
-        const Vec3 seen =
-            response.transpose() * unknowns_[static_cast<std::size_t>(first_of[k] + a)].direction;
-        for (int b = 0; b < columns; ++b) {
-          const double entry =
-              seen.dot(unknowns_[static_cast<std::size_t>(first_of[l] + b)].direction);
-          matrix_(first_of[k] + a, first_of[l] + b) = entry;
-          matrix_(first_of[l] + b, first_of[k] + a) = entry;
-        }
-      }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Unknown& row = unknowns_[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; j < (compliance_.symmetric ? i + 1 : count); ++j) {
+      const Unknown& column = unknowns_[static_cast<std::size_t>(j)];
+      matrix_(i, j) = row.direction.dot(response_.block<3, 3>(3 * row.cell, 3 * column.cell) *
+                                        column.direction);
+      if (compliance_.symmetric) matrix_(j, i) = matrix_(i, j);
     }
   }
   matrix_.diagonal() *= 1.0 + kRidge;
@@ -323,12 +295,10 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
     response.loads.clear();
   }
 
+  const Eigen::Map<const VectorX> forces(solution.forces.front().data(),
+                                         static_cast<Eigen::Index>(3 * cells.size()));
+  Eigen::Map<VectorX>(displacements_.front().data(), forces.size()).noalias() = response_ * forces;
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    for (std::size_t l = 0; l < cells.size(); ++l) {
-      if (solution.forces[l].isZero(0.0)) continue;
-      displacements_[k] +=
-          coupling(cells, static_cast<int>(k), static_cast<int>(l)) * solution.forces[l];
-    }
     if (!cells[k].held) {
       const double reached = displacements_[k].dot(cells[k].direction);
       solution.violation = std::max(solution.violation, cells[k].depth - reached);

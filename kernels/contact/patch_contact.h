@@ -79,7 +79,6 @@ class PatchContact {
   void compress_weights();
   void couple_cells();
   void couple_nearby(std::span<const ContactCell> cells, std::span<const NearField> near_fields);
-  Mat3 coupling(std::span<const ContactCell> cells, int k, int l) const;
   void assemble(std::span<const ContactCell> cells);
 
   const SurfaceCompliance& compliance_;
@@ -95,10 +94,10 @@ class PatchContact {
   std::vector<std::vector<WeightedNode>> spread_;  // per cell
   MatrixX weights_;                                // S: cells x m
   MatrixX basis_, coefficients_;                   // S ~ coefficients (cells x r) basis (r x m)
-  std::array<Eigen::MatrixXf, 6> block_;  // xx, xy, xz, yy, yz, zz of C on touched nodes: m x m
-  std::array<MatrixX, 6> far_;            // the same of S C S^T: cells x cells
-  MatrixX near_;                          // normal near field: cells x cells
-  double tangential_share_ = 1.0;         // of it, for tangential forces
+  // Components xx, xy, xz, yx, ... of C on touched nodes, m x m each; yx, zx and zy stay empty
+  // where C is symmetric, being the transposes of xy, xz and yz.
+  std::array<Eigen::MatrixXf, 9> block_;
+  MatrixX response_;  // mean displacement of each cell per force on each: (3 cells) x (3 cells)
 
   std::vector<Unknown> unknowns_;
   MatrixX matrix_;

@@ -14,7 +14,7 @@ namespace viscera::test {
 PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& material,
                          const SpacingField& spacing,
                          const std::function<bool(const Vec3&)>& is_fixed,
-                         const std::function<bool(const Vec3&)>& is_touchable) {
+                         const std::function<bool(const Vec3&)>& is_touchable, bool drawn) {
   PressedBody body;
   body.surface = std::move(surface);
   body.material = material;
@@ -39,7 +39,16 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
     return body;
   }
   body.touch = std::move(*touch);
-  auto compliance = (*solver)->compliance(body.touchable, body.touchable, no_progress());
+  std::vector<int> visible = body.touchable;
+  if (drawn) {
+    auto carried = carry_surface(body.surface, *body.fields, visible);
+    if (!carried) {
+      ADD_FAILURE() << carried.error().text();
+      return body;
+    }
+    body.drawn = std::move(*carried);
+  }
+  auto compliance = (*solver)->compliance(visible, body.touchable, no_progress());
   if (!compliance) {
     ADD_FAILURE() << compliance.error().text();
     return body;
@@ -125,29 +134,19 @@ std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings
   return cells;
 }
 
-std::vector<ContactCell> cap_cells(double radius, double polar_angle, int rings) {
-  const double cap_area = 2.0 * std::numbers::pi * radius * radius * (1.0 - std::cos(polar_angle));
-  const int count = 1 + 3 * rings * (rings + 1);
+std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern) {
   std::vector<ContactCell> cells;
-  for (int ring = 0; ring <= rings; ++ring) {
-    // The cells inside a ring cover their share of the cap; a cell sits at the middle of its band.
-    const auto angle_inside = [&](double number) {
-      return std::acos(1.0 - number / count * (1.0 - std::cos(polar_angle)));
-    };
-    const int inner = ring == 0 ? 0 : 1 + 3 * ring * (ring - 1);
-    const int in_ring = std::max(1, 6 * ring);
-    const double polar =
-        ring == 0 ? 0.0 : 0.5 * (angle_inside(inner) + angle_inside(inner + in_ring));
-    for (int i = 0; i < in_ring; ++i) {
-      const double angle = 2.0 * std::numbers::pi * (i + 0.5 * (ring % 2)) / in_ring;
-      ContactCell cell;
-      cell.normal = {std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
-                     std::cos(polar)};
-      cell.position = radius * cell.normal;
-      cell.area = cap_area / count;
-      cell.direction = -cell.normal;
-      cells.push_back(cell);
-    }
+  for (std::size_t k = 0; k < pattern.places.size(); ++k) {
+    // Lambert's projection: a disc of radius 2 R sin(polar / 2) has the area of the cap.
+    const double r = pattern.places[k].norm();
+    const double polar = 2.0 * std::asin(r / (2.0 * radius));
+    const Vec2 across = r > 0.0 ? Vec2(pattern.places[k] / r) : Vec2(Vec2::Zero());
+    ContactCell cell;
+    cell.normal = {std::sin(polar) * across.x(), std::sin(polar) * across.y(), std::cos(polar)};
+    cell.position = radius * cell.normal;
+    cell.area = pattern.areas[k];
+    cell.direction = -cell.normal;
+    cells.push_back(cell);
   }
   return cells;
 }

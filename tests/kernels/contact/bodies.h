@@ -5,6 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "kernels/contact/cell_pattern.h"
+#include "kernels/contact/deformation.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/points/node_placement.h"
 
@@ -19,15 +21,16 @@ struct PressedBody {
   std::vector<int> touchable;
   TouchableSurface touch;
   SurfaceCompliance compliance;
+  DrawnSurface drawn;  ///< of `surface`, where asked for; point drawn.rest at it before use
   bool ready = false;  ///< false: a step of preparation failed, and a test failure says which
 };
 
 /// Places nodes, prepares the body with the galerkin formulation and asks for the compliance of the
-/// touchable part among itself.
+/// touchable part among itself; with `drawn`, against all that carries the surface.
 PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& material,
                          const SpacingField& spacing,
                          const std::function<bool(const Vec3&)>& is_fixed,
-                         const std::function<bool(const Vec3&)>& is_touchable);
+                         const std::function<bool(const Vec3&)>& is_touchable, bool drawn = false);
 
 /// A block of these edges [m] centred at the origin, held at its bottom, touchable on its top
 /// within `reach` of the axis in x and y.
@@ -43,9 +46,9 @@ TriangleSurface hemisphere(double radius, int rings);
 std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings, double radius,
                                      double depth);
 
-/// Cells of equal area that cover the cap of a ball about the origin up to the polar angle: one at
-/// the pole, then 6 i in ring i. Outward normals; the tool is for the caller to fill in.
-std::vector<ContactCell> cap_cells(double radius, double polar_angle, int rings);
+/// A pattern laid on a ball about the origin around its pole, areas kept. Outward normals; the tool
+/// is for the caller to fill in.
+std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern);
 
 Vec3 total_force(const ContactSolution& solution);
 
