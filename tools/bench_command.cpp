@@ -1,13 +1,9 @@
 #include "tools/bench_command.h"
 
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -19,42 +15,12 @@
 #include "engine/run.h"
 #include "engine/scene/soft_ball.h"
 #include "engine/world.h"
-#include "kernels/base/stopwatch.h"
+#include "tools/bench_figures.h"
 #include "tools/project_paths.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
 namespace {
-
-/// A folder that goes with the benchmark.
-class ScratchFolder {
- public:
-  static Result<std::unique_ptr<ScratchFolder>> create() {
-    std::error_code error;
-    std::string name = (fs::temp_directory_path(error) / "viscera_bench_XXXXXX").string();
-    if (error || !mkdtemp(name.data())) return failure(name + ": can't make a temporary folder");
-    return std::unique_ptr<ScratchFolder>(new ScratchFolder(name));
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  explicit ScratchFolder(fs::path path) : path_(std::move(path)) {}
-  fs::path path_;
-};
-
-/// A figure beside what it is to reach.
-struct Row {
-  std::string what, unit;
-  double value = 0.0, target = 0.0;
-  bool at_least = false;  ///< the target is a lower bound
-  bool met() const { return at_least ? value >= target : value <= target; }
-};
 
 double stage_median_us(const RunReport& report, std::string_view name) {
   for (const StageReport& stage : report.stages)
@@ -74,22 +40,13 @@ Result<RunReport> whole_run(const SceneDescription& scene,
 /// Wall time of the program itself, from its start to the end of a run of one frame [s].
 Result<double> time_of_second_start(const std::vector<std::string>& scene_arguments,
                                     const fs::path& out) {
-  std::vector<std::string> words = {"viscera", "run"};
+  std::vector<std::string> words = {"/proc/self/exe", "run"};
   words.insert(words.end(), scene_arguments.begin(), scene_arguments.end());
   words.insert(words.end(),
                {"--out", out.string(), "--no-render", "--quiet", "--duration", "0.017"});
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const Stopwatch watch;
-  pid_t child = 0;
-  if (posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, arguments.data(), environ) != 0)
-    return failure("can't start the program a second time");
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    return failure("the second start failed: " + shell_command(words));
-  return watch.seconds();
+  const CommandResult done = run_program(words);
+  if (done.code != 0) return failure("the second start failed: " + shell_command(words));
+  return done.wall_s;
 }
 
 /// Mean force on each instrument over the scene's time [N].
@@ -199,7 +156,7 @@ Result<void> bench_scene(const SceneDescription& scene_in,
   run.assets = assets_folder();
   run.out = (*scratch)->path() / "run";
   run.quiet = true;
-  std::vector<Row> rows;
+  std::vector<BenchRow> rows;
 
   if (!options.quick) {
     RunOptions fresh = run;
@@ -254,26 +211,16 @@ Result<void> bench_scene(const SceneDescription& scene_in,
                                 : "a ball's force at 6 mm spacing against 1.5 mm",
                   "%", 100.0 * std::abs(forces.front() / forces.back() - 1.0), 10.0});
 
-  out << fmt::format(
-      "{:<50}{:>12}{:>12}\n",
+  print_rows(
+      rows,
       fmt::format("{} ({}, {} threads)", scene.name, simulated->machine.cpu, simulated->threads),
-      "measured", "to reach");
+      out);
   nlohmann::json json = {{"scene", scene.name},
                          {"machine", simulated->machine.cpu},
                          {"cores", simulated->machine.cores},
                          {"threads", simulated->threads},
                          {"renderer", filmed->renderer},
-                         {"rows", nlohmann::json::array()}};
-  for (const Row& row : rows) {
-    out << fmt::format("{:<50}{:>9.3g} {:<3}{:>7} {:<3}{}\n", row.what, row.value, row.unit,
-                       fmt::format("{}{:g}", row.at_least ? ">" : "<", row.target), row.unit,
-                       row.met() ? "met" : "NOT MET");
-    json["rows"].push_back({{"what", row.what},
-                            {"unit", row.unit},
-                            {"value", row.value},
-                            {"target", row.target},
-                            {"met", row.met()}});
-  }
+                         {"rows", to_json(rows)}};
   if (options.json.empty()) return {};
   return write_file(options.json, json.dump(2) + "\n");
 }

@@ -15,6 +15,8 @@
 #include "engine/run.h"
 #include "engine/scene/load_scene.h"
 #include "tools/bench_command.h"
+#include "tools/bench_convergence.h"
+#include "tools/bench_hemisphere.h"
 #include "tools/check_command.h"
 #include "tools/project_paths.h"
 
@@ -116,6 +118,28 @@ int smoke_info_command(const std::string& file) {
   return 0;
 }
 
+void add_hemisphere_options(CLI::App& command, HemisphereBenchOptions& options, std::string& json,
+                            std::string& plots) {
+  command.add_flag("--quick", options.quick, "fewer cases; under two minutes");
+  command.add_flag("--peers", options.peers,
+                   "finite elements (gmsh, CalculiX) and Bullet on the same hemisphere");
+  command.add_option("--json", json, "write the figures to this file");
+  command.add_option("--plot", plots, "draw the figures into this folder");
+  const auto list = [&](const char* name, auto& values, const char* what) {
+    command.add_option(name, values, what)->delimiter(',')->allow_extra_args(false);
+  };
+  list("--formulation", options.formulations, "these alone, e.g. galerkin,gfdm");
+  list("--nodes", options.nodes, "at most this many nodes, e.g. 500,1100");
+  list("--poisson", options.poisson_ratios, "Poisson's ratios, e.g. 0.3,0.4");
+  list("--a", options.radii, "contact radii over R, e.g. 0.15,0.2");
+  list("--contact", options.contacts, "stick, frictionless or press");
+  command.add_flag("--uniform", options.uniform, "nodes equally far apart everywhere");
+  command
+      .add_option("--touchable-zone", options.touchable_zone,
+                  "touchable within this distance of the axis, over R; 1: everywhere")
+      ->check(CLI::Range(0.2, 1.0));
+}
+
 int main_program(int argc, char** argv) {
   CLI::App app{"Viscera: a simulator of laparoscopic scenes"};
   app.set_version_flag("--version", VISCERA_VERSION);
@@ -156,6 +180,22 @@ int main_program(int argc, char** argv) {
   bench_main->add_option("--json", bench_json, "write the figures to this file");
   bench_main->add_flag("--quick", bench_options.quick, "three simulated seconds");
 
+  HemisphereBenchOptions hemisphere_options;
+  std::string hemisphere_json, hemisphere_plots;
+  CLI::App* bench_ball = bench->add_subcommand(
+      "hemisphere", "time against error on a pressed hemisphere, for every formulation");
+  add_hemisphere_options(*bench_ball, hemisphere_options, hemisphere_json, hemisphere_plots);
+  ConvergenceBenchOptions convergence_options;
+  std::string convergence_json, convergence_plots;
+  CLI::App* bench_cube =
+      bench->add_subcommand("convergence", "error and order on a smooth solution on a cube");
+  bench_cube->add_flag("--quick", convergence_options.quick, "without the finest clouds");
+  bench_cube->add_option("--json", convergence_json, "write the figures to this file");
+  bench_cube->add_option("--plot", convergence_plots, "draw the figures into this folder");
+  bench_cube->add_option("--formulation", convergence_options.formulations, "these alone")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -190,6 +230,20 @@ int main_program(int argc, char** argv) {
     bench_options.json = bench_json;
     bench_options.scene_arguments = bench_scene_arguments.words();
     auto measured = bench_scene(*scene, *tissues, bench_options, std::cout);
+    return measured ? 0 : fail(measured.error());
+  }
+  if (bench_ball->parsed()) {
+    install_interrupt_handler();
+    hemisphere_options.json = hemisphere_json;
+    hemisphere_options.plots = hemisphere_plots;
+    auto measured = bench_hemisphere(hemisphere_options, std::cout);
+    return measured ? 0 : fail(measured.error());
+  }
+  if (bench_cube->parsed()) {
+    install_interrupt_handler();
+    convergence_options.json = convergence_json;
+    convergence_options.plots = convergence_plots;
+    auto measured = bench_convergence(convergence_options, std::cout);
     return measured ? 0 : fail(measured.error());
   }
   return smoke_info_command(volume);

@@ -263,6 +263,7 @@ HemisphereAnswer HemisphereBody::press(HemisphereContact contact, double a_over_
   ContactResponse response;
   contact_->solve(patch, solution, response);
   answer.converged = solution.converged;
+  answer.smallest_eigenvalue = solution.smallest_eigenvalue;
   for (const Vec3& force : solution.forces) answer.force -= force.z();
   answer.displacements =
       drawn_displacements(response, solution.near_fields, patch, solution.forces);

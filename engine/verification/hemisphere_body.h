@@ -31,6 +31,7 @@ struct HemisphereAnswer {
   double force = 0.0;               ///< on the body, down the axis [N]
   std::vector<Vec3> displacements;  ///< of the drawn vertices [m]
   bool converged = false;
+  double smallest_eigenvalue = 1.0;    ///< of the touching cells' compliance over its largest
 };
 
 /// Prepared once, pressed many times; not copied, since its parts point at each other.

@@ -1,0 +1,104 @@
+// The benchmarks of the elastic core, from end to end at small sizes.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/paths.h"
+#include "tests/support/program.h"
+
+namespace viscera::test {
+namespace fs = std::filesystem;
+namespace {
+
+class Bench : public testing::Test {
+ protected:
+  ProgramResult run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "bench");
+    ProgramCall call;
+    call.arguments = std::move(arguments);
+    call.cache = folder_ / "cache";
+    return run_program(call);
+  }
+  nlohmann::json json(const fs::path& file) { return nlohmann::json::parse(file_text(file)); }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Bench, HemisphereRunsANamedCaseAndComparesItWithTheReference) {
+  const fs::path file = folder_ / "h.json";
+  const ProgramResult result = run({"hemisphere", "--quick", "--nodes", "300", "--a", "0.2",
+                                    "--poisson", "0.3", "--formulation", "galerkin", "--json",
+                                    file.string(), "--plot", (folder_ / "plots").string()});
+  ASSERT_EQ(result.code, 0) << result.told();
+  const auto all = json(file);
+  ASSERT_EQ(all["cases"].size(), 3u);
+  for (const auto& one : all["cases"]) {
+    EXPECT_EQ(one["formulation"], "galerkin");
+    EXPECT_EQ(one["basis"], "linear");
+    EXPECT_LE(one["nodes"].get<int>(), 300);
+    EXPECT_LT(one["surface_nodes"].get<int>(), one["nodes"].get<int>());
+    for (const char* key : {"prepare_s", "assemble_s", "factor_s", "compliance_s", "online_us"}) {
+      EXPECT_GT(one[key].get<double>(), 0.0) << key;
+    }
+    EXPECT_GT(one["memory_bytes"].get<double>(), 0.0);
+    // Far coarser than what is to reach 4 %.
+    EXPECT_LT(one["profile_error"].get<double>(), 0.2);
+    if (one["contact"] == "press") {
+      EXPECT_TRUE(one["force_error"].is_null());
+      continue;
+    }
+    EXPECT_LT(std::abs(one["force_error"].get<double>()), 0.15);
+    const double reference = one["contact"] == "stick" ? 0.522829 : 0.492322;
+    EXPECT_NEAR(one["force_over_ERdelta"].get<double>() / reference - 1.0,
+                one["force_error"].get<double>(), 1e-6);
+    EXPECT_GT(one["smallest_eigenvalue"].get<double>(), 0.0);
+  }
+}
+
+TEST_F(Bench, HemisphereWithoutAReferenceHasForcesButNoErrors) {
+  const fs::path file = folder_ / "h.json";
+  const ProgramResult result =
+      run({"hemisphere", "--quick", "--nodes", "300", "--a", "0.15", "--poisson", "0.4",
+           "--formulation", "galerkin", "--contact", "stick", "--json", file.string()});
+  ASSERT_EQ(result.code, 0) << result.told();
+  const auto all = json(file);
+  ASSERT_EQ(all["cases"].size(), 1u);
+  const auto& one = all["cases"][0];
+  // Between the references of the neighbouring radii.
+  EXPECT_GT(one["force_over_ERdelta"].get<double>(), 0.242311);
+  EXPECT_LT(one["force_over_ERdelta"].get<double>(), 0.589663);
+  EXPECT_TRUE(one["force_error"].is_null());
+  EXPECT_TRUE(one["profile_error"].is_null());
+}
+
+TEST_F(Bench, ConvergenceGivesErrorsAndOrders) {
+  const fs::path file = folder_ / "c.json";
+  const ProgramResult result = run({"convergence", "--quick", "--formulation", "galerkin", "--json",
+                                    file.string(), "--plot", (folder_ / "plots").string()});
+  ASSERT_EQ(result.code, 0) << result.told();
+  const auto all = json(file);
+  ASSERT_EQ(all["cases"].size(), 6u);
+  for (const auto& one : all["cases"]) {
+    EXPECT_EQ(one["jitter"], 0.2);
+    EXPECT_LT(one["error"].get<double>(), 0.02);
+    if (one["nodes"] == 512) {
+      EXPECT_TRUE(one["order"].is_null());
+    } else {
+      EXPECT_GT(one["order"].get<double>(), 1.7);
+    }
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "plots/convergence_nu0.45.svg"));
+}
+
+TEST_F(Bench, RefusesWhatItCantRunWithAllReasons) {
+  const ProgramResult result =
+      run({"hemisphere", "--formulation", "springs", "--poisson", "0.5", "--a", "0.7"});
+  EXPECT_EQ(result.code, 2) << result.told();
+  for (const char* word : {"springs", "galerkin", "0.5", "--a"})
+    EXPECT_NE(result.err.find(word), std::string::npos) << word << result.told();
+  EXPECT_EQ(run({"hemisphere", "--contact", "glue"}).code, 2);
+  EXPECT_EQ(run({"convergence", "--formulation", "springs"}).code, 2);
+}
+
+}  // namespace
+}  // namespace viscera::test

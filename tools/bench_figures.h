@@ -1,0 +1,59 @@
+// What benchmarks share: figures beside their targets, medians, a folder that goes.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "kernels/base/result.h"
+
+namespace viscera {
+
+/// A figure beside what it is to reach.
+struct BenchRow {
+  std::string what, unit;
+  double value = 0.0, target = 0.0;
+  bool at_least = false;  ///< the target is a lower bound
+  bool met() const { return at_least ? value >= target : value <= target; }
+};
+
+/// One line a row: what, figure, target, met or not.
+void print_rows(const std::vector<BenchRow>& rows, const std::string& title, std::ostream& out);
+nlohmann::json to_json(const std::vector<BenchRow>& rows);
+
+/// Median wall time of one call [s]: after a warm-up, calls for about this long, at least seven.
+double median_call_s(const std::function<void()>& call, double for_about_s);
+
+/// What this process reads from memory: the best of several passes over a block that no cache
+/// holds, all threads together [bytes/s].
+double read_bandwidth();
+
+/// A folder that goes with the benchmark.
+class ScratchFolder {
+ public:
+  static Result<std::unique_ptr<ScratchFolder>> create();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  explicit ScratchFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  std::filesystem::path path_;
+};
+
+/// Runs a command to its end without a shell, its output going to `log` (empty: to nowhere).
+struct CommandResult {
+  int code = -1;  ///< of its exit; -1: it didn't start or was killed
+  double wall_s = 0.0;
+  std::size_t peak_memory_bytes = 0;
+};
+CommandResult run_program(const std::vector<std::string>& words,
+                          const std::filesystem::path& log = {},
+                          const std::filesystem::path& folder = {});
+
+}  // namespace viscera
