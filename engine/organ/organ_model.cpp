@@ -322,6 +322,12 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
       if (!saved) warnings.push_back("cache not written: " + saved.error().text());
     }
   }
+  if (model->deformable()) {
+    // Said once, however many organs use the formulation.
+    std::string warning(find_formulation(organ.formulation)->warning());
+    if (!warning.empty() && std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
+      warnings.push_back(std::move(warning));
+  }
   model->prepare_s = watch.seconds();
   return model;
 }

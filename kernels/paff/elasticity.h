@@ -17,7 +17,7 @@
 namespace viscera {
 
 struct IsotropicMaterial {
-  double youngs_modulus = 0.0;   ///< E [Pa]
+  double youngs_modulus = 0.0;  ///< E [Pa]
   double poisson_ratio = 0.0;
 
   double shear_modulus() const { return youngs_modulus / (2.0 * (1.0 + poisson_ratio)); }
@@ -30,10 +30,10 @@ struct IsotropicMaterial {
 
 /// A linear elastic body held on part of its surface, free elsewhere. [De2006] eq. 6-9.
 struct ElasticProblem {
-  const TriangleSurface* surface = nullptr;       ///< closed, oriented outwards
+  const TriangleSurface* surface = nullptr;  ///< closed, oriented outwards
   const PointCloud* cloud = nullptr;
   IsotropicMaterial material;
-  std::function<bool(const Vec3&)> is_fixed;      ///< asked at points of the surface
+  std::function<bool(const Vec3&)> is_fixed;  ///< asked at points of the surface
 };
 
 /// What acts on a body at rest; an empty function means none of it.
@@ -45,11 +45,11 @@ struct StaticLoads {
 
 /// What preparation found out about itself; printed by the report and the benchmarks.
 struct PreparationFigures {
-  std::size_t unknowns = 0;              ///< 3 N
-  std::size_t stiffness_nonzeros = 0;    ///< of K, both triangles
+  std::size_t unknowns = 0;            ///< 3 N
+  std::size_t stiffness_nonzeros = 0;  ///< of K, both triangles
   std::size_t quadrature_points = 0;
-  double gradient_correction = 0.0;      ///< relative size of the VCI correction
-  double fixed_area = 0.0;               ///< [m2]
+  double gradient_correction = 0.0;  ///< relative size of the VCI correction
+  double fixed_area = 0.0;           ///< [m2]
   double assemble_s = 0.0, factor_s = 0.0, compliance_s = 0.0;
   std::size_t factor_bytes = 0;
 };
@@ -59,13 +59,15 @@ struct PreparationFigures {
 /// Nodal unknowns alpha_J are not displacements: u(x) = sum_J phi_J(x) alpha_J; a force F at the
 /// surface point x loads unknown J with phi_J(x) F.
 struct SurfaceCompliance {
-  std::vector<int> visible;     ///< node of each row triple, ascending; holds all of `touchable`
-  std::vector<int> touchable;   ///< node of each column triple, ascending
-  std::vector<float> columns;   ///< column-major, (3 visible) x (3 touchable) [m/N]
+  std::vector<int> visible;    ///< node of each row triple, ascending; holds all of `touchable`
+  std::vector<int> touchable;  ///< node of each column triple, ascending
+  std::vector<float> columns;  ///< column-major, (3 visible) x (3 touchable) [m/N]
   /// False: the square of the touchable nodes isn't its own mirror (strong forms), and must not be
   /// made so: a force could change its sign.
   bool symmetric = true;
   std::size_t rows() const { return 3 * visible.size(); }
+  /// Row of each touchable unknown: the rows of the touchable square    (3 touchable).
+  std::vector<std::size_t> touchable_rows() const;
 };
 
 /// A prepared (assembled and factored) body: answers loads, many at a time. Not thread-safe.
@@ -86,9 +88,9 @@ class ElasticSolver {
 class Formulation {
  public:
   virtual ~Formulation() = default;
-  virtual std::string_view name() const = 0;      ///< "galerkin"
-  virtual int version() const = 0;                ///< raised when its results change: part of cache keys
-  virtual double support_factor() const = 0;      ///< rho: support radius over spacing
+  virtual std::string_view name() const = 0;  ///< "galerkin"
+  virtual int version() const = 0;  ///< raised when its results change: part of cache keys
+  virtual double support_factor() const = 0;  ///< rho: support radius over spacing
   virtual Basis basis() const { return Basis::linear; }
   /// True: the nodal unknowns are the displacements at the nodes. False: only sums of fields are.
   virtual bool interpolates() const { return false; }

@@ -1,13 +1,14 @@
 #include <array>
 
+#include "kernels/paff/collocation.h"
 #include "kernels/paff/elasticity.h"
 #include "kernels/paff/galerkin.h"
 
 namespace viscera {
 namespace {
 
-std::array<const Formulation*, 1> formulations() {
-  return {&galerkin_formulation()};
+std::array<const Formulation*, 3> formulations() {
+  return {&galerkin_formulation(), &gfdm_formulation(), &paper_formulation()};
 }
 
 }  // namespace

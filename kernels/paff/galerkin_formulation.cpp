@@ -1,39 +1,10 @@
 // The `galerkin` formulation behind the common interface: prepare, solve, compliance.
-#include <algorithm>
-
-#include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
+#include "kernels/paff/compliance_columns.h"
 #include "kernels/paff/galerkin.h"
 
 namespace viscera {
 namespace {
-
-/// Ascending, each once, within [0, count).
-bool is_node_list(const std::vector<int>& nodes, std::size_t count) {
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i] < 0 || static_cast<std::size_t>(nodes[i]) >= count) return false;
-    if (i > 0 && nodes[i] <= nodes[i - 1]) return false;
-  }
-  return true;
-}
-
-/// Round-off differs above and below the diagonal; contact wants the square exactly symmetric.
-void symmetrise_touchable_square(SurfaceCompliance& compliance) {
-  const std::size_t rows = compliance.rows();
-  std::vector<std::size_t> row_of;
-  for (const int node : compliance.touchable) {
-    const auto found = std::lower_bound(compliance.visible.begin(), compliance.visible.end(), node);
-    const auto place = static_cast<std::size_t>(found - compliance.visible.begin());
-    for (std::size_t k = 0; k < 3; ++k) row_of.push_back(3 * place + k);
-  }
-  for (std::size_t i = 0; i < row_of.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      float& below = compliance.columns[j * rows + row_of[i]];
-      float& above = compliance.columns[i * rows + row_of[j]];
-      below = above = 0.5f * (below + above);
-    }
-  }
-}
 
 class GalerkinSolver final : public ElasticSolver {
  public:
@@ -55,55 +26,19 @@ class GalerkinSolver final : public ElasticSolver {
   Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
                                        const Progress& progress) override {
     const Stopwatch watch;
-    const std::size_t nodes = figures_.unknowns / 3;
-    if (!is_node_list(visible, nodes) || !is_node_list(touchable, nodes) ||
-        !std::includes(visible.begin(), visible.end(), touchable.begin(), touchable.end())) {
-      return failure(
-          "compliance: expected visible and touchable nodes ascending, each once, below " +
-          std::to_string(nodes) + ", touchable ones among the visible");
-    }
-    SurfaceCompliance compliance{std::move(visible), std::move(touchable), {}};
-    const std::size_t rows = compliance.rows();
-    const std::size_t column_count = 3 * compliance.touchable.size();
-    compliance.columns.resize(rows * column_count);
-
-    std::vector<int> units;
-    std::vector<double> block;
-    for (std::size_t first = 0; first < column_count; first += kColumnsAtOnce) {
-      if (!progress(static_cast<double>(first) / static_cast<double>(column_count),
-                    "computing compliance")) {
-        return failure(kCancelled);
-      }
-      const std::size_t last = std::min(column_count, first + kColumnsAtOnce);
-      units.clear();
-      for (std::size_t c = first; c < last; ++c) {
-        units.push_back(3 * compliance.touchable[c / 3] + static_cast<int>(c % 3));
-      }
-      block.resize(figures_.unknowns * units.size());
-      if (const Result<void> solved = factor_.solve_units(units, block); !solved) {
-        return std::unexpected(solved.error());
-      }
-      parallel_for_each_index(last - first, 8, [&](std::size_t c) {
-        const double* solution = block.data() + c * figures_.unknowns;
-        float* column = compliance.columns.data() + (first + c) * rows;
-        for (std::size_t v = 0; v < compliance.visible.size(); ++v) {
-          const double* triple = solution + 3 * compliance.visible[v];
-          for (std::size_t k = 0; k < 3; ++k) column[3 * v + k] = static_cast<float>(triple[k]);
-        }
-      });
-    }
-    symmetrise_touchable_square(compliance);
+    auto compliance = compliance_columns(
+        figures_.unknowns / 3, std::move(visible), std::move(touchable), true,
+        [&](std::span<const int> units, std::span<double> out) {
+          return factor_.solve_units(units, out);
+        },
+        progress);
     figures_.compliance_s += watch.seconds();
-    if (!progress(1.0, "computing compliance")) return failure(kCancelled);
     return compliance;
   }
 
   const PreparationFigures& figures() const override { return figures_; }
 
  private:
-  /// Wide enough for matrix products to run at full speed, small enough to stop soon when asked.
-  static constexpr std::size_t kColumnsAtOnce = 256;
-
   GalerkinSystem system_;
   SparseCholesky factor_;
   PreparationFigures figures_;

@@ -3,27 +3,22 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <string_view>
 
 #include "kernels/base/result.h"
 #include "kernels/paff/block_matrix.h"
+#include "kernels/paff/mumps_factor.h"
 
 namespace viscera {
 
-/// The factor of one symmetric positive definite matrix. Owns the MUMPS instance; movable. BLAS is
-/// held to one thread, so that results don't depend on the number of threads. MUMPS itself isn't
-/// safe from several threads at once: calls of all instances queue for one lock.
+/// The factor of one symmetric positive definite matrix; movable. Threads: see MumpsFactor.
 class SparseCholesky {
  public:
   /// `what` names the matrix in messages. `shift` is added to the diagonal. Fails on a matrix that
   /// is singular or not positive definite, and when memory runs out.
   static Result<SparseCholesky> factor(const SymmetricBlockMatrix& matrix, double shift,
                                        std::string_view what);
-  ~SparseCholesky();
-  SparseCholesky(SparseCholesky&&) noexcept;
-  SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
   /// A x = b in place; `columns` right-hand sides, column-major (order x columns).
   Result<void> solve(std::span<double> right_hand_sides, int columns);
@@ -32,13 +27,12 @@ class SparseCholesky {
   /// A^-1 e_units[k]. Skips the parts of the forward elimination where the vectors are zero.
   Result<void> solve_units(std::span<const int> units, std::span<double> out);
 
-  std::size_t order() const;  ///< rows of the matrix
-  std::size_t factor_bytes() const;  ///< memory that the factor holds
+  std::size_t order() const { return factor_.order(); }                ///< rows of the matrix
+  std::size_t factor_bytes() const { return factor_.factor_bytes(); }  ///< memory it holds
 
  private:
-  struct Instance;
-  explicit SparseCholesky(std::unique_ptr<Instance> instance);
-  std::unique_ptr<Instance> instance_;
+  explicit SparseCholesky(MumpsFactor factor) : factor_(std::move(factor)) {}
+  MumpsFactor factor_;
 };
 
 }  // namespace viscera
