@@ -36,14 +36,12 @@ TEST(StrongForms, GeneralisedFiniteDifferencesConvergeAtTheirHighestPoissonRatio
 }
 
 TEST(StrongForms, CollocationOfThePaperDoesNotConverge) {
-  for (const double poisson_ratio : {0.3, 0.45}) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const int cells : {5, 7, 10})
-      least = std::min(least, error_of("paper", cells, poisson_ratio));
-    EXPECT_GT(least, 0.1);
-    EXPECT_LT(std::log(error_of("paper", 7, poisson_ratio) / error_of("paper", 10, poisson_ratio)),
-              0.0);
-  }
+  const double coarse = error_of("paper", 7, 0.3), fine = error_of("paper", 10, 0.3);
+  RecordProperty("error_8_nodes", std::to_string(coarse));
+  RecordProperty("error_11_nodes", std::to_string(fine));
+  EXPECT_GT(coarse, 0.1);
+  EXPECT_GT(fine, coarse);
+  EXPECT_LT(fine, 10.0);  // wrong, but solved
 }
 
 }  // namespace
