@@ -6,8 +6,8 @@
 namespace viscera {
 namespace {
 
-std::array<const Formulation*, 1> formulations() {
-  return {&galerkin_formulation()};
+std::array<const Formulation*, 2> formulations() {
+  return {&galerkin_formulation(), &galerkin_quadratic_formulation()};
 }
 
 }  // namespace
