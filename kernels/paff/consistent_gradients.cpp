@@ -11,105 +11,205 @@ namespace viscera {
 namespace {
 
 // Volume points y_q with weights w_q, surface points with weights w_b and normals n_b, nodes x_I.
-// p_Iq = (1, (x_I − y_q)/s_q), s_q a length, W_Iq the weight of node I at y_q, M_q = Σ_I W p pᵀ.
+// p_Iq is the basis at (x_I − y_q)/s_q, s_q a length; W_Iq the weight of node I at y_q,
+// M_q = Σ_I W p pᵀ. The stresses that must balance their own tractions are the polynomials m of one
+// degree less than the basis: constant for the linear basis, and 1, x, y, z for the quadratic; of
+// node I they are m_I(y) = (1, (y − x_I)/r_I), r_I its support radius.
 //
-// Why. A stress that is constant must balance its own tractions: Σ_q w_q ∇φ_I = Σ_b w_b φ_I n_b,
-// the integration constraint of [Chen2013]. The gradients g_Iq of rational fields miss it by
-//   r_I = Σ_b w_b φ_I n_b − Σ_q w_q g_Iq.                                                       (1)
-// With trial gradients that still give linear fields exactly, Σ_I g_Iq p_Iqᵀ = (0, identity/s_q), K
-// then maps every linear field to its own loads: the patch test holds to round-off.
+// Why. Such a stress must balance its tractions and body forces by the points at hand:
+// Σ_q w_q (m_I ∇φ_I + φ_I ∇m_I) = Σ_b w_b m_I φ_I n_b, the integration constraint of [Chen2013].
+// The gradients g_Iq of rational fields miss it by
+//   r_I = Σ_b w_b m_I φ_I n_bᵀ − Σ_q w_q (m_I g_Iqᵀ + φ_I ∇m_I).                                (1)
+// With trial gradients that still give the basis' polynomials exactly, Σ_I c_Iq p_Iqᵀ = 0 for the
+// changes c, K then maps each of them to its own loads: the patch test holds to round-off.
 //
-// Derivation. The change c_Iq of least Σ_q w_q Σ_I |c_Iq|² / W_Iq with Σ_q w_q c_Iq = r_I for each
-// I and Σ_I c_Iq p_Iqᵀ = 0 for each q: with multipliers ξ_I and Λ_q it is c = W (ξ_I − Λ_q p_Iq),
-// and the second condition gives Λ_q M_q = Σ_J W_Jq ξ_J p_Jqᵀ, so that
-//   c_Iq = W_Iq (ξ_I − p_Iqᵀ M_q⁻¹ Σ_J W_Jq p_Jq ξ_J),                                          (2)
-// the part of ξ that no linear field carries. The first condition is then S ξ = r, one N × N matrix
-// for the three components,
-//   S_IJ = Σ_q w_q (W_Iq δ_IJ − W_Iq p_Iqᵀ M_q⁻¹ p_Jq W_Jq).                                    (3)
+// Derivation. The change c_Iq of least Σ_q w_q Σ_I |c_Iq|² / W_Iq with Σ_q w_q m_I c_Iqᵀ = r_I for
+// each I and Σ_I c_Iq p_Iqᵀ = 0 for each q: with multipliers ξ_I (a row a polynomial of m, a column
+// a component) and Λ_q it is c = W (ζ_I − Λ_q p_Iq), ζ_Iq = ξ_Iᵀ m_I(y_q), and the second condition
+// gives Λ_q M_q = Σ_J W_Jq ζ_Jq p_Jqᵀ, so that
+//   c_Iq = W_Iq (ζ_Iq − p_Iqᵀ M_q⁻¹ Σ_J W_Jq p_Jq ζ_Jq),                                        (2)
+// the part of ζ that no polynomial of the basis carries. The first condition is then S ξ = r, one
+// matrix for the three components, with blocks
+//   S_IJ = Σ_q w_q m_I(y_q) m_J(y_q)ᵀ (W_Iq δ_IJ − W_Iq p_Iqᵀ M_q⁻¹ p_Jq W_Jq).                 (3)
 //
-// S is symmetric and positive semidefinite: ξᵀ S ξ sums the weighted squared distances of ξ from
-// the linear fields at each point. So its kernel is the linear polynomials of x_I, on any body
-// whose fields overlap. r is orthogonal to them: Σ_I r_I = Σ_b w_b n_b vanishes because the surface
-// is closed, and Σ_I x_I r_Iᵀ = Σ_b w_b y_b n_bᵀ − Σ_q w_q identity vanishes because the cut cells
-// measure the volume that the surface points enclose.
+// S is symmetric and positive semidefinite: ξᵀ S ξ sums the weighted squared distances of ζ from
+// the basis at each point. So its kernel holds the ξ for which ζ_Iq is a polynomial of the basis in
+// x_I, whatever the point: products of one in x_I and one of m in y. r is orthogonal to them where
+// the points satisfy the divergence theorem for those products: the surface points must integrate
+// degree 2 (linear basis: 1) and the volume points degree 1 (0), or 3 and 2 with the quadratic
+// basis; and the cut cells measure the volume that the surface points enclose.
 //
-// With M = L Lᵀ and v_I = W_I L⁻¹ p_I, (2) reads W_I ξ_I − v_Iᵀ Σ_J v_J ξ_J, and in (3) the bracket
+// With M = L Lᵀ and v_I = W_I L⁻¹ p_I, (2) reads W_I ζ_I − v_Iᵀ Σ_J v_J ζ_J, and in (3) the bracket
 // is W_Iq δ_IJ − v_Iqᵀ v_Jq.
 
 constexpr std::size_t kChunk = 512;
 
-/// v of every entry                                                               (entries).
-std::vector<Vec4> reduced_basis(const ShapeFunctions& shape, const VolumeQuadrature& volume,
-                                const PointFields& fields) {
-  std::vector<Vec4> reduced(fields.nodes.size());
-  parallel_for_each_index(volume.size(), kChunk, [&](std::size_t q) {
-    const std::size_t first = fields.begin[q], last = fields.begin[q + 1];
-    const double scale = shape.support_radius(fields.nodes[first]);
-    const auto offset = [&](std::size_t e) -> Vec3 {
-      const Vec3& node = shape.cloud().positions[static_cast<std::size_t>(fields.nodes[e])];
-      return (node - volume.positions[q]) / scale;
+/// What the passes below share; kTerms polynomials of the basis, kStresses of m.
+template <int kTerms, int kStresses>
+class ConsistencyProblem {
+ public:
+  using Stresses = Eigen::Matrix<double, kStresses, 1>;
+  using Multiplier = Eigen::Matrix<double, kStresses, 3>;
+
+  ConsistencyProblem(const ShapeFunctions& shape, const VolumeQuadrature& volume,
+                     const NodeIncidence& incidence, PointFields& fields)
+      : shape_(shape), volume_(volume), incidence_(incidence), fields_(fields) {
+    reduce_basis();
+  }
+
+  /// S of (3).
+  SymmetricBlockMatrix matrix() const {
+    SymmetricBlockMatrix matrix;
+    matrix.width = kStresses;
+    matrix.pattern = symmetric_pattern(node_count(), {{fields_, incidence_}});
+    matrix.blocks.assign(matrix.pattern.columns.size() * kStresses * kStresses, 0.0);
+    using Block = Eigen::Matrix<double, kStresses, kStresses>;
+    const auto block = [&](std::size_t e) {
+      return Eigen::Map<Block>(matrix.blocks.data() + kStresses * kStresses * e);
     };
-    MomentMatrix moments;
-    for (std::size_t e = first; e < last; ++e) moments.add(fields.weights[e], offset(e));
-    moments.factor();  // the shape functions there were found regular already
-    for (std::size_t e = first; e < last; ++e) {
-      const Vec3 d = offset(e);
-      reduced[e] = fields.weights[e] * moments.forward(Vec4(1.0, d.x(), d.y(), d.z()));
-    }
-  });
-  return reduced;
-}
-
-/// S of (3).
-SymmetricBlockMatrix consistency_matrix(const VolumeQuadrature& volume, const PointFields& fields,
-                                        const NodeIncidence& incidence,
-                                        const std::vector<Vec4>& reduced, std::size_t node_count) {
-  SymmetricBlockMatrix matrix;
-  matrix.pattern = symmetric_pattern(node_count, {{fields, incidence}});
-  matrix.blocks.assign(matrix.pattern.columns.size(), 0.0);
-  for_each_row(matrix.pattern, [&](std::size_t row, std::span<const std::size_t> slot) {
-    double* values = matrix.blocks.data();
-    for (const NodeIncidence::Entry& at : incidence.of(row)) {
-      const std::size_t q = static_cast<std::size_t>(at.point);
-      const Vec4 own = volume.weights[q] * reduced[at.entry];
-      values[slot[row]] += volume.weights[q] * fields.weights[at.entry];
-      for (std::size_t e = at.entry; e < fields.begin[q + 1]; ++e) {
-        values[slot[static_cast<std::size_t>(fields.nodes[e])]] -= own.dot(reduced[e]);
+    for_each_row(matrix.pattern, [&](std::size_t row, std::span<const std::size_t> slot) {
+      for (const NodeIncidence::Entry& at : incidence_.of(row)) {
+        const std::size_t q = static_cast<std::size_t>(at.point);
+        const BasisVector<kTerms>& own = reduced_[at.entry];
+        const Stresses own_stresses = volume_.weights[q] * stresses(row, volume_.positions[q]);
+        block(slot[row]) += fields_.weights[at.entry] * stresses(row, volume_.positions[q]) *
+                            own_stresses.transpose();
+        for (std::size_t e = at.entry; e < fields_.begin[q + 1]; ++e) {
+          const std::size_t column = static_cast<std::size_t>(fields_.nodes[e]);
+          // Stored row by row, built as the transpose.
+          block(slot[column]).noalias() -=
+              (own.dot(reduced_[e]) * stresses(column, volume_.positions[q])) *
+              own_stresses.transpose();
+        }
       }
-    }
-  });
-  return matrix;
-}
+    });
+    return matrix;
+  }
 
-/// r of (1) as three columns of N numbers.
-std::vector<double> constraint_defect(const VolumeQuadrature& volume, const PointFields& fields,
-                                      const NodeIncidence& incidence,
-                                      const SurfaceQuadrature& surface,
-                                      const PointFields& surface_fields, std::size_t node_count) {
-  const NodeIncidence on_surface(surface_fields, node_count);
-  std::vector<double> defect(3 * node_count);
-  parallel_for_each_index(node_count, 64, [&](std::size_t node) {
-    Vec3 sum = Vec3::Zero();
-    for (const NodeIncidence::Entry& at : on_surface.of(node)) {
-      const std::size_t b = static_cast<std::size_t>(at.point);
-      sum += surface.weights[b] * surface_fields.values[at.entry] * surface.normals[b];
+  /// r of (1) as three columns of kStresses N numbers.
+  std::vector<double> defect(const SurfaceQuadrature& surface,
+                             const PointFields& surface_fields) const {
+    const NodeIncidence on_surface(surface_fields, node_count());
+    const std::size_t rows = kStresses * node_count();
+    std::vector<double> defect(3 * rows);
+    parallel_for_each_index(node_count(), 64, [&](std::size_t node) {
+      Multiplier sum = Multiplier::Zero();
+      for (const NodeIncidence::Entry& at : on_surface.of(node)) {
+        const std::size_t b = static_cast<std::size_t>(at.point);
+        sum += (surface.weights[b] * surface_fields.values[at.entry]) *
+               stresses(node, surface.positions[b]) * surface.normals[b].transpose();
+      }
+      for (const NodeIncidence::Entry& at : incidence_.of(node)) {
+        const std::size_t q = static_cast<std::size_t>(at.point);
+        sum -= stresses(node, volume_.positions[q]) *
+               (volume_.weights[q] * fields_.gradients[at.entry]).transpose();
+        if constexpr (kStresses == 4) {
+          const double slope = 1.0 / shape_.support_radius(static_cast<int>(node));
+          sum.template bottomRows<3>().diagonal().array() -=
+              volume_.weights[q] * fields_.values[at.entry] * slope;
+        }
+      }
+      for (int k = 0; k < 3; ++k) {
+        for (int m = 0; m < kStresses; ++m) {
+          defect[static_cast<std::size_t>(k) * rows + kStresses * node +
+                 static_cast<std::size_t>(m)] = sum(m, k);
+        }
+      }
+    });
+    return defect;
+  }
+
+  /// Adds the changes (2) of the multipliers to the gradients; returns their relative size.
+  double correct(const std::vector<double>& multipliers) {
+    using Sizes = Eigen::Array2d;  // of the change and of the gradients, squared and integrated
+    const Sizes sizes = parallel_sum<Sizes>(
+        volume_.size(), kChunk, Sizes::Zero(), [&](std::size_t first, std::size_t last) -> Sizes {
+          Sizes sum = Sizes::Zero();
+          std::vector<Vec3> zeta;
+          for (std::size_t q = first; q < last; ++q) {
+            const std::size_t begin = fields_.begin[q], end = fields_.begin[q + 1];
+            Eigen::Matrix<double, 3, kTerms> carried = Eigen::Matrix<double, 3, kTerms>::Zero();
+            zeta.clear();
+            for (std::size_t e = begin; e < end; ++e) {
+              zeta.push_back(multiplier_at(fields_.nodes[e], volume_.positions[q], multipliers));
+              carried += zeta.back() * reduced_[e].transpose();
+            }
+            for (std::size_t e = begin; e < end; ++e) {
+              Vec3& gradient = fields_.gradients[e];
+              const Vec3 change = fields_.weights[e] * zeta[e - begin] - carried * reduced_[e];
+              sum += volume_.weights[q] * Sizes(change.squaredNorm(), gradient.squaredNorm());
+              gradient += change;
+            }
+          }
+          return sum;
+        });
+    return std::sqrt(sizes[0] / sizes[1]);
+  }
+
+ private:
+  std::size_t node_count() const { return shape_.cloud().size(); }
+
+  /// m_I(y).
+  Stresses stresses(std::size_t node, const Vec3& y) const {
+    Stresses m;
+    m[0] = 1.0;
+    if constexpr (kStresses == 4) {
+      m.template tail<3>() =
+          (y - shape_.cloud().positions[node]) / shape_.support_radius(static_cast<int>(node));
     }
-    for (const NodeIncidence::Entry& at : incidence.of(node)) {
-      sum -= volume.weights[static_cast<std::size_t>(at.point)] * fields.gradients[at.entry];
+    return m;
+  }
+
+  /// zeta_I(y) = xi_I^T m_I(y).
+  Vec3 multiplier_at(int node, const Vec3& y, const std::vector<double>& multipliers) const {
+    const std::size_t i = static_cast<std::size_t>(node), rows = kStresses * node_count();
+    const Stresses m = stresses(i, y);
+    Vec3 zeta;
+    for (int k = 0; k < 3; ++k) {
+      const double* xi = multipliers.data() + static_cast<std::size_t>(k) * rows + kStresses * i;
+      zeta[k] = m.dot(Eigen::Map<const Stresses>(xi));
     }
-    for (std::size_t k = 0; k < 3; ++k) defect[k * node_count + node] = sum[static_cast<int>(k)];
-  });
-  return defect;
-}
+    return zeta;
+  }
+
+  /// v of every entry.
+  void reduce_basis() {
+    reduced_.resize(fields_.nodes.size());
+    parallel_for_each_index(volume_.size(), kChunk, [&](std::size_t q) {
+      const std::size_t first = fields_.begin[q], last = fields_.begin[q + 1];
+      const double scale = shape_.support_radius(fields_.nodes[first]);
+      MomentMatrix<kTerms> moments;
+      for (std::size_t e = first; e < last; ++e) {
+        const Vec3& node = shape_.cloud().positions[static_cast<std::size_t>(fields_.nodes[e])];
+        reduced_[e] = basis_at<kTerms>((node - volume_.positions[q]) / scale);
+        moments.add(fields_.weights[e], reduced_[e]);
+      }
+      moments.factor();  // the shape functions there were found regular already
+      for (std::size_t e = first; e < last; ++e) {
+        reduced_[e] = fields_.weights[e] * moments.forward(reduced_[e]);
+      }
+    });
+  }
+
+  const ShapeFunctions& shape_;
+  const VolumeQuadrature& volume_;
+  const NodeIncidence& incidence_;
+  PointFields& fields_;
+  std::vector<BasisVector<kTerms>> reduced_;  ///< v                               (entries)
+};
 
 /// S ξ = r. S is singular and r orthogonal to its kernel, so a slightly shifted factor, refined
 /// with S itself, finds a solution; what it holds of the kernel drops out of (2).
 Result<std::vector<double>> solve_consistency(const SymmetricBlockMatrix& matrix,
                                               const std::vector<double>& defect) {
-  const std::size_t n = matrix.pattern.rows();
+  const std::size_t width = static_cast<std::size_t>(matrix.width);
+  const std::size_t n = width * matrix.pattern.rows();
   double largest = 0.0;
-  for (std::size_t row = 0; row < n; ++row) {
-    largest = std::max(largest, matrix.blocks[matrix.pattern.row_begin[row]]);
+  for (std::size_t row = 0; row < matrix.pattern.rows(); ++row) {
+    for (std::size_t k = 0; k < width; ++k) {
+      const std::size_t block = width * width * matrix.pattern.row_begin[row];
+      largest = std::max(largest, matrix.blocks[block + k * (width + 1)]);
+    }
   }
   Result<SparseCholesky> factor =
       SparseCholesky::factor(matrix, 1e-9 * largest, "consistent integration");
@@ -131,6 +231,17 @@ Result<std::vector<double>> solve_consistency(const SymmetricBlockMatrix& matrix
   return solution;
 }
 
+template <int kTerms, int kStresses>
+Result<double> make_consistent(const ShapeFunctions& shape, const VolumeQuadrature& volume,
+                               const NodeIncidence& incidence, const SurfaceQuadrature& surface,
+                               const PointFields& surface_fields, PointFields& fields) {
+  ConsistencyProblem<kTerms, kStresses> problem(shape, volume, incidence, fields);
+  const Result<std::vector<double>> multipliers =
+      solve_consistency(problem.matrix(), problem.defect(surface, surface_fields));
+  if (!multipliers) return std::unexpected(multipliers.error());
+  return problem.correct(*multipliers);
+}
+
 }  // namespace
 
 Result<double> make_gradients_consistent(const ShapeFunctions& shape,
@@ -139,38 +250,9 @@ Result<double> make_gradients_consistent(const ShapeFunctions& shape,
                                          const SurfaceQuadrature& surface,
                                          const PointFields& surface_fields,
                                          PointFields& volume_fields) {
-  const std::size_t n = shape.cloud().size();
-  const std::vector<Vec4> reduced = reduced_basis(shape, volume, volume_fields);
-  Result<std::vector<double>> solved = solve_consistency(
-      consistency_matrix(volume, volume_fields, volume_incidence, reduced, n),
-      constraint_defect(volume, volume_fields, volume_incidence, surface, surface_fields, n));
-  if (!solved) return std::unexpected(solved.error());
-  const std::vector<double>& solution = *solved;
-
-  const auto multiplier = [&](std::size_t e) {
-    const std::size_t node = static_cast<std::size_t>(volume_fields.nodes[e]);
-    return Vec3(solution[node], solution[n + node], solution[2 * n + node]);
-  };
-  using Sizes = Eigen::Array2d;  // of the change and of the gradients, squared and integrated
-  const Sizes sizes = parallel_sum<Sizes>(
-      volume.size(), kChunk, Sizes::Zero(), [&](std::size_t first, std::size_t last) -> Sizes {
-        Sizes sum = Sizes::Zero();
-        for (std::size_t q = first; q < last; ++q) {
-          const std::size_t begin = volume_fields.begin[q], end = volume_fields.begin[q + 1];
-          Eigen::Matrix<double, 3, 4> linear_part = Eigen::Matrix<double, 3, 4>::Zero();
-          for (std::size_t e = begin; e < end; ++e) {
-            linear_part += multiplier(e) * reduced[e].transpose();
-          }
-          for (std::size_t e = begin; e < end; ++e) {
-            Vec3& gradient = volume_fields.gradients[e];
-            const Vec3 change = volume_fields.weights[e] * multiplier(e) - linear_part * reduced[e];
-            sum += volume.weights[q] * Sizes(change.squaredNorm(), gradient.squaredNorm());
-            gradient += change;
-          }
-        }
-        return sum;
-      });
-  return std::sqrt(sizes[0] / sizes[1]);
+  const auto& make = shape.basis() == Basis::linear ? make_consistent<kLinearTerms, 1>
+                                                    : make_consistent<kQuadraticTerms, 4>;
+  return make(shape, volume, volume_incidence, surface, surface_fields, volume_fields);
 }
 
 }  // namespace viscera

@@ -13,11 +13,14 @@
 namespace viscera {
 
 /// Replaces `volume_fields.gradients` g by g~ with
-///   sum_q w_q g~_Iq = sum_b w_b phi_I n_b     (the integration constraint, all surface points b)
-///   sum_I g~_Iq (1, x_I) = (0, identity)      (linear fields stay exact),
-/// the smallest such change in the norm of the weights W (derived in the source).
-/// Returns its size relative to the gradients, a measure of the quadrature: 0.015 to 0.05.
-/// Fails where the sparse factorisation does.
+///   sum_q w_q (m g~_Iq + phi_I grad m) = sum_b w_b m phi_I n_b     (the integration constraint,
+///   over
+///                                                                   all surface points b)
+///   sum_I g~_Iq p(x_I) = grad p(y_q)                               (the basis p stays exact),
+/// m the polynomials one degree lower than the basis; the smallest such change in the norm of the
+/// weights W (derived in the source). The quadratic basis needs points of degree 2 in the volume
+/// and of degree 4 on the surface. Returns its size relative to the gradients, a measure of the
+/// quadrature: 0.015 to 0.05. Fails where the sparse factorisation does.
 Result<double> make_gradients_consistent(const ShapeFunctions& shape,
                                          const VolumeQuadrature& volume,
                                          const NodeIncidence& volume_incidence,

@@ -1,5 +1,6 @@
 #include "kernels/paff/cut_cells.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +15,7 @@ namespace {
 // Volume and first moments of (body ∩ cell) from the surface alone: by the divergence theorem along
 // x, with X the length of the cell's row that lies before the surface,
 //   V = ∮ X dA,  M_x = ∮ X²/2 dA,  M_y = ∮ y X dA,  M_z = ∮ z X dA,   dA = n_x dS,
+//   M_xx = ∮ X³/3 dA,  M_xy = ∮ y X²/2 dA,  M_yy = ∮ y² X dA, and so on
 // over the surface inside the cell's (y, z) column; X = x − x0 inside the cell, the side beyond it,
 // 0 before it. Signs need no care: dA is the signed area projected on the (y, z) plane.
 
@@ -76,12 +78,13 @@ void clip_to_column(const Polygon& polygon, double low_y, double low_z, double s
 
 struct CellMoments {
   double volume = 0.0;
-  Vec3 first = Vec3::Zero();  ///< relative to the cell's low corner
+  Vec3 first = Vec3::Zero();   ///< relative to the cell's low corner
+  Mat3 second = Mat3::Zero();  ///< the same; only for degree 2, only the upper triangle
 };
 
 /// Adds one convex piece, wholly inside the cell's range of x or wholly beyond it.
-/// Edge midpoints of the fan's triangles integrate quadratics exactly.
-void add_piece(const Polygon& piece, const Vec3& low, double side, bool beyond,
+/// Edge midpoints of the fan's triangles integrate quadratics exactly, as degree 1 needs.
+void add_piece(const Polygon& piece, const Vec3& low, double side, bool beyond, int degree,
                CellMoments& moments) {
   for (int i = 1; i + 1 < piece.count; ++i) {
     const Vec3 a = piece.corners[0] - low;
@@ -89,34 +92,61 @@ void add_piece(const Polygon& piece, const Vec3& low, double side, bool beyond,
     const Vec3 c = piece.corners[static_cast<std::size_t>(i + 1)] - low;
     const double projected =
         0.5 * ((b.y() - a.y()) * (c.z() - a.z()) - (b.z() - a.z()) * (c.y() - a.y()));
-    for (const Vec3& p : {Vec3(0.5 * (a + b)), Vec3(0.5 * (b + c)), Vec3(0.5 * (c + a))}) {
+    const Vec3 midpoints[3] = {0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)};
+    for (const Vec3& p : midpoints) {
       const double length = beyond ? side : p.x();
       const double share = projected / 3.0 * length;
       moments.volume += share;
       moments.first += share * Vec3(0.5 * length, p.y(), p.z());
     }
+    if (degree < 2) continue;
+    // Second moments have cubic integrands: corners, midpoints and centre, weighted 3, 8 and 27.
+    const auto add_second = [&](const Vec3& p, double weight) {
+      const double length = beyond ? side : p.x();
+      const double share = weight * projected * length;
+      moments.second(0, 0) += share * length * length / 3.0;
+      moments.second(0, 1) += share * 0.5 * length * p.y();
+      moments.second(0, 2) += share * 0.5 * length * p.z();
+      moments.second(1, 1) += share * p.y() * p.y();
+      moments.second(1, 2) += share * p.y() * p.z();
+      moments.second(2, 2) += share * p.z() * p.z();
+    };
+    for (const Vec3& p : {a, b, c}) add_second(p, 3.0 / 60.0);
+    for (const Vec3& p : midpoints) add_second(p, 8.0 / 60.0);
+    add_second((a + b + c) / 3.0, 27.0 / 60.0);
   }
 }
 
-CellMoments cell_moments(const std::vector<Polygon>& polygons, const Vec3& low, double side) {
+CellMoments cell_moments(const std::vector<Polygon>& polygons, const Vec3& low, double side,
+                         int degree) {
   CellMoments moments;
   const double x0 = low.x(), x1 = low.x() + side;
   for (const Polygon& polygon : polygons) {
     if (polygon.highest(0) <= x0) continue;
     if (polygon.lowest(0) >= x1) {
-      add_piece(polygon, low, side, true, moments);
+      add_piece(polygon, low, side, true, degree, moments);
       continue;
     }
     const Polygon after = polygon.lowest(0) < x0 ? clip(polygon, 0, x0, false) : polygon;
     if (after.count < 3) continue;
     if (after.highest(0) <= x1) {
-      add_piece(after, low, side, false, moments);
+      add_piece(after, low, side, false, degree, moments);
       continue;
     }
-    add_piece(clip(after, 0, x1, true), low, side, false, moments);
-    add_piece(clip(after, 0, x1, false), low, side, true, moments);
+    add_piece(clip(after, 0, x1, true), low, side, false, degree, moments);
+    add_piece(clip(after, 0, x1, false), low, side, true, degree, moments);
   }
   return moments;
+}
+
+/// L with L Lᵀ the covariance of the part: four points centroid + L t of equal weight, t every
+/// other corner of the cube [−1, 1]³ (Σ t tᵀ = 4 identity), have its moments up to degree 2.
+Mat3 spread(const CellMoments& moments, const Vec3& centroid) {
+  Mat3 covariance = moments.second.selfadjointView<Eigen::Upper>();
+  covariance = covariance / moments.volume - centroid * centroid.transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(covariance);
+  // Slivers: round-off may leave a variance a little below zero.
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 /// Leaves of one base column, in order, with the first defect found.
@@ -130,7 +160,8 @@ struct ColumnResult {
 
 class ColumnBuilder {
  public:
-  ColumnBuilder(const LocalSpacing& spacing, ColumnResult& out) : spacing_(spacing), out_(out) {}
+  ColumnBuilder(const LocalSpacing& spacing, int degree, ColumnResult& out)
+      : spacing_(spacing), degree_(degree), out_(out) {}
 
   void cell(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
     const double x0 = low.x(), x1 = low.x() + side;
@@ -144,7 +175,7 @@ class ColumnBuilder {
       split(low, side, polygons);
       return;
     }
-    const CellMoments moments = cell_moments(polygons, low, side);
+    const CellMoments moments = cell_moments(polygons, low, side, degree_);
     const double share = moments.volume / (side * side * side);
     constexpr double kSlack = 1e-6;  // round-off of the clipping is some 1e-12 of a cell
     const bool sound = std::isfinite(share) && share > -kSlack && share < 1.0 + kSlack &&
@@ -161,8 +192,15 @@ class ColumnBuilder {
     // Dropping by a larger threshold would spoil the compatibility of the consistent gradients.
     if (share < 1e-9) return;
     const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
-    add(low + centroid, moments.volume);
     ++out_.cut_cells;
+    if (degree_ < 2) {
+      add(low + centroid, moments.volume);
+      return;
+    }
+    const Mat3 reach = spread(moments, centroid);
+    for (const Vec3& corner : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)}) {
+      add(low + centroid + reach * corner, 0.25 * moments.volume);
+    }
   }
 
  private:
@@ -204,6 +242,7 @@ class ColumnBuilder {
   }
 
   const LocalSpacing& spacing_;
+  int degree_;
   ColumnResult& out_;
 };
 
@@ -230,7 +269,7 @@ double base_side(const LocalSpacing& spacing) {
 }  // namespace
 
 Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
-                                               const LocalSpacing& spacing) {
+                                               const LocalSpacing& spacing, int degree) {
   const Box box = bounds(surface);
   const double side = base_side(spacing);
   // Off the round numbers, so that flat faces of a model don't lie in planes of cells.
@@ -269,7 +308,7 @@ Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
       }
       clip_to_column(triangle, y, z, side, polygons);
     }
-    ColumnBuilder builder(spacing, results[column]);
+    ColumnBuilder builder(spacing, degree, results[column]);
     for (int i = 0; i < size.x(); ++i) builder.cell(Vec3(low.x() + i * side, y, z), side, polygons);
   });
 

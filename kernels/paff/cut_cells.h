@@ -20,11 +20,14 @@ struct VolumeQuadrature {
   std::size_t size() const { return positions.size(); }
 };
 
-/// Cells with side at most h carry 2 x 2 x 2 Gauss points; cells that the surface cuts are halved
-/// to at most h/2 and carry one point, at the exact centroid of the part inside with its exact
-/// volume. Volume and first moments of the body are met to round-off.
+/// Cells with side at most h carry 2 x 2 x 2 Gauss points. Cells that the surface cuts are halved
+/// to at most h/2; the part inside carries
+///   degree 1: one point, at its exact centroid with its exact volume;
+///   degree 2: four points of equal weight with its exact volume, first and second moments.
+/// So polynomials of that degree are integrated over the body to round-off. The four points lie
+/// sqrt(3) radii of gyration from the centroid, which may be a little outside the body.
 /// Fails where a cell finds that the surface isn't closed or is inside-out.
 Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
-                                               const LocalSpacing& spacing);
+                                               const LocalSpacing& spacing, int degree = 1);
 
 }  // namespace viscera

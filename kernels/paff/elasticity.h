@@ -98,7 +98,7 @@ class Formulation {
   virtual std::string_view warning() const { return {}; }
   /// The fields that carry displacement to any place, and loads back to the nodes.
   ShapeFunctions fields(const PointCloud& cloud) const {
-    return ShapeFunctions(cloud, support_factor());
+    return ShapeFunctions(cloud, support_factor(), basis());
   }
   /// Fails, saying what to change, for a fixed region that holds no surface, Poisson's ratio
   /// outside [0, 0.5), too few nodes, a singular or indefinite stiffness, or cancellation.

@@ -7,8 +7,9 @@
 namespace viscera {
 namespace {
 
-std::array<const Formulation*, 3> formulations() {
-  return {&galerkin_formulation(), &gfdm_formulation(), &paper_formulation()};
+std::array<const Formulation*, 4> formulations() {
+  return {&galerkin_formulation(), &galerkin_quadratic_formulation(), &gfdm_formulation(),
+          &paper_formulation()};
 }
 
 }  // namespace

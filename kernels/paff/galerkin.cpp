@@ -120,7 +120,7 @@ void add(std::vector<double>& loads, int node, const Vec3& force) {
 
 }  // namespace
 
-Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem,
+Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, Basis basis,
                                                 double support_factor, const Progress& progress) {
   const Stopwatch watch;
   if (std::vector<std::string> mistakes = problem_mistakes(problem); !mistakes.empty()) {
@@ -133,18 +133,21 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem,
   system.material_ = problem.material;
   const std::size_t n = problem.cloud->size();
   const LocalSpacing spacing(*problem.cloud);
-  system.surface_ = surface_quadrature(*problem.surface, spacing, problem.is_fixed);
+  const bool quadratic = basis == Basis::quadratic;  // degrees: see consistent_gradients.h
+  system.surface_ =
+      surface_quadrature(*problem.surface, spacing, problem.is_fixed, quadratic ? 4 : 2);
   system.figures_.fixed_area = fixed_area(system.surface_);
   if (!(system.figures_.fixed_area > 0.0)) {
     return failure(
         "fixed region: it holds no part of the surface; expected a region that meets the surface");
   }
-  Result<VolumeQuadrature> volume = background_quadrature(*problem.surface, spacing);
+  Result<VolumeQuadrature> volume =
+      background_quadrature(*problem.surface, spacing, quadratic ? 2 : 1);
   if (!volume) return std::unexpected(volume.error());
   system.volume_ = std::move(*volume);
 
   if (!progress(0.1, "evaluating shape functions")) return failure(kCancelled);
-  system.fields_ = std::make_shared<ShapeFunctions>(*problem.cloud, support_factor);
+  system.fields_ = std::make_shared<ShapeFunctions>(*problem.cloud, support_factor, basis);
   const ShapeFunctions& shape = *system.fields_;
   Result<PointFields> inside = evaluate_fields(shape, system.volume_.positions, true);
   if (!inside) return std::unexpected(inside.error());

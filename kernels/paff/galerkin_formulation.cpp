@@ -46,15 +46,19 @@ class GalerkinSolver final : public ElasticSolver {
 
 class GalerkinFormulation final : public Formulation {
  public:
-  std::string_view name() const override { return "galerkin"; }
-  int version() const override { return 1; }
-  double support_factor() const override { return 1.8; }
+  GalerkinFormulation(std::string_view name, Basis basis, double support_factor)
+      : name_(name), basis_(basis), support_factor_(support_factor) {}
+
+  std::string_view name() const override { return name_; }
+  int version() const override { return 2; }
+  double support_factor() const override { return support_factor_; }
+  Basis basis() const override { return basis_; }
 
   Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                  const Progress& progress) const override {
     constexpr double kAssemblyShare = 0.25;
     Result<GalerkinSystem> system = GalerkinSystem::assemble(
-        problem, support_factor(), [&](double fraction, std::string_view what) {
+        problem, basis_, support_factor_, [&](double fraction, std::string_view what) {
           return progress(kAssemblyShare * fraction, what);
         });
     if (!system) return std::unexpected(system.error());
@@ -68,12 +72,22 @@ class GalerkinFormulation final : public Formulation {
     if (!progress(1.0, "factoring")) return failure(kCancelled);
     return std::make_unique<GalerkinSolver>(std::move(*system), std::move(*factor), figures);
   }
+
+ private:
+  std::string_view name_;
+  Basis basis_;
+  double support_factor_;
 };
 
 }  // namespace
 
 const Formulation& galerkin_formulation() {
-  static const GalerkinFormulation formulation;
+  static const GalerkinFormulation formulation("galerkin", Basis::linear, 1.8);
+  return formulation;
+}
+
+const Formulation& galerkin_quadratic_formulation() {
+  static const GalerkinFormulation formulation("galerkin_quadratic", Basis::quadratic, 2.4);
   return formulation;
 }
 

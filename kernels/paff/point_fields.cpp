@@ -55,8 +55,9 @@ Result<PointFields> evaluate_fields(const ShapeFunctions& shape, std::span<const
       const Vec3 at = points[static_cast<std::size_t>(part.singular)] * 1e3;
       std::ostringstream message;
       message << "nodes: " << part.reached << " nodes reach (" << at.transpose()
-              << ") mm and carry no linear field there; expected at least 4, not in one plane: use "
-                 "a smaller node spacing";
+              << ") mm and carry no " << (shape.basis() == Basis::linear ? "linear" : "quadratic")
+              << " field there; expected at least " << basis_terms(shape.basis())
+              << ", not in one plane: use a smaller node spacing";
       return failure(message.str());
     }
     const std::size_t base = all.nodes.size();

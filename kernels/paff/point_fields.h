@@ -22,7 +22,7 @@ struct PointFields {
   std::size_t points() const { return begin.size() - 1; }
 };
 
-/// Fails, naming the point, where the nodes that reach it can't carry a linear field.
+/// Fails, naming the point, where the nodes that reach it can't carry the fields' basis.
 Result<PointFields> evaluate_fields(const ShapeFunctions& shape, std::span<const Vec3> points,
                                     bool with_gradients);
 

@@ -25,64 +25,71 @@ double quartic_weight_derivative(double s) {
   return -12.0 * s * (1.0 - s) * (1.0 - s);
 }
 
-ShapeFunctions::ShapeFunctions(const PointCloud& cloud, double support_factor)
+ShapeFunctions::ShapeFunctions(const PointCloud& cloud, double support_factor, Basis basis)
     : cloud_(cloud),
+      basis_(basis),
       radii_(support_radii(cloud, support_factor)),
       grid_(cloud_.positions, radii_) {}
 
 bool ShapeFunctions::evaluate(const Vec3& x, bool with_gradients, ShapeValues& out) const {
+  return basis_ == Basis::linear ? evaluate_with<kLinearTerms>(x, with_gradients, out)
+                                 : evaluate_with<kQuadraticTerms>(x, with_gradients, out);
+}
+
+template <int kTerms>
+bool ShapeFunctions::evaluate_with(const Vec3& x, bool with_gradients, ShapeValues& out) const {
   grid_.reaching(x, out.nodes);
   const std::size_t count = out.nodes.size();
   out.values.resize(count);
   out.weights.resize(count);
   out.gradients.resize(with_gradients ? count : 0);
-  if (count < 4) return false;
+  if (count < static_cast<std::size_t>(kTerms)) return false;
 
   const double scale = support_radius(out.nodes[0]);
   const auto offset = [&](std::size_t j) -> Vec3 {
     return (cloud_.positions[static_cast<std::size_t>(out.nodes[j])] - x) / scale;
   };
 
-  MomentMatrix moments;
+  MomentMatrix<kTerms> moments;
   for (std::size_t j = 0; j < count; ++j) {
     const Vec3 d = offset(j);
     out.weights[j] = quartic_weight(d.norm() * scale / support_radius(out.nodes[j]));
-    moments.add(out.weights[j], d);
+    moments.add(out.weights[j], basis_at<kTerms>(d));
   }
   if (!moments.factor()) return false;
 
-  // phi_J = W_J p_J . c with c = M^-1 p(x); the basis is shifted to x, so p(x) = (1, 0, 0, 0).
-  const Vec4 c = moments.solve(Vec4(1.0, 0.0, 0.0, 0.0));
-  const auto fit = [&](const Vec3& d) { return c[0] + c[1] * d.x() + c[2] * d.y() + c[3] * d.z(); };
+  // phi_J = W_J p_J . c with c = M^-1 p(x); the basis is shifted to x, so p(x) = (1, 0, 0, ...).
+  using Vector = BasisVector<kTerms>;
+  const Vector c = moments.solve(Vector::Unit(0));
   if (!with_gradients) {
-    for (std::size_t j = 0; j < count; ++j) out.values[j] = out.weights[j] * fit(offset(j));
+    for (std::size_t j = 0; j < count; ++j) {
+      out.values[j] = out.weights[j] * c.dot(basis_at<kTerms>(offset(j)));
+    }
     return true;
   }
 
   // d phi_J / dx_k = dW_J/dx_k p_J . c + W_J p_J . d_k, with d_k = M^-1 (dp/dx_k - dM/dx_k c).
-  Eigen::Matrix<double, 4, 3> moment_change = Eigen::Matrix<double, 4, 3>::Zero();
+  Eigen::Matrix<double, kTerms, 3> moment_change = Eigen::Matrix<double, kTerms, 3>::Zero();
   for (std::size_t j = 0; j < count; ++j) {
     const Vec3 d = offset(j);
+    const Vector p = basis_at<kTerms>(d);
     const double radius = support_radius(out.nodes[j]);
     const double rest = 1.0 - d.norm() * scale / radius;
     // dW/dx = W'(s)/s (x - x_J) / r^2, with W'(s)/s = -12 (1 - s)^2: no division by zero at a node.
     const Vec3 weight_gradient = (12.0 * rest * rest * scale / (radius * radius)) * d;
-    const double fitted = fit(d);
+    const double fitted = c.dot(p);
     out.values[j] = out.weights[j] * fitted;
     out.gradients[j] = fitted * weight_gradient;
-    moment_change.row(0) += out.gradients[j];
-    moment_change.bottomRows<3>() += d * out.gradients[j].transpose();
+    moment_change += p * out.gradients[j].transpose();
   }
-  Eigen::Matrix<double, 4, 3> coefficients;
+  Eigen::Matrix<double, kTerms, 3> coefficients;
   for (int k = 0; k < 3; ++k) {
-    Vec4 right = -moment_change.col(k);
-    right[k + 1] += 1.0 / scale;
+    Vector right = -moment_change.col(k);
+    right[k + 1] += 1.0 / scale;  // all other terms have no slope where the basis is centred
     coefficients.col(k) = moments.solve(right);
   }
   for (std::size_t j = 0; j < count; ++j) {
-    const Vec3 d = offset(j);
-    out.gradients[j] += out.weights[j] * (coefficients.row(0).transpose() +
-                                          coefficients.bottomRows<3>().transpose() * d);
+    out.gradients[j] += out.weights[j] * (coefficients.transpose() * basis_at<kTerms>(offset(j)));
   }
   return true;
 }

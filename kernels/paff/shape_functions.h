@@ -18,27 +18,36 @@ enum class Basis { linear, quadratic };
 
 /// Shape functions at one point: the nodes that reach it, their values and gradients.
 struct ShapeValues {
-  std::vector<int> nodes;          ///< ascending                                     (m)
-  std::vector<double> values;      ///< phi_J(x), sum 1                                (m)
-  std::vector<Vec3> gradients;     ///< [1/m]; empty when not asked for                (m)
-  std::vector<double> weights;     ///< W_J(x)                                         (m)
+  std::vector<int> nodes;       ///< ascending                                     (m)
+  std::vector<double> values;   ///< phi_J(x), sum 1                                (m)
+  std::vector<Vec3> gradients;  ///< [1/m]; empty when not asked for                (m)
+  std::vector<double> weights;  ///< W_J(x)                                         (m)
 };
 
-/// The finite fields of a cloud with linear basis: phi_J(x) = W_J p(x)^T A(x)^-1 p(x_J), basis
-/// shifted to x and scaled by h ([De2006] eq. 3-4; [Lancaster1981]). Supports
-/// r_J = support_factor * h_J.
+/// Number of polynomials in a basis: the fewest nodes that must reach every place.
+constexpr int basis_terms(Basis basis) {
+  return basis == Basis::linear ? 4 : 10;
+}
+
+/// The finite fields of a cloud: phi_J(x) = W_J p(x)^T A(x)^-1 p(x_J), basis shifted to x and
+/// scaled by h ([De2006] eq. 3-4; [Lancaster1981]). Supports r_J = support_factor * h_J.
 class ShapeFunctions {
  public:
-  ShapeFunctions(const PointCloud& cloud, double support_factor);
+  ShapeFunctions(const PointCloud& cloud, double support_factor, Basis basis = Basis::linear);
 
   /// False when the moment matrix at x is singular (too few nodes, or nodes in a plane).
   bool evaluate(const Vec3& x, bool with_gradients, ShapeValues& out) const;
 
+  Basis basis() const { return basis_; }
   double support_radius(int node) const { return radii_[static_cast<std::size_t>(node)]; }
   const PointCloud& cloud() const { return cloud_; }
 
  private:
+  template <int kTerms>
+  bool evaluate_with(const Vec3& x, bool with_gradients, ShapeValues& out) const;
+
   PointCloud cloud_;
+  Basis basis_;
   std::vector<double> radii_;
   InfluenceGrid grid_;
 };
@@ -46,8 +55,8 @@ class ShapeFunctions {
 /// Shape-function values at many points in compressed rows: the drawn surface carried by the nodes,
 /// or contact patches spread over them.
 struct SparseWeights {
-  std::vector<int> row_begin{0};   ///< (rows + 1)
-  std::vector<int> nodes;          ///< column of each entry
+  std::vector<int> row_begin{0};  ///< (rows + 1)
+  std::vector<int> nodes;         ///< column of each entry
   std::vector<float> values;
 
   std::size_t rows() const { return row_begin.size() - 1; }

@@ -72,6 +72,42 @@ struct LinearField {
   }
 };
 
+/// A full quadratic field, u_i = x^T H_i x + (G x + c)_i, with the loads that hold it: tractions
+/// that vary linearly and a constant body force.
+struct QuadraticField {
+  LinearField linear;
+  Mat3 curvature[3] = {(Mat3() << .3, -.1, .2, -.1, .1, .15, .2, .15, -.2).finished(),
+                       (Mat3() << -.2, .1, .05, .1, .4, -.15, .05, -.15, .1).finished(),
+                       (Mat3() << .1, .2, -.1, .2, -.3, .1, -.1, .1, .25).finished()};
+
+  Vec3 operator()(const Vec3& x) const {
+    Vec3 u = linear(x);
+    for (int i = 0; i < 3; ++i) u[i] += x.dot(curvature[i] * x);
+    return u;
+  }
+
+  Mat3 gradient(const Vec3& x) const {
+    Mat3 gradient = linear.gradient;
+    for (int i = 0; i < 3; ++i) gradient.row(i) += 2.0 * (curvature[i] * x).transpose();
+    return gradient;
+  }
+
+  StaticLoads loads(const IsotropicMaterial& material) const {
+    const double lambda = material.lame_lambda(), mu = material.shear_modulus();
+    Vec3 force = Vec3::Zero();  // -div sigma = -(lambda + mu) grad div u - mu laplace u
+    for (int i = 0; i < 3; ++i) {
+      force -= 2.0 * (lambda + mu) * curvature[i].row(i).transpose();
+      force[i] -= 2.0 * mu * curvature[i].trace();
+    }
+    const QuadraticField self = *this;
+    return {.body_force = [force](const Vec3&) { return force; },
+            .traction = [self, material](
+                            const Vec3& x,
+                            const Vec3& n) { return Vec3(stress(material, self.gradient(x)) * n); },
+            .held_displacement = self};
+  }
+};
+
 /// Largest error of the displacement over the nodes, relative to its largest size.
 inline double largest_error(const GalerkinSystem& system, const std::vector<double>& unknowns,
                             const std::function<Vec3(const Vec3&)>& exact) {

@@ -60,6 +60,37 @@ TEST(BackgroundQuadrature, MeetsVolumeAndFirstMomentsOfAKidney) {
   expect_exact_moments(body.surface, LocalSpacing(body.cloud));
 }
 
+TEST(BackgroundQuadrature, MeetsSecondMomentsOfASphereAtDegreeTwo) {
+  const test::Body body =
+      test::placed_body(test::icosphere(1.0, 2), [](const Vec3&) { return 0.4; });
+  const auto volume = background_quadrature(body.surface, LocalSpacing(body.cloud), 2);
+  ASSERT_TRUE(volume) << volume.error().text();
+  Mat3 sum = Mat3::Zero(), exact = Mat3::Zero();
+  for (std::size_t q = 0; q < volume->size(); ++q) {
+    ASSERT_GT(volume->weights[q], 0.0);
+    const Vec3 x = volume->positions[q] + Vec3(0.1, 0.2, 0.3);
+    sum += volume->weights[q] * x * x.transpose();
+  }
+  // Over a tetrahedron with corners p_i: V/20 (sum p_i p_i^T + (sum p_i)(sum p_i)^T).
+  const Vec3 shift(0.1, 0.2, 0.3);
+  for (const std::array<int, 3>& t : body.surface.triangles) {
+    Vec3 corners[4] = {shift, Vec3(), Vec3(), Vec3()};
+    for (std::size_t i = 0; i < 3; ++i) {
+      corners[i + 1] = body.surface.vertices[static_cast<std::size_t>(t[i])] + shift;
+    }
+    const double tetrahedron =
+        (corners[1] - shift).dot((corners[2] - shift).cross(corners[3] - shift)) / 6.0;
+    Vec3 total = Vec3::Zero();
+    Mat3 products = Mat3::Zero();
+    for (const Vec3& p : corners) {
+      total += p;
+      products += p * p.transpose();
+    }
+    exact += tetrahedron / 20.0 * (products + total * total.transpose());
+  }
+  EXPECT_LT((sum - exact).norm(), 1e-10 * exact.norm());
+}
+
 TEST(BackgroundQuadrature, IntegratesASmoothFunctionToSecondOrder) {
   const auto error = [](int cells) {
     const test::Body body = test::jittered_cube(cells, 0.2);
@@ -107,6 +138,19 @@ TEST(SurfaceQuadrature, MeetsAreaAndClosesUp) {
   EXPECT_NEAR(held, 1.0, 1e-12);
   EXPECT_LT(closure.norm(), 1e-13);
   EXPECT_LT((enclosed - Mat3::Identity()).norm(), 1e-12);
+}
+
+TEST(SurfaceQuadrature, MeetsFourthMomentsOfAFaceAtDegreeFour) {
+  const test::Body body = test::jittered_cube(3, 0.0);
+  const SurfaceQuadrature points =
+      surface_quadrature(body.surface, LocalSpacing(body.cloud), {}, 4);
+  double sum = 0.0;
+  for (std::size_t b = 0; b < points.size(); ++b) {
+    ASSERT_GT(points.weights[b], 0.0);
+    const Vec3& x = points.positions[b];
+    if (x.z() > 0.5 - 1e-9) sum += points.weights[b] * x.x() * x.x() * x.y() * x.y();
+  }
+  EXPECT_NEAR(sum, 1.0 / 144.0, 1e-16);
 }
 
 }  // namespace

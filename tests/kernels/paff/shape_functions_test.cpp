@@ -59,7 +59,30 @@ TEST_F(ShapeFunctionsInACube, SumToOneAndReproduceLinearFields) {
   }
 }
 
-TEST_F(ShapeFunctionsInACube, GradientsMatchDifferencesOfTheValues) {
+TEST_F(ShapeFunctionsInACube, ReproduceQuadraticFieldsWithQuadraticBasis) {
+  const ShapeFunctions quadratic(body.cloud, 2.4, Basis::quadratic);
+  const test::QuadraticField field;
+  ShapeValues at;
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    const Vec3 x = anywhere(i);
+    ASSERT_TRUE(quadratic.evaluate(x, true, at));
+    Vec3 value = Vec3::Zero();
+    Mat3 gradient = Mat3::Zero();
+    for (std::size_t j = 0; j < at.nodes.size(); ++j) {
+      const Vec3 node = field(body.cloud.positions[static_cast<std::size_t>(at.nodes[j])]);
+      value += at.values[j] * node;
+      gradient += node * at.gradients[j].transpose();
+    }
+    EXPECT_LT((value - field(x)).norm(), 1e-11);
+    EXPECT_LT((gradient - field.gradient(x)).norm(), 1e-9);
+  }
+}
+
+class ShapeFunctionsOfABasis : public ShapeFunctionsInACube,
+                               public testing::WithParamInterface<Basis> {};
+
+TEST_P(ShapeFunctionsOfABasis, HaveGradientsThatMatchDifferencesOfTheValues) {
+  const ShapeFunctions shape(body.cloud, GetParam() == Basis::linear ? 1.8 : 2.4, GetParam());
   const double step = 1e-5;
   ShapeValues at, ahead, behind;
   for (std::uint64_t i = 0; i < 20; ++i) {
@@ -81,6 +104,9 @@ TEST_F(ShapeFunctionsInACube, GradientsMatchDifferencesOfTheValues) {
     }
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(LinearAndQuadratic, ShapeFunctionsOfABasis,
+                         testing::Values(Basis::linear, Basis::quadratic));
 
 TEST_F(ShapeFunctionsInACube, RefusesPointsThatTooFewNodesReach) {
   ShapeValues at;
