@@ -15,7 +15,7 @@ constexpr double kRidge = 1e-6;
 bool is_sound(const ContactCell& cell) {
   return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
          cell.displacement.allFinite() && std::isfinite(cell.depth) && std::isfinite(cell.area) &&
-         cell.area > 0.0;
+         cell.area > 0.0 && cell.friction >= 0.0 && std::isfinite(cell.friction);
 }
 
 /// Two cells see each other across a flat or gently bent surface; not through a thin body.
@@ -208,6 +208,7 @@ void PatchContact::assemble(std::span<const ContactCell> cells) {
   unknowns_.clear();
   std::vector<double> wanted;
   bilateral_.clear();
+  conditions_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
     if (cell.held) {
@@ -216,9 +217,21 @@ void PatchContact::assemble(std::span<const ContactCell> cells) {
         wanted.push_back(cell.displacement[a]);
         bilateral_.push_back(1);
       }
-    } else {
-      unknowns_.push_back({static_cast<int>(k), cell.direction});
-      wanted.push_back(cell.depth);
+      conditions_.insert(conditions_.end(), 3, {ContactCondition::Kind::kBilateral, 0.0});
+      continue;
+    }
+    unknowns_.push_back({static_cast<int>(k), cell.direction});
+    wanted.push_back(cell.depth);
+    bilateral_.push_back(0);
+    if (cell.friction == 0.0) {
+      conditions_.push_back({ContactCondition::Kind::kUnilateral, 0.0});
+      continue;
+    }
+    conditions_.push_back({ContactCondition::Kind::kFriction, cell.friction});
+    const Vec3 first = cell.direction.unitOrthogonal();
+    for (const Vec3& across : {first, Vec3(cell.direction.cross(first))}) {
+      unknowns_.push_back({static_cast<int>(k), across});
+      wanted.push_back(across.dot(cell.displacement));
       bilateral_.push_back(0);
     }
   }
@@ -238,6 +251,62 @@ void PatchContact::assemble(std::span<const ContactCell> cells) {
   matrix_.diagonal() *= 1.0 + kRidge;
 }
 
+/// Amounts of the unknowns, by the solver that the conditions need.
+void PatchContact::solve_conditions(ContactSolution& solution) {
+  const bool rubs = std::any_of(conditions_.begin(), conditions_.end(), [](const auto& condition) {
+    return condition.kind == ContactCondition::Kind::kFriction;
+  });
+  if (rubs) {
+    const FrictionFigures figures = frictional_.solve(matrix_, wanted_, conditions_, amounts_);
+    solution.pivots = figures.rounds;
+    solution.converged = figures.converged;
+    solution.residual = figures.residual;
+    std::vector<Eigen::Index> loaded;
+    for (Eigen::Index i = 0; i < amounts_.size(); ++i) {
+      if (amounts_[i] != 0.0) loaded.push_back(i);
+    }
+    solution.smallest_eigenvalue = smallest_eigenvalue_ratio(matrix_(loaded, loaded));
+    if (compliance_.symmetric && solution.smallest_eigenvalue <= 0.0) {
+      solution.converged = false;
+      amounts_.setZero();
+    }
+    return;
+  }
+  if (active_.size() != unknowns_.size()) {
+    active_.resize(unknowns_.size());
+    for (std::size_t i = 0; i < active_.size(); ++i) {
+      active_[i] = wanted_[static_cast<Eigen::Index>(i)] > 0.0;
+    }
+  }
+  const UnilateralFigures figures =
+      unilateral_.solve(matrix_, wanted_, bilateral_, active_, amounts_, compliance_.symmetric);
+  solution.pivots = figures.pivots;
+  solution.converged = figures.converged;
+  solution.smallest_eigenvalue = figures.smallest_eigenvalue;
+}
+
+/// Where the forces took each cell, and what that leaves.
+void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& solution) {
+  const Eigen::Map<const VectorX> forces(solution.forces.front().data(),
+                                         static_cast<Eigen::Index>(3 * cells.size()));
+  Eigen::Map<VectorX>(displacements_.front().data(), forces.size()).noalias() = response_ * forces;
+  solution.slips.assign(cells.size(), Vec3::Zero());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const ContactCell& cell = cells[k];
+    if (cell.held) continue;
+    const Vec3& way = cell.direction;
+    solution.violation = std::max(solution.violation, cell.depth - displacements_[k].dot(way));
+    if (cell.friction == 0.0) continue;
+    // Inside its cone a cell sticks; what is left between the two is round-off.
+    const Vec3& force = solution.forces[k];
+    const double pushed = force.dot(way);
+    const double dragged = (force - pushed * way).norm();
+    if (pushed > 0.0 && dragged < (1.0 - 1e-9) * cell.friction * pushed) continue;
+    const Vec3 off = displacements_[k] - cell.displacement;
+    solution.slips[k] = off - way.dot(off) * way;
+  }
+}
+
 void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
                          ContactResponse& response) {
   solution = ContactSolution{};
@@ -251,6 +320,7 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
     solution.converged = false;
     solution.smallest_eigenvalue = 0.0;
     solution.forces.assign(cells.size(), Vec3::Zero());
+    solution.slips = solution.forces;
     solution.near_fields.assign(cells.size(), NearField(material_, surface_.spacings.front()));
     return;
   }
@@ -262,18 +332,7 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
   couple_nearby(cells, solution.near_fields);
   assemble(cells);
 
-  if (active_.size() != unknowns_.size()) {
-    active_.resize(unknowns_.size());
-    for (std::size_t i = 0; i < active_.size(); ++i) {
-      active_[i] = wanted_[static_cast<Eigen::Index>(i)] > 0.0;
-    }
-  }
-  const UnilateralFigures figures =
-      unilateral_.solve(matrix_, wanted_, bilateral_, active_, amounts_);
-  solution.pivots = figures.pivots;
-  solution.converged = figures.converged;
-  solution.smallest_eigenvalue = figures.smallest_eigenvalue;
-
+  solve_conditions(solution);
   solution.forces.assign(cells.size(), Vec3::Zero());
   for (std::size_t i = 0; i < unknowns_.size(); ++i) {
     solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
@@ -295,15 +354,7 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
     response.loads.clear();
   }
 
-  const Eigen::Map<const VectorX> forces(solution.forces.front().data(),
-                                         static_cast<Eigen::Index>(3 * cells.size()));
-  Eigen::Map<VectorX>(displacements_.front().data(), forces.size()).noalias() = response_ * forces;
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    if (!cells[k].held) {
-      const double reached = displacements_[k].dot(cells[k].direction);
-      solution.violation = std::max(solution.violation, cells[k].depth - reached);
-    }
-  }
+  measure(cells, solution);
 }
 
 }  // namespace viscera

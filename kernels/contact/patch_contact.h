@@ -1,12 +1,13 @@
 // Contact of rigid tools with one body through small patches ("cells") at arbitrary places of its
-// surface, on the precomputed compliance. Unilateral where a tool presses, bilateral where a closed
-// jaw holds.
+// surface, on the precomputed compliance. Unilateral where a tool presses, with or without
+// friction; bilateral where a closed jaw holds.
 #pragma once
 
 #include <array>
 #include <span>
 #include <vector>
 
+#include "kernels/contact/frictional.h"
 #include "kernels/contact/near_field.h"
 #include "kernels/contact/touchable_surface.h"
 #include "kernels/contact/unilateral.h"
@@ -19,25 +20,35 @@ struct ContactCell {
   Vec3 position = Vec3::Zero();  ///< rest, on the surface [m]
   Vec3 normal = Vec3::UnitZ();   ///< outward unit surface normal
   double area = 0.0;             ///< [m2]
-  bool held = false;             ///< false: pressed, frictionless, can only be pushed
+  bool held = false;             ///< false: pressed, can only be pushed
 
   Vec3 direction = -Vec3::UnitZ();  ///< pressed: unit, the way the tool pushes
   double depth = 0.0;  ///< pressed: u . direction >= depth wanted [m]; may be negative (a gap)
-  Vec3 displacement = Vec3::Zero();  ///< held: u wanted [m]
+  /// Held: u wanted [m]. Pressed with friction: the part of it across `direction` is the u that
+  /// keeps the cell where it clings to the tool, zero where the tool first touched it.
+  Vec3 displacement = Vec3::Zero();
+  /// Pressed: coefficient of Coulomb friction. Where the cell slips it clings to another place of
+  /// the tool: for the next step add ContactSolution::slips to `displacement`.
+  double friction = 0.0;
 };
 
 struct ContactSolution {
-  std::vector<Vec3> forces;            ///< on the tissue, per cell [N]              (cells)
+  std::vector<Vec3> forces;  ///< on the tissue, per cell [N]              (cells)
+  std::vector<Vec3> slips;   ///< how far each cell with friction is from `displacement`, across
+                             ///< `direction` [m]; 0 where it sticks             (cells)
   std::vector<NearField> near_fields;  ///< of each cell: what is finer than nodes   (cells)
   int touching = 0;                    ///< cells with force
   int beyond_touchable = 0;            ///< cells with no touchable surface in reach; they load the
                                        ///< nearest sample
-  int pivots = 0;                      ///< exchanges of the active set
-  bool converged = false;              ///< false: no forces. A cell isn't finite or has no area, or
-                                       ///< the compliance isn't positive
-  double smallest_eigenvalue = 0.0;    ///< of the touching cells' compliance, relative to its
-                                       ///< largest; > 0
-  double violation = 0.0;              ///< greatest remaining penetration of a free cell [m]
+  int pivots = 0;                      ///< exchanges of the active set; rounds, with friction
+  bool converged = false;  ///< false: no forces. A cell isn't finite, has no area or a negative
+                           ///< friction; the compliance isn't positive; or, with friction or an
+                           ///< unsymmetric compliance, no solution was found
+  double smallest_eigenvalue = 0.0;  ///< of the touching cells' compliance (its symmetric half),
+                                     ///< relative to its largest; > 0 where C is symmetric
+  double residual = 0.0;             ///< with friction: greatest violation of a condition, as a
+                                     ///< force over the greatest one
+  double violation = 0.0;            ///< greatest remaining penetration of a free cell [m]
 };
 
 /// The body's answer to the forces of a contact: what deformation and drawing need.
@@ -60,7 +71,8 @@ class PatchContact {
 
   /// Every tool's cells on this body together. u at cell k is
   /// sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
-  /// depth, complementary, no tangential force; held cells: u = displacement.
+  /// depth, complementary, the tangential force within the cone of friction and against the slip;
+  /// held cells: u = displacement.
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response);
 
@@ -80,6 +92,8 @@ class PatchContact {
   void couple_cells();
   void couple_nearby(std::span<const ContactCell> cells, std::span<const NearField> near_fields);
   void assemble(std::span<const ContactCell> cells);
+  void solve_conditions(ContactSolution& solution);
+  void measure(std::span<const ContactCell> cells, ContactSolution& solution);
 
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
@@ -104,6 +118,8 @@ class PatchContact {
   VectorX wanted_, amounts_;
   std::vector<char> bilateral_, active_;
   UnilateralSolver unilateral_;
+  std::vector<ContactCondition> conditions_;
+  FrictionSolver frictional_;
   std::vector<Vec3> displacements_;
 };
 

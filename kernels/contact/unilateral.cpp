@@ -1,6 +1,9 @@
 #include "kernels/contact/unilateral.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
+#include <limits>
 
 namespace viscera {
 namespace {
@@ -9,11 +12,22 @@ namespace {
 constexpr int kPatience = 3;
 /// Violations below this share of the greatest value of their kind are round-off.
 constexpr double kRoundOff = 1e-11;
+/// An active part with a reciprocal condition number below this has no inverse to speak of.
+constexpr double kSingular = 1e-13;
 
 }  // namespace
 
+double smallest_eigenvalue_ratio(const MatrixX& matrix) {
+  if (matrix.size() == 0) return 1.0;
+  const MatrixX half = 0.5 * (matrix + matrix.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixX> solver(half, Eigen::EigenvaluesOnly);
+  const VectorX& values = solver.eigenvalues();
+  const double greatest = values.cwiseAbs().maxCoeff();
+  return greatest > 0.0 ? values[0] / greatest : 0.0;
+}
+
 bool UnilateralSolver::solve_active(const MatrixX& matrix, const VectorX& b,
-                                    std::span<const char> active, VectorX& x) {
+                                    std::span<const char> active, bool symmetric, VectorX& x) {
   indices_.clear();
   for (std::size_t i = 0; i < active.size(); ++i) {
     if (active[i]) indices_.push_back(static_cast<int>(i));
@@ -21,6 +35,13 @@ bool UnilateralSolver::solve_active(const MatrixX& matrix, const VectorX& b,
   x.setZero(b.size());
   if (indices_.empty()) return true;
   part_ = matrix(indices_, indices_);
+  if (!symmetric) {
+    const Eigen::PartialPivLU<MatrixX> factor(part_);
+    if (!(factor.rcond() > kSingular)) return false;
+    const VectorX amounts = factor.solve(VectorX(b(indices_)));
+    x(indices_) = amounts;
+    return x.allFinite();
+  }
   factor_.compute(part_);
   if (factor_.info() != Eigen::Success) return false;
   const VectorX wanted = b(indices_);
@@ -52,7 +73,7 @@ double UnilateralSolver::eigenvalue_ratio() const {
 
 UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& b,
                                           std::span<const char> bilateral,
-                                          std::vector<char>& active, VectorX& x) {
+                                          std::vector<char>& active, VectorX& x, bool symmetric) {
   UnilateralFigures figures;
   const auto n = static_cast<std::size_t>(b.size());
   for (std::size_t i = 0; i < n; ++i) active[i] = active[i] || bilateral[i];
@@ -63,11 +84,11 @@ UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& 
 
   std::size_t fewest = n + 1;
   int patience = kPatience;
-  // Exchanges of a fixed order end after finitely many steps; the bound is for matrices that lost
-  // their positivity to round-off.
-  const std::size_t most_rounds = 100 + 50 * n;
+  // Exchanges of a fixed order end after finitely many steps, in practice a few an unknown; the
+  // bound is for matrices that aren't positive, or lost it to round-off.
+  const std::size_t most_rounds = 100 + 10 * n;
   for (std::size_t round = 0; round < most_rounds; ++round) {
-    if (!solve_active(matrix, b, active, x)) break;
+    if (!solve_active(matrix, b, active, symmetric, x)) break;
     residual_.noalias() = matrix * x - b;
     const double force_floor = kRoundOff * x.cwiseAbs().maxCoeff();
     const double gap_floor =
@@ -88,7 +109,8 @@ UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& 
         if (!bilateral[i]) amount = std::max(0.0, amount);
       }
       figures.converged = true;
-      figures.smallest_eigenvalue = eigenvalue_ratio();
+      figures.smallest_eigenvalue =
+          symmetric ? eigenvalue_ratio() : smallest_eigenvalue_ratio(matrix(indices_, indices_));
       return figures;
     }
     const bool whole_block = violated < fewest || patience > 0;

@@ -255,6 +255,120 @@ TEST_F(OnABlock, CellWithoutAreaGivesNoForces) {
   EXPECT_FALSE(solve(cells).converged);
 }
 
+TEST_F(OnABlock, FrictionLiesBetweenSlidingAndSticking) {
+  // Sideways on a flat punch: nothing without friction, the bonded force with much.
+  const auto dragged = [&](double friction, bool held) {
+    auto cells = test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 2, 0.0, 0.3e-3);
+    for (ContactCell& cell : cells) {
+      cell.friction = friction;
+      cell.held = held;
+      cell.displacement = Vec3(0.1e-3, 0, -0.3e-3);
+    }
+    const ContactSolution solution = solve(cells);
+    EXPECT_TRUE(solution.converged);
+    EXPECT_GT(solution.smallest_eigenvalue, 0.0);
+    return test::total_force(solution);
+  };
+  const Vec3 slid = dragged(0.0, false), stuck = dragged(0.0, true);
+  EXPECT_LT((dragged(1e-9, false) - slid).norm(), 1e-7 * slid.norm());
+  EXPECT_LT((dragged(1e3, false) - stuck).norm(), 1e-7 * stuck.norm());
+  const Vec3 rubbed = dragged(0.1, false);
+  EXPECT_GT(rubbed.x(), 0.05 * -rubbed.z());
+  EXPECT_LE(rubbed.x(), 0.1 * -rubbed.z());
+  EXPECT_LT(rubbed.x(), stuck.x());
+}
+
+TEST_F(OnABlock, SlipIsHowFarACellIsFromWhereItClung) {
+  auto cells = test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 2, 0.0, 0.3e-3);
+  for (ContactCell& cell : cells) {
+    cell.friction = 0.1;
+    cell.displacement = Vec3(0.4e-3, 0, 0);
+  }
+  const ContactSolution solution = solve(cells);
+  ASSERT_TRUE(solution.converged);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const Vec3& slip = solution.slips[k];
+    const Vec3 off = contact.cell_displacements()[k] - cells[k].displacement;
+    EXPECT_LT((slip - Vec3(off.x(), off.y(), 0)).norm(), 1e-9);
+    const Vec3 drag(solution.forces[k].x(), solution.forces[k].y(), 0);
+    EXPECT_NEAR(drag.norm(), 0.1 * -solution.forces[k].z(), 1e-8 * solution.forces[k].norm());
+    EXPECT_NEAR(drag.dot(slip), -drag.norm() * slip.norm(), 1e-7 * drag.norm() * slip.norm());
+    // From there it clings, so nothing slips any more and the force stays.
+    cells[k].displacement += slip;
+  }
+  const ContactSolution again = solve(cells);
+  ASSERT_TRUE(again.converged);
+  EXPECT_LT((test::total_force(again) - test::total_force(solution)).norm(),
+            1e-6 * test::total_force(solution).norm());
+  for (const Vec3& slip : again.slips) EXPECT_LT(slip.norm(), 1e-6 * 0.4e-3);
+}
+
+TEST_F(OnABlock, NegativeFrictionGivesNoForces) {
+  auto cells = test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 1, 1e-3, 0.3e-3);
+  cells[1].friction = -0.1;
+  EXPECT_FALSE(solve(cells).converged);
+}
+
+TEST(UnsymmetricCompliance, BothTrianglesAreReadAndNeitherIsMirrored) {
+  // The block's compliance with a twist that a mirror would cancel or double.
+  SurfaceCompliance twisted = block().compliance;
+  twisted.symmetric = false;
+  const std::size_t rows = twisted.rows();
+  std::vector<std::size_t> row_of;
+  for (const int node : twisted.touchable) {
+    row_of.push_back(static_cast<std::size_t>(
+        std::lower_bound(twisted.visible.begin(), twisted.visible.end(), node) -
+        twisted.visible.begin()));
+  }
+  for (std::size_t j = 0; j < row_of.size(); ++j) {
+    for (std::size_t i = 0; i < row_of.size(); ++i) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t b = 0; b < 3; ++b) {
+          // Skew in (i a, j b): x of one node against y of the other.
+          const double sign = a == 0 && b == 1 ? 1.0 : a == 1 && b == 0 ? -1.0 : 0.0;
+          twisted.columns[(3 * j + b) * rows + 3 * row_of[i] + a] +=
+              static_cast<float>(0.05 * sign);
+        }
+      }
+    }
+  }
+  std::vector<ContactCell> cells(2);
+  cells[0].position = Vec3(-2e-3, 0, kTop);
+  cells[1].position = Vec3(3e-3, 1e-3, kTop);
+  for (ContactCell& cell : cells) {
+    cell.area = 1e-6;
+    cell.held = true;
+  }
+  const auto stiffness_of = [&](const SurfaceCompliance& compliance) {
+    PatchContact contact(compliance, block().touch, kTissue);
+    ContactSolution solution;
+    ContactResponse response;
+    MatrixX stiffness(6, 6);
+    for (int j = 0; j < 6; ++j) {
+      for (ContactCell& cell : cells) cell.displacement.setZero();
+      cells[static_cast<std::size_t>(j / 3)].displacement[j % 3] = 1e-3;
+      contact.solve(cells, solution, response);
+      EXPECT_TRUE(solution.converged);
+      for (int i = 0; i < 6; ++i) {
+        stiffness(i, j) = 1e3 * solution.forces[static_cast<std::size_t>(i / 3)][i % 3];
+      }
+    }
+    return stiffness;
+  };
+  // Weights add up to one, so a constant twist of nodes is the same twist of cells.
+  MatrixX twist = MatrixX::Zero(6, 6);
+  for (int i = 0; i < 6; i += 3) {
+    for (int j = 0; j < 6; j += 3) {
+      twist(i, j + 1) = 0.05;
+      twist(i + 1, j) = -0.05;
+    }
+  }
+  const MatrixX plain = stiffness_of(block().compliance).inverse();
+  const MatrixX turned = stiffness_of(twisted).inverse();
+  EXPECT_LT((turned - plain - twist).norm(), 1e-4 * plain.norm());
+  EXPECT_GT(twist.norm(), 1e-2 * plain.norm());
+}
+
 TEST(PatchContact, HertzForceOnADeepBlock) {
   // F = (4/3) E* sqrt(R) d^(3/2), contact radius a = sqrt(R d) [Hertz1882], [Johnson1985]
   // ch. 4: 1.1 mm here, on nodes 7 mm apart. The block is bonded below and finite: about 2 %

@@ -145,5 +145,53 @@ TEST(Unilateral, NonFiniteInputIsReportedWithoutForces) {
   EXPECT_TRUE(x.isZero());
 }
 
+TEST(Unilateral, UnsymmetricProblemsMeetEveryCondition) {
+  const Random random(5, 9);
+  std::uint64_t draw = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    Problem problem = random_problem(20, 100 + static_cast<std::uint64_t>(trial), 5);
+    // A positive matrix plus a twist keeps its principal minors positive.
+    for (int i = 0; i < 20; ++i) {
+      for (int j = 0; j < i; ++j) {
+        const double twist = 3.0 * random.normal(draw++);
+        problem.matrix(i, j) += twist;
+        problem.matrix(j, i) -= twist;
+      }
+    }
+    std::vector<char> active(20, 0);
+    VectorX x;
+    const UnilateralFigures figures =
+        UnilateralSolver().solve(problem.matrix, problem.b, problem.bilateral, active, x, false);
+    ASSERT_TRUE(figures.converged);
+    EXPECT_GT(figures.smallest_eigenvalue, 0.0);
+    expect_solved(problem, x, 1e-9 * problem.matrix.norm() * std::max(1.0, x.norm()));
+  }
+}
+
+TEST(Unilateral, ComplianceThatGivesOutEnergyShowsInItsSmallestEigenvalue) {
+  // Principal minors 1, 1 and 1 + 9: solvable, though its symmetric half isn't positive.
+  MatrixX matrix(2, 2);
+  matrix << 1.0, 4.5, -2.0, 1.0;
+  const std::vector<char> bilateral{1, 1};
+  std::vector<char> active(2, 0);
+  VectorX x;
+  const UnilateralFigures figures =
+      UnilateralSolver().solve(matrix, VectorX::Ones(2), bilateral, active, x, false);
+  EXPECT_TRUE(figures.converged);
+  EXPECT_LT((matrix * x - VectorX::Ones(2)).norm(), 1e-12);
+  EXPECT_NEAR(figures.smallest_eigenvalue, (1.0 - 1.25) / (1.0 + 1.25), 1e-12);
+}
+
+TEST(Unilateral, SingularUnsymmetricMatrixIsReportedWithoutForces) {
+  MatrixX matrix(2, 2);
+  matrix << 1.0, 2.0, 2.0, 4.0;
+  const std::vector<char> bilateral{1, 1};
+  std::vector<char> active(2, 0);
+  VectorX x;
+  EXPECT_FALSE(
+      UnilateralSolver().solve(matrix, VectorX::Ones(2), bilateral, active, x, false).converged);
+  EXPECT_EQ(x, VectorX::Zero(2));
+}
+
 }  // namespace
 }  // namespace viscera
