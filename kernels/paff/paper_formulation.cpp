@@ -38,7 +38,7 @@ class MovingLeastSquaresAtNodes {
     out.gradients = at.gradients;
 
     const double unit = shape_->support_radius(node);
-    MomentMatrix moments;
+    MomentMatrix<kLinearTerms> moments;
     std::array<Eigen::Matrix4d, 3> first;  // A_k
     std::array<std::array<Eigen::Matrix4d, 3>, 3> second;
     for (int k = 0; k < 3; ++k) {
@@ -52,7 +52,7 @@ class MovingLeastSquaresAtNodes {
       const Vec3 d = (cloud.positions[static_cast<std::size_t>(at.nodes[j])] - x) / unit;
       basis[j] = Vec4(1.0, d.x(), d.y(), d.z());
       differentiate_weight(d, shape_->support_radius(at.nodes[j]) / unit, slope[j], bend[j]);
-      moments.add(at.weights[j], d);
+      moments.add(at.weights[j], basis[j]);
       const Eigen::Matrix4d outer = basis[j] * basis[j].transpose();
       for (int k = 0; k < 3; ++k) {
         first[k] += slope[j][k] * outer;
