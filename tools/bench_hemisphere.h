@@ -24,8 +24,8 @@ struct HemisphereBenchOptions {
   std::vector<double> poisson_ratios;
   std::vector<double> radii;  ///< a / R
   std::vector<std::string> contacts;
-  bool uniform = false;          ///< nodes equally far apart everywhere
-  double touchable_zone = 0.48;  ///< see HemisphereOptions
+  bool graded = false;           ///< nodes finer about the pole
+  double touchable_zone = 0.75;  ///< see HemisphereOptions
 
   bool names_cases() const {
     return !formulations.empty() || !nodes.empty() || !poisson_ratios.empty() || !radii.empty() ||
@@ -47,12 +47,15 @@ struct HemisphereCase {
   std::optional<double> online_us;  ///< contact and displacement of all visible nodes, one core
   std::optional<double> online_moving_us;  ///< the same for a patch that is elsewhere each time
   std::optional<double> force_over_ERdelta, force_error, profile_error;
+  /// Against our own axisymmetric solution, where there is no reference.
+  std::optional<double> own_force_error, own_profile_error;
   std::optional<double> smallest_eigenvalue;  ///< of the patch's compliance over its largest
   std::size_t memory_bytes = 0;               ///< that stay for running
   std::optional<std::size_t> factor_bytes;
   std::vector<Vec3> profile;       ///< rest and
   std::vector<Vec3> displacement;  ///< its displacement, over R; not in the JSON
   std::string note;
+  bool in_plots = true;
 };
 
 /// Runs the cases, prints them with targets and writes JSON and plots. Fails where a named case
