@@ -15,6 +15,7 @@
 #include "engine/organ/shape.h"
 #include "kernels/base/hash.h"
 #include "kernels/base/stopwatch.h"
+#include "kernels/contact/passivity.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 
@@ -244,6 +245,9 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
   auto compliance = (*solver)->compliance(std::move(visible), std::move(touchable),
                                           part_of(progress, kFactorDone, 1.0));
   if (!compliance) return std::unexpected(compliance.error());
+  // Symmetric ones are positive by construction; strong forms may be anything.
+  if (!compliance->symmetric)
+    if (auto passive = check_passive(*compliance); !passive) return passive;
   model.compliance = std::move(*compliance);
   model.figures = (*solver)->figures();
   return {};

@@ -1,5 +1,6 @@
 #include "kernels/contact/patch_contact.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +10,8 @@ namespace {
 /// Weights of all cells are written in a common basis that misses none of them by more than this
 /// share: cells of one tip differ little, so the basis is several times smaller than their number.
 constexpr double kBasisTolerance = 1e-3;
-/// Added to the diagonal, relative: two tools may press the very same spot.
+/// Added to the diagonal, relative: two tools may press the very same spot. Also the least
+/// eigenvalue of the scaled matrix, see lift().
 constexpr double kRidge = 1e-6;
 
 bool is_sound(const ContactCell& cell) {
@@ -290,6 +292,13 @@ void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& 
   const Eigen::Map<const VectorX> forces(solution.forces.front().data(),
                                          static_cast<Eigen::Index>(3 * cells.size()));
   Eigen::Map<VectorX>(displacements_.front().data(), forces.size()).noalias() = response_ * forces;
+  if (lifted_.size() > 0) {
+    const VectorX more = lifted_ * amounts_;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      displacements_[static_cast<std::size_t>(unknowns_[i].cell)] +=
+          more[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
+    }
+  }
   solution.slips.assign(cells.size(), Vec3::Zero());
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
@@ -305,6 +314,35 @@ void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& 
     const Vec3 off = displacements_[k] - cell.displacement;
     solution.slips[k] = off - way.dot(off) * way;
   }
+}
+
+// Why the matrix may be indefinite. With D_k the transform of cell k's pressure and g_k that of the
+// bell it's spread by, H the half-space's response and B the body's, A_kl is the integral of
+// H D_k D_l + (B - H) g_k g_l. Cells of one size on a plane have D and g in common, and D^2 H +
+// (B - H) g^2 is positive wherever D >= g. Where cells of several sizes meet at one spot and the
+// body is stiffer than a half-space (B < H: thin, or held nearby), two of them have the determinant
+// H (B - H) (D_k g_l - D_l g_k)^2 < 0; and around an edge the flat half-space is a guess anyway.
+// Such a contact could give energy away. The nearest matrix that can't is the one with its
+// eigenvalues lifted to the ridge [Higham1988], taken of the matrix scaled to a unit diagonal. It
+// is a continuous function of the cells and of nothing else, so the contact stays conservative.
+void PatchContact::lift(ContactSolution& solution) {
+  lifted_.resize(0, 0);
+  if (!compliance_.symmetric) return;
+  whole_factor_.compute(matrix_);
+  if (whole_factor_.info() == Eigen::Success) return;
+  if (!matrix_.allFinite() || (matrix_.diagonal().array() <= 0.0).any()) return;
+  const VectorX scale = matrix_.diagonal().cwiseSqrt();
+  const VectorX inverse = scale.cwiseInverse();
+  const MatrixX scaled = inverse.asDiagonal() * matrix_ * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixX> modes(scaled);
+  if (modes.info() != Eigen::Success) return;
+  // Well above what rounding may take from an eigenvalue again.
+  const VectorX missing = (kRidge - modes.eigenvalues().array()).max(0.0);
+  solution.lifted = missing.maxCoeff() / modes.eigenvalues().maxCoeff();
+  const MatrixX rise =
+      modes.eigenvectors() * missing.asDiagonal() * modes.eigenvectors().transpose();
+  lifted_ = scale.asDiagonal() * (0.5 * (rise + rise.transpose())) * scale.asDiagonal();
+  matrix_ += lifted_;
 }
 
 void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
@@ -331,6 +369,7 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
   couple_cells();
   couple_nearby(cells, solution.near_fields);
   assemble(cells);
+  lift(solution);
 
   solve_conditions(solution);
   solution.forces.assign(cells.size(), Vec3::Zero());

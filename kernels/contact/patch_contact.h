@@ -46,6 +46,9 @@ struct ContactSolution {
                            ///< unsymmetric compliance, no solution was found
   double smallest_eigenvalue = 0.0;  ///< of the touching cells' compliance (its symmetric half),
                                      ///< relative to its largest; > 0 where C is symmetric
+  double lifted = 0.0;               ///< greatest eigenvalue added to make the compliance positive,
+                                     ///< relative to its largest; 0 but for tools of several
+                                     ///< sizes at one spot, and around edges
   double residual = 0.0;             ///< with friction: greatest violation of a condition, as a
                                      ///< force over the greatest one
   double violation = 0.0;            ///< greatest remaining penetration of a free cell [m]
@@ -94,6 +97,7 @@ class PatchContact {
   void assemble(std::span<const ContactCell> cells);
   void solve_conditions(ContactSolution& solution);
   void measure(std::span<const ContactCell> cells, ContactSolution& solution);
+  void lift(ContactSolution& solution);
 
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
@@ -115,6 +119,8 @@ class PatchContact {
 
   std::vector<Unknown> unknowns_;
   MatrixX matrix_;
+  MatrixX lifted_;  // what was added to make it positive; empty: nothing
+  Eigen::LLT<MatrixX> whole_factor_;
   VectorX wanted_, amounts_;
   std::vector<char> bilateral_, active_;
   UnilateralSolver unilateral_;

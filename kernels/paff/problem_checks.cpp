@@ -4,6 +4,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "kernels/paff/local_spacing.h"
+#include "kernels/points/neighbours.h"
+
 namespace viscera {
 namespace {
 
@@ -41,6 +44,46 @@ void check_cloud(const PointCloud& cloud, std::vector<std::string>& mistakes) {
     text << "nodes: node " << i << " lies at (" << cloud.positions[i].transpose()
          << ") m with spacing " << cloud.spacings[i]
          << " m; expected finite numbers and a positive spacing";
+    mistakes.push_back(text.str());
+    return;
+  }
+}
+
+/// The fields of two nodes at nearly one place hardly differ: d apart, the stiffness against their
+/// difference falls as (d / h)^2, and their entries of the compliance grow as its inverse. Stored
+/// in single precision they are then wrong by 2^-24 (h / d)^2 of what the nodes feel together: 2e-5
+/// at this limit, which placed clouds keep ten times over.
+void check_separation(const PointCloud& cloud, std::vector<std::string>& mistakes) {
+  constexpr double kLeast = 0.05;  // of the spacing
+  const std::vector<int> nearest = nearest_neighbours(cloud.positions, 1);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (nearest[i] < 0) continue;
+    const auto j = static_cast<std::size_t>(nearest[i]);
+    const double distance = (cloud.positions[i] - cloud.positions[j]).norm();
+    if (distance >= kLeast * std::max(cloud.spacings[i], cloud.spacings[j])) continue;
+    std::ostringstream text;
+    text << "nodes: " << i << " and " << j << " at (" << 1e3 * cloud.positions[i].transpose()
+         << ") mm are " << 1e3 * distance << " mm apart, with a spacing of "
+         << 1e3 * cloud.spacings[i] << " mm; expected at least a twentieth of it: remove one";
+    mistakes.push_back(text.str());
+    return;
+  }
+}
+
+/// Background cells follow the mean spacing h about a node and carry points up to 0.29 h from any
+/// place along each edge, 0.5 h across the cell. A node whose support (1.8 of its own spacing) is
+/// smaller than that may have no point within, and no stiffness.
+void check_gradation(const PointCloud& cloud, std::vector<std::string>& mistakes) {
+  constexpr double kLeast = 0.28;  // 0.5 / 1.8
+  const LocalSpacing around(cloud);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const double h = around(cloud.positions[i]);
+    if (cloud.spacings[i] >= kLeast * h) continue;
+    std::ostringstream text;
+    text << "nodes: about node " << i << " at (" << 1e3 * cloud.positions[i].transpose()
+         << ") mm the spacing changes at once from " << 1e3 * cloud.spacings[i] << " mm to "
+         << 1e3 * h << " mm; expected it to grow gradually, by a quarter of the distance at most: "
+         << "remove the crowded nodes or make the others finer around them";
     mistakes.push_back(text.str());
     return;
   }
@@ -107,6 +150,8 @@ std::vector<std::string> problem_mistakes(const ElasticProblem& problem) {
     mistakes.push_back("nodes: none given");
   }
   if (mistakes.empty()) check_coverage(*problem.surface, *problem.cloud, mistakes);
+  if (mistakes.empty()) check_separation(*problem.cloud, mistakes);
+  if (mistakes.empty()) check_gradation(*problem.cloud, mistakes);
   if (!problem.is_fixed) mistakes.push_back("fixed region: none given; a body must be held");
   return mistakes;
 }

@@ -1,0 +1,186 @@
+// The checks of the stress run themselves: each finds what it is for in a made-up history.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tools/stress_checks.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// One pressed cell on a spring of 100 N/m.
+ContactMoment pressed(double depth) {
+  ContactMoment moment;
+  ContactCell cell;
+  cell.area = 1e-6;
+  cell.depth = depth;
+  const double push = 100.0 * std::max(0.0, depth);
+  moment.cells = {cell};
+  moment.forces = {push * cell.direction};
+  moment.displacements = {0.01 * push * cell.direction};
+  moment.softness = {0.01};
+  moment.converged = true;
+  moment.smallest_eigenvalue = 1.0;
+  return moment;
+}
+
+/// One held cell on springs of 100, 200 and 300 N/m with a coupling of `turn` between x and y that
+/// has no energy: a force that turns with the displacement.
+ContactMoment held(const Vec3& displacement, double turn = 0.0) {
+  ContactMoment moment;
+  ContactCell cell;
+  cell.area = 1e-6;
+  cell.held = true;
+  cell.displacement = displacement;
+  moment.cells = {cell};
+  moment.forces = {Vec3(100.0 * displacement.x() - turn * displacement.y(),
+                        200.0 * displacement.y() + turn * displacement.x(),
+                        300.0 * displacement.z())};
+  moment.displacements = {displacement};
+  moment.softness = {0.01};
+  moment.converged = true;
+  moment.smallest_eigenvalue = 1.0 / 3.0;
+  return moment;
+}
+
+/// Compliance of `count` nodes, all touchable, with this value on the diagonal.
+SurfaceCompliance diagonal(int count, float value) {
+  SurfaceCompliance compliance;
+  for (int i = 0; i < count; ++i) compliance.visible.push_back(i);
+  compliance.touchable = compliance.visible;
+  compliance.columns.assign(compliance.rows() * compliance.rows(), 0.0f);
+  for (std::size_t i = 0; i < compliance.rows(); ++i)
+    compliance.columns[i * compliance.rows() + i] = value;
+  return compliance;
+}
+
+TEST(StressChecks, SoundSpringPasses) {
+  const std::vector<ContactMoment> history = {pressed(-1e-3), pressed(1e-3), pressed(3e-3),
+                                              pressed(2e-3), pressed(-1e-3)};
+  for (const ContactMoment& moment : history) EXPECT_TRUE(check_conditions(moment).sound());
+  EXPECT_TRUE(check_energy(history).sound());
+  const std::vector<ContactMoment> path = {held({0, 0, 0}), held({1e-3, 0, 0}),
+                                           held({1e-3, 1e-3, 0}), held({0, 1e-3, 1e-3})};
+  EXPECT_TRUE(check_energy(path).sound());
+  EXPECT_TRUE(check_closed_path(path).sound());
+}
+
+TEST(StressChecks, PullingCellIsFound) {
+  ContactMoment moment = pressed(1e-3);
+  moment.forces[0] = -moment.forces[0];
+  EXPECT_FALSE(check_conditions(moment).sound());
+}
+
+TEST(StressChecks, ForceOffItsDirectionIsFound) {
+  ContactMoment moment = pressed(1e-3);
+  moment.forces[0] += 1e-6 * moment.forces[0].norm() * Vec3::UnitX();
+  EXPECT_FALSE(check_conditions(moment).sound());
+}
+
+TEST(StressChecks, PenetrationIsFound) {
+  ContactMoment moment = pressed(1e-3);
+  moment.displacements[0] *= 0.999;
+  EXPECT_FALSE(check_conditions(moment).sound());
+}
+
+TEST(StressChecks, ForceWithoutTouchIsFound) {
+  ContactMoment moment = pressed(1e-3);
+  moment.displacements[0] *= 1.001;
+  EXPECT_FALSE(check_conditions(moment).sound());
+}
+
+TEST(StressChecks, HeldCellThatSlippedIsFound) {
+  ContactMoment moment = held({1e-3, 0, 0});
+  moment.displacements[0].y() += 1e-6;
+  EXPECT_FALSE(check_conditions(moment).sound());
+}
+
+TEST(StressChecks, NumbersThatAreNoneAreFound) {
+  ContactMoment moment = pressed(1e-3);
+  moment.forces[0].x() = kNaN;
+  EXPECT_FALSE(check_conditions(moment).sound());
+  moment = pressed(1e-3);
+  moment.displacements[0].z() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(check_conditions(moment).sound());
+  moment = pressed(1e-3);
+  moment.converged = false;
+  EXPECT_FALSE(check_conditions(moment).sound());
+  EXPECT_FALSE((StressFigure{"", kNaN, 1.0, ""}).sound());
+}
+
+TEST(StressChecks, ForceThatFallsWithDepthIsFound) {
+  // 0.2 N at 2 mm, but only 0.15 N at 3 mm: out by the soft way, in by the stiff one, pays.
+  ContactMoment weak = pressed(3e-3);
+  weak.forces[0] *= 0.5;
+  const std::vector<ContactMoment> history = {pressed(2e-3), weak};
+  EXPECT_FALSE(check_energy(history).sound());
+}
+
+TEST(StressChecks, ForceThatRemembersTheWayIsFound) {
+  // Harder on the way out than on the way in: each round gains the difference.
+  ContactMoment out = pressed(1e-3);
+  out.forces[0] *= 1.0 + 1e-6;
+  const std::vector<ContactMoment> history = {pressed(1e-3), out};
+  EXPECT_FALSE(check_same_force(history[0], history[1], "").sound());
+  EXPECT_FALSE(check_energy(std::vector{pressed(0.0), pressed(1e-3), out, pressed(2e-3)}).sound());
+}
+
+TEST(StressChecks, TurningForceIsFound) {
+  // f = K d with an unsymmetric K: a circle in one sense gives energy, in the other takes it.
+  std::vector<ContactMoment> path, sound;
+  for (int i = 0; i < 12; ++i) {
+    const Vec3 at(1e-3 * std::cos(0.5236 * i), 1e-3 * std::sin(0.5236 * i), 0.0);
+    path.push_back(held(at, 1e-3));
+    sound.push_back(held(at));
+  }
+  EXPECT_TRUE(check_closed_path(sound).sound());
+  EXPECT_FALSE(check_closed_path(path).sound());
+}
+
+TEST(StressChecks, NegativeComplianceIsFound) {
+  SurfaceCompliance compliance = diagonal(4, 1e-3f);
+  EXPECT_TRUE(check_positive(compliance).sound());
+  EXPECT_TRUE(check_finite(compliance).sound());
+  // One entry of twelve, and a thousandth of the others in size.
+  compliance.columns[5 * compliance.rows() + 5] = -1e-6f;
+  EXPECT_FALSE(check_positive(compliance).sound());
+}
+
+TEST(StressChecks, ComplianceOfRankOneIsNotTakenForNegative) {
+  // Rounded entries of v v^T: its zero eigenvalues come out as round-off of either sign.
+  SurfaceCompliance compliance = diagonal(20, 0.0f);
+  const std::size_t n = compliance.rows();
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      compliance.columns[i * n + j] =
+          static_cast<float>(std::sin(1.0 + 0.37 * static_cast<double>(i)) *
+                             std::sin(1.0 + 0.37 * static_cast<double>(j)));
+  EXPECT_TRUE(check_positive(compliance).sound());
+}
+
+TEST(StressChecks, UnsymmetricSquareIsFound) {
+  SurfaceCompliance compliance = diagonal(4, 1e-3f);
+  compliance.columns[1] = 1e-9f;
+  EXPECT_FALSE(check_positive(compliance).sound());
+  compliance.symmetric = false;
+  EXPECT_TRUE(check_positive(compliance).sound());
+}
+
+TEST(StressChecks, EntryThatIsNoNumberIsFound) {
+  SurfaceCompliance compliance = diagonal(4, 1e-3f);
+  compliance.columns[17] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(check_finite(compliance).sound());
+  EXPECT_FALSE(check_positive(compliance).sound());
+}
+
+TEST(StressChecks, RefusalMustSayWhatToChange) {
+  EXPECT_EQ(unclear_refusal("nodes: found 3, expected 4: use a smaller node spacing"), "");
+  EXPECT_NE(unclear_refusal(""), "");
+  EXPECT_NE(unclear_refusal("failed"), "");
+}
+
+}  // namespace
+}  // namespace viscera

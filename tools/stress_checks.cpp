@@ -1,0 +1,359 @@
+#include "tools/stress_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernels/contact/passivity.h"
+#include "kernels/paff/local_spacing.h"
+#include "kernels/paff/surface_quadrature.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kDouble = 0x1.0p-53;  // relative error of one rounding
+constexpr double kSingle = 0x1.0p-24;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// PatchContact adds 1e-6 of itself to the diagonal of the contact matrix A. Scaled to a diagonal
+/// of one (which Cholesky's round-off doesn't see), A has eigenvalues between 1e-6 and the number
+/// of unknowns n: a solve is off by n / 1e-6 times the rounding error, relative.
+double contact_round_off(const ContactMoment& moment) {
+  double unknowns = 0.0;
+  for (const ContactCell& cell : moment.cells) unknowns += cell.held ? 3.0 : 1.0;
+  return unknowns * kDouble / 1e-6;
+}
+
+/// What a cell is told to do, along which its force works [m].
+Vec3 wanted(const ContactCell& cell) {
+  return cell.held ? cell.displacement : Vec3(cell.depth * cell.direction);
+}
+
+double work(const ContactMoment& force, const ContactMoment& path) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < force.cells.size(); ++k)
+    sum += force.forces[k].dot(wanted(path.cells[k]));
+  return sum;
+}
+
+/// Sum of |f| |d|: what the energies are differences of.
+double exchanged(const ContactMoment& force, const ContactMoment& path) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < force.cells.size(); ++k)
+    sum += force.forces[k].norm() * wanted(path.cells[k]).norm();
+  return sum;
+}
+
+/// Places of the touchable nodes' rows in the compliance.
+std::vector<std::size_t> touchable_rows(const SurfaceCompliance& compliance) {
+  std::vector<std::size_t> rows;
+  for (const int node : compliance.touchable) {
+    const auto at = std::lower_bound(compliance.visible.begin(), compliance.visible.end(), node);
+    for (std::size_t k = 0; k < 3; ++k)
+      rows.push_back(3 * static_cast<std::size_t>(at - compliance.visible.begin()) + k);
+  }
+  return rows;
+}
+
+bool is_symmetric(const SurfaceCompliance& compliance) {
+  const std::vector<std::size_t> rows = touchable_rows(compliance);
+  for (std::size_t j = 0; j < rows.size(); ++j)
+    for (std::size_t i = 0; i < j; ++i)
+      if (compliance.columns[j * compliance.rows() + rows[i]] !=
+          compliance.columns[i * compliance.rows() + rows[j]])
+        return false;
+  return true;
+}
+
+/// Sum of phi_J alpha_J at a sample; alpha by touchable index.
+template <class Alpha>
+Vec3 at_sample(const TouchableSurface& touch, std::size_t sample, const Alpha& alpha) {
+  Vec3 sum = Vec3::Zero();
+  for (int e = touch.weights.row_begin[sample]; e < touch.weights.row_begin[sample + 1]; ++e) {
+    const auto entry = static_cast<std::size_t>(e);
+    sum += static_cast<double>(touch.weights.values[entry]) * alpha(touch.weights.nodes[entry]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::string unclear_refusal(const std::string& reason) {
+  if (reason.empty()) return "no reason given";
+  for (const char* word : {"expected", "use ", "make ", "must ", "remove ", "raise ", "choose "})
+    if (reason.find(word) != std::string::npos) return "";
+  return "the reason names nothing to change: " + reason;
+}
+
+// u = G (x - x0) with a G of every component: tension, shear and turning in one. The stress is
+// constant, so that tractions sigma n on the free surface and u on the held one are all its loads.
+// Moving least squares carry linear fields exactly, hence any formulation owes this one to
+// round-off.
+Result<StressFigure> check_linear_field(const StressBody& body, const Formulation& formulation,
+                                        ElasticSolver& solver, const TouchableSurface& touch) {
+  Mat3 gradient;
+  gradient << 0.7, -0.3, 0.2, 0.5, -0.4, 0.6, -0.1, 0.8, 0.3;
+  const Mat3 strain = 0.5 * (gradient + gradient.transpose());
+  const double lambda = body.material.lame_lambda(), mu = body.material.shear_modulus();
+  const Mat3 stress = lambda * strain.trace() * Mat3::Identity() + 2.0 * mu * strain;
+  const Vec3 centre = bounds(body.surface).center();
+  StaticLoads loads;
+  loads.traction = [&](const Vec3&, const Vec3& normal) -> Vec3 { return stress * normal; };
+  loads.held_displacement = [&](const Vec3& x) -> Vec3 { return gradient * (x - centre); };
+  auto unknowns = solver.solve_static(loads);
+  if (!unknowns) return std::unexpected(unknowns.error());
+
+  // The stored weights are single: here the fields themselves are asked.
+  const ShapeFunctions fields = formulation.fields(body.cloud);
+  ShapeValues values;
+  double greatest = 0.0, error = 0.0;
+  bool finite = true;
+  for (std::size_t s = 0; s < touch.size(); ++s) {
+    if (!fields.evaluate(touch.positions[s], false, values)) continue;
+    Vec3 found = Vec3::Zero();
+    for (std::size_t j = 0; j < values.nodes.size(); ++j)
+      found += values.values[j] * Vec3::Map(unknowns->data() + 3 * values.nodes[j]);
+    const Vec3 exact = gradient * (touch.positions[s] - centre);
+    finite = finite && found.allFinite();
+    greatest = std::max(greatest, exact.norm());
+    error = std::max(error, (found - exact).norm());
+  }
+  return StressFigure{"linear field", finite ? error / greatest : kInfinite, 1e-9, ""};
+}
+
+StressFigure check_finite(const SurfaceCompliance& compliance) {
+  const auto broken = std::count_if(compliance.columns.begin(), compliance.columns.end(),
+                                    [](float c) { return !std::isfinite(c); });
+  return {"finite compliance", static_cast<double>(broken), 0.0, ""};
+}
+
+StressFigure check_positive(const SurfaceCompliance& compliance) {
+  StressFigure figure{"positive compliance", -negative_compliance(compliance), 0.0, ""};
+  // Bitwise symmetric, where it is said to be.
+  if (compliance.symmetric && !is_symmetric(compliance)) {
+    figure.figure = kInfinite;
+    figure.detail = "not symmetric";
+  }
+  return figure;
+}
+
+// The error of stored entries, and what the accuracy of contact allows: NUMERICS' measured 7e-5 for
+// factors in single precision at Poisson's ratio .49, rounded up.
+Result<StressFigure> check_against_solver(ElasticSolver& solver, const TouchableSurface& touch,
+                                          const SurfaceCompliance& compliance, Draws draws) {
+  const std::size_t n = solver.figures().unknowns;
+  std::vector<double> loads(n, 0.0);
+  std::vector<Vec3> forces(compliance.touchable.size(), Vec3::Zero());
+  const int samples = static_cast<int>(touch.size());
+  for (int i = 0; i < 3; ++i) {
+    const auto s = static_cast<std::size_t>(draws.below(samples));
+    const Vec3 force = draws.direction();
+    for (int e = touch.weights.row_begin[s]; e < touch.weights.row_begin[s + 1]; ++e) {
+      const auto entry = static_cast<std::size_t>(e);
+      const auto node = static_cast<std::size_t>(touch.weights.nodes[entry]);
+      const Vec3 share = static_cast<double>(touch.weights.values[entry]) * force;
+      forces[node] += share;
+      for (int a = 0; a < 3; ++a)
+        loads[3 * static_cast<std::size_t>(compliance.touchable[node]) +
+              static_cast<std::size_t>(a)] += share[a];
+    }
+  }
+  if (auto solved = solver.solve(loads, 1); !solved) return std::unexpected(solved.error());
+
+  const std::vector<std::size_t> rows = touchable_rows(compliance);
+  std::vector<Vec3> stored(compliance.touchable.size(), Vec3::Zero());
+  for (std::size_t j = 0; j < stored.size(); ++j)
+    for (std::size_t b = 0; b < 3; ++b) {
+      const float* column = compliance.columns.data() + (3 * j + b) * compliance.rows();
+      for (std::size_t i = 0; i < stored.size(); ++i)
+        for (std::size_t a = 0; a < 3; ++a)
+          stored[i][static_cast<int>(a)] +=
+              static_cast<double>(column[rows[3 * i + a]]) * forces[j][static_cast<int>(b)];
+    }
+  double greatest = 0.0, difference = 0.0;
+  bool finite = true;
+  for (std::size_t s = 0; s < touch.size(); ++s) {
+    const Vec3 own = at_sample(touch, s, [&](int node) -> Vec3 {
+      return Vec3::Map(loads.data() + 3 * compliance.touchable[static_cast<std::size_t>(node)]);
+    });
+    const Vec3 by_columns = at_sample(
+        touch, s, [&](int node) -> Vec3 { return stored[static_cast<std::size_t>(node)]; });
+    finite = finite && own.allFinite() && by_columns.allFinite();
+    greatest = std::max(greatest, own.norm());
+    difference = std::max(difference, (own - by_columns).norm());
+  }
+  return StressFigure{"compliance against solver", finite ? difference / greatest : kInfinite, 1e-4,
+                      ""};
+}
+
+StressFigure check_conditions(const ContactMoment& moment) {
+  StressFigure figure{"contact conditions", 0.0, 1.0, ""};
+  const auto fail = [&](std::string what) {
+    figure.figure = kInfinite;
+    figure.detail = std::move(what);
+  };
+  if (!moment.converged) {
+    fail("not solved: the contact's compliance isn't positive");
+    return figure;
+  }
+  double greatest_force = 0.0, greatest_way = 0.0, greatest_give = 0.0;
+  for (std::size_t k = 0; k < moment.cells.size(); ++k) {
+    if (!moment.forces[k].allFinite() || !moment.displacements[k].allFinite()) {
+      fail(fmt::format("cell {} has a force or displacement that isn't finite", k));
+      return figure;
+    }
+    const double force = moment.forces[k].norm();
+    greatest_force = std::max(greatest_force, force);
+    greatest_give = std::max(greatest_give, force * moment.softness[k]);
+    greatest_way = std::max({greatest_way, moment.displacements[k].norm(),
+                             moment.cells[k].held ? moment.cells[k].displacement.norm()
+                                                  : std::abs(moment.cells[k].depth)});
+  }
+  // Beside the rounding of the solve, each displacement sums coefficients that are products in
+  // single precision, of some 100 terms: 16 = 100^(2/3) roundings, between the expected ten and the
+  // possible hundred. The solver's ridge lets a cell give way by 1e-6 of what its own force alone
+  // would move it.
+  const double force_floor = (1e-11 + contact_round_off(moment)) * greatest_force;
+  const double way_floor = 16.0 * kSingle * std::max(greatest_way, greatest_give);
+  constexpr double kSmallest = std::numeric_limits<double>::min();
+  if (!(moment.smallest_eigenvalue > 0.0) && greatest_force > 0.0)
+    fail("the least eigenvalue of the contact's compliance isn't positive");
+  for (std::size_t k = 0; k < moment.cells.size(); ++k) {
+    const ContactCell& cell = moment.cells[k];
+    const Vec3& force = moment.forces[k];
+    const double way_limit = 2e-6 * moment.softness[k] * force.norm() + way_floor + kSmallest;
+    const double force_limit = force_floor + kSmallest;
+    double off = 0.0;
+    if (cell.held) {
+      off = (moment.displacements[k] - cell.displacement).norm() / way_limit;
+    } else {
+      const double push = force.dot(cell.direction);
+      const double gap = moment.displacements[k].dot(cell.direction) - cell.depth;
+      off = std::max({-push / force_limit, (force - push * cell.direction).norm() / force_limit,
+                      -gap / way_limit});
+      // Force only where it touches.
+      if (push > force_limit) off = std::max(off, gap / way_limit);
+    }
+    if (!(off <= figure.figure)) {
+      figure.figure = off;
+      figure.detail = fmt::format("cell {}, in tolerances", k);
+    }
+  }
+  return figure;
+}
+
+StressFigure check_energy(std::span<const ContactMoment> history) {
+  StressFigure figure{"no energy from a closed path", 0.0, 0.0, ""};
+  for (std::size_t a = 0; a < history.size(); ++a) {
+    figure.limit = std::max(figure.limit, 8.0 * contact_round_off(history[a]));
+    const double own = 0.5 * work(history[a], history[a]);
+    for (std::size_t b = 0; b < history.size(); ++b) {
+      const double energy_b = 0.5 * work(history[b], history[b]);
+      // W_b - W_a - f_a.(d_b - d_a) >= 0; the other side is the same with a and b exchanged.
+      const double excess = energy_b + own - work(history[a], history[b]);
+      const double scale = exchanged(history[a], history[a]) + exchanged(history[b], history[b]) +
+                           exchanged(history[a], history[b]);
+      if (scale == 0.0) continue;
+      const double violation = -excess / scale;
+      if (!(violation <= figure.figure)) {
+        figure.figure = violation;
+        figure.detail = fmt::format("moments {} and {}", a, b);
+      }
+    }
+  }
+  return figure;
+}
+
+StressFigure check_closed_path(std::span<const ContactMoment> path) {
+  StressFigure figure{"work around a closed path", 0.0, 0.0, ""};
+  double sum = 0.0, scale = 0.0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const ContactMoment &from = path[i], &to = path[(i + 1) % path.size()];
+    figure.limit = std::max(figure.limit, 8.0 * contact_round_off(from));
+    sum += 0.5 * (work(from, to) - work(from, from) + work(to, to) - work(to, from));
+    scale += exchanged(from, from) + exchanged(from, to);
+  }
+  figure.figure = scale > 0.0 ? std::abs(sum) / scale : 0.0;
+  return figure;
+}
+
+// Dirichlet's principle. The contact energy W(d) is the least energy of all displacements v of the
+// discrete body whose cell means reach the depths d, so W(d) <= U(v) for any single one that does.
+// The near field makes cells softer still, and only lowers W. Two fields serve:
+//  - the whole body moves by t: no strain, but its hold resists by Nitsche's penalty,
+//    2 U = int beta |t|^2 dS over the held surface, beta = 100 (lambda + 2 mu) / h (galerkin.cpp).
+//    Cell means of a constant are that constant.
+//  - above a plane base, v = (z / z0) t, z the height, z0 the least height of a touchable sample:
+//    v vanishes on the base and is linear, so the discrete body knows it exactly, cell means reach
+//    t (their weights are positive and of sum 1, and carry z exactly), and 2 U = V [lambda (t.n)^2
+//    + mu (|t|^2 + (t.n)^2)] / z0^2 <= V (lambda + 2 mu) |t|^2 / z0^2.
+// With 2 U = k |t|^2 and cells of one direction pressed to at most `depth`: W <= k depth^2 / 2. For
+// the force, W is convex in a further advance s and never negative: F s <= W(depth + s), best at
+// s = depth: F <= 2 k depth. Held cells have F.d = 2 W <= k |d|^2 (the shift alone moves them
+// exactly alike).
+EnergyBound::EnergyBound(const StressBody& body, const TouchableSurface& touch) {
+  const double modulus = body.material.lame_lambda() + 2.0 * body.material.shear_modulus();
+  const LocalSpacing spacing(body.cloud);
+  const SurfaceQuadrature held = surface_quadrature(body.surface, spacing, body.is_fixed);
+  const ShapeFunctions fields = find_formulation(body.formulation)->fields(body.cloud);
+  ShapeValues values;
+  for (std::size_t b = 0; b < held.size(); ++b) {
+    if (!held.fixed[b] || !fields.evaluate(held.positions[b], false, values)) continue;
+    double h = 0.0;
+    for (std::size_t j = 0; j < values.nodes.size(); ++j)
+      h += values.values[j] * body.cloud.spacings[static_cast<std::size_t>(values.nodes[j])];
+    shift_ += held.weights[b] * 100.0 * modulus / h;
+  }
+  stretch_ = kInfinite;
+  if (body.base_is_plane) {
+    double lowest = kInfinite;
+    for (const Vec3& x : touch.positions) lowest = std::min(lowest, (x - body.origin).dot(body.up));
+    if (lowest > 0.0) stretch_ = modulus * volume(body.surface) / (lowest * lowest);
+  }
+}
+
+StressFigure EnergyBound::pressed(const ContactMoment& moment) const {
+  double depth = 0.0, force = 0.0;
+  for (std::size_t k = 0; k < moment.cells.size(); ++k) {
+    depth = std::max(depth, moment.cells[k].depth);
+    force += moment.forces[k].dot(moment.cells[k].direction);
+  }
+  const double stiffness = std::min(shift_, stretch_);
+  const double energy = 0.5 * work(moment, moment);
+  StressFigure figure{"force against its bound", 0.0, 1.0 + 1e-6, "force or energy over its bound"};
+  if (depth > 0.0)
+    figure.figure =
+        std::max(force / (2.0 * stiffness * depth), energy / (0.5 * stiffness * depth * depth));
+  else if (force > 0.0)
+    figure.figure = kInfinite;
+  return figure;
+}
+
+StressFigure EnergyBound::held(const ContactMoment& moment) const {
+  StressFigure figure{"force against its bound", 0.0, 1.0 + 1e-6, "energy over its bound"};
+  const double way2 = moment.cells.front().displacement.squaredNorm();
+  if (way2 > 0.0) figure.figure = work(moment, moment) / (shift_ * way2);
+  return figure;
+}
+
+StressFigure check_same_force(const ContactMoment& one, const ContactMoment& other,
+                              std::string check) {
+  Vec3 difference = Vec3::Zero();
+  double size = 0.0;
+  for (std::size_t k = 0; k < one.forces.size(); ++k) {
+    difference += one.forces[k] - other.forces[k];
+    size += one.forces[k].norm() + other.forces[k].norm();
+  }
+  return {std::move(check), size > 0.0 ? difference.norm() / size : 0.0,
+          8.0 * contact_round_off(one), ""};
+}
+
+double push_of(const ContactMoment& moment, std::size_t count) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < count; ++k) sum += moment.forces[k].dot(moment.cells[k].direction);
+  return sum;
+}
+
+}  // namespace viscera
