@@ -126,7 +126,10 @@ UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& 
         if (!bilateral[i]) amount = std::max(0.0, amount);
       }
       figures.converged = true;
-      if (!same_matrix || indices_ != measured_ || measured_.empty()) {
+      if (indices_.empty()) {
+        measured_eigenvalue_ = 1.0;  // the factor at hand is of another set
+        measured_.clear();
+      } else if (!same_matrix || indices_ != measured_) {
         const bool whole = indices_.size() == n;
         measured_eigenvalue_ = !symmetric ? smallest_eigenvalue_ratio(matrix(indices_, indices_))
                                           : power_method_ratio(whole ? matrix : part_, factor_);

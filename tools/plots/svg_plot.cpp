@@ -141,7 +141,7 @@ std::string tick_label(double value) {
 std::string marker(std::size_t shape, double x, double y, const char* colour, bool hollow) {
   const double r = 4.0;
   const std::string ink = fmt::format("fill=\"{}\" stroke=\"{}\" stroke-width=\"1.6\"",
-                                      hollow ? "#ffffff" : colour, ink);
+                                      hollow ? "#ffffff" : colour, colour);
   switch (shape % 4) {
     case 0:
       return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" {}/>\n", x, y, r, ink);

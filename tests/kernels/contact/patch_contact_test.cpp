@@ -189,6 +189,47 @@ TEST_F(OnABlock, TwoToolsAtOneSpotStaySolvable) {
   EXPECT_LT((test::total_force(both) - one).norm(), 1e-3 * one.norm());
 }
 
+TEST(PatchContact, ToolsOfSeveralSizesAtOneSpotOfAThinPadGiveNoEnergyAway) {
+  // A pad of 3 mm bonded to its base is stiffer than a half-space; there the sum of near and far
+  // field is indefinite for cells of several sizes at one spot.
+  const double top = 1.5e-3;
+  const test::PressedBody pad =
+      test::prepare_block(Vec3(0.03, 0.03, 2.0 * top), 2.5e-3, 0.01, kTissue);
+  ASSERT_TRUE(pad.ready);
+  PatchContact contact(pad.compliance, pad.touch, kTissue);
+  std::vector<ContactCell> cells;
+  for (const double pitch : {0.1e-3, 0.3e-3, 0.6e-3, 1.1e-3, 1.7e-3}) {
+    const auto more = test::plane_cells(Vec3(0, 0, top), pitch, 2, 0.0, 0.0);
+    cells.insert(cells.end(), more.begin(), more.end());
+  }
+  ContactSolution solution;
+  ContactResponse response;
+  const auto press = [&](double shift) {
+    for (std::size_t k = 0; k < cells.size(); ++k)
+      cells[k].depth = 0.1e-3 * std::sin(1.0 + shift + 0.7 * static_cast<double>(k));
+    contact.solve(cells, solution, response);
+    EXPECT_TRUE(solution.converged);
+    double energy = 0.0;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      EXPECT_GE(solution.forces[k].dot(cells[k].direction), 0.0);
+      energy += 0.5 * solution.forces[k].dot(contact.cell_displacements()[k]);
+    }
+    EXPECT_GT(energy, 0.0);
+    EXPECT_LT(solution.violation, 1e-8);
+  };
+  bool lifted = false;
+  for (const double shift : {0.0, 0.9, 2.1, 4.0}) {
+    press(shift);
+    lifted = lifted || solution.lifted > 0.0;
+    EXPECT_LT(solution.lifted, 0.1);
+  }
+  EXPECT_TRUE(lifted);
+}
+
+TEST_F(OnABlock, ASingleToolNeedsNoLift) {
+  EXPECT_EQ(solve(test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3)).lifted, 0.0);
+}
+
 TEST_F(OnABlock, ToolsFeelEachOtherTheMoreTheNearerTheyAre) {
   const auto lone = test::plane_cells(Vec3(-6e-3, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
   const double alone = -test::total_force(solve(lone)).z();

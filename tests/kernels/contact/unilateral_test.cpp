@@ -182,6 +182,24 @@ TEST(Unilateral, ComplianceThatGivesOutEnergyShowsInItsSmallestEigenvalue) {
   EXPECT_NEAR(figures.smallest_eigenvalue, (1.0 - 1.25) / (1.0 + 1.25), 1e-12);
 }
 
+TEST(Unilateral, NothingActiveHasNoEigenvalueToMeasure) {
+  // One solver, as a contact keeps it: a large active set first, then a smaller problem in which
+  // nothing pushes.
+  UnilateralSolver solver;
+  VectorX x;
+  for (const int size : {9, 3, 9, 2}) {
+    const MatrixX matrix = MatrixX::Identity(size, size);
+    const bool pushes = size == 9;
+    const VectorX wanted = VectorX::Constant(size, pushes ? 1.0 : -1.0);
+    const std::vector<char> bilateral(static_cast<std::size_t>(size), 0);
+    std::vector<char> active(static_cast<std::size_t>(size), 1);
+    const UnilateralFigures figures = solver.solve(matrix, wanted, bilateral, active, x, true);
+    EXPECT_TRUE(figures.converged);
+    EXPECT_NEAR(figures.smallest_eigenvalue, 1.0, 1e-12);
+    EXPECT_NEAR(x.sum(), pushes ? size : 0.0, 1e-12);
+  }
+}
+
 TEST(Unilateral, SingularUnsymmetricMatrixIsReportedWithoutForces) {
   MatrixX matrix(2, 2);
   matrix << 1.0, 2.0, 2.0, 4.0;
