@@ -130,7 +130,7 @@ void deform_organs(World& world, const FrameContext& context) {
       continue;
     }
 
-    displacement_unknowns(body.model->compliance, contact.response, state.next_unknowns);
+    contact.solver->displacement_unknowns(state.next_unknowns);
     deform_drawn_surface(body.model->drawn, state.next_unknowns, contact.solution.near_fields,
                          contact.cells, contact.solution.forces, state.next_positions,
                          state.next_normals);

@@ -6,28 +6,12 @@
 #include <numbers>
 
 #include "kernels/base/parallel.h"
-
-// Wider registers where the machine has them. Sanitizers instrument the function that chooses,
-// which runs before they are ready.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define VISCERA_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define VISCERA_WIDE
-#endif
+#include "kernels/contact/column_sums.h"
 
 namespace viscera {
 namespace {
 
-/// Rows of the compliance that one task sums: they stay in the first-level cache.
-constexpr std::size_t kRowChunk = 2048;
 constexpr std::size_t kVertexChunk = 512;
-
-/// u += x fx + y fy + z fz over n rows.
-VISCERA_WIDE void add_columns(float* __restrict u, const float* __restrict x,
-                              const float* __restrict y, const float* __restrict z, float fx,
-                              float fy, float fz, std::size_t n) {
-  for (std::size_t i = 0; i < n; ++i) u[i] += x[i] * fx + y[i] * fy + z[i] * fz;
-}
 
 /// Neighbouring cells, seen from afar as one.
 struct Group {
@@ -137,17 +121,8 @@ Vec3f normal_at(const DrawnSurface& drawn, const std::vector<Vec3f>& positions,
 
 void displacement_unknowns(const SurfaceCompliance& compliance, const ContactResponse& response,
                            std::vector<float>& unknowns) {
-  const std::size_t rows = compliance.rows();
-  unknowns.assign(rows, 0.0f);
-  parallel_chunks(rows, kRowChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t j = 0; j < response.touched.size(); ++j) {
-      const Vec3f load = response.loads[j].cast<float>();
-      const float* x = compliance.columns.data() +
-                       3 * static_cast<std::size_t>(response.touched[j]) * rows + begin;
-      add_columns(unknowns.data() + begin, x, x + rows, x + 2 * rows, load.x(), load.y(), load.z(),
-                  end - begin);
-    }
-  });
+  sum_column_triples(compliance.columns.data(), compliance.rows(), response.touched, response.loads,
+                     unknowns);
 }
 
 Result<DrawnSurface> carry_surface(const TriangleSurface& surface, const ShapeFunctions& fields,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/contact/column_sums.h"
+
 namespace viscera {
 namespace {
 
@@ -11,6 +13,10 @@ namespace {
 constexpr double kBasisTolerance = 1e-3;
 /// Added to the diagonal, relative: two tools may press the very same spot.
 constexpr double kRidge = 1e-6;
+/// A patch that has not moved for this many solves is taken to stay; the columns of so many of its
+/// cells are then put together in a call, each for about what the sum over all touched nodes costs.
+constexpr int kStaysAfter = 3;
+constexpr int kCellsPerCall = 2;
 
 bool is_sound(const ContactCell& cell) {
   return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
@@ -54,18 +60,18 @@ PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableS
 }
 
 /// S: the share of each touched node in the load of each cell.
-void PatchContact::spread_cells(std::span<const ContactCell> cells, ContactSolution& solution) {
-  solution.near_fields.clear();
-  solution.beyond_touchable = 0;
+void PatchContact::spread_cells(std::span<const ContactCell> cells) {
+  near_fields_.clear();
+  beyond_touchable_ = 0;
   spread_.resize(std::max(spread_.size(), cells.size()));
   touched_.clear();
   std::vector<double> weight_of(local_of_.size(), 0.0);
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
     const double sigma = spread_factor_ * spacing_at(surface_, cell.position);
-    solution.near_fields.emplace_back(material_, sigma);
+    near_fields_.emplace_back(material_, sigma);
     if (!spread_load(surface_, cell.position, cell.normal, sigma, shares_)) {
-      ++solution.beyond_touchable;
+      ++beyond_touchable_;
     }
     auto& nodes = spread_[k];
     nodes.clear();
@@ -184,14 +190,13 @@ void PatchContact::couple_cells() {
 }
 
 /// Adds the near field, about the mean of both normals, so that it stays reciprocal.
-void PatchContact::couple_nearby(std::span<const ContactCell> cells,
-                                 std::span<const NearField> near_fields) {
+void PatchContact::couple_nearby(std::span<const ContactCell> cells) {
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l <= k; ++l) {
       const double share = same_side(cells[k].normal, cells[l].normal);
       if (share == 0.0) continue;
       // Spread by two Gaussians: their variances add.
-      const double one = near_fields[k].sigma(), other = near_fields[l].sigma();
+      const double one = near_fields_[k].sigma(), other = near_fields_[l].sigma();
       const NearField near(material_, std::sqrt(0.5 * (one * one + other * other)));
       const Mat3 response =
           share * near.cell_response(cells[k].position - cells[l].position,
@@ -204,39 +209,58 @@ void PatchContact::couple_nearby(std::span<const ContactCell> cells,
   }
 }
 
-void PatchContact::assemble(std::span<const ContactCell> cells) {
+bool PatchContact::remember_places(std::span<const ContactCell> cells) {
+  bool same = cells.size() == places_.size();
+  places_.resize(cells.size());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const Place place{cells[k].position, cells[k].normal, cells[k].area};
+    same = same && place == places_[k];
+    places_[k] = place;
+  }
+  return same;
+}
+
+bool PatchContact::remember_ways(std::span<const ContactCell> cells) {
+  bool same = cells.size() == ways_.size();
+  ways_.resize(cells.size());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const Way way{cells[k].direction, cells[k].friction, cells[k].held};
+    same = same && way == ways_[k];
+    ways_[k] = way;
+  }
+  return same;
+}
+
+/// One unknown a pressed cell, along its direction; two more across it with friction; three along
+/// the axes for a held one.
+void PatchContact::list_unknowns(std::span<const ContactCell> cells) {
   unknowns_.clear();
-  std::vector<double> wanted;
   bilateral_.clear();
   conditions_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
+    const auto add = [&](const Vec3& direction) {
+      unknowns_.push_back({static_cast<int>(k), direction});
+      bilateral_.push_back(cell.held);
+    };
     if (cell.held) {
-      for (int a = 0; a < 3; ++a) {
-        unknowns_.push_back({static_cast<int>(k), Vec3::Unit(a)});
-        wanted.push_back(cell.displacement[a]);
-        bilateral_.push_back(1);
-      }
+      for (int a = 0; a < 3; ++a) add(Vec3::Unit(a));
       conditions_.insert(conditions_.end(), 3, {ContactCondition::Kind::kBilateral, 0.0});
       continue;
     }
-    unknowns_.push_back({static_cast<int>(k), cell.direction});
-    wanted.push_back(cell.depth);
-    bilateral_.push_back(0);
+    add(cell.direction);
     if (cell.friction == 0.0) {
       conditions_.push_back({ContactCondition::Kind::kUnilateral, 0.0});
       continue;
     }
     conditions_.push_back({ContactCondition::Kind::kFriction, cell.friction});
     const Vec3 first = cell.direction.unitOrthogonal();
-    for (const Vec3& across : {first, Vec3(cell.direction.cross(first))}) {
-      unknowns_.push_back({static_cast<int>(k), across});
-      wanted.push_back(across.dot(cell.displacement));
-      bilateral_.push_back(0);
-    }
+    add(first);
+    add(cell.direction.cross(first));
   }
-  wanted_ = Eigen::Map<const VectorX>(wanted.data(), static_cast<Eigen::Index>(wanted.size()));
+}
 
+void PatchContact::assemble() {
   const auto count = static_cast<Eigen::Index>(unknowns_.size());
   matrix_.resize(count, count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -251,6 +275,18 @@ void PatchContact::assemble(std::span<const ContactCell> cells) {
   matrix_.diagonal() *= 1.0 + kRidge;
 }
 
+void PatchContact::set_wanted(std::span<const ContactCell> cells) {
+  wanted_.resize(static_cast<Eigen::Index>(unknowns_.size()));
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+    const Unknown& unknown = unknowns_[i];
+    const ContactCell& cell = cells[static_cast<std::size_t>(unknown.cell)];
+    // The first unknown of a pressed cell is along its direction.
+    const bool pushes = !cell.held && (i == 0 || unknowns_[i - 1].cell != unknown.cell);
+    wanted_[static_cast<Eigen::Index>(i)] =
+        pushes ? cell.depth : unknown.direction.dot(cell.displacement);
+  }
+}
+
 /// Amounts of the unknowns, by the solver that the conditions need.
 void PatchContact::solve_conditions(ContactSolution& solution) {
   const bool rubs = std::any_of(conditions_.begin(), conditions_.end(), [](const auto& condition) {
@@ -261,11 +297,17 @@ void PatchContact::solve_conditions(ContactSolution& solution) {
     solution.pivots = figures.rounds;
     solution.converged = figures.converged;
     solution.residual = figures.residual;
-    std::vector<Eigen::Index> loaded;
+    std::vector<int> loaded;
     for (Eigen::Index i = 0; i < amounts_.size(); ++i) {
-      if (amounts_[i] != 0.0) loaded.push_back(i);
+      if (amounts_[i] != 0.0) loaded.push_back(static_cast<int>(i));
     }
-    solution.smallest_eigenvalue = smallest_eigenvalue_ratio(matrix_(loaded, loaded));
+    if (!same_matrix_ || loaded != measured_ || loaded.empty()) {
+      const MatrixX part = matrix_(loaded, loaded);
+      measured_eigenvalue_ = compliance_.symmetric ? estimated_eigenvalue_ratio(part)
+                                                   : smallest_eigenvalue_ratio(part);
+      measured_ = loaded;
+    }
+    solution.smallest_eigenvalue = measured_eigenvalue_;
     if (compliance_.symmetric && solution.smallest_eigenvalue <= 0.0) {
       solution.converged = false;
       amounts_.setZero();
@@ -309,52 +351,94 @@ void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& 
 
 void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
                          ContactResponse& response) {
-  solution = ContactSolution{};
+  solution.touching = solution.pivots = 0;
+  solution.violation = solution.residual = 0.0;
+  solution.beyond_touchable = 0;
   solution.converged = true;
   solution.smallest_eigenvalue = 1.0;
+  solution.near_fields.clear();
+  solution.forces.assign(cells.size(), Vec3::Zero());
+  solution.slips.assign(cells.size(), Vec3::Zero());
   response.touched.clear();
   response.loads.clear();
+  response_of_forces_ = response;
+  forces_.clear();
   displacements_.assign(cells.size(), Vec3::Zero());
   if (cells.empty()) return;
   if (!std::all_of(cells.begin(), cells.end(), is_sound)) {
     solution.converged = false;
     solution.smallest_eigenvalue = 0.0;
-    solution.forces.assign(cells.size(), Vec3::Zero());
-    solution.slips = solution.forces;
     solution.near_fields.assign(cells.size(), NearField(material_, surface_.spacings.front()));
     return;
   }
 
-  spread_cells(cells, solution);
-  gather_compliance();
-  compress_weights();
-  couple_cells();
-  couple_nearby(cells, solution.near_fields);
-  assemble(cells);
-
+  same_matrix_ = remember_places(cells);
+  if (same_matrix_) {
+    ++stayed_;
+  } else {
+    stayed_ = 0;
+    columns_built_ = 0;
+    spread_cells(cells);
+    gather_compliance();
+    compress_weights();
+    couple_cells();
+    couple_nearby(cells);
+  }
+  same_matrix_ = remember_ways(cells) && same_matrix_;
+  if (!same_matrix_) {
+    list_unknowns(cells);
+    assemble();
+  }
+  set_wanted(cells);
   solve_conditions(solution);
-  solution.forces.assign(cells.size(), Vec3::Zero());
+
+  solution.near_fields = near_fields_;
+  solution.beyond_touchable = beyond_touchable_;
   for (std::size_t i = 0; i < unknowns_.size(); ++i) {
     solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
         amounts_[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
   }
-  response.touched = touched_;
-  response.loads.assign(touched_.size(), Vec3::Zero());
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    const Vec3& force = solution.forces[k];
-    if (force.isZero(0.0)) continue;
-    ++solution.touching;
-    for (std::size_t i = 0; i < touched_.size(); ++i) {
-      response.loads[i] +=
-          weights_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) * force;
-    }
+  for (const Vec3& force : solution.forces) solution.touching += force.isZero(0.0) ? 0 : 1;
+  if (solution.touching > 0) {
+    const auto n = static_cast<Eigen::Index>(cells.size());
+    response.touched = touched_;
+    response.loads.resize(touched_.size());
+    Eigen::Map<Eigen::Matrix3Xd>(response.loads.front().data(), 3, weights_.cols()).noalias() =
+        Eigen::Map<const Eigen::Matrix3Xd>(solution.forces.front().data(), 3, n) * weights_;
+    response_of_forces_ = response;
+    forces_ = solution.forces;
   }
-  if (solution.touching == 0) {
-    response.touched.clear();
-    response.loads.clear();
-  }
-
   measure(cells, solution);
+}
+
+/// Some more columns of C S^T: what one cell does to every visible node.
+void PatchContact::build_columns() {
+  const std::size_t rows = compliance_.rows();
+  if (columns_built_ == 0) cell_columns_.resize(3 * rows * places_.size());
+  for (int step = 0; step < kCellsPerCall && columns_built_ < places_.size(); ++step) {
+    const VectorX weights = weights_.row(static_cast<Eigen::Index>(columns_built_)).transpose();
+    sum_weighted_triples(compliance_.columns.data(), rows, touched_,
+                         {weights.data(), touched_.size()},
+                         cell_columns_.data() + 3 * rows * columns_built_);
+    ++columns_built_;
+  }
+}
+
+void PatchContact::displacement_unknowns(std::vector<float>& unknowns) {
+  if (stayed_ >= kStaysAfter && columns_built_ < places_.size()) build_columns();
+  if (forces_.empty() || columns_built_ < places_.size()) {
+    sum_column_triples(compliance_.columns.data(), compliance_.rows(), response_of_forces_.touched,
+                       response_of_forces_.loads, unknowns);
+    return;
+  }
+  std::vector<int> triples;
+  std::vector<Vec3> loads;
+  for (std::size_t k = 0; k < forces_.size(); ++k) {
+    if (forces_[k].isZero(0.0)) continue;
+    triples.push_back(static_cast<int>(k));
+    loads.push_back(forces_[k]);
+  }
+  sum_column_triples(cell_columns_.data(), compliance_.rows(), triples, loads, unknowns);
 }
 
 }  // namespace viscera

@@ -76,6 +76,12 @@ class PatchContact {
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response);
 
+  /// Unknowns of the visible nodes under the last solve's forces, as displacement_unknowns
+  /// (deformation.h) gives them from its response, up to round-off of the sums. While the same
+  /// patch stays where it is, the columns of its cells are put together, a few a call, and then
+  /// replace the columns of all the nodes under it: several times fewer to read.
+  void displacement_unknowns(std::vector<float>& unknowns);
+
   /// Mean displacement of each cell under the forces of the last solve [m]; size as its `cells`.
   const std::vector<Vec3>& cell_displacements() const { return displacements_; }
 
@@ -86,12 +92,31 @@ class PatchContact {
     Vec3 direction;
   };
 
-  void spread_cells(std::span<const ContactCell> cells, ContactSolution& solution);
+  /// Where a cell is: all that its response depends on.
+  struct Place {
+    Vec3 position, normal;
+    double area;
+    bool operator==(const Place&) const = default;
+  };
+  /// What turns the response into equations.
+  struct Way {
+    Vec3 direction;
+    double friction;
+    bool held;
+    bool operator==(const Way&) const = default;
+  };
+
+  bool remember_places(std::span<const ContactCell> cells);
+  bool remember_ways(std::span<const ContactCell> cells);
+  void build_columns();
+  void spread_cells(std::span<const ContactCell> cells);
   void gather_compliance();
   void compress_weights();
   void couple_cells();
-  void couple_nearby(std::span<const ContactCell> cells, std::span<const NearField> near_fields);
-  void assemble(std::span<const ContactCell> cells);
+  void couple_nearby(std::span<const ContactCell> cells);
+  void list_unknowns(std::span<const ContactCell> cells);
+  void assemble();
+  void set_wanted(std::span<const ContactCell> cells);
   void solve_conditions(ContactSolution& solution);
   void measure(std::span<const ContactCell> cells, ContactSolution& solution);
 
@@ -100,6 +125,12 @@ class PatchContact {
   IsotropicMaterial material_;
   double spread_factor_ = spread_factor();
   std::vector<int> row_of_touchable_;  // row triple of each touchable node
+
+  std::vector<Place> places_;  // of the last solve's cells
+  std::vector<Way> ways_;
+  std::vector<NearField> near_fields_;
+  int beyond_touchable_ = 0;
+  bool same_matrix_ = false;  // as in the last solve
 
   std::vector<int> touched_;   // touchable nodes under the cells, ascending (m)
   std::vector<int> gathered_;  // those whose compliance block is at hand
@@ -120,7 +151,15 @@ class PatchContact {
   UnilateralSolver unilateral_;
   std::vector<ContactCondition> conditions_;
   FrictionSolver frictional_;
+  std::vector<int> measured_;  // with friction: unknowns whose smallest eigenvalue is known
+  double measured_eigenvalue_ = 1.0;
   std::vector<Vec3> displacements_;
+
+  ContactResponse response_of_forces_;
+  std::vector<Vec3> forces_;
+  std::vector<float> cell_columns_;  // C S^T: rows x (3 cells), where the patch has stayed
+  std::size_t columns_built_ = 0;    // cells
+  int stayed_ = 0;                   // solves in a row at these places
 };
 
 }  // namespace viscera

@@ -15,6 +15,28 @@ constexpr double kRoundOff = 1e-11;
 /// An active part with a reciprocal condition number below this has no inverse to speak of.
 constexpr double kSingular = 1e-13;
 
+/// Rayleigh quotients after a few steps of the power method, from the smoothest and the roughest
+/// vector: the modes of contact are ordered by wavelength.
+double power_method_ratio(const MatrixX& matrix, const DenseCholesky& factor) {
+  const Eigen::Index n = matrix.rows();
+  if (n == 0) return 1.0;
+  VectorX smooth = VectorX::Ones(n), rough(n), image(n);
+  for (Eigen::Index i = 0; i < n; ++i) rough[i] = (i % 2 == 0 ? 1.0 : -1.0) + 0.3 * ((i * 7) % 5);
+  double largest = 1.0, inverse_smallest = 1.0;
+  for (int step = 0; step < 5; ++step) {
+    smooth.normalize();
+    image.noalias() = matrix * smooth;
+    largest = smooth.dot(image);
+    smooth.swap(image);
+    rough.normalize();
+    image = rough;
+    factor.solve_in_place(image);
+    inverse_smallest = rough.dot(image);
+    rough.swap(image);
+  }
+  return 1.0 / (inverse_smallest * largest);
+}
+
 }  // namespace
 
 double smallest_eigenvalue_ratio(const MatrixX& matrix) {
@@ -26,6 +48,12 @@ double smallest_eigenvalue_ratio(const MatrixX& matrix) {
   return greatest > 0.0 ? values[0] / greatest : 0.0;
 }
 
+double estimated_eigenvalue_ratio(const MatrixX& matrix) {
+  DenseCholesky factor;
+  return factor.compute(matrix) ? power_method_ratio(matrix, factor)
+                                : smallest_eigenvalue_ratio(matrix);
+}
+
 bool UnilateralSolver::solve_active(const MatrixX& matrix, const VectorX& b,
                                     std::span<const char> active, bool symmetric, VectorX& x) {
   indices_.clear();
@@ -34,7 +62,16 @@ bool UnilateralSolver::solve_active(const MatrixX& matrix, const VectorX& b,
   }
   x.setZero(b.size());
   if (indices_.empty()) return true;
-  part_ = matrix(indices_, indices_);
+  // All active, which is how patches that stick always are: no copy.
+  const bool whole = indices_.size() == active.size();
+  if (!whole) part_ = matrix(indices_, indices_);
+  if (symmetric && whole) {
+    if (!factor_.compute(matrix)) return false;
+    x = b;
+    factor_.solve_in_place(x);
+    return x.allFinite();
+  }
+  if (whole) part_ = matrix;
   if (!symmetric) {
     const Eigen::PartialPivLU<MatrixX> factor(part_);
     if (!(factor.rcond() > kSingular)) return false;
@@ -42,45 +79,25 @@ bool UnilateralSolver::solve_active(const MatrixX& matrix, const VectorX& b,
     x(indices_) = amounts;
     return x.allFinite();
   }
-  factor_.compute(part_);
-  if (factor_.info() != Eigen::Success) return false;
-  const VectorX wanted = b(indices_);
-  const VectorX amounts = factor_.solve(wanted);
+  if (!factor_.compute(part_)) return false;
+  VectorX amounts = b(indices_);
+  factor_.solve_in_place(amounts);
   x(indices_) = amounts;
   return x.allFinite();
 }
 
-double UnilateralSolver::eigenvalue_ratio() const {
-  if (indices_.empty()) return 1.0;
-  const auto n = static_cast<Eigen::Index>(indices_.size());
-  // Rayleigh quotients after a few steps of the power method, from the smoothest and the roughest
-  // vector: the modes of contact are ordered by wavelength.
-  VectorX smooth = VectorX::Ones(n), rough(n);
-  for (Eigen::Index i = 0; i < n; ++i) rough[i] = (i % 2 == 0 ? 1.0 : -1.0) + 0.3 * ((i * 7) % 5);
-  double largest = 1.0, inverse_smallest = 1.0;
-  for (int step = 0; step < 5; ++step) {
-    smooth.normalize();
-    const VectorX image = part_ * smooth;
-    largest = smooth.dot(image);
-    smooth = image;
-    rough.normalize();
-    const VectorX answer = factor_.solve(rough);
-    inverse_smallest = rough.dot(answer);
-    rough = answer;
-  }
-  return 1.0 / (inverse_smallest * largest);
-}
-
 UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& b,
                                           std::span<const char> bilateral,
-                                          std::vector<char>& active, VectorX& x, bool symmetric) {
+                                          std::vector<char>& active, VectorX& x, bool symmetric,
+                                          bool same_matrix) {
   UnilateralFigures figures;
   const auto n = static_cast<std::size_t>(b.size());
   for (std::size_t i = 0; i < n; ++i) active[i] = active[i] || bilateral[i];
 
+  if (!same_matrix) measured_.clear();
   x.setZero(b.size());
   figures.smallest_eigenvalue = 0.0;
-  if (!b.allFinite() || !matrix.allFinite()) return figures;
+  if (!b.allFinite() || (!same_matrix && !matrix.allFinite())) return figures;
 
   std::size_t fewest = n + 1;
   int patience = kPatience;
@@ -109,8 +126,13 @@ UnilateralFigures UnilateralSolver::solve(const MatrixX& matrix, const VectorX& 
         if (!bilateral[i]) amount = std::max(0.0, amount);
       }
       figures.converged = true;
-      figures.smallest_eigenvalue =
-          symmetric ? eigenvalue_ratio() : smallest_eigenvalue_ratio(matrix(indices_, indices_));
+      if (!same_matrix || indices_ != measured_ || measured_.empty()) {
+        const bool whole = indices_.size() == n;
+        measured_eigenvalue_ = !symmetric ? smallest_eigenvalue_ratio(matrix(indices_, indices_))
+                                          : power_method_ratio(whole ? matrix : part_, factor_);
+        measured_ = indices_;
+      }
+      figures.smallest_eigenvalue = measured_eigenvalue_;
       return figures;
     }
     const bool whole_block = violated < fewest || patience > 0;

@@ -309,6 +309,46 @@ TEST_F(OnABlock, NegativeFrictionGivesNoForces) {
   EXPECT_FALSE(solve(cells).converged);
 }
 
+TEST_F(OnABlock, PatchThatStaysAnswersAsOneThatHasJustCome) {
+  auto cells = test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 2, 0.0, 0.3e-3);
+  std::vector<float> unknowns, expected;
+  for (int step = 0; step < 20; ++step) {
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      cells[k].depth = 0.2e-3 + 1e-5 * step - 1e-5 * static_cast<double>(k);
+      cells[k].held = step >= 15 && k % 2 == 0;  // the places stay, the conditions change
+      cells[k].displacement = Vec3(0, 1e-5 * step, -cells[k].depth);
+    }
+    const ContactSolution solution = solve(cells);
+    contact.displacement_unknowns(unknowns);
+    PatchContact fresh(block().compliance, block().touch, kTissue);
+    ContactSolution anew;
+    ContactResponse loads;
+    fresh.solve(cells, anew, loads);
+    ASSERT_TRUE(solution.converged);
+    EXPECT_EQ(solution.forces, anew.forces);
+    EXPECT_EQ(solution.smallest_eigenvalue, anew.smallest_eigenvalue);
+    fresh.displacement_unknowns(expected);
+    ASSERT_EQ(unknowns.size(), expected.size());
+    float greatest = 0.0f, apart = 0.0f;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      greatest = std::max(greatest, std::abs(expected[i]));
+      apart = std::max(apart, std::abs(expected[i] - unknowns[i]));
+    }
+    EXPECT_LT(apart, 2e-6f * greatest) << "step " << step;
+  }
+}
+
+TEST_F(OnABlock, UnknownsAreThoseOfTheResponse) {
+  solve(test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 2, 1e-3, 0.3e-3));
+  std::vector<float> unknowns, expected;
+  contact.displacement_unknowns(unknowns);
+  displacement_unknowns(block().compliance, response, expected);
+  EXPECT_EQ(unknowns, expected);
+  solve({});
+  contact.displacement_unknowns(unknowns);
+  EXPECT_EQ(unknowns, std::vector<float>(block().compliance.rows(), 0.0f));
+}
+
 TEST(UnsymmetricCompliance, BothTrianglesAreReadAndNeitherIsMirrored) {
   // The block's compliance with a twist that a mirror would cancel or double.
   SurfaceCompliance twisted = block().compliance;
