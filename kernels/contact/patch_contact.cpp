@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernels/contact/column_sums.h"
+#include "kernels/contact/wide.h"
 
 namespace viscera {
 namespace {
@@ -30,6 +31,34 @@ bool is_sound(const ContactCell& cell) {
 double same_side(const Vec3& a, const Vec3& b) {
   const double t = std::clamp(2.0 * a.dot(b), 0.0, 1.0);
   return t * t * (3.0 - 2.0 * t);
+}
+
+/// C += A B for A (m x m), B and C (m x columns), column-major: four columns of A at a time, read
+/// once.
+VISCERA_WIDE void add_product(const float* a, const float* b, float* c, Eigen::Index m,
+                              Eigen::Index columns) {
+  Eigen::Index j = 0;
+  for (; j + 4 <= m; j += 4) {
+    const float *p = a + j * m, *q = p + m, *r = q + m, *s = r + m;
+    for (Eigen::Index k = 0; k < columns; ++k) {
+      const float* f = b + k * m + j;
+      const float fp = f[0], fq = f[1], fr = f[2], fs = f[3];
+      float* __restrict sum = c + k * m;
+#pragma GCC ivdep
+      for (Eigen::Index i = 0; i < m; ++i) {
+        sum[i] += (p[i] * fp + q[i] * fq) + (r[i] * fr + s[i] * fs);
+      }
+    }
+  }
+  for (; j < m; ++j) {
+    const float* p = a + j * m;
+    for (Eigen::Index k = 0; k < columns; ++k) {
+      const float fp = b[k * m + j];
+      float* __restrict sum = c + k * m;
+#pragma GCC ivdep
+      for (Eigen::Index i = 0; i < m; ++i) sum[i] += p[i] * fp;
+    }
+  }
 }
 
 }  // namespace
@@ -173,6 +202,7 @@ void PatchContact::compress_weights() {
 void PatchContact::couple_cells() {
   const Eigen::MatrixXf basis = basis_.cast<float>();
   const Eigen::MatrixXf transposed = basis.transpose();
+  Eigen::MatrixXf image;
   const Eigen::Index n = weights_.rows();
   response_.resize(3 * n, 3 * n);
   const auto component = [&](Eigen::Index a, Eigen::Index b) {
@@ -180,7 +210,9 @@ void PatchContact::couple_cells() {
   };
   for (Eigen::Index a = 0; a < 3; ++a) {
     for (Eigen::Index b = compliance_.symmetric ? a : 0; b < 3; ++b) {
-      const Eigen::MatrixXf image = block_[static_cast<std::size_t>(3 * a + b)] * transposed;
+      const Eigen::MatrixXf& block = block_[static_cast<std::size_t>(3 * a + b)];
+      image.setZero(block.rows(), transposed.cols());
+      add_product(block.data(), transposed.data(), image.data(), block.rows(), transposed.cols());
       const MatrixX small = (basis * image).cast<double>();
       const MatrixX part = coefficients_ * small * coefficients_.transpose();
       component(a, b) = part;
