@@ -24,8 +24,8 @@ struct HemisphereBenchOptions {
   std::vector<double> poisson_ratios;
   std::vector<double> radii;  ///< a / R
   std::vector<std::string> contacts;
-  bool uniform = false;          ///< nodes equally far apart everywhere
-  double touchable_zone = 0.48;  ///< see HemisphereOptions
+  bool graded = false;           ///< nodes finer about the pole
+  double touchable_zone = 0.75;  ///< see HemisphereOptions
 
   bool names_cases() const {
     return !formulations.empty() || !nodes.empty() || !poisson_ratios.empty() || !radii.empty() ||
@@ -53,6 +53,7 @@ struct HemisphereCase {
   std::vector<Vec3> profile;       ///< rest and
   std::vector<Vec3> displacement;  ///< its displacement, over R; not in the JSON
   std::string note;
+  bool in_plots = true;
 };
 
 /// Runs the cases, prints them with targets and writes JSON and plots. Fails where a named case

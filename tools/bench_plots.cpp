@@ -17,7 +17,7 @@ namespace {
 constexpr double kPoisson = 0.45, kRadius = 0.2;
 
 bool is_shown(const HemisphereCase& one) {
-  return one.contact == "stick" && std::abs(one.poisson - kPoisson) < 1e-9 &&
+  return one.in_plots && one.contact == "stick" && std::abs(one.poisson - kPoisson) < 1e-9 &&
          std::abs(one.a_over_R - kRadius) < 1e-9;
 }
 

@@ -133,11 +133,11 @@ void add_hemisphere_options(CLI::App& command, HemisphereBenchOptions& options, 
   list("--poisson", options.poisson_ratios, "Poisson's ratios, e.g. 0.3,0.4");
   list("--a", options.radii, "contact radii over R, e.g. 0.15,0.2");
   list("--contact", options.contacts, "stick, frictionless or press");
-  command.add_flag("--uniform", options.uniform, "nodes equally far apart everywhere");
+  command.add_flag("--graded", options.graded, "nodes finer about the pole");
   command
       .add_option("--touchable-zone", options.touchable_zone,
                   "touchable within this distance of the axis, over R; 1: everywhere")
-      ->check(CLI::Range(0.2, 1.0));
+      ->check(CLI::Range(0.4, 1.0));
 }
 
 int main_program(int argc, char** argv) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "kernels/base/stopwatch.h"
+#include "kernels/contact/cell_pattern.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 
@@ -14,9 +15,8 @@ namespace viscera {
 namespace {
 
 constexpr double kRadius = kHemisphereRadius;
-/// Growth of the spacing away from the fine zone, and its bound over R.
+/// Growth of the spacing away from the fine zone.
 constexpr double kSlope = 0.25;
-constexpr double kCoarsest = 0.2;
 
 /// Distance to the part of the dome within `zone` R of the axis [m].
 double distance_to_cap(const Vec3& x, double zone) {
@@ -26,18 +26,17 @@ double distance_to_cap(const Vec3& x, double zone) {
   return std::hypot(across - rim, x.z() - height);
 }
 
-SpacingField spacing_field(double finest, double zone) {
+SpacingField spacing_field(double finest, const HemisphereOptions& options) {
+  const double zone = options.fine_zone, coarsest = std::max(options.coarsest * kRadius, finest);
   if (zone <= 0.0) return [finest](const Vec3&) { return finest; };
-  return [=](const Vec3& x) {
-    return std::min(std::max(kCoarsest * kRadius, finest),
-                    finest + kSlope * distance_to_cap(x, zone));
-  };
+  return
+      [=](const Vec3& x) { return std::min(coarsest, finest + kSlope * distance_to_cap(x, zone)); };
 }
 
 /// Integral of 1 / h^3 over the body: proportional to the nodes.
-double node_integral(double finest, double zone) {
+double node_integral(double finest, const HemisphereOptions& options) {
   constexpr int kSteps = 60;  // a lattice in the octant x, y, z > 0, doubled up by symmetry
-  const SpacingField h = spacing_field(finest, zone);
+  const SpacingField h = spacing_field(finest, options);
   const double step = kRadius / kSteps;
   double sum = 0.0;
   for (int i = 0; i < kSteps; ++i) {
@@ -52,11 +51,11 @@ double node_integral(double finest, double zone) {
 }
 
 /// The finest spacing whose integral is this one.
-double spacing_of_integral(double wanted, double zone) {
+double spacing_of_integral(double wanted, const HemisphereOptions& options) {
   double low = 1e-3 * kRadius, high = kRadius;
   for (int i = 0; i < 40; ++i) {
     const double middle = std::sqrt(low * high);
-    (node_integral(middle, zone) > wanted ? low : high) = middle;
+    (node_integral(middle, options) > wanted ? low : high) = middle;
   }
   return std::sqrt(low * high);
 }
@@ -67,15 +66,16 @@ int rings_for(double finest) {
 }
 
 /// Finest spacing that gives at most this many nodes, and hardly fewer.
-Result<double> spacing_for(std::size_t nodes, double zone, const Progress& progress) {
+Result<double> spacing_for(const HemisphereOptions& options, const Progress& progress) {
+  const std::size_t nodes = options.nodes;
   const double wanted = static_cast<double>(nodes);
   double nodes_per_integral = 1.2, best = 0.0, most = 0.0;
   for (int pass = 0; pass < 6; ++pass) {
     if (!progress(0.0, "finding the spacing")) return failure(kCancelled);
-    const double finest = spacing_of_integral(0.985 * wanted / nodes_per_integral, zone);
+    const double finest = spacing_of_integral(0.985 * wanted / nodes_per_integral, options);
     const TriangleSurface surface = ringed_hemisphere(kRadius, rings_for(finest));
-    auto cloud =
-        place_nodes(surface, SurfaceTree(surface), spacing_field(finest, zone), {}, no_progress());
+    auto cloud = place_nodes(surface, SurfaceTree(surface), spacing_field(finest, options), {},
+                             no_progress());
     if (!cloud) return std::unexpected(cloud.error());
     const double found = static_cast<double>(cloud->size());
     if (found <= wanted && found > most) {
@@ -83,37 +83,28 @@ Result<double> spacing_for(std::size_t nodes, double zone, const Progress& progr
       best = finest;
     }
     if (most > 0.97 * wanted) return best;
-    nodes_per_integral = found / node_integral(finest, zone);
+    nodes_per_integral = found / node_integral(finest, options);
   }
   if (best > 0.0) return best;
   return failure(
       fmt::format("hemisphere: found no cloud of at most {} nodes, expected more", nodes));
 }
 
-/// Calls visit(point, outward normal, area) for points of a fine quadrature of the dome's triangles
-/// within s of the axis.
-template <class Visit>
-void visit_cap(const TriangleSurface& surface, double s, const Visit& visit) {
-  constexpr int kSplit = 4;
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto& corners = surface.triangles[t];
-    const Vec3& a = surface.vertices[static_cast<std::size_t>(corners[0])];
-    const Vec3 u = (surface.vertices[static_cast<std::size_t>(corners[1])] - a) / kSplit;
-    const Vec3 v = (surface.vertices[static_cast<std::size_t>(corners[2])] - a) / kSplit;
-    const Vec3 piece = 0.5 * u.cross(v);
-    if (piece.z() <= 0.0) continue;
-    const double area = piece.norm();
-    const auto add = [&](const Vec3& x) {
-      if (std::hypot(x.x(), x.y()) < s) visit(x, Vec3(piece / area), area);
-    };
-    for (int i = 0; i < kSplit; ++i) {
-      for (int j = 0; i + j < kSplit; ++j) {
-        const Vec3 base = a + i * u + j * v;
-        add(base + (u + v) / 3.0);
-        if (i + j + 1 < kSplit) add(base + (u + v) * (2.0 / 3.0));
-      }
-    }
+/// A pattern laid on the dome about the pole.
+std::vector<ContactCell> cap_cells(const CellPattern& pattern) {
+  std::vector<ContactCell> cells;
+  for (std::size_t k = 0; k < pattern.places.size(); ++k) {
+    // Lambert's projection: a disc of radius 2 R sin(polar / 2) has the area of the cap.
+    const double r = pattern.places[k].norm();
+    const double polar = 2.0 * std::asin(r / (2.0 * kRadius));
+    const Vec2 across = r > 0.0 ? Vec2(pattern.places[k] / r) : Vec2(Vec2::Zero());
+    ContactCell cell;
+    cell.normal = {std::sin(polar) * across.x(), std::sin(polar) * across.y(), std::cos(polar)};
+    cell.position = kRadius * cell.normal;
+    cell.area = pattern.areas[k];
+    cells.push_back(cell);
   }
+  return cells;
 }
 
 template <class T>
@@ -132,15 +123,15 @@ Result<std::unique_ptr<HemisphereBody>> HemisphereBody::prepare(const Hemisphere
                                fmt::join(formulation_names(), ", ")));
   }
   body->material_ = {kHemisphereModulus, options.poisson_ratio};
-  const auto finest = spacing_for(options.nodes, options.fine_zone, progress);
+  const auto finest = spacing_for(options, progress);
   if (!finest) return std::unexpected(finest.error());
   body->finest_ = *finest;
   body->body_.surface = ringed_hemisphere(kRadius, rings_for(*finest));
   const TriangleSurface& surface = body->body_.surface;
 
   const Stopwatch watch;
-  auto cloud = place_nodes(surface, SurfaceTree(surface), spacing_field(*finest, options.fine_zone),
-                           {}, no_progress());
+  auto cloud = place_nodes(surface, SurfaceTree(surface), spacing_field(*finest, options), {},
+                           no_progress());
   if (!cloud) return std::unexpected(cloud.error());
   body->body_.cloud = std::move(*cloud);
   body->fields_ = std::make_unique<ShapeFunctions>(body->formulation_->fields(body->body_.cloud));
@@ -180,85 +171,71 @@ Result<std::unique_ptr<HemisphereBody>> HemisphereBody::prepare(const Hemisphere
   return body;
 }
 
-std::vector<ContactCell> HemisphereBody::cells(HemisphereContact contact, double a_over_R,
-                                               int rings, double tilt) {
-  const double polar_angle = std::asin(a_over_R), depth = kHemisphereDepth * kRadius;
-  const double cap_area =
-      2.0 * std::numbers::pi * kRadius * kRadius * (1.0 - std::cos(polar_angle));
-  const int count = 1 + 3 * rings * (rings + 1);
+std::vector<ContactCell> HemisphereBody::cells(HemisphereContact contact, double poisson_ratio,
+                                               double a_over_R, int rings, double tilt) {
+  const bool stick = contact == HemisphereContact::stick;
+  const double depth = kHemisphereDepth * kRadius;
+  const double reach = 2.0 * kRadius * std::sin(0.5 * std::asin(a_over_R));
   const Mat3 turn = Eigen::AngleAxisd(tilt, Vec3::UnitY()).toRotationMatrix();
-  std::vector<ContactCell> cells;
-  for (int ring = 0; ring <= rings; ++ring) {
-    // The cells inside a ring cover their share of the cap; a cell sits at the middle of its band.
-    const auto angle_inside = [&](double number) {
-      return std::acos(1.0 - number / count * (1.0 - std::cos(polar_angle)));
-    };
-    const int inner = ring == 0 ? 0 : 1 + 3 * ring * (ring - 1);
-    const int in_ring = std::max(1, 6 * ring);
-    const double polar =
-        ring == 0 ? 0.0 : 0.5 * (angle_inside(inner) + angle_inside(inner + in_ring));
-    for (int i = 0; i < in_ring; ++i) {
-      const double angle = 2.0 * std::numbers::pi * (i + 0.5 * (ring % 2)) / in_ring;
-      const Vec3 upright(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
-                         std::cos(polar));
-      const Vec3 down = -turn.col(2);
-      ContactCell cell;
-      cell.normal = turn * upright;
-      cell.position = kRadius * cell.normal;
-      cell.area = cap_area / count;
-      cell.held = contact == HemisphereContact::stick;
-      cell.direction = -cell.normal;
-      cell.displacement = depth * down;
-      cell.depth = depth * cell.direction.dot(down);
-      cells.push_back(cell);
-    }
+  const Vec3 down = -turn.col(2);
+  auto cells = cap_cells(fitted_to_punch(ringed_disc(1.0, rings), reach, poisson_ratio, stick));
+  for (ContactCell& cell : cells) {
+    cell.normal = turn * cell.normal;
+    cell.position = turn * cell.position;
+    cell.held = stick;
+    cell.direction = -cell.normal;
+    cell.displacement = depth * down;
+    cell.depth = depth * cell.direction.dot(down);
   }
   return cells;
 }
 
-Result<ContactResponse> HemisphereBody::pressure_loads(double a_over_R) const {
+HemispherePressure HemisphereBody::pressure(double a_over_R) const {
+  // Enough that the pressure's steps from cell to cell don't show beside the nodes.
+  constexpr int kRings = 16;
   const double a = a_over_R * kRadius;
-  std::vector<Vec3> load(body_.cloud.size(), Vec3::Zero());
-  ShapeValues at;
-  bool covered = true;
-  visit_cap(body_.surface, a, [&](const Vec3& x, const Vec3& normal, double area) {
-    const double share = 1.0 - (x.x() * x.x() + x.y() * x.y()) / (a * a);
-    const Vec3 force = -kHemisphereModulus * share * share * area * normal;
-    covered = covered && fields_->evaluate(x, false, at);
-    for (std::size_t j = 0; j < at.nodes.size(); ++j) {
-      load[static_cast<std::size_t>(at.nodes[j])] += at.values[j] * force;
+  HemispherePressure pressure;
+  std::vector<Vec3> load(compliance_.touchable.size(), Vec3::Zero());
+  std::vector<SampleShare> shares;
+  const double reach = 2.0 * kRadius * std::sin(0.5 * std::asin(a_over_R));
+  pressure.cells = cap_cells(ringed_disc(reach, kRings));
+  for (const ContactCell& cell : pressure.cells) {
+    const double across = std::hypot(cell.position.x(), cell.position.y());
+    const double fall = std::max(0.0, 1.0 - across * across / (a * a));
+    const Vec3 force = -kHemisphereModulus * fall * fall * cell.area * cell.normal;
+    const double sigma = PatchContact::spread_factor() * spacing_at(touch_, cell.position);
+    spread_load(touch_, cell.position, cell.normal, sigma, shares);
+    for (const auto& [sample, share] : shares) {
+      const auto s = static_cast<std::size_t>(sample);
+      for (int e = touch_.weights.row_begin[s]; e < touch_.weights.row_begin[s + 1]; ++e) {
+        const auto entry = static_cast<std::size_t>(e);
+        load[static_cast<std::size_t>(touch_.weights.nodes[entry])] +=
+            share * static_cast<double>(touch_.weights.values[entry]) * force;
+      }
     }
-  });
-  ContactResponse response;
-  std::size_t taken = 0;
-  for (std::size_t j = 0; j < compliance_.touchable.size(); ++j) {
-    const Vec3& force = load[static_cast<std::size_t>(compliance_.touchable[j])];
-    if (force.isZero(0.0)) continue;
-    response.touched.push_back(static_cast<int>(j));
-    response.loads.push_back(force);
-    ++taken;
+    pressure.near_fields.emplace_back(material_, sigma);
+    pressure.forces.push_back(force);
   }
-  const auto loaded =
-      std::count_if(load.begin(), load.end(), [](const Vec3& force) { return !force.isZero(0.0); });
-  if (!covered || taken != static_cast<std::size_t>(loaded)) {
-    return failure(fmt::format(
-        "hemisphere: found a pressure of radius {} R beyond the touchable zone, expected less",
-        a_over_R));
+  for (std::size_t j = 0; j < load.size(); ++j) {
+    if (load[j].isZero(0.0)) continue;
+    pressure.response.touched.push_back(static_cast<int>(j));
+    pressure.response.loads.push_back(load[j]);
   }
-  return response;
+  return pressure;
 }
 
 HemisphereAnswer HemisphereBody::press(HemisphereContact contact, double a_over_R, int rings) {
   HemisphereAnswer answer;
   if (contact == HemisphereContact::press) {
-    const auto response = pressure_loads(a_over_R);
-    if (!response) return answer;
-    for (const Vec3& load : response->loads) answer.force -= load.z();
-    answer.displacements = drawn_displacements(*response, {}, {}, {});
+    const HemispherePressure load = pressure(a_over_R);
+    for (const Vec3& force : load.forces) answer.force -= force.z();
+    answer.displacements =
+        drawn_displacements(load.response, load.near_fields, load.cells, load.forces);
     answer.converged = true;
     return answer;
   }
-  const std::vector<ContactCell> patch = cells(contact, a_over_R, rings, 0.0);
+  const std::vector<ContactCell> patch =
+      cells(contact, material_.poisson_ratio, a_over_R, rings, 0.0);
   ContactSolution solution;
   ContactResponse response;
   contact_->solve(patch, solution, response);

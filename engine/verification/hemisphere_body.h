@@ -20,10 +20,14 @@ struct HemisphereOptions {
   std::string formulation = "galerkin";
   double poisson_ratio = 0.45;
   std::size_t nodes = 1100;      ///< at most; a few per cent fewer
-  double fine_zone = 0.3;        ///< nodes are finest within this distance of the axis on the dome,
-                                 ///< over R, whatever the contact; 0: equally spaced everywhere
-  double touchable_zone = 0.48;  ///< touchable within this distance of the axis on the dome, over
-                                 ///< R; 1 or more: everywhere, base included
+  double fine_zone = 0.0;        ///< above 0: nodes are finest within this distance of the axis on
+                                 ///< the dome, over R; 0: equally spaced everywhere. What is finer
+                                 ///< than nodes is the near field's part, so that grading gains
+                                 ///< little with the linear basis
+  double coarsest = 0.2;         ///< spacing far from the fine zone, over R
+  double touchable_zone = 0.75;  ///< touchable within this distance of the axis on the dome, over
+                                 ///< R; 1 or more: everywhere, base included. Loads are spread over
+                                 ///< about 0.35 R at 1,000 nodes and should stay inside
 };
 
 /// Loads on the pole and what they did.
@@ -31,7 +35,15 @@ struct HemisphereAnswer {
   double force = 0.0;               ///< on the body, down the axis [N]
   std::vector<Vec3> displacements;  ///< of the drawn vertices [m]
   bool converged = false;
-  double smallest_eigenvalue = 1.0;    ///< of the touching cells' compliance over its largest
+  double smallest_eigenvalue = 1.0;  ///< of the touching cells' compliance over its largest
+};
+
+/// A load whose forces are known, ready for displacement_unknowns and deform_drawn_surface.
+struct HemispherePressure {
+  std::vector<ContactCell> cells;
+  std::vector<Vec3> forces;            ///< on the cells [N]
+  std::vector<NearField> near_fields;  ///< of the cells
+  ContactResponse response;
 };
 
 /// Prepared once, pressed many times; not copied, since its parts point at each other.
@@ -46,12 +58,14 @@ class HemisphereBody {
 
   HemisphereAnswer press(HemisphereContact contact, double a_over_R, int rings);
 
-  /// Cells of equal area over the dome within a: 1 + 3 rings (rings + 1), moved down as a whole.
-  /// `tilt` [rad] turns the patch off the pole. Not for `press`.
-  static std::vector<ContactCell> cells(HemisphereContact contact, double a_over_R, int rings,
-                                        double tilt);
-  /// The smooth pressure as loads on touchable nodes.
-  Result<ContactResponse> pressure_loads(double a_over_R) const;
+  /// 1 + 3 rings (rings + 1) cells that press as one tool of radius a (kernels/contact/
+  /// cell_pattern.h), moved down as a whole. `tilt` [rad] turns the patch off the pole. Not for
+  /// `press`.
+  static std::vector<ContactCell> cells(HemisphereContact contact, double poisson_ratio,
+                                        double a_over_R, int rings, double tilt);
+  /// The smooth pressure about the pole, each cell's force split between the nodes and the near
+  /// field as a tool's is (kernels/contact/near_field.h). Within the touchable zone.
+  HemispherePressure pressure(double a_over_R) const;
 
   /// Relative L2 distance of displacements of the drawn vertices from the profile, over the area of
   /// the dome.

@@ -54,6 +54,15 @@ std::string line(double x1, double y1, double x2, double y2, const char* colour,
       x1, y1, x2, y2, colour, width);
 }
 
+/// The nearest of 1, 2, 5, 10, ... below or above.
+double tick_beside(double value, bool above) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)));
+  const std::array<double, 4> ticks = {unit, 2.0 * unit, 5.0 * unit, 10.0 * unit};
+  if (above)
+    return *std::find_if(ticks.begin(), ticks.end() - 1, [&](double t) { return t >= value; });
+  return *std::find_if(ticks.rbegin(), ticks.rend() - 1, [&](double t) { return t <= value; });
+}
+
 /// One axis: data to pixels, and where its ticks stand.
 class Scale {
  public:
@@ -63,10 +72,9 @@ class Scale {
       least = axis.low;
       most = axis.high;
     } else if (log_) {
-      // Whole decades hide little; three ticks a decade keep narrow ranges readable.
-      const double margin = std::pow(most / least, 0.06) * 1.05;
-      least /= margin;
-      most *= margin;
+      // Out to the next tick, so that every axis has at least two.
+      least = tick_beside(0.97 * least, false);
+      most = tick_beside(1.03 * most, true);
     } else {
       const double margin = 0.05 * (most - least);
       least = least >= 0.0 && least < 0.35 * most ? 0.0 : least - margin;

@@ -9,8 +9,8 @@
 namespace viscera {
 namespace {
 
-TEST(HemisphereCells, CoverTheCapAndMoveAsOne) {
-  const auto cells = HemisphereBody::cells(HemisphereContact::frictionless, 0.2, 3, 0.1);
+TEST(HemisphereCells, CoverALittleMoreThanTheCapAndMoveAsOne) {
+  const auto cells = HemisphereBody::cells(HemisphereContact::frictionless, 0.3, 0.2, 3, 0.1);
   EXPECT_EQ(cells.size(), 37u);
   const double cap = 2.0 * std::numbers::pi * (1.0 - std::cos(std::asin(0.2)));
   const Vec3 pole(std::sin(0.1), 0.0, std::cos(0.1));
@@ -18,10 +18,12 @@ TEST(HemisphereCells, CoverTheCapAndMoveAsOne) {
   for (const ContactCell& cell : cells) {
     area += cell.area;
     EXPECT_NEAR(cell.position.norm(), kHemisphereRadius, 1e-15);
-    EXPECT_LT(cell.normal.cross(pole).norm(), 0.2);
+    EXPECT_LT(cell.normal.cross(pole).norm(), 0.22);
     EXPECT_NEAR(cell.depth, kHemisphereDepth * kHemisphereRadius * cell.normal.dot(pole), 1e-15);
   }
-  EXPECT_NEAR(area, cap * kHemisphereRadius * kHemisphereRadius, 1e-12);
+  // Uniform cells can't follow the pressure at the edge; the pattern is larger for that.
+  EXPECT_GT(area, cap * kHemisphereRadius * kHemisphereRadius);
+  EXPECT_LT(area, 1.2 * cap * kHemisphereRadius * kHemisphereRadius);
 }
 
 class SmallHemisphere : public testing::Test {
@@ -29,6 +31,8 @@ class SmallHemisphere : public testing::Test {
   static void SetUpTestSuite() {
     HemisphereOptions options;
     options.nodes = 400;
+    options.fine_zone = 0.3;
+    options.touchable_zone = 0.6;
     options.poisson_ratio = 0.3;
     auto prepared = HemisphereBody::prepare(options, no_progress());
     ASSERT_TRUE(prepared) << prepared.error().text();
@@ -43,15 +47,16 @@ TEST_F(SmallHemisphere, HasHardlyFewerNodesThanAsked) {
   EXPECT_GE(body_->cloud().size(), 380u);
 }
 
-TEST_F(SmallHemisphere, PressureLoadsCarryThePressuresForce) {
-  const auto loads = body_->pressure_loads(0.2);
-  ASSERT_TRUE(loads) << loads.error().text();
-  Vec3 sum = Vec3::Zero();
-  for (const Vec3& load : loads->loads) sum += load;
-  const double area = std::numbers::pi * 0.04 / 3.0 * kHemisphereRadius * kHemisphereRadius;
-  EXPECT_NEAR(-sum.z() / (kHemisphereModulus * area), 1.0, 2e-3);  // facets
-  EXPECT_NEAR(sum.x(), 0.0, 1e-3 * std::abs(sum.z()));
-  EXPECT_FALSE(body_->pressure_loads(0.9));  // beyond the touchable zone
+TEST_F(SmallHemisphere, PressureCarriesItsForce) {
+  const HemispherePressure pressure = body_->pressure(0.2);
+  Vec3 on_cells = Vec3::Zero(), on_nodes = Vec3::Zero();
+  for (const Vec3& force : pressure.forces) on_cells += force;
+  for (const Vec3& load : pressure.response.loads) on_nodes += load;
+  const double exact =
+      kHemisphereModulus * std::numbers::pi * 0.04 / 3.0 * kHemisphereRadius * kHemisphereRadius;
+  // 12 rings of cells: a midpoint rule, of second order.
+  EXPECT_NEAR(-on_cells.z() / exact, 1.0, 0.01);
+  EXPECT_LT((on_nodes - on_cells).norm(), 1e-5 * exact);  // single precision
 }
 
 TEST_F(SmallHemisphere, ProfileErrorIsTheRelativeDistance) {

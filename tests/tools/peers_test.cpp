@@ -1,0 +1,64 @@
+// Other programs on the same hemisphere; skipped where they aren't installed.
+#include <gtest/gtest.h>
+
+#include "tests/support/paths.h"
+#include "tools/peers/bullet.h"
+#include "tools/peers/finite_elements.h"
+
+namespace viscera {
+namespace {
+
+TEST(PeerForces, OfAUniformStrainOnATetrahedronAreItsStressTimesItsFaces) {
+  TetrahedralMesh mesh;
+  mesh.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.elements = {{0, 1, 2, 3}};
+  constexpr double kStrain = 0.01;  // along z, Poisson's ratio 0: stress E times strain
+  std::vector<Vec3> moved;
+  for (const Vec3& x : mesh.nodes) moved.emplace_back(0.0, 0.0, kStrain * x.z());
+  const auto forces = internal_forces(mesh, 0.0, moved);
+  // The slanted face's and the bottom's tractions act in thirds on their corners; together a corner
+  // feels V sigma grad(N).
+  EXPECT_NEAR(forces[3].z(), kStrain / 6.0, 1e-15);
+  EXPECT_NEAR(forces[0].z(), -kStrain / 6.0, 1e-15);
+  EXPECT_NEAR((forces[0] + forces[1] + forces[2] + forces[3]).norm(), 0.0, 1e-15);
+}
+
+class InstalledPeers : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!finite_elements_installed()) GTEST_SKIP() << "gmsh or CalculiX isn't installed";
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(InstalledPeers, FiniteElementsComeNearTheReferenceWithEitherSolver) {
+  const auto references =
+      read_hemisphere_references(test::project_file("assets/reference/hemisphere"));
+  ASSERT_TRUE(references) << references.error().text();
+  const HemisphereReference& reference = *find_reference(*references, 0.3, 0.2);
+  const auto mesh = mesh_hemisphere({true, 0.15, 0.25, 0.3}, folder_.path());
+  ASSERT_TRUE(mesh) << mesh.error().text();
+  for (const auto solver : {CalculixSolver::spooles, CalculixSolver::iterative_cholesky}) {
+    const auto answer = solve_calculix(*mesh, 0.3, 0.2, solver, folder_.path());
+    ASSERT_TRUE(answer) << answer.error().text();
+    // Edges of 0.15 R under a patch of 0.2 R: a tenth, as the coarse rows of the benchmark.
+    EXPECT_NEAR(answer->force_over_ERdelta / reference.stick, 1.0, 0.15);
+    EXPECT_LT(dome_error(*mesh, answer->displacements, reference.profile(HemisphereContact::stick)),
+              0.15);
+  }
+}
+
+TEST_F(InstalledPeers, ForcesOfLinearTetrahedraAreCalculixsReaction) {
+  const auto mesh = mesh_hemisphere({false, 0.25, 0.0}, folder_.path());
+  ASSERT_TRUE(mesh) << mesh.error().text();
+  const auto answer = solve_calculix(*mesh, 0.45, 0.3, CalculixSolver::spooles, folder_.path());
+  ASSERT_TRUE(answer) << answer.error().text();
+  const auto forces = internal_forces(*mesh, 0.45, answer->displacements);
+  double reaction = 0.0;
+  for (const int node : patch_nodes(*mesh, 0.3))
+    reaction -= forces[static_cast<std::size_t>(node)].z() / kHemisphereDepth;
+  EXPECT_NEAR(reaction / answer->force_over_ERdelta, 1.0, 1e-4);  // of printed figures
+}
+
+}  // namespace
+}  // namespace viscera
