@@ -46,7 +46,7 @@ std::vector<PlotSeries> series_of(const std::vector<HemisphereCase>& cases, cons
       names.push_back(name);
       entry->second.name = name;
       entry->second.colour = colour_of(one.formulation);
-      entry->second.dashed = !one.variant.empty();
+      entry->second.dashed = entry->second.hollow = one.variant == "graded";
     }
     entry->second.points.emplace_back(*across, *up);
   }
@@ -102,7 +102,7 @@ Plot cost_plot(const std::vector<HemisphereCase>& cases) {
       [](const HemisphereCase& one) { return std::optional(3.0 * static_cast<double>(one.nodes)); },
       [](const HemisphereCase& one) { return one.online_us; });
   if (!plot.series.empty())
-    plot.series.push_back({"the paper, 2006", {Vec2(3078.0, 900.0)}, false, true, false, 6});
+    plot.series.push_back({"the paper, 2006", {Vec2(3078.0, 900.0)}, false, true, false, false, 6});
   return plot;
 }
 
@@ -125,14 +125,14 @@ Plot profile_plot(const std::vector<HemisphereCase>& cases,
     if (!held || off(one) < off(*held)) held = &one;
   }
   if (best.empty()) return plot;
-  PlotSeries rest{"at rest", {}, true, false, true, 6};
+  PlotSeries rest{"at rest", {}, true, false, true, false, 6};
   for (int i = 0; i <= 90; ++i) {
     const double angle = i * std::acos(0.0) / 90.0;
     rest.points.emplace_back(std::sin(angle), std::cos(angle));
   }
   plot.series.push_back(rest);
   if (reference) {
-    PlotSeries exact{"reference", {}, true, false, false, 6};
+    PlotSeries exact{"reference", {}, true, false, false, false, 6};
     for (const auto& row : reference->profile(HemisphereContact::stick).rows())
       exact.points.emplace_back(std::sin(row.polar_angle) + row.radial,
                                 std::cos(row.polar_angle) + row.axial);
@@ -140,7 +140,7 @@ Plot profile_plot(const std::vector<HemisphereCase>& cases,
   }
   for (const auto& [name, one] : best) {
     PlotSeries series{
-        fmt::format("{} ({})", name, one->nodes), {}, false, true, false, colour_of(name)};
+        fmt::format("{} ({})", name, one->nodes), {}, false, true, false, false, colour_of(name)};
     for (std::size_t v = 0; v < one->profile.size(); ++v) {
       const Vec3& x = one->profile[v];
       if (std::abs(x.y()) > 1e-6 || x.x() < -1e-6) continue;
@@ -162,7 +162,7 @@ PlotTable paper_table(const std::vector<HemisphereCase>& cases) {
                 {"LPAFF, 2006", "28", "84", "-", "13.7 ms", "-", "-"}};
   const auto time = [](double seconds) {
     if (seconds < 1e-3) return fmt::format("{:.0f} µs", 1e6 * seconds);
-    return seconds < 1.0 ? fmt::format("{:.1f} ms", 1e3 * seconds)
+    return seconds < 1.0 ? fmt::format("{:.3g} ms", 1e3 * seconds)
                          : fmt::format("{:.2f} s", seconds);
   };
   const auto percent = [](const std::optional<double>& error, bool sign) {
@@ -218,7 +218,7 @@ Result<void> draw_convergence_plots(const std::vector<ConvergenceCase>& cases,
       if (std::find(names.begin(), names.end(), one.formulation) == names.end())
         names.push_back(one.formulation);
     for (const std::string& name : names) {
-      PlotSeries series{name, {}, true, true, false, colour_of(name)};
+      PlotSeries series{name, {}, true, true, false, false, colour_of(name)};
       for (const ConvergenceCase& one : cases)
         if (one.formulation == name && std::abs(one.poisson - poisson) < 1e-9)
           series.points.emplace_back(static_cast<double>(one.nodes), 100.0 * one.error);

@@ -69,6 +69,7 @@ TEST_F(Bench, HemisphereWithoutAReferenceHasForcesButNoErrors) {
   EXPECT_LT(one["force_over_ERdelta"].get<double>(), 0.589663);
   EXPECT_TRUE(one["force_error"].is_null());
   EXPECT_TRUE(one["profile_error"].is_null());
+  EXPECT_LT(std::abs(one["own_reference"]["force_error"].get<double>()), 0.15);
 }
 
 TEST_F(Bench, ConvergenceGivesErrorsAndOrders) {

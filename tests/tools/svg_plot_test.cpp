@@ -18,7 +18,8 @@ TEST(SvgPlot, LeavesOutWhatALogarithmicAxisCantShow) {
   Plot plot;
   plot.x.logarithmic = plot.y.logarithmic = true;
   const double none = std::numeric_limits<double>::quiet_NaN();
-  plot.series = {{"one", {{1, 1}, {10, 0.1}, {0, 1}, {-1, 1}, {2, none}}, true, true, false, 0}};
+  plot.series = {
+      {"one", {{1, 1}, {10, 0.1}, {0, 1}, {-1, 1}, {2, none}}, true, true, false, false, 0}};
   const std::string svg = to_svg(plot);
   EXPECT_EQ(count(svg, "<circle"), 2u + 1u);  // and one in the legend
   EXPECT_EQ(count(svg, "nan"), 0u);

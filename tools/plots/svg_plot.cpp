@@ -130,7 +130,7 @@ class Scale {
 std::string tick_label(double value) {
   if (value == 0.0) return "0";
   const double size = std::abs(value);
-  if (size >= 1e5 || size < 1e-4) {
+  if (size >= 1e7 || size < 1e-4) {
     const int power = static_cast<int>(std::floor(std::log10(size) + 1e-9));
     const double digit = value / std::pow(10.0, power);
     return fmt::format("{:g}e{}", std::round(digit * 1000.0) / 1000.0, power);
@@ -138,22 +138,20 @@ std::string tick_label(double value) {
   return fmt::format("{:g}", std::round(value * 1e6) / 1e6);
 }
 
-std::string marker(std::size_t shape, double x, double y, const char* colour) {
+std::string marker(std::size_t shape, double x, double y, const char* colour, bool hollow) {
   const double r = 4.0;
+  const std::string ink = fmt::format("fill=\"{}\" stroke=\"{}\" stroke-width=\"1.6\"",
+                                      hollow ? "#ffffff" : colour, ink);
   switch (shape % 4) {
     case 0:
-      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"/>\n", x, y, r,
-                         colour);
+      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" {}/>\n", x, y, r, ink);
     case 1:
-      return fmt::format(
-          "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"7.4\" height=\"7.4\" fill=\"{}\"/>\n", x - 3.7,
-          y - 3.7, colour);
+      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"7.4\" height=\"7.4\" {}/>\n",
+                         x - 3.7, y - 3.7, ink);
     case 2:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l4.8 8.2h-9.6z\" fill=\"{}\"/>\n", x, y - 5.2,
-                         colour);
+      return fmt::format("<path d=\"M{:.1f} {:.1f}l4.8 8.2h-9.6z\" {}/>\n", x, y - 5.2, ink);
     default:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l5 5l-5 5l-5 -5z\" fill=\"{}\"/>\n", x, y - 5.0,
-                         colour);
+      return fmt::format("<path d=\"M{:.1f} {:.1f}l5 5l-5 5l-5 -5z\" {}/>\n", x, y - 5.0, ink);
   }
 }
 
@@ -225,7 +223,7 @@ std::string to_svg(const Plot& plot) {
       }
       path += fmt::format("{}{:.1f} {:.1f}", pen_down ? "L" : "M", x.pixel(p[0]), y.pixel(p[1]));
       pen_down = true;
-      if (series.markers) marks += marker(colour, x.pixel(p[0]), y.pixel(p[1]), ink);
+      if (series.markers) marks += marker(colour, x.pixel(p[0]), y.pixel(p[1]), ink, series.hollow);
     }
     const char* dash = series.dashed ? " stroke-dasharray=\"6 4\"" : "";
     if (series.line && !path.empty())
@@ -237,7 +235,7 @@ std::string to_svg(const Plot& plot) {
     if (series.line)
       out += fmt::format("<path d=\"M{:.1f} {:.1f}h22\" stroke=\"{}\" stroke-width=\"1.8\"{}/>\n",
                          at, legend, ink, dash);
-    if (series.markers) out += marker(colour, at + 11, legend, ink);
+    if (series.markers) out += marker(colour, at + 11, legend, ink, series.hollow);
     out += text(at + 28, legend + 4, series.name);
     legend += 20;
   }

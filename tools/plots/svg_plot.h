@@ -12,7 +12,7 @@ struct PlotSeries {
   std::string name;          ///< in the legend; empty: not there
   std::vector<Vec2> points;  ///< in data units; those an axis can't show are left out
   bool line = true, markers = true;
-  bool dashed = false;
+  bool dashed = false, hollow = false;
   int colour = -1;  ///< of the palette; -1: the next free one
 };
 
