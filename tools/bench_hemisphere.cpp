@@ -12,12 +12,14 @@
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/report.h"
+#include "engine/scene/load_scene.h"
 #include "engine/verification/axisymmetric_hemisphere.h"
 #include "engine/verification/hemisphere_body.h"
 #include "kernels/base/random.h"
 #include "tools/bench_plots.h"
 #include "tools/peers/peer_cases.h"
 #include "tools/project_paths.h"
+#include "tools/scene_accuracy.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
@@ -448,6 +450,30 @@ Result<void> add_large_rows(Bench& bench, const fs::path& scratch) {
   return {};
 }
 
+/// The main scene against itself on half the node spacing.
+Result<void> add_scene_rows(Bench& bench) {
+  const fs::path file = scenes_folder() / "laparoscopic_cautery.json";
+  SceneLoadOptions load;
+  load.assets = assets_folder();
+  const auto scene = load_scene(file, load);
+  const auto tissues = load_tissues(load.assets / "tissues.json");
+  if (!scene || !tissues) {
+    bench.out << (scene ? tissues.error() : scene.error()).text() << '\n';
+    return {};
+  }
+  const auto accuracy = compare_with_half_spacing(*scene, *tissues);
+  if (interrupted()) return failure(kCancelled);
+  if (!accuracy) {
+    bench.out << "main scene on half the spacing: " << accuracy.error().text() << '\n';
+    return {};
+  }
+  bench.rows.push_back({"main scene: tool forces against half the node spacing", "%",
+                        100.0 * accuracy->force_error, 5.0});
+  bench.rows.push_back({"main scene: organs' shapes against half the node spacing", "%",
+                        100.0 * accuracy->profile_error, 5.0});
+  return {};
+}
+
 /// The worst of each error that has a target, over all cases with a reference.
 void add_error_rows(Bench& bench) {
   for (const std::string& name : formulation_names()) {
@@ -505,6 +531,7 @@ Result<void> bench_hemisphere(const HemisphereBenchOptions& options, std::ostrea
     if (!options.quick) {
       auto scratch = ScratchFolder::create();
       if (!scratch) return std::unexpected(scratch.error());
+      if (auto done = add_scene_rows(bench); !done) return done;
       if (auto done = add_large_rows(bench, (*scratch)->path()); !done) return done;
     }
     out << '\n';

@@ -22,4 +22,8 @@ fs::path assets_folder() {
   return (program.parent_path() / VISCERA_DATADIR / "viscera/assets").lexically_normal();
 }
 
+fs::path scenes_folder() {
+  return (assets_folder() / "../scenes").lexically_normal();
+}
+
 }  // namespace viscera

@@ -9,4 +9,7 @@ namespace viscera {
 /// folder, else the installed one (PREFIX/share/viscera/assets), found from where the program is.
 std::filesystem::path assets_folder();
 
+/// The shipped scenes, beside the assets.
+std::filesystem::path scenes_folder();
+
 }  // namespace viscera
