@@ -149,7 +149,8 @@ struct StressArguments {
 
   void add_to(CLI::App& command) {
     constexpr int kMost = std::numeric_limits<int>::max() - 1;
-    command.add_option("--seed", options.seed, "names the cases; the same seed, the same cases");
+    command.add_option("--seed", options.seed, "names the cases; the same seed, the same cases")
+        ->check(CLI::NonNegativeNumber);
     command.add_option("--cases", options.cases, "how many")->check(CLI::Range(1, kMost));
     command.add_option("--case", only, "this case alone, with all its figures")
         ->check(CLI::Range(0, kMost));
@@ -236,8 +237,9 @@ int main_program(int argc, char** argv) {
       ->allow_extra_args(false);
   StressArguments stress_arguments;
   CLI::App* stress = app.add_subcommand(
-      "stress", "throw random bodies and tools at the elastic core; a failing case says how to "
-                "run it again");
+      "stress",
+      "throw random bodies and tools at the elastic core; a failing case says how to "
+      "run it again");
   stress_arguments.add_to(*stress);
 
   try {
