@@ -58,20 +58,6 @@ std::string explain(const DMUMPS_STRUC_C& mumps, std::string_view what) {
   return text.str();
 }
 
-/// Whether every block of unknowns is coupled with every other.
-bool is_full(const CoordinateMatrix& matrix, int block) {
-  const auto nodes = static_cast<std::size_t>(matrix.order / block);
-  const auto block_size = static_cast<std::size_t>(block * block);
-  if (2 * matrix.values.size() < block_size * nodes * nodes) return false;
-  std::vector<char> coupled(nodes * nodes, 0);
-  for (std::size_t e = 0; e < matrix.values.size(); ++e) {
-    const auto row = static_cast<std::size_t>((matrix.rows[e] - 1) / block);
-    const auto column = static_cast<std::size_t>((matrix.columns[e] - 1) / block);
-    coupled[row * nodes + column] = coupled[column * nodes + row] = 1;
-  }
-  return std::find(coupled.begin(), coupled.end(), 0) == coupled.end();
-}
-
 }  // namespace
 
 struct MumpsFactor::Instance {
@@ -121,11 +107,13 @@ Result<MumpsFactor> MumpsFactor::factor(const CoordinateMatrix& matrix, MatrixKi
   // PORD, MUMPS's own nested dissection: as little fill as SCOTCH on these graphs, in half the
   // time, and the same at every run, which the threads of SCOTCH 7 are not. A scalar matrix has a
   // twenty-seventh of the work of an elastic one on the same nodes: there minimum degree is
-  // quicker.
+  // quicker. So it is where nearly all nodes meet: PORD finds nothing to dissect there, and on some
+  // of these graphs it ends the program ("no valid number of stages in multisector").
   constexpr int kMinimumDegree = 0, kPord = 4;
-  // A full matrix has no order to find: PORD merges its nodes into one and then ends the process
-  // ("no valid number of stages in multisector").
-  instance->icntl(7) = block == 1 || is_full(matrix, block) ? kMinimumDegree : kPord;
+  constexpr double kDense = 0.15;  // stored entries over the square of the order
+  const bool dense = static_cast<double>(matrix.values.size()) >
+                     kDense * static_cast<double>(matrix.order) * matrix.order;
+  instance->icntl(7) = block == 1 || dense ? kMinimumDegree : kPord;
   if (block > 1) instance->icntl(15) = -block;  // order the graph of nodes, not unknowns
   instance->icntl(14) = 30;
   // Rows of a collocation matrix are scaled by their own kind; an unsymmetric permutation to a
