@@ -47,6 +47,7 @@ struct HemisphereCase {
   std::optional<double> online_us;  ///< contact and displacement of all visible nodes, one core
   std::optional<double> online_moving_us;  ///< the same for a patch that is elsewhere each time
   std::optional<double> force_over_ERdelta, force_error, profile_error;
+  double compliance_eigenvalue = 0.0;  ///< smallest of sym(C_nn) over its largest, whole surface
   std::optional<double> smallest_eigenvalue;  ///< of the patch's compliance over its largest
   std::size_t memory_bytes = 0;               ///< that stay for running
   std::optional<std::size_t> factor_bytes;
