@@ -10,7 +10,6 @@ namespace viscera {
 namespace {
 
 constexpr double kBand = 3.0;  // in greatest voxel edges: how far distances are exact
-constexpr int kFreeFrom = 3;   // voxels from another label from which on the level may act
 
 using Index = Eigen::Vector3i;
 
@@ -94,6 +93,19 @@ void smooth(std::vector<float>& values, const Index& size, int passes) {
       }
     });
   }
+}
+
+// Zeros spread by this many voxels along each axis, diagonally as well.
+void widen_zeros(std::vector<float>& values, const Index& size, int by) {
+  along_axes(values, size, [by](float* line, std::size_t stride, int length, int) {
+    std::vector<float> before(length);
+    for (int i = 0; i < length; ++i) before[i] = line[i * stride];
+    for (int i = 0; i < length; ++i) {
+      for (int j = std::max(0, i - by); j <= std::min(length - 1, i + by); ++j) {
+        line[i * stride] = std::min(line[i * stride], before[j]);
+      }
+    }
+  });
 }
 
 // Fills what background can't reach from outside through faces; the number of voxels filled.
@@ -205,7 +217,7 @@ LabelField::LabelField(const LabelMap& map, const LabelPiece& piece, int smoothi
   for (std::size_t v = 0; v < distance_.size(); ++v) distance_[v] -= depth[v];
   smooth(distance_, size_, smoothing);
 
-  // One where the level acts, nought near voxels of other labels, and a ramp in between.
+  // One where the level acts, nought near voxels of other labels.
   std::vector<char> other(piece.mask.size(), 0);
   for (int k = 0; k < size_.z(); ++k) {
     for (int j = 0; j < size_.y(); ++j) {
@@ -219,14 +231,21 @@ LabelField::LabelField(const LabelMap& map, const LabelPiece& piece, int smoothi
       }
     }
   }
+  greatest_level_ = spacing.maxCoeff();
   if (std::ranges::find(other, 1) == other.end()) {
     freedom_.assign(other.size(), 1.0f);
     adjustable_ = true;
   } else {
-    const Vec3 steps = Vec3::Ones();  // counted in voxels
-    freedom_ = distance_to(other, 1, size_, steps, kFreeFrom + 2.0);
+    // As the header derives: voxels that share an interpolation patch with one where the other
+    // label's distance may be less than the greatest level.
+    greatest_level_ = 0.49 * spacing.minCoeff();
+    const int patch = linear_ ? 1 : 3;
+    freedom_.assign(other.size(), 1.0f);
+    for (std::size_t v = 0; v < other.size(); ++v) {
+      if (other[v]) freedom_[v] = 0.0f;
+    }
+    widen_zeros(freedom_, size_, patch + std::max(0, smoothing));
     for (std::size_t v = 0; v < freedom_.size(); ++v) {
-      freedom_[v] = std::clamp(0.5f * (freedom_[v] - kFreeFrom + 0.5f), 0.0f, 1.0f);
       adjustable_ |= freedom_[v] > 0.0f && std::abs(distance_[v]) < spacing.maxCoeff();
     }
   }
@@ -234,6 +253,7 @@ LabelField::LabelField(const LabelMap& map, const LabelPiece& piece, int smoothi
 }
 
 void LabelField::set_level(double level) {
+  level = std::clamp(level, -greatest_level_, greatest_level_);
   for (std::size_t v = 0; v < values_.size(); ++v) {
     values_[v] = distance_[v] - static_cast<float>(level) * freedom_[v];
   }

@@ -32,19 +32,26 @@ std::vector<LabelPiece> label_pieces(const LabelMap& map, std::int32_t label,
 /// between them by uniform cubic B-splines; with smoothing -1 only interpolated, along each axis
 /// linearly. Anisotropic voxels are smoothed by their own steps along each axis.
 ///
-/// Smoothing with non-negative weights keeps disjoint pieces disjoint: the distance to one is never
-/// less than the depth in the other, and so it is for the smoothed ones. The level that restores
-/// the volume would break that; so it acts only where no other voxel of the labels `imported`
-/// (ascending) is near, those of the piece's own label included.
+/// Disjoint pieces stay disjoint. On voxels d_a + d_b >= 0, since what is deep in one is as far
+/// from the other, and smoothing and splines, whose weights aren't negative, keep that. The level c
+/// that restores the volume would break it, so it is w c with a weight w_a = 0 on every voxel that
+/// shares an interpolation patch with one where d_b < c. A patch without such a voxel holds nothing
+/// of b; in one with such voxels of both, neither has a level. Unsmoothed, d_b >= half a voxel
+/// outside of b, and a smoothing pass sees one voxel farther: so for c below half a voxel these are
+/// the voxels of b and as many around them as there are passes. Other voxels are those of the
+/// labels `imported` (ascending) that aren't of the piece; where there are none, c may be a whole
+/// voxel.
 class LabelField {
  public:
   LabelField(const LabelMap& map, const LabelPiece& piece, int smoothing,
              const std::vector<std::int32_t>& imported);
 
-  /// The field becomes smaller by `level` [m], where that may be: the body grows.
+  /// The field becomes smaller by `level` [m], where that may be: the body grows. No more than
+  /// greatest_level() either way.
   void set_level(double level);
-  double operator()(const Vec3& x) const;  ///< [m]
-  Box box() const;                         ///< encloses the body with room for smoothing [m]
+  double greatest_level() const { return greatest_level_; }  ///< [m]
+  double operator()(const Vec3& x) const;                    ///< [m]
+  Box box() const;  ///< encloses the body with room for smoothing [m]
   bool adjustable() const { return adjustable_; }
 
  private:
@@ -53,7 +60,7 @@ class LabelField {
   Mat3 axes_;
   Eigen::Vector3i size_;
   bool linear_ = false, adjustable_ = false;
-  double far_ = 0.0;
+  double far_ = 0.0, greatest_level_ = 0.0;
   std::vector<float> distance_, freedom_, values_;  // (size)
 };
 

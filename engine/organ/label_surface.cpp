@@ -14,10 +14,11 @@ namespace viscera {
 namespace {
 
 constexpr std::size_t kLeastVoxels = 8;
-constexpr double kLeastShare = 0.01;   // of a label, for a piece to become an organ
-constexpr double kVolumeError = 0.03;  // that a surface may have
-constexpr double kVolumeGoal = 0.005;  // at which the level isn't sought further
-constexpr int kStrongest = 1;          // smoothing passes
+constexpr double kLeastShare = 0.01;    // of a label, for a piece to become an organ
+constexpr double kVolumeError = 0.03;   // that a surface may have
+constexpr double kVolumeGoal = 0.0075;  // at which the level isn't sought further
+constexpr double kMeshGoal = 0.015;     // the same for triangles
+constexpr int kStrongest = 1;           // smoothing passes
 
 std::string digits(double value) {
   char text[32];
@@ -85,9 +86,9 @@ struct Restored {
 
 // Nothing where there is no surface in one piece.
 std::optional<Restored> restore_volume(LabelField& field, double wanted, double cell,
-                                       double greatest, double& level) {
+                                       double& level) {
   Restored restored{1.0, 0.0};
-  VolumeSearch search(wanted, greatest);
+  VolumeSearch search(wanted, field.greatest_level());
   for (int round = 0; round < 8; ++round) {
     field.set_level(level);
     double lost = 0.0;
@@ -104,11 +105,11 @@ std::optional<Restored> restore_volume(LabelField& field, double wanted, double 
 // Good triangles at the level where they, and not the smooth body, enclose the volume: they cut off
 // from convex places more or less what they add in hollow ones. Shorter edges where that isn't
 // enough.
-Result<void> mesh_with_volume(LabelField& field, double cell, double greatest, LabelOrgan& organ) {
+Result<void> mesh_with_volume(LabelField& field, double cell, LabelOrgan& organ) {
   const SignedDistance distance = [&field](const Vec3& x) { return field(x); };
   const double level = organ.level;
   for (int refinement = 0; refinement < 3; ++refinement) {
-    VolumeSearch search(organ.label_volume, greatest);
+    VolumeSearch search(organ.label_volume, field.greatest_level());
     organ.level = level;
     for (int round = 0; round < 4; ++round) {
       field.set_level(organ.level);
@@ -117,7 +118,7 @@ Result<void> mesh_with_volume(LabelField& field, double cell, double greatest, L
       organ.surface = std::move(*surface);
       const double found = volume(organ.surface);
       const double off = std::abs(found / organ.label_volume - 1.0);
-      if (off < 0.01 || !field.adjustable() || round == 3) break;
+      if (off < kMeshGoal || !field.adjustable() || round == 3) break;
       organ.level = search.next(organ.level, found, area(organ.surface));
     }
     if (std::abs(volume(organ.surface) / organ.label_volume - 1.0) < 0.8 * kVolumeError) break;
@@ -139,8 +140,6 @@ Result<LabelOrgan> surface_of(const LabelMap& map, const LabelPiece& piece, int 
   organ.label_volume = static_cast<double>(piece.voxels + piece.cavity_voxels) * map.voxel_volume();
   const double voxel = std::cbrt(map.voxel_volume());
   organ.edge = options.edge > 0.0 ? options.edge : 1.25 * voxel;
-  // The level may go no farther than to where distances are exact.
-  const double greatest = map.spacing().maxCoeff();
   const double wanted_edge = organ.edge;
 
   std::string reason = "no surface";
@@ -148,9 +147,9 @@ Result<LabelOrgan> surface_of(const LabelMap& map, const LabelPiece& piece, int 
     LabelField field(map, piece, smoothing, imported);
     organ.level = 0.0;
     // Interpolated alone, a rod of one voxel is thinner than that.
-    double cell = smoothing < 0 ? 0.35 * voxel : 0.75 * voxel;
+    double cell = smoothing < 0 ? 0.35 * voxel : smoothing > 0 ? voxel : 0.75 * voxel;
     cell = std::min({cell, 0.8 * wanted_edge, 1.5 * map.spacing().minCoeff()});
-    const auto restored = restore_volume(field, organ.label_volume, cell, greatest, organ.level);
+    const auto restored = restore_volume(field, organ.label_volume, cell, organ.level);
     if (!restored) {
       reason = "smoothing would break it into pieces";
       continue;
@@ -158,7 +157,7 @@ Result<LabelOrgan> surface_of(const LabelMap& map, const LabelPiece& piece, int 
     if (std::abs(restored->error) > 0.5 * kVolumeError && smoothing >= 0) continue;
     // A thin or small piece still needs triangles around it.
     organ.edge = std::min(wanted_edge, restored->thickness);
-    if (const auto meshed = mesh_with_volume(field, cell, greatest, organ); !meshed) {
+    if (const auto meshed = mesh_with_volume(field, cell, organ); !meshed) {
       reason = meshed.error().text();
       organ.surface = {};
       continue;
