@@ -17,7 +17,7 @@ constexpr std::size_t kLeastVoxels = 8;
 constexpr double kLeastShare = 0.01;    // of a label, for a piece to become an organ
 constexpr double kVolumeError = 0.03;   // that a surface may have
 constexpr double kVolumeGoal = 0.0075;  // at which the level isn't sought further
-constexpr double kMeshGoal = 0.015;     // the same for triangles
+constexpr double kMeshGoal = 0.02;      // the same for triangles
 constexpr int kStrongest = 1;           // smoothing passes
 
 std::string digits(double value) {
@@ -157,7 +157,7 @@ Result<LabelOrgan> surface_of(const LabelMap& map, const LabelPiece& piece, int 
     if (std::abs(restored->error) > 0.5 * kVolumeError && smoothing >= 0) continue;
     // A thin or small piece still needs triangles around it.
     organ.edge = std::min(wanted_edge, restored->thickness);
-    if (const auto meshed = mesh_with_volume(field, cell, organ); !meshed) {
+    if (const auto meshed = mesh_with_volume(field, std::max(cell, 0.5 * voxel), organ); !meshed) {
       reason = meshed.error().text();
       organ.surface = {};
       continue;

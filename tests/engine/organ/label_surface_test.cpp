@@ -52,7 +52,7 @@ TEST(LabelSurface, ABallHasTheLabelsVolumeAndIsRound) {
   const LabelOrgan& organ = organs.front();
   EXPECT_TRUE(surface_defects(organ.surface).empty());
   EXPECT_TRUE(organ.warnings.empty());
-  EXPECT_NEAR(volume(organ.surface) / organ.label_volume, 1.0, 0.015);
+  EXPECT_NEAR(volume(organ.surface) / organ.label_volume, 1.0, 0.02);
   EXPECT_NEAR(organ.label_volume, 4.0 / 3.0 * kPi * std::pow(30e-3, 3), 0.02 * organ.label_volume);
   // Centres of voxels are inside or not: that leaves the surface unsure by half a voxel at worst.
   EXPECT_LT(farthest_from_sphere(organ.surface, Vec3(-1.0e-3, -0.7e-3, 0.4e-3), 30e-3), 1.5e-3);
@@ -66,7 +66,7 @@ TEST(LabelSurface, AnisotropicObliqueVoxelsMakeTheSameBall) {
   image.fill(1, ball({0, 0, 0}, 30.0));
   const auto organs = organs_of(map_of(image), {1});
   ASSERT_EQ(organs.size(), 1u);
-  EXPECT_NEAR(volume(organs[0].surface) / organs[0].label_volume, 1.0, 0.015);
+  EXPECT_NEAR(volume(organs[0].surface) / organs[0].label_volume, 1.0, 0.02);
   EXPECT_LT(farthest_from_sphere(organs[0].surface, Vec3::Zero(), 30e-3), 2.5e-3);
 }
 
