@@ -29,6 +29,7 @@ Result<void> check_scene(const SceneDescription& scene,
   double seconds = 0.0;
   std::size_t memory = 0, peak = 0;
   Error mistakes;
+  std::vector<std::string> notes;
   std::vector<SkippedReport> skipped = skipped_parts(scene, true);
   auto instruments = make_instruments(scene);
   if (!instruments) return std::unexpected(instruments.error());
@@ -45,6 +46,7 @@ Result<void> check_scene(const SceneDescription& scene,
     if (auto clear = check_tips(scene, *instruments, organ, plan->surface); !clear)
       mistakes.messages.insert(mistakes.messages.end(), clear.error().messages.begin(),
                                clear.error().messages.end());
+    for (const std::string& note : plan->notes) notes.push_back(organ.name + ": " + note);
     if (plan->nodes == 0) skipped.push_back(skipped_elasticity(organ));
     const double expected = plan->cached ? 0.0 : plan->prepare_s;
     seconds += expected;
@@ -66,6 +68,7 @@ Result<void> check_scene(const SceneDescription& scene,
                        smoke.name, smoke.max_particles, cells.x(), cells.y(), cells.z(),
                        megabytes(static_cast<std::size_t>(cells.prod()) * 2 * sizeof(float)));
   }
+  for (const std::string& note : notes) out << note << '\n';
   out << "\nskipped:\n";
   for (const SkippedReport& part : skipped) out << fmt::format("  {}: {}\n", part.what, part.why);
   return {};

@@ -1,4 +1,4 @@
-// The `viscera` program: run, check, bench, stress, smoke-info.
+// The `viscera` program: run, check, import, bench, stress, smoke-info.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -19,6 +19,7 @@
 #include "tools/bench_convergence.h"
 #include "tools/bench_hemisphere.h"
 #include "tools/check_command.h"
+#include "tools/import_command.h"
 #include "tools/project_paths.h"
 #include "tools/stress_run.h"
 
@@ -206,6 +207,29 @@ int main_program(int argc, char** argv) {
   CLI::App* check = app.add_subcommand("check", "validate a scene and say what a run will build");
   check_scene_arguments.add_to(*check);
 
+  ImportOptions import_options;
+  double edge_mm = 0.0, voxel_mm = 0.0, close_mm = 0.0;
+  CLI::App* import = app.add_subcommand(
+      "import", "make organs from a label map (NIfTI, NRRD) or a surface (OBJ, STL, PLY, glTF)");
+  import->add_option("file", import_options.file, "what to import")->required();
+  import->add_flag("--list", import_options.list, "say what the file holds; write nothing");
+  import->add_option("--label", import_options.labels, "a label to import, e.g. 5 or 1,5,6")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  import->add_option("--name", import_options.names, "its name as an organ, e.g. liver")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  import->add_flag("--all", import_options.all, "every label");
+  import->add_option("--out", import_options.out, "folder for the organs");
+  import->add_option("--unit", import_options.unit, "length unit of the file: mm, cm or m");
+  import->add_option("--tissue", import_options.tissue, "tissue of the entries");
+  import->add_option("--edge-mm", edge_mm, "wanted edge of the triangles")
+      ->check(CLI::Range(0.05, 100.0));
+  import->add_option("--voxel-mm", voxel_mm, "grid on which a surface is wrapped")
+      ->check(CLI::Range(0.05, 50.0));
+  import->add_option("--close-mm", close_mm, "gaps of a surface up to this width are closed")
+      ->check(CLI::Range(0.0, 200.0));
+
   std::string volume;
   CLI::App* smoke_info = app.add_subcommand("smoke-info", "say what a written smoke volume holds");
   smoke_info->add_option("file", volume, "a .vdb file of a run")->required();
@@ -247,7 +271,8 @@ int main_program(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
       return fail(Error(fmt::format(
-          "found the command \"{}\", expected run, check, bench, stress or smoke-info", argv[1])));
+          "found the command \"{}\", expected run, check, import, bench, stress or smoke-info",
+          argv[1])));
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
 
@@ -266,6 +291,15 @@ int main_program(int argc, char** argv) {
     if (!tissues) return fail(tissues.error());
     auto checked = check_scene(*scene, *tissues, std::cout);
     return checked ? 0 : fail(checked.error());
+  }
+  if (import->parsed()) {
+    auto tissues = load_tissues(assets_folder() / "tissues.json");
+    if (!tissues) return fail(tissues.error());
+    import_options.edge = 1e-3 * edge_mm;
+    import_options.voxel = 1e-3 * voxel_mm;
+    import_options.close = 1e-3 * close_mm;
+    auto imported = import_file(import_options, *tissues, std::cout);
+    return imported ? 0 : fail(imported.error());
   }
   if (bench_main->parsed()) {
     auto scene = bench_scene_arguments.load();

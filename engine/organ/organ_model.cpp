@@ -78,6 +78,7 @@ Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry,
   }
   const auto& file = std::get<FileGeometry>(geometry);
   hasher.text("file").value(file.unit).value(file.recentre).value(file.edge);
+  if (file.wrap) hasher.text("wrap").value(file.wrap->voxel).value(file.wrap->close);
   if (file.file.extension() == ".gltf")
     if (auto hashed = hash_gltf_buffers(hasher, file.file); !hashed) return hashed;
   return hash_file(hasher, file.file);
@@ -180,6 +181,13 @@ PreparedResponse to_cache(const OrganModel& model) {
     triangles.insert(triangles.end(), t.begin(), t.end());
   stored.extra["surface_vertices"] = std::move(vertices);
   stored.extra["surface_triangles"] = std::move(triangles);
+  // Text, as the numbers of its characters; one note a line.
+  std::vector<int> notes;
+  for (const std::string& note : model.notes) {
+    notes.insert(notes.end(), note.begin(), note.end());
+    notes.push_back('\n');
+  }
+  if (!notes.empty()) stored.extra["surface_notes"] = std::move(notes);
   return stored;
 }
 
@@ -200,6 +208,24 @@ std::optional<TriangleSurface> surface_from_cache(PreparedResponse& stored) {
   return surface;
 }
 
+std::vector<std::string> notes_from_cache(PreparedResponse& stored) {
+  std::vector<std::string> notes;
+  const auto found = stored.extra.find("surface_notes");
+  if (found == stored.extra.end()) return notes;
+  const auto* letters = std::get_if<std::vector<int>>(&found->second);
+  if (!letters) return notes;
+  std::string note;
+  for (const int c : *letters) {
+    if (c != '\n') {
+      note += static_cast<char>(c);
+    } else {
+      notes.push_back(std::move(note));
+      note.clear();
+    }
+  }
+  return notes;
+}
+
 /// Fills `model` from the cache; false when there is nothing usable there.
 bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescription& organ,
                  const Reach& reach, std::vector<std::string>& warnings) {
@@ -209,6 +235,7 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   auto surface = surface_from_cache(*cached.response);
   if (!surface) return false;
   set_surface(model, std::move(*surface));
+  model.notes = notes_from_cache(*cached.response);
   model.cloud = std::move(cached.response->cloud);
   model.compliance = std::move(cached.response->compliance);
   model.figures = cached.response->figures;
@@ -222,7 +249,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
                      const PrepareOptions& options, const SurfaceInspection& inspect,
                      const Progress& progress) {
   if (!progress(0.0, "shaping")) return failure(kCancelled);
-  auto surface = build_shape(organ.geometry, options.assets);
+  auto surface = build_shape(organ.geometry, options.assets, model.notes);
   if (!surface) return std::unexpected(surface.error());
   set_surface(model, std::move(*surface));
   if (auto sound = inspect(model.surface); !sound) return sound;
@@ -334,6 +361,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
       if (!saved) warnings.push_back("cache not written: " + saved.error().text());
     }
   }
+  for (const std::string& note : model->notes) warnings.push_back(organ.name + ": " + note);
   if (model->deformable()) {
     // Said once, however many organs use the formulation.
     std::string warning(find_formulation(organ.formulation)->warning());
@@ -348,15 +376,23 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
                              const Reach& reach, const PrepareOptions& options) {
   auto key = organ_key(organ, tissue, reach, options);
   if (!key) return std::unexpected(key.error());
-  OrganPlan plan;
-  std::error_code ignored;
-  plan.cached =
-      std::filesystem::exists(ResponseCache(ResponseCache::default_folder()).file(*key), ignored);
-
-  OrganModel model;
-  auto surface = build_shape(organ.geometry, options.assets);
+  std::vector<std::string> notes;
+  auto surface = build_shape(organ.geometry, options.assets, notes);
   if (!surface) return std::unexpected(surface.error());
-  set_surface(model, std::move(*surface));
+  auto plan = plan_surface(std::move(*surface), organ, reach);
+  if (!plan) return plan;
+  std::error_code ignored;
+  plan->cached =
+      std::filesystem::exists(ResponseCache(ResponseCache::default_folder()).file(*key), ignored);
+  plan->notes = std::move(notes);
+  return plan;
+}
+
+Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& organ,
+                               const Reach& reach) {
+  OrganPlan plan;
+  OrganModel model;
+  set_surface(model, std::move(surface));
   plan.triangles = model.surface.triangles.size();
   plan.surface = model.surface;
   plan.memory_bytes = model.memory_bytes();
@@ -387,6 +423,7 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
       0.1 + 2.2e-4 * n +
       (3.8e3 * n * n + 9.0 * static_cast<double>(touchable.size()) * factor_entries(n)) /
           kPerSecond;
+  plan.cloud = std::move(model.cloud);
   return plan;
 }
 

@@ -32,6 +32,7 @@ struct OrganModel {
   std::vector<Vec3f> rest_positions;    ///< the same, as the state holds it
   std::vector<Vec3f> rest_normals;
   Box rest_bounds;
+  std::vector<std::string> notes;       ///< of the surface: how a wrapped one differs from its file
 
   // Deformable organs only (cloud empty otherwise):
   PointCloud cloud;
@@ -80,8 +81,13 @@ struct OrganPlan {
   double prepare_s = 0.0;               ///< expected on this machine's kind, no cache
   bool cached = false;
   TriangleSurface surface;
+  PointCloud cloud;
+  std::vector<std::string> notes;       ///< of the surface
 };
 Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue,
                              const Reach& reach, const PrepareOptions& options);
+/// The same for a surface that is there already; the organ's geometry isn't read, nor the cache.
+Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& organ,
+                               const Reach& reach);
 
 }  // namespace viscera

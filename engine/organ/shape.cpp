@@ -8,6 +8,7 @@
 #include "engine/io/mesh_import.h"
 #include "engine/organ/built_in_bodies.h"
 #include "engine/organ/recipe.h"
+#include "engine/organ/wrap.h"
 #include "kernels/points/surface_checks.h"
 
 namespace viscera {
@@ -33,8 +34,10 @@ std::string digits(double value, const char* unit) {
   return text;
 }
 
-// `unit`: metres per unit of a file; 0 where the body has no file.
-Result<void> check_size(const std::string& subject, const TriangleSurface& surface, double unit) {
+}  // namespace
+
+Result<void> check_body_size(const std::string& subject, const TriangleSurface& surface,
+                             double unit) {
   const double size = bounds(surface).sizes().maxCoeff();
   if (size >= kLeastBody && size <= kGreatestBody * (1.0 + 1e-9)) return {};
   std::string message =
@@ -53,6 +56,8 @@ Result<void> check_size(const std::string& subject, const TriangleSurface& surfa
   }
   return failure(message);
 }
+
+namespace {
 
 Result<void> check_edge(const std::string& subject, const TriangleSurface& surface, double edge) {
   if (edge <= 0.0) return {};
@@ -130,26 +135,49 @@ Result<TriangleSurface> build(const RecipeGeometry& geometry, const std::filesys
   }
   surface = sound(name, std::move(surface));
   if (!surface) return surface;
-  if (const auto size = check_size(name, *surface, 0.0); !size) {
+  if (const auto size = check_body_size(name, *surface, 0.0); !size) {
     return std::unexpected(size.error());
   }
   return surface;
 }
 
-Result<TriangleSurface> build(const FileGeometry& geometry) {
+Result<TriangleSurface> wrapped(const FileGeometry& geometry, const TriangleSurface& original,
+                                std::vector<std::string>& notes) {
+  const WrapOptions options{geometry.wrap->voxel, geometry.wrap->close, geometry.edge};
+  auto wrap = wrap_surface(original, options);
+  if (!wrap) return about(geometry.file.string(), wrap.error());
+  for (std::string& note : wrap_notes(*wrap, options)) notes.push_back(std::move(note));
+  return std::move(wrap->surface);
+}
+
+Result<TriangleSurface> build(const FileGeometry& geometry, std::vector<std::string>& notes) {
   const std::string subject = geometry.file.string();
   auto imported = import_surface(geometry.file, geometry.unit);
   if (!imported) return imported;
+  if (geometry.wrap) {
+    if (const auto size = check_body_size(subject, *imported, geometry.unit); !size) {
+      return std::unexpected(size.error());
+    }
+    imported = wrapped(geometry, *imported, notes);
+    if (!imported) return imported;
+  }
   Result<TriangleSurface> surface = sound(subject, std::move(imported));
-  if (!surface) return surface;
-  if (const auto size = check_size(subject, *surface, geometry.unit); !size) {
+  if (!surface) {
+    if (!geometry.wrap) {
+      surface.error().messages.push_back(
+          subject +
+          ": \"wrap\": {\"voxel_mm\": ...} in its geometry puts a closed surface around it");
+    }
+    return surface;
+  }
+  if (const auto size = check_body_size(subject, *surface, geometry.unit); !size) {
     return std::unexpected(size.error());
   }
   if (geometry.recentre) {
     const Vec3 centre = bounds(*surface).center();
     for (Vec3& vertex : surface->vertices) vertex -= centre;
   }
-  if (geometry.edge <= 0.0) return surface;
+  if (geometry.edge <= 0.0 || geometry.wrap) return surface;
   if (const auto fits = check_edge(subject, *surface, geometry.edge); !fits) {
     return std::unexpected(fits.error());
   }
@@ -159,9 +187,16 @@ Result<TriangleSurface> build(const FileGeometry& geometry) {
 }  // namespace
 
 Result<TriangleSurface> build_shape(const OrganGeometry& geometry,
-                                    const std::filesystem::path& assets) {
+                                    const std::filesystem::path& assets,
+                                    std::vector<std::string>& notes) {
   if (const auto* recipe = std::get_if<RecipeGeometry>(&geometry)) return build(*recipe, assets);
-  return build(std::get<FileGeometry>(geometry));
+  return build(std::get<FileGeometry>(geometry), notes);
+}
+
+Result<TriangleSurface> build_shape(const OrganGeometry& geometry,
+                                    const std::filesystem::path& assets) {
+  std::vector<std::string> unread;
+  return build_shape(geometry, assets, unread);
 }
 
 }  // namespace viscera

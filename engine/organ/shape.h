@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "engine/scene/scene.h"
 #include "kernels/base/result.h"
@@ -33,8 +34,17 @@ Result<TriangleSurface> with_triangle_count(const TriangleSurface& surface, int 
 /// surface that the vertex normals describe (so that an imported coarse organ has no facets).
 TriangleSurface refined(const TriangleSurface& surface, double edge);
 
+/// Refuses bodies of less than 1 mm or more than 2 m across, and guesses the unit that would fit.
+/// `unit`: metres per unit of the body's file; 0 where it has none.
+Result<void> check_body_size(const std::string& subject, const TriangleSurface& surface,
+                             double unit);
+
 /// The surface of a scene's organ, in the organ's own frame, sound by surface_defects().
-/// `assets` is the project's assets folder (recipes in assets/organs/NAME.json).
+/// `assets` is the project's assets folder (recipes in assets/organs/NAME.json). `notes` gets what
+/// a person should know: how far a wrapped surface is from its original, which gaps were closed.
+Result<TriangleSurface> build_shape(const OrganGeometry& geometry,
+                                    const std::filesystem::path& assets,
+                                    std::vector<std::string>& notes);
 Result<TriangleSurface> build_shape(const OrganGeometry& geometry,
                                     const std::filesystem::path& assets);
 

@@ -65,6 +65,12 @@ OrganGeometry geometry_of(const Json& values) {
     geometry.unit = metres_per(values["unit"]);
     geometry.recentre = values["recentre"];
     geometry.edge = edge;
+    if (values.contains("wrap")) {
+      const Json& wrap = values["wrap"];
+      geometry.wrap.emplace();
+      geometry.wrap->voxel = from_milli(wrap["voxel_mm"]);
+      if (wrap.contains("close_mm")) geometry.wrap->close = from_milli(wrap["close_mm"]);
+    }
     return geometry;
   }
   RecipeGeometry geometry;

@@ -27,12 +27,19 @@ struct RecipeGeometry {
   double scale = 1.0;            ///< applied to the recipe's own size
 };
 
-/// An imported closed surface: OBJ, STL, PLY, glTF, GLB.
+/// Wrapping of a surface that isn't closed, manifold and in one piece (engine/organ/wrap.h).
+struct WrapDescription {
+  double voxel = 0.0;  ///< of the grid of distances [m]
+  double close = 0.0;  ///< gaps up to this width are closed everywhere [m]; 0: two voxels
+};
+
+/// An imported surface: OBJ, STL, PLY, glTF, GLB; closed, or wrapped.
 struct FileGeometry {
   std::filesystem::path file;  ///< as found: absolute, or relative to the working folder
   double unit = 1.0;           ///< metres per unit of the file
   bool recentre = false;       ///< move the bounding box's centre to the origin
   double edge = 0.0;           ///< refine the drawn surface to this edge [m]; 0: as it is
+  std::optional<WrapDescription> wrap;
 };
 
 using OrganGeometry = std::variant<RecipeGeometry, FileGeometry>;

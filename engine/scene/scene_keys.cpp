@@ -61,6 +61,19 @@ ObjectSpec box(std::string description) {
 
 // --- organs -------------------------------------------------------------------------------------
 
+ObjectSpec wrap() {
+  return {"How a surface is wrapped that is open, of several patches, thin or crossing itself.",
+          {number("voxel_mm", "Of the grid on which distances from the surface are kept.")
+               .needed()
+               .between(0.05, 50),
+           number("close_mm",
+                  "Gaps up to this width are closed everywhere; two voxels where it is left out "
+                  "or less.")
+               .between(0, 200)},
+          {},
+          {}};
+}
+
 ObjectSpec geometry() {
   ObjectSpec spec;
   spec.description = "Either a generated organ (recipe) or a closed surface from a file (file).";
@@ -96,9 +109,14 @@ ObjectSpec geometry() {
       boolean("recentre", "Move the centre of the surface's bounding box to the origin.")
           .otherwise(false)
           .only_beside("file"),
+      object("wrap",
+             "Put a closed surface around the file's, which may be open, of several patches, thin "
+             "or crossing itself. The distance between the two is reported.",
+             wrap())
+          .only_beside("file"),
       number("edge_mm",
              "Wanted triangle edge of the drawn surface; the recipe's or file's own "
-             "where it is left out.")
+             "where it is left out, two voxels where the file is wrapped.")
           .between(0.05, 100),
   };
   spec.checks = {{{"edge_mm", "triangles"},

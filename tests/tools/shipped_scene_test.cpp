@@ -53,18 +53,25 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& shipped) { return std::string(shipped.param.scene); });
 
 TEST(ShippedSceneCheck, VisibleHumanIsPlannedOnItsData) {
-  const auto liver = shared_data("visible_human/liver_12k.obj");
+  const auto liver = shared_data("visible_human/VH_M_Liver.glb");
   if (!liver) GTEST_SKIP() << "the data folder is absent";
   const TemporaryFolder cache;
-  expect_plan(check_shipped("visible_human_cautery", cache,
-                            {"--assets", liver->parent_path().parent_path().string()}),
+  const ProgramResult result =
+      check_shipped("visible_human_cautery", cache,
+                    {"--assets", liver->parent_path().parent_path().string()});
+  expect_plan(result,
               {"visible_human_cautery", {"liver", "gallbladder", "kidney_left"}, {"haptics"}});
+  // What wrapping did to the published surfaces is told.
+  for (const char* organ : {"liver", "gallbladder", "kidney_left"})
+    EXPECT_NE(result.out.find(std::string("\n") + organ + ": wrapped at voxels of "),
+              std::string::npos)
+        << organ << result.told();
 }
 
 TEST(ShippedSceneCheck, VisibleHumanWithoutItsDataSaysWhatIsMissing) {
   const TemporaryFolder cache;
   expect_refused(check_shipped("visible_human_cautery", cache),
-                 {"organs/0/geometry/file: found no file \"liver_12k.obj\""});
+                 {"organs/0/geometry/file: found no file \"VH_M_Liver.glb\""});
 }
 
 TEST(SpherePress, WithoutPicturesSkipsRenderingSmokeAndHaptics) {

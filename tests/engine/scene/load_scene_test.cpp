@@ -44,6 +44,9 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(file.unit, 0.01);
   EXPECT_EQ(file.edge, 0.002);
   EXPECT_TRUE(file.recentre);
+  ASSERT_TRUE(file.wrap);
+  EXPECT_DOUBLE_EQ(file.wrap->voxel, 1.5e-3);
+  EXPECT_DOUBLE_EQ(file.wrap->close, 4e-3);
   EXPECT_FALSE(scene.organs[3].deformable);
 
   const InstrumentDescription& holder = scene.instruments.at(0);

@@ -27,7 +27,8 @@ Json whole_scene() {
       {"name": "brick", "geometry": {"recipe": "block", "size_mm": [10, 20, 30]},
        "tissue": "rubber", "deformable": false},
       {"name": "imported", "tissue": "kidney", "deformable": false,
-       "geometry": {"file": "ball.obj", "unit": "cm", "recentre": true, "edge_mm": 2}}],
+       "geometry": {"file": "ball.obj", "unit": "cm", "recentre": true, "edge_mm": 2,
+                    "wrap": {"voxel_mm": 1.5, "close_mm": 4}}}],
     "instruments": [
       {"name": "holder", "kind": "grasper",
        "tip": {"shape": "capsule", "radius_mm": 2, "length_mm": 12}, "trocar_mm": [0, 0, 200], "shaft_radius_mm": 3, "roll_deg": 90, "grip_limit_N": 5, "grip_radius_mm": 3,

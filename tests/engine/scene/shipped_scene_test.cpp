@@ -30,7 +30,7 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedScene,
                          [](const auto& scene) { return std::string(scene.param); });
 
 TEST(ShippedScenes, TheVisibleHumanLoadsWithItsData) {
-  const auto data = shared_data("visible_human/liver_12k.obj");
+  const auto data = shared_data("visible_human/VH_M_Liver.glb");
   if (!data) GTEST_SKIP() << "the data folder is absent";
   const Result<SceneDescription> scene =
       load_shipped("visible_human_cautery", {data->parent_path().parent_path()});
@@ -42,7 +42,7 @@ TEST(ShippedScenes, TheVisibleHumanSaysWhereItSoughtItsData) {
   const Result<SceneDescription> scene = load_shipped("visible_human_cautery");
   ASSERT_FALSE(scene);
   EXPECT_EQ(scene.error().messages.size(), 3u) << scene.error().text();
-  EXPECT_NE(scene.error().text().find("organs/0/geometry/file: found no file \"liver_12k.obj\", "
+  EXPECT_NE(scene.error().text().find("organs/0/geometry/file: found no file \"VH_M_Liver.glb\", "
                                       "expected it in one of "),
             std::string::npos)
       << scene.error().text();
