@@ -132,6 +132,7 @@ nlohmann::json to_json(const HemisphereCase& one) {
                          {"own_reference",
                           {{"force_error", or_null(one.own_force_error)},
                            {"profile_error", or_null(one.own_profile_error)}}},
+                         {"compliance_eigenvalue", one.compliance_eigenvalue},
                          {"smallest_eigenvalue", or_null(one.smallest_eigenvalue)},
                          {"memory_bytes", one.memory_bytes},
                          {"factor_bytes", or_null(one.factor_bytes)}};
@@ -213,6 +214,7 @@ HemisphereCase measure(HemisphereBody& body, HemisphereContact contact, double a
   one.factor_s = figures.factor_s;
   one.compliance_s = figures.compliance_s;
   one.factor_bytes = figures.factor_bytes;
+  one.compliance_eigenvalue = figures.smallest_compliance_eigenvalue;
   one.memory_bytes = body.memory_bytes();
   const bool pressed = contact == HemisphereContact::press;
   const HemisphereAnswer answer = body.press(contact, a_over_R, kRings);
