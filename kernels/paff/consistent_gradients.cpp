@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <sstream>
 
 #include "kernels/base/parallel.h"
 #include "kernels/paff/moment_matrix.h"
@@ -86,23 +88,45 @@ class ConsistencyProblem {
     return matrix;
   }
 
-  /// r of (1) as three columns of kStresses N numbers.
-  std::vector<double> defect(const SurfaceQuadrature& surface,
-                             const PointFields& surface_fields) const {
+  /// The diagonal of S without what (3) subtracts (kStresses N): what its entries are known
+  /// relative to, since both terms may nearly cancel.
+  std::vector<double> scale() const {
+    std::vector<double> scale(kStresses * node_count(), 0.0);
+    parallel_for_each_index(node_count(), 64, [&](std::size_t node) {
+      Stresses sum = Stresses::Zero();
+      for (const NodeIncidence::Entry& at : incidence_.of(node)) {
+        const std::size_t q = static_cast<std::size_t>(at.point);
+        sum += volume_.weights[q] * fields_.weights[at.entry] *
+               stresses(node, volume_.positions[q]).cwiseAbs2();
+      }
+      Stresses::Map(scale.data() + kStresses * node) = sum;
+    });
+    return scale;
+  }
+
+  /// r of (1) as three columns of kStresses N numbers; `sizes` becomes the sums of the absolute
+  /// values of what r is the difference of, alike.
+  std::vector<double> defect(const SurfaceQuadrature& surface, const PointFields& surface_fields,
+                             std::vector<double>& sizes) const {
     const NodeIncidence on_surface(surface_fields, node_count());
     const std::size_t rows = kStresses * node_count();
     std::vector<double> defect(3 * rows);
+    sizes.assign(3 * rows, 0.0);
     parallel_for_each_index(node_count(), 64, [&](std::size_t node) {
-      Multiplier sum = Multiplier::Zero();
+      Multiplier sum = Multiplier::Zero(), size = Multiplier::Zero();
+      const auto add = [&](const Multiplier& term) {
+        sum += term;
+        size += term.cwiseAbs();
+      };
       for (const NodeIncidence::Entry& at : on_surface.of(node)) {
         const std::size_t b = static_cast<std::size_t>(at.point);
-        sum += (surface.weights[b] * surface_fields.values[at.entry]) *
-               stresses(node, surface.positions[b]) * surface.normals[b].transpose();
+        add((surface.weights[b] * surface_fields.values[at.entry]) *
+            stresses(node, surface.positions[b]) * surface.normals[b].transpose());
       }
       for (const NodeIncidence::Entry& at : incidence_.of(node)) {
         const std::size_t q = static_cast<std::size_t>(at.point);
-        sum -= stresses(node, volume_.positions[q]) *
-               (volume_.weights[q] * fields_.gradients[at.entry]).transpose();
+        add(-stresses(node, volume_.positions[q]) *
+            (volume_.weights[q] * fields_.gradients[at.entry]).transpose());
         if constexpr (kStresses == 4) {
           const double slope = 1.0 / shape_.support_radius(static_cast<int>(node));
           sum.template bottomRows<3>().diagonal().array() -=
@@ -111,8 +135,10 @@ class ConsistencyProblem {
       }
       for (int k = 0; k < 3; ++k) {
         for (int m = 0; m < kStresses; ++m) {
-          defect[static_cast<std::size_t>(k) * rows + kStresses * node +
-                 static_cast<std::size_t>(m)] = sum(m, k);
+          const std::size_t at =
+              static_cast<std::size_t>(k) * rows + kStresses * node + static_cast<std::size_t>(m);
+          defect[at] = sum(m, k);
+          sizes[at] = size(m, k);
         }
       }
     });
@@ -185,9 +211,16 @@ class ConsistencyProblem {
         moments.add(fields_.weights[e], reduced_[e]);
       }
       moments.factor();  // the shape functions there were found regular already
-      for (std::size_t e = first; e < last; ++e) {
-        reduced_[e] = fields_.weights[e] * moments.forward(reduced_[e]);
+      for (std::size_t e = first; e < last; ++e) reduced_[e] = moments.forward(reduced_[e]);
+      // Sum W (L^-1 p)(L^-1 p)^T is the identity but for round-off times the condition of M: once
+      // more with that sum, it is the identity to round-off.
+      if (moments.loses_digits()) {
+        MomentMatrix<kTerms> again;
+        for (std::size_t e = first; e < last; ++e) again.add(fields_.weights[e], reduced_[e]);
+        again.factor();
+        for (std::size_t e = first; e < last; ++e) reduced_[e] = again.forward(reduced_[e]);
       }
+      for (std::size_t e = first; e < last; ++e) reduced_[e] *= fields_.weights[e];
     });
   }
 
@@ -198,36 +231,75 @@ class ConsistencyProblem {
   std::vector<BasisVector<kTerms>> reduced_;  ///< v                               (entries)
 };
 
-/// S ξ = r. S is singular and r orthogonal to its kernel, so a slightly shifted factor, refined
-/// with S itself, finds a solution; what it holds of the kernel drops out of (2).
-Result<std::vector<double>> solve_consistency(const SymmetricBlockMatrix& matrix,
-                                              const std::vector<double>& defect) {
-  const std::size_t width = static_cast<std::size_t>(matrix.width);
-  const std::size_t n = width * matrix.pattern.rows();
-  double largest = 0.0;
-  for (std::size_t row = 0; row < matrix.pattern.rows(); ++row) {
-    for (std::size_t k = 0; k < width; ++k) {
-      const std::size_t block = width * width * matrix.pattern.row_begin[row];
-      largest = std::max(largest, matrix.blocks[block + k * (width + 1)]);
+/// D S D for a diagonal D.
+void scale_both_sides(SymmetricBlockMatrix& matrix, std::span<const double> scales) {
+  const std::size_t width = static_cast<std::size_t>(matrix.width), block = width * width;
+  const SymmetricPattern& pattern = matrix.pattern;
+  for (std::size_t row = 0; row < pattern.rows(); ++row) {
+    for (std::size_t e = pattern.row_begin[row]; e < pattern.row_begin[row + 1]; ++e) {
+      const std::size_t column = static_cast<std::size_t>(pattern.columns[e]);
+      for (std::size_t k = 0; k < block; ++k)
+        matrix.blocks[e * block + k] *=
+            scales[row * width + k / width] * scales[column * width + k % width];
     }
   }
-  Result<SparseCholesky> factor =
-      SparseCholesky::factor(matrix, 1e-9 * largest, "consistent integration");
+}
+
+/// S ξ = r on D S D, D² = 1 / `scale`: nodes of any spacing count alike, and entries are known to
+/// round-off of one. S is singular (each connected piece of the body has its kernel) and nearly so
+/// where few nodes reach, so a factor of D S D + 1e-11 I is refined with S itself. An error of
+/// eigenvalue λ falls by 1 + λ / 1e-11 each time; what meets no λ above 1e-11 is the kernel, which
+/// r is orthogonal to, and what the solution holds of it drops out of (2).
+///
+/// It is refined as long as the residual falls; the rest is round-off of r's own sums, `sizes`, and
+/// of the divergence theorem of the quadratures. Where that is more than 1e-11 of the sums the body
+/// is refused: K would lose such a share of a constant stress's loads.
+Result<std::vector<double>> solve_consistency(SymmetricBlockMatrix matrix,
+                                              const std::vector<double>& scale,
+                                              const std::vector<double>& defect,
+                                              const std::vector<double>& sizes) {
+  constexpr double kRoundOff = 0x1.0p-53, kMost = 1e-11;
+  constexpr int kMostRounds = 20;
+  const std::size_t n = scale.size();
+  std::vector<double> scales(n, 0.0);  // D
+  for (std::size_t i = 0; i < n; ++i)
+    if (scale[i] > 0.0) scales[i] = 1.0 / std::sqrt(scale[i]);
+  scale_both_sides(matrix, scales);
+  Result<SparseCholesky> factor = SparseCholesky::factor(matrix, 1e-11, "consistent integration");
   if (!factor) return std::unexpected(factor.error());
 
-  std::vector<double> solution(3 * n, 0.0), residual(defect), product(n);
-  constexpr int kRefinements = 4;
-  for (int step = 0; step <= kRefinements; ++step) {
+  double whole = 0.0;
+  for (std::size_t i = 0; i < 3 * n; ++i) whole += std::pow(scales[i % n] * sizes[i], 2);
+  whole = std::sqrt(whole);
+  std::vector<double> solution(3 * n, 0.0), trial(3 * n, 0.0), residual(3 * n), product(n);
+  double left = std::numeric_limits<double>::infinity();
+  for (int round = 0; round <= kMostRounds; ++round) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      matrix.multiply(std::span(trial).subspan(k * n, n), product);
+      for (std::size_t i = 0; i < n; ++i)
+        residual[k * n + i] = scales[i] * defect[k * n + i] - product[i];
+    }
+    double now = 0.0;
+    for (const double r : residual) now += r * r;
+    now = std::sqrt(now);
+    if (!(now < left)) break;
+    const bool enough = now > 0.5 * left || now <= kRoundOff * whole;
+    left = now;
+    solution = trial;
+    if (enough) break;
     if (const Result<void> solved = factor->solve(residual, 3); !solved) {
       return std::unexpected(solved.error());
     }
-    for (std::size_t i = 0; i < solution.size(); ++i) solution[i] += residual[i];
-    if (step == kRefinements) break;
-    for (std::size_t k = 0; k < 3; ++k) {
-      matrix.multiply(std::span(solution).subspan(k * n, n), product);
-      for (std::size_t i = 0; i < n; ++i) residual[k * n + i] = defect[k * n + i] - product[i];
-    }
+    for (std::size_t i = 0; i < 3 * n; ++i) trial[i] += residual[i];
   }
+  if (!(left <= kMost * whole)) {
+    std::ostringstream text;
+    text << "consistent integration: the quadratures of volume and surface disagree by "
+         << left / whole << " of what they sum; expected 1e-11 at most: remove nodes that crowd at "
+         << "one place, or use another node spacing";
+    return failure(text.str());
+  }
+  for (std::size_t i = 0; i < 3 * n; ++i) solution[i] *= scales[i % n];
   return solution;
 }
 
@@ -236,8 +308,10 @@ Result<double> make_consistent(const ShapeFunctions& shape, const VolumeQuadratu
                                const NodeIncidence& incidence, const SurfaceQuadrature& surface,
                                const PointFields& surface_fields, PointFields& fields) {
   ConsistencyProblem<kTerms, kStresses> problem(shape, volume, incidence, fields);
+  std::vector<double> sizes;
+  const std::vector<double> defect = problem.defect(surface, surface_fields, sizes);
   const Result<std::vector<double>> multipliers =
-      solve_consistency(problem.matrix(), problem.defect(surface, surface_fields));
+      solve_consistency(problem.matrix(), problem.scale(), defect, sizes);
   if (!multipliers) return std::unexpected(multipliers.error());
   return problem.correct(*multipliers);
 }

@@ -61,6 +61,10 @@ class MomentMatrix {
     return true;
   }
 
+  /// After factor(): solutions lose more than three digits to round-off, and deserve a second pass
+  /// with their own residual. 1e-3 of M_00, which is the sum of the weights.
+  bool loses_digits() const { return inverse_pivot_.maxCoeff() > 32.0 * inverse_pivot_[0]; }
+
   /// L^-1 b, after factor().
   Vector forward(Vector b) const {
     for (int j = 0; j < kTerms; ++j) {

@@ -61,10 +61,21 @@ bool ShapeFunctions::evaluate_with(const Vec3& x, bool with_gradients, ShapeValu
   // phi_J = W_J p_J . c with c = M^-1 p(x); the basis is shifted to x, so p(x) = (1, 0, 0, ...).
   using Vector = BasisVector<kTerms>;
   const Vector c = moments.solve(Vector::Unit(0));
+  // Where the nodes nearly leave a polynomial undetermined (all but one in a plane), c is off by
+  // the condition of M times the rounding error. What the values then miss of the basis is a sum of
+  // their own, known to round-off: one correction by M^-1 brings it there.
+  const auto restore_values = [&] {
+    Vector missing = Vector::Unit(0);
+    for (std::size_t j = 0; j < count; ++j) missing -= out.values[j] * basis_at<kTerms>(offset(j));
+    const Vector correction = moments.solve(missing);
+    for (std::size_t j = 0; j < count; ++j)
+      out.values[j] += out.weights[j] * correction.dot(basis_at<kTerms>(offset(j)));
+  };
   if (!with_gradients) {
     for (std::size_t j = 0; j < count; ++j) {
       out.values[j] = out.weights[j] * c.dot(basis_at<kTerms>(offset(j)));
     }
+    if (moments.loses_digits()) restore_values();
     return true;
   }
 
@@ -91,6 +102,15 @@ bool ShapeFunctions::evaluate_with(const Vec3& x, bool with_gradients, ShapeValu
   for (std::size_t j = 0; j < count; ++j) {
     out.gradients[j] += out.weights[j] * (coefficients.transpose() * basis_at<kTerms>(offset(j)));
   }
+  if (!moments.loses_digits()) return true;
+  restore_values();
+  Eigen::Matrix<double, kTerms, 3> missing = Eigen::Matrix<double, kTerms, 3>::Zero();
+  for (int k = 0; k < 3; ++k) missing(k + 1, k) = 1.0 / scale;
+  for (std::size_t j = 0; j < count; ++j)
+    missing -= basis_at<kTerms>(offset(j)) * out.gradients[j].transpose();
+  for (int k = 0; k < 3; ++k) coefficients.col(k) = moments.solve(missing.col(k));
+  for (std::size_t j = 0; j < count; ++j)
+    out.gradients[j] += out.weights[j] * (coefficients.transpose() * basis_at<kTerms>(offset(j)));
   return true;
 }
 
