@@ -40,6 +40,25 @@ struct CellRange {
   Vec3 centre = Vec3::Zero();                ///< the same tissue, deformed, a frame ago [m]
   Vec3 outward = Vec3::UnitZ();              ///< unit, away from the tissue
   Vec3 force = Vec3::Zero();                 ///< on the tissue, after the solve [N]
+  Vec3 tip = Vec3::Zero();                   ///< of the tool [m]
+  Vec3 moved = Vec3::Zero();                 ///< with friction: the tip, since tissue clung to it [m]
+  double pitch = 0.0;                        ///< between neighbouring cells [m]
+  std::vector<SurfacePoint> points;          ///< with friction: of the cells
+};
+
+/// Tissue that clings to a tip with friction: which, and where it was, when contact was last solved.
+/// Organ's frame.
+struct Cling {
+  struct Spot {
+    SurfacePoint point;                      ///< of the drawn surface
+    Vec3 rest;                               ///< the same at rest [m]
+    Vec3 displacement;                       ///< after what it slipped [m]
+  };
+  Entity instrument;
+  Vec3 tip = Vec3::Zero();                   ///< [m]
+  double pitch = 0.0;                        ///< between neighbouring spots [m]
+  double followed = 1.0;                     ///< share of the tip's last drag that the tissue followed
+  std::vector<Spot> spots;                   ///< cells that were pressed
 };
 
 struct OrganContact {
@@ -48,6 +67,7 @@ struct OrganContact {
   Box bounds;                                ///< of the deformed surface, world [m]
   std::vector<ContactCell> cells;            ///< of this frame
   std::vector<CellRange> ranges;
+  std::vector<Cling> clings;                 ///< one a tool with friction that presses
   ContactSolution solution;
   ContactResponse response;
 };

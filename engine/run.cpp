@@ -191,9 +191,19 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
   for (std::size_t o = 0; o < world.organ_bodies.size(); ++o) {
     const OrganBody& organ = world.organ_bodies[o];
     const OrganModel& model = *organ.model;
-    report.organs.push_back({organ.name, model.cloud.size(), model.cloud.surface_count,
-                             model.surface.triangles.size(), model.prepare_s, model.cache_hit,
-                             model.memory_bytes(), model.figures.smallest_compliance_eigenvalue});
+    OrganReport one;
+    one.name = organ.name;
+    one.nodes = model.cloud.size();
+    one.surface_nodes = model.cloud.surface_count;
+    one.triangles = model.surface.triangles.size();
+    one.prepare_s = model.prepare_s;
+    one.cache_hit = model.cache_hit;
+    one.memory_bytes = model.memory_bytes();
+    if (model.touchable_anywhere()) one.preparation = model.figures;
+    one.half_precision = model.in_half_precision();
+    one.storage_error = model.half_columns.error;
+    one.saved_bytes = model.saved_bytes();
+    report.organs.push_back(std::move(one));
     if (!model.deformable()) report.skipped.push_back(skipped_elasticity(scene.organs[o]));
   }
   for (const SmokeBody& smoke : world.smoke)

@@ -31,6 +31,16 @@ std::string StateHash::finish(const World& world) {
     add_all(hasher_, organ.positions);
     add_all(hasher_, organ.normals);
   }
+  for (const OrganContact& contact : world.organ_contacts)
+    for (const Cling& cling : contact.clings) {
+      add(hasher_, cling.tip);
+      hasher_.value(cling.pitch).value(cling.followed);
+      hasher_.value<std::uint64_t>(cling.spots.size());
+      for (const Cling::Spot& spot : cling.spots) {
+        add(hasher_, spot.rest);
+        add(hasher_, spot.displacement);
+      }
+    }
   for (const OrganBurn& burn : world.organ_burns)
     for (std::size_t b = 0; b < burn.damage.brick_count(); ++b) {
       const BrickField::Index& index = burn.damage.brick_indices()[b];

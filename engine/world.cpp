@@ -102,7 +102,7 @@ void add_organ(World& world, const OrganDescription& description, const Tissue& 
     for (int corner = 0; corner < 8; ++corner)
       contact.bounds.extend(description.pose.to_world(
           model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
-    state.unknowns.assign(model->compliance.rows(), 0.0f);
+    state.unknowns.assign(model->displacement_rows(), 0.0f);
     world.organ_contacts.add(organ, std::move(contact));
   }
   world.organ_bodies.add(organ, {description.name, tissue, description.pose, std::move(model)});
@@ -216,7 +216,7 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
   if (!instruments) return std::unexpected(instruments.error());
 
   auto world = std::make_unique<World>();
-  std::map<std::string, std::shared_ptr<const OrganModel>> shared;
+  std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
   const double organs = static_cast<double>(scene.organs.size());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
@@ -227,7 +227,8 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
     };
     auto key = organ_key(organ, tissue, reach, options);
     if (!key) return std::unexpected(key.error());
-    std::shared_ptr<const OrganModel>& model = shared[*key];
+    std::shared_ptr<const OrganModel>& model =
+        shared[fmt::format("{} {}", *key, static_cast<int>(organ.displacement_storage))];
     if (model) {
       if (auto clear = tips_are_clear(model->surface); !clear)
         return std::unexpected(clear.error());

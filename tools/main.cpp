@@ -101,6 +101,8 @@ int run_command(const SceneArguments& arguments, RunOptions options) {
   auto report = run_scene(*scene, *tissues, options);
   if (!report) return fail(report.error());
   for (const std::string& warning : report->warnings) std::cerr << "warning: " << warning << '\n';
+  for (const OrganReport& organ : report->organs)
+    if (const std::string line = preparation_line(organ); !line.empty()) std::cerr << line << '\n';
   for (const std::string& flag : report->flags) std::cerr << "note: " << flag << '\n';
   std::cerr << fmt::format(
       "{}: {:.1f} s simulated, {:.1f} x real time without rendering, {:.1f} s in all; see {}\n",

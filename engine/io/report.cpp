@@ -1,5 +1,6 @@
 #include "engine/io/report.h"
 
+#include <fmt/format.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -15,6 +16,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json preparation_json(const PreparationFigures& figures) {
+  return {{"unknowns", figures.unknowns},
+          {"stiffness_nonzeros", figures.stiffness_nonzeros},
+          {"quadrature_points", figures.quadrature_points},
+          {"gradient_correction", figures.gradient_correction},
+          {"fixed_area_m2", figures.fixed_area},
+          {"factor_bytes", figures.factor_bytes},
+          {"assemble_s", figures.assemble_s},
+          {"factor_s", figures.factor_s},
+          {"compliance_s", figures.compliance_s},
+          {"smallest_compliance_eigenvalue", figures.smallest_compliance_eigenvalue}};
+}
+
 Json organ_json(const OrganReport& organ) {
   return {{"name", organ.name},
           {"nodes", organ.nodes},
@@ -23,7 +37,10 @@ Json organ_json(const OrganReport& organ) {
           {"prepare_s", organ.prepare_s},
           {"cache_hit", organ.cache_hit},
           {"memory_bytes", organ.memory_bytes},
-          {"smallest_compliance_eigenvalue", organ.smallest_compliance_eigenvalue}};
+          {"preparation", organ.preparation ? preparation_json(*organ.preparation) : Json(nullptr)},
+          {"displacement_storage", organ.half_precision ? "half" : "single"},
+          {"storage_error", organ.storage_error},
+          {"saved_bytes", organ.saved_bytes}};
 }
 
 Json stage_json(const StageReport& stage) {
@@ -97,6 +114,24 @@ std::string to_json(const RunReport& report) {
       {"flags", report.flags},
       {"warnings", report.warnings}};
   return all.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string preparation_line(const OrganReport& organ) {
+  if (!organ.preparation) return "";
+  const PreparationFigures& figures = *organ.preparation;
+  std::string line = fmt::format(
+      "{}: {} nodes, {} unknowns, {:.2g} nonzeros, gradients corrected by {:.1e}, factor {:.1f} "
+      "MB, "
+      "smallest eigenvalue of the compliance {:.1e} of its largest; assembly {:.2f} s, factor "
+      "{:.2f} s, compliance {:.2f} s{}",
+      organ.name, organ.nodes, figures.unknowns, static_cast<double>(figures.stiffness_nonzeros),
+      figures.gradient_correction, 1e-6 * static_cast<double>(figures.factor_bytes),
+      figures.smallest_compliance_eigenvalue, figures.assemble_s, figures.factor_s,
+      figures.compliance_s, organ.cache_hit ? ", when it was cached" : "");
+  if (organ.half_precision)
+    line += fmt::format("; displacements in half precision: error {:.1e}, {:.1f} MB saved",
+                        organ.storage_error, 1e-6 * static_cast<double>(organ.saved_bytes));
+  return line;
 }
 
 Result<void> write_report(const std::filesystem::path& file, const RunReport& report) {

@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "engine/io/trace.h"
 #include "kernels/base/result.h"
+#include "kernels/paff/elasticity.h"
 
 namespace viscera {
 
@@ -19,7 +21,10 @@ struct OrganReport {
   double prepare_s = 0.0;
   bool cache_hit = false;
   std::size_t memory_bytes = 0;
-  double smallest_compliance_eigenvalue = 0.0;  ///< over the largest; 0 where nothing was prepared
+  std::optional<PreparationFigures> preparation;  ///< none: the organ has no elasticity
+  bool half_precision = false;       ///< of the displacements' storage; the two below are its price
+  double storage_error = 0.0;        ///< greatest, over the greatest entry of the compliance
+  std::ptrdiff_t saved_bytes = 0;    ///< against single precision
 };
 
 struct StageReport {
@@ -70,6 +75,9 @@ struct RunReport {
 
 /// One entry a stage that ran, in the order of the trace's stages.
 std::vector<StageReport> stage_reports(const Trace& trace);
+
+/// What preparing the organ found out, in one line for people; empty where it has no elasticity.
+std::string preparation_line(const OrganReport& organ);
 
 /// Indented JSON; numbers that aren't finite become null.
 std::string to_json(const RunReport& report);

@@ -245,6 +245,12 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   return touchable == model.compliance.touchable && visible == model.compliance.visible;
 }
 
+/// After the cache, which holds single precision: one file serves both ways to keep it.
+void keep_in_half_precision(OrganModel& model) {
+  model.half_columns = half_precision(model.compliance);
+  model.compliance = force_part(model.compliance);
+}
+
 Result<void> compute(OrganModel& model, const OrganDescription& organ, const Reach& reach,
                      const PrepareOptions& options, const SurfaceInspection& inspect,
                      const Progress& progress) {
@@ -295,13 +301,21 @@ bool Reach::covers(const Vec3& x) const {
                      [&](const Vec3& p) { return (p - x).squaredNorm() < radius * radius; });
 }
 
+std::ptrdiff_t OrganModel::saved_bytes() const {
+  if (!in_half_precision()) return 0;
+  const auto entries = static_cast<std::ptrdiff_t>(half_columns.entries.size());
+  const auto square = static_cast<std::ptrdiff_t>(compliance.columns.size());
+  return entries * static_cast<std::ptrdiff_t>(sizeof(float) - sizeof(std::uint16_t)) -
+         square * static_cast<std::ptrdiff_t>(sizeof(float));
+}
+
 std::size_t OrganModel::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
          of(cloud.positions) + of(cloud.spacings) + of(compliance.columns) +
-         of(compliance.visible) + of(compliance.touchable) + of(touchable.positions) +
-         of(touchable.normals) + of(touchable.areas) + of(touchable.spacings) +
-         of(touchable.weights.nodes) + of(touchable.weights.values) +
+         of(half_columns.entries) + of(compliance.visible) + of(compliance.touchable) +
+         of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
+         of(touchable.spacings) + of(touchable.weights.nodes) + of(touchable.weights.values) +
          of(touchable.weights.row_begin) + of(touchable.cell_begin) + of(touchable.cell_items) +
          of(drawn.carriers.nodes) + of(drawn.carriers.values) + of(drawn.carriers.row_begin) +
          of(drawn.triangle_begin) + of(drawn.triangle_items) + of(drawn.rest_normals);
@@ -361,6 +375,8 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
       if (!saved) warnings.push_back("cache not written: " + saved.error().text());
     }
   }
+  if (organ.displacement_storage == DisplacementStorage::kHalf && model->touchable_anywhere())
+    keep_in_half_precision(*model);
   for (const std::string& note : model->notes) warnings.push_back(organ.name + ": " + note);
   if (model->deformable()) {
     // Said once, however many organs use the formulation.
@@ -412,6 +428,9 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   plan.touchable_nodes = touchable.size();
   plan.visible_nodes = visible.size();
   plan.memory_bytes = model.memory_bytes() + compliance_bytes(visible.size(), touchable.size());
+  if (organ.displacement_storage == DisplacementStorage::kHalf)
+    plan.memory_bytes = plan.memory_bytes - compliance_bytes(visible.size(), touchable.size()) / 2 +
+                        compliance_bytes(touchable.size(), touchable.size());
   plan.preparation_bytes =
       model.memory_bytes() + preparation_bytes(plan.nodes, visible.size(), touchable.size());
 

@@ -12,6 +12,7 @@
 #include "kernels/base/progress.h"
 #include "kernels/base/result.h"
 #include "kernels/contact/deformation.h"
+#include "kernels/contact/half_columns.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/paff/elasticity.h"
 
@@ -37,7 +38,8 @@ struct OrganModel {
   // Deformable organs only (cloud empty otherwise):
   PointCloud cloud;
   IsotropicMaterial material;
-  SurfaceCompliance compliance;
+  SurfaceCompliance compliance;         ///< its touchable square alone where `half_columns` holds all
+  HalfColumns half_columns;             ///< empty: displacements are kept in single precision
   TouchableSurface touchable;
   DrawnSurface drawn;
   double finest_spacing = 0.0;          ///< least node spacing [m]
@@ -48,6 +50,14 @@ struct OrganModel {
   bool cache_hit = false;
 
   bool deformable() const { return cloud.size() > 0; }
+  bool in_half_precision() const { return half_columns.rows > 0; }
+  /// Unknowns of the visible nodes.
+  std::size_t displacement_rows() const {
+    return in_half_precision() ? half_columns.rows : compliance.rows();
+  }
+  /// What keeping displacements in half precision saves [bytes]; negative where the touchable square,
+  /// kept besides, is more than half of it all. 0 in single precision.
+  std::ptrdiff_t saved_bytes() const;
   bool touchable_anywhere() const { return !compliance.touchable.empty(); }
   std::size_t memory_bytes() const;
 };

@@ -118,6 +118,8 @@ OrganDescription organ_of(const Json& values) {
   const Json& resolution = values["resolution"];
   organ.resolution = {from_milli(resolution["spacing_mm"]),
                       from_milli(resolution["finest_spacing_mm"]), resolution["gradient"]};
+  if (values["displacement_storage"] == "half")
+    organ.displacement_storage = DisplacementStorage::kHalf;
   organ.deformable = values["deformable"];
   return organ;
 }
@@ -155,6 +157,7 @@ InstrumentDescription instrument_of(const Json& values) {
     instrument.grip_limit = values["grip_limit_N"];
     instrument.grip_radius = from_milli(values["grip_radius_mm"]);
   }
+  instrument.friction = values["friction"];
   for (const Json& key : values["path"]) {
     instrument.path.push_back(
         {key["time_s"], from_milli_vector(key["tip_mm"]), key["power_W"], key["jaw"]});

@@ -61,6 +61,9 @@ struct Resolution {
   double gradient = 0.25;  ///< growth of the spacing per distance
 };
 
+/// How the displacement of the visible nodes under forces is kept; what gives the forces stays single.
+enum class DisplacementStorage { kSingle, kHalf };
+
 struct OrganDescription {
   std::string name;
   OrganGeometry geometry;
@@ -71,6 +74,7 @@ struct OrganDescription {
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";
   Resolution resolution;
+  DisplacementStorage displacement_storage = DisplacementStorage::kSingle;
   bool deformable = true;  ///< false: scenery; no nodes, no contact
 };
 
@@ -105,6 +109,7 @@ struct InstrumentDescription {
   double roll = 0.0;                ///< about the shaft; 0: hook and jaws point down [rad]
   double grip_limit = 6.0;          ///< greatest force that a closed jaw holds [N]
   double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
+  double friction = 0.0;            ///< Coulomb's coefficient between the tip and tissue
   std::vector<InstrumentKey> path;  ///< at least one, times ascending
 };
 

@@ -213,6 +213,11 @@ ObjectSpec organ() {
           .known_as("formulation")
           .otherwise("galerkin"),
       object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),
+      text("displacement_storage",
+           "Precision of the numbers that move the drawn surface under forces: half takes about half "
+           "the memory, with an error that report.json gives. What gives the forces stays single.")
+          .one_of({"single", "half"})
+          .otherwise("single"),
       boolean("deformable", "false: scenery that nothing touches or moves.").otherwise(true),
   };
   spec.checks = {
@@ -305,6 +310,12 @@ ObjectSpec instrument() {
           .between(0.1, 50)
           .otherwise(4.0)
           .only_where("kind", {"grasper"}),
+      number("friction",
+             "Coulomb's coefficient between its tip and tissue: tissue clings to the tip until the "
+             "drag passes this share of the pressing force. 0 slides freely; from some 10 on, what "
+             "the tip presses sticks to it.")
+          .between(0, 1000)
+          .otherwise(0.0),
       list("path", "Key frames; position and jaw are interpolated, monotone and smooth.", key)
           .needed()
           .items(1, 100000)

@@ -14,6 +14,8 @@ namespace {
 constexpr double kFrameReach = 6e-3;
 /// Cells further than this from the tool can't be reached in one frame [m].
 constexpr double kGreatestGap = 2e-3;
+/// Drags shorter than this say nothing about what the tissue follows [m].
+constexpr double kLeastDrag = 1e-7;
 /// Rings of the hexagonal pattern: 3 give 37 cells.
 constexpr int kPressRings = 3;
 constexpr int kGraspRings = 2;
@@ -41,6 +43,24 @@ std::optional<CollisionSurface::Hit> tissue_under(const Vec3& at, const Foot& fo
   const double height = (foot.position - at).dot(foot.outward);
   const Vec3 origin = at + (height + span) * foot.outward;
   return surface.cast(origin, -foot.outward, 2.0 * span);
+}
+
+/// The displacement that keeps tissue clinging to the tool, had it not slipped: what the spots
+/// around had, carried on with the tip; far from them, where no tissue has clung, its own. Weights
+/// by the inverse of distance^4: a cell that hasn't moved over the tissue takes over its spot's
+/// unchanged.
+Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own,
+                           const Vec3& moved) {
+  if (!cling) return own;
+  const double unit = cling->pitch * cling->pitch;
+  double weights = 1.0;
+  Vec3 sum = own;
+  for (const Cling::Spot& spot : cling->spots) {
+    const double near = (spot.rest - rest).squaredNorm() / unit + 1e-8;
+    weights += 1.0 / (near * near);
+    sum += spot.displacement / (near * near);
+  }
+  return sum / weights + moved;
 }
 
 }  // namespace
@@ -101,7 +121,7 @@ std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganM
   return best;
 }
 
-bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
+bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, const Rubbing& rubbing,
                  const OrganModel& model, const CollisionSurface& surface,
                  std::vector<ContactCell>& cells, CellRange& range) {
   const Vec3& up = foot.outward;
@@ -141,11 +161,18 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
   const double span = 2.0 * a + kFrameReach;
   range.begin = cells.size();
   range.outward = up;
+  range.tip = tool.tip;
+  range.pitch = pitch;
+  range.moved = rubbing.cling ? Vec3(tool.tip - rubbing.cling->tip) : Vec3::Zero();
+  // The tissue that will be under the tool is sought where it will be dragged from, as it is drawn.
+  Vec3 drag = Vec3::Zero();
+  if (rubbing.cling) drag = rubbing.cling->followed * range.moved + rubbing.undrawn;
+  drag -= drag.dot(up) * up;
   double nearest = std::numeric_limits<double>::infinity();
   for (const Vec3& place : places) {
     const auto low = tool.lowest(place, up);
     if (!low) continue;
-    const auto hit = tissue_under(place, foot, span, surface);
+    const auto hit = tissue_under(place - drag, foot, span, surface);
     if (!hit) continue;
     const Vec3 lowest = place + *low * up;
     const double gap = (lowest - hit->position).dot(up);
@@ -156,6 +183,13 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
     cell.area = hexagon_area;
     cell.direction = -up;
     cell.depth = (cell.position - lowest).dot(up);
+    cell.friction = rubbing.friction;
+    if (rubbing.friction > 0.0) {
+      cell.displacement =
+          clinging_displacement(rubbing.cling, cell.position,
+                                hit->position + rubbing.undrawn - cell.position, range.moved);
+      range.points.push_back(hit->point);
+    }
     cells.push_back(cell);
     const double off = (place - foot.probe).norm();
     if (off < nearest) {
@@ -166,6 +200,39 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
   }
   range.end = cells.size();
   return range.end > range.begin;
+}
+
+Vec3 undrawn_drag(const Cling& cling, const OrganState& state, const OrganModel& model) {
+  Vec3 sum = Vec3::Zero();
+  for (const Cling::Spot& spot : cling.spots)
+    sum += spot.rest + spot.displacement - corner_mean(state.positions, model.surface, spot.point);
+  return sum / static_cast<double>(cling.spots.size());
+}
+
+Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,
+                      const ContactSolution& solution, const Cling* last) {
+  Cling cling;
+  cling.instrument = range.instrument;
+  cling.tip = range.tip;
+  cling.pitch = range.pitch;
+  double pressed = 0.0;
+  Vec3 slip = Vec3::Zero();  // times force [m N]
+  for (std::size_t k = range.begin; k < range.end; ++k) {
+    const ContactCell& cell = cells[k];
+    const double push = solution.forces[k].dot(cell.direction);
+    if (push <= 0.0) continue;
+    const Vec3 across = cell.displacement - cell.displacement.dot(cell.direction) * cell.direction;
+    cling.spots.push_back({range.points[k - range.begin], cell.position,
+                           across + solution.slips[k] + cell.depth * cell.direction});
+    pressed += push;
+    slip += push * solution.slips[k];
+  }
+  cling.followed = last ? last->followed : 1.0;
+  const Vec3 dragged = range.moved - range.moved.dot(range.outward) * range.outward;
+  if (pressed > 0.0 && dragged.norm() > kLeastDrag)
+    cling.followed =
+        std::clamp(1.0 + slip.dot(dragged) / (pressed * dragged.squaredNorm()), 0.0, 1.0);
+  return cling;
 }
 
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,

@@ -28,12 +28,28 @@ inline constexpr double kContactMargin = 1.0e-3;
 std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganModel& model,
                               const OrganState& state, const CollisionSurface& surface);
 
+/// What rubs between a tool and an organ.
+struct Rubbing {
+  double friction = 0.0;
+  const Cling* cling = nullptr;   ///< of the last frame; null: nothing clung to the tool
+  Vec3 undrawn = Vec3::Zero();    ///< undrawn_drag(*cling, ...) [m]
+};
+
+/// How much farther than the drawn surface shows the tissue of `cling` moved, in the mean [m]: what is
+/// finer than nodes is drawn along the normal alone.
+Vec3 undrawn_drag(const Cling& cling, const OrganState& state, const OrganModel& model);
+
 /// Appends the cells that the tool presses and fills `range`; false when there are none.
-/// `last_force` on the tissue [N] sizes the pattern: cells crowd where contact is.
-bool press_cells(const ToolShape& tool, const Foot& foot, double last_force,
+/// `last_force` that presses the tissue [N] sizes the pattern: cells crowd where contact is.
+bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, const Rubbing& rubbing,
                  const OrganModel& model, const CollisionSurface& surface,
                  std::vector<ContactCell>& cells,
                  CellRange& range);
+
+/// What clings to the tool of `range` after `solution` of `cells`; no spots: nothing. `last` as in
+/// Rubbing.
+Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,
+                      const ContactSolution& solution, const Cling* last);
 
 /// The cells that a jaw closing at `foot` holds, each with its displacement at this moment.
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,

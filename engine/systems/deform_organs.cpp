@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/systems/contact_cells.h"
 #include "engine/systems/systems.h"
 
 namespace viscera {
@@ -97,6 +98,21 @@ void hand_forces_to_tools(World& world, Entity organ, const OrganBody& body,
   }
 }
 
+/// Tools that let go, and those that rub nothing, leave nothing that clings.
+void note_clinging_tissue(OrganContact& contact) {
+  std::vector<Cling> clings;
+  for (const CellRange& range : contact.ranges) {
+    if (range.held || contact.cells[range.begin].friction == 0.0) continue;
+    const auto last =
+        std::find_if(contact.clings.begin(), contact.clings.end(),
+                     [&](const Cling& cling) { return cling.instrument == range.instrument; });
+    Cling cling = clinging_tissue(range, contact.cells, contact.solution,
+                                  last == contact.clings.end() ? nullptr : &*last);
+    if (!cling.spots.empty()) clings.push_back(std::move(cling));
+  }
+  contact.clings = std::move(clings);
+}
+
 void take_forces_back(World& world, const OrganBody& body, OrganContact& contact) {
   for (CellRange& range : contact.ranges) {
     InstrumentContact& tool = *world.instrument_contacts.find(range.instrument);
@@ -113,6 +129,7 @@ void deform_organs(World& world, const FrameContext& context) {
     OrganContact& contact = world.organ_contacts[o];
     if (contact.cells.empty()) {
       contact.solution.forces.clear();
+      contact.clings.clear();
       OrganState& state = *world.organ_states.find(world.organ_contacts.owner(o));
       if (!state.deformed || state.frozen) continue;
       return_to_rest(state, contact, *world.organ_bodies.find(world.organ_contacts.owner(o)));
@@ -125,12 +142,16 @@ void deform_organs(World& world, const FrameContext& context) {
     solve_contact(world, body, contact, context);
     if (!contact.solution.converged) continue;
     hand_forces_to_tools(world, organ, body, contact);
+    note_clinging_tissue(contact);
     if (contact.solution.touching == 0) {
       if (state.deformed) return_to_rest(state, contact, body);
       continue;
     }
 
-    contact.solver->displacement_unknowns(state.next_unknowns);
+    if (body.model->in_half_precision())
+      displacement_unknowns(body.model->half_columns, contact.response, state.next_unknowns);
+    else
+      contact.solver->displacement_unknowns(state.next_unknowns);
     deform_drawn_surface(body.model->drawn, state.next_unknowns, contact.solution.near_fields,
                          contact.cells, contact.solution.forces, state.next_positions,
                          state.next_normals);

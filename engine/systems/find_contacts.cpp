@@ -7,10 +7,19 @@
 namespace viscera {
 namespace {
 
-double last_force_on(const OrganContact& contact, Entity instrument) {
-  for (const CellRange& range : contact.ranges)
-    if (range.instrument == instrument && !range.held) return range.force.norm();
+/// The force that pressed the tissue, without the drag of friction.
+double last_force_on(const OrganContact& contact, Entity instrument, double friction) {
+  for (const CellRange& range : contact.ranges) {
+    if (range.instrument != instrument || range.held) continue;
+    return friction > 0.0 ? std::max(0.0, -range.force.dot(range.outward)) : range.force.norm();
+  }
   return 0.0;
+}
+
+const Cling* cling_to(const OrganContact& contact, Entity instrument) {
+  for (const Cling& cling : contact.clings)
+    if (cling.instrument == instrument) return &cling;
+  return nullptr;
 }
 
 /// A closing jaw takes hold of the nearest tissue within its grip radius.
@@ -90,8 +99,11 @@ void find_contacts(World& world, const FrameContext& context) {
       if (!foot) continue;
       CellRange range;
       range.instrument = instrument;
-      if (!press_cells(tool, *foot, last_force_on(contact, instrument), *body.model,
-                       *contact.surface, contact.cells, range))
+      Rubbing rubbing{world.instrument_bodies[i].description.friction,
+                      cling_to(contact, instrument), Vec3::Zero()};
+      if (rubbing.cling) rubbing.undrawn = undrawn_drag(*rubbing.cling, tissue, *body.model);
+      if (!press_cells(tool, *foot, last_force_on(contact, instrument, rubbing.friction), rubbing,
+                       *body.model, *contact.surface, contact.cells, range))
         continue;
       if (!is_touchable(body.model->touchable, range.rest_centre)) {
         contact.cells.resize(range.begin);

@@ -75,6 +75,21 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"prepare_s", Type::number_float},
                {"cache_hit", Type::boolean},
                {"memory_bytes", Type::number_unsigned},
+               {"preparation", Type::object},
+               {"displacement_storage", Type::string},
+               {"storage_error", Type::number_float},
+               {"saved_bytes", Type::number_float}},
+              true);
+  expect_keys(report["organs"][0]["preparation"],
+              {{"unknowns", Type::number_unsigned},
+               {"stiffness_nonzeros", Type::number_unsigned},
+               {"quadrature_points", Type::number_unsigned},
+               {"gradient_correction", Type::number_float},
+               {"fixed_area_m2", Type::number_float},
+               {"factor_bytes", Type::number_unsigned},
+               {"assemble_s", Type::number_float},
+               {"factor_s", Type::number_float},
+               {"compliance_s", Type::number_float},
                {"smallest_compliance_eigenvalue", Type::number_float}},
               true);
   ASSERT_FALSE(report["stages"].empty());
@@ -93,6 +108,10 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
               {{"particles_max", Type::number_unsigned}, {"volumes", Type::number_unsigned}}, true);
   for (const Json& part : report["skipped"])
     expect_keys(part, {{"what", Type::string}, {"why", Type::string}}, true);
+
+  EXPECT_EQ(report["organs"][0]["preparation"]["unknowns"],
+            3 * report["organs"][0]["nodes"].get<int>());
+  EXPECT_NE(result.told().find("ball: "), std::string::npos) << result.told();
 
   EXPECT_EQ(report["scene"], folder.scene().string());
   EXPECT_EQ(report["seed"], 5);

@@ -37,12 +37,43 @@ TEST(Report, HasTheKeysThatWerePromised) {
   };
   EXPECT_EQ(keys(all["organs"][0]),
             (std::set<std::string>{"name", "nodes", "surface_nodes", "triangles", "prepare_s",
-                                   "cache_hit", "memory_bytes", "smallest_compliance_eigenvalue"}));
+                                   "cache_hit", "memory_bytes", "preparation",
+                                   "displacement_storage", "storage_error", "saved_bytes"}));
   EXPECT_EQ(keys(all["stages"][0]),
             (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
   EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
   EXPECT_EQ(keys(all["machine"]), (std::set<std::string>{"cpu", "cores", "memory_bytes"}));
+}
+
+TEST(Report, TellsWhatPreparationFoundOutAndWhatHalfPrecisionCosts) {
+  RunReport report;
+  report.organs.resize(2);
+  OrganReport& liver = report.organs[0];
+  liver.name = "liver";
+  liver.nodes = 4100;
+  liver.preparation = PreparationFigures{};
+  liver.preparation->unknowns = 12300;
+  liver.preparation->gradient_correction = 0.025;
+  liver.preparation->smallest_compliance_eigenvalue = 3e-5;
+  liver.half_precision = true;
+  liver.storage_error = 2.5e-4;
+  liver.saved_bytes = -1500000;
+  const json organs = json::parse(to_json(report))["organs"];
+  EXPECT_EQ(organs[0]["preparation"]["unknowns"], 12300);
+  EXPECT_EQ(organs[0]["preparation"]["gradient_correction"], 0.025);
+  EXPECT_EQ(organs[0]["preparation"]["smallest_compliance_eigenvalue"], 3e-5);
+  EXPECT_EQ(organs[0]["displacement_storage"], "half");
+  EXPECT_EQ(organs[0]["storage_error"], 2.5e-4);
+  EXPECT_EQ(organs[0]["saved_bytes"], -1500000);
+  EXPECT_TRUE(organs[1]["preparation"].is_null());
+  EXPECT_EQ(organs[1]["displacement_storage"], "single");
+
+  const std::string line = preparation_line(liver);
+  for (const char* part :
+       {"liver: 4100 nodes, 12300 unknowns", "2.5e-02", "3.0e-05", "2.5e-04", "-1.5 MB saved"})
+    EXPECT_NE(line.find(part), std::string::npos) << part << " in " << line;
+  EXPECT_EQ(preparation_line(report.organs[1]), "");
 }
 
 TEST(Report, EmptyListsAreListsAndNumbersThatArentFiniteNull) {

@@ -21,7 +21,7 @@ Json whole_scene() {
                  {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}],
        "formulation": "galerkin",
        "resolution": {"spacing_mm": 10, "finest_spacing_mm": 2.5, "gradient": 0.3},
-       "deformable": true},
+       "displacement_storage": "half", "deformable": true},
       {"name": "ball", "geometry": {"recipe": "sphere", "radius_mm": 25, "triangles": 500},
        "tissue": "rubber", "deformable": false},
       {"name": "brick", "geometry": {"recipe": "block", "size_mm": [10, 20, 30]},
@@ -31,7 +31,7 @@ Json whole_scene() {
                     "wrap": {"voxel_mm": 1.5, "close_mm": 4}}}],
     "instruments": [
       {"name": "holder", "kind": "grasper",
-       "tip": {"shape": "capsule", "radius_mm": 2, "length_mm": 12}, "trocar_mm": [0, 0, 200], "shaft_radius_mm": 3, "roll_deg": 90, "grip_limit_N": 5, "grip_radius_mm": 3,
+       "tip": {"shape": "capsule", "radius_mm": 2, "length_mm": 12}, "trocar_mm": [0, 0, 200], "shaft_radius_mm": 3, "roll_deg": 90, "grip_limit_N": 5, "grip_radius_mm": 3, "friction": 0.4,
        "path": [{"time_s": 0, "tip_mm": [0, 0, 100], "jaw": 1, "power_W": 0},
                 {"time_s": 1.5, "tip_mm": [0, 0, 90], "jaw": 0}]},
       {"name": "burner", "kind": "hook", "tip": {"shape": "mesh", "file": "ball.obj", "unit": "m"},

@@ -320,6 +320,51 @@ TEST(Contact, ANonFiniteDisplacementFreezesTheOrganAtItsLastShape) {
   EXPECT_TRUE(has(step_until(*world, 0.6), FrameFlag::kOrganFrozen));
 }
 
+TEST(Contact, HalfPrecisionMovesTheSurfaceWithinItsErrorAndLeavesTheForce) {
+  auto scene = soft_ball_scene(6e-3, 4e-3);
+  scene.instruments = {
+      straight_tool("probe", InstrumentKind::kProbe, 4e-3,
+                    {key(0.0, Vec3(0, 0, kTop + 5e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))})};
+  auto single = build(scene);
+  scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
+  auto half = build(scene);
+  ASSERT_TRUE(single && half);
+  // The first contact is found on the surface at rest, and so is the same.
+  while (force_on(*single, 0).isZero(0.0) && single->time() < 0.5) {
+    step_until(*single, single->time() + 1.0 / 60.0);
+    step_until(*half, half->time() + 1.0 / 60.0);
+  }
+  ASSERT_GT(force_on(*single, 0).z(), 0.0);
+  const OrganModel& exact = *single->organ_bodies[0].model;
+  const OrganModel& model = *half->organ_bodies[0].model;
+  EXPECT_EQ(force_part(exact.compliance).columns, model.compliance.columns);
+  // The same numbers, which lie apart in one and together in the other: sums in single precision.
+  EXPECT_LT((force_on(*half, 0) - force_on(*single, 0)).norm(), 1e-6 * force_on(*single, 0).norm());
+  ASSERT_TRUE(model.in_half_precision());
+  EXPECT_LT(model.half_columns.error, 0x1p-11 * 1.001);
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(exact.memory_bytes()) -
+                static_cast<std::ptrdiff_t>(model.memory_bytes()),
+            model.saved_bytes() +
+                static_cast<std::ptrdiff_t>(sizeof(int) * (exact.compliance.visible.size() -
+                                                           exact.compliance.touchable.size())));
+  double greatest = 0.0, loads = 0.0;
+  for (const float entry : exact.compliance.columns)
+    greatest = std::max(greatest, static_cast<double>(std::abs(entry)));
+  for (const Vec3& load : half->organ_contacts[0].response.loads) loads += load.cwiseAbs().sum();
+  const auto& unknowns = half->organ_states[0].unknowns;
+  const auto& wanted = single->organ_states[0].unknowns;
+  ASSERT_EQ(unknowns.size(), wanted.size());
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    ASSERT_NEAR(unknowns[i], wanted[i], (model.half_columns.error + 1e-5) * greatest * loads);
+
+  // Later contacts are found on the moved surface: its error, over the depth, times the 3/2 of
+  // [Hertz1882] in the force, and as much again for what the frames before did.
+  step_until(*single, 0.5);
+  step_until(*half, 0.5);
+  const double force = force_on(*single, 0).norm();
+  EXPECT_NEAR(force_on(*half, 0).norm(), force, 0.01 * force);
+}
+
 TEST(Contact, AContactWithoutSolutionKeepsTheShapeAndGivesNoForce) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
   scene.instruments = {
