@@ -25,8 +25,8 @@ namespace viscera {
 namespace fs = std::filesystem;
 namespace {
 
-/// Rings of cells that cover the contact patch: 5 are 91 cells, and 2 the 19 of the paper's size.
-constexpr int kRings = 5;
+/// Rings of cells that cover the contact patch: 6 are 127 cells, and 2 the 19 of the paper's size.
+constexpr int kRings = 6;
 constexpr int kSmallPatchRings = 2;
 /// Errors are to be reached with this many nodes at most.
 constexpr std::size_t kNodesToReach = 1100;
