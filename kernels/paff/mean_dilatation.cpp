@@ -135,7 +135,7 @@ CellPolynomials orthonormal(const VolumeQuadrature& volume, std::span<const std:
   }
   const Eigen::LLT<Eigen::Matrix4d> factor(gram);
   const Vec4 pivots = factor.matrixLLT().diagonal();
-  if (factor.info() == Eigen::Success && pivots.minCoeff() > 1e-4 * pivots[0]) {
+  if (factor.info() == Eigen::Success && pivots.minCoeff() > 0.03 * pivots[0]) {
     out.combine = factor.matrixL().solve(Eigen::Matrix4d::Identity());
   }
   return out;

@@ -106,9 +106,13 @@ Result<MumpsFactor> MumpsFactor::factor(const CoordinateMatrix& matrix, MatrixKi
   // PORD, MUMPS's own nested dissection: as little fill as SCOTCH on these graphs, in half the
   // time, and the same at every run, which the threads of SCOTCH 7 are not. A scalar matrix has a
   // twenty-seventh of the work of an elastic one on the same nodes: there minimum degree is
-  // quicker.
+  // quicker. So it is where nearly all nodes meet: PORD finds nothing to dissect there, and on some
+  // of these graphs it ends the program ("no valid number of stages in multisector").
   constexpr int kMinimumDegree = 0, kPord = 4;
-  instance->icntl(7) = block == 1 ? kMinimumDegree : kPord;
+  constexpr double kDense = 0.15;  // stored entries over the square of the order
+  const bool dense = static_cast<double>(matrix.values.size()) >
+                     kDense * static_cast<double>(matrix.order) * matrix.order;
+  instance->icntl(7) = block == 1 || dense ? kMinimumDegree : kPord;
   if (block > 1) instance->icntl(15) = -block;  // order the graph of nodes, not unknowns
   instance->icntl(14) = 30;
   // Rows of a collocation matrix are scaled by their own kind; an unsymmetric permutation to a
