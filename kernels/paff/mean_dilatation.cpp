@@ -18,7 +18,7 @@ namespace {
 /// Greatest width of a cell over the local spacing. Four constraints in a cell of 2 to 2.5 spacings
 /// are one for every six to twelve unknowns; measured on the thick sphere at Poisson's ratio 0.499,
 /// wider cells gain nothing on the cube and narrower ones lock again.
-constexpr double kCellWidth = 2.5;
+constexpr double kCellWidth = 1.5;
 
 /// Cell of each volume point, numbered by first appearance.
 std::vector<int> cells_of_points(const LocalSpacing& spacing, const VolumeQuadrature& volume,
