@@ -11,6 +11,7 @@
 #include "kernels/paff/block_matrix.h"
 #include "kernels/paff/cut_cells.h"
 #include "kernels/paff/elasticity.h"
+#include "kernels/paff/mean_dilatation.h"
 #include "kernels/paff/shape_functions.h"
 #include "kernels/paff/sparse_cholesky.h"
 #include "kernels/paff/surface_quadrature.h"
@@ -49,11 +50,14 @@ class GalerkinSystem {
 
  private:
   GalerkinSystem() = default;
+  /// Nitsche's part of the right-hand side.
+  void add_held(const StaticLoads& loads, std::vector<double>& all) const;
 
   IsotropicMaterial material_;
   std::shared_ptr<const ShapeFunctions> fields_;
   VolumeQuadrature volume_;
   SurfaceQuadrature surface_;
+  MeanDilatation dilatation_;
   SymmetricBlockMatrix stiffness_;  ///< [N/m]
   PreparationFigures figures_;
 };

@@ -1,0 +1,41 @@
+// Dilatation averaged over cells (B-bar [Hughes1980]), so that nearly incompressible bodies don't
+// lock: pointwise, there are more constraints of constant volume than nodal unknowns.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "kernels/paff/cut_cells.h"
+#include "kernels/paff/local_spacing.h"
+#include "kernels/paff/point_fields.h"
+#include "kernels/paff/surface_quadrature.h"
+
+namespace viscera {
+
+/// The dilatation projected on the polynomials 1, x, y, z of each cell, so that the dilatation of a
+/// quadratic field is left as it is. (Constants alone leave linear pressures sawteeth, to which
+/// fields as smooth as these answer: the error of a cube grew tenfold.) With psi_k orthonormal over
+/// the quadrature points of a cell, the projected dilatation of sum_J phi_J u_J is
+/// sum_k psi_k(y) sum_J G_kJ . u_J, G_kJ = sum_q w psi_k(y_q) g~_Jq. One row for each psi of each
+/// cell.
+struct MeanDilatation {
+  PointFields rows;  ///< nodes, ascending in each row, and as gradients G [sqrt(m)]
+  /// T_kI = sum_b w psi_k(x_b) phi_I n over the fixed points b of the cell [sqrt(m)] (entries)
+  std::vector<Vec3> fluxes;
+
+  /// For each fixed point its rows and the values of psi there: `terms` of them a point.
+  std::size_t terms = 0;               ///< polynomials a cell; 0: nothing is averaged
+  std::vector<std::size_t> first_row;  ///< (fixed points)
+  std::vector<double> psi;             ///< [m^-1.5]                          (fixed points x terms)
+};
+
+/// Cells follow the spacing, 1.25 to 2.5 spacings wide; slivers at the surface join their nearest
+/// neighbour. In walls too thin for a cell with points in all directions, the constant alone is
+/// projected. `fixed` are indices into `surface`, in the order of `fixed_fields`.
+MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_count,
+                               const VolumeQuadrature& volume, const PointFields& volume_fields,
+                               const SurfaceQuadrature& surface, std::span<const std::size_t> fixed,
+                               const PointFields& fixed_fields);
+
+}  // namespace viscera
