@@ -26,24 +26,22 @@ double spacing_at(const PointCloud& cloud, std::span<const int> nodes,
   return h;
 }
 
-/// Nitsche's penalty [Pa/m], beta = 100/h (2 mu I + lambda n n^T): the held traction that it must
-/// outweigh is 2 mu strain n + lambda div(u) n, and only its second part, along the normal, grows
-/// without bound towards incompressibility.
-Mat3 nitsche_penalty(const IsotropicMaterial& material, double h, const Vec3& normal) {
-  return kNitscheFactor / h *
-         (2.0 * material.shear_modulus() * Mat3::Identity() +
-          material.lame_lambda() * normal * normal.transpose());
+/// Nitsche's penalty [Pa/m], beta = rate (2 mu I + lambda n n^T), rate = 100/h: the held traction
+/// that it must outweigh is 2 mu strain n + lambda div(u) n, and only its second part, along the
+/// normal, grows without bound towards incompressibility.
+Mat3 nitsche_penalty(const IsotropicMaterial& material, double rate, const Vec3& normal) {
+  return rate * (2.0 * material.shear_modulus() * Mat3::Identity() +
+                 material.lame_lambda() * normal * normal.transpose());
 }
 
 /// The fixed points of the surface with the shape functions there and Nitsche's penalty.
 struct FixedPoints {
   std::vector<std::size_t> points;  ///< index into the SurfaceQuadrature
   PointFields fields;
-  std::vector<Mat3> penalty;  ///< [Pa/m]
+  std::vector<double> rate;  ///< [1/m]
 };
 
-Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadrature& surface,
-                                 const IsotropicMaterial& material) {
+Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadrature& surface) {
   FixedPoints fixed;
   std::vector<Vec3> positions;
   for (std::size_t b = 0; b < surface.size(); ++b) {
@@ -56,16 +54,21 @@ Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadr
   fixed.fields = std::move(*fields);
   for (std::size_t b = 0; b < fixed.points.size(); ++b) {
     const std::size_t begin = fixed.fields.begin[b], count = fixed.fields.begin[b + 1] - begin;
-    const double h = spacing_at(shape.cloud(), std::span(fixed.fields.nodes).subspan(begin, count),
-                                std::span(fixed.fields.values).subspan(begin, count));
-    fixed.penalty.push_back(nitsche_penalty(material, h, surface.normals[fixed.points[b]]));
+    fixed.rate.push_back(kNitscheFactor /
+                         spacing_at(shape.cloud(),
+                                    std::span(fixed.fields.nodes).subspan(begin, count),
+                                    std::span(fixed.fields.values).subspan(begin, count)));
   }
   return fixed;
 }
 
-/// From this Poisson's ratio on the dilatation is averaged. Below, it changes little (5 % of the
-/// error at 0.3) and would only cost: a third more work in the factorisation.
+/// From this Poisson's ratio on the dilatation is averaged. Below, it changes little and would only
+/// cost: twice the entries of the stiffness.
 constexpr double kAveragedFrom = 0.4;
+
+/// The part of lambda that a body of this Poisson's ratio would have stays pointwise: these fields
+/// don't lock under it, and it resists what averages don't see, as under narrow loads.
+constexpr double kPointwisePoissonRatio = 0.3;
 
 /// Lame's lambda of what is integrated point by point, and of what acts on averaged dilatation.
 struct SplitLambda {
@@ -74,8 +77,10 @@ struct SplitLambda {
 
 SplitLambda split_lambda(const IsotropicMaterial& material) {
   const double lambda = material.lame_lambda();
-  return material.poisson_ratio < kAveragedFrom ? SplitLambda{lambda, 0.0}
-                                                : SplitLambda{0.0, lambda};
+  if (material.poisson_ratio < kAveragedFrom) return {lambda, 0.0};
+  const double pointwise = 2.0 * material.shear_modulus() * kPointwisePoissonRatio /
+                           (1.0 - 2.0 * kPointwisePoissonRatio);
+  return {pointwise, lambda - pointwise};
 }
 
 /// K_IJ of an isotropic body is L(X_IJ) + B_IJ + Y_IJ with L(X) = lambda X + mu X^T + mu tr(X) I
@@ -83,8 +88,8 @@ SplitLambda split_lambda(const IsotropicMaterial& material) {
 ///   X_IJ = sum_q w g~_I g~_J^T - sum_b w (phi_I n g_J^T + g_I n^T phi_J),
 ///   B_IJ = sum_b w phi_I beta phi_J,
 /// q over the volume, b over the fixed surface: the material enters once a block, not once a point.
-/// Where the dilatation is averaged, L has lambda = 0 and
-///   Y_IJ = lambda sum_r (G_I G_J^T - T_I G_J^T - G_I T_J^T)
+/// Where the dilatation is averaged, L has the pointwise part of lambda and
+///   Y_IJ = (averaged part) sum_r (G_I G_J^T - T_I G_J^T - G_I T_J^T)
 /// over the rows r of the MeanDilatation: Nitsche's held traction takes the averaged dilatation
 /// too, since the energy bounds no other.
 SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicMaterial& material,
@@ -125,7 +130,8 @@ SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicM
       const Vec3& normal = surface.normals[fixed.points[b]];
       const Vec3 own_value = weight * fixed.fields.values[at.entry] * normal;
       const Vec3 own_gradient = weight * fixed.fields.gradients[at.entry];
-      const Block own_penalty = weight * fixed.fields.values[at.entry] * fixed.penalty[b];
+      const Block own_penalty =
+          weight * fixed.fields.values[at.entry] * nitsche_penalty(material, fixed.rate[b], normal);
       for (std::size_t e = at.entry; e < fixed.fields.begin[b + 1]; ++e) {
         const std::size_t to = slot[static_cast<std::size_t>(fixed.fields.nodes[e])];
         block(to).noalias() -= own_value * fixed.fields.gradients[e].transpose();
@@ -203,7 +209,7 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   if (!inside) return std::unexpected(inside.error());
   Result<PointFields> on_surface = evaluate_fields(shape, system.surface_.positions, false);
   if (!on_surface) return std::unexpected(on_surface.error());
-  Result<FixedPoints> fixed = fixed_points(shape, system.surface_, problem.material);
+  Result<FixedPoints> fixed = fixed_points(shape, system.surface_);
   if (!fixed) return std::unexpected(fixed.error());
 
   if (!progress(0.3, "making gradients consistent")) return failure(kCancelled);
@@ -214,8 +220,9 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
 
   if (!progress(0.7, "assembling")) return failure(kCancelled);
   if (split_lambda(problem.material).averaged > 0.0) {
-    system.dilatation_ = mean_dilatation(spacing, n, system.volume_, *inside, system.surface_,
-                                         fixed->points, fixed->fields);
+    system.dilatation_ =
+        mean_dilatation(spacing, n, system.volume_, *inside,
+                        {system.surface_, fixed->points, fixed->fields, fixed->rate});
   }
   system.stiffness_ = assemble_stiffness(n, problem.material, system.volume_, *inside, incidence,
                                          system.surface_, *fixed, system.dilatation_);
@@ -264,7 +271,7 @@ void GalerkinSystem::add_held(const StaticLoads& loads, std::vector<double>& all
     fields_->evaluate(surface_.positions[b], true, at);
     const double h = spacing_at(fields_->cloud(), at.nodes, at.values);
     const Vec3 held = surface_.weights[b] * loads.held_displacement(surface_.positions[b]);
-    const Vec3 penalty = nitsche_penalty(material_, h, n) * held;
+    const Vec3 penalty = nitsche_penalty(material_, kNitscheFactor / h, n) * held;
     for (std::size_t j = 0; j < at.nodes.size(); ++j) {
       // Traction of phi_J e_k through n, times the held displacement, for k = x, y, z.
       const Vec3& g = at.gradients[j];

@@ -1,123 +1,69 @@
 #include "kernels/paff/mean_dilatation.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <numeric>
 
 #include "kernels/base/parallel.h"
-#include "kernels/paff/moment_matrix.h"
 #include "kernels/points/kd_tree.h"
+#include "kernels/points/neighbours.h"
 
 namespace viscera {
 namespace {
 
-/// Greatest width of a cell over the local spacing. Four constraints in a cell of 2 to 2.5 spacings
-/// are one for every six to twelve unknowns; measured on the thick sphere at Poisson's ratio 0.499,
-/// wider cells gain nothing on the cube and narrower ones lock again.
-constexpr double kCellWidth = 1.5;
+constexpr std::size_t kTerms = 4;  // polynomials a cell
 
-/// Cell of each volume point, numbered by first appearance.
+/// Least distance of two cells' seeds over the local spacing. A cell then spans some seven nodes
+/// inside the body: four constraints for twenty unknowns. With seeds closer than 1.75 a thick
+/// sphere at Poisson's ratio 0.499 locks again; farther than 2, cells soften the body under narrow
+/// loads.
+constexpr double kSeedDistance = 2.0;
+
+/// Cell of each volume point: that of the nearest seed. Seeds are volume points, taken in their
+/// order wherever none is near, so every cell holds what lies within half that distance of its seed
+/// and none is a sliver.
 std::vector<int> cells_of_points(const LocalSpacing& spacing, const VolumeQuadrature& volume,
                                  int& cell_count) {
-  Vec3 low = volume.positions.front();
-  for (const Vec3& x : volume.positions) low = low.cwiseMin(x);
-  const double largest = kCellWidth * spacing.largest();
-  low -= largest * Vec3(0.37, 0.43, 0.29);  // off the planes of symmetric bodies
-
-  using Place = std::array<int, 4>;  // level, then the cell's indices
-  std::map<Place, int> leaves;       // number of the leaf, or -1 for a cell that is split
-  std::vector<int> cell(volume.size());
-  cell_count = 0;
+  std::vector<double> reach(volume.size());
   for (std::size_t q = 0; q < volume.size(); ++q) {
-    double side = largest;
-    for (int level = 0;; ++level, side *= 0.5) {
-      const Eigen::Vector3i at = ((volume.positions[q] - low) / side).array().floor().cast<int>();
-      const auto [found, is_new] = leaves.try_emplace({level, at.x(), at.y(), at.z()}, -1);
-      if (is_new) {
-        const Vec3 centre = low + side * (at.cast<double>() + Vec3::Constant(0.5));
-        constexpr double kRoundOff = 1.0 + 1e-9;
-        if (side <= kRoundOff * kCellWidth * spacing(centre)) found->second = cell_count++;
-      }
-      if (found->second < 0) continue;
-      cell[q] = found->second;
-      break;
+    reach[q] = kSeedDistance * spacing(volume.positions[q]);
+  }
+  const InfluenceGrid points(volume.positions, reach);
+  std::vector<int> cell(volume.size(), -1), near;
+  std::vector<double> distance(volume.size());
+  cell_count = 0;
+  for (std::size_t seed = 0; seed < volume.size(); ++seed) {
+    if (cell[seed] >= 0) continue;
+    points.reaching(volume.positions[seed], near);
+    for (const int point : near) {
+      const std::size_t q = static_cast<std::size_t>(point);
+      const double to_seed = (volume.positions[q] - volume.positions[seed]).norm();
+      if (cell[q] >= 0 && distance[q] <= to_seed) continue;
+      cell[q] = cell_count;
+      distance[q] = to_seed;
     }
+    ++cell_count;
   }
   return cell;
 }
 
-/// A cell stands alone when its points spread in every direction by this part of its width (a full
-/// cell's by 0.29); less, and it joins the nearest cell that does. Each cell is a constraint, and
-/// slivers are as many as cut cells; and polynomials fitted in a sliver are wild at its faces.
-constexpr double kSmallestSpread = 0.12;
-
-struct CellShape {
-  double volume = 0.0;
-  Vec3 centre = Vec3::Zero();
-  Mat3 second = Mat3::Zero();
-
-  double smallest_spread() const {
-    return std::sqrt(
-        std::max(0.0, Eigen::SelfAdjointEigenSolver<Mat3>(second / volume, Eigen::EigenvaluesOnly)
-                          .eigenvalues()[0]));
-  }
-};
-
-void merge_slivers(const LocalSpacing& spacing, const VolumeQuadrature& volume,
-                   std::vector<int>& cell, int& cell_count) {
-  std::vector<CellShape> shapes(static_cast<std::size_t>(cell_count));
-  const auto shape_of = [&](std::size_t q) -> CellShape& {
-    return shapes[static_cast<std::size_t>(cell[q])];
-  };
-  for (std::size_t q = 0; q < volume.size(); ++q) {
-    shape_of(q).volume += volume.weights[q];
-    shape_of(q).centre += volume.weights[q] * volume.positions[q];
-  }
-  for (CellShape& shape : shapes) shape.centre /= shape.volume;
-  for (std::size_t q = 0; q < volume.size(); ++q) {
-    const Vec3 d = volume.positions[q] - shape_of(q).centre;
-    shape_of(q).second += volume.weights[q] * d * d.transpose();
-  }
-
-  std::vector<Vec3> kept;
-  std::vector<int> number(shapes.size(), -1);
-  std::vector<double> width(shapes.size());
-  for (std::size_t c = 0; c < shapes.size(); ++c) {
-    width[c] = kCellWidth * spacing(shapes[c].centre);
-    if (shapes[c].smallest_spread() < kSmallestSpread * width[c]) continue;
-    number[c] = static_cast<int>(kept.size());
-    kept.push_back(shapes[c].centre);
-  }
-  cell_count = static_cast<int>(kept.size());
-  const KdTree tree(kept);
-  std::vector<KdTree::Found> found;
-  for (std::size_t c = 0; c < shapes.size(); ++c) {
-    if (number[c] >= 0) continue;
-    if (!kept.empty()) tree.nearest(shapes[c].centre, 1, -1, found);
-    // Walls thinner than a cell have none to join nearby.
-    const bool near = !kept.empty() && found.front().distance2 < 2.25 * width[c] * width[c];
-    number[c] = near ? found.front().index : cell_count++;
-  }
-  for (int& c : cell) c = number[static_cast<std::size_t>(c)];
-}
-
-/// Polynomials 1, x, y, z, orthonormal over the points of one cell; 1 alone where the points lie in
-/// one plane.
+/// Polynomials 1 and, along the principal axes of the points of one cell, up to three linear ones,
+/// orthonormal over those points; the others are zero.
 struct CellPolynomials {
   Vec3 centre = Vec3::Zero();
-  double scale = 1.0;
-  Eigen::Matrix4d combine = Eigen::Matrix4d::Zero();  // L^-1 of the Gram matrix
+  double constant = 0.0;       // [m^-1.5]
+  Mat3 linear = Mat3::Zero();  // a row for each polynomial [m^-2.5]
 
-  Vec4 at(const Vec3& y) const {
-    return combine * (Vec4() << 1.0, (y - centre) / scale).finished();
-  }
+  Vec4 at(const Vec3& y) const { return (Vec4() << constant, linear * (y - centre)).finished(); }
 };
 
-CellPolynomials orthonormal(const VolumeQuadrature& volume, std::span<const std::size_t> points) {
+/// `points` of the volume and `held` of the fixed ones lie in the cell. Linear polynomials are left
+/// out, the one along the thinnest direction first, where the points hardly spread, and where
+/// sum_b w_b / beta_b psi psi^T over the fixed points exceeds 1/2: below 1, Nitsche's penalty
+/// lambda beta outweighs the held traction of the averaged dilatation.
+CellPolynomials cell_polynomials(const VolumeQuadrature& volume,
+                                 std::span<const std::size_t> points, const HeldSurface& held,
+                                 std::span<const std::size_t> held_points) {
   CellPolynomials out;
   double total = 0.0;
   for (const std::size_t q : points) {
@@ -125,18 +71,31 @@ CellPolynomials orthonormal(const VolumeQuadrature& volume, std::span<const std:
     out.centre += volume.weights[q] * volume.positions[q];
   }
   out.centre /= total;
-  out.centre /= total;
-  out.combine(0, 0) = 1.0 / std::sqrt(total);
-  out.scale = std::cbrt(total);
-  Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
+  out.constant = 1.0 / std::sqrt(total);
+  Mat3 second = Mat3::Zero();
   for (const std::size_t q : points) {
-    const Vec4 p = (Vec4() << 1.0, (volume.positions[q] - out.centre) / out.scale).finished();
-    gram += volume.weights[q] * p * p.transpose();
+    const Vec3 d = volume.positions[q] - out.centre;
+    second += volume.weights[q] * d * d.transpose();
   }
-  const Eigen::LLT<Eigen::Matrix4d> factor(gram);
-  const Vec4 pivots = factor.matrixLLT().diagonal();
-  if (factor.info() == Eigen::Success && pivots.minCoeff() > 0.03 * pivots[0]) {
-    out.combine = factor.matrixL().solve(Eigen::Matrix4d::Identity());
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(second);  // thinnest first
+  constexpr double kLeastSpread = 0.1;                     // of the longest direction
+  for (int k = 0; k < 3; ++k) {
+    const double moment = axes.eigenvalues()[k];
+    if (moment <= kLeastSpread * kLeastSpread * axes.eigenvalues()[2]) continue;
+    out.linear.row(k) = axes.eigenvectors().col(k).transpose() / std::sqrt(moment);
+  }
+  for (int thinnest = 0; thinnest < 3; ++thinnest) {
+    Eigen::Matrix4d load = Eigen::Matrix4d::Zero();
+    for (const std::size_t b : held_points) {
+      const std::size_t point = held.points[b];
+      const Vec4 psi = out.at(held.surface.positions[point]);
+      load += held.surface.weights[point] / held.penalty[b] * psi * psi.transpose();
+    }
+    if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(load, Eigen::EigenvaluesOnly)
+            .eigenvalues()[3] < 0.5) {
+      break;
+    }
+    out.linear.row(thinnest).setZero();
   }
   return out;
 }
@@ -145,11 +104,12 @@ CellPolynomials orthonormal(const VolumeQuadrature& volume, std::span<const std:
 
 MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_count,
                                const VolumeQuadrature& volume, const PointFields& volume_fields,
-                               const SurfaceQuadrature& surface, std::span<const std::size_t> fixed,
-                               const PointFields& fixed_fields) {
+                               const HeldSurface& held) {
+  const SurfaceQuadrature& surface = held.surface;
+  const PointFields& fixed_fields = held.fields;
+  const std::span<const std::size_t> fixed = held.points;
   int cell_count = 0;
-  std::vector<int> cell = cells_of_points(spacing, volume, cell_count);
-  merge_slivers(spacing, volume, cell, cell_count);
+  const std::vector<int> cell = cells_of_points(spacing, volume, cell_count);
   const std::size_t cells = static_cast<std::size_t>(cell_count);
 
   std::vector<std::vector<std::size_t>> points_of(cells), fixed_of(cells);
@@ -157,8 +117,7 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
     points_of[static_cast<std::size_t>(cell[q])].push_back(q);
   }
   MeanDilatation out;
-  constexpr std::size_t terms = 4;
-  out.terms = terms;
+  out.terms = kTerms;
   out.first_row.resize(fixed.size());
   const KdTree volume_tree(volume.positions);
   std::vector<KdTree::Found> found;
@@ -166,9 +125,9 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
     volume_tree.nearest(surface.positions[fixed[b]], 1, -1, found);
     const int owner = cell[static_cast<std::size_t>(found.front().index)];
     fixed_of[static_cast<std::size_t>(owner)].push_back(b);
-    out.first_row[b] = terms * static_cast<std::size_t>(owner);
+    out.first_row[b] = kTerms * static_cast<std::size_t>(owner);
   }
-  out.psi.resize(fixed.size() * terms);
+  out.psi.resize(fixed.size() * kTerms);
 
   struct Part {
     std::vector<int> nodes;
@@ -193,15 +152,15 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
       for (std::size_t i = 0; i < width; ++i) {
         place[static_cast<std::size_t>(part.nodes[i])] = static_cast<int>(i);
       }
-      part.gradients.assign(terms * width, Vec3::Zero());
-      part.fluxes.assign(terms * width, Vec3::Zero());
-      const CellPolynomials polynomials = orthonormal(volume, points_of[c]);
+      part.gradients.assign(kTerms * width, Vec3::Zero());
+      part.fluxes.assign(kTerms * width, Vec3::Zero());
+      const CellPolynomials polynomials = cell_polynomials(volume, points_of[c], held, fixed_of[c]);
       for (const std::size_t q : points_of[c]) {
         const Vec4 psi = volume.weights[q] * polynomials.at(volume.positions[q]);
         for (std::size_t e = volume_fields.begin[q]; e < volume_fields.begin[q + 1]; ++e) {
           const auto at =
               static_cast<std::size_t>(place[static_cast<std::size_t>(volume_fields.nodes[e])]);
-          for (std::size_t k = 0; k < terms; ++k) {
+          for (std::size_t k = 0; k < kTerms; ++k) {
             part.gradients[k * width + at] += psi[static_cast<int>(k)] * volume_fields.gradients[e];
           }
         }
@@ -209,13 +168,13 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
       for (const std::size_t b : fixed_of[c]) {
         const Vec4 psi = polynomials.at(surface.positions[fixed[b]]);
         const Vec3 area = surface.weights[fixed[b]] * surface.normals[fixed[b]];
-        for (std::size_t k = 0; k < terms; ++k) {
-          out.psi[b * terms + k] = psi[static_cast<int>(k)];
+        for (std::size_t k = 0; k < kTerms; ++k) {
+          out.psi[b * kTerms + k] = psi[static_cast<int>(k)];
         }
         for (std::size_t e = fixed_fields.begin[b]; e < fixed_fields.begin[b + 1]; ++e) {
           const auto at =
               static_cast<std::size_t>(place[static_cast<std::size_t>(fixed_fields.nodes[e])]);
-          for (std::size_t k = 0; k < terms; ++k) {
+          for (std::size_t k = 0; k < kTerms; ++k) {
             part.fluxes[k * width + at] +=
                 (psi[static_cast<int>(k)] * fixed_fields.values[e]) * area;
           }
@@ -225,7 +184,7 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
     }
   });
   for (Part& part : parts) {
-    for (std::size_t k = 0; k < terms; ++k) {
+    for (std::size_t k = 0; k < kTerms; ++k) {
       out.rows.nodes.insert(out.rows.nodes.end(), part.nodes.begin(), part.nodes.end());
       out.rows.begin.push_back(out.rows.nodes.size());
     }

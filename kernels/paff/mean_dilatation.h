@@ -30,12 +30,21 @@ struct MeanDilatation {
   std::vector<double> psi;             ///< [m^-1.5]                          (fixed points x terms)
 };
 
-/// Cells follow the spacing, 1.25 to 2.5 spacings wide; slivers at the surface join their nearest
-/// neighbour. In walls too thin for a cell with points in all directions, the constant alone is
-/// projected. `fixed` are indices into `surface`, in the order of `fixed_fields`.
+/// The fixed points: indices into `surface`, their fields and Nitsche's penalty on the normal
+/// displacement over lambda [1/m].
+struct HeldSurface {
+  const SurfaceQuadrature& surface;
+  std::span<const std::size_t> points;
+  const PointFields& fields;
+  std::span<const double> penalty;
+};
+
+/// Cells follow the spacing, some two spacings wide. Cells of walls too thin for a linear
+/// polynomial across, or where it would outgrow Nitsche's penalty, have fewer: sum_r (G.u)^2 - 2
+/// (G.u) (T.u)
+/// + sum_b w penalty (n.u)^2 >= 0 for all u, so averaging leaves the stiffness positive definite.
 MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_count,
                                const VolumeQuadrature& volume, const PointFields& volume_fields,
-                               const SurfaceQuadrature& surface, std::span<const std::size_t> fixed,
-                               const PointFields& fixed_fields);
+                               const HeldSurface& held);
 
 }  // namespace viscera
