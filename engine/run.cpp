@@ -193,7 +193,7 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     const OrganModel& model = *organ.model;
     report.organs.push_back({organ.name, model.cloud.size(), model.cloud.surface_count,
                              model.surface.triangles.size(), model.prepare_s, model.cache_hit,
-                             model.memory_bytes()});
+                             model.memory_bytes(), model.figures.smallest_compliance_eigenvalue});
     if (!model.deformable()) report.skipped.push_back(skipped_elasticity(scene.organs[o]));
   }
   for (const SmokeBody& smoke : world.smoke)

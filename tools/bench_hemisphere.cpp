@@ -132,6 +132,7 @@ nlohmann::json to_json(const HemisphereCase& one) {
                          {"own_reference",
                           {{"force_error", or_null(one.own_force_error)},
                            {"profile_error", or_null(one.own_profile_error)}}},
+                         {"compliance_eigenvalue", one.compliance_eigenvalue},
                          {"smallest_eigenvalue", or_null(one.smallest_eigenvalue)},
                          {"memory_bytes", one.memory_bytes},
                          {"factor_bytes", or_null(one.factor_bytes)}};
@@ -175,7 +176,7 @@ OnlineTimes measure_online(HemisphereBody& body, HemisphereContact contact, doub
   std::size_t at = 0;
   const auto step = [&](std::size_t stride) {
     body.contact().solve(patches[at], solution, response);
-    displacement_unknowns(body.compliance(), response, unknowns);
+    body.contact().displacement_unknowns(unknowns);
     at = (at + stride) % patches.size();
   };
   times.still = 1e6 * median_call_s([&] { step(0); }, kFor);
@@ -213,6 +214,7 @@ HemisphereCase measure(HemisphereBody& body, HemisphereContact contact, double a
   one.factor_s = figures.factor_s;
   one.compliance_s = figures.compliance_s;
   one.factor_bytes = figures.factor_bytes;
+  one.compliance_eigenvalue = figures.smallest_compliance_eigenvalue;
   one.memory_bytes = body.memory_bytes();
   const bool pressed = contact == HemisphereContact::press;
   const HemisphereAnswer answer = body.press(contact, a_over_R, kRings);

@@ -49,6 +49,7 @@ struct HemisphereCase {
   std::optional<double> force_over_ERdelta, force_error, profile_error;
   /// Against our own axisymmetric solution, where there is no reference.
   std::optional<double> own_force_error, own_profile_error;
+  double compliance_eigenvalue = 0.0;  ///< smallest of sym(C_nn) over its largest, whole surface
   std::optional<double> smallest_eigenvalue;  ///< of the patch's compliance over its largest
   std::size_t memory_bytes = 0;               ///< that stay for running
   std::optional<std::size_t> factor_bytes;

@@ -22,7 +22,8 @@ Json organ_json(const OrganReport& organ) {
           {"triangles", organ.triangles},
           {"prepare_s", organ.prepare_s},
           {"cache_hit", organ.cache_hit},
-          {"memory_bytes", organ.memory_bytes}};
+          {"memory_bytes", organ.memory_bytes},
+          {"smallest_compliance_eigenvalue", organ.smallest_compliance_eigenvalue}};
 }
 
 Json stage_json(const StageReport& stage) {

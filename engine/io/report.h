@@ -19,6 +19,7 @@ struct OrganReport {
   double prepare_s = 0.0;
   bool cache_hit = false;
   std::size_t memory_bytes = 0;
+  double smallest_compliance_eigenvalue = 0.0;  ///< over the largest; 0 where nothing was prepared
 };
 
 struct StageReport {
@@ -34,27 +35,27 @@ struct SkippedReport {
 
 struct MachineReport {
   std::string cpu;
-  int cores = 0;                       ///< that this process may use
+  int cores = 0;  ///< that this process may use
   std::uint64_t memory_bytes = 0;
 };
 
 /// Plain values that the engine fills; the keys of report.json have the same names.
 struct RunReport {
-  std::string version;                 ///< of the program
-  std::string command;                 ///< repeats the run
-  std::string scene;                   ///< file
-  std::string title;                   ///< of the scene, for people
+  std::string version;  ///< of the program
+  std::string command;  ///< repeats the run
+  std::string scene;    ///< file
+  std::string title;    ///< of the scene, for people
   std::uint64_t seed = 0;
   int threads = 0;
-  std::string backend;                 ///< "cpu", "gpu"
-  std::string renderer;                ///< device; empty: no pictures were drawn
-  double duration_s = 0.0;             ///< simulated
-  std::uint64_t frames = 0;            ///< of the simulation
+  std::string backend;       ///< "cpu", "gpu"
+  std::string renderer;      ///< device; empty: no pictures were drawn
+  double duration_s = 0.0;   ///< simulated
+  std::uint64_t frames = 0;  ///< of the simulation
   std::uint64_t pictures = 0;
   std::string state_hash;
-  double prepare_s = 0.0;              ///< before the first frame
-  double wall_s = 0.0;                 ///< of the whole loop, pictures included
-  double real_time_factor = 0.0;       ///< simulated time over the time of the simulation's stages
+  double prepare_s = 0.0;         ///< before the first frame
+  double wall_s = 0.0;            ///< of the whole loop, pictures included
+  double real_time_factor = 0.0;  ///< simulated time over the time of the simulation's stages
   std::uint64_t peak_memory_bytes = 0;
   MachineReport machine;
   std::vector<OrganReport> organs;
@@ -64,7 +65,7 @@ struct RunReport {
   } smoke;
   std::vector<SkippedReport> skipped;
   std::vector<std::string> flags, warnings;
-  bool complete = true;                ///< false: ended early by Ctrl-C or an error
+  bool complete = true;  ///< false: ended early by Ctrl-C or an error
 };
 
 /// One entry a stage that ran, in the order of the trace's stages.

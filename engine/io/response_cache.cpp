@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kFormat = 1;  // of the names and meanings below
+constexpr int kFormat = 2;  // of the names and meanings below
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double), "positions are stored as they lie in memory");
 
@@ -27,7 +27,8 @@ std::vector<double> to_numbers(const PreparationFigures& f) {
           f.assemble_s,
           f.factor_s,
           f.compliance_s,
-          static_cast<double>(f.factor_bytes)};
+          static_cast<double>(f.factor_bytes),
+          f.smallest_compliance_eigenvalue};
 }
 
 PreparationFigures to_figures(std::span<const double> v) {
@@ -41,10 +42,11 @@ PreparationFigures to_figures(std::span<const double> v) {
   f.factor_s = v[6];
   f.compliance_s = v[7];
   f.factor_bytes = static_cast<std::size_t>(v[8]);
+  f.smallest_compliance_eigenvalue = v[9];
   return f;
 }
 
-constexpr std::size_t kFigures = 9;
+constexpr std::size_t kFigures = 10;
 
 bool indices_of(const std::vector<int>& nodes, std::size_t count) {
   return std::all_of(nodes.begin(), nodes.end(),
@@ -69,6 +71,8 @@ Result<PreparedResponse> unpack(CacheData data) {
   if (!columns) return std::unexpected(columns.error());
   auto figures = data.take<double>("figures", kFigures);
   if (!figures) return std::unexpected(figures.error());
+  auto symmetric = data.take<int>("symmetric", 1);
+  if (!symmetric) return std::unexpected(symmetric.error());
   const int surface_nodes = surface_count->front();
   if (surface_nodes < 0 || static_cast<std::size_t>(surface_nodes) > nodes ||
       !indices_of(*visible, nodes) || !indices_of(*touchable, nodes)) {
@@ -82,6 +86,7 @@ Result<PreparedResponse> unpack(CacheData data) {
   r.compliance.visible = std::move(*visible);
   r.compliance.touchable = std::move(*touchable);
   r.compliance.columns = std::move(*columns);
+  r.compliance.symmetric = symmetric->front() != 0;
   r.figures = to_figures(*figures);
   for (auto& [name, array] : data.arrays()) {
     if (name.starts_with("extra.")) r.extra[name.substr(6)] = std::move(array);
@@ -126,6 +131,7 @@ Result<void> ResponseCache::save(const std::string& key, const PreparedResponse&
   if (error) return failure(folder_.string() + ": can't be created: " + error.message());
   const PointCloud& cloud = response.cloud;
   const std::array<int, 1> surface_count = {static_cast<int>(cloud.surface_count)};
+  const std::array<int, 1> symmetric = {response.compliance.symmetric ? 1 : 0};
   const std::vector<double> figures = to_numbers(response.figures);
   const double* positions = cloud.positions.empty() ? nullptr : cloud.positions.front().data();
 
@@ -136,6 +142,7 @@ Result<void> ResponseCache::save(const std::string& key, const PreparedResponse&
   contents.array("visible", response.compliance.visible);
   contents.array("touchable", response.compliance.touchable);
   contents.array("columns", response.compliance.columns);
+  contents.array("symmetric", std::span<const int>(symmetric));
   contents.array("figures", figures);
   for (const auto& [name, array] : response.extra) {
     std::visit([&](const auto& values) { contents.array("extra." + name, values); }, array);

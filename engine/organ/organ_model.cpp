@@ -123,20 +123,28 @@ Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reac
   return {};
 }
 
-// Measured: a nested-dissection factor of a 3-D body grows as N^(4/3) in size.
+// Counted: a nested-dissection factor of a 3-D body grows as N^(4/3); 1.5e8 numbers at 12,200 nodes
+// of a cube, fewer below.
 double factor_entries(double nodes) {
-  return 2.6e2 * std::pow(nodes, 4.0 / 3.0) * 3.0;
+  return 550.0 * std::pow(nodes, 4.0 / 3.0);
 }
 
 std::size_t compliance_bytes(std::size_t visible, std::size_t touchable) {
   return 9 * visible * touchable * sizeof(float);
 }
 
-/// Peak beyond the surface while a compliance is computed [bytes].
+/// Peak beyond the surface while a compliance is computed [bytes]: quadrature and its fields (66 kB
+/// a node, measured) or, later, the factor in single precision with the fronts that wait for their
+/// parents; then the compliance in the order of elimination and in that of the nodes, with the copy
+/// of its square that is checked.
 std::size_t preparation_bytes(std::size_t nodes, std::size_t visible, std::size_t touchable) {
+  constexpr double kWaitingFronts = 0.8;  // of the factor
   const double n = static_cast<double>(nodes);
-  return compliance_bytes(visible, touchable) +
-         static_cast<std::size_t>(8.0 * (factor_entries(n) + 9.0 * 200.0 * n));
+  const double assembly = 66e3 * n;
+  const double factor = 4.0 * (1.0 + kWaitingFronts) * factor_entries(n) + 9e3 * n;
+  const std::size_t square = compliance_bytes(touchable, touchable);
+  return 2 * compliance_bytes(visible, touchable) + square +
+         static_cast<std::size_t>(std::max(assembly, factor));
 }
 
 /// Refuses what this machine can't hold, before minutes are spent on it.
@@ -371,11 +379,14 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   plan.preparation_bytes =
       model.memory_bytes() + preparation_bytes(plan.nodes, visible.size(), touchable.size());
 
-  // Measured on two cores of a cloud server at 5,000 and 9,600 nodes: assembly is linear in the
-  // nodes, factoring goes as N^2, and each touchable node's three solves as N^1.55.
+  // Operations counted, at 7e10 a second (two cores, single precision): factoring goes as N^2, the
+  // columns of a touchable node as the factor. Assembly is linear in the nodes.
   const double n = static_cast<double>(plan.nodes);
-  plan.prepare_s = 0.3 + 1.3e-4 * n + 8e-8 * n * n +
-                   5e-3 * static_cast<double>(touchable.size()) * std::pow(n / 5000.0, 1.55);
+  constexpr double kPerSecond = 7e10;
+  plan.prepare_s =
+      0.1 + 2.2e-4 * n +
+      (3.8e3 * n * n + 9.0 * static_cast<double>(touchable.size()) * factor_entries(n)) /
+          kPerSecond;
   return plan;
 }
 

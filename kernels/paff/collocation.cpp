@@ -4,6 +4,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
+#include "kernels/paff/compliance_checks.h"
 #include "kernels/paff/compliance_columns.h"
 #include "kernels/paff/nodal_measures.h"
 #include "kernels/paff/problem_checks.h"
@@ -182,7 +183,7 @@ class CollocationSolver final : public ElasticSolver {
                                        const Progress& progress) override {
     const Stopwatch watch;
     auto compliance = compliance_columns(
-        rows_.size(), std::move(visible), std::move(touchable), false,
+        rows_.size(), std::move(visible), std::move(touchable),
         [&](std::span<const int> units, std::span<double> out) {
           std::vector<double> scales;
           for (const int unit : units) {
@@ -191,6 +192,11 @@ class CollocationSolver final : public ElasticSolver {
           return factor_.solve_units(units, scales, out);
         },
         progress);
+    if (compliance) {
+      figures_.smallest_compliance_eigenvalue = smallest_compliance_eigenvalue(*compliance);
+      const auto positive = expect_positive_compliance(figures_.smallest_compliance_eigenvalue);
+      if (!positive) compliance = std::unexpected(positive.error());
+    }
     figures_.compliance_s += watch.seconds();
     return compliance;
   }

@@ -20,18 +20,6 @@ bool is_node_list(const std::vector<int>& nodes, std::size_t count) {
   return true;
 }
 
-void symmetrise_touchable_square(SurfaceCompliance& compliance) {
-  const std::size_t rows = compliance.rows();
-  const std::vector<std::size_t> row_of = compliance.touchable_rows();
-  for (std::size_t i = 0; i < row_of.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      float& below = compliance.columns[j * rows + row_of[i]];
-      float& above = compliance.columns[i * rows + row_of[j]];
-      below = above = 0.5f * (below + above);
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<std::size_t> SurfaceCompliance::touchable_rows() const {
@@ -45,20 +33,29 @@ std::vector<std::size_t> SurfaceCompliance::touchable_rows() const {
   return row_of;
 }
 
-Result<SurfaceCompliance> compliance_columns(std::size_t node_count, std::vector<int> visible,
-                                             std::vector<int> touchable, bool symmetric,
-                                             const UnitSolver& solve_units,
-                                             const Progress& progress) {
+Result<SurfaceCompliance> empty_compliance(std::size_t node_count, std::vector<int> visible,
+                                           std::vector<int> touchable, bool symmetric) {
   if (!is_node_list(visible, node_count) || !is_node_list(touchable, node_count) ||
       !std::includes(visible.begin(), visible.end(), touchable.begin(), touchable.end())) {
     return failure("compliance: expected visible and touchable nodes ascending, each once, below " +
                    std::to_string(node_count) + ", touchable ones among the visible");
   }
   SurfaceCompliance compliance{std::move(visible), std::move(touchable), {}, symmetric};
+  compliance.columns.resize(compliance.rows() * 3 * compliance.touchable.size());
+  return compliance;
+}
+
+Result<SurfaceCompliance> compliance_columns(std::size_t node_count, std::vector<int> visible,
+                                             std::vector<int> touchable,
+                                             const UnitSolver& solve_units,
+                                             const Progress& progress) {
+  Result<SurfaceCompliance> made =
+      empty_compliance(node_count, std::move(visible), std::move(touchable), false);
+  if (!made) return made;
+  SurfaceCompliance& compliance = *made;
   const std::size_t rows = compliance.rows();
   const std::size_t column_count = 3 * compliance.touchable.size();
   const std::size_t unknowns = 3 * node_count;
-  compliance.columns.resize(rows * column_count);
 
   std::vector<int> units;
   std::vector<double> block;
@@ -85,9 +82,8 @@ Result<SurfaceCompliance> compliance_columns(std::size_t node_count, std::vector
       }
     });
   }
-  if (symmetric) symmetrise_touchable_square(compliance);
   if (!progress(1.0, "computing compliance")) return failure(kCancelled);
-  return compliance;
+  return made;
 }
 
 }  // namespace viscera

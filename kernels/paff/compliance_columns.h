@@ -1,4 +1,4 @@
-// The surface compliance of any formulation, column block by column block.
+// The surface compliance of any solver of unit loads, column block by column block.
 #pragma once
 
 #include <functional>
@@ -15,11 +15,15 @@ namespace viscera {
 /// unknowns [m] under 1 N on unknown units[k].
 using UnitSolver = std::function<Result<void>(std::span<const int> units, std::span<double> out)>;
 
-/// What ElasticSolver::compliance promises. `symmetric`: the stiffness is, so the touchable square
-/// is made exactly its own mirror (round-off differs above and below the diagonal); otherwise it is
-/// left as it is.
+/// A compliance of these nodes with columns still to be filled. Fails unless both lists ascend, are
+/// within the nodes, and the visible nodes hold the touchable ones.
+Result<SurfaceCompliance> empty_compliance(std::size_t node_count, std::vector<int> visible,
+                                           std::vector<int> touchable, bool symmetric);
+
+/// What ElasticSolver::compliance promises, for an unsymmetric stiffness: nothing is made
+/// symmetric.
 Result<SurfaceCompliance> compliance_columns(std::size_t node_count, std::vector<int> visible,
-                                             std::vector<int> touchable, bool symmetric,
+                                             std::vector<int> touchable,
                                              const UnitSolver& solve_units,
                                              const Progress& progress);
 

@@ -52,6 +52,9 @@ struct PreparationFigures {
   double fixed_area = 0.0;           ///< [m2]
   double assemble_s = 0.0, factor_s = 0.0, compliance_s = 0.0;
   std::size_t factor_bytes = 0;
+  /// Of the symmetric part of the last compliance's touchable square, relative to its largest; 0
+  /// before there is one.
+  double smallest_compliance_eigenvalue = 0.0;
 };
 
 /// The precomputed response: displacement unknowns of the `visible` nodes per unit force on the
@@ -79,6 +82,7 @@ class ElasticSolver {
   /// Nodal unknowns (3 N) [m] under loads given as functions of place.
   virtual Result<std::vector<double>> solve_static(const StaticLoads& loads) = 0;
   /// Rows of `visible`, columns of `touchable`; both ascending, touchable a subset of visible.
+  /// Fails, saying what to change, unless it is positive (see compliance_checks.h).
   virtual Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
                                                const Progress& progress) = 0;
   virtual const PreparationFigures& figures() const = 0;

@@ -1,23 +1,24 @@
 // The `galerkin` formulation behind the common interface: prepare, solve, compliance.
 #include "kernels/base/stopwatch.h"
-#include "kernels/paff/compliance_columns.h"
+#include "kernels/paff/compliance_checks.h"
 #include "kernels/paff/galerkin.h"
+#include "kernels/paff/stiffness_factor.h"
 
 namespace viscera {
 namespace {
 
 class GalerkinSolver final : public ElasticSolver {
  public:
-  GalerkinSolver(GalerkinSystem system, SparseCholesky factor, const PreparationFigures& figures)
+  GalerkinSolver(GalerkinSystem system, StiffnessFactor factor, const PreparationFigures& figures)
       : system_(std::move(system)), factor_(std::move(factor)), figures_(figures) {}
 
   Result<void> solve(std::span<double> loads, int columns) override {
-    return factor_.solve(loads, columns);
+    return factor_.solve(system_.stiffness(), loads, columns);
   }
 
   Result<std::vector<double>> solve_static(const StaticLoads& loads) override {
     std::vector<double> unknowns = system_.loads(loads);
-    if (const Result<void> solved = factor_.solve(unknowns, 1); !solved) {
+    if (const Result<void> solved = factor_.solve(system_.stiffness(), unknowns, 1); !solved) {
       return std::unexpected(solved.error());
     }
     return unknowns;
@@ -26,12 +27,12 @@ class GalerkinSolver final : public ElasticSolver {
   Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
                                        const Progress& progress) override {
     const Stopwatch watch;
-    auto compliance = compliance_columns(
-        figures_.unknowns / 3, std::move(visible), std::move(touchable), true,
-        [&](std::span<const int> units, std::span<double> out) {
-          return factor_.solve_units(units, out);
-        },
-        progress);
+    auto compliance = factor_.compliance(std::move(visible), std::move(touchable), progress);
+    if (compliance) {
+      figures_.smallest_compliance_eigenvalue = smallest_compliance_eigenvalue(*compliance);
+      const auto positive = expect_positive_compliance(figures_.smallest_compliance_eigenvalue);
+      if (!positive) compliance = std::unexpected(positive.error());
+    }
     figures_.compliance_s += watch.seconds();
     return compliance;
   }
@@ -40,7 +41,7 @@ class GalerkinSolver final : public ElasticSolver {
 
  private:
   GalerkinSystem system_;
-  SparseCholesky factor_;
+  StiffnessFactor factor_;
   PreparationFigures figures_;
 };
 
@@ -64,7 +65,8 @@ class GalerkinFormulation final : public Formulation {
     if (!system) return std::unexpected(system.error());
     if (!progress(kAssemblyShare, "factoring")) return failure(kCancelled);
     const Stopwatch watch;
-    Result<SparseCholesky> factor = system->factor();
+    Result<StiffnessFactor> factor =
+        StiffnessFactor::factor(system->stiffness(), problem.cloud->positions);
     if (!factor) return std::unexpected(factor.error());
     PreparationFigures figures = system->figures();
     figures.factor_s = watch.seconds();

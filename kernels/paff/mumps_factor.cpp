@@ -1,6 +1,5 @@
 #include "kernels/paff/mumps_factor.h"
 
-#include <dlfcn.h>
 #include <dmumps_c.h>
 
 #include <algorithm>
@@ -9,6 +8,8 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "kernels/paff/blas.h"
 
 namespace viscera {
 namespace {
@@ -19,15 +20,6 @@ enum Job { kInitialise = -1, kEnd = -2, kSolve = 3, kAnalyse = 1, kFactor = 2 };
 std::mutex& mumps_lock() {
   static std::mutex lock;
   return lock;
-}
-
-/// A threaded BLAS gives other last digits with other thread counts. The symbol is OpenBLAS's own;
-/// the reference BLAS, where it is installed instead, has one thread anyway.
-void hold_blas_to_one_thread() {
-  using SetThreads = void (*)(int);
-  static const auto set_threads =
-      reinterpret_cast<SetThreads>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
-  if (set_threads) set_threads(1);
 }
 
 std::string explain(const DMUMPS_STRUC_C& mumps, std::string_view what) {

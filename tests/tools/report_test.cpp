@@ -74,7 +74,8 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"triangles", Type::number_unsigned},
                {"prepare_s", Type::number_float},
                {"cache_hit", Type::boolean},
-               {"memory_bytes", Type::number_unsigned}},
+               {"memory_bytes", Type::number_unsigned},
+               {"smallest_compliance_eigenvalue", Type::number_float}},
               true);
   ASSERT_FALSE(report["stages"].empty());
   for (const Json& stage : report["stages"]) {

@@ -37,7 +37,7 @@ TEST(Report, HasTheKeysThatWerePromised) {
   };
   EXPECT_EQ(keys(all["organs"][0]),
             (std::set<std::string>{"name", "nodes", "surface_nodes", "triangles", "prepare_s",
-                                   "cache_hit", "memory_bytes"}));
+                                   "cache_hit", "memory_bytes", "smallest_compliance_eigenvalue"}));
   EXPECT_EQ(keys(all["stages"][0]),
             (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
   EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes"}));

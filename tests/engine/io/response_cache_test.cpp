@@ -47,7 +47,9 @@ PreparedResponse example() {
                .assemble_s = 0.1,
                .factor_s = 0.2,
                .compliance_s = 0.3,
-               .factor_bytes = 5'000'000'000};
+               .factor_bytes = 5'000'000'000,
+               .smallest_compliance_eigenvalue = 1e-4};
+  r.compliance.symmetric = false;
   r.extra["weights"] = std::vector<float>{0.5f, 0.25f};
   r.extra["rows"] = std::vector<int>{0, 1, 2};
   r.extra["empty"] = std::vector<double>{};
@@ -84,6 +86,9 @@ TEST(ResponseCache, GivesBackExactlyWhatWasSaved) {
   EXPECT_EQ(r.figures.factor_s, expected.figures.factor_s);
   EXPECT_EQ(r.figures.compliance_s, expected.figures.compliance_s);
   EXPECT_EQ(r.figures.factor_bytes, expected.figures.factor_bytes);
+  EXPECT_EQ(r.figures.smallest_compliance_eigenvalue,
+            expected.figures.smallest_compliance_eigenvalue);
+  EXPECT_EQ(r.compliance.symmetric, expected.compliance.symmetric);
   EXPECT_EQ(r.extra, expected.extra);
   EXPECT_EQ(entries(cached.folder / "cache"), 1);
 }

@@ -1,0 +1,20 @@
+// Is a compliance one that contact can stand on?
+#pragma once
+
+#include "kernels/base/result.h"
+#include "kernels/paff/elasticity.h"
+
+namespace viscera {
+
+/// Smallest eigenvalue of the symmetric part of C_nn, the touchable square, relative to the
+/// largest: by Cholesky factorisation and inverse iteration where it is positive (from above, to a
+/// tenth or so), else by iteration on the shifted matrix. Unknowns on which forces have no effect
+/// (held nodes of strong forms) are left out. 1 for an empty square. Deterministic.
+double smallest_compliance_eigenvalue(const SurfaceCompliance& compliance);
+
+/// A tool that moves in a closed path must not gain energy from the tissue: f.C f > 0 for all f.
+/// Fails, saying what to change, where `smallest_eigenvalue` (as above) is below zero by more than
+/// the rounding of single precision, 1e-6.
+Result<void> expect_positive_compliance(double smallest_eigenvalue);
+
+}  // namespace viscera

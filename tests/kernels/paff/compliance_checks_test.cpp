@@ -1,0 +1,90 @@
+#include "kernels/paff/compliance_checks.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <numeric>
+
+#include "kernels/base/random.h"
+
+namespace viscera {
+namespace {
+
+/// A square whose symmetric part has these eigenvalues, with a skew part that must not matter, in a
+/// compliance with two more visible nodes than touchable ones.
+SurfaceCompliance with_eigenvalues(const VectorX& values) {
+  const Eigen::Index n = values.size();
+  const Random random(5, 0);
+  MatrixX noise(n, n);
+  for (Eigen::Index i = 0; i < n * n; ++i) {
+    noise(i / n, i % n) = random.normal(static_cast<std::uint64_t>(i));
+  }
+  const MatrixX q = Eigen::HouseholderQR<MatrixX>(noise).householderQ();
+  const MatrixX skew = 0.1 * (noise - noise.transpose());
+  const MatrixX square = q * values.asDiagonal() * q.transpose() + skew;
+
+  SurfaceCompliance compliance;
+  compliance.symmetric = false;
+  for (int node = 0; node < static_cast<int>(n) / 3 + 2; ++node) {
+    compliance.visible.push_back(node);
+    if (node != 0 && node != 3) compliance.touchable.push_back(node);
+  }
+  compliance.columns.assign(compliance.rows() * static_cast<std::size_t>(n), 7.0f);
+  const std::vector<std::size_t> row_of = compliance.touchable_rows();
+  for (std::size_t c = 0; c < row_of.size(); ++c) {
+    for (std::size_t r = 0; r < row_of.size(); ++r) {
+      compliance.columns[c * compliance.rows() + row_of[r]] =
+          static_cast<float>(square(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)));
+    }
+  }
+  return compliance;
+}
+
+VectorX spread(double smallest) {
+  VectorX values = VectorX::LinSpaced(60, 0.2, 1.0);
+  values[0] = smallest;
+  values[59] = 3.0;
+  return values;
+}
+
+TEST(ComplianceChecks, FindTheSmallestEigenvalueOfTheSymmetricPart) {
+  for (const double smallest : {0.1, 1e-3, 1e-5}) {
+    const double found = smallest_compliance_eigenvalue(with_eigenvalues(spread(smallest)));
+    EXPECT_NEAR(found, smallest / 3.0, 0.1 * smallest / 3.0 + 1e-7);
+    EXPECT_TRUE(expect_positive_compliance(found));
+  }
+}
+
+TEST(ComplianceChecks, FindNegativeEigenvaluesAndRefuseThem) {
+  for (const double smallest : {-1e-2, -0.5, -2.9}) {
+    const double found = smallest_compliance_eigenvalue(with_eigenvalues(spread(smallest)));
+    EXPECT_LT(found, 0.0);
+    EXPECT_NEAR(found, smallest / 3.0, 0.3 * std::abs(smallest / 3.0));
+    const auto refused = expect_positive_compliance(found);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().text().find("galerkin"), std::string::npos);
+  }
+  EXPECT_LT(smallest_compliance_eigenvalue(with_eigenvalues(-spread(0.1))), 0.0);
+}
+
+TEST(ComplianceChecks, LeaveOutUnknownsThatDontRespond) {
+  SurfaceCompliance compliance = with_eigenvalues(spread(0.1));
+  const std::vector<std::size_t> row_of = compliance.touchable_rows();
+  const double whole = smallest_compliance_eigenvalue(compliance);
+  for (std::size_t i = 0; i < row_of.size(); ++i) {
+    compliance.columns[4 * compliance.rows() + row_of[i]] = 0.0f;
+    compliance.columns[i * compliance.rows() + row_of[4]] = 0.0f;
+  }
+  // Without one unknown, eigenvalues interlace: the smallest can't sink.
+  EXPECT_GE(smallest_compliance_eigenvalue(compliance), 0.99 * whole);
+  EXPECT_EQ(smallest_compliance_eigenvalue(SurfaceCompliance()), 1.0);
+}
+
+TEST(ComplianceChecks, RefuseWhatIsNotFinite) {
+  SurfaceCompliance compliance = with_eigenvalues(spread(0.1));
+  compliance.columns[compliance.touchable_rows()[0]] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(expect_positive_compliance(smallest_compliance_eigenvalue(compliance)));
+}
+
+}  // namespace
+}  // namespace viscera
