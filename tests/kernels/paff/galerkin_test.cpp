@@ -111,14 +111,15 @@ TEST_F(GalerkinCube, ComplianceIsSymmetricAndPositive) {
   EXPECT_EQ((square - square.transpose()).cwiseAbs().maxCoeff(), 0.0);
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatrixX>(square).eigenvalues().minCoeff(), 0.0);
 
-  // A column is the answer of the solver to one unit load.
+  // A column is the answer of the solver to one unit load, but for the single precision of its
+  // factor.
   std::vector<double> load(3 * body.cloud.size(), 0.0);
   load[static_cast<std::size_t>(3 * touchable[4] + 2)] = 1.0;
   ASSERT_TRUE((*solver)->solve(load, 1));
   for (std::size_t i = 0; i < load.size(); ++i) {
     const double stored = compliance->columns[(3 * 4 + 2) * compliance->rows() + i];
     EXPECT_NEAR(stored, load[i],
-                1e-6 * std::abs(load[static_cast<std::size_t>(3 * touchable[4] + 2)]));
+                1e-5 * std::abs(load[static_cast<std::size_t>(3 * touchable[4] + 2)]));
   }
 }
 
