@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
@@ -11,19 +12,36 @@
 namespace viscera {
 namespace {
 
-/// Nitsche's penalty over (lambda + 2 mu) / h [Nitsche1971]: well above what keeps the stiffness
-/// positive definite for these fields, and small enough to leave its conditioning alone.
+/// Nitsche's penalty over modulus / h [Nitsche1971]: well above what keeps the stiffness positive
+/// definite for these fields, and small enough to leave its conditioning alone.
 constexpr double kNitscheFactor = 100.0;
 
-/// The fixed points of the surface with the shape functions there and Nitsche's beta.
+/// Local spacing at a point where the fields are known, sum phi_J h_J [m].
+double spacing_at(const PointCloud& cloud, std::span<const int> nodes,
+                  std::span<const double> values) {
+  double h = 0.0;
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    h += values[j] * cloud.spacings[static_cast<std::size_t>(nodes[j])];
+  }
+  return h;
+}
+
+/// Nitsche's penalty [Pa/m], beta = rate (2 mu I + lambda n n^T), rate = 100/h: the held traction
+/// that it must outweigh is 2 mu strain n + lambda div(u) n, and only its second part, along the
+/// normal, grows without bound towards incompressibility.
+Mat3 nitsche_penalty(const IsotropicMaterial& material, double rate, const Vec3& normal) {
+  return rate * (2.0 * material.shear_modulus() * Mat3::Identity() +
+                 material.lame_lambda() * normal * normal.transpose());
+}
+
+/// The fixed points of the surface with the shape functions there and Nitsche's penalty.
 struct FixedPoints {
   std::vector<std::size_t> points;  ///< index into the SurfaceQuadrature
   PointFields fields;
-  std::vector<double> penalty;  ///< beta = 100 (lambda + 2 mu) / h, h = sum phi_J h_J [Pa/m]
+  std::vector<double> rate;  ///< [1/m]
 };
 
-Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadrature& surface,
-                                 const IsotropicMaterial& material) {
+Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadrature& surface) {
   FixedPoints fixed;
   std::vector<Vec3> positions;
   for (std::size_t b = 0; b < surface.size(); ++b) {
@@ -34,34 +52,61 @@ Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadr
   Result<PointFields> fields = evaluate_fields(shape, positions, true);
   if (!fields) return std::unexpected(fields.error());
   fixed.fields = std::move(*fields);
-  const double modulus = material.lame_lambda() + 2.0 * material.shear_modulus();
   for (std::size_t b = 0; b < fixed.points.size(); ++b) {
-    double h = 0.0;
-    for (std::size_t e = fixed.fields.begin[b]; e < fixed.fields.begin[b + 1]; ++e) {
-      const std::size_t node = static_cast<std::size_t>(fixed.fields.nodes[e]);
-      h += fixed.fields.values[e] * shape.cloud().spacings[node];
-    }
-    fixed.penalty.push_back(kNitscheFactor * modulus / h);
+    const std::size_t begin = fixed.fields.begin[b], count = fixed.fields.begin[b + 1] - begin;
+    fixed.rate.push_back(kNitscheFactor /
+                         spacing_at(shape.cloud(),
+                                    std::span(fixed.fields.nodes).subspan(begin, count),
+                                    std::span(fixed.fields.values).subspan(begin, count)));
   }
   return fixed;
 }
 
-/// K_IJ of an isotropic body is L(X_IJ) + B_IJ I with L(X) = lambda X + mu X^T + mu tr(X) I, where
-///   X_IJ = sum_q w g~_I g~_J^T - sum_b w (phi_I n g_J^T + g_I n^T phi_J),  B_IJ = sum_b w beta
-///   phi_I phi_J,
+/// From this Poisson's ratio on the dilatation is averaged. Below, it changes little and would only
+/// cost: twice the entries of the stiffness.
+constexpr double kAveragedFrom = 0.4;
+
+/// The part of lambda that a body of this Poisson's ratio would have stays pointwise: these fields
+/// don't lock under it, and it resists what averages don't see, as under narrow loads.
+constexpr double kPointwisePoissonRatio = 0.3;
+
+/// Lame's lambda of what is integrated point by point, and of what acts on averaged dilatation.
+struct SplitLambda {
+  double pointwise, averaged;
+};
+
+SplitLambda split_lambda(const IsotropicMaterial& material) {
+  const double lambda = material.lame_lambda();
+  if (material.poisson_ratio < kAveragedFrom) return {lambda, 0.0};
+  const double pointwise = 2.0 * material.shear_modulus() * kPointwisePoissonRatio /
+                           (1.0 - 2.0 * kPointwisePoissonRatio);
+  return {pointwise, lambda - pointwise};
+}
+
+/// K_IJ of an isotropic body is L(X_IJ) + B_IJ + Y_IJ with L(X) = lambda X + mu X^T + mu tr(X) I
+/// and
+///   X_IJ = sum_q w g~_I g~_J^T - sum_b w (phi_I n g_J^T + g_I n^T phi_J),
+///   B_IJ = sum_b w phi_I beta phi_J,
 /// q over the volume, b over the fixed surface: the material enters once a block, not once a point.
+/// Where the dilatation is averaged, L has the pointwise part of lambda and
+///   Y_IJ = (averaged part) sum_r (G_I G_J^T - T_I G_J^T - G_I T_J^T)
+/// over the rows r of the MeanDilatation: Nitsche's held traction takes the averaged dilatation
+/// too, since the energy bounds no other.
 SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicMaterial& material,
                                         const VolumeQuadrature& volume, const PointFields& fields,
                                         const NodeIncidence& incidence,
-                                        const SurfaceQuadrature& surface,
-                                        const FixedPoints& fixed) {
+                                        const SurfaceQuadrature& surface, const FixedPoints& fixed,
+                                        const MeanDilatation& dilatation) {
   using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  const double lambda = material.lame_lambda(), mu = material.shear_modulus();
+  const auto [lambda, averaged] = split_lambda(material);
+  const double mu = material.shear_modulus();
   const NodeIncidence fixed_incidence(fixed.fields, node_count);
+  const NodeIncidence dilatation_incidence(dilatation.rows, node_count);
   SymmetricBlockMatrix stiffness;
   stiffness.width = 3;
-  stiffness.pattern =
-      symmetric_pattern(node_count, {{fields, incidence}, {fixed.fields, fixed_incidence}});
+  stiffness.pattern = symmetric_pattern(node_count, {{fields, incidence},
+                                                     {fixed.fields, fixed_incidence},
+                                                     {dilatation.rows, dilatation_incidence}});
   stiffness.blocks.assign(9 * stiffness.pattern.columns.size(), 0.0);
 
   for_each_row(stiffness.pattern, [&](std::size_t row, std::span<const std::size_t> slot) {
@@ -78,25 +123,36 @@ SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicM
             own * fields.gradients[e].transpose();
       }
     }
-    std::vector<double> penalty(row_size, 0.0);
+    std::vector<Block> added(row_size, Block::Zero());  // B + Y
     for (const NodeIncidence::Entry& at : fixed_incidence.of(row)) {
       const std::size_t b = static_cast<std::size_t>(at.point);
       const double weight = surface.weights[fixed.points[b]];
       const Vec3& normal = surface.normals[fixed.points[b]];
       const Vec3 own_value = weight * fixed.fields.values[at.entry] * normal;
       const Vec3 own_gradient = weight * fixed.fields.gradients[at.entry];
-      const double own_penalty = weight * fixed.penalty[b] * fixed.fields.values[at.entry];
+      const Block own_penalty =
+          weight * fixed.fields.values[at.entry] * nitsche_penalty(material, fixed.rate[b], normal);
       for (std::size_t e = at.entry; e < fixed.fields.begin[b + 1]; ++e) {
         const std::size_t to = slot[static_cast<std::size_t>(fixed.fields.nodes[e])];
         block(to).noalias() -= own_value * fixed.fields.gradients[e].transpose();
         block(to).noalias() -= own_gradient * (fixed.fields.values[e] * normal).transpose();
-        penalty[to - row_begin] += own_penalty * fixed.fields.values[e];
+        added[to - row_begin] += own_penalty * fixed.fields.values[e];
+      }
+    }
+    for (const NodeIncidence::Entry& at : dilatation_incidence.of(row)) {
+      const Vec3 own_gradient = averaged * dilatation.rows.gradients[at.entry];
+      const Vec3 own_net = own_gradient - averaged * dilatation.fluxes[at.entry];
+      const std::size_t end = dilatation.rows.begin[static_cast<std::size_t>(at.point) + 1];
+      for (std::size_t e = at.entry; e < end; ++e) {
+        Block& to = added[slot[static_cast<std::size_t>(dilatation.rows.nodes[e])] - row_begin];
+        to.noalias() += own_net * dilatation.rows.gradients[e].transpose();
+        to.noalias() -= own_gradient * dilatation.fluxes[e].transpose();
       }
     }
     for (std::size_t e = row_begin; e < row_begin + row_size; ++e) {
       const Block x = block(e);
-      block(e) = lambda * x + mu * x.transpose();
-      block(e).diagonal().array() += mu * x.trace() + penalty[e - row_begin];
+      block(e) = lambda * x + mu * x.transpose() + added[e - row_begin];
+      block(e).diagonal().array() += mu * x.trace();
     }
     // A diagonal block is symmetric but for the order of its sums.
     const Block diagonal = block(row_begin);
@@ -153,7 +209,7 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   if (!inside) return std::unexpected(inside.error());
   Result<PointFields> on_surface = evaluate_fields(shape, system.surface_.positions, false);
   if (!on_surface) return std::unexpected(on_surface.error());
-  Result<FixedPoints> fixed = fixed_points(shape, system.surface_, problem.material);
+  Result<FixedPoints> fixed = fixed_points(shape, system.surface_);
   if (!fixed) return std::unexpected(fixed.error());
 
   if (!progress(0.3, "making gradients consistent")) return failure(kCancelled);
@@ -163,8 +219,13 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   if (!correction) return std::unexpected(correction.error());
 
   if (!progress(0.7, "assembling")) return failure(kCancelled);
+  if (split_lambda(problem.material).averaged > 0.0) {
+    system.dilatation_ =
+        mean_dilatation(spacing, n, system.volume_, *inside,
+                        {system.surface_, fixed->points, fixed->fields, fixed->rate});
+  }
   system.stiffness_ = assemble_stiffness(n, problem.material, system.volume_, *inside, incidence,
-                                         system.surface_, *fixed);
+                                         system.surface_, *fixed, system.dilatation_);
   system.figures_.unknowns = 3 * n;
   system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
   system.figures_.quadrature_points = system.volume_.size();
@@ -176,41 +237,60 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
 
 std::vector<double> GalerkinSystem::loads(const StaticLoads& loads) const {
   std::vector<double> all(figures_.unknowns, 0.0);
-  const double lambda = material_.lame_lambda(), mu = material_.shear_modulus();
   ShapeValues at;
+  const auto spread = [&](const Vec3& x, const Vec3& force) {
+    fields_->evaluate(x, false, at);
+    for (std::size_t j = 0; j < at.nodes.size(); ++j) add(all, at.nodes[j], at.values[j] * force);
+  };
   if (loads.body_force) {
     for (std::size_t q = 0; q < volume_.size(); ++q) {
-      fields_->evaluate(volume_.positions[q], false, at);
-      const Vec3 force = volume_.weights[q] * loads.body_force(volume_.positions[q]);
-      for (std::size_t j = 0; j < at.nodes.size(); ++j) add(all, at.nodes[j], at.values[j] * force);
+      spread(volume_.positions[q], volume_.weights[q] * loads.body_force(volume_.positions[q]));
     }
   }
+  if (loads.traction) {
+    for (std::size_t b = 0; b < surface_.size(); ++b) {
+      if (surface_.fixed[b]) continue;
+      const Vec3& x = surface_.positions[b];
+      spread(x, surface_.weights[b] * loads.traction(x, surface_.normals[b]));
+    }
+  }
+  if (loads.held_displacement) add_held(loads, all);
+  return all;
+}
+
+void GalerkinSystem::add_held(const StaticLoads& loads, std::vector<double>& all) const {
+  const auto [lambda, averaged] = split_lambda(material_);
+  const double mu = material_.shear_modulus();
+  const std::size_t terms = dilatation_.terms;
+  std::vector<double> held_flux(dilatation_.rows.points(), 0.0);  // sum_b w psi u.n  (rows)
+  std::size_t fixed = 0;                                          // counts the fixed points
+  ShapeValues at;
   for (std::size_t b = 0; b < surface_.size(); ++b) {
-    const Vec3& x = surface_.positions[b];
+    if (!surface_.fixed[b]) continue;
     const Vec3& n = surface_.normals[b];
-    if (!surface_.fixed[b]) {
-      if (!loads.traction) continue;
-      fields_->evaluate(x, false, at);
-      const Vec3 force = surface_.weights[b] * loads.traction(x, n);
-      for (std::size_t j = 0; j < at.nodes.size(); ++j) add(all, at.nodes[j], at.values[j] * force);
-      continue;
-    }
-    if (!loads.held_displacement) continue;
-    fields_->evaluate(x, true, at);
-    double h = 0.0;
-    for (std::size_t j = 0; j < at.nodes.size(); ++j) {
-      h += at.values[j] * fields_->cloud().spacings[static_cast<std::size_t>(at.nodes[j])];
-    }
-    const double penalty = kNitscheFactor * (lambda + 2.0 * mu) / h;
-    const Vec3 held = surface_.weights[b] * loads.held_displacement(x);
+    fields_->evaluate(surface_.positions[b], true, at);
+    const double h = spacing_at(fields_->cloud(), at.nodes, at.values);
+    const Vec3 held = surface_.weights[b] * loads.held_displacement(surface_.positions[b]);
+    const Vec3 penalty = nitsche_penalty(material_, kNitscheFactor / h, n) * held;
     for (std::size_t j = 0; j < at.nodes.size(); ++j) {
       // Traction of phi_J e_k through n, times the held displacement, for k = x, y, z.
       const Vec3& g = at.gradients[j];
       const Vec3 conjugate = lambda * n.dot(held) * g + mu * g.dot(held) * n + mu * g.dot(n) * held;
-      add(all, at.nodes[j], penalty * at.values[j] * held - conjugate);
+      add(all, at.nodes[j], at.values[j] * penalty - conjugate);
+    }
+    for (std::size_t k = 0; k < terms; ++k) {
+      held_flux[dilatation_.first_row[fixed] + k] +=
+          dilatation_.psi[fixed * terms + k] * n.dot(held);
+    }
+    ++fixed;
+  }
+  for (std::size_t row = 0; row < held_flux.size(); ++row) {
+    if (held_flux[row] == 0.0) continue;
+    for (std::size_t e = dilatation_.rows.begin[row]; e < dilatation_.rows.begin[row + 1]; ++e) {
+      add(all, dilatation_.rows.nodes[e],
+          -averaged * held_flux[row] * dilatation_.rows.gradients[e]);
     }
   }
-  return all;
 }
 
 Result<std::vector<double>> GalerkinSystem::solve(const StaticLoads& static_loads) const {

@@ -1,6 +1,14 @@
 // The `galerkin` formulation: point-associated finite fields [De2006] in the weak form [De2000]
 // [Belytschko1994], integrated with symmetric variational consistency (consistent_gradients.h) and
 // held by Nitsche's method [Nitsche1971]. Its stiffness is symmetric positive definite.
+//
+// From Poisson's ratio 0.4 on, what lambda exceeds that of ratio 0.3 acts on the dilatation
+// averaged over cells (mean_dilatation.h), in both bases. On a thick sphere of 605 nodes under
+// inner pressure the error is then 3.9 % at 0.3, 5.5 % at 0.45, 7.0 % at 0.49 and 7.7 % at 0.499
+// (pointwise: 66 % at 0.499). It doubles the entries of the stiffness, and the factor grows by a
+// third to a half. Walls with no nodes inside (1.5 spacings and less) still lock: a spherical shell
+// one spacing thick errs by 3 %, 11 % and 29 % at 0.3, 0.45 and 0.49; one of 1.6 spacings, which
+// has some, by 1 %, 3 % and 5 %.
 #pragma once
 
 #include <functional>
@@ -11,6 +19,7 @@
 #include "kernels/paff/block_matrix.h"
 #include "kernels/paff/cut_cells.h"
 #include "kernels/paff/elasticity.h"
+#include "kernels/paff/mean_dilatation.h"
 #include "kernels/paff/shape_functions.h"
 #include "kernels/paff/sparse_cholesky.h"
 #include "kernels/paff/surface_quadrature.h"
@@ -49,11 +58,14 @@ class GalerkinSystem {
 
  private:
   GalerkinSystem() = default;
+  /// Nitsche's part of the right-hand side.
+  void add_held(const StaticLoads& loads, std::vector<double>& all) const;
 
   IsotropicMaterial material_;
   std::shared_ptr<const ShapeFunctions> fields_;
   VolumeQuadrature volume_;
   SurfaceQuadrature surface_;
+  MeanDilatation dilatation_;
   SymmetricBlockMatrix stiffness_;  ///< [N/m]
   PreparationFigures figures_;
 };

@@ -51,7 +51,7 @@ class GalerkinFormulation final : public Formulation {
       : name_(name), basis_(basis), support_factor_(support_factor) {}
 
   std::string_view name() const override { return name_; }
-  int version() const override { return 3; }
+  int version() const override { return 4; }
   double support_factor() const override { return support_factor_; }
   Basis basis() const override { return basis_; }
 

@@ -55,17 +55,26 @@ class GalerkinCube : public testing::Test {
   }
 };
 
-TEST_F(GalerkinCube, StiffnessIsPositiveDefinite) {
-  const auto system = GalerkinSystem::assemble(body.problem(kLiver, on_floor), 1.8, no_progress());
+class GalerkinCubeOfAnyMaterial : public GalerkinCube,
+                                  public testing::WithParamInterface<double> {};
+
+TEST_P(GalerkinCubeOfAnyMaterial, StiffnessIsPositiveDefinite) {
+  const IsotropicMaterial material{10e3, GetParam()};
+  const auto system =
+      GalerkinSystem::assemble(body.problem(material, on_floor), 1.8, no_progress());
   ASSERT_TRUE(system) << system.error().text();
   const MatrixX stiffness = dense(system->stiffness());
   EXPECT_EQ((stiffness - stiffness.transpose()).cwiseAbs().maxCoeff(), 0.0);
   const VectorX values = Eigen::SelfAdjointEigenSolver<MatrixX>(stiffness).eigenvalues();
-  EXPECT_GT(values.minCoeff(), 1e-7 * values.maxCoeff());
+  // Stiff volumes don't soften the softest shears.
+  EXPECT_GT(values.minCoeff(), 2e-5 * material.shear_modulus());
   EXPECT_GT(system->figures().gradient_correction, 0.0);
   EXPECT_LT(system->figures().gradient_correction, 0.1);
   EXPECT_NEAR(system->figures().fixed_area, 1.0, 1e-12);
 }
+
+INSTANTIATE_TEST_SUITE_P(PoissonsRatio, GalerkinCubeOfAnyMaterial,
+                         testing::Values(0.0, 0.3, 0.45, 0.499));
 
 TEST_F(GalerkinCube, RigidMotionOfTheHeldPartCausesNoStress) {
   const auto system = GalerkinSystem::assemble(body.problem(kLiver, on_floor), 1.8, no_progress());
@@ -102,14 +111,15 @@ TEST_F(GalerkinCube, ComplianceIsSymmetricAndPositive) {
   EXPECT_EQ((square - square.transpose()).cwiseAbs().maxCoeff(), 0.0);
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatrixX>(square).eigenvalues().minCoeff(), 0.0);
 
-  // A column is the answer of the solver to one unit load.
+  // A column is the answer of the solver to one unit load, but for the single precision of its
+  // factor.
   std::vector<double> load(3 * body.cloud.size(), 0.0);
   load[static_cast<std::size_t>(3 * touchable[4] + 2)] = 1.0;
   ASSERT_TRUE((*solver)->solve(load, 1));
   for (std::size_t i = 0; i < load.size(); ++i) {
     const double stored = compliance->columns[(3 * 4 + 2) * compliance->rows() + i];
     EXPECT_NEAR(stored, load[i],
-                1e-6 * std::abs(load[static_cast<std::size_t>(3 * touchable[4] + 2)]));
+                1e-5 * std::abs(load[static_cast<std::size_t>(3 * touchable[4] + 2)]));
   }
 }
 
