@@ -21,7 +21,7 @@
 #include "tools/check_command.h"
 #include "tools/import_command.h"
 #include "tools/project_paths.h"
-#include "tools/stress_run.h"
+#include "tools/stress_command.h"
 
 namespace viscera {
 namespace {
@@ -145,44 +145,6 @@ void add_hemisphere_options(CLI::App& command, HemisphereBenchOptions& options, 
       ->check(CLI::Range(0.4, 1.0));
 }
 
-struct StressArguments {
-  StressOptions options;
-  int only = -1;
-  std::string json, fault;
-
-  void add_to(CLI::App& command) {
-    constexpr int kMost = std::numeric_limits<int>::max() - 1;
-    command.add_option("--seed", options.seed, "names the cases; the same seed, the same cases")
-        ->check(CLI::NonNegativeNumber);
-    command.add_option("--cases", options.cases, "how many")->check(CLI::Range(1, kMost));
-    command.add_option("--case", only, "this case alone, with all its figures")
-        ->check(CLI::Range(0, kMost));
-    command.add_option("--json", json, "write the summary to this file");
-    command.add_option("--threads", options.threads, "worker threads; 0: all cores")
-        ->check(CLI::Range(0, 1024));
-    command.add_flag("--quiet", options.quiet, "no progress");
-    command
-        .add_option("--inject-fault", fault,
-                    "a test of the checks themselves: flip a sign in the compliance (or, with the "
-                    "word force, that of a contact force); cases must fail")
-        ->expected(0, 1)
-        ->default_str("compliance")
-        ->check(CLI::IsMember({"compliance", "force"}));
-  }
-};
-
-int stress_command(const CLI::App& command, StressArguments arguments) {
-  StressOptions& options = arguments.options;
-  options.json = arguments.json;
-  if (arguments.only >= 0) options.only = arguments.only;
-  if (command.count("--inject-fault") > 0)
-    options.fault = arguments.fault == "force" ? StressFault::force : StressFault::compliance;
-  install_interrupt_handler();
-  auto sound = run_stress(options, std::cout);
-  if (!sound) return fail(sound.error());
-  return *sound ? 0 : 1;
-}
-
 int main_program(int argc, char** argv) {
   CLI::App app{"Viscera: a simulator of laparoscopic scenes"};
   app.set_version_flag("--version", VISCERA_VERSION);
@@ -261,12 +223,7 @@ int main_program(int argc, char** argv) {
   bench_cube->add_option("--formulation", convergence_options.formulations, "these alone")
       ->delimiter(',')
       ->allow_extra_args(false);
-  StressArguments stress_arguments;
-  CLI::App* stress = app.add_subcommand(
-      "stress",
-      "throw random bodies and tools at the elastic core; a failing case says how to "
-      "run it again");
-  stress_arguments.add_to(*stress);
+  StressCommand stress(app);
 
   try {
     app.parse(argc, argv);
@@ -328,7 +285,11 @@ int main_program(int argc, char** argv) {
     auto measured = bench_convergence(convergence_options, std::cout);
     return measured ? 0 : fail(measured.error());
   }
-  if (stress->parsed()) return stress_command(*stress, stress_arguments);
+  if (stress.parsed()) {
+    const Result<bool> sound = stress.run(std::cout);
+    if (!sound) return fail(sound.error());
+    return *sound ? 0 : 1;
+  }
   return smoke_info_command(volume);
 }
 

@@ -231,10 +231,12 @@ StressFigure check_conditions(const ContactMoment& moment) {
     } else {
       const double push = force.dot(cell.direction);
       const double gap = moment.displacements[k].dot(cell.direction) - cell.depth;
-      off = std::max({-push / force_limit, (force - push * cell.direction).norm() / force_limit,
-                      -gap / way_limit});
+      // Coulomb's cone is kept to the solver's residual.
+      const double drag = (force - push * cell.direction).norm() - cell.friction * push;
+      const double cone_limit = force_limit + (cell.friction > 0.0 ? 1e-8 * greatest_force : 0.0);
+      off = std::max({-push / cone_limit, drag / cone_limit, -gap / way_limit});
       // Force only where it touches.
-      if (push > force_limit) off = std::max(off, gap / way_limit);
+      if (push > cone_limit) off = std::max(off, gap / way_limit);
     }
     if (!(off <= figure.figure)) {
       figure.figure = off;
@@ -276,6 +278,49 @@ StressFigure check_closed_path(std::span<const ContactMoment> path) {
     scale += exchanged(from, from) + exchanged(from, to);
   }
   figure.figure = scale > 0.0 ? std::abs(sum) / scale : 0.0;
+  return figure;
+}
+
+// The compliance A of the cells is symmetric and positive, W = f.A f / 2 the energy stored, convex
+// in u = A f. So f' .(u' - u) >= W' - W for one step, primes being what is after it. A cell with
+// force f' touches: along the direction u' is the depth, and u was the old depth at least; across
+// it u' is displacement + slip', displacement being u and the tool's step where the caller carries
+// the slips. With D the tool's way, f'.(D' - D) >= f'.(u' - u) - f'.slip', and the last term is
+// what friction takes, f' being against the slip. Around a path that ends without force as it began
+// the sum of f'.(D' - D) + f'.slip' is thus >= 0. The ridge, 1e-6 of a cell's own softness, stands
+// in A and not in the displacements that are carried on, and the solver's residual is 1e-9 of the
+// greatest force.
+StressFigure check_friction(std::span<const ContactMoment> path, std::span<const Vec3> way) {
+  StressFigure figure{"friction gives nothing", 0.0, 0.0, "gained, over the work exchanged"};
+  double left = 0.0, scale = 0.0, allowed = 0.0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const ContactMoment &from = path[i], &to = path[i + 1];
+    const Vec3 step = way[i + 1] - way[i];
+    double greatest = 0.0;
+    for (const Vec3& force : to.forces) greatest = std::max(greatest, force.norm());
+    for (std::size_t k = 0; k < to.forces.size(); ++k) {
+      const double force = to.forces[k].norm();
+      const double moved = step.norm() + to.slips[k].norm();
+      left += to.forces[k].dot(step) + to.forces[k].dot(to.slips[k]);
+      scale += force * moved;
+      allowed += 4e-6 * to.softness[k] * force * (force + from.forces[k].norm()) +
+                 (1e-8 * greatest + contact_round_off(to) * force) * moved;
+    }
+  }
+  if (scale == 0.0) return figure;
+  figure.figure = std::max(0.0, -left / scale);
+  if (!std::isfinite(left)) figure.figure = kInfinite;
+  figure.limit = allowed / scale;
+  return figure;
+}
+
+StressFigure check_honest(const ContactMoment& moment) {
+  StressFigure figure{"finite or said to fail", 0.0, 0.0, "cells"};
+  for (std::size_t k = 0; k < moment.cells.size(); ++k) {
+    const bool finite = moment.forces[k].allFinite() && moment.displacements[k].allFinite();
+    const bool honest = moment.converged || moment.forces[k] == Vec3::Zero();
+    figure.figure += !finite || !honest;
+  }
   return figure;
 }
 

@@ -27,6 +27,7 @@ struct ContactMoment {
   std::vector<ContactCell> cells;
   std::vector<Vec3> forces;         ///< on the tissue [N]
   std::vector<Vec3> displacements;  ///< of the cells [m]
+  std::vector<Vec3> slips;          ///< of cells with friction, ContactSolution::slips [m]
   std::vector<double> softness;     ///< of each cell alone under its own force [m/N]
   bool converged = false;
   double smallest_eigenvalue = 0.0;  ///< relative
@@ -66,6 +67,15 @@ StressFigure check_energy(std::span<const ContactMoment> history);
 /// Work of the tools around the closed path of held cells by the trapezoidal rule, which is exact
 /// there; over the work exchanged.
 StressFigure check_closed_path(std::span<const ContactMoment> path);
+
+/// Work of one tool with friction around a closed path from clear of the tissue to clear of it,
+/// less what friction took; `way` is the tool's displacement at each moment (moments) [m]. It is
+/// never negative. Figure: what was gained over the work exchanged.
+StressFigure check_friction(std::span<const ContactMoment> path, std::span<const Vec3> way);
+
+/// For compliances that promise no energy (unsymmetric): forces and displacements are finite, and
+/// where the contact says that it found none there are none. Figure: cells that aren't so.
+StressFigure check_honest(const ContactMoment& moment);
 
 /// The greatest stored energy that pushing any of the touchable surface by `depth` can need, from a
 /// displacement field that does it (Dirichlet's principle) [J]; see the source. For symmetric

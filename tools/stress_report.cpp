@@ -179,6 +179,15 @@ class Summary {
       row(stress_kind_name(static_cast<StressKind>(k)), kinds_[k]);
     for (const auto& [name, tally] : formulations_) row(name, tally);
     row("all", total_);
+    for (const std::string& name : formulation_names()) {
+      const auto at = formulations_.find(name);
+      if (at == formulations_.end() || at->second.passed == 0) continue;
+      if (find_formulation(name)->warning().empty()) continue;
+      out << fmt::format(
+          "{}: not held to giving no energy, which it doesn't promise; its contacts are finite or "
+          "say that they found no forces\n",
+          name);
+    }
     if (!reasons_.empty()) out << "refused, each with its first case:\n";
     for (const auto& [reason, said] : reasons_)
       out << fmt::format("{:>6} (case {}) {}\n", said.count, said.example, reason);

@@ -11,7 +11,6 @@
 #include <numbers>
 
 #include "kernels/contact/deformation.h"
-#include "kernels/contact/passivity.h"
 #include "tools/stress_tools.h"
 
 namespace viscera {
@@ -133,8 +132,9 @@ class Contact {
     std::vector<double> softness;
     for (const ContactCell& cell : cells) softness.push_back(softness_of(cell));
     solver.solve(cells, solution_, response_);
-    ContactMoment moment{std::move(cells),    solution_.forces,    solver.cell_displacements(),
-                         std::move(softness), solution_.converged, solution_.smallest_eigenvalue};
+    ContactMoment moment{
+        std::move(cells),    solution_.forces,    solver.cell_displacements(),  solution_.slips,
+        std::move(softness), solution_.converged, solution_.smallest_eigenvalue};
     if (fault_ == StressFault::force && solution_.touching > 0) {
       const auto strongest = std::max_element(
           moment.forces.begin(), moment.forces.end(),
@@ -154,6 +154,7 @@ class Contact {
     for (int a = 0; a < 3; ++a) {
       ContactCell held = cell;
       held.held = true;
+      held.friction = 0.0;
       held.depth = 0.0;
       held.displacement = Vec3::Unit(a);
       alone.solve(std::span(&held, 1), solution_, response_);
@@ -248,6 +249,75 @@ void press_together(Contact& contact, const std::vector<StressTool>& tools, Draw
     path.push_back(contact.solve(cells_of(tools, shares, 2.0 * turn)));
   }
   figures.add(check_closed_path(path));
+}
+
+/// Each tip alone, with friction: in, around a loop across its direction that is wide enough to
+/// slip, and out again.
+void drag_alone(Contact& contact, const std::vector<StressTool>& tools, Draws& draws,
+                Figures& figures) {
+  for (const StressTool& tool : tools) {
+    const double friction = draws.log_uniform(0.05, 1.0), reach = draws.log_uniform(0.05, 2.0);
+    if (tool.held) continue;
+    const Vec3 down = tool.cells.front().direction;
+    const Vec3 across = down.unitOrthogonal(), along = down.cross(across);
+    const double deep = 0.7 * tool.greatest_depth, wide = reach * deep;
+    std::vector<Vec3> way{kClear * tool.greatest_depth * down, 0.5 * deep * down, deep * down};
+    constexpr int kSteps = 8;
+    for (int i = 1; i <= kSteps; ++i) {
+      const double turn = 2.0 * std::numbers::pi * i / kSteps;
+      way.push_back(deep * down + wide * (std::cos(turn) - 1.0) * across +
+                    wide * std::sin(turn) * along);
+    }
+    way.push_back(0.4 * deep * down);
+    way.push_back(way.front());
+
+    std::vector<ContactMoment> path;
+    std::vector<ContactCell> cells = tool.cells;
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      const Vec3 step = i == 0 ? Vec3(Vec3::Zero()) : Vec3(way[i] - way[i - 1]);
+      for (std::size_t k = 0; k < cells.size(); ++k) {
+        cells[k].friction = friction;
+        cells[k].depth = tool.cells[k].depth + way[i].dot(down);
+        if (i == 0) continue;
+        // Where it slipped it clings from there on.
+        cells[k].displacement += path.back().slips[k] + step - down.dot(step) * down;
+      }
+      path.push_back(contact.solve(cells));
+      figures.add(check_conditions(path.back()));
+      if (!path.back().converged) return;
+    }
+    figures.add(check_friction(path, way));
+  }
+}
+
+/// A tip whose foot goes over the surface, its cells laid anew at every step.
+void slide(Contact& contact, const StressBody& body, const SurfaceTree& tree,
+           std::span<const Vec3> normals, const std::vector<StressTool>& tools, Figures& figures) {
+  for (const StressTool& tool : tools) {
+    if (tool.held) continue;
+    const ContactCell& foot = tool.cells.front();
+    const Vec3 across = foot.direction.unitOrthogonal();
+    const double radius = 1.2 * std::sqrt(foot.area);
+    for (const double steps : {0.0, 0.3, 1.1, 4.0}) {
+      StressTool moved =
+          tool_at(body, tree, normals, foot.position + steps * radius * across, radius, 1, false);
+      moved.greatest_depth = tool.greatest_depth;
+      std::vector<ContactCell> cells;
+      moved.add_cells(0.5, 0.0, cells);
+      figures.add(check_conditions(contact.solve(std::move(cells))));
+    }
+  }
+}
+
+/// Contact on a compliance that promises nothing of energy: every moment finite or said to fail.
+void press_without_energy(Contact& contact, const std::vector<StressTool>& tools,
+                          Figures& figures) {
+  for (const double share : {kClear, 0.1, 0.5, 1.0, 1e6, -1e6, 0.3}) {
+    const ContactMoment moment =
+        contact.solve(cells_of(tools, std::vector<double>(tools.size(), share), share));
+    figures.add(check_honest(moment));
+    if (moment.converged) figures.add(contact.check_drawn(moment));
+  }
 }
 
 // Continuity. While a tool advances by s along its direction and the others stand, its force along
@@ -387,13 +457,10 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
   Prepared& ready = *prepared;
   if (fault == StressFault::compliance) flip_compliance(ready);
 
-  // As in a scene (engine/organ/organ_model.cpp).
-  if (!ready.compliance.symmetric)
-    if (auto passive = check_passive(ready.compliance); !passive) return refuse(passive.error());
-
   Figures figures;
   figures.add(check_finite(ready.compliance));
-  figures.add(check_positive(ready.compliance));
+  // A formulation that warns is let pass with a compliance that isn't positive, as in a scene.
+  if (ready.formulation->warning().empty()) figures.add(check_positive(ready.compliance));
   // A stream apart from the body's own.
   Draws draws(seed ^ 0x746f6f6c73ull, static_cast<std::uint64_t>(number));
   auto linear = check_linear_field(body, *ready.formulation, *ready.solver, ready.touch);
@@ -402,12 +469,6 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
   auto agreed = check_against_solver(*ready.solver, ready.touch, ready.compliance, draws);
   if (!agreed) return refuse(agreed.error());
   figures.add(*agreed);
-  // The force of an unsymmetric compliance has no energy: it promises none of what follows.
-  if (!ready.compliance.symmetric) {
-    outcome.figures = figures.take();
-    return outcome;
-  }
-
   const SurfaceTree tree(body.surface);
   const std::vector<Vec3> normals = vertex_normals(body.surface);
   const std::vector<StressTool> tools = random_tools(body, tree, normals, draws);
@@ -417,8 +478,17 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
         fmt::format("{}, {} cells, {:.3g} m", tool.place, tool.cells.size(), tool.greatest_depth);
   }
   Contact contact(ready, body.material, fault);
+  // The force of an unsymmetric compliance has no energy: it promises none of what follows.
+  if (!ready.compliance.symmetric) {
+    press_without_energy(contact, tools, figures);
+    figures.add(check_bad_cells(contact, tools.front()));
+    outcome.figures = figures.take();
+    return outcome;
+  }
   press_alone(contact, EnergyBound(body, ready.touch), tools, figures);
   press_together(contact, tools, draws, figures);
+  drag_alone(contact, tools, draws, figures);
+  slide(contact, body, tree, normals, tools, figures);
   for (std::size_t t = 0; t < tools.size(); ++t)
     if (!tools[t].held) figures.add(check_continuity(contact, tools, t));
   figures.add(check_bad_cells(contact, tools.front()));

@@ -30,9 +30,9 @@ struct StressOutcome {
 };
 
 /// Runs one case. Unsymmetric compliances (strong forms) are refused where they aren't positive, as
-/// in a scene; the others are checked without contact, whose forces have no energy there: around a
-/// closed path of a held patch they may give some. Depends on (seed, number, fault) alone;
-/// deterministic on one machine. An error: `progress` said stop.
+/// in a scene, but for a formulation that warns of it. Of their contacts, whose forces have no
+/// energy, only finite figures are expected, or that the contact says it found none. Depends on
+/// (seed, number, fault) alone; deterministic on one machine. An error: `progress` said stop.
 Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFault fault,
                                       const Progress& progress);
 

@@ -2,16 +2,19 @@
 
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/File.h>
-#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <mutex>
 #include <sstream>
+#include <string_view>
+
+#include "kernels/base/hash.h"
 
 namespace viscera {
 namespace {
@@ -35,27 +38,43 @@ class MemoryArchive : public openvdb::io::Archive {
     Archive::write(out, grids, /*seekable=*/true, metadata);
     return std::move(out).str();
   }
-
-  // Where the last grid of a file ends, by its table of contents [bytes]. Reading a file that was
-  // cut doesn't fail by itself: leaves without bytes stay zero.
-  std::streamoff end(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    readHeader(in);
-    setFormatVersion(in);
-    setLibraryVersion(in);
-    openvdb::MetaMap metadata;
-    metadata.readMeta(in);
-    std::streamoff end = in.tellg();
-    const std::int32_t grids = readGridCount(in);
-    for (std::int32_t i = 0; i < grids && in; ++i) {
-      openvdb::io::GridDescriptor descriptor;
-      descriptor.read(in);
-      end = std::max<std::streamoff>(end, descriptor.getEndPos());
-      descriptor.seekToEnd(in);
-    }
-    return end;
-  }
 };
+
+// OpenVDB believes what a file says: of one that was cut or damaged it reads sizes from anywhere,
+// and asks for that much memory. So a volume ends with a mark of ours behind its last grid, which
+// readers of .vdb files don't look at: the length of what is before it and its hash.
+constexpr std::string_view kMark = "viscera whole ";
+constexpr std::size_t kLengthDigits = 16, kHashDigits = 32;
+constexpr std::size_t kMarkBytes = kMark.size() + kLengthDigits + 1 + kHashDigits + 1;
+
+std::string end_mark(std::string_view bytes) {
+  char length[kLengthDigits + 1];
+  std::snprintf(length, sizeof length, "%016zx", bytes.size());
+  Hasher hasher;
+  hasher.bytes(bytes.data(), bytes.size());
+  return std::string(kMark) + length + ' ' + hasher.hex() + '\n';
+}
+
+/// Why this isn't a volume as encode_volume() made it; empty: it is.
+std::string damage(std::string_view bytes) {
+  if (bytes.size() < kMarkBytes || !bytes.substr(bytes.size() - kMarkBytes).starts_with(kMark)) {
+    return "cut off: found no end mark in its " + std::to_string(bytes.size()) +
+           " bytes, expected a whole volume that viscera wrote";
+  }
+  const std::string_view volume = bytes.substr(0, bytes.size() - kMarkBytes);
+  if (bytes.substr(volume.size()) == end_mark(volume)) return "";
+  return "damaged: found bytes that differ from those written, expected a whole volume that "
+         "viscera wrote";
+}
+
+Result<std::string> read_bytes(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string bytes(std::filesystem::file_size(file), '\0');
+  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
+    return failure("can't be read");
+  }
+  return bytes;
+}
 
 openvdb::FloatGrid::Ptr fog_volume(const std::string& name, const std::string& unit,
                                    const SmokeGrid& grid, const std::vector<float>& values,
@@ -120,7 +139,9 @@ Result<std::string> encode_volume(const SmokeGrid& grid, double time,
     metadata.insertMeta("volume", openvdb::StringMetadata(volume_name));
     metadata.insertMeta("time_s", openvdb::DoubleMetadata(time));
     metadata.insertMeta("length_unit", openvdb::StringMetadata("m"));
-    return MemoryArchive().bytes(grids, metadata);
+    std::string bytes = MemoryArchive().bytes(grids, metadata);
+    bytes += end_mark(bytes);
+    return bytes;
   } catch (const std::exception& error) {
     return failure(std::string("OpenVDB: ") + error.what());
   }
@@ -133,15 +154,13 @@ Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file) {
     return failure(where + "not found, expected a .vdb file");
   }
   try {
+    const Result<std::string> bytes = read_bytes(file);
+    if (!bytes) return failure(where + bytes.error().text());
+    if (const std::string found = damage(*bytes); !found.empty()) return failure(where + found);
     ensure_openvdb();
     openvdb::io::File archive(file.string());
     archive.setCopyMaxBytes(0);
     archive.open(/*delayLoad=*/false);
-    const auto found = static_cast<std::streamoff>(std::filesystem::file_size(file));
-    if (const std::streamoff expected = MemoryArchive().end(file); found < expected) {
-      return failure(where + "cut off: found " + std::to_string(found) + " bytes, expected " +
-                     std::to_string(expected));
-    }
     if (!archive.hasGrid("density")) {
       return failure(where + "no grid named density, expected a smoke volume");
     }

@@ -15,7 +15,7 @@
 #include "engine/organ/shape.h"
 #include "kernels/base/hash.h"
 #include "kernels/base/stopwatch.h"
-#include "kernels/contact/passivity.h"
+#include "kernels/paff/compliance_checks.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 
@@ -286,9 +286,6 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
   auto compliance = (*solver)->compliance(std::move(visible), std::move(touchable),
                                           part_of(progress, kFactorDone, 1.0));
   if (!compliance) return std::unexpected(compliance.error());
-  // Symmetric ones are positive by construction; strong forms may be anything.
-  if (!compliance->symmetric)
-    if (auto passive = check_passive(*compliance); !passive) return passive;
   model.compliance = std::move(*compliance);
   model.figures = (*solver)->figures();
   return {};
@@ -380,9 +377,13 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
   for (const std::string& note : model->notes) warnings.push_back(organ.name + ": " + note);
   if (model->deformable()) {
     // Said once, however many organs use the formulation.
-    std::string warning(find_formulation(organ.formulation)->warning());
+    const Formulation& formulation = *find_formulation(organ.formulation);
+    std::string warning(formulation.warning());
     if (!warning.empty() && std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
       warnings.push_back(std::move(warning));
+    auto accepted = accept_compliance(formulation, model->figures.smallest_compliance_eigenvalue);
+    if (!accepted) return std::unexpected(accepted.error());
+    if (!accepted->empty()) warnings.push_back("organ \"" + organ.name + "\": " + *accepted);
   }
   model->prepare_s = watch.seconds();
   return model;

@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "kernels/base/types.h"
@@ -45,17 +44,6 @@ double negative_compliance(const SurfaceCompliance& compliance) {
   part.diagonal().array() -= kRounding * size;
   const Eigen::SelfAdjointEigenSolver<MatrixX> modes(part, Eigen::EigenvaluesOnly);
   return modes.eigenvalues()[0] / size;
-}
-
-Result<void> check_passive(const SurfaceCompliance& compliance) {
-  const double least = negative_compliance(compliance);
-  if (least == 0.0) return {};
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "compliance: its least eigenvalue is %.2g of its size, so that a tool could draw "
-                "energy from the body; expected none below zero: use the formulation \"galerkin\"",
-                least);
-  return failure(text);
 }
 
 }  // namespace viscera

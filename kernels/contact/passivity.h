@@ -1,7 +1,7 @@
-// Whether a compliance may be touched: it must not give back more energy than was put in.
+// Whether a compliance gives back no more energy than was put in, by all its eigenvalues: for
+// checks of small bodies. Preparation asks smallest_compliance_eigenvalue() (kernels/paff).
 #pragma once
 
-#include "kernels/base/result.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
@@ -11,8 +11,5 @@ namespace viscera {
 /// Costs a Cholesky factorisation of order 3 touchable, and the eigenvalues where that fails. NaN
 /// where an entry isn't finite.
 double negative_compliance(const SurfaceCompliance& compliance);
-
-/// Refuses a compliance that isn't positive, with the reason and what to change.
-Result<void> check_passive(const SurfaceCompliance& compliance);
 
 }  // namespace viscera

@@ -154,9 +154,10 @@ Result<BlockRows> assemble(const Rows& rows, const IsotropicMaterial& material,
 
 class CollocationSolver final : public ElasticSolver {
  public:
-  CollocationSolver(Rows rows, bool stabilised_tractions, SparseLu factor,
-                    const PreparationFigures& figures)
-      : rows_(std::move(rows)),
+  CollocationSolver(const Formulation& formulation, Rows rows, bool stabilised_tractions,
+                    SparseLu factor, const PreparationFigures& figures)
+      : formulation_(formulation),
+        rows_(std::move(rows)),
         stabilised_tractions_(stabilised_tractions),
         factor_(std::move(factor)),
         figures_(figures) {}
@@ -194,8 +195,9 @@ class CollocationSolver final : public ElasticSolver {
         progress);
     if (compliance) {
       figures_.smallest_compliance_eigenvalue = smallest_compliance_eigenvalue(*compliance);
-      const auto positive = expect_positive_compliance(figures_.smallest_compliance_eigenvalue);
-      if (!positive) compliance = std::unexpected(positive.error());
+      const auto accepted =
+          accept_compliance(formulation_, figures_.smallest_compliance_eigenvalue);
+      if (!accepted) compliance = std::unexpected(accepted.error());
     }
     figures_.compliance_s += watch.seconds();
     return compliance;
@@ -231,6 +233,7 @@ class CollocationSolver final : public ElasticSolver {
     return right;
   }
 
+  const Formulation& formulation_;
   Rows rows_;
   bool stabilised_tractions_;
   SparseLu factor_;
@@ -246,7 +249,8 @@ void NodeStencil::resize(std::size_t count) {
   hessians.resize(count);
 }
 
-Result<std::unique_ptr<ElasticSolver>> prepare_collocation(const ElasticProblem& problem,
+Result<std::unique_ptr<ElasticSolver>> prepare_collocation(const Formulation& formulation,
+                                                           const ElasticProblem& problem,
                                                            const CollocationRules& rules,
                                                            const Progress& progress) {
   constexpr double kAssemblyShare = 0.3;
@@ -276,8 +280,8 @@ Result<std::unique_ptr<ElasticSolver>> prepare_collocation(const ElasticProblem&
   figures.factor_s = factoring.seconds();
   figures.factor_bytes = factor->factor_bytes();
   if (!progress(1.0, "factoring")) return failure(kCancelled);
-  return std::make_unique<CollocationSolver>(std::move(*rows), rules.stabilised_tractions,
-                                             std::move(*factor), figures);
+  return std::make_unique<CollocationSolver>(
+      formulation, std::move(*rows), rules.stabilised_tractions, std::move(*factor), figures);
 }
 
 }  // namespace viscera

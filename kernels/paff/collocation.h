@@ -46,9 +46,11 @@ struct CollocationRules {
 /// an unsymmetric matrix.
 ///
 /// The solver's loads [N] at nodes act as F / A_i in a traction row and F / V_i in a balance row,
-/// and not at all on held nodes. Its compliance isn't symmetric. Fails as Formulation::prepare
+/// and not at all on held nodes. Its compliance isn't symmetric, and passes
+/// as accept_compliance() says for `formulation`, which outlives it. Fails as Formulation::prepare
 /// documents.
-Result<std::unique_ptr<ElasticSolver>> prepare_collocation(const ElasticProblem& problem,
+Result<std::unique_ptr<ElasticSolver>> prepare_collocation(const Formulation& formulation,
+                                                           const ElasticProblem& problem,
                                                            const CollocationRules& rules,
                                                            const Progress& progress);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <vector>
 
@@ -93,13 +94,13 @@ std::vector<Real> start(std::size_t n) {
   return x;
 }
 
-/// Largest eigenvalue of `sign` S + `shift` I, by iteration.
-double largest_eigenvalue(const SymmetricPart& matrix, double sign, double shift, int steps) {
+/// The largest eigenvalue in size, by iteration, from below.
+double largest_eigenvalue(const SymmetricPart& matrix) {
+  constexpr int kSteps = 12;
   std::vector<double> x = start<double>(matrix.order()), y(x.size());
   double value = 0.0;
-  for (int step = 0; step < steps; ++step) {
+  for (int step = 0; step < kSteps; ++step) {
     matrix.multiply(x, y);
-    for (std::size_t i = 0; i < x.size(); ++i) y[i] = sign * y[i] + shift * x[i];
     x.swap(y);
     value = normalise(x);
   }
@@ -128,6 +129,33 @@ double by_inverse_iteration(const SymmetricPart& matrix, double largest) {
   return inverse > 0.0 ? largest / inverse : 0.0;
 }
 
+bool is_positive(const SymmetricPart& matrix, double shift) {
+  const std::size_t n = matrix.order();
+  std::vector<double> factor(n * n);
+  parallel_for_each_index(n, 16, [&](std::size_t j) {
+    for (std::size_t i = j; i < n; ++i) factor[j * n + i] = matrix(i, j) + (i == j ? shift : 0.0);
+  });
+  return eliminate<double>(n, n, factor.data(), nullptr);
+}
+
+/// The smallest eigenvalue of a matrix that isn't positive: -s for the least shift s that makes it
+/// so, to 3 %, from below. Whether a factorisation succeeds is certain, where an iteration towards
+/// an eigenvalue among many of its size may stop short of it. 0 where round-off makes it positive.
+double negative_eigenvalue(const SymmetricPart& matrix, double size) {
+  double low = kRoundOff * size;
+  if (is_positive(matrix, low)) return 0.0;
+  double high = 10.0 * low;
+  while (high < 100.0 * size && !is_positive(matrix, high)) {
+    low = high;
+    high *= 10.0;
+  }
+  for (int step = 0; step < 6; ++step) {
+    const double middle = std::sqrt(low * high);
+    (is_positive(matrix, middle) ? high : low) = middle;
+  }
+  return -high;
+}
+
 }  // namespace
 
 double smallest_compliance_eigenvalue(const SurfaceCompliance& compliance) {
@@ -135,15 +163,14 @@ double smallest_compliance_eigenvalue(const SurfaceCompliance& compliance) {
   const SymmetricPart matrix(compliance);
   if (matrix.order() == 0) return 1.0;
   // The largest in size may be a negative one.
-  const double size = largest_eigenvalue(matrix, 1.0, 0.0, 12);
-  if (!(size > 0.0) || !std::isfinite(size)) return -1.0;
+  const double size = largest_eigenvalue(matrix);
+  if (!std::isfinite(size)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(size > 0.0)) return -1.0;
   double smallest = 0.0;
   if (matrix.order() > kDoubleBelow) smallest = by_inverse_iteration<float>(matrix, size);
   if (!(smallest > 0.0)) smallest = by_inverse_iteration<double>(matrix, size);
   if (smallest > 0.0) return std::min(1.0, smallest / size);
-  constexpr double kAboveAll = 1.1;  // the iteration approaches the largest from below
-  const double shift = kAboveAll * size;
-  return (shift - largest_eigenvalue(matrix, -1.0, shift, 80)) / size;
+  return negative_eigenvalue(matrix, size) / size;
 }
 
 Result<void> expect_positive_compliance(double smallest_eigenvalue) {
@@ -153,6 +180,18 @@ Result<void> expect_positive_compliance(double smallest_eigenvalue) {
        << " of its largest; expected a positive one, since tissue would feed energy into the tool "
           "otherwise: use formulation \"galerkin\", or a smaller node spacing";
   return failure(text.str());
+}
+
+Result<std::string> accept_compliance(const Formulation& formulation, double smallest_eigenvalue) {
+  const Result<void> positive = expect_positive_compliance(smallest_eigenvalue);
+  if (positive) return std::string();
+  if (formulation.warning().empty() || std::isnan(smallest_eigenvalue))
+    return std::unexpected(positive.error());
+  std::ostringstream text;
+  text << "the smallest eigenvalue of its compliance is " << smallest_eigenvalue
+       << " of the largest: such tissue may give energy away to a tool, and contact with it may "
+          "find no forces (a flag of the run); never to be felt by a haptic hand";
+  return text.str();
 }
 
 }  // namespace viscera

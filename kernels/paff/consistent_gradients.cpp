@@ -313,7 +313,17 @@ Result<double> make_consistent(const ShapeFunctions& shape, const VolumeQuadratu
   const Result<std::vector<double>> multipliers =
       solve_consistency(problem.matrix(), problem.scale(), defect, sizes);
   if (!multipliers) return std::unexpected(multipliers.error());
-  return problem.correct(*multipliers);
+  // Where few nodes reach, a constraint may be met by changes only that are larger than the
+  // gradients themselves. What is left are no fields' gradients, and K is close to singular.
+  const double size = problem.correct(*multipliers);
+  if (!(size < 1.0)) {
+    std::ostringstream text;
+    text << "consistent integration: the gradients had to change by " << size
+         << " of themselves; expected less than 1 (0.05 is usual): remove nodes that crowd at one "
+            "place, or use another node spacing";
+    return failure(text.str());
+  }
+  return size;
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace viscera {
 /// weights W (derived in the source). The quadratic basis needs points of degree 2 in the volume
 /// and of degree 4 on the surface. Returns its size relative to the gradients, a measure of the
 /// quadrature: 0.015 to 0.05. Fails where the sparse factorisation does, and where the constraint
-/// can't be met to 1e-11 of its sums.
+/// can't be met to 1e-11 of its sums, or by a change smaller than the gradients only.
 Result<double> make_gradients_consistent(const ShapeFunctions& shape,
                                          const VolumeQuadrature& volume,
                                          const NodeIncidence& volume_incidence,

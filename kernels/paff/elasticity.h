@@ -82,7 +82,8 @@ class ElasticSolver {
   /// Nodal unknowns (3 N) [m] under loads given as functions of place.
   virtual Result<std::vector<double>> solve_static(const StaticLoads& loads) = 0;
   /// Rows of `visible`, columns of `touchable`; both ascending, touchable a subset of visible.
-  /// Fails, saying what to change, unless it is positive (see compliance_checks.h).
+  /// Fails, saying what to change, unless it is positive or the formulation's warning() says that
+  /// it isn't to be trusted (see accept_compliance in compliance_checks.h).
   virtual Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
                                                const Progress& progress) = 0;
   virtual const PreparationFigures& figures() const = 0;

@@ -111,7 +111,7 @@ class GfdmFormulation final : public Formulation {
     CollocationRules rules;
     rules.stabilised_tractions = true;
     rules.stencils = [](const PointCloud& cloud) { return TaylorFit(cloud); };
-    return prepare_collocation(problem, rules, progress);
+    return prepare_collocation(*this, problem, rules, progress);
   }
 };
 

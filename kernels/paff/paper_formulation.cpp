@@ -112,7 +112,7 @@ class PaperFormulation final : public Formulation {
     rules.stencils = [this](const PointCloud& cloud) {
       return MovingLeastSquaresAtNodes(std::make_shared<ShapeFunctions>(fields(cloud)));
     };
-    return prepare_collocation(problem, rules, progress);
+    return prepare_collocation(*this, problem, rules, progress);
   }
 };
 

@@ -173,5 +173,27 @@ TEST(RunOptions, TheReportedCommandRepeatsTheRun) {
   EXPECT_EQ(folder.report()["title"], "two words");
 }
 
+// Its response isn't positive on such a body: a user who asks for the published method gets it, told
+// what it is worth.
+TEST(PaperFormulation, RunsAndWarnsThatToolsMayGainEnergy) {
+  const SceneFolder folder;
+  for (const bool cached : {false, true}) {
+    const ProgramResult result =
+        folder.run({"--no-render", "--set", "organs/ball/formulation=paper"});
+    ASSERT_EQ(result.code, 0) << result.told();
+    const Json report = folder.report();
+    EXPECT_EQ(report["complete"], true);
+    EXPECT_EQ(report["frames"], 12);
+    EXPECT_EQ(report["organs"][0]["cache_hit"], cached);
+    EXPECT_LT(report["organs"][0]["smallest_compliance_eigenvalue"], -1e-6);
+    const std::string warnings = report["warnings"].dump();
+    for (const char* part : {"doesn't converge", "smallest eigenvalue", "energy", "haptic"})
+      EXPECT_NE(warnings.find(part), std::string::npos) << part << " not in " << warnings;
+    const std::string forces = file_text(folder.out() / "forces.csv");
+    EXPECT_EQ(forces.find("nan"), std::string::npos);
+    EXPECT_EQ(forces.find("inf"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace viscera::test

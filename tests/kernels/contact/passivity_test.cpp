@@ -23,22 +23,18 @@ SurfaceCompliance compliance_of(int count, const Entry& entry) {
 TEST(Passivity, PositiveComplianceIsAccepted) {
   const auto springs = compliance_of(5, [](int i, int j) { return i == j ? 1e-3 : 0.0; });
   EXPECT_EQ(negative_compliance(springs), 0.0);
-  EXPECT_TRUE(check_passive(springs));
 }
 
 TEST(Passivity, RoundedZeroEigenvaluesAreAccepted) {
   const auto wave = [](int i) { return std::sin(1.0 + 0.37 * i); };
   const auto rank_one = compliance_of(20, [&](int i, int j) { return wave(i) * wave(j); });
-  EXPECT_TRUE(check_passive(rank_one));
+  EXPECT_EQ(negative_compliance(rank_one), 0.0);
 }
 
 TEST(Passivity, LeastEigenvalueIsTold) {
   const auto broken =
       compliance_of(3, [](int i, int j) { return i != j ? 0.0 : (i == 4 ? -0.5 : 1.0); });
   EXPECT_NEAR(negative_compliance(broken), -0.5 / std::sqrt(8.25), 1e-7);
-  const auto refused = check_passive(broken);
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().text().find("galerkin"), std::string::npos);
 }
 
 TEST(Passivity, TurningPartDoesNoWorkAndIsIgnored) {
@@ -47,11 +43,10 @@ TEST(Passivity, TurningPartDoesNoWorkAndIsIgnored) {
   EXPECT_EQ(negative_compliance(turning), 0.0);
 }
 
-TEST(Passivity, EntriesThatAreNoNumbersAreRefused) {
+TEST(Passivity, EntriesThatAreNoNumbersAreTold) {
   auto broken = compliance_of(3, [](int i, int j) { return i == j ? 1.0 : 0.0; });
   broken.columns[7] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_TRUE(std::isnan(negative_compliance(broken)));
-  EXPECT_FALSE(check_passive(broken));
 }
 
 }  // namespace

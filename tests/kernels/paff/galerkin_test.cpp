@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "kernels/points/node_placement.h"
 #include "tests/kernels/paff/elastic_bodies.h"
 
 namespace viscera {
@@ -190,6 +191,27 @@ TEST_F(GalerkinCube, RefusesTooFewNodes) {
   sparse.cloud.spacings.assign(4, 0.35);
   const std::string error = error_of(sparse.problem(kLiver, on_floor));
   EXPECT_NE(error.find("smaller node spacing"), std::string::npos) << error;
+}
+
+TEST_F(GalerkinCube, RefusesNodesThatCoincideAlmost) {
+  for (const double apart : {0.0, 1e-9, 1e-3}) {
+    test::Body twice = body;
+    twice.cloud.positions[40] = body.cloud.positions[12] + Vec3(apart, 0, 0);
+    twice.cloud.spacings = measure_spacings(twice.cloud.positions);
+    const std::string error = error_of(twice.problem(kLiver, on_floor));
+    EXPECT_NE(error.find("12 and 40"), std::string::npos) << error;
+    EXPECT_NE(error.find("remove one"), std::string::npos) << error;
+  }
+}
+
+TEST_F(GalerkinCube, RefusesACrowdOfNodes) {
+  test::Body crowded = body;
+  for (int i = 0; i < 8; ++i) {
+    crowded.cloud.positions.push_back(1e-3 * Vec3(i & 1, (i >> 1) & 1, (i >> 2) & 1));
+  }
+  crowded.cloud.spacings = measure_spacings(crowded.cloud.positions);
+  const std::string error = error_of(crowded.problem(kLiver, on_floor));
+  EXPECT_NE(error.find("gradually"), std::string::npos) << error;
 }
 
 TEST_F(GalerkinCube, RefusesSpacingsInAWrongUnit) {

@@ -114,6 +114,39 @@ TEST_F(ShapeFunctionsInACube, RefusesPointsThatTooFewNodesReach) {
   EXPECT_FALSE(shape.evaluate(Vec3(0.75, 0.75, 0.75), true, at));
 }
 
+TEST(ShapeFunctions, ReproduceTheBasisWhereOneNodeHardlyLeavesAPlane) {
+  // The last pivot of the moment matrix is about the square of the height over the support. The
+  // values then are as large as its inverse, and what they sum to is known to round-off of that.
+  const Random random(4, 2);
+  for (const double height : {1e-2, 1e-3, 1e-4}) {
+    PointCloud cloud;
+    for (std::uint64_t i = 0; i < 12; ++i)
+      cloud.positions.emplace_back(random.uniform(2 * i) - 0.5, random.uniform(2 * i + 1) - 0.5,
+                                   i == 0 ? height : 0.0);
+    cloud.spacings.assign(12, 1.0);
+    const ShapeFunctions fields(cloud, 1.8);
+    const Vec3 x(0.05, -0.1, 0.2);
+    ShapeValues at;
+    ASSERT_TRUE(fields.evaluate(x, true, at)) << height;
+    double sum = 0.0, size = 0.0, slopes = 0.0;
+    Vec3 place = Vec3::Zero(), gradient_of_one = Vec3::Zero();
+    Mat3 gradient_of_place = Mat3::Zero();
+    for (std::size_t j = 0; j < at.nodes.size(); ++j) {
+      const Vec3& node = cloud.positions[static_cast<std::size_t>(at.nodes[j])];
+      sum += at.values[j];
+      size += std::abs(at.values[j]);
+      slopes += at.gradients[j].norm();
+      place += at.values[j] * node;
+      gradient_of_one += at.gradients[j];
+      gradient_of_place += node * at.gradients[j].transpose();
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-15 * size) << height;
+    EXPECT_LT((place - x).norm(), 2e-15 * size) << height;
+    EXPECT_LT(gradient_of_one.norm(), 4e-15 * slopes) << height;
+    EXPECT_LT((gradient_of_place - Mat3::Identity()).norm(), 4e-15 * slopes) << height;
+  }
+}
+
 TEST(ShapeFunctions, RefuseNodesInOnePlane) {
   PointCloud flat;
   for (int i = 0; i < 5; ++i) {

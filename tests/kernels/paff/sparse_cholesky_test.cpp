@@ -62,6 +62,28 @@ TEST(SparseCholesky, RefusesAnIndefiniteMatrix) {
   EXPECT_NE(factor.error().text().find("not positive definite"), std::string::npos);
 }
 
+TEST(SparseCholesky, SolvesWhereEveryNodeIsCoupledWithEveryOther) {
+  // 2 on the diagonal and 1 elsewhere, per component: an ordering by nested dissection has nothing
+  // to cut here, and PORD ended the process.
+  SymmetricBlockMatrix matrix;
+  matrix.width = 3;
+  constexpr int kNodes = 40;
+  for (int row = 0; row < kNodes; ++row) {
+    for (int column = row; column < kNodes; ++column) {
+      matrix.pattern.columns.push_back(column);
+      for (int i = 0; i < 9; ++i) {
+        matrix.blocks.push_back(i % 4 != 0 ? 0.0 : (row == column ? 2.0 : 1.0));
+      }
+    }
+    matrix.pattern.row_begin.push_back(matrix.pattern.columns.size());
+  }
+  Result<SparseCholesky> factor = SparseCholesky::factor(matrix, 0.0, "full");
+  ASSERT_TRUE(factor) << factor.error().text();
+  std::vector<double> right(3 * kNodes, 1.0);
+  ASSERT_TRUE(factor->solve(right, 1));
+  for (const double x : right) EXPECT_NEAR(x, 1.0 / (kNodes + 1), 1e-14);
+}
+
 TEST(SparseCholesky, ShiftIsAddedToTheDiagonal) {
   EXPECT_TRUE(SparseCholesky::factor(chain(50, 3, 1.0), 1.5, "chain"));
 }
