@@ -13,10 +13,9 @@ namespace {
 
 constexpr std::size_t kTerms = 4;  // polynomials a cell
 
-/// Least distance of two cells' seeds over the local spacing. A cell then spans some seven nodes
-/// inside the body: four constraints for twenty unknowns. With seeds closer than 1.75 a thick
-/// sphere at Poisson's ratio 0.499 locks again; farther than 2, cells soften the body under narrow
-/// loads.
+/// Least distance of two cells' seeds over the local spacing. A cell then spans some nine nodes:
+/// four constraints for nearly thirty unknowns. At Poisson's ratio 0.499 a thick sphere errs half
+/// as much again with 1.5; farther than 2, cells soften the body under narrow loads.
 constexpr double kSeedDistance = 2.0;
 
 /// Cell of each volume point: that of the nearest seed. Seeds are volume points, taken in their
