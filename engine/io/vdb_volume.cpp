@@ -59,7 +59,7 @@ std::string end_mark(std::string_view bytes) {
 std::string damage(std::string_view bytes) {
   if (bytes.size() < kMarkBytes || !bytes.substr(bytes.size() - kMarkBytes).starts_with(kMark)) {
     return "cut off: found no end mark in its " + std::to_string(bytes.size()) +
-           " bytes, expected a whole volume that viscera wrote";
+           " bytes, expected a whole .vdb volume that viscera wrote";
   }
   const std::string_view volume = bytes.substr(0, bytes.size() - kMarkBytes);
   if (bytes.substr(volume.size()) == end_mark(volume)) return "";

@@ -37,7 +37,7 @@ TEST_P(Boussinesq, SurfaceSinksAsThatOfTheHalfSpace) {
   const Vec3 load(0.0, 0.0, 0.5 * height);
   const TriangleSurface surface = test::box(Vec3(width, width, height), 24);
   const auto cloud = place_nodes(surface, SurfaceTree(surface),
-                                 graded_spacing(8e-3, 2.4e-3, 0.25, {load}), {}, no_progress());
+                                 graded_spacing(8e-3, 2e-3, 0.2, {load}), {}, no_progress());
   ASSERT_TRUE(cloud) << cloud.error().text();
   const Formulation& galerkin = *find_formulation("galerkin");
   const ElasticProblem problem{&surface, &*cloud, tissue,

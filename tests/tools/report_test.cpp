@@ -173,8 +173,8 @@ TEST(RunOptions, TheReportedCommandRepeatsTheRun) {
   EXPECT_EQ(folder.report()["title"], "two words");
 }
 
-// Its response isn't positive on such a body: a user who asks for the published method gets it, told
-// what it is worth.
+// Its response isn't positive on such a body: a user who asks for the published method gets it,
+// told what it is worth.
 TEST(PaperFormulation, RunsAndWarnsThatToolsMayGainEnergy) {
   const SceneFolder folder;
   for (const bool cached : {false, true}) {
@@ -185,7 +185,7 @@ TEST(PaperFormulation, RunsAndWarnsThatToolsMayGainEnergy) {
     EXPECT_EQ(report["complete"], true);
     EXPECT_EQ(report["frames"], 12);
     EXPECT_EQ(report["organs"][0]["cache_hit"], cached);
-    EXPECT_LT(report["organs"][0]["smallest_compliance_eigenvalue"], -1e-6);
+    EXPECT_LT(report["organs"][0]["preparation"]["smallest_compliance_eigenvalue"], -1e-6);
     const std::string warnings = report["warnings"].dump();
     for (const char* part : {"doesn't converge", "smallest eigenvalue", "energy", "haptic"})
       EXPECT_NE(warnings.find(part), std::string::npos) << part << " not in " << warnings;
