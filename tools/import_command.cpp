@@ -16,6 +16,7 @@
 #include "engine/io/mesh_export.h"
 #include "engine/io/mesh_import.h"
 #include "engine/io/organ_page.h"
+#include "engine/organ/figures_text.h"
 #include "engine/organ/label_surface.h"
 #include "engine/organ/organ_checkup.h"
 #include "engine/organ/shaded_view.h"
@@ -292,10 +293,9 @@ void check_all(std::vector<Imported>& organs, const ImportOptions& options,
       const Overlap overlap = greatest_overlap(organs[a].surface, organs[b].surface);
       if (overlap.depth <= kTouching * std::max(organs[a].edge, organs[b].edge)) continue;
       for (const auto& [one, other] : {std::pair{a, b}, std::pair{b, a}}) {
-        organs[one].warnings.push_back(
-            fmt::format("it overlaps {} by up to {:.2g} mm at ({:.0f}, {:.0f}, {:.0f} mm)",
-                        organs[other].name, 1e3 * overlap.depth, 1e3 * overlap.place.x(),
-                        1e3 * overlap.place.y(), 1e3 * overlap.place.z()));
+        organs[one].warnings.push_back(fmt::format("it overlaps {} by up to {:.2g} mm at {}",
+                                                   organs[other].name, 1e3 * overlap.depth,
+                                                   place_text(overlap.place)));
       }
     }
   }
@@ -327,9 +327,7 @@ Json entry_json(const Imported& organ) {
 OrganPage page_of(const Imported& organ) {
   const SurfaceQuality& quality = organ.checkup.quality;
   const OrganPlan& plan = organ.checkup.plan;
-  const auto at = [](const Vec3& x) {
-    return fmt::format("at ({:.1f}, {:.1f}, {:.1f} mm)", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
-  };
+  const auto at = [](const Vec3& x) { return "at " + place_text(x); };
   OrganPage page;
   page.title = organ.name;
   page.source = organ.source;

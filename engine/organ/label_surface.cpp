@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/organ/figures_text.h"
 #include "engine/organ/isosurface.h"
 #include "engine/organ/label_field.h"
 #include "kernels/base/parallel.h"
@@ -20,20 +21,8 @@ constexpr double kVolumeGoal = 0.0075;  // at which the level isn't sought furth
 constexpr double kMeshGoal = 0.02;      // the same for triangles
 constexpr int kStrongest = 1;           // smoothing passes
 
-std::string digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
 std::string millilitres(double volume) {
-  return digits(1e6 * volume) + " ml";
-}
-
-std::string place(const Vec3& x) {
-  char text[80];
-  std::snprintf(text, sizeof text, "(%.0f, %.0f, %.0f mm)", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
-  return text;
+  return short_number(1e6 * volume) + " ml";
 }
 
 std::string label_words(const LabelMap& map, std::int32_t label) {
@@ -174,14 +163,14 @@ Result<LabelOrgan> surface_of(const LabelMap& map, const LabelPiece& piece, int 
   }
   const double off = volume(organ.surface) / organ.label_volume - 1.0;
   if (std::abs(off) > kVolumeError) {
-    organ.warnings.push_back("its volume differs from the labels' by " + digits(100.0 * off) +
+    organ.warnings.push_back("its volume differs from the labels' by " + short_number(100.0 * off) +
                              " %: it is thin, or enclosed by other labels");
   }
   if (piece.cavity_voxels > 0) {
     organ.warnings.push_back(
         "a cavity was filled, since organs are solid: " +
         millilitres(static_cast<double>(piece.cavity_voxels) * map.voxel_volume()) + ", first at " +
-        place(piece.cavity));
+        place_text(piece.cavity));
   }
   if (piece.at_border) {
     organ.warnings.push_back(
@@ -246,11 +235,11 @@ Result<std::vector<LabelOrgan>> label_surfaces(const LabelMap& map,
                       " pieces that don't touch; each is an organ of its own");
     }
     if (crumbs > 0) {
-      notes.push_back(
-          std::to_string(pieces.size() - kept) + " crumbs were left out, " +
-          millilitres(static_cast<double>(crumbs) * map.voxel_volume()) + " in all (" +
-          digits(100.0 * static_cast<double>(crumbs) / static_cast<double>(extent->second.voxels)) +
-          " % of the label)");
+      notes.push_back(std::to_string(pieces.size() - kept) + " crumbs were left out, " +
+                      millilitres(static_cast<double>(crumbs) * map.voxel_volume()) + " in all (" +
+                      short_number(100.0 * static_cast<double>(crumbs) /
+                                   static_cast<double>(extent->second.voxels)) +
+                      " % of the label)");
     }
     for (std::size_t p = 0; p < kept; ++p) {
       tasks.push_back(

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/organ/figures_text.h"
 #include "engine/organ/isosurface.h"
 #include "engine/organ/mesh_editor.h"
 #include "engine/organ/shape.h"
@@ -15,12 +16,6 @@ namespace {
 constexpr double kOnSurface = 1e-4;  // of an edge; the promise is ten times this
 constexpr double kCrumb = 0.01;      // share of the volume under which a piece is dropped
 constexpr int kMostCellsAcross = 1500;
-
-std::string millimetres(double metres) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g mm", 1e3 * metres);
-  return text;
-}
 
 // Newton steps along the gradient, which is measured anew only where it has stopped helping.
 class ZeroSet {

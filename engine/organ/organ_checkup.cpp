@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/organ/figures_text.h"
+
 namespace viscera {
 namespace {
 
@@ -14,10 +16,6 @@ constexpr double kVolumeError = 0.03;
 constexpr double kSliver = 8.0;            // least angle [deg]
 constexpr double kThinShare = 0.02;        // of the area that may be thin
 constexpr double kLongPreparation = 60.0;  // [s]
-
-std::string place(const Vec3& x) {
-  return fmt::format("({:.0f}, {:.0f}, {:.0f} mm)", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
-}
 
 }  // namespace
 
@@ -84,7 +82,7 @@ OrganCheckup check_organ(const TriangleSurface& surface, OrganDescription& organ
   }
   if (const double angle = quality.least_angle * 180.0 / std::numbers::pi; angle < kSliver) {
     warnings.push_back(fmt::format("a triangle at {} has an angle of {:.1f} degrees",
-                                   place(quality.least_angle_place), angle));
+                                   place_text(quality.least_angle_place), angle));
   }
   if (quality.thin_share > kThinShare && quality.thinnest_wall > 0.0) {
     warnings.push_back(fmt::format(
@@ -92,7 +90,7 @@ OrganCheckup check_organ(const TriangleSurface& surface, OrganDescription& organ
         "{:.2g} mm at {}: such walls bend too little or too much; lower spacing_mm, or make it "
         "scenery (\"deformable\": false)",
         100.0 * quality.thin_share, 2e3 * resolution.spacing, 1e3 * quality.thinnest_wall,
-        place(quality.thinnest_place)));
+        place_text(quality.thinnest_place)));
   }
   if (checkup.plan.prepare_s > kLongPreparation) {
     warnings.push_back(fmt::format("preparing it will take about {:.0f} s: raise finest_spacing_mm",

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numeric>
 
 #include "engine/io/distance_grid.h"
+#include "engine/organ/figures_text.h"
 #include "engine/organ/shape.h"
 #include "kernels/base/parallel.h"
 #include "kernels/points/surface_checks.h"
@@ -20,22 +20,6 @@ constexpr double kLeastVoxels = 8.0;   // across the body
 constexpr double kGreatestBare = 0.1;  // share of the area that may lie outside as a bare sheet
 constexpr double kWideHole = 10.0;     // voxels
 constexpr int kBandVoxels = 3;         // beyond the closing radius
-
-std::string digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
-std::string millimetres(double metres) {
-  return digits(1e3 * metres) + " mm";
-}
-
-std::string place_text(const Vec3& x) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%.1f, %.1f, %.1f mm)", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
-  return text;
-}
 
 // Triangles that have corners and an extent.
 TriangleSurface usable(const TriangleSurface& original) {
@@ -253,7 +237,7 @@ std::vector<std::string> wrap_notes(const Wrap& wrap, const WrapOptions& options
                     " were filled where it winds around a place by more than half");
   }
   if (wrap.lost_share > 0.0) {
-    notes.push_back("wrapping lost " + digits(100.0 * wrap.lost_share) +
+    notes.push_back("wrapping lost " + short_number(100.0 * wrap.lost_share) +
                     " % of the original's area, sheets without thickness that stick out by up to " +
                     millimetres(wrap.greatest_lost) + " at " + place_text(wrap.lost_place));
   }
@@ -307,7 +291,7 @@ Result<Wrap> wrap_surface(const TriangleSurface& original, const WrapOptions& op
       triangles, [&tree](const Vec3& x) { return tree.signed_distance(x); }, voxel);
   if (lost.share > 0.5) {
     return failure("wrapping at voxels of " + millimetres(voxel) + " lost " +
-                   digits(100.0 * lost.share) +
+                   short_number(100.0 * lost.share) +
                    " % of the surface's area: it is an open sheet with gaps wider than " +
                    millimetres(close_of(options)) +
                    " and encloses nothing; a greater close_mm "
