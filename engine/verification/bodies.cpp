@@ -118,4 +118,21 @@ TriangleSurface ringed_hemisphere(double radius, int rings) {
   return surface;
 }
 
+std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern) {
+  std::vector<ContactCell> cells;
+  for (std::size_t k = 0; k < pattern.places.size(); ++k) {
+    // Lambert's projection: a disc of radius 2 R sin(polar / 2) has the area of the cap.
+    const double r = pattern.places[k].norm();
+    const double polar = 2.0 * std::asin(r / (2.0 * radius));
+    const Vec2 across = r > 0.0 ? Vec2(pattern.places[k] / r) : Vec2(Vec2::Zero());
+    ContactCell cell;
+    cell.normal = {std::sin(polar) * across.x(), std::sin(polar) * across.y(), std::cos(polar)};
+    cell.position = radius * cell.normal;
+    cell.area = pattern.areas[k];
+    cell.direction = -cell.normal;
+    cells.push_back(cell);
+  }
+  return cells;
+}
+
 }  // namespace viscera

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
+#include "kernels/contact/cell_pattern.h"
+#include "kernels/contact/patch_contact.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
@@ -30,5 +33,9 @@ NodedBody jittered_cube(int cells, double jitter);
 /// the pole, equally far apart, and the base as many: 12 rings^2 triangles. Vertices of the dome
 /// lie on the sphere.
 TriangleSurface ringed_hemisphere(double radius, int rings);
+
+/// A pattern laid on a ball about the origin around its pole, areas kept. Outward normals; the tool
+/// is for the caller to fill in.
+std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern);
 
 }  // namespace viscera

@@ -90,23 +90,6 @@ Result<double> spacing_for(const HemisphereOptions& options, const Progress& pro
       fmt::format("hemisphere: found no cloud of at most {} nodes, expected more", nodes));
 }
 
-/// A pattern laid on the dome about the pole.
-std::vector<ContactCell> cap_cells(const CellPattern& pattern) {
-  std::vector<ContactCell> cells;
-  for (std::size_t k = 0; k < pattern.places.size(); ++k) {
-    // Lambert's projection: a disc of radius 2 R sin(polar / 2) has the area of the cap.
-    const double r = pattern.places[k].norm();
-    const double polar = 2.0 * std::asin(r / (2.0 * kRadius));
-    const Vec2 across = r > 0.0 ? Vec2(pattern.places[k] / r) : Vec2(Vec2::Zero());
-    ContactCell cell;
-    cell.normal = {std::sin(polar) * across.x(), std::sin(polar) * across.y(), std::cos(polar)};
-    cell.position = kRadius * cell.normal;
-    cell.area = pattern.areas[k];
-    cells.push_back(cell);
-  }
-  return cells;
-}
-
 template <class T>
 std::size_t bytes_of(const std::vector<T>& values) {
   return values.size() * sizeof(T);
@@ -178,7 +161,8 @@ std::vector<ContactCell> HemisphereBody::cells(HemisphereContact contact, double
   const double reach = 2.0 * kRadius * std::sin(0.5 * std::asin(a_over_R));
   const Mat3 turn = Eigen::AngleAxisd(tilt, Vec3::UnitY()).toRotationMatrix();
   const Vec3 down = -turn.col(2);
-  auto cells = cap_cells(fitted_to_punch(ringed_disc(1.0, rings), reach, poisson_ratio, stick));
+  auto cells =
+      cap_cells(kRadius, fitted_to_punch(ringed_disc(1.0, rings), reach, poisson_ratio, stick));
   for (ContactCell& cell : cells) {
     cell.normal = turn * cell.normal;
     cell.position = turn * cell.position;
@@ -198,7 +182,7 @@ HemispherePressure HemisphereBody::pressure(double a_over_R) const {
   std::vector<Vec3> load(compliance_.touchable.size(), Vec3::Zero());
   std::vector<SampleShare> shares;
   const double reach = 2.0 * kRadius * std::sin(0.5 * std::asin(a_over_R));
-  pressure.cells = cap_cells(ringed_disc(reach, kRings));
+  pressure.cells = cap_cells(kRadius, ringed_disc(reach, kRings));
   for (const ContactCell& cell : pressure.cells) {
     const double across = std::hypot(cell.position.x(), cell.position.y());
     const double fall = std::max(0.0, 1.0 - across * across / (a * a));

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "kernels/points/surface_tree.h"
@@ -69,50 +68,6 @@ PressedBody prepare_block(const Vec3& edges, double spacing, double reach,
       });
 }
 
-TriangleSurface hemisphere(double radius, int rings) {
-  TriangleSurface surface;
-  // Ring i of a disc holds 6 i vertices; the dome and the base share the last ring.
-  const auto first_of = [](int ring) { return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1); };
-  const int disc = first_of(rings + 1), rim = first_of(rings);
-  const auto place = [&](int ring, int i, bool on_dome) -> Vec3 {
-    const double angle = ring == 0 ? 0.0 : std::numbers::pi * i / (3.0 * ring);
-    const double share = static_cast<double>(ring) / rings;
-    const double polar = 0.5 * std::numbers::pi * share;
-    const double r = radius * (on_dome ? std::sin(polar) : share);
-    const bool at_rim = ring == rings;
-    return {r * std::cos(angle), r * std::sin(angle),
-            on_dome && !at_rim ? radius * std::cos(polar) : 0.0};
-  };
-  for (const bool on_dome : {true, false}) {
-    for (int ring = 0; ring <= (on_dome ? rings : rings - 1); ++ring) {
-      for (int i = 0; i < std::max(1, 6 * ring); ++i) {
-        surface.vertices.push_back(place(ring, i, on_dome));
-      }
-    }
-  }
-  for (const bool on_dome : {true, false}) {
-    const auto vertex = [&](int ring, int i) {
-      const int at = first_of(ring) + (ring == 0 ? 0 : i % (6 * ring));
-      return on_dome || at >= rim ? at : disc + at;
-    };
-    const auto add = [&](int a, int b, int c) {
-      surface.triangles.push_back(on_dome ? std::array{a, b, c} : std::array{a, c, b});
-    };
-    for (int ring = 1; ring <= rings; ++ring) {
-      for (int sector = 0; sector < 6; ++sector) {
-        for (int i = 0; i < ring; ++i) {
-          const int outer = sector * ring + i, inner = sector * (ring - 1) + i;
-          add(vertex(ring - 1, inner), vertex(ring, outer), vertex(ring, outer + 1));
-          if (i + 1 < ring) {
-            add(vertex(ring - 1, inner), vertex(ring, outer + 1), vertex(ring - 1, inner + 1));
-          }
-        }
-      }
-    }
-  }
-  return surface;
-}
-
 std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings, double radius,
                                      double depth) {
   std::vector<ContactCell> cells;
@@ -130,23 +85,6 @@ std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings
       cell.depth = depth - rise;
       cells.push_back(cell);
     }
-  }
-  return cells;
-}
-
-std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern) {
-  std::vector<ContactCell> cells;
-  for (std::size_t k = 0; k < pattern.places.size(); ++k) {
-    // Lambert's projection: a disc of radius 2 R sin(polar / 2) has the area of the cap.
-    const double r = pattern.places[k].norm();
-    const double polar = 2.0 * std::asin(r / (2.0 * radius));
-    const Vec2 across = r > 0.0 ? Vec2(pattern.places[k] / r) : Vec2(Vec2::Zero());
-    ContactCell cell;
-    cell.normal = {std::sin(polar) * across.x(), std::sin(polar) * across.y(), std::cos(polar)};
-    cell.position = radius * cell.normal;
-    cell.area = pattern.areas[k];
-    cell.direction = -cell.normal;
-    cells.push_back(cell);
   }
   return cells;
 }

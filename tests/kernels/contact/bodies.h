@@ -5,7 +5,6 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/contact/cell_pattern.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/points/node_placement.h"
@@ -37,18 +36,11 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
 PressedBody prepare_block(const Vec3& edges, double spacing, double reach,
                           const IsotropicMaterial& material);
 
-/// Half a ball on its flat base, the pole up along z.
-TriangleSurface hemisphere(double radius, int rings);
-
 /// Hexagonal grid of cells `pitch` apart about `centre` on the plane z = centre.z, pressed straight
 /// down by a ball of this radius whose lowest point is `depth` below that plane (radius 0: a flat
 /// punch). 1 + 3 rings (rings + 1) cells.
 std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings, double radius,
                                      double depth);
-
-/// A pattern laid on a ball about the origin around its pole, areas kept. Outward normals; the tool
-/// is for the caller to fill in.
-std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern);
 
 Vec3 total_force(const ContactSolution& solution);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/verification/bodies.h"
 #include "kernels/base/random.h"
 #include "kernels/contact/deformation.h"
 #include "tests/kernels/contact/bodies.h"
@@ -121,11 +122,11 @@ TEST(HalfPrecision, ForcePartGivesTheSameForces) {
   const double top = 0.01;
   const IsotropicMaterial tissue{1e4, 0.45};
   const test::PressedBody body = test::prepare_body(
-      test::hemisphere(0.02, 10), tissue, [](const Vec3&) { return 4e-3; },
+      ringed_hemisphere(0.02, 10), tissue, [](const Vec3&) { return 4e-3; },
       [](const Vec3& x) { return x.z() < 1e-9; }, [=](const Vec3& x) { return x.z() > top; }, true);
   ASSERT_TRUE(body.ready);
   ASSERT_GT(body.compliance.visible.size(), body.compliance.touchable.size());
-  auto cells = test::cap_cells(0.02, ringed_disc(2e-3, 2));
+  auto cells = cap_cells(0.02, ringed_disc(2e-3, 2));
   for (ContactCell& cell : cells) cell.depth = 0.4e-3;
   const SurfaceCompliance part = force_part(body.compliance);
   ContactSolution whole_solution, part_solution;
