@@ -176,27 +176,27 @@ double HalfSpace::tail_scale() const {
   return std::max(normal_, mean_tangential_ + 3.0 * turning_);
 }
 
-Mat3 HalfSpace::response(const RadialKernels& kernels, const Vec3& offset,
-                         const Vec3& normal) const {
+HalfSpace::Parts HalfSpace::parts(const RadialKernels& kernels, const Vec3& offset,
+                                  const Vec3& normal) const {
   Vec3 along = offset - normal.dot(offset) * normal;
   const double length = along.norm();
   along = length > 0.0 ? Vec3(along / length) : Vec3(Vec3::Zero());
-  const double mean = mean_tangential_ * kernels.monopole;
-  const double turn = length > 0.0 ? turning_ * kernels.quadrupole : 0.0;
-  const Mat3 mixed = (coupling_ * kernels.dipole) * along * normal.transpose();
+  return {along, mean_tangential_ * kernels.monopole,
+          length > 0.0 ? turning_ * kernels.quadrupole : 0.0, coupling_ * kernels.dipole};
+}
+
+Mat3 HalfSpace::response(const RadialKernels& kernels, const Vec3& offset,
+                         const Vec3& normal) const {
+  const auto [along, mean, turn, mixed] = parts(kernels, offset, normal);
+  const Mat3 coupled = mixed * along * normal.transpose();
   return (mean - turn) * Mat3::Identity() +
          (normal_ * kernels.monopole - mean + turn) * normal * normal.transpose() +
-         (2.0 * turn) * along * along.transpose() + mixed - mixed.transpose();
+         (2.0 * turn) * along * along.transpose() + coupled - coupled.transpose();
 }
 
 Vec3 HalfSpace::displacement(const RadialKernels& kernels, const Vec3& offset, const Vec3& normal,
                              const Vec3& force) const {
-  Vec3 along = offset - normal.dot(offset) * normal;
-  const double length = along.norm();
-  along = length > 0.0 ? Vec3(along / length) : Vec3(Vec3::Zero());
-  const double mean = mean_tangential_ * kernels.monopole;
-  const double turn = length > 0.0 ? turning_ * kernels.quadrupole : 0.0;
-  const double mixed = coupling_ * kernels.dipole;
+  const auto [along, mean, turn, mixed] = parts(kernels, offset, normal);
   const double pushed = normal.dot(force), dragged = along.dot(force);
   return (mean - turn) * force +
          ((normal_ * kernels.monopole - mean + turn) * pushed - mixed * dragged) * normal +

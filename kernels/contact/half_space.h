@@ -55,6 +55,13 @@ class HalfSpace {
   double tail_scale() const;
 
  private:
+  /// The parts of the response at one place.
+  struct Parts {
+    Vec3 along;                ///< unit, from the load along the surface; zero at the load
+    double mean, turn, mixed;  ///< that turn with the angle as cos 0, cos 2 and cos 1 [m/N]
+  };
+  Parts parts(const RadialKernels& kernels, const Vec3& offset, const Vec3& normal) const;
+
   double normal_ = 0.0, mean_tangential_ = 0.0, turning_ = 0.0, coupling_ = 0.0;  // [1/Pa]
 };
 
