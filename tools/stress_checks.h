@@ -44,8 +44,9 @@ Result<StressFigure> check_linear_field(const StressBody& body, const Formulatio
 /// Every entry is a finite number: figure is the count of those that aren't.
 StressFigure check_finite(const SurfaceCompliance& compliance);
 
-/// negative_compliance() with its sign turned: f.C f >= 0 for all f. Also that a compliance said to
-/// be symmetric is so to the last bit.
+/// f.C f >= 0 for all f, by all eigenvalues: figure is the least one over the Frobenius norm, sign
+/// turned, where it lies below what storing in single precision explains. Also that a compliance
+/// said to be symmetric is so to the last bit.
 StressFigure check_positive(const SurfaceCompliance& compliance);
 
 /// Displacement by the stored compliance against the solver's own in double precision under the

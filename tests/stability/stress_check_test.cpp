@@ -1,8 +1,11 @@
 // The checks of the stress run themselves: each finds what it is for in a made-up history.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "tools/stress_checks.h"
 
@@ -140,6 +143,119 @@ TEST(StressChecks, TurningForceIsFound) {
   EXPECT_FALSE(check_closed_path(path).sound());
 }
 
+/// One cell on springs of 100 N/m each way, under a tool with friction 0.5 that goes this way;
+/// below z = 0 it presses. What passes Coulomb's cone slips back to it.
+std::vector<ContactMoment> dragged(std::span<const Vec3> way) {
+  constexpr double kFriction = 0.5;
+  std::vector<ContactMoment> path;
+  Vec3 drawn = Vec3::Zero();  // of the tissue, across
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    ContactMoment moment = pressed(-way[i].z());
+    const double push = moment.forces[0].norm();
+    Vec3 wanted = Vec3::Zero();
+    if (push > 0.0 && i > 0) wanted = drawn + way[i] - way[i - 1];
+    wanted.z() = 0.0;
+    const double most = 0.01 * kFriction * push;
+    drawn = wanted.norm() > most ? Vec3(most * wanted.normalized()) : wanted;
+    moment.cells[0].friction = kFriction;
+    moment.cells[0].displacement = wanted;
+    moment.forces[0] += 100.0 * drawn;
+    moment.displacements[0] += drawn;
+    moment.slips = {drawn - wanted};
+    path.push_back(std::move(moment));
+  }
+  return path;
+}
+
+/// Down, aside far enough to slip, back, up: from clear of the tissue to clear of it.
+std::vector<Vec3> there_and_back() {
+  std::vector<Vec3> way;
+  for (int i = -1; i <= 20; ++i) way.emplace_back(0.0, 0.0, -1e-4 * i);
+  for (int i = 1; i <= 40; ++i) way.emplace_back(1e-4 * i, 0.0, -2e-3);
+  for (int i = 39; i >= 0; --i) way.emplace_back(1e-4 * i, 0.0, -2e-3);
+  for (int i = 19; i >= -1; --i) way.emplace_back(0.0, 0.0, -1e-4 * i);
+  return way;
+}
+
+TEST(StressChecks, SoundDragPasses) {
+  const std::vector<Vec3> way = there_and_back();
+  const std::vector<ContactMoment> path = dragged(way);
+  for (const ContactMoment& moment : path) EXPECT_TRUE(check_conditions(moment).sound());
+  const auto slipped = [](const ContactMoment& moment) { return !moment.slips[0].isZero(); };
+  EXPECT_GT(std::count_if(path.begin(), path.end(), slipped), 20);
+  EXPECT_TRUE(check_friction(path, way).sound());
+}
+
+TEST(StressChecks, ToolThatNeverTouchedGainsNothing) {
+  const std::vector<Vec3> way = {Vec3(0, 0, 1e-3), Vec3(1e-3, 0, 1e-3), Vec3(0, 0, 1e-3)};
+  const StressFigure figure = check_friction(dragged(way), way);
+  EXPECT_EQ(figure.figure, 0.0);
+  EXPECT_TRUE(figure.sound());
+}
+
+TEST(StressChecks, SlipLongerThanTheWayThatDroveItIsFound) {
+  // Friction would take more than the tool gave.
+  const std::vector<Vec3> way = there_and_back();
+  std::vector<ContactMoment> path = dragged(way);
+  for (ContactMoment& moment : path) moment.slips[0] *= 2.0;
+  EXPECT_FALSE(check_friction(path, way).sound());
+}
+
+TEST(StressChecks, PushThatGrowsOnTheWayOutIsFound) {
+  const std::vector<Vec3> way = there_and_back();
+  std::vector<ContactMoment> path = dragged(way);
+  for (std::size_t i = path.size() - 20; i < path.size(); ++i) path[i].forces[0] *= 1.5;
+  EXPECT_FALSE(check_friction(path, way).sound());
+}
+
+TEST(StressChecks, DragThatLeavesTheConeOnTheWayBackIsFound) {
+  // Tissue that shoves the tool on as it returns, with three times what drew it.
+  const std::vector<Vec3> way = there_and_back();
+  std::vector<ContactMoment> path = dragged(way);
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    Vec3& force = path[i].forces[0];
+    if (way[i].x() < way[i - 1].x() && force.x() > 0.0) force.x() *= 3.0;
+  }
+  EXPECT_FALSE(check_friction(path, way).sound());
+  EXPECT_TRUE(std::any_of(path.begin(), path.end(), [](const ContactMoment& moment) {
+    return !check_conditions(moment).sound();
+  }));
+}
+
+TEST(StressChecks, ForceThatIsNoNumberIsFoundInADrag) {
+  const std::vector<Vec3> way = there_and_back();
+  std::vector<ContactMoment> path = dragged(way);
+  path[30].forces[0].y() = kNaN;
+  EXPECT_FALSE(check_friction(path, way).sound());
+}
+
+TEST(StressChecks, ContactThatSaysItFoundNoForceAndGivesNoneIsHonest) {
+  EXPECT_TRUE(check_honest(pressed(1e-3)).sound());
+  ContactMoment failed = pressed(1e-3);
+  failed.converged = false;
+  failed.forces = {Vec3::Zero()};
+  EXPECT_TRUE(check_honest(failed).sound());
+}
+
+TEST(StressChecks, ForceOfAContactThatSaysItFoundNoneIsCounted) {
+  ContactMoment moment = pressed(1e-3);
+  moment.converged = false;
+  moment.cells.push_back(moment.cells[0]);
+  moment.forces.push_back(Vec3::Zero());
+  moment.displacements.push_back(Vec3::Zero());
+  EXPECT_EQ(check_honest(moment).figure, 1.0);
+  EXPECT_FALSE(check_honest(moment).sound());
+}
+
+TEST(StressChecks, NumbersThatAreNoneAreNeverHonest) {
+  ContactMoment moment = pressed(1e-3);
+  moment.displacements[0].y() = kNaN;
+  EXPECT_FALSE(check_honest(moment).sound());
+  moment = pressed(1e-3);
+  moment.forces[0].x() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(check_honest(moment).sound());
+}
+
 TEST(StressChecks, NegativeComplianceIsFound) {
   SurfaceCompliance compliance = diagonal(4, 1e-3f);
   EXPECT_TRUE(check_positive(compliance).sound());
@@ -147,6 +263,22 @@ TEST(StressChecks, NegativeComplianceIsFound) {
   // One entry of twelve, and a thousandth of the others in size.
   compliance.columns[5 * compliance.rows() + 5] = -1e-6f;
   EXPECT_FALSE(check_positive(compliance).sound());
+}
+
+TEST(StressChecks, LeastEigenvalueOfAComplianceIsTold) {
+  SurfaceCompliance compliance = diagonal(3, 1.0f);
+  compliance.columns[4 * compliance.rows() + 4] = -0.5f;
+  EXPECT_NEAR(check_positive(compliance).figure, 0.5 / std::sqrt(8.25), 1e-7);
+}
+
+TEST(StressChecks, TurningPartOfAComplianceDoesNoWork) {
+  SurfaceCompliance compliance = diagonal(3, 1.0f);
+  compliance.symmetric = false;
+  const std::size_t n = compliance.rows();
+  for (std::size_t j = 0; j < n; ++j)
+    for (std::size_t i = 0; i < n; ++i)
+      if (i != j) compliance.columns[j * n + i] = i < j ? 0.3f : -0.3f;
+  EXPECT_TRUE(check_positive(compliance).sound());
 }
 
 TEST(StressChecks, ComplianceOfRankOneIsNotTakenForNegative) {
