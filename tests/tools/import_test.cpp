@@ -193,16 +193,10 @@ TEST(ImportedScene, OfThreeOrgansFromTheDataFoldersMapRuns) {
               "liver,stomach,gallbladder", "--out", (folder / "organs").string()});
   ASSERT_EQ(imported.code, 0) << imported.told();
 
-  ProgramCall call;
-  call.arguments = {"run",         project_file("scenes/label_map_palpation.json").string(),
-                    "--assets",    (folder / "organs").string(),
-                    "--out",       (folder / "out").string(),
-                    "--no-render", "--quiet",
-                    "--duration",  "1.0"};
-  call.cache = folder / "cache";
-  const ProgramResult result = run_program(call);
-  ASSERT_EQ(result.code, 0) << result.told();
-  const Json report = Json::parse(file_text(folder / "out" / "report.json"));
+  const Json report =
+      run_shipped_scene("label_map_palpation", folder,
+                        {"--assets", (folder / "organs").string(), "--duration", "1.0"});
+  ASSERT_FALSE(report.is_null());
   EXPECT_EQ(report["organs"].size(), 3u);
   EXPECT_EQ(report["complete"], true);
 }

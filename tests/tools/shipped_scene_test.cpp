@@ -56,9 +56,8 @@ TEST(ShippedSceneCheck, VisibleHumanIsPlannedOnItsData) {
   const auto liver = shared_data("visible_human/VH_M_Liver.glb");
   if (!liver) GTEST_SKIP() << "the data folder is absent";
   const TemporaryFolder cache;
-  const ProgramResult result =
-      check_shipped("visible_human_cautery", cache,
-                    {"--assets", liver->parent_path().parent_path().string()});
+  const ProgramResult result = check_shipped(
+      "visible_human_cautery", cache, {"--assets", liver->parent_path().parent_path().string()});
   expect_plan(result,
               {"visible_human_cautery", {"liver", "gallbladder", "kidney_left"}, {"haptics"}});
   // What wrapping did to the published surfaces is told.
@@ -76,15 +75,8 @@ TEST(ShippedSceneCheck, VisibleHumanWithoutItsDataSaysWhatIsMissing) {
 
 TEST(SpherePress, WithoutPicturesSkipsRenderingSmokeAndHaptics) {
   const TemporaryFolder folder;
-  ProgramCall call;
-  call.arguments = {"run",         project_file("scenes/sphere_press.json").string(),
-                    "--out",       (folder / "out").string(),
-                    "--no-render", "--quiet",
-                    "--duration",  "0.7"};
-  call.cache = folder / "cache";
-  const ProgramResult result = run_program(call);
-  ASSERT_EQ(result.code, 0) << result.told();
-  const Json report = Json::parse(file_text(folder / "out" / "report.json"));
+  const Json report = run_shipped_scene("sphere_press", folder, {"--duration", "0.7"});
+  ASSERT_FALSE(report.is_null());
   std::vector<std::string> skipped;
   for (const Json& part : report["skipped"]) skipped.push_back(part["what"]);
   for (const char* part : {"rendering", "smoke", "haptics"})

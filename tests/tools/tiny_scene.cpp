@@ -1,5 +1,7 @@
 #include "tests/tools/tiny_scene.h"
 
+#include <gtest/gtest.h>
+
 #include <fstream>
 
 namespace viscera::test {
@@ -78,6 +80,20 @@ ProgramResult SceneFolder::check(const std::vector<std::string>& more) const {
 
 Json SceneFolder::report() const {
   return Json::parse(file_text(out() / "report.json"));
+}
+
+Json run_shipped_scene(const std::string& name, const TemporaryFolder& folder,
+                       const std::vector<std::string>& more) {
+  ProgramCall call;
+  call.arguments = {"run",         project_file("scenes/" + name + ".json").string(),
+                    "--out",       (folder / "out").string(),
+                    "--no-render", "--quiet"};
+  call.arguments.insert(call.arguments.end(), more.begin(), more.end());
+  call.cache = folder / "cache";
+  const ProgramResult result = run_program(call);
+  EXPECT_EQ(result.code, 0) << result.told();
+  if (result.code != 0) return nullptr;
+  return Json::parse(file_text(folder / "out" / "report.json"));
 }
 
 }  // namespace viscera::test

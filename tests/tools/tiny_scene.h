@@ -44,4 +44,9 @@ class SceneFolder {
   TemporaryFolder folder_;
 };
 
+/// `viscera run scenes/NAME.json --no-render ...` of the project into `folder`, with a cache there;
+/// its report.json. A test failure where it doesn't exit 0, and null.
+Json run_shipped_scene(const std::string& name, const TemporaryFolder& folder,
+                       const std::vector<std::string>& more);
+
 }  // namespace viscera::test

@@ -39,6 +39,15 @@ class LabelMapFile : public testing::Test {
   TemporaryFolder folder_;
 };
 
+/// A volume 120 of the file's units across with one voxel of label 1; NIfTI's code of the unit.
+std::string large_map_bytes(int units) {
+  NiftiOptions options;
+  options.units = units;
+  LabelImage image = centred_image({40, 40, 40}, {3, 3, 3});
+  image.at(20, 20, 20) = 1;
+  return nifti_bytes(image, options);
+}
+
 TEST_F(LabelMapFile, LiesInTheFrameLeftHeadFrontOfScenes) {
   const LabelMap map = read_ok(write("a.nii", nifti_bytes(corner_image())));
   EXPECT_EQ(map.orientation(), "RAS");
@@ -82,11 +91,7 @@ TEST_F(LabelMapFile, TheSameBodyReadsTheSameFromEveryFormatAndSpace) {
 }
 
 TEST_F(LabelMapFile, AUnitThatTheFileDoesNotSayIsAskedFor) {
-  NiftiOptions unknown;
-  unknown.units = 0;
-  LabelImage image = centred_image({40, 40, 40}, {3, 3, 3});
-  image.at(20, 20, 20) = 1;
-  const auto file = write("u.nii", nifti_bytes(image, unknown));
+  const auto file = write("u.nii", large_map_bytes(0));
   const std::string text = refusal(file);
   EXPECT_NE(text.find("found no unit of length in the file, expected it from --unit"),
             std::string::npos)
@@ -98,11 +103,7 @@ TEST_F(LabelMapFile, AUnitThatTheFileDoesNotSayIsAskedFor) {
 }
 
 TEST_F(LabelMapFile, UnitsThatMakeABodyOfTwentyMetresAreRefusedWithTheGuess) {
-  NiftiOptions metres;
-  metres.units = 1;
-  LabelImage image = centred_image({40, 40, 40}, {3, 3, 3});
-  image.at(20, 20, 20) = 1;
-  const auto file = write("m.nii", nifti_bytes(image, metres));
+  const auto file = write("m.nii", large_map_bytes(1));  // metres
   const std::string text = refusal(file);
   EXPECT_NE(text.find("found a volume of 120 m across, expected 5 mm to 3 m (millimetres?"),
             std::string::npos)

@@ -18,15 +18,6 @@ RecipeGeometry recipe(const std::string& name, double edge = 0.0) {
   return geometry;
 }
 
-TriangleSurface built(const RecipeGeometry& geometry) {
-  auto surface = build_shape(geometry, project_file("assets"));
-  if (!surface) {
-    ADD_FAILURE() << surface.error().text();
-    return {};
-  }
-  return *surface;
-}
-
 struct Expected {
   std::string name;
   Vec3 least_mm, greatest_mm;  // range of the extents

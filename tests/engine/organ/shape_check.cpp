@@ -1,5 +1,7 @@
 #include "tests/engine/organ/shape_check.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,8 +9,16 @@
 #include "engine/organ/mesh_editor.h"
 #include "kernels/base/hash.h"
 #include "kernels/points/surface_checks.h"
+#include "tests/support/paths.h"
 
 namespace viscera::test {
+
+TriangleSurface built(const RecipeGeometry& geometry) {
+  auto surface = build_shape(geometry, project_file("assets"));
+  if (surface) return *surface;
+  ADD_FAILURE() << surface.error().text();
+  return {};
+}
 
 std::string defects(const TriangleSurface& surface) {
   std::string all;

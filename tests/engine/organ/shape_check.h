@@ -7,6 +7,9 @@
 
 namespace viscera::test {
 
+/// The project's shape of this geometry; a test failure, and no triangles, where it can't be built.
+TriangleSurface built(const RecipeGeometry& geometry);
+
 /// surface_defects() in one string; "" for a sound surface.
 std::string defects(const TriangleSurface& surface);
 

@@ -22,6 +22,24 @@ InstrumentKey key(double time, Vec3 tip, double jaw = 1.0) {
   return {time, tip, 0.0, jaw};
 }
 
+/// The soft ball with these spacings and a probe of this radius that sinks `depth` deep into its
+/// pole within half a second.
+SceneDescription pressed_ball_scene(double spacing, double finest, double radius, double depth) {
+  auto scene = soft_ball_scene(spacing, finest);
+  scene.instruments = {straight_tool(
+      "probe", InstrumentKind::kProbe, radius,
+      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)), key(0.5, Vec3(0, 0, kTop + radius - depth))})};
+  return scene;
+}
+
+/// Comes to the pole with an open jaw, closes it and lifts 5 mm, all in 0.8 s.
+InstrumentDescription lifting_grasper() {
+  return straight_tool(
+      "grasper", InstrumentKind::kGrasper, 2e-3,
+      {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0), key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
+       key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0), key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)});
+}
+
 TEST(Contact, AToolInTheAirFeelsNothingAndMovesNothing) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
   scene.instruments = {
@@ -35,12 +53,8 @@ TEST(Contact, AToolInTheAirFeelsNothingAndMovesNothing) {
 }
 
 TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
-  auto scene = soft_ball_scene(6e-3, 3e-3);
   const double radius = 4e-3, depth = 3e-3;
-  scene.instruments = {straight_tool(
-      "probe", InstrumentKind::kProbe, radius,
-      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)), key(0.5, Vec3(0, 0, kTop + radius - depth))})};
-  auto world = build(scene);
+  auto world = build(pressed_ball_scene(6e-3, 3e-3, radius, depth));
   ASSERT_TRUE(world);
   const std::uint32_t flags = step_until(*world, 0.7);
   EXPECT_EQ(flags, 0u);
@@ -56,12 +70,8 @@ TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
 }
 
 TEST(Contact, HertzGivesTheForceOfAShallowPress) {
-  auto scene = soft_ball_scene(5e-3, 2.5e-3);
   const double radius = 5e-3, depth = 0.5e-3;
-  scene.instruments = {straight_tool(
-      "probe", InstrumentKind::kProbe, radius,
-      {key(0.0, Vec3(0, 0, kTop + radius + 1e-3)), key(0.5, Vec3(0, 0, kTop + radius - depth))})};
-  auto world = build(scene);
+  auto world = build(pressed_ball_scene(5e-3, 2.5e-3, radius, depth));
   ASSERT_TRUE(world);
   step_until(*world, 0.7);
   // [Hertz1882] for two curved surfaces: the relative radius. The far side of the ball gives way a
@@ -91,10 +101,7 @@ TEST(Contact, TheForceGoesWhenTheToolGoesAndTheBodyReturnsToRest) {
 
 TEST(Contact, AClosedJawLiftsTissueAndIsPulledDown) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {straight_tool(
-      "grasper", InstrumentKind::kGrasper, 2e-3,
-      {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0), key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
-       key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0), key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)})};
+  scene.instruments = {lifting_grasper()};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
@@ -106,10 +113,7 @@ TEST(Contact, AClosedJawLiftsTissueAndIsPulledDown) {
 
 TEST(Contact, AJawSlipsAboveItsGripLimit) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  auto grasper = straight_tool(
-      "grasper", InstrumentKind::kGrasper, 2e-3,
-      {key(0.0, Vec3(0, 0, kTop + 4e-3), 1.0), key(0.2, Vec3(0, 0, kTop + 1e-3), 1.0),
-       key(0.4, Vec3(0, 0, kTop + 1e-3), 0.0), key(0.8, Vec3(0, 0, kTop + 6e-3), 0.0)});
+  auto grasper = lifting_grasper();
   grasper.grip_limit = 0.1;
   scene.instruments = {grasper};
   auto world = build(scene);
@@ -297,11 +301,7 @@ TEST(Contact, AJawThatClosesWithinItsGripRadiusHoldsAndOneFartherOffIsReported) 
 }
 
 TEST(Contact, ANonFiniteDisplacementFreezesTheOrganAtItsLastShape) {
-  auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {
-      straight_tool("probe", InstrumentKind::kProbe, 4e-3,
-                    {key(0.0, Vec3(0, 0, kTop + 5e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))})};
-  auto world = build(scene);
+  auto world = build(pressed_ball_scene(6e-3, 4e-3, 4e-3, 3e-3));
   ASSERT_TRUE(world);
   step_until(*world, 0.4);
   EXPECT_GT(force_on(*world, 0).z(), 0.0);
@@ -321,10 +321,7 @@ TEST(Contact, ANonFiniteDisplacementFreezesTheOrganAtItsLastShape) {
 }
 
 TEST(Contact, HalfPrecisionMovesTheSurfaceWithinItsErrorAndLeavesTheForce) {
-  auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {
-      straight_tool("probe", InstrumentKind::kProbe, 4e-3,
-                    {key(0.0, Vec3(0, 0, kTop + 5e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))})};
+  auto scene = pressed_ball_scene(6e-3, 4e-3, 4e-3, 3e-3);
   auto single = build(scene);
   scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
   auto half = build(scene);
@@ -366,11 +363,7 @@ TEST(Contact, HalfPrecisionMovesTheSurfaceWithinItsErrorAndLeavesTheForce) {
 }
 
 TEST(Contact, AContactWithoutSolutionKeepsTheShapeAndGivesNoForce) {
-  auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.instruments = {
-      straight_tool("probe", InstrumentKind::kProbe, 4e-3,
-                    {key(0.0, Vec3(0, 0, kTop + 5e-3)), key(0.5, Vec3(0, 0, kTop + 1e-3))})};
-  auto world = build(scene);
+  auto world = build(pressed_ball_scene(6e-3, 4e-3, 4e-3, 3e-3));
   ASSERT_TRUE(world);
   const auto shape = world->organ_states[0].positions;
   auto& columns = const_cast<OrganModel&>(*world->organ_bodies[0].model).compliance.columns;
