@@ -275,8 +275,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   const auto progress_for = [&](const char* title) {
     bar.reset();
     if (!options.quiet) bar.emplace(title);
-    return options.quiet ? Progress([](double, std::string_view) { return !interrupted(); })
-                         : bar->progress();
+    return options.quiet ? until_interrupted() : bar->progress();
   };
   auto built = build_world(scene, tissues, {options.assets, options.use_cache},
                            progress_for("preparing"), report.warnings);

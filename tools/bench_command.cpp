@@ -53,9 +53,7 @@ Result<double> time_of_second_start(const std::vector<std::string>& scene_argume
 Result<std::vector<double>> mean_forces(const SceneDescription& scene,
                                         const std::map<std::string, Tissue>& tissues) {
   std::vector<std::string> warnings;
-  auto world = build_world(
-      scene, tissues, {assets_folder(), true},
-      [](double, std::string_view) { return !interrupted(); }, warnings);
+  auto world = build_world(scene, tissues, {assets_folder(), true}, until_interrupted(), warnings);
   if (!world) return std::unexpected(world.error());
   Trace trace({kStageNames.begin(), kStageNames.end()});
   std::vector<double> sums((*world)->instrument_contacts.size(), 0.0);
@@ -104,9 +102,7 @@ SceneDescription pressed_ball(double finest, double tip_radius, double depth) {
 Result<std::unique_ptr<World>> world_of(const SceneDescription& scene,
                                         const std::map<std::string, Tissue>& tissues) {
   std::vector<std::string> warnings;
-  return build_world(
-      scene, tissues, {assets_folder(), false},
-      [](double, std::string_view) { return !interrupted(); }, warnings);
+  return build_world(scene, tissues, {assets_folder(), false}, until_interrupted(), warnings);
 }
 
 Result<double> press_force(double finest, double tip_radius, double depth,

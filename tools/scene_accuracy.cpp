@@ -22,9 +22,7 @@ struct Course {
 
 Result<Course> run(const SceneDescription& scene, const std::map<std::string, Tissue>& tissues) {
   std::vector<std::string> warnings;
-  auto world = build_world(
-      scene, tissues, {assets_folder(), false},
-      [](double, std::string_view) { return !interrupted(); }, warnings);
+  auto world = build_world(scene, tissues, {assets_folder(), false}, until_interrupted(), warnings);
   if (!world) return std::unexpected(world.error());
   Trace trace({kStageNames.begin(), kStageNames.end()});
   Course course;

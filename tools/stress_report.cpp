@@ -91,8 +91,7 @@ class Queue {
  private:
   Result<StressOutcome> run(int number) const {
     try {
-      return run_stress_case(options_.seed, number, options_.fault,
-                             [](double, std::string_view) { return !interrupted(); });
+      return run_stress_case(options_.seed, number, options_.fault, until_interrupted());
     } catch (const std::exception& error) {
       StressOutcome outcome;
       outcome.number = number;

@@ -42,6 +42,9 @@ void remove_interrupt_handler() {
 bool interrupted() {
   return received.load(std::memory_order_relaxed) != 0;
 }
+Progress until_interrupted() {
+  return [](double, std::string_view) { return !interrupted(); };
+}
 int interrupt_signal() {
   return received.load(std::memory_order_relaxed);
 }

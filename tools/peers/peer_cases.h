@@ -5,7 +5,9 @@
 #include <iosfwd>
 #include <vector>
 
-#include "tools/bench_hemisphere.h"
+#include "engine/verification/hemisphere_reference.h"
+#include "kernels/base/result.h"
+#include "tools/hemisphere_case.h"
 
 namespace viscera {
 
