@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "engine/organ/elasticity_checks.h"
 #include "engine/run.h"
 #include "engine/world.h"
 #include "tools/project_paths.h"
@@ -35,17 +36,25 @@ Result<void> check_scene(const SceneDescription& scene,
   if (!instruments) return std::unexpected(instruments.error());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
+    const auto add_mistakes = [&](const Error& error) {
+      for (const std::string& message : error.messages)
+        mistakes.messages.push_back(
+            fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name, message));
+    };
     auto plan =
         plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, organ), options);
     if (!plan) {
-      for (const std::string& message : plan.error().messages)
-        mistakes.messages.push_back(
-            fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name, message));
+      add_mistakes(plan.error());
       continue;
     }
     if (auto clear = check_tips(scene, *instruments, organ, plan->surface); !clear)
       mistakes.messages.insert(mistakes.messages.end(), clear.error().messages.begin(),
                                clear.error().messages.end());
+    // An organ that nothing reaches has no nodes: its elasticity isn't prepared.
+    if (plan->nodes > 0) {
+      auto elastic = check_elasticity(organ, tissue_of(organ, tissues).elastic, plan->surface);
+      if (!elastic) add_mistakes(elastic.error());
+    }
     for (const std::string& note : plan->notes) notes.push_back(organ.name + ": " + note);
     if (plan->nodes == 0) skipped.push_back(skipped_elasticity(organ));
     const double expected = plan->cached ? 0.0 : plan->prepare_s;

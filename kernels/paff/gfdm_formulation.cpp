@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "kernels/paff/collocation.h"
+#include "kernels/paff/problem_checks.h"
 #include "kernels/points/kd_tree.h"
 
 namespace viscera {
@@ -15,7 +16,6 @@ constexpr int kNeighbours = 40;
 constexpr int kMostNeighbours = 160;
 /// Radius of the weight over the distance of the farthest neighbour.
 constexpr double kRadiusFactor = 1.05;
-constexpr double kHighestPoisson = 0.45;
 
 /// The fit: u(x_i + d) - u_i = g . d + d^T H d / 2 for the neighbours j, each equation weighted by
 /// the square root of W(|d_j| / r), least squares by QR. Its solution is linear in u_j - u_i, so
@@ -100,14 +100,8 @@ class GfdmFormulation final : public Formulation {
 
   Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                  const Progress& progress) const override {
-    const double poisson_ratio = problem.material.poisson_ratio;
-    if (poisson_ratio > kHighestPoisson && poisson_ratio < 0.5) {
-      std::ostringstream text;
-      text << "formulation \"gfdm\": Poisson's ratio is " << poisson_ratio << "; expected at most "
-           << kHighestPoisson
-           << ", above which its error grows without bound: use \"galerkin\", or a lower ratio";
-      return failure(text.str());
-    }
+    if (auto accepted = accept_material(*this, problem.material); !accepted)
+      return std::unexpected(accepted.error());
     CollocationRules rules;
     rules.stabilised_tractions = true;
     rules.stencils = [](const PointCloud& cloud) { return TaylorFit(cloud); };

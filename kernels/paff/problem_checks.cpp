@@ -156,4 +156,21 @@ std::vector<std::string> problem_mistakes(const ElasticProblem& problem) {
   return mistakes;
 }
 
+Result<void> accept_material(const Formulation& formulation, const IsotropicMaterial& material) {
+  // What collocated differences bear.
+  constexpr double kHighestOfDifferences = 0.45;
+  Error mistakes;
+  check_material(material, mistakes.messages);
+  if (mistakes.messages.empty() && formulation.name() == "gfdm" &&
+      material.poisson_ratio > kHighestOfDifferences) {
+    std::ostringstream text;
+    text << "formulation \"gfdm\": Poisson's ratio is " << material.poisson_ratio
+         << "; expected at most " << kHighestOfDifferences
+         << ", above which its error grows without bound: use \"galerkin\", or a lower ratio";
+    mistakes.messages.push_back(text.str());
+  }
+  if (mistakes.messages.empty()) return {};
+  return std::unexpected(mistakes);
+}
+
 }  // namespace viscera

@@ -220,11 +220,47 @@ TEST(BadSceneFile, AModelBeyondTheMachinesMemoryIsRefusedBeforeItIsFactored) {
   EXPECT_TRUE(files_of(folder.out(), ".json").empty());
 }
 
-TEST(BadSceneFile, NodesTooFarApartForTheBodyAreRefused) {
+/// Refused by check before anything is prepared, and by run with the same words.
+void expect_organ_refused(const Json& organ_keys, std::vector<std::string> words) {
   Json scene = tiny_scene();
-  scene["organs"][0]["resolution"] = {{"spacing_mm", 100}, {"finest_spacing_mm", 100}};
+  scene["organs"][0].update(organ_keys);
+  const SceneFolder folder(scene);
+  words.push_back("tiny.json: organs/0 (\"ball\"): ");
+  expect_refused(folder.check(), words);
+  EXPECT_TRUE(files_of(folder.cache(), ".h5").empty()) << "a check prepares nothing";
+  expect_refused(folder.run({"--no-render"}), words);
+  EXPECT_TRUE(fs::is_empty(folder.out())) << "nothing is written";
+}
+
+TEST(BadSceneFile, DifferencesOfNearlyIncompressibleTissueAreRefused) {
+  expect_organ_refused({{"formulation", "gfdm"}, {"poisson_ratio", 0.48}},
+                       {"formulation \"gfdm\": Poisson's ratio is 0.48; expected at most 0.45",
+                        "use \"galerkin\", or a lower ratio"});
+}
+
+TEST(BadSceneFile, FixedRegionThatMissesTheOrganIsRefused) {
+  const std::vector<std::string> words = {"fixed region: it holds no part of the surface",
+                                          "expected a region that meets the surface"};
+  for (const char* region : {R"({"half_space": {"point_mm": [0, 0, -80], "normal": [0, 0, 1]}})",
+                             R"({"sphere": {"centre_mm": [0, 0, 0], "radius_mm": 3}})",
+                             R"({"box": {"min_mm": [20, 20, 20], "max_mm": [30, 30, 30]}})"})
+    expect_organ_refused({{"fixed", Json::array({Json::parse(region)})}}, words);
+}
+
+TEST(BadSceneFile, FixedRegionTooSmallToHoldAnythingIsRefusedByTheRun) {
+  Json scene = tiny_scene();
+  scene["organs"][0]["fixed"] = {
+      Json::parse(R"({"sphere": {"centre_mm": [0, 0, -15], "radius_mm": 0.2}})")};
   expect_refused(SceneFolder(scene).run({"--no-render"}),
-                 {"organs/0 (\"ball\")", "expected at least 4", "finer spacing"});
+                 {"organs/0 (\"ball\"): fixed region: it holds no part of the surface"});
+}
+
+TEST(BadSceneFile, FewerNodesThanTheBasisNeedsAreRefused) {
+  const Json coarse = {{"spacing_mm", 14}, {"finest_spacing_mm", 14}};
+  expect_organ_refused({{"resolution", coarse}, {"formulation", "galerkin_quadratic"}},
+                       {"found no fields that cover it", "make the node spacing finer"});
+  expect_organ_refused({{"resolution", {{"spacing_mm", 100}, {"finest_spacing_mm", 100}}}},
+                       {"expected at least 4", "finer spacing"});
 }
 
 TEST(BadSceneFile, MemoryThatRunsOutIsAMessage) {
