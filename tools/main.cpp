@@ -6,7 +6,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
-#include <limits>
+#include <map>
 #include <new>
 #include <string>
 #include <vector>
@@ -87,144 +87,263 @@ struct SceneArguments {
   }
 };
 
-int run_command(const SceneArguments& arguments, RunOptions options) {
-  auto scene = arguments.load();
-  if (!scene) return fail(scene.error());
-  for (const double time : options.snapshots)
-    if (!(time >= 0.0 && time <= scene->duration))
-      return fail(Error(fmt::format("--snapshots: found {:g} s, expected times from 0 to {:g} s",
-                                    time, scene->duration)));
-  options.assets = assets_folder();
-  auto tissues = load_tissues(options.assets / "tissues.json");
-  if (!tissues) return fail(tissues.error());
-  install_interrupt_handler();
-  auto report = run_scene(*scene, *tissues, options);
-  if (!report) return fail(report.error());
-  for (const std::string& warning : report->warnings) std::cerr << "warning: " << warning << '\n';
-  for (const OrganReport& organ : report->organs)
-    if (const std::string line = preparation_line(organ); !line.empty()) std::cerr << line << '\n';
-  for (const std::string& flag : report->flags) std::cerr << "note: " << flag << '\n';
-  std::cerr << fmt::format(
-      "{}: {:.1f} s simulated, {:.1f} x real time without rendering, {:.1f} s in all; see {}\n",
-      scene->name, report->duration_s, report->real_time_factor, report->prepare_s + report->wall_s,
-      (options.out / "review.html").string());
-  return report->complete ? 0 : 128 + interrupt_signal();
+Result<std::map<std::string, Tissue>> tissues() {
+  return load_tissues(assets_folder() / "tissues.json");
 }
 
-int smoke_info_command(const std::string& file) {
-  auto info = read_smoke_info(file);
-  if (!info) return fail(info.error());
-  const Vec3 low = 1e3 * info->active_bounds.min(), high = 1e3 * info->active_bounds.max();
-  std::cout << fmt::format(
-      "volume {}\ntime {:.3f} s\nmass {:.4g} mg\nactive voxels {} of {:.2f} mm\n"
-      "bounds ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm\n",
-      info->volume, info->time, 1e6 * info->mass, info->active_voxels, 1e3 * info->voxel, low.x(),
-      low.y(), low.z(), high.x(), high.y(), high.z());
-  return 0;
+int code_of(const Result<void>& done) {
+  return done ? 0 : fail(done.error());
 }
 
-void add_hemisphere_options(CLI::App& command, HemisphereBenchOptions& options, std::string& json,
-                            std::string& plots) {
-  command.add_flag("--quick", options.quick, "fewer cases; under two minutes");
-  command.add_flag("--peers", options.peers,
-                   "finite elements (gmsh, CalculiX) and Bullet on the same hemisphere");
-  command.add_option("--json", json, "write the figures to this file");
-  command.add_option("--plot", plots, "draw the figures into this folder");
-  const auto list = [&](const char* name, auto& values, const char* what) {
-    command.add_option(name, values, what)->delimiter(',')->allow_extra_args(false);
-  };
-  list("--formulation", options.formulations, "these alone, e.g. galerkin,gfdm");
-  list("--nodes", options.nodes, "at most this many nodes, e.g. 500,1100");
-  list("--poisson", options.poisson_ratios, "Poisson's ratios, e.g. 0.3,0.4");
-  list("--a", options.radii, "contact radii over R, e.g. 0.15,0.2");
-  list("--contact", options.contacts, "stick, frictionless or press");
-  command.add_flag("--graded", options.graded, "nodes finer about the pole");
-  command
-      .add_option("--touchable-zone", options.touchable_zone,
-                  "touchable within this distance of the axis, over R; 1: everywhere")
-      ->check(CLI::Range(0.4, 1.0));
+CLI::Option* add_list(CLI::App& command, const char* name, auto& values, const char* what) {
+  return command.add_option(name, values, what)->delimiter(',')->allow_extra_args(false);
 }
+
+// The subcommands. Each stays where it is made, as the parser writes into it.
+
+class RunCommand {
+ public:
+  explicit RunCommand(CLI::App& program)
+      : command_(program.add_subcommand("run", "simulate a scene and film it")) {
+    scene_.add_to(*command_);
+    command_->add_option("--out", out_, "folder for film, frames, volumes, curves and report")
+        ->required();
+    command_->add_option("--threads", options_.threads, "worker threads; 0: all cores")
+        ->check(CLI::Range(0, 1024));
+    command_->add_flag("--no-render", no_render_, "no pictures, no film, no EGL context");
+    command_->add_flag("--no-cache", no_cache_, "prepare organs afresh and store nothing");
+    add_list(*command_, "--snapshots", options_.snapshots,
+             "pictures and smoke volumes at these times alone [s], e.g. 2,5,8; no film");
+    command_->add_flag("--quiet", options_.quiet, "no progress");
+  }
+  RunCommand(const RunCommand&) = delete;
+  RunCommand& operator=(const RunCommand&) = delete;
+
+  bool parsed() const { return command_->parsed(); }
+
+  /// `words`: the command line, for the report.
+  int run(const std::vector<std::string>& words) {
+    auto scene = scene_.load();
+    if (!scene) return fail(scene.error());
+    for (const double time : options_.snapshots)
+      if (!(time >= 0.0 && time <= scene->duration))
+        return fail(Error(fmt::format("--snapshots: found {:g} s, expected times from 0 to {:g} s",
+                                      time, scene->duration)));
+    auto known = tissues();
+    if (!known) return fail(known.error());
+    options_.out = out_;
+    options_.assets = assets_folder();
+    options_.render = !no_render_;
+    options_.use_cache = !no_cache_;
+    options_.command = shell_command(words);
+    install_interrupt_handler();
+    auto report = run_scene(*scene, *known, options_);
+    if (!report) return fail(report.error());
+    tell(*scene, *report);
+    return report->complete ? 0 : 128 + interrupt_signal();
+  }
+
+ private:
+  void tell(const SceneDescription& scene, const RunReport& report) const {
+    for (const std::string& warning : report.warnings) std::cerr << "warning: " << warning << '\n';
+    for (const OrganReport& organ : report.organs)
+      if (const std::string line = preparation_line(organ); !line.empty())
+        std::cerr << line << '\n';
+    for (const std::string& flag : report.flags) std::cerr << "note: " << flag << '\n';
+    std::cerr << fmt::format(
+        "{}: {:.1f} s simulated, {:.1f} x real time without rendering, {:.1f} s in all; see {}\n",
+        scene.name, report.duration_s, report.real_time_factor, report.prepare_s + report.wall_s,
+        (options_.out / "review.html").string());
+  }
+
+  CLI::App* command_;
+  SceneArguments scene_;
+  RunOptions options_;
+  std::string out_;
+  bool no_render_ = false, no_cache_ = false;
+};
+
+class CheckCommand {
+ public:
+  explicit CheckCommand(CLI::App& program)
+      : command_(
+            program.add_subcommand("check", "validate a scene and say what a run will build")) {
+    scene_.add_to(*command_);
+  }
+  CheckCommand(const CheckCommand&) = delete;
+  CheckCommand& operator=(const CheckCommand&) = delete;
+
+  bool parsed() const { return command_->parsed(); }
+
+  int run() const {
+    auto scene = scene_.load();
+    if (!scene) return fail(scene.error());
+    auto known = tissues();
+    if (!known) return fail(known.error());
+    return code_of(check_scene(*scene, *known, std::cout));
+  }
+
+ private:
+  CLI::App* command_;
+  SceneArguments scene_;
+};
+
+class ImportCommand {
+ public:
+  explicit ImportCommand(CLI::App& program)
+      : command_(program.add_subcommand("import",
+                                        "make organs from a label map (NIfTI, NRRD) or a surface "
+                                        "(OBJ, STL, PLY, glTF)")) {
+    command_->add_option("file", options_.file, "what to import")->required();
+    command_->add_flag("--list", options_.list, "say what the file holds; write nothing");
+    add_list(*command_, "--label", options_.labels, "a label to import, e.g. 5 or 1,5,6");
+    add_list(*command_, "--name", options_.names, "its name as an organ, e.g. liver");
+    command_->add_flag("--all", options_.all, "every label");
+    command_->add_option("--out", options_.out, "folder for the organs");
+    command_->add_option("--unit", options_.unit, "length unit of the file: mm, cm or m");
+    command_->add_option("--tissue", options_.tissue, "tissue of the entries");
+    command_->add_option("--edge-mm", edge_mm_, "wanted edge of the triangles")
+        ->check(CLI::Range(0.05, 100.0));
+    command_->add_option("--voxel-mm", voxel_mm_, "grid on which a surface is wrapped")
+        ->check(CLI::Range(0.05, 50.0));
+    command_->add_option("--close-mm", close_mm_, "gaps of a surface up to this width are closed")
+        ->check(CLI::Range(0.0, 200.0));
+  }
+  ImportCommand(const ImportCommand&) = delete;
+  ImportCommand& operator=(const ImportCommand&) = delete;
+
+  bool parsed() const { return command_->parsed(); }
+
+  int run() {
+    auto known = tissues();
+    if (!known) return fail(known.error());
+    options_.edge = 1e-3 * edge_mm_;
+    options_.voxel = 1e-3 * voxel_mm_;
+    options_.close = 1e-3 * close_mm_;
+    return code_of(import_file(options_, *known, std::cout));
+  }
+
+ private:
+  CLI::App* command_;
+  ImportOptions options_;
+  double edge_mm_ = 0.0, voxel_mm_ = 0.0, close_mm_ = 0.0;
+};
+
+/// `bench scene`, `bench hemisphere` and `bench convergence`.
+class BenchCommand {
+ public:
+  explicit BenchCommand(CLI::App& program)
+      : command_(program.add_subcommand("bench", "measure, with the error beside every speed")) {
+    command_->require_subcommand(1);
+    scene_ = command_->add_subcommand("scene", "what running a scene costs");
+    arguments_.add_to(*scene_);
+    add_outputs(*scene_, scene_options_.json, nullptr);
+    scene_->add_flag("--quick", scene_options_.quick, "three simulated seconds");
+
+    hemisphere_ = command_->add_subcommand(
+        "hemisphere", "time against error on a pressed hemisphere, for every formulation");
+    add_hemisphere_options();
+
+    convergence_ =
+        command_->add_subcommand("convergence", "error and order on a smooth solution on a cube");
+    convergence_->add_flag("--quick", convergence_options_.quick, "without the finest clouds");
+    add_outputs(*convergence_, convergence_options_.json, &convergence_options_.plots);
+    add_list(*convergence_, "--formulation", convergence_options_.formulations, "these alone");
+  }
+  BenchCommand(const BenchCommand&) = delete;
+  BenchCommand& operator=(const BenchCommand&) = delete;
+
+  bool parsed() const { return command_->parsed(); }
+
+  int run() {
+    install_interrupt_handler();
+    if (hemisphere_->parsed()) return code_of(bench_hemisphere(hemisphere_options_, std::cout));
+    if (convergence_->parsed()) return code_of(bench_convergence(convergence_options_, std::cout));
+    auto scene = arguments_.load();
+    if (!scene) return fail(scene.error());
+    auto known = tissues();
+    if (!known) return fail(known.error());
+    scene_options_.scene_arguments = arguments_.words();
+    return code_of(bench_scene(*scene, *known, scene_options_, std::cout));
+  }
+
+ private:
+  static void add_outputs(CLI::App& command, std::filesystem::path& json,
+                          std::filesystem::path* plots) {
+    command.add_option("--json", json, "write the figures to this file");
+    if (plots) command.add_option("--plot", *plots, "draw the figures into this folder");
+  }
+
+  void add_hemisphere_options() {
+    CLI::App& command = *hemisphere_;
+    HemisphereBenchOptions& options = hemisphere_options_;
+    command.add_flag("--quick", options.quick, "fewer cases; under two minutes");
+    command.add_flag("--peers", options.peers,
+                     "finite elements (gmsh, CalculiX) and Bullet on the same hemisphere");
+    add_outputs(command, options.json, &options.plots);
+    add_list(command, "--formulation", options.formulations, "these alone, e.g. galerkin,gfdm");
+    add_list(command, "--nodes", options.nodes, "at most this many nodes, e.g. 500,1100");
+    add_list(command, "--poisson", options.poisson_ratios, "Poisson's ratios, e.g. 0.3,0.4");
+    add_list(command, "--a", options.radii, "contact radii over R, e.g. 0.15,0.2");
+    add_list(command, "--contact", options.contacts, "stick, frictionless or press");
+    command.add_flag("--graded", options.graded, "nodes finer about the pole");
+    command
+        .add_option("--touchable-zone", options.touchable_zone,
+                    "touchable within this distance of the axis, over R; 1: everywhere")
+        ->check(CLI::Range(0.4, 1.0));
+  }
+
+  CLI::App* command_;
+  CLI::App* scene_ = nullptr;
+  CLI::App* hemisphere_ = nullptr;
+  CLI::App* convergence_ = nullptr;
+  SceneArguments arguments_;
+  BenchOptions scene_options_;
+  HemisphereBenchOptions hemisphere_options_;
+  ConvergenceBenchOptions convergence_options_;
+};
+
+class SmokeInfoCommand {
+ public:
+  explicit SmokeInfoCommand(CLI::App& program)
+      : command_(program.add_subcommand("smoke-info", "say what a written smoke volume holds")) {
+    command_
+        ->add_option("file", file_,
+                     "a .vdb file of a run; refused without the mark that ends a whole one")
+        ->required();
+  }
+  SmokeInfoCommand(const SmokeInfoCommand&) = delete;
+  SmokeInfoCommand& operator=(const SmokeInfoCommand&) = delete;
+
+  bool parsed() const { return command_->parsed(); }
+
+  int run() const {
+    auto info = read_smoke_info(file_);
+    if (!info) return fail(info.error());
+    const Vec3 low = 1e3 * info->active_bounds.min(), high = 1e3 * info->active_bounds.max();
+    std::cout << fmt::format(
+        "volume {}\ntime {:.3f} s\nmass {:.4g} mg\nactive voxels {} of {:.2f} mm\n"
+        "bounds ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm\n",
+        info->volume, info->time, 1e6 * info->mass, info->active_voxels, 1e3 * info->voxel, low.x(),
+        low.y(), low.z(), high.x(), high.y(), high.z());
+    return 0;
+  }
+
+ private:
+  CLI::App* command_;
+  std::string file_;
+};
 
 int main_program(int argc, char** argv) {
   CLI::App app{"Viscera: a simulator of laparoscopic scenes"};
   app.set_version_flag("--version", VISCERA_VERSION);
   app.require_subcommand(1);
-
-  SceneArguments run_scene_arguments;
-  RunOptions run_options;
-  std::string out;
-  bool no_render = false, no_cache = false;
-  CLI::App* run = app.add_subcommand("run", "simulate a scene and film it");
-  run_scene_arguments.add_to(*run);
-  run->add_option("--out", out, "folder for film, frames, volumes, curves and report")->required();
-  run->add_option("--threads", run_options.threads, "worker threads; 0: all cores")
-      ->check(CLI::Range(0, 1024));
-  run->add_flag("--no-render", no_render, "no pictures, no film, no EGL context");
-  run->add_flag("--no-cache", no_cache, "prepare organs afresh and store nothing");
-  run->add_option("--snapshots", run_options.snapshots,
-                  "pictures and smoke volumes at these times alone [s], e.g. 2,5,8; no film")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  run->add_flag("--quiet", run_options.quiet, "no progress");
-
-  SceneArguments check_scene_arguments;
-  CLI::App* check = app.add_subcommand("check", "validate a scene and say what a run will build");
-  check_scene_arguments.add_to(*check);
-
-  ImportOptions import_options;
-  double edge_mm = 0.0, voxel_mm = 0.0, close_mm = 0.0;
-  CLI::App* import = app.add_subcommand(
-      "import", "make organs from a label map (NIfTI, NRRD) or a surface (OBJ, STL, PLY, glTF)");
-  import->add_option("file", import_options.file, "what to import")->required();
-  import->add_flag("--list", import_options.list, "say what the file holds; write nothing");
-  import->add_option("--label", import_options.labels, "a label to import, e.g. 5 or 1,5,6")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  import->add_option("--name", import_options.names, "its name as an organ, e.g. liver")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  import->add_flag("--all", import_options.all, "every label");
-  import->add_option("--out", import_options.out, "folder for the organs");
-  import->add_option("--unit", import_options.unit, "length unit of the file: mm, cm or m");
-  import->add_option("--tissue", import_options.tissue, "tissue of the entries");
-  import->add_option("--edge-mm", edge_mm, "wanted edge of the triangles")
-      ->check(CLI::Range(0.05, 100.0));
-  import->add_option("--voxel-mm", voxel_mm, "grid on which a surface is wrapped")
-      ->check(CLI::Range(0.05, 50.0));
-  import->add_option("--close-mm", close_mm, "gaps of a surface up to this width are closed")
-      ->check(CLI::Range(0.0, 200.0));
-
-  std::string volume;
-  CLI::App* smoke_info = app.add_subcommand("smoke-info", "say what a written smoke volume holds");
-  smoke_info->add_option("file", volume, "a .vdb file of a run")->required();
-
-  SceneArguments bench_scene_arguments;
-  BenchOptions bench_options;
-  std::string bench_json;
-  CLI::App* bench = app.add_subcommand("bench", "measure, with the error beside every speed");
-  bench->require_subcommand(1);
-  CLI::App* bench_main = bench->add_subcommand("scene", "what running a scene costs");
-  bench_scene_arguments.add_to(*bench_main);
-  bench_main->add_option("--json", bench_json, "write the figures to this file");
-  bench_main->add_flag("--quick", bench_options.quick, "three simulated seconds");
-
-  HemisphereBenchOptions hemisphere_options;
-  std::string hemisphere_json, hemisphere_plots;
-  CLI::App* bench_ball = bench->add_subcommand(
-      "hemisphere", "time against error on a pressed hemisphere, for every formulation");
-  add_hemisphere_options(*bench_ball, hemisphere_options, hemisphere_json, hemisphere_plots);
-  ConvergenceBenchOptions convergence_options;
-  std::string convergence_json, convergence_plots;
-  CLI::App* bench_cube =
-      bench->add_subcommand("convergence", "error and order on a smooth solution on a cube");
-  bench_cube->add_flag("--quick", convergence_options.quick, "without the finest clouds");
-  bench_cube->add_option("--json", convergence_json, "write the figures to this file");
-  bench_cube->add_option("--plot", convergence_plots, "draw the figures into this folder");
-  bench_cube->add_option("--formulation", convergence_options.formulations, "these alone")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  RunCommand run(app);
+  const CheckCommand check(app);
+  ImportCommand import(app);
+  const SmokeInfoCommand smoke_info(app);
+  BenchCommand bench(app);
   StressCommand stress(app);
-
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -234,63 +353,14 @@ int main_program(int argc, char** argv) {
           argv[1])));
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
-
-  if (run->parsed()) {
-    run_options.out = out;
-    run_options.render = !no_render;
-    run_options.use_cache = !no_cache;
-    const std::vector<std::string> words(argv, argv + argc);
-    run_options.command = shell_command(words);
-    return run_command(run_scene_arguments, run_options);
-  }
-  if (check->parsed()) {
-    auto scene = check_scene_arguments.load();
-    if (!scene) return fail(scene.error());
-    auto tissues = load_tissues(assets_folder() / "tissues.json");
-    if (!tissues) return fail(tissues.error());
-    auto checked = check_scene(*scene, *tissues, std::cout);
-    return checked ? 0 : fail(checked.error());
-  }
-  if (import->parsed()) {
-    auto tissues = load_tissues(assets_folder() / "tissues.json");
-    if (!tissues) return fail(tissues.error());
-    import_options.edge = 1e-3 * edge_mm;
-    import_options.voxel = 1e-3 * voxel_mm;
-    import_options.close = 1e-3 * close_mm;
-    auto imported = import_file(import_options, *tissues, std::cout);
-    return imported ? 0 : fail(imported.error());
-  }
-  if (bench_main->parsed()) {
-    auto scene = bench_scene_arguments.load();
-    if (!scene) return fail(scene.error());
-    auto tissues = load_tissues(assets_folder() / "tissues.json");
-    if (!tissues) return fail(tissues.error());
-    install_interrupt_handler();
-    bench_options.json = bench_json;
-    bench_options.scene_arguments = bench_scene_arguments.words();
-    auto measured = bench_scene(*scene, *tissues, bench_options, std::cout);
-    return measured ? 0 : fail(measured.error());
-  }
-  if (bench_ball->parsed()) {
-    install_interrupt_handler();
-    hemisphere_options.json = hemisphere_json;
-    hemisphere_options.plots = hemisphere_plots;
-    auto measured = bench_hemisphere(hemisphere_options, std::cout);
-    return measured ? 0 : fail(measured.error());
-  }
-  if (bench_cube->parsed()) {
-    install_interrupt_handler();
-    convergence_options.json = convergence_json;
-    convergence_options.plots = convergence_plots;
-    auto measured = bench_convergence(convergence_options, std::cout);
-    return measured ? 0 : fail(measured.error());
-  }
-  if (stress.parsed()) {
-    const Result<bool> sound = stress.run(std::cout);
-    if (!sound) return fail(sound.error());
-    return *sound ? 0 : 1;
-  }
-  return smoke_info_command(volume);
+  if (run.parsed()) return run.run({argv, argv + argc});
+  if (check.parsed()) return check.run();
+  if (import.parsed()) return import.run();
+  if (bench.parsed()) return bench.run();
+  if (smoke_info.parsed()) return smoke_info.run();
+  const Result<bool> sound = stress.run(std::cout);
+  if (!sound) return fail(sound.error());
+  return *sound ? 0 : 1;
 }
 
 }  // namespace
