@@ -237,20 +237,11 @@ std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool ren
   return skipped;
 }
 
-Result<RunReport> run_scene(const SceneDescription& scene_in,
-                            const std::map<std::string, Tissue>& tissues,
-                            const RunOptions& options) {
-  const Stopwatch whole;
-  SceneDescription scene = scene_in;
-  if (!burns(scene)) scene.smoke.clear();
-  const bool pictures = options.render && scene.camera.has_value();
+namespace {
 
-  std::optional<oneapi::tbb::global_control> threads;
+/// What is known of a run before anything is prepared.
+RunReport begun_report(const SceneDescription& scene, const RunOptions& options) {
   const int available = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  if (options.threads > 0)
-    threads.emplace(oneapi::tbb::global_control::max_allowed_parallelism, options.threads);
-  if (auto writable = check_out(options.out); !writable) return std::unexpected(writable.error());
-
   RunReport report;
   report.version = VISCERA_VERSION;
   report.command = options.command;
@@ -260,8 +251,42 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   report.threads = options.threads > 0 ? options.threads : available;
   report.backend = "cpu";
   report.machine = this_machine();
-  report.skipped = skipped_parts(scene_in, options.render);
+  report.skipped = skipped_parts(scene, options.render);
+  return report;
+}
 
+/// What the world and the trace tell of it afterwards; `report` knows its wall time already.
+void finish_report(const World& world, const SceneDescription& scene, const Trace& trace,
+                   std::uint32_t flags, RunReport& report) {
+  report.duration_s = world.time();
+  report.frames = world.frame;
+  // Everything but the pictures counts: steps, smoke grids, writing, waiting for the writer.
+  const double unseen = report.wall_s - trace.durations(stage_index(Stage::kDraw)).total -
+                        trace.durations(stage_index(Stage::kEncode)).total;
+  report.real_time_factor = unseen > 0.0 ? world.time() / unseen : 0.0;
+  report.peak_memory_bytes = peak_memory_bytes();
+  report.stages = stage_reports(trace);
+  describe_world(world, scene, report);
+  for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
+    if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
+}
+
+}  // namespace
+
+Result<RunReport> run_scene(const SceneDescription& scene_in,
+                            const std::map<std::string, Tissue>& tissues,
+                            const RunOptions& options) {
+  const Stopwatch whole;
+  SceneDescription scene = scene_in;
+  if (!burns(scene)) scene.smoke.clear();
+  const bool pictures = options.render && scene.camera.has_value();
+
+  std::optional<oneapi::tbb::global_control> threads;
+  if (options.threads > 0)
+    threads.emplace(oneapi::tbb::global_control::max_allowed_parallelism, options.threads);
+  if (auto writable = check_out(options.out); !writable) return std::unexpected(writable.error());
+
+  RunReport report = begun_report(scene_in, options);
   // What could be missing on this machine is asked for before minutes of preparation.
   std::unique_ptr<Studio> studio;
   if (pictures) {
@@ -343,22 +368,12 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     if (auto finished = writer->finish(); !finished) return std::unexpected(finished.error());
   if (auto finished = forces->finish(); !finished) return std::unexpected(finished.error());
 
-  report.duration_s = world.time();
-  report.frames = world.frame;
   report.complete = world.frame == frames;
   report.pictures = studio ? studio->pictures : 0;
   report.state_hash = hash.finish(world);
   report.wall_s = loop.seconds();
-  // Everything but the pictures counts: steps, smoke grids, writing, waiting for the writer.
-  const double unseen = report.wall_s - trace.durations(stage_index(Stage::kDraw)).total -
-                        trace.durations(stage_index(Stage::kEncode)).total;
-  report.real_time_factor = unseen > 0.0 ? world.time() / unseen : 0.0;
-  report.peak_memory_bytes = peak_memory_bytes();
-  report.stages = stage_reports(trace);
-  describe_world(world, scene, report);
+  finish_report(world, scene, trace, flags, report);
   report.smoke.volumes = writer ? static_cast<std::size_t>(writer->written()) : 0;
-  for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
-    if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
 
   if (auto written = trace.write(options.out / "profile.json", "viscera"); !written)
     return std::unexpected(written.error());
