@@ -29,10 +29,6 @@ inline constexpr std::array<std::string_view, 13> kStageNames = {
     "move smoke", "publish",       "check",         "record",      "splat smoke",
     "write volumes", "draw",       "encode"};
 
-constexpr std::string_view stage_name(Stage stage) {
-  return kStageNames[static_cast<std::size_t>(stage)];
-}
-
 constexpr int stage_index(Stage stage) { return static_cast<int>(stage); }
 
 }  // namespace viscera

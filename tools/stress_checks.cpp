@@ -411,10 +411,4 @@ StressFigure check_same_force(const ContactMoment& one, const ContactMoment& oth
           8.0 * contact_round_off(one), ""};
 }
 
-double push_of(const ContactMoment& moment, std::size_t count) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < count; ++k) sum += moment.forces[k].dot(moment.cells[k].direction);
-  return sum;
-}
-
 }  // namespace viscera

@@ -99,7 +99,4 @@ class EnergyBound {
 StressFigure check_same_force(const ContactMoment& one, const ContactMoment& other,
                               std::string check);
 
-/// Force along its direction of the first `count` cells [N].
-double push_of(const ContactMoment& moment, std::size_t count);
-
 }  // namespace viscera

@@ -49,7 +49,6 @@ class HalfSpace {
   Vec3 displacement(const RadialKernels& kernels, const Vec3& offset, const Vec3& normal,
                     const Vec3& force) const;
 
-  double normal_scale() const { return normal_; }  ///< of K_0: 1 / (pi E*) [1/Pa]
   /// Greatest displacement over force for a tail (K_0, K_2) = (1, -3) [1/Pa]; what a Gaussian
   /// leaves far off.
   double tail_scale() const;

@@ -52,14 +52,6 @@ Mat3 NearField::cell_response(const Vec3& offset, const Vec3& normal, double are
   return half_space_.response(cell_kernels(offset.norm(), area), offset, normal);
 }
 
-double NearField::normal_compliance(double r, double area) const {
-  return half_space_.normal_scale() * cell_kernels(r, area).monopole;
-}
-
-double NearField::drawn_normal(double r, double area) const {
-  return half_space_.normal_scale() * point_kernels(r, area).monopole;
-}
-
 Vec3 NearField::drawn_displacement(const Vec3& offset, const Vec3& normal, double area,
                                    const Vec3& force) const {
   return half_space_.displacement(point_kernels(offset.norm(), area), offset, normal, force);

@@ -29,11 +29,6 @@ class NearField {
   /// the surface about both. Reciprocal: cell_response(-offset) is the transpose. Offset 0: the
   /// cell itself.
   Mat3 cell_response(const Vec3& offset, const Vec3& normal, double area) const;
-  /// The part of it along the normal, r apart.
-  double normal_compliance(double r, double area) const;
-  /// Normal displacement of a surface point at distance r from a unit normal force on a cell of
-  /// `area`, less what the spread load already gives there [m/N]. For the drawn surface.
-  double drawn_normal(double r, double area) const;
   /// Beyond this distance the near field is below 2e-3 of its value at a sigma, and taken as zero;
   /// it falls smoothly over the last quarter [m].
   double range() const;

@@ -15,7 +15,7 @@ struct ProgramCall {
   std::optional<std::size_t> greatest_file;    ///< bytes; no file may grow beyond: a full disk
   std::optional<std::size_t> greatest_memory;  ///< bytes of address space
   /// Asked with what stderr has said so far; once it is true, the program gets a SIGINT.
-  std::function<bool(const std::string&)> interrupt_when;
+  std::function<bool(const std::string&)> interrupt_when = {};
   double timeout = 300.0;  ///< [s]; then the program is killed
 };
 
