@@ -73,11 +73,11 @@ struct OrganContact {
 };
 
 struct OrganState {
-  std::vector<float> unknowns;               ///< alpha of the visible nodes [m]      (3 visible)
+  std::vector<float> displacements;          ///< of the places of the surface [m]      (3 places)
   std::vector<Vec3f> positions;              ///< drawn surface, organ frame [m]      (V)
   std::vector<Vec3f> normals;                ///< unit                                (V)
   // What the frame is computing; takes the place of the above once it is seen to be finite.
-  std::vector<float> next_unknowns;
+  std::vector<float> next_displacements;
   std::vector<Vec3f> next_positions, next_normals;
   std::uint64_t version = 0;                 ///< raised when the two above changed
   bool deformed = false;                     ///< differs from rest

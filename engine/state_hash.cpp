@@ -27,7 +27,7 @@ void StateHash::add_frame(const World& world) {
 
 std::string StateHash::finish(const World& world) {
   for (const OrganState& organ : world.organ_states) {
-    add_all(hasher_, organ.unknowns);
+    add_all(hasher_, organ.displacements);
     add_all(hasher_, organ.positions);
     add_all(hasher_, organ.normals);
   }

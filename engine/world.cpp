@@ -102,7 +102,7 @@ void add_organ(World& world, const OrganDescription& description, const Tissue& 
     for (int corner = 0; corner < 8; ++corner)
       contact.bounds.extend(description.pose.to_world(
           model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
-    state.unknowns.assign(model->displacement_rows(), 0.0f);
+    state.displacements.assign(model->displacement_rows(), 0.0f);
     world.organ_contacts.add(organ, std::move(contact));
   }
   world.organ_bodies.add(organ, {description.name, tissue, description.pose, std::move(model)});

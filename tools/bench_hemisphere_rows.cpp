@@ -23,13 +23,13 @@ OnlineTimes measure_online(HemisphereBody& body, HemisphereContact contact, doub
   constexpr double kFor = 0.15;
   const oneapi::tbb::global_control one_core(oneapi::tbb::global_control::max_allowed_parallelism,
                                              1);
-  std::vector<float> unknowns;
+  std::vector<float> displacements;
   OnlineTimes times;
   if (contact == HemisphereContact::press) {
     const HemispherePressure load = body.pressure(a_over_R);
     times.still =
         1e6 * median_call_s(
-                  [&] { displacement_unknowns(body.compliance(), load.response, unknowns); }, kFor);
+                  [&] { place_displacements(body.compliance(), load.response, displacements); }, kFor);
     times.moving = times.still;
     return times;
   }
@@ -43,7 +43,7 @@ OnlineTimes measure_online(HemisphereBody& body, HemisphereContact contact, doub
   std::size_t at = 0;
   const auto step = [&](std::size_t stride) {
     body.contact().solve(patches[at], solution, response);
-    body.contact().displacement_unknowns(unknowns);
+    body.contact().place_displacements(displacements);
     at = (at + stride) % patches.size();
   };
   times.still = 1e6 * median_call_s([&] { step(0); }, kFor);
@@ -70,9 +70,9 @@ Result<void> add_online_rows(std::vector<BenchRow>& rows) {
 
 /// Loads spread over a matrix that no cache holds, elsewhere each time.
 void add_bandwidth_row(std::vector<BenchRow>& rows) {
-  constexpr int kVisible = 14000, kTouchable = 1500, kTouched = 60;
+  constexpr int kPlaces = 14000, kTouchable = 1500, kTouched = 60;
   SurfaceCompliance compliance;
-  for (int i = 0; i < kVisible; ++i) compliance.visible.push_back(i);
+  compliance.places = kPlaces;
   for (int i = 0; i < kTouchable; ++i) compliance.touchable.push_back(i);
   compliance.columns.assign(compliance.rows() * 3 * kTouchable, 1e-3f);
   const Random random(1, 0);
@@ -80,14 +80,14 @@ void add_bandwidth_row(std::vector<BenchRow>& rows) {
   ContactResponse response;
   response.touched.resize(kTouched);
   response.loads.assign(kTouched, Vec3(1.0, -0.5, 0.25));
-  std::vector<float> unknowns;
+  std::vector<float> displacements;
   const double seconds = median_call_s(
       [&] {
         // One node out of each of kTouched equal parts: ascending, and fresh ones every time.
         for (int i = 0; i < kTouched; ++i)
           response.touched[static_cast<std::size_t>(i)] =
               (i * kTouchable + static_cast<int>(random.uniform(draw++) * kTouchable)) / kTouched;
-        displacement_unknowns(compliance, response, unknowns);
+        place_displacements(compliance, response, displacements);
       },
       1.0);
   const double bytes = 4.0 * static_cast<double>(compliance.rows()) * 3 * kTouched;

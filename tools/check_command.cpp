@@ -62,7 +62,7 @@ Result<void> check_scene(const SceneDescription& scene,
     memory += plan->memory_bytes;
     if (!plan->cached) peak = std::max(peak, plan->preparation_bytes);
     out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>12}{:>12.1f} s  {}\n", organ.name,
-                       plan->triangles, plan->nodes, plan->surface_nodes, plan->touchable_nodes,
+                       plan->triangles, plan->nodes, plan->surface_nodes, plan->touchable_places,
                        megabytes(plan->memory_bytes), expected, plan->cached ? "yes" : "no");
   }
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);

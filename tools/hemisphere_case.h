@@ -25,7 +25,7 @@ struct HemisphereCase {
   std::size_t cells = 0;   ///< of the contact patch
   double prepare_s = 0.0;  ///< from the surface to the compliance, no cache
   std::optional<double> assemble_s, factor_s, compliance_s;
-  std::optional<double> online_us;  ///< contact and displacement of all visible nodes, one core
+  std::optional<double> online_us;  ///< contact and displacement of the whole surface, one core
   std::optional<double> online_moving_us;  ///< the same for a patch that is elsewhere each time
   std::optional<double> force_over_ERdelta, force_error, profile_error;
   /// Against our own axisymmetric solution, where there is no reference.

@@ -84,15 +84,14 @@ double negative_eigenvalue(const SurfaceCompliance& compliance) {
   return modes.eigenvalues()[0] / size;
 }
 
-/// Sum of phi_J alpha_J at a sample; alpha by touchable index.
-template <class Alpha>
-Vec3 at_sample(const TouchableSurface& touch, std::size_t sample, const Alpha& alpha) {
-  Vec3 sum = Vec3::Zero();
-  for (int e = touch.weights.row_begin[sample]; e < touch.weights.row_begin[sample + 1]; ++e) {
+/// visit(J, phi_J) for the fields at a place.
+template <class Visit>
+void for_each_field(const SurfacePlaces& places, std::size_t place, const Visit& visit) {
+  const SparseWeights& fields = places.fields;
+  for (int e = fields.row_begin[place]; e < fields.row_begin[place + 1]; ++e) {
     const auto entry = static_cast<std::size_t>(e);
-    sum += static_cast<double>(touch.weights.values[entry]) * alpha(touch.weights.nodes[entry]);
+    visit(static_cast<std::size_t>(fields.nodes[entry]), static_cast<double>(fields.values[entry]));
   }
-  return sum;
 }
 
 }  // namespace
@@ -157,45 +156,35 @@ StressFigure check_positive(const SurfaceCompliance& compliance) {
 
 // The error of stored entries, and what the accuracy of contact allows: NUMERICS' measured 7e-5 for
 // factors in single precision at Poisson's ratio .49, rounded up.
-Result<StressFigure> check_against_solver(ElasticSolver& solver, const TouchableSurface& touch,
+Result<StressFigure> check_against_solver(ElasticSolver& solver, const SurfacePlaces& places,
                                           const SurfaceCompliance& compliance, Draws draws) {
-  const std::size_t n = solver.figures().unknowns;
-  std::vector<double> loads(n, 0.0);
-  std::vector<Vec3> forces(compliance.touchable.size(), Vec3::Zero());
-  const int samples = static_cast<int>(touch.size());
+  std::vector<double> loads(solver.figures().unknowns, 0.0);
+  std::vector<double> stored(compliance.rows(), 0.0);
   for (int i = 0; i < 3; ++i) {
-    const auto s = static_cast<std::size_t>(draws.below(samples));
+    const auto t =
+        static_cast<std::size_t>(draws.below(static_cast<int>(compliance.touchable.size())));
     const Vec3 force = draws.direction();
-    for (int e = touch.weights.row_begin[s]; e < touch.weights.row_begin[s + 1]; ++e) {
-      const auto entry = static_cast<std::size_t>(e);
-      const auto node = static_cast<std::size_t>(touch.weights.nodes[entry]);
-      const Vec3 share = static_cast<double>(touch.weights.values[entry]) * force;
-      forces[node] += share;
-      for (int a = 0; a < 3; ++a)
-        loads[3 * static_cast<std::size_t>(compliance.touchable[node]) +
-              static_cast<std::size_t>(a)] += share[a];
+    for_each_field(places, static_cast<std::size_t>(compliance.touchable[t]),
+                   [&](std::size_t node, double phi) {
+                     Vec3::Map(loads.data() + 3 * node) += phi * force;
+                   });
+    for (int a = 0; a < 3; ++a) {
+      const float* column =
+          compliance.columns.data() + (3 * t + static_cast<std::size_t>(a)) * compliance.rows();
+      for (std::size_t row = 0; row < stored.size(); ++row)
+        stored[row] += static_cast<double>(column[row]) * force[a];
     }
   }
   if (auto solved = solver.solve(loads, 1); !solved) return std::unexpected(solved.error());
 
-  const std::vector<std::size_t> rows = compliance.touchable_rows();
-  std::vector<Vec3> stored(compliance.touchable.size(), Vec3::Zero());
-  for (std::size_t j = 0; j < stored.size(); ++j)
-    for (std::size_t b = 0; b < 3; ++b) {
-      const float* column = compliance.columns.data() + (3 * j + b) * compliance.rows();
-      for (std::size_t i = 0; i < stored.size(); ++i)
-        for (std::size_t a = 0; a < 3; ++a)
-          stored[i][static_cast<int>(a)] +=
-              static_cast<double>(column[rows[3 * i + a]]) * forces[j][static_cast<int>(b)];
-    }
   double greatest = 0.0, difference = 0.0;
   bool finite = true;
-  for (std::size_t s = 0; s < touch.size(); ++s) {
-    const Vec3 own = at_sample(touch, s, [&](int node) -> Vec3 {
-      return Vec3::Map(loads.data() + 3 * compliance.touchable[static_cast<std::size_t>(node)]);
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    Vec3 own = Vec3::Zero();
+    for_each_field(places, p, [&](std::size_t node, double phi) {
+      own += phi * Vec3::Map(loads.data() + 3 * node);
     });
-    const Vec3 by_columns = at_sample(
-        touch, s, [&](int node) -> Vec3 { return stored[static_cast<std::size_t>(node)]; });
+    const Vec3 by_columns = Vec3::Map(stored.data() + 3 * p);
     finite = finite && own.allFinite() && by_columns.allFinite();
     greatest = std::max(greatest, own.norm());
     difference = std::max(difference, (own - by_columns).norm());

@@ -51,7 +51,7 @@ StressFigure check_positive(const SurfaceCompliance& compliance);
 
 /// Displacement by the stored compliance against the solver's own in double precision under the
 /// same loads on some samples, relative to the greatest displacement.
-Result<StressFigure> check_against_solver(ElasticSolver& solver, const TouchableSurface& touch,
+Result<StressFigure> check_against_solver(ElasticSolver& solver, const SurfacePlaces& places,
                                           const SurfaceCompliance& compliance, Draws draws);
 
 /// Forces and displacements are finite, pressed cells push along their direction and none pulls,

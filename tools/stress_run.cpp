@@ -45,6 +45,7 @@ struct Prepared {
   const Formulation* formulation = nullptr;
   std::unique_ptr<ShapeFunctions> fields;
   std::unique_ptr<ElasticSolver> solver;
+  SurfacePlaces places;
   TouchableSurface touch;
   DrawnSurface drawn;
   SurfaceCompliance compliance;
@@ -60,39 +61,26 @@ Result<Prepared> prepare(const StressBody& body, const IsotropicMaterial& materi
   if (!solver) return std::unexpected(solver.error());
   ready.solver = std::move(*solver);
   ready.fields = std::make_unique<ShapeFunctions>(ready.formulation->fields(body.cloud));
-  std::vector<int> touchable;
-  auto touch = sample_touchable_surface(body.surface, body.is_touchable, *ready.fields, touchable);
+  auto places = place_on_surface(body.surface, *ready.fields);
+  if (!places) return std::unexpected(places.error());
+  ready.places = std::move(*places);
+  auto touch = touchable_part(ready.places, body.is_touchable);
   if (!touch) return std::unexpected(touch.error());
   ready.touch = std::move(*touch);
-  std::vector<int> visible = touchable;
-  auto drawn = carry_surface(body.surface, *ready.fields, visible);
-  if (!drawn) return std::unexpected(drawn.error());
-  ready.drawn = std::move(*drawn);
-  auto compliance = ready.solver->compliance(visible, touchable, progress);
+  ready.drawn = carry_surface(body.surface, ready.places);
+  auto compliance =
+      ready.solver->compliance(ready.places.fields, ready.touch.places, progress);
   if (!compliance) return std::unexpected(compliance.error());
   ready.compliance = std::move(*compliance);
   return ready;
 }
 
-/// A diagonal entry of the node that carries most of the sample in the middle.
+/// A diagonal entry of the touchable place in the middle.
 void flip_compliance(Prepared& ready) {
-  const std::size_t s = ready.touch.size() / 2;
-  int node = 0;
-  float most = 0.0f;
-  for (int e = ready.touch.weights.row_begin[s]; e < ready.touch.weights.row_begin[s + 1]; ++e) {
-    const auto entry = static_cast<std::size_t>(e);
-    if (ready.touch.weights.values[entry] < most) continue;
-    most = ready.touch.weights.values[entry];
-    node = ready.touch.weights.nodes[entry];
-  }
-  const auto column = static_cast<std::size_t>(node);
-  const auto row =
-      std::lower_bound(ready.compliance.visible.begin(), ready.compliance.visible.end(),
-                       ready.compliance.touchable[column]) -
-      ready.compliance.visible.begin();
-  float& entry =
-      ready.compliance
-          .columns[3 * column * ready.compliance.rows() + 3 * static_cast<std::size_t>(row)];
+  SurfaceCompliance& compliance = ready.compliance;
+  const std::size_t column = 3 * (ready.touch.size() / 2);
+  const std::size_t row = compliance.touchable_rows()[column];
+  float& entry = compliance.columns[column * compliance.rows() + row];
   entry = -entry;
 }
 
@@ -116,10 +104,10 @@ class Contact {
 
   /// Positions and normals of the drawn surface under the last solve that aren't finite.
   StressFigure check_drawn(const ContactMoment& moment) {
-    std::vector<float> unknowns;
+    std::vector<float> displacements;
     std::vector<Vec3f> positions, normals;
-    displacement_unknowns(ready_.compliance, response_, unknowns);
-    deform_drawn_surface(ready_.drawn, unknowns, solution_.near_fields, moment.cells, moment.forces,
+    place_displacements(ready_.compliance, response_, displacements);
+    deform_drawn_surface(ready_.drawn, displacements, solution_.near_fields, moment.cells, moment.forces,
                          positions, normals);
     double broken = 0.0;
     for (std::size_t v = 0; v < positions.size(); ++v)
@@ -466,7 +454,7 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
   auto linear = check_linear_field(body, *ready.formulation, *ready.solver, ready.touch);
   if (!linear) return refuse(linear.error());
   figures.add(*linear);
-  auto agreed = check_against_solver(*ready.solver, ready.touch, ready.compliance, draws);
+  auto agreed = check_against_solver(*ready.solver, ready.places, ready.compliance, draws);
   if (!agreed) return refuse(agreed.error());
   figures.add(*agreed);
   const SurfaceTree tree(body.surface);

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kFormat = 2;  // of the names and meanings below
+constexpr int kFormat = 3;  // of the names and meanings below
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double), "positions are stored as they lie in memory");
 
@@ -48,9 +48,9 @@ PreparationFigures to_figures(std::span<const double> v) {
 
 constexpr std::size_t kFigures = 10;
 
-bool indices_of(const std::vector<int>& nodes, std::size_t count) {
-  return std::all_of(nodes.begin(), nodes.end(),
-                     [&](int node) { return node >= 0 && static_cast<std::size_t>(node) < count; });
+bool indices_of(const std::vector<int>& indices, std::size_t count) {
+  return std::all_of(indices.begin(), indices.end(),
+                     [&](int i) { return i >= 0 && static_cast<std::size_t>(i) < count; });
 }
 
 Result<PreparedResponse> unpack(CacheData data) {
@@ -63,11 +63,13 @@ Result<PreparedResponse> unpack(CacheData data) {
   if (!spacings) return std::unexpected(spacings.error());
   auto surface_count = data.take<int>("surface_count", 1);
   if (!surface_count) return std::unexpected(surface_count.error());
-  auto visible = data.take<int>("visible");
-  if (!visible) return std::unexpected(visible.error());
+  auto place_count = data.take<int>("places", 1);
+  if (!place_count) return std::unexpected(place_count.error());
+  const int places = place_count->front();
+  if (places < 0) return failure("it has " + std::to_string(places) + " places, expected 0 or more");
   auto touchable = data.take<int>("touchable");
   if (!touchable) return std::unexpected(touchable.error());
-  auto columns = data.take<float>("columns", 9 * visible->size() * touchable->size());
+  auto columns = data.take<float>("columns", 9 * static_cast<std::size_t>(places) * touchable->size());
   if (!columns) return std::unexpected(columns.error());
   auto figures = data.take<double>("figures", kFigures);
   if (!figures) return std::unexpected(figures.error());
@@ -75,15 +77,15 @@ Result<PreparedResponse> unpack(CacheData data) {
   if (!symmetric) return std::unexpected(symmetric.error());
   const int surface_nodes = surface_count->front();
   if (surface_nodes < 0 || static_cast<std::size_t>(surface_nodes) > nodes ||
-      !indices_of(*visible, nodes) || !indices_of(*touchable, nodes)) {
-    return failure("it names nodes that its cloud doesn't have");
+      !indices_of(*touchable, static_cast<std::size_t>(places))) {
+    return failure("it names nodes or places that it doesn't have");
   }
 
   r.cloud.positions.resize(nodes);
   for (std::size_t i = 0; i < nodes; ++i) r.cloud.positions[i] = Vec3(positions->data() + 3 * i);
   r.cloud.spacings = std::move(*spacings);
   r.cloud.surface_count = static_cast<std::size_t>(surface_nodes);
-  r.compliance.visible = std::move(*visible);
+  r.compliance.places = static_cast<std::size_t>(places);
   r.compliance.touchable = std::move(*touchable);
   r.compliance.columns = std::move(*columns);
   r.compliance.symmetric = symmetric->front() != 0;
@@ -131,6 +133,7 @@ Result<void> ResponseCache::save(const std::string& key, const PreparedResponse&
   if (error) return failure(folder_.string() + ": can't be created: " + error.message());
   const PointCloud& cloud = response.cloud;
   const std::array<int, 1> surface_count = {static_cast<int>(cloud.surface_count)};
+  const std::array<int, 1> places = {static_cast<int>(response.compliance.places)};
   const std::array<int, 1> symmetric = {response.compliance.symmetric ? 1 : 0};
   const std::vector<double> figures = to_numbers(response.figures);
   const double* positions = cloud.positions.empty() ? nullptr : cloud.positions.front().data();
@@ -139,7 +142,7 @@ Result<void> ResponseCache::save(const std::string& key, const PreparedResponse&
   contents.array("positions", std::span<const double>(positions, 3 * cloud.size()));
   contents.array("spacings", cloud.spacings);
   contents.array("surface_count", std::span<const int>(surface_count));
-  contents.array("visible", response.compliance.visible);
+  contents.array("places", std::span<const int>(places));
   contents.array("touchable", response.compliance.touchable);
   contents.array("columns", response.compliance.columns);
   contents.array("symmetric", std::span<const int>(symmetric));

@@ -24,7 +24,7 @@ namespace {
 
 /// Raised when pre-processing changes in a way that its inputs don't show: shapes, node placement,
 /// touchable sampling.
-constexpr int kPreparationVersion = 1;
+constexpr int kPreparationVersion = 2;
 
 /// The stages of preparation and their shares of its time, for the progress bar.
 constexpr double kShapeDone = 0.10, kCloudDone = 0.20, kFactorDone = 0.45;
@@ -106,19 +106,20 @@ Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurf
 
 /// Fills what follows from surface and cloud alone: kept out of the cache because it takes less
 /// time to compute than to read.
-Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reach& reach,
-                    std::vector<int>& touchable_nodes, std::vector<int>& visible_nodes) {
+Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reach& reach) {
   const Formulation* formulation = find_formulation(organ.formulation);
   const ShapeFunctions fields = formulation->fields(model.cloud);
-  auto touchable = sample_touchable_surface(
-      model.surface, [&](const Vec3& x) { return reach.covers(x); }, fields, touchable_nodes);
+  auto places = place_on_surface(model.surface, fields);
+  if (!places) return std::unexpected(places.error());
+  model.places = std::move(*places);
+  // So that wherever a vertex is in reach, so is the place nearest to it.
+  Reach grown = reach;
+  grown.radius += organ.resolution.finest;
+  auto touchable =
+      touchable_part(model.places, [&](const Vec3& x) { return grown.covers(x); });
   if (!touchable) return std::unexpected(touchable.error());
   model.touchable = std::move(*touchable);
-  visible_nodes = touchable_nodes;
-  auto drawn = carry_surface(model.surface, fields, visible_nodes);
-  if (!drawn) return std::unexpected(drawn.error());
-  model.drawn = std::move(*drawn);
-  model.drawn.rest = &model.surface;
+  model.drawn = carry_surface(model.surface, model.places);
   model.finest_spacing =
       *std::min_element(model.cloud.spacings.begin(), model.cloud.spacings.end());
   return {};
@@ -130,33 +131,33 @@ double factor_entries(double nodes) {
   return 550.0 * std::pow(nodes, 4.0 / 3.0);
 }
 
-std::size_t compliance_bytes(std::size_t visible, std::size_t touchable) {
-  return 9 * visible * touchable * sizeof(float);
+std::size_t compliance_bytes(std::size_t places, std::size_t touchable) {
+  return 9 * places * touchable * sizeof(float);
 }
 
 /// Peak beyond the surface while a compliance is computed [bytes]: quadrature and its fields (66 kB
 /// a node, measured) or, later, the factor in single precision with the fronts that wait for their
 /// parents; then the compliance in the order of elimination and in that of the nodes, with the copy
 /// of its square that is checked.
-std::size_t preparation_bytes(std::size_t nodes, std::size_t visible, std::size_t touchable) {
+std::size_t preparation_bytes(std::size_t nodes, std::size_t places, std::size_t touchable) {
   constexpr double kWaitingFronts = 0.8;  // of the factor
   const double n = static_cast<double>(nodes);
   const double assembly = 66e3 * n;
   const double factor = 4.0 * (1.0 + kWaitingFronts) * factor_entries(n) + 9e3 * n;
   const std::size_t square = compliance_bytes(touchable, touchable);
-  return 2 * compliance_bytes(visible, touchable) + square +
+  return 2 * compliance_bytes(places, touchable) + square +
          static_cast<std::size_t>(std::max(assembly, factor));
 }
 
 /// Refuses what this machine can't hold, before minutes are spent on it.
-Result<void> check_memory(std::size_t nodes, std::size_t visible, std::size_t touchable) {
-  const std::size_t needed = preparation_bytes(nodes, visible, touchable);
+Result<void> check_memory(const OrganModel& model) {
+  const std::size_t nodes = model.cloud.size(), touchable = model.touchable.size();
+  const std::size_t needed = preparation_bytes(nodes, model.places.size(), touchable);
   const std::uint64_t present = this_machine().memory_bytes;
   if (needed <= present) return {};
   return failure(fmt::format(
-      "resolution: found spacings that make {} nodes, {} of them touchable, and need {:.1f} GB "
-      "while "
-      "preparing, expected at most this machine's {:.1f} GB: raise finest_spacing_mm",
+      "resolution: found spacings that make {} nodes and {} touchable places, and need {:.1f} GB "
+      "while preparing, expected at most this machine's {:.1f} GB: raise finest_spacing_mm",
       nodes, touchable, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(present)));
 }
 
@@ -240,9 +241,9 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   model.compliance = std::move(cached.response->compliance);
   model.figures = cached.response->figures;
   if (!model.deformable()) return true;
-  std::vector<int> touchable, visible;
-  if (!finish(model, organ, reach, touchable, visible)) return false;
-  return touchable == model.compliance.touchable && visible == model.compliance.visible;
+  if (!finish(model, organ, reach)) return false;
+  return model.touchable.places == model.compliance.touchable &&
+         model.places.size() == model.compliance.places;
 }
 
 /// After the cache, which holds single precision: one file serves both ways to keep it.
@@ -269,11 +270,8 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
   if (!cloud) return std::unexpected(cloud.error());
   model.cloud = std::move(*cloud);
 
-  std::vector<int> touchable, visible;
-  if (auto done = finish(model, organ, reach, touchable, visible); !done) return done;
-
-  if (auto fits = check_memory(model.cloud.size(), visible.size(), touchable.size()); !fits)
-    return fits;
+  if (auto done = finish(model, organ, reach); !done) return done;
+  if (auto fits = check_memory(model); !fits) return fits;
 
   ElasticProblem problem;
   problem.surface = &model.surface;
@@ -283,7 +281,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
-  auto compliance = (*solver)->compliance(std::move(visible), std::move(touchable),
+  auto compliance = (*solver)->compliance(model.places.fields, model.touchable.places,
                                           part_of(progress, kFactorDone, 1.0));
   if (!compliance) return std::unexpected(compliance.error());
   model.compliance = std::move(*compliance);
@@ -310,10 +308,12 @@ std::size_t OrganModel::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
          of(cloud.positions) + of(cloud.spacings) + of(compliance.columns) +
-         of(half_columns.entries) + of(compliance.visible) + of(compliance.touchable) +
+         of(half_columns.entries) + of(compliance.touchable) +
          of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
-         of(touchable.spacings) + of(touchable.weights.nodes) + of(touchable.weights.values) +
-         of(touchable.weights.row_begin) + of(touchable.cell_begin) + of(touchable.cell_items) +
+         of(touchable.spacings) + of(touchable.places) +
+         of(places.positions) + of(places.normals) + of(places.areas) + of(places.spacings) +
+         of(places.fields.nodes) + of(places.fields.values) + of(places.fields.row_begin) +
+         of(touchable.cell_begin) + of(touchable.cell_items) +
          of(drawn.carriers.nodes) + of(drawn.carriers.values) + of(drawn.carriers.row_begin) +
          of(drawn.triangle_begin) + of(drawn.triangle_items) + of(drawn.rest_normals);
 }
@@ -419,21 +419,18 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   auto cloud = place_cloud(organ, model.surface, places, no_progress());
   if (!cloud) return std::unexpected(cloud.error());
   model.cloud = std::move(*cloud);
-  std::vector<int> touchable, visible;
-  if (auto done = finish(model, organ, reach, touchable, visible); !done)
-    return std::unexpected(done.error());
-  if (auto fits = check_memory(model.cloud.size(), visible.size(), touchable.size()); !fits)
-    return std::unexpected(fits.error());
+  if (auto done = finish(model, organ, reach); !done) return std::unexpected(done.error());
+  if (auto fits = check_memory(model); !fits) return std::unexpected(fits.error());
   plan.nodes = model.cloud.size();
   plan.surface_nodes = model.cloud.surface_count;
-  plan.touchable_nodes = touchable.size();
-  plan.visible_nodes = visible.size();
-  plan.memory_bytes = model.memory_bytes() + compliance_bytes(visible.size(), touchable.size());
+  plan.places = model.places.size();
+  plan.touchable_places = model.touchable.size();
+  plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.touchable_places);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
-    plan.memory_bytes = plan.memory_bytes - compliance_bytes(visible.size(), touchable.size()) / 2 +
-                        compliance_bytes(touchable.size(), touchable.size());
+    plan.memory_bytes = plan.memory_bytes - compliance_bytes(plan.places, plan.touchable_places) / 2 +
+                        compliance_bytes(plan.touchable_places, plan.touchable_places);
   plan.preparation_bytes =
-      model.memory_bytes() + preparation_bytes(plan.nodes, visible.size(), touchable.size());
+      model.memory_bytes() + preparation_bytes(plan.nodes, plan.places, plan.touchable_places);
 
   // Operations counted, at 7e10 a second (two cores, single precision): factoring goes as N^2, the
   // columns of a touchable node as the factor. Assembly is linear in the nodes.
@@ -441,7 +438,7 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   constexpr double kPerSecond = 7e10;
   plan.prepare_s =
       0.1 + 2.2e-4 * n +
-      (3.8e3 * n * n + 9.0 * static_cast<double>(touchable.size()) * factor_entries(n)) /
+      (3.8e3 * n * n + 9.0 * static_cast<double>(plan.touchable_places) * factor_entries(n)) /
           kPerSecond;
   plan.cloud = std::move(model.cloud);
   return plan;

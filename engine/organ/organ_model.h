@@ -40,6 +40,7 @@ struct OrganModel {
   IsotropicMaterial material;
   SurfaceCompliance compliance;         ///< its touchable square alone where `half_columns` holds all
   HalfColumns half_columns;             ///< empty: displacements are kept in single precision
+  SurfacePlaces places;
   TouchableSurface touchable;
   DrawnSurface drawn;
   double finest_spacing = 0.0;          ///< least node spacing [m]
@@ -51,7 +52,7 @@ struct OrganModel {
 
   bool deformable() const { return cloud.size() > 0; }
   bool in_half_precision() const { return half_columns.rows > 0; }
-  /// Unknowns of the visible nodes.
+  /// Displacement components of the places of the surface.
   std::size_t displacement_rows() const {
     return in_half_precision() ? half_columns.rows : compliance.rows();
   }
@@ -85,7 +86,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
 
 /// What preparation would build and cost, without factoring anything.
 struct OrganPlan {
-  std::size_t triangles = 0, nodes = 0, surface_nodes = 0, touchable_nodes = 0, visible_nodes = 0;
+  std::size_t triangles = 0, nodes = 0, surface_nodes = 0, places = 0, touchable_places = 0;
   std::size_t memory_bytes = 0;         ///< of the prepared model
   std::size_t preparation_bytes = 0;    ///< peak while preparing
   double prepare_s = 0.0;               ///< expected on this machine's kind, no cache

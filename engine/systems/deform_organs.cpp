@@ -58,7 +58,7 @@ void moved(OrganState& state, OrganContact& contact, const OrganBody& body) {
 }
 
 void return_to_rest(OrganState& state, OrganContact& contact, const OrganBody& body) {
-  std::fill(state.unknowns.begin(), state.unknowns.end(), 0.0f);
+  std::fill(state.displacements.begin(), state.displacements.end(), 0.0f);
   state.positions = body.model->rest_positions;
   state.normals = body.model->rest_normals;
   state.greatest_displacement = 0.0;
@@ -149,10 +149,10 @@ void deform_organs(World& world, const FrameContext& context) {
     }
 
     if (body.model->in_half_precision())
-      displacement_unknowns(body.model->half_columns, contact.response, state.next_unknowns);
+      place_displacements(body.model->half_columns, contact.response, state.next_displacements);
     else
-      contact.solver->displacement_unknowns(state.next_unknowns);
-    deform_drawn_surface(body.model->drawn, state.next_unknowns, contact.solution.near_fields,
+      contact.solver->place_displacements(state.next_displacements);
+    deform_drawn_surface(body.model->drawn, state.next_displacements, contact.solution.near_fields,
                          contact.cells, contact.solution.forces, state.next_positions,
                          state.next_normals);
     // A broken value must not reach the state: the organ stays where it was, without force.
@@ -161,7 +161,7 @@ void deform_organs(World& world, const FrameContext& context) {
       take_forces_back(world, body, contact);
       continue;
     }
-    state.unknowns.swap(state.next_unknowns);
+    state.displacements.swap(state.next_displacements);
     state.positions.swap(state.next_positions);
     state.normals.swap(state.next_normals);
     double greatest = 0.0;

@@ -118,25 +118,21 @@ Result<std::unique_ptr<HemisphereBody>> HemisphereBody::prepare(const Hemisphere
   if (!cloud) return std::unexpected(cloud.error());
   body->body_.cloud = std::move(*cloud);
   body->fields_ = std::make_unique<ShapeFunctions>(body->formulation_->fields(body->body_.cloud));
-  std::vector<int> touchable;
+  auto places = place_on_surface(surface, *body->fields_);
+  if (!places) return std::unexpected(places.error());
+  body->places_ = std::move(*places);
   const double zone = options.touchable_zone;
-  auto touch = sample_touchable_surface(
-      surface,
-      [&](const Vec3& x) {
-        return zone >= 1.0 || (x.z() > 0.0 && std::hypot(x.x(), x.y()) < zone * kRadius);
-      },
-      *body->fields_, touchable);
+  auto touch = touchable_part(body->places_, [&](const Vec3& x) {
+    return zone >= 1.0 || (x.z() > 0.0 && std::hypot(x.x(), x.y()) < zone * kRadius);
+  });
   if (!touch) return std::unexpected(touch.error());
   body->touch_ = std::move(*touch);
-  std::vector<int> visible = touchable;
-  auto drawn = carry_surface(surface, *body->fields_, visible);
-  if (!drawn) return std::unexpected(drawn.error());
-  body->drawn_ = std::move(*drawn);
+  body->drawn_ = carry_surface(surface, body->places_);
 
   auto solver = body->formulation_->prepare(
       body->body_.problem(body->material_, [](const Vec3& x) { return x.z() < 1e-9; }), progress);
   if (!solver) return std::unexpected(solver.error());
-  auto compliance = (*solver)->compliance(std::move(visible), std::move(touchable), progress);
+  auto compliance = (*solver)->compliance(body->places_.fields, body->touch_.places, progress);
   if (!compliance) return std::unexpected(compliance.error());
   body->compliance_ = std::move(*compliance);
   body->prepare_s_ = watch.seconds();
@@ -180,7 +176,7 @@ HemispherePressure HemisphereBody::pressure(double a_over_R) const {
   const double a = a_over_R * kRadius;
   HemispherePressure pressure;
   std::vector<Vec3> load(compliance_.touchable.size(), Vec3::Zero());
-  std::vector<SampleShare> shares;
+  std::vector<LoadShare> shares;
   const double reach = 2.0 * kRadius * std::sin(0.5 * std::asin(a_over_R));
   pressure.cells = cap_cells(kRadius, ringed_disc(reach, kRings));
   for (const ContactCell& cell : pressure.cells) {
@@ -189,13 +185,8 @@ HemispherePressure HemisphereBody::pressure(double a_over_R) const {
     const Vec3 force = -kHemisphereModulus * fall * fall * cell.area * cell.normal;
     const double sigma = PatchContact::spread_factor() * spacing_at(touch_, cell.position);
     spread_load(touch_, cell.position, cell.normal, sigma, shares);
-    for (const auto& [sample, share] : shares) {
-      const auto s = static_cast<std::size_t>(sample);
-      for (int e = touch_.weights.row_begin[s]; e < touch_.weights.row_begin[s + 1]; ++e) {
-        const auto entry = static_cast<std::size_t>(e);
-        load[static_cast<std::size_t>(touch_.weights.nodes[entry])] +=
-            share * static_cast<double>(touch_.weights.values[entry]) * force;
-      }
+    for (const LoadShare& share : shares) {
+      load[static_cast<std::size_t>(share.place)] += share.share * force;
     }
     pressure.near_fields.emplace_back(material_, sigma);
     pressure.forces.push_back(force);
@@ -235,10 +226,10 @@ std::vector<Vec3> HemisphereBody::drawn_displacements(const ContactResponse& res
                                                       std::span<const NearField> near_fields,
                                                       std::span<const ContactCell> cells,
                                                       std::span<const Vec3> forces) {
-  std::vector<float> unknowns;
-  displacement_unknowns(compliance_, response, unknowns);
+  std::vector<float> carried;
+  place_displacements(compliance_, response, carried);
   std::vector<Vec3f> positions, normals;
-  deform_drawn_surface(drawn_, unknowns, near_fields, cells, forces, positions, normals);
+  deform_drawn_surface(drawn_, carried, near_fields, cells, forces, positions, normals);
   std::vector<Vec3> displacements;
   for (std::size_t v = 0; v < positions.size(); ++v) {
     displacements.push_back(positions[v].cast<double>() - body_.surface.vertices[v]);
@@ -259,10 +250,8 @@ double HemisphereBody::profile_error(const std::vector<Vec3>& displacements,
 }
 
 std::size_t HemisphereBody::memory_bytes() const {
-  return bytes_of(compliance_.columns) + bytes_of(compliance_.visible) +
-         bytes_of(compliance_.touchable) + bytes_of(touch_.positions) + bytes_of(touch_.normals) +
-         bytes_of(touch_.areas) + bytes_of(touch_.spacings) + bytes_of(touch_.weights.nodes) +
-         bytes_of(touch_.weights.values) + bytes_of(drawn_.carriers.nodes) +
+  return bytes_of(compliance_.columns) + bytes_of(compliance_.touchable) + bytes_of(touch_.positions) + bytes_of(touch_.normals) +
+         bytes_of(touch_.areas) + bytes_of(touch_.spacings) + bytes_of(drawn_.carriers.nodes) +
          bytes_of(drawn_.carriers.values) + bytes_of(drawn_.triangle_items) +
          bytes_of(drawn_.rest_normals);
 }

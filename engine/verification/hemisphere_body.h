@@ -38,7 +38,7 @@ struct HemisphereAnswer {
   double smallest_eigenvalue = 1.0;  ///< of the touching cells' compliance over its largest
 };
 
-/// A load whose forces are known, ready for displacement_unknowns and deform_drawn_surface.
+/// A load whose forces are known, ready for place_displacements and deform_drawn_surface.
 struct HemispherePressure {
   std::vector<ContactCell> cells;
   std::vector<Vec3> forces;            ///< on the cells [N]
@@ -95,6 +95,7 @@ class HemisphereBody {
   IsotropicMaterial material_;
   NodedBody body_;
   std::unique_ptr<ShapeFunctions> fields_;
+  SurfacePlaces places_;
   TouchableSurface touch_;
   DrawnSurface drawn_;
   SurfaceCompliance compliance_;

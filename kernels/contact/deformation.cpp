@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "kernels/base/parallel.h"
 #include "kernels/contact/column_sums.h"
+#include "kernels/contact/surface_carriers.h"
 
 namespace viscera {
 namespace {
@@ -119,53 +119,18 @@ Vec3f normal_at(const DrawnSurface& drawn, const std::vector<Vec3f>& positions,
 
 }  // namespace
 
-void displacement_unknowns(const SurfaceCompliance& compliance, const ContactResponse& response,
-                           std::vector<float>& unknowns) {
+void place_displacements(const SurfaceCompliance& compliance, const ContactResponse& response,
+                         std::vector<float>& displacements) {
   sum_column_triples(compliance.columns.data(), compliance.rows(), response.touched, response.loads,
-                     unknowns);
+                     displacements);
 }
 
-Result<DrawnSurface> carry_surface(const TriangleSurface& surface, const ShapeFunctions& fields,
-                                   std::vector<int>& visible_nodes) {
+DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places) {
   DrawnSurface drawn;
   drawn.rest = &surface;
+  drawn.rest_normals = vertex_normals(surface);
+  drawn.carriers = surface_carriers(surface.vertices, drawn.rest_normals, places);
   const std::size_t count = surface.vertices.size();
-
-  std::vector<ShapeValues> at_vertex(count);
-  std::vector<char> covered(count);
-  parallel_for_each_index(count, 256, [&](std::size_t v) {
-    covered[v] = fields.evaluate(surface.vertices[v], false, at_vertex[v]);
-  });
-  std::vector<char> is_visible(fields.cloud().size(), 0);
-  for (const int node : visible_nodes) is_visible[static_cast<std::size_t>(node)] = 1;
-  for (std::size_t v = 0; v < count; ++v) {
-    if (!covered[v]) {
-      const Vec3& x = surface.vertices[v];
-      char text[240];
-      std::snprintf(
-          text, sizeof text,
-          "drawn surface: vertex %zu at (%.2f, %.2f, %.2f mm): found no fields that cover "
-          "it, expected at least four nodes in general position in reach; make the node "
-          "spacing finer there",
-          v, 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
-      return failure(text);
-    }
-    for (const int node : at_vertex[v].nodes) is_visible[static_cast<std::size_t>(node)] = 1;
-  }
-  visible_nodes.clear();
-  std::vector<int> row_of(is_visible.size(), -1);
-  for (std::size_t node = 0; node < is_visible.size(); ++node) {
-    if (!is_visible[node]) continue;
-    row_of[node] = static_cast<int>(visible_nodes.size());
-    visible_nodes.push_back(static_cast<int>(node));
-  }
-  for (const ShapeValues& vertex : at_vertex) {
-    for (std::size_t i = 0; i < vertex.nodes.size(); ++i) {
-      drawn.carriers.nodes.push_back(row_of[static_cast<std::size_t>(vertex.nodes[i])]);
-      drawn.carriers.values.push_back(static_cast<float>(vertex.values[i]));
-    }
-    drawn.carriers.row_begin.push_back(static_cast<int>(drawn.carriers.nodes.size()));
-  }
 
   drawn.triangle_begin.assign(count + 1, 0);
   for (const auto& triangle : surface.triangles) {
@@ -180,11 +145,10 @@ Result<DrawnSurface> carry_surface(const TriangleSurface& surface, const ShapeFu
       drawn.triangle_items[static_cast<std::size_t>(place++)] = static_cast<int>(t);
     }
   }
-  drawn.rest_normals = vertex_normals(surface);
   return drawn;
 }
 
-void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> unknowns,
+void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> displacements,
                           std::span<const NearField> near_fields,
                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
                           std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
@@ -196,8 +160,8 @@ void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> unkn
     Vec3f moved = Vec3f::Zero();
     for (int e = drawn.carriers.row_begin[v]; e < drawn.carriers.row_begin[v + 1]; ++e) {
       const auto entry = static_cast<std::size_t>(e);
-      const float* alpha = unknowns.data() + 3 * drawn.carriers.nodes[entry];
-      moved += drawn.carriers.values[entry] * Vec3f(alpha[0], alpha[1], alpha[2]);
+      moved += drawn.carriers.values[entry] *
+               Vec3f::Map(displacements.data() + 3 * drawn.carriers.nodes[entry]);
     }
     const Vec3& rest = drawn.rest->vertices[v];
     const Vec3 near =

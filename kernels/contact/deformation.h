@@ -9,30 +9,29 @@
 
 namespace viscera {
 
-/// Unknowns of the visible nodes under the loads [m], 3 x visible, node-major. Reads only the
-/// columns of touched nodes; single precision.
-void displacement_unknowns(const SurfaceCompliance& compliance, const ContactResponse& response,
-                           std::vector<float>& unknowns);
+/// Displacements of the places of a surface under the loads [m], 3 x places. Reads only the columns
+/// of touched places; single precision.
+void place_displacements(const SurfaceCompliance& compliance, const ContactResponse& response,
+                         std::vector<float>& displacements);
 
 /// Rest data of the drawn surface that never changes.
 struct DrawnSurface {
   const TriangleSurface* rest = nullptr;
-  SparseWeights carriers;  ///< phi_J at each vertex; columns are indices into
-                           ///< SurfaceCompliance::visible                (V rows)
+  SparseWeights carriers;  ///< what each vertex takes of the places about it; columns are places,
+                           ///< rows sum up to 1                          (V rows)
   std::vector<int> triangle_begin, triangle_items;  ///< vertex -> triangles around it
   std::vector<Vec3> rest_normals;  ///< unit; which side of a thin body a vertex is on     (V)
 };
 
-/// Carriers of every vertex. `visible_nodes` (in: nodes wanted anyway, the touchable ones; out:
-/// those and all whose fields reach a vertex, ascending) is what to ask of the compliance.
-/// `surface` outlives the result. Fails where the fields don't cover a vertex.
-Result<DrawnSurface> carry_surface(const TriangleSurface& surface, const ShapeFunctions& fields,
-                                   std::vector<int>& visible_nodes);
+/// Carriers of every vertex: the smoothest interpolation of the places about it that face its way.
+/// Linear fields are carried exactly, smooth ones with an error of second order in h. `surface`
+/// outlives the result; `places` are of it or of a coarser picture of it.
+DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places);
 
-/// Positions = rest + sum phi_J alpha_J + near field of `cells` under `forces` (within its range);
+/// Positions = rest + carried displacements of the places + near field of `cells` under `forces` (within its range);
 /// unit normals from the deformed triangles, angle-weighted. `near_fields` has one entry a cell
 /// (ContactSolution::near_fields) or is empty: no near field. Parallel, deterministic.
-void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> unknowns,
+void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> displacements,
                           std::span<const NearField> near_fields,
                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
                           std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);

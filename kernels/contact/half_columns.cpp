@@ -122,34 +122,30 @@ HalfColumns half_precision(const SurfaceCompliance& compliance) {
 
 SurfaceCompliance force_part(const SurfaceCompliance& compliance) {
   SurfaceCompliance part;
-  part.visible = part.touchable = compliance.touchable;
+  part.places = compliance.touchable.size();
+  for (std::size_t t = 0; t < part.places; ++t) part.touchable.push_back(static_cast<int>(t));
   part.symmetric = compliance.symmetric;
   part.columns.reserve(part.rows() * part.rows());
-  std::vector<std::size_t> row_of;
-  for (const int node : part.touchable) {
-    const auto at = std::lower_bound(compliance.visible.begin(), compliance.visible.end(), node);
-    row_of.push_back(3 * static_cast<std::size_t>(at - compliance.visible.begin()));
-  }
   for (std::size_t column = 0; column < part.rows(); ++column) {
     const float* from = compliance.columns.data() + column * compliance.rows();
-    for (const std::size_t row : row_of) {
-      part.columns.insert(part.columns.end(), from + row, from + row + 3);
+    for (const int place : compliance.touchable) {
+      part.columns.insert(part.columns.end(), from + 3 * place, from + 3 * place + 3);
     }
   }
   return part;
 }
 
-void displacement_unknowns(const HalfColumns& columns, const ContactResponse& response,
-                           std::vector<float>& unknowns) {
+void place_displacements(const HalfColumns& columns, const ContactResponse& response,
+                         std::vector<float>& displacements) {
   const AddColumns add = add_columns();
-  unknowns.assign(columns.rows, 0.0f);
+  displacements.assign(columns.rows, 0.0f);
   parallel_chunks(columns.rows, kRowChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = 0; j < response.touched.size(); ++j) {
       const Vec3f load = (response.loads[j] * columns.scale).cast<float>();
       const std::uint16_t* x = columns.entries.data() +
                                3 * static_cast<std::size_t>(response.touched[j]) * columns.rows +
                                begin;
-      add(unknowns.data() + begin, x, x + columns.rows, x + 2 * columns.rows, load.x(), load.y(),
+      add(displacements.data() + begin, x, x + columns.rows, x + 2 * columns.rows, load.x(), load.y(),
           load.z(), end - begin);
     }
   });

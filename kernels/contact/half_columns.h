@@ -23,14 +23,14 @@ struct HalfColumns {
 /// half the range, so that only entries 2^-29 of it and less lose digits. Parallel.
 HalfColumns half_precision(const SurfaceCompliance& compliance);
 
-/// The touchable nodes among themselves, in single precision: all that PatchContact reads, and all
-/// of the single-precision matrix that need be kept beside HalfColumns.
+/// The touchable places among themselves, renumbered, in single precision: all that PatchContact
+/// reads, and all of the single-precision matrix that need be kept beside HalfColumns.
 SurfaceCompliance force_part(const SurfaceCompliance& compliance);
 
-/// displacement_unknowns (deformation.h) from half-precision columns; sums in single precision. The
+/// place_displacements (deformation.h) from half-precision columns; sums in single precision. The
 /// same digits on every machine, with or without instructions for half precision.
-void displacement_unknowns(const HalfColumns& columns, const ContactResponse& response,
-                           std::vector<float>& unknowns);
+void place_displacements(const HalfColumns& columns, const ContactResponse& response,
+                         std::vector<float>& displacements);
 
 /// The nearest half-precision number, and back. Portable; what the fast paths must agree with.
 std::uint16_t to_half(float value);

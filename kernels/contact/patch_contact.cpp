@@ -17,7 +17,7 @@ constexpr double kBasisTolerance = 1e-3;
 /// eigenvalue of the scaled matrix, see lift().
 constexpr double kRidge = 1e-6;
 /// A patch that has not moved for this many solves is taken to stay; the columns of so many of its
-/// cells are then put together in a call, each for about what the sum over all touched nodes costs.
+/// cells are then put together in a call, each for about what the sum over all touched places costs.
 constexpr int kStaysAfter = 3;
 constexpr int kCellsPerCall = 2;
 
@@ -83,47 +83,26 @@ PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableS
                            const IsotropicMaterial& material)
     : compliance_(compliance), surface_(surface), material_(material) {
   local_of_.assign(compliance.touchable.size(), -1);
-  row_of_touchable_.reserve(compliance.touchable.size());
-  for (const int node : compliance.touchable) {
-    const auto at = std::lower_bound(compliance.visible.begin(), compliance.visible.end(), node);
-    row_of_touchable_.push_back(static_cast<int>(at - compliance.visible.begin()));
-  }
 }
 
-/// S: the share of each touched node in the load of each cell.
+/// S: the share of each touched place in the load of each cell.
 void PatchContact::spread_cells(std::span<const ContactCell> cells) {
   near_fields_.clear();
   beyond_touchable_ = 0;
   spread_.resize(std::max(spread_.size(), cells.size()));
   touched_.clear();
-  std::vector<double> weight_of(local_of_.size(), 0.0);
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
     const double sigma = spread_factor_ * spacing_at(surface_, cell.position);
     near_fields_.emplace_back(material_, sigma);
-    if (!spread_load(surface_, cell.position, cell.normal, sigma, shares_)) {
+    if (!spread_load(surface_, cell.position, cell.normal, sigma, spread_[k])) {
       ++beyond_touchable_;
     }
-    auto& nodes = spread_[k];
-    nodes.clear();
-    for (const auto& [sample, share] : shares_) {
-      const auto s = static_cast<std::size_t>(sample);
-      for (int e = surface_.weights.row_begin[s]; e < surface_.weights.row_begin[s + 1]; ++e) {
-        const int node = surface_.weights.nodes[static_cast<std::size_t>(e)];
-        auto& weight = weight_of[static_cast<std::size_t>(node)];
-        if (weight == 0.0) nodes.push_back({node, 0.0});
-        weight += share * surface_.weights.values[static_cast<std::size_t>(e)];
-      }
-    }
-    for (WeightedNode& entry : nodes) {
-      auto& weight = weight_of[static_cast<std::size_t>(entry.node)];
-      entry.weight = weight;
-      weight = 0.0;
-      auto& local = local_of_[static_cast<std::size_t>(entry.node)];
-      if (local < 0) {
-        local = 0;
-        touched_.push_back(entry.node);
-      }
+    for (const LoadShare& share : spread_[k]) {
+      int& local = local_of_[static_cast<std::size_t>(share.place)];
+      if (local >= 0) continue;
+      local = 0;
+      touched_.push_back(share.place);
     }
   }
   std::sort(touched_.begin(), touched_.end());
@@ -133,15 +112,15 @@ void PatchContact::spread_cells(std::span<const ContactCell> cells) {
   weights_.setZero(static_cast<Eigen::Index>(cells.size()),
                    static_cast<Eigen::Index>(touched_.size()));
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    for (const WeightedNode& entry : spread_[k]) {
-      weights_(static_cast<Eigen::Index>(k), local_of_[static_cast<std::size_t>(entry.node)]) +=
-          entry.weight;
+    for (const LoadShare& share : spread_[k]) {
+      weights_(static_cast<Eigen::Index>(k), local_of_[static_cast<std::size_t>(share.place)]) +=
+          share.share;
     }
   }
-  for (const int node : touched_) local_of_[static_cast<std::size_t>(node)] = -1;
+  for (const int place : touched_) local_of_[static_cast<std::size_t>(place)] = -1;
 }
 
-/// The compliance among touched nodes, split by component. Where it is symmetric only one triangle
+/// The compliance among touched places, split by component. Where it is symmetric only one triangle
 /// is read (the rest is its mirror): the columns are long, so every entry is a miss of the cache.
 void PatchContact::gather_compliance() {
   if (gathered_ == touched_) return;
@@ -153,11 +132,11 @@ void PatchContact::gather_compliance() {
   }
   const std::size_t rows = compliance_.rows();
   for (Eigen::Index j = 0; j < m; ++j) {
-    const auto node = static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]);
-    const float* column = compliance_.columns.data() + 3 * node * rows;
+    const auto place = static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]);
+    const float* column = compliance_.columns.data() + 3 * place * rows;
     for (Eigen::Index i = 0; i < (symmetric ? j + 1 : m); ++i) {
       const auto other = static_cast<std::size_t>(touched_[static_cast<std::size_t>(i)]);
-      const float* entry = column + 3 * row_of_touchable_[other];
+      const float* entry = column + 3 * compliance_.touchable[other];
       for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t b = symmetric ? a : 0; b < 3; ++b) {
           block_[3 * a + b](i, j) = entry[b * rows + a];
@@ -484,7 +463,7 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
   measure(cells, solution);
 }
 
-/// Some more columns of C S^T: what one cell does to every visible node.
+/// Some more columns of C S^T: what one cell does to every place.
 void PatchContact::build_columns() {
   const std::size_t rows = compliance_.rows();
   if (columns_built_ == 0) cell_columns_.resize(3 * rows * places_.size());
@@ -497,11 +476,12 @@ void PatchContact::build_columns() {
   }
 }
 
-void PatchContact::displacement_unknowns(std::vector<float>& unknowns) {
-  if (stayed_ >= kStaysAfter && columns_built_ < places_.size()) build_columns();
+void PatchContact::place_displacements(std::vector<float>& displacements) {
+  const bool worth_it = places_.size() < touched_.size();
+  if (worth_it && stayed_ >= kStaysAfter && columns_built_ < places_.size()) build_columns();
   if (forces_.empty() || columns_built_ < places_.size()) {
     sum_column_triples(compliance_.columns.data(), compliance_.rows(), response_of_forces_.touched,
-                       response_of_forces_.loads, unknowns);
+                       response_of_forces_.loads, displacements);
     return;
   }
   std::vector<int> triples;
@@ -511,7 +491,7 @@ void PatchContact::displacement_unknowns(std::vector<float>& unknowns) {
     triples.push_back(static_cast<int>(k));
     loads.push_back(forces_[k]);
   }
-  sum_column_triples(cell_columns_.data(), compliance_.rows(), triples, loads, unknowns);
+  sum_column_triples(cell_columns_.data(), compliance_.rows(), triples, loads, displacements);
 }
 
 }  // namespace viscera

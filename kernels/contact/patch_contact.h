@@ -57,7 +57,7 @@ struct ContactSolution {
 /// The body's answer to the forces of a contact: what deformation and drawing need.
 struct ContactResponse {
   std::vector<int> touched;  ///< indices into SurfaceCompliance::touchable, ascending
-  std::vector<Vec3> loads;   ///< on those nodes' unknowns [N]
+  std::vector<Vec3> loads;   ///< on those places [N]
 };
 
 /// Solves contact on one body. Keeps its work arrays and the last active set between calls; one
@@ -79,11 +79,11 @@ class PatchContact {
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response);
 
-  /// Unknowns of the visible nodes under the last solve's forces, as displacement_unknowns
+  /// Displacements of all places under the last solve's forces, as the function of that name
   /// (deformation.h) gives them from its response, up to round-off of the sums. While the same
   /// patch stays where it is, the columns of its cells are put together, a few a call, and then
-  /// replace the columns of all the nodes under it: several times fewer to read.
-  void displacement_unknowns(std::vector<float>& unknowns);
+  /// replace those of the places under it where that is fewer to read.
+  void place_displacements(std::vector<float>& displacements);
 
   /// Mean displacement of each cell under the forces of the last solve [m]; size as its `cells`.
   const std::vector<Vec3>& cell_displacements() const { return displacements_; }
@@ -128,7 +128,6 @@ class PatchContact {
   const TouchableSurface& surface_;
   IsotropicMaterial material_;
   double spread_factor_ = spread_factor();
-  std::vector<int> row_of_touchable_;  // row triple of each touchable node
 
   std::vector<Place> places_;  // of the last solve's cells
   std::vector<Way> ways_;
@@ -136,14 +135,13 @@ class PatchContact {
   int beyond_touchable_ = 0;
   bool same_matrix_ = false;  // as in the last solve
 
-  std::vector<int> touched_;   // touchable nodes under the cells, ascending (m)
+  std::vector<int> touched_;   // touchable places under the cells, ascending (m)
   std::vector<int> gathered_;  // those whose compliance block is at hand
-  std::vector<int> local_of_;  // touchable node -> place in touched_, or -1
-  std::vector<SampleShare> shares_;
-  std::vector<std::vector<WeightedNode>> spread_;  // per cell
+  std::vector<int> local_of_;  // touchable place -> index in touched_, or -1
+  std::vector<std::vector<LoadShare>> spread_;  // per cell
   MatrixX weights_;                                // S: cells x m
   MatrixX basis_, coefficients_;                   // S ~ coefficients (cells x r) basis (r x m)
-  // Components xx, xy, xz, yx, ... of C on touched nodes, m x m each; yx, zx and zy stay empty
+  // Components xx, xy, xz, yx, ... of C on touched places, m x m each; yx, zx and zy stay empty
   // where C is symmetric, being the transposes of xy, xz and yz.
   std::array<Eigen::MatrixXf, 9> block_;
   MatrixX response_;  // mean displacement of each cell per force on each: (3 cells) x (3 cells)

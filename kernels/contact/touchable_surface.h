@@ -1,4 +1,4 @@
-// The part of a body's surface that tools may touch, as points over which contact loads are spread.
+// The part of a body's surface that tools may touch, as places over which contact loads are spread.
 #pragma once
 
 #include <functional>
@@ -6,20 +6,18 @@
 #include <vector>
 
 #include "kernels/base/result.h"
-#include "kernels/paff/shape_functions.h"
-#include "kernels/points/surface.h"
+#include "kernels/contact/surface_places.h"
 
 namespace viscera {
 
-/// The touchable part of a body's surface as points with areas and finite fields: what a contact
-/// load is spread over. Immutable; built once in pre-processing.
+/// The touchable places of a surface, in the order of the columns of a compliance. Immutable; built
+/// once in pre-processing.
 struct TouchableSurface {
-  std::vector<Vec3> positions;   ///< rest [m]                                   (S)
-  std::vector<Vec3> normals;     ///< outward, unit                              (S)
-  std::vector<double> areas;     ///< [m2]                                       (S)
-  std::vector<double> spacings;  ///< local node spacing h [m]                   (S)
-  SparseWeights weights;         ///< phi_J at each point; columns are indices into
-                                 ///< SurfaceCompliance::touchable               (S rows)
+  std::vector<int> places;       ///< of SurfacePlaces, ascending: SurfaceCompliance::touchable  (S)
+  std::vector<Vec3> positions;   ///< rest [m]                                                   (S)
+  std::vector<Vec3> normals;     ///< outward, unit                                              (S)
+  std::vector<double> areas;     ///< [m2]                                                       (S)
+  std::vector<double> spacings;  ///< local node spacing h [m]                                   (S)
   // Uniform grid over positions for range queries.
   Box box;
   double cell = 1.0;  ///< [m]
@@ -29,35 +27,26 @@ struct TouchableSurface {
   std::size_t size() const { return positions.size(); }
 };
 
-/// Samples the triangles of `surface` for which `is_touchable` holds at the centroid, split to
-/// edges of half the local node spacing at most; where triangles are finer, neighbours share a
-/// sample. `touchable_nodes` (out) are the nodes whose fields reach a sample, ascending: the
-/// columns to ask of the compliance. Fails where nothing is touchable, or where the fields don't
-/// cover a sample.
-Result<TouchableSurface> sample_touchable_surface(
-    const TriangleSurface& surface, const std::function<bool(const Vec3&)>& is_touchable,
-    const ShapeFunctions& fields, std::vector<int>& touchable_nodes);
+/// The places for which `is_touchable` holds. Fails where there is none.
+Result<TouchableSurface> touchable_part(const SurfacePlaces& places,
+                                        const std::function<bool(const Vec3&)>& is_touchable);
 
-/// A sample and its share of a load.
-struct SampleShare {
-  int sample;
+/// A touchable place and its share of a load.
+struct LoadShare {
+  int place;  ///< index into TouchableSurface
   double share;
-};
-
-/// A node and its share of a load; `node` is an index into SurfaceCompliance::touchable.
-struct WeightedNode {
-  int node;
-  double weight;
 };
 
 /// Node spacing about a point, averaged over the samples around it; smooth along the surface [m].
 double spacing_at(const TouchableSurface& surface, const Vec3& position);
 
-/// A unit load at `position` (outward unit surface `normal`) spread over the samples about it by a
-/// bell of standard deviation `sigma` [m] whose centre is the position. Shares add up to 1. Samples
-/// that face away carry nothing, so that a load stays on its side of a thin body.
-/// False when no sample is in reach: the nearest one then carries all.
+/// A unit load at `position` (outward unit surface `normal`) spread over the places about it by a
+/// bell of standard deviation `sigma` [m] whose centre is the position. Shares add up to 1 and have
+/// the bell's own second moments along the surface, but for borders and edges, where that would
+/// take large negative shares. Places that face away carry nothing, so that a load stays on its
+/// side of a thin body.
+/// False when no place is in reach: the nearest one then carries all.
 bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
-                 double sigma, std::vector<SampleShare>& shares);
+                 double sigma, std::vector<LoadShare>& shares);
 
 }  // namespace viscera

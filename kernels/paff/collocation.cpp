@@ -180,17 +180,16 @@ class CollocationSolver final : public ElasticSolver {
     return unknowns;
   }
 
-  Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
+  Result<SurfaceCompliance> compliance(const SparseWeights& places, std::vector<int> touchable,
                                        const Progress& progress) override {
     const Stopwatch watch;
     auto compliance = compliance_columns(
-        rows_.size(), std::move(visible), std::move(touchable),
-        [&](std::span<const int> units, std::span<double> out) {
-          std::vector<double> scales;
-          for (const int unit : units) {
-            scales.push_back(load_scale(static_cast<std::size_t>(unit) / 3));
+        rows_.size(), places, std::move(touchable),
+        [&](SparseLoads& loads, std::span<double> out) {
+          for (std::size_t e = 0; e < loads.values.size(); ++e) {
+            loads.values[e] *= load_scale(static_cast<std::size_t>(loads.unknowns[e]) / 3);
           }
-          return factor_.solve_units(units, scales, out);
+          return factor_.solve_sparse(loads.begin, loads.unknowns, loads.values, out);
         },
         progress);
     if (compliance) {

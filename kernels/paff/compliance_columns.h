@@ -1,4 +1,4 @@
-// The surface compliance of any solver of unit loads, column block by column block.
+// The surface compliance of any solver of many loads, column block by column block.
 #pragma once
 
 #include <functional>
@@ -11,20 +11,29 @@
 
 namespace viscera {
 
-/// Answers to unit loads: column k of `out` (3 N x units.size(), column-major) becomes the nodal
-/// unknowns [m] under 1 N on unknown units[k].
-using UnitSolver = std::function<Result<void>(std::span<const int> units, std::span<double> out)>;
+/// Loads one after another, each a few numbers: load k is values[e] on unknown unknowns[e] for e in
+/// [begin[k], begin[k + 1]).
+struct SparseLoads {
+  std::vector<int> begin{0};
+  std::vector<int> unknowns;
+  std::vector<double> values;  ///< [N]
 
-/// A compliance of these nodes with columns still to be filled. Fails unless both lists ascend, are
-/// within the nodes, and the visible nodes hold the touchable ones.
-Result<SurfaceCompliance> empty_compliance(std::size_t node_count, std::vector<int> visible,
+  std::size_t size() const { return begin.size() - 1; }
+};
+
+/// Answers to loads: column k of `out` (3 N x loads.size(), column-major) becomes the nodal
+/// unknowns [m] under load k. May change the loads.
+using LoadSolver = std::function<Result<void>(SparseLoads& loads, std::span<double> out)>;
+
+/// A compliance of these places with columns still to be filled. Fails unless their nodes are below
+/// `node_count` and the touchable ones ascend and are among them.
+Result<SurfaceCompliance> empty_compliance(std::size_t node_count, const SparseWeights& places,
                                            std::vector<int> touchable, bool symmetric);
 
 /// What ElasticSolver::compliance promises, for an unsymmetric stiffness: nothing is made
 /// symmetric.
-Result<SurfaceCompliance> compliance_columns(std::size_t node_count, std::vector<int> visible,
-                                             std::vector<int> touchable,
-                                             const UnitSolver& solve_units,
+Result<SurfaceCompliance> compliance_columns(std::size_t node_count, const SparseWeights& places,
+                                             std::vector<int> touchable, const LoadSolver& solve,
                                              const Progress& progress);
 
 }  // namespace viscera

@@ -57,18 +57,18 @@ struct PreparationFigures {
   double smallest_compliance_eigenvalue = 0.0;
 };
 
-/// The precomputed response: displacement unknowns of the `visible` nodes per unit force on the
-/// unknowns of the `touchable` ones ([De2006] eq. 11, C_un with C_nn in it).
-/// Nodal unknowns alpha_J are not displacements: u(x) = sum_J phi_J(x) alpha_J; a force F at the
-/// surface point x loads unknown J with phi_J(x) F.
+/// The precomputed response of places on a surface: their displacement per unit force on the
+/// touchable ones among them ([De2006] eq. 11, C_un with C_nn in it). A force F at a place p loads
+/// unknown J with phi_J(p) F, and the displacement there is sum_J phi_J(p) alpha_J: with Phi the
+/// fields at the places, the columns are Phi K^-1 Phi^T, so that reciprocity holds between places.
 struct SurfaceCompliance {
-  std::vector<int> visible;    ///< node of each row triple, ascending; holds all of `touchable`
-  std::vector<int> touchable;  ///< node of each column triple, ascending
-  std::vector<float> columns;  ///< column-major, (3 visible) x (3 touchable) [m/N]
-  /// False: the square of the touchable nodes isn't its own mirror (strong forms), and must not be
+  std::size_t places = 0;
+  std::vector<int> touchable;  ///< place of each column triple, ascending
+  std::vector<float> columns;  ///< column-major, (3 places) x (3 touchable) [m/N]
+  /// False: the square of the touchable places isn't its own mirror (strong forms), and must not be
   /// made so: a force could change its sign.
   bool symmetric = true;
-  std::size_t rows() const { return 3 * visible.size(); }
+  std::size_t rows() const { return 3 * places; }
   /// Row of each touchable unknown: the rows of the touchable square    (3 touchable).
   std::vector<std::size_t> touchable_rows() const;
 };
@@ -81,10 +81,12 @@ class ElasticSolver {
   virtual Result<void> solve(std::span<double> loads, int columns) = 0;
   /// Nodal unknowns (3 N) [m] under loads given as functions of place.
   virtual Result<std::vector<double>> solve_static(const StaticLoads& loads) = 0;
-  /// Rows of `visible`, columns of `touchable`; both ascending, touchable a subset of visible.
-  /// Fails, saying what to change, unless it is positive or the formulation's warning() says that
-  /// it isn't to be trusted (see accept_compliance in compliance_checks.h).
-  virtual Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
+  /// Rows for all `places`, columns for the `touchable` ones (ascending). `places` holds phi_J at
+  /// each place (P rows, columns are nodes). Fails, saying what to change, unless it is positive or
+  /// the formulation's warning() says that it isn't to be trusted (see accept_compliance in
+  /// compliance_checks.h).
+  virtual Result<SurfaceCompliance> compliance(const SparseWeights& places,
+                                               std::vector<int> touchable,
                                                const Progress& progress) = 0;
   virtual const PreparationFigures& figures() const = 0;
 };

@@ -24,10 +24,10 @@ class GalerkinSolver final : public ElasticSolver {
     return unknowns;
   }
 
-  Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
+  Result<SurfaceCompliance> compliance(const SparseWeights& places, std::vector<int> touchable,
                                        const Progress& progress) override {
     const Stopwatch watch;
-    auto compliance = factor_.compliance(std::move(visible), std::move(touchable), progress);
+    auto compliance = factor_.compliance(places, std::move(touchable), progress);
     if (compliance) {
       figures_.smallest_compliance_eigenvalue = smallest_compliance_eigenvalue(*compliance);
       const auto positive = expect_positive_compliance(figures_.smallest_compliance_eigenvalue);

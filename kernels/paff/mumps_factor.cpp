@@ -150,28 +150,27 @@ Result<void> MumpsFactor::solve(std::span<double> right_hand_sides, int columns)
   return {};
 }
 
-Result<void> MumpsFactor::solve_units(std::span<const int> units, std::span<const double> scales,
-                                      std::span<double> out) {
+Result<void> MumpsFactor::solve_sparse(std::span<const int> begin, std::span<const int> rows,
+                                       std::span<const double> values, std::span<double> out) {
   DMUMPS_STRUC_C& mumps = instance_->mumps;
-  if (out.size() != order() * units.size() || scales.size() != units.size()) {
+  const std::size_t columns = begin.size() - 1;
+  if (out.size() != order() * columns || rows.size() != values.size()) {
     return failure(instance_->what + ": room for " + std::to_string(out.size()) +
-                   " numbers given; expected " + std::to_string(order() * units.size()));
+                   " numbers given; expected " + std::to_string(order() * columns));
   }
-  if (units.empty()) return {};
-  std::vector<double> values(scales.begin(), scales.end());
-  std::vector<int> rows, begin{1};
-  for (const int unit : units) {
-    rows.push_back(unit + 1);
-    begin.push_back(static_cast<int>(rows.size()) + 1);
-  }
+  if (columns == 0) return {};
+  std::vector<double> numbers(values.begin(), values.end());
+  std::vector<int> row_numbers, column_begin;
+  for (const int row : rows) row_numbers.push_back(row + 1);
+  for (const int at : begin) column_begin.push_back(at + 1);
   constexpr int kSparseExploited = 3;
   instance_->icntl(20) = kSparseExploited;
-  instance_->icntl(27) = static_cast<int>(units.size());
-  mumps.rhs_sparse = values.data();
-  mumps.irhs_sparse = rows.data();
-  mumps.irhs_ptr = begin.data();
+  instance_->icntl(27) = static_cast<int>(columns);
+  mumps.rhs_sparse = numbers.data();
+  mumps.irhs_sparse = row_numbers.data();
+  mumps.irhs_ptr = column_begin.data();
   mumps.nz_rhs = static_cast<int>(rows.size());
-  mumps.nrhs = static_cast<int>(units.size());
+  mumps.nrhs = static_cast<int>(columns);
   mumps.rhs = out.data();
   mumps.lrhs = mumps.n;
   instance_->call(kSolve);

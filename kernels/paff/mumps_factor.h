@@ -46,10 +46,11 @@ class MumpsFactor {
   /// A x = b in place; `columns` right-hand sides, column-major (order x columns).
   Result<void> solve(std::span<double> right_hand_sides, int columns);
 
-  /// Column k of `out` (order x units.size(), column-major) becomes A^-1 (scales[k] e_units[k]).
-  /// Skips the parts of the forward elimination where the vectors are zero.
-  Result<void> solve_units(std::span<const int> units, std::span<const double> scales,
-                           std::span<double> out);
+  /// Column k of `out` (order x columns, column-major) becomes A^-1 b_k, with b_k given by
+  /// values[e] at rows[e], e in [begin[k], begin[k + 1]). Skips the parts of the forward elimination
+  /// where the vectors are zero.
+  Result<void> solve_sparse(std::span<const int> begin, std::span<const int> rows,
+                            std::span<const double> values, std::span<double> out);
 
   std::size_t order() const;
   std::size_t factor_bytes() const;

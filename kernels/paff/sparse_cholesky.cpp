@@ -42,9 +42,4 @@ Result<void> SparseCholesky::solve(std::span<double> right_hand_sides, int colum
   return factor_.solve(right_hand_sides, columns);
 }
 
-Result<void> SparseCholesky::solve_units(std::span<const int> units, std::span<double> out) {
-  const std::vector<double> ones(units.size(), 1.0);
-  return factor_.solve_units(units, ones, out);
-}
-
 }  // namespace viscera

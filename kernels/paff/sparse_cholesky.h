@@ -23,10 +23,6 @@ class SparseCholesky {
   /// A x = b in place; `columns` right-hand sides, column-major (order x columns).
   Result<void> solve(std::span<double> right_hand_sides, int columns);
 
-  /// Solves for unit vectors: column k of `out` (order x units.size(), column-major) becomes
-  /// A^-1 e_units[k]. Skips the parts of the forward elimination where the vectors are zero.
-  Result<void> solve_units(std::span<const int> units, std::span<double> out);
-
   std::size_t order() const { return factor_.order(); }                ///< rows of the matrix
   std::size_t factor_bytes() const { return factor_.factor_bytes(); }  ///< memory it holds
 

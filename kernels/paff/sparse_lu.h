@@ -34,10 +34,10 @@ class SparseLu {
   Result<void> solve(std::span<double> right_hand_sides, int columns) {
     return factor_.solve(right_hand_sides, columns);
   }
-  /// Column k of `out` (3 N x units.size(), column-major) becomes A^-1 (scales[k] e_units[k]).
-  Result<void> solve_units(std::span<const int> units, std::span<const double> scales,
-                           std::span<double> out) {
-    return factor_.solve_units(units, scales, out);
+  /// See MumpsFactor::solve_sparse.
+  Result<void> solve_sparse(std::span<const int> begin, std::span<const int> rows,
+                            std::span<const double> values, std::span<double> out) {
+    return factor_.solve_sparse(begin, rows, values, out);
   }
 
   std::size_t factor_bytes() const { return factor_.factor_bytes(); }

@@ -2,17 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "kernels/base/parallel.h"
 #include "kernels/paff/compliance_columns.h"
-#include "kernels/paff/inverse_entries.h"
+#include "kernels/paff/inverse_products.h"
 
 namespace viscera {
 namespace {
 
-/// Touchable nodes of a block of columns: wide enough for matrix products at full speed.
-constexpr std::size_t kNodesAtOnce = 64;
+/// Touchable places of a block of columns: wide enough for matrix products at full speed.
+constexpr std::size_t kPlacesAtOnce = 64;
 /// Blocks between two looks at the progress.
 constexpr std::size_t kBlocksAtOnce = 8;
 /// Of the answer to one load all over the body; single entries err up to five times as much.
@@ -127,32 +128,35 @@ double error_of(const SymmetricBlockMatrix& stiffness, const FrontalCholesky<flo
   return size > 0.0 ? norm(change) / size : std::numeric_limits<double>::infinity();
 }
 
-/// Columns of a compliance by blocks of touchable nodes that are eliminated one after another.
+/// Columns of a compliance by blocks of touchable places that act early and near each other.
 template <class Real>
 class ColumnBlocks {
  public:
-  ColumnBlocks(const FrontalCholesky<Real>& factor, SurfaceCompliance& compliance)
-      : factor_(factor), dissection_(factor.dissection()), compliance_(compliance) {
-    std::vector<char> is_touchable(dissection_.order.size(), 0);
+  ColumnBlocks(const FrontalCholesky<Real>& factor, const SparseWeights& places,
+               SurfaceCompliance& compliance)
+      : factor_(factor),
+        dissection_(factor.dissection()),
+        places_(places),
+        compliance_(compliance),
+        unit_of_(places.rows(), kNoUnit) {
     for (std::size_t t = 0; t < compliance.touchable.size(); ++t) {
-      const auto node = static_cast<std::size_t>(compliance.touchable[t]);
-      is_touchable[node] = 1;
-      units_.push_back({dissection_.position[node], t});
+      const auto place = static_cast<std::size_t>(compliance.touchable[t]);
+      int first = std::numeric_limits<int>::max();
+      for_each_entry(place, [&](int position, Real) { first = std::min(first, position); });
+      units_.push_back({first, place, t});
     }
-    std::sort(units_.begin(), units_.end(),
-              [](const Unit& a, const Unit& b) { return a.position < b.position; });
+    std::sort(units_.begin(), units_.end(), [](const Unit& a, const Unit& b) {
+      return a.position != b.position ? a.position < b.position : a.place < b.place;
+    });
+    for (std::size_t u = 0; u < units_.size(); ++u) unit_of_[units_[u].place] = u;
     always_wanted_.assign(dissection_.fronts.size(), 0);
-    for (const int node : compliance.visible) {
-      const auto i = static_cast<std::size_t>(node);
-      positions_.push_back(dissection_.position[i]);
-      if (!is_touchable[i]) mark(dissection_.position[i], always_wanted_);
-      skippable_.push_back(is_touchable[i]);
+    for (std::size_t place = 0; place < places.rows(); ++place) {
+      if (unit_of_[place] == kNoUnit) mark(place, always_wanted_);
     }
   }
 
   /// All columns at once from products of columns of the inverse factor, where that is less work.
   bool product_is_cheaper() const {
-    const std::vector<int> rows = sorted_positions(), columns = unit_positions();
     double solving = 0.0;
     for (const Dissection::Front& front : dissection_.fronts) {
       const auto own = static_cast<double>(front.own());
@@ -160,80 +164,105 @@ class ColumnBlocks {
     }
     // Forward and back; the mirror of the touchable square and loads that act late save a quarter.
     solving *= 0.75 * 2.0 * 27.0 * static_cast<double>(units_.size());
-    return inverse_entries_cost(dissection_, 3, rows, columns) < solving;
+    return inverse_products_cost(dissection_, 3, places_, compliance_.touchable) < solving;
   }
 
   void compute_by_product() const {
-    const std::vector<int> row_positions = sorted_positions(), columns = unit_positions();
-    const std::vector<Real> entries = inverse_entries<Real>(factor_, row_positions, columns);
-    const std::size_t rows = compliance_.rows();
-    std::vector<std::size_t> entry_row;  // of each visible node
-    for (const int position : positions_) {
-      const auto found = std::lower_bound(row_positions.begin(), row_positions.end(), position);
-      entry_row.push_back(3 * static_cast<std::size_t>(found - row_positions.begin()));
-    }
-    parallel_for_each_index(3 * units_.size(), 16, [&](std::size_t c) {
-      const Real* in = entries.data() + c * rows;
-      float* out = compliance_.columns.data() + (3 * units_[c / 3].touchable + c % 3) * rows;
-      for (std::size_t v = 0; v < entry_row.size(); ++v) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          out[3 * v + k] = static_cast<float>(in[entry_row[v] + k]);
-        }
+    const std::vector<Real> products =
+        inverse_products<Real>(factor_, places_, compliance_.touchable);
+    parallel_for_each_index((products.size() + kCopied - 1) / kCopied, 1, [&](std::size_t part) {
+      const std::size_t end = std::min(products.size(), (part + 1) * kCopied);
+      for (std::size_t i = part * kCopied; i < end; ++i) {
+        compliance_.columns[i] = static_cast<float>(products[i]);
       }
     });
   }
 
-  std::size_t count() const { return (units_.size() + kNodesAtOnce - 1) / kNodesAtOnce; }
+  std::size_t count() const { return (units_.size() + kPlacesAtOnce - 1) / kPlacesAtOnce; }
 
   void compute(std::size_t index) const {
-    const std::size_t first = index * kNodesAtOnce;
-    const std::size_t last = std::min(units_.size(), first + kNodesAtOnce);
+    const std::size_t first = index * kPlacesAtOnce;
+    const std::size_t last = std::min(units_.size(), first + kPlacesAtOnce);
     const std::size_t columns = 3 * (last - first);
     typename FrontalCholesky<Real>::FrontMask active(dissection_.fronts.size(), 0);
     auto wanted = always_wanted_;
     std::vector<Real> block(3 * dissection_.order.size() * columns, Real(0));
     for (std::size_t u = first; u < last; ++u) {
-      mark(units_[u].position, active);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t unknown = 3 * static_cast<std::size_t>(units_[u].position) + k;
-        block[unknown * columns + 3 * (u - first) + k] = Real(1);
-      }
+      mark(units_[u].place, active);
+      for_each_entry(units_[u].place, [&](int position, Real weight) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::size_t unknown = 3 * static_cast<std::size_t>(position) + k;
+          block[unknown * columns + 3 * (u - first) + k] += weight;
+        }
+      });
     }
-    // Rows of touchable nodes eliminated earlier are the mirror of columns of another block.
-    for (std::size_t u = first; u < units_.size(); ++u) mark(units_[u].position, wanted);
+    // Rows of touchable places of earlier blocks are the mirror of columns of theirs.
+    for (std::size_t u = first; u < units_.size(); ++u) mark(units_[u].place, wanted);
     factor_.solve(block, static_cast<int>(columns), active, wanted);
 
-    constexpr std::size_t kRowTile = 16;  // of nodes: the part of the block stays in the cache
-    const std::size_t rows = compliance_.rows();
-    for (std::size_t begin = 0; begin < positions_.size(); begin += kRowTile) {
-      const std::size_t end = std::min(positions_.size(), begin + kRowTile);
+    std::vector<Real> row(3 * columns);
+    for (std::size_t place = 0; place < places_.rows(); ++place) {
+      if (unit_of_[place] != kNoUnit && unit_of_[place] < first) continue;
+      std::fill(row.begin(), row.end(), Real(0));
+      for_each_entry(place, [&](int position, Real weight) {
+        const Real* in = block.data() + 3 * static_cast<std::size_t>(position) * columns;
+        for (std::size_t c = 0; c < row.size(); ++c) row[c] += weight * in[c];
+      });
       for (std::size_t c = 0; c < columns; ++c) {
-        const std::size_t column = 3 * units_[first + c / 3].touchable + c % 3;
-        float* out = compliance_.columns.data() + column * rows;
-        for (std::size_t v = begin; v < end; ++v) {
-          if (skippable_[v] && positions_[v] < units_[first].position) continue;
-          const Real* in = block.data() + 3 * static_cast<std::size_t>(positions_[v]) * columns + c;
-          for (std::size_t k = 0; k < 3; ++k) out[3 * v + k] = static_cast<float>(in[k * columns]);
-        }
+        const std::size_t column = 3 * units_[first + c / 3].column + c % 3;
+        float* out = compliance_.columns.data() + column * compliance_.rows() + 3 * place;
+        for (std::size_t k = 0; k < 3; ++k) out[k] = static_cast<float>(row[k * columns + c]);
       }
     }
   }
 
-  /// The touchable square, from the columns of the node that is eliminated first of each pair.
+  /// The touchable square, from the columns of the place that comes first of each pair in the order
+  /// of the blocks.
   void mirror() const {
+    mirror_square([&](std::size_t i) { return units_[i].column; });
+  }
+  /// The same where places come first in their own order.
+  void mirror_product() const {
+    mirror_square([](std::size_t i) { return i; });
+  }
+
+ private:
+  static constexpr std::size_t kNoUnit = std::numeric_limits<std::size_t>::max();
+  static constexpr std::size_t kCopied = 1 << 16;  // numbers of a task
+
+  struct Unit {
+    int position;        // first of its nodes in the order of elimination
+    std::size_t place;   // row triple
+    std::size_t column;  // column triple
+  };
+
+  template <class Visit>
+  void for_each_entry(std::size_t place, const Visit& visit) const {
+    for (int e = places_.row_begin[place]; e < places_.row_begin[place + 1]; ++e) {
+      const auto entry = static_cast<std::size_t>(e);
+      visit(dissection_.position[static_cast<std::size_t>(places_.nodes[entry])],
+            static_cast<Real>(places_.values[entry]));
+    }
+  }
+
+  template <class ColumnOf>
+  void mirror_square(const ColumnOf& column_of) const {
     constexpr std::size_t kTile = 32;
     const std::size_t rows = compliance_.rows();
-    const std::vector<std::size_t> row_of = compliance_.touchable_rows();
+    const auto row_of = [&](std::size_t column) {
+      return 3 * static_cast<std::size_t>(compliance_.touchable[column]);
+    };
     float* columns = compliance_.columns.data();
     parallel_chunks(units_.size(), kTile, [&](std::size_t later_begin, std::size_t later_end) {
       for (std::size_t earlier_begin = 0; earlier_begin < later_end; earlier_begin += kTile) {
         for (std::size_t later = later_begin; later < later_end; ++later) {
           const std::size_t earlier_end = std::min(later + 1, earlier_begin + kTile);
           for (std::size_t earlier = earlier_begin; earlier < earlier_end; ++earlier) {
-            const std::size_t a = 3 * units_[earlier].touchable, b = 3 * units_[later].touchable;
+            const std::size_t a = column_of(earlier), b = column_of(later);
             for (std::size_t i = 0; i < 3; ++i) {
               for (std::size_t j = 0; j < (a == b ? i : 3); ++j) {
-                columns[(b + i) * rows + row_of[a + j]] = columns[(a + j) * rows + row_of[b + i]];
+                columns[(3 * b + i) * rows + row_of(a) + j] =
+                    columns[(3 * a + j) * rows + row_of(b) + i];
               }
             }
           }
@@ -242,38 +271,23 @@ class ColumnBlocks {
     });
   }
 
- private:
-  struct Unit {
-    int position;
-    std::size_t touchable;  // index
-  };
-
-  std::vector<int> sorted_positions() const {
-    std::vector<int> sorted = positions_;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted;
-  }
-  std::vector<int> unit_positions() const {
-    std::vector<int> positions;
-    for (const Unit& unit : units_) positions.push_back(unit.position);
-    return positions;
-  }
-
-  /// Marks the front of a position and all above it.
-  void mark(int position, std::vector<char>& mask) const {
-    int f = dissection_.front_of[static_cast<std::size_t>(position)];
-    while (f >= 0 && !mask[static_cast<std::size_t>(f)]) {
-      mask[static_cast<std::size_t>(f)] = 1;
-      f = dissection_.fronts[static_cast<std::size_t>(f)].parent;
-    }
+  /// Marks the fronts of a place's nodes and all above them.
+  void mark(std::size_t place, std::vector<char>& mask) const {
+    for_each_entry(place, [&](int position, Real) {
+      int f = dissection_.front_of[static_cast<std::size_t>(position)];
+      while (f >= 0 && !mask[static_cast<std::size_t>(f)]) {
+        mask[static_cast<std::size_t>(f)] = 1;
+        f = dissection_.fronts[static_cast<std::size_t>(f)].parent;
+      }
+    });
   }
 
   const FrontalCholesky<Real>& factor_;
   const Dissection& dissection_;
+  const SparseWeights& places_;
   SurfaceCompliance& compliance_;
-  std::vector<Unit> units_;      // in the order of elimination
-  std::vector<int> positions_;   // of the visible nodes
-  std::vector<char> skippable_;  // visible nodes that are touchable
+  std::vector<Unit> units_;           // in the order of elimination
+  std::vector<std::size_t> unit_of_;  // of each place
   std::vector<char> always_wanted_;
 };
 
@@ -322,21 +336,20 @@ Result<void> StiffnessFactor::solve(const SymmetricBlockMatrix& stiffness,
   return {};
 }
 
-Result<SurfaceCompliance> StiffnessFactor::compliance(std::vector<int> visible,
+Result<SurfaceCompliance> StiffnessFactor::compliance(const SparseWeights& places,
                                                       std::vector<int> touchable,
                                                       const Progress& progress) const {
   const std::size_t nodes =
       std::visit([](const auto& factor) { return factor.dissection().order.size(); }, factor_);
-  Result<SurfaceCompliance> compliance =
-      empty_compliance(nodes, std::move(visible), std::move(touchable), true);
+  Result<SurfaceCompliance> compliance = empty_compliance(nodes, places, std::move(touchable), true);
   if (!compliance) return compliance;
   const Result<void> filled = std::visit(
       [&](const auto& factor) -> Result<void> {
-        const ColumnBlocks blocks(factor, *compliance);
+        const ColumnBlocks blocks(factor, places, *compliance);
         if (blocks.product_is_cheaper()) {
           if (!progress(0.0, "computing compliance")) return failure(kCancelled);
           blocks.compute_by_product();
-          blocks.mirror();
+          blocks.mirror_product();
           return {};
         }
         for (std::size_t first = 0; first < blocks.count(); first += kBlocksAtOnce) {

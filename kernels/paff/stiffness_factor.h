@@ -33,7 +33,7 @@ class StiffnessFactor {
   /// a block skips the parts of the body where its loads have no effect yet, and those where
   /// nothing of it is to be stored. In single precision its error is 1e-6 to 1e-4 of the largest
   /// entry.
-  Result<SurfaceCompliance> compliance(std::vector<int> visible, std::vector<int> touchable,
+  Result<SurfaceCompliance> compliance(const SparseWeights& places, std::vector<int> touchable,
                                        const Progress& progress) const;
 
   bool is_single() const { return std::holds_alternative<FrontalCholesky<float>>(factor_); }

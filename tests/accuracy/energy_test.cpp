@@ -4,25 +4,22 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "tests/accuracy/half_space_block.h"
 
 namespace viscera {
 namespace {
 
-/// C among the touchable nodes, in double precision.
+/// C among the touchable places, in double precision.
 MatrixX touchable_square(const SurfaceCompliance& compliance) {
-  const auto n = static_cast<Eigen::Index>(compliance.touchable.size());
-  MatrixX square(3 * n, 3 * n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto at = std::lower_bound(compliance.visible.begin(), compliance.visible.end(),
-                                     compliance.touchable[static_cast<std::size_t>(i)]);
-    const auto row = 3 * static_cast<std::size_t>(at - compliance.visible.begin());
-    for (Eigen::Index j = 0; j < 3 * n; ++j) {
-      for (Eigen::Index a = 0; a < 3; ++a) {
-        square(3 * i + a, j) = compliance.columns[static_cast<std::size_t>(j) * compliance.rows() +
-                                                  row + static_cast<std::size_t>(a)];
-      }
+  const std::vector<std::size_t> rows = compliance.touchable_rows();
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  MatrixX square(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      square(i, j) = compliance.columns[static_cast<std::size_t>(j) * compliance.rows() +
+                                        rows[static_cast<std::size_t>(i)]];
     }
   }
   return square;
@@ -120,7 +117,8 @@ TEST(Energy, StiffnessOfAPressedBallIsThatOfItsContact) {
     if (at.solution.forces[k].z() < 0.0) touching.push_back(cells[k]);
   }
   ASSERT_LT(touching.size(), cells.size());
-  EXPECT_NEAR(slope / test::press_block(touching).force, 1.0, 1e-6);
+  // Weights of cells are written in a basis that may miss 1e-3 of them, and so 1e-6 of a response.
+  EXPECT_NEAR(slope / test::press_block(touching).force, 1.0, 5e-6);
 }
 
 TEST(Energy, SinglePrecisionComplianceGivesTheForcesOfDouble) {
@@ -131,18 +129,27 @@ TEST(Energy, SinglePrecisionComplianceGivesTheForcesOfDouble) {
                                [](const Vec3& x) { return x.z() < -test::kBlockTop + 1e-9; }};
   auto solver = find_formulation("galerkin")->prepare(problem, no_progress());
   ASSERT_TRUE(solver) << solver.error().text();
+  const SparseWeights& fields = body.places.fields;
+  const auto entries_of = [&](int place) {
+    return std::views::iota(fields.row_begin[static_cast<std::size_t>(place)],
+                            fields.row_begin[static_cast<std::size_t>(place) + 1]);
+  };
   std::vector<double> loads(3 * body.cloud.size(), 0.0);
-  const std::size_t node = static_cast<std::size_t>(body.compliance.touchable[3]);
-  loads[3 * node + 2] = 1.0;
+  for (const int e : entries_of(body.compliance.touchable[3])) {
+    const auto entry = static_cast<std::size_t>(e);
+    loads[3 * static_cast<std::size_t>(fields.nodes[entry]) + 2] = fields.values[entry];
+  }
   ASSERT_TRUE((*solver)->solve(loads, 1));
   double error = 0.0, size = 0.0;
   const float* column = body.compliance.columns.data() + (3 * 3 + 2) * body.compliance.rows();
-  for (std::size_t i = 0; i < body.compliance.visible.size(); ++i) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double exact = loads[3 * static_cast<std::size_t>(body.compliance.visible[i]) + a];
-      error += (column[3 * i + a] - exact) * (column[3 * i + a] - exact);
-      size += exact * exact;
+  for (int place = 0; place < static_cast<int>(body.places.size()); ++place) {
+    Vec3 exact = Vec3::Zero();
+    for (const int e : entries_of(place)) {
+      const auto entry = static_cast<std::size_t>(e);
+      exact += fields.values[entry] * Vec3::Map(loads.data() + 3 * fields.nodes[entry]);
     }
+    error += (Vec3f::Map(column + 3 * place).cast<double>() - exact).squaredNorm();
+    size += exact.squaredNorm();
   }
   EXPECT_LT(std::sqrt(error / size), 1e-5);
 }

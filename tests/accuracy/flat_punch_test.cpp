@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "kernels/contact/cell_pattern.h"
 #include "tests/accuracy/half_space_block.h"
 
 namespace viscera {

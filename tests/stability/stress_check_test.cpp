@@ -52,8 +52,8 @@ ContactMoment held(const Vec3& displacement, double turn = 0.0) {
 /// Compliance of `count` nodes, all touchable, with this value on the diagonal.
 SurfaceCompliance diagonal(int count, float value) {
   SurfaceCompliance compliance;
-  for (int i = 0; i < count; ++i) compliance.visible.push_back(i);
-  compliance.touchable = compliance.visible;
+  compliance.places = static_cast<std::size_t>(count);
+  for (int i = 0; i < count; ++i) compliance.touchable.push_back(i);
   compliance.columns.assign(compliance.rows() * compliance.rows(), 0.0f);
   for (std::size_t i = 0; i < compliance.rows(); ++i)
     compliance.columns[i * compliance.rows() + i] = value;

@@ -33,8 +33,7 @@ PreparedResponse example() {
     r.cloud.spacings.push_back(random.uniform(static_cast<std::uint64_t>(1000 + i)));
   }
   r.cloud.surface_count = 30;
-  r.compliance.visible.resize(30);
-  std::iota(r.compliance.visible.begin(), r.compliance.visible.end(), 0);
+  r.compliance.places = 30;
   r.compliance.touchable = {3, 5, 8, 13};
   for (std::uint64_t i = 0; i < 9 * 30 * 4; ++i) {
     r.compliance.columns.push_back(static_cast<float>(random.normal(i)));
@@ -74,7 +73,7 @@ TEST(ResponseCache, GivesBackExactlyWhatWasSaved) {
   EXPECT_EQ(r.cloud.positions, expected.cloud.positions);
   EXPECT_EQ(r.cloud.spacings, expected.cloud.spacings);
   EXPECT_EQ(r.cloud.surface_count, expected.cloud.surface_count);
-  EXPECT_EQ(r.compliance.visible, expected.compliance.visible);
+  EXPECT_EQ(r.compliance.places, expected.compliance.places);
   EXPECT_EQ(r.compliance.touchable, expected.compliance.touchable);
   EXPECT_EQ(r.compliance.columns, expected.compliance.columns);
   EXPECT_EQ(r.figures.unknowns, expected.figures.unknowns);
@@ -169,15 +168,15 @@ TEST(ResponseCache, StaysAnHdf5FileThatOtherToolsRead) {
   EXPECT_GT(H5Fis_hdf5(cached.file.c_str()), 0);
 }
 
-TEST(ResponseCache, RefusesIndicesBeyondTheCloud) {
+TEST(ResponseCache, RefusesIndicesBeyondThePlaces) {
   const TemporaryFolder folder;
   const ResponseCache cache(folder.path());
   PreparedResponse wrong = example();
-  wrong.compliance.visible.back() = 40;
+  wrong.compliance.touchable.back() = 30;
   ASSERT_TRUE(cache.save(kKey, wrong));
   const CachedResponse found = cache.load(kKey);
   EXPECT_FALSE(found.response);
-  EXPECT_NE(found.warning.find("nodes that its cloud doesn't have"), std::string::npos);
+  EXPECT_NE(found.warning.find("nodes or places that it doesn't have"), std::string::npos);
 }
 
 TEST(ResponseCache, LeavesNoPartOnAFullDisk) {

@@ -32,22 +32,20 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
     return body;
   }
   body.fields = std::make_unique<ShapeFunctions>(galerkin.fields(body.cloud));
-  auto touch = sample_touchable_surface(body.surface, is_touchable, *body.fields, body.touchable);
+  auto places = place_on_surface(body.surface, *body.fields);
+  if (!places) {
+    ADD_FAILURE() << places.error().text();
+    return body;
+  }
+  body.places = std::move(*places);
+  auto touch = touchable_part(body.places, is_touchable);
   if (!touch) {
     ADD_FAILURE() << touch.error().text();
     return body;
   }
   body.touch = std::move(*touch);
-  std::vector<int> visible = body.touchable;
-  if (drawn) {
-    auto carried = carry_surface(body.surface, *body.fields, visible);
-    if (!carried) {
-      ADD_FAILURE() << carried.error().text();
-      return body;
-    }
-    body.drawn = std::move(*carried);
-  }
-  auto compliance = (*solver)->compliance(visible, body.touchable, no_progress());
+  if (drawn) body.drawn = carry_surface(body.surface, body.places);
+  auto compliance = (*solver)->compliance(body.places.fields, body.touch.places, no_progress());
   if (!compliance) {
     ADD_FAILURE() << compliance.error().text();
     return body;

@@ -17,7 +17,7 @@ struct PressedBody {
   PointCloud cloud;
   IsotropicMaterial material;
   std::unique_ptr<ShapeFunctions> fields;
-  std::vector<int> touchable;
+  SurfacePlaces places;
   TouchableSurface touch;
   SurfaceCompliance compliance;
   DrawnSurface drawn;  ///< of `surface`, where asked for; point drawn.rest at it before use
@@ -25,7 +25,7 @@ struct PressedBody {
 };
 
 /// Places nodes, prepares the body with the galerkin formulation and asks for the compliance of the
-/// touchable part among itself; with `drawn`, against all that carries the surface.
+/// touchable part against the whole surface; with `drawn`, lets that carry it.
 PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& material,
                          const SpacingField& spacing,
                          const std::function<bool(const Vec3&)>& is_fixed,

@@ -50,10 +50,10 @@ struct Example {
   SurfaceCompliance compliance;
   ContactResponse response;
 
-  Example(std::size_t visible, std::size_t touchable) {
+  Example(std::size_t places, std::size_t touchable) {
     const Random random(17, 2);
     std::uint64_t draw = 0;
-    for (std::size_t i = 0; i < visible; ++i) compliance.visible.push_back(static_cast<int>(i));
+    compliance.places = places;
     for (std::size_t j = 0; j < touchable; ++j) {
       compliance.touchable.push_back(static_cast<int>(j));
       if (j % 2 == 0) {
@@ -64,7 +64,7 @@ struct Example {
       }
     }
     for (std::size_t j = 0; j < 3 * touchable; ++j) {
-      for (std::size_t i = 0; i < 3 * visible; ++i) {
+      for (std::size_t i = 0; i < 3 * places; ++i) {
         const double apart = std::abs(static_cast<double>(i) - static_cast<double>(j));
         compliance.columns.push_back(
             static_cast<float>(0.07 / (1.0 + 0.1 * apart) * (1.0 + 0.2 * random.normal(draw++))));
@@ -78,10 +78,10 @@ TEST(HalfPrecision, UnknownsStayWithinTheErrorItReports) {
   const HalfColumns half = half_precision(example.compliance);
   EXPECT_LE(half.error, 0x1p-11);
   EXPECT_GT(half.error, 0x1p-14);
-  std::vector<float> single, unknowns;
-  displacement_unknowns(example.compliance, example.response, single);
-  displacement_unknowns(half, example.response, unknowns);
-  ASSERT_EQ(unknowns.size(), single.size());
+  std::vector<float> single, displacements;
+  place_displacements(example.compliance, example.response, single);
+  place_displacements(half, example.response, displacements);
+  ASSERT_EQ(displacements.size(), single.size());
   double loads = 0.0, greatest = 0.0;
   for (const Vec3& load : example.response.loads) loads += load.cwiseAbs().sum();
   for (const float c : example.compliance.columns) greatest = std::max<double>(greatest, c);
@@ -96,15 +96,15 @@ TEST(HalfPrecision, UnknownsStayWithinTheErrorItReports) {
       }
     }
     ASSERT_NEAR(single[i], exact, 1e-5 * loads * greatest);
-    ASSERT_NEAR(unknowns[i], exact, (half.error + 1e-5) * loads * greatest);
+    ASSERT_NEAR(displacements[i], exact, (half.error + 1e-5) * loads * greatest);
   }
 }
 
 TEST(HalfPrecision, FastPathHasTheDigitsOfThePortableOne) {
   const Example example(101, 7);
   const HalfColumns half = half_precision(example.compliance);
-  std::vector<float> unknowns;
-  displacement_unknowns(half, example.response, unknowns);
+  std::vector<float> displacements;
+  place_displacements(half, example.response, displacements);
   std::vector<float> expected(half.rows, 0.0f);
   for (std::size_t j = 0; j < example.response.touched.size(); ++j) {
     const Vec3f load = (example.response.loads[j] * half.scale).cast<float>();
@@ -115,7 +115,7 @@ TEST(HalfPrecision, FastPathHasTheDigitsOfThePortableOne) {
                      from_half(x[2 * half.rows + i]) * load.z();
     }
   }
-  EXPECT_EQ(unknowns, expected);
+  EXPECT_EQ(displacements, expected);
 }
 
 TEST(HalfPrecision, ForcePartGivesTheSameForces) {
@@ -125,7 +125,7 @@ TEST(HalfPrecision, ForcePartGivesTheSameForces) {
       ringed_hemisphere(0.02, 10), tissue, [](const Vec3&) { return 4e-3; },
       [](const Vec3& x) { return x.z() < 1e-9; }, [=](const Vec3& x) { return x.z() > top; }, true);
   ASSERT_TRUE(body.ready);
-  ASSERT_GT(body.compliance.visible.size(), body.compliance.touchable.size());
+  ASSERT_GT(body.compliance.places, body.compliance.touchable.size());
   auto cells = cap_cells(0.02, ringed_disc(2e-3, 2));
   for (ContactCell& cell : cells) cell.depth = 0.4e-3;
   const SurfaceCompliance part = force_part(body.compliance);

@@ -47,10 +47,10 @@ Pressed press_cap(const test::PressedBody& body, double share, bool stick) {
 /// Relative L2 error over the dome of the drawn displacement against the reference's.
 double profile_error(const test::PressedBody& body, const Pressed& pressed,
                      const HemisphereProfile& reference) {
-  std::vector<float> unknowns;
-  displacement_unknowns(body.compliance, pressed.response, unknowns);
+  std::vector<float> displacements;
+  place_displacements(body.compliance, pressed.response, displacements);
   std::vector<Vec3f> positions, normals;
-  deform_drawn_surface(body.drawn, unknowns, pressed.solution.near_fields, pressed.cells,
+  deform_drawn_surface(body.drawn, displacements, pressed.solution.near_fields, pressed.cells,
                        pressed.solution.forces, positions, normals);
   double error = 0.0, size = 0.0;
   for (const auto& triangle : body.surface.triangles) {

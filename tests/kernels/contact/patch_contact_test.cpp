@@ -352,7 +352,7 @@ TEST_F(OnABlock, NegativeFrictionGivesNoForces) {
 
 TEST_F(OnABlock, PatchThatStaysAnswersAsOneThatHasJustCome) {
   auto cells = test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 2, 0.0, 0.3e-3);
-  std::vector<float> unknowns, expected;
+  std::vector<float> displacements, expected;
   for (int step = 0; step < 20; ++step) {
     for (std::size_t k = 0; k < cells.size(); ++k) {
       cells[k].depth = 0.2e-3 + 1e-5 * step - 1e-5 * static_cast<double>(k);
@@ -360,7 +360,7 @@ TEST_F(OnABlock, PatchThatStaysAnswersAsOneThatHasJustCome) {
       cells[k].displacement = Vec3(0, 1e-5 * step, -cells[k].depth);
     }
     const ContactSolution solution = solve(cells);
-    contact.displacement_unknowns(unknowns);
+    contact.place_displacements(displacements);
     PatchContact fresh(block().compliance, block().touch, kTissue);
     ContactSolution anew;
     ContactResponse loads;
@@ -368,26 +368,26 @@ TEST_F(OnABlock, PatchThatStaysAnswersAsOneThatHasJustCome) {
     ASSERT_TRUE(solution.converged);
     EXPECT_EQ(solution.forces, anew.forces);
     EXPECT_EQ(solution.smallest_eigenvalue, anew.smallest_eigenvalue);
-    fresh.displacement_unknowns(expected);
-    ASSERT_EQ(unknowns.size(), expected.size());
+    fresh.place_displacements(expected);
+    ASSERT_EQ(displacements.size(), expected.size());
     float greatest = 0.0f, apart = 0.0f;
     for (std::size_t i = 0; i < expected.size(); ++i) {
       greatest = std::max(greatest, std::abs(expected[i]));
-      apart = std::max(apart, std::abs(expected[i] - unknowns[i]));
+      apart = std::max(apart, std::abs(expected[i] - displacements[i]));
     }
     EXPECT_LT(apart, 2e-6f * greatest) << "step " << step;
   }
 }
 
-TEST_F(OnABlock, UnknownsAreThoseOfTheResponse) {
+TEST_F(OnABlock, DisplacementsAreThoseOfTheResponse) {
   solve(test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 2, 1e-3, 0.3e-3));
-  std::vector<float> unknowns, expected;
-  contact.displacement_unknowns(unknowns);
-  displacement_unknowns(block().compliance, response, expected);
-  EXPECT_EQ(unknowns, expected);
+  std::vector<float> displacements, expected;
+  contact.place_displacements(displacements);
+  place_displacements(block().compliance, response, expected);
+  EXPECT_EQ(displacements, expected);
   solve({});
-  contact.displacement_unknowns(unknowns);
-  EXPECT_EQ(unknowns, std::vector<float>(block().compliance.rows(), 0.0f));
+  contact.place_displacements(displacements);
+  EXPECT_EQ(displacements, std::vector<float>(block().compliance.rows(), 0.0f));
 }
 
 TEST(UnsymmetricCompliance, BothTrianglesAreReadAndNeitherIsMirrored) {
@@ -395,19 +395,14 @@ TEST(UnsymmetricCompliance, BothTrianglesAreReadAndNeitherIsMirrored) {
   SurfaceCompliance twisted = block().compliance;
   twisted.symmetric = false;
   const std::size_t rows = twisted.rows();
-  std::vector<std::size_t> row_of;
-  for (const int node : twisted.touchable) {
-    row_of.push_back(static_cast<std::size_t>(
-        std::lower_bound(twisted.visible.begin(), twisted.visible.end(), node) -
-        twisted.visible.begin()));
-  }
+  const std::vector<int>& row_of = twisted.touchable;
   for (std::size_t j = 0; j < row_of.size(); ++j) {
     for (std::size_t i = 0; i < row_of.size(); ++i) {
       for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t b = 0; b < 3; ++b) {
-          // Skew in (i a, j b): x of one node against y of the other.
+          // Skew in (i a, j b): x of one place against y of the other.
           const double sign = a == 0 && b == 1 ? 1.0 : a == 1 && b == 0 ? -1.0 : 0.0;
-          twisted.columns[(3 * j + b) * rows + 3 * row_of[i] + a] +=
+          twisted.columns[(3 * j + b) * rows + 3 * static_cast<std::size_t>(row_of[i]) + a] +=
               static_cast<float>(0.05 * sign);
         }
       }
@@ -436,7 +431,7 @@ TEST(UnsymmetricCompliance, BothTrianglesAreReadAndNeitherIsMirrored) {
     }
     return stiffness;
   };
-  // Weights add up to one, so a constant twist of nodes is the same twist of cells.
+  // Weights add up to one, so a constant twist of places is the same twist of cells.
   MatrixX twist = MatrixX::Zero(6, 6);
   for (int i = 0; i < 6; i += 3) {
     for (int j = 0; j < 6; j += 3) {

@@ -12,7 +12,7 @@ namespace viscera {
 namespace {
 
 /// A square whose symmetric part has these eigenvalues, with a skew part that must not matter, in a
-/// compliance with two more visible nodes than touchable ones.
+/// compliance with two more places than touchable ones.
 SurfaceCompliance with_eigenvalues(const VectorX& values) {
   const Eigen::Index n = values.size();
   const Random random(5, 0);
@@ -26,9 +26,9 @@ SurfaceCompliance with_eigenvalues(const VectorX& values) {
 
   SurfaceCompliance compliance;
   compliance.symmetric = false;
-  for (int node = 0; node < static_cast<int>(n) / 3 + 2; ++node) {
-    compliance.visible.push_back(node);
-    if (node != 0 && node != 3) compliance.touchable.push_back(node);
+  compliance.places = static_cast<std::size_t>(n) / 3 + 2;
+  for (int place = 0; place < static_cast<int>(compliance.places); ++place) {
+    if (place != 0 && place != 3) compliance.touchable.push_back(place);
   }
   compliance.columns.assign(compliance.rows() * static_cast<std::size_t>(n), 7.0f);
   const std::vector<std::size_t> row_of = compliance.touchable_rows();

@@ -1,6 +1,7 @@
 // Small bodies with nodes, and loads with known answers, for tests of the elastic formulations.
 #pragma once
 
+#include <numeric>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -117,6 +118,24 @@ inline double largest_error(const GalerkinSystem& system, const std::vector<doub
     size = std::max(size, exact(x).norm());
   }
   return error / size;
+}
+
+/// Places that are single nodes: what a solver does with them can be asked for directly.
+inline SparseWeights nodes_as_places(const std::vector<int>& nodes) {
+  SparseWeights places;
+  for (const int node : nodes) {
+    places.nodes.push_back(node);
+    places.values.push_back(1.0f);
+    places.row_begin.push_back(static_cast<int>(places.nodes.size()));
+  }
+  return places;
+}
+
+/// 0, 1, ... count - 1.
+inline std::vector<int> first_indices(std::size_t count) {
+  std::vector<int> indices(count);
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
 }
 
 }  // namespace viscera::test

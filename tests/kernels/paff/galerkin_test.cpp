@@ -92,13 +92,12 @@ TEST_F(GalerkinCube, RigidMotionOfTheHeldPartCausesNoStress) {
 TEST_F(GalerkinCube, ComplianceIsSymmetricAndPositive) {
   const auto solver = galerkin_formulation().prepare(body.problem(kLiver, on_floor), no_progress());
   ASSERT_TRUE(solver) << solver.error().text();
-  std::vector<int> visible(body.cloud.size());
-  std::iota(visible.begin(), visible.end(), 0);
+  const std::vector<int> all = test::first_indices(body.cloud.size());
   const std::vector<int> touchable =
       nodes_where(body.cloud, [](const Vec3& x) { return x.z() > 0.49; });
-  const auto compliance = (*solver)->compliance(visible, touchable, no_progress());
+  const auto compliance = (*solver)->compliance(test::nodes_as_places(all), touchable, no_progress());
   ASSERT_TRUE(compliance) << compliance.error().text();
-  ASSERT_EQ(compliance->columns.size(), 9 * visible.size() * touchable.size());
+  ASSERT_EQ(compliance->columns.size(), 9 * all.size() * touchable.size());
 
   const auto order = static_cast<Eigen::Index>(3 * touchable.size());
   MatrixX square(order, order);
@@ -132,7 +131,9 @@ TEST_F(GalerkinCube, ResultsDontDependOnTheNumberOfThreads) {
         galerkin_formulation().prepare(body.problem(kLiver, on_floor), no_progress());
     const std::vector<int> top =
         nodes_where(body.cloud, [](const Vec3& x) { return x.z() > 0.49; });
-    return (*solver)->compliance(top, top, no_progress())->columns;
+    return (*solver)
+        ->compliance(test::nodes_as_places(top), test::first_indices(top.size()), no_progress())
+        ->columns;
   };
   EXPECT_EQ(columns(1), columns(2));
 }
@@ -220,16 +221,18 @@ TEST_F(GalerkinCube, RefusesSpacingsInAWrongUnit) {
   EXPECT_NE(error_of(broken.problem(kLiver, on_floor)).find("spacings"), std::string::npos);
 }
 
-TEST_F(GalerkinCube, RefusesWrongListsOfNodes) {
+TEST_F(GalerkinCube, RefusesWrongListsOfPlaces) {
   const auto solver = galerkin_formulation().prepare(body.problem(kLiver, on_floor), no_progress());
   ASSERT_TRUE(solver);
-  const auto refuses = [&](std::vector<int> visible, std::vector<int> touchable) {
-    return !(*solver)->compliance(std::move(visible), std::move(touchable), no_progress());
+  const auto refuses = [&](const std::vector<int>& nodes, std::vector<int> touchable) {
+    const SparseWeights places = test::nodes_as_places(nodes);
+    return !(*solver)->compliance(places, std::move(touchable), no_progress());
   };
-  EXPECT_TRUE(refuses({1, 2, 3}, {4}));
-  EXPECT_TRUE(refuses({3, 2}, {2}));
+  EXPECT_TRUE(refuses({1, 2, 3}, {3}));
+  EXPECT_TRUE(refuses({1, 2, 3}, {1, 0}));
   EXPECT_TRUE(refuses({1, 2, 100000}, {2}));
-  EXPECT_TRUE(refuses({-1, 2}, {2}));
+  EXPECT_TRUE(refuses({-1, 2}, {1}));
+  EXPECT_FALSE(refuses({3, 2}, {1}));
   EXPECT_FALSE(refuses({1, 2}, {}));
 }
 
@@ -253,7 +256,8 @@ TEST_F(GalerkinCube, StopsWhereverItIsCancelled) {
     EXPECT_EQ(stopped.error().text(), kCancelled);
   }
   const auto compliance =
-      (*solver)->compliance({0, 1, 2}, {1}, [](double, std::string_view) { return false; });
+      (*solver)->compliance(test::nodes_as_places({0, 1, 2}), {1},
+                            [](double, std::string_view) { return false; });
   ASSERT_FALSE(compliance);
   EXPECT_EQ(compliance.error().text(), kCancelled);
 }

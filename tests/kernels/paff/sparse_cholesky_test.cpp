@@ -41,21 +41,6 @@ TEST(SparseCholesky, SolvesManyRightHandSides) {
   for (std::size_t i = 0; i < exact.size(); ++i) EXPECT_NEAR(right[i], exact[i], 1e-13);
 }
 
-TEST(SparseCholesky, UnitColumnsAreTheInverse) {
-  const SymmetricBlockMatrix matrix = chain(40, 1, 2.1);
-  Result<SparseCholesky> factor = SparseCholesky::factor(matrix, 0.0, "chain");
-  ASSERT_TRUE(factor) << factor.error().text();
-  const std::vector<int> units{3, 7, 39};
-  std::vector<double> columns(40 * 3, 99.0), product(40);
-  ASSERT_TRUE(factor->solve_units(units, columns));
-  for (std::size_t c = 0; c < 3; ++c) {
-    matrix.multiply(std::span(columns).subspan(40 * c, 40), product);
-    for (int i = 0; i < 40; ++i) {
-      EXPECT_NEAR(product[static_cast<std::size_t>(i)], i == units[c] ? 1.0 : 0.0, 1e-12);
-    }
-  }
-}
-
 TEST(SparseCholesky, RefusesAnIndefiniteMatrix) {
   const Result<SparseCholesky> factor = SparseCholesky::factor(chain(50, 3, 1.0), 0.0, "chain");
   ASSERT_FALSE(factor);
@@ -93,7 +78,6 @@ TEST(SparseCholesky, RefusesRightHandSidesOfTheWrongSize) {
   ASSERT_TRUE(factor);
   std::vector<double> right(15);
   EXPECT_FALSE(factor->solve(right, 1));
-  EXPECT_FALSE(factor->solve_units(std::vector<int>{1}, right));
 }
 
 TEST(SparseCholesky, RefusesAnEmptyMatrix) {

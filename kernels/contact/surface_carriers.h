@@ -1,0 +1,16 @@
+// How displacements at the places of a surface carry the points between them.
+#pragma once
+
+#include <span>
+
+#include "kernels/contact/surface_places.h"
+
+namespace viscera {
+
+/// Weights of the places about each point, as carry_surface (deformation.h) documents; `normals`
+/// are unit, one a point. Rows add up to 1; a point without places in reach takes the nearest one.
+/// Parallel, deterministic.
+SparseWeights surface_carriers(std::span<const Vec3> points, std::span<const Vec3> normals,
+                               const SurfacePlaces& places);
+
+}  // namespace viscera
