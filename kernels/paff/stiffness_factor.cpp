@@ -16,8 +16,8 @@ namespace {
 constexpr std::size_t kPlacesAtOnce = 64;
 /// Blocks between two looks at the progress.
 constexpr std::size_t kBlocksAtOnce = 8;
-/// Of the answer to one load all over the body; single entries err up to five times as much.
-constexpr double kSingleIsEnough = 2e-5;
+/// Of the answer to one load all over the body; single entries err up to ten times as much.
+constexpr double kSingleIsEnough = 1e-5;
 
 double norm(std::span<const double> x) {
   double sum = 0.0;
