@@ -153,6 +153,7 @@ int main_program(int argc, char** argv) {
   SceneArguments run_scene_arguments;
   RunOptions run_options;
   std::string out;
+  std::string quality = name_of(run_options.quality);
   bool no_render = false, no_cache = false;
   CLI::App* run = app.add_subcommand("run", "simulate a scene and film it");
   run_scene_arguments.add_to(*run);
@@ -165,6 +166,9 @@ int main_program(int argc, char** argv) {
                   "pictures and smoke volumes at these times alone [s], e.g. 2,5,8; no film")
       ->delimiter(',')
       ->allow_extra_args(false);
+  run->add_option("--quality", quality, "of the pictures: draft, review or final")
+      ->check(CLI::IsMember({"draft", "review", "final"}))
+      ->capture_default_str();
   run->add_flag("--quiet", run_options.quiet, "no progress");
 
   SceneArguments check_scene_arguments;
@@ -239,6 +243,7 @@ int main_program(int argc, char** argv) {
     run_options.out = out;
     run_options.render = !no_render;
     run_options.use_cache = !no_cache;
+    run_options.quality = *quality_of(quality);
     const std::vector<std::string> words(argv, argv + argc);
     run_options.command = shell_command(words);
     return run_command(run_scene_arguments, run_options);

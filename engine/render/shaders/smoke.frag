@@ -14,7 +14,7 @@ uniform float asymmetry;
 in vec2 uv;
 out vec4 scattered;
 
-const int kSteps = 44;
+const int kSteps = STEPS;
 
 // Henyey-Greenstein phase function [Henyey1941] straight back [1/sr], times pi to match lens_light.
 float back_scatter(float g) {
