@@ -29,7 +29,8 @@ Texture Texture::pattern(int width, int height, const std::uint8_t* values) {
   Texture texture;
   texture.width_ = width;
   texture.height_ = height;
-  const int levels = static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(width, height))));
+  const int levels =
+      static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(width, height))));
   glCreateTextures(GL_TEXTURE_2D, 1, &texture.id_);
   glTextureStorage2D(texture.id_, levels, GL_RG8, width, height);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);

@@ -15,7 +15,8 @@ class Texture {
   Texture() = default;
   /// `format` is a sized GL format (GL_RGBA16F ...).
   Texture(unsigned format, int width, int height, int depth = 0, Filter filter = Filter::kLinear);
-  /// 2D, two bytes a texel (0 ... 1), repeated beyond its edges and filtered over all sizes of pixels.
+  /// 2D, two bytes a texel (0 ... 1), repeated beyond its edges and filtered over all sizes of
+  /// pixels.
   static Texture pattern(int width, int height, const std::uint8_t* values);
   ~Texture();
   Texture(Texture&& other) noexcept;

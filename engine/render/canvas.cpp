@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace viscera {
@@ -92,6 +93,7 @@ void Canvas::begin(const FrameView& view) {
   FrameBlock block;
   block.view = view_matrix(view.camera);
   block.projection = projection_matrix(tangent * aspect, tangent);
+  clip_from_world_ = block.projection * block.view;
   block.eye << view.camera.position.cast<float>(), static_cast<float>(view.camera.barrel);
   block.light << (view.light_intensity * view.light_colour).cast<float>(), 0.0f;
   block.lens << tangent * aspect, tangent, kNear, kFar;
@@ -101,6 +103,22 @@ void Canvas::begin(const FrameView& view) {
       static_cast<float>(view.camera.exposure), view.camera.automatic_exposure ? 1.0f : 0.0f;
   frame_block_.upload(std::span<const FrameBlock>(&block, 1));
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block_.id());
+}
+
+bool Canvas::may_show(const Box& box, const Pose& pose) const {
+  if (box.isEmpty()) return false;
+  // Corners that lie beyond each side of the picture, and behind the lens.
+  std::array<int, 5> beyond{};
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 corner = pose.to_world(box.corner(static_cast<Box::CornerType>(i)));
+    const Eigen::Vector4f clip = clip_from_world_ * corner.cast<float>().homogeneous();
+    beyond[0] += clip.x() > clip.w();
+    beyond[1] += clip.x() < -clip.w();
+    beyond[2] += clip.y() > clip.w();
+    beyond[3] += clip.y() < -clip.w();
+    beyond[4] += clip.w() < kNear;
+  }
+  return std::ranges::find(beyond, 8) == beyond.end();
 }
 
 void Canvas::full_screen(Program& program, const Framebuffer& target, const float* outside) const {

@@ -1,5 +1,5 @@
-// What all passes of a picture share: the frame's uniform block, the textures they draw into, and how
-// a full-screen pass is drawn.
+// What all passes of a picture share: the frame's uniform block, the textures they draw into, and
+// how a full-screen pass is drawn.
 #pragma once
 
 #include "engine/gpu/buffer.h"
@@ -44,24 +44,30 @@ class Canvas {
   bool complete() const;
   /// Uploads the frame's block.
   void begin(const FrameView& view);
-  /// Draws over the field of view. `outside`: colour of what isn't covered; null keeps what is there.
+  /// Draws over the field of view. `outside`: colour of what isn't covered; null keeps what is
+  /// there.
   void full_screen(Program& program, const Framebuffer& target, const float* outside) const;
+
+  /// False when no point of the box (organ frame) can be in the picture.
+  bool may_show(const Box& box, const Pose& pose) const;
 
   const QualitySettings settings;
   const int width, height;  ///< of the picture shown
   Texture radiance, depth;  ///< shaded resolution: `settings.scale` times the picture's
   Framebuffer depth_only, scene;
-  Layer distance;                  ///< axial distance [m], half the shaded resolution
-  Layer open_rough, open;          ///< r: ambient light that gets in, g: lens light that isn't shaded
-  Layer smoke_rough, smoke;        ///< half the shaded resolution
-  Layer small, spill_a, spill_b;   ///< a quarter of the picture's
-  Layer exposure;                  ///< one pixel
-  Layer developed, shown;          ///< the picture's
+  Layer distance;            ///< axial distance [m], half the shaded resolution
+  Layer open_rough, open;    ///< r: ambient light that gets in, g: lens light that isn't shaded
+  Layer smoke_rough, smoke;  ///< half the shaded resolution
+  Layer small, spill_a, spill_b;  ///< a quarter of the picture's
+  Layer exposure;                 ///< one pixel
+  Layer developed, shown;         ///< the picture's
 
  private:
   Buffer frame_block_;
   VertexArray no_attributes_;
-  bool round_ = true;  // of the picture being drawn
+  // Of the picture being drawn.
+  bool round_ = true;
+  Eigen::Matrix4f clip_from_world_ = Eigen::Matrix4f::Identity();
 };
 
 /// World to camera: x right, y up, z towards the viewer.

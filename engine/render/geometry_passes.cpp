@@ -34,8 +34,10 @@ void DepthPass::draw(const FrameView& view, const SceneBuffers& buffers, const C
   glDepthFunc(GL_LESS);
   organ_.use();
   for (const OrganView& organ : view.organs) {
+    const OrganBuffers& surface = buffers.organs.at(organ.id);
+    if (!canvas.may_show(surface.bounds(), organ.pose)) continue;
     organ_.set("model", model_matrix(organ.pose));
-    buffers.organs.at(organ.id).draw();
+    surface.draw();
   }
   instrument_.use();
   for (const InstrumentView& instrument : view.instruments) {

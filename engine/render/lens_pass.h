@@ -1,5 +1,5 @@
-// From linear light to what the camera head shows: spill, exposure, distortion, tone curve, the round
-// field of view, sharpening and sensor noise.
+// From linear light to what the camera head shows: spill, exposure, distortion, tone curve, the
+// round field of view, sharpening and sensor noise.
 #pragma once
 
 #include "engine/render/canvas.h"

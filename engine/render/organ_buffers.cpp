@@ -42,6 +42,8 @@ Result<void> OrganBuffers::update(const OrganView& view) {
   if (surface_version_ != view.surface_version) {
     positions_.upload(view.positions);
     normals_.upload(view.normals);
+    bounds_.setEmpty();
+    for (const Vec3f& position : view.positions) bounds_.extend(position.cast<double>());
     surface_version_ = view.surface_version;
   }
   if (view.burn != nullptr && burn_version_ != view.burn_version) {

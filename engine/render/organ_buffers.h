@@ -16,6 +16,8 @@ class OrganBuffers {
   /// Fails when positions or normals don't match the rest surface.
   Result<void> update(const OrganView& view);
   void draw() const;
+  /// Of the deformed surface, organ frame [m].
+  const Box& bounds() const { return bounds_; }
   const BurnAtlas* burn() const { return burn_.empty() ? nullptr : &burn_; }
 
  private:
@@ -24,6 +26,7 @@ class OrganBuffers {
   Buffer positions_, normals_, rest_, rest_normals_, elements_;
   VertexArray array_;
   BurnAtlas burn_;
+  Box bounds_;
   const TriangleSurface* rest_source_ = nullptr;
   std::size_t vertices_ = 0, triangles_ = 0;
   std::optional<std::uint64_t> surface_version_, burn_version_;

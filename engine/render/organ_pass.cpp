@@ -66,6 +66,7 @@ Result<void> OrganPass::draw(const FrameView& view, const SceneBuffers& buffers,
   glClearBufferfv(GL_COLOR, 0, kBackground);
   for (const OrganView& organ : view.organs) {
     const OrganBuffers& surface = buffers.organs.at(organ.id);
+    if (!canvas.may_show(surface.bounds(), organ.pose)) continue;
     const bool burnt = organ.burn != nullptr && surface.burn() != nullptr;
     Result<Program*> found = program_for(organ.look, burnt);
     if (!found) return std::unexpected(found.error());

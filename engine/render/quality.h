@@ -13,11 +13,12 @@ enum class Quality { kDraft, kReview, kFinal };
 /// What a quality costs. On a software driver the cost is that of shaded pixels, so resolution is
 /// what is traded first.
 struct QualitySettings {
-  float scale = 1.0f;          ///< pixels shaded per pixel shown, each way
-  int occlusion_samples = 10;  ///< a pixel of the occlusion map, which has half the shaded resolution
-  int shadow_steps = 6;        ///< on the way from the surface towards the light
-  int smoke_steps = 44;        ///< on a ray through a smoke volume
-  bool fine_relief = true;     ///< the smallest wave of the tissues' relief
+  float scale = 1.0f;  ///< pixels shaded per pixel shown, each way
+  int occlusion_samples =
+      10;                   ///< a pixel of the occlusion map, which has half the shaded resolution
+  int shadow_steps = 6;     ///< on the way from the surface towards the light
+  int smoke_steps = 44;     ///< on a ray through a smoke volume
+  bool fine_relief = true;  ///< the smallest wave of the tissues' relief
 };
 
 QualitySettings settings_of(Quality quality);

@@ -13,8 +13,9 @@ namespace viscera {
 /// Written by embed_shaders.cmake.
 std::span<const ShaderFile> embedded_shaders();
 
-/// Compiles a program from embedded files. The fragment shader is `fragment` after `libraries`, and both
-/// shaders follow what every one may use: frame.glsl, and noise.glsl and light.glsl for fragments.
+/// Compiles a program from embedded files. The fragment shader is `fragment` after `libraries`, and
+/// both shaders follow what every one may use: frame.glsl, and noise.glsl and light.glsl for
+/// fragments.
 Result<Program> load_program(const char* vertex, const char* fragment,
                              const std::vector<std::string>& definitions = {},
                              const std::vector<std::string>& libraries = {});

@@ -20,7 +20,7 @@ class OrganPass {
   Result<Program*> program_for(const TissueLook& look, bool burnt);
 
   bool fine_relief_ = true;
-  Texture vessels_;  // made with the first look that has any
+  Texture vessels_;                                       // made with the first look that has any
   std::map<std::vector<std::string>, Program> programs_;  // by definitions
 };
 

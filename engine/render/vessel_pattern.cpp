@@ -16,12 +16,13 @@ using Vec2f = Eigen::Vector2f;
 /// All lengths are shares of the square's edge.
 struct Growth {
   int roots = 4;
-  int sinks = 1500;           ///< points that want blood
+  int sinks = 1500;  ///< points that want blood
   float step = 0.006f;
-  float sight = 0.12f;        ///< a sink draws the nearest vessel within this
-  float fed = 0.014f;         ///< a sink is fed by a vessel this near
-  float wander = 0.55f;       ///< sideways share of a step
-  float twig = 0.0006f;       ///< half width of the last branches
+  float sight = 0.12f;   ///< a sink draws the nearest vessel within this
+  float fed = 0.014f;    ///< a sink is fed by a vessel this near
+  int fork_every = 5;    ///< steps from one fork to the next, at least
+  float wander = 0.55f;  ///< sideways share of a step
+  float twig = 0.0006f;  ///< half width of the last branches
   std::uint64_t seed = 1;
 };
 
@@ -29,6 +30,8 @@ struct Node {
   Vec2f at;
   int parent = -1;
   float radius = 0.0f;
+  int branches = 0;
+  int run = 0;  // nodes since the last fork
 };
 
 /// From a to b the short way round.
@@ -51,7 +54,6 @@ std::vector<Node> grow(const Growth& growth) {
     return Vec2f(x, next());
   };
   for (int i = 0; i < growth.roots; ++i) nodes.push_back({place()});
-  std::vector<int> branches(nodes.size(), 0);
   struct Sink {
     Vec2f at;
     int nearest = -1;
@@ -81,15 +83,18 @@ std::vector<Node> grow(const Growth& growth) {
       pull[n] += between(nodes[n].at, sink.at).normalized();
     }
     for (std::size_t n = 0; n < pull.size(); ++n) {
-      // Vessels fork in two, no more.
-      if (pull[n].norm() < 1e-3f || branches[n] == 2) continue;
-      ++branches[n];
+      // Vessels fork in two, no more, and not again at once; a root is the end of a trunk.
+      const bool forks = nodes[n].branches == 1;
+      if (pull[n].norm() < 1e-3f || nodes[n].branches == 2) continue;
+      if (forks && (nodes[n].parent < 0 || nodes[n].run < growth.fork_every)) continue;
+      ++nodes[n].branches;
       const Vec2f ahead = pull[n].normalized();
       const float aside = growth.wander * (2.0f * next() - 1.0f);
       const Vec2f way = (ahead + aside * Vec2f(-ahead.y(), ahead.x())).normalized();
-      nodes.push_back({wrapped(nodes[n].at + growth.step * way), static_cast<int>(n)});
+      Node next_node{wrapped(nodes[n].at + growth.step * way), static_cast<int>(n)};
+      next_node.run = forks ? 0 : nodes[n].run + 1;
+      nodes.push_back(next_node);
     }
-    branches.resize(nodes.size(), 0);
   }
   // Children follow their parents: from the last to the first, every vessel knows what it feeds.
   std::vector<float> fed(nodes.size(), 0.0f);
@@ -136,8 +141,8 @@ VesselPattern grow_vessels(int edge) {
   pattern.edge = edge;
   pattern.coverage.assign(2 * static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge), 0);
   draw(grow({.roots = 4, .sinks = 1100, .twig = 0.0006f, .seed = 11}), 0, pattern);
-  draw(grow({.roots = 3, .sinks = 420, .fed = 0.02f, .wander = 0.4f, .twig = 0.0011f, .seed = 29}), 1,
-       pattern);
+  draw(grow({.roots = 3, .sinks = 420, .fed = 0.02f, .wander = 0.4f, .twig = 0.0011f, .seed = 29}),
+       1, pattern);
   return pattern;
 }
 

@@ -1,6 +1,6 @@
-// A square of branching surface vessels that repeats in both directions, grown by space colonisation
-// [Runions2005]: tips grow towards the points that still lack blood, and a vessel's width follows from
-// what it feeds [Murray1926].
+// A square of branching surface vessels that repeats in both directions, grown by space
+// colonisation [Runions2005]: tips grow towards the points that still lack blood, and a vessel's
+// width follows from what it feeds [Murray1926].
 #pragma once
 
 #include <cstdint>

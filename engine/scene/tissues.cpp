@@ -50,28 +50,28 @@ std::vector<Json> pattern_names() {
 }
 
 ObjectSpec look() {
-  return {"How the renderer paints it.",
-          {text("pattern",
-                "capsule: a smooth skin over mottled flesh; lobules: rounded, furrows between; "
-                "fibres: bundles along the organ's x axis.")
-               .needed()
-               .one_of(pattern_names()),
-           text("colour_space", "Of the colours below.").needed().one_of({"linear", "srgb"}),
-           colour("colour", "Base."),
-           colour("mottle_colour", "Of the spots, of the furrows, of the fibres."),
-           size("mottle_scale_mm", "Size of the spots, lobules or bundles."),
-           share("mottle_amount", "Of the mottling."),
-           colour("vessel_colour", "Of surface arteries."),
-           colour("vein_colour", "Of surface veins."),
-           share("vessel_amount", "Of surface vessels; 0: none."),
-           size("vessel_scale_mm", "Between trunks of the vessels."),
-           number("bump_height_mm", "Height of the relief.").needed().between(0, 10),
-           size("bump_scale_mm", "Width of the relief."),
-           share("roughness", "Of the surface under its film: 0 a mirror, 1 matte."),
-           share("wetness", "0 dry ... 1 wet."),
-           share("translucency", "How far light wraps round the terminator.")},
-          {},
-          {}};
+  return {
+      "How the renderer paints it.",
+      {text("pattern",
+            "capsule: a smooth skin over mottled flesh; lobules: rounded, furrows between; "
+            "fibres: bundles along the organ's x axis.")
+           .needed()
+           .one_of(pattern_names()),
+       text("colour_space", "Of the colours below.").needed().one_of({"linear", "srgb"}),
+       colour("colour", "Base."),
+       colour("mottle_colour", "Of the spots, of the furrows, of the fibres."),
+       size("mottle_scale_mm", "Size of the spots, lobules or bundles."),
+       share("mottle_amount", "Of the mottling."), colour("vessel_colour", "Of surface arteries."),
+       colour("vein_colour", "Of surface veins."),
+       share("vessel_amount", "Of surface vessels; 0: none."),
+       size("vessel_scale_mm", "Between trunks of the vessels."),
+       number("bump_height_mm", "Height of the relief.").needed().between(0, 10),
+       size("bump_scale_mm", "Width of the relief."),
+       share("roughness", "Of the surface under its film: 0 a mirror, 1 matte."),
+       share("wetness", "0 dry ... 1 wet."),
+       share("translucency", "How far light wraps round the terminator.")},
+      {},
+      {}};
 }
 
 ObjectSpec tissue() {

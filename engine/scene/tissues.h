@@ -21,11 +21,11 @@ struct TissueLook {
     kFibres,   ///< bundles of fibres along the organ's x axis: muscle, ligament
   };
   Pattern pattern = Pattern::kCapsule;
-  Vec3 colour = Vec3(0.5, 0.2, 0.15);        ///< base
-  Vec3 mottle_colour = Vec3(0.4, 0.1, 0.1);  ///< of the spots; between lobules; of the fibres
-  double mottle_scale = 8e-3;                ///< size of the spots; of lobules; of bundles [m]
-  double mottle_amount = 0.3;                ///< 0 ... 1
-  Vec3 vessel_colour = Vec3(0.4, 0.03, 0.05);   ///< of arteries
+  Vec3 colour = Vec3(0.5, 0.2, 0.15);          ///< base
+  Vec3 mottle_colour = Vec3(0.4, 0.1, 0.1);    ///< of the spots; between lobules; of the fibres
+  double mottle_scale = 8e-3;                  ///< size of the spots; of lobules; of bundles [m]
+  double mottle_amount = 0.3;                  ///< 0 ... 1
+  Vec3 vessel_colour = Vec3(0.4, 0.03, 0.05);  ///< of arteries
   Vec3 vein_colour = Vec3(0.12, 0.03, 0.06);
   double vessel_amount = 0.0;  ///< 0 ... 1
   double vessel_scale = 2e-2;  ///< between trunks [m]

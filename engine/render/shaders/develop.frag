@@ -57,12 +57,6 @@ void main() {
   vec2 place = 0.5 + (uv - 0.5) * (1.0 + barrel * square) / (1.0 + barrel * rim);
   float exposure = texelFetch(exposure_map, ivec2(0), 0).r;
   exposure *= 1.0 - 0.42 * smoothstep(0.05, 0.33, square);
-#ifdef SMOKE
-  vec2 size = vec2(textureSize(depth_map, 0));
-  float depth = texelFetch(depth_map, ivec2(clamp(place, 0.0, 0.9999) * size), 0).r;
-  vec4 smoke = smoke_at(place, axial_distance(depth));
-  vec3 haze = light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
-#endif
   vec3 spill = 0.16 * textureLod(spill_map, place, 0.0).rgb;
   vec3 film = vec3(0.0);
 #ifdef SUPERSAMPLED
@@ -73,9 +67,12 @@ void main() {
 #endif
   for (int i = 0; i < kSamples; ++i) {
     vec2 aside = kSamples == 1 ? vec2(0.0) : vec2(i & 1, i >> 1) - 0.5;
-    vec3 seen = textureLod(radiance_map, place + 0.5 * aside / shown.xy, 0.0).rgb;
+    vec2 there = place + 0.5 * aside / shown.xy;
+    vec3 seen = textureLod(radiance_map, there, 0.0).rgb;
 #ifdef SMOKE
-    seen = seen * smoke.a + haze;
+    ivec2 pixel = ivec2(clamp(there, 0.0, 0.9999) * vec2(textureSize(depth_map, 0)));
+    vec4 smoke = smoke_at(there, axial_distance(texelFetch(depth_map, pixel, 0).r));
+    seen = seen * smoke.a + light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
 #endif
     film += film_curve(exposure * seen + spill);
   }

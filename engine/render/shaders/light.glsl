@@ -4,13 +4,13 @@
 // the lens light at a distance [m], `axis` the cosine to the view axis.
 vec3 lens_light(float distance_to_lens, float axis) {
   float d = max(distance_to_lens, 0.015);
-  float spot = mix(0.6, 1.0, smoothstep(0.62, 1.0, axis));
+  float spot = mix(0.45, 1.0, smoothstep(0.70, 1.0, axis));
   return light.rgb * (0.01 / (d * d)) * spot;
 }
 
 // Light that has bounced about the cavity between red walls: it falls off more slowly.
 vec3 cavity_light(float distance_to_lens) {
-  return light.rgb * vec3(0.125, 0.062, 0.047) * clamp(0.09 / distance_to_lens, 0.35, 1.6);
+  return light.rgb * vec3(0.098, 0.048, 0.037) * clamp(0.09 / distance_to_lens, 0.25, 1.6);
 }
 
 // GGX lobe [Walter2007] for light along the view: D G / (4 cos^2) times cos, for irradiance as

@@ -42,8 +42,8 @@ void main() {
   open_out.r = 1.0 - blocked / float(SAMPLES);
 
   // Towards the light the picture moves as between two eyes: a shadow is what the other eye can't see.
-  float angle = 6.2831853 * fract(dither * 7.0);
-  vec2 from = kLight + kLightRadius * sqrt(fract(dither * 13.0)) * vec2(cos(angle), sin(angle));
+  float other = interleaved_noise(gl_FragCoord.xy + vec2(47.0, 17.0));
+  vec2 from = kLight + kLightRadius * (2.0 * other - 1.0) * vec2(0.6, 0.8);
   vec2 parallax = from * pixels_per_metre;
   float shade = 0.0;
   for (int i = 0; i < SHADOW_STEPS; ++i) {

@@ -77,7 +77,8 @@ void main() {
 #else
   vec4 spots = noise(p / mottle_scale + 0.5 * broad.yzw);
 #ifdef FINE_RELIEF
-  vec4 fine_spots = noise(p / (0.30 * mottle_scale) + 0.4 * spots.yzw);
+  vec4 fine_spots = noise(p / (0.30 * mottle_scale) + 0.4 * spots.yzw) *
+                    kept(0.45 * mottle_scale, 1.6 * pixel);
 #else
   vec4 fine_spots = vec4(0.0);
 #endif

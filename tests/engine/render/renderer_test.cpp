@@ -1,3 +1,5 @@
+#include "engine/render/renderer.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -5,7 +7,6 @@
 #include <numbers>
 
 #include "engine/gpu/egl_context.h"
-#include "engine/render/renderer.h"
 #include "kernels/heat/burn.h"
 #include "tests/support/shapes.h"
 
@@ -129,6 +130,21 @@ TEST_F(RendererTest, MovedAndDeformedOrgansChangeThePicture) {
   EXPECT_EQ(draw().rgb, still.rgb) << "the version says that nothing moved";
   view_.organs[0].surface_version = 1;
   EXPECT_NE(draw().rgb, still.rgb);
+}
+
+TEST_F(RendererTest, OrgansThatReachIntoThePictureAreDrawnAndThoseBesideItChangeNothing) {
+  const Picture alone = draw();
+  OrganView other = view_.organs[0];
+  other.id = ++last_id_;
+  view_.organs.push_back(other);
+  for (const Vec3& place : {Vec3(0.3, 0.0, 0.0), Vec3(0.0, 0.0, 0.3), Vec3(0.0, -0.3, 0.0)}) {
+    view_.organs[1].pose.position = place;
+    EXPECT_EQ(draw().rgb, alone.rgb) << place.transpose();
+  }
+  // Its middle lies outside, its edge within.
+  view_.organs[1].pose.position = Vec3(0.0, 0.0, 0.05);
+  EXPECT_GT(brightness(mean(draw(), 124, 2, 132, 10)),
+            brightness(mean(alone, 124, 2, 132, 10)) + 10);
 }
 
 TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
@@ -314,7 +330,8 @@ TEST_F(RendererTest, WetTissueHasHighlightsAndDryTissueHasNone) {
   const auto whitest = [](const Picture& picture) {
     int most = 0;
     for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
-      most = std::max<int>(most, std::min({picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]}));
+      most =
+          std::max<int>(most, std::min({picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]}));
     return most;
   };
   view_.organs[0].look.wetness = 1.0;

@@ -9,9 +9,9 @@ namespace {
 TEST(Tissues, TheProjectsFileLoads) {
   const auto tissues = load_tissues(project_file("assets/tissues.json"));
   ASSERT_TRUE(tissues) << tissues.error().text();
-  for (const char* name : {"liver", "gallbladder", "stomach", "abdominal_wall", "kidney", "lung",
-                           "spleen", "fat", "colon", "small_bowel", "diaphragm", "peritoneum",
-                           "ligament", "duct", "rubber"})
+  for (const char* name :
+       {"liver", "gallbladder", "stomach", "abdominal_wall", "kidney", "lung", "spleen", "fat",
+        "colon", "small_bowel", "diaphragm", "peritoneum", "ligament", "duct", "rubber"})
     EXPECT_TRUE(tissues->contains(name)) << name;
 }
 
