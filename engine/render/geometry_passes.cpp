@@ -34,10 +34,8 @@ void DepthPass::draw(const FrameView& view, const SceneBuffers& buffers, const C
   glDepthFunc(GL_LESS);
   organ_.use();
   for (const OrganView& organ : view.organs) {
-    const OrganBuffers& surface = buffers.organs.at(organ.id);
-    if (!canvas.may_show(surface.bounds(), organ.pose)) continue;
     organ_.set("model", model_matrix(organ.pose));
-    surface.draw();
+    buffers.organs.at(organ.id).draw(canvas, organ.pose);
   }
   instrument_.use();
   for (const InstrumentView& instrument : view.instruments) {

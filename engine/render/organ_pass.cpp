@@ -66,7 +66,6 @@ Result<void> OrganPass::draw(const FrameView& view, const SceneBuffers& buffers,
   glClearBufferfv(GL_COLOR, 0, kBackground);
   for (const OrganView& organ : view.organs) {
     const OrganBuffers& surface = buffers.organs.at(organ.id);
-    if (!canvas.may_show(surface.bounds(), organ.pose)) continue;
     const bool burnt = organ.burn != nullptr && surface.burn() != nullptr;
     Result<Program*> found = program_for(organ.look, burnt);
     if (!found) return std::unexpected(found.error());
@@ -91,7 +90,7 @@ Result<void> OrganPass::draw(const FrameView& view, const SceneBuffers& buffers,
                                 std::fmod(0.739f * id, 1.0f)));
     set_look(program, organ.look);
     if (burnt) surface.burn()->bind(program, kBrickMapUnit, kAtlasUnit);
-    surface.draw();
+    surface.draw(canvas, organ.pose);
   }
   glDisable(GL_DEPTH_TEST);
   return {};
