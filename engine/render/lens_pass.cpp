@@ -22,8 +22,9 @@ Result<LensPass> LensPass::create(const QualitySettings& settings) {
   load(pass.develop_, "full_screen.vert", "develop.frag", definitions);
   definitions.emplace_back("SMOKE");
   load(pass.develop_smoke_, "full_screen.vert", "develop.frag", definitions);
-  load(pass.show_, "full_screen.vert", "show.frag",
-       settings.scale > 1.0f ? std::vector<std::string>{} : std::vector<std::string>{"STAIRS"});
+  std::vector<std::string> show;
+  if (settings.smooth_edges) show.emplace_back("STAIRS");
+  load(pass.show_, "full_screen.vert", "show.frag", show);
   return load.give(std::move(pass));
 }
 

@@ -14,10 +14,11 @@ constexpr std::array<std::pair<Quality, std::string_view>, 3> kNames = {
 QualitySettings settings_of(Quality quality) {
   switch (quality) {
     case Quality::kDraft:
-      return {.scale = 0.6f,
+      return {.scale = 0.5f,
               .occlusion_samples = 7,
               .shadow_steps = 3,
               .smoke_steps = 32,
+              .smooth_edges = false,
               .fine_relief = false};
     case Quality::kReview:
       break;
@@ -26,6 +27,7 @@ QualitySettings settings_of(Quality quality) {
               .occlusion_samples = 16,
               .shadow_steps = 10,
               .smoke_steps = 48,
+              .smooth_edges = false,  // its samples have
               .fine_relief = true};
   }
   return {};

@@ -15,10 +15,11 @@ enum class Quality { kDraft, kReview, kFinal };
 struct QualitySettings {
   float scale = 1.0f;  ///< pixels shaded per pixel shown, each way
   int occlusion_samples =
-      10;                   ///< a pixel of the occlusion map, which has half the shaded resolution
-  int shadow_steps = 6;     ///< on the way from the surface towards the light
-  int smoke_steps = 44;     ///< on a ray through a smoke volume
-  bool fine_relief = true;  ///< the smallest wave of the tissues' relief
+      10;                    ///< a pixel of the occlusion map, which has half the shaded resolution
+  int shadow_steps = 6;      ///< on the way from the surface towards the light
+  int smoke_steps = 44;      ///< on a ray through a smoke volume
+  bool smooth_edges = true;  ///< looks for stair-steps in the picture shown
+  bool fine_relief = true;   ///< the smallest wave of the tissues' relief
 };
 
 QualitySettings settings_of(Quality quality);
