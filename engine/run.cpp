@@ -100,6 +100,7 @@ Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
   RenderOptions render;
   render.width = options.width;
   render.height = options.height;
+  render.quality = options.quality;
   auto renderer = Renderer::create(render);
   if (!renderer) return std::unexpected(renderer.error());
   auto studio = std::make_unique<Studio>(

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/io/report.h"
+#include "engine/render/quality.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/tissues.h"
 #include "kernels/base/result.h"
@@ -21,6 +22,7 @@ struct RunOptions {
   bool use_cache = true;
   bool quiet = false;                 ///< no progress bars
   int width = 1280, height = 720;
+  Quality quality = Quality::kReview;  ///< of pictures
   std::vector<double> snapshots;      ///< not empty: pictures at these times [s] alone, and no film
   std::string command;                ///< repeats the run; goes into the report
 };

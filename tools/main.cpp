@@ -114,6 +114,9 @@ class RunCommand {
     command_->add_flag("--no-cache", no_cache_, "prepare organs afresh and store nothing");
     add_list(*command_, "--snapshots", options_.snapshots,
              "pictures and smoke volumes at these times alone [s], e.g. 2,5,8; no film");
+    command_->add_option("--quality", quality_, "of the pictures: draft, review or final")
+        ->check(CLI::IsMember({"draft", "review", "final"}))
+        ->capture_default_str();
     command_->add_flag("--quiet", options_.quiet, "no progress");
   }
   RunCommand(const RunCommand&) = delete;
@@ -134,6 +137,7 @@ class RunCommand {
     options_.out = out_;
     options_.assets = assets_folder();
     options_.render = !no_render_;
+    options_.quality = *quality_of(quality_);
     options_.use_cache = !no_cache_;
     options_.command = shell_command(words);
     install_interrupt_handler();
@@ -160,6 +164,7 @@ class RunCommand {
   SceneArguments scene_;
   RunOptions options_;
   std::string out_;
+  std::string quality_ = name_of(options_.quality);
   bool no_render_ = false, no_cache_ = false;
 };
 

@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+#include <bit>
 #include <utility>
 #include <vector>
 
@@ -21,6 +23,21 @@ Texture::Texture(unsigned format, int width, int height, int depth, Filter filte
   for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
     glTextureParameteri(id_, axis, GL_CLAMP_TO_EDGE);
   }
+}
+
+Texture Texture::pattern(int width, int height, const std::uint8_t* values) {
+  Texture texture;
+  texture.width_ = width;
+  texture.height_ = height;
+  const int levels =
+      static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(width, height))));
+  glCreateTextures(GL_TEXTURE_2D, 1, &texture.id_);
+  glTextureStorage2D(texture.id_, levels, GL_RG8, width, height);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(texture.id_, 0, 0, 0, width, height, GL_RG, GL_UNSIGNED_BYTE, values);
+  glGenerateTextureMipmap(texture.id_);
+  glTextureParameteri(texture.id_, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  return texture;
 }
 
 Texture::~Texture() {

@@ -1,6 +1,7 @@
 // GL textures and framebuffers of fixed size.
 #pragma once
 
+#include <cstdint>
 #include <initializer_list>
 
 namespace viscera {
@@ -14,6 +15,9 @@ class Texture {
   Texture() = default;
   /// `format` is a sized GL format (GL_RGBA16F ...).
   Texture(unsigned format, int width, int height, int depth = 0, Filter filter = Filter::kLinear);
+  /// 2D, two bytes a texel (0 ... 1), repeated beyond its edges and filtered over all sizes of
+  /// pixels.
+  static Texture pattern(int width, int height, const std::uint8_t* values);
   ~Texture();
   Texture(Texture&& other) noexcept;
   Texture& operator=(Texture&& other) noexcept;

@@ -30,13 +30,27 @@ Result<ShaderStage> make_stage(unsigned kind, std::vector<std::string> names,
 }  // namespace
 
 Result<Program> load_program(const char* vertex, const char* fragment,
-                             const std::vector<std::string>& definitions) {
+                             const std::vector<std::string>& definitions,
+                             const std::vector<std::string>& libraries) {
   Result<ShaderStage> first = make_stage(GL_VERTEX_SHADER, {"frame.glsl", vertex}, definitions);
   if (!first) return std::unexpected(first.error());
-  Result<ShaderStage> second = make_stage(
-      GL_FRAGMENT_SHADER, {"frame.glsl", "noise.glsl", "light.glsl", fragment}, definitions);
+  std::vector<std::string> files = {"frame.glsl", "noise.glsl", "light.glsl"};
+  files.insert(files.end(), libraries.begin(), libraries.end());
+  files.emplace_back(fragment);
+  Result<ShaderStage> second = make_stage(GL_FRAGMENT_SHADER, std::move(files), definitions);
   if (!second) return std::unexpected(second.error());
   return Program::create({*std::move(first), *std::move(second)});
+}
+
+void ProgramLoader::operator()(Program& program, const char* vertex, const char* fragment,
+                               const std::vector<std::string>& definitions) {
+  Result<Program> loaded = load_program(vertex, fragment, definitions);
+  if (loaded) {
+    program = *std::move(loaded);
+  } else {
+    error_.messages.insert(error_.messages.end(), loaded.error().messages.begin(),
+                           loaded.error().messages.end());
+  }
 }
 
 }  // namespace viscera

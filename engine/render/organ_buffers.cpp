@@ -13,7 +13,8 @@ void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   for (const Vec3& normal : vertex_normals(rest)) normals.push_back(normal.cast<float>());
   rest_.upload(std::span<const Vec3f>(places));
   rest_normals_.upload(std::span<const Vec3f>(normals));
-  elements_.upload(std::span<const std::array<int, 3>>(rest.triangles));
+  clusters_ = TriangleClusters(rest);
+  elements_.upload(std::span<const std::array<int, 3>>(clusters_.triangles()));
   array_.attribute(0, positions_, 3, sizeof(Vec3f));
   array_.attribute(1, normals_, 3, sizeof(Vec3f));
   array_.attribute(2, rest_, 3, sizeof(Vec3f));
@@ -21,7 +22,6 @@ void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   array_.elements(elements_);
   rest_source_ = &rest;
   vertices_ = rest.vertices.size();
-  triangles_ = rest.triangles.size();
   surface_version_.reset();
   burn_version_.reset();
 }
@@ -36,12 +36,13 @@ Result<void> OrganBuffers::update(const OrganView& view) {
                    " vertices at rest");
   }
   if (view.rest != rest_source_ || view.rest->vertices.size() != vertices_ ||
-      view.rest->triangles.size() != triangles_) {
+      view.rest->triangles.size() != clusters_.triangles().size()) {
     upload_rest(*view.rest);
   }
   if (surface_version_ != view.surface_version) {
     positions_.upload(view.positions);
     normals_.upload(view.normals);
+    clusters_.fit(view.positions);
     surface_version_ = view.surface_version;
   }
   if (view.burn != nullptr && burn_version_ != view.burn_version) {
@@ -51,9 +52,28 @@ Result<void> OrganBuffers::update(const OrganView& view) {
   return {};
 }
 
-void OrganBuffers::draw() const {
+void OrganBuffers::draw(const Canvas& canvas, const Pose& pose) const {
+  // Neighbours in the order are neighbours in space: what shows is a few runs of clusters.
+  std::vector<GLsizei> counts;
+  std::vector<const void*> offsets;
+  std::size_t drawn_to = 0;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < clusters_.count(); ++i) {
+    const std::size_t triangles = clusters_.cluster(i).size();
+    if (canvas.may_show(clusters_.bounds(i), pose)) {
+      if (counts.empty() || drawn_to != first) {
+        counts.push_back(0);
+        offsets.push_back(reinterpret_cast<const void*>(first * sizeof(std::array<int, 3>)));
+      }
+      counts.back() += static_cast<GLsizei>(3 * triangles);
+      drawn_to = first + triangles;
+    }
+    first += triangles;
+  }
+  if (counts.empty()) return;
   glBindVertexArray(array_.id());
-  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * triangles_), GL_UNSIGNED_INT, nullptr);
+  glMultiDrawElements(GL_TRIANGLES, counts.data(), GL_UNSIGNED_INT, offsets.data(),
+                      static_cast<GLsizei>(counts.size()));
 }
 
 }  // namespace viscera

@@ -6,6 +6,8 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/render/burn_atlas.h"
+#include "engine/render/canvas.h"
+#include "engine/render/triangle_clusters.h"
 #include "engine/render/view.h"
 #include "kernels/base/result.h"
 
@@ -15,7 +17,8 @@ class OrganBuffers {
  public:
   /// Fails when positions or normals don't match the rest surface.
   Result<void> update(const OrganView& view);
-  void draw() const;
+  /// Draws what may show on the canvas from where the organ lies.
+  void draw(const Canvas& canvas, const Pose& pose) const;
   const BurnAtlas* burn() const { return burn_.empty() ? nullptr : &burn_; }
 
  private:
@@ -24,8 +27,9 @@ class OrganBuffers {
   Buffer positions_, normals_, rest_, rest_normals_, elements_;
   VertexArray array_;
   BurnAtlas burn_;
+  TriangleClusters clusters_;
   const TriangleSurface* rest_source_ = nullptr;
-  std::size_t vertices_ = 0, triangles_ = 0;
+  std::size_t vertices_ = 0;
   std::optional<std::uint64_t> surface_version_, burn_version_;
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/gpu/pass_timer.h"
+#include "engine/render/quality.h"
 #include "engine/render/view.h"
 #include "kernels/base/result.h"
 
@@ -20,6 +21,7 @@ struct Picture {
 
 struct RenderOptions {
   int width = 1280, height = 720;
+  Quality quality = Quality::kReview;
 };
 
 /// Owns the GL context and everything on the GPU. One thread only: the one that created it.

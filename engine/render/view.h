@@ -61,6 +61,10 @@ struct CameraView {
   Vec3 up = Vec3::UnitZ();                    ///< unit, square to forward
   double field_of_view = 1.2;                 ///< vertical [rad]
   bool round_mask = true;
+  double barrel = 0.18;                       ///< distortion per square of the picture's height; the
+                                              ///< rim of the field of view stays where it is
+  bool automatic_exposure = true;             ///< half way to a middle tone, as camera heads do
+  double exposure = 1.0;                      ///< factor besides
 };
 
 struct FrameView {

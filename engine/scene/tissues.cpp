@@ -1,5 +1,10 @@
 #include "engine/scene/tissues.h"
 
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
 #include "engine/scene/validate.h"
 
 namespace viscera {
@@ -32,18 +37,41 @@ KeySpec size(std::string name, std::string description) {
   return number(std::move(name), std::move(description)).needed().between(0.001, 1000);
 }
 
+constexpr std::array kPatterns = {
+    std::pair("capsule", TissueLook::Pattern::kCapsule),
+    std::pair("lobules", TissueLook::Pattern::kLobules),
+    std::pair("fibres", TissueLook::Pattern::kFibres),
+};
+
+std::vector<Json> pattern_names() {
+  std::vector<Json> names;
+  for (const auto& [name, pattern] : kPatterns) names.emplace_back(name);
+  return names;
+}
+
 ObjectSpec look() {
-  return {"How the renderer paints it; colours are linear RGB.",
-          {colour("colour", "Base."), colour("mottle_colour", "Of the spots."),
-           size("mottle_scale_mm", "Size of the spots."), share("mottle_amount", "Of the spots."),
-           colour("vessel_colour", "Of surface vessels."),
-           share("vessel_amount", "Of surface vessels; 0: none."),
-           size("vessel_scale_mm", "Mesh width of the vessel pattern."),
-           number("bump_height_mm", "Height of the relief.").needed().between(0, 10),
-           size("bump_scale_mm", "Width of the relief."), share("wetness", "0 dry ... 1 wet."),
-           share("translucency", "How far light wraps round the terminator.")},
-          {},
-          {}};
+  return {
+      "How the renderer paints it.",
+      {text("pattern",
+            "capsule: a smooth skin over mottled flesh; lobules: rounded, furrows between; "
+            "fibres: bundles along the organ's x axis.")
+           .needed()
+           .one_of(pattern_names()),
+       text("colour_space", "Of the colours below.").needed().one_of({"linear", "srgb"}),
+       colour("colour", "Base."),
+       colour("mottle_colour", "Of the spots, of the furrows, of the fibres."),
+       size("mottle_scale_mm", "Size of the spots, lobules or bundles."),
+       share("mottle_amount", "Of the mottling."), colour("vessel_colour", "Of surface arteries."),
+       colour("vein_colour", "Of surface veins."),
+       share("vessel_amount", "Of surface vessels; 0: none."),
+       size("vessel_scale_mm", "Between trunks of the vessels."),
+       number("bump_height_mm", "Height of the relief.").needed().between(0, 10),
+       size("bump_scale_mm", "Width of the relief."),
+       share("roughness", "Of the surface under its film: 0 a mirror, 1 matte."),
+       share("wetness", "0 dry ... 1 wet."),
+       share("translucency", "How far light wraps round the terminator.")},
+      {},
+      {}};
 }
 
 ObjectSpec tissue() {
@@ -82,22 +110,35 @@ double value_of(const Json& quantity) {
   return quantity["value"].get<double>();
 }
 
-Vec3 colour_of(const Json& value) {
-  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
+double linear_from_srgb(double value) {
+  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
 TissueLook look_of(const Json& values) {
-  const auto metres = [&values](const char* key) { return values[key].get<double>() / 1000.0; };
+  const bool srgb = values["colour_space"] == "srgb";
+  const auto metres = [&](const char* key) { return values[key].get<double>() / 1000.0; };
+  const auto linear = [&](const char* key) {
+    Vec3 colour;
+    for (int c = 0; c < 3; ++c) {
+      const double value = values[key][static_cast<std::size_t>(c)].get<double>();
+      colour[c] = srgb ? linear_from_srgb(value) : value;
+    }
+    return colour;
+  };
   TissueLook look;
-  look.colour = colour_of(values["colour"]);
-  look.mottle_colour = colour_of(values["mottle_colour"]);
+  for (const auto& [name, pattern] : kPatterns)
+    if (values["pattern"] == name) look.pattern = pattern;
+  look.colour = linear("colour");
+  look.mottle_colour = linear("mottle_colour");
   look.mottle_scale = metres("mottle_scale_mm");
   look.mottle_amount = values["mottle_amount"];
-  look.vessel_colour = colour_of(values["vessel_colour"]);
+  look.vessel_colour = linear("vessel_colour");
+  look.vein_colour = linear("vein_colour");
   look.vessel_amount = values["vessel_amount"];
   look.vessel_scale = metres("vessel_scale_mm");
   look.bump_height = metres("bump_height_mm");
   look.bump_scale = metres("bump_scale_mm");
+  look.roughness = values["roughness"];
   look.wetness = values["wetness"];
   look.translucency = values["translucency"];
   return look;

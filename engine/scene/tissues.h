@@ -14,15 +14,24 @@ namespace viscera {
 
 /// How the renderer paints a tissue. Colours are linear RGB.
 struct TissueLook {
-  Vec3 colour = Vec3(0.5, 0.2, 0.15);        ///< base
-  Vec3 mottle_colour = Vec3(0.4, 0.1, 0.1);  ///< colour of the spots
-  double mottle_scale = 8e-3;                ///< size of the spots [m]
-  double mottle_amount = 0.3;                ///< 0 ... 1
-  Vec3 vessel_colour = Vec3(0.4, 0.03, 0.05);
+  /// What the surface is made of, as far as one sees it.
+  enum class Pattern {
+    kCapsule,  ///< a smooth skin over mottled flesh: liver, spleen, bowel
+    kLobules,  ///< rounded lobules with furrows between: fat
+    kFibres,   ///< bundles of fibres along the organ's x axis: muscle, ligament
+  };
+  Pattern pattern = Pattern::kCapsule;
+  Vec3 colour = Vec3(0.5, 0.2, 0.15);          ///< base
+  Vec3 mottle_colour = Vec3(0.4, 0.1, 0.1);    ///< of the spots; between lobules; of the fibres
+  double mottle_scale = 8e-3;                  ///< size of the spots; of lobules; of bundles [m]
+  double mottle_amount = 0.3;                  ///< 0 ... 1
+  Vec3 vessel_colour = Vec3(0.4, 0.03, 0.05);  ///< of arteries
+  Vec3 vein_colour = Vec3(0.12, 0.03, 0.06);
   double vessel_amount = 0.0;  ///< 0 ... 1
-  double vessel_scale = 2e-2;  ///< mesh width of the vessel pattern [m]
+  double vessel_scale = 2e-2;  ///< between trunks [m]
   double bump_height = 1e-4;   ///< [m]
   double bump_scale = 1.5e-3;  ///< [m]
+  double roughness = 0.5;      ///< of the surface under its film: 0 a mirror, 1 matte
   double wetness = 0.8;        ///< 0 dry ... 1 wet: sharpness and strength of highlights
   double translucency = 0.5;   ///< 0 ... 1: how far light wraps round the terminator
 };

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
+#include <string>
 
 #include "engine/gpu/egl_context.h"
 #include "tests/tools/tiny_scene.h"
@@ -84,6 +86,23 @@ TEST_F(FilmedRun, SnapshotsMakeThesePicturesAndNoFilm) {
   ASSERT_EQ(result.code, 0) << result.told();
   EXPECT_EQ(files_of(folder.out(), ".png").size(), 2u);
   EXPECT_FALSE(fs::exists(folder.out() / "film.mp4"));
+}
+
+TEST_F(FilmedRun, EveryQualityGivesPicturesAndAnUnknownOneIsRefused) {
+  const SceneFolder folder;
+  std::set<std::string> pictures;
+  for (const char* quality : {"draft", "review", "final"}) {
+    const ProgramResult result = folder.run({"--snapshots", "0.1", "--quality", quality});
+    ASSERT_EQ(result.code, 0) << result.told();
+    const auto files = files_of(folder.out(), ".png");
+    ASSERT_EQ(files.size(), 1u);
+    pictures.insert(file_text(files[0]));
+  }
+  EXPECT_EQ(pictures.size(), 3u) << "each is another picture";
+  const ProgramResult refused = folder.run({"--quality", "best"});
+  EXPECT_EQ(refused.code, 2);
+  for (const char* part : {"--quality", "best", "draft", "review", "final"})
+    EXPECT_NE(refused.told().find(part), std::string::npos) << refused.told();
 }
 
 TEST_F(FilmedRun, ShorterThanOnePictureGoesWithoutFilm) {

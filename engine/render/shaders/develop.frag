@@ -1,9 +1,11 @@
-// Linear light to what the camera head would show: smoke over the organs, spill, exposure curve,
-// the round field of view, sRGB. Alpha is the luma that smooth.frag looks for edges in.
+// Linear light to what the camera head would show: the lens's distortion, smoke over the organs, spill,
+// exposure, the film's curve, the round field of view, sRGB. Alpha is the luma that show.frag looks for
+// edges in.
 uniform sampler2D radiance_map;
-uniform sampler2D depth_map;
 uniform sampler2D spill_map;
+uniform sampler2D exposure_map;
 #ifdef SMOKE
+uniform sampler2D depth_map;
 uniform sampler2D smoke_map;
 uniform sampler2D distance_map;
 #endif
@@ -44,18 +46,38 @@ vec3 to_srgb(vec3 x) {
 }
 
 void main() {
-  vec2 from_centre = (uv - 0.5) * vec2(picture.x / picture.y, 1.0);
-  float radius = length(from_centre);
-  vec3 seen = textureLod(radiance_map, uv, 0.0).rgb;
-#ifdef SMOKE
-  float depth = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).r;
-  vec4 smoke = smoke_at(uv, axial_distance(depth));
-  seen = seen * smoke.a + light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
+  vec2 aspect = vec2(shown.x / shown.y, 1.0);
+  vec2 from_centre = (uv - 0.5) * aspect;
+  float square = dot(from_centre, from_centre);
+  // The rim of the field of view, or the corners, stay where they are; and there a wide field with
+  // corners is bent less.
+  bool round_field = picture.w < 1.0;
+  float barrel = round_field ? eye.w : 0.3 * eye.w;
+  float rim = round_field ? 0.25 : 0.25 * dot(aspect, aspect);
+  vec2 place = 0.5 + (uv - 0.5) * (1.0 + barrel * square) / (1.0 + barrel * rim);
+  float exposure = texelFetch(exposure_map, ivec2(0), 0).r;
+  exposure *= 1.0 - 0.42 * smoothstep(0.05, 0.33, square);
+  vec3 spill = 0.16 * textureLod(spill_map, place, 0.0).rgb;
+  vec3 film = vec3(0.0);
+#ifdef SUPERSAMPLED
+  // Each sample passes the curve before the mean is taken, so that highlights have smooth edges too.
+  const int kSamples = 4;
+#else
+  const int kSamples = 1;
 #endif
-  seen += 0.22 * textureLod(spill_map, uv, 0.0).rgb;
-  seen *= 1.0 - 0.30 * smoothstep(0.15, 0.60, radius);
-  vec3 film = film_curve(0.92 * seen);
-  float pixel = 1.0 / picture.y;
+  for (int i = 0; i < kSamples; ++i) {
+    vec2 aside = kSamples == 1 ? vec2(0.0) : vec2(i & 1, i >> 1) - 0.5;
+    vec2 there = place + 0.5 * aside / shown.xy;
+    vec3 seen = textureLod(radiance_map, there, 0.0).rgb;
+#ifdef SMOKE
+    ivec2 pixel = ivec2(clamp(there, 0.0, 0.9999) * vec2(textureSize(depth_map, 0)));
+    vec4 smoke = smoke_at(there, axial_distance(texelFetch(depth_map, pixel, 0).r));
+    seen = seen * smoke.a + light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
+#endif
+    film += film_curve(exposure * seen + spill);
+  }
+  film /= float(kSamples);
+  float radius = sqrt(square), pixel = 1.0 / shown.y;
   film *= 1.0 - smoothstep(picture.w - 5.0 * pixel, picture.w - 0.5 * pixel, radius);
   developed.rgb = to_srgb(film);
   developed.a = dot(developed.rgb, vec3(0.299, 0.587, 0.114));

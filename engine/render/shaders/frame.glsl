@@ -1,11 +1,12 @@
-// What every pass knows of the picture. Mirrors FrameBlock in renderer.cpp.
+// What every pass knows of the picture. Mirrors FrameBlock in canvas.cpp.
 layout(std140, binding = 0) uniform Frame {
   mat4 view;
   mat4 projection;
-  vec4 eye;        // lens [m]
+  vec4 eye;        // lens [m], its barrel distortion per square of the picture's height
   vec4 light;      // linear RGB times intensity
   vec4 lens;       // tan of half the field of view across and up, near, far [m]
-  vec4 picture;    // width, height [pixels], number of the picture, radius of the mask / height
+  vec4 picture;    // shaded width, height [pixels], number of the picture, radius of the mask / height
+  vec4 shown;      // the picture's width, height [pixels], exposure, 1: automatic exposure besides
 };
 
 const float kPi = 3.14159265;

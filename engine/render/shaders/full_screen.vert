@@ -2,7 +2,7 @@
 // of a wide frame lies outside it; else one triangle over everything. Lies on the far plane.
 out vec2 uv;
 
-const float kRim = 96.0;   // mirrored in renderer.cpp
+const float kRim = 96.0;   // mirrored in canvas.cpp
 
 void main() {
   if (picture.w < 1.0) {

@@ -4,8 +4,13 @@
 // the lens light at a distance [m], `axis` the cosine to the view axis.
 vec3 lens_light(float distance_to_lens, float axis) {
   float d = max(distance_to_lens, 0.015);
-  float spot = mix(0.6, 1.0, smoothstep(0.62, 1.0, axis));
+  float spot = mix(0.45, 1.0, smoothstep(0.70, 1.0, axis));
   return light.rgb * (0.01 / (d * d)) * spot;
+}
+
+// Light that has bounced about the cavity between red walls: it falls off more slowly.
+vec3 cavity_light(float distance_to_lens) {
+  return light.rgb * vec3(0.098, 0.048, 0.037) * clamp(0.09 / distance_to_lens, 0.25, 1.6);
 }
 
 // GGX lobe [Walter2007] for light along the view: D G / (4 cos^2) times cos, for irradiance as
@@ -28,4 +33,14 @@ float filtered_roughness(vec3 normal, float roughness) {
   float variance = 0.25 * (dot(u, u) + dot(v, v));
   float a = roughness * roughness;
   return sqrt(sqrt(a * a + min(2.0 * variance, 0.18)));
+}
+
+// The same with two roughnesses: `along` a unit tangent, `across` square to it and to the normal.
+float brushed_lobe(vec3 n, vec3 v, vec3 along, float rough_along, float rough_across) {
+  vec3 across = cross(n, along);
+  float ax = rough_along * rough_along, ay = rough_across * rough_across;
+  float c = max(dot(n, v), 1e-3);
+  float x = dot(v, along) / ax, y = dot(v, across) / ay;
+  float t = x * x + y * y + c * c;
+  return 0.25 / (ax * ay * t * t) / max(c, 0.05) * c;
 }

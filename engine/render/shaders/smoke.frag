@@ -14,7 +14,7 @@ uniform float asymmetry;
 in vec2 uv;
 out vec4 scattered;
 
-const int kSteps = 44;
+const int kSteps = STEPS;
 
 // Henyey-Greenstein phase function [Henyey1941] straight back [1/sr], times pi to match lens_light.
 float back_scatter(float g) {
@@ -63,7 +63,7 @@ void main() {
     place += pace;
     t += dt;
   }
-  from_lens *= mix(0.6, 1.0, smoothstep(0.62, 1.0, axis));
+  from_lens *= mix(0.45, 1.0, smoothstep(0.70, 1.0, axis));
   // Light that scatters forward still reaches the surface: only the rest is lost on the way there.
   scattered = vec4(from_lens, from_cavity, 0.0, exp(-depth * (2.0 - albedo * asymmetry)));
 }

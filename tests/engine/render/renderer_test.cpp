@@ -1,3 +1,5 @@
+#include "engine/render/renderer.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -5,7 +7,6 @@
 #include <numbers>
 
 #include "engine/gpu/egl_context.h"
-#include "engine/render/renderer.h"
 #include "kernels/heat/burn.h"
 #include "tests/support/shapes.h"
 
@@ -46,6 +47,8 @@ class RendererTest : public ::testing::Test {
     }
     view_.camera.position = Vec3(0.0, -0.1, 0.0);
     view_.camera.field_of_view = 0.7;
+    view_.camera.automatic_exposure = false;
+    view_.camera.barrel = 0.0;
     OrganView organ;
     organ.id = ++last_id_;
     organ.name = "ball";
@@ -129,6 +132,21 @@ TEST_F(RendererTest, MovedAndDeformedOrgansChangeThePicture) {
   EXPECT_NE(draw().rgb, still.rgb);
 }
 
+TEST_F(RendererTest, OrgansThatReachIntoThePictureAreDrawnAndThoseBesideItChangeNothing) {
+  const Picture alone = draw();
+  OrganView other = view_.organs[0];
+  other.id = ++last_id_;
+  view_.organs.push_back(other);
+  for (const Vec3& place : {Vec3(0.3, 0.0, 0.0), Vec3(0.0, 0.0, 0.3), Vec3(0.0, -0.3, 0.0)}) {
+    view_.organs[1].pose.position = place;
+    EXPECT_EQ(draw().rgb, alone.rgb) << place.transpose();
+  }
+  // Its middle lies outside, its edge within.
+  view_.organs[1].pose.position = Vec3(0.0, 0.0, 0.05);
+  EXPECT_GT(brightness(mean(draw(), 124, 2, 132, 10)),
+            brightness(mean(alone, 124, 2, 132, 10)) + 10);
+}
+
 TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
   const Picture sound = draw();
   BrickField damage(0.5e-3);
@@ -171,6 +189,8 @@ TEST(BurnPictureTest, TwoMillimetreBurnHasARoundEdgeInAFullSizePicture) {
   FrameView view;
   view.camera.position = Vec3(0.0, -0.1, 0.0);
   view.camera.field_of_view = 0.7;
+  view.camera.automatic_exposure = false;
+  view.camera.barrel = 0.0;
   view.light_intensity = 0.3;
   OrganView organ;
   organ.id = 1;
@@ -193,12 +213,13 @@ TEST(BurnPictureTest, TwoMillimetreBurnHasARoundEdgeInAFullSizePicture) {
   const Vec3 away = centre - view.camera.position;
   const double scale = 0.5 * kFullHeight / (std::tan(0.35) * away.y());
   const double x0 = 0.5 * kFullWidth + scale * away.x(), y0 = 0.5 * kFullHeight - scale * away.z();
-  const auto change = [&](double x, double y) {
+  const auto darkening = [&](double x, double y) {
     const std::size_t at =
         3 * (static_cast<std::size_t>(y) * kFullWidth + static_cast<std::size_t>(x));
     int most = 0;
     for (std::size_t c = at; c < at + 3; ++c) {
-      most = std::max(most, std::abs(burnt.rgb[c] - sound.rgb[c]));
+      // Darkened: a glint on the rim is none of the burn.
+      most = std::max(most, sound.rgb[c] - burnt.rgb[c]);
     }
     return most;
   };
@@ -209,7 +230,7 @@ TEST(BurnPictureTest, TwoMillimetreBurnHasARoundEdgeInAFullSizePicture) {
     const double angle = 2.0 * std::numbers::pi * i / kDirections;
     double radius = 60.0;
     while (radius > 0.0 &&
-           change(x0 + radius * std::cos(angle), y0 + radius * std::sin(angle)) < 60) {
+           darkening(x0 + radius * std::cos(angle), y0 + radius * std::sin(angle)) < 60) {
       radius -= 0.25;
     }
     sum += radius;
@@ -272,6 +293,160 @@ TEST_F(RendererTest, InstrumentsStandBeforeTheOrgan) {
     }
     EXPECT_GT(changed, 100);
   }
+}
+
+TEST_F(RendererTest, MoreLightMakesABrighterPictureAndMiddleTonesStayClearOfBlackAndWhite) {
+  double before = 0.0;
+  for (const double light : {0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4}) {
+    view_.light_intensity = light;
+    const double now = brightness(mean(draw(), 90, 60, 110, 84));
+    EXPECT_GT(now, before + 1.0) << light;
+    before = now;
+  }
+  // A grey of 18 %, lit as white is at full scale.
+  view_.organs[0].look = TissueLook{};
+  view_.organs[0].look.colour = view_.organs[0].look.mottle_colour = Vec3::Constant(0.18);
+  view_.organs[0].look.bump_height = 0.0;
+  view_.light_intensity = 1.0;
+  const Colour grey = mean(draw(), 90, 60, 110, 84);
+  EXPECT_GT(brightness(grey), 50.0);
+  EXPECT_LT(brightness(grey), 205.0);
+}
+
+TEST_F(RendererTest, AutomaticExposureGoesAPartOfTheWay) {
+  const auto lit = [&](double intensity, bool automatic) {
+    view_.light_intensity = intensity;
+    view_.camera.automatic_exposure = automatic;
+    return brightness(mean(draw(), 90, 60, 110, 84));
+  };
+  const double fixed = lit(1.0, false) / lit(0.25, false);
+  const double exposed = lit(1.0, true) / lit(0.25, true);
+  EXPECT_GT(fixed, 1.5);
+  EXPECT_GT(exposed, 1.02) << "what is dark stays darker";
+  EXPECT_LT(exposed, 0.8 * fixed);
+}
+
+TEST_F(RendererTest, WetTissueHasHighlightsAndDryTissueHasNone) {
+  const auto whitest = [](const Picture& picture) {
+    int most = 0;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+      most =
+          std::max<int>(most, std::min({picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]}));
+    return most;
+  };
+  view_.organs[0].look.wetness = 1.0;
+  EXPECT_GT(whitest(draw()), 235);
+  view_.organs[0].look.wetness = 0.0;
+  view_.organs[0].look.roughness = 1.0;
+  EXPECT_LT(whitest(draw()), 180);
+}
+
+TEST_F(RendererTest, BarrelBendsTheFieldAndKeepsItsRim) {
+  const Eigen::Vector2i edge = pixel(Vec3(0.019, 0.0, 0.0));
+  const auto beyond = [&] {
+    return brightness(mean(draw(), edge.x() + 3, edge.y() - 3, edge.x() + 5, edge.y() + 3));
+  };
+  const double straight = beyond();
+  view_.camera.barrel = 0.4;
+  EXPECT_GT(beyond(), straight + 20.0) << "the middle is seen larger";
+  const Picture bent = draw();
+  EXPECT_EQ(brightness(mean(bent, 0, 0, 40, 144)), 0.0);
+  EXPECT_EQ(brightness(mean(bent, 216, 0, 256, 144)), 0.0);
+}
+
+TEST_F(RendererTest, PatternsAndVesselsShowOnTheTissue) {
+  TissueLook& look = view_.organs[0].look;
+  const Picture plain = draw();
+  look.vessel_amount = 1.0;
+  const Picture vessels = draw();
+  EXPECT_NE(vessels.rgb, plain.rgb);
+  for (const auto pattern : {TissueLook::Pattern::kLobules, TissueLook::Pattern::kFibres}) {
+    look.pattern = pattern;
+    const Picture other = draw();
+    EXPECT_NE(other.rgb, vessels.rgb);
+    EXPECT_NE(other.rgb, plain.rgb);
+  }
+}
+
+TEST_F(RendererTest, SensorNoiseIsTheSameForTheSameFrameAndAnotherForTheNext) {
+  view_.frame = 7;
+  const Picture seventh = draw();
+  EXPECT_EQ(draw().rgb, seventh.rgb);
+  view_.frame = 8;
+  const Picture eighth = draw();
+  EXPECT_NE(eighth.rgb, seventh.rgb);
+  const Colour a = mean(seventh, 108, 52, 148, 92), b = mean(eighth, 108, 52, 148, 92);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 0.5);
+  int most = 0;
+  for (std::size_t i = 0; i < seventh.rgb.size(); ++i)
+    most = std::max(most, std::abs(seventh.rgb[i] - eighth.rgb[i]));
+  EXPECT_LT(most, 16) << "noise, not snow";
+}
+
+TEST_F(RendererTest, AnInstrumentShadesTheTissueBesideIt) {
+  const Picture bare = draw();
+  InstrumentView instrument;
+  instrument.id = 1;
+  instrument.tip = Vec3(-0.03, -0.035, 0.0);
+  instrument.shaft_direction = Vec3::UnitX();
+  instrument.shaft_radius = 2e-3;
+  view_.instruments = {instrument};
+  const Picture shaded = draw();
+  // The light guide is above the lens: the shadow falls below the shaft.
+  const int under = pixel(Vec3(0.008, -0.035, -0.003)).y();
+  const int x = pixel(Vec3(0.008, -0.035, 0.0)).x();
+  EXPECT_LT(brightness(mean(shaded, x - 4, under, x + 4, under + 3)),
+            0.93 * brightness(mean(bare, x - 4, under, x + 4, under + 3)));
+}
+
+TEST(QualityTest, QualitiesDifferInCostAndAgreeInMeanColour) {
+  const TriangleSurface ball = test::icosphere(0.05, 5);
+  std::vector<Vec3f> positions, normals;
+  for (const Vec3& vertex : ball.vertices) {
+    positions.push_back(vertex.cast<float>());
+    normals.push_back(vertex.normalized().cast<float>());
+  }
+  FrameView view;
+  view.camera.position = Vec3(0.0, -0.12, 0.0);
+  view.camera.field_of_view = 0.9;
+  OrganView organ;
+  organ.id = 1;
+  organ.rest = &ball;
+  organ.positions = positions;
+  organ.normals = normals;
+  organ.look.vessel_amount = 0.5;
+  view.organs.push_back(organ);
+  std::vector<Colour> colours;
+  std::vector<double> costs;
+  for (const Quality quality : {Quality::kDraft, Quality::kReview, Quality::kFinal}) {
+    const auto renderer = Renderer::create({640, 360, quality});
+    if (!renderer) GTEST_SKIP() << renderer.error().text();
+    Picture picture;
+    double best = 1e9;
+    for (int i = 0; i < 4; ++i) {
+      ASSERT_TRUE((*renderer)->draw(view, picture));
+      double sum = 0.0;
+      for (const PassTime& pass : (*renderer)->pass_times()) sum += pass.seconds;
+      best = std::min(best, sum);
+    }
+    ASSERT_EQ(picture.width, 640);
+    ASSERT_EQ(picture.height, 360);
+    colours.push_back(mean(picture, 140, 0, 500, 360));
+    costs.push_back(best);
+  }
+  EXPECT_LT(costs[0], costs[1]);
+  EXPECT_LT(costs[1], costs[2]);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(colours[0][c], colours[1][c], 4.0);
+    EXPECT_NEAR(colours[2][c], colours[1][c], 4.0);
+  }
+}
+
+TEST(QualityTest, NamesGoBothWaysAndOthersAreRefused) {
+  for (const Quality quality : {Quality::kDraft, Quality::kReview, Quality::kFinal})
+    EXPECT_EQ(quality_of(name_of(quality)), quality);
+  EXPECT_FALSE(quality_of("best"));
+  EXPECT_FALSE(quality_of(""));
 }
 
 TEST_F(RendererTest, TimesOfAllPassesAreReported) {

@@ -9,8 +9,9 @@ namespace {
 TEST(Tissues, TheProjectsFileLoads) {
   const auto tissues = load_tissues(project_file("assets/tissues.json"));
   ASSERT_TRUE(tissues) << tissues.error().text();
-  for (const char* name : {"liver", "gallbladder", "stomach", "abdominal_wall", "kidney", "lung",
-                           "spleen", "fat", "rubber"})
+  for (const char* name :
+       {"liver", "gallbladder", "stomach", "abdominal_wall", "kidney", "lung", "spleen", "fat",
+        "colon", "small_bowel", "diaphragm", "peritoneum", "ligament", "duct", "rubber"})
     EXPECT_TRUE(tissues->contains(name)) << name;
 }
 
@@ -37,7 +38,45 @@ TEST(Tissues, LooksArriveInMetres) {
     EXPECT_LT(tissue.look.mottle_scale, 0.1) << name;
     EXPECT_LT(tissue.look.bump_height, 1e-3) << name;
   }
-  EXPECT_TRUE(tissues->at("liver").look.colour.isApprox(Vec3(0.135, 0.034, 0.026)));
+  EXPECT_EQ(tissues->at("liver").look.pattern, TissueLook::Pattern::kCapsule);
+  EXPECT_EQ(tissues->at("fat").look.pattern, TissueLook::Pattern::kLobules);
+  EXPECT_EQ(tissues->at("diaphragm").look.pattern, TissueLook::Pattern::kFibres);
+}
+
+TEST(Tissues, ColoursOfEitherSpaceArriveLinear) {
+  const SceneFolder folder;
+  Json file = *read_json(project_file("assets/tissues.json"));
+  Json& look = file["tissues"]["liver"]["look"];
+  look["colour"] = {0.5, 0.04, 1.0};
+  look["colour_space"] = "srgb";
+  auto tissues = load_tissues(folder.write("tissues.json", file.dump()));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  EXPECT_TRUE(tissues->at("liver").look.colour.isApprox(Vec3(0.2140411, 0.04 / 12.92, 1.0), 1e-6));
+  look["colour_space"] = "linear";
+  tissues = load_tissues(folder.write("tissues.json", file.dump()));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  EXPECT_EQ(tissues->at("liver").look.colour, Vec3(0.5, 0.04, 1.0));
+}
+
+TEST(Tissues, MistakesInALookAreNamed) {
+  const SceneFolder folder;
+  Json file = *read_json(project_file("assets/tissues.json"));
+  Json& look = file["tissues"]["liver"]["look"];
+  look["pattern"] = "lobule";
+  look["colour_space"] = "sRGB";
+  look["roughness"] = 1.5;
+  look["wettness"] = 0.5;
+  look.erase("vein_colour");
+  const auto tissues = load_tissues(folder.write("tissues.json", file.dump()));
+  ASSERT_FALSE(tissues);
+  const std::string text = tissues.error().text();
+  EXPECT_EQ(tissues.error().messages.size(), 5u) << text;
+  for (const char* part :
+       {"tissues/liver/look/pattern: found the text \"lobule\"", "\"lobules\"",
+        "tissues/liver/look/colour_space: found the text \"sRGB\", expected \"linear\" or \"srgb\"",
+        "tissues/liver/look/roughness: found 1.5", "(did you mean \"wetness\"?)",
+        "tissues/liver/look/vein_colour: found nothing"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
 }
 
 TEST(Tissues, EveryMistakeIsReported) {

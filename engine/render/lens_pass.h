@@ -1,0 +1,22 @@
+// From linear light to what the camera head shows: spill, exposure, distortion, tone curve, the
+// round field of view, sharpening and sensor noise.
+#pragma once
+
+#include "engine/render/canvas.h"
+
+namespace viscera {
+
+class LensPass {
+ public:
+  static Result<LensPass> create(const QualitySettings& settings);
+  /// Light that spills over in the lens, and how bright the picture is.
+  void meter(const Canvas& canvas, bool with_smoke);
+  /// Writes `canvas.shown`, rows from the top.
+  void develop(const Canvas& canvas, bool with_smoke);
+
+ private:
+  Program small_, small_smoke_, meter_, bright_, blur_;
+  Program develop_, develop_smoke_, show_;
+};
+
+}  // namespace viscera
