@@ -1,6 +1,8 @@
 #include "engine/organ/recipe.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -30,6 +32,25 @@ std::string below(const std::string& path, const std::string& key) {
 
 std::filesystem::path recipe_file(const std::filesystem::path& assets, const std::string& name) {
   return assets / "organs" / (name + ".json");
+}
+
+/// A field that is asked for the same place twice in a row, as a neighbour is that one part of a
+/// recipe follows and another takes away, answers from memory.
+SignedDistance remembered(SignedDistance of) {
+  struct Answer {
+    std::uint64_t field = 0;
+    Vec3 place = Vec3::Zero();
+    double value = 0.0;
+  };
+  static std::atomic<std::uint64_t> fields = 0;
+  return [of = std::move(of), field = ++fields](const Vec3& x) {
+    thread_local std::array<Answer, 16> answers;
+    Answer& last = answers[field % answers.size()];
+    if (last.field == field && last.place == x) return last.value;
+    const double value = of(x);
+    last = {field, x, value};
+    return value;
+  };
 }
 
 SignedDistance nowhere() {
@@ -208,6 +229,7 @@ class Reader {
   std::vector<std::string> within_;
   std::string source_;
   std::uint64_t seed_;
+  std::map<std::pair<std::string, std::uint64_t>, SignedDistance> others_;
   std::uint64_t noises_ = 0;  // so that every noise of a recipe draws its own waves
   Error error_;
 };
@@ -410,12 +432,13 @@ SignedDistance Reader::other_recipe(const Json& object, const std::string& path)
     mistake(path + "/name", found(*at), "a recipe that isn't made of this one");
     return nowhere();
   }
+  const std::uint64_t drawn = seed < 0.0 ? seed_ : static_cast<std::uint64_t>(seed);
+  const auto known = others_.find({name, drawn});
+  if (known != others_.end()) return known->second;
   std::vector<std::string> within = within_;
   within.push_back(name);
-  Result<Recipe> other =
-      Reader(assets_, std::move(within), seed < 0.0 ? seed_ : static_cast<std::uint64_t>(seed))
-          .recipe();
-  if (other) return std::move(other->distance);
+  Result<Recipe> other = Reader(assets_, std::move(within), drawn).recipe();
+  if (other) return others_[{name, drawn}] = remembered(std::move(other->distance));
   for (std::string& message : other.error().messages) error_.messages.push_back(std::move(message));
   return nowhere();
 }
