@@ -25,8 +25,14 @@ namespace viscera {
 struct OrganBody {
   std::string name;
   Tissue tissue;
-  Pose pose;
+  Pose pose;                                 ///< of its frame; the move stage rewrites it where it breathes
   std::shared_ptr<const OrganModel> model;
+};
+
+/// Organs that breathe.
+struct OrganMotion {
+  Pose pose;                                 ///< of the frame without the motion
+  MotionDescription motion;
 };
 
 // --- organs: written by the contact and deformation stages ---------------------------------------
@@ -122,6 +128,7 @@ struct InstrumentState {
 struct Grasp {
   Entity organ;
   Vec3 tip_at_start = Vec3::Zero();          ///< world [m]
+  Vec3 organ_at_start = Vec3::Zero();        ///< origin of the organ's frame then, world [m]
   Vec3 slipped = Vec3::Zero();               ///< how far the jaw has slid off so far, world [m]
   std::vector<ContactCell> cells;            ///< rest places; `displacement` at the start
 };

@@ -14,6 +14,7 @@ FrameReport step_frame(World& world, Trace& trace) {
   context.report = &report;
 
   // A stage that the scene doesn't need isn't entered, and so isn't timed either.
+  const bool breathing = world.organ_motions.size() > 0;
   const bool cautery = world.burn_traces.size() > 0;
   const bool smoke = world.smoke.size() > 0;
   const auto run = [&](Stage stage, void (*system)(World&, const FrameContext&)) {
@@ -21,6 +22,7 @@ FrameReport step_frame(World& world, Trace& trace) {
     system(world, context);
   };
   run(Stage::kReadTools, read_tools);
+  if (breathing) run(Stage::kMoveOrgans, move_organs);
   run(Stage::kFindContacts, find_contacts);
   run(Stage::kDeformOrgans, deform_organs);
   if (cautery) run(Stage::kHeatTissue, heat_tissue);

@@ -8,27 +8,30 @@
 namespace viscera {
 
 enum class Stage {
-  kReadTools,      ///< key frames -> tip, current, jaw
-  kFindContacts,   ///< Embree: which tissue lies under which tip
-  kDeformOrgans,   ///< contact forces, displacement, drawn surface
-  kHeatTissue,     ///< burns in rest-space bricks
-  kEmitSmoke,      ///< smoke that the burns give off
-  kMoveSmoke,      ///< particles by eq. 14
-  kPublish,        ///< snapshot for readers on other threads (haptics)
-  kCheck,          ///< non-finite values freeze their organ
-  kRecord,         ///< force curves, state hash
+  kReadTools,     ///< key frames -> tip, current, jaw
+  kMoveOrgans,    ///< breathing: the organs' frames
+  kFindContacts,  ///< Embree: which tissue lies under which tip
+  kDeformOrgans,  ///< contact forces, displacement, drawn surface
+  kHeatTissue,    ///< burns in rest-space bricks
+  kEmitSmoke,     ///< smoke that the burns give off
+  kMoveSmoke,     ///< particles by eq. 14
+  kPublish,       ///< snapshot for readers on other threads (haptics)
+  kCheck,         ///< non-finite values freeze their organ
+  kRecord,        ///< force curves, state hash
   // Outside the step, on frames that are filmed:
-  kSplatSmoke,     ///< particles -> density grid
-  kWriteVolumes,   ///< hand grids to the OpenVDB writer
-  kDraw,           ///< picture
-  kEncode,         ///< PNG and film
+  kSplatSmoke,    ///< particles -> density grid
+  kWriteVolumes,  ///< hand grids to the OpenVDB writer
+  kDraw,          ///< picture
+  kEncode,        ///< PNG and film
 };
 
-inline constexpr std::array<std::string_view, 13> kStageNames = {
-    "read tools", "find contacts", "deform organs", "heat tissue", "emit smoke",
-    "move smoke", "publish",       "check",         "record",      "splat smoke",
-    "write volumes", "draw",       "encode"};
+inline constexpr std::array<std::string_view, 14> kStageNames = {
+    "read tools",  "move organs",   "find contacts", "deform organs", "heat tissue",
+    "emit smoke",  "move smoke",    "publish",       "check",         "record",
+    "splat smoke", "write volumes", "draw",          "encode"};
 
-constexpr int stage_index(Stage stage) { return static_cast<int>(stage); }
+constexpr int stage_index(Stage stage) {
+  return static_cast<int>(stage);
+}
 
 }  // namespace viscera

@@ -91,6 +91,8 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
 void add_organ(World& world, const OrganDescription& description, const Tissue& tissue,
                std::shared_ptr<const OrganModel> model) {
   const Entity organ = world.ids.create();
+  const Pose pose = description.pose_at(0.0);
+  if (description.motion) world.organ_motions.add(organ, {description.pose, *description.motion});
   OrganState state;
   state.positions = model->rest_positions;
   state.normals = model->rest_normals;
@@ -100,12 +102,12 @@ void add_organ(World& world, const OrganDescription& description, const Tissue& 
         std::make_unique<PatchContact>(model->compliance, model->touchable, model->material);
     contact.surface = std::make_unique<CollisionSurface>(model->surface, model->rest_positions);
     for (int corner = 0; corner < 8; ++corner)
-      contact.bounds.extend(description.pose.to_world(
-          model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
+      contact.bounds.extend(
+          pose.to_world(model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
     state.displacements.assign(model->displacement_rows(), 0.0f);
     world.organ_contacts.add(organ, std::move(contact));
   }
-  world.organ_bodies.add(organ, {description.name, tissue, description.pose, std::move(model)});
+  world.organ_bodies.add(organ, {description.name, tissue, pose, std::move(model)});
   world.organ_states.add(organ, std::move(state));
 }
 
@@ -159,9 +161,11 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments, const OrganDescri
                jaw_closed(was_closed, body.jaw.at(time).x());
       if (closed && !was_closed) closed_at = at;
       if (closed) carried = std::max(carried, (at - closed_at).norm());
-      if ((at - last).norm() < kPathPitch) continue;
-      reach.points.push_back(organ.pose.to_local(at));
-      last = at;
+      // In the organ's frame, which may move under a tip that rests.
+      const Vec3 local = organ.pose_at(time).to_local(at);
+      if ((local - last).norm() < kPathPitch) continue;
+      reach.points.push_back(local);
+      last = local;
     }
   }
   reach.radius = kReachMargin + size + std::min(kCarriedMost, kCarriedShare * carried);
@@ -194,7 +198,7 @@ Result<void> check_tips(const SceneDescription& scene,
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     InstrumentState state;
     place_tool(instruments[i], 0.0, state);
-    const ToolShape tool = tool_shape(instruments[i], state, organ.pose);
+    const ToolShape tool = tool_shape(instruments[i], state, organ.pose_at(0.0));
     double deepest = 0.0;
     for (const Vec3& probe : tool.probes()) {
       if (box.exteriorDistance(probe) > tool.probe_radius()) continue;

@@ -17,6 +17,7 @@ struct World {
   EntityIds ids;
 
   Pool<OrganBody> organ_bodies;
+  Pool<OrganMotion> organ_motions;
   Pool<OrganContact> organ_contacts;
   Pool<OrganState> organ_states;
   Pool<OrganBurn> organ_burns;

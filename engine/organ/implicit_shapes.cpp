@@ -12,6 +12,10 @@
 namespace viscera {
 namespace {
 
+// Where the first of two bodies is farther than this, their intersection is at least as far, and
+// the second isn't asked: bodies made of other bodies would take minutes to mesh [m].
+constexpr double kClear = 6e-3;
+
 // Polynomial smooth minimum, cubic: the crease between two surfaces becomes a fillet of about this
 // width, with continuous curvature, so that no line shows in highlights.
 double smooth_minimum(double a, double b, double width) {
@@ -19,70 +23,6 @@ double smooth_minimum(double a, double b, double width) {
   const double h = std::max(width - std::abs(a - b), 0.0) / width;
   return std::min(a, b) - h * h * h * width / 6.0;
 }
-
-// A tube's axis with its radius as the fourth coordinate.
-class Spline {
- public:
-  explicit Spline(const std::vector<TubePoint>& points) {
-    for (const TubePoint& point : points) {
-      knots_.emplace_back(point.centre.x(), point.centre.y(), point.centre.z(), point.radius);
-    }
-    // Phantom knots continue the ends straight.
-    knots_.insert(knots_.begin(), 2.0 * knots_[0] - knots_[1]);
-    knots_.push_back(2.0 * knots_[knots_.size() - 1] - knots_[knots_.size() - 2]);
-    const int samples = kSamples * spans() + 1;
-    for (int i = 0; i < samples; ++i) samples_.push_back(at(i / double{kSamples})[0]);
-  }
-
-  // Least |x - c(t)| - r(t): from the best sample on by Newton steps. Samples alone would leave the
-  // tube faceted along its length.
-  double distance(const Vec3& x) const {
-    const auto gap = [&x](const Vec4& c) { return (x - c.head<3>()).norm() - c[3]; };
-    std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      const double value = gap(samples_[i]);
-      if (value < least) least = value, best = i;
-    }
-    double t = static_cast<double>(best) / kSamples;
-    constexpr double kReach = 1.0 / kSamples;
-    const double low = std::max(0.0, t - kReach), high = std::min<double>(spans(), t + kReach);
-    for (int step = 0; step < 3; ++step) {
-      const auto [c, d, dd] = at(t);
-      const Vec3 from = c.head<3>() - x;
-      const double length = from.norm();
-      if (length < 1e-12) break;
-      // The stationary point of the gap, times the distance: linear in t on a straight cylinder.
-      const double along = from.dot(d.head<3>());
-      const double slope = along - d[3] * length;
-      const double curvature = d.head<3>().squaredNorm() + from.dot(dd.head<3>()) -
-                               d[3] * along / length - dd[3] * length;
-      if (!(curvature > 0.0)) break;
-      t = std::clamp(t - slope / curvature, low, high);
-    }
-    return std::min(least, gap(at(t)[0]));
-  }
-
- private:
-  static constexpr int kSamples = 4;  // a span
-
-  int spans() const { return static_cast<int>(knots_.size()) - 3; }
-
-  // Value, first and second derivative at t in [0, spans].
-  std::array<Vec4, 3> at(double t) const {
-    const int span = std::clamp(static_cast<int>(t), 0, spans() - 1);
-    const double u = t - span;
-    const Vec4 &a = knots_[span], &b = knots_[span + 1], &c = knots_[span + 2],
-               &d = knots_[span + 3];
-    const Vec4 one = 0.5 * (c - a);
-    const Vec4 two = a - 2.5 * b + 2.0 * c - 0.5 * d;
-    const Vec4 three = 1.5 * (b - c) + 0.5 * (d - a);
-    return {b + u * (one + u * (two + u * three)), one + u * (2.0 * two + u * 3.0 * three),
-            2.0 * two + u * 6.0 * three};
-  }
-
-  std::vector<Vec4, Eigen::aligned_allocator<Vec4>> knots_, samples_;
-};
 
 }  // namespace
 
@@ -94,10 +34,6 @@ SignedDistance ellipsoid(const Vec3& centre, const Vec3& radii) {
     const double k0 = scaled.norm(), k1 = scaled.cwiseProduct(inverse).norm();
     return k0 > 1e-9 ? k0 * (k0 - 1.0) / k1 : -least;
   };
-}
-
-SignedDistance tube(const std::vector<TubePoint>& points) {
-  return [spline = Spline(points)](const Vec3& x) { return spline.distance(x); };
 }
 
 SignedDistance metaballs(const std::vector<TubePoint>& balls, double blend) {
@@ -136,13 +72,17 @@ SignedDistance join(SignedDistance a, SignedDistance b, double smooth) {
 
 SignedDistance intersect(SignedDistance a, SignedDistance b, double smooth) {
   return [a = std::move(a), b = std::move(b), smooth](const Vec3& x) {
-    return -smooth_minimum(-a(x), -b(x), smooth);
+    const double f = a(x);
+    if (f > smooth + kClear) return f;
+    return -smooth_minimum(-f, -b(x), smooth);
   };
 }
 
 SignedDistance subtract(SignedDistance from, SignedDistance taken, double smooth) {
   return [from = std::move(from), taken = std::move(taken), smooth](const Vec3& x) {
-    return -smooth_minimum(-from(x), taken(x), smooth);
+    const double f = from(x);
+    if (f > smooth + kClear) return f;
+    return -smooth_minimum(-f, taken(x), smooth);
   };
 }
 
@@ -188,6 +128,45 @@ SignedDistance tapered(SignedDistance of, const Taper& taper) {
     Vec3 unscaled = x / scale;
     unscaled[taper.along] = x[taper.along];
     return std::min(scale, 1.0) * of(unscaled);
+  };
+}
+
+SignedDistance mirrored(SignedDistance of, int along) {
+  return [of = std::move(of), along](const Vec3& x) {
+    Vec3 other = x;
+    other[along] = -x[along];
+    return of(other);
+  };
+}
+
+SignedDistance lobulated(SignedDistance of, double height, double size, std::uint64_t seed,
+                         std::uint64_t stream) {
+  const Random random(seed, stream);
+  // One lobule's middle in each cell of a grid. The nearest of 27 may miss one farther than a cell
+  // away; there the surface is at its lowest anyway.
+  const auto nearest2 = [random, size](const Vec3& x) {
+    const Eigen::Array3d home = (x / size).array().floor();
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 27; ++k) {
+      const Eigen::Array3d cell = home + Eigen::Array3d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      const auto coordinate = [&cell](int a) {
+        return static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[a]) + (1 << 20));
+      };
+      const std::uint64_t bits =
+          random.bits(coordinate(0) | coordinate(1) << 21 | coordinate(2) << 42);
+      const auto share = [bits](int shift) {
+        return static_cast<double>(bits >> shift & 0xfffff) / 0x100000;
+      };
+      const Vec3 middle = size * (cell + Eigen::Array3d(share(0), share(20), share(40))).matrix();
+      least = std::min(least, (x - middle).squaredNorm());
+    }
+    return least;
+  };
+  return [of = std::move(of), nearest2, height, size](const Vec3& x) {
+    const double f = of(x);
+    // Far from the surface the bumps decide nothing.
+    if (f > 3.0 * height || f < -2.0 * height) return f > 0.0 ? f - height : f;
+    return f - height * std::max(0.0, 1.0 - nearest2(x) / (size * size));
   };
 }
 

@@ -20,6 +20,20 @@ struct TubePoint {
 /// A round tube with round ends about the Catmull-Rom spline through at least two points.
 SignedDistance tube(const std::vector<TubePoint>& points);
 
+/// What makes a gut of a tube: folds across it, which its bands interrupt (a colon's haustra
+/// between its taeniae). All lengths [m].
+struct GutFolds {
+  double pitch = 0.0;       ///< between folds, along the axis
+  double depth = 0.0;       ///< of the furrow that a fold leaves outside
+  int bands = 0;            ///< along the tube, evenly around it
+  double band_depth = 0.0;  ///< of a band under the bulges beside it
+  double band_width = 0.0;
+  double turn = 0.0;  ///< of the first band about the axis [rad]
+};
+/// The tube with its folds: the bulges of neighbouring rows, between two bands each, don't stand
+/// side by side but are shifted against each other. Wants pitch > 0.
+SignedDistance folded_tube(const std::vector<TubePoint>& points, const GutFolds& folds);
+
 /// Balls that melt into each other over `blend` [m] > 0 (a logarithmic sum of exponentials).
 SignedDistance metaballs(const std::vector<TubePoint>& balls, double blend);
 
@@ -43,6 +57,9 @@ SignedDistance moved(SignedDistance of, const Pose& pose);
 /// The body multiplied by `factors` > 0 along the axes.
 SignedDistance stretched(SignedDistance of, const Vec3& factors);
 
+/// The body seen in a mirror at the origin across this axis.
+SignedDistance mirrored(SignedDistance of, int along);
+
 /// Bows the body: a point at s from `middle` [m] along one axis moves by (s - middle)^2 / (2
 /// radius) along another: a circle of that radius near the middle. A negative radius bows the other
 /// way.
@@ -60,6 +77,11 @@ SignedDistance tapered(SignedDistance of, const Taper& taper);
 /// Moves the surface in and out by about `amplitude` [m], by a sum of plane waves of about this
 /// length [m] whose directions and phases are drawn from the seed.
 SignedDistance roughened(SignedDistance of, double amplitude, double wavelength, std::uint64_t seed,
+                         std::uint64_t stream);
+
+/// Covers the surface with round bumps, at most `height` [m] high and about `size` [m] wide, that
+/// meet in furrows (fat, in lobules); their middles are drawn from the seed.
+SignedDistance lobulated(SignedDistance of, double height, double size, std::uint64_t seed,
                          std::uint64_t stream);
 
 }  // namespace viscera

@@ -12,6 +12,7 @@
 
 #include "engine/io/report.h"
 #include "engine/io/response_cache.h"
+#include "engine/organ/recipe.h"
 #include "engine/organ/shape.h"
 #include "kernels/base/hash.h"
 #include "kernels/base/stopwatch.h"
@@ -74,7 +75,9 @@ Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry,
     hasher.value(recipe->radius).value(recipe->scale);
     hash_vector(hasher, recipe->size);
     if (is_built_in(recipe->recipe)) return {};
-    return hash_file(hasher, assets / "organs" / (recipe->recipe + ".json"));
+    for (const std::filesystem::path& part : recipe_files(assets, recipe->recipe))
+      if (auto hashed = hash_file(hasher, part); !hashed) return hashed;
+    return {};
   }
   const auto& file = std::get<FileGeometry>(geometry);
   hasher.text("file").value(file.unit).value(file.recentre).value(file.edge);

@@ -1,6 +1,8 @@
 #include "engine/organ/recipe.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -28,6 +30,29 @@ std::string below(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "/" + key;
 }
 
+std::filesystem::path recipe_file(const std::filesystem::path& assets, const std::string& name) {
+  return assets / "organs" / (name + ".json");
+}
+
+/// A field that is asked for the same place twice in a row, as a neighbour is that one part of a
+/// recipe follows and another takes away, answers from memory.
+SignedDistance remembered(SignedDistance of) {
+  struct Answer {
+    std::uint64_t field = 0;
+    Vec3 place = Vec3::Zero();
+    double value = 0.0;
+  };
+  static std::atomic<std::uint64_t> fields = 0;
+  return [of = std::move(of), field = ++fields](const Vec3& x) {
+    thread_local std::array<Answer, 16> answers;
+    Answer& last = answers[field % answers.size()];
+    if (last.field == field && last.place == x) return last.value;
+    const double value = of(x);
+    last = {field, x, value};
+    return value;
+  };
+}
+
 SignedDistance nowhere() {
   return [](const Vec3&) { return 1.0; };
 }
@@ -35,9 +60,13 @@ SignedDistance nowhere() {
 // Reads shapes and collects every mistake with the path of its key.
 class Reader {
  public:
-  Reader(std::string source, std::uint64_t seed) : source_(std::move(source)), seed_(seed) {}
+  /// `within`: the recipes that lead here, outermost first, this one last.
+  Reader(std::filesystem::path assets, std::vector<std::string> within, std::uint64_t seed)
+      : assets_(std::move(assets)),
+        within_(std::move(within)),
+        source_(recipe_file(assets_, within_.back()).string()),
+        seed_(seed) {}
 
-  Error& error() { return error_; }
   bool failed() const { return !error_.messages.empty(); }
 
   void mistake(const std::string& path, const std::string& found, const std::string& expected) {
@@ -82,6 +111,8 @@ class Reader {
 
   SignedDistance shape(const Json& json, const std::string& path);
 
+  Result<Recipe> recipe();
+
  private:
   using Make = std::function<SignedDistance(Reader&, const Json&, const std::string&)>;
   struct Kind {
@@ -89,6 +120,11 @@ class Reader {
     Make make;
   };
   static const std::map<std::string, Kind>& kinds();
+
+  // The body of another recipe, in that recipe's own frame.
+  SignedDistance other_recipe(const Json& object, const std::string& path);
+  std::optional<GutFolds> folds(const Json& object, const std::string& path);
+  Box box(const Json& json);
 
   static bool read_numbers(const Json& json, std::size_t count, double least, double greatest,
                            double* values) {
@@ -189,8 +225,11 @@ class Reader {
     return *first;
   }
 
+  std::filesystem::path assets_;
+  std::vector<std::string> within_;
   std::string source_;
   std::uint64_t seed_;
+  std::map<std::pair<std::string, std::uint64_t>, SignedDistance> others_;
   std::uint64_t noises_ = 0;  // so that every noise of a recipe draws its own waves
   Error error_;
 };
@@ -204,9 +243,11 @@ const std::map<std::string, Reader::Kind>& Reader::kinds() {
           return moved(ellipsoid(Vec3::Zero(), r.extent(j, p, "radii_mm")), pose);
         }}},
       {"tube",
-       {{"points_mm"},
+       {{"points_mm", "folds"},
         [](Reader& r, const Json& j, const std::string& p) {
-          return tube(r.points(j, p, "points_mm", 2));
+          const std::vector<TubePoint> points = r.points(j, p, "points_mm", 2);
+          const std::optional<GutFolds> folds = r.folds(j, p);
+          return folds ? folded_tube(points, *folds) : tube(points);
         }}},
       {"metaballs",
        {{"balls_mm", "blend_mm"},
@@ -292,6 +333,21 @@ const std::map<std::string, Reader::Kind>& Reader::kinds() {
           }
           return tapered(r.child(j, p, "of"), taper);
         }}},
+      {"mirror",
+       {{"of", "along"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          return mirrored(r.child(j, p, "of"), r.axis(j, p, "along"));
+        }}},
+      {"recipe",
+       {{"name", "seed"},
+        [](Reader& r, const Json& j, const std::string& p) { return r.other_recipe(j, p); }}},
+      {"lobules",
+       {{"of", "height_mm", "size_mm"},
+        [](Reader& r, const Json& j, const std::string& p) {
+          const std::uint64_t stream = r.noises_++;
+          return lobulated(r.child(j, p, "of"), r.length(j, p, "height_mm", 0.0),
+                           r.length(j, p, "size_mm", 1.0), r.seed_, stream);
+        }}},
       {"noise",
        {{"of", "amplitude_mm", "wavelength_mm"},
         [](Reader& r, const Json& j, const std::string& p) {
@@ -325,58 +381,131 @@ SignedDistance Reader::shape(const Json& json, const std::string& path) {
   return kind->second.make(*this, body, path + "/" + name);
 }
 
-Box read_box(Reader& reader, const Json& json) {
+Box Reader::box(const Json& json) {
   const auto at = json.find("box_mm");
   if (at == json.end() || !at->is_array() || at->size() != 2) {
-    reader.mistake("box_mm", at == json.end() ? "nothing" : found(*at),
-                   "[[least corner], [greatest corner]]");
+    mistake("box_mm", at == json.end() ? "nothing" : found(*at),
+            "[[least corner], [greatest corner]]");
     return Box(Vec3::Zero(), Vec3::Ones());
   }
   const Json corners = {{"0", (*at)[0]}, {"1", (*at)[1]}};
-  const Vec3 low = reader.vector(corners, "box_mm", "0", -kGreatest, kGreatest);
-  const Vec3 high = reader.vector(corners, "box_mm", "1", -kGreatest, kGreatest);
+  const Vec3 low = vector(corners, "box_mm", "0", -kGreatest, kGreatest);
+  const Vec3 high = vector(corners, "box_mm", "1", -kGreatest, kGreatest);
   if (!((high - low).minCoeff() >= 1.0)) {
-    reader.mistake("box_mm", found(*at), "a greatest corner beyond the least one by 1 or more");
+    mistake("box_mm", found(*at), "a greatest corner beyond the least one by 1 or more");
   }
   return Box(kMillimetre * low, kMillimetre * high);
+}
+
+std::optional<GutFolds> Reader::folds(const Json& object, const std::string& path) {
+  const auto at = object.find("folds");
+  if (at == object.end()) return {};
+  const std::string here = path + "/folds";
+  if (!at->is_object()) {
+    mistake(here, found(*at), "an object");
+    return {};
+  }
+  allow_only(*at, here,
+             {"pitch_mm", "depth_mm", "bands", "band_depth_mm", "band_width_mm", "turn_deg"});
+  GutFolds folds;
+  folds.pitch = length(*at, here, "pitch_mm", 1.0);
+  folds.depth = length(*at, here, "depth_mm", 0.0);
+  const double bands = number(*at, here, "bands", 0, 12, 0.0);
+  if (bands != std::floor(bands)) mistake(here + "/bands", found((*at)["bands"]), "a whole number");
+  folds.bands = static_cast<int>(bands);
+  folds.band_depth = length(*at, here, "band_depth_mm", 0.0, 0.0);
+  folds.band_width = length(*at, here, "band_width_mm", 0.5, 6.0);
+  folds.turn = kDegree * number(*at, here, "turn_deg", -360, 360, 0.0);
+  return folds;
+}
+
+SignedDistance Reader::other_recipe(const Json& object, const std::string& path) {
+  const auto at = object.find("name");
+  if (at == object.end() || !at->is_string()) {
+    mistake(path + "/name", at == object.end() ? "nothing" : found(*at),
+            "the name of a recipe of assets/organs");
+    return nowhere();
+  }
+  const double seed = number(object, path, "seed", 0, 1e9, -1.0);
+  const std::string name = *at;
+  if (std::find(within_.begin(), within_.end(), name) != within_.end()) {
+    mistake(path + "/name", found(*at), "a recipe that isn't made of this one");
+    return nowhere();
+  }
+  const std::uint64_t drawn = seed < 0.0 ? seed_ : static_cast<std::uint64_t>(seed);
+  const auto known = others_.find({name, drawn});
+  if (known != others_.end()) return known->second;
+  std::vector<std::string> within = within_;
+  within.push_back(name);
+  Result<Recipe> other = Reader(assets_, std::move(within), drawn).recipe();
+  if (other) return others_[{name, drawn}] = remembered(std::move(other->distance));
+  for (std::string& message : other.error().messages) error_.messages.push_back(std::move(message));
+  return nowhere();
+}
+
+Result<Recipe> Reader::recipe() {
+  const Result<Json> json = read_json(source_);
+  if (!json) return std::unexpected(json.error());
+  if (!json->is_object()) return failure(source_ + ": found no object, expected a recipe");
+  allow_only(*json, "", {"version", "about", "box_mm", "cell_mm", "edge_mm", "triangles", "shape"});
+  number(*json, "", "version", 1, 1);
+
+  Recipe recipe;
+  recipe.name = within_.back();
+  recipe.box = box(*json);
+  recipe.cell = kMillimetre * number(*json, "", "cell_mm", 0.1, kGreatest, 0.0);
+  if (json->contains("edge_mm") == json->contains("triangles")) {
+    mistake("edge_mm", json->contains("edge_mm") ? "both edge_mm and triangles" : "nothing",
+            "either edge_mm or triangles");
+  } else if (json->contains("triangles")) {
+    const double triangles = number(*json, "", "triangles", 20, 2e6);
+    recipe.triangles = static_cast<int>(triangles);
+    if (*recipe.triangles != triangles || *recipe.triangles % 2 != 0) {
+      mistake("triangles", found((*json)["triangles"]), "an even whole number");
+    }
+  } else {
+    recipe.edge = kMillimetre * number(*json, "", "edge_mm", 0.1, kGreatest);
+  }
+  if (json->contains("shape")) {
+    recipe.distance = shape((*json)["shape"], "shape");
+  } else {
+    mistake("shape", "nothing", "a shape");
+  }
+  if (failed()) return std::unexpected(error_);
+  return recipe;
+}
+
+// Adds the recipes that `json` names, whatever else it is.
+void collect_named(const Json& json, std::vector<std::string>& names) {
+  if (json.is_object()) {
+    const auto other = json.find("recipe");
+    if (other != json.end() && other->is_object() && other->contains("name") &&
+        (*other)["name"].is_string())
+      names.push_back((*other)["name"]);
+  }
+  if (!json.is_structured()) return;
+  for (const Json& inner : json) collect_named(inner, names);
 }
 
 }  // namespace
 
 Result<Recipe> load_recipe(const std::filesystem::path& assets, const std::string& name,
                            std::uint64_t seed) {
-  const std::filesystem::path file = assets / "organs" / (name + ".json");
-  const Result<Json> json = read_json(file);
-  if (!json) return std::unexpected(json.error());
-  Reader reader(file.string(), seed);
-  if (!json->is_object()) return failure(file.string() + ": found no object, expected a recipe");
-  reader.allow_only(*json, "",
-                    {"version", "about", "box_mm", "cell_mm", "edge_mm", "triangles", "shape"});
-  reader.number(*json, "", "version", 1, 1);
+  return Reader(assets, {name}, seed).recipe();
+}
 
-  Recipe recipe;
-  recipe.name = name;
-  recipe.box = read_box(reader, *json);
-  recipe.cell = kMillimetre * reader.number(*json, "", "cell_mm", 0.1, kGreatest, 0.0);
-  if (json->contains("edge_mm") == json->contains("triangles")) {
-    reader.mistake("edge_mm", json->contains("edge_mm") ? "both edge_mm and triangles" : "nothing",
-                   "either edge_mm or triangles");
-  } else if (json->contains("triangles")) {
-    const double triangles = reader.number(*json, "", "triangles", 20, 2e6);
-    recipe.triangles = static_cast<int>(triangles);
-    if (*recipe.triangles != triangles || *recipe.triangles % 2 != 0) {
-      reader.mistake("triangles", found((*json)["triangles"]), "an even whole number");
-    }
-  } else {
-    recipe.edge = kMillimetre * reader.number(*json, "", "edge_mm", 0.1, kGreatest);
+std::vector<std::filesystem::path> recipe_files(const std::filesystem::path& assets,
+                                                const std::string& name) {
+  std::vector<std::string> names = {name};
+  std::vector<std::filesystem::path> files;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
+        names.begin() + static_cast<std::ptrdiff_t>(i))
+      continue;
+    files.push_back(recipe_file(assets, names[i]));
+    if (const Result<Json> json = read_json(files.back())) collect_named(*json, names);
   }
-  if (json->contains("shape")) {
-    recipe.distance = reader.shape((*json)["shape"], "shape");
-  } else {
-    reader.mistake("shape", "nothing", "a shape");
-  }
-  if (reader.failed()) return std::unexpected(reader.error());
-  return recipe;
+  return files;
 }
 
 }  // namespace viscera

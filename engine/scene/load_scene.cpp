@@ -84,6 +84,15 @@ OrganGeometry geometry_of(const Json& values) {
   return geometry;
 }
 
+MotionDescription motion_of(const Json& values) {
+  MotionDescription motion;
+  motion.amplitude = from_milli(values["amplitude_mm"]);
+  motion.direction = vector_of(values["direction"]).normalized();
+  motion.period = values["period_s"];
+  motion.phase = radians(values["phase_deg"]);
+  return motion;
+}
+
 Region region_of(const Json& values) {
   Region region;
   if (values.contains("half_space")) {
@@ -113,6 +122,7 @@ OrganDescription organ_of(const Json& values) {
     organ.youngs_modulus = 1000.0 * values["youngs_modulus_kPa"].get<double>();
   if (values.contains("poisson_ratio")) organ.poisson_ratio = values["poisson_ratio"].get<double>();
   organ.pose = pose_of(values["pose"]);
+  if (values.contains("motion")) organ.motion = motion_of(values["motion"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
   organ.formulation = values["formulation"];
   const Json& resolution = values["resolution"];

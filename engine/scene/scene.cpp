@@ -1,6 +1,8 @@
 #include "engine/scene/scene.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace viscera {
 
@@ -14,6 +16,17 @@ bool Region::contains(const Vec3& x) const {
       return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
   }
   return false;
+}
+
+Vec3 MotionDescription::displacement(double time) const {
+  const double s = std::sin(std::numbers::pi * time / period + 0.5 * phase);
+  return amplitude * (s * s) * (s * s) * direction;
+}
+
+Pose OrganDescription::pose_at(double time) const {
+  Pose now = pose;
+  if (motion) now.position += motion->displacement(time);
+  return now;
 }
 
 bool carries_current(const InstrumentDescription& tool) {

@@ -61,7 +61,20 @@ struct Resolution {
   double gradient = 0.25;  ///< growth of the spacing per distance
 };
 
-/// How the displacement of the visible nodes under forces is kept; what gives the forces stays single.
+/// Breathing: the organ's frame moves from its pose along a line and back, again and again.
+struct MotionDescription {
+  double amplitude = 0.0;           ///< greatest way [m]
+  Vec3 direction = -Vec3::UnitY();  ///< unit, world
+  double period = 4.0;              ///< [s]
+  double phase = 0.0;               ///< of the breath at time 0 [rad]; a whole breath is 2 pi
+
+  /// amplitude sin^4(pi t / period + phase / 2) along the direction: a breath with its pause after
+  /// expiration [Lujan1999].
+  Vec3 displacement(double time) const;
+};
+
+/// How the displacement of the visible nodes under forces is kept; what gives the forces stays
+/// single.
 enum class DisplacementStorage { kSingle, kHalf };
 
 struct OrganDescription {
@@ -71,11 +84,15 @@ struct OrganDescription {
   std::optional<double> youngs_modulus;  ///< overrides the tissue's [Pa]
   std::optional<double> poisson_ratio;
   Pose pose;
+  std::optional<MotionDescription> motion;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";
   Resolution resolution;
   DisplacementStorage displacement_storage = DisplacementStorage::kSingle;
   bool deformable = true;  ///< false: scenery; no nodes, no contact
+
+  /// Where its frame stands at this time [s].
+  Pose pose_at(double time) const;
 };
 
 // --- instruments --------------------------------------------------------------------------------

@@ -193,6 +193,27 @@ ObjectSpec pose() {
           {}};
 }
 
+ObjectSpec motion() {
+  return {
+      "Breathing: the organ goes from its pose along a line and back, with a pause there.",
+      {number("amplitude_mm", "Greatest way.").needed().between(0, 100),
+       vector("direction", "Of the way; its length doesn't matter.")
+           .between(-1000, 1000)
+           .otherwise({0, -1, 0}),
+       number("period_s", "Of one breath.").between(0.2, 1000).otherwise(4.0),
+       number("phase_deg", "Of the breath at time 0, at 0 at its pose, at 180 farthest from it.")
+           .between(-360, 360)
+           .otherwise(0.0)},
+      {},
+      {{{"direction"},
+        [](const Json& values) -> Finding {
+          const Json& d = values["direction"];
+          if (distance(d, Json{0, 0, 0}) > 0.0) return {};
+          return {{"direction", "found " + d.dump() + ", expected a direction"}};
+        },
+        nullptr}}};
+}
+
 ObjectSpec organ() {
   ObjectSpec spec;
   spec.description = "A body of tissue.";
@@ -203,6 +224,7 @@ ObjectSpec organ() {
       number("youngs_modulus_kPa", "In place of the tissue's.").between(0.001, 1e6),
       number("poisson_ratio", "In place of the tissue's.").from_to_below(0, 0.5),
       object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
+      object("motion", "How breathing moves it; without it, it stays.", motion()),
       list("fixed",
            "Regions whose union holds the surface that doesn't move; a deformable organ "
            "needs at least one.",
@@ -214,7 +236,8 @@ ObjectSpec organ() {
           .otherwise("galerkin"),
       object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),
       text("displacement_storage",
-           "Precision of the numbers that move the drawn surface under forces: half takes about half "
+           "Precision of the numbers that move the drawn surface under forces: half takes about "
+           "half "
            "the memory, with an error that report.json gives. What gives the forces stays single.")
           .one_of({"single", "half"})
           .otherwise("single"),

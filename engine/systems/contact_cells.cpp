@@ -65,6 +65,10 @@ Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own
 
 }  // namespace
 
+Vec3 jaw_travel(const Grasp& grasp, const InstrumentState& state, const Pose& organ) {
+  return state.tip - grasp.tip_at_start - (organ.position - grasp.organ_at_start) - grasp.slipped;
+}
+
 bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
   if (touchable.positions.empty()) return false;
   Eigen::Vector3i home;

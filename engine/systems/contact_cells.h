@@ -58,4 +58,7 @@ std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const Orga
 /// True where `x` (rest, on the surface) belongs to the touchable region.
 bool is_touchable(const TouchableSurface& touchable, const Vec3& x);
 
+/// How far a jaw has carried what it holds, beyond what the organ itself has moved; world [m].
+Vec3 jaw_travel(const Grasp& grasp, const InstrumentState& state, const Pose& organ);
+
 }  // namespace viscera

@@ -30,7 +30,7 @@ bool slip_jaws(World& world, const OrganBody& body, OrganContact& contact) {
     const double limit = tool.description.grip_limit;
     if (force <= limit * 1.001) continue;
     const InstrumentState& state = *world.instrument_states.find(range.instrument);
-    const Vec3 travel = state.tip - grasp.tip_at_start - grasp.slipped;
+    const Vec3 travel = jaw_travel(grasp, state, body.pose);
     const Vec3 back = (1.0 - limit / force) * travel;
     // Without travel of its own the pull comes from other tools; sliding can't lessen it.
     if (back.norm() < kLeastSlip) continue;

@@ -39,7 +39,8 @@ void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& 
         grasp_cells(*foot, body.description.grip_radius, *organ_body.model, *contact->surface);
     if (cells.size() < 3) continue;
     nearest = foot->clearance;
-    grip.grasp = Grasp{organ, state.tip, Vec3::Zero(), std::move(cells)};
+    grip.grasp =
+        Grasp{organ, state.tip, organ_body.pose.position, Vec3::Zero(), std::move(cells)};
   }
 }
 
@@ -49,7 +50,7 @@ void add_grasp_cells(OrganContact& contact, const OrganBody& body, Entity instru
   range.instrument = instrument;
   range.held = true;
   range.begin = contact.cells.size();
-  const Vec3 carried = body.pose.direction_to_local(state.tip - grasp.tip_at_start - grasp.slipped);
+  const Vec3 carried = body.pose.direction_to_local(jaw_travel(grasp, state, body.pose));
   for (ContactCell cell : grasp.cells) {
     cell.displacement += carried;
     contact.cells.push_back(cell);

@@ -44,7 +44,9 @@ TEST_P(ShippedSceneCheck, SaysWhatWillBeBuiltAndSkipped) {
 INSTANTIATE_TEST_SUITE_P(
     All, ShippedSceneCheck,
     testing::Values(Shipped{"laparoscopic_cautery",
-                            {"liver", "gallbladder", "stomach", "abdominal_wall"},
+                            {"liver", "gallbladder", "stomach", "duodenum", "bile_ducts", "spleen",
+                             "kidney_right", "kidney_left", "colon", "small_bowel", "omentum",
+                             "diaphragm", "falciform_ligament", "abdominal_wall"},
                             {"haptics"}},
                     Shipped{"kidney_palpation", {"kidney"}, {"heat", "smoke", "haptics"}},
                     Shipped{"lung_palpation", {"lung"}, {"heat", "smoke", "haptics"}},

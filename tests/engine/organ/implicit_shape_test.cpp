@@ -80,6 +80,69 @@ TEST(ImplicitShape, NoiseStaysNearItsAmplitudeAndFollowsItsSeed) {
   EXPECT_GT(differing, kPoints / 2);
 }
 
+TEST(ImplicitShape, FoldsFurrowATubeAtTheirPitchAndBandsInterruptThem) {
+  const std::vector<TubePoint> axis = {{{0, 0, 0}, 0.02}, {{0.1, 0, 0}, 0.02}, {{0.2, 0, 0}, 0.02}};
+  GutFolds folds;
+  folds.pitch = 0.03;
+  folds.depth = 5e-3;
+  const SignedDistance rings = folded_tube(axis, folds);
+  // A fold every 30 mm, bulges between.
+  EXPECT_NEAR(rings({0.09, 0.02, 0}), 5e-3, 1e-4);
+  EXPECT_NEAR(rings({0.09, 0, -0.02}), 5e-3, 1e-4);
+  EXPECT_NEAR(rings({0.105, 0.02, 0}), 0.0, 1e-4);
+  folds.bands = 3;
+  folds.band_depth = 2e-3;
+  folds.band_width = 6e-3;
+  const SignedDistance gut = folded_tube(axis, folds);
+  const SignedDistance smooth = tube(axis);
+  int banded = 0;
+  for (int degree = 0; degree < 360; ++degree) {
+    const double angle = degree * std::numbers::pi / 180.0;
+    double least = 1.0, greatest = 0.0;
+    for (double s = 0.08; s < 0.11; s += 1e-3) {
+      const Vec3 at(s, 0.02 * std::cos(angle), 0.02 * std::sin(angle));
+      least = std::min(least, gut(at) - smooth(at));
+      greatest = std::max(greatest, gut(at) - smooth(at));
+    }
+    EXPECT_GE(least, 0.0);
+    EXPECT_LE(greatest, 5e-3 + 1e-9);
+    banded += greatest - least < 0.2e-3;  // a band is level along the tube
+  }
+  EXPECT_GT(banded, 3);
+  EXPECT_LT(banded, 60);
+}
+
+TEST(ImplicitShape, FoldsLeaveTheDistanceFarFromTheTubeAlone) {
+  const std::vector<TubePoint> axis = {{{0, 0, 0}, 0.02}, {{0.1, 0, 0}, 0.02}};
+  GutFolds folds;
+  folds.pitch = 0.03;
+  folds.depth = 5e-3;
+  EXPECT_DOUBLE_EQ(folded_tube(axis, folds)({0.05, 0.09, 0}), tube(axis)({0.05, 0.09, 0}));
+}
+
+TEST(ImplicitShape, LobulesOnlyAddAndStayUnderTheirHeight) {
+  const SignedDistance flat = half_space(Vec3::Zero(), Vec3::UnitZ());
+  const SignedDistance bumpy = lobulated(flat, 4e-3, 0.01, 3, 0);
+  double least = 1.0, greatest = -1.0;
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 x(0.11 * std::sin(i), 0.13 * std::cos(1.7 * i), 0.0);
+    EXPECT_LE(bumpy(x), 0.0);
+    EXPECT_GE(bumpy(x), -4e-3);
+    least = std::min(least, bumpy(x));
+    greatest = std::max(greatest, bumpy(x));
+    EXPECT_EQ(bumpy(x), lobulated(flat, 4e-3, 0.01, 3, 0)(x));
+  }
+  EXPECT_LT(least, -3e-3);
+  EXPECT_GT(greatest, -1.5e-3);
+}
+
+TEST(ImplicitShape, MirrorSwapsTheSides) {
+  const SignedDistance ball = ellipsoid({0.03, 0.01, 0}, {0.01, 0.01, 0.01});
+  const SignedDistance other = mirrored(ball, 0);
+  EXPECT_NEAR(other({-0.03, 0.02, 0}), 0.0, 1e-12);
+  EXPECT_GT(other({0.03, 0.01, 0}), 0.0);
+}
+
 TEST(ImplicitShape, BendAndTaperMoveTheSurfaceAsDescribed) {
   const SignedDistance rod = tube({{{-0.04, 0, 0}, 0.01}, {{0.04, 0, 0}, 0.01}});
   const SignedDistance bow = bent(rod, 0, 2, 0.0, 0.1);

@@ -112,7 +112,7 @@ TEST(SceneMistake, MissingKeysAreNamed) {
   Json scene = least_scene();
   scene["organs"][0].erase("tissue");
   EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/tissue",
-                     "found nothing, expected the name of a tissue: one of abdominal_wall, colon");
+                     "found nothing, expected the name of a tissue: one of abdominal_wall, bile_duct");
 }
 
 TEST(SceneMistake, ADeformableOrganNeedsAFixedRegion) {

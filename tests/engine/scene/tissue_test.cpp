@@ -11,7 +11,7 @@ TEST(Tissues, TheProjectsFileLoads) {
   ASSERT_TRUE(tissues) << tissues.error().text();
   for (const char* name :
        {"liver", "gallbladder", "stomach", "abdominal_wall", "kidney", "lung", "spleen", "fat",
-        "colon", "small_bowel", "diaphragm", "peritoneum", "ligament", "duct", "rubber"})
+        "colon", "small_bowel", "diaphragm", "peritoneum", "ligament", "bile_duct", "rubber"})
     EXPECT_TRUE(tissues->contains(name)) << name;
 }
 
