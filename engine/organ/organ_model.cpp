@@ -139,7 +139,7 @@ std::size_t compliance_bytes(std::size_t places, std::size_t touchable) {
 }
 
 /// Peak beyond the surface while a compliance is computed [bytes]: quadrature and its fields (66 kB
-/// a node, measured) or, later, the factor in single precision with the fronts that wait for their
+/// a node, measured) and the factor in single precision with the fronts that wait for their
 /// parents; then the compliance in the order of elimination and in that of the nodes, with the copy
 /// of its square that is checked.
 std::size_t preparation_bytes(std::size_t nodes, std::size_t places, std::size_t touchable) {
@@ -149,7 +149,7 @@ std::size_t preparation_bytes(std::size_t nodes, std::size_t places, std::size_t
   const double factor = 4.0 * (1.0 + kWaitingFronts) * factor_entries(n) + 9e3 * n;
   const std::size_t square = compliance_bytes(touchable, touchable);
   return 2 * compliance_bytes(places, touchable) + square +
-         static_cast<std::size_t>(std::max(assembly, factor));
+         static_cast<std::size_t>(assembly + factor);
 }
 
 /// Refuses what this machine can't hold, before minutes are spent on it.
@@ -435,13 +435,13 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   plan.preparation_bytes =
       model.memory_bytes() + preparation_bytes(plan.nodes, plan.places, plan.touchable_places);
 
-  // Operations counted, at 7e10 a second (two cores, single precision): factoring goes as N^2, the
-  // columns of a touchable node as the factor. Assembly is linear in the nodes.
+  // Operations counted, at 1e11 a second (two cores, single precision): factoring goes as N^2, the
+  // columns of a touchable place as a share of the factor. Assembly is linear in the nodes.
   const double n = static_cast<double>(plan.nodes);
-  constexpr double kPerSecond = 7e10;
+  constexpr double kPerSecond = 1e11;
   plan.prepare_s =
-      0.1 + 2.2e-4 * n +
-      (3.8e3 * n * n + 9.0 * static_cast<double>(plan.touchable_places) * factor_entries(n)) /
+      0.1 + 4.5e-4 * n +
+      (3.8e3 * n * n + 2.5 * static_cast<double>(plan.touchable_places) * factor_entries(n)) /
           kPerSecond;
   plan.cloud = std::move(model.cloud);
   return plan;

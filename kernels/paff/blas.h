@@ -1,13 +1,14 @@
 // The few BLAS and LAPACK routines of the dense kernels, in both precisions, on column-major
-// matrices. Each call runs on the calling thread alone (see hold_blas_to_one_thread), so that it
+// matrices. Each call runs on the calling thread alone (see prepare_blas), so that it
 // may be made from many threads at once and its result doesn't depend on their number.
 #pragma once
 
 namespace viscera {
 
-/// A threaded BLAS gives other last digits with other thread counts, and competes with the
-/// program's own threads. To be called before the first use; cheap.
-void hold_blas_to_one_thread();
+/// Holds it to one thread: a threaded BLAS gives other last digits with other thread counts, and
+/// competes with the program's own threads. And has OpenBLAS use kernels that fit the processor,
+/// which it fails to do on models that it doesn't know. To be called before the first use; cheap.
+void prepare_blas();
 
 namespace blas {
 

@@ -159,7 +159,7 @@ double negative_eigenvalue(const SymmetricPart& matrix, double size) {
 }  // namespace
 
 double smallest_compliance_eigenvalue(const SurfaceCompliance& compliance) {
-  hold_blas_to_one_thread();
+  prepare_blas();
   const SymmetricPart matrix(compliance);
   if (matrix.order() == 0) return 1.0;
   // The largest in size may be a negative one.

@@ -149,7 +149,7 @@ template <class Real>
 Result<FrontalCholesky<Real>> FrontalCholesky<Real>::factor(
     const SymmetricBlockMatrix& matrix, std::shared_ptr<const Dissection> dissection,
     std::string_view what) {
-  hold_blas_to_one_thread();
+  prepare_blas();
   FrontalCholesky out;
   out.width_ = matrix.width;
   out.entries_ = dissection->factor_entries(matrix.width);

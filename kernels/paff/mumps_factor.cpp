@@ -73,7 +73,7 @@ struct MumpsFactor::Instance {
 
   void call(Job job) {
     const std::lock_guard guard(mumps_lock());
-    hold_blas_to_one_thread();
+    prepare_blas();
     mumps.job = job;
     dmumps_c(&mumps);
   }
