@@ -17,7 +17,7 @@ constexpr std::size_t kPlacesAtOnce = 64;
 /// Blocks between two looks at the progress.
 constexpr std::size_t kBlocksAtOnce = 8;
 /// Of the answer to one load all over the body; single entries err up to ten times as much.
-constexpr double kSingleIsEnough = 3e-5;
+constexpr double kSingleIsEnough = 1e-5;
 
 double norm(std::span<const double> x) {
   double sum = 0.0;

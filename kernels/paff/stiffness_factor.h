@@ -12,7 +12,7 @@
 namespace viscera {
 
 /// The precision of a factor. `measured`: single, unless a test solve with it is wrong by more than
-/// 3e-5 of the answer or a pivot isn't positive in it (bodies near incompressible, or hardly held);
+/// 1e-5 of the answer or a pivot isn't positive in it (bodies near incompressible, or hardly held);
 /// then double.
 enum class FactorPrecision { measured, single, full };
 
