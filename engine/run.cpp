@@ -20,8 +20,10 @@
 #include "engine/io/review.h"
 #include "engine/io/smoke_file.h"
 #include "engine/render/renderer.h"
+#include "engine/review_recorder.h"
 #include "engine/state_hash.h"
 #include "engine/systems/view.h"
+#include "engine/vtk_series.h"
 #include "engine/world.h"
 #include "kernels/base/stopwatch.h"
 
@@ -53,8 +55,10 @@ std::vector<fs::path> older_files(const fs::path& out) {
   std::vector<fs::path> files = numbered_files(out / "frames", ".png");
   const std::vector<fs::path> volumes = numbered_files(out / "smoke", ".vdb");
   files.insert(files.end(), volumes.begin(), volumes.end());
+  const std::vector<fs::path> surfaces = numbered_files(out / "vtk", ".vtu");
+  files.insert(files.end(), surfaces.begin(), surfaces.end());
   for (const char* name :
-       {"film.mp4", "forces.csv", "profile.json", "report.json", "review.html"}) {
+       {"vtk/organs.pvd", "film.mp4", "forces.csv", "profile.json", "report.json", "review.html"}) {
     std::error_code error;
     if (fs::is_regular_file(out / name, error)) files.push_back(out / name);
   }
@@ -75,7 +79,7 @@ Result<void> check_out(const fs::path& out) {
 }
 
 /// Makes room for a run in a folder that may hold an older one, whose files go all together.
-Result<void> open_folder(const fs::path& out, bool pictures, bool smoke) {
+Result<void> open_folder(const fs::path& out, bool pictures, bool smoke, bool surfaces) {
   if (auto marked = write_file(out / kMarker, "", Durable::kNo); !marked) return marked;
   std::error_code ignored;
   for (const fs::path& file : older_files(out)) fs::remove(file, ignored);
@@ -83,6 +87,8 @@ Result<void> open_folder(const fs::path& out, bool pictures, bool smoke) {
     if (auto made = check_out_folder(out / "frames"); !made) return made;
   if (smoke)
     if (auto made = check_out_folder(out / "smoke"); !made) return made;
+  if (surfaces)
+    if (auto made = check_out_folder(out / "vtk"); !made) return made;
   return {};
 }
 
@@ -113,7 +119,7 @@ Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
 }
 
 Result<void> take_picture(Studio& studio, const World& world, const SceneDescription& scene,
-                          const fs::path& out, Trace& trace) {
+                          const fs::path& out, Trace& trace, ReviewRecorder& recorder) {
   {
     const StageTimer timer(trace, stage_index(Stage::kDraw), world.frame);
     const FrameView view = make_view(world, scene, studio.endoscope, studio.pictures);
@@ -121,6 +127,7 @@ Result<void> take_picture(Studio& studio, const World& world, const SceneDescrip
   }
   const StageTimer timer(trace, stage_index(Stage::kEncode), world.frame);
   const Picture& p = studio.picture;
+  recorder.add_picture(world, p);
   if (studio.film)
     if (auto added = studio.film->add(p.rgb); !added) return added;
   const fs::path file =
@@ -176,16 +183,6 @@ std::string flag_text(FrameFlag flag) {
       return "a jaw closed on nothing: move its closing key nearer to the tissue";
   }
   return {};
-}
-
-void plot_frame(const World& world, const std::vector<TipSample>& samples, Review& review) {
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    review.charts[0].curves[i].add(world.time(), samples[i].force.norm());
-  std::size_t curve = 0;
-  for (std::size_t o = 0; o < world.organ_bodies.size(); ++o)
-    if (world.organ_bodies[o].model->touchable_anywhere())
-      review.charts[1].curves[curve++].add(world.time(),
-                                           1e3 * world.organ_states[o].greatest_displacement);
 }
 
 void describe_world(const World& world, const SceneDescription& scene, RunReport& report) {
@@ -309,7 +306,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   if (!built) return std::unexpected(built.error());
   World& world = **built;
   report.prepare_s = whole.seconds();
-  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty()); !opened)
+  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty(), options.vtk);
+      !opened)
     return std::unexpected(opened.error());
 
   std::unique_ptr<SmokeWriter> writer;
@@ -327,11 +325,9 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   StateHash hash;
   std::uint32_t flags = 0;
   std::vector<TipSample> samples(names.size());
-  Review review;
-  review.charts = {{"Force on the instruments", "N", {}}, {"Greatest displacement", "mm", {}}};
-  for (const std::string& name : names) review.charts[0].curves.emplace_back(name);
-  for (const OrganBody& organ : world.organ_bodies)
-    if (organ.model->touchable_anywhere()) review.charts[1].curves.emplace_back(organ.name);
+  ReviewRecorder recorder(world, scene);
+  std::optional<VtkSeries> surfaces;
+  if (options.vtk) surfaces.emplace(options.out / "vtk", world);
   const Stopwatch loop;
   const Progress progress = progress_for("simulating");
   Result<void> status;
@@ -343,7 +339,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
       for (std::size_t i = 0; i < samples.size(); ++i)
         samples[i] = {world.instrument_states[i].tip, world.instrument_contacts[i].force};
       forces->add(world.time(), samples);
-      plot_frame(world, samples, review);
+      recorder.add_frame(world, samples);
       hash.add_frame(world);
     }
     if (k % kFramesPerPicture != 0) continue;
@@ -357,7 +353,12 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
       const StageTimer timer(trace, stage_index(Stage::kWriteVolumes), world.frame);
       write_volumes(*writer, world, scene, options.out, picture);
     }
-    if (studio) status = take_picture(*studio, world, scene, options.out, trace);
+    if (surfaces) {
+      const StageTimer timer(trace, stage_index(Stage::kWriteSurfaces), world.frame);
+      status = surfaces->add(world, picture);
+    }
+    if (studio && status)
+      status = take_picture(*studio, world, scene, options.out, trace, recorder);
   }
   bar.reset();
   if (!status) return std::unexpected(status.error());
@@ -367,6 +368,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     if (auto finished = studio->film->finish(); !finished) return std::unexpected(finished.error());
   if (writer)
     if (auto finished = writer->finish(); !finished) return std::unexpected(finished.error());
+  if (surfaces)
+    if (auto finished = surfaces->finish(); !finished) return std::unexpected(finished.error());
   if (auto finished = forces->finish(); !finished) return std::unexpected(finished.error());
 
   report.complete = world.frame == frames;
@@ -374,15 +377,16 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   report.state_hash = hash.finish(world);
   report.wall_s = loop.seconds();
   finish_report(world, scene, trace, flags, report);
+  recorder.describe(report);
   report.smoke.volumes = writer ? static_cast<std::size_t>(writer->written()) : 0;
 
   if (auto written = trace.write(options.out / "profile.json", "viscera"); !written)
     return std::unexpected(written.error());
   if (auto written = write_report(options.out / "report.json", report); !written)
     return std::unexpected(written.error());
-  review.report = report;
-  if (filmed) review.film = "film.mp4";
-  if (auto written = write_review(options.out / "review.html", review); !written)
+  auto review = recorder.finish(trace, report, filmed ? "film.mp4" : "");
+  if (!review) return std::unexpected(review.error());
+  if (auto written = write_review(options.out / "review.html", *review); !written)
     return std::unexpected(written.error());
   return report;
 }

@@ -20,6 +20,7 @@ struct RunOptions {
   int threads = 0;                    ///< 0: as many as the machine has
   bool render = true;
   bool use_cache = true;
+  bool vtk = false;                   ///< deformed organs for ParaView at every picture's time
   bool quiet = false;                 ///< no progress bars
   int width = 1280, height = 720;
   Quality quality = Quality::kReview;  ///< of pictures

@@ -21,14 +21,15 @@ enum class Stage {
   // Outside the step, on frames that are filmed:
   kSplatSmoke,    ///< particles -> density grid
   kWriteVolumes,  ///< hand grids to the OpenVDB writer
+  kWriteSurfaces, ///< deformed organs for ParaView
   kDraw,          ///< picture
   kEncode,        ///< PNG and film
 };
 
-inline constexpr std::array<std::string_view, 14> kStageNames = {
+inline constexpr std::array<std::string_view, 15> kStageNames = {
     "read tools",  "move organs",   "find contacts", "deform organs", "heat tissue",
     "emit smoke",  "move smoke",    "publish",       "check",         "record",
-    "splat smoke", "write volumes", "draw",          "encode"};
+    "splat smoke", "write volumes", "write surfaces", "draw", "encode"};
 
 constexpr int stage_index(Stage stage) {
   return static_cast<int>(stage);

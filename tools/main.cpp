@@ -113,10 +113,12 @@ class RunCommand {
     command_->add_flag("--no-render", no_render_, "no pictures, no film, no EGL context");
     command_->add_flag("--no-cache", no_cache_, "prepare organs afresh and store nothing");
     add_list(*command_, "--snapshots", options_.snapshots,
-             "pictures and smoke volumes at these times alone [s], e.g. 2,5,8; no film");
+             "pictures, smoke volumes and surfaces at these times alone [s], e.g. 2,5,8; no film");
     command_->add_option("--quality", quality_, "of the pictures: draft, review or final")
         ->check(CLI::IsMember({"draft", "review", "final"}))
         ->capture_default_str();
+    command_->add_flag("--vtk", options_.vtk,
+                       "vtk/organs.pvd for ParaView: deformed organs and forces, at every picture");
     command_->add_flag("--quiet", options_.quiet, "no progress");
   }
   RunCommand(const RunCommand&) = delete;

@@ -2,7 +2,7 @@
 
 #include <png.h>
 
-#include <string>
+#include <utility>
 
 #include "engine/io/atomic_file.h"
 
@@ -28,7 +28,7 @@ void on_error(png_structp png, png_const_charp message) {
 void on_warning(png_structp, png_const_charp) {}
 
 /// libpng leaves by longjmp, so nothing with a destructor may live in this function.
-bool encode(int width, int height, const std::uint8_t* rgb, Encoder& encoder) {
+bool encode(int width, int height, const std::uint8_t* rgb, PngEffort effort, Encoder& encoder) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &encoder, on_error, on_warning);
   if (!png) return false;
   png_infop info = png_create_info_struct(png);
@@ -41,9 +41,11 @@ bool encode(int width, int height, const std::uint8_t* rgb, Encoder& encoder) {
                PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-  png_set_compression_level(png, 1);
-  // One fixed filter: trying all five for each row costs more than the whole compression.
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
+  // One fixed filter where it must be fast: trying all five for each row costs more than the whole
+  // compression.
+  png_set_compression_level(png, effort == PngEffort::kFast ? 1 : 9);
+  png_set_filter(png, PNG_FILTER_TYPE_BASE,
+                 effort == PngEffort::kFast ? PNG_FILTER_UP : PNG_ALL_FILTERS);
   png_write_info(png, info);
   for (int y = 0; y < height; ++y) {
     png_write_row(png, rgb + 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(y));
@@ -55,21 +57,27 @@ bool encode(int width, int height, const std::uint8_t* rgb, Encoder& encoder) {
 
 }  // namespace
 
-Result<void> write_png(const std::filesystem::path& file, int width, int height,
-                       std::span<const std::uint8_t> rgb) {
+Result<std::string> png_bytes(int width, int height, std::span<const std::uint8_t> rgb,
+                              PngEffort effort) {
   const std::size_t expected = width > 0 && height > 0 ? 3ull * width * height : 0;
   if (expected == 0 || rgb.size() != expected) {
-    return failure(file.string() + ": expected " + std::to_string(width) + " x " +
-                   std::to_string(height) + " pixels of 3 bytes, found " +
-                   std::to_string(rgb.size()) + " bytes");
+    return failure("expected " + std::to_string(width) + " x " + std::to_string(height) +
+                   " pixels of 3 bytes, found " + std::to_string(rgb.size()) + " bytes");
   }
   Encoder encoder;
   encoder.bytes.reserve(expected / 2);
-  if (!encode(width, height, rgb.data(), encoder)) {
-    return failure(file.string() + ": the picture can't be encoded: " +
+  if (!encode(width, height, rgb.data(), effort, encoder)) {
+    return failure("the picture can't be encoded: " +
                    (encoder.error.empty() ? "no memory" : encoder.error));
   }
-  return write_file(file, encoder.bytes, Durable::kNo);
+  return std::move(encoder.bytes);
+}
+
+Result<void> write_png(const std::filesystem::path& file, int width, int height,
+                       std::span<const std::uint8_t> rgb) {
+  auto bytes = png_bytes(width, height, rgb, PngEffort::kFast);
+  if (!bytes) return failure(file.string() + ": " + bytes.error().text());
+  return write_file(file, *bytes, Durable::kNo);
 }
 
 }  // namespace viscera

@@ -4,10 +4,18 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "kernels/base/result.h"
 
 namespace viscera {
+
+enum class PngEffort { kFast, kSmall };
+
+/// A PNG in memory of 8-bit sRGB, rows from the top, 3 bytes a pixel. Fails for a size that the
+/// pixels don't fit.
+Result<std::string> png_bytes(int width, int height, std::span<const std::uint8_t> rgb,
+                              PngEffort effort);
 
 /// Writes 8-bit sRGB, rows from the top, 3 bytes a pixel. Compressed lightly: frames are many. Not
 /// synced to the disk one by one for the same reason; a killed run still leaves only whole files.

@@ -40,7 +40,9 @@ Json organ_json(const OrganReport& organ) {
           {"preparation", organ.preparation ? preparation_json(*organ.preparation) : Json(nullptr)},
           {"displacement_storage", organ.half_precision ? "half" : "single"},
           {"storage_error", organ.storage_error},
-          {"saved_bytes", organ.saved_bytes}};
+          {"saved_bytes", organ.saved_bytes},
+          {"greatest_displacement_m", organ.greatest_displacement},
+          {"greatest_displacement_time_s", organ.greatest_displacement_time}};
 }
 
 Json stage_json(const StageReport& stage) {

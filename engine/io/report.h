@@ -25,6 +25,8 @@ struct OrganReport {
   bool half_precision = false;       ///< of the displacements' storage; the two below are its price
   double storage_error = 0.0;        ///< greatest, over the greatest entry of the compliance
   std::ptrdiff_t saved_bytes = 0;    ///< against single precision
+  double greatest_displacement = 0.0;       ///< of the drawn surface, in the whole run [m]
+  double greatest_displacement_time = 0.0;  ///< when that was [s]
 };
 
 struct StageReport {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,14 +44,39 @@ struct Chart {
   std::string title;                          ///< "Force on the instruments"
   std::string unit;                           ///< "N"
   std::vector<Curve> curves;
+  bool logarithmic = false;
+  std::string note;                           ///< what the values are, where the title can't say it
 };
 
-/// What the page shows beside the report. Paths are relative to the page.
+/// A moment that a person wants to see.
+struct Moment {
+  std::string title;                          ///< "First contact"
+  std::string detail;                         ///< "hook on liver"
+  double time = 0.0;                          ///< [s]
+  std::string picture;                        ///< data URI; empty: none was drawn then
+};
+
+/// What the page shows beside the report.
 struct Review {
   RunReport report;
-  std::string film;                           ///< empty: no film was made
+  std::string film;                           ///< beside the page; empty: no film was made
+  double pictures_per_second = 30.0;          ///< of the film; its first shows the time 1 / this
   std::vector<Chart> charts;
+  std::vector<Moment> moments;
 };
+
+/// Films up to this size become part of the page, larger ones are referred to [bytes].
+inline constexpr std::size_t kGreatestEmbeddedFilm = 48 << 20;
+
+/// The picture (RGB, rows from the top) made smaller by a whole factor, to about `width` pixels;
+/// pixels are means.
+struct Thumbnail {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+Thumbnail thumbnail(std::span<const std::uint8_t> rgb, int width, int height, int wanted_width);
+/// As PNG in a data URI.
+Result<std::string> data_uri(const Thumbnail& picture);
 
 Result<void> write_review(const std::filesystem::path& file, const Review& review);
 

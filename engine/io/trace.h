@@ -35,6 +35,13 @@ class Trace {
 
   const std::vector<std::string>& stages() const { return stages_; }
   std::size_t size() const { return events_.size(); }
+  struct Event {
+    std::int32_t stage;
+    std::uint32_t frame;
+    std::int64_t start, duration;   ///< [ns] since the trace began
+  };
+  /// In the order in which they ended.
+  const std::vector<Event>& events() const { return events_; }
   /// Durations of one stage [s].
   Quantiles durations(int stage) const;
 
@@ -42,11 +49,6 @@ class Trace {
   Result<void> write(const std::filesystem::path& file, const std::string& process) const;
 
  private:
-  struct Event {
-    std::int32_t stage;
-    std::uint32_t frame;
-    std::int64_t start, duration;   ///< [ns] since the trace began
-  };
   std::vector<std::string> stages_;
   std::vector<Event> events_;
   Clock::time_point origin_;

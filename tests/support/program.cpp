@@ -168,6 +168,8 @@ void expect_whole_files(const fs::path& folder) {
       expect_ends_with(file, std::string("IEND\xae\x42\x60\x82"));
     else if (extension == ".html")
       expect_ends_with(file, "</html>\n");
+    else if (extension == ".vtu" || extension == ".pvd")
+      expect_ends_with(file, "</VTKFile>\n");
     else if (extension == ".csv")
       expect_whole_table(file);
     else if (extension == ".vdb")

@@ -78,7 +78,9 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"preparation", Type::object},
                {"displacement_storage", Type::string},
                {"storage_error", Type::number_float},
-               {"saved_bytes", Type::number_float}},
+               {"saved_bytes", Type::number_float},
+               {"greatest_displacement_m", Type::number_float},
+               {"greatest_displacement_time_s", Type::number_float}},
               true);
   expect_keys(report["organs"][0]["preparation"],
               {{"unknowns", Type::number_unsigned},

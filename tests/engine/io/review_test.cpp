@@ -71,7 +71,7 @@ TEST(Review, HoldsTheReportTheFilmAndTheCurves) {
   review.report.title = "Cautery";
   review.report.command = "viscera run a.json";
   review.film = "film.mp4";
-  review.charts.push_back({.title = "Force", .unit = "N", .curves = {Curve("hook")}});
+  review.charts.push_back({.title = "Force", .unit = "N", .curves = {Curve("hook")}, .note = ""});
   review.charts[0].curves[0].add(0.0, 0.0);
   review.charts[0].curves[0].add(0.5, 1.23456789);
   ASSERT_TRUE(write_review(folder / "review.html", review));
@@ -80,6 +80,69 @@ TEST(Review, HoldsTheReportTheFilmAndTheCurves) {
   EXPECT_EQ(data["film"], "film.mp4");
   EXPECT_EQ(data["charts"][0]["curves"][0]["name"], "hook");
   EXPECT_NEAR(data["charts"][0]["curves"][0]["mean"][1].get<double>(), 1.2346, 1e-6);
+}
+
+TEST(Review, HoldsMomentsWithTheirPictures) {
+  const TemporaryFolder folder;
+  Review review;
+  review.moments = {{"First contact", "hook on liver", 0.7, "data:image/png;base64,AAAA"},
+                    {"Peak force", "hook, 1.2 N", 1.4, ""}};
+  ASSERT_TRUE(write_review(folder / "review.html", review));
+  const json moments = page_data(file_text(folder / "review.html"))["moments"];
+  ASSERT_EQ(moments.size(), 2u);
+  EXPECT_EQ(moments[0]["title"], "First contact");
+  EXPECT_EQ(moments[0]["picture"], "data:image/png;base64,AAAA");
+  EXPECT_EQ(moments[1]["detail"], "hook, 1.2 N");
+  EXPECT_EQ(moments[1]["time"], 1.4);
+}
+
+std::string film_text(const std::string& page) {
+  const std::string open = "<script type=\"text/plain\" id=\"film\">";
+  const std::size_t begin = page.find(open) + open.size();
+  return page.substr(begin, page.find("</script>", begin) - begin);
+}
+
+TEST(Review, HoldsTheFilmThatLiesBesideIt) {
+  const TemporaryFolder folder;
+  Review review;
+  review.film = "film.mp4";
+  ASSERT_TRUE(write_review(folder / "review.html", review));
+  EXPECT_EQ(film_text(file_text(folder / "review.html")), "") << "there is none to take in";
+  test::put_text(folder / "film.mp4", "foobar");
+  ASSERT_TRUE(write_review(folder / "review.html", review));
+  EXPECT_EQ(film_text(file_text(folder / "review.html")), "Zm9vYmFy");
+}
+
+TEST(Review, SaysOfSingleSamplesOnlyTheirValue) {
+  const TemporaryFolder folder;
+  Review review;
+  review.charts.push_back({.title = "Force", .unit = "N", .curves = {Curve("a"), Curve("b")},
+                           .note = ""});
+  for (int i = 0; i < 10; ++i) review.charts[0].curves[0].add(0.1 * i, i);
+  for (int i = 0; i < 2000; ++i) review.charts[0].curves[1].add(0.001 * i, i);
+  ASSERT_TRUE(write_review(folder / "review.html", review));
+  const json curves = page_data(file_text(folder / "review.html"))["charts"][0]["curves"];
+  EXPECT_FALSE(curves[0].contains("greatest"));
+  EXPECT_EQ(curves[1]["greatest"].size(), curves[1]["mean"].size());
+}
+
+TEST(Thumbnail, IsTheMeanOfItsPixels) {
+  std::vector<std::uint8_t> rgb;
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 8; ++x)
+      for (const int value : {x < 4 ? 10 : 20, 40 * (x % 2), y}) rgb.push_back(value);
+  const Thumbnail small = thumbnail(rgb, 8, 4, 2);
+  EXPECT_EQ(small.width, 2);
+  EXPECT_EQ(small.height, 1);
+  EXPECT_EQ(small.rgb, (std::vector<std::uint8_t>{10, 20, 2, 20, 20, 2}));
+  const auto uri = data_uri(small);
+  ASSERT_TRUE(uri);
+  EXPECT_TRUE(uri->starts_with("data:image/png;base64,iVBORw0KGgo")) << *uri;
+}
+
+TEST(Thumbnail, OfASmallPictureIsThePicture) {
+  const std::vector<std::uint8_t> rgb(3 * 3 * 2, 7);
+  EXPECT_EQ(thumbnail(rgb, 3, 2, 320).rgb, rgb);
 }
 
 TEST(Review, NamesCantBreakOutOfTheData) {
