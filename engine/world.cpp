@@ -212,22 +212,20 @@ Result<void> check_tips(const SceneDescription& scene,
   return {};
 }
 
-Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
-                                           const std::map<std::string, Tissue>& tissues,
-                                           const PrepareOptions& options, const Progress& progress,
-                                           std::vector<std::string>& warnings) {
-  auto instruments = make_instruments(scene);
-  if (!instruments) return std::unexpected(instruments.error());
-
-  auto world = std::make_unique<World>();
+Result<OrganModels> prepare_organs(const SceneDescription& scene,
+                                   const std::vector<InstrumentBody>& instruments,
+                                   const std::map<std::string, Tissue>& tissues,
+                                   const PrepareOptions& options, const Progress& progress,
+                                   std::vector<std::string>& warnings) {
+  OrganModels models;
   std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
   const double organs = static_cast<double>(scene.organs.size());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
     const Tissue tissue = tissue_of(organ, tissues);
-    const Reach reach = reach_of(*instruments, organ);
+    const Reach reach = reach_of(instruments, organ);
     const SurfaceInspection tips_are_clear = [&](const TriangleSurface& surface) {
-      return check_tips(scene, *instruments, organ, surface);
+      return check_tips(scene, instruments, organ, surface);
     };
     auto key = organ_key(organ, tissue, reach, options);
     if (!key) return std::unexpected(key.error());
@@ -236,7 +234,7 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
     if (model) {
       if (auto clear = tips_are_clear(model->surface); !clear)
         return std::unexpected(clear.error());
-      add_organ(*world, organ, tissue, model);
+      models.push_back(model);
       continue;
     }
     const Progress part = [&](double fraction, std::string_view what) {
@@ -255,11 +253,32 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
       return std::unexpected(error);
     }
     model = std::move(*prepared);
-    add_organ(*world, organ, tissue, model);
+    models.push_back(model);
   }
-  for (InstrumentBody& body : *instruments) add_instrument(*world, std::move(body));
+  return models;
+}
+
+std::unique_ptr<World> place_entities(const SceneDescription& scene,
+                                      std::vector<InstrumentBody> instruments,
+                                      const OrganModels& models,
+                                      const std::map<std::string, Tissue>& tissues) {
+  auto world = std::make_unique<World>();
+  for (std::size_t i = 0; i < scene.organs.size(); ++i)
+    add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);
+  for (InstrumentBody& body : instruments) add_instrument(*world, std::move(body));
   for (const SmokeDescription& smoke : scene.smoke) add_smoke(*world, scene, smoke);
   return world;
+}
+
+Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
+                                           const std::map<std::string, Tissue>& tissues,
+                                           const PrepareOptions& options, const Progress& progress,
+                                           std::vector<std::string>& warnings) {
+  auto instruments = make_instruments(scene);
+  if (!instruments) return std::unexpected(instruments.error());
+  auto models = prepare_organs(scene, *instruments, tissues, options, progress, warnings);
+  if (!models) return std::unexpected(models.error());
+  return place_entities(scene, std::move(*instruments), *models, tissues);
 }
 
 }  // namespace viscera

@@ -42,6 +42,21 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
                                            const PrepareOptions& options, const Progress& progress,
                                            std::vector<std::string>& warnings);
 
+/// The two halves of build_world, for who places the same organs more than once.
+/// One model an organ of the scene, in their order; equal organs share one.
+using OrganModels = std::vector<std::shared_ptr<const OrganModel>>;
+Result<OrganModels> prepare_organs(const SceneDescription& scene,
+                                   const std::vector<InstrumentBody>& instruments,
+                                   const std::map<std::string, Tissue>& tissues,
+                                   const PrepareOptions& options, const Progress& progress,
+                                   std::vector<std::string>& warnings);
+/// Places all entities; `models` are those of the scene's organs. Whether tips are clear of the organs
+/// isn't asked again.
+std::unique_ptr<World> place_entities(const SceneDescription& scene,
+                                      std::vector<InstrumentBody> instruments,
+                                      const OrganModels& models,
+                                      const std::map<std::string, Tissue>& tissues);
+
 /// The scene's instruments with their paths; imports mesh tips.
 Result<std::vector<InstrumentBody>> make_instruments(const SceneDescription& scene);
 

@@ -1,4 +1,4 @@
-// The `viscera` program: run, check, import, bench, stress, smoke-info.
+// The `viscera` program: run, check, import, bench, profile, stress, smoke-info.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +8,7 @@
 #include <iostream>
 #include <map>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include "tools/bench_hemisphere.h"
 #include "tools/check_command.h"
 #include "tools/import_command.h"
+#include "tools/profile_command.h"
 #include "tools/project_paths.h"
 #include "tools/stress_command.h"
 
@@ -310,6 +312,47 @@ class BenchCommand {
   ConvergenceBenchOptions convergence_options_;
 };
 
+class ProfileCommand {
+ public:
+  explicit ProfileCommand(CLI::App& program)
+      : command_(program.add_subcommand(
+            "profile", "what a scene's frames cost with more and more organs")) {
+    scene_.add_to(*command_);
+    add_list(*command_, "--organs", options_.organs,
+             "numbers of organs: the scene's, repeated, each for itself")
+        ->capture_default_str();
+    command_->add_option("--touched", options_.touched, "so many of them meet the instruments")
+        ->capture_default_str();
+    command_->add_option("--seconds", seconds_,
+                         "simulated in each case; without it the scene's duration");
+    command_->add_flag("--render", options_.render, "pictures too, each pass timed on its device");
+    command_->add_option("--json", options_.json, "write the figures to this file");
+    command_->add_option("--plot", options_.plots, "draw the figures into this folder");
+    command_->add_option("--trace", options_.trace,
+                         "timeline of the case with the most organs, for Perfetto");
+  }
+  ProfileCommand(const ProfileCommand&) = delete;
+  ProfileCommand& operator=(const ProfileCommand&) = delete;
+
+  bool parsed() const { return command_->parsed(); }
+
+  int run() {
+    auto scene = scene_.load();
+    if (!scene) return fail(scene.error());
+    auto known = tissues();
+    if (!known) return fail(known.error());
+    options_.seconds = seconds_.value_or(scene->duration);
+    install_interrupt_handler();
+    return code_of(profile_scene(*scene, *known, options_, std::cout));
+  }
+
+ private:
+  CLI::App* command_;
+  SceneArguments scene_;
+  ProfileOptions options_;
+  std::optional<double> seconds_;
+};
+
 class SmokeInfoCommand {
  public:
   explicit SmokeInfoCommand(CLI::App& program)
@@ -350,13 +393,15 @@ int main_program(int argc, char** argv) {
   ImportCommand import(app);
   const SmokeInfoCommand smoke_info(app);
   BenchCommand bench(app);
+  ProfileCommand profile(app);
   StressCommand stress(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
       return fail(Error(fmt::format(
-          "found the command \"{}\", expected run, check, import, bench, stress or smoke-info",
+          "found the command \"{}\", expected run, check, import, bench, profile, stress or "
+          "smoke-info",
           argv[1])));
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
@@ -364,6 +409,7 @@ int main_program(int argc, char** argv) {
   if (check.parsed()) return check.run();
   if (import.parsed()) return import.run();
   if (bench.parsed()) return bench.run();
+  if (profile.parsed()) return profile.run();
   if (smoke_info.parsed()) return smoke_info.run();
   const Result<bool> sound = stress.run(std::cout);
   if (!sound) return fail(sound.error());

@@ -46,10 +46,17 @@ void Trace::add(int stage, std::uint64_t frame, Clock::time_point start, Clock::
 
 Quantiles Trace::durations(int stage) const {
   std::vector<double> values;
-  for (const Event& event : events_) {
-    if (event.stage == stage) values.push_back(1e-9 * static_cast<double>(event.duration));
-  }
+  for (const Sample& sample : samples(stage)) values.push_back(sample.seconds);
   return quantiles(std::move(values));
+}
+
+std::vector<Trace::Sample> Trace::samples(int stage) const {
+  std::vector<Sample> all;
+  for (const Event& event : events_) {
+    if (event.stage == stage)
+      all.push_back({event.frame, 1e-9 * static_cast<double>(event.duration)});
+  }
+  return all;
 }
 
 Result<void> Trace::write(const std::filesystem::path& file, const std::string& process) const {

@@ -44,6 +44,12 @@ class Trace {
   const std::vector<Event>& events() const { return events_; }
   /// Durations of one stage [s].
   Quantiles durations(int stage) const;
+  struct Sample {
+    std::uint64_t frame = 0;
+    double seconds = 0.0;
+  };
+  /// The same one by one, as they were added.
+  std::vector<Sample> samples(int stage) const;
 
   /// In Chrome's trace format, on one track: a stage that runs inside another nests under it.
   Result<void> write(const std::filesystem::path& file, const std::string& process) const;
