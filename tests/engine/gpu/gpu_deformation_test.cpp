@@ -1,5 +1,6 @@
 #include "engine/gpu/gpu_deformation.h"
 
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "engine/gpu/egl_context.h"
 #include "engine/gpu/kernels.h"
 #include "engine/gpu/memory_bandwidth.h"
+#include "engine/gpu/texture.h"
 #include "engine/verification/ring_organ.h"
 
 namespace viscera {
@@ -379,6 +381,54 @@ TEST_F(GpuDeformationTest, OrganWhosePartsDontFitIsRefused) {
             "organ liver: expected a compliance and a drawn surface, found none");
   EXPECT_NE(error_of({"liver", &ring.compliance, &rings()[0]->drawn}).find("carried by place"),
             std::string::npos);
+}
+
+TEST_F(GpuDeformationTest, ShapesAreDrawnFromWhereTheyLieWithoutComingBack) {
+  GLint storage_blocks = 0;
+  glGetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &storage_blocks);
+  if (storage_blocks < 1) GTEST_SKIP() << "vertex shaders write no storage here";
+  // A vertex shader that notes what it was given.
+  const ShaderFile note = {"note.vert",
+                           "layout(location = 0) in vec3 position;\n"
+                           "layout(location = 1) in vec3 normal;\n"
+                           "layout(std430, binding = 0) writeonly buffer Seen { float seen[]; };\n"
+                           "void main() {\n"
+                           "  uint at = 6u * uint(gl_VertexID);\n"
+                           "  for (int a = 0; a < 3; ++a) {\n"
+                           "    seen[at + uint(a)] = position[a];\n"
+                           "    seen[at + 3u + uint(a)] = normal[a];\n"
+                           "  }\n"
+                           "  gl_Position = vec4(position, 1.0);\n"
+                           "}\n"};
+  const ShaderFile none = {"none.frag", "void main() {}\n"};
+  Result<Program> program =
+      Program::create({{GL_VERTEX_SHADER, {note}, {}}, {GL_FRAGMENT_SHADER, {none}, {}}});
+  ASSERT_TRUE(program) << program.error().text();
+  const Texture colour(GL_RGBA8, 4, 4);
+  const Framebuffer target({&colour}, nullptr);
+  target.bind();
+
+  GpuDeformation gpu = create(organs());
+  const std::size_t count = rings()[1]->surface.vertices.size();
+  const std::size_t offset = gpu.first_vertex(1) * sizeof(Vec3f);
+  VertexArray array;
+  array.attribute(0, gpu.positions(), 3, sizeof(Vec3f), offset);
+  array.attribute(1, gpu.normals(), 3, sizeof(Vec3f), offset);
+  Buffer seen;
+  seen.allocate(6 * count * sizeof(float));
+  const Load load = pressed(1, 5);
+  deform(gpu, {load.on(0), load.on(1)});
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, seen.id());
+  glBindVertexArray(array.id());
+  program->use();
+  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(count));
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  const std::vector<Vec3f> drawn = seen.download<Vec3f>(0, 2 * count);
+  const Shape found = read(gpu, 1);
+  for (std::size_t v = 0; v < count; ++v) {
+    ASSERT_EQ(drawn[2 * v], found.positions[v]);
+    ASSERT_EQ(drawn[2 * v + 1], found.normals[v]);
+  }
 }
 
 TEST_F(GpuDeformationTest, PassesAreTimedByName) {
