@@ -6,12 +6,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
+#include <optional>
 
 #include "engine/gpu/egl_context.h"
 #include "engine/gpu/gpu_deformation.h"
@@ -33,6 +34,7 @@ struct Arguments {
   std::vector<int> organs = {1, 8};
   int repeats = 100;
   int window_mb = 1000;
+  bool half = false;
   std::string json;
 };
 
@@ -46,7 +48,8 @@ struct Times {
   }
   double median() const { return quantile(0.5); }
   Json json() const {
-    return {{"median_us", 1e6 * median()}, {"p99_us", 1e6 * quantile(0.99)},
+    return {{"median_us", 1e6 * median()},
+            {"p99_us", 1e6 * quantile(0.99)},
             {"max_us", 1e6 * quantile(1.0)}};
   }
 };
@@ -63,6 +66,16 @@ std::unique_ptr<RingOrgan> make_organ(const Arguments& arguments) {
   std::tie(size.vertices_around, size.vertices_across) = grid_of(arguments.vertices);
   size.touchable = arguments.touchable;
   return make_ring_organ(size);
+}
+
+/// By columns in half precision where there are some.
+void place(const RingOrgan& organ, const HalfColumns* half, const ContactResponse& response,
+           std::vector<float>& displacements) {
+  if (half != nullptr) {
+    place_displacements(*half, response, displacements);
+  } else {
+    place_displacements(organ.compliance, response, displacements);
+  }
 }
 
 /// A tip of 19 cells on one organ, and the loads that it puts on places.
@@ -87,13 +100,14 @@ Press press(const RingOrgan& organ, const Arguments& arguments, int set) {
   const int first = set % sets * arguments.touched;
   for (int j = 0; j < arguments.touched; ++j) {
     const int touchable = first + j;
-    const auto place = static_cast<std::size_t>(
-        organ.compliance.touchable[static_cast<std::size_t>(touchable)]);
+    const auto place =
+        static_cast<std::size_t>(organ.compliance.touchable[static_cast<std::size_t>(touchable)]);
     made.response.touched.push_back(touchable);
     made.response.loads.push_back(-0.05 / arguments.touched * organ.places.normals[place]);
   }
   const std::size_t vertices = organ.surface.vertices.size();
-  const auto start = static_cast<std::size_t>(set % sets) * (vertices / static_cast<std::size_t>(sets));
+  const auto start =
+      static_cast<std::size_t>(set % sets) * (vertices / static_cast<std::size_t>(sets));
   for (std::size_t k = 0; k < 19; ++k) {
     const std::size_t at = (start + k) % vertices;
     ContactCell cell;
@@ -115,11 +129,11 @@ struct Difference {
   double position = 0.0;      // [m]
   double normal = 0.0;        // [rad]
 
-  void add(const RingOrgan& organ, const Press& load, const GpuDeformation& gpu,
-           std::size_t index) {
+  void add(const RingOrgan& organ, const HalfColumns* half, const Press& load,
+           const GpuDeformation& gpu, std::size_t index) {
     std::vector<float> u;
     std::vector<Vec3f> positions, normals;
-    place_displacements(organ.compliance, load.response, u);
+    place(organ, half, load.response, u);
     deform_drawn_surface(organ.drawn, u, load.near_fields, load.cells, load.forces, positions,
                          normals);
     const std::vector<float> gpu_u = gpu.read_displacements(index);
@@ -143,7 +157,8 @@ struct Difference {
 };
 
 /// The same work by the CPU kernels, all its threads.
-Json cpu_times(const RingOrgan& organ, const Arguments& arguments, int organs) {
+Json cpu_times(const RingOrgan& organ, const HalfColumns* half, const Arguments& arguments,
+               int organs) {
   Times product, surface, near;
   std::vector<float> u;
   std::vector<Vec3f> positions, normals;
@@ -153,7 +168,7 @@ Json cpu_times(const RingOrgan& organ, const Arguments& arguments, int organs) {
     for (int o = 0; o < organs; ++o) {
       Press load = press(organ, arguments, set++);
       const Stopwatch start;
-      place_displacements(organ.compliance, load.response, u);
+      place(organ, half, load.response, u);
       const double multiplied = start.seconds();
       deform_drawn_surface(organ.drawn, u, load.near_fields, load.cells, load.forces, positions,
                            normals);
@@ -180,9 +195,9 @@ void print_case(const Json& row, const EglContext& context) {
                            row["organs"].get<int>(), row["organs"] == 1 ? "" : "s",
                            row["places"].get<int>(), row["vertices"].get<int>(),
                            row["touched"].get<int>());
-  std::cout << fmt::format(
-      "  compliance product  {:9.1f} us (p99 {:.1f}), {:.1f} GB/s\n", us("product"),
-      row["gpu"]["product"]["p99_us"].get<double>(), 1e-9 * row["product_bytes_per_s"].get<double>());
+  std::cout << fmt::format("  compliance product  {:9.1f} us (p99 {:.1f}), {:.1f} GB/s\n",
+                           us("product"), row["gpu"]["product"]["p99_us"].get<double>(),
+                           1e-9 * row["product_bytes_per_s"].get<double>());
   const double share = row["share_of_read"].get<double>();
   std::cout << fmt::format(
       "    reading as many bytes: {:.1f} GB/s, so {:.0f} %; of a long read {:.0f} %{}\n",
@@ -201,14 +216,15 @@ void print_case(const Json& row, const EglContext& context) {
       row["error"]["position_m"].get<double>(), row["error"]["normal_rad"].get<double>(),
       row["cpu"]["surface_us"].get<double>());
   std::cout << fmt::format(
-      "  uploading loads     {:9.1f} us; the near field that goes with them costs the CPU {:.1f} us\n",
+      "  uploading loads     {:9.1f} us; the near field that goes with them costs the CPU {:.1f} "
+      "us\n",
       us("upload"), row["cpu"]["near_field_us"].get<double>());
 }
 
-Result<Json> bench_case(const RingOrgan& organ, const Arguments& arguments, int organs,
-                        const MemoryBandwidth& long_read) {
+Result<Json> bench_case(const RingOrgan& organ, const HalfColumns* half, const Arguments& arguments,
+                        int organs, const MemoryBandwidth& long_read) {
   const std::vector<GpuOrgan> given(static_cast<std::size_t>(organs),
-                                    {"ring", &organ.compliance, &organ.drawn});
+                                    {"ring", &organ.compliance, &organ.drawn, half});
   Result<GpuDeformation> made = GpuDeformation::create(given);
   if (!made) return std::unexpected(made.error());
   GpuDeformation& gpu = *made;
@@ -238,20 +254,22 @@ Result<Json> bench_case(const RingOrgan& organ, const Arguments& arguments, int 
   }
   Difference difference;
   for (std::size_t o = 0; o < presses.size(); ++o) {
-    difference.add(organ, presses[o], gpu, o);
+    difference.add(organ, half, presses[o], gpu, o);
   }
 
   const std::size_t rows = organ.compliance.rows();
-  const std::size_t bytes = static_cast<std::size_t>(organs) * rows * sizeof(float) *
-                            (3 * static_cast<std::size_t>(arguments.touched) + 1);
-  const Result<MemoryBandwidth> same =
-      measure_memory_bandwidth(bytes, static_cast<std::size_t>(arguments.window_mb) * 1'000'000,
-                               arguments.repeats);
+  // Columns read, displacements written.
+  const std::size_t entry = half != nullptr ? sizeof(std::uint16_t) : sizeof(float);
+  const std::size_t bytes =
+      static_cast<std::size_t>(organs) * rows *
+      (3 * static_cast<std::size_t>(arguments.touched) * entry + sizeof(float));
+  const Result<MemoryBandwidth> same = measure_memory_bandwidth(
+      bytes, static_cast<std::size_t>(arguments.window_mb) * 1'000'000, arguments.repeats);
   if (!same) return std::unexpected(same.error());
-  const double speed =
-      static_cast<double>(bytes) / std::max(times["product"].median(), 1e-9);
+  const double speed = static_cast<double>(bytes) / std::max(times["product"].median(), 1e-9);
   Json row;
   row["organs"] = organs;
+  row["storage"] = half != nullptr ? "half" : "single";
   row["places"] = organ.compliance.places;
   row["touchable"] = arguments.touchable;
   row["touched"] = arguments.touched;
@@ -267,7 +285,7 @@ Result<Json> bench_case(const RingOrgan& organ, const Arguments& arguments, int 
   row["share_of_read"] = speed / same->read;
   row["share_of_long_read"] = speed / long_read.read;
   row["near_vertices"] = presses[0].near_vertices.size();
-  row["cpu"] = cpu_times(organ, arguments, organs);
+  row["cpu"] = cpu_times(organ, half, arguments, organs);
   row["error"] = {{"displacement", difference.displacement},
                   {"position_m", difference.position},
                   {"normal_rad", difference.normal}};
@@ -288,9 +306,10 @@ Result<void> write_json(const std::filesystem::path& path, const Json& report) {
 
 Result<void> bench(const Arguments& arguments) {
   if (arguments.touched > arguments.touchable || arguments.touchable > arguments.places) {
-    return failure(fmt::format("--touched {} --touchable {} --places {}: expected at most as many "
-                               "touched as touchable as there are places",
-                               arguments.touched, arguments.touchable, arguments.places));
+    return failure(
+        fmt::format("--touched {} --touchable {} --places {}: expected at most as many "
+                    "touched as touchable as there are places",
+                    arguments.touched, arguments.touchable, arguments.places));
   }
   const Result<std::unique_ptr<EglContext>> context = EglContext::create();
   if (!context) return std::unexpected(context.error());
@@ -306,6 +325,8 @@ Result<void> bench(const Arguments& arguments) {
                            1e-9 * long_read->read, 1e-9 * long_read->copy,
                            long_read->bytes / 1'000'000);
   const std::unique_ptr<RingOrgan> organ = make_organ(arguments);
+  std::optional<HalfColumns> half;
+  if (arguments.half) half = half_precision(organ->compliance);
   Json report;
   report["device"] = (*context)->device();
   report["software"] = (*context)->software();
@@ -316,7 +337,7 @@ Result<void> bench(const Arguments& arguments) {
   report["share_to_reach"] = kShareToReach;
   report["repeats"] = arguments.repeats;
   for (const int organs : arguments.organs) {
-    Result<Json> row = bench_case(*organ, arguments, organs, *long_read);
+    Result<Json> row = bench_case(*organ, half ? &*half : nullptr, arguments, organs, *long_read);
     if (!row) return std::unexpected(row.error());
     print_case(*row, **context);
     report["cases"].push_back(*std::move(row));
@@ -346,6 +367,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 100'000));
   app.add_option("--window-mb", arguments.window_mb, "memory that bandwidth is measured on")
       ->check(CLI::Range(1, 100'000));
+  app.add_flag("--half", arguments.half, "compliances in half precision");
   app.add_option("--json", arguments.json, "file for the figures");
   try {
     app.parse(argc, argv);

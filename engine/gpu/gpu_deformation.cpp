@@ -28,10 +28,16 @@ std::size_t round_up(std::size_t count, std::size_t multiple) {
   return (count + multiple - 1) / multiple * multiple;
 }
 
-std::size_t parts_of(std::size_t count, std::size_t size) { return (count + size - 1) / size; }
+std::size_t parts_of(std::size_t count, std::size_t size) {
+  return (count + size - 1) / size;
+}
 
-std::uint32_t bits(float value) { return std::bit_cast<std::uint32_t>(value); }
-std::uint32_t word(std::size_t value) { return static_cast<std::uint32_t>(value); }
+std::uint32_t bits(float value) {
+  return std::bit_cast<std::uint32_t>(value);
+}
+std::uint32_t word(std::size_t value) {
+  return static_cast<std::uint32_t>(value);
+}
 
 /// Rows of different length in slices of kSlice, as deformation.comp reads them.
 struct SlicedRows {
@@ -70,18 +76,35 @@ std::string megabytes(std::size_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
 }
 
+/// Bytes of four rows of a column.
+std::size_t four_rows(bool half) {
+  return half ? 4 * sizeof(std::uint16_t) : 4 * sizeof(float);
+}
+
+std::size_t places_of(const GpuOrgan& organ) {
+  return organ.half != nullptr ? organ.half->rows / 3 : organ.compliance->places;
+}
+
+std::size_t touchable_of(const GpuOrgan& organ) {
+  if (organ.half == nullptr) return organ.compliance->touchable.size();
+  return organ.half->rows > 0 ? organ.half->entries.size() / (3 * organ.half->rows) : 0;
+}
+
 Result<void> check_parts(const GpuOrgan& organ) {
   const auto wrong = [&](const std::string& what) -> Result<void> {
     return failure("organ " + organ.name + ": " + what);
   };
-  if (organ.compliance == nullptr || organ.drawn == nullptr || organ.drawn->rest == nullptr) {
+  if ((organ.compliance == nullptr && organ.half == nullptr) || organ.drawn == nullptr ||
+      organ.drawn->rest == nullptr) {
     return wrong("expected a compliance and a drawn surface, found none");
   }
-  const SurfaceCompliance& compliance = *organ.compliance;
-  const std::size_t entries = 3 * compliance.rows() * compliance.touchable.size();
-  if (compliance.columns.size() != entries) {
-    return wrong(std::to_string(compliance.columns.size()) + " entries of its compliance, expected " +
-                 std::to_string(entries));
+  const std::size_t places = places_of(organ);
+  const std::size_t expected = 9 * places * touchable_of(organ);
+  const std::size_t found =
+      organ.half != nullptr ? organ.half->entries.size() : organ.compliance->columns.size();
+  if (found != expected) {
+    return wrong(std::to_string(found) + " entries of its compliance, expected " +
+                 std::to_string(expected));
   }
   const DrawnSurface& drawn = *organ.drawn;
   const std::size_t vertices = drawn.rest->vertices.size();
@@ -89,9 +112,9 @@ Result<void> check_parts(const GpuOrgan& organ) {
     return wrong("its carriers don't belong to its " + std::to_string(vertices) + " vertices");
   }
   for (const int place : drawn.carriers.nodes) {
-    if (place < 0 || static_cast<std::size_t>(place) >= compliance.places) {
+    if (place < 0 || static_cast<std::size_t>(place) >= places) {
       return wrong("carried by place " + std::to_string(place) + ", expected less than " +
-                   std::to_string(compliance.places));
+                   std::to_string(places));
     }
   }
   return {};
@@ -112,7 +135,7 @@ struct GpuDeformation::Entry {
 /// Everything about the surfaces, before it is uploaded.
 struct GpuDeformation::Shape {
   SlicedRows carriers, corners;
-  std::vector<Vec3f> rest;  // padded to whole slices, a model after another
+  std::vector<Vec3f> rest;                // padded to whole slices, a model after another
   std::vector<Vec3f> positions, normals;  // of the bodies
   std::size_t displacements = 0;          // components
 };
@@ -165,6 +188,7 @@ Result<void> GpuDeformation::load_kernels() {
     }
   };
   load(product_, "column_sums.comp", nullptr);
+  load(product_half_, "column_sums.comp", "HALF");
   load(carry_, "deformation.comp", "CARRY");
   load(near_, "deformation.comp", "NEAR");
   load(normals_kernel_, "deformation.comp", "NORMALS");
@@ -179,7 +203,7 @@ std::string GpuDeformation::place_model(Model& model, Shape& shape) {
     return what + " would make a storage buffer of " + megabytes(bytes) +
            ", this device binds at most " + megabytes(limits_.block_bytes) + ": stays on the CPU";
   };
-  const std::size_t tile_bytes = 3 * model.touchable * kTileRows * sizeof(float);
+  const std::size_t tile_bytes = 3 * model.touchable * kTileLanes * four_rows(model.half);
   if (tile_bytes > limits_.block_bytes) {
     return refuse(std::to_string(kTileRows) + " rows of its compliance", tile_bytes);
   }
@@ -211,7 +235,10 @@ std::string GpuDeformation::place_model(Model& model, Shape& shape) {
       [&](std::size_t v) {
         return static_cast<std::size_t>(drawn.triangle_begin[v + 1] - drawn.triangle_begin[v]);
       },
-      corners, [](std::size_t v) { return Pair{word(v), word(v)}; });
+      corners,
+      [](std::size_t v) {
+        return Pair{word(v), word(v)};
+      });
   const std::size_t rows = std::max(shape.carriers.entries.size(), shape.corners.entries.size());
   const std::size_t bytes =
       std::max(sizeof(Pair) * rows, sizeof(Vec3f) * kSlice * shape.carriers.slices());
@@ -226,19 +253,23 @@ std::string GpuDeformation::place_model(Model& model, Shape& shape) {
   return {};
 }
 
-/// Tiles go to the last storage buffer while there is room, then to a new one.
+/// Tiles go to the last storage buffer of their precision while there is room, then to a new one.
 void GpuDeformation::place_columns(Model& model) {
   const std::size_t stride = 3 * model.touchable * kTileLanes;
-  const std::size_t room = limits_.block_bytes / (4 * sizeof(float));
-  std::size_t tile = 0;
+  const std::size_t room = limits_.block_bytes / four_rows(model.half);
   const std::size_t tiles = parts_of(3 * model.places, kTileRows);
-  while (tile < tiles) {
-    if (shard_sizes_.empty() || shard_sizes_.back() + stride > room) shard_sizes_.push_back(0);
-    const std::size_t offset = shard_sizes_.back();
-    const std::size_t fit = stride > 0 ? (room - offset) / stride : tiles;
+  std::size_t shard = shards_.size();
+  while (shard > 0 && shards_[shard - 1].half != model.half) --shard;
+  for (std::size_t tile = 0; tile < tiles;) {
+    if (shard == 0 || shards_[shard - 1].size + stride > room) {
+      shards_.emplace_back().half = model.half;
+      shard = shards_.size();
+    }
+    Shard& last = shards_[shard - 1];
+    const std::size_t fit = stride > 0 ? (room - last.size) / stride : tiles;
     const std::size_t count = std::min(tiles - tile, fit);
-    model.runs.push_back({shard_sizes_.size() - 1, tile, count, offset});
-    shard_sizes_.back() += count * stride;
+    model.runs.push_back({shard - 1, tile, count, last.size});
+    last.size += count * stride;
     tile += count;
   }
 }
@@ -247,12 +278,15 @@ void GpuDeformation::place_bodies(std::span<const GpuOrgan> organs, Shape& shape
   std::map<std::pair<const void*, const void*>, std::size_t> model_of;
   std::vector<std::string> refusals;
   for (const GpuOrgan& organ : organs) {
-    const auto [known, is_new] =
-        model_of.try_emplace({organ.compliance, organ.drawn}, models_.size());
+    const void* columns = organ.compliance;
+    if (organ.half != nullptr) columns = organ.half;
+    const auto [known, is_new] = model_of.try_emplace({columns, organ.drawn}, models_.size());
     if (is_new) {
       Model model;
-      model.places = organ.compliance->places;
-      model.touchable = organ.compliance->touchable.size();
+      model.places = places_of(organ);
+      model.touchable = touchable_of(organ);
+      model.half = organ.half != nullptr;
+      if (model.half) model.scale = organ.half->scale;
       model.vertices = organ.drawn->rest->vertices.size();
       model.source = &organ;
       refusals.push_back(place_model(model, shape));
@@ -270,8 +304,10 @@ void GpuDeformation::place_bodies(std::span<const GpuOrgan> organs, Shape& shape
     if (!refusals[known->second].empty()) {
       body.refusal = "organ " + organ.name + ": " + refusals[known->second];
     } else if (bytes > limits_.block_bytes) {
-      body.refusal = "organ " + organ.name + ": the displacements of all organs so far would make "
-                     "a storage buffer of " + megabytes(bytes) + ", this device binds at most " +
+      body.refusal = "organ " + organ.name +
+                     ": the displacements of all organs so far would make "
+                     "a storage buffer of " +
+                     megabytes(bytes) + ", this device binds at most " +
                      megabytes(limits_.block_bytes) + ": stays on the CPU";
     } else {
       shape.displacements += components;
@@ -296,9 +332,7 @@ Result<void> GpuDeformation::upload(const Shape& shape) {
     room(buffer, values.size() * sizeof(T));
     buffer.upload_part(0, std::span<const T>(values));
   };
-  for (const std::size_t size : shard_sizes_) {
-    room(shards_.emplace_back(), size * 4 * sizeof(float));
-  }
+  for (Shard& shard : shards_) room(shard.columns, shard.size * four_rows(shard.half));
   fill(slice_begin_carriers_, shape.carriers.begin);
   fill(carriers_, shape.carriers.entries);
   fill(slice_begin_corners_, shape.corners.begin);
@@ -308,32 +342,36 @@ Result<void> GpuDeformation::upload(const Shape& shape) {
   fill(positions_, shape.positions);
   fill(normals_, shape.normals);
   for (Model& model : models_) {
-    upload_columns(model);
+    if (model.half) {
+      upload_columns(model, model.source->half->entries.data());
+    } else {
+      upload_columns(model, model.source->compliance->columns.data());
+    }
     model.source = nullptr;
   }
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
-    return failure("organs on the GPU: " + megabytes(bytes_) + " of buffers were refused (" +
-                   (error == GL_OUT_OF_MEMORY ? "out of memory"
-                                              : "GL error " + std::to_string(error)) +
-                   ")");
+    return failure(
+        "organs on the GPU: " + megabytes(bytes_) + " of buffers were refused (" +
+        (error == GL_OUT_OF_MEMORY ? "out of memory" : "GL error " + std::to_string(error)) + ")");
   }
   return {};
 }
 
-void GpuDeformation::upload_columns(const Model& model) {
+template <class Number>
+void GpuDeformation::upload_columns(const Model& model, const Number* values) {
   const std::size_t rows = 3 * model.places, columns = 3 * model.touchable;
-  std::vector<float> tile(columns * kTileRows);
+  std::vector<Number> tile(columns * kTileRows);
   for (const TileRun& run : model.runs) {
     for (std::size_t t = 0; t < run.tiles; ++t) {
       const std::size_t begin = (run.first_tile + t) * kTileRows;
       const std::size_t count = std::min(kTileRows, rows - begin);
-      if (count < kTileRows) std::fill(tile.begin(), tile.end(), 0.0f);
+      if (count < kTileRows) std::fill(tile.begin(), tile.end(), Number{});
       for (std::size_t c = 0; c < columns; ++c) {
-        std::copy_n(model.source->compliance->columns.data() + c * rows + begin, count,
-                    tile.data() + c * kTileRows);
+        std::copy_n(values + c * rows + begin, count, tile.data() + c * kTileRows);
       }
-      shards_[run.shard].upload_part(run.offset * 4 * sizeof(float) + t * tile.size() * sizeof(float),
-                                     std::span<const float>(tile));
+      const std::size_t offset =
+          run.offset * four_rows(model.half) + t * tile.size() * sizeof(Number);
+      shards_[run.shard].columns.upload_part(offset, std::span<const Number>(tile));
     }
   }
 }
@@ -411,7 +449,7 @@ void GpuDeformation::upload_loads(std::span<const GpuLoads> organs) {
     of_surface.push_back(entry);
     surface_range_.groups += parts_of(model.vertices, kSurfaceGroup);
     for (std::size_t j = 0; j < given.loads.size(); ++j) {
-      const Vec3f load = given.loads[j].cast<float>();
+      const Vec3f load = (given.loads[j] * model.scale).cast<float>();
       loads.push_back({bits(load.x()), bits(load.y()), bits(load.z()),
                        static_cast<std::uint32_t>(given.touched[j])});
     }
@@ -439,10 +477,11 @@ void GpuDeformation::upload_loads(std::span<const GpuLoads> organs) {
 
 void GpuDeformation::sum_columns() {
   for (std::size_t s = 0; s < shards_.size(); ++s) {
-    product_.set("first_entry", static_cast<int>(shard_ranges_[s].first));
-    product_.set("entries", static_cast<int>(shard_ranges_[s].count));
-    queue_.dispatch(product_, shard_ranges_[s].groups,
-                    {{0, &table_}, {1, &shards_[s]}, {2, &loads_}}, {{3, &displacements_}});
+    Program& product = shards_[s].half ? product_half_ : product_;
+    product.set("first_entry", static_cast<int>(shard_ranges_[s].first));
+    product.set("entries", static_cast<int>(shard_ranges_[s].count));
+    queue_.dispatch(product, shard_ranges_[s].groups,
+                    {{0, &table_}, {1, &shards_[s].columns}, {2, &loads_}}, {{3, &displacements_}});
   }
 }
 
@@ -466,10 +505,9 @@ void GpuDeformation::move_surfaces(PassTimer* timer) {
   queue_.dispatch(near_, parts_of(near_count_, kSurfaceGroup), {{1, &near_field_}},
                   {{2, &positions_}});
   mark("near");
-  queue_.dispatch(
-      normals_kernel_, surface_range_.groups,
-      {{0, &table_}, {1, &slice_begin_corners_}, {2, &corners_}, {3, &positions_}},
-      {{4, &normals_}});
+  queue_.dispatch(normals_kernel_, surface_range_.groups,
+                  {{0, &table_}, {1, &slice_begin_corners_}, {2, &corners_}, {3, &positions_}},
+                  {{4, &normals_}});
   mark("normals");
 }
 

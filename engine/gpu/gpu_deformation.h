@@ -1,6 +1,7 @@
 // From contact forces to the drawn surfaces of all touched organs on the GPU: the twin of
-// kernels/contact/deformation.h. What never changes (compliances, carriers, rest shapes) is uploaded
-// once; a frame sends loads, and positions and normals stay where the renderer can draw them from.
+// kernels/contact/deformation.h. What never changes (compliances, carriers, rest shapes) is
+// uploaded once; a frame sends loads, and positions and normals stay where the renderer can draw
+// them from.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "engine/gpu/program.h"
 #include "kernels/base/result.h"
 #include "kernels/contact/deformation.h"
+#include "kernels/contact/half_columns.h"
 
 namespace viscera {
 
@@ -31,13 +33,14 @@ struct GpuOrgan {
   std::string name;
   const SurfaceCompliance* compliance = nullptr;
   const DrawnSurface* drawn = nullptr;
+  const HalfColumns* half = nullptr;  ///< where given, it is read in place of `compliance`
 };
 
 /// What deforms one organ in a frame.
 struct GpuLoads {
-  std::size_t organ = 0;         ///< index into the organs that create() was given
-  std::span<const int> touched;  ///< as in ContactResponse
-  std::span<const Vec3> loads;   ///< on those [N]
+  std::size_t organ = 0;               ///< index into the organs that create() was given
+  std::span<const int> touched;        ///< as in ContactResponse
+  std::span<const Vec3> loads;         ///< on those [N]
   std::span<const int> near_vertices;  ///< of near_field_on_surface: each vertex at most once
   std::span<const Vec3f> near_field;   ///< there [m]
 };
@@ -55,7 +58,8 @@ class GpuDeformation {
   const std::string& refusal(std::size_t organ) const { return bodies_[organ].refusal; }
 
   /// Positions and normals of these organs under their loads, one dispatch a pass for all of them
-  /// (the compliance product: one a storage buffer, where the compliances need several); other
+  /// (the compliance product: one a storage buffer, where the compliances need several; those in
+  /// half precision have their own); other
   /// organs stay as they are. `timer`, started, gets the marks "upload", "product", "carry", "near"
   /// and "normals". Fails, changing nothing, for an organ that isn't there or is named twice, for
   /// places or vertices that it doesn't have, and for lists that don't match.
@@ -78,14 +82,22 @@ class GpuDeformation {
   /// Consecutive tiles of one compliance in one storage buffer.
   struct TileRun {
     std::size_t shard, first_tile, tiles;  // the first counted within the compliance
-    std::size_t offset;                    // in the shard [vec4]
+    std::size_t offset;                    // in the shard [fours of rows]
   };
   /// What instances share.
   struct Model {
     std::size_t places = 0, touchable = 0, vertices = 0;
+    bool half = false;
+    double scale = 1.0;  // of half-precision columns
     std::size_t first_slice = 0;
     std::vector<TileRun> runs;
     const GpuOrgan* source = nullptr;  // while creating
+  };
+  /// A storage buffer of columns, all in one precision.
+  struct Shard {
+    bool half = false;
+    std::size_t size = 0;  // [fours of rows]
+    Buffer columns;
   };
   struct Body {
     std::string name, refusal;
@@ -102,7 +114,8 @@ class GpuDeformation {
   void place_columns(Model& model);
   void place_bodies(std::span<const GpuOrgan> organs, Shape& shape);
   Result<void> upload(const Shape& shape);
-  void upload_columns(const Model& model);
+  template <class Number>
+  void upload_columns(const Model& model, const Number* values);
   Result<void> check(std::span<const GpuLoads> organs) const;
   void upload_loads(std::span<const GpuLoads> organs);
   void sum_columns();
@@ -110,13 +123,12 @@ class GpuDeformation {
 
   GpuLimits limits_;
   ComputeQueue queue_;
-  Program product_, carry_, near_, normals_kernel_;
+  Program product_, product_half_, carry_, near_, normals_kernel_;
   std::vector<Model> models_;
   std::vector<Body> bodies_;
   std::size_t bytes_ = 0;
 
-  std::vector<std::size_t> shard_sizes_;  // [vec4]
-  std::vector<Buffer> shards_;
+  std::vector<Shard> shards_;
   Buffer slice_begin_carriers_, carriers_, slice_begin_corners_, corners_, rest_;
   Buffer displacements_, positions_, normals_;
 

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kVector = 4 * sizeof(float);
 constexpr std::size_t kThreads = 256;  // of a group
+constexpr int kWarmUps = 2;
 
 }  // namespace
 
@@ -51,16 +52,16 @@ Result<MemoryBandwidth> measure_memory_bandwidth(std::size_t bytes, std::size_t 
   const auto median_seconds = [&](Program& program, std::size_t groups) {
     std::vector<double> seconds;
     program.set("count", static_cast<int>(vectors));
-    for (int i = 0; i < repeats + 2; ++i) {
+    for (int i = -kWarmUps; i < repeats; ++i) {
       if ((at + vectors) * kVector > window) at = 0;
       program.set("first", static_cast<int>(at));
       at += vectors;
       timer.start();
       queue.dispatch(program, groups, {{0, &source}}, {{1, &target}});
       timer.mark("read");
-      seconds.push_back(timer.finish()[0].seconds);
+      const double took = timer.finish()[0].seconds;
+      if (i >= 0) seconds.push_back(took);
     }
-    seconds.erase(seconds.begin(), seconds.begin() + 2);
     std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
     return std::max(seconds[static_cast<std::size_t>(repeats / 2)], 1e-9);
   };

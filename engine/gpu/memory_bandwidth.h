@@ -16,7 +16,8 @@ struct MemoryBandwidth {
 
 /// Reads and copies `bytes` at a time, each time the next part of a buffer of `window` bytes (at
 /// most what a storage buffer holds), so that a cache smaller than that doesn't help. Medians of
-/// `repeats` timestamped dispatches; of several sizes of dispatch the best. Needs a current context.
+/// `repeats` timestamped dispatches; of several sizes of dispatch the best. Needs a current
+/// context.
 Result<MemoryBandwidth> measure_memory_bandwidth(std::size_t bytes, std::size_t window,
                                                  int repeats);
 

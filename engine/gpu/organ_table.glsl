@@ -2,8 +2,8 @@
 // engine/gpu/gpu_deformation.cpp.
 struct OrganEntry {
   uint first_group;   // of this dispatch
-  uint first_tile;    // its columns: where its first tile begins, in vec4
-  uint tile_stride;   // from tile to tile, in vec4
+  uint first_tile;    // its columns: where its first tile begins, in fours of rows
+  uint tile_stride;   // from tile to tile, likewise
   uint displacement;  // its first displacement component
   uint first_load;
   uint loads;

@@ -24,14 +24,15 @@ RingPoint ring_point(double around, double across) {
   return point;
 }
 
-double angle(int i, int count) { return 2.0 * std::numbers::pi * i / count; }
+double angle(int i, int count) {
+  return 2.0 * std::numbers::pi * i / count;
+}
 
 /// Displacement per force at this offset [m/N].
 Mat3 kelvin(const Vec3& offset, double blunt) {
   const double r2 = offset.squaredNorm() + blunt * blunt;
   const double shear = kYoungs / (2.0 * (1.0 + kPoisson));
-  const double factor =
-      1.0 / (16.0 * std::numbers::pi * shear * (1.0 - kPoisson) * std::sqrt(r2));
+  const double factor = 1.0 / (16.0 * std::numbers::pi * shear * (1.0 - kPoisson) * std::sqrt(r2));
   return factor * ((3.0 - 4.0 * kPoisson) * Mat3::Identity() + offset * offset.transpose() / r2);
 }
 
@@ -77,8 +78,7 @@ SurfaceCompliance ring_compliance(const SurfacePlaces& places, int touchable) {
   parallel_for_each_index(count, 1, [&](std::size_t t) {
     const auto at = static_cast<std::size_t>(compliance.touchable[t]);
     for (std::size_t p = 0; p < places.size(); ++p) {
-      const Mat3 response =
-          kelvin(places.positions[p] - places.positions[at], places.spacings[at]);
+      const Mat3 response = kelvin(places.positions[p] - places.positions[at], places.spacings[at]);
       for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t b = 0; b < 3; ++b) {
           compliance.columns[(3 * t + b) * rows + 3 * p + a] =

@@ -4,10 +4,22 @@
 // columns is one stretch of memory, and a compliance can be split between tiles. A group sums one
 // tile: each lane four rows, each of PARTS threads a lane its share of the loads, so that there are
 // enough reads under way to fill the memory's pipe. The parts are added in a fixed order: the same
-// bits every time.
+// bits every time. HALF: columns in half precision, the twin of half_columns.h; their scale is in the
+// loads.
 layout(local_size_x = TILE_LANES, local_size_y = PARTS) in;
 
+#ifdef HALF
+layout(std430, binding = 1) readonly buffer Columns { uvec2 columns[]; };
+vec4 four_rows(uint at) {
+  uvec2 packed_rows = columns[at];
+  return vec4(unpackHalf2x16(packed_rows.x), unpackHalf2x16(packed_rows.y));
+}
+#else
 layout(std430, binding = 1) readonly buffer Columns { vec4 columns[]; };
+vec4 four_rows(uint at) {
+  return columns[at];
+}
+#endif
 layout(std430, binding = 2) readonly buffer Loads { uvec4 loads[]; };  // x, y, z [N], triple
 layout(std430, binding = 3) writeonly buffer Displacements { vec4 displacements[]; };
 
@@ -16,8 +28,8 @@ shared vec4 sums[PARTS][TILE_LANES];
 vec4 under_load(uint tile, uvec4 load) {
   uint at = tile + load.w * (3u * TILE_LANES);
   vec3 force = uintBitsToFloat(load.xyz);
-  return columns[at] * force.x + columns[at + TILE_LANES] * force.y +
-         columns[at + 2u * TILE_LANES] * force.z;
+  return four_rows(at) * force.x + four_rows(at + TILE_LANES) * force.y +
+         four_rows(at + 2u * TILE_LANES) * force.z;
 }
 
 void main() {

@@ -45,7 +45,8 @@ TEST_F(GpuBench, SpeedsStandBesideErrorsAndTheMachinesOwnBandwidth) {
   if (const auto context = EglContext::create(); !context) GTEST_SKIP() << context.error().text();
   const fs::path json = folder_ / "g.json";
   ASSERT_EQ(bench("--places 300 --vertices 700 --touchable 20 --touched 6 --organs 1,3 --repeats 3 "
-                  "--window-mb 8 --json '" + json.string() + "'"),
+                  "--window-mb 8 --json '" +
+                  json.string() + "'"),
             0)
       << text();
   const auto report = nlohmann::json::parse(std::ifstream(json));
@@ -67,6 +68,20 @@ TEST_F(GpuBench, SpeedsStandBesideErrorsAndTheMachinesOwnBandwidth) {
   EXPECT_NE(text().find("device: " + report["device"].get<std::string>()), std::string::npos);
 }
 
+TEST_F(GpuBench, HalfPrecisionReadsHalfAsMuch) {
+  if (const auto context = EglContext::create(); !context) GTEST_SKIP() << context.error().text();
+  const fs::path json = folder_ / "g.json";
+  ASSERT_EQ(bench("--half --places 300 --vertices 300 --touchable 20 --touched 6 --organs 1 "
+                  "--repeats 1 --window-mb 8 --json '" +
+                  json.string() + "'"),
+            0)
+      << text();
+  const auto row = nlohmann::json::parse(std::ifstream(json))["cases"][0];
+  EXPECT_EQ(row["storage"], "half");
+  EXPECT_EQ(row["product_bytes"], 3 * row["places"].get<int>() * (18 * 2 + 4));
+  EXPECT_LT(row["error"]["displacement"].get<double>(), 1e-5);
+}
+
 TEST_F(GpuBench, ImpossibleNumbersAreRefused) {
   EXPECT_EQ(bench("--touched 30 --touchable 20"), 2);
   EXPECT_NE(text().find("--touched 30 --touchable 20"), std::string::npos) << text();
@@ -78,7 +93,8 @@ TEST_F(GpuBench, ImpossibleNumbersAreRefused) {
 TEST_F(GpuBench, FileThatCantBeWrittenIsNamed) {
   if (const auto context = EglContext::create(); !context) GTEST_SKIP() << context.error().text();
   EXPECT_EQ(bench("--places 100 --vertices 100 --touchable 8 --touched 4 --organs 1 --repeats 1 "
-                  "--window-mb 1 --json '" + (folder_ / "none" / "g.json").string() + "'"),
+                  "--window-mb 1 --json '" +
+                  (folder_ / "none" / "g.json").string() + "'"),
             2);
   EXPECT_NE(text().find("g.json: can't be written"), std::string::npos) << text();
 }

@@ -86,8 +86,8 @@ void expect_same_displacements(const RingOrgan& organ, const Load& load,
 
 /// Positions: what the displacements differ by (weights add up to 1, none is far above it), and the
 /// roundings of some twenty terms as large as the greatest displacement, of the rest place and of
-/// the sum. Normals: an error d of the corners turns a triangle of least altitude a by at most about
-/// 4 d / a.
+/// the sum. Normals: an error d of the corners turns a triangle of least altitude a by at most
+/// about 4 d / a.
 void expect_same_surface(const RingOrgan& organ, const Shape& cpu, const Shape& gpu) {
   ASSERT_EQ(gpu.positions.size(), cpu.positions.size());
   float greatest = 0.0f, apart = 0.0f;
@@ -183,6 +183,30 @@ TEST_F(GpuDeformationTest, EveryNumberOfLoadsIsSummedWhole) {
   }
 }
 
+TEST_F(GpuDeformationTest, ColumnsInHalfPrecisionMatchTheCpusBesideOthersInSingle) {
+  std::vector<HalfColumns> halves;
+  for (const RingOrgan* ring : rings()) halves.push_back(half_precision(ring->compliance));
+  std::vector<GpuOrgan> given = organs();
+  given[0].half = &halves[0];
+  given[2].half = &halves[2];
+  given[2].compliance = nullptr;  // a run keeps only the part for forces
+  GpuDeformation gpu = create(given);
+  EXPECT_EQ(gpu.shards(), 2u);
+  const std::vector<Load> loads = {pressed(3, 38), pressed(2, 3), pressed(0, 17)};
+  deform(gpu, {loads[0].on(0), loads[1].on(1), loads[2].on(2)});
+  for (std::size_t o = 0; o < 3; ++o) {
+    std::vector<float> cpu;
+    if (given[o].half == nullptr) {
+      place_displacements(rings()[o]->compliance, loads[o].response, cpu);
+    } else {
+      place_displacements(*given[o].half, loads[o].response, cpu);
+    }
+    expect_same_displacements(*rings()[o], loads[o], cpu, gpu.read_displacements(o));
+  }
+  halves[0].entries.pop_back();
+  EXPECT_FALSE(GpuDeformation::create(given));
+}
+
 TEST_F(GpuDeformationTest, NearFieldIsAddedWhereTheCpuFindsIt) {
   const RingOrgan& ring = *rings()[0];
   Load load = pressed(5, 4);
@@ -274,18 +298,20 @@ TEST_F(GpuDeformationTest, InstancesShareTheirModelAndMoveApart) {
 
 TEST_F(GpuDeformationTest, ComplianceLargerThanAStorageBufferIsSplitAndGivesTheSameBits) {
   const auto wide = make_ring_organ({37, 13, 20, 9, 200});
+  const HalfColumns half = half_precision(wide->compliance);
   const std::vector<GpuOrgan> given = {{"wide", &wide->compliance, &wide->drawn},
+                                       {"half", nullptr, &wide->drawn, &half},
                                        {"small", &rings()[1]->compliance, &rings()[1]->drawn}};
   GpuDeformation whole = create(given);
-  EXPECT_EQ(whole.shards(), 1u);
-  // Twelve tiles of 307,200 bytes, and two of 10,752 bytes.
+  EXPECT_EQ(whole.shards(), 2u);
+  // Twelve tiles of 307,200 bytes, two of 10,752, and twelve of 153,600 in half precision.
   GpuLimits limits = GpuLimits::of_device();
   limits.block_bytes = 700'000;
   GpuDeformation split = create(given, limits);
-  EXPECT_EQ(split.shards(), 6u);
+  EXPECT_EQ(split.shards(), 9u);
   const Load load = pressed(2, 5);
-  for (GpuDeformation* gpu : {&whole, &split}) deform(*gpu, {load.on(1), load.on(0)});
-  for (std::size_t o = 0; o < 2; ++o) {
+  for (GpuDeformation* gpu : {&whole, &split}) deform(*gpu, {load.on(1), load.on(2), load.on(0)});
+  for (std::size_t o = 0; o < 3; ++o) {
     EXPECT_EQ(split.refusal(o), "");
     EXPECT_EQ(read(split, o), read(whole, o));
   }
