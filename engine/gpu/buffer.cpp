@@ -34,6 +34,21 @@ void Buffer::upload_bytes(const void* bytes, std::size_t size) {
   size_ = size;
 }
 
+void Buffer::allocate(std::size_t size) {
+  glNamedBufferData(id_, static_cast<GLsizeiptr>(size), nullptr, GL_STATIC_COPY);
+  size_ = capacity_ = size;
+}
+
+void Buffer::upload_part_bytes(std::size_t offset, const void* bytes, std::size_t size) {
+  if (size == 0) return;
+  glNamedBufferSubData(id_, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(size), bytes);
+}
+
+void Buffer::download_bytes(std::size_t offset, void* bytes, std::size_t size) const {
+  if (size == 0) return;
+  glGetNamedBufferSubData(id_, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(size), bytes);
+}
+
 VertexArray::VertexArray() {
   glCreateVertexArrays(1, &id_);
 }

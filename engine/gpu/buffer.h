@@ -22,6 +22,23 @@ class Buffer {
   }
   void upload_bytes(const void* bytes, std::size_t size);
 
+  /// Makes room for `size` bytes of unknown content that the device keeps and shaders write.
+  void allocate(std::size_t size);
+  /// Replaces bytes from `offset` on; within size().
+  template <class T>
+  void upload_part(std::size_t offset, std::span<const T> values) {
+    upload_part_bytes(offset, values.data(), values.size_bytes());
+  }
+  void upload_part_bytes(std::size_t offset, const void* bytes, std::size_t size);
+  /// Waits for the device. What shaders wrote needs a barrier before (ComputeQueue::make_readable).
+  template <class T>
+  std::vector<T> download(std::size_t offset, std::size_t count) const {
+    std::vector<T> values(count);
+    download_bytes(offset, values.data(), count * sizeof(T));
+    return values;
+  }
+  void download_bytes(std::size_t offset, void* bytes, std::size_t size) const;
+
   unsigned id() const { return id_; }
   std::size_t size() const { return size_; }  ///< bytes of the last upload
 

@@ -172,4 +172,34 @@ void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> disp
                           [&](std::size_t v) { normals[v] = normal_at(drawn, positions, v); });
 }
 
+void near_field_on_surface(const DrawnSurface& drawn, std::span<const NearField> near_fields,
+                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
+                           std::vector<int>& vertices, std::vector<Vec3f>& displacements) {
+  vertices.clear();
+  displacements.clear();
+  const std::vector<Group> groups = group_cells(near_fields, cells, forces);
+  if (groups.empty()) return;
+  struct Part {
+    std::vector<int> vertices;
+    std::vector<Vec3f> displacements;
+  };
+  const std::size_t count = drawn.rest->vertices.size();
+  std::vector<Part> parts((count + kVertexChunk - 1) / kVertexChunk);
+  parallel_chunks(count, kVertexChunk, [&](std::size_t begin, std::size_t end) {
+    Part& part = parts[begin / kVertexChunk];
+    for (std::size_t v = begin; v < end; ++v) {
+      const Vec3 near = near_displacement(groups, near_fields, cells, forces,
+                                          drawn.rest->vertices[v], drawn.rest_normals[v]);
+      if (near.isZero(0.0)) continue;
+      part.vertices.push_back(static_cast<int>(v));
+      part.displacements.push_back(near.cast<float>());
+    }
+  });
+  for (const Part& part : parts) {
+    vertices.insert(vertices.end(), part.vertices.begin(), part.vertices.end());
+    displacements.insert(displacements.end(), part.displacements.begin(),
+                         part.displacements.end());
+  }
+}
+
 }  // namespace viscera

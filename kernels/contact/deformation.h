@@ -36,4 +36,11 @@ void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> disp
                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
                           std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
 
+/// What deform_drawn_surface adds to the carried displacements, where it isn't zero: `vertices`
+/// ascending, their near field [m]. For a surface that is carried elsewhere, as on a GPU: the near
+/// field's closed forms concern the few vertices about a tip. Parallel, deterministic.
+void near_field_on_surface(const DrawnSurface& drawn, std::span<const NearField> near_fields,
+                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
+                           std::vector<int>& vertices, std::vector<Vec3f>& displacements);
+
 }  // namespace viscera

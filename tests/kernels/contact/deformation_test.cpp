@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -114,6 +115,28 @@ TEST(Deformation, NormalsAreUnitAndLeanTowardsThePit) {
       EXPECT_LT(pressed.normals[v].x(), -0.05f);
     }
   }
+}
+
+TEST(Deformation, NearFieldAloneIsWhatIsAddedToTheCarriedDisplacements) {
+  const Pressed pressed = press(test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 3, 1e-3, 0.6e-3));
+  std::vector<Vec3f> carried, normals;
+  deform_drawn_surface(block().drawn, pressed.displacements, {}, {}, {}, carried, normals);
+  std::vector<int> vertices;
+  std::vector<Vec3f> near;
+  near_field_on_surface(block().drawn, pressed.solution.near_fields, pressed.cells,
+                        pressed.solution.forces, vertices, near);
+  ASSERT_EQ(vertices.size(), near.size());
+  EXPECT_GT(vertices.size(), 10u);
+  EXPECT_LT(vertices.size(), carried.size() / 2);
+  EXPECT_TRUE(std::is_sorted(vertices.begin(), vertices.end()));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    carried[static_cast<std::size_t>(vertices[i])] += near[i];
+  }
+  for (std::size_t v = 0; v < carried.size(); ++v) {
+    EXPECT_LT((carried[v] - pressed.positions[v]).norm(), 1e-8f);
+  }
+  near_field_on_surface(block().drawn, {}, {}, {}, vertices, near);
+  EXPECT_TRUE(vertices.empty() && near.empty());
 }
 
 TEST(Deformation, SameDigitsForAnyNumberOfThreads) {
