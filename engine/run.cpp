@@ -186,6 +186,8 @@ void plot_frame(const World& world, const std::vector<TipSample>& samples, Revie
     if (world.organ_bodies[o].model->touchable_anywhere())
       review.charts[1].curves[curve++].add(world.time(),
                                            1e3 * world.organ_states[o].greatest_displacement);
+  for (std::size_t l = 0; l < world.links.size(); ++l)
+    review.charts[2].curves[l].add(world.time(), world.links[l].force);
 }
 
 void describe_world(const World& world, const SceneDescription& scene, RunReport& report) {
@@ -207,6 +209,13 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     report.organs.push_back(std::move(one));
     if (!model.deformable()) report.skipped.push_back(skipped_elasticity(scene.organs[o]));
   }
+  for (const Link& link : world.links) {
+    const auto described =
+        std::find_if(scene.links.begin(), scene.links.end(),
+                     [&](const LinkDescription& one) { return one.name == link.name; });
+    report.links.push_back({link.name, described->between, described->stiffness,
+                            link.springs.size(), link.greatest_force});
+  }
   for (const SmokeBody& smoke : world.smoke)
     report.smoke.particles_max = std::max(report.smoke.particles_max, smoke.most_particles);
 }
@@ -220,7 +229,7 @@ bool burns(const SceneDescription& scene) {
 
 SkippedReport skipped_elasticity(const OrganDescription& organ) {
   return {"elasticity of " + organ.name,
-          organ.deformable ? "no instrument reaches it" : "scenery: deformable is false"};
+          organ.deformable ? "no instrument or link reaches it" : "scenery: deformable is false"};
 }
 
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {
@@ -332,6 +341,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   for (const std::string& name : names) review.charts[0].curves.emplace_back(name);
   for (const OrganBody& organ : world.organ_bodies)
     if (organ.model->touchable_anywhere()) review.charts[1].curves.emplace_back(organ.name);
+  if (!world.links.empty()) review.charts.push_back({"Force of the links", "N", {}});
+  for (const Link& link : world.links) review.charts[2].curves.emplace_back(link.name);
   const Stopwatch loop;
   const Progress progress = progress_for("simulating");
   Result<void> status;

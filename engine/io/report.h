@@ -1,6 +1,7 @@
 // report.json: what a run was, what it made and what it cost.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -25,6 +26,14 @@ struct OrganReport {
   bool half_precision = false;       ///< of the displacements' storage; the two below are its price
   double storage_error = 0.0;        ///< greatest, over the greatest entry of the compliance
   std::ptrdiff_t saved_bytes = 0;    ///< against single precision
+};
+
+struct LinkReport {
+  std::string name;
+  std::array<std::string, 2> between;
+  double stiffness = 0.0;            ///< [N/m]
+  std::size_t springs = 0;
+  double greatest_force = 0.0;       ///< of all springs together [N]
 };
 
 struct StageReport {
@@ -64,6 +73,7 @@ struct RunReport {
   std::uint64_t peak_memory_bytes = 0;
   MachineReport machine;
   std::vector<OrganReport> organs;
+  std::vector<LinkReport> links;
   std::vector<StageReport> stages;
   struct Smoke {
     std::size_t particles_max = 0, volumes = 0;
