@@ -2,6 +2,7 @@
 // pattern: what only set-up writes is shared and constant, what a frame writes is a state.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -89,6 +90,37 @@ struct OrganState {
   bool deformed = false;                     ///< differs from rest
   bool frozen = false;                       ///< a non-finite value was met: stays as it is
   double greatest_displacement = 0.0;        ///< of this frame [m]
+};
+
+// --- links: written by set-up; springs, shift and forces by the contact and deformation stages -------
+
+/// Springs between the surfaces of two organs.
+struct Link {
+  struct Spring {
+    std::array<Vec3, 2> displacements{Vec3::Zero(), Vec3::Zero()};  ///< of its ends by deformation, world [m]
+    Vec3 force = Vec3::Zero();               ///< on its first end, world; on the other its opposite [N]
+  };
+  std::string name;
+  double softness = 0.0;                     ///< of one spring [m/N]
+  std::array<Entity, 2> ends;                ///< a stale one: the ground
+  std::vector<Spring> springs;
+  Vec3 shift = Vec3::Zero();                 ///< of the second end's frame beyond the first's by breathing [m]
+  double force = 0.0, greatest_force = 0.0;  ///< of all springs, now and so far [N]
+};
+
+/// The springs that end on an organ. Organs without elasticity have none: they don't yield.
+struct OrganTies {
+  struct Tie {
+    std::size_t link = 0, spring = 0;
+    int side = 0;                            ///< which end of the link the organ is
+    Entity other;                            ///< organ that yields at the other end; a stale one: none does
+    std::size_t other_tie = 0;               ///< the same spring among its ties
+  };
+  std::vector<Tie> ties;                     ///< (n)
+  std::vector<ContactCell> cells;            ///< organ's frame      (n)
+  MatrixX behind;                            ///< what the other ends yield under forces on these, world [m/N]  (3n x 3n)
+  MatrixX backing;                           ///< the same with the springs' own softness, organ's frame  (3n x 3n)
+  bool loaded = false;                       ///< in this frame: its group is touched, or moved by breathing
 };
 
 // --- organs: written by the heat stage -----------------------------------------------------------

@@ -83,6 +83,7 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
                    .note = "how deep each tip is in the tissue's shape at rest, where it presses"},
       displacement_{.title = "Greatest displacement", .unit = "mm", .curves = {},
                     .note = "of each organ that instruments can reach"},
+      links_{.title = "Force of the links", .unit = "N", .curves = {}, .note = ""},
       curve_of_organ_(world.organ_bodies.size()),
       greatest_(world.organ_bodies.size(), 0.0),
       greatest_time_(world.organ_bodies.size(), 0.0) {
@@ -96,12 +97,15 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
     curve_of_organ_[o] = displacement_.curves.size();
     displacement_.curves.emplace_back(world.organ_bodies[o].name);
   }
+  for (const Link& link : world.links) links_.curves.emplace_back(link.name);
 }
 
 void ReviewRecorder::add_frame(const World& world, std::span<const TipSample> samples) {
   watch_contacts(world, samples);
   watch_organs(world);
   watch_smoke(world);
+  for (std::size_t l = 0; l < world.links.size(); ++l)
+    links_.curves[l].add(world.time(), world.links[l].force);
 }
 
 void ReviewRecorder::watch_contacts(const World& world, std::span<const TipSample> samples) {
@@ -170,7 +174,9 @@ Result<Review> ReviewRecorder::finish(const Trace& trace, const RunReport& repor
   review.film = film;
   review.pictures_per_second =
       static_cast<double>(kFramesPerSecond) / static_cast<double>(kFramesPerPicture);
-  review.charts = {force_, penetration_, displacement_, stage_chart(trace)};
+  review.charts = {force_, penetration_, displacement_};
+  if (!links_.curves.empty()) review.charts.push_back(links_);
+  review.charts.push_back(stage_chart(trace));
   for (const Watched* watched :
        {&contact_, &hold_, &force_peak_, &smoke_, &displacement_peak_}) {
     if (watched->frame == 0) continue;

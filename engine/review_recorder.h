@@ -55,7 +55,7 @@ class ReviewRecorder {
   void watch_smoke(const World& world);
 
   std::vector<std::string> tools_;
-  Chart force_, penetration_, displacement_;
+  Chart force_, penetration_, displacement_, links_;
   std::vector<std::optional<std::size_t>> curve_of_organ_;
   std::vector<double> greatest_, greatest_time_;   ///< of each organ [m], [s]
   Watched contact_{"First contact"}, hold_{"Jaws first hold tissue"}, force_peak_{"Peak force"},

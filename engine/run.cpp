@@ -204,6 +204,13 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     report.organs.push_back(std::move(one));
     if (!model.deformable()) report.skipped.push_back(skipped_elasticity(scene.organs[o]));
   }
+  for (const Link& link : world.links) {
+    const auto described =
+        std::find_if(scene.links.begin(), scene.links.end(),
+                     [&](const LinkDescription& one) { return one.name == link.name; });
+    report.links.push_back({link.name, described->between, described->stiffness,
+                            link.springs.size(), link.greatest_force});
+  }
   for (const SmokeBody& smoke : world.smoke)
     report.smoke.particles_max = std::max(report.smoke.particles_max, smoke.most_particles);
 }
@@ -217,7 +224,7 @@ bool burns(const SceneDescription& scene) {
 
 SkippedReport skipped_elasticity(const OrganDescription& organ) {
   return {"elasticity of " + organ.name,
-          organ.deformable ? "no instrument reaches it" : "scenery: deformable is false"};
+          organ.deformable ? "no instrument or link reaches it" : "scenery: deformable is false"};
 }
 
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {

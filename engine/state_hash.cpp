@@ -41,6 +41,8 @@ std::string StateHash::finish(const World& world) {
         add(hasher_, spot.displacement);
       }
     }
+  for (const Link& link : world.links)
+    for (const Link::Spring& spring : link.springs) add(hasher_, spring.force);
   for (const OrganBurn& burn : world.organ_burns)
     for (std::size_t b = 0; b < burn.damage.brick_count(); ++b) {
       const BrickField::Index& index = burn.damage.brick_indices()[b];

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "engine/io/mesh_import.h"
+#include "engine/systems/links.h"
 #include "engine/systems/systems.h"
 #include "engine/systems/tool_shape.h"
 #include "kernels/points/surface_tree.h"
@@ -22,6 +23,8 @@ constexpr double kReachMargin = 8e-3;
 /// the most that is allowed for.
 constexpr double kCarriedShare = 0.5;
 constexpr double kCarriedMost = 12e-3;
+/// A link's pull is spread this far around its springs, in spacings of nodes.
+constexpr double kSpreadSpacings = 2.6;
 /// Paths are sampled at the frame rate and thinned to this distance [m].
 constexpr double kPathPitch = 1e-3;
 constexpr double kSampleStep = 1.0 / 60.0;
@@ -141,7 +144,8 @@ std::string buried_message(const SceneDescription& scene, std::size_t instrument
 
 }  // namespace
 
-Reach reach_of(const std::vector<InstrumentBody>& instruments, const OrganDescription& organ) {
+Reach reach_of(const std::vector<InstrumentBody>& instruments,
+               const std::vector<LinkDescription>& links, const OrganDescription& organ) {
   Reach reach;
   double size = 0.0, carried = 0.0;
   for (const InstrumentBody& body : instruments) {
@@ -169,6 +173,10 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments, const OrganDescri
     }
   }
   reach.radius = kReachMargin + size + std::min(kCarriedMost, kCarriedShare * carried);
+  for (const LinkDescription& link : links)
+    if (link.stiffness > 0.0 && (link.between[0] == organ.name || link.between[1] == organ.name))
+      reach.attachments.push_back(
+          {link.region.grown(kSpreadSpacings * organ.resolution.finest), organ.pose});
   return reach;
 }
 
@@ -223,7 +231,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
     const Tissue tissue = tissue_of(organ, tissues);
-    const Reach reach = reach_of(instruments, organ);
+    const Reach reach = reach_of(instruments, scene.links, organ);
     const SurfaceInspection tips_are_clear = [&](const TriangleSurface& surface) {
       return check_tips(scene, instruments, organ, surface);
     };
@@ -258,7 +266,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
   return models;
 }
 
-std::unique_ptr<World> place_entities(const SceneDescription& scene,
+Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
                                       std::vector<InstrumentBody> instruments,
                                       const OrganModels& models,
                                       const std::map<std::string, Tissue>& tissues) {
@@ -267,6 +275,7 @@ std::unique_ptr<World> place_entities(const SceneDescription& scene,
     add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);
   for (InstrumentBody& body : instruments) add_instrument(*world, std::move(body));
   for (const SmokeDescription& smoke : scene.smoke) add_smoke(*world, scene, smoke);
+  if (auto linked = make_links(scene, *world); !linked) return std::unexpected(linked.error());
   return world;
 }
 

@@ -22,6 +22,10 @@ struct World {
   Pool<OrganState> organ_states;
   Pool<OrganBurn> organ_burns;
 
+  std::vector<Link> links;                   ///< those with stiffness
+  Pool<OrganTies> organ_ties;
+  std::vector<std::vector<Entity>> link_groups;  ///< organs whose contact is solved together
+
   Pool<InstrumentBody> instrument_bodies;
   Pool<InstrumentState> instrument_states;
   Pool<InstrumentContact> instrument_contacts;
@@ -52,7 +56,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
                                    std::vector<std::string>& warnings);
 /// Places all entities; `models` are those of the scene's organs. Whether tips are clear of the organs
 /// isn't asked again.
-std::unique_ptr<World> place_entities(const SceneDescription& scene,
+Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
                                       std::vector<InstrumentBody> instruments,
                                       const OrganModels& models,
                                       const std::map<std::string, Tissue>& tissues);
@@ -65,8 +69,9 @@ Result<void> check_tips(const SceneDescription& scene,
                         const std::vector<InstrumentBody>& instruments,
                         const OrganDescription& organ, const TriangleSurface& surface);
 
-/// Where the instruments may touch this organ, in its own frame.
-Reach reach_of(const std::vector<InstrumentBody>& instruments, const OrganDescription& organ);
+/// Where the instruments may touch this organ and links pull at it, in its own frame.
+Reach reach_of(const std::vector<InstrumentBody>& instruments,
+               const std::vector<LinkDescription>& links, const OrganDescription& organ);
 
 /// The organ's tissue with the scene's own elastic values in it.
 Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tissue>& tissues);

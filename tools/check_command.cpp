@@ -7,6 +7,7 @@
 
 #include "engine/organ/elasticity_checks.h"
 #include "engine/run.h"
+#include "engine/systems/link_places.h"
 #include "engine/world.h"
 #include "tools/project_paths.h"
 
@@ -34,6 +35,7 @@ Result<void> check_scene(const SceneDescription& scene,
   std::vector<SkippedReport> skipped = skipped_parts(scene, true);
   auto instruments = make_instruments(scene);
   if (!instruments) return std::unexpected(instruments.error());
+  std::vector<TriangleSurface> surfaces(scene.organs.size());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
     const auto add_mistakes = [&](const Error& error) {
@@ -42,7 +44,7 @@ Result<void> check_scene(const SceneDescription& scene,
             fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name, message));
     };
     auto plan =
-        plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, organ), options);
+        plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, scene.links, organ), options);
     if (!plan) {
       add_mistakes(plan.error());
       continue;
@@ -64,11 +66,27 @@ Result<void> check_scene(const SceneDescription& scene,
     out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>12}{:>12.1f} s  {}\n", organ.name,
                        plan->triangles, plan->nodes, plan->surface_nodes, plan->touchable_places,
                        megabytes(plan->memory_bytes), expected, plan->cached ? "yes" : "no");
+    surfaces[i] = std::move(plan->surface);
   }
+  std::vector<LinkPlaces> places;
+  std::vector<const TriangleSurface*> all;
+  for (const TriangleSurface& surface : surfaces) all.push_back(&surface);
+  if (mistakes.messages.empty())
+    for (std::size_t i = 0; i < scene.links.size(); ++i) {
+      auto placed = place_springs(scene, i, all);
+      if (placed)
+        places.push_back(std::move(*placed));
+      else
+        mistakes.messages.push_back(placed.error().text());
+    }
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
 
   out << fmt::format("\nmodels {}, most while preparing {}, expected preparation {:.0f} s\n",
                      megabytes(memory), megabytes(peak), seconds);
+  for (std::size_t i = 0; i < scene.links.size(); ++i)
+    out << fmt::format("link {}: {} springs, {:g} N/m in all, from {} to {}\n",
+                       scene.links[i].name, places[i].springs.size(), scene.links[i].stiffness,
+                       scene.links[i].between[0], scene.links[i].between[1]);
   for (const InstrumentDescription& tool : scene.instruments)
     out << fmt::format("instrument {}: {} key frames\n", tool.name, tool.path.size());
   for (const SmokeDescription& smoke : scene.smoke) {

@@ -59,7 +59,9 @@ Result<SceneItself> step_scene_itself(const SceneDescription& scene,
                                       const OrganModels& models,
                                       const std::map<std::string, Tissue>& tissues,
                                       std::uint64_t frames) {
-  const auto world = place_entities(scene, std::move(instruments), models, tissues);
+  const auto placed = place_entities(scene, std::move(instruments), models, tissues);
+  if (!placed) return std::unexpected(placed.error());
+  World* const world = placed->get();
   SceneItself result;
   result.touches.assign(scene.organs.size(), 0);
   Trace trace(stage_names());

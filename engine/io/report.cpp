@@ -45,6 +45,14 @@ Json organ_json(const OrganReport& organ) {
           {"greatest_displacement_time_s", organ.greatest_displacement_time}};
 }
 
+Json link_json(const LinkReport& link) {
+  return {{"name", link.name},
+          {"between", {link.between[0], link.between[1]}},
+          {"stiffness_N_per_m", link.stiffness},
+          {"springs", link.springs},
+          {"greatest_force_N", link.greatest_force}};
+}
+
 Json stage_json(const StageReport& stage) {
   return {{"name", stage.name},
           {"median_us", stage.median_us},
@@ -81,8 +89,9 @@ std::vector<StageReport> stage_reports(const Trace& trace) {
 }
 
 std::string to_json(const RunReport& report) {
-  Json organs = Json::array(), stages = Json::array(), skipped = Json::array();
+  Json organs = Json::array(), links = Json::array(), stages = Json::array(), skipped = Json::array();
   for (const OrganReport& organ : report.organs) organs.push_back(organ_json(organ));
+  for (const LinkReport& link : report.links) links.push_back(link_json(link));
   for (const StageReport& stage : report.stages) stages.push_back(stage_json(stage));
   for (const SkippedReport& s : report.skipped) {
     skipped.push_back({{"what", s.what}, {"why", s.why}});
@@ -110,6 +119,7 @@ std::string to_json(const RunReport& report) {
         {"cores", report.machine.cores},
         {"memory_bytes", report.machine.memory_bytes}}},
       {"organs", organs},
+      {"links", links},
       {"stages", stages},
       {"smoke", {{"particles_max", report.smoke.particles_max}, {"volumes", report.smoke.volumes}}},
       {"skipped", skipped},

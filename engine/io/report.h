@@ -1,6 +1,7 @@
 // report.json: what a run was, what it made and what it cost.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -27,6 +28,14 @@ struct OrganReport {
   std::ptrdiff_t saved_bytes = 0;    ///< against single precision
   double greatest_displacement = 0.0;       ///< of the drawn surface, in the whole run [m]
   double greatest_displacement_time = 0.0;  ///< when that was [s]
+};
+
+struct LinkReport {
+  std::string name;
+  std::array<std::string, 2> between;
+  double stiffness = 0.0;            ///< [N/m]
+  std::size_t springs = 0;
+  double greatest_force = 0.0;       ///< of all springs together [N]
 };
 
 struct StageReport {
@@ -66,6 +75,7 @@ struct RunReport {
   std::uint64_t peak_memory_bytes = 0;
   MachineReport machine;
   std::vector<OrganReport> organs;
+  std::vector<LinkReport> links;
   std::vector<StageReport> stages;
   struct Smoke {
     std::size_t particles_max = 0, volumes = 0;

@@ -87,6 +87,12 @@ Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry,
   return hash_file(hasher, file.file);
 }
 
+void hash_region(Hasher& hasher, const Region& region) {
+  hasher.value(region.shape).value(region.radius);
+  hash_vector(hasher, region.a);
+  hash_vector(hasher, region.b);
+}
+
 bool in_any(const std::vector<Region>& regions, const Vec3& x) {
   return std::any_of(regions.begin(), regions.end(),
                      [&](const Region& region) { return region.contains(x); });
@@ -118,6 +124,8 @@ Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reac
   // So that wherever a vertex is in reach, so is the place nearest to it.
   Reach grown = reach;
   grown.radius += organ.resolution.finest;
+  for (Reach::Attachment& attachment : grown.attachments)
+    attachment.region = attachment.region.grown(organ.resolution.finest);
   auto touchable =
       touchable_part(model.places, [&](const Vec3& x) { return grown.covers(x); });
   if (!touchable) return std::unexpected(touchable.error());
@@ -296,7 +304,10 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
 
 bool Reach::covers(const Vec3& x) const {
   return std::any_of(points.begin(), points.end(),
-                     [&](const Vec3& p) { return (p - x).squaredNorm() < radius * radius; });
+                     [&](const Vec3& p) { return (p - x).squaredNorm() < radius * radius; }) ||
+         std::any_of(attachments.begin(), attachments.end(), [&](const Attachment& attachment) {
+           return attachment.region.contains(attachment.pose.to_world(x));
+         });
 }
 
 std::ptrdiff_t OrganModel::saved_bytes() const {
@@ -333,14 +344,16 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
     if (!formulation) return failure("formulation \"" + organ.formulation + "\" isn't known");
     hasher.text(organ.formulation).value(formulation->version());
     hasher.value(tissue.elastic.youngs_modulus).value(tissue.elastic.poisson_ratio);
-    for (const Region& region : organ.fixed) {
-      hasher.value(region.shape).value(region.radius);
-      hash_vector(hasher, region.a);
-      hash_vector(hasher, region.b);
-    }
+    for (const Region& region : organ.fixed) hash_region(hasher, region);
     hasher.value(organ.resolution.spacing).value(organ.resolution.finest);
     hasher.value(organ.resolution.gradient).value(reach.radius);
     for (const Vec3& point : reach.points) hash_vector(hasher, point);
+    for (const Reach::Attachment& attachment : reach.attachments) {
+      hasher.text("attachment");
+      hash_region(hasher, attachment.region);
+      hash_vector(hasher, attachment.pose.position);
+      for (int c = 0; c < 4; ++c) hasher.value(attachment.pose.orientation.coeffs()[c]);
+    }
   }
   return hasher.hex();
 }

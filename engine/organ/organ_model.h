@@ -19,10 +19,15 @@
 namespace viscera {
 
 /// Where instruments may press an organ, in the organ's frame: places along their paths, with how far
-/// the tissue may have moved when they come by.
+/// the tissue may have moved when they come by; and where links pull at it.
 struct Reach {
+  struct Attachment {
+    Region region;            ///< world, with room for the spreading of the load
+    Pose pose;                ///< of the organ in that world
+  };
   std::vector<Vec3> points;   ///< [m]
   double radius = 0.0;        ///< touchable within this distance of a point [m]
+  std::vector<Attachment> attachments;
 
   bool covers(const Vec3& x) const;
 };

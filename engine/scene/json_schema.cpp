@@ -46,6 +46,12 @@ void add_type(const KeySpec& key, Json& schema) {
       schema["maxItems"] = 3;
       break;
     }
+    case KeyType::kTexts:
+      schema["type"] = "array";
+      schema["items"] = {{"type", "string"}, {"maxLength", 200}};
+      schema["minItems"] = key.least_items;
+      schema["maxItems"] = key.most_items;
+      break;
     case KeyType::kFile:
       schema["type"] = "string";
       schema["minLength"] = 1;

@@ -68,6 +68,9 @@ KeySpec boolean(std::string name, std::string description) {
 KeySpec vector(std::string name, std::string description) {
   return key(std::move(name), KeyType::kVector, std::move(description));
 }
+KeySpec texts(std::string name, std::string description, std::size_t count) {
+  return key(std::move(name), KeyType::kTexts, std::move(description)).items(count, count);
+}
 KeySpec file_key(std::string name, std::string description) {
   return key(std::move(name), KeyType::kFile, std::move(description));
 }
@@ -108,7 +111,12 @@ std::string where_applies(const KeySpec& key) {
 std::string expected_value(const KeySpec& key) {
   if (!key.choices.empty())
     return alternatives(key.choices) + (key.choices.size() > 1 ? "" : " (the only value)");
-  if (!key.vocabulary.empty()) return "the name of a " + key.vocabulary;
+  if (key.type == KeyType::kTexts)
+    return "an array of " + std::to_string(key.least_items) +
+           (key.vocabulary.empty() ? " texts" : " names of " + key.vocabulary + "s");
+  if (!key.vocabulary.empty())
+    return (key.vocabulary.starts_with('o') ? "the name of an " : "the name of a ") +
+           key.vocabulary;
   switch (key.type) {
     case KeyType::kText:
       return "text of at most 200 characters";
@@ -127,6 +135,7 @@ std::string expected_value(const KeySpec& key) {
     case KeyType::kObject:
     case KeyType::kMap:
       return "an object";
+    case KeyType::kTexts:
     case KeyType::kList:
       break;
   }

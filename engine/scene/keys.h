@@ -23,6 +23,7 @@ enum class KeyType {
   kInteger,
   kBoolean,
   kVector,  ///< three numbers
+  kTexts,   ///< as many lines of text as least_items says
   kFile,    ///< a file that ReadContext::find_file knows; replaced by the path that it found
   kObject,
   kList,  ///< of objects
@@ -124,6 +125,8 @@ KeySpec number(std::string name, std::string description);
 KeySpec integer(std::string name, std::string description);
 KeySpec boolean(std::string name, std::string description);
 KeySpec vector(std::string name, std::string description);
+/// Exactly `count` texts.
+KeySpec texts(std::string name, std::string description, std::size_t count);
 KeySpec file_key(std::string name, std::string description);
 KeySpec object(std::string name, std::string description, ObjectSpec spec);
 KeySpec list(std::string name, std::string description, ObjectSpec spec);

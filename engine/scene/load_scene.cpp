@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numbers>
+#include <optional>
 #include <string_view>
 
 #include "engine/scene/find_geometry.h"
@@ -134,6 +135,17 @@ OrganDescription organ_of(const Json& values) {
   return organ;
 }
 
+// --- links --------------------------------------------------------------------------------------
+
+LinkDescription link_of(const Json& values) {
+  LinkDescription link;
+  link.name = values["name"];
+  link.between = {values["between"][0], values["between"][1]};
+  link.region = region_of(values["region"]);
+  link.stiffness = values["stiffness_N_per_m"];
+  return link;
+}
+
 // --- instruments --------------------------------------------------------------------------------
 
 TipDescription tip_of(const Json& values) {
@@ -207,6 +219,7 @@ SceneDescription scene_of(const Json& values) {
   scene.duration = values["duration_s"];
   scene.seed = values["seed"];
   for (const Json& organ : values["organs"]) scene.organs.push_back(organ_of(organ));
+  for (const Json& link : values["links"]) scene.links.push_back(link_of(link));
   for (const Json& instrument : values["instruments"])
     scene.instruments.push_back(instrument_of(instrument));
   if (values.contains("camera")) scene.camera = camera_of(values["camera"]);
@@ -228,6 +241,20 @@ std::vector<std::string> recipe_names(const fs::path& assets) {
        !failed && entry != fs::end(entry); entry.increment(failed))
     if (entry->path().extension() == ".json") names.push_back(entry->path().stem().string());
   std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// What a link may name; nothing where some organ's name is a mistake of its own, so that it isn't
+/// reported twice. The file isn't checked yet.
+std::optional<std::vector<std::string>> organ_names(const Json& root) {
+  if (!root.is_object() || !root.contains("organs") || !root["organs"].is_array()) return {};
+  std::vector<std::string> names = {LinkDescription::kGround};
+  for (const Json& organ : root["organs"]) {
+    if (!organ.is_object() || !organ.contains("name") || !organ["name"].is_string()) return {};
+    const std::string name = organ["name"];
+    if (!is_name(name) || std::find(names.begin() + 1, names.end(), name) != names.end()) return {};
+    names.push_back(name);
+  }
   return names;
 }
 
@@ -258,7 +285,7 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
   if (!root) return std::unexpected(root.error());
 
   Error error;
-  const ReadContext context = context_for(file, options, error);
+  ReadContext context = context_for(file, options, error);
   std::vector<std::pair<std::string, std::string>> overridden;  // path with indices, option
   for (const auto& [path, value] : options.overrides) {
     const Result<std::string> resolved = apply_override(*root, path, value);
@@ -268,6 +295,7 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
       error.messages.push_back(resolved.error().text());
   }
 
+  if (auto names = organ_names(*root)) context.vocabularies["organ"] = std::move(*names);
   for (const Mistake& mistake : validate(*root, scene_keys(), context)) {
     const auto from = std::find_if(overridden.rbegin(), overridden.rend(), [&](const auto& entry) {
       return mistake.path == entry.first || mistake.path.starts_with(entry.first + "/");

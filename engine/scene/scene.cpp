@@ -18,6 +18,23 @@ bool Region::contains(const Vec3& x) const {
   return false;
 }
 
+Region Region::grown(double margin) const {
+  Region larger = *this;
+  switch (shape) {
+    case Shape::kHalfSpace:
+      larger.a += margin * b;
+      break;
+    case Shape::kSphere:
+      larger.radius += margin;
+      break;
+    case Shape::kBox:
+      larger.a.array() -= margin;
+      larger.b.array() += margin;
+      break;
+  }
+  return larger;
+}
+
 Vec3 MotionDescription::displacement(double time) const {
   const double s = std::sin(std::numbers::pi * time / period + 0.5 * phase);
   return amplitude * (s * s) * (s * s) * direction;

@@ -2,6 +2,7 @@
 // anything is built from it. Times in seconds of the scene's clock, which starts at 0.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -53,6 +54,8 @@ struct Region {
   double radius = 0.0;     ///< of the sphere [m]
 
   bool contains(const Vec3& x) const;
+  /// The same with its border moved out by `margin` [m].
+  Region grown(double margin) const;
 };
 
 struct Resolution {
@@ -93,6 +96,20 @@ struct OrganDescription {
 
   /// Where its frame stands at this time [s].
   Pose pose_at(double time) const;
+};
+
+// --- links --------------------------------------------------------------------------------------
+
+/// Springs between two organs' surfaces, or between one and the ground: a ligament, a gallbladder's
+/// bed. Without tension where both organs stand undeformed at their poses.
+struct LinkDescription {
+  static constexpr const char* kGround = "ground";
+
+  std::string name;
+  std::array<std::string, 2> between;  ///< organs; at most one of them kGround, which never moves
+  Region region;                       ///< sphere or box that holds both ends; world, organs at
+                                       ///< their poses
+  double stiffness = 0.0;              ///< of all springs together, in every direction [N/m]
 };
 
 // --- instruments --------------------------------------------------------------------------------
@@ -178,6 +195,7 @@ struct SceneDescription {
   double duration = 10.0;  ///< [s]
   std::uint64_t seed = 1;
   std::vector<OrganDescription> organs;
+  std::vector<LinkDescription> links;
   std::vector<InstrumentDescription> instruments;
   std::optional<CameraDescription> camera;  ///< none: nothing can be rendered
   LightDescription light;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "engine/scene/scene.h"
+
 namespace viscera {
 namespace {
 
@@ -135,6 +137,14 @@ ObjectSpec geometry() {
   return spec;
 }
 
+ObjectSpec ball() {
+  return {"A ball.",
+          {position("centre_mm", "Its centre.").needed(),
+           number("radius_mm", "Its radius.").needed().between(0.01, 5000)},
+          {},
+          {}};
+}
+
 ObjectSpec region() {
   const ObjectSpec half_space{
       "All that lies behind a plane.",
@@ -150,14 +160,9 @@ ObjectSpec region() {
           return {{"normal", "found " + n.dump() + ", expected a direction"}};
         },
         nullptr}}};
-  const ObjectSpec sphere{"A ball.",
-                          {position("centre_mm", "Its centre.").needed(),
-                           number("radius_mm", "Its radius.").needed().between(0.01, 5000)},
-                          {},
-                          {}};
   return {"A part of space in the organ's own frame, before its pose.",
           {object("half_space", "All that lies behind a plane.", half_space),
-           object("sphere", "A ball.", sphere),
+           object("sphere", "A ball.", ball()),
            object("box", "An axis-aligned box.", box("An axis-aligned box."))},
           {"half_space", "sphere", "box"},
           {}};
@@ -256,6 +261,62 @@ ObjectSpec organ() {
            {{"properties", {{"deformable", {{"const", false}}}}}, {"required", {"deformable"}}}}}},
         {"then", {{"properties", {{"fixed", {{"minItems", 1}}}}}, {"required", {"fixed"}}}}}}};
   return spec;
+}
+
+// --- links --------------------------------------------------------------------------------------
+
+ObjectSpec link() {
+  const ObjectSpec region{
+      "A part of the world, where the organs stand at their poses.",
+      {object("sphere", "A ball.", ball()),
+       object("box", "An axis-aligned box.", box("An axis-aligned box."))},
+      {"sphere", "box"},
+      {}};
+  ObjectSpec spec;
+  spec.description = "Springs that tie two organs: a ligament, the gallbladder's bed.";
+  spec.keys = {
+      name_key("Its name in reports and --set; unique among links."),
+      texts("between",
+            "The two organs that it ties; in the place of one, \"ground\": what never moves.", 2)
+          .known_as("organ")
+          .needed(),
+      object("region", "Holds the surface on which its springs end, of both organs.", region)
+          .needed(),
+      number("stiffness_N_per_m",
+             "Of all its springs together, in every direction; without tension where both organs "
+             "stand undeformed at their poses. 0: nothing is tied.")
+          .needed()
+          .between(0, 1e9),
+  };
+  spec.checks = {{{"between"},
+                  [](const Json& values) -> Finding {
+                    const Json& between = values["between"];
+                    if (between[0] != between[1]) return {};
+                    return {{"between/1", "found " + between[1].dump() +
+                                              " again, expected another than between/0"}};
+                  },
+                  {{"properties", {{"between", {{"uniqueItems", true}}}}}}}};
+  return spec;
+}
+
+// Both ends on what never deforms: nothing would come of it.
+Finding links_tie_tissue(const Json& scene) {
+  const auto deforms = [&](const Json& name) {
+    for (const Json& organ : scene["organs"])
+      if (organ["name"] == name) return organ["deformable"].get<bool>();
+    return false;
+  };
+  for (std::size_t i = 0; i < scene["organs"].size() && !scene["links"].empty(); ++i)
+    if (scene["organs"][i]["name"] == LinkDescription::kGround)
+      return {{"organs/" + std::to_string(i) + "/name",
+               "found \"ground\", expected another name: links mean by it what never moves"}};
+  for (std::size_t i = 0; i < scene["links"].size(); ++i) {
+    const Json& between = scene["links"][i]["between"];
+    if (deforms(between[0]) || deforms(between[1])) continue;
+    return {{"links/" + std::to_string(i) + "/between",
+             "found " + between.dump() + ", expected at least one deformable organ"}};
+  }
+  return {};
 }
 
 // --- instruments --------------------------------------------------------------------------------
@@ -437,6 +498,10 @@ ObjectSpec scene() {
       number("duration_s", "Simulated time.").between(0.001, kLongest_s).otherwise(10.0),
       integer("seed", "Of everything random.").between(0, kGreatestSeed).otherwise(1),
       list("organs", "Bodies of tissue.", organ()).needed().items(0, 200).unique_by("name"),
+      list("links", "What ties organs to each other: ligaments, the gallbladder's bed.", link())
+          .items(0, 200)
+          .unique_by("name")
+          .otherwise(Json::array()),
       list("instruments", "What the surgeon holds.", instrument())
           .items(0, 20)
           .unique_by("name")
@@ -449,6 +514,7 @@ ObjectSpec scene() {
           .otherwise(Json::array()),
       object("gas", "The gas that holds the cavity open (CO2).", gas()).otherwise(Json::object()),
   };
+  spec.checks = {{{"organs", "links"}, links_tie_tissue, nullptr}};
   return spec;
 }
 

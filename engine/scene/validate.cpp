@@ -13,13 +13,6 @@ constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kLongestText = 200;
 constexpr double kGreatestWhole = 9007199254740992.0;  // 2^53: every whole double below is exact
 
-bool is_name(const std::string& text) {
-  return !text.empty() && text.size() <= kLongestName &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-         });
-}
-
 bool in_range(const KeySpec& key, const Json& value) {
   const double x = value.get<double>();
   return std::isfinite(x) && x >= key.least &&
@@ -164,6 +157,12 @@ class Validator {
                std::all_of(value.begin(), value.end(), [&key](const Json& component) {
                  return component.is_number() && in_range(key, component);
                });
+      case KeyType::kTexts:
+        return value.is_array() && value.size() >= key.least_items &&
+               value.size() <= key.most_items &&
+               std::all_of(value.begin(), value.end(), [](const Json& item) {
+                 return item.is_string() && item.get<std::string>().size() <= kLongestText;
+               });
       case KeyType::kFile:
         return value.is_string() && !value.get<std::string>().empty();
       case KeyType::kObject:
@@ -181,12 +180,10 @@ class Validator {
       refuse(key, value, path);
       return;
     }
-    if (!key.vocabulary.empty()) {
-      const auto list = context_.vocabularies.find(key.vocabulary);
-      if (list != context_.vocabularies.end() &&
-          std::find(list->second.begin(), list->second.end(), value) == list->second.end())
-        refuse(key, value, path);
-    }
+    if (key.type == KeyType::kTexts)
+      check_texts(key, value, path);
+    else if (!is_known(key, value))
+      refuse(key, value, path);
     if (key.type == KeyType::kObject) check_object(value, *key.object, path);
     if (key.type == KeyType::kMap) check_map(key, value, path);
     if (key.type == KeyType::kList) check_list(key, value, path);
@@ -197,6 +194,19 @@ class Validator {
       else
         add(path, found.error().text());
     }
+  }
+
+  bool is_known(const KeySpec& key, const Json& value) const {
+    const auto list = context_.vocabularies.find(key.vocabulary);
+    return list == context_.vocabularies.end() ||
+           std::find(list->second.begin(), list->second.end(), value) != list->second.end();
+  }
+
+  void check_texts(const KeySpec& key, const Json& value, const std::string& path) {
+    KeySpec one = key;
+    one.type = KeyType::kText;
+    for (std::size_t i = 0; i < value.size(); ++i)
+      if (!is_known(key, value[i])) refuse(one, value[i], below(path, std::to_string(i)));
   }
 
   void check_map(const KeySpec& key, Json& value, const std::string& path) {
@@ -246,6 +256,13 @@ class Validator {
 };
 
 }  // namespace
+
+bool is_name(const std::string& text) {
+  return !text.empty() && text.size() <= kLongestName &&
+         std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+         });
+}
 
 std::string describe(const Json& value) {
   constexpr std::size_t kMost = 60;

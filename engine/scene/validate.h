@@ -25,6 +25,9 @@ struct Mistake {
 /// applies and has a fallback, and found paths in the place of file names.
 std::vector<Mistake> validate(Json& root, const ObjectSpec& spec, const ReadContext& context);
 
+/// Whether a key of type kName takes it.
+bool is_name(const std::string& text);
+
 /// How a value reads in a message: `-3`, `the text "abc"`, `an array of 2`.
 std::string describe(const Json& value);
 

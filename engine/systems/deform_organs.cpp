@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine/systems/contact_cells.h"
+#include "engine/systems/links.h"
 #include "engine/systems/systems.h"
 
 namespace viscera {
@@ -71,11 +72,11 @@ bool all_finite(const std::vector<Vec3f>& values) {
 }
 
 void solve_contact(World& world, const OrganBody& body, OrganContact& contact,
-                   const FrameContext& context) {
-  contact.solver->solve(contact.cells, contact.solution, contact.response);
+                   const MatrixX& backing, const FrameContext& context) {
+  contact.solver->solve(contact.cells, contact.solution, contact.response, backing);
   for (int pass = 0; pass < kSlipPasses && slip_jaws(world, body, contact); ++pass) {
     context.report->raise(FrameFlag::kGripSlipped);
-    contact.solver->solve(contact.cells, contact.solution, contact.response);
+    contact.solver->solve(contact.cells, contact.solution, contact.response, backing);
   }
   if (contact.solution.beyond_touchable > 0) context.report->raise(FrameFlag::kOutOfReach);
   if (!contact.solution.converged) context.report->raise(FrameFlag::kContactNotConverged);
@@ -125,6 +126,10 @@ void take_forces_back(World& world, const OrganBody& body, OrganContact& contact
 }  // namespace
 
 void deform_organs(World& world, const FrameContext& context) {
+  solve_linked(world, [&](Entity organ, const MatrixX& backing) {
+    solve_contact(world, *world.organ_bodies.find(organ), *world.organ_contacts.find(organ),
+                  backing, context);
+  });
   for (std::size_t o = 0; o < world.organ_contacts.size(); ++o) {
     OrganContact& contact = world.organ_contacts[o];
     if (contact.cells.empty()) {
@@ -139,7 +144,7 @@ void deform_organs(World& world, const FrameContext& context) {
     const OrganBody& body = *world.organ_bodies.find(organ);
     OrganState& state = *world.organ_states.find(organ);
 
-    solve_contact(world, body, contact, context);
+    if (!is_link_loaded(world, organ)) solve_contact(world, body, contact, {}, context);
     if (!contact.solution.converged) continue;
     hand_forces_to_tools(world, organ, body, contact);
     note_clinging_tissue(contact);

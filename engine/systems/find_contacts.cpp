@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine/systems/contact_cells.h"
+#include "engine/systems/links.h"
 #include "engine/systems/systems.h"
 
 namespace viscera {
@@ -122,6 +123,7 @@ void find_contacts(World& world, const FrameContext& context) {
                         *world.instrument_states.find(instrument));
     }
   }
+  add_link_cells(world);
 }
 
 }  // namespace viscera

@@ -233,8 +233,10 @@ bool PatchContact::remember_places(std::span<const ContactCell> cells) {
   return same;
 }
 
-bool PatchContact::remember_ways(std::span<const ContactCell> cells) {
-  bool same = cells.size() == ways_.size();
+bool PatchContact::remember_ways(std::span<const ContactCell> cells, const MatrixX& backing) {
+  bool same = cells.size() == ways_.size() && backing.rows() == backing_.rows() &&
+              (backing.array() == backing_.array()).all();
+  backing_ = backing;
   ways_.resize(cells.size());
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const Way way{cells[k].direction, cells[k].friction, cells[k].held};
@@ -273,7 +275,7 @@ void PatchContact::list_unknowns(std::span<const ContactCell> cells) {
   }
 }
 
-void PatchContact::assemble() {
+void PatchContact::assemble(const MatrixX& backing) {
   const auto count = static_cast<Eigen::Index>(unknowns_.size());
   matrix_.resize(count, count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -285,6 +287,8 @@ void PatchContact::assemble() {
       if (compliance_.symmetric) matrix_(j, i) = matrix_(i, j);
     }
   }
+  // A held cell's unknowns are its forces along the axes.
+  if (backing.rows() > 0) matrix_.bottomRightCorner(backing.rows(), backing.rows()) += backing;
   matrix_.diagonal() *= 1.0 + kRidge;
 }
 
@@ -353,6 +357,7 @@ void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& 
     }
   }
   solution.slips.assign(cells.size(), Vec3::Zero());
+  solution.violation = 0.0;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
     if (cell.held) continue;
@@ -399,8 +404,48 @@ void PatchContact::lift() {
   matrix_ += lifted_;
 }
 
+/// All that depends on the cells' places alone.
+void PatchContact::see_places(std::span<const ContactCell> cells, bool one_of_several) {
+  same_matrix_ = remember_places(cells);
+  const bool counts = !one_of_several || !counted_;
+  counted_ = one_of_several;
+  if (same_matrix_) {
+    if (counts) ++stayed_;
+    return;
+  }
+  stayed_ = 0;
+  columns_built_ = 0;
+  spread_cells(cells);
+  gather_compliance();
+  compress_weights();
+  couple_cells();
+  couple_nearby(cells);
+}
+
+/// What follows from solution.forces.
+void PatchContact::apply_forces(std::span<const ContactCell> cells, ContactSolution& solution,
+                                ContactResponse& response) {
+  solution.touching = 0;
+  for (const Vec3& force : solution.forces) solution.touching += force.isZero(0.0) ? 0 : 1;
+  if (solution.touching > 0) {
+    const auto n = static_cast<Eigen::Index>(cells.size());
+    response.touched = touched_;
+    response.loads.resize(touched_.size());
+    Eigen::Map<Eigen::Matrix3Xd>(response.loads.front().data(), 3, weights_.cols()).noalias() =
+        Eigen::Map<const Eigen::Matrix3Xd>(solution.forces.front().data(), 3, n) * weights_;
+    response_of_forces_ = response;
+    forces_ = solution.forces;
+  } else {
+    response.touched.clear();
+    response.loads.clear();
+    response_of_forces_ = response;
+    forces_.clear();
+  }
+  measure(cells, solution);
+}
+
 void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
-                         ContactResponse& response) {
+                         ContactResponse& response, const MatrixX& backing) {
   solution.touching = solution.pivots = 0;
   solution.violation = solution.residual = solution.lifted = 0.0;
   solution.beyond_touchable = 0;
@@ -422,22 +467,11 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
     return;
   }
 
-  same_matrix_ = remember_places(cells);
-  if (same_matrix_) {
-    ++stayed_;
-  } else {
-    stayed_ = 0;
-    columns_built_ = 0;
-    spread_cells(cells);
-    gather_compliance();
-    compress_weights();
-    couple_cells();
-    couple_nearby(cells);
-  }
-  same_matrix_ = remember_ways(cells) && same_matrix_;
+  see_places(cells, backing.rows() > 0);
+  same_matrix_ = remember_ways(cells, backing) && same_matrix_;
   if (!same_matrix_) {
     list_unknowns(cells);
-    assemble();
+    assemble(backing);
     lift();
   }
   set_wanted(cells);
@@ -450,17 +484,29 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
     solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
         amounts_[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
   }
-  for (const Vec3& force : solution.forces) solution.touching += force.isZero(0.0) ? 0 : 1;
-  if (solution.touching > 0) {
-    const auto n = static_cast<Eigen::Index>(cells.size());
-    response.touched = touched_;
-    response.loads.resize(touched_.size());
-    Eigen::Map<Eigen::Matrix3Xd>(response.loads.front().data(), 3, weights_.cols()).noalias() =
-        Eigen::Map<const Eigen::Matrix3Xd>(solution.forces.front().data(), 3, n) * weights_;
-    response_of_forces_ = response;
-    forces_ = solution.forces;
+  apply_forces(cells, solution, response);
+}
+
+void PatchContact::load(std::span<const ContactCell> cells, std::span<const Vec3> forces,
+                        ContactSolution& solution, ContactResponse& response) {
+  see_places(cells, true);
+  if (!same_matrix_) {
+    // The matrix of the conditions belongs to other places now.
+    ways_.clear();
+    unknowns_.clear();
+    lifted_.resize(0, 0);
+    lifted_share_ = 0.0;
   }
-  measure(cells, solution);
+  if (lifted_.size() > 0)
+    for (std::size_t i = 0; i < unknowns_.size(); ++i)
+      amounts_[static_cast<Eigen::Index>(i)] =
+          unknowns_[i].direction.dot(forces[static_cast<std::size_t>(unknowns_[i].cell)]);
+  solution.forces.assign(forces.begin(), forces.end());
+  solution.converged = true;
+  solution.near_fields = near_fields_;
+  solution.beyond_touchable = beyond_touchable_;
+  displacements_.assign(cells.size(), Vec3::Zero());
+  apply_forces(cells, solution, response);
 }
 
 /// Some more columns of C S^T: what one cell does to every place.
@@ -477,6 +523,7 @@ void PatchContact::build_columns() {
 }
 
 void PatchContact::place_displacements(std::vector<float>& displacements) {
+  counted_ = false;
   const bool worth_it = places_.size() < touched_.size();
   if (worth_it && stayed_ >= kStaysAfter && columns_built_ < places_.size()) build_columns();
   if (forces_.empty() || columns_built_ < places_.size()) {

@@ -75,9 +75,17 @@ class PatchContact {
   /// Every tool's cells on this body together. u at cell k is
   /// sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
   /// depth, complementary, the tangential force within the cone of friction and against the slip;
-  /// held cells: u = displacement.
+  /// held cells: u = displacement. What holds the last cells may yield: `backing`, symmetric,
+  /// (3 n) x (3 n) for the last n cells, all held, is what it gives way under their forces [m/N];
+  /// for these u + backing f = displacement.
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
-             ContactResponse& response);
+             ContactResponse& response, const MatrixX& backing = {});
+
+  /// The body under these forces on its cells [N], with no condition asked: what the last solve
+  /// found, with some of the forces replaced, or forces known from elsewhere. Fills what the forces
+  /// alone decide of `solution`, and `response`.
+  void load(std::span<const ContactCell> cells, std::span<const Vec3> forces,
+            ContactSolution& solution, ContactResponse& response);
 
   /// Displacements of all places under the last solve's forces, as the function of that name
   /// (deformation.h) gives them from its response, up to round-off of the sums. While the same
@@ -87,6 +95,10 @@ class PatchContact {
 
   /// Mean displacement of each cell under the forces of the last solve [m]; size as its `cells`.
   const std::vector<Vec3>& cell_displacements() const { return displacements_; }
+
+  /// Mean displacement of each cell of the last solve or load per force on each [m/N]; (3 cells) x
+  /// (3 cells).
+  const MatrixX& cell_response() const { return response_; }
 
  private:
   /// One scalar unknown: the force on a cell along a unit vector.
@@ -110,7 +122,7 @@ class PatchContact {
   };
 
   bool remember_places(std::span<const ContactCell> cells);
-  bool remember_ways(std::span<const ContactCell> cells);
+  bool remember_ways(std::span<const ContactCell> cells, const MatrixX& backing);
   void build_columns();
   void spread_cells(std::span<const ContactCell> cells);
   void gather_compliance();
@@ -118,7 +130,10 @@ class PatchContact {
   void couple_cells();
   void couple_nearby(std::span<const ContactCell> cells);
   void list_unknowns(std::span<const ContactCell> cells);
-  void assemble();
+  void assemble(const MatrixX& backing);
+  void see_places(std::span<const ContactCell> cells, bool one_of_several);
+  void apply_forces(std::span<const ContactCell> cells, ContactSolution& solution,
+                    ContactResponse& response);
   void set_wanted(std::span<const ContactCell> cells);
   void solve_conditions(ContactSolution& solution);
   void measure(std::span<const ContactCell> cells, ContactSolution& solution);
@@ -131,6 +146,7 @@ class PatchContact {
 
   std::vector<Place> places_;  // of the last solve's cells
   std::vector<Way> ways_;
+  MatrixX backing_;
   std::vector<NearField> near_fields_;
   int beyond_touchable_ = 0;
   bool same_matrix_ = false;  // as in the last solve
@@ -164,7 +180,8 @@ class PatchContact {
   std::vector<Vec3> forces_;
   std::vector<float> cell_columns_;  // C S^T: rows x (3 cells), where the patch has stayed
   std::size_t columns_built_ = 0;    // cells
-  int stayed_ = 0;                   // solves in a row at these places
+  int stayed_ = 0;                   // solves in a row at these places; several of one frame that
+  bool counted_ = false;             // are told as such count once
 };
 
 }  // namespace viscera

@@ -55,6 +55,13 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_DOUBLE_EQ(file.wrap->close, 4e-3);
   EXPECT_FALSE(scene.organs[3].deformable);
 
+  ASSERT_EQ(scene.links.size(), 2u);
+  EXPECT_EQ(scene.links[0].between, (std::array<std::string, 2>{"liver", "ball"}));
+  EXPECT_EQ(scene.links[0].stiffness, 200.0);
+  EXPECT_EQ(scene.links[0].region.radius, 0.004);
+  EXPECT_EQ(scene.links[1].between[0], LinkDescription::kGround);
+  EXPECT_TRUE(scene.links[1].region.contains(Vec3(0.001, -0.002, 0.003)));
+
   const InstrumentDescription& holder = scene.instruments.at(0);
   EXPECT_EQ(holder.kind, InstrumentKind::kGrasper);
   EXPECT_EQ(holder.tip.shape, TipDescription::Shape::kCapsule);

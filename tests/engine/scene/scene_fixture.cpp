@@ -30,6 +30,11 @@ Json whole_scene() {
       {"name": "imported", "tissue": "kidney", "deformable": false,
        "geometry": {"file": "ball.obj", "unit": "cm", "recentre": true, "edge_mm": 2,
                     "wrap": {"voxel_mm": 1.5, "close_mm": 4}}}],
+    "links": [
+      {"name": "bed", "between": ["liver", "ball"], "stiffness_N_per_m": 200,
+       "region": {"sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4}}},
+      {"name": "ligament", "between": ["ground", "liver"], "stiffness_N_per_m": 0,
+       "region": {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}}],
     "instruments": [
       {"name": "holder", "kind": "grasper",
        "tip": {"shape": "capsule", "radius_mm": 2, "length_mm": 12}, "trocar_mm": [0, 0, 200], "shaft_radius_mm": 3, "roll_deg": 90, "grip_limit_N": 5, "grip_radius_mm": 3, "friction": 0.4,

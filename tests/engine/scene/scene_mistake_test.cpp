@@ -133,6 +133,29 @@ TEST(SceneMistake, RegionsAreExactlyOneShapeOfSomeExtent) {
                      "organs/0/fixed/0/half_space/normal", "found [0,0,0], expected a direction");
 }
 
+TEST(SceneMistake, LinksTieTwoKnownOrgansOfWhichOneDeforms) {
+  EXPECT_ONE_MISTAKE(with("/links/0/between/1", "bal"), "links/0/between/1",
+                     "found the text \"bal\", expected the name of an organ: one of ",
+                     "did you mean \"ball\"");
+  EXPECT_ONE_MISTAKE(with("/links/0/between", {"liver"}), "links/0/between",
+                     "expected an array of 2 names of organs");
+  EXPECT_ONE_MISTAKE(with("/links/0/between", {"liver", 3}), "links/0/between",
+                     "expected an array of 2 names of organs");
+  EXPECT_ONE_MISTAKE(with("/links/0/between/1", "liver"), "links/0/between/1",
+                     "found \"liver\" again, expected another than between/0");
+  EXPECT_ONE_MISTAKE(with("/links/0/between/0", "brick"), "links/0/between",
+                     "found [\"brick\",\"ball\"], expected at least one deformable organ");
+  EXPECT_ONE_MISTAKE(with("/links/0/stiffness_N_per_m", -5), "links/0/stiffness_N_per_m",
+                     "found -5, expected a number from 0 to 1000000000");
+  EXPECT_ONE_MISTAKE(with("/links/0/stiffness_N_per_mm", 5), "links/0/stiffness_N_per_mm",
+                     "found");
+  EXPECT_ONE_MISTAKE(with("/links/0/region/half_space", 3), "links/0/region/half_space",
+                     "found an unknown key, expected one of");
+  EXPECT_ONE_MISTAKE(with("/links/1/name", "bed"), "links/1/name", "again");
+  EXPECT_ONE_MISTAKE(with("/organs/2/name", "ground"), "organs/2/name",
+                     "found \"ground\", expected another name");
+}
+
 TEST(SceneMistake, TimesMustAscend) {
   EXPECT_ONE_MISTAKE(with("/instruments/0/path/1/time_s", 0), "instruments/0/path/1/time_s",
                      "found 0 after 0, expected values that ascend");

@@ -117,6 +117,51 @@ TEST_F(OnABlock, ForceAndDisplacementAreReciprocal) {
   EXPECT_LT((stiffness - stiffness.transpose()).norm(), 1e-10 * stiffness.norm());
 }
 
+TEST_F(OnABlock, WhatYieldsBehindHeldCellsTakesItsShareOfTheirDisplacement) {
+  auto cells = test::plane_cells(Vec3(0.5e-3, -1e-3, kTop), 0.5e-3, 1, 0.0, 0.0);
+  const auto n = static_cast<Eigen::Index>(3 * cells.size());
+  for (ContactCell& cell : cells) {
+    cell.held = true;
+    cell.displacement = Vec3(0.4e-3, -0.2e-3, 1e-3);
+  }
+  const ContactSolution held = solve(cells);
+  // Nothing yields: as without. Springs: u + f / k = displacement. The body itself behind it: half.
+  ContactSolution stiff, soft, twin;
+  contact.solve(cells, stiff, response, MatrixX::Zero(n, n));
+  for (std::size_t k = 0; k < cells.size(); ++k) EXPECT_EQ(stiff.forces[k], held.forces[k]);
+  contact.solve(cells, soft, response, 0.01 * MatrixX::Identity(n, n));
+  ASSERT_TRUE(soft.converged);
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    EXPECT_LT((contact.cell_displacements()[k] + 0.01 * soft.forces[k] - cells[k].displacement)
+                  .norm(),
+              1e-5 * cells[k].displacement.norm());
+  EXPECT_LT(test::total_force(soft).norm(), test::total_force(held).norm());
+  const MatrixX same = contact.cell_response();
+  contact.solve(cells, twin, response, 0.5 * (same + same.transpose()));
+  for (const Vec3& moved : contact.cell_displacements())
+    EXPECT_LT((moved - 0.5 * cells[0].displacement).norm(), 1e-4 * moved.norm());
+}
+
+TEST_F(OnABlock, ALoadMovesWhatASolveWithTheSameForcesMoves) {
+  auto cells = test::plane_cells(Vec3(2e-3, 1e-3, kTop), 0.26e-3, 3, 1e-3, 0.5e-3);
+  const ContactSolution solution = solve(cells);
+  const auto moved = contact.cell_displacements();
+  std::vector<float> places, again;
+  contact.place_displacements(places);
+  for (const bool after : {true, false}) {
+    // Right after the solve, and by a solver that has met no conditions.
+    PatchContact fresh{block().compliance, block().touch, kTissue};
+    PatchContact& one = after ? contact : fresh;
+    ContactSolution loaded;
+    one.load(cells, solution.forces, loaded, response);
+    EXPECT_EQ(loaded.touching, solution.touching);
+    for (std::size_t k = 0; k < cells.size(); ++k)
+      EXPECT_LT((one.cell_displacements()[k] - moved[k]).norm(), 1e-12);
+    one.place_displacements(again);
+    EXPECT_EQ(again, places);
+  }
+}
+
 TEST_F(OnABlock, ClosedPathOfAHeldPatchGivesNoEnergyBack) {
   auto cells = test::plane_cells(Vec3(1e-3, 1e-3, kTop), 0.5e-3, 1, 0.0, 0.0);
   for (ContactCell& cell : cells) cell.held = true;

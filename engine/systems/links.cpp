@@ -1,0 +1,357 @@
+#include "engine/systems/links.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/systems/link_places.h"
+
+namespace viscera {
+namespace {
+
+/// Turns of all organs of a group that tools press, at most. Tools at two organs some centimetres
+/// apart settle to a thousandth in two.
+constexpr int kRounds = 5;
+/// Springs' forces that change less than this, over the greatest, are settled.
+constexpr double kSettled = 1e-5;
+
+Eigen::Index at(std::size_t tie) {
+  return static_cast<Eigen::Index>(3 * tie);
+}
+
+double sign_of(const OrganTies::Tie& tie) {
+  return tie.side == 0 ? 1.0 : -1.0;
+}
+
+Link::Spring& spring_of(World& world, const OrganTies::Tie& tie) {
+  return world.links[tie.link].springs[tie.spring];
+}
+
+/// How far breathing has taken an organ's frame from its pose [m].
+Vec3 frame_shift(const World& world, Entity organ) {
+  const OrganMotion* motion = world.organ_motions.find(organ);
+  if (!motion) return Vec3::Zero();
+  return world.organ_bodies.find(organ)->pose.position - motion->pose.position;
+}
+
+// --- set-up -------------------------------------------------------------------------------------
+
+/// The cell of a spring's end on an organ. Springs share the surface inside the region between them; a
+/// cell wider than its load's spreading would not be positive (patch_contact.cpp, lift).
+ContactCell link_cell(const OrganModel& model, const Pose& pose, const Vec3& position,
+                      const Vec3& normal, double area) {
+  ContactCell cell;
+  cell.held = true;
+  cell.position = pose.to_local(position);
+  cell.normal = pose.direction_to_local(normal);
+  const double sigma =
+      PatchContact::spread_factor() * spacing_at(model.touchable, cell.position);
+  cell.area = std::min(area, std::numbers::pi * sigma * sigma);
+  return cell;
+}
+
+void add_link(const LinkDescription& description, const LinkPlaces& places,
+              const std::array<std::size_t, 2>& organs, const SceneDescription& scene,
+              World& world) {
+  const double count = static_cast<double>(places.springs.size());
+  Link link;
+  link.name = description.name;
+  link.softness = count / description.stiffness;
+  link.springs.resize(places.springs.size());
+  const std::size_t index = world.links.size();
+  std::array<OrganTies*, 2> ties{};
+  std::array<std::size_t, 2> first{};
+  for (std::size_t end = 0; end < 2; ++end) {
+    if (organs[end] >= scene.organs.size()) continue;
+    link.ends[end] = world.organ_bodies.owner(organs[end]);
+    if (world.organ_contacts.find(link.ends[end]) && !world.organ_ties.find(link.ends[end]))
+      world.organ_ties.add(link.ends[end], {});
+  }
+  for (std::size_t end = 0; end < 2; ++end) {
+    ties[end] = world.organ_ties.find(link.ends[end]);
+    if (ties[end]) first[end] = ties[end]->ties.size();
+  }
+  for (std::size_t end = 0; end < 2; ++end) {
+    if (!ties[end]) continue;
+    for (std::size_t s = 0; s < places.springs.size(); ++s) {
+      OrganTies::Tie tie{index, s, static_cast<int>(end), {}, 0};
+      if (ties[1 - end]) {
+        tie.other = link.ends[1 - end];
+        tie.other_tie = first[1 - end] + s;
+      }
+      ties[end]->ties.push_back(tie);
+      ties[end]->cells.push_back(link_cell(*world.organ_bodies[organs[end]].model,
+                                           scene.organs[organs[end]].pose,
+                                           places.springs[s].positions[end],
+                                           places.springs[s].normals[end],
+                                           places.areas[end] / count));
+    }
+  }
+  world.links.push_back(std::move(link));
+}
+
+/// Displacement of an organ's ties per force on each; world.
+MatrixX tie_response(World& world, Entity organ) {
+  const OrganTies& ties = *world.organ_ties.find(organ);
+  OrganContact& contact = *world.organ_contacts.find(organ);
+  const std::vector<Vec3> none(ties.cells.size(), Vec3::Zero());
+  contact.solver->load(ties.cells, none, contact.solution, contact.response);
+  const Mat3 turn = world.organ_bodies.find(organ)->pose.orientation.toRotationMatrix();
+  MatrixX response = contact.solver->cell_response();
+  for (Eigen::Index i = 0; i < response.rows(); i += 3)
+    for (Eigen::Index j = 0; j < response.cols(); j += 3)
+      response.block<3, 3>(i, j) = (turn * response.block<3, 3>(i, j) * turn.transpose()).eval();
+  // What stands behind a spring must not make a symmetric problem unsymmetric.
+  return 0.5 * (response + response.transpose());
+}
+
+void put_compliances_behind(World& world) {
+  std::vector<MatrixX> responses;
+  for (std::size_t o = 0; o < world.organ_ties.size(); ++o)
+    responses.push_back(tie_response(world, world.organ_ties.owner(o)));
+  for (std::size_t o = 0; o < world.organ_ties.size(); ++o) {
+    OrganTies& ties = world.organ_ties[o];
+    const auto size = at(ties.ties.size());
+    ties.behind.setZero(size, size);
+    for (std::size_t p = 0; p < world.organ_ties.size(); ++p)
+      for (std::size_t i = 0; i < ties.ties.size(); ++i)
+        for (std::size_t j = 0; j < ties.ties.size(); ++j)
+          if (ties.ties[i].other == world.organ_ties.owner(p) &&
+              ties.ties[j].other == world.organ_ties.owner(p))
+            ties.behind.block<3, 3>(at(i), at(j)) = responses[p].block<3, 3>(
+                at(ties.ties[i].other_tie), at(ties.ties[j].other_tie));
+    const Mat3 turn =
+        world.organ_bodies.find(world.organ_ties.owner(o))->pose.orientation.toRotationMatrix();
+    ties.backing = ties.behind;
+    for (std::size_t i = 0; i < ties.ties.size(); ++i) {
+      for (std::size_t j = 0; j < ties.ties.size(); ++j)
+        ties.backing.block<3, 3>(at(i), at(j)) =
+            (turn.transpose() * ties.behind.block<3, 3>(at(i), at(j)) * turn).eval();
+      ties.backing.block<3, 3>(at(i), at(i)).diagonal().array() +=
+          world.links[ties.ties[i].link].softness;
+    }
+    ties.backing = (0.5 * (ties.backing + ties.backing.transpose())).eval();
+  }
+}
+
+/// Organs that links connect, over any number of others.
+std::vector<std::vector<Entity>> groups_of(const World& world) {
+  std::vector<std::vector<Entity>> groups;
+  std::vector<Entity> seen;
+  const auto is_in = [](const std::vector<Entity>& all, Entity one) {
+    return std::find(all.begin(), all.end(), one) != all.end();
+  };
+  for (std::size_t o = 0; o < world.organ_ties.size(); ++o) {
+    if (is_in(seen, world.organ_ties.owner(o))) continue;
+    std::vector<Entity> group = {world.organ_ties.owner(o)};
+    for (std::size_t i = 0; i < group.size(); ++i)
+      for (const OrganTies::Tie& tie : world.organ_ties.find(group[i])->ties)
+        if (world.organ_ties.find(tie.other) && !is_in(group, tie.other))
+          group.push_back(tie.other);
+    seen.insert(seen.end(), group.begin(), group.end());
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+// --- a frame ------------------------------------------------------------------------------------
+
+bool is_frozen(const World& world, Entity organ) {
+  return world.organ_states.find(organ)->frozen;
+}
+
+std::size_t first_link_cell(const OrganContact& contact, const OrganTies& ties) {
+  return contact.cells.size() - ties.ties.size();
+}
+
+/// One group in one frame.
+class GroupSolve {
+ public:
+  GroupSolve(World& world, const std::vector<Entity>& group) : world_(world), group_(group) {
+    for (std::size_t i = 0; i < group.size(); ++i) follows_.push_back(only_follows(i));
+  }
+
+  void run(const SolveContact& solve) {
+    const auto turns = std::count_if(group_.begin(), group_.end(), [&](Entity organ) {
+      return !is_frozen(world_, organ) && !follows(organ);
+    });
+    answered_.assign(group_.size(), false);
+    for (int round = 0; round < (turns > 1 ? kRounds : 1); ++round) {
+      double greatest = 0.0, change = 0.0;
+      for (std::size_t i = 0; i < group_.size(); ++i) {
+        if (is_frozen(world_, group_[i]) || follows_[i]) continue;
+        aim(group_[i]);
+        solve(group_[i], world_.organ_ties.find(group_[i])->backing);
+        answered_[i] = world_.organ_contacts.find(group_[i])->solution.converged;
+        if (!answered_[i]) continue;
+        take_forces(group_[i], greatest, change);
+        for (std::size_t j = 0; j < group_.size(); ++j)
+          if (j != i && answered_[j]) load(group_[j]);
+      }
+      if (change <= kSettled * greatest) break;
+    }
+    for (std::size_t i = 0; i < group_.size(); ++i)
+      if (follows_[i]) load(group_[i]);
+  }
+
+ private:
+  /// No tool presses it, and all its links go to one organ that is solved: that solve holds its answer.
+  bool only_follows(std::size_t i) const {
+    if (is_frozen(world_, group_[i])) return false;
+    if (!world_.organ_contacts.find(group_[i])->ranges.empty()) return false;
+    const std::vector<OrganTies::Tie>& ties = world_.organ_ties.find(group_[i])->ties;
+    const Entity leader = ties.front().other;
+    if (!world_.organ_ties.find(leader) || is_frozen(world_, leader) || follows(leader))
+      return false;
+    return std::all_of(ties.begin(), ties.end(),
+                       [&](const OrganTies::Tie& tie) { return tie.other == leader; });
+  }
+
+  bool follows(Entity organ) const {
+    for (std::size_t i = 0; i < follows_.size(); ++i)
+      if (group_[i] == organ) return follows_[i];
+    return false;
+  }
+
+  /// Where each link cell would be held if the other ends felt nothing of its forces.
+  void aim(Entity organ) {
+    const OrganTies& ties = *world_.organ_ties.find(organ);
+    const Pose& pose = world_.organ_bodies.find(organ)->pose;
+    OrganContact& contact = *world_.organ_contacts.find(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    VectorX forces(at(ties.ties.size()));
+    for (std::size_t i = 0; i < ties.ties.size(); ++i)
+      forces.segment<3>(at(i)) = sign_of(ties.ties[i]) * spring_of(world_, ties.ties[i]).force;
+    const VectorX given_way = ties.behind * forces;
+    for (std::size_t i = 0; i < ties.ties.size(); ++i) {
+      const OrganTies::Tie& tie = ties.ties[i];
+      Vec3 wanted = sign_of(tie) * world_.links[tie.link].shift;
+      if (world_.organ_ties.find(tie.other) && !follows(tie.other))
+        wanted += spring_of(world_, tie).displacements[static_cast<std::size_t>(1 - tie.side)] +
+                  given_way.segment<3>(at(i));
+      contact.cells[begin + i].displacement = pose.direction_to_local(wanted);
+    }
+  }
+
+  void take_forces(Entity organ, double& greatest, double& change) {
+    const OrganTies& ties = *world_.organ_ties.find(organ);
+    const Pose& pose = world_.organ_bodies.find(organ)->pose;
+    const OrganContact& contact = *world_.organ_contacts.find(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    for (std::size_t i = 0; i < ties.ties.size(); ++i) {
+      Vec3& force = spring_of(world_, ties.ties[i]).force;
+      const Vec3 now = sign_of(ties.ties[i]) *
+                       pose.direction_to_world(contact.solution.forces[begin + i]);
+      greatest = std::max(greatest, now.norm());
+      change = std::max(change, (now - force).norm());
+      force = now;
+    }
+    note_displacements(organ);
+  }
+
+  void note_displacements(Entity organ) {
+    const OrganTies& ties = *world_.organ_ties.find(organ);
+    const Pose& pose = world_.organ_bodies.find(organ)->pose;
+    const OrganContact& contact = *world_.organ_contacts.find(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    for (std::size_t i = 0; i < ties.ties.size(); ++i)
+      spring_of(world_, ties.ties[i]).displacements[static_cast<std::size_t>(ties.ties[i].side)] =
+          pose.direction_to_world(contact.solver->cell_displacements()[begin + i]);
+  }
+
+  /// The links' forces as they are now, beside the tools' of its last solve.
+  void load(Entity organ) {
+    const OrganTies& ties = *world_.organ_ties.find(organ);
+    const Pose& pose = world_.organ_bodies.find(organ)->pose;
+    OrganContact& contact = *world_.organ_contacts.find(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    std::vector<Vec3> forces = contact.solution.forces;
+    forces.resize(contact.cells.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < ties.ties.size(); ++i)
+      forces[begin + i] = pose.direction_to_local(
+          sign_of(ties.ties[i]) * spring_of(world_, ties.ties[i]).force);
+    contact.solver->load(contact.cells, forces, contact.solution, contact.response);
+    note_displacements(organ);
+  }
+
+  World& world_;
+  const std::vector<Entity>& group_;
+  std::vector<char> follows_, answered_;  // per organ of the group
+};
+
+}  // namespace
+
+Result<void> make_links(const SceneDescription& scene, World& world) {
+  std::vector<const TriangleSurface*> surfaces;
+  for (const OrganBody& body : world.organ_bodies) surfaces.push_back(&body.model->surface);
+  Error error;
+  for (std::size_t l = 0; l < scene.links.size(); ++l) {
+    const LinkDescription& description = scene.links[l];
+    auto places = place_springs(scene, l, surfaces);
+    if (!places) {
+      error.messages.insert(error.messages.end(), places.error().messages.begin(),
+                            places.error().messages.end());
+      continue;
+    }
+    if (description.stiffness == 0.0) continue;
+    std::array<std::size_t, 2> organs{};
+    for (std::size_t end = 0; end < 2; ++end)
+      organs[end] = static_cast<std::size_t>(
+          std::find_if(
+              scene.organs.begin(), scene.organs.end(),
+              [&](const OrganDescription& o) { return o.name == description.between[end]; }) -
+          scene.organs.begin());
+    add_link(description, *places, organs, scene, world);
+  }
+  if (!error.messages.empty()) return std::unexpected(error);
+  put_compliances_behind(world);
+  world.link_groups = groups_of(world);
+  return {};
+}
+
+void add_link_cells(World& world) {
+  for (Link& link : world.links) {
+    link.shift = frame_shift(world, link.ends[1]) - frame_shift(world, link.ends[0]);
+    link.force = 0.0;
+  }
+  for (const std::vector<Entity>& group : world.link_groups) {
+    bool loaded = false;
+    for (const Entity organ : group) {
+      loaded = loaded || !world.organ_contacts.find(organ)->cells.empty() ||
+               is_frozen(world, organ);
+      for (const OrganTies::Tie& tie : world.organ_ties.find(organ)->ties)
+        loaded = loaded || !world.links[tie.link].shift.isZero(0.0);
+    }
+    for (const Entity organ : group) {
+      OrganTies& ties = *world.organ_ties.find(organ);
+      ties.loaded = loaded && !is_frozen(world, organ);
+      if (!loaded)
+        for (const OrganTies::Tie& tie : ties.ties) spring_of(world, tie) = {};
+      if (!ties.loaded) continue;
+      OrganContact& contact = *world.organ_contacts.find(organ);
+      contact.cells.insert(contact.cells.end(), ties.cells.begin(), ties.cells.end());
+      contact.solution.forces.assign(contact.cells.size(), Vec3::Zero());
+    }
+  }
+}
+
+void solve_linked(World& world, const SolveContact& solve) {
+  for (const std::vector<Entity>& group : world.link_groups) {
+    const bool loaded = std::any_of(group.begin(), group.end(),
+                                    [&](Entity organ) { return is_link_loaded(world, organ); });
+    if (loaded) GroupSolve(world, group).run(solve);
+  }
+  for (Link& link : world.links) {
+    Vec3 sum = Vec3::Zero();
+    for (const Link::Spring& spring : link.springs) sum += spring.force;
+    link.force = sum.norm();
+    link.greatest_force = std::max(link.greatest_force, link.force);
+  }
+}
+
+bool is_link_loaded(const World& world, Entity organ) {
+  const OrganTies* ties = world.organ_ties.find(organ);
+  return ties && ties->loaded;
+}
+
+}  // namespace viscera
