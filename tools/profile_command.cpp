@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "engine/frame.h"
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
+#include "engine/io/progress_bar.h"
 #include "engine/io/report.h"
 #include "tools/profile_report.h"
 #include "tools/project_paths.h"
@@ -47,6 +49,17 @@ Result<void> check_options(const SceneDescription& scene, const ProfileOptions& 
   return std::unexpected(mistakes);
 }
 
+/// Asked before minutes are spent on what can't be written.
+Result<void> check_outputs(const ProfileOptions& options) {
+  if (!options.plots.empty())
+    if (auto made = check_out_folder(options.plots); !made) return made;
+  for (const std::filesystem::path& file : {options.json, options.trace}) {
+    if (file.empty()) continue;
+    if (auto opened = AtomicFile::create(file); !opened) return std::unexpected(opened.error());
+  }
+  return {};
+}
+
 /// The organs that are touched longest come first, so that the touched ones are the first.
 std::vector<std::size_t> order_of(const SceneItself& itself) {
   std::vector<std::size_t> order(itself.touches.size());
@@ -72,9 +85,23 @@ Result<void> check_touches(const ProfileBench& bench, const SceneItself& itself,
       ever, itself.touches.size()));
 }
 
+/// Which case is at work; the measurements ask for Ctrl-C themselves.
+class CaseProgress {
+ public:
+  CaseProgress(const Progress& progress, std::size_t cases) : progress_(progress), cases_(cases) {}
+  void next(std::string_view what) {
+    progress_(static_cast<double>(done_++) / static_cast<double>(cases_), what);
+  }
+
+ private:
+  const Progress& progress_;
+  std::size_t cases_, done_ = 0;
+};
+
 Result<void> measure_memory(const ProfileBench& bench, const std::vector<Occupancy>& occupancies,
-                            std::uint64_t before, ProfileReport& report) {
+                            std::uint64_t before, CaseProgress& progress, ProfileReport& report) {
   for (const Occupancy& occupancy : occupancies) {
+    progress.next("weighing");
     auto bytes = memory_of(bench, occupancy, before);
     if (!bytes) return std::unexpected(bytes.error());
     report.memory.push_back({occupancy.organs, *bytes});
@@ -84,12 +111,13 @@ Result<void> measure_memory(const ProfileBench& bench, const std::vector<Occupan
 
 /// All cases once a round, so that a disturbance of the machine falls on all of them.
 Result<void> measure_steps(const ProfileBench& bench, const std::filesystem::path& trace_file,
-                           ProfileReport& report) {
+                           CaseProgress& progress, ProfileReport& report) {
   std::vector<ProfileCase*> all;
   for (ProfileCase& one : report.idle) all.push_back(&one);
   for (ProfileCase& one : report.touched) all.push_back(&one);
   for (int round = 0; round < kRounds; ++round) {
     for (ProfileCase* one : all) {
+      progress.next("stepping");
       const bool kept = !trace_file.empty() && one == all.back() && round + 1 == kRounds;
       std::unique_ptr<Trace> trace;
       if (auto done = step_case(bench, *one, kept ? &trace : nullptr); !done) return done;
@@ -100,8 +128,10 @@ Result<void> measure_steps(const ProfileBench& bench, const std::filesystem::pat
   return {};
 }
 
-Result<void> measure_pictures(const ProfileBench& bench, ProfileReport& report) {
+Result<void> measure_pictures(const ProfileBench& bench, CaseProgress& progress,
+                              ProfileReport& report) {
   for (ProfileCase& one : report.touched.empty() ? report.idle : report.touched) {
+    progress.next("drawing");
     auto device = draw_case(bench, one);
     if (!device) return std::unexpected(device.error());
     report.renderer = *device;
@@ -115,12 +145,16 @@ Result<void> profile_scene(const SceneDescription& scene,
                            const std::map<std::string, Tissue>& tissues,
                            const ProfileOptions& options, std::ostream& out) {
   if (auto sound = check_options(scene, options); !sound) return sound;
+  if (auto writable = check_outputs(options); !writable) return writable;
   const std::uint64_t before = resident_bytes();
   auto instruments = make_instruments(scene);
   if (!instruments) return std::unexpected(instruments.error());
   std::vector<std::string> warnings;
+  std::optional<ProgressBar> bar;
+  bar.emplace("preparing");
   auto models = prepare_organs(scene, *instruments, tissues, {assets_folder(), true},
-                               until_interrupted(), warnings);
+                               bar->progress(), warnings);
+  bar.reset();
   if (!models) return std::unexpected(models.error());
   for (const std::string& warning : warnings) out << "warning: " << warning << '\n';
 
@@ -136,12 +170,6 @@ Result<void> profile_scene(const SceneDescription& scene,
   report.rounds = kRounds;
   report.seconds = static_cast<double>(bench.frames) / kFramesPerSecond;
   report.scene_organs = scene.organs.size();
-  auto itself = step_scene_itself(scene, std::move(*instruments), *models, tissues, bench.frames);
-  if (!itself) return std::unexpected(itself.error());
-  report.itself = *itself;
-  bench.berths.order = order_of(*itself);
-  if (auto sound = check_touches(bench, *itself, options.touched); !sound) return sound;
-
   std::vector<int> counts = options.organs;
   std::sort(counts.begin(), counts.end());
   counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
@@ -154,10 +182,22 @@ Result<void> profile_scene(const SceneDescription& scene,
     report.idle.emplace_back(Occupancy{organs, 0, tools});
     if (touched > 0) report.touched.emplace_back(occupancies.back());
   }
-  if (auto done = measure_memory(bench, occupancies, before, report); !done) return done;
-  if (auto done = measure_steps(bench, options.trace, report); !done) return done;
+  bar.emplace("profiling");
+  const Progress shown = bar->progress();
+  CaseProgress progress(shown, 1 + occupancies.size() * (1 + (options.render ? 1 : 0)) +
+                                   kRounds * (report.idle.size() + report.touched.size()));
+  progress.next("stepping the scene itself");
+  auto itself = step_scene_itself(scene, std::move(*instruments), *models, tissues, bench.frames);
+  if (!itself) return std::unexpected(itself.error());
+  report.itself = *itself;
+  bench.berths.order = order_of(*itself);
+  if (auto sound = check_touches(bench, *itself, options.touched); !sound) return sound;
+
+  if (auto done = measure_memory(bench, occupancies, before, progress, report); !done) return done;
+  if (auto done = measure_steps(bench, options.trace, progress, report); !done) return done;
   if (options.render)
-    if (auto done = measure_pictures(bench, report); !done) return done;
+    if (auto done = measure_pictures(bench, progress, report); !done) return done;
+  bar.reset();
 
   print(report, out);
   if (!options.plots.empty())

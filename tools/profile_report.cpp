@@ -64,7 +64,7 @@ Plot cost_plot(const ProfileReport& report) {
   plot.title = "A frame against the number of organs";
   const auto& cases = report.touched.empty() ? report.idle : report.touched;
   const std::size_t touched = cases.front().occupancy.touched;
-  plot.subtitle = fmt::format("{}, {} touched; medians of {} rounds; dashed: straight line",
+  plot.subtitle = fmt::format("{}, {} touched; medians over {} rounds; dashed: fitted lines",
                               report.scene, touched, report.rounds);
   plot.x = {"organs", true};
   plot.y = {"time a frame (µs)", true};
@@ -82,22 +82,30 @@ Plot cost_plot(const ProfileReport& report) {
                                         1e6 * quantiles(values).median);
     }
   }
+  // The whole step lies under what takes most of it.
+  constexpr int kStep = 6, kIdle = 7;
+  PlotSeries whole = by_stage["step"];
+  whole.colour = kStep;
+  whole.hollow = true;
+  plot.series.push_back(whole);
+  std::erase(names, "step");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    by_stage[names[i]].colour = static_cast<int>(i % 8);
+    by_stage[names[i]].colour = static_cast<int>(i % kStep);
+    by_stage[names[i]].hollow = i >= kStep;
     plot.series.push_back(by_stage[names[i]]);
   }
   const double from = static_cast<double>(cases.front().occupancy.organs);
   const double to = static_cast<double>(cases.back().occupancy.organs);
   if (!report.touched.empty()) {
     if (const auto fit = report.touched_fit())
-      plot.series.push_back(
-          line_of(fmt::format("{:.2f} + {:.3f} n", fit->intercept, fit->slope), *fit, from, to, 6));
+      plot.series.push_back(line_of(fmt::format("{:.3g} + {:.2g} n", fit->intercept, fit->slope),
+                                    *fit, from, to, kStep));
     plot.series.push_back(
-        {"step, none touched", step_medians(report.idle), true, true, false, true, 7});
+        {"step, none touched", step_medians(report.idle), true, true, false, true, kIdle});
   }
   if (const auto fit = report.idle_fit())
-    plot.series.push_back(
-        line_of(fmt::format("{:.2f} + {:.3f} n", fit->intercept, fit->slope), *fit, from, to, 7));
+    plot.series.push_back(line_of(fmt::format("{:.3g} + {:.2g} n", fit->intercept, fit->slope),
+                                  *fit, from, to, kIdle));
   return plot;
 }
 
@@ -112,7 +120,7 @@ Plot memory_plot(const ProfileReport& report) {
     series.points.emplace_back(static_cast<double>(at.organs),
                                1e-6 * static_cast<double>(at.bytes));
   if (const auto fit = fit_line(series.points))
-    plot.series.push_back(line_of(fmt::format("{:.1f} + {:.3f} n", fit->intercept, fit->slope),
+    plot.series.push_back(line_of(fmt::format("{:.1f} + {:.2g} n", fit->intercept, fit->slope),
                                   *fit, series.points.front().x(), series.points.back().x(), 0));
   plot.series.push_back(series);
   return plot;

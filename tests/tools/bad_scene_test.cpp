@@ -322,7 +322,7 @@ TEST(BadOption, NoCommandAndUnknownCommandAreRefused) {
 TEST(BadOption, HelpAndVersionAreNoMistakes) {
   const ProgramResult help = run_program({.arguments = {"--help"}});
   EXPECT_EQ(help.code, 0);
-  for (const char* command : {"run", "check", "bench", "smoke-info"})
+  for (const char* command : {"run", "check", "bench", "profile", "smoke-info"})
     EXPECT_NE(help.out.find(command), std::string::npos) << help.out;
   EXPECT_EQ(run_program({.arguments = {"--version"}}).code, 0);
 }
