@@ -42,8 +42,7 @@ Chart stage_chart(const Trace& trace) {
       if (event.stage == index) of_frame[event.frame] += 1e-9 * static_cast<double>(event.duration);
     Curve& curve = chart.curves.emplace_back(trace.stages()[stage]);
     for (const auto& [frame, duration] : of_frame)
-      curve.add(static_cast<double>(frame) / static_cast<double>(kFramesPerSecond),
-                1e3 * duration);
+      curve.add(static_cast<double>(frame) / static_cast<double>(kFramesPerSecond), 1e3 * duration);
   }
   return chart;
 }
@@ -81,7 +80,9 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
                    .unit = "mm",
                    .curves = {},
                    .note = "how deep each tip is in the tissue's shape at rest, where it presses"},
-      displacement_{.title = "Greatest displacement", .unit = "mm", .curves = {},
+      displacement_{.title = "Greatest displacement",
+                    .unit = "mm",
+                    .curves = {},
                     .note = "of each organ that instruments can reach"},
       links_{.title = "Force of the links", .unit = "N", .curves = {}, .note = ""},
       curve_of_organ_(world.organ_bodies.size()),
@@ -177,8 +178,7 @@ Result<Review> ReviewRecorder::finish(const Trace& trace, const RunReport& repor
   review.charts = {force_, penetration_, displacement_};
   if (!links_.curves.empty()) review.charts.push_back(links_);
   review.charts.push_back(stage_chart(trace));
-  for (const Watched* watched :
-       {&contact_, &hold_, &force_peak_, &smoke_, &displacement_peak_}) {
+  for (const Watched* watched : {&contact_, &hold_, &force_peak_, &smoke_, &displacement_peak_}) {
     if (watched->frame == 0) continue;
     Moment moment{watched->title, watched->detail, watched->time, ""};
     if (watched->picture) {

@@ -17,8 +17,8 @@
 
 namespace viscera {
 
-/// How deep each instrument's tip is in the tissue's shape at rest [m]; 0 where it doesn't press, and
-/// for closed jaws, which carry their tissue along.
+/// How deep each instrument's tip is in the tissue's shape at rest [m]; 0 where it doesn't press,
+/// and for closed jaws, which carry their tissue along.
 std::vector<double> penetrations(const World& world);
 
 class ReviewRecorder {
@@ -41,9 +41,9 @@ class ReviewRecorder {
     explicit Watched(std::string name) : title(std::move(name)) {}
 
     std::string title, detail;
-    std::uint64_t frame = 0;                 ///< 0: hasn't come
-    double time = 0.0;                       ///< [s]
-    double greatest = 0.0;                   ///< of those that something surpasses
+    std::uint64_t frame = 0;  ///< 0: hasn't come
+    double time = 0.0;        ///< [s]
+    double greatest = 0.0;    ///< of those that something surpasses
     bool wants_picture = false;
     std::optional<Thumbnail> picture;
 
@@ -57,7 +57,7 @@ class ReviewRecorder {
   std::vector<std::string> tools_;
   Chart force_, penetration_, displacement_, links_;
   std::vector<std::optional<std::size_t>> curve_of_organ_;
-  std::vector<double> greatest_, greatest_time_;   ///< of each organ [m], [s]
+  std::vector<double> greatest_, greatest_time_;  ///< of each organ [m], [s]
   Watched contact_{"First contact"}, hold_{"Jaws first hold tissue"}, force_peak_{"Peak force"},
       smoke_{"First smoke"}, displacement_peak_{"Greatest displacement"};
 };

@@ -267,9 +267,9 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
 }
 
 Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
-                                      std::vector<InstrumentBody> instruments,
-                                      const OrganModels& models,
-                                      const std::map<std::string, Tissue>& tissues) {
+                                              std::vector<InstrumentBody> instruments,
+                                              const OrganModels& models,
+                                              const std::map<std::string, Tissue>& tissues) {
   auto world = std::make_unique<World>();
   for (std::size_t i = 0; i < scene.organs.size(); ++i)
     add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);

@@ -22,25 +22,25 @@ struct World {
   Pool<OrganState> organ_states;
   Pool<OrganBurn> organ_burns;
 
-  std::vector<Link> links;                   ///< those with stiffness
+  std::vector<Link> links;  ///< those with stiffness
   Pool<OrganTies> organ_ties;
   std::vector<std::vector<Entity>> link_groups;  ///< organs whose contact is solved together
 
   Pool<InstrumentBody> instrument_bodies;
   Pool<InstrumentState> instrument_states;
   Pool<InstrumentContact> instrument_contacts;
-  Pool<BurnTrace> burn_traces;               ///< hooks only
+  Pool<BurnTrace> burn_traces;  ///< hooks only
 
   Pool<SmokeBody> smoke;
 
-  std::uint64_t tick = 0;                    ///< 1 kHz ticks since the start; the time in ms
-  std::uint64_t frame = 0;                   ///< frames done
+  std::uint64_t tick = 0;   ///< 1 kHz ticks since the start; the time in ms
+  std::uint64_t frame = 0;  ///< frames done
   double time() const { return static_cast<double>(tick) * 1e-3; }
 };
 
 /// Prepares every organ (from the cache where possible) and places all entities. Tips that start
-/// inside an organ are refused as soon as its surface is known. `warnings` gets what a person should
-/// know besides.
+/// inside an organ are refused as soon as its surface is known. `warnings` gets what a person
+/// should know besides.
 Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
                                            const std::map<std::string, Tissue>& tissues,
                                            const PrepareOptions& options, const Progress& progress,
@@ -54,12 +54,12 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
                                    const std::map<std::string, Tissue>& tissues,
                                    const PrepareOptions& options, const Progress& progress,
                                    std::vector<std::string>& warnings);
-/// Places all entities; `models` are those of the scene's organs. Whether tips are clear of the organs
-/// isn't asked again.
+/// Places all entities; `models` are those of the scene's organs. Whether tips are clear of the
+/// organs isn't asked again.
 Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
-                                      std::vector<InstrumentBody> instruments,
-                                      const OrganModels& models,
-                                      const std::map<std::string, Tissue>& tissues);
+                                              std::vector<InstrumentBody> instruments,
+                                              const OrganModels& models,
+                                              const std::map<std::string, Tissue>& tissues);
 
 /// The scene's instruments with their paths; imports mesh tips.
 Result<std::vector<InstrumentBody>> make_instruments(const SceneDescription& scene);

@@ -10,7 +10,7 @@
 // no harder than a soft one. Where tools press both organs the two problems overlap in f, and are
 // solved in turn. Each turn minimises the energy of the whole, a convex function under conditions that
 // each belong to one organ, over some of its unknowns: it can only sink, so no stiffness, order or
-// number of rounds makes it grow [Badea2003, the multiplicative Schwarz method under constraints].
+// number of rounds makes it grow [Badea2003].
 // The alternative, each organ following where the other was, is as stable but sticks where k is large.
 #pragma once
 

@@ -68,8 +68,10 @@ class Profile : public testing::Test {
     const SceneDescription many = fill_berths(scene(), berths(), wanted);
     auto instruments = make_instruments(many);
     if (!instruments) return nullptr;
-    return place_entities(many, std::move(*instruments),
-                          models_of(models(), berths(), wanted.organs), test_tissues());
+    auto placed = place_entities(many, std::move(*instruments),
+                                 models_of(models(), berths(), wanted.organs), test_tissues());
+    EXPECT_TRUE(placed) << placed.error().text();
+    return std::move(*placed);
   }
 };
 

@@ -52,6 +52,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"real_time_factor", Type::number_float},
                {"peak_memory_bytes", Type::number_unsigned},
                {"organs", Type::array},
+               {"links", Type::array},
                {"stages", Type::array},
                {"smoke", Type::object},
                {"skipped", Type::array},
