@@ -6,6 +6,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/contact/column_sums.h"
+#include "kernels/contact/facing.h"
 #include "kernels/contact/surface_carriers.h"
 
 namespace viscera {
@@ -68,8 +69,7 @@ Vec3 near_displacement(const std::vector<Group>& groups, std::span<const NearFie
   for (const Group& group : groups) {
     const double distance = (position - group.centre).norm();
     if (distance > group.range + group.radius) continue;
-    const double facing = std::clamp(2.0 * group.normal.dot(normal), 0.0, 1.0);
-    const double share = facing * facing * (3.0 - 2.0 * facing);
+    const double share = facing(group.normal.dot(normal));
     if (share == 0.0) continue;
     const NearField& field = near_fields[group.cells.front()];
     if (distance > field.sigma() + 4.0 * group.radius) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernels/contact/column_sums.h"
+#include "kernels/contact/facing.h"
 #include "kernels/contact/wide.h"
 
 namespace viscera {
@@ -25,12 +26,6 @@ bool is_sound(const ContactCell& cell) {
   return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
          cell.displacement.allFinite() && std::isfinite(cell.depth) && std::isfinite(cell.area) &&
          cell.area > 0.0 && cell.friction >= 0.0 && std::isfinite(cell.friction);
-}
-
-/// Two cells see each other across a flat or gently bent surface; not through a thin body.
-double same_side(const Vec3& a, const Vec3& b) {
-  const double t = std::clamp(2.0 * a.dot(b), 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
 }
 
 /// C += A B for A (m x m), B and C (m x columns), column-major: four columns of A at a time, read
@@ -93,7 +88,7 @@ void PatchContact::spread_cells(std::span<const ContactCell> cells) {
   touched_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
-    const double sigma = spread_factor_ * spacing_at(surface_, cell.position);
+    const double sigma = spread_factor() * spacing_at(surface_, cell.position);
     near_fields_.emplace_back(material_, sigma);
     if (!spread_load(surface_, cell.position, cell.normal, sigma, spread_[k])) {
       ++beyond_touchable_;
@@ -206,7 +201,7 @@ void PatchContact::couple_cells() {
 void PatchContact::couple_nearby(std::span<const ContactCell> cells) {
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l <= k; ++l) {
-      const double share = same_side(cells[k].normal, cells[l].normal);
+      const double share = facing(cells[k].normal.dot(cells[l].normal));
       if (share == 0.0) continue;
       // Spread by two Gaussians: their variances add.
       const double one = near_fields_[k].sigma(), other = near_fields_[l].sigma();

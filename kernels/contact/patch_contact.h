@@ -69,8 +69,6 @@ class PatchContact {
 
   /// sigma = spread_factor() * (local spacing at the cell); where it comes from: see the source.
   static double spread_factor();
-  /// Takes another factor, for measurements.
-  void set_spread_factor(double factor) { spread_factor_ = factor; }
 
   /// Every tool's cells on this body together. u at cell k is
   /// sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
@@ -142,7 +140,6 @@ class PatchContact {
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
   IsotropicMaterial material_;
-  double spread_factor_ = spread_factor();
 
   std::vector<Place> places_;  // of the last solve's cells
   std::vector<Way> ways_;

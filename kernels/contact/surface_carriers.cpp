@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kernels/base/parallel.h"
+#include "kernels/contact/facing.h"
 #include "kernels/points/kd_tree.h"
 #include "kernels/points/neighbours.h"
 
@@ -12,12 +13,6 @@ namespace {
 
 /// Reach of a place in its spacings: some fifteen places carry a point.
 constexpr double kReach = 2.3;
-
-/// 0 for places that face away, 1 for those within 60 degrees.
-double facing(double cosine) {
-  const double t = std::clamp(2.0 * cosine, 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
-}
 
 /// A place about a point, its offset scaled; its weight in a mean.
 struct Neighbour {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "kernels/base/parallel.h"
+#include "kernels/contact/facing.h"
 
 namespace viscera {
 namespace {
@@ -148,12 +148,6 @@ void widen_shares(std::span<const Vec2> offsets, std::span<LoadShare> shares) {
     sum += shares[i].share;
   }
   for (LoadShare& share : shares) share.share /= sum;
-}
-
-/// 0 for places that face away, 1 for those within 60 degrees.
-double facing(double cosine) {
-  const double t = std::clamp(2.0 * cosine, 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
 }
 
 }  // namespace
