@@ -12,6 +12,7 @@
 #include "engine/systems/links.h"
 #include "engine/systems/systems.h"
 #include "engine/systems/tool_shape.h"
+#include "kernels/base/thin_out.h"
 #include "kernels/points/surface_tree.h"
 
 namespace viscera {
@@ -78,13 +79,7 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
         fmt::format("{}: instrument \"{}\": the mesh has no vertex within {:g} mm of its "
                     "origin, expected the tip there and the shaft along +z",
                     description.tip.file.string(), description.name, 1e3 * kMeshEnd));
-  if (body.mesh_samples.size() > kMeshSamples) {
-    const std::size_t step = body.mesh_samples.size() / kMeshSamples + 1;
-    std::vector<Vec3> fewer;
-    for (std::size_t i = 0; i < body.mesh_samples.size(); i += step)
-      fewer.push_back(body.mesh_samples[i]);
-    body.mesh_samples = std::move(fewer);
-  }
+  thin_out(body.mesh_samples, kMeshSamples);
   body.description.tip.radius = std::max(across, kPointTipRadius);
   body.extent = kMeshEnd;
   body.mesh_surface = std::make_unique<CollisionSurface>(body.mesh, positions);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/base/thin_out.h"
+
 namespace viscera {
 namespace {
 
@@ -67,13 +69,7 @@ Patch patch_in(const Region& region, const TriangleSurface& surface, const Pose&
         if (i + j + 1 < splits) add(i + 2.0 / 3.0, j + 2.0 / 3.0);
       }
   }
-  if (patch.samples.size() > kMostSamples) {
-    const std::size_t step = patch.samples.size() / kMostSamples + 1;
-    std::vector<Sample> fewer;
-    for (std::size_t i = 0; i < patch.samples.size(); i += step)
-      fewer.push_back(patch.samples[i]);
-    patch.samples = std::move(fewer);
-  }
+  thin_out(patch.samples, kMostSamples);
   return patch;
 }
 
