@@ -91,7 +91,9 @@ double read_bandwidth() {
 
 Result<std::unique_ptr<ScratchFolder>> ScratchFolder::create() {
   std::error_code error;
-  std::string name = (fs::temp_directory_path(error) / "viscera_bench_XXXXXX").string();
+  // What mkdtemp fills in.
+  const std::string random_part(6, 'X');
+  std::string name = (fs::temp_directory_path(error) / ("viscera_bench_" + random_part)).string();
   if (error || !mkdtemp(name.data())) return failure(name + ": can't make a temporary folder");
   return std::unique_ptr<ScratchFolder>(new ScratchFolder(name));
 }

@@ -32,6 +32,32 @@ double brightness(const Colour& colour) {
   return (colour[0] + colour[1] + colour[2]) / 3.0;
 }
 
+/// A ball of tissue about the origin before a lens that looks along +y.
+struct BallInView {
+  BallInView(double radius, double distance, double field_of_view)
+      : ball(test::icosphere(radius, 5)) {
+    for (const Vec3& vertex : ball.vertices) {
+      positions.push_back(vertex.cast<float>());
+      normals.push_back(vertex.normalized().cast<float>());
+    }
+    view.camera.position = Vec3(0.0, -distance, 0.0);
+    view.camera.field_of_view = field_of_view;
+    OrganView organ;
+    organ.id = 1;
+    organ.name = "ball";
+    organ.rest = &ball;
+    organ.positions = positions;
+    organ.normals = normals;
+    view.organs.push_back(organ);
+  }
+  BallInView(const BallInView&) = delete;  // its view sees its ball
+  BallInView& operator=(const BallInView&) = delete;
+
+  TriangleSurface ball;
+  std::vector<Vec3f> positions, normals;
+  FrameView view;
+};
+
 /// A 4 cm ball of tissue 10 cm before the lens, which looks along +y.
 class RendererTest : public ::testing::Test {
  protected:
@@ -40,22 +66,9 @@ class RendererTest : public ::testing::Test {
     static Result<std::unique_ptr<Renderer>> shared = Renderer::create({kWidth, kHeight});
     if (!shared) GTEST_SKIP() << shared.error().text();
     renderer_ = shared->get();
-    ball_ = test::icosphere(0.02, 5);
-    for (const Vec3& vertex : ball_.vertices) {
-      positions_.push_back(vertex.cast<float>());
-      normals_.push_back(vertex.normalized().cast<float>());
-    }
-    view_.camera.position = Vec3(0.0, -0.1, 0.0);
-    view_.camera.field_of_view = 0.7;
     view_.camera.automatic_exposure = false;
     view_.camera.barrel = 0.0;
-    OrganView organ;
-    organ.id = ++last_id_;
-    organ.name = "ball";
-    organ.rest = &ball_;
-    organ.positions = positions_;
-    organ.normals = normals_;
-    view_.organs.push_back(organ);
+    view_.organs[0].id = ++last_id_;
   }
 
   Picture draw() {
@@ -75,9 +88,8 @@ class RendererTest : public ::testing::Test {
 
   static inline std::uint32_t last_id_ = 0;
   Renderer* renderer_ = nullptr;
-  TriangleSurface ball_;
-  std::vector<Vec3f> positions_, normals_;
-  FrameView view_;
+  BallInView scene_{0.02, 0.1, 0.7};
+  FrameView& view_ = scene_.view;
 };
 
 TEST_F(RendererTest, OrganIsLitInTheMiddleAndCornersAreBlack) {
@@ -126,7 +138,7 @@ TEST_F(RendererTest, MovedAndDeformedOrgansChangeThePicture) {
   EXPECT_NE(draw().rgb, still.rgb);
   view_.organs[0].pose.position.x() = 0.0;
   EXPECT_EQ(draw().rgb, still.rgb);
-  for (Vec3f& position : positions_) position *= 1.2f;
+  for (Vec3f& position : scene_.positions) position *= 1.2f;
   EXPECT_EQ(draw().rgb, still.rgb) << "the version says that nothing moved";
   view_.organs[0].surface_version = 1;
   EXPECT_NE(draw().rgb, still.rgb);
@@ -179,25 +191,12 @@ TEST(BurnPictureTest, TwoMillimetreBurnHasARoundEdgeInAFullSizePicture) {
   constexpr int kFullWidth = 1280, kFullHeight = 720;
   const auto renderer = Renderer::create({kFullWidth, kFullHeight});
   if (!renderer) GTEST_SKIP() << renderer.error().text();
-  const TriangleSurface ball = test::icosphere(0.05, 5);
-  std::vector<Vec3f> positions, normals;
-  for (const Vec3& vertex : ball.vertices) {
-    positions.push_back(vertex.cast<float>());
-    normals.push_back(vertex.normalized().cast<float>());
-  }
   // 5 cm before the lens: 20 pixels a millimetre.
-  FrameView view;
-  view.camera.position = Vec3(0.0, -0.1, 0.0);
-  view.camera.field_of_view = 0.7;
+  BallInView scene(0.05, 0.1, 0.7);
+  FrameView& view = scene.view;
   view.camera.automatic_exposure = false;
   view.camera.barrel = 0.0;
   view.light_intensity = 0.3;
-  OrganView organ;
-  organ.id = 1;
-  organ.rest = &ball;
-  organ.positions = positions;
-  organ.normals = normals;
-  view.organs.push_back(organ);
   Picture sound, burnt;
   ASSERT_TRUE((*renderer)->draw(view, sound));
   BrickField damage(0.5e-3);
@@ -400,22 +399,9 @@ TEST_F(RendererTest, AnInstrumentShadesTheTissueBesideIt) {
 }
 
 TEST(QualityTest, QualitiesDifferInCostAndAgreeInMeanColour) {
-  const TriangleSurface ball = test::icosphere(0.05, 5);
-  std::vector<Vec3f> positions, normals;
-  for (const Vec3& vertex : ball.vertices) {
-    positions.push_back(vertex.cast<float>());
-    normals.push_back(vertex.normalized().cast<float>());
-  }
-  FrameView view;
-  view.camera.position = Vec3(0.0, -0.12, 0.0);
-  view.camera.field_of_view = 0.9;
-  OrganView organ;
-  organ.id = 1;
-  organ.rest = &ball;
-  organ.positions = positions;
-  organ.normals = normals;
-  organ.look.vessel_amount = 0.5;
-  view.organs.push_back(organ);
+  BallInView scene(0.05, 0.12, 0.9);
+  FrameView& view = scene.view;
+  view.organs[0].look.vessel_amount = 0.5;
   std::vector<Colour> colours;
   std::vector<double> costs;
   for (const Quality quality : {Quality::kDraft, Quality::kReview, Quality::kFinal}) {
@@ -459,7 +445,7 @@ TEST_F(RendererTest, TimesOfAllPassesAreReported) {
 
 TEST_F(RendererTest, MismatchedInputIsRefusedByName) {
   Picture picture;
-  view_.organs[0].normals = std::span<const Vec3f>(normals_).first(3);
+  view_.organs[0].normals = std::span<const Vec3f>(scene_.normals).first(3);
   Result<void> done = renderer_->draw(view_, picture);
   ASSERT_FALSE(done);
   EXPECT_NE(done.error().text().find("organ ball"), std::string::npos) << done.error().text();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "engine/state_hash.h"
@@ -48,6 +49,18 @@ InstrumentDescription jaw(const std::string& name, double x, const std::vector<V
   return tool;
 }
 
+/// Two balls, the first under a jaw that lifts it: with their link, and without.
+struct TiedAndLoose {
+  TiedAndLoose(double stiffness, double lift) {
+    auto scene = two_balls(stiffness);
+    scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, lift)})};
+    tied = build(scene);
+    scene.links.clear();
+    loose = build(scene);
+  }
+  std::unique_ptr<World> tied, loose;
+};
+
 /// Mean displacement of an organ's drawn surface near x (its own frame), in its frame.
 Vec3 moved_near(const World& world, std::size_t organ, const Vec3& x) {
   Vec3 sum = Vec3::Zero();
@@ -84,11 +97,7 @@ double misfit(const World& world) {
 }
 
 TEST(Links, ALiftedOrganLiftsTheOneThatItIsTiedTo) {
-  auto scene = two_balls(400.0);
-  scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, 4e-3)})};
-  const auto tied = build(scene);
-  scene.links.clear();
-  const auto loose = build(scene);
+  const auto [tied, loose] = TiedAndLoose(400.0, 4e-3);
   ASSERT_TRUE(tied && loose);
   EXPECT_EQ(step_until(*tied, 0.2) | step_until(*loose, 0.2), 0u);
   const Vec3 edge(-kRadius, 0, 0);
@@ -102,22 +111,14 @@ TEST(Links, ALiftedOrganLiftsTheOneThatItIsTiedTo) {
 }
 
 TEST(Links, AnOrganThatOnlyALinkReachesIsPreparedAndOneWithoutLinkIsNot) {
-  auto scene = two_balls(400.0);
-  scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, 1e-3)})};
-  const auto tied = build(scene);
-  scene.links.clear();
-  const auto loose = build(scene);
+  const auto [tied, loose] = TiedAndLoose(400.0, 1e-3);
   ASSERT_TRUE(tied && loose);
   EXPECT_TRUE(tied->organ_bodies[1].model->touchable_anywhere());
   EXPECT_FALSE(loose->organ_bodies[1].model->touchable_anywhere());
 }
 
 TEST(Links, ALinkOfZeroStiffnessChangesNothingBitForBit) {
-  auto scene = two_balls(0.0);
-  scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, 3e-3)})};
-  const auto slack = build(scene);
-  scene.links.clear();
-  const auto loose = build(scene);
+  const auto [slack, loose] = TiedAndLoose(0.0, 3e-3);
   ASSERT_TRUE(slack && loose);
   EXPECT_TRUE(slack->links.empty() && slack->link_groups.empty());
   EXPECT_EQ(hash_after(*slack, 0.2), hash_after(*loose, 0.2));
