@@ -101,6 +101,8 @@ class Formulation {
   virtual Basis basis() const { return Basis::linear; }
   /// True: the nodal unknowns are the displacements at the nodes. False: only sums of fields are.
   virtual bool interpolates() const { return false; }
+  /// Materials above it are refused: its error would grow without bound. 0.5: none is.
+  virtual double highest_poisson_ratio() const { return 0.5; }
   /// What its user should know, said once; empty: nothing.
   virtual std::string_view warning() const { return {}; }
   /// The fields that carry displacement to any place, and loads back to the nodes.

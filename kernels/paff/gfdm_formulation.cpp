@@ -97,6 +97,7 @@ class GfdmFormulation final : public Formulation {
   int version() const override { return 2; }
   double support_factor() const override { return 1.8; }
   bool interpolates() const override { return true; }
+  double highest_poisson_ratio() const override { return 0.45; }
 
   Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                  const Progress& progress) const override {

@@ -157,15 +157,13 @@ std::vector<std::string> problem_mistakes(const ElasticProblem& problem) {
 }
 
 Result<void> accept_material(const Formulation& formulation, const IsotropicMaterial& material) {
-  // What collocated differences bear.
-  constexpr double kHighestOfDifferences = 0.45;
+  const double highest = formulation.highest_poisson_ratio();
   Error mistakes;
   check_material(material, mistakes.messages);
-  if (mistakes.messages.empty() && formulation.name() == "gfdm" &&
-      material.poisson_ratio > kHighestOfDifferences) {
+  if (mistakes.messages.empty() && material.poisson_ratio > highest) {
     std::ostringstream text;
-    text << "formulation \"gfdm\": Poisson's ratio is " << material.poisson_ratio
-         << "; expected at most " << kHighestOfDifferences
+    text << "formulation \"" << formulation.name() << "\": Poisson's ratio is "
+         << material.poisson_ratio << "; expected at most " << highest
          << ", above which its error grows without bound: use \"galerkin\", or a lower ratio";
     mistakes.messages.push_back(text.str());
   }
