@@ -13,7 +13,7 @@ namespace {
 
 /// Weights of all cells are written in a common basis that misses none of them by more than this
 /// share: cells of one tip differ little, so the basis is several times smaller than their number.
-constexpr double kBasisTolerance = 1e-3;
+constexpr double kBasisTolerance = 5e-4;
 /// Added to the diagonal, relative: two tools may press the very same spot. Also the least
 /// eigenvalue of the scaled matrix, see lift().
 constexpr double kRidge = 1e-6;

@@ -117,8 +117,7 @@ TEST(Energy, StiffnessOfAPressedBallIsThatOfItsContact) {
     if (at.solution.forces[k].z() < 0.0) touching.push_back(cells[k]);
   }
   ASSERT_LT(touching.size(), cells.size());
-  // Weights of cells are written in a basis that may miss 1e-3 of them, and so 1e-6 of a response.
-  EXPECT_NEAR(slope / test::press_block(touching).force, 1.0, 5e-6);
+  EXPECT_NEAR(slope / test::press_block(touching).force, 1.0, 1e-6);
 }
 
 TEST(Energy, SinglePrecisionComplianceGivesTheForcesOfDouble) {
