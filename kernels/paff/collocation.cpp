@@ -155,10 +155,11 @@ Result<BlockRows> assemble(const Rows& rows, const IsotropicMaterial& material,
 class CollocationSolver final : public ElasticSolver {
  public:
   CollocationSolver(const Formulation& formulation, Rows rows, bool stabilised_tractions,
-                    SparseLu factor, const PreparationFigures& figures)
+                    BlockRows matrix, SparseLu factor, const PreparationFigures& figures)
       : formulation_(formulation),
         rows_(std::move(rows)),
         stabilised_tractions_(stabilised_tractions),
+        matrix_(std::move(matrix)),
         factor_(std::move(factor)),
         figures_(figures) {}
 
@@ -174,9 +175,16 @@ class CollocationSolver final : public ElasticSolver {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       Vec3::Map(unknowns.data() + 3 * i) = rows_.scales[i] * right_hand_side(loads, i);
     }
+    const std::vector<double> load = unknowns;
     if (const Result<void> solved = factor_.solve(unknowns, 1); !solved) {
       return std::unexpected(solved.error());
     }
+    // Near incompressibility round-off would show: once is enough.
+    std::vector<double> change = matrix_.residual(load, unknowns);
+    if (const Result<void> solved = factor_.solve(change, 1); !solved) {
+      return std::unexpected(solved.error());
+    }
+    for (std::size_t i = 0; i < unknowns.size(); ++i) unknowns[i] += change[i];
     return unknowns;
   }
 
@@ -235,6 +243,7 @@ class CollocationSolver final : public ElasticSolver {
   const Formulation& formulation_;
   Rows rows_;
   bool stabilised_tractions_;
+  BlockRows matrix_;
   SparseLu factor_;
   PreparationFigures figures_;
 };
@@ -280,7 +289,8 @@ Result<std::unique_ptr<ElasticSolver>> prepare_collocation(const Formulation& fo
   figures.factor_bytes = factor->factor_bytes();
   if (!progress(1.0, "factoring")) return failure(kCancelled);
   return std::make_unique<CollocationSolver>(
-      formulation, std::move(*rows), rules.stabilised_tractions, std::move(*factor), figures);
+      formulation, std::move(*rows), rules.stabilised_tractions, std::move(*matrix),
+      std::move(*factor), figures);
 }
 
 }  // namespace viscera

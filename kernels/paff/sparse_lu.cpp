@@ -15,6 +15,25 @@ void BlockRows::multiply(std::span<const double> x, std::span<double> out) const
   }
 }
 
+std::vector<double> BlockRows::residual(std::span<const double> b,
+                                        std::span<const double> x) const {
+  std::vector<double> out(b.size());
+  for (std::size_t row = 0; row < rows(); ++row) {
+    for (int i = 0; i < 3; ++i) {
+      const std::size_t unknown = 3 * row + static_cast<std::size_t>(i);
+      long double sum = b[unknown];
+      for (std::size_t e = row_begin[row]; e < row_begin[row + 1]; ++e) {
+        for (int j = 0; j < 3; ++j) {
+          sum -= static_cast<long double>(blocks[e](i, j)) *
+                 x[3 * static_cast<std::size_t>(columns[e]) + static_cast<std::size_t>(j)];
+        }
+      }
+      out[unknown] = static_cast<double>(sum);
+    }
+  }
+  return out;
+}
+
 Result<SparseLu> SparseLu::factor(const BlockRows& matrix, std::string_view what) {
   const std::size_t order = 3 * matrix.rows();
   if (order == 0 || order > static_cast<std::size_t>(std::numeric_limits<int>::max())) {

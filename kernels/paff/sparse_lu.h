@@ -22,6 +22,8 @@ struct BlockRows {
   std::size_t nonzeros() const { return 9 * blocks.size(); }
   /// out = A x, vectors of 3 N numbers, node-major.
   void multiply(std::span<const double> x, std::span<double> out) const;
+  /// b - A x, its sums in extended precision: for refinement.
+  std::vector<double> residual(std::span<const double> b, std::span<const double> x) const;
 };
 
 /// The factor of one such matrix; movable. Threads: see MumpsFactor.

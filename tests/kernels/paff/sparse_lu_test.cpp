@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "kernels/base/random.h"
 
 namespace viscera {
@@ -51,6 +54,39 @@ TEST(SparseLu, SolvesSparseVectors) {
     EXPECT_NEAR(product[i], i == 7 ? 2.0 : i == 40 ? -1.0 : 0.0, 1e-12);
     EXPECT_EQ(columns[60 + i], 0.0);
   }
+}
+
+TEST(SparseLu, ItsMatrixFindsAResidualFarBelowRoundOffOfItsTerms) {
+  const BlockRows matrix = ring(40, 4.0);
+  std::vector<double> x(120), b(120);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = 1e6 * std::sin(static_cast<double>(i));
+  matrix.multiply(x, b);
+  // The rounding that b itself has, as found by sums in extended precision.
+  const std::vector<double> rounding = matrix.residual(b, x);
+  for (const double r : rounding) EXPECT_LT(std::abs(r), 1e-8);
+  EXPECT_TRUE(std::any_of(rounding.begin(), rounding.end(), [](double r) { return r != 0.0; }));
+  // A change of b by less than that comes out whole.
+  std::vector<double> changed = b;
+  changed[7] = std::nextafter(b[7], 2e9);
+  const std::vector<double> after = matrix.residual(changed, x);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const double change = changed[i] - b[i];
+    EXPECT_NEAR(after[i] - rounding[i], change, 1e-2 * change) << i;
+  }
+}
+
+TEST(SparseLu, OneRefinementTakesTheErrorOfAPerturbedSolutionAway) {
+  const BlockRows matrix = ring(40, 4.0);
+  auto factor = SparseLu::factor(matrix, "ring");
+  ASSERT_TRUE(factor);
+  std::vector<double> wanted(120), b(120);
+  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = std::sin(static_cast<double>(i));
+  matrix.multiply(wanted, b);
+  std::vector<double> x = wanted;
+  for (std::size_t i = 0; i < x.size(); i += 3) x[i] += 1e-6;
+  std::vector<double> change = matrix.residual(b, x);
+  ASSERT_TRUE(factor->solve(change, 1));
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(x[i] + change[i], wanted[i], 1e-14);
 }
 
 TEST(SparseLu, RefusesASingularMatrixAndAnEmptyOne) {
