@@ -146,9 +146,7 @@ StressFigure check_finite(const SurfaceCompliance& compliance) {
 }
 
 StressFigure check_positive(const SurfaceCompliance& compliance) {
-  // What preparation itself promises of strong forms, whose square isn't symmetric.
-  const double limit = compliance.symmetric ? 0.0 : 1e-6;
-  StressFigure figure{"positive compliance", -negative_eigenvalue(compliance), limit, ""};
+  StressFigure figure{"positive compliance", -negative_eigenvalue(compliance), 0.0, ""};
   if (compliance.symmetric && !is_symmetric(compliance)) {
     figure.figure = kInfinite;
     figure.detail = "not symmetric";

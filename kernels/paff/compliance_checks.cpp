@@ -14,7 +14,6 @@
 namespace viscera {
 namespace {
 
-constexpr double kRoundOff = 1e-6;
 /// Above this order a factor in double precision takes longer than it is worth, unless it decides.
 constexpr std::size_t kDoubleBelow = 3000;
 
@@ -40,6 +39,14 @@ class SymmetricPart {
     const std::size_t height = compliance_.rows();
     return 0.5 * (static_cast<double>(compliance_.columns[columns_[j] * height + rows_[i]]) +
                   static_cast<double>(compliance_.columns[columns_[i] * height + rows_[j]]));
+  }
+
+  double frobenius_norm() const {
+    double sum = 0.0;
+    for (std::size_t j = 0; j < order(); ++j) {
+      for (std::size_t i = 0; i < order(); ++i) sum += (*this)(i, j) * (*this)(i, j);
+    }
+    return std::sqrt(sum);
   }
 
   /// y = S x.
@@ -138,11 +145,18 @@ bool is_positive(const SymmetricPart& matrix, double shift) {
   return eliminate<double>(n, n, factor.data(), nullptr);
 }
 
+/// What round-off alone may take from the smallest eigenvalue. Symmetric compliances come from a
+/// factor in single precision, 1e-6 of the largest. Unsymmetric ones are solved for in double and
+/// then stored: each entry, and each mean of two, is off by 2^-24 of itself, which in 2-norm is at
+/// most 2^-23 of the Frobenius norm.
+double round_off(const SymmetricPart& matrix, bool symmetric, double largest) {
+  return symmetric ? 1e-6 * largest : 0x1.0p-23 * matrix.frobenius_norm();
+}
+
 /// The smallest eigenvalue of a matrix that isn't positive: -s for the least shift s that makes it
 /// so, to 3 %, from below. Whether a factorisation succeeds is certain, where an iteration towards
-/// an eigenvalue among many of its size may stop short of it. 0 where round-off makes it positive.
-double negative_eigenvalue(const SymmetricPart& matrix, double size) {
-  double low = kRoundOff * size;
+/// an eigenvalue among many of its size may stop short of it. 0 where a shift of `low` does.
+double negative_eigenvalue(const SymmetricPart& matrix, double size, double low) {
   if (is_positive(matrix, low)) return 0.0;
   double high = 10.0 * low;
   while (high < 100.0 * size && !is_positive(matrix, high)) {
@@ -170,11 +184,11 @@ double smallest_compliance_eigenvalue(const SurfaceCompliance& compliance) {
   if (matrix.order() > kDoubleBelow) smallest = by_inverse_iteration<float>(matrix, size);
   if (!(smallest > 0.0)) smallest = by_inverse_iteration<double>(matrix, size);
   if (smallest > 0.0) return std::min(1.0, smallest / size);
-  return negative_eigenvalue(matrix, size) / size;
+  return negative_eigenvalue(matrix, size, round_off(matrix, compliance.symmetric, size)) / size;
 }
 
 Result<void> expect_positive_compliance(double smallest_eigenvalue) {
-  if (smallest_eigenvalue > -kRoundOff) return {};
+  if (smallest_eigenvalue >= 0.0) return {};
   std::ostringstream text;
   text << "compliance: its smallest eigenvalue is " << smallest_eigenvalue
        << " of its largest; expected a positive one, since tissue would feed energy into the tool "

@@ -94,7 +94,7 @@ class TaylorFit {
 class GfdmFormulation final : public Formulation {
  public:
   std::string_view name() const override { return "gfdm"; }
-  int version() const override { return 2; }
+  int version() const override { return 3; }
   double support_factor() const override { return 1.8; }
   bool interpolates() const override { return true; }
   double highest_poisson_ratio() const override { return 0.45; }

@@ -98,7 +98,7 @@ class MovingLeastSquaresAtNodes {
 class PaperFormulation final : public Formulation {
  public:
   std::string_view name() const override { return "paper"; }
-  int version() const override { return 2; }
+  int version() const override { return 3; }
   double support_factor() const override { return 3.0; }
   std::string_view warning() const override {
     return "formulation \"paper\": it reproduces the published method, which doesn't converge as "
