@@ -67,13 +67,8 @@ std::vector<InstrumentKey> sliding_path(const TriangleSurface& surface) {
   return keys;
 }
 
-struct Slide {
-  double mean = 0.0, ripple = 0.0;  // ripple: greatest deviation from the trend over the mean
-};
-
-/// Mean force and its ripple about a fitted parabola (the liver's own shape changes the force
-/// slowly).
-std::optional<Slide> slide_over_liver(double finest) {
+/// Force of each frame of the slide [N].
+std::optional<VectorX> slide_over_liver(double finest) {
   SceneDescription scene;
   scene.file = "slide";
   scene.name = "slide";
@@ -91,43 +86,49 @@ std::optional<Slide> slide_over_liver(double finest) {
   auto world = build(scene);
   if (!world) return std::nullopt;
   step_until(*world, kStart + 0.1);
-  std::vector<double> forces, times;
+  std::vector<double> forces;
   while (world->time() < kEnd - 0.05) {
     step_until(*world, world->time() + 1.0 / 60.0);
     forces.push_back(force_on(*world, 0).norm());
-    times.push_back(world->time());
   }
-  const auto n = static_cast<Eigen::Index>(forces.size());
-  MatrixX basis(n, 3);
-  VectorX force(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double t = times[static_cast<std::size_t>(i)] - times.front();
-    basis.row(i) << 1.0, t, t * t;
-    force[i] = forces[static_cast<std::size_t>(i)];
-  }
+  return VectorX::Map(forces.data(), static_cast<Eigen::Index>(forces.size()));
+}
+
+/// Greatest deviation of one slide from another on other nodes, the ratio of their means taken out,
+/// as a share. What the liver's own shape does to the force both have in common; what nodes do,
+/// they don't. Sees the ripple of both, and leaves no slow part of either to a fit.
+double ripple_between(const VectorX& one, const VectorX& other) {
+  const VectorX ratio = one.cwiseQuotient(other);
+  return (ratio.array() / ratio.mean() - 1.0).abs().maxCoeff();
+}
+
+/// The same about a fitted parabola, part of it the liver's shape.
+double ripple_about_trend(const VectorX& force) {
+  const VectorX place = VectorX::LinSpaced(force.size(), -1.0, 1.0);
+  MatrixX basis(force.size(), 3);
+  basis << VectorX::Ones(force.size()), place, place.cwiseAbs2();
   const VectorX fit = basis * (basis.transpose() * basis).inverse() * (basis.transpose() * force);
-  Slide slide;
-  slide.mean = force.mean();
-  slide.ripple = (force - fit).cwiseAbs().maxCoeff() / slide.mean;
-  return slide;
+  return (force - fit).cwiseAbs().maxCoeff() / force.mean();
 }
 
 TEST(Sliding, AMillimetreTipFeelsSmoothLiverAtAnySpacing) {
   const auto coarse = slide_over_liver(6e-3);
   const auto fine = slide_over_liver(3e-3);
   ASSERT_TRUE(coarse && fine);
-  RecordProperty("coarse_mean_N", std::to_string(coarse->mean));
-  RecordProperty("fine_mean_N", std::to_string(fine->mean));
+  ASSERT_EQ(coarse->size(), fine->size());
+  const double change = fine->mean() / coarse->mean() - 1.0,
+               ripple = ripple_between(*coarse, *fine);
+  RecordProperty("coarse_mean_N", std::to_string(coarse->mean()));
+  RecordProperty("fine_mean_N", std::to_string(fine->mean()));
   std::printf(
-      "spacing 6 mm: mean %.5f N, ripple %.2f %%; 3 mm: mean %.5f N, ripple %.2f %%; "
-      "halving changes the mean by %.2f %%\n",
-      coarse->mean, 100 * coarse->ripple, fine->mean, 100 * fine->ripple,
-      100 * std::abs(fine->mean / coarse->mean - 1.0));
-  EXPECT_GT(fine->mean, 0.0);
+      "spacing 6 mm: mean %.5f N, about its trend %.2f %%; 3 mm: mean %.5f N, about its trend "
+      "%.2f %%; ripple between the two %.2f %%; halving changes the mean by %.2f %%\n",
+      coarse->mean(), 100 * ripple_about_trend(*coarse), fine->mean(),
+      100 * ripple_about_trend(*fine), 100 * ripple, 100 * std::abs(change));
+  EXPECT_GT(fine->minCoeff(), 0.0);
   // What is promised is 5 % of ripple and 10 % between spacings; these hold what is reached.
-  EXPECT_LT(coarse->ripple, 0.02);
-  EXPECT_LT(fine->ripple, 0.02);
-  EXPECT_NEAR(fine->mean / coarse->mean, 1.0, 0.04);
+  EXPECT_LT(ripple, 0.004);
+  EXPECT_NEAR(change, 0.0, 0.04);
 }
 
 }  // namespace
