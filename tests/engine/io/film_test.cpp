@@ -81,6 +81,20 @@ TEST(Film, PlaysEverywhereAndKeepsItsColours) {
   EXPECT_NEAR(static_cast<std::uint8_t>(rgb[middle + 2]), 30, 4);
 }
 
+TEST(Film, HasAKeyFrameEveryHalfSecondSoThatAScrubberAnswersAtOnce) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "film.mp4";
+  auto film = Film::start(file, kWidth, kHeight);
+  ASSERT_TRUE(film) << film.error().text();
+  for (int frame = 0; frame < 40; ++frame)
+    ASSERT_TRUE((*film)->add(plain(180, static_cast<std::uint8_t>(40 + frame), 30)));
+  const auto finished = (*film)->finish();
+  ASSERT_TRUE(finished) << finished.error().text();
+  EXPECT_EQ(output_of("ffprobe -v error -skip_frame nokey -show_entries frame=pict_type -of csv=p=0 "
+                      "'" + file.string() + "' | grep -c I"),
+            "3\n");
+}
+
 TEST(Film, DroppedUnfinishedLeavesNothing) {
   const TemporaryFolder folder;
   {
