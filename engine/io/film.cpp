@@ -34,12 +34,13 @@ std::vector<std::string> ffmpeg_arguments(const fs::path& output, int width, int
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
   // Without the matrix named, ffmpeg converts by BT.601 and players show BT.709: wrong reds.
   const std::string convert = "scale=out_color_matrix=bt709:out_range=tv";
+  // A key frame every half second: a scrubber decodes from the last one before where it stops.
   // Without -xerror a disk that fills up at the end still gives exit code 0.
   // clang-format off
   return {"ffmpeg", "-hide_banner", "-loglevel", "error", "-xerror", "-nostdin", "-y",
           "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", size,
           "-framerate", std::to_string(fps), "-i", "pipe:0",
-          "-vf", convert, "-c:v", "libx264", "-preset", "veryfast", "-crf", "18",
+          "-vf", convert, "-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-g", std::to_string(std::max(1, fps / 2)),
           "-pix_fmt", "yuv420p", "-color_range", "tv", "-colorspace", "bt709",
           "-color_primaries", "bt709", "-color_trc", "bt709", "-movflags", "+faststart",
           "-f", "mp4", "file:" + fs::absolute(output).string()};

@@ -7,13 +7,31 @@
 
 namespace viscera {
 
+namespace {
+
+/// Edges that a curved surface would leave by more than this [m] are divided: a pixel, ten
+/// centimetres before the lens.
+constexpr double kFlat = 1.5e-4;
+/// Shorter ones [m] are kept: what is meshed so finely has its shape.
+constexpr double kShortest = 4e-3;
+
+bool shows_a_facet(const Vec3& a, const Vec3& b, const Vec3& middle) {
+  return (middle - 0.5 * (a + b)).norm() > kFlat && (b - a).norm() > kShortest;
+}
+
+}  // namespace
+
 void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   std::vector<Vec3f> places, normals;
   for (const Vec3& vertex : rest.vertices) places.push_back(vertex.cast<float>());
   for (const Vec3& normal : vertex_normals(rest)) normals.push_back(normal.cast<float>());
+  refinement_ = CurvedRefinement(rest, shows_a_facet);
+  refinement_.extend(places, normals);
   rest_.upload(std::span<const Vec3f>(places));
   rest_normals_.upload(std::span<const Vec3f>(normals));
-  clusters_ = TriangleClusters(rest);
+  TriangleSurface fine{{}, refinement_.triangles()};
+  for (const Vec3f& place : places) fine.vertices.push_back(place.cast<double>());
+  clusters_ = TriangleClusters(fine);
   elements_.upload(std::span<const std::array<int, 3>>(clusters_.triangles()));
   array_.attribute(0, positions_, 3, sizeof(Vec3f));
   array_.attribute(1, normals_, 3, sizeof(Vec3f));
@@ -22,8 +40,23 @@ void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   array_.elements(elements_);
   rest_source_ = &rest;
   vertices_ = rest.vertices.size();
+  triangles_ = rest.triangles.size();
   surface_version_.reset();
   burn_version_.reset();
+}
+
+void OrganBuffers::upload_surface(const OrganView& view) {
+  std::span<const Vec3f> positions = view.positions, normals = view.normals;
+  if (refinement_.divides_any()) {
+    fine_positions_.assign(positions.begin(), positions.end());
+    fine_normals_.assign(normals.begin(), normals.end());
+    refinement_.extend(fine_positions_, fine_normals_);
+    positions = fine_positions_;
+    normals = fine_normals_;
+  }
+  positions_.upload(positions);
+  normals_.upload(normals);
+  clusters_.fit(positions);
 }
 
 Result<void> OrganBuffers::update(const OrganView& view) {
@@ -36,13 +69,11 @@ Result<void> OrganBuffers::update(const OrganView& view) {
                    " vertices at rest");
   }
   if (view.rest != rest_source_ || view.rest->vertices.size() != vertices_ ||
-      view.rest->triangles.size() != clusters_.triangles().size()) {
+      view.rest->triangles.size() != triangles_) {
     upload_rest(*view.rest);
   }
   if (surface_version_ != view.surface_version) {
-    positions_.upload(view.positions);
-    normals_.upload(view.normals);
-    clusters_.fit(view.positions);
+    upload_surface(view);
     surface_version_ = view.surface_version;
   }
   if (view.burn != nullptr && burn_version_ != view.burn_version) {

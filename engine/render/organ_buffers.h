@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "engine/gpu/buffer.h"
 #include "engine/render/burn_atlas.h"
@@ -10,6 +11,7 @@
 #include "engine/render/triangle_clusters.h"
 #include "engine/render/view.h"
 #include "kernels/base/result.h"
+#include "kernels/points/curved_refinement.h"
 
 namespace viscera {
 
@@ -23,13 +25,16 @@ class OrganBuffers {
 
  private:
   void upload_rest(const TriangleSurface& rest);
+  void upload_surface(const OrganView& view);
 
   Buffer positions_, normals_, rest_, rest_normals_, elements_;
   VertexArray array_;
   BurnAtlas burn_;
+  CurvedRefinement refinement_;  ///< of a surface whose facets would show
   TriangleClusters clusters_;
   const TriangleSurface* rest_source_ = nullptr;
-  std::size_t vertices_ = 0;
+  std::size_t vertices_ = 0, triangles_ = 0;
+  std::vector<Vec3f> fine_positions_, fine_normals_;
   std::optional<std::uint64_t> surface_version_, burn_version_;
 };
 

@@ -27,6 +27,7 @@ void set_look(Program& program, const TissueLook& look) {
   program.set("mottle_amount", static_cast<float>(look.mottle_amount));
   program.set("vessel_scale", static_cast<float>(kTrunks * look.vessel_scale));
   program.set("vessel_amount", static_cast<float>(look.vessel_amount));
+  program.set("fat_amount", static_cast<float>(look.fat_amount));
   program.set("bump_height", static_cast<float>(look.bump_height));
   program.set("bump_scale", static_cast<float>(look.bump_scale));
   program.set("roughness", static_cast<float>(look.roughness));
@@ -50,6 +51,7 @@ Result<Program*> OrganPass::program_for(const TissueLook& look, bool burnt) {
   if (look.pattern == TissueLook::Pattern::kLobules) definitions.emplace_back("LOBULES");
   if (look.pattern == TissueLook::Pattern::kFibres) definitions.emplace_back("FIBRES");
   if (look.vessel_amount > 0.0) definitions.emplace_back("VESSELS");
+  if (look.fat_amount > 0.0) definitions.emplace_back("FAT");
   if (fine_relief_) definitions.emplace_back("FINE_RELIEF");
   if (burnt) definitions.emplace_back("BURNT");
   const auto found = programs_.find(definitions);

@@ -65,6 +65,7 @@ ObjectSpec look() {
        colour("vein_colour", "Of surface veins."),
        share("vessel_amount", "Of surface vessels; 0: none."),
        size("vessel_scale_mm", "Between trunks of the vessels."),
+       share("fat_amount", "Of the surface that lies under islands of fat; 0: none."),
        number("bump_height_mm", "Height of the relief.").needed().between(0, 10),
        size("bump_scale_mm", "Width of the relief."),
        share("roughness", "Of the surface under its film: 0 a mirror, 1 matte."),
@@ -136,6 +137,7 @@ TissueLook look_of(const Json& values) {
   look.vein_colour = linear("vein_colour");
   look.vessel_amount = values["vessel_amount"];
   look.vessel_scale = metres("vessel_scale_mm");
+  look.fat_amount = values["fat_amount"];
   look.bump_height = metres("bump_height_mm");
   look.bump_scale = metres("bump_scale_mm");
   look.roughness = values["roughness"];

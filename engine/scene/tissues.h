@@ -29,6 +29,7 @@ struct TissueLook {
   Vec3 vein_colour = Vec3(0.12, 0.03, 0.06);
   double vessel_amount = 0.0;  ///< 0 ... 1
   double vessel_scale = 2e-2;  ///< between trunks [m]
+  double fat_amount = 0.0;     ///< 0 ... 1: how much of it lies under fat
   double bump_height = 1e-4;   ///< [m]
   double bump_scale = 1.5e-3;  ///< [m]
   double roughness = 0.5;      ///< of the surface under its film: 0 a mirror, 1 matte

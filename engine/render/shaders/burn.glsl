@@ -46,13 +46,20 @@ float damage_at(vec3 place) {
   return tile == 0 ? 0.0 : y.x * g0.x + y.y * g1.x;
 }
 
-const vec3 kPale = vec3(0.32, 0.20, 0.135), kBrown = vec3(0.115, 0.052, 0.024),
+// How much is charred, in flakes: 1 black, 0 dried.
+float charred(float damage, float flake) {
+  return smoothstep(0.55, 0.97, damage + 0.22 * flake * smoothstep(0.3, 0.6, damage));
+}
+
+const vec3 kPale = vec3(0.36, 0.235, 0.155), kBrown = vec3(0.115, 0.052, 0.024),
            kBlack = vec3(0.012, 0.010, 0.009);
 
 // Blanched where proteins have coagulated, brown where it dries, black where it chars.
-vec3 burnt_colour(vec3 albedo, float damage, float grain) {
-  albedo = mix(albedo, mix(kPale, albedo, 0.4), smoothstep(0.0, 0.62, sqrt(damage)));
-  albedo = mix(albedo, kBrown, smoothstep(0.26, 0.58, damage));
-  return mix(albedo, kBlack * (1.0 + 0.8 * grain), smoothstep(0.52, 0.92, damage));
+vec3 burnt_colour(vec3 albedo, float damage, float flake) {
+  // Blanching sets in far below the heat that dries.
+  float blanched = smoothstep(0.12, 0.80, sqrt(sqrt(damage)) + 0.10 * flake * damage);
+  albedo = mix(albedo, mix(kPale, albedo, 0.35), blanched);
+  albedo = mix(albedo, kBrown * (1.0 + 0.5 * flake), smoothstep(0.26, 0.62, damage));
+  return mix(albedo, kBlack * (1.0 + 0.8 * flake), 0.93 * charred(damage, flake));
 }
 #endif

@@ -1,5 +1,5 @@
 // Linear light to what the camera head would show: the lens's distortion, smoke over the organs, spill,
-// exposure, the film's curve, the round field of view, sRGB. Alpha is the luma that show.frag looks for
+// exposure, the film's curve, the round field of view, sRGB. Alpha is what show.frag looks for
 // edges in.
 uniform sampler2D radiance_map;
 uniform sampler2D spill_map;
@@ -26,7 +26,7 @@ vec4 smoke_at(vec2 place, float distance_here) {
       ivec2 there = clamp(base + ivec2(x, y), ivec2(0), ivec2(half_size) - 1);
       vec2 near = mix(1.0 - f, f, vec2(x, y));
       float apart = (texelFetch(distance_map, there, 0).r - distance_here) / distance_here;
-      float weight = (near.x * near.y + 1e-3) / (1e-3 + apart * apart * 40.0);
+      float weight = (near.x * near.y + 1e-3) / (1e-2 + apart * apart * 40.0);
       sum += weight * texelFetch(smoke_map, there, 0);
       weights += weight;
     }
@@ -38,6 +38,11 @@ vec4 smoke_at(vec2 place, float distance_here) {
 // A curve fitted to the ACES film response [Narkowicz2015].
 vec3 film_curve(vec3 x) {
   return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+}
+
+// The sensor's colour filters overlap: what is bright and red isn't pure red.
+vec3 overlapped(vec3 x) {
+  return mix(x, vec3(dot(x, vec3(0.30, 0.55, 0.15))), 0.09);
 }
 
 vec3 to_srgb(vec3 x) {
@@ -74,11 +79,12 @@ void main() {
     vec4 smoke = smoke_at(there, axial_distance(texelFetch(depth_map, pixel, 0).r));
     seen = seen * smoke.a + light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
 #endif
-    film += film_curve(exposure * seen + spill);
+    film += film_curve(overlapped(exposure * seen + spill));
   }
   film /= float(kSamples);
   float radius = sqrt(square), pixel = 1.0 / shown.y;
   film *= 1.0 - smoothstep(picture.w - 5.0 * pixel, picture.w - 0.5 * pixel, radius);
   developed.rgb = to_srgb(film);
-  developed.a = dot(developed.rgb, vec3(0.299, 0.587, 0.114));
+  // All tissue is red: what tells one from another, and its edge, is green.
+  developed.a = dot(developed.rgb, vec3(0.16, 0.66, 0.18));
 }

@@ -15,6 +15,7 @@ uniform vec3 seed_offset;          // tells two organs of one tissue apart
 uniform float mottle_scale;
 uniform float mottle_amount;
 uniform float vessel_amount;
+uniform float fat_amount;
 uniform float bump_height;
 uniform float bump_scale;
 uniform float roughness;
@@ -22,6 +23,7 @@ uniform float wetness;
 uniform float translucency;
 
 const float kWater = 0.021;        // reflectance of water, face on
+const vec3 kFat = vec3(0.53, 0.32, 0.17);
 
 void main() {
   vec3 to_lens = eye.xyz - world;
@@ -47,7 +49,7 @@ void main() {
   float grain_wave = 0.9 * bump_scale;
   vec4 grain = noise(p / grain_wave) * kept(grain_wave, pixel);
   slope += steepness * 0.75 * grain.yzw;
-  film_slope += steepness * 0.45 * grain.yzw;
+  film_slope += steepness * 0.45 * kept(grain_wave, 1.7 * pixel) * grain.yzw;
 #else
   vec4 grain = vec4(0.0);
 #endif
@@ -71,19 +73,20 @@ void main() {
   vec3 bundles = 1.2 * steepness * (kAlong * spots.yzw * kept(mottle_scale, pixel) +
                                     vec3(0.07, 1.0, 1.0) * strands.yzw * strands_kept);
   slope += bundles;
-  film_slope += 0.6 * bundles;
+  // Strands are as fine as pixels: in the film they would only sparkle.
+  film_slope += 0.5 * steepness * kept(mottle_scale, 2.0 * pixel) * kAlong * spots.yzw;
   float mottle = smoothstep(-0.25, 0.65, spots.x + 0.55 * strands.x * strands_kept);
   float tone = 0.14 * broad.x + 0.10 * strands.x * strands_kept;
 #else
-  vec4 spots = noise(p / mottle_scale + 0.5 * broad.yzw);
+  vec4 spots = noise(p / mottle_scale + 0.2 * broad.yzw);
 #ifdef FINE_RELIEF
-  vec4 fine_spots = noise(p / (0.30 * mottle_scale) + 0.4 * spots.yzw) *
+  vec4 fine_spots = noise(p / (0.30 * mottle_scale) + 0.15 * spots.yzw) *
                     kept(0.45 * mottle_scale, 1.6 * pixel);
 #else
   vec4 fine_spots = vec4(0.0);
 #endif
   float mottle = smoothstep(-0.45, 0.75, spots.x + 0.5 * fine_spots.x + 0.35 * broad.x);
-  float tone = 0.14 * broad.x + 0.06 * fine_spots.x;
+  float tone = 0.14 * broad.x + 0.08 * fine_spots.x;
 #endif
   vec3 albedo = mix(colour, mottle_colour, mottle_amount * mottle);
   albedo *= 1.0 + tone + 0.12 * grain.x;
@@ -98,21 +101,37 @@ void main() {
   albedo = mix(albedo, artery_colour, clamp(1.1 * vessel.x, 0.0, 1.0));
 #endif
 
+#ifdef FAT
+  // A veil of fat clings to the capsule, thick here, torn to strands there.
+  float level = mix(0.55, -0.55, fat_amount);
+  float thick = smoothstep(level - 0.30, level + 0.45, broad.x + 0.30 * spots.x + 0.16 * ripple.x);
+  float strand = smoothstep(-0.35, 0.45, spots.x - 0.5 * fine_spots.x + 0.5 * swell.x);
+  float fat = thick * mix(0.30, 0.75, strand);
+  albedo = mix(albedo, kFat * (1.0 + 0.25 * ripple.x + tone), fat);
+  vec3 heap = fat * (0.10 * swell.yzw + 0.16 * ripple.yzw);
+  slope += heap;
+  film_slope += 0.7 * heap;
+#endif
+
   float wet = wetness;
   float char_amount = 0.0;
   vec3 burn_bend = vec3(0.0);
 #ifdef BURNT
-  float raw = damage_at(rest);
-  // A trace of grain on the edge: dried tissue isn't cut by a compass, but it stays round.
+  // Tissue doesn't dry evenly: a groove wanders and is now wider, now narrower; a spot stays round.
+  float raw = damage_at(rest + 3e-4 * swell.yzw);
+  vec4 crust = noise(p / 0.7e-3 + 13.0);
+  float crust_kept = kept(0.7e-3, pixel);
+  float flake = crust_kept * crust.x + 0.7 * ripple.x;
   float damage = clamp(raw + 0.05 * raw * (1.0 - raw) * 4.0 * (0.6 * grain.x + 0.4 * ripple.x),
                        0.0, 1.0);
-  albedo = burnt_colour(albedo, damage, grain.x);
-  char_amount = smoothstep(0.52, 0.92, damage);
+  albedo = burnt_colour(albedo, damage, flake);
+  char_amount = charred(damage, flake);
   wet *= 1.0 - smoothstep(0.12, 0.55, damage);
-  slope += 0.55 * char_amount * (grain.yzw + 0.5 * ripple.yzw);
+  slope += smoothstep(0.3, 0.8, damage) * (0.5 * crust_kept * crust.yzw + 0.35 * ripple.yzw);
   // Dried tissue shrinks: the surface sinks with the damage. The height's slope on the screen,
   // turned into a normal [Mikkelsen2010].
-  float sunk = -3.5e-4 * smoothstep(0.15, 0.85, damage);
+  float sunk = -4.5e-4 * smoothstep(0.10, 0.95, damage) +
+               1.2e-4 * crust_kept * flake * smoothstep(0.3, 0.8, damage);
   vec3 along_x = dFdx(world), along_y = dFdy(world);
   vec3 n_flat = rotation * n_organ;
   vec3 r1 = cross(along_y, n_flat), r2 = cross(n_flat, along_x);

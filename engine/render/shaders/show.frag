@@ -36,9 +36,9 @@ void main() {
                        textureLod(developed_map, place + along / 6.0, 0.0).rgb);
   vec3 wide = 0.5 * narrow + 0.25 * (textureLod(developed_map, place - 0.5 * along, 0.0).rgb +
                                      textureLod(developed_map, place + 0.5 * along, 0.0).rgb);
-  float wide_luma = dot(wide, vec3(0.299, 0.587, 0.114));
+  float wide_luma = dot(wide, vec3(0.16, 0.66, 0.18));
   vec3 smoothed = wide_luma < lowest || wide_luma > highest ? narrow : wide;
-  bool edge = highest - lowest > max(0.05, 0.12 * highest);
+  bool edge = highest - lowest > max(0.03, 0.09 * highest);
   seen = edge ? smoothed : seen;
   sharpening *= edge ? 0.3 : 1.0;
 #endif

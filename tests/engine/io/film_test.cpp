@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -79,6 +81,26 @@ TEST(Film, PlaysEverywhereAndKeepsItsColours) {
   EXPECT_NEAR(static_cast<std::uint8_t>(rgb[middle]), 180, 4);
   EXPECT_NEAR(static_cast<std::uint8_t>(rgb[middle + 1]), 40, 4);
   EXPECT_NEAR(static_cast<std::uint8_t>(rgb[middle + 2]), 30, 4);
+}
+
+TEST(Film, HasAKeyFrameEveryHalfSecondSoThatAScrubberAnswersAtOnce) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "film.mp4";
+  auto film = Film::start(file, kWidth, kHeight);
+  ASSERT_TRUE(film) << film.error().text();
+  for (int frame = 0; frame < 40; ++frame)
+    ASSERT_TRUE((*film)->add(plain(180, static_cast<std::uint8_t>(40 + frame), 30)));
+  const auto finished = (*film)->finish();
+  ASSERT_TRUE(finished) << finished.error().text();
+  std::istringstream packets(
+      output_of("ffprobe -v error -show_entries packet=flags -of csv=p=0 '" + file.string() + "'"));
+  int count = 0, since_key = 0, longest = 0;
+  for (std::string flags; std::getline(packets, flags); ++count) {
+    since_key = flags.starts_with('K') ? 0 : since_key + 1;
+    longest = std::max(longest, since_key);
+  }
+  EXPECT_EQ(count, 40);
+  EXPECT_LE(longest, 14);
 }
 
 TEST(Film, DroppedUnfinishedLeavesNothing) {
