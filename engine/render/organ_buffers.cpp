@@ -15,8 +15,6 @@ void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   rest_normals_.upload(std::span<const Vec3f>(normals));
   clusters_ = TriangleClusters(rest);
   elements_.upload(std::span<const std::array<int, 3>>(clusters_.triangles()));
-  array_.attribute(0, positions_, 3, sizeof(Vec3f));
-  array_.attribute(1, normals_, 3, sizeof(Vec3f));
   array_.attribute(2, rest_, 3, sizeof(Vec3f));
   array_.attribute(3, rest_normals_, 3, sizeof(Vec3f));
   array_.elements(elements_);
@@ -40,8 +38,7 @@ Result<void> OrganBuffers::update(const OrganView& view) {
     upload_rest(*view.rest);
   }
   if (surface_version_ != view.surface_version) {
-    positions_.upload(view.positions);
-    normals_.upload(view.normals);
+    take_surface(view);
     clusters_.fit(view.positions);
     surface_version_ = view.surface_version;
   }
@@ -50,6 +47,20 @@ Result<void> OrganBuffers::update(const OrganView& view) {
     burn_version_ = view.burn_version;
   }
   return {};
+}
+
+void OrganBuffers::take_surface(const OrganView& view) {
+  const DeviceSurface& device = view.device;
+  const std::size_t offset = device.first_vertex * sizeof(Vec3f);
+  if (device.positions != nullptr) {
+    array_.attribute(0, *device.positions, 3, sizeof(Vec3f), offset);
+    array_.attribute(1, *device.normals, 3, sizeof(Vec3f), offset);
+    return;
+  }
+  positions_.upload(view.positions);
+  normals_.upload(view.normals);
+  array_.attribute(0, positions_, 3, sizeof(Vec3f));
+  array_.attribute(1, normals_, 3, sizeof(Vec3f));
 }
 
 void OrganBuffers::draw(const Canvas& canvas, const Pose& pose) const {

@@ -23,6 +23,7 @@ class OrganBuffers {
 
  private:
   void upload_rest(const TriangleSurface& rest);
+  void take_surface(const OrganView& view);
 
   Buffer positions_, normals_, rest_, rest_normals_, elements_;
   VertexArray array_;
