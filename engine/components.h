@@ -81,6 +81,9 @@ struct OrganContact {
 
 struct OrganState {
   std::vector<float> displacements;          ///< of the places of the surface [m]      (3 places)
+  /// The GPU deformed it: displacements and normals stayed there, what stands here of them is of the
+  /// shape at rest.
+  bool on_gpu = false;
   std::vector<Vec3f> positions;              ///< drawn surface, organ frame [m]      (V)
   std::vector<Vec3f> normals;                ///< unit                                (V)
   // What the frame is computing; takes the place of the above once it is seen to be finite.

@@ -22,6 +22,7 @@
 #include "engine/render/renderer.h"
 #include "engine/review_recorder.h"
 #include "engine/state_hash.h"
+#include "engine/systems/gpu_surfaces.h"
 #include "engine/systems/view.h"
 #include "engine/vtk_series.h"
 #include "engine/world.h"
@@ -101,12 +102,15 @@ struct Studio {
   std::uint64_t pictures = 0;
 };
 
+/// `context`: null, the renderer makes its own.
 Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
-                                            const RunOptions& options) {
+                                            const RunOptions& options,
+                                            std::shared_ptr<EglContext> context) {
   RenderOptions render;
   render.width = options.width;
   render.height = options.height;
   render.quality = options.quality;
+  render.context = std::move(context);
   auto renderer = Renderer::create(render);
   if (!renderer) return std::unexpected(renderer.error());
   auto studio = std::make_unique<Studio>(
@@ -230,7 +234,7 @@ SkippedReport skipped_elasticity(const OrganDescription& organ) {
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {
   std::vector<SkippedReport> skipped;
   if (!render)
-    skipped.push_back({"rendering", "--no-render: no EGL context, no film"});
+    skipped.push_back({"rendering", "--no-render: no pictures, no film"});
   else if (!scene.camera)
     skipped.push_back({"rendering", "the scene has no camera"});
   if (!burns(scene)) skipped.push_back({"heat", "no hook carries current"});
@@ -254,10 +258,48 @@ RunReport begun_report(const SceneDescription& scene, const RunOptions& options)
   report.title = scene.title;
   report.seed = scene.seed;
   report.threads = options.threads > 0 ? options.threads : available;
-  report.backend = "cpu";
   report.machine = this_machine();
   report.skipped = skipped_parts(scene, options.render);
   return report;
+}
+
+/// Organs go to the GPU where the run computes there. Where that fails, only a run that asked for
+/// it does too.
+Result<void> move_to_gpu(World& world, const ComputeDevice& device, Backend asked,
+                         RunReport& report) {
+  if (device.decision.backend != Backend::kGpu) return {};
+  const Stopwatch watch;
+  auto surfaces = GpuSurfaces::create(device.context, world);
+  if (!surfaces) {
+    if (asked == Backend::kGpu) return std::unexpected(surfaces.error());
+    report.backend = name_of(Backend::kCpu);
+    report.backend_reason = "auto: " + device.context->device() + " refused the organs";
+    report.warnings.push_back(surfaces.error().text());
+    return {};
+  }
+  world.gpu = *std::move(surfaces);
+  if (!world.gpu) {
+    report.skipped.push_back({"deformation on the GPU", "no organ can be touched"});
+    return {};
+  }
+  const std::vector<std::string>& refusals = world.gpu->refusals();
+  report.warnings.insert(report.warnings.end(), refusals.begin(), refusals.end());
+  report.gpu = GpuReport{.device = device.context->device(),
+                         .start_s = device.start_s + watch.seconds(),
+                         .organs = world.gpu->organs(),
+                         .bytes = world.gpu->bytes(),
+                         .passes = {}};
+  return {};
+}
+
+/// One line for the person who started the run.
+std::string backend_line(const RunReport& report) {
+  std::string line = fmt::format("deformation on the {} ({})", report.backend, report.backend_reason);
+  if (report.gpu)
+    line += fmt::format(": {}, {} organ{}, {:.1f} MB, ready in {:.2f} s", report.gpu->device,
+                        report.gpu->organs, report.gpu->organs == 1 ? "" : "s",
+                        1e-6 * static_cast<double>(report.gpu->bytes), report.gpu->start_s);
+  return line;
 }
 
 /// What the world and the trace tell of it afterwards; `report` knows its wall time already.
@@ -271,6 +313,9 @@ void finish_report(const World& world, const SceneDescription& scene, const Trac
   report.real_time_factor = unseen > 0.0 ? world.time() / unseen : 0.0;
   report.peak_memory_bytes = peak_memory_bytes();
   report.stages = stage_reports(trace);
+  if (report.gpu)
+    for (const GpuSurfaces::Pass& pass : world.gpu->passes())
+      report.gpu->passes.push_back(stage_report(pass.name, quantiles(pass.seconds)));
   describe_world(world, scene, report);
   for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
     if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
@@ -293,9 +338,14 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
 
   RunReport report = begun_report(scene_in, options);
   // What could be missing on this machine is asked for before minutes of preparation.
+  auto device = open_compute_device(options.backend, pictures);
+  if (!device) return std::unexpected(device.error());
+  report.backend = name_of(device->decision.backend);
+  report.backend_reason = device->decision.reason;
+  if (!device->decision.warning.empty()) report.warnings.push_back(device->decision.warning);
   std::unique_ptr<Studio> studio;
   if (pictures) {
-    auto opened = open_studio(scene, options);
+    auto opened = open_studio(scene, options, device->context);
     if (!opened) return std::unexpected(opened.error());
     studio = std::move(*opened);
     report.renderer = studio->renderer->device();
@@ -312,6 +362,9 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   bar.reset();
   if (!built) return std::unexpected(built.error());
   World& world = **built;
+  if (auto moved = move_to_gpu(world, *device, options.backend, report); !moved)
+    return std::unexpected(moved.error());
+  if (!options.quiet) fmt::print(stderr, "{}\n", backend_line(report));
   report.prepare_s = whole.seconds();
   if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty(), options.vtk);
       !opened)

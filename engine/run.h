@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/gpu/backend.h"
 #include "engine/io/report.h"
 #include "engine/render/quality.h"
 #include "engine/scene/scene.h"
@@ -19,6 +20,7 @@ struct RunOptions {
   std::filesystem::path assets;
   int threads = 0;                    ///< 0: as many as the machine has
   bool render = true;
+  Backend backend = Backend::kAuto;   ///< what deforms drawn surfaces
   bool use_cache = true;
   bool vtk = false;                   ///< deformed organs for ParaView at every picture's time
   bool quiet = false;                 ///< no progress bars

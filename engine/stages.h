@@ -15,6 +15,7 @@ enum class Stage {
   kHeatTissue,    ///< burns in rest-space bricks
   kEmitSmoke,     ///< smoke that the burns give off
   kMoveSmoke,     ///< particles by eq. 14
+  kFetchSurfaces, ///< positions that the GPU deformed meanwhile
   kPublish,       ///< snapshot for readers on other threads (haptics)
   kCheck,         ///< non-finite values freeze their organ
   kRecord,        ///< force curves, state hash
@@ -26,9 +27,9 @@ enum class Stage {
   kEncode,        ///< PNG and film
 };
 
-inline constexpr std::array<std::string_view, 15> kStageNames = {
+inline constexpr std::array<std::string_view, 16> kStageNames = {
     "read tools",  "move organs",   "find contacts", "deform organs", "heat tissue",
-    "emit smoke",  "move smoke",    "publish",       "check",         "record",
+    "emit smoke",  "move smoke",    "fetch surfaces", "publish",       "check",         "record",
     "splat smoke", "write volumes", "write surfaces", "draw", "encode"};
 
 constexpr int stage_index(Stage stage) {

@@ -13,6 +13,8 @@
 
 namespace viscera {
 
+class GpuSurfaces;
+
 struct World {
   EntityIds ids;
 
@@ -32,6 +34,8 @@ struct World {
   Pool<BurnTrace> burn_traces;  ///< hooks only
 
   Pool<SmokeBody> smoke;
+
+  std::shared_ptr<GpuSurfaces> gpu;  ///< deforms drawn surfaces; null: the CPU does
 
   std::uint64_t tick = 0;   ///< 1 kHz ticks since the start; the time in ms
   std::uint64_t frame = 0;  ///< frames done

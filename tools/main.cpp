@@ -112,7 +112,11 @@ class RunCommand {
         ->required();
     command_->add_option("--threads", options_.threads, "worker threads; 0: all cores")
         ->check(CLI::Range(0, 1024));
-    command_->add_flag("--no-render", no_render_, "no pictures, no film, no EGL context");
+    command_->add_option("--backend", backend_,
+                         "where organs deform: cpu, gpu, or auto (the GPU where there is one)")
+        ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
+        ->capture_default_str();
+    command_->add_flag("--no-render", no_render_, "no pictures, no film");
     command_->add_flag("--no-cache", no_cache_, "prepare organs afresh and store nothing");
     add_list(*command_, "--snapshots", options_.snapshots,
              "pictures, smoke volumes and surfaces at these times alone [s], e.g. 2,5,8; no film");
@@ -142,6 +146,7 @@ class RunCommand {
     options_.assets = assets_folder();
     options_.render = !no_render_;
     options_.quality = *quality_of(quality_);
+    options_.backend = *backend_of(backend_);
     options_.use_cache = !no_cache_;
     options_.command = shell_command(words);
     install_interrupt_handler();
@@ -169,6 +174,7 @@ class RunCommand {
   RunOptions options_;
   std::string out_;
   std::string quality_ = name_of(options_.quality);
+  std::string backend_ = name_of(options_.backend);
   bool no_render_ = false, no_cache_ = false;
 };
 

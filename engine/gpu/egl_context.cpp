@@ -3,6 +3,7 @@
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdio>
@@ -25,24 +26,39 @@ std::string egl_error() {
   return text;
 }
 
+struct Device {
+  EGLDeviceEXT handle = EGL_NO_DEVICE_EXT;
+  bool software = false;
+};
+
+std::vector<Device> list_devices() {
+  if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
+      !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base")) {
+    return {};
+  }
+  std::array<EGLDeviceEXT, 32> handles;
+  EGLint count = 0;
+  if (eglQueryDevicesEXT(handles.size(), handles.data(), &count) != EGL_TRUE) count = 0;
+  std::vector<Device> devices;
+  for (EGLint i = 0; i < count; ++i) {
+    const auto handle = handles[static_cast<std::size_t>(i)];
+    const char* extensions = eglQueryDeviceStringEXT(handle, EGL_EXTENSIONS);
+    devices.push_back({handle, extensions && std::string(extensions).find(
+                                                 "EGL_MESA_device_software") != std::string::npos});
+  }
+  return devices;
+}
+
 /// Displays worth trying: hardware devices, software devices, then Mesa's surfaceless platform.
 std::vector<Candidate> find_displays() {
   std::vector<Candidate> hardware, software;
-  if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") ||
-      epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base")) {
-    std::array<EGLDeviceEXT, 32> devices;
-    EGLint count = 0;
-    if (eglQueryDevicesEXT(devices.size(), devices.data(), &count) != EGL_TRUE) count = 0;
-    for (EGLint i = 0; i < count; ++i) {
-      const char* extensions = eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS);
-      const bool is_software =
-          extensions &&
-          std::string(extensions).find("EGL_MESA_device_software") != std::string::npos;
-      Candidate candidate;
-      candidate.display = eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr);
-      candidate.name = "EGL device " + std::to_string(i) + (is_software ? " (software)" : "");
-      (is_software ? software : hardware).push_back(candidate);
-    }
+  const std::vector<Device> devices = list_devices();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    Candidate candidate;
+    candidate.display =
+        eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i].handle, nullptr);
+    candidate.name = "EGL device " + std::to_string(i) + (devices[i].software ? " (software)" : "");
+    (devices[i].software ? software : hardware).push_back(candidate);
   }
   std::vector<Candidate> all = std::move(hardware);
   all.insert(all.end(), software.begin(), software.end());
@@ -84,6 +100,12 @@ Result<EGLContext> make_context(EGLDisplay display) {
 }
 
 }  // namespace
+
+bool egl_lists_hardware() {
+  const std::vector<Device> devices = list_devices();
+  return std::any_of(devices.begin(), devices.end(),
+                     [](const Device& device) { return !device.software; });
+}
 
 int egl_contexts_created() {
   return contexts_created;

@@ -32,6 +32,9 @@ class EglContext {
   bool software_ = false;
 };
 
+/// Whether EGL lists a device that it doesn't call software; makes no context.
+bool egl_lists_hardware();
+
 /// How many contexts this process has asked EGL for: proves that a run without pictures asks for
 /// none.
 int egl_contexts_created();

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
 
 #include "engine/io/atomic_file.h"
 
@@ -61,6 +62,16 @@ Json stage_json(const StageReport& stage) {
           {"total_s", stage.total_s}};
 }
 
+Json gpu_json(const GpuReport& gpu) {
+  Json passes = Json::array();
+  for (const StageReport& pass : gpu.passes) passes.push_back(stage_json(pass));
+  return {{"device", gpu.device},
+          {"start_s", gpu.start_s},
+          {"organs", gpu.organs},
+          {"bytes", gpu.bytes},
+          {"passes", passes}};
+}
+
 /// The value of the first line of a /proc file that starts with `key`, without colon and blanks.
 std::string proc_value(const char* file, std::string_view key) {
   std::ifstream in(file);
@@ -74,16 +85,20 @@ std::string proc_value(const char* file, std::string_view key) {
 
 }  // namespace
 
+StageReport stage_report(std::string name, const Quantiles& durations) {
+  return {.name = std::move(name),
+          .median_us = 1e6 * durations.median,
+          .p99_us = 1e6 * durations.p99,
+          .max_us = 1e6 * durations.max,
+          .total_s = durations.total};
+}
+
 std::vector<StageReport> stage_reports(const Trace& trace) {
   std::vector<StageReport> reports;
   for (std::size_t i = 0; i < trace.stages().size(); ++i) {
     const Quantiles q = trace.durations(static_cast<int>(i));
     if (q.count == 0) continue;
-    reports.push_back({.name = trace.stages()[i],
-                       .median_us = 1e6 * q.median,
-                       .p99_us = 1e6 * q.p99,
-                       .max_us = 1e6 * q.max,
-                       .total_s = q.total});
+    reports.push_back(stage_report(trace.stages()[i], q));
   }
   return reports;
 }
@@ -105,6 +120,8 @@ std::string to_json(const RunReport& report) {
       {"seed", report.seed},
       {"threads", report.threads},
       {"backend", report.backend},
+      {"backend_reason", report.backend_reason},
+      {"gpu", report.gpu ? gpu_json(*report.gpu) : Json(nullptr)},
       {"renderer", report.renderer},
       {"duration_s", report.duration_s},
       {"frames", report.frames},

@@ -44,6 +44,15 @@ struct StageReport {
   double total_s = 0.0;
 };
 
+/// What a run did on the GPU.
+struct GpuReport {
+  std::string device;
+  double start_s = 0.0;             ///< context, kernels, uploads
+  std::size_t organs = 0;           ///< that it deforms
+  std::size_t bytes = 0;            ///< of its memory
+  std::vector<StageReport> passes;  ///< times on the device, of frames that deform something
+};
+
 /// Something that the scene didn't need or the machine couldn't give.
 struct SkippedReport {
   std::string what, why;
@@ -63,7 +72,9 @@ struct RunReport {
   std::string title;    ///< of the scene, for people
   std::uint64_t seed = 0;
   int threads = 0;
-  std::string backend;       ///< "cpu", "gpu"
+  std::string backend;         ///< "cpu", "gpu"
+  std::string backend_reason;  ///< why this one
+  std::optional<GpuReport> gpu;  ///< where it deformed organs
   std::string renderer;      ///< device; empty: no pictures were drawn
   double duration_s = 0.0;   ///< simulated
   std::uint64_t frames = 0;  ///< of the simulation
@@ -85,6 +96,8 @@ struct RunReport {
   bool complete = true;  ///< false: ended early by Ctrl-C or an error
 };
 
+/// Durations [s] of one stage or pass.
+StageReport stage_report(std::string name, const Quantiles& durations);
 /// One entry a stage that ran, in the order of the trace's stages.
 std::vector<StageReport> stage_reports(const Trace& trace);
 

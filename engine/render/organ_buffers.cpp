@@ -33,8 +33,6 @@ void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   for (const Vec3f& place : places) fine.vertices.push_back(place.cast<double>());
   clusters_ = TriangleClusters(fine);
   elements_.upload(std::span<const std::array<int, 3>>(clusters_.triangles()));
-  array_.attribute(0, positions_, 3, sizeof(Vec3f));
-  array_.attribute(1, normals_, 3, sizeof(Vec3f));
   array_.attribute(2, rest_, 3, sizeof(Vec3f));
   array_.attribute(3, rest_normals_, 3, sizeof(Vec3f));
   array_.elements(elements_);
@@ -43,20 +41,6 @@ void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   triangles_ = rest.triangles.size();
   surface_version_.reset();
   burn_version_.reset();
-}
-
-void OrganBuffers::upload_surface(const OrganView& view) {
-  std::span<const Vec3f> positions = view.positions, normals = view.normals;
-  if (refinement_.divides_any()) {
-    fine_positions_.assign(positions.begin(), positions.end());
-    fine_normals_.assign(normals.begin(), normals.end());
-    refinement_.extend(fine_positions_, fine_normals_);
-    positions = fine_positions_;
-    normals = fine_normals_;
-  }
-  positions_.upload(positions);
-  normals_.upload(normals);
-  clusters_.fit(positions);
 }
 
 Result<void> OrganBuffers::update(const OrganView& view) {
@@ -73,7 +57,7 @@ Result<void> OrganBuffers::update(const OrganView& view) {
     upload_rest(*view.rest);
   }
   if (surface_version_ != view.surface_version) {
-    upload_surface(view);
+    take_surface(view);
     surface_version_ = view.surface_version;
   }
   if (view.burn != nullptr && burn_version_ != view.burn_version) {
@@ -81,6 +65,35 @@ Result<void> OrganBuffers::update(const OrganView& view) {
     burn_version_ = view.burn_version;
   }
   return {};
+}
+
+void OrganBuffers::take_surface(const OrganView& view) {
+  const DeviceSurface& device = view.device;
+  const bool refined = refinement_.divides_any();
+  if (device.positions != nullptr && !refined) {
+    const std::size_t offset = device.first_vertex * sizeof(Vec3f);
+    array_.attribute(0, *device.positions, 3, sizeof(Vec3f), offset);
+    array_.attribute(1, *device.normals, 3, sizeof(Vec3f), offset);
+    clusters_.fit(view.positions);
+    return;
+  }
+  std::span<const Vec3f> positions = view.positions, normals = view.normals;
+  if (refined) {
+    fine_positions_.assign(positions.begin(), positions.end());
+    if (device.normals != nullptr)  // the view's are older there
+      fine_normals_ = device.normals->download<Vec3f>(device.first_vertex * sizeof(Vec3f),
+                                                      normals.size());
+    else
+      fine_normals_.assign(normals.begin(), normals.end());
+    refinement_.extend(fine_positions_, fine_normals_);
+    positions = fine_positions_;
+    normals = fine_normals_;
+  }
+  positions_.upload(positions);
+  normals_.upload(normals);
+  array_.attribute(0, positions_, 3, sizeof(Vec3f));
+  array_.attribute(1, normals_, 3, sizeof(Vec3f));
+  clusters_.fit(positions);
 }
 
 void OrganBuffers::draw(const Canvas& canvas, const Pose& pose) const {

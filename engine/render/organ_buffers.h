@@ -25,7 +25,7 @@ class OrganBuffers {
 
  private:
   void upload_rest(const TriangleSurface& rest);
-  void upload_surface(const OrganView& view);
+  void take_surface(const OrganView& view);
 
   Buffer positions_, normals_, rest_, rest_normals_, elements_;
   VertexArray array_;

@@ -61,7 +61,7 @@ void read_back(const Canvas& canvas, std::vector<std::uint8_t>& rgba, Picture& p
 
 struct Renderer::Data {
   // First made, last destroyed: what follows deletes its GL objects in it.
-  std::unique_ptr<EglContext> context;
+  std::shared_ptr<EglContext> context;
   Canvas canvas;
   Passes passes;
   SceneBuffers buffers;
@@ -81,11 +81,16 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RenderOptions& options)
     return failure("picture size " + std::to_string(options.width) + " x " +
                    std::to_string(options.height) + ": expected 16 to 8192 pixels each way");
   }
-  Result<std::unique_ptr<EglContext>> context = EglContext::create();
-  if (!context) return std::unexpected(context.error());
+  std::shared_ptr<EglContext> context = options.context;
+  if (context == nullptr) {
+    auto made = EglContext::create();
+    if (!made) return std::unexpected(made.error());
+    context = *std::move(made);
+  }
+  context->make_current();
   Result<Passes> passes = create_passes(settings_of(options.quality));
   if (!passes) return std::unexpected(passes.error());
-  auto data = std::make_unique<Data>(*std::move(context),
+  auto data = std::make_unique<Data>(std::move(context),
                                      Canvas(options.width, options.height, options.quality),
                                      *std::move(passes));
   if (!data->canvas.complete()) {

@@ -19,15 +19,19 @@ struct Picture {
   std::vector<std::uint8_t> rgb;
 };
 
+class EglContext;
+
 struct RenderOptions {
   int width = 1280, height = 720;
   Quality quality = Quality::kReview;
+  std::shared_ptr<EglContext> context = nullptr;  ///< null: the renderer makes its own
 };
 
-/// Owns the GL context and everything on the GPU. One thread only: the one that created it.
+/// Owns everything of the pictures on the GPU. One thread only: the one that created it.
 class Renderer {
  public:
-  /// Creates the EGL context (hardware device first, then software) and compiles the shaders. Fails
+  /// Creates the EGL context where none is given (hardware device first, then software) and
+  /// compiles the shaders. Fails
   /// with what was tried when there is no driver; a shader error names file, line and source line.
   static Result<std::unique_ptr<Renderer>> create(const RenderOptions& options);
   ~Renderer();

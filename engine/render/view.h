@@ -2,6 +2,7 @@
 // (engine/systems/view.cpp). The renderer knows nothing of organs' models or of smoke's particles.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -14,6 +15,15 @@
 
 namespace viscera {
 
+class Buffer;
+
+/// A surface that shaders deformed and left on the GPU, in the renderer's own context.
+struct DeviceSurface {
+  const Buffer* positions = nullptr;          ///< three floats a vertex; null: not on the GPU
+  const Buffer* normals = nullptr;            ///< likewise
+  std::size_t first_vertex = 0;               ///< of the organ, in both
+};
+
 /// One organ's drawn surface. Spans stay valid while the picture is drawn.
 struct OrganView {
   std::uint32_t id = 0;                       ///< stable over the run: the renderer keeps buffers by it
@@ -21,6 +31,7 @@ struct OrganView {
   const TriangleSurface* rest = nullptr;      ///< organ frame [m]; triangles never change
   std::span<const Vec3f> positions;           ///< deformed vertices, organ frame [m]     (V)
   std::span<const Vec3f> normals;             ///< deformed unit normals, organ frame     (V)
+  DeviceSurface device;                       ///< where given, drawn in place of the two above
   std::uint64_t surface_version = 0;          ///< raised when positions or normals changed
   Pose pose;
   TissueLook look;

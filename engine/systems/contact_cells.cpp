@@ -30,6 +30,20 @@ Vec3 corner_mean(const std::vector<Vec3f>& values, const TriangleSurface& surfac
   return sum;
 }
 
+/// Unit normal of the deformed surface. One that the GPU deformed keeps its normals there: those of
+/// the few triangles about a tool follow from the positions.
+Vec3 tissue_normal(const OrganModel& model, const OrganState& state, const SurfacePoint& point) {
+  if (!state.on_gpu) return corner_mean(state.normals, model.surface, point).normalized();
+  const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
+  Vec3 sum = Vec3::Zero();
+  for (int c = 0; c < 3; ++c)
+    sum += point.weights[c] *
+           deformed_normal(model.drawn, state.positions,
+                           static_cast<std::size_t>(corners[static_cast<std::size_t>(c)]))
+               .cast<double>();
+  return sum.normalized();
+}
+
 /// Two unit vectors that span the plane across `up`.
 std::pair<Vec3, Vec3> plane_across(const Vec3& up) {
   const Vec3 other = std::abs(up.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY();
@@ -98,7 +112,7 @@ std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganM
   for (const Vec3& probe : tool.probes()) {
     const auto hit = surface.closest(probe, radius + kFrameReach);
     if (!hit) continue;
-    const Vec3 normal = corner_mean(state.normals, model.surface, hit->point).normalized();
+    const Vec3 normal = tissue_normal(model, state, hit->point);
     const double side = (probe - hit->position).dot(normal) >= 0.0 ? 1.0 : -1.0;
     const double clearance = side * hit->distance - radius;
     if (!best || clearance < best->clearance) best = Foot{probe, hit->position, normal, clearance};
@@ -118,7 +132,7 @@ std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganM
       const double r = i % 2 == 0 ? ring : 0.6 * ring;
       const Vec3 at = best->probe + r * (std::cos(angle) * e1 + std::sin(angle) * e2);
       const auto hit = tissue_under(at, *best, 2.0 * ring + kFrameReach, surface);
-      if (hit) sum += corner_mean(state.normals, model.surface, hit->point).normalized();
+      if (hit) sum += tissue_normal(model, state, hit->point);
     }
     if (sum.norm() > 1.0) best->outward = sum.normalized();
   }

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine/systems/contact_cells.h"
+#include "engine/systems/gpu_surfaces.h"
 #include "engine/systems/links.h"
 #include "engine/systems/systems.h"
 
@@ -64,7 +65,17 @@ void return_to_rest(OrganState& state, OrganContact& contact, const OrganBody& b
   state.normals = body.model->rest_normals;
   state.greatest_displacement = 0.0;
   state.deformed = false;
+  state.on_gpu = false;
   moved(state, contact, body);
+}
+
+double greatest_displacement(const OrganState& state, const OrganModel& model) {
+  double greatest = 0.0;
+  for (std::size_t v = 0; v < state.positions.size(); ++v)
+    greatest = std::max(
+        greatest,
+        static_cast<double>((state.positions[v] - model.rest_positions[v]).squaredNorm()));
+  return std::sqrt(greatest);
 }
 
 bool all_finite(const std::vector<Vec3f>& values) {
@@ -153,6 +164,10 @@ void deform_organs(World& world, const FrameContext& context) {
       continue;
     }
 
+    if (world.gpu && world.gpu->holds(organ)) {
+      world.gpu->add(organ, body.model->drawn, contact);
+      continue;
+    }
     if (body.model->in_half_precision())
       place_displacements(body.model->half_columns, contact.response, state.next_displacements);
     else
@@ -169,15 +184,34 @@ void deform_organs(World& world, const FrameContext& context) {
     state.displacements.swap(state.next_displacements);
     state.positions.swap(state.next_positions);
     state.normals.swap(state.next_normals);
-    double greatest = 0.0;
-    for (std::size_t v = 0; v < state.positions.size(); ++v)
-      greatest = std::max(
-          greatest,
-          static_cast<double>((state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
-    state.greatest_displacement = std::sqrt(greatest);
+    state.greatest_displacement = greatest_displacement(state, *body.model);
     state.deformed = true;
     moved(state, contact, body);
   }
+  if (world.gpu) world.gpu->start();
+}
+
+void fetch_surfaces(World& world, const FrameContext&) {
+  world.gpu->finish([&](Entity organ, std::span<const Vec3f> positions) {
+    const OrganBody& body = *world.organ_bodies.find(organ);
+    OrganContact& contact = *world.organ_contacts.find(organ);
+    OrganState& state = *world.organ_states.find(organ);
+    state.next_positions.assign(positions.begin(), positions.end());
+    if (positions.empty() || !all_finite(state.next_positions)) {
+      // The shape before this frame's is on the CPU alone, and there without its normals.
+      if (state.on_gpu) deformed_normals(body.model->drawn, state.positions, state.normals);
+      state.on_gpu = false;
+      ++state.version;
+      state.frozen = true;
+      take_forces_back(world, body, contact);
+      return;
+    }
+    state.positions.swap(state.next_positions);
+    state.greatest_displacement = greatest_displacement(state, *body.model);
+    state.deformed = true;
+    state.on_gpu = true;
+    moved(state, contact, body);
+  });
 }
 
 }  // namespace viscera

@@ -15,8 +15,8 @@ void read_tools(World& world, const FrameContext& context);
 void move_organs(World& world, const FrameContext& context);
 /// InstrumentState, deformed surfaces -> OrganContact.cells, InstrumentContact.grasp.
 void find_contacts(World& world, const FrameContext& context);
-/// OrganContact.cells -> forces, OrganState, deformed surfaces. Organs without cells that are at rest
-/// cost one test.
+/// OrganContact.cells -> forces, OrganState, deformed surfaces (where a GPU makes these, it starts).
+/// Organs without cells that are at rest cost one test.
 void deform_organs(World& world, const FrameContext& context);
 /// Energised hooks that touch -> OrganBurn, BurnTrace.
 void heat_tissue(World& world, const FrameContext& context);
@@ -24,6 +24,8 @@ void heat_tissue(World& world, const FrameContext& context);
 void emit_smoke(World& world, const FrameContext& context);
 /// Smoke particles by [De2006] eq. 14.
 void move_smoke(World& world, const FrameContext& context);
+/// What the GPU made of this frame's loads -> OrganState, deformed surfaces.
+void fetch_surfaces(World& world, const FrameContext& context);
 /// Flags organs that are frozen, every frame.
 void check_world(World& world, const FrameContext& context);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/systems/gpu_surfaces.h"
+
 namespace viscera {
 namespace {
 
@@ -111,6 +113,7 @@ FrameView make_view(const World& world, const SceneDescription& scene, const End
     drawn.rest = &body.model->surface;
     drawn.positions = state.positions;
     drawn.normals = state.normals;
+    if (state.on_gpu) drawn.device = world.gpu->surface(organ);
     drawn.surface_version = state.version;
     drawn.pose = body.pose;
     drawn.look = body.tissue.look;

@@ -94,29 +94,6 @@ float angle_of(float cosine) {
   return cosine >= 0.0f ? angle : std::numbers::pi_v<float> - angle;
 }
 
-/// Angle-weighted unit normal of the deformed triangles around a vertex.
-Vec3f normal_at(const DrawnSurface& drawn, const std::vector<Vec3f>& positions,
-                std::size_t vertex) {
-  Vec3f sum = Vec3f::Zero();
-  for (int at = drawn.triangle_begin[vertex]; at < drawn.triangle_begin[vertex + 1]; ++at) {
-    const auto& corners = drawn.rest->triangles[static_cast<std::size_t>(
-        drawn.triangle_items[static_cast<std::size_t>(at)])];
-    std::size_t a = 0;
-    while (static_cast<std::size_t>(corners[a]) != vertex) ++a;
-    const Vec3f& here = positions[vertex];
-    const Vec3f u = positions[static_cast<std::size_t>(corners[(a + 1) % 3])] - here;
-    const Vec3f v = positions[static_cast<std::size_t>(corners[(a + 2) % 3])] - here;
-    const Vec3f area_vector = u.cross(v);
-    const float twice_area = area_vector.norm();
-    if (twice_area > 0.0f) {
-      const float cosine = u.dot(v) / std::sqrt(u.squaredNorm() * v.squaredNorm());
-      sum += area_vector * (angle_of(cosine) / twice_area);
-    }
-  }
-  const float length = sum.norm();
-  return length > 0.0f ? Vec3f(sum / length) : Vec3f(Vec3f::UnitZ());
-}
-
 }  // namespace
 
 void place_displacements(const SurfaceCompliance& compliance, const ContactResponse& response,
@@ -148,13 +125,42 @@ DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& 
   return drawn;
 }
 
+Vec3f deformed_normal(const DrawnSurface& drawn, std::span<const Vec3f> positions,
+                      std::size_t vertex) {
+  Vec3f sum = Vec3f::Zero();
+  for (int at = drawn.triangle_begin[vertex]; at < drawn.triangle_begin[vertex + 1]; ++at) {
+    const auto& corners = drawn.rest->triangles[static_cast<std::size_t>(
+        drawn.triangle_items[static_cast<std::size_t>(at)])];
+    std::size_t a = 0;
+    while (static_cast<std::size_t>(corners[a]) != vertex) ++a;
+    const Vec3f& here = positions[vertex];
+    const Vec3f u = positions[static_cast<std::size_t>(corners[(a + 1) % 3])] - here;
+    const Vec3f v = positions[static_cast<std::size_t>(corners[(a + 2) % 3])] - here;
+    const Vec3f area_vector = u.cross(v);
+    const float twice_area = area_vector.norm();
+    if (twice_area > 0.0f) {
+      const float cosine = u.dot(v) / std::sqrt(u.squaredNorm() * v.squaredNorm());
+      sum += area_vector * (angle_of(cosine) / twice_area);
+    }
+  }
+  const float length = sum.norm();
+  return length > 0.0f ? Vec3f(sum / length) : Vec3f(Vec3f::UnitZ());
+}
+
+void deformed_normals(const DrawnSurface& drawn, std::span<const Vec3f> positions,
+                      std::vector<Vec3f>& normals) {
+  normals.resize(positions.size());
+  parallel_for_each_index(positions.size(), kVertexChunk, [&](std::size_t v) {
+    normals[v] = deformed_normal(drawn, positions, v);
+  });
+}
+
 void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> displacements,
                           std::span<const NearField> near_fields,
                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
                           std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
   const std::size_t count = drawn.rest->vertices.size();
   positions.resize(count);
-  normals.resize(count);
   const std::vector<Group> groups = group_cells(near_fields, cells, forces);
   parallel_for_each_index(count, kVertexChunk, [&](std::size_t v) {
     Vec3f moved = Vec3f::Zero();
@@ -168,8 +174,7 @@ void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> disp
         near_displacement(groups, near_fields, cells, forces, rest, drawn.rest_normals[v]);
     positions[v] = (rest + moved.cast<double>() + near).cast<float>();
   });
-  parallel_for_each_index(count, kVertexChunk,
-                          [&](std::size_t v) { normals[v] = normal_at(drawn, positions, v); });
+  deformed_normals(drawn, positions, normals);
 }
 
 void near_field_on_surface(const DrawnSurface& drawn, std::span<const NearField> near_fields,

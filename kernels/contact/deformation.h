@@ -36,6 +36,12 @@ void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> disp
                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
                           std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
 
+/// The unit normals that deform_drawn_surface gives to these positions: of one vertex, of all.
+Vec3f deformed_normal(const DrawnSurface& drawn, std::span<const Vec3f> positions,
+                      std::size_t vertex);
+void deformed_normals(const DrawnSurface& drawn, std::span<const Vec3f> positions,
+                      std::vector<Vec3f>& normals);
+
 /// What deform_drawn_surface adds to the carried displacements, where it isn't zero: `vertices`
 /// ascending, their near field [m]. For a surface that is carried elsewhere, as on a GPU: the near
 /// field's closed forms concern the few vertices about a tip. Parallel, deterministic.

@@ -37,7 +37,7 @@ std::string hash_of(const SceneFolder& folder, std::vector<std::string> options)
 
 TEST(RunReport, HasItsKeysWithTheirTypes) {
   const SceneFolder folder;
-  const ProgramResult result = folder.run({"--no-render", "--threads", "2", "--seed", "5"});
+  const ProgramResult result = folder.run({"--no-render", "--backend", "cpu", "--threads", "2", "--seed", "5"});
   ASSERT_EQ(result.code, 0) << result.told();
   const Json report = folder.report();
   expect_keys(report,
@@ -45,6 +45,8 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"seed", Type::number_unsigned},
                {"threads", Type::number_unsigned},
                {"backend", Type::string},
+               {"backend_reason", Type::string},
+               {"gpu", Type::null},
                {"duration_s", Type::number_float},
                {"frames", Type::number_unsigned},
                {"state_hash", Type::string},
@@ -120,6 +122,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
   EXPECT_EQ(report["seed"], 5);
   EXPECT_EQ(report["threads"], 2);
   EXPECT_EQ(report["backend"], "cpu");
+  EXPECT_EQ(report["backend_reason"], "asked for");
   EXPECT_EQ(report["frames"], 12);
   EXPECT_NEAR(report["duration_s"].get<double>(), 0.2, 1e-9);
   EXPECT_EQ(report["complete"], true);

@@ -27,7 +27,8 @@ TEST(Report, HasTheKeysThatWerePromised) {
        {"scene",    "seed",       "threads", "backend",          "duration_s",
         "frames",   "state_hash", "wall_s",  "real_time_factor", "peak_memory_bytes",
         "organs",   "stages",     "smoke",   "skipped",          "flags",
-        "warnings", "renderer",   "machine", "version",          "command"}) {
+        "warnings", "renderer",   "machine", "version",          "command",
+        "gpu",      "backend_reason"}) {
     EXPECT_TRUE(all.contains(key)) << key;
   }
   const auto keys = [](const json& object) {
@@ -45,6 +46,25 @@ TEST(Report, HasTheKeysThatWerePromised) {
   EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
   EXPECT_EQ(keys(all["machine"]), (std::set<std::string>{"cpu", "cores", "memory_bytes"}));
+}
+
+TEST(Report, TellsOfTheGpuWhereItWasUsed) {
+  RunReport report;
+  EXPECT_TRUE(json::parse(to_json(report))["gpu"].is_null());
+  report.gpu = GpuReport{.device = "llvmpipe",
+                         .start_s = 0.5,
+                         .organs = 2,
+                         .bytes = 1000,
+                         .passes = {stage_report("product", quantiles({1e-3, 2e-3, 3e-3}))}};
+  const json gpu = json::parse(to_json(report))["gpu"];
+  EXPECT_EQ(gpu["device"], "llvmpipe");
+  EXPECT_EQ(gpu["start_s"], 0.5);
+  EXPECT_EQ(gpu["organs"], 2);
+  EXPECT_EQ(gpu["bytes"], 1000);
+  ASSERT_EQ(gpu["passes"].size(), 1u);
+  EXPECT_EQ(gpu["passes"][0]["name"], "product");
+  EXPECT_NEAR(gpu["passes"][0]["median_us"].get<double>(), 2000.0, 1e-6);
+  EXPECT_NEAR(gpu["passes"][0]["total_s"].get<double>(), 6e-3, 1e-12);
 }
 
 TEST(Report, TellsWhatPreparationFoundOutAndWhatHalfPrecisionCosts) {

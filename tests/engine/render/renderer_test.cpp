@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/gpu/buffer.h"
 #include "engine/gpu/egl_context.h"
 #include "kernels/heat/burn.h"
 #include "tests/support/shapes.h"
@@ -142,6 +143,42 @@ TEST_F(RendererTest, MovedAndDeformedOrgansChangeThePicture) {
   EXPECT_EQ(draw().rgb, still.rgb) << "the version says that nothing moved";
   view_.organs[0].surface_version = 1;
   EXPECT_NE(draw().rgb, still.rgb);
+}
+
+TEST_F(RendererTest, ASurfaceThatLiesOnTheGpuIsDrawnLikeOneThatIsUploaded) {
+  auto context = EglContext::create();
+  ASSERT_TRUE(context) << context.error().text();
+  const auto renderer =
+      Renderer::create({kWidth, kHeight, Quality::kReview, *std::move(context)});
+  ASSERT_TRUE(renderer) << renderer.error().text();
+  const auto picture = [&] {
+    ++view_.organs[0].surface_version;
+    Picture drawn;
+    const Result<void> done = (*renderer)->draw(view_, drawn);
+    EXPECT_TRUE(done) << done.error().text();
+    return drawn.rgb;
+  };
+  const std::vector<std::uint8_t> at_rest = picture();
+  for (Vec3f& position : positions_) position.x() *= 1.3f;
+  const std::vector<std::uint8_t> uploaded = picture();
+  ASSERT_NE(uploaded, at_rest);
+
+  // Two surfaces in one buffer, of which this is the second.
+  std::vector<Vec3f> positions(7, Vec3f::Zero()), normals(7, Vec3f::UnitZ());
+  positions.insert(positions.end(), positions_.begin(), positions_.end());
+  normals.insert(normals.end(), normals_.begin(), normals_.end());
+  Buffer positions_there, normals_there;
+  positions_there.upload(std::span<const Vec3f>(positions));
+  normals_there.upload(std::span<const Vec3f>(normals));
+  view_.organs[0].device = {&positions_there, &normals_there, 7};
+  const std::vector<Vec3f> stale(normals_.size(), Vec3f::UnitX());
+  view_.organs[0].normals = stale;
+  EXPECT_EQ(picture(), uploaded);
+  for (Vec3f& position : positions_) position.x() /= 1.3f;
+  view_.organs[0].device = {};
+  view_.organs[0].normals = normals_;
+  const std::vector<std::uint8_t> again = picture();
+  EXPECT_NE(again, uploaded);
 }
 
 TEST_F(RendererTest, OrgansThatReachIntoThePictureAreDrawnAndThoseBesideItChangeNothing) {
