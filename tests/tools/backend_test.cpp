@@ -15,9 +15,7 @@ namespace {
 /// While it lives, programs find no OpenGL driver.
 class WithoutDrivers {
  public:
-  WithoutDrivers() {
-    setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere/no_driver.json", 1);
-  }
+  WithoutDrivers() { setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere/no_driver.json", 1); }
   ~WithoutDrivers() { unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES"); }
 };
 
