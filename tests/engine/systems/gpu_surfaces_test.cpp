@@ -82,8 +82,8 @@ TEST_F(GpuSurfacesTest, ForcesAndSurfacesAreTheCpusButForRounding) {
   EXPECT_GT(scale, 0.05);
   // Contact of a frame stands on the surface of the last one: roundings of single precision, 6e-8
   // of some centimetres, pass into depths of millimetres.
-  EXPECT_LT(force_apart, 1e-4 * scale);
-  EXPECT_LT(apart, 1e-6);
+  EXPECT_LT(force_apart, 1e-5 * scale);
+  EXPECT_LT(apart, 1e-7);
 }
 
 TEST_F(GpuSurfacesTest, NormalsStayOnTheGpuAndAreThoseOfTheDeformedTriangles) {
