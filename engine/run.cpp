@@ -294,7 +294,8 @@ Result<void> move_to_gpu(World& world, const ComputeDevice& device, Backend aske
 
 /// One line for the person who started the run.
 std::string backend_line(const RunReport& report) {
-  std::string line = fmt::format("deformation on the {} ({})", report.backend, report.backend_reason);
+  std::string line =
+      fmt::format("deformation on the {} ({})", report.backend, report.backend_reason);
   if (report.gpu)
     line += fmt::format(": {}, {} organ{}, {:.1f} MB, ready in {:.2f} s", report.gpu->device,
                         report.gpu->organs, report.gpu->organs == 1 ? "" : "s",

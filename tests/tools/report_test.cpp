@@ -37,7 +37,8 @@ std::string hash_of(const SceneFolder& folder, std::vector<std::string> options)
 
 TEST(RunReport, HasItsKeysWithTheirTypes) {
   const SceneFolder folder;
-  const ProgramResult result = folder.run({"--no-render", "--backend", "cpu", "--threads", "2", "--seed", "5"});
+  const ProgramResult result =
+      folder.run({"--no-render", "--backend", "cpu", "--threads", "2", "--seed", "5"});
   ASSERT_EQ(result.code, 0) << result.told();
   const Json report = folder.report();
   expect_keys(report,

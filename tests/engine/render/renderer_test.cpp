@@ -501,7 +501,7 @@ TEST_F(RendererTest, MismatchedInputIsRefusedByName) {
 }
 
 TEST(RendererOptionsTest, AbsurdPictureSizesAreRefused) {
-  for (const RenderOptions options :
+  for (const RenderOptions& options :
        {RenderOptions{0, 720}, RenderOptions{1280, -1}, RenderOptions{1 << 20, 720}}) {
     const int before = egl_contexts_created();
     const auto renderer = Renderer::create(options);
