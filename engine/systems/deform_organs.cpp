@@ -52,19 +52,41 @@ Box world_bounds(const std::vector<Vec3f>& positions, const Pose& pose) {
   return world;
 }
 
-void moved(OrganState& state, OrganContact& contact, const OrganBody& body) {
+/// To be called when the drawn surface has another shape.
+void moved(World& world, Entity organ) {
+  OrganState& state = *world.organ_states.find(organ);
+  const OrganBody& body = *world.organ_bodies.find(organ);
+  double greatest = 0.0;
+  for (std::size_t v = 0; v < state.positions.size(); ++v)
+    greatest = std::max(
+        greatest,
+        static_cast<double>((state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
+  state.greatest_displacement = std::sqrt(greatest);
+  state.deformed = greatest > 0.0;
   ++state.version;
-  contact.surface->update(state.positions);
-  contact.bounds = world_bounds(state.positions, body.pose);
+  OrganContact* contact = world.organ_contacts.find(organ);
+  if (!contact) return;
+  contact->surface->update(state.positions);
+  contact->bounds = world_bounds(state.positions, body.pose);
 }
 
-void return_to_rest(OrganState& state, OrganContact& contact, const OrganBody& body) {
-  std::fill(state.displacements.begin(), state.displacements.end(), 0.0f);
-  state.positions = body.model->rest_positions;
-  state.normals = body.model->rest_normals;
-  state.greatest_displacement = 0.0;
-  state.deformed = false;
-  moved(state, contact, body);
+/// The shape without forces: at rest, or as gravity has changed that. Nothing to do where it has it.
+void take_free_shape(World& world, Entity organ) {
+  OrganState& state = *world.organ_states.find(organ);
+  const OrganSag* sag = world.organ_sags.find(organ);
+  if (state.frozen || !(state.pressed || (sag && sag->changed))) return;
+  const OrganModel& model = *world.organ_bodies.find(organ)->model;
+  state.pressed = false;
+  if (sag && !sag->change.isZero(0.0)) {
+    state.displacements = sag->places;
+    deform_drawn_surface(model.drawn, state.displacements, {}, {}, {}, state.positions,
+                         state.normals);
+  } else {
+    std::fill(state.displacements.begin(), state.displacements.end(), 0.0f);
+    state.positions = model.rest_positions;
+    state.normals = model.rest_normals;
+  }
+  moved(world, organ);
 }
 
 bool all_finite(const std::vector<Vec3f>& values) {
@@ -135,9 +157,7 @@ void deform_organs(World& world, const FrameContext& context) {
     if (contact.cells.empty()) {
       contact.solution.forces.clear();
       contact.clings.clear();
-      OrganState& state = *world.organ_states.find(world.organ_contacts.owner(o));
-      if (!state.deformed || state.frozen) continue;
-      return_to_rest(state, contact, *world.organ_bodies.find(world.organ_contacts.owner(o)));
+      take_free_shape(world, world.organ_contacts.owner(o));
       continue;
     }
     const Entity organ = world.organ_contacts.owner(o);
@@ -149,7 +169,7 @@ void deform_organs(World& world, const FrameContext& context) {
     hand_forces_to_tools(world, organ, body, contact);
     note_clinging_tissue(contact);
     if (contact.solution.touching == 0) {
-      if (state.deformed) return_to_rest(state, contact, body);
+      take_free_shape(world, organ);
       continue;
     }
 
@@ -157,6 +177,9 @@ void deform_organs(World& world, const FrameContext& context) {
       place_displacements(body.model->half_columns, contact.response, state.next_displacements);
     else
       contact.solver->place_displacements(state.next_displacements);
+    if (const OrganSag* sag = world.organ_sags.find(organ))
+      for (std::size_t i = 0; i < sag->places.size(); ++i)
+        state.next_displacements[i] += sag->places[i];
     deform_drawn_surface(body.model->drawn, state.next_displacements, contact.solution.near_fields,
                          contact.cells, contact.solution.forces, state.next_positions,
                          state.next_normals);
@@ -169,15 +192,12 @@ void deform_organs(World& world, const FrameContext& context) {
     state.displacements.swap(state.next_displacements);
     state.positions.swap(state.next_positions);
     state.normals.swap(state.next_normals);
-    double greatest = 0.0;
-    for (std::size_t v = 0; v < state.positions.size(); ++v)
-      greatest = std::max(
-          greatest,
-          static_cast<double>((state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
-    state.greatest_displacement = std::sqrt(greatest);
-    state.deformed = true;
-    moved(state, contact, body);
+    state.pressed = true;
+    moved(world, organ);
   }
+  for (std::size_t o = 0; o < world.organ_sags.size(); ++o)
+    if (!world.organ_contacts.find(world.organ_sags.owner(o)))
+      take_free_shape(world, world.organ_sags.owner(o));
 }
 
 }  // namespace viscera
