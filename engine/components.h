@@ -36,6 +36,16 @@ struct OrganMotion {
   MotionDescription motion;
 };
 
+// --- organs: written by the gravity stage ---------------------------------------------------------
+
+/// How a change of gravity moves an organ on which no other force acts.
+struct OrganSag {
+  Vec3 change = Vec3::Zero();                ///< of gravity since its rest shape, organ frame [m/s2]
+  std::vector<float> places;                 ///< displacements of the places of the surface [m]  (3 places)
+  std::vector<Vec3f> vertices;               ///< and of the drawn surface [m]        (V)
+  bool changed = false;                      ///< in this frame
+};
+
 // --- organs: written by the contact and deformation stages ---------------------------------------
 
 /// One tool's cells in an organ's contact problem of this frame; all in the organ's frame.
@@ -50,7 +60,7 @@ struct CellRange {
   Vec3 tip = Vec3::Zero();                   ///< of the tool [m]
   Vec3 moved = Vec3::Zero();                 ///< with friction: the tip, since tissue clung to it [m]
   double pitch = 0.0;                        ///< between neighbouring cells [m]
-  std::vector<SurfacePoint> points;          ///< with friction: of the cells
+  std::vector<SurfacePoint> points;          ///< of the cells
 };
 
 /// Tissue that clings to a tip with friction: which, and where it was, when contact was last solved.
@@ -91,6 +101,7 @@ struct OrganState {
   std::vector<Vec3f> next_positions, next_normals;
   std::uint64_t version = 0;                 ///< raised when the two above changed
   bool deformed = false;                     ///< differs from rest
+  bool pressed = false;                      ///< by forces: differs from its shape under gravity alone
   bool frozen = false;                       ///< a non-finite value was met: stays as it is
   double greatest_displacement = 0.0;        ///< of this frame [m]
 };
@@ -121,9 +132,10 @@ struct OrganTies {
   };
   std::vector<Tie> ties;                     ///< (n)
   std::vector<ContactCell> cells;            ///< organ's frame      (n)
+  std::vector<SurfacePoint> points;          ///< of the drawn surface, where they are  (n)
   MatrixX behind;                            ///< what the other ends yield under forces on these, world [m/N]  (3n x 3n)
   MatrixX backing;                           ///< the same with the springs' own softness, organ's frame  (3n x 3n)
-  bool loaded = false;                       ///< in this frame: its group is touched, or moved by breathing
+  bool loaded = false;                       ///< in this frame: its group is touched, or moved by breathing or gravity
 };
 
 // --- organs: written by the heat stage -----------------------------------------------------------
@@ -166,6 +178,7 @@ struct Grasp {
   Vec3 organ_at_start = Vec3::Zero();        ///< origin of the organ's frame then, world [m]
   Vec3 slipped = Vec3::Zero();               ///< how far the jaw has slid off so far, world [m]
   std::vector<ContactCell> cells;            ///< rest places; `displacement` at the start
+  std::vector<SurfacePoint> points;          ///< of the drawn surface, where they are
 };
 
 struct InstrumentContact {

@@ -23,6 +23,7 @@ FrameReport step_frame(World& world, Trace& trace) {
   };
   run(Stage::kReadTools, read_tools);
   if (breathing) run(Stage::kMoveOrgans, move_organs);
+  if (world.organ_sags.size() > 0) run(Stage::kSagOrgans, sag_organs);
   run(Stage::kFindContacts, find_contacts);
   run(Stage::kDeformOrgans, deform_organs);
   if (cautery) run(Stage::kHeatTissue, heat_tissue);

@@ -201,7 +201,7 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     one.prepare_s = model.prepare_s;
     one.cache_hit = model.cache_hit;
     one.memory_bytes = model.memory_bytes();
-    if (model.touchable_anywhere()) one.preparation = model.figures;
+    if (model.deformable()) one.preparation = model.figures;
     one.half_precision = model.in_half_precision();
     one.storage_error = model.half_columns.error;
     one.saved_bytes = model.saved_bytes();
@@ -228,7 +228,7 @@ bool burns(const SceneDescription& scene) {
 
 SkippedReport skipped_elasticity(const OrganDescription& organ) {
   return {"elasticity of " + organ.name,
-          organ.deformable ? "no instrument or link reaches it" : "scenery: deformable is false"};
+          organ.deformable ? "no instrument, link or change of gravity reaches it" : "scenery: deformable is false"};
 }
 
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {

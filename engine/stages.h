@@ -10,6 +10,7 @@ namespace viscera {
 enum class Stage {
   kReadTools,     ///< key frames -> tip, current, jaw
   kMoveOrgans,    ///< breathing: the organs' frames
+  kSagOrgans,     ///< gravity: the organs' shapes where nothing touches them
   kFindContacts,  ///< Embree: which tissue lies under which tip
   kDeformOrgans,  ///< contact forces, displacement, drawn surface
   kHeatTissue,    ///< burns in rest-space bricks
@@ -27,9 +28,9 @@ enum class Stage {
   kEncode,        ///< PNG and film
 };
 
-inline constexpr std::array<std::string_view, 16> kStageNames = {
-    "read tools",  "move organs",   "find contacts", "deform organs", "heat tissue",
-    "emit smoke",  "move smoke",    "fetch surfaces", "publish",       "check",         "record",
+inline constexpr std::array<std::string_view, 17> kStageNames = {
+    "read tools",   "move organs", "sag organs",    "find contacts",  "deform organs", "heat tissue",
+    "emit smoke",   "move smoke",  "fetch surfaces", "publish",       "check",         "record",
     "splat smoke", "write volumes", "write surfaces", "draw", "encode"};
 
 constexpr int stage_index(Stage stage) {

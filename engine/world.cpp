@@ -94,6 +94,7 @@ void add_organ(World& world, const OrganDescription& description, const Tissue& 
   OrganState state;
   state.positions = model->rest_positions;
   state.normals = model->rest_normals;
+  state.displacements.assign(model->displacement_rows(), 0.0f);
   if (model->touchable_anywhere()) {
     OrganContact contact;
     contact.solver =
@@ -102,8 +103,13 @@ void add_organ(World& world, const OrganDescription& description, const Tissue& 
     for (int corner = 0; corner < 8; ++corner)
       contact.bounds.extend(
           pose.to_world(model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
-    state.displacements.assign(model->displacement_rows(), 0.0f);
     world.organ_contacts.add(organ, std::move(contact));
+  }
+  if (!model->sag.empty()) {
+    OrganSag sag;
+    sag.places.assign(model->displacement_rows(), 0.0f);
+    sag.vertices.assign(model->rest_positions.size(), Vec3f::Zero());
+    world.organ_sags.add(organ, std::move(sag));
   }
   world.organ_bodies.add(organ, {description.name, tissue, pose, std::move(model)});
   world.organ_states.add(organ, std::move(state));
@@ -129,6 +135,25 @@ void add_smoke(World& world, const SceneDescription& scene, const SmokeDescripti
   world.smoke.add(world.ids.create(), {description, SmokeVolume(parameters), 0.0, 0.0, 0, {}});
 }
 
+/// Displacements are linear in gravity: what turns by more than this share of the organ's size is
+/// beyond what that describes.
+constexpr double kLongSag = 0.1;
+
+void warn_of_long_sags(const SceneDescription& scene, const OrganModels& models,
+                       std::vector<std::string>& warnings) {
+  const Gravity gravity(*scene.gravity);
+  for (std::size_t o = 0; o < models.size(); ++o) {
+    const double size = models[o]->rest_bounds.sizes().maxCoeff();
+    const double sag = greatest_sag(*models[o], scene.organs[o].pose, gravity, scene.duration);
+    if (sag <= kLongSag * size) continue;
+    warnings.push_back(fmt::format(
+        "organ \"{}\": the change of gravity moves it by {:.0f} mm, more than a tenth of its size "
+        "({:.0f} mm): elasticity is linear, the true way is shorter; tilt less, hold more of it, or "
+        "raise youngs_modulus_kPa",
+        scene.organs[o].name, 1e3 * sag, 1e3 * size));
+  }
+}
+
 std::string buried_message(const SceneDescription& scene, std::size_t instrument,
                            const std::string& organ, double depth) {
   return fmt::format(
@@ -139,9 +164,10 @@ std::string buried_message(const SceneDescription& scene, std::size_t instrument
 
 }  // namespace
 
-Reach reach_of(const std::vector<InstrumentBody>& instruments,
-               const std::vector<LinkDescription>& links, const OrganDescription& organ) {
+Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescription& scene,
+               const OrganDescription& organ) {
   Reach reach;
+  reach.sags = scene.gravity && scene.gravity->changes() && organ.deformable && organ.sags;
   double size = 0.0, carried = 0.0;
   for (const InstrumentBody& body : instruments) {
     const InstrumentDescription& instrument = body.description;
@@ -168,7 +194,7 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments,
     }
   }
   reach.radius = kReachMargin + size + std::min(kCarriedMost, kCarriedShare * carried);
-  for (const LinkDescription& link : links)
+  for (const LinkDescription& link : scene.links)
     if (link.stiffness > 0.0 && (link.between[0] == organ.name || link.between[1] == organ.name))
       reach.attachments.push_back(
           {link.region.grown(kSpreadSpacings * organ.resolution.finest), organ.pose});
@@ -226,7 +252,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
     const Tissue tissue = tissue_of(organ, tissues);
-    const Reach reach = reach_of(instruments, scene.links, organ);
+    const Reach reach = reach_of(instruments, scene, organ);
     const SurfaceInspection tips_are_clear = [&](const TriangleSurface& surface) {
       return check_tips(scene, instruments, organ, surface);
     };
@@ -258,6 +284,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
     model = std::move(*prepared);
     models.push_back(model);
   }
+  if (scene.gravity) warn_of_long_sags(scene, models, warnings);
   return models;
 }
 
@@ -266,6 +293,7 @@ Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
                                               const OrganModels& models,
                                               const std::map<std::string, Tissue>& tissues) {
   auto world = std::make_unique<World>();
+  if (scene.gravity) world->gravity.emplace(*scene.gravity);
   for (std::size_t i = 0; i < scene.organs.size(); ++i)
     add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);
   for (InstrumentBody& body : instruments) add_instrument(*world, std::move(body));

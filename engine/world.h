@@ -5,11 +5,13 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/components.h"
 #include "engine/registry.h"
+#include "engine/systems/gravity.h"
 
 namespace viscera {
 
@@ -20,6 +22,8 @@ struct World {
 
   Pool<OrganBody> organ_bodies;
   Pool<OrganMotion> organ_motions;
+  std::optional<Gravity> gravity;  ///< where it changes and some organ sags
+  Pool<OrganSag> organ_sags;
   Pool<OrganContact> organ_contacts;
   Pool<OrganState> organ_states;
   Pool<OrganBurn> organ_burns;
@@ -73,9 +77,10 @@ Result<void> check_tips(const SceneDescription& scene,
                         const std::vector<InstrumentBody>& instruments,
                         const OrganDescription& organ, const TriangleSurface& surface);
 
-/// Where the instruments may touch this organ and links pull at it, in its own frame.
-Reach reach_of(const std::vector<InstrumentBody>& instruments,
-               const std::vector<LinkDescription>& links, const OrganDescription& organ);
+/// Where the instruments may touch this organ of the scene and links pull at it, in its own frame,
+/// and whether it sags.
+Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescription& scene,
+               const OrganDescription& organ);
 
 /// The organ's tissue with the scene's own elastic values in it.
 Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tissue>& tissues);

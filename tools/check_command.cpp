@@ -44,7 +44,7 @@ Result<void> check_scene(const SceneDescription& scene,
             fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name, message));
     };
     auto plan =
-        plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, scene.links, organ), options);
+        plan_organ(organ, tissue_of(organ, tissues), reach_of(*instruments, scene, organ), options);
     if (!plan) {
       add_mistakes(plan.error());
       continue;

@@ -17,6 +17,7 @@
 #include "kernels/base/hash.h"
 #include "kernels/base/stopwatch.h"
 #include "kernels/paff/compliance_checks.h"
+#include "kernels/paff/compliance_columns.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 
@@ -126,10 +127,13 @@ Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reac
   grown.radius += organ.resolution.finest;
   for (Reach::Attachment& attachment : grown.attachments)
     attachment.region = attachment.region.grown(organ.resolution.finest);
-  auto touchable =
-      touchable_part(model.places, [&](const Vec3& x) { return grown.covers(x); });
-  if (!touchable) return std::unexpected(touchable.error());
-  model.touchable = std::move(*touchable);
+  // What only sags has no place to touch.
+  const auto covered = [&](const Vec3& x) { return grown.covers(x); };
+  if (!reach.sags || std::any_of(model.places.positions.begin(), model.places.positions.end(), covered)) {
+    auto touchable = touchable_part(model.places, covered);
+    if (!touchable) return std::unexpected(touchable.error());
+    model.touchable = std::move(*touchable);
+  }
   model.drawn = carry_surface(model.surface, model.places);
   model.finest_spacing =
       *std::min_element(model.cloud.spacings.begin(), model.cloud.spacings.end());
@@ -193,6 +197,7 @@ PreparedResponse to_cache(const OrganModel& model) {
     triangles.insert(triangles.end(), t.begin(), t.end());
   stored.extra["surface_vertices"] = std::move(vertices);
   stored.extra["surface_triangles"] = std::move(triangles);
+  if (!model.sag.empty()) stored.extra["sag"] = model.sag;
   // Text, as the numbers of its characters; one note a line.
   std::vector<int> notes;
   for (const std::string& note : model.notes) {
@@ -251,8 +256,11 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   model.cloud = std::move(cached.response->cloud);
   model.compliance = std::move(cached.response->compliance);
   model.figures = cached.response->figures;
+  if (auto* sag = std::get_if<std::vector<float>>(&cached.response->extra["sag"]))
+    model.sag = std::move(*sag);
   if (!model.deformable()) return true;
   if (!finish(model, organ, reach)) return false;
+  if (model.sag.size() != (reach.sags ? 9 * model.places.size() : 0)) return false;
   return model.touchable.places == model.compliance.touchable &&
          model.places.size() == model.compliance.places;
 }
@@ -263,7 +271,25 @@ void keep_in_half_precision(OrganModel& model) {
   model.compliance = force_part(model.compliance);
 }
 
-Result<void> compute(OrganModel& model, const OrganDescription& organ, const Reach& reach,
+/// Three solves more: the body under its own weight along x, y and z.
+Result<void> weigh(OrganModel& model, ElasticSolver& solver, double density) {
+  const std::size_t rows = 3 * model.places.size();
+  model.sag.resize(3 * rows);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 weight = density * Vec3::Unit(axis);
+    const auto unknowns = solver.solve_static(
+        {.body_force = [&](const Vec3&) { return weight; }, .traction = {}, .held_displacement = {}});
+    if (!unknowns) return std::unexpected(unknowns.error());
+    read_places(model.places.fields, unknowns->data(),
+                model.sag.data() + static_cast<std::size_t>(axis) * rows);
+  }
+  if (!std::all_of(model.sag.begin(), model.sag.end(), [](float u) { return std::isfinite(u); }))
+    return failure("gravity: the displacement under its own weight isn't finite");
+  return {};
+}
+
+Result<void> compute(OrganModel& model, const OrganDescription& organ, double density,
+                     const Reach& reach,
                      const PrepareOptions& options, const SurfaceInspection& inspect,
                      const Progress& progress) {
   if (!progress(0.0, "shaping")) return failure(kCancelled);
@@ -274,8 +300,8 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
   if (!organ.deformable) return {};
 
   const std::vector<Vec3> touchable_places = touchable_vertices(model.surface, reach);
-  // What no instrument can reach needs no elasticity.
-  if (touchable_places.empty()) return {};
+  // What no force can reach needs no elasticity.
+  if (touchable_places.empty() && !reach.sags) return {};
   auto cloud = place_cloud(organ, model.surface, touchable_places,
                            part_of(progress, kShapeDone, kCloudDone));
   if (!cloud) return std::unexpected(cloud.error());
@@ -292,10 +318,16 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Rea
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
-  auto compliance = (*solver)->compliance(model.places.fields, model.touchable.places,
-                                          part_of(progress, kFactorDone, 1.0));
-  if (!compliance) return std::unexpected(compliance.error());
-  model.compliance = std::move(*compliance);
+  if (reach.sags)
+    if (auto weighed = weigh(model, **solver, density); !weighed) return weighed;
+  if (model.touchable.size() > 0) {
+    auto compliance = (*solver)->compliance(model.places.fields, model.touchable.places,
+                                            part_of(progress, kFactorDone, 1.0));
+    if (!compliance) return std::unexpected(compliance.error());
+    model.compliance = std::move(*compliance);
+  } else {
+    model.compliance.places = model.places.size();
+  }
   model.figures = (*solver)->figures();
   return {};
 }
@@ -322,7 +354,7 @@ std::size_t OrganModel::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
          of(cloud.positions) + of(cloud.spacings) + of(compliance.columns) +
-         of(half_columns.entries) + of(compliance.touchable) +
+         of(half_columns.entries) + of(compliance.touchable) + of(sag) +
          of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
          of(touchable.spacings) + of(touchable.places) +
          of(places.positions) + of(places.normals) + of(places.areas) + of(places.spacings) +
@@ -348,6 +380,7 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
     hasher.value(organ.resolution.spacing).value(organ.resolution.finest);
     hasher.value(organ.resolution.gradient).value(reach.radius);
     for (const Vec3& point : reach.points) hash_vector(hasher, point);
+    if (reach.sags) hasher.text("sags").value(tissue.density);
     for (const Reach::Attachment& attachment : reach.attachments) {
       hasher.text("attachment");
       hash_region(hasher, attachment.region);
@@ -381,7 +414,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
     if (auto sound = inspect(model->surface); !sound) return std::unexpected(sound.error());
   } else {
     restart();
-    if (auto done = compute(*model, organ, reach, options, inspect, progress); !done)
+    if (auto done = compute(*model, organ, tissue.density, reach, options, inspect, progress); !done)
       return std::unexpected(done.error());
     if (options.use_cache) {
       auto saved = cache.save(model->key, to_cache(*model));
@@ -397,6 +430,10 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
     std::string warning(formulation.warning());
     if (!warning.empty() && std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
       warnings.push_back(std::move(warning));
+    if (!model->touchable_anywhere()) {
+      model->prepare_s = watch.seconds();
+      return model;
+    }
     auto accepted = accept_compliance(formulation, model->figures.smallest_compliance_eigenvalue);
     if (!accepted) return std::unexpected(accepted.error());
     if (!accepted->empty()) warnings.push_back("organ \"" + organ.name + "\": " + *accepted);
@@ -431,7 +468,7 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   plan.memory_bytes = model.memory_bytes();
   if (!organ.deformable) return plan;
   const std::vector<Vec3> places = touchable_vertices(model.surface, reach);
-  if (places.empty()) return plan;
+  if (places.empty() && !reach.sags) return plan;
   auto cloud = place_cloud(organ, model.surface, places, no_progress());
   if (!cloud) return std::unexpected(cloud.error());
   model.cloud = std::move(*cloud);
@@ -442,6 +479,7 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   plan.places = model.places.size();
   plan.touchable_places = model.touchable.size();
   plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.touchable_places);
+  if (reach.sags) plan.memory_bytes += 9 * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
     plan.memory_bytes = plan.memory_bytes - compliance_bytes(plan.places, plan.touchable_places) / 2 +
                         compliance_bytes(plan.touchable_places, plan.touchable_places);

@@ -18,8 +18,9 @@
 
 namespace viscera {
 
-/// Where instruments may press an organ, in the organ's frame: places along their paths, with how far
-/// the tissue may have moved when they come by; and where links pull at it.
+/// What acts on an organ, in the organ's frame: where instruments may press it (places along their
+/// paths, with how far the tissue may have moved when they come by), where links pull at it, and
+/// whether gravity does.
 struct Reach {
   struct Attachment {
     Region region;            ///< world, with room for the spreading of the load
@@ -28,6 +29,7 @@ struct Reach {
   std::vector<Vec3> points;   ///< [m]
   double radius = 0.0;        ///< touchable within this distance of a point [m]
   std::vector<Attachment> attachments;
+  bool sags = false;          ///< under gravity that changes; places its whole body in reach of a force
 
   bool covers(const Vec3& x) const;
 };
@@ -45,6 +47,9 @@ struct OrganModel {
   IsotropicMaterial material;
   SurfaceCompliance compliance;         ///< its touchable square alone where `half_columns` holds all
   HalfColumns half_columns;             ///< empty: displacements are kept in single precision
+  /// Displacements of the places of the surface per change of gravity along x, y and z [m per m/s2];
+  /// empty: it doesn't sag.                                                     (3 places x 3)
+  std::vector<float> sag;
   SurfacePlaces places;
   TouchableSurface touchable;
   DrawnSurface drawn;

@@ -132,6 +132,7 @@ OrganDescription organ_of(const Json& values) {
   if (values["displacement_storage"] == "half")
     organ.displacement_storage = DisplacementStorage::kHalf;
   organ.deformable = values["deformable"];
+  organ.sags = values["sags"];
   return organ;
 }
 
@@ -212,6 +213,16 @@ SmokeDescription smoke_of(const Json& values) {
   return smoke;
 }
 
+GravityDescription gravity_of(const Json& values) {
+  GravityDescription gravity;
+  gravity.acceleration = values["acceleration_m_per_s2"];
+  gravity.rest_direction = vector_of(values["rest_direction"]).normalized();
+  for (const Json& key : values["table"])
+    gravity.table.push_back(
+        {key["time_s"], radians(key["head_up_deg"]), radians(key["left_side_down_deg"])});
+  return gravity;
+}
+
 SceneDescription scene_of(const Json& values) {
   SceneDescription scene;
   scene.name = values["name"];
@@ -229,6 +240,7 @@ SceneDescription scene_of(const Json& values) {
   const Json& gas = values["gas"];
   scene.gas = {gas["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury,
                gas["temperature_C"].get<double>() + kZeroCelsius};
+  if (values.contains("gravity")) scene.gravity = gravity_of(values["gravity"]);
   return scene;
 }
 

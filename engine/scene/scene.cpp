@@ -46,6 +46,14 @@ Pose OrganDescription::pose_at(double time) const {
   return now;
 }
 
+bool GravityDescription::changes() const {
+  return acceleration > 0.0 &&
+         (rest_direction != -Vec3::UnitZ() ||
+          std::any_of(table.begin(), table.end(), [](const TableKey& key) {
+            return key.head_up != 0.0 || key.left_down != 0.0;
+          }));
+}
+
 bool carries_current(const InstrumentDescription& tool) {
   return tool.kind == InstrumentKind::kHook &&
          std::any_of(tool.path.begin(), tool.path.end(),

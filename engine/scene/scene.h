@@ -93,6 +93,7 @@ struct OrganDescription {
   Resolution resolution;
   DisplacementStorage displacement_storage = DisplacementStorage::kSingle;
   bool deformable = true;  ///< false: scenery; no nodes, no contact
+  bool sags = true;        ///< a change of gravity moves it, if it is deformable
 
   /// Where its frame stands at this time [s].
   Pose pose_at(double time) const;
@@ -186,6 +187,27 @@ struct GasDescription {
   double temperature = 310.15;  ///< [K]
 };
 
+// --- gravity ------------------------------------------------------------------------------------
+
+/// How the table lies at one time; both angles 0: level, the patient on the back.
+struct TableKey {
+  double time = 0.0;       ///< [s]
+  double head_up = 0.0;    ///< about the patient's x axis: the head rises over the feet [rad]
+  double left_down = 0.0;  ///< about the table's long axis: the left side sinks [rad]
+};
+
+/// Gravity in the world's frame, which is the patient's and turns with the table. Organs have their
+/// rest shapes under the gravity in which they were imaged: only what it differs from that moves
+/// them.
+struct GravityDescription {
+  double acceleration = 9.81;               ///< [m/s2]
+  Vec3 rest_direction = -Vec3::UnitZ();     ///< unit, of gravity while the organs were imaged
+  std::vector<TableKey> table;              ///< times ascending; none: level
+
+  /// False: gravity is always the one in which the organs were imaged.
+  bool changes() const;
+};
+
 // --- the whole ----------------------------------------------------------------------------------
 
 struct SceneDescription {
@@ -201,6 +223,7 @@ struct SceneDescription {
   LightDescription light;
   std::vector<SmokeDescription> smoke;
   GasDescription gas;
+  std::optional<GravityDescription> gravity;  ///< none: organs weigh nothing
 };
 
 }  // namespace viscera

@@ -53,6 +53,16 @@ ObjectCheck corners_in_order() {
           nullptr};
 }
 
+/// That the vector of this key isn't zero.
+ObjectCheck has_direction(const std::string& key) {
+  return {{key},
+          [key](const Json& values) -> Finding {
+            if (distance(values[key], Json{0, 0, 0}) > 0.0) return {};
+            return {{key, "found " + values[key].dump() + ", expected a direction"}};
+          },
+          nullptr};
+}
+
 ObjectSpec box(std::string description) {
   return {std::move(description),
           {position("min_mm", "Least corner.").needed(),
@@ -210,13 +220,7 @@ ObjectSpec motion() {
            .between(-360, 360)
            .otherwise(0.0)},
       {},
-      {{{"direction"},
-        [](const Json& values) -> Finding {
-          const Json& d = values["direction"];
-          if (distance(d, Json{0, 0, 0}) > 0.0) return {};
-          return {{"direction", "found " + d.dump() + ", expected a direction"}};
-        },
-        nullptr}}};
+      {has_direction("direction")}};
 }
 
 ObjectSpec organ() {
@@ -247,6 +251,10 @@ ObjectSpec organ() {
           .one_of({"single", "half"})
           .otherwise("single"),
       boolean("deformable", "false: scenery that nothing touches or moves.").otherwise(true),
+      boolean("sags",
+              "Whether gravity moves it where the scene has gravity that changes; then it is prepared "
+              "though nothing touches it. Scenery never sags.")
+          .otherwise(true),
   };
   spec.checks = {
       {{"deformable", "fixed"},
@@ -485,11 +493,45 @@ ObjectSpec gas() {
           {}};
 }
 
+ObjectSpec gravity() {
+  const ObjectSpec key{
+      "How the table lies at one time.",
+      {time("When; ascending along the table's keys."),
+       number("head_up_deg",
+              "About the patient's x axis: the head rises over the feet (reverse Trendelenburg); "
+              "below 0 it sinks (Trendelenburg).")
+           .between(-90, 90)
+           .otherwise(0.0),
+       number("left_side_down_deg",
+              "About the table's long axis: the patient's left side sinks; below 0 the right one.")
+           .between(-180, 180)
+           .otherwise(0.0)},
+      {},
+      {}};
+  return {"Organs have their rest shapes under the gravity in which they were imaged; what gravity "
+          "differs from that, as the table tilts, moves them.",
+          {number("acceleration_m_per_s2", "Of free fall.").between(0, 100).otherwise(9.81),
+           vector("rest_direction",
+                  "Of gravity while the organs were imaged, in the patient's frame; its length "
+                  "doesn't matter. On the back it is [0, 0, -1].")
+               .between(-1000, 1000)
+               .otherwise({0, 0, -1}),
+           list("table",
+                "Key frames of the table's tilt; between them the angles change smoothly. None: "
+                "level.",
+                key)
+               .items(0, 100000)
+               .ascending_by("time_s")
+               .otherwise(Json::array())},
+          {},
+          {has_direction("rest_direction")}};
+}
+
 ObjectSpec scene() {
   ObjectSpec spec;
   spec.description =
-      "A laparoscopic scene. The world's z axis points up, against gravity; quantities carry their "
-      "unit in the key. Comments (// and /* */) are allowed.";
+      "A laparoscopic scene. The world's z axis points up, against gravity where the table is level; "
+      "quantities carry their unit in the key. Comments (// and /* */) are allowed.";
   spec.keys = {
       text("$schema", "Path of this schema, for editors."),
       integer("version", "Of the format.").needed().one_of({1}),
@@ -513,6 +555,8 @@ ObjectSpec scene() {
           .unique_by("name")
           .otherwise(Json::array()),
       object("gas", "The gas that holds the cavity open (CO2).", gas()).otherwise(Json::object()),
+      object("gravity", "How gravity changes as the table tilts; without it, organs weigh nothing.",
+             gravity()),
   };
   spec.checks = {{{"organs", "links"}, links_tie_tissue, nullptr}};
   return spec;

@@ -38,7 +38,7 @@ constexpr std::array kUnits = {
     "us",        "s",   "min",  "h",   "Pa",    "hPa",     "kPa",      "MPa",      "GPa",
     "mmHg",      "bar", "mbar", "psi", "deg",   "rad",     "C",        "K",        "F",
     "W",         "mW",  "kW",   "N",   "mN",    "kN",      "g",        "mg",       "kg",
-    "J",         "kJ",  "Hz",   "kHz", "kg_m3", "g_per_J", "g_per_kJ", "kg_per_J", "mg_per_J"};
+    "J",         "kJ",  "Hz",   "kHz", "m_per_s2",  "kg_m3", "g_per_J", "g_per_kJ", "kg_per_J", "mg_per_J"};
 
 }  // namespace
 

@@ -206,8 +206,8 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, con
       cell.displacement =
           clinging_displacement(rubbing.cling, cell.position,
                                 hit->position + rubbing.undrawn - cell.position, range.moved);
-      range.points.push_back(hit->point);
     }
+    range.points.push_back(hit->point);
     cells.push_back(cell);
     const double off = (place - foot.probe).norm();
     if (off < nearest) {
@@ -254,7 +254,8 @@ Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& ce
 }
 
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
-                                     const CollisionSurface& surface) {
+                                     const CollisionSurface& surface,
+                                     std::vector<SurfacePoint>& points) {
   const auto [e1, e2] = plane_across(foot.outward);
   // A jaw's edge is known: the pattern that answers as a flat disc of this radius.
   const CellPattern pattern =
@@ -270,9 +271,17 @@ std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const Orga
     cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
     cell.area = pattern.areas[i];
     cell.displacement = hit->position - cell.position;
-    if (is_touchable(model.touchable, cell.position)) cells.push_back(cell);
+    if (!is_touchable(model.touchable, cell.position)) continue;
+    cells.push_back(cell);
+    points.push_back(hit->point);
   }
   return cells;
+}
+
+void let_sag(const OrganSag& sag, const TriangleSurface& surface,
+             std::span<const SurfacePoint> points, std::span<ContactCell> cells) {
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    cells[k].free = corner_mean(sag.vertices, surface, points[k]);
 }
 
 }  // namespace viscera

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/components.h"
@@ -51,9 +52,15 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, con
 Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,
                       const ContactSolution& solution, const Cling* last);
 
-/// The cells that a jaw closing at `foot` holds, each with its displacement at this moment.
+/// The cells that a jaw closing at `foot` holds, each with its displacement at this moment; `points`
+/// of the drawn surface is where they are.
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
-                                     const CollisionSurface& surface);
+                                     const CollisionSurface& surface,
+                                     std::vector<SurfacePoint>& points);
+
+/// ContactCell::free of cells at these points of the surface.
+void let_sag(const OrganSag& sag, const TriangleSurface& surface,
+             std::span<const SurfacePoint> points, std::span<ContactCell> cells);
 
 /// True where `x` (rest, on the surface) belongs to the touchable region.
 bool is_touchable(const TouchableSurface& touchable, const Vec3& x);

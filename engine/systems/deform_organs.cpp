@@ -53,29 +53,42 @@ Box world_bounds(const std::vector<Vec3f>& positions, const Pose& pose) {
   return world;
 }
 
-void moved(OrganState& state, OrganContact& contact, const OrganBody& body) {
-  ++state.version;
-  contact.surface->update(state.positions);
-  contact.bounds = world_bounds(state.positions, body.pose);
-}
-
-void return_to_rest(OrganState& state, OrganContact& contact, const OrganBody& body) {
-  std::fill(state.displacements.begin(), state.displacements.end(), 0.0f);
-  state.positions = body.model->rest_positions;
-  state.normals = body.model->rest_normals;
-  state.greatest_displacement = 0.0;
-  state.deformed = false;
-  state.on_gpu = false;
-  moved(state, contact, body);
-}
-
-double greatest_displacement(const OrganState& state, const OrganModel& model) {
+/// To be called when the drawn surface has another shape.
+void moved(World& world, Entity organ) {
+  OrganState& state = *world.organ_states.find(organ);
+  const OrganBody& body = *world.organ_bodies.find(organ);
   double greatest = 0.0;
   for (std::size_t v = 0; v < state.positions.size(); ++v)
     greatest = std::max(
         greatest,
-        static_cast<double>((state.positions[v] - model.rest_positions[v]).squaredNorm()));
-  return std::sqrt(greatest);
+        static_cast<double>((state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
+  state.greatest_displacement = std::sqrt(greatest);
+  state.deformed = greatest > 0.0;
+  ++state.version;
+  OrganContact* contact = world.organ_contacts.find(organ);
+  if (!contact) return;
+  contact->surface->update(state.positions);
+  contact->bounds = world_bounds(state.positions, body.pose);
+}
+
+/// The shape without forces: at rest, or as gravity has changed that. Nothing to do where it has it.
+void take_free_shape(World& world, Entity organ) {
+  OrganState& state = *world.organ_states.find(organ);
+  const OrganSag* sag = world.organ_sags.find(organ);
+  if (state.frozen || !(state.pressed || (sag && sag->changed))) return;
+  const OrganModel& model = *world.organ_bodies.find(organ)->model;
+  state.pressed = false;
+  state.on_gpu = false;
+  if (sag && !sag->change.isZero(0.0)) {
+    state.displacements = sag->places;
+    deform_drawn_surface(model.drawn, state.displacements, {}, {}, {}, state.positions,
+                         state.normals);
+  } else {
+    std::fill(state.displacements.begin(), state.displacements.end(), 0.0f);
+    state.positions = model.rest_positions;
+    state.normals = model.rest_normals;
+  }
+  moved(world, organ);
 }
 
 bool all_finite(const std::vector<Vec3f>& values) {
@@ -146,9 +159,7 @@ void deform_organs(World& world, const FrameContext& context) {
     if (contact.cells.empty()) {
       contact.solution.forces.clear();
       contact.clings.clear();
-      OrganState& state = *world.organ_states.find(world.organ_contacts.owner(o));
-      if (!state.deformed || state.frozen) continue;
-      return_to_rest(state, contact, *world.organ_bodies.find(world.organ_contacts.owner(o)));
+      take_free_shape(world, world.organ_contacts.owner(o));
       continue;
     }
     const Entity organ = world.organ_contacts.owner(o);
@@ -160,11 +171,12 @@ void deform_organs(World& world, const FrameContext& context) {
     hand_forces_to_tools(world, organ, body, contact);
     note_clinging_tissue(contact);
     if (contact.solution.touching == 0) {
-      if (state.deformed) return_to_rest(state, contact, body);
+      take_free_shape(world, organ);
       continue;
     }
 
-    if (world.gpu && world.gpu->holds(organ)) {
+    // What gravity adds is known on the CPU alone.
+    if (world.gpu && world.gpu->holds(organ) && !world.organ_sags.find(organ)) {
       world.gpu->add(organ, body.model->drawn, contact);
       continue;
     }
@@ -172,6 +184,9 @@ void deform_organs(World& world, const FrameContext& context) {
       place_displacements(body.model->half_columns, contact.response, state.next_displacements);
     else
       contact.solver->place_displacements(state.next_displacements);
+    if (const OrganSag* sag = world.organ_sags.find(organ))
+      for (std::size_t i = 0; i < sag->places.size(); ++i)
+        state.next_displacements[i] += sag->places[i];
     deform_drawn_surface(body.model->drawn, state.next_displacements, contact.solution.near_fields,
                          contact.cells, contact.solution.forces, state.next_positions,
                          state.next_normals);
@@ -184,11 +199,13 @@ void deform_organs(World& world, const FrameContext& context) {
     state.displacements.swap(state.next_displacements);
     state.positions.swap(state.next_positions);
     state.normals.swap(state.next_normals);
-    state.greatest_displacement = greatest_displacement(state, *body.model);
-    state.deformed = true;
-    moved(state, contact, body);
+    state.pressed = true;
+    moved(world, organ);
   }
   if (world.gpu) world.gpu->start();
+  for (std::size_t o = 0; o < world.organ_sags.size(); ++o)
+    if (!world.organ_contacts.find(world.organ_sags.owner(o)))
+      take_free_shape(world, world.organ_sags.owner(o));
 }
 
 void fetch_surfaces(World& world, const FrameContext&) {
@@ -207,10 +224,9 @@ void fetch_surfaces(World& world, const FrameContext&) {
       return;
     }
     state.positions.swap(state.next_positions);
-    state.greatest_displacement = greatest_displacement(state, *body.model);
-    state.deformed = true;
+    state.pressed = true;
     state.on_gpu = true;
-    moved(state, contact, body);
+    moved(world, organ);
   });
 }
 

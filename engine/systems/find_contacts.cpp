@@ -36,12 +36,13 @@ void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& 
     const ToolShape tool = tool_shape(body, state, organ_body.pose);
     const auto foot = find_foot(tool, nearest, *organ_body.model, tissue, *contact->surface);
     if (!foot) continue;
-    auto cells =
-        grasp_cells(*foot, body.description.grip_radius, *organ_body.model, *contact->surface);
+    std::vector<SurfacePoint> points;
+    auto cells = grasp_cells(*foot, body.description.grip_radius, *organ_body.model,
+                             *contact->surface, points);
     if (cells.size() < 3) continue;
     nearest = foot->clearance;
-    grip.grasp =
-        Grasp{organ, state.tip, organ_body.pose.position, Vec3::Zero(), std::move(cells)};
+    grip.grasp = Grasp{organ,        state.tip,        organ_body.pose.position,
+                       Vec3::Zero(), std::move(cells), std::move(points)};
   }
 }
 
@@ -57,7 +58,26 @@ void add_grasp_cells(OrganContact& contact, const OrganBody& body, Entity instru
     contact.cells.push_back(cell);
   }
   range.end = contact.cells.size();
+  range.points = grasp.points;
   contact.ranges.push_back(range);
+}
+
+/// Contact sees the tissue where gravity has moved it.
+void let_cells_sag(World& world) {
+  for (std::size_t o = 0; o < world.organ_sags.size(); ++o) {
+    const Entity organ = world.organ_sags.owner(o);
+    OrganContact* contact = world.organ_contacts.find(organ);
+    if (!contact || contact->cells.empty()) continue;
+    const TriangleSurface& surface = world.organ_bodies.find(organ)->model->surface;
+    std::vector<SurfacePoint> points;
+    for (const CellRange& range : contact->ranges)
+      points.insert(points.end(), range.points.begin(), range.points.end());
+    if (is_link_loaded(world, organ)) {
+      const OrganTies& ties = *world.organ_ties.find(organ);
+      points.insert(points.end(), ties.points.begin(), ties.points.end());
+    }
+    let_sag(world.organ_sags[o], surface, points, contact->cells);
+  }
 }
 
 }  // namespace
@@ -124,6 +144,7 @@ void find_contacts(World& world, const FrameContext& context) {
     }
   }
   add_link_cells(world);
+  let_cells_sag(world);
 }
 
 }  // namespace viscera

@@ -15,6 +15,9 @@ constexpr int kRounds = 5;
 /// Springs' forces that change less than this, over the greatest, are settled.
 constexpr double kSettled = 1e-5;
 
+/// Springs end on the drawn surface, up to round-off [m].
+constexpr double kOnSurface = 1e-3;
+
 Eigen::Index at(std::size_t tie) {
   return static_cast<Eigen::Index>(3 * tie);
 }
@@ -25,6 +28,12 @@ double sign_of(const OrganTies::Tie& tie) {
 
 Link::Spring& spring_of(World& world, const OrganTies::Tie& tie) {
   return world.links[tie.link].springs[tie.spring];
+}
+
+/// Gravity has moved the organ, though nothing touches it.
+bool sags(const World& world, Entity organ) {
+  const OrganSag* sag = world.organ_sags.find(organ);
+  return sag && !sag->change.isZero(0.0);
 }
 
 /// How far breathing has taken an organ's frame from its pose [m].
@@ -73,6 +82,7 @@ void add_link(const LinkDescription& description, const LinkPlaces& places,
   }
   for (std::size_t end = 0; end < 2; ++end) {
     if (!ties[end]) continue;
+    const OrganContact& contact = *world.organ_contacts.find(link.ends[end]);
     for (std::size_t s = 0; s < places.springs.size(); ++s) {
       OrganTies::Tie tie{index, s, static_cast<int>(end), {}, 0};
       if (ties[1 - end]) {
@@ -85,6 +95,8 @@ void add_link(const LinkDescription& description, const LinkPlaces& places,
                                            places.springs[s].positions[end],
                                            places.springs[s].normals[end],
                                            places.areas[end] / count));
+      ties[end]->points.push_back(
+          contact.surface->closest(ties[end]->cells.back().position, kOnSurface)->point);
     }
   }
   world.links.push_back(std::move(link));
@@ -226,11 +238,21 @@ class GroupSolve {
     for (std::size_t i = 0; i < ties.ties.size(); ++i) {
       const OrganTies::Tie& tie = ties.ties[i];
       Vec3 wanted = sign_of(tie) * world_.links[tie.link].shift;
-      if (world_.organ_ties.find(tie.other) && !follows(tie.other))
+      if (follows(tie.other))
+        wanted += free_end(tie);
+      else if (world_.organ_ties.find(tie.other))
         wanted += spring_of(world_, tie).displacements[static_cast<std::size_t>(1 - tie.side)] +
                   given_way.segment<3>(at(i));
       contact.cells[begin + i].displacement = pose.direction_to_local(wanted);
     }
+  }
+
+  /// Where the other end of a tie would be without forces; world.
+  Vec3 free_end(const OrganTies::Tie& tie) const {
+    const OrganContact& contact = *world_.organ_contacts.find(tie.other);
+    const std::size_t begin = first_link_cell(contact, *world_.organ_ties.find(tie.other));
+    return world_.organ_bodies.find(tie.other)->pose.direction_to_world(
+        contact.cells[begin + tie.other_tie].free);
   }
 
   void take_forces(Entity organ, double& greatest, double& change) {
@@ -318,7 +340,7 @@ void add_link_cells(World& world) {
     bool loaded = false;
     for (const Entity organ : group) {
       loaded = loaded || !world.organ_contacts.find(organ)->cells.empty() ||
-               is_frozen(world, organ);
+               is_frozen(world, organ) || sags(world, organ);
       for (const OrganTies::Tie& tie : world.organ_ties.find(organ)->ties)
         loaded = loaded || !world.links[tie.link].shift.isZero(0.0);
     }

@@ -13,6 +13,8 @@ void place_tool(const InstrumentBody& body, double time, InstrumentState& state)
 void read_tools(World& world, const FrameContext& context);
 /// OrganMotion -> the poses of organs that breathe, and the bounds of their surfaces.
 void move_organs(World& world, const FrameContext& context);
+/// Gravity, as the table tilts -> OrganSag.
+void sag_organs(World& world, const FrameContext& context);
 /// InstrumentState, deformed surfaces -> OrganContact.cells, InstrumentContact.grasp.
 void find_contacts(World& world, const FrameContext& context);
 /// OrganContact.cells -> forces, OrganState, deformed surfaces (where a GPU makes these, it starts).

@@ -94,6 +94,17 @@ float angle_of(float cosine) {
   return cosine >= 0.0f ? angle : std::numbers::pi_v<float> - angle;
 }
 
+Vec3f carried(const SparseWeights& carriers, std::span<const float> displacements,
+              std::size_t vertex) {
+  Vec3f moved = Vec3f::Zero();
+  for (int e = carriers.row_begin[vertex]; e < carriers.row_begin[vertex + 1]; ++e) {
+    const auto entry = static_cast<std::size_t>(e);
+    moved += carriers.values[entry] *
+             Vec3f::Map(displacements.data() + 3 * carriers.nodes[entry]);
+  }
+  return moved;
+}
+
 }  // namespace
 
 void place_displacements(const SurfaceCompliance& compliance, const ContactResponse& response,
@@ -155,6 +166,14 @@ void deformed_normals(const DrawnSurface& drawn, std::span<const Vec3f> position
   });
 }
 
+void carry_displacements(const DrawnSurface& drawn, std::span<const float> displacements,
+                         std::vector<Vec3f>& vertices) {
+  vertices.resize(drawn.rest->vertices.size());
+  parallel_for_each_index(vertices.size(), kVertexChunk, [&](std::size_t v) {
+    vertices[v] = carried(drawn.carriers, displacements, v);
+  });
+}
+
 void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> displacements,
                           std::span<const NearField> near_fields,
                           std::span<const ContactCell> cells, std::span<const Vec3> forces,
@@ -163,12 +182,7 @@ void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> disp
   positions.resize(count);
   const std::vector<Group> groups = group_cells(near_fields, cells, forces);
   parallel_for_each_index(count, kVertexChunk, [&](std::size_t v) {
-    Vec3f moved = Vec3f::Zero();
-    for (int e = drawn.carriers.row_begin[v]; e < drawn.carriers.row_begin[v + 1]; ++e) {
-      const auto entry = static_cast<std::size_t>(e);
-      moved += drawn.carriers.values[entry] *
-               Vec3f::Map(displacements.data() + 3 * drawn.carriers.nodes[entry]);
-    }
+    const Vec3f moved = carried(drawn.carriers, displacements, v);
     const Vec3& rest = drawn.rest->vertices[v];
     const Vec3 near =
         near_displacement(groups, near_fields, cells, forces, rest, drawn.rest_normals[v]);

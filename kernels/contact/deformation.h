@@ -28,6 +28,11 @@ struct DrawnSurface {
 /// outlives the result; `places` are of it or of a coarser picture of it.
 DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places);
 
+/// What the displacements of the places make of those of the drawn vertices [m]. Parallel,
+/// deterministic.
+void carry_displacements(const DrawnSurface& drawn, std::span<const float> displacements,
+                         std::vector<Vec3f>& vertices);
+
 /// Positions = rest + carried displacements of the places + near field of `cells` under `forces` (within its range);
 /// unit normals from the deformed triangles, angle-weighted. `near_fields` has one entry a cell
 /// (ContactSolution::near_fields) or is empty: no near field. Parallel, deterministic.

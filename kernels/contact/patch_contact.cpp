@@ -24,7 +24,7 @@ constexpr int kCellsPerCall = 2;
 
 bool is_sound(const ContactCell& cell) {
   return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
-         cell.displacement.allFinite() && std::isfinite(cell.depth) && std::isfinite(cell.area) &&
+         cell.displacement.allFinite() && cell.free.allFinite() && std::isfinite(cell.depth) && std::isfinite(cell.area) &&
          cell.area > 0.0 && cell.friction >= 0.0 && std::isfinite(cell.friction);
 }
 
@@ -295,7 +295,8 @@ void PatchContact::set_wanted(std::span<const ContactCell> cells) {
     // The first unknown of a pressed cell is along its direction.
     const bool pushes = !cell.held && (i == 0 || unknowns_[i - 1].cell != unknown.cell);
     wanted_[static_cast<Eigen::Index>(i)] =
-        pushes ? cell.depth : unknown.direction.dot(cell.displacement);
+        (pushes ? cell.depth : unknown.direction.dot(cell.displacement)) -
+        unknown.direction.dot(cell.free);
   }
 }
 
@@ -351,6 +352,7 @@ void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& 
           more[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
     }
   }
+  for (std::size_t k = 0; k < cells.size(); ++k) displacements_[k] += cells[k].free;
   solution.slips.assign(cells.size(), Vec3::Zero());
   solution.violation = 0.0;
   for (std::size_t k = 0; k < cells.size(); ++k) {

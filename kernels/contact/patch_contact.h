@@ -27,6 +27,8 @@ struct ContactCell {
   /// Held: u wanted [m]. Pressed with friction: the part of it across `direction` is the u that
   /// keeps the cell where it clings to the tool, zero where the tool first touched it.
   Vec3 displacement = Vec3::Zero();
+  /// u where no force acts, which the forces add to: what gravity has moved the body [m].
+  Vec3 free = Vec3::Zero();
   /// Pressed: coefficient of Coulomb friction. Where the cell slips it clings to another place of
   /// the tool: for the next step add ContactSolution::slips to `displacement`.
   double friction = 0.0;
@@ -71,7 +73,7 @@ class PatchContact {
   static double spread_factor();
 
   /// Every tool's cells on this body together. u at cell k is
-  /// sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
+  /// free_k + sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
   /// depth, complementary, the tangential force within the cone of friction and against the slip;
   /// held cells: u = displacement. What holds the last cells may yield: `backing`, symmetric,
   /// (3 n) x (3 n) for the last n cells, all held, is what it gives way under their forces [m/N];
@@ -91,7 +93,8 @@ class PatchContact {
   /// replace those of the places under it where that is fewer to read.
   void place_displacements(std::vector<float>& displacements);
 
-  /// Mean displacement of each cell under the forces of the last solve [m]; size as its `cells`.
+  /// Mean displacement of each cell under the forces of the last solve, `free` with it [m]; size as
+  /// its `cells`.
   const std::vector<Vec3>& cell_displacements() const { return displacements_; }
 
   /// Mean displacement of each cell of the last solve or load per force on each [m/N]; (3 cells) x

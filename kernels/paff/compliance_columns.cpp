@@ -31,7 +31,8 @@ void add_load(const SparseWeights& places, const std::vector<int>& touchable, st
   loads.begin.push_back(static_cast<int>(loads.unknowns.size()));
 }
 
-/// Displacements of all places, from nodal unknowns.
+}  // namespace
+
 void read_places(const SparseWeights& places, const double* unknowns, float* column) {
   for (std::size_t p = 0; p < places.rows(); ++p) {
     Vec3 sum = Vec3::Zero();
@@ -42,8 +43,6 @@ void read_places(const SparseWeights& places, const double* unknowns, float* col
     Vec3f::Map(column + 3 * p) = sum.cast<float>();
   }
 }
-
-}  // namespace
 
 std::vector<std::size_t> SurfaceCompliance::touchable_rows() const {
   std::vector<std::size_t> rows;

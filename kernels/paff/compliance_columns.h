@@ -25,6 +25,9 @@ struct SparseLoads {
 /// unknowns [m] under load k. May change the loads.
 using LoadSolver = std::function<Result<void>(SparseLoads& loads, std::span<double> out)>;
 
+/// Displacements of all places [m] from nodal unknowns; `column` has three components a place.
+void read_places(const SparseWeights& places, const double* unknowns, float* column);
+
 /// A compliance of these places with columns still to be filled. Fails unless their nodes are below
 /// `node_count` and the touchable ones ascend and are among them.
 Result<SurfaceCompliance> empty_compliance(std::size_t node_count, const SparseWeights& places,

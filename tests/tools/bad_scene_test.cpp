@@ -174,6 +174,29 @@ INSTANTIATE_TEST_SUITE_P(
                    "/smoke/0/domain",
                    R"({"min_mm": [-9000, -9000, -9000], "max_mm": [9000, 9000, 9000]})",
                    {"smoke/0/voxel_mm: found", "expected"}},
+        WrongValue{"GravityWithoutDirection",
+                   "/gravity",
+                   R"({"rest_direction": [0, 0, 0]})",
+                   {"gravity/rest_direction: found [0,0,0], expected a direction"}},
+        WrongValue{"LinkToAnUnknownOrgan",
+                   "/links",
+                   R"([{"name": "bed", "between": ["ball", "livr"], "stiffness_N_per_m": 200,
+                        "region": {"sphere": {"centre_mm": [0, 0, 25], "radius_mm": 8}}}])",
+                   {"links/0/between/1: found the text \"livr\", expected"}},
+        WrongValue{"LinkToItself",
+                   "/links",
+                   R"([{"name": "bed", "between": ["ball", "ball"], "stiffness_N_per_m": 200,
+                        "region": {"sphere": {"centre_mm": [0, 0, 25], "radius_mm": 8}}}])",
+                   {"links/0/between/1: found \"ball\" again"}},
+        WrongValue{"LinkWithoutStiffness",
+                   "/links",
+                   R"([{"name": "bed", "between": ["ball", "ground"],
+                        "region": {"sphere": {"centre_mm": [0, 0, 25], "radius_mm": 8}}}])",
+                   {"links/0/stiffness_N_per_m: found nothing, expected a number"}},
+        WrongValue{"LinkWithoutPlace",
+                   "/links",
+                   R"([{"name": "bed", "between": ["ball", "ground"], "stiffness_N_per_m": 200}])",
+                   {"links/0/region: found nothing, expected an object"}},
         WrongValue{"FutureVersion", "/version", "2", {"version: found 2, expected 1"}}),
     [](const auto& wrong) { return std::string(wrong.param.name); });
 
@@ -196,6 +219,20 @@ TEST(BadSceneFile, AnInstrumentThatStartsInsideAnOrganIsToldHowFarToMove) {
   expect_refused(folder.check(), words);
   expect_refused(folder.run({"--no-render"}), words);
   EXPECT_TRUE(std::filesystem::is_empty(folder.out())) << "nothing is written";
+}
+
+TEST(BadSceneFile, ALinkWhoseRegionHoldsNoSurfaceIsToldWhereTheOrganIs) {
+  Json scene = tiny_scene();
+  scene["links"] = Json::parse(
+      R"([{"name": "bed", "between": ["ball", "ground"], "stiffness_N_per_m": 200,
+           "region": {"sphere": {"centre_mm": [0, 0, 90], "radius_mm": 8}}}])");
+  const SceneFolder folder(scene);
+  const std::vector<std::string> words = {
+      "tiny.json: links/0/region: found a ball of 8 mm about [0, 0, 90] mm without any surface of "
+      "organ \"ball\", expected some; the organ's nearest vertex is at"};
+  expect_refused(folder.check(), words);
+  expect_refused(folder.run({"--no-render"}), words);
+  EXPECT_TRUE(fs::is_empty(folder.out())) << "nothing is written";
 }
 
 TEST(BadSceneFile, AbsurdlyFineNodesAreRefusedBeforeTheyArePlaced) {

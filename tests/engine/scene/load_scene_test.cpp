@@ -93,6 +93,15 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_DOUBLE_EQ(scene.smoke.at(0).smoke_yield, 1e-8);
   EXPECT_NEAR(scene.gas.pressure, 1999.8, 0.1);
   EXPECT_DOUBLE_EQ(scene.gas.temperature, 293.15);
+  ASSERT_TRUE(scene.gravity);
+  EXPECT_EQ(scene.gravity->acceleration, 1.62);
+  EXPECT_EQ(scene.gravity->rest_direction, Vec3(1, 0, 0));
+  ASSERT_EQ(scene.gravity->table.size(), 2u);
+  EXPECT_EQ(scene.gravity->table[1].time, 3.0);
+  EXPECT_DOUBLE_EQ(scene.gravity->table[1].head_up, 20 * kDegree);
+  EXPECT_DOUBLE_EQ(scene.gravity->table[1].left_down, 15 * kDegree);
+  EXPECT_FALSE(liver.sags);
+  EXPECT_TRUE(scene.organs[1].sags);
 }
 
 TEST(LoadScene, RotationsGoAboutFixedAxesXThenYThenZ) {
@@ -141,6 +150,7 @@ TEST(LoadScene, WhatTheFileLeavesOutIsAsInTheStructures) {
   EXPECT_EQ(scene->light.colour_temperature, plain.light.colour_temperature);
   EXPECT_NEAR(scene->gas.pressure, plain.gas.pressure, 0.2);
   EXPECT_DOUBLE_EQ(scene->gas.temperature, plain.gas.temperature);
+  EXPECT_FALSE(scene->gravity);
   const OrganDescription organ;
   EXPECT_EQ(scene->organs[0].formulation, organ.formulation);
   EXPECT_EQ(scene->organs[0].deformable, organ.deformable);

@@ -22,7 +22,7 @@ Json whole_scene() {
                  {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}],
        "formulation": "galerkin",
        "resolution": {"spacing_mm": 10, "finest_spacing_mm": 2.5, "gradient": 0.3},
-       "displacement_storage": "half", "deformable": true},
+       "displacement_storage": "half", "deformable": true, "sags": false},
       {"name": "ball", "geometry": {"recipe": "sphere", "radius_mm": 25, "triangles": 500},
        "tissue": "rubber", "deformable": false},
       {"name": "brick", "geometry": {"recipe": "block", "size_mm": [10, 20, 30]},
@@ -48,7 +48,10 @@ Json whole_scene() {
     "light": {"intensity": 2, "colour_temperature_K": 5000},
     "smoke": [{"name": "plume", "domain": {"min_mm": [0, 0, 0], "max_mm": [100, 100, 100]},
                "voxel_mm": 1, "max_particles": 1000, "yield_mg_per_kJ": 10}],
-    "gas": {"pressure_mmHg": 15, "temperature_C": 20}
+    "gas": {"pressure_mmHg": 15, "temperature_C": 20},
+    "gravity": {"acceleration_m_per_s2": 1.62, "rest_direction": [2, 0, 0],
+                "table": [{"time_s": 0, "head_up_deg": 0, "left_side_down_deg": -10},
+                          {"time_s": 3, "head_up_deg": 20, "left_side_down_deg": 15}]}
   })");
 }
 

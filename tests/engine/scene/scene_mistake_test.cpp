@@ -89,6 +89,21 @@ TEST(SceneMistake, NegativeAndAbsurdValuesAreRefusedWithTheRange) {
                      "found 501, expected an even number");
 }
 
+TEST(SceneMistake, GravityThatCannotBeIsRefused) {
+  EXPECT_ONE_MISTAKE(with("/gravity/rest_direction", {0, 0, 0}), "gravity/rest_direction",
+                     "found [0,0,0], expected a direction");
+  EXPECT_ONE_MISTAKE(with("/gravity/acceleration_m_per_s2", -9.81), "gravity/acceleration_m_per_s2",
+                     "found -9.81, expected a number from 0 to 100 [m_per_s2]");
+  EXPECT_ONE_MISTAKE(with("/gravity/acceleration", 9.81), "gravity/acceleration",
+                     "found no unit, expected the unit m_per_s2");
+  EXPECT_ONE_MISTAKE(with("/gravity/table/1/head_up_deg", 120), "gravity/table/1/head_up_deg",
+                     "found 120, expected a number from -90 to 90 [deg]");
+  EXPECT_ONE_MISTAKE(with("/gravity/table/1/time_s", 0), "gravity/table/1/time_s",
+                     "found 0 after 0, expected values that ascend");
+  EXPECT_ONE_MISTAKE(with("/organs/0/sags", "yes"), "organs/0/sags",
+                     "found the text \"yes\", expected true or false");
+}
+
 TEST(SceneMistake, NotANumberIsRefusedWithLineAndColumn) {
   const SceneFolder folder;
   const auto scene = folder.load_text("{\"version\": 1, \"name\": \"a\",\n \"duration_s\": NaN}");
