@@ -159,24 +159,24 @@ TEST_F(RendererTest, ASurfaceThatLiesOnTheGpuIsDrawnLikeOneThatIsUploaded) {
     return drawn.rgb;
   };
   const std::vector<std::uint8_t> at_rest = picture();
-  for (Vec3f& position : positions_) position.x() *= 1.3f;
+  for (Vec3f& position : scene_.positions) position.x() *= 1.3f;
   const std::vector<std::uint8_t> uploaded = picture();
   ASSERT_NE(uploaded, at_rest);
 
   // Two surfaces in one buffer, of which this is the second.
   std::vector<Vec3f> positions(7, Vec3f::Zero()), normals(7, Vec3f::UnitZ());
-  positions.insert(positions.end(), positions_.begin(), positions_.end());
-  normals.insert(normals.end(), normals_.begin(), normals_.end());
+  positions.insert(positions.end(), scene_.positions.begin(), scene_.positions.end());
+  normals.insert(normals.end(), scene_.normals.begin(), scene_.normals.end());
   Buffer positions_there, normals_there;
   positions_there.upload(std::span<const Vec3f>(positions));
   normals_there.upload(std::span<const Vec3f>(normals));
   view_.organs[0].device = {&positions_there, &normals_there, 7};
-  const std::vector<Vec3f> stale(normals_.size(), Vec3f::UnitX());
+  const std::vector<Vec3f> stale(scene_.normals.size(), Vec3f::UnitX());
   view_.organs[0].normals = stale;
   EXPECT_EQ(picture(), uploaded);
-  for (Vec3f& position : positions_) position.x() /= 1.3f;
+  for (Vec3f& position : scene_.positions) position.x() /= 1.3f;
   view_.organs[0].device = {};
-  view_.organs[0].normals = normals_;
+  view_.organs[0].normals = scene_.normals;
   const std::vector<std::uint8_t> again = picture();
   EXPECT_NE(again, uploaded);
 }
