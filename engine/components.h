@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,9 @@
 #include "engine/scene/tissues.h"
 #include "kernels/heat/bricks.h"
 #include "kernels/heat/burn.h"
+#include "kernels/smoke/gas_grid.h"
 #include "kernels/smoke/smoke.h"
+#include "kernels/smoke/smoke_optics.h"
 
 namespace viscera {
 
@@ -204,13 +207,49 @@ struct BurnTrace {
 
 // --- smoke volumes -------------------------------------------------------------------------------
 
+/// What feeds a volume.
+struct SmokeEmitter {
+  EmitterDescription description;
+  Entity instrument;                         ///< a hook that burns; a stale one: a place
+  double particles_owed = 0.0;               ///< carried to the next frame with
+  double mass_owed = 0.0;                    ///< this mass [kg]
+};
+
 struct SmokeBody {
   SmokeDescription description;
   SmokeVolume volume;
-  double particles_owed = 0.0;               ///< fraction of a particle carried to the next frame
-  double mass_owed = 0.0;                    ///< and its mass [kg]
+  bool takes_any_hook = false;               ///< its description names no emitters
+  std::vector<SmokeEmitter> emitters;
   std::size_t most_particles = 0;
   SmokeGrid grid;                            ///< of the last picture
+  // With it, where particles are drawn as sprites:
+  std::vector<Vec3f> particle_places;        ///< from the domain's least corner [m]  (n)
+  std::vector<float> particle_radii;         ///< [m]  (n)
+};
+
+// --- gas: one flow for all smoke volumes ---------------------------------------------------------
+
+struct GasBody {
+  struct Solid {
+    Entity organ;
+    Pose pose;                               ///< where its cells were marked last
+  };
+  struct Evacuator {
+    EvacuatorDescription description;
+    Entity instrument;                       ///< draws at its tip; a stale one: at its place
+  };
+  GasDescription description;
+  std::optional<GasGrid> grid;               ///< none: the gas stands still
+  std::vector<Evacuator> evacuators;
+  std::vector<Solid> solids;                 ///< empty until smoke is first there
+  double leak_flow = 0.0;                    ///< out through all leaks [m3/s]
+};
+
+/// What smoke meets.
+struct SmokeScenery {
+  /// By the drawn surface that instances share.
+  std::map<const TriangleSurface*, std::unique_ptr<SurfaceTopology>> topologies;
+  std::vector<SmokeObstacle> tools;          ///< of the last frame
 };
 
 }  // namespace viscera

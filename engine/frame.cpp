@@ -27,7 +27,7 @@ FrameReport step_frame(World& world, Trace& trace) {
   run(Stage::kFindContacts, find_contacts);
   run(Stage::kDeformOrgans, deform_organs);
   if (cautery) run(Stage::kHeatTissue, heat_tissue);
-  if (cautery && smoke) run(Stage::kEmitSmoke, emit_smoke);
+  if (smoke) run(Stage::kEmitSmoke, emit_smoke);
   if (smoke) run(Stage::kMoveSmoke, move_smoke);
   if (world.gpu) run(Stage::kFetchSurfaces, fetch_surfaces);
   run(Stage::kCheck, check_world);

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "engine/frame.h"
+#include "engine/gpu/gpu_smoke.h"
 #include "engine/io/atomic_file.h"
 #include "engine/io/film.h"
 #include "engine/io/forces_csv.h"
@@ -58,6 +59,8 @@ std::vector<fs::path> older_files(const fs::path& out) {
   files.insert(files.end(), volumes.begin(), volumes.end());
   const std::vector<fs::path> surfaces = numbered_files(out / "vtk", ".vtu");
   files.insert(files.end(), surfaces.begin(), surfaces.end());
+  const std::vector<fs::path> passes = numbered_files(out / "passes", ".exr");
+  files.insert(files.end(), passes.begin(), passes.end());
   for (const char* name :
        {"vtk/organs.pvd", "film.mp4", "forces.csv", "profile.json", "report.json", "review.html"}) {
     std::error_code error;
@@ -80,7 +83,8 @@ Result<void> check_out(const fs::path& out) {
 }
 
 /// Makes room for a run in a folder that may hold an older one, whose files go all together.
-Result<void> open_folder(const fs::path& out, bool pictures, bool smoke, bool surfaces) {
+Result<void> open_folder(const fs::path& out, bool pictures, bool smoke, bool surfaces,
+                         bool passes) {
   if (auto marked = write_file(out / kMarker, "", Durable::kNo); !marked) return marked;
   std::error_code ignored;
   for (const fs::path& file : older_files(out)) fs::remove(file, ignored);
@@ -90,6 +94,8 @@ Result<void> open_folder(const fs::path& out, bool pictures, bool smoke, bool su
     if (auto made = check_out_folder(out / "smoke"); !made) return made;
   if (surfaces)
     if (auto made = check_out_folder(out / "vtk"); !made) return made;
+  if (passes)
+    if (auto made = check_out_folder(out / "passes"); !made) return made;
   return {};
 }
 
@@ -99,6 +105,8 @@ struct Studio {
   std::unique_ptr<Film> film;  ///< none for snapshots
   Endoscope endoscope;
   Picture picture;
+  std::set<Pass> passes;
+  PassImages truth;  ///< of the picture, where passes are wanted
   std::uint64_t pictures = 0;
 };
 
@@ -114,7 +122,7 @@ Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
   auto renderer = Renderer::create(render);
   if (!renderer) return std::unexpected(renderer.error());
   auto studio = std::make_unique<Studio>(
-      Studio{std::move(*renderer), nullptr, Endoscope(*scene.camera), {}, 0});
+      Studio{std::move(*renderer), nullptr, Endoscope(*scene.camera), {}, options.passes, {}, 0});
   if (!options.snapshots.empty()) return studio;
   auto film = Film::start(options.out / "film.mp4", options.width, options.height);
   if (!film) return std::unexpected(film.error());
@@ -122,14 +130,25 @@ Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
   return studio;
 }
 
+Result<void> write_passes(const Studio& studio, const FrameView& view, const World& world,
+                          const SceneDescription& scene, const fs::path& out) {
+  const PassContext context{scene.name, world.time(), !scene.smoke.empty()};
+  const fs::path file =
+      out / "passes" / fmt::format("{:04}.exr", world.frame / kFramesPerPicture - 1);
+  return write_exr(file, exr_of(studio.passes, studio.truth, view, context));
+}
+
 Result<void> take_picture(Studio& studio, const World& world, const SceneDescription& scene,
                           const fs::path& out, Trace& trace, ReviewRecorder& recorder) {
+  const FrameView view = make_view(world, scene, studio.endoscope, studio.pictures);
   {
     const StageTimer timer(trace, stage_index(Stage::kDraw), world.frame);
-    const FrameView view = make_view(world, scene, studio.endoscope, studio.pictures);
-    if (auto drawn = studio.renderer->draw(view, studio.picture); !drawn) return drawn;
+    PassImages* truth = studio.passes.empty() ? nullptr : &studio.truth;
+    if (auto drawn = studio.renderer->draw(view, studio.picture, truth); !drawn) return drawn;
   }
   const StageTimer timer(trace, stage_index(Stage::kEncode), world.frame);
+  if (!studio.passes.empty())
+    if (auto written = write_passes(studio, view, world, scene, out); !written) return written;
   const Picture& p = studio.picture;
   recorder.add_picture(world, p);
   if (studio.film)
@@ -153,6 +172,31 @@ std::set<std::uint64_t> wanted_pictures(const std::vector<double>& snapshots,
   }
   return pictures;
 }
+
+/// How long smoke hides the tips.
+class Sight {
+ public:
+  explicit Sight(const SceneDescription& scene) {
+    if (scene.camera) endoscope_.emplace(*scene.camera);
+  }
+  void look(const World& world) {
+    if (!endoscope_) return;
+    const std::optional<double> seen = sight_of_tips(world, endoscope_->at(world.time()));
+    if (!seen) return;
+    ++looks_;
+    if (*seen < kHidden) ++hidden_;
+  }
+  /// Share of the looks at which less than half of the light came through.
+  std::optional<double> time_in_smoke() const {
+    if (looks_ == 0) return {};
+    return static_cast<double>(hidden_) / static_cast<double>(looks_);
+  }
+
+ private:
+  static constexpr double kHidden = 0.5;
+  std::optional<Endoscope> endoscope_;
+  std::size_t looks_ = 0, hidden_ = 0;
+};
 
 void write_volumes(SmokeWriter& writer, const World& world, const SceneDescription& scene,
                    const fs::path& out, std::uint64_t picture) {
@@ -215,13 +259,32 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     report.links.push_back({link.name, described->between, described->stiffness,
                             link.springs.size(), link.greatest_force});
   }
-  for (const SmokeBody& smoke : world.smoke)
+  for (const SmokeBody& smoke : world.smoke) {
+    const SmokeBook& book = smoke.volume.book();
     report.smoke.particles_max = std::max(report.smoke.particles_max, smoke.most_particles);
+    report.smoke.emitted_kg += book.emitted;
+    report.smoke.airborne_kg += smoke.volume.airborne();
+    report.smoke.background_kg += book.background;
+    report.smoke.evacuated_kg += book.evacuated;
+    report.smoke.leaked_kg += book.leaked;
+    report.smoke.deposited_kg += book.deposited;
+  }
 }
 
 /// True when some hook carries current at some time.
 bool burns(const SceneDescription& scene) {
   return std::any_of(scene.instruments.begin(), scene.instruments.end(), carries_current);
+}
+
+/// True when something gives smoke to one of the scene's volumes.
+bool smokes(const SceneDescription& scene) {
+  if (scene.smoke.empty()) return false;
+  return burns(scene) ||
+         std::any_of(scene.smoke.begin(), scene.smoke.end(), [](const SmokeDescription& smoke) {
+           return std::any_of(
+               smoke.emitters.begin(), smoke.emitters.end(),
+               [](const EmitterDescription& emitter) { return emitter.instrument.empty(); });
+         });
 }
 
 }  // namespace
@@ -240,7 +303,7 @@ std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool ren
   if (!burns(scene)) skipped.push_back({"heat", "no hook carries current"});
   if (scene.smoke.empty())
     skipped.push_back({"smoke", "the scene has no smoke volume"});
-  else if (!burns(scene))
+  else if (!smokes(scene))
     skipped.push_back({"smoke", "nothing burns: no hook carries current"});
   skipped.push_back({"haptics", "no instrument is a haptic tool"});
   return skipped;
@@ -292,14 +355,37 @@ Result<void> move_to_gpu(World& world, const ComputeDevice& device, Backend aske
   return {};
 }
 
+/// And the smoke, likewise.
+Result<void> move_smoke_to_gpu(World& world, const ComputeDevice& device, Backend asked,
+                               RunReport& report) {
+  if (report.backend != name_of(Backend::kGpu) || world.smoke.size() == 0) return {};
+  const Stopwatch watch;
+  device.context->make_current();
+  auto made = GpuSmoke::create(GpuLimits::of_device(), device.context);
+  if (!made) {
+    if (asked == Backend::kGpu) return std::unexpected(made.error());
+    report.warnings.push_back(made.error().text() + ": smoke stays on the CPU");
+    return {};
+  }
+  const std::shared_ptr<SmokePasses> passes = *std::move(made);
+  for (SmokeBody& smoke : world.smoke) smoke.volume.compute_on(passes);
+  if (!report.gpu)
+    report.gpu =
+        GpuReport{.device = device.context->device(), .start_s = device.start_s, .passes = {}};
+  report.gpu->start_s += watch.seconds();
+  report.gpu->smoke_volumes = world.smoke.size();
+  return {};
+}
+
 /// One line for the person who started the run.
 std::string backend_line(const RunReport& report) {
   std::string line =
       fmt::format("deformation on the {} ({})", report.backend, report.backend_reason);
   if (report.gpu)
-    line += fmt::format(": {}, {} organ{}, {:.1f} MB, ready in {:.2f} s", report.gpu->device,
-                        report.gpu->organs, report.gpu->organs == 1 ? "" : "s",
-                        1e-6 * static_cast<double>(report.gpu->bytes), report.gpu->start_s);
+    line += fmt::format(": {}, {} organ{}, {:.1f} MB, {} smoke volume{}, ready in {:.2f} s",
+                        report.gpu->device, report.gpu->organs, report.gpu->organs == 1 ? "" : "s",
+                        1e-6 * static_cast<double>(report.gpu->bytes), report.gpu->smoke_volumes,
+                        report.gpu->smoke_volumes == 1 ? "" : "s", report.gpu->start_s);
   return line;
 }
 
@@ -314,9 +400,12 @@ void finish_report(const World& world, const SceneDescription& scene, const Trac
   report.real_time_factor = unseen > 0.0 ? world.time() / unseen : 0.0;
   report.peak_memory_bytes = peak_memory_bytes();
   report.stages = stage_reports(trace);
-  if (report.gpu)
+  if (world.gpu)
     for (const GpuSurfaces::Pass& pass : world.gpu->passes())
       report.gpu->passes.push_back(stage_report(pass.name, quantiles(pass.seconds)));
+  for (std::size_t s = 0; s < world.smoke.size(); ++s)
+    if (const std::string& failed = world.smoke[s].volume.device_failure(); !failed.empty())
+      report.warnings.push_back(failed + ": that smoke went on on the CPU");
   describe_world(world, scene, report);
   for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
     if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
@@ -329,12 +418,16 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
                             const RunOptions& options) {
   const Stopwatch whole;
   SceneDescription scene = scene_in;
-  if (!burns(scene)) scene.smoke.clear();
+  if (!smokes(scene)) scene.smoke.clear();
   const bool pictures = options.render && scene.camera.has_value();
 
   std::optional<oneapi::tbb::global_control> threads;
   if (options.threads > 0)
     threads.emplace(oneapi::tbb::global_control::max_allowed_parallelism, options.threads);
+  if (!pictures && !options.passes.empty()) {
+    return failure(options.render ? "--passes: found a scene without camera, expected one"
+                                  : "--passes: found --no-render, expected pictures to be drawn");
+  }
   if (auto writable = check_out(options.out); !writable) return std::unexpected(writable.error());
 
   RunReport report = begun_report(scene_in, options);
@@ -365,9 +458,12 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   World& world = **built;
   if (auto moved = move_to_gpu(world, *device, options.backend, report); !moved)
     return std::unexpected(moved.error());
+  if (auto moved = move_smoke_to_gpu(world, *device, options.backend, report); !moved)
+    return std::unexpected(moved.error());
   if (!options.quiet) fmt::print(stderr, "{}\n", backend_line(report));
   report.prepare_s = whole.seconds();
-  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty(), options.vtk);
+  if (auto opened = open_folder(options.out, pictures, !scene.smoke.empty(), options.vtk,
+                                !options.passes.empty());
       !opened)
     return std::unexpected(opened.error());
 
@@ -389,6 +485,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   ReviewRecorder recorder(world, scene);
   std::optional<VtkSeries> surfaces;
   if (options.vtk) surfaces.emplace(options.out / "vtk", world);
+  Sight sight(scene);
   const Stopwatch loop;
   const Progress progress = progress_for("simulating");
   Result<void> status;
@@ -405,12 +502,13 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     }
     if (k % kFramesPerPicture != 0) continue;
     const std::uint64_t picture = k / kFramesPerPicture - 1;
+    if (writer) {
+      const StageTimer timer(trace, stage_index(Stage::kSplatSmoke), world.frame);
+      splat_smoke(world);
+      sight.look(world);
+    }
     if (!options.snapshots.empty() && !wanted.contains(picture)) continue;
     if (writer) {
-      {
-        const StageTimer timer(trace, stage_index(Stage::kSplatSmoke), world.frame);
-        splat_smoke(world);
-      }
       const StageTimer timer(trace, stage_index(Stage::kWriteVolumes), world.frame);
       write_volumes(*writer, world, scene, options.out, picture);
     }
@@ -439,6 +537,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   report.wall_s = loop.seconds();
   finish_report(world, scene, trace, flags, report);
   recorder.describe(report);
+  report.smoke.time_in_smoke = sight.time_in_smoke();
   report.smoke.volumes = writer ? static_cast<std::size_t>(writer->written()) : 0;
 
   if (auto written = trace.write(options.out / "profile.json", "viscera"); !written)

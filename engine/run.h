@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "engine/gpu/backend.h"
 #include "engine/io/report.h"
+#include "engine/pass_writer.h"
 #include "engine/render/quality.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/tissues.h"
@@ -26,6 +28,7 @@ struct RunOptions {
   bool quiet = false;                 ///< no progress bars
   int width = 1280, height = 720;
   Quality quality = Quality::kReview;  ///< of pictures
+  std::set<Pass> passes;              ///< of every picture, written as passes/NNNN.exr
   std::vector<double> snapshots;      ///< not empty: pictures at these times [s] alone, and no film
   std::string command;                ///< repeats the run; goes into the report
 };

@@ -53,9 +53,7 @@ std::string StateHash::finish(const World& world) {
     const SmokeParticles& p = smoke.volume.particles();
     add_all(hasher_, p.positions);
     add_all(hasher_, p.velocities);
-    add_all(hasher_, p.temperatures);
     add_all(hasher_, p.masses);
-    add_all(hasher_, p.ages);
     add_all(hasher_, p.ids);
   }
   return hasher_.hex();

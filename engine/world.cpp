@@ -9,7 +9,9 @@
 #include <optional>
 
 #include "engine/io/mesh_import.h"
+#include "engine/scene/smoke_material.h"
 #include "engine/systems/links.h"
+#include "engine/systems/smoke_setup.h"
 #include "engine/systems/systems.h"
 #include "engine/systems/tool_shape.h"
 #include "kernels/base/thin_out.h"
@@ -121,18 +123,6 @@ void add_instrument(World& world, InstrumentBody body) {
   world.instrument_contacts.add(instrument, {});
   if (carries_current(body.description)) world.burn_traces.add(instrument, {});
   world.instrument_bodies.add(instrument, std::move(body));
-}
-
-void add_smoke(World& world, const SceneDescription& scene, const SmokeDescription& description) {
-  SmokeParameters parameters;
-  parameters.domain = description.domain;
-  parameters.seed = scene.seed;
-  parameters.max_particles = static_cast<std::size_t>(description.max_particles);
-  parameters.gas_temperature = scene.gas.temperature;
-  // CO2 as an ideal gas at atmosphere plus insufflation: 101,325 Pa, 0.0440 kg/mol.
-  parameters.gas_density =
-      (101325.0 + scene.gas.pressure) * 0.04401 / (8.314462618 * scene.gas.temperature);
-  world.smoke.add(world.ids.create(), {description, SmokeVolume(parameters), 0.0, 0.0, 0, {}});
 }
 
 /// Displacements are linear in gravity: what turns by more than this share of the organ's size is
@@ -297,7 +287,7 @@ Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
   for (std::size_t i = 0; i < scene.organs.size(); ++i)
     add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);
   for (InstrumentBody& body : instruments) add_instrument(*world, std::move(body));
-  for (const SmokeDescription& smoke : scene.smoke) add_smoke(*world, scene, smoke);
+  if (auto filled = add_smoke(scene, *world); !filled) return std::unexpected(filled.error());
   if (auto linked = make_links(scene, *world); !linked) return std::unexpected(linked.error());
   return world;
 }
@@ -310,7 +300,12 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
   if (!instruments) return std::unexpected(instruments.error());
   auto models = prepare_organs(scene, *instruments, tissues, options, progress, warnings);
   if (!models) return std::unexpected(models.error());
-  return place_entities(scene, std::move(*instruments), *models, tissues);
+  auto world = place_entities(scene, std::move(*instruments), *models, tissues);
+  if (!world || scene.smoke.empty()) return world;
+  const auto optics = load_smoke_optics(options.assets / "smoke.json");
+  if (!optics) return std::unexpected(optics.error());
+  (*world)->smoke_optics = *optics;
+  return world;
 }
 
 }  // namespace viscera

@@ -38,6 +38,9 @@ struct World {
   Pool<BurnTrace> burn_traces;  ///< hooks only
 
   Pool<SmokeBody> smoke;
+  GasBody gas;
+  SmokeScenery smoke_scenery;
+  SmokeOptics smoke_optics;
 
   std::shared_ptr<GpuSurfaces> gpu;  ///< deforms drawn surfaces; null: the CPU does
 

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "engine/io/atomic_file.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
 
@@ -56,6 +57,16 @@ nlohmann::json to_json(const std::vector<BenchRow>& rows) {
                     {"met", row.met()}});
   }
   return json;
+}
+
+Result<void> check_outputs(const std::vector<fs::path>& files, const fs::path& plots) {
+  if (!plots.empty())
+    if (auto made = check_out_folder(plots); !made) return made;
+  for (const fs::path& file : files) {
+    if (file.empty()) continue;
+    if (auto opened = AtomicFile::create(file); !opened) return std::unexpected(opened.error());
+  }
+  return {};
 }
 
 double median_call_s(const std::function<void()>& call, double for_about_s) {

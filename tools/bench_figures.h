@@ -25,6 +25,10 @@ struct BenchRow {
 void print_rows(const std::vector<BenchRow>& rows, const std::string& title, std::ostream& out);
 nlohmann::json to_json(const std::vector<BenchRow>& rows);
 
+/// Asked before minutes are spent on what can't be written: files (empty: none), a folder for plots.
+Result<void> check_outputs(const std::vector<std::filesystem::path>& files,
+                           const std::filesystem::path& plots);
+
 /// Median wall time of one call [s]: after a warm-up, calls for about this long, at least seven.
 double median_call_s(const std::function<void()>& call, double for_about_s);
 

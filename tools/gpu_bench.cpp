@@ -19,6 +19,7 @@
 #include "engine/gpu/memory_bandwidth.h"
 #include "engine/verification/ring_organ.h"
 #include "kernels/base/stopwatch.h"
+#include "tools/gpu_bench_smoke.h"
 
 namespace viscera {
 namespace {
@@ -357,7 +358,22 @@ Result<void> bench(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   viscera::Arguments arguments;
-  CLI::App app("Speed and error of the deformation kernels on this machine's GPU.");
+  CLI::App app(
+      "Speed and error of the deformation kernels on this machine's GPU; with `smoke`, of "
+      "the passes of smoke.");
+  viscera::SmokeBenchArguments smoke_arguments;
+  CLI::App* smoke = app.add_subcommand("smoke", "the passes of smoke");
+  smoke->add_option("--particles", smoke_arguments.particles, "a case each: 10k,100k,1M")
+      ->delimiter(',');
+  smoke->add_option("--repeats", smoke_arguments.repeats, "timed steps a case")
+      ->check(CLI::Range(1, 100'000));
+  smoke->add_option("--voxel-mm", smoke_arguments.voxel_mm, "of the splatted grid")
+      ->check(CLI::Range(0.1, 100.0));
+  smoke
+      ->add_option("--window-mb", smoke_arguments.window_mb, "memory that bandwidth is measured on")
+      ->check(CLI::Range(1, 100'000));
+  smoke->add_flag("--paper", smoke_arguments.paper, "times the paper's Laplacian");
+  smoke->add_option("--json", smoke_arguments.json, "file for the figures");
   app.add_option("--places", arguments.places, "displaced places of an organ")
       ->check(CLI::Range(12, 1'000'000));
   app.add_option("--vertices", arguments.vertices, "drawn vertices of an organ")
@@ -383,7 +399,8 @@ int main(int argc, char** argv) {
     app.exit(error);
     return 2;
   }
-  const viscera::Result<void> done = viscera::bench(arguments);
+  const viscera::Result<void> done =
+      smoke->parsed() ? viscera::bench_smoke(smoke_arguments) : viscera::bench(arguments);
   if (done) return 0;
   std::cerr << done.error().text() << '\n';
   return 2;

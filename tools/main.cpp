@@ -19,6 +19,7 @@
 #include "tools/bench_command.h"
 #include "tools/bench_convergence.h"
 #include "tools/bench_hemisphere.h"
+#include "tools/bench_smoke.h"
 #include "tools/check_command.h"
 #include "tools/import_command.h"
 #include "tools/profile_command.h"
@@ -123,6 +124,9 @@ class RunCommand {
     command_->add_option("--quality", quality_, "of the pictures: draft, review or final")
         ->check(CLI::IsMember({"draft", "review", "final"}))
         ->capture_default_str();
+    add_list(*command_, "--passes", passes_,
+             "ground truth of every picture as passes/NNNN.exr: beauty, clean, scattered, "
+             "transmittance, light_transmittance, depth, labels, temperature");
     command_->add_flag("--vtk", options_.vtk,
                        "vtk/organs.pvd for ParaView: deformed organs and forces, at every picture");
     command_->add_flag("--quiet", options_.quiet, "no progress");
@@ -140,6 +144,9 @@ class RunCommand {
       if (!(time >= 0.0 && time <= scene->duration))
         return fail(Error(fmt::format("--snapshots: found {:g} s, expected times from 0 to {:g} s",
                                       time, scene->duration)));
+    auto passes = passes_of(passes_);
+    if (!passes) return fail(passes.error());
+    options_.passes = std::move(*passes);
     auto known = tissues();
     if (!known) return fail(known.error());
     options_.out = out_;
@@ -175,6 +182,7 @@ class RunCommand {
   std::string out_;
   std::string quality_ = name_of(options_.quality);
   std::string backend_ = name_of(options_.backend);
+  std::vector<std::string> passes_;
   bool no_render_ = false, no_cache_ = false;
 };
 
@@ -244,7 +252,7 @@ class ImportCommand {
   double edge_mm_ = 0.0, voxel_mm_ = 0.0, close_mm_ = 0.0;
 };
 
-/// `bench scene`, `bench hemisphere` and `bench convergence`.
+/// `bench scene`, `bench hemisphere`, `bench convergence` and `bench smoke`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -264,6 +272,10 @@ class BenchCommand {
     convergence_->add_flag("--quick", convergence_options_.quick, "without the finest clouds");
     add_outputs(*convergence_, convergence_options_.json, &convergence_options_.plots);
     add_list(*convergence_, "--formulation", convergence_options_.formulations, "these alone");
+
+    smoke_ = command_->add_subcommand(
+        "smoke", "time of the passes of smoke, with the error of a shear wave's decay");
+    add_smoke_options();
   }
   BenchCommand(const BenchCommand&) = delete;
   BenchCommand& operator=(const BenchCommand&) = delete;
@@ -274,6 +286,10 @@ class BenchCommand {
     install_interrupt_handler();
     if (hemisphere_->parsed()) return code_of(bench_hemisphere(hemisphere_options_, std::cout));
     if (convergence_->parsed()) return code_of(bench_convergence(convergence_options_, std::cout));
+    if (smoke_->parsed()) {
+      smoke_options_.backend = *backend_of(backend_);
+      return code_of(bench_smoke(smoke_options_, std::cout));
+    }
     auto scene = arguments_.load();
     if (!scene) return fail(scene.error());
     auto known = tissues();
@@ -308,14 +324,31 @@ class BenchCommand {
         ->check(CLI::Range(0.4, 1.0));
   }
 
+  void add_smoke_options() {
+    add_outputs(*smoke_, smoke_options_.json, &smoke_options_.plots);
+    add_list(*smoke_, "--particles", smoke_options_.particles, "a case each, e.g. 10k,100k,1M");
+    smoke_
+        ->add_option("--backend", backend_,
+                     "where the passes run: cpu, gpu, or auto (the GPU where there is one)")
+        ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
+        ->capture_default_str();
+    smoke_->add_option("--steps", smoke_options_.steps, "timed in each case")
+        ->capture_default_str();
+    smoke_->add_option("--pictures", smoke_options_.pictures, "drawn in each case; 0: none")
+        ->capture_default_str();
+  }
+
   CLI::App* command_;
   CLI::App* scene_ = nullptr;
   CLI::App* hemisphere_ = nullptr;
   CLI::App* convergence_ = nullptr;
+  CLI::App* smoke_ = nullptr;
   SceneArguments arguments_;
   BenchOptions scene_options_;
   HemisphereBenchOptions hemisphere_options_;
   ConvergenceBenchOptions convergence_options_;
+  SmokeBenchOptions smoke_options_;
+  std::string backend_ = name_of(smoke_options_.backend);
 };
 
 class ProfileCommand {
@@ -382,6 +415,8 @@ class SmokeInfoCommand {
         "bounds ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm\n",
         info->volume, info->time, 1e6 * info->mass, info->active_voxels, 1e3 * info->voxel, low.x(),
         low.y(), low.z(), high.x(), high.y(), high.z());
+    for (const SmokeFileInfo::Grid& grid : info->grids)
+      std::cout << fmt::format("grid {}: {} [{}]\n", grid.name, grid.type, grid.unit);
     return 0;
   }
 

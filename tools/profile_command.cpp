@@ -12,6 +12,7 @@
 #include "engine/io/interrupt.h"
 #include "engine/io/progress_bar.h"
 #include "engine/io/report.h"
+#include "tools/bench_figures.h"
 #include "tools/profile_report.h"
 #include "tools/project_paths.h"
 
@@ -47,17 +48,6 @@ Result<void> check_options(const SceneDescription& scene, const ProfileOptions& 
          file + ": camera: found none, expected one for --render");
   if (mistakes.messages.empty()) return {};
   return std::unexpected(mistakes);
-}
-
-/// Asked before minutes are spent on what can't be written.
-Result<void> check_outputs(const ProfileOptions& options) {
-  if (!options.plots.empty())
-    if (auto made = check_out_folder(options.plots); !made) return made;
-  for (const std::filesystem::path& file : {options.json, options.trace}) {
-    if (file.empty()) continue;
-    if (auto opened = AtomicFile::create(file); !opened) return std::unexpected(opened.error());
-  }
-  return {};
 }
 
 /// The organs that are touched longest come first, so that the touched ones are the first.
@@ -145,7 +135,7 @@ Result<void> profile_scene(const SceneDescription& scene,
                            const std::map<std::string, Tissue>& tissues,
                            const ProfileOptions& options, std::ostream& out) {
   if (auto sound = check_options(scene, options); !sound) return sound;
-  if (auto writable = check_outputs(options); !writable) return writable;
+  if (auto writable = check_outputs({options.json, options.trace}, options.plots); !writable) return writable;
   const std::uint64_t before = resident_bytes();
   auto instruments = make_instruments(scene);
   if (!instruments) return std::unexpected(instruments.error());

@@ -58,6 +58,7 @@ SceneDescription fill_berths(const SceneDescription& scene, const Berths& berths
                              const Occupancy& wanted) {
   SceneDescription filled = scene;
   filled.organs.clear();
+  filled.links.clear();  // what they tie isn't side by side in the berths
   filled.instruments.clear();
   for (std::size_t berth = 0; berth < wanted.organs; ++berth) {
     OrganDescription organ = scene.organs[berths.organ_at(berth)];

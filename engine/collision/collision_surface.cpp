@@ -2,6 +2,8 @@
 
 #include <embree3/rtcore.h>
 
+#include <atomic>
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -66,6 +68,8 @@ struct CollisionSurface::Data {
   RTCScene scene = nullptr;
   RTCGeometry geometry = nullptr;
   float* vertex_buffer = nullptr;
+  std::atomic<bool> moved = false;  // since the hierarchy was fitted
+  std::mutex fitting;
 
   ~Data() {
     if (scene) rtcReleaseScene(scene);
@@ -85,6 +89,16 @@ struct CollisionSurface::Data {
     hit.distance = distance;
     return hit;
   }
+  /// Most updates of a surface pass without a question: the first one after it pays for the refit.
+  void fit() {
+    if (!moved.load(std::memory_order_acquire)) return;
+    const std::lock_guard lock(fitting);
+    if (!moved.load(std::memory_order_relaxed)) return;
+    rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry);
+    rtcCommitScene(scene);
+    moved.store(false, std::memory_order_release);
+  }
   void copy_positions(std::span<const Vec3f> from) {
     positions.assign(from.begin(), from.end());
     for (std::size_t v = 0; v < positions.size(); ++v)
@@ -99,6 +113,8 @@ CollisionSurface::CollisionSurface(const TriangleSurface& rest, std::span<const 
   d.triangles = rest.triangles;
   d.scene = rtcNewScene(device());
   rtcSetSceneFlags(d.scene, RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_ROBUST);
+  // Of any other quality the scene is built anew whenever a geometry was refitted.
+  rtcSetSceneBuildQuality(d.scene, RTC_BUILD_QUALITY_LOW);
   d.geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
   // REFIT keeps the tree and moves its boxes: right as long as the triangles stay the same.
   rtcSetGeometryBuildQuality(d.geometry, RTC_BUILD_QUALITY_REFIT);
@@ -126,13 +142,12 @@ CollisionSurface& CollisionSurface::operator=(CollisionSurface&&) noexcept = def
 
 void CollisionSurface::update(std::span<const Vec3f> positions) {
   data_->copy_positions(positions);
-  rtcUpdateGeometryBuffer(data_->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-  rtcCommitGeometry(data_->geometry);
-  rtcCommitScene(data_->scene);
+  data_->moved.store(true, std::memory_order_release);
 }
 
 std::optional<CollisionSurface::Hit> CollisionSurface::closest(const Vec3& query,
                                                                double radius) const {
+  data_->fit();
   struct Search {
     const Data* data;
     Vec3 query;
@@ -175,6 +190,7 @@ std::optional<CollisionSurface::Hit> CollisionSurface::closest(const Vec3& query
 std::optional<CollisionSurface::Hit> CollisionSurface::cast(const Vec3& origin,
                                                             const Vec3& direction, double length,
                                                             bool exits) const {
+  data_->fit();
   double start = 0.0;
   // A crossing of the wrong side is stepped over; a body is crossed a few times at most.
   for (int crossing = 0; crossing < 16; ++crossing) {

@@ -68,6 +68,7 @@ Json gpu_json(const GpuReport& gpu) {
   return {{"device", gpu.device},
           {"start_s", gpu.start_s},
           {"organs", gpu.organs},
+          {"smoke_volumes", gpu.smoke_volumes},
           {"bytes", gpu.bytes},
           {"passes", passes}};
 }
@@ -138,7 +139,16 @@ std::string to_json(const RunReport& report) {
       {"organs", organs},
       {"links", links},
       {"stages", stages},
-      {"smoke", {{"particles_max", report.smoke.particles_max}, {"volumes", report.smoke.volumes}}},
+      {"smoke",
+       {{"particles_max", report.smoke.particles_max},
+        {"volumes", report.smoke.volumes},
+        {"emitted_kg", report.smoke.emitted_kg},
+        {"airborne_kg", report.smoke.airborne_kg},
+        {"background_kg", report.smoke.background_kg},
+        {"evacuated_kg", report.smoke.evacuated_kg},
+        {"leaked_kg", report.smoke.leaked_kg},
+        {"deposited_kg", report.smoke.deposited_kg},
+        {"time_in_smoke", report.smoke.time_in_smoke ? Json(*report.smoke.time_in_smoke) : Json()}}},
       {"skipped", skipped},
       {"flags", report.flags},
       {"warnings", report.warnings}};

@@ -49,7 +49,8 @@ struct GpuReport {
   std::string device;
   double start_s = 0.0;             ///< context, kernels, uploads
   std::size_t organs = 0;           ///< that it deforms
-  std::size_t bytes = 0;            ///< of its memory
+  std::size_t smoke_volumes = 0;    ///< whose passes it runs
+  std::size_t bytes = 0;            ///< of its memory, for organs
   std::vector<StageReport> passes;  ///< times on the device, of frames that deform something
 };
 
@@ -88,8 +89,17 @@ struct RunReport {
   std::vector<OrganReport> organs;
   std::vector<LinkReport> links;
   std::vector<StageReport> stages;
+  /// emitted = airborne + background + evacuated + leaked + deposited.
   struct Smoke {
     std::size_t particles_max = 0, volumes = 0;
+    double emitted_kg = 0.0;
+    double airborne_kg = 0.0;    ///< carried by particles
+    double background_kg = 0.0;  ///< mixed into the whole cavity's gas
+    double evacuated_kg = 0.0, leaked_kg = 0.0;
+    double deposited_kg = 0.0;   ///< on surfaces
+    /// Share of the pictures' times at which less than half of the light came through from around
+    /// the tip that burns, or the worst of all tips; without camera or tips: none.
+    std::optional<double> time_in_smoke;
   } smoke;
   std::vector<SkippedReport> skipped;
   std::vector<std::string> flags, warnings;

@@ -1,5 +1,6 @@
 #include "engine/io/smoke_file.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -77,7 +78,11 @@ SmokeWriter::~SmokeWriter() {
 
 void SmokeWriter::write(const std::filesystem::path& file, const SmokeGrid& grid, double time,
                         const std::string& volume_name, const std::string& scene_name) {
-  Job job{file, grid, time, volume_name, scene_name};
+  // A grid that doesn't fit together is refused when it is encoded.
+  const auto cells = static_cast<std::size_t>(std::max(0, grid.size.prod()));
+  const bool fits = cells > 0 && grid.density.size() == cells && grid.temperature.size() == cells &&
+                    grid.velocity.size() == cells;
+  Job job{file, fits ? filled_part(grid) : grid, time, volume_name, scene_name};
   std::unique_lock lock(data_->mutex);
   data_->changed.wait(lock, [&] { return data_->waiting.size() < kMostWaiting; });
   data_->waiting.push_back(std::move(job));

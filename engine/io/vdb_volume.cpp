@@ -22,6 +22,7 @@ namespace {
 // Half precision's least positive value: what is less would be stored as zero.
 constexpr float kLeastDensity = 0x1p-24f;
 constexpr float kLeastTemperature = 0.05f;
+constexpr float kLeastVelocity = 1e-5f;
 
 std::atomic<int> initialisations = 0;
 
@@ -76,25 +77,53 @@ Result<std::string> read_bytes(const std::filesystem::path& file) {
   return bytes;
 }
 
+openvdb::math::Transform::Ptr cell_centres(const SmokeGrid& grid) {
+  openvdb::math::Transform::Ptr transform =
+      openvdb::math::Transform::createLinearTransform(grid.voxel);
+  // A grid point is a cell centre.
+  const Vec3 first =
+      grid.domain.min() + grid.voxel * (Vec3::Constant(0.5) - grid.first.cast<double>());
+  transform->postTranslate(openvdb::Vec3d(first.x(), first.y(), first.z()));
+  return transform;
+}
+
+/// `values`: of all cells, x fastest; those within `least` of zero are left out.
+template <class Grid>
+typename Grid::Ptr sparse_grid(const std::string& name, const std::string& unit,
+                               const SmokeGrid& grid, const typename Grid::ValueType* values,
+                               const typename Grid::ValueType& least) {
+  using Value = typename Grid::ValueType;
+  const openvdb::Coord first(grid.first.x(), grid.first.y(), grid.first.z());
+  const openvdb::CoordBBox bounds(
+      first, first.offsetBy(grid.size.x() - 1, grid.size.y() - 1, grid.size.z() - 1));
+  const openvdb::tools::Dense<const Value, openvdb::tools::LayoutXYZ> dense(bounds, values);
+  typename Grid::Ptr sparse = Grid::create(openvdb::zeroVal<Value>());
+  // Serial: this runs beside the frames, whose threads it shouldn't take.
+  openvdb::tools::copyFromDense(dense, *sparse, least, /*serial=*/true);
+  sparse->setName(name);
+  sparse->setSaveFloatAsHalf(true);
+  sparse->insertMeta("unit", openvdb::StringMetadata(unit));
+  sparse->setTransform(cell_centres(grid));
+  return sparse;
+}
+
 openvdb::FloatGrid::Ptr fog_volume(const std::string& name, const std::string& unit,
                                    const SmokeGrid& grid, const std::vector<float>& values,
                                    float least) {
-  const openvdb::CoordBBox bounds(
-      openvdb::Coord(0), openvdb::Coord(grid.size.x() - 1, grid.size.y() - 1, grid.size.z() - 1));
-  const openvdb::tools::Dense<const float, openvdb::tools::LayoutXYZ> dense(bounds, values.data());
-  openvdb::FloatGrid::Ptr volume = openvdb::FloatGrid::create(0.0f);
-  // Serial: this runs beside the frames, whose threads it shouldn't take.
-  openvdb::tools::copyFromDense(dense, *volume, least, /*serial=*/true);
-  volume->setName(name);
+  auto volume = sparse_grid<openvdb::FloatGrid>(name, unit, grid, values.data(), least);
   volume->setGridClass(openvdb::GRID_FOG_VOLUME);
-  volume->setSaveFloatAsHalf(true);
-  volume->insertMeta("unit", openvdb::StringMetadata(unit));
-  openvdb::math::Transform::Ptr transform =
-      openvdb::math::Transform::createLinearTransform(grid.voxel);
-  const Vec3 first = grid.domain.min().array() + 0.5 * grid.voxel;  // a grid point is a cell centre
-  transform->postTranslate(openvdb::Vec3d(first.x(), first.y(), first.z()));
-  volume->setTransform(transform);
   return volume;
+}
+
+openvdb::Vec3SGrid::Ptr velocity_grid(const SmokeGrid& grid) {
+  std::vector<openvdb::Vec3s> values(grid.velocity.size(), openvdb::Vec3s(0.0f));
+  for (std::size_t c = 0; c < values.size(); ++c)
+    if (grid.density[c] > kLeastDensity)
+      values[c] = openvdb::Vec3s(grid.velocity[c].x(), grid.velocity[c].y(), grid.velocity[c].z());
+  auto velocity = sparse_grid<openvdb::Vec3SGrid>("velocity", "m/s", grid, values.data(),
+                                                  openvdb::Vec3s(kLeastVelocity));
+  velocity->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  return velocity;
 }
 
 }  // namespace
@@ -117,11 +146,12 @@ Result<std::string> encode_volume(const SmokeGrid& grid, double time,
                                                            grid.size.y() * grid.size.z()
                                                      : 0;
   if (cells == 0 || !(grid.voxel > 0.0) || grid.density.size() != cells ||
-      grid.temperature.size() != cells) {
+      grid.temperature.size() != cells || grid.velocity.size() != cells) {
     return failure("smoke grid of " + std::to_string(cells) + " cells: found " +
-                   std::to_string(grid.density.size()) + " densities and " +
-                   std::to_string(grid.temperature.size()) +
-                   " temperatures, expected one of each a cell, and a positive voxel");
+                   std::to_string(grid.density.size()) + " densities, " +
+                   std::to_string(grid.temperature.size()) + " temperatures and " +
+                   std::to_string(grid.velocity.size()) +
+                   " velocities, expected one of each a cell, and a positive voxel");
   }
   try {
     ensure_openvdb();
@@ -132,7 +162,8 @@ Result<std::string> encode_volume(const SmokeGrid& grid, double time,
     }
     const openvdb::GridCPtrVec grids = {
         fog_volume("density", "kg/m3", grid, grid.density, kLeastDensity),
-        fog_volume("temperature", "K above the gas", grid, temperature, kLeastTemperature)};
+        fog_volume("temperature", "K above the gas", grid, temperature, kLeastTemperature),
+        velocity_grid(grid)};
     openvdb::MetaMap metadata;
     metadata.insertMeta("creator", openvdb::StringMetadata("viscera"));
     metadata.insertMeta("scene", openvdb::StringMetadata(scene_name));
@@ -170,6 +201,11 @@ Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file) {
     }
 
     SmokeFileInfo info;
+    for (auto name = archive.beginName(); name != archive.endName(); ++name) {
+      const openvdb::GridBase::Ptr grid = archive.readGridMetadata(*name);
+      const auto unit = grid->getMetadata<openvdb::StringMetadata>("unit");
+      info.grids.push_back({*name, grid->valueType(), unit ? unit->value() : ""});
+    }
     const openvdb::MetaMap::Ptr metadata = archive.getMetadata();
     if (const auto volume = metadata->getMetadata<openvdb::StringMetadata>("volume")) {
       info.volume = volume->value();

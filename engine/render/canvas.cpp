@@ -63,10 +63,10 @@ Canvas::Canvas(int picture_width, int picture_height, Quality quality)
   depth = Texture(GL_DEPTH_COMPONENT32F, shaded_width, shaded_height, 0, kNearest);
   depth_only = Framebuffer({}, &depth);
   scene = Framebuffer({&radiance}, &depth);
+  lit = Framebuffer({&radiance}, nullptr);
   distance = Layer(GL_R32F, half_width, half_height, kNearest);
   open_rough = Layer(GL_RG8, half_width, half_height, kNearest);
   open = Layer(GL_RG8, half_width, half_height);
-  smoke_rough = Layer(GL_RGBA16F, half_width, half_height, kNearest);
   smoke = Layer(GL_RGBA16F, half_width, half_height, kNearest);
   small = Layer(GL_RGBA16F, quarter_width, quarter_height);
   spill_a = Layer(GL_RGBA16F, quarter_width, quarter_height);
@@ -79,7 +79,7 @@ Canvas::Canvas(int picture_width, int picture_height, Quality quality)
 bool Canvas::complete() const {
   for (const Framebuffer* target :
        {&depth_only, &scene, &distance.target, &open_rough.target, &open.target,
-        &smoke_rough.target, &smoke.target, &small.target, &spill_a.target, &spill_b.target,
+        &lit, &smoke.target, &small.target, &spill_a.target, &spill_b.target,
         &exposure.target, &developed.target, &shown.target}) {
     if (!target->complete()) return false;
   }

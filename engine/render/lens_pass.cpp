@@ -13,27 +13,22 @@ Result<LensPass> LensPass::create(const QualitySettings& settings) {
   LensPass pass;
   ProgramLoader load;
   load(pass.small_, "full_screen.vert", "small.frag");
-  load(pass.small_smoke_, "full_screen.vert", "small.frag", {"SMOKE"});
   load(pass.meter_, "full_screen.vert", "meter.frag");
   load(pass.bright_, "full_screen.vert", "bright.frag");
   load(pass.blur_, "full_screen.vert", "blur.frag");
   std::vector<std::string> definitions;
   if (settings.scale > 1.0f) definitions.emplace_back("SUPERSAMPLED");
   load(pass.develop_, "full_screen.vert", "develop.frag", definitions);
-  definitions.emplace_back("SMOKE");
-  load(pass.develop_smoke_, "full_screen.vert", "develop.frag", definitions);
   std::vector<std::string> show;
   if (settings.smooth_edges) show.emplace_back("STAIRS");
   load(pass.show_, "full_screen.vert", "show.frag", show);
   return load.give(std::move(pass));
 }
 
-void LensPass::meter(const Canvas& canvas, bool with_smoke) {
+void LensPass::meter(const Canvas& canvas) {
   canvas.radiance.bind(kRadianceUnit);
-  Program& small = with_smoke ? small_smoke_ : small_;
-  small.set("radiance_map", kRadianceUnit);
-  small.set("smoke_map", kSmokeUnit);
-  canvas.full_screen(small, canvas.small.target, kBlack);
+  small_.set("radiance_map", kRadianceUnit);
+  canvas.full_screen(small_, canvas.small.target, kBlack);
   canvas.small.texture.bind(kSpillUnit);
   meter_.set("small_map", kSpillUnit);
   canvas.full_screen(meter_, canvas.exposure.target, nullptr);
@@ -51,15 +46,11 @@ void LensPass::meter(const Canvas& canvas, bool with_smoke) {
   canvas.spill_a.texture.bind(kSpillUnit);
 }
 
-void LensPass::develop(const Canvas& canvas, bool with_smoke) {
-  Program& program = with_smoke ? develop_smoke_ : develop_;
-  program.set("radiance_map", kRadianceUnit);
-  program.set("depth_map", kDepthUnit);
-  program.set("spill_map", kSpillUnit);
-  program.set("exposure_map", kExposureUnit);
-  program.set("smoke_map", kSmokeUnit);
-  program.set("distance_map", kDistanceUnit);
-  canvas.full_screen(program, canvas.developed.target, kBlack);
+void LensPass::develop(const Canvas& canvas) {
+  develop_.set("radiance_map", kRadianceUnit);
+  develop_.set("spill_map", kSpillUnit);
+  develop_.set("exposure_map", kExposureUnit);
+  canvas.full_screen(develop_, canvas.developed.target, kBlack);
   canvas.developed.texture.bind(kRadianceUnit);
   show_.set("developed_map", kRadianceUnit);
   canvas.full_screen(show_, canvas.shown.target, kBlack);

@@ -10,13 +10,13 @@ class LensPass {
  public:
   static Result<LensPass> create(const QualitySettings& settings);
   /// Light that spills over in the lens, and how bright the picture is.
-  void meter(const Canvas& canvas, bool with_smoke);
+  void meter(const Canvas& canvas);
   /// Writes `canvas.shown`, rows from the top.
-  void develop(const Canvas& canvas, bool with_smoke);
+  void develop(const Canvas& canvas);
 
  private:
-  Program small_, small_smoke_, meter_, bright_, blur_;
-  Program develop_, develop_smoke_, show_;
+  Program small_, meter_, bright_, blur_;
+  Program develop_, show_;
 };
 
 }  // namespace viscera

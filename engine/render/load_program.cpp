@@ -42,6 +42,16 @@ Result<Program> load_program(const char* vertex, const char* fragment,
   return Program::create({*std::move(first), *std::move(second)});
 }
 
+Result<Program> load_compute(const char* name, const std::vector<std::string>& definitions,
+                             const std::vector<std::string>& libraries) {
+  std::vector<std::string> files = {"frame.glsl"};
+  files.insert(files.end(), libraries.begin(), libraries.end());
+  files.emplace_back(name);
+  Result<ShaderStage> stage = make_stage(GL_COMPUTE_SHADER, std::move(files), definitions);
+  if (!stage) return std::unexpected(stage.error());
+  return Program::create({*std::move(stage)});
+}
+
 void ProgramLoader::operator()(Program& program, const char* vertex, const char* fragment,
                                const std::vector<std::string>& definitions) {
   Result<Program> loaded = load_program(vertex, fragment, definitions);

@@ -17,7 +17,8 @@ QualitySettings settings_of(Quality quality) {
       return {.scale = 0.5f,
               .occlusion_samples = 7,
               .shadow_steps = 3,
-              .smoke_steps = 32,
+              .smoke_columns = 128,
+              .smoke_slices = 48,
               .smooth_edges = false,
               .fine_relief = false};
     case Quality::kReview:
@@ -26,7 +27,8 @@ QualitySettings settings_of(Quality quality) {
       return {.scale = 2.0f,
               .occlusion_samples = 16,
               .shadow_steps = 10,
-              .smoke_steps = 48,
+              .smoke_columns = 320,
+              .smoke_slices = 96,
               .smooth_edges = false,  // its samples have
               .fine_relief = true};
   }

@@ -17,7 +17,8 @@ struct QualitySettings {
   int occlusion_samples =
       10;                    ///< a pixel of the occlusion map, which has half the shaded resolution
   int shadow_steps = 6;      ///< on the way from the surface towards the light
-  int smoke_steps = 44;      ///< on a ray through a smoke volume
+  int smoke_columns = 176;   ///< rays through smoke across the picture
+  int smoke_slices = 64;     ///< steps on each
   bool smooth_edges = true;  ///< looks for stair-steps in the picture shown
   bool fine_relief = true;   ///< the smallest wave of the tissues' relief
 };

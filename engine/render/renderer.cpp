@@ -2,10 +2,13 @@
 
 #include <epoxy/gl.h>
 
+#include <optional>
+
 #include "engine/gpu/egl_context.h"
 #include "engine/render/canvas.h"
 #include "engine/render/geometry_passes.h"
 #include "engine/render/lens_pass.h"
+#include "engine/render/passes.h"
 #include "engine/render/scene_buffers.h"
 #include "engine/render/shading_passes.h"
 
@@ -18,6 +21,7 @@ struct Passes {
   OrganPass organs;
   InstrumentPass instruments;
   SmokePass smoke;
+  LabelPass labels;
   LensPass lens;
 };
 
@@ -37,6 +41,7 @@ Result<Passes> create_passes(const QualitySettings& settings) {
   take(passes.organs, OrganPass::create(settings));
   take(passes.instruments, InstrumentPass::create());
   take(passes.smoke, SmokePass::create(settings));
+  take(passes.labels, LabelPass::create());
   take(passes.lens, LensPass::create(settings));
   if (!error.messages.empty()) return std::unexpected(error);
   return passes;
@@ -65,6 +70,7 @@ struct Renderer::Data {
   Canvas canvas;
   Passes passes;
   SceneBuffers buffers;
+  std::optional<PassLayers> layers;  // made with the first picture that wants them
   PassTimer timer;
   std::vector<PassTime> pass_times;
   std::vector<std::uint8_t> rgba;
@@ -100,13 +106,19 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RenderOptions& options)
   return std::unique_ptr<Renderer>(new Renderer(std::move(data)));
 }
 
-Result<void> Renderer::draw(const FrameView& view, Picture& picture) {
+Result<void> Renderer::draw(const FrameView& view, Picture& picture, PassImages* images) {
   Data& data = *data_;
   Passes& passes = data.passes;
   PassTimer& timer = data.timer;
   data.context->make_current();
+  if (images != nullptr && !data.layers) {
+    data.layers.emplace(data.canvas);
+    if (!data.layers->complete())
+      return failure(device() + " can't draw into the textures of a picture's passes");
+  }
+  const PassLayers* layers = images != nullptr ? &*data.layers : nullptr;
   timer.start();
-  if (Result<void> done = data.buffers.update(view); !done) return done;
+  if (Result<void> done = data.buffers.update(view, layers != nullptr); !done) return done;
   data.canvas.begin(view);
   timer.mark("upload");
   passes.depth.draw(view, data.buffers, data.canvas);
@@ -117,11 +129,17 @@ Result<void> Renderer::draw(const FrameView& view, Picture& picture) {
   timer.mark("organs");
   passes.instruments.draw(view, data.buffers, data.canvas);
   timer.mark("instruments");
-  const bool with_smoke = passes.smoke.draw(view, data.buffers, data.canvas);
+  if (layers != nullptr) {
+    passes.labels.draw(view, data.buffers, data.canvas, *layers);
+    PassLayers::read_clean(data.canvas, *images);
+  }
+  if (Result<void> done = passes.smoke.draw(view, data.buffers, data.canvas, layers); !done)
+    return done;
   timer.mark("smoke");
-  passes.lens.meter(data.canvas, with_smoke);
+  if (layers != nullptr) layers->read_back(data.canvas, *images);
+  passes.lens.meter(data.canvas);
   timer.mark("meter");
-  passes.lens.develop(data.canvas, with_smoke);
+  passes.lens.develop(data.canvas);
   timer.mark("develop");
   read_back(data.canvas, data.rgba, picture);
   data.pass_times = timer.finish();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/gpu/pass_timer.h"
+#include "engine/render/pass_images.h"
 #include "engine/render/quality.h"
 #include "engine/render/view.h"
 #include "kernels/base/result.h"
@@ -38,8 +39,9 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Draws one picture. Buffers of organs at rest are reused; only what moved is uploaded.
-  Result<void> draw(const FrameView& view, Picture& picture);
+  /// Draws one picture. Buffers of organs at rest are reused; only what moved is uploaded. `passes`:
+  /// null, or what gets the picture's ground truth.
+  Result<void> draw(const FrameView& view, Picture& picture, PassImages* passes = nullptr);
 
   /// "llvmpipe (LLVM 15.0.6, 256 bits)".
   std::string device() const;

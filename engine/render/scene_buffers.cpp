@@ -4,7 +4,7 @@
 
 namespace viscera {
 
-Result<void> SceneBuffers::update(const FrameView& view) {
+Result<void> SceneBuffers::update(const FrameView& view, bool with_temperature) {
   std::set<std::uint32_t> seen;
   for (const OrganView& organ : view.organs) {
     seen.insert(organ.id);
@@ -19,7 +19,7 @@ Result<void> SceneBuffers::update(const FrameView& view) {
   std::erase_if(instruments, [&](const auto& entry) { return !seen.contains(entry.first); });
   smoke.resize(view.smoke.size());
   for (std::size_t i = 0; i < smoke.size(); ++i) {
-    if (Result<void> done = smoke[i].update(view.smoke[i]); !done) return done;
+    if (Result<void> done = smoke[i].update(view.smoke[i], with_temperature); !done) return done;
   }
   return {};
 }

@@ -18,8 +18,8 @@ struct SceneBuffers {
   std::map<std::uint32_t, InstrumentBuffers> instruments;
   std::vector<SmokeTexture> smoke;
 
-  /// Uploads what changed; forgets what is gone.
-  Result<void> update(const FrameView& view);
+  /// Uploads what changed; forgets what is gone. `with_temperature`: the smoke's, too.
+  Result<void> update(const FrameView& view, bool with_temperature = false);
 };
 
 /// Organ or instrument frame to world.

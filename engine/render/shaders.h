@@ -20,6 +20,10 @@ Result<Program> load_program(const char* vertex, const char* fragment,
                              const std::vector<std::string>& definitions = {},
                              const std::vector<std::string>& libraries = {});
 
+/// The same for a compute shader after `libraries`; of the rest it has frame.glsl alone.
+Result<Program> load_compute(const char* name, const std::vector<std::string>& definitions = {},
+                             const std::vector<std::string>& libraries = {});
+
 /// Loads a pass's programs one after another and collects every complaint.
 class ProgramLoader {
  public:

@@ -6,7 +6,10 @@
 #include <vector>
 
 #include "engine/render/canvas.h"
+#include "engine/render/passes.h"
 #include "engine/render/scene_buffers.h"
+#include "engine/render/smoke_march.h"
+#include "engine/render/smoke_sprites.h"
 
 namespace viscera {
 
@@ -33,15 +36,28 @@ class InstrumentPass {
   Program program_;
 };
 
-/// Marches smoke volumes at half the shaded resolution.
+/// Lays smoke over what has been drawn: marched through its density, or as the particles' sprites.
 class SmokePass {
  public:
   static Result<SmokePass> create(const QualitySettings& settings);
-  /// False when there is no smoke to be seen.
-  bool draw(const FrameView& view, const SceneBuffers& buffers, const Canvas& canvas);
+  /// `layers`: null, or where what smoke does to light is written besides.
+  Result<void> draw(const FrameView& view, const SceneBuffers& buffers, const Canvas& canvas,
+                    const PassLayers* layers);
 
  private:
-  Program march_, blur_;
+  struct Parts {
+    bool marched = false, sprites = false, passes = false;
+    auto operator<=>(const Parts&) const = default;
+  };
+  Result<Program*> program_for(const Parts& parts);
+  Result<void> shade(const FrameView& view, const Canvas& canvas, bool passes,
+                     const Framebuffer& target);
+
+  SmokeMarch march_;
+  SmokeSprites sprites_;
+  std::map<Parts, Program> programs_;
+  // Of the picture being drawn.
+  bool marched_ = false, drew_sprites_ = false;
 };
 
 }  // namespace viscera

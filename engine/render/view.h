@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "kernels/base/types.h"
 #include "kernels/heat/bricks.h"
 #include "kernels/points/surface.h"
+#include "kernels/smoke/smoke_optics.h"
 
 namespace viscera {
 
@@ -37,12 +39,14 @@ struct OrganView {
   TissueLook look;
   const BrickField* burn = nullptr;           ///< rest-space damage 0 ... 1; null: never burnt
   std::uint64_t burn_version = 0;             ///< raised when `burn` changed
+  double temperature = std::numeric_limits<double>::quiet_NaN();  ///< of its surface [K]; NaN: unknown
 };
 
 /// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
 struct InstrumentView {
   enum class Kind { kProbe, kGrasper, kHook, kMesh };
   std::uint32_t id = 0;
+  std::string name;
   Kind kind = Kind::kProbe;
   Vec3 tip = Vec3::Zero();                    ///< [m]
   Vec3 shaft_direction = Vec3::UnitZ();       ///< unit, from the tip towards the trocar
@@ -55,15 +59,24 @@ struct InstrumentView {
   const TriangleSurface* mesh = nullptr;      ///< kMesh: shaft along +z, tip at the origin [m]
 };
 
-/// One smoke volume on a dense grid of cell centres, x fastest.
+/// One smoke volume on a dense grid of cell centres, x fastest. Volumes may overlap: what they hold
+/// adds up.
 struct SmokeView {
+  enum class Look {
+    kMarch,                                   ///< light marched through the density
+    kSprites,                                 ///< one textured square a particle, as in [De2006]
+  };
+  Look look = Look::kMarch;
   Box domain;                                 ///< [m]
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   std::span<const float> density;             ///< smoke mass per volume [kg/m3]          (nx ny nz)
-  double mass_extinction = 4000.0;            ///< [m2/kg]; recalled, for droplets
-                                              ///< below 1 um [DesCoteaux1996]
-  double albedo = 0.9;
-  double asymmetry = 0.65;                    ///< g of [Henyey1941]
+  std::span<const float> temperature;         ///< excess over the gas [K]; empty: unknown (nx ny nz)
+  double background = 0.0;                    ///< smoke mixed evenly into the whole cavity [kg/m3]
+  SmokeOptics optics;
+  // For sprites alone; positions are relative to the domain's least corner.
+  std::span<const Vec3f> particles;           ///< [m]                                           (n)
+  std::span<const float> particle_radii;      ///< to which a particle's smoke has spread [m]    (n)
+  std::span<const float> particle_masses;     ///< [kg]                                          (n)
 };
 
 struct CameraView {
@@ -85,6 +98,7 @@ struct FrameView {
   std::vector<OrganView> organs;
   std::vector<InstrumentView> instruments;
   std::vector<SmokeView> smoke;
+  double gas_temperature = 310.15;            ///< [K]
   std::uint64_t frame = 0;                    ///< number of the picture: seeds jitter
 };
 

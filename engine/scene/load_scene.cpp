@@ -202,6 +202,31 @@ CameraDescription camera_of(const Json& values) {
   return camera;
 }
 
+Interval interval_of(const Json& values) {
+  Interval when;
+  when.from = values["from_s"];
+  if (values.contains("to_s")) when.to = values["to_s"];
+  return when;
+}
+
+EmitterDescription emitter_of(const Json& values) {
+  constexpr double kKilogram = 1e-6;  // of one mg
+  EmitterDescription emitter;
+  if (values.contains("instrument")) {
+    emitter.instrument = values["instrument"];
+    return emitter;
+  }
+  emitter.position = from_milli_vector(values["position_mm"]);
+  emitter.direction = vector_of(values["direction"]).normalized();
+  emitter.radius = from_milli(values["radius_mm"]);
+  emitter.rate = values["rate_mg_per_s"].get<double>() * kKilogram;
+  emitter.particles = values["particles_per_s"];
+  emitter.speed = from_milli(values["speed_mm_per_s"]);
+  emitter.excess = values["excess_K"];
+  emitter.when = interval_of(values);
+  return emitter;
+}
+
 SmokeDescription smoke_of(const Json& values) {
   constexpr double kKilogramPerJoule = 1e-9;  // of one mg/kJ
   SmokeDescription smoke;
@@ -209,8 +234,46 @@ SmokeDescription smoke_of(const Json& values) {
   smoke.domain = box_of(values["domain"]);
   smoke.voxel = from_milli(values["voxel_mm"]);
   smoke.max_particles = values["max_particles"];
+  smoke.spacing = from_milli(values["spacing_mm"]);
+  if (values["laplacian"] == "paper") smoke.laplacian = Laplacian::paper;
+  smoke.lifetime = values["lifetime_s"];
   smoke.smoke_yield = values["yield_mg_per_kJ"].get<double>() * kKilogramPerJoule;
+  smoke.look = values["look"] == "sprites" ? SmokeLook::kSprites : SmokeLook::kMarch;
+  if (values.contains("emitters"))
+    for (const Json& emitter : values["emitters"]) smoke.emitters.push_back(emitter_of(emitter));
   return smoke;
+}
+
+double flow_of(const Json& values) {
+  constexpr double kLitrePerMinute = 1e-3 / 60.0;  // [m3/s]
+  return values["flow_L_per_min"].get<double>() * kLitrePerMinute;
+}
+
+GasDescription gas_of(const Json& values) {
+  GasDescription gas;
+  gas.pressure = values["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury;
+  gas.temperature = values["temperature_C"].get<double>() + kZeroCelsius;
+  gas.cells = values["cells"];
+  if (values.contains("domain")) gas.domain = box_of(values["domain"]);
+  gas.cavity = from_milli(values["cavity_L"]);  // a litre is a thousandth of a cubic metre
+  for (const Json& inlet : values["inlets"])
+    gas.inlets.push_back({from_milli_vector(inlet["position_mm"]),
+                          vector_of(inlet["direction"]).normalized(),
+                          from_milli(inlet["radius_mm"]), flow_of(inlet), interval_of(inlet)});
+  for (const Json& leak : values["leaks"])
+    gas.leaks.push_back({from_milli_vector(leak["position_mm"]), from_milli(leak["radius_mm"])});
+  for (const Json& suction : values["evacuators"]) {
+    EvacuatorDescription evacuator;
+    if (suction.contains("instrument"))
+      evacuator.instrument = suction["instrument"];
+    else
+      evacuator.position = from_milli_vector(suction["position_mm"]);
+    evacuator.radius = from_milli(suction["radius_mm"]);
+    evacuator.flow = flow_of(suction);
+    evacuator.when = interval_of(suction);
+    gas.evacuators.push_back(std::move(evacuator));
+  }
+  return gas;
 }
 
 GravityDescription gravity_of(const Json& values) {
@@ -237,9 +300,7 @@ SceneDescription scene_of(const Json& values) {
   const Json& light = values["light"];
   scene.light = {light["intensity"], light["colour_temperature_K"]};
   for (const Json& smoke : values["smoke"]) scene.smoke.push_back(smoke_of(smoke));
-  const Json& gas = values["gas"];
-  scene.gas = {gas["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury,
-               gas["temperature_C"].get<double>() + kZeroCelsius};
+  scene.gas = gas_of(values["gas"]);
   if (values.contains("gravity")) scene.gravity = gravity_of(values["gravity"]);
   return scene;
 }
@@ -256,15 +317,20 @@ std::vector<std::string> recipe_names(const fs::path& assets) {
   return names;
 }
 
-/// What a link may name; nothing where some organ's name is a mistake of its own, so that it isn't
-/// reported twice. The file isn't checked yet.
-std::optional<std::vector<std::string>> organ_names(const Json& root) {
-  if (!root.is_object() || !root.contains("organs") || !root["organs"].is_array()) return {};
-  std::vector<std::string> names = {LinkDescription::kGround};
-  for (const Json& organ : root["organs"]) {
-    if (!organ.is_object() || !organ.contains("name") || !organ["name"].is_string()) return {};
-    const std::string name = organ["name"];
-    if (!is_name(name) || std::find(names.begin() + 1, names.end(), name) != names.end()) return {};
+/// The names in a list of named objects, after `first`; nothing where some name is a mistake of its
+/// own, so that it isn't reported twice. The file isn't checked yet.
+std::optional<std::vector<std::string>> names_of(const Json& root, const char* list,
+                                                 std::vector<std::string> first) {
+  if (!root.is_object()) return {};
+  std::vector<std::string> names = std::move(first);
+  if (!root.contains(list)) return names;
+  if (!root[list].is_array()) return {};
+  const auto own = static_cast<std::ptrdiff_t>(names.size());
+  for (const Json& object : root[list]) {
+    if (!object.is_object() || !object.contains("name") || !object["name"].is_string()) return {};
+    const std::string name = object["name"];
+    if (!is_name(name) || std::find(names.begin() + own, names.end(), name) != names.end())
+      return {};
     names.push_back(name);
   }
   return names;
@@ -307,7 +373,10 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
       error.messages.push_back(resolved.error().text());
   }
 
-  if (auto names = organ_names(*root)) context.vocabularies["organ"] = std::move(*names);
+  if (auto names = names_of(*root, "organs", {LinkDescription::kGround}))
+    context.vocabularies["organ"] = std::move(*names);
+  if (auto names = names_of(*root, "instruments", {}))
+    context.vocabularies["instrument"] = std::move(*names);
   for (const Mistake& mistake : validate(*root, scene_keys(), context)) {
     const auto from = std::find_if(overridden.rbegin(), overridden.rend(), [&](const auto& entry) {
       return mistake.path == entry.first || mistake.path.starts_with(entry.first + "/");

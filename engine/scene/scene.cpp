@@ -46,6 +46,13 @@ Pose OrganDescription::pose_at(double time) const {
   return now;
 }
 
+double GasDescription::density() const {
+  constexpr double kAtmosphere = 101325.0;      // [Pa]
+  constexpr double kMolarMass = 0.04401;        // of CO2 [kg/mol]
+  constexpr double kGasConstant = 8.314462618;  // [J/mol/K]
+  return (kAtmosphere + pressure) * kMolarMass / (kGasConstant * temperature);
+}
+
 bool GravityDescription::changes() const {
   return acceleration > 0.0 &&
          (rest_direction != -Vec3::UnitZ() ||

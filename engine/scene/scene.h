@@ -5,12 +5,14 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "kernels/base/types.h"
+#include "kernels/smoke/smoke_passes.h"
 
 namespace viscera {
 
@@ -174,17 +176,74 @@ struct LightDescription {
 
 // --- smoke --------------------------------------------------------------------------------------
 
+/// When something flows; times in seconds of the scene.
+struct Interval {
+  double from = 0.0;
+  double to = std::numeric_limits<double>::infinity();
+  bool contains(double time) const { return time >= from && time < to; }
+};
+
+/// A hook whose burns give smoke, by its name, or a place that gives smoke steadily.
+struct EmitterDescription {
+  std::string instrument;          ///< empty: a place
+  Vec3 position = Vec3::Zero();    ///< [m]
+  Vec3 direction = Vec3::UnitZ();  ///< unit
+  double radius = 1.5e-3;          ///< of the ball [m]
+  double rate = 0.0;               ///< of smoke [kg/s]
+  double particles = 1000.0;       ///< [1/s]
+  double speed = 0.12;             ///< of the jet [m/s]
+  double excess = 60.0;            ///< over the gas [K]
+  Interval when;
+};
+
+enum class SmokeLook { kMarch, kSprites };
+
 struct SmokeDescription {
   std::string name;
   Box domain;           ///< [m]
   double voxel = 2e-3;  ///< of the written volume [m]
   int max_particles = 25000;
-  double smoke_yield = 2.0e-8;  ///< kg of smoke a joule; free: no source gives it
+  double spacing = 3e-3;  ///< support radius of the particles' kernels [m]
+  Laplacian laplacian = Laplacian::pairwise;
+  double lifetime = 20.0;                    ///< of a particle [s]
+  double smoke_yield = 2.0e-8;               ///< kg of smoke a joule; free: no source gives it
+  SmokeLook look = SmokeLook::kMarch;
+  std::vector<EmitterDescription> emitters;  ///< empty: every hook that burns in the domain
+};
+
+struct InletDescription {
+  Vec3 position = Vec3::Zero();     ///< [m]
+  Vec3 direction = -Vec3::UnitZ();  ///< unit
+  double radius = 3e-3;             ///< [m]
+  double flow = 0.0;                ///< [m3/s]
+  Interval when;
+};
+
+struct LeakDescription {
+  Vec3 position = Vec3::Zero();  ///< [m]
+  double radius = 3e-3;          ///< [m]
+};
+
+struct EvacuatorDescription {
+  std::string instrument;        ///< draws at its tip; empty: at `position`
+  Vec3 position = Vec3::Zero();  ///< [m]
+  double radius = 5e-3;          ///< within which particles are taken [m]
+  double flow = 0.0;             ///< [m3/s]
+  Interval when;
 };
 
 struct GasDescription {
   double pressure = 1600.0;     ///< over atmosphere [Pa]
   double temperature = 310.15;  ///< [K]
+  int cells = 32;               ///< along the longest side; 0: the gas stands still
+  std::optional<Box> domain;    ///< none: what holds all smoke volumes [m]
+  double cavity = 3e-3;         ///< volume of the whole cavity [m3]
+  std::vector<InletDescription> inlets;
+  std::vector<LeakDescription> leaks;
+  std::vector<EvacuatorDescription> evacuators;
+
+  /// CO2 as an ideal gas at this temperature and this pressure over atmosphere [kg/m3].
+  double density() const;
 };
 
 // --- gravity ------------------------------------------------------------------------------------

@@ -1,33 +1,15 @@
 #include "engine/scene/scene_keys.h"
 
-#include <cmath>
-
+#include "engine/scene/common_keys.h"
 #include "engine/scene/scene.h"
+#include "engine/scene/smoke_keys.h"
 
 namespace viscera {
 namespace {
 
-using Finding = std::optional<std::pair<std::string, std::string>>;
-
-constexpr double kFarthest_mm = 10000.0;  // of any position: a scene is of a body's size
 constexpr double kGreatestSeed =
     9007199254740991.0;  // 2^53 - 1: what every JSON reader keeps exactly
-constexpr double kLongest_s = 3600.0;
-constexpr double kMostVoxels = 512.0 * 512.0 * 512.0;
 constexpr double kShortestShaft_mm = 1.0;
-
-double component(const Json& vector, int i) {
-  return vector[i].get<double>();
-}
-
-double distance(const Json& a, const Json& b) {
-  return std::hypot(component(a, 0) - component(b, 0), component(a, 1) - component(b, 1),
-                    component(a, 2) - component(b, 2));
-}
-
-KeySpec position(std::string name, std::string description) {
-  return vector(std::move(name), std::move(description)).between(-kFarthest_mm, kFarthest_mm);
-}
 
 KeySpec time(std::string description) {
   return number("time_s", std::move(description)).needed().between(0, kLongest_s);
@@ -38,37 +20,6 @@ KeySpec file_unit(std::string beside) {
       .needed()
       .one_of({"mm", "cm", "m"})
       .only_beside(std::move(beside));
-}
-
-ObjectCheck corners_in_order() {
-  return {{"min_mm", "max_mm"},
-          [](const Json& box) -> Finding {
-            for (int i = 0; i < 3; ++i) {
-              if (component(box["min_mm"], i) < component(box["max_mm"], i)) continue;
-              return {{"max_mm", "found " + box["max_mm"].dump() + ", expected each component " +
-                                     "above that of min_mm " + box["min_mm"].dump()}};
-            }
-            return {};
-          },
-          nullptr};
-}
-
-/// That the vector of this key isn't zero.
-ObjectCheck has_direction(const std::string& key) {
-  return {{key},
-          [key](const Json& values) -> Finding {
-            if (distance(values[key], Json{0, 0, 0}) > 0.0) return {};
-            return {{key, "found " + values[key].dump() + ", expected a direction"}};
-          },
-          nullptr};
-}
-
-ObjectSpec box(std::string description) {
-  return {std::move(description),
-          {position("min_mm", "Least corner.").needed(),
-           position("max_mm", "Greatest corner.").needed()},
-          {},
-          {corners_in_order()}};
 }
 
 // --- organs -------------------------------------------------------------------------------------
@@ -156,20 +107,13 @@ ObjectSpec ball() {
 }
 
 ObjectSpec region() {
-  const ObjectSpec half_space{
-      "All that lies behind a plane.",
-      {position("point_mm", "A point of the plane.").needed(),
-       vector("normal", "Points out of the region; of any length but zero.")
-           .needed()
-           .between(-1e6, 1e6)},
-      {},
-      {{{"normal"},
-        [](const Json& plane) -> Finding {
-          const Json& n = plane["normal"];
-          if (std::hypot(component(n, 0), component(n, 1), component(n, 2)) > 1e-9) return {};
-          return {{"normal", "found " + n.dump() + ", expected a direction"}};
-        },
-        nullptr}}};
+  const ObjectSpec half_space{"All that lies behind a plane.",
+                              {position("point_mm", "A point of the plane.").needed(),
+                               vector("normal", "Points out of the region; of any length but zero.")
+                                   .needed()
+                                   .between(-1e6, 1e6)},
+                              {},
+                              {has_direction("normal")}};
   return {"A part of space in the organ's own frame, before its pose.",
           {object("half_space", "All that lies behind a plane.", half_space),
            object("sphere", "A ball.", ball()),
@@ -274,12 +218,11 @@ ObjectSpec organ() {
 // --- links --------------------------------------------------------------------------------------
 
 ObjectSpec link() {
-  const ObjectSpec region{
-      "A part of the world, where the organs stand at their poses.",
-      {object("sphere", "A ball.", ball()),
-       object("box", "An axis-aligned box.", box("An axis-aligned box."))},
-      {"sphere", "box"},
-      {}};
+  const ObjectSpec region{"A part of the world, where the organs stand at their poses.",
+                          {object("sphere", "A ball.", ball()),
+                           object("box", "An axis-aligned box.", box("An axis-aligned box."))},
+                          {"sphere", "box"},
+                          {}};
   ObjectSpec spec;
   spec.description = "Springs that tie two organs: a ligament, the gallbladder's bed.";
   spec.keys = {
@@ -417,7 +360,7 @@ ObjectSpec instrument() {
   return spec;
 }
 
-// --- picture, smoke, gas ------------------------------------------------------------------------
+// --- picture ------------------------------------------------------------------------------------
 
 ObjectSpec camera() {
   const ObjectSpec key{
@@ -454,43 +397,6 @@ ObjectSpec light() {
        number("colour_temperature_K", "Of a black body.").between(1000, 20000).otherwise(5600.0)},
       {},
       {}};
-}
-
-ObjectSpec smoke() {
-  ObjectSpec spec;
-  spec.description = "A volume that smoke may fill.";
-  spec.keys = {
-      name_key("Its name in reports and --set; unique among smoke volumes."),
-      object("domain", "Smoke that leaves it is lost.", box("An axis-aligned box of the world."))
-          .needed(),
-      number("voxel_mm", "Edge of the written volume's voxels.").between(0.1, 50).otherwise(2.0),
-      integer("max_particles", "Bound on memory and time.").between(1, 10000000).otherwise(25000),
-      number("yield_mg_per_kJ", "Mass of smoke per electrical energy; a free parameter.")
-          .between(0, 10000)
-          .otherwise(20.0),
-  };
-  spec.checks = {{{"domain", "voxel_mm"},
-                  [](const Json& values) -> Finding {
-                    const Json& box = values["domain"];
-                    double voxels = 1.0;
-                    for (int i = 0; i < 3; ++i)
-                      voxels *= (component(box["max_mm"], i) - component(box["min_mm"], i)) /
-                                values["voxel_mm"].get<double>();
-                    if (voxels <= kMostVoxels) return {};
-                    return {{"voxel_mm", "found " + values["voxel_mm"].dump() +
-                                             ", which makes more than 512 x 512 x 512 voxels in "
-                                             "the domain, expected fewer: a greater voxel_mm"}};
-                  },
-                  nullptr}};
-  return spec;
-}
-
-ObjectSpec gas() {
-  return {"The gas that holds the cavity open (CO2).",
-          {number("pressure_mmHg", "Over atmosphere.").between(0, 50).otherwise(12.0),
-           number("temperature_C", "Of the gas.").between(0, 60).otherwise(37.0)},
-          {},
-          {}};
 }
 
 ObjectSpec gravity() {
@@ -550,15 +456,17 @@ ObjectSpec scene() {
           .otherwise(Json::array()),
       object("camera", "The endoscope; without one, nothing can be rendered.", camera()),
       object("light", "The light at the lens.", light()).otherwise(Json::object()),
-      list("smoke", "Volumes that smoke may fill; none: no smoke.", smoke())
+      list("smoke", "Volumes that smoke may fill; none: no smoke.", smoke_keys())
           .items(0, 8)
           .unique_by("name")
           .otherwise(Json::array()),
-      object("gas", "The gas that holds the cavity open (CO2).", gas()).otherwise(Json::object()),
+      object("gas", "The gas that holds the cavity open (CO2).", gas_keys())
+          .otherwise(Json::object()),
       object("gravity", "How gravity changes as the table tilts; without it, organs weigh nothing.",
              gravity()),
   };
-  spec.checks = {{{"organs", "links"}, links_tie_tissue, nullptr}};
+  spec.checks = {
+      {{"organs", "links"}, links_tie_tissue, nullptr}, emitters_burn(), openings_in_domain()};
   return spec;
 }
 

@@ -5,25 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include "engine/scene/quantities.h"
 #include "engine/scene/validate.h"
 
 namespace viscera {
 namespace {
-
-// One measured or assumed value with where it comes from.
-KeySpec quantity(std::string name, std::string unit, double least, double greatest,
-                 std::string description) {
-  ObjectSpec spec;
-  spec.keys = {
-      number("value", "In the unit beside it.").needed().between(least, greatest),
-      text("unit", "SI, or 1 for a plain number.").needed().one_of({unit}),
-      text("source", "Where the value was read or computed, or what it rests on.").needed(),
-      text("mark", "V: verified in the source; R: recalled, to be checked.")
-          .needed()
-          .one_of({"V", "R"}),
-  };
-  return object(std::move(name), std::move(description), std::move(spec));
-}
 
 KeySpec colour(std::string name, std::string description) {
   return vector(std::move(name), std::move(description)).needed().between(0, 1);
@@ -105,10 +91,6 @@ const ObjectSpec& tissue_file_keys() {
                                {},
                                {}};
   return spec;
-}
-
-double value_of(const Json& quantity) {
-  return quantity["value"].get<double>();
 }
 
 double linear_from_srgb(double value) {

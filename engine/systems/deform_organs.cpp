@@ -12,6 +12,9 @@ namespace {
 /// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
 constexpr int kSlipPasses = 4;
 constexpr double kLeastSlip = 1e-6;  // [m]
+/// An organ that only links pull at keeps its drawn shape until some place has moved by this much:
+/// far below what a picture or a tip could tell [m].
+constexpr float kUnseen = 2e-7f;
 
 Vec3 sum_of(const std::vector<Vec3>& forces, const CellRange& range) {
   Vec3 sum = Vec3::Zero();
@@ -89,6 +92,12 @@ void take_free_shape(World& world, Entity organ) {
     state.normals = model.rest_normals;
   }
   moved(world, organ);
+}
+
+bool looks_the_same(const OrganState& state) {
+  for (std::size_t i = 0; i < state.displacements.size(); ++i)
+    if (!(std::abs(state.next_displacements[i] - state.displacements[i]) < kUnseen)) return false;
+  return state.pressed;
 }
 
 bool all_finite(const std::vector<Vec3f>& values) {
@@ -187,6 +196,7 @@ void deform_organs(World& world, const FrameContext& context) {
     if (const OrganSag* sag = world.organ_sags.find(organ))
       for (std::size_t i = 0; i < sag->places.size(); ++i)
         state.next_displacements[i] += sag->places[i];
+    if (contact.ranges.empty() && looks_the_same(state)) continue;
     deform_drawn_surface(body.model->drawn, state.next_displacements, contact.solution.near_fields,
                          contact.cells, contact.solution.forces, state.next_positions,
                          state.next_normals);

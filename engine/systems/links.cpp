@@ -107,6 +107,7 @@ MatrixX tie_response(World& world, Entity organ) {
   const OrganTies& ties = *world.organ_ties.find(organ);
   OrganContact& contact = *world.organ_contacts.find(organ);
   const std::vector<Vec3> none(ties.cells.size(), Vec3::Zero());
+  contact.solver->anchor(ties.cells);
   contact.solver->load(ties.cells, none, contact.solution, contact.response);
   const Mat3 turn = world.organ_bodies.find(organ)->pose.orientation.toRotationMatrix();
   MatrixX response = contact.solver->cell_response();

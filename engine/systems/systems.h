@@ -22,9 +22,9 @@ void find_contacts(World& world, const FrameContext& context);
 void deform_organs(World& world, const FrameContext& context);
 /// Energised hooks that touch -> OrganBurn, BurnTrace.
 void heat_tissue(World& world, const FrameContext& context);
-/// BurnTrace.absorbed -> particles of the smoke volumes.
+/// BurnTrace.absorbed, steady sources -> particles of the smoke volumes.
 void emit_smoke(World& world, const FrameContext& context);
-/// Smoke particles by [De2006] eq. 14.
+/// Smoke particles by [De2006] eq. 14, and the gas that they stir.
 void move_smoke(World& world, const FrameContext& context);
 /// What the GPU made of this frame's loads -> OrganState, deformed surfaces.
 void fetch_surfaces(World& world, const FrameContext& context);

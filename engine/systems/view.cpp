@@ -4,12 +4,15 @@
 #include <cmath>
 
 #include "engine/systems/gpu_surfaces.h"
+#include "kernels/smoke/sight.h"
 
 namespace viscera {
 namespace {
 
 /// The shaft is drawn this far beyond its trocar: to a handle nobody sees [m].
 constexpr double kShaftBeyondTrocar = 0.15;
+/// What a surgeon looks at about a tip: a disc of this radius [m].
+constexpr double kAroundTip = 10e-3;
 
 template <class Value>
 KeyFrames camera_path(const CameraDescription& description, Value value) {
@@ -28,6 +31,7 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
   const InstrumentState& state = *world.instrument_states.find(instrument);
   InstrumentView view;
   view.id = instrument.index;
+  view.name = body.description.name;
   switch (body.description.kind) {
     case InstrumentKind::kProbe:
       view.kind = InstrumentView::Kind::kProbe;
@@ -89,10 +93,49 @@ Vec3 light_colour(double temperature) {
   return colour / colour.maxCoeff();
 }
 
+static double background_density(const World& world, const SmokeBody& smoke) {
+  return smoke.volume.book().background / world.gas.description.cavity;
+}
+
+static double background_of(const World& world) {
+  double density = 0.0;
+  for (const SmokeBody& smoke : world.smoke) density += background_density(world, smoke);
+  return density;
+}
+
+std::optional<double> sight_of_tips(const World& world, const CameraView& camera) {
+  SmokyCavity cavity;
+  std::vector<const SmokeGrid*> grids;
+  for (const SmokeBody& smoke : world.smoke)
+    if (!smoke.grid.density.empty()) grids.push_back(&smoke.grid);
+  cavity.grids = grids;
+  cavity.background = background_of(world);
+  cavity.optics = world.smoke_optics;
+  std::optional<double> least;
+  const auto look_at = [&](Entity instrument) {
+    const Vec3& tip = world.instrument_states.find(instrument)->tip;
+    const double seen = mean_transmittance(cavity, camera.position, tip, kAroundTip);
+    least = std::min(least.value_or(1.0), seen);
+  };
+  for (std::size_t i = 0; i < world.burn_traces.size(); ++i) look_at(world.burn_traces.owner(i));
+  if (least) return least;
+  for (std::size_t i = 0; i < world.instrument_bodies.size(); ++i)
+    look_at(world.instrument_bodies.owner(i));
+  return least;
+}
+
 void splat_smoke(World& world) {
   for (SmokeBody& smoke : world.smoke) {
     if (smoke.volume.particles().size() == 0 && smoke.grid.density.empty()) continue;
     splat(smoke.volume, smoke.description.voxel, smoke.grid);
+    if (smoke.description.look != SmokeLook::kSprites) continue;
+    const SmokeParticles& particles = smoke.volume.particles();
+    smoke.particle_places.clear();
+    smoke.particle_radii.clear();
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      smoke.particle_places.push_back(particles.position(i));
+      smoke.particle_radii.push_back(spread_radius(smoke.volume.parameters(), particles.age(i)));
+    }
   }
 }
 
@@ -103,6 +146,7 @@ FrameView make_view(const World& world, const SceneDescription& scene, const End
   view.light_intensity = scene.light.intensity;
   view.light_colour = light_colour(scene.light.colour_temperature);
   view.frame = picture;
+  view.gas_temperature = scene.gas.temperature;
   for (std::size_t o = 0; o < world.organ_bodies.size(); ++o) {
     const Entity organ = world.organ_bodies.owner(o);
     const OrganBody& body = world.organ_bodies[o];
@@ -120,6 +164,9 @@ FrameView make_view(const World& world, const SceneDescription& scene, const End
     if (const OrganBurn* burn = world.organ_burns.find(organ)) {
       drawn.burn = &burn->damage;
       drawn.burn_version = burn->version;
+    } else {
+      // Heat isn't computed: tissue that never burnt is as warm as the cavity, of burnt nothing is known.
+      drawn.temperature = scene.gas.temperature;
     }
     view.organs.push_back(drawn);
   }
@@ -131,6 +178,16 @@ FrameView make_view(const World& world, const SceneDescription& scene, const End
     drawn.domain = smoke.grid.domain;
     drawn.size = smoke.grid.size;
     drawn.density = smoke.grid.density;
+    drawn.temperature = smoke.grid.temperature;
+    drawn.optics = world.smoke_optics;
+    drawn.background = background_density(world, smoke);
+    if (smoke.description.look == SmokeLook::kSprites &&
+        smoke.particle_radii.size() == smoke.volume.particles().size()) {
+      drawn.look = SmokeView::Look::kSprites;
+      drawn.particles = smoke.particle_places;
+      drawn.particle_radii = smoke.particle_radii;
+      drawn.particle_masses = smoke.volume.particles().masses;
+    }
     view.smoke.push_back(drawn);
   }
   return view;

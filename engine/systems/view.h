@@ -1,6 +1,8 @@
 // From the world to what the renderer sees: read-only.
 #pragma once
 
+#include <optional>
+
 #include "engine/systems/key_frames.h"
 #include "engine/render/view.h"
 #include "engine/scene/scene.h"
@@ -25,6 +27,10 @@ Vec3 light_colour(double temperature_kelvin);
 
 /// Density grids of the smoke volumes that hold particles, for pictures and volumes on disk.
 void splat_smoke(World& world);
+
+/// Mean transmittance of the smoke from the lens to a disc about the tip that burns, or the worst of
+/// all tips; nothing where there is no instrument. Smoke as of the last splat_smoke().
+std::optional<double> sight_of_tips(const World& world, const CameraView& camera);
 
 /// Spans into the world: valid until its next step. Smoke as of the last splat_smoke().
 FrameView make_view(const World& world, const SceneDescription& scene, const Endoscope& endoscope,

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "kernels/base/parallel.h"
-#include "kernels/contact/wide.h"
+#include "kernels/base/wide.h"
 
 namespace viscera {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "kernels/contact/wide.h"
+#include "kernels/base/wide.h"
 
 namespace viscera {
 namespace {

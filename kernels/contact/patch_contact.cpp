@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "kernels/contact/column_sums.h"
+#include "kernels/base/wide.h"
 #include "kernels/contact/facing.h"
-#include "kernels/contact/wide.h"
 
 namespace viscera {
 namespace {
@@ -56,6 +56,24 @@ VISCERA_WIDE void add_product(const float* a, const float* b, float* c, Eigen::I
   }
 }
 
+/// The loads of both, each ascending, as one.
+ContactResponse merged(const ContactResponse& one, const ContactResponse& other) {
+  ContactResponse sum;
+  for (std::size_t i = 0, j = 0; i < one.touched.size() || j < other.touched.size();) {
+    const bool first = j == other.touched.size() ||
+                       (i < one.touched.size() && one.touched[i] <= other.touched[j]);
+    const ContactResponse& from = first ? one : other;
+    const std::size_t at = first ? i++ : j++;
+    if (!sum.touched.empty() && sum.touched.back() == from.touched[at]) {
+      sum.loads.back() += from.loads[at];
+    } else {
+      sum.touched.push_back(from.touched[at]);
+      sum.loads.push_back(from.loads[at]);
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
 // Measured on a block of 40 x 40 x 24 mm bonded to its base, nu 0.45, spacings 2.5 / 3.5 / 4.5 / 6
@@ -79,6 +97,18 @@ PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableS
     : compliance_(compliance), surface_(surface), material_(material) {
   local_of_.assign(compliance.touchable.size(), -1);
 }
+
+/// Cells that stay: C S^T of them is known, so that what they share with other cells is a product
+/// with the weights of these.
+struct PatchContact::Anchors {
+  std::vector<Place> places;
+  std::vector<NearField> near_fields;
+  int beyond_touchable = 0;
+  std::vector<int> touched;    // touchable places under them, ascending (m)
+  MatrixX weights;             // S: anchors x m
+  std::vector<float> columns;  // C S^T: rows x (3 anchors)
+  MatrixX response;            // among each other
+};
 
 /// S: the share of each touched place in the load of each cell.
 void PatchContact::spread_cells(std::span<const ContactCell> cells) {
@@ -197,10 +227,11 @@ void PatchContact::couple_cells() {
   }
 }
 
-/// Adds the near field, about the mean of both normals, so that it stays reciprocal.
+/// Adds the near field, about the mean of both normals, so that it stays reciprocal; that among the
+/// anchors they have in them.
 void PatchContact::couple_nearby(std::span<const ContactCell> cells) {
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    for (std::size_t l = 0; l <= k; ++l) {
+    for (std::size_t l = 0; l < std::min(k + 1, moving_cells()); ++l) {
       const double share = facing(cells[k].normal.dot(cells[l].normal));
       if (share == 0.0) continue;
       // Spread by two Gaussians: their variances add.
@@ -215,6 +246,43 @@ void PatchContact::couple_nearby(std::span<const ContactCell> cells) {
       if (k != l) response_.block<3, 3>(column, row) += response.transpose();
     }
   }
+}
+
+/// The rows and columns of the anchors: S_k (C S^T) with the other cells, and their own.
+void PatchContact::couple_anchors(std::span<const ContactCell> cells) {
+  const Anchors& anchors = *anchors_;
+  const auto n = weights_.rows(), m = weights_.cols();
+  const auto own = static_cast<Eigen::Index>(3 * anchors.places.size());
+  const std::size_t rows = compliance_.rows();
+  MatrixX whole(3 * n + own, 3 * n + own);
+  whole.topLeftCorner(3 * n, 3 * n) = response_;
+  whole.bottomRightCorner(own, own) = anchors.response;
+  MatrixX moved(m, own);  // one component of the touched places per force on each anchor
+  for (Eigen::Index component = 0; component < 3; ++component) {
+    for (Eigen::Index c = 0; c < own; ++c) {
+      const float* column = anchors.columns.data() + static_cast<std::size_t>(c) * rows + component;
+      for (Eigen::Index j = 0; j < m; ++j) {
+        const int place = touched_[static_cast<std::size_t>(j)];
+        moved(j, c) = column[3 * compliance_.touchable[static_cast<std::size_t>(place)]];
+      }
+    }
+    whole(Eigen::seqN(component, n, 3), Eigen::lastN(own)) = coefficients_ * (basis_ * moved);
+  }
+  whole.bottomLeftCorner(own, 3 * n) = whole.topRightCorner(3 * n, own).transpose();
+  response_ = std::move(whole);
+  near_fields_.insert(near_fields_.end(), anchors.near_fields.begin(), anchors.near_fields.end());
+  beyond_touchable_ += anchors.beyond_touchable;
+  couple_nearby(cells);
+}
+
+/// Of the cells whose places are remembered.
+bool PatchContact::ends_in_anchors(std::span<const ContactCell> cells) const {
+  return anchors_ && cells.size() >= anchors_->places.size() &&
+         std::equal(anchors_->places.rbegin(), anchors_->places.rend(), places_.rbegin());
+}
+
+std::size_t PatchContact::moving_cells() const {
+  return places_.size() - (anchored_ ? anchors_->places.size() : 0);
 }
 
 bool PatchContact::remember_places(std::span<const ContactCell> cells) {
@@ -412,11 +480,39 @@ void PatchContact::see_places(std::span<const ContactCell> cells, bool one_of_se
   }
   stayed_ = 0;
   columns_built_ = 0;
-  spread_cells(cells);
+  anchored_ = ends_in_anchors(cells);
+  spread_cells(cells.first(moving_cells()));
   gather_compliance();
   compress_weights();
   couple_cells();
-  couple_nearby(cells);
+  if (anchored_)
+    couple_anchors(cells);
+  else
+    couple_nearby(cells);
+}
+
+void PatchContact::anchor(std::span<const ContactCell> cells) {
+  anchors_.reset();
+  places_.clear();
+  // Where forces and displacements can't change places, the shortcut would need the rows, too.
+  if (!compliance_.symmetric || cells.empty()) return;
+  see_places(cells, true);
+  auto anchors = std::make_shared<Anchors>();
+  anchors->places = places_;
+  anchors->near_fields = near_fields_;
+  anchors->beyond_touchable = beyond_touchable_;
+  anchors->touched = touched_;
+  anchors->weights = coefficients_ * basis_;  // as the response has them
+  anchors->response = response_;
+  const std::size_t rows = compliance_.rows();
+  anchors->columns.resize(3 * rows * cells.size());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const VectorX weights = anchors->weights.row(static_cast<Eigen::Index>(k)).transpose();
+    sum_weighted_triples(compliance_.columns.data(), rows, touched_,
+                         {weights.data(), touched_.size()}, anchors->columns.data() + 3 * rows * k);
+  }
+  anchors_ = std::move(anchors);
+  places_.clear();
 }
 
 /// What follows from solution.forces.
@@ -425,12 +521,19 @@ void PatchContact::apply_forces(std::span<const ContactCell> cells, ContactSolut
   solution.touching = 0;
   for (const Vec3& force : solution.forces) solution.touching += force.isZero(0.0) ? 0 : 1;
   if (solution.touching > 0) {
-    const auto n = static_cast<Eigen::Index>(cells.size());
-    response.touched = touched_;
-    response.loads.resize(touched_.size());
-    Eigen::Map<Eigen::Matrix3Xd>(response.loads.front().data(), 3, weights_.cols()).noalias() =
-        Eigen::Map<const Eigen::Matrix3Xd>(solution.forces.front().data(), 3, n) * weights_;
-    response_of_forces_ = response;
+    const std::span<const Vec3> forces(solution.forces);
+    const auto spread = [](std::span<const Vec3> by, const MatrixX& weights,
+                           const std::vector<int>& touched) {
+      ContactResponse one{touched, std::vector<Vec3>(touched.size(), Vec3::Zero())};
+      if (!touched.empty())
+        Eigen::Map<Eigen::Matrix3Xd>(one.loads.front().data(), 3, weights.cols()).noalias() =
+            Eigen::Map<const Eigen::Matrix3Xd>(by.front().data(), 3, weights.rows()) * weights;
+      return one;
+    };
+    response_of_forces_ = spread(forces.first(moving_cells()), weights_, touched_);
+    response = anchored_ ? merged(response_of_forces_, spread(forces.subspan(moving_cells()),
+                                                              anchors_->weights, anchors_->touched))
+                         : response_of_forces_;
     forces_ = solution.forces;
   } else {
     response.touched.clear();
@@ -509,8 +612,8 @@ void PatchContact::load(std::span<const ContactCell> cells, std::span<const Vec3
 /// Some more columns of C S^T: what one cell does to every place.
 void PatchContact::build_columns() {
   const std::size_t rows = compliance_.rows();
-  if (columns_built_ == 0) cell_columns_.resize(3 * rows * places_.size());
-  for (int step = 0; step < kCellsPerCall && columns_built_ < places_.size(); ++step) {
+  if (columns_built_ == 0) cell_columns_.resize(3 * rows * moving_cells());
+  for (int step = 0; step < kCellsPerCall && columns_built_ < moving_cells(); ++step) {
     const VectorX weights = weights_.row(static_cast<Eigen::Index>(columns_built_)).transpose();
     sum_weighted_triples(compliance_.columns.data(), rows, touched_,
                          {weights.data(), touched_.size()},
@@ -521,21 +624,31 @@ void PatchContact::build_columns() {
 
 void PatchContact::place_displacements(std::vector<float>& displacements) {
   counted_ = false;
-  const bool worth_it = places_.size() < touched_.size();
-  if (worth_it && stayed_ >= kStaysAfter && columns_built_ < places_.size()) build_columns();
-  if (forces_.empty() || columns_built_ < places_.size()) {
-    sum_column_triples(compliance_.columns.data(), compliance_.rows(), response_of_forces_.touched,
+  const std::size_t rows = compliance_.rows(), moving = moving_cells();
+  /// Columns times the forces on these cells, one triple a cell.
+  const auto sum_cells = [&](const std::vector<float>& columns, std::span<const Vec3> forces,
+                             std::vector<float>& sums) {
+    std::vector<int> triples;
+    std::vector<Vec3> loads;
+    for (std::size_t k = 0; k < forces.size(); ++k) {
+      if (forces[k].isZero(0.0)) continue;
+      triples.push_back(static_cast<int>(k));
+      loads.push_back(forces[k]);
+    }
+    sum_column_triples(columns.data(), rows, triples, loads, sums);
+  };
+  const bool worth_it = moving < touched_.size();
+  if (worth_it && stayed_ >= kStaysAfter && columns_built_ < moving) build_columns();
+  if (forces_.empty() || columns_built_ < moving || moving == 0) {
+    sum_column_triples(compliance_.columns.data(), rows, response_of_forces_.touched,
                        response_of_forces_.loads, displacements);
-    return;
+  } else {
+    sum_cells(cell_columns_, std::span(forces_).first(moving), displacements);
   }
-  std::vector<int> triples;
-  std::vector<Vec3> loads;
-  for (std::size_t k = 0; k < forces_.size(); ++k) {
-    if (forces_[k].isZero(0.0)) continue;
-    triples.push_back(static_cast<int>(k));
-    loads.push_back(forces_[k]);
-  }
-  sum_column_triples(cell_columns_.data(), compliance_.rows(), triples, loads, displacements);
+  if (!anchored_ || forces_.empty()) return;
+  std::vector<float> more;
+  sum_cells(anchors_->columns, std::span(forces_).subspan(moving), more);
+  for (std::size_t i = 0; i < displacements.size(); ++i) displacements[i] += more[i];
 }
 
 }  // namespace viscera

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -72,6 +73,11 @@ class PatchContact {
   /// sigma = spread_factor() * (local spacing at the cell); where it comes from: see the source.
   static double spread_factor();
 
+  /// Held cells that never move over the body, as the ends of springs: what they do to every place
+  /// and to each other is put together here, once. Wherever a later solve's last cells are these,
+  /// with `backing`, they cost a product with the other cells' weights.
+  void anchor(std::span<const ContactCell> cells);
+
   /// Every tool's cells on this body together. u at cell k is
   /// free_k + sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
   /// depth, complementary, the tangential force within the cone of friction and against the slip;
@@ -122,7 +128,12 @@ class PatchContact {
     bool operator==(const Way&) const = default;
   };
 
+  struct Anchors;
+
   bool remember_places(std::span<const ContactCell> cells);
+  bool ends_in_anchors(std::span<const ContactCell> cells) const;
+  void couple_anchors(std::span<const ContactCell> cells);
+  std::size_t moving_cells() const;  ///< of the last see_places: those before the anchors
   bool remember_ways(std::span<const ContactCell> cells, const MatrixX& backing);
   void build_columns();
   void spread_cells(std::span<const ContactCell> cells);
@@ -143,6 +154,9 @@ class PatchContact {
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
   IsotropicMaterial material_;
+
+  std::shared_ptr<const Anchors> anchors_;
+  bool anchored_ = false;      // the last solve's last cells are the anchors
 
   std::vector<Place> places_;  // of the last solve's cells
   std::vector<Way> ways_;

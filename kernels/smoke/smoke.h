@@ -1,72 +1,183 @@
-// Smoke particles: the step of one smoke volume on the CPU, and its density on a grid.
-// [De2006] eq. 13-15; the gas grid and the GPU twin come with the next version.
+// The smoke of one volume: particles, the passes that move them, and their mass book.
+// [De2006] eq. 13-15.
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "kernels/base/types.h"
-#include "kernels/smoke/smoke_bins.h"
-#include "kernels/smoke/smoke_forces.h"
+#include "kernels/smoke/smoke_book.h"
 #include "kernels/smoke/smoke_particles.h"
+#include "kernels/smoke/splat.h"
+#include "kernels/smoke/step_passes.h"
+#include "kernels/smoke/surface_cells.h"
+#include "kernels/smoke/surrounding_gas.h"
 #include "kernels/smoke/swirl.h"
 
 namespace viscera {
 
-/// The smoke of one volume. Deterministic for any number of threads. Mass is booked: what was
-/// emitted is airborne, has left (particles emitted outside the domain leave at once) or is
-/// retired.
+struct SmokeParameters {
+  Box domain;                       ///< world [m]
+  std::uint32_t open_sides = 0;     ///< bits: smoke leaves there; along the others it slides
+  double spacing = 3e-3;            ///< smoothing length h (support radius) of the particles [m]
+  double gas_density = 1.76;        ///< rho [kg/m3] (CO2 at 12 mmHg and 37 C)
+  double gas_viscosity = 1.54e-5;   ///< mu [Pa s]
+  double gas_temperature = 310.15;  ///< [K]
+  double cooling_time = 0.8;        ///< of the temperature excess towards the gas [s]
+  double gravity = 9.81;            ///< [m/s2]; buoyancy acts along +z
+  double lifetime = 20.0;           ///< older particles join the background [s]
+  std::uint64_t seed = 1;
+  std::size_t max_particles = 25000;  ///< the oldest end when more are emitted, and are counted
+  Laplacian laplacian = Laplacian::pairwise;
+
+  /// White part of the random force per mass: the standard deviation of each component over 1/60 s
+  /// [m/s2]; scaled by sqrt((1/60 s) / dt), so that the diffusion doesn't depend on the step.
+  double random_acceleration = 0.15;
+  /// Coherent part of the random force per mass, which makes wisps: root mean square of the length
+  /// of a divergence-free field of random waves [m/s2], that neighbours share.
+  double swirl_acceleration = 1.0;
+  double swirl_wavelength = 20e-3;  ///< of its waves, spread from 0.25 to 1.5 times this [m]
+  double swirl_time = 0.6;          ///< in which those of this wavelength change [s]
+  /// A hot plume makes its own turbulence: both parts of the random force grow by the factor
+  /// 1 + plume_turbulence * (temperature excess / gas temperature).
+  double plume_turbulence = 10.0;
+
+  /// Added to mu / rho [m2/s]: eddies smaller than h.
+  double eddy_viscosity = 5e-6;
+  /// Drag by the gas around, as a share of what follows from viscosity (viscosity.h): 1, or 0
+  /// without gas.
+  double gas_drag = 1.0;
+  /// Quadratic drag a = -c |v - u| (v - u) of the gas that a plume entrains: c = 2 alpha / b with
+  /// the entrainment coefficient alpha of plumes, about 0.1 [Morton1956], and plume radius b, 1 cm
+  /// [1/m].
+  double entrainment = 20.0;
+  /// Gas can't pile up: particles closer than h/2 on average push each other apart with the
+  /// pressure rho c^2 of their excess (viscosity.h); c [m/s].
+  double crowding_speed = 0.02;
+
+  double surface_gap = 2e-4;          ///< that particles keep to surfaces [m]
+  double deposition_velocity = 2e-4;  ///< of smoke onto what it touches [m/s]
+  double cavity_volume = 3e-3;        ///< of gas that the background is mixed into [m3]
+  double background_leak = 0.0;  ///< flow that leaks from the cavity besides the outlets [m3/s]
+};
+
+/// An opening that takes gas out: a suction evacuator, or a trocar that leaks.
+struct SmokeOutlet {
+  Vec3 position = Vec3::Zero();  ///< world [m]
+  double radius = 0.0;           ///< particles nearer than this go while it flows [m]
+  double flow = 0.0;             ///< [m3/s]
+  bool leak = false;             ///< books what it takes as leaked, not as evacuated
+};
+
+/// An instrument's part in the world, at the end of a step and at its start.
+struct SmokeObstacle {
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  ///< [m]
+  Vec3 from_before = Vec3::Zero(), to_before = Vec3::Zero();
+  double radius = 0.0;  ///< [m]
+};
+
+/// What a step finds around the particles; nothing by default, and gas at rest.
+struct SmokeSurroundings {
+  SurroundingGas* gas = nullptr;
+  std::span<const SmokeSurface> surfaces = {};
+  std::span<const SmokeObstacle> obstacles = {};  ///< the first 32 count
+  std::span<const SmokeOutlet> outlets = {};
+};
+
+struct SmokeCounters {
+  std::uint64_t emitted = 0, retired = 0;  ///< particles
+  std::uint64_t crowded_out = 0;           ///< of the retired, those that made room for new ones
+  std::uint64_t refused = 0;   ///< emissions that were not usable: outside, not finite, no mass
+  std::uint64_t isolated = 0;  ///< particles without enough neighbours, last step: no viscosity
+  std::uint64_t tested = 0;    ///< against surfaces, last step
+  std::uint64_t touching = 0;  ///< of them, last step
+  std::uint64_t trapped = 0;   ///< between surfaces, in all: deposited
+};
+
+struct SmokeEmission {
+  Vec3 position = Vec3::Zero();    ///< world [m]
+  Vec3 direction = Vec3::UnitZ();  ///< of the jet: outward from the tissue
+  double speed = 0.15;             ///< [m/s]
+  double radius = 1e-3;            ///< of the source [m]
+  double temperature = 60.0;       ///< excess over the gas [K]
+  double mass = 0.0;               ///< of smoke to emit in this step [kg]
+  int particles = 0;               ///< number to emit in this step; without any, no mass leaves
+  double duration = 0.0;           ///< over which they left [s]: spreads them along the jet
+};
+
+/// mu / rho plus the eddy viscosity [m2/s].
+double effective_viscosity(const SmokeParameters& parameters);
+
+/// The smoke of one volume. Deterministic for any number of threads.
 class SmokeVolume {
  public:
   explicit SmokeVolume(const SmokeParameters& parameters);
 
-  /// Particles appear evenly in a ball about the source, all with the jet's velocity. An emission
-  /// that isn't finite, or has no positive mass or number, emits nothing.
-  void emit(const SmokeEmission& emission);
+  /// The passes of its steps run on that from now on; null: on the CPU. The mass book, emission,
+  /// outlets and the gas stay on the CPU. A device that fails in a step loses what it did since it
+  /// took the particles: they stay where they were, the rest runs on the CPU, and device_failure()
+  /// tells.
+  void compute_on(std::shared_ptr<SmokePasses> passes) { device_ = std::move(passes); }
+  SmokePasses* device() const { return device_.get(); }
+  const std::string& device_failure() const { return device_failure_; }  ///< empty: none
+
+  /// Particles appear evenly in a ball about the source, all with the jet's velocity. False, and
+  /// nothing is emitted, where something isn't finite, mass, number or direction is not positive,
+  /// or the source lies outside the domain.
+  bool emit(const SmokeEmission& emission);
   /// Advances by dt [s]. [De2006] eq. 14. Particles exchange momentum as often as the explicit
-  /// viscosity bound dt <= 0.05 h^2 / nu asks for (once a frame of 1/60 s with the defaults); in
-  /// between they move in substeps of at most h/2 (at most 32).
-  void step(double dt);
+  /// bound of viscosity asks for (once a frame of 1/60 s with the defaults); in between they and
+  /// the surfaces move in substeps of at most h (at most 64).
+  void step(double dt, const SmokeSurroundings& surroundings = {});
 
   const SmokeParticles& particles() const { return particles_; }
   const SmokeParameters& parameters() const { return parameters_; }
   const SmokeCounters& counters() const { return counters_; }
+  const SmokeBook& book() const { return book_; }
+  double airborne() const;               ///< mass that particles carry [kg]
   double time() const { return time_; }  ///< since the start [s]
+  const SurfaceCells& surface_cells() const { return surfaces_; }
   std::size_t memory_bytes() const;
 
  private:
-  void exchange_and_move(double dt);
-  void move(double dt);
-  void retire_aged();
-  void retire_oldest(std::size_t count);
-  void remove(const std::vector<std::uint8_t>& ending);
+  SmokePasses& passes() { return device_ ? *device_ : cpu_; }
+  void hand_over();
+  void take_back();
+  void drop_device();
+  void exchange();
+  void substep(double dt, double from, double to, double whole, const SmokeSurroundings& around);
+  void meet_surfaces(double dt, double from, double to, double whole,
+                     const SmokeSurroundings& around);
+  void take_out(double dt, std::span<const SmokeOutlet> outlets);
+  void end_aged_and_gone();
+  void end_oldest(std::size_t count);
+  void remove_ended();
 
   SmokeParameters parameters_;
   SmokeParticles particles_;
   SmokeCounters counters_;
+  SmokeBook book_;
   SwirlField swirl_;
-  SmokeBins bins_;
-  SmokeForces forces_;
+  CpuSmokePasses cpu_;
+  std::shared_ptr<SmokePasses> device_;  // null: cpu_
+  std::string device_failure_;
+  SurfaceCells surfaces_;
+  std::vector<SmokeCapsule> capsules_;
+  std::vector<SmokeFate> fates_;  // of the particles, where these are here
+  bool any_trapped_ = false;      // since they were handed over
+  double exchange_step_ = 0.0;    // between two exchanges of momentum [s]
   double time_ = 0.0;
-  std::uint64_t substeps_ = 0;
+  std::uint32_t substeps_ = 0;
   std::uint32_t next_id_ = 0;
 };
 
-/// Density and temperature on a dense grid of cell centres, x fastest; fixed-point accumulation, so
-/// that the result is the same in any order of summation.
-struct SmokeGrid {
-  Eigen::Vector3i size = Eigen::Vector3i::Zero();
-  double voxel = 0.0;              ///< [m]
-  Box domain;                      ///< of the cells: the smoke's, rounded up to whole cells [m]
-  std::vector<float> density;      ///< [kg/m3]
-  std::vector<float> temperature;  ///< excess, mass-weighted mean [K]
-};
+/// How far a particle's smoke has spread by its age [s] (splat.h) [m].
+float spread_radius(const SmokeParameters& parameters, float age);
 
-/// Splats particles on cubic cells of edge `voxel` [m] with a tent kernel as wide as the particle's
-/// smoke has spread: half the smoothing length at first, then by diffusion with age,
-/// r^2 = h^2/4 + 12 nu t (a tent's variance is r^2/6), up to 2.5 h, and never narrower than a cell.
-/// What a kernel would put outside the grid goes to the cells inside: the grid's mass equals the
-/// particles' mass to fixed-point rounding (1e-6 relative).
+/// Splats the particles on cubic cells of edge `voxel` [m] over the domain (splat.h).
 void splat(const SmokeVolume& smoke, double voxel, SmokeGrid& grid);
 
 }  // namespace viscera

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
-#include "kernels/base/types.h"
+#include "kernels/smoke/smoke_passes.h"
 
 namespace viscera {
 
@@ -22,10 +24,8 @@ class SwirlField {
   /// [1/s], as eddies of an inertial range turn over. Zero acceleration costs nothing.
   SwirlField(std::uint64_t seed, double acceleration, double wavelength, double period);
 
-  /// Adds the field at time t [s], times a factor of each particle, at n positions [m] to n
-  /// accelerations [m/s2].
-  void add(double t, std::span<const Vec3f> positions, std::span<const float> factors,
-           std::span<Vec3f> accelerations) const;
+  /// The waves at time t [s]; none without amplitude.
+  std::vector<SwirlWave> waves(double t) const;
 
  private:
   struct Wave {
@@ -37,5 +37,14 @@ class SwirlField {
   std::array<Wave, kWaves> waves_;
   bool active_;
 };
+
+/// Positions and accelerations of a block of particles, by component.
+struct SwirlBlock {
+  static constexpr int kSize = 64;
+  alignas(32) std::array<float, kSize> x, y, z, ax, ay, az;
+};
+
+/// The field of the waves at the block's positions.
+void sum_swirl(std::span<const SwirlWave> waves, SwirlBlock& block);
 
 }  // namespace viscera

@@ -127,6 +127,8 @@ TEST_F(BackendRun, TheGpuWithoutPicturesGivesTheSameStateEveryTime) {
     const Json report = folder.report();
     EXPECT_EQ(report["renderer"], "");
     EXPECT_EQ(report["gpu"]["organs"], 1);
+    EXPECT_EQ(report["gpu"]["smoke_volumes"], 1);
+    EXPECT_GT(report["smoke"]["particles_max"], 0);
     if (!hash.empty()) {
       EXPECT_EQ(report["state_hash"], hash);
     }

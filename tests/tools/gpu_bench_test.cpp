@@ -2,11 +2,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "engine/gpu/egl_context.h"
@@ -106,6 +109,40 @@ TEST_F(GpuBench, NeedsNoLibraryOfScenesVolumesOrCaches) {
   for (const char* heavy : {"embree", "openvdb", "hdf5", "assimp", "mumps"}) {
     EXPECT_EQ(text().find(heavy), std::string::npos) << text();
   }
+}
+
+TEST_F(GpuBench, SmokesPassesAreTimedBesideTheErrorOfTheDecay) {
+  if (const auto context = EglContext::create(); !context) GTEST_SKIP() << context.error().text();
+  const fs::path json = folder_ / "s.json";
+  ASSERT_EQ(
+      bench("smoke --particles 300,2k --repeats 2 --window-mb 8 --json '" + json.string() + "'"), 0)
+      << text();
+  const auto report = nlohmann::json::parse(std::ifstream(json));
+  std::map<int, std::set<std::string>> passes;
+  for (const auto& row : report["cases"]) {
+    EXPECT_EQ(row["backend"], "gpu");
+    EXPECT_EQ(row["device"], report["device"]);
+    EXPECT_GT(row["median_ms"].get<double>(), 0.0);
+    EXPECT_GE(row["p99_ms"].get<double>(), row["median_ms"].get<double>());
+    passes[row["particles"].get<int>()].insert(row["pass"].get<std::string>());
+  }
+  ASSERT_EQ(passes.size(), 2u);
+  for (const char* pass : {"bin", "viscosity", "integrate", "collide", "splat", "step"}) {
+    EXPECT_TRUE(passes[300].contains(pass)) << pass;
+    EXPECT_TRUE(passes[2000].contains(pass)) << pass;
+  }
+  ASSERT_EQ(report["decay"].size(), 4u);
+  for (const auto& row : report["decay"]) {
+    if (row["laplacian"] == "pairwise" && row["spacing_over_wavelength"] == 1.0 / 16) {
+      EXPECT_LT(std::abs(row["error"].get<double>()), 0.03);
+    }
+  }
+}
+
+TEST_F(GpuBench, NumbersOfParticlesThatAreNoneAreRefusedAllAtOnce) {
+  EXPECT_EQ(bench("smoke --particles 10q,5k,0"), 2);
+  for (const char* part : {"--particles", "10q", "\"0\"", "expected a number from 1 to 100M"})
+    EXPECT_NE(text().find(part), std::string::npos) << text();
 }
 
 }  // namespace

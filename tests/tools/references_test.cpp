@@ -30,14 +30,15 @@ void add_citations(const fs::path& file, Citations& found) {
 
 Citations cited_by_code() {
   Citations found;
-  constexpr std::array kExtensions = {".h", ".cpp", ".frag", ".vert", ".glsl"};
+  constexpr std::array kExtensions = {".h", ".cpp", ".frag", ".vert", ".comp", ".glsl"};
   for (const char* folder : {"kernels", "haptics", "engine", "tools", "tests"}) {
     for (const char* extension : kExtensions) {
       for (const fs::path& file : files_of(project_file(folder), extension))
         add_citations(file, found);
     }
   }
-  add_citations(project_file("assets/tissues.json"), found);
+  for (const char* values : {"assets/smoke.json", "assets/tissues.json"})
+    add_citations(project_file(values), found);
   return found;
 }
 

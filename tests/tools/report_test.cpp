@@ -111,7 +111,16 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
     EXPECT_LE(stage["p99_us"], stage["max_us"]) << stage;
   }
   expect_keys(report["smoke"],
-              {{"particles_max", Type::number_unsigned}, {"volumes", Type::number_unsigned}}, true);
+              {{"particles_max", Type::number_unsigned},
+               {"volumes", Type::number_unsigned},
+               {"emitted_kg", Type::number_float},
+               {"airborne_kg", Type::number_float},
+               {"background_kg", Type::number_float},
+               {"evacuated_kg", Type::number_float},
+               {"leaked_kg", Type::number_float},
+               {"deposited_kg", Type::number_float},
+               {"time_in_smoke", Type::number_float}},
+              true);
   for (const Json& part : report["skipped"])
     expect_keys(part, {{"what", Type::string}, {"why", Type::string}}, true);
 
@@ -129,6 +138,13 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
   EXPECT_EQ(report["complete"], true);
   EXPECT_GT(report["smoke"]["volumes"], 0);  // files written
   EXPECT_GT(report["smoke"]["particles_max"], 0);
+  const Json& smoke = report["smoke"];
+  double found = 0.0;
+  for (const char* where :
+       {"airborne_kg", "background_kg", "evacuated_kg", "leaked_kg", "deposited_kg"})
+    found += smoke[where].get<double>();
+  EXPECT_GT(smoke["emitted_kg"], 0.0);
+  EXPECT_NEAR(found, smoke["emitted_kg"].get<double>(), 1e-9 * found);
   EXPECT_GT(report["organs"][0]["nodes"], report["organs"][0]["surface_nodes"]);
   EXPECT_GT(report["peak_memory_bytes"], 10'000'000);
 }

@@ -1,39 +1,12 @@
-// Linear light to what the camera head would show: the lens's distortion, smoke over the organs, spill,
-// exposure, the film's curve, the round field of view, sRGB. Alpha is what show.frag looks for
+// Linear light to what the camera head would show: the lens's distortion, spill, exposure,
+// the film's curve, the round field of view, sRGB. Alpha is what show.frag looks for
 // edges in.
 uniform sampler2D radiance_map;
 uniform sampler2D spill_map;
 uniform sampler2D exposure_map;
-#ifdef SMOKE
-uniform sampler2D depth_map;
-uniform sampler2D smoke_map;
-uniform sampler2D distance_map;
-#endif
 in vec2 uv;
 out vec4 developed;
 
-#ifdef SMOKE
-// Half-resolution smoke at a full-resolution pixel: four neighbours, those at the pixel's distance.
-vec4 smoke_at(vec2 place, float distance_here) {
-  vec2 half_size = vec2(textureSize(smoke_map, 0));
-  vec2 at = place * half_size - 0.5;
-  ivec2 base = ivec2(floor(at));
-  vec2 f = at - vec2(base);
-  vec4 sum = vec4(0.0);
-  float weights = 0.0;
-  for (int y = 0; y < 2; ++y) {
-    for (int x = 0; x < 2; ++x) {
-      ivec2 there = clamp(base + ivec2(x, y), ivec2(0), ivec2(half_size) - 1);
-      vec2 near = mix(1.0 - f, f, vec2(x, y));
-      float apart = (texelFetch(distance_map, there, 0).r - distance_here) / distance_here;
-      float weight = (near.x * near.y + 1e-3) / (1e-2 + apart * apart * 40.0);
-      sum += weight * texelFetch(smoke_map, there, 0);
-      weights += weight;
-    }
-  }
-  return sum / weights;
-}
-#endif
 
 // A curve fitted to the ACES film response [Narkowicz2015].
 vec3 film_curve(vec3 x) {
@@ -74,11 +47,6 @@ void main() {
     vec2 aside = kSamples == 1 ? vec2(0.0) : vec2(i & 1, i >> 1) - 0.5;
     vec2 there = place + 0.5 * aside / shown.xy;
     vec3 seen = textureLod(radiance_map, there, 0.0).rgb;
-#ifdef SMOKE
-    ivec2 pixel = ivec2(clamp(there, 0.0, 0.9999) * vec2(textureSize(depth_map, 0)));
-    vec4 smoke = smoke_at(there, axial_distance(texelFetch(depth_map, pixel, 0).r));
-    seen = seen * smoke.a + light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
-#endif
     film += film_curve(overlapped(exposure * seen + spill));
   }
   film /= float(kSamples);

@@ -10,6 +10,10 @@ layout(std140, binding = 0) uniform Frame {
 };
 
 const float kPi = 3.14159265;
+const vec2 kGuide = vec2(0.0015, 0.0045);   // of the light guide off the lens, right and up [m]
+
+// How much of its light the guide sends aside, at the cosine `axis` to the view axis.
+float guide_spot(float axis) { return mix(0.45, 1.0, smoothstep(0.70, 1.0, axis)); }
 
 // Distance along the view axis [m] of a value of the depth buffer (0 near ... 1 far).
 float axial_distance(float depth) {

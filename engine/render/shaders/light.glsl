@@ -4,8 +4,7 @@
 // the lens light at a distance [m], `axis` the cosine to the view axis.
 vec3 lens_light(float distance_to_lens, float axis) {
   float d = max(distance_to_lens, 0.015);
-  float spot = mix(0.45, 1.0, smoothstep(0.70, 1.0, axis));
-  return light.rgb * (0.01 / (d * d)) * spot;
+  return light.rgb * (0.01 / (d * d)) * guide_spot(axis);
 }
 
 // Light that has bounced about the cavity between red walls: it falls off more slowly.

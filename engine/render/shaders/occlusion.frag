@@ -5,7 +5,6 @@ in vec2 uv;
 out vec2 open_out;
 
 const float kRadius = 0.026;                 // [m]: from folds to neighbouring organs
-const vec2 kLight = vec2(0.0015, 0.0045);    // of the light guide off the lens, right and up [m]
 const float kLightRadius = 0.002;            // [m]
 
 float distance_at(ivec2 pixel, ivec2 size) {
@@ -43,7 +42,7 @@ void main() {
 
   // Towards the light the picture moves as between two eyes: a shadow is what the other eye can't see.
   float other = interleaved_noise(gl_FragCoord.xy + vec2(47.0, 17.0));
-  vec2 from = kLight + kLightRadius * (2.0 * other - 1.0) * vec2(0.6, 0.8);
+  vec2 from = kGuide + kLightRadius * (2.0 * other - 1.0) * vec2(0.6, 0.8);
   vec2 parallax = from * pixels_per_metre;
   float shade = 0.0;
   for (int i = 0; i < SHADOW_STEPS; ++i) {

@@ -1,9 +1,6 @@
 // The picture at a quarter of its size, smoke included: what the exposure and the spill of light are
 // found from. Alpha: 1 within the field of view.
 uniform sampler2D radiance_map;
-#ifdef SMOKE
-uniform sampler2D smoke_map;
-#endif
 in vec2 uv;
 out vec4 small;
 
@@ -16,9 +13,5 @@ void main() {
     }
   }
   sum *= 0.25;
-#ifdef SMOKE
-  vec4 smoke = texelFetch(smoke_map, ivec2(uv * vec2(textureSize(smoke_map, 0))), 0);
-  sum = sum * smoke.a + light.rgb * (smoke.r + smoke.g * vec3(0.085, 0.062, 0.056));
-#endif
   small = vec4(sum, 1.0);
 }

@@ -1,69 +1,89 @@
-// Marches a smoke volume at half resolution, front to back. Writes what the smoke scatters to the
-// lens: r from the lens light, g from light that bounces about the cavity; a: what is left of light
-// that goes to what lies behind and comes back.
-uniform sampler3D density_map;     // smoke mass per volume [kg/m3]
-uniform sampler2D distance_map;    // axial distance of what the smoke lies before [m]
-uniform vec3 domain_low;           // of the texture [m]
-uniform vec3 domain_size;
-uniform vec3 filled_low;           // where there is any smoke
-uniform vec3 filled_high;
-uniform mat3 view_to_world;
-uniform float mass_extinction;     // [m2/kg]
-uniform float albedo;
-uniform float asymmetry;
+// Smoke before what the lens sees, at each pixel's own distance: what is left of the surface's light
+// after both ways through smoke, and what the smoke scatters to the lens. Blended over the picture,
+// or, with PASSES, written out.
+uniform sampler2D depth_map;
+#ifdef MARCHED
+uniform sampler3D marched_map;     // of smoke_march.comp
+uniform sampler3D light_map;       // of smoke_light.comp
+uniform sampler3D heated_map;
+uniform vec2 light_tangents;
+uniform vec2 slices;               // axial [m]
+uniform vec3 background;           // extinction, scattering, scattering times g [1/m]
+#endif
+#ifdef SPRITES
+uniform sampler2D sprite_map;      // of smoke_sprite.frag, at half resolution
+uniform sampler2D distance_map;
+uniform float forward;             // albedo times g
+#endif
+uniform float gas_temperature;     // [K]
 in vec2 uv;
-out vec4 scattered;
+#ifdef PASSES
+layout(location = 0) out vec4 kept;       // transmittance to the lens, to the guide, axial distance [m], smoke [K]
+layout(location = 1) out vec4 scattered;
+#else
+out vec4 seen;                     // rgb: scattered; a: share that is left of what lies behind
+#endif
 
-const int kSteps = STEPS;
+const vec3 kCavityLight = vec3(0.085, 0.062, 0.056);  // that comes to smoke from all sides
 
-// Henyey-Greenstein phase function [Henyey1941] straight back [1/sr], times pi to match lens_light.
-float back_scatter(float g) {
-  float s = 1.0 + g;
-  return 0.25 * (1.0 - g * g) / (s * s * s);
+#ifdef SPRITES
+// Half-resolution sprites at a full-resolution pixel: four neighbours, those at the pixel's distance.
+vec4 sprites_at(vec2 place, float distance_here) {
+  vec2 half_size = vec2(textureSize(sprite_map, 0));
+  vec2 at = place * half_size - 0.5;
+  ivec2 base = ivec2(floor(at));
+  vec2 f = at - vec2(base);
+  vec4 sum = vec4(0.0);
+  float weights = 0.0;
+  for (int y = 0; y < 2; ++y) {
+    for (int x = 0; x < 2; ++x) {
+      ivec2 there = clamp(base + ivec2(x, y), ivec2(0), ivec2(half_size) - 1);
+      vec2 near = mix(1.0 - f, f, vec2(x, y));
+      float apart = (texelFetch(distance_map, there, 0).r - distance_here) / distance_here;
+      float weight = (near.x * near.y + 1e-3) / (1e-3 + apart * apart * 40.0);
+      sum += weight * texelFetch(sprite_map, there, 0);
+      weights += weight;
+    }
+  }
+  return sum / weights;
 }
+#endif
 
 void main() {
-  scattered = vec4(0.0, 0.0, 0.0, 1.0);
-  vec3 ray = view_ray(uv);
-  float stretch = length(ray);             // metres along the ray per metre of axial distance
-  vec3 direction = view_to_world * (ray / stretch);
-  float surface = texelFetch(distance_map, ivec2(gl_FragCoord.xy), 0).r;
-  vec3 inverse = 1.0 / (direction + vec3(equal(direction, vec3(0.0))) * 1e-9);
-  vec3 a = (filled_low - eye.xyz) * inverse, b = (filled_high - eye.xyz) * inverse;
-  vec3 low = min(a, b), high = max(a, b);
-  float enter = max(max(low.x, max(low.y, low.z)), lens.z);
-  float leave = min(min(high.x, min(high.y, high.z)), surface * stretch);
-  // A second turn of the same dither per picture keeps the grain from standing still in a film.
-  float jitter = fract(interleaved_noise(gl_FragCoord.xy) + 0.61803399 * mod(picture.z, 64.0));
-  float span = max(leave - enter, 0.0);
-  float dt = span / float(kSteps);
-  vec3 place = (eye.xyz + direction * (enter + jitter * dt) - domain_low) / domain_size;
-  vec3 pace = direction * dt / domain_size;
-  float t = enter + jitter * dt;
-  float axis = 1.0 / stretch;
-  float single = back_scatter(asymmetry);
-  float second = back_scatter(asymmetry * 0.5);
-  float depth = 0.0;                       // optical
-  float from_lens = 0.0, from_cavity = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    if (span <= 0.0 || depth > 6.0) break;
-    float sigma = mass_extinction * textureLod(density_map, place, 0.0).r;
-    float thin = sigma * dt;
-    float middle = depth + 0.5 * thin;
-    float share = 1.0 - exp(-thin);
-    float d = max(t, 0.02);
-    // Light scattered more than once dies away more slowly and comes back more evenly: two orders
-    // after [Wrenninge2013]. The transmittance from the lens is that to the lens: the light sits
-    // there.
-    float arriving = single * exp(-2.0 * middle) + 0.6 * second * exp(-1.0 * middle) +
-                     0.36 * 0.25 * exp(-0.5 * middle);
-    from_lens += share * albedo * arriving * (0.01 / (d * d));
-    from_cavity += share * albedo * exp(-middle);
-    depth += thin;
-    place += pace;
-    t += dt;
-  }
-  from_lens *= mix(0.45, 1.0, smoothstep(0.70, 1.0, axis));
-  // Light that scatters forward still reaches the surface: only the rest is lost on the way there.
-  scattered = vec4(from_lens, from_cavity, 0.0, exp(-depth * (2.0 - albedo * asymmetry)));
+  float depth = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).r;
+  float z = axial_distance(depth);
+  vec2 transmitted = vec2(1.0);    // to the lens, to the guide
+  vec2 gathered = vec2(0.0);       // from the guide, from the cavity
+  float temperature = gas_temperature;
+#ifdef MARCHED
+  vec3 size = vec3(textureSize(marched_map, 0));
+  float slice = clamp((z - slices.x) / (slices.y - slices.x), 0.0, 1.0);
+  vec3 at = vec3(uv, (slice * (size.z - 1.0) + 0.5) / size.z);
+  vec3 smoke = textureLod(marched_map, at, 0.0).rgb;
+  // The guide's way to the surface is its own, also before the first and beyond the last slice.
+  vec2 towards = 0.5 + 0.5 * (view_ray(uv).xy - kGuide / max(z, 1e-3)) / light_tangents;
+  float to_guide = textureLod(light_map, vec3(towards, at.z), 0.0).g;
+  // Beyond the last slice there is the even background alone.
+  float beyond = max(z - slices.y, 0.0) * length(view_ray(uv));
+  vec2 depths = vec2(smoke.x, to_guide) + beyond * vec2(background.x, background.x - background.z);
+  transmitted = exp(-depths);
+  gathered = smoke.yz;
+#if defined(PASSES) && defined(TEMPERATURE)
+  vec2 heat = textureLod(heated_map, at, 0.0).rg;
+  temperature += heat.x > 1e-9 ? heat.y / heat.x : 0.0;
+#endif
+#endif
+#ifdef SPRITES
+  vec4 sprites = sprites_at(uv, z);
+  transmitted *= vec2(sprites.a, pow(sprites.a, 1.0 - forward));
+  gathered = gathered * sprites.a + sprites.rg;
+#endif
+  vec3 light_scattered = light.rgb * (gathered.x + gathered.y * kCavityLight);
+#ifdef PASSES
+  float seen_at = depth < 1.0 && depth > 0.0 ? z : uintBitsToFloat(0x7f800000u);
+  kept = vec4(transmitted, seen_at, temperature);
+  scattered = vec4(light_scattered, 1.0);
+#else
+  seen = vec4(light_scattered, transmitted.x * transmitted.y);
+#endif
 }

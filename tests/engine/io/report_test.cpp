@@ -43,7 +43,9 @@ TEST(Report, HasTheKeysThatWerePromised) {
                                    "greatest_displacement_m", "greatest_displacement_time_s"}));
   EXPECT_EQ(keys(all["stages"][0]),
             (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
-  EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes"}));
+  EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes", "emitted_kg", "airborne_kg",
+                                   "background_kg", "evacuated_kg", "leaked_kg", "deposited_kg",
+                                   "time_in_smoke"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
   EXPECT_EQ(keys(all["machine"]), (std::set<std::string>{"cpu", "cores", "memory_bytes"}));
 }

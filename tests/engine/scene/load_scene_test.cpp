@@ -91,6 +91,10 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(scene.smoke.at(0).voxel, 0.001);
   EXPECT_EQ(scene.smoke.at(0).max_particles, 1000);
   EXPECT_DOUBLE_EQ(scene.smoke.at(0).smoke_yield, 1e-8);
+  EXPECT_DOUBLE_EQ(scene.smoke.at(0).spacing, 0.002);
+  EXPECT_EQ(scene.smoke.at(0).laplacian, Laplacian::paper);
+  EXPECT_EQ(scene.smoke.at(0).lifetime, 5.0);
+  EXPECT_EQ(scene.smoke.at(0).look, SmokeLook::kSprites);
   EXPECT_NEAR(scene.gas.pressure, 1999.8, 0.1);
   EXPECT_DOUBLE_EQ(scene.gas.temperature, 293.15);
   ASSERT_TRUE(scene.gravity);
@@ -171,6 +175,51 @@ TEST(LoadScene, WhatTheFileLeavesOutIsAsInTheStructures) {
   EXPECT_DOUBLE_EQ(scene->smoke[0].voxel, SmokeDescription().voxel);
   EXPECT_EQ(scene->smoke[0].max_particles, SmokeDescription().max_particles);
   EXPECT_DOUBLE_EQ(scene->smoke[0].smoke_yield, SmokeDescription().smoke_yield);
+  EXPECT_EQ(scene->smoke[0].look, SmokeLook::kMarch);
+}
+
+TEST(LoadScene, EmittersAreHooksOrPlaces) {
+  const Result<SceneDescription> scene = SceneFolder().load(whole_scene());
+  ASSERT_TRUE(scene) << scene.error().text();
+  ASSERT_EQ(scene->smoke[0].emitters.size(), 2u);
+  EXPECT_EQ(scene->smoke[0].emitters[0].instrument, "burner");
+  const EmitterDescription& place = scene->smoke[0].emitters[1];
+  EXPECT_EQ(place.instrument, "");
+  EXPECT_EQ(place.position, Vec3(0.05, 0.05, 0.01));
+  EXPECT_EQ(place.direction, Vec3(0, 0, 1));
+  EXPECT_DOUBLE_EQ(place.radius, 0.002);
+  EXPECT_DOUBLE_EQ(place.rate, 3e-6);
+  EXPECT_EQ(place.particles, 500.0);
+  EXPECT_DOUBLE_EQ(place.speed, 0.2);
+  EXPECT_EQ(place.excess, 40.0);
+  EXPECT_FALSE(place.when.contains(0.999));
+  EXPECT_TRUE(place.when.contains(1.0));
+  EXPECT_FALSE(place.when.contains(2.0));
+}
+
+TEST(LoadScene, GasComesThroughInletsAndLeavesThroughLeaksAndEvacuators) {
+  const Result<SceneDescription> scene = SceneFolder().load(whole_scene());
+  ASSERT_TRUE(scene) << scene.error().text();
+  const GasDescription& gas = scene->gas;
+  EXPECT_EQ(gas.cells, 24);
+  EXPECT_DOUBLE_EQ(gas.cavity, 4e-3);
+  EXPECT_EQ(gas.domain->max(), Vec3(0.12, 0.11, 0.1));
+  ASSERT_EQ(gas.inlets.size(), 1u);
+  EXPECT_EQ(gas.inlets[0].direction, Vec3(0, 0, -1));
+  EXPECT_DOUBLE_EQ(gas.inlets[0].flow, 1e-4);
+  EXPECT_EQ(gas.inlets[0].when.to, 3.0);
+  ASSERT_EQ(gas.leaks.size(), 1u);
+  EXPECT_DOUBLE_EQ(gas.leaks[0].radius, 0.005);
+  ASSERT_EQ(gas.evacuators.size(), 2u);
+  EXPECT_EQ(gas.evacuators[0].instrument, "holder");
+  EXPECT_EQ(gas.evacuators[1].instrument, "");
+  EXPECT_EQ(gas.evacuators[1].position, Vec3(0.1, 0.01, 0.09));
+  EXPECT_DOUBLE_EQ(gas.evacuators[1].flow, 5e-4);
+  EXPECT_TRUE(gas.evacuators[1].when.contains(1e6));
+}
+
+TEST(Gas, HasTheDensityOfCarbonDioxideUnderPressure) {
+  EXPECT_NEAR(GasDescription().density(), 1.76, 0.005);
 }
 
 TEST(LoadScene, TheCameraMayBeLeftOut) {

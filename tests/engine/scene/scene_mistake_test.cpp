@@ -259,6 +259,32 @@ TEST(SceneMistake, ValuesThatDontFitTogetherAreRefused) {
                      "above that of min_mm");
 }
 
+TEST(SceneMistake, SmokeComesFromHooksAndFromPlacesInItsDomain) {
+  EXPECT_ONE_MISTAKE(with("/smoke/0/emitters/0/instrument", "holder"),
+                     "smoke/0/emitters/0/instrument", "which is a grasper, expected a hook");
+  EXPECT_ONE_MISTAKE(with("/smoke/0/emitters/0/instrument", "burnr"),
+                     "smoke/0/emitters/0/instrument", "burner");
+  EXPECT_ONE_MISTAKE(with("/smoke/0/emitters/1/position_mm", {50, 50, 101}),
+                     "smoke/0/emitters/1/position_mm", "expected a place inside the domain");
+  EXPECT_ONE_MISTAKE(with("/smoke/0/emitters/1/to_s", 0.5), "smoke/0/emitters/1/to_s",
+                     "found 0.5, expected at least from_s, which is 1");
+  EXPECT_ONE_MISTAKE(with("/smoke/0/emitters/1/direction", {0, 0, 0}),
+                     "smoke/0/emitters/1/direction", "expected a direction");
+}
+
+TEST(SceneMistake, GasFlowsInsideItsDomainWhichHoldsAllSmoke) {
+  EXPECT_ONE_MISTAKE(with("/gas/domain/max_mm", {90, 110, 100}), "gas/domain",
+                     "expected a box that holds the smoke volume \"plume\"");
+  EXPECT_ONE_MISTAKE(with("/gas/inlets/0/position_mm", {10, 10, 101}), "gas/inlets/0/position_mm",
+                     "expected a place inside the gas's domain");
+  Json scene = whole_scene();
+  scene["gas"].erase("domain");
+  EXPECT_TRUE(SceneFolder().mistakes(scene).empty());
+  scene["gas"]["leaks"][0]["position_mm"] = {101, 10, 50};
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "gas/leaks/0/position_mm",
+                     "[0,0,0] to [100,100,100]");
+}
+
 TEST(SceneMistake, AllAreReportedInOneGo) {
   Json scene = whole_scene();
   scene["duration_s"] = -1;

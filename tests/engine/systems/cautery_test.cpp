@@ -57,8 +57,8 @@ TEST(Cautery, SmokeFollowsThePower) {
   ASSERT_TRUE(weak && strong);
   step_until(*weak, 0.6);
   step_until(*strong, 0.6);
-  const double weak_mass = weak->smoke[0].volume.counters().emitted_mass;
-  const double strong_mass = strong->smoke[0].volume.counters().emitted_mass;
+  const double weak_mass = weak->smoke[0].volume.book().emitted;
+  const double strong_mass = strong->smoke[0].volume.book().emitted;
   EXPECT_GT(weak_mass, 0.0);
   EXPECT_NEAR(strong_mass / weak_mass, 2.0, 0.2);
 }
@@ -69,9 +69,9 @@ TEST(Cautery, SmokeMassIsTheYieldOfTheAbsorbedEnergy) {
   ASSERT_TRUE(world);
   step_until(*world, 0.8);
   const SmokeBody& smoke = world->smoke[0];
-  EXPECT_NEAR(smoke.volume.counters().emitted_mass + smoke.mass_owed,
+  EXPECT_NEAR(smoke.volume.book().emitted + smoke.emitters[0].mass_owed,
               world->organ_burns[0].energy * scene.smoke[0].smoke_yield,
-              1e-6 * smoke.volume.counters().emitted_mass);
+              1e-6 * smoke.volume.book().emitted);
 }
 
 TEST(Cautery, SmokeOutsideEveryVolumeIsReported) {

@@ -424,6 +424,58 @@ TEST_F(OnABlock, PatchThatStaysAnswersAsOneThatHasJustCome) {
   }
 }
 
+TEST_F(OnABlock, AnchoredCellsAnswerAsOthersDo) {
+  std::vector<ContactCell> anchors(3);
+  for (std::size_t k = 0; k < anchors.size(); ++k) {
+    anchors[k].position = Vec3(6e-3 * static_cast<double>(k) - 7e-3, 4e-3, kTop);
+    anchors[k].area = 9e-6;
+    anchors[k].held = true;
+  }
+  contact.anchor(anchors);
+  PatchContact plain(block().compliance, block().touch, kTissue);
+  const MatrixX backing = MatrixX::Identity(9, 9) * 2e-3;
+  std::vector<float> displacements, expected;
+  const auto greatest_of = [](const std::vector<float>& values) {
+    float greatest = 0.0f;
+    for (const float u : values) greatest = std::max(greatest, std::abs(u));
+    return greatest;
+  };
+  for (int step = 0; step < 8; ++step) {
+    // A tip that comes near the anchors, stays there, and is gone at the end.
+    std::vector<ContactCell> cells;
+    if (step < 7)
+      cells = test::plane_cells(Vec3(1e-3 * std::min(step, 3) - 2e-3, 1e-3, kTop), 0.4e-3, 2, 0.0,
+                                0.3e-3);
+    cells.insert(cells.end(), anchors.begin(), anchors.end());
+    cells.back().displacement = Vec3(0.1e-3, 0, 0.2e-3 * step);
+    ContactSolution solution, wanted;
+    ContactResponse loads, wanted_loads;
+    contact.solve(cells, solution, loads, backing);
+    plain.solve(cells, wanted, wanted_loads, backing);
+    ASSERT_TRUE(solution.converged && wanted.converged);
+    EXPECT_EQ(solution.near_fields.size(), cells.size());
+    double force = 0.0, apart = 0.0, moved = 0.0, off = 0.0;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      force = std::max(force, wanted.forces[k].norm());
+      apart = std::max(apart, (solution.forces[k] - wanted.forces[k]).norm());
+      moved = std::max(moved, plain.cell_displacements()[k].norm());
+      off = std::max(off, (contact.cell_displacements()[k] - plain.cell_displacements()[k]).norm());
+    }
+    EXPECT_LT(apart, 2e-3 * force) << step;
+    EXPECT_LT(off, 1e-3 * moved) << step;
+    contact.place_displacements(displacements);
+    plain.place_displacements(expected);
+    ASSERT_EQ(displacements.size(), expected.size());
+    std::vector<float> misses;
+    for (std::size_t i = 0; i < expected.size(); ++i) misses.push_back(displacements[i] - expected[i]);
+    EXPECT_LT(greatest_of(misses), 2e-3f * greatest_of(expected)) << step;
+    // What others make of the response is the same body.
+    place_displacements(block().compliance, loads, expected);
+    for (std::size_t i = 0; i < expected.size(); ++i) misses[i] = displacements[i] - expected[i];
+    EXPECT_LT(greatest_of(misses), 1e-3f * greatest_of(expected)) << step;
+  }
+}
+
 TEST_F(OnABlock, DisplacementsAreThoseOfTheResponse) {
   solve(test::plane_cells(Vec3(1e-3, 0, kTop), 0.4e-3, 2, 1e-3, 0.3e-3));
   std::vector<float> displacements, expected;

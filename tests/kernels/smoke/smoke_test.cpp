@@ -5,10 +5,9 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <numeric>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "kernels/base/hash.h"
 #include "kernels/base/random.h"
@@ -28,7 +27,7 @@ SmokeParameters pairs_only() {
   parameters.random_acceleration = 0.0;
   parameters.swirl_acceleration = 0.0;
   parameters.gravity = 0.0;
-  parameters.surrounding_drag = 0.0;
+  parameters.gas_drag = 0.0;
   parameters.entrainment = 0.0;
   return parameters;
 }
@@ -52,36 +51,37 @@ void emit_one(SmokeVolume& smoke, const Vec3& position, const Vec3& velocity) {
   smoke.emit(emission);
 }
 
-double airborne(const SmokeVolume& smoke) {
-  return std::accumulate(smoke.particles().masses.begin(), smoke.particles().masses.end(), 0.0);
-}
-
 std::string state_hash(const SmokeVolume& smoke) {
   const SmokeParticles& p = smoke.particles();
   Hasher hasher;
   for (std::size_t i = 0; i < p.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      hasher.value(p.positions[i][axis]).value(p.velocities[i][axis]);
+    for (const Float4& v : {p.positions[i], p.velocities[i]}) {
+      hasher.value(v.x).value(v.y).value(v.z).value(v.w);
     }
   }
-  hasher.array(std::span(p.temperatures)).array(std::span(p.masses)).array(std::span(p.ids));
+  hasher.array(std::span(p.masses)).array(std::span(p.ids));
   return hasher.hex();
 }
 
 Vec3 momentum(const SmokeVolume& smoke) {
   Vec3 sum = Vec3::Zero();
-  for (const Vec3f& velocity : smoke.particles().velocities) sum += velocity.cast<double>();
+  for (const Float4& v : smoke.particles().velocities) sum += v.xyz().cast<double>();
   return sum;
 }
 
-TEST(Smoke, HashIsTheSameForOneAndTwoThreads) {
+TEST(Smoke, HashIsTheSameForOneTwoAndFiveThreads) {
   const auto run = [](int threads) {
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                             threads);
     SmokeVolume smoke(cavity());
+    RestingGas gas;
+    SmokeObstacle tool = {
+        .from = Vec3(0.004, 0.0, 0.32), .to = Vec3(0.05, 0.0, 0.36), .radius = 3e-3};
     for (int frame = 0; frame < 90; ++frame) {
       smoke.emit(plume_source(40));
-      smoke.step(1.0 / 60.0);
+      tool.from_before = tool.from, tool.to_before = tool.to;
+      tool.from.x() -= 1e-4;
+      smoke.step(1.0 / 60.0, {.gas = &gas, .obstacles = {&tool, 1}});
     }
     SmokeGrid grid;
     splat(smoke, 2e-3, grid);
@@ -89,6 +89,7 @@ TEST(Smoke, HashIsTheSameForOneAndTwoThreads) {
   };
   const std::string one = run(1);
   EXPECT_EQ(one, run(2));
+  EXPECT_EQ(one, run(5));
   EXPECT_EQ(one, run(2));
 }
 
@@ -119,8 +120,8 @@ TEST(Smoke, PairsExchangeMomentumWithoutMakingAny) {
   const auto spread = [&] {
     double sum = 0.0;
     const Vec3 mean = momentum(smoke) / 3000.0;
-    for (const Vec3f& v : smoke.particles().velocities) {
-      sum += (v.cast<double>() - mean).squaredNorm();
+    for (const Float4& v : smoke.particles().velocities) {
+      sum += (v.xyz().cast<double>() - mean).squaredNorm();
     }
     return sum;
   };
@@ -130,49 +131,6 @@ TEST(Smoke, PairsExchangeMomentumWithoutMakingAny) {
   EXPECT_LT((momentum(smoke) - before).norm(), 1e-6 * largest);
   // It did exchange: viscosity evens the velocities out.
   EXPECT_LT(spread(), 0.2 * spread_before);
-}
-
-// v_x = sin(k z) in an infinite gas decays at the rate nu k^2. Measured in the middle of a block.
-TEST(Smoke, ShearWaveDecaysAtTheExactRate) {
-  SmokeParameters parameters = pairs_only();
-  parameters.crowding_speed = 0.0;
-  parameters.max_particles = 100000;
-  const double spacing = parameters.spacing / 2.5;
-  const double wavelength = 20e-3;
-  const double k = 2.0 * std::numbers::pi / wavelength;
-  SmokeVolume smoke(parameters);
-  const Random random(3, 0);
-  std::uint64_t draw = 0;
-  const Vec3 centre = parameters.domain.center();
-  for (int z = -14; z <= 14; ++z) {
-    for (int y = -8; y <= 8; ++y) {
-      for (int x = -8; x <= 8; ++x) {
-        Vec3 offset = spacing * Vec3(x, y, z);
-        for (int axis = 0; axis < 3; ++axis) offset[axis] += 0.15 * spacing * random.normal(draw++);
-        emit_one(smoke, centre + offset, 0.01 * std::sin(k * offset.z()) * Vec3::UnitX());
-      }
-    }
-  }
-  // The amplitude by least squares over the particles a support radius and more inside.
-  const auto amplitude = [&] {
-    double top = 0.0, bottom = 0.0;
-    for (std::size_t i = 0; i < smoke.particles().size(); ++i) {
-      const Vec3 at =
-          smoke.particles().positions[i].cast<double>() + parameters.domain.min() - centre;
-      if (std::abs(at.x()) > 5e-3 || std::abs(at.y()) > 5e-3 || std::abs(at.z()) > 10e-3) continue;
-      const double wave = std::sin(k * at.z());
-      top += wave * smoke.particles().velocities[i].x();
-      bottom += wave * wave;
-    }
-    return top / bottom;
-  };
-  const double before = amplitude();
-  const double time = 0.1;
-  for (int i = 0; i < 20; ++i) smoke.step(time / 20.0);
-  const double rate = std::log(before / amplitude()) / time;
-  const double nu = parameters.gas_viscosity / parameters.gas_density + parameters.eddy_viscosity;
-  RecordProperty("relative_error", std::to_string(rate / (nu * k * k) - 1.0));
-  EXPECT_NEAR(rate, nu * k * k, 0.08 * nu * k * k);
 }
 
 TEST(Smoke, PlumeRisesAtADecimetreASecondAndSpreads) {
@@ -185,10 +143,10 @@ TEST(Smoke, PlumeRisesAtADecimetreASecondAndSpreads) {
   int young = 0;
   Eigen::AlignedBox3f bounds;
   for (std::size_t i = 0; i < smoke.particles().size(); ++i) {
-    bounds.extend(smoke.particles().positions[i]);
-    const float age = smoke.particles().ages[i];
+    bounds.extend(smoke.particles().position(i));
+    const float age = smoke.particles().age(i);
     if (age < 0.1f || age > 0.5f) continue;
-    rise += smoke.particles().velocities[i].z();
+    rise += smoke.particles().velocity(i).z();
     ++young;
   }
   EXPECT_GT(rise / young, 0.1);
@@ -217,7 +175,7 @@ TEST(Smoke, DiffusionByTheWhiteForceDoesNotDependOnTheStep) {
       const int id = static_cast<int>(smoke.particles().ids[i]);
       const Vec3 start = 5e-3 * (Vec3(id % 16, id / 16 % 16, id / 256).array() - 7.5).matrix() +
                          parameters.domain.sizes() / 2.0;
-      sum += (smoke.particles().positions[i].cast<double>() - start).squaredNorm();
+      sum += (smoke.particles().position(i).cast<double>() - start).squaredNorm();
     }
     return sum / 4000.0;
   };
@@ -226,25 +184,55 @@ TEST(Smoke, DiffusionByTheWhiteForceDoesNotDependOnTheStep) {
   EXPECT_NEAR(spread(4), coarse, 0.15 * coarse);
 }
 
-TEST(Smoke, MassIsBooked) {
+TEST(Smoke, EmittedIsAirborneBackgroundEvacuatedLeakedAndDeposited) {
   SmokeParameters parameters = cavity();
   parameters.max_particles = 700;
   parameters.lifetime = 0.5;
+  parameters.open_sides = kOpenLowX | kOpenHighY;
+  parameters.domain = Box(Vec3(-0.02, -0.02, 0.3), Vec3(0.02, 0.02, 0.36));
+  parameters.background_leak = 1e-5;
+  parameters.deposition_velocity = 1e-3;
+  const SmokeObstacle tool = {.from = Vec3(0.0, 0.002, 0.31),
+                              .to = Vec3(0.0, 0.002, 0.34),
+                              .from_before = Vec3(0.0, 0.002, 0.31),
+                              .to_before = Vec3(0.0, 0.002, 0.34),
+                              .radius = 3e-3};
+  const std::vector<SmokeOutlet> outlets = {
+      {.position = Vec3(0.0, -0.005, 0.33), .radius = 2e-3, .flow = 2e-4},
+      {.position = Vec3(0.0, 0.004, 0.35), .radius = 3e-3, .flow = 1e-5, .leak = true}};
   SmokeVolume smoke(parameters);
-  for (int frame = 0; frame < 120; ++frame) {
+  for (int frame = 0; frame < 180; ++frame) {
     SmokeEmission emission = plume_source(frame < 60 ? 40 : 7);
-    if (frame % 10 == 9) emission.position.z() = 0.2;
-    smoke.emit(emission);
-    smoke.step(1.0 / 60.0);
+    if (frame % 10 == 9) emission.position.z() = 0.2;  // outside: refused
+    EXPECT_EQ(smoke.emit(emission), frame % 10 != 9);
+    smoke.step(1.0 / 60.0, {.obstacles = {&tool, 1}, .outlets = outlets});
     const SmokeCounters& counters = smoke.counters();
-    ASSERT_EQ(counters.emitted, smoke.particles().size() + counters.left_domain + counters.retired);
-    ASSERT_NEAR(counters.emitted_mass, airborne(smoke) + counters.left_mass + counters.retired_mass,
-                1e-12 * counters.emitted_mass);
+    ASSERT_EQ(counters.emitted, smoke.particles().size() + counters.retired);
+    ASSERT_NEAR(smoke.airborne(), smoke.book().owed_airborne(), 1e-12 * smoke.book().emitted);
     ASSERT_LE(smoke.particles().size(), parameters.max_particles);
   }
-  EXPECT_NEAR(smoke.counters().emitted_mass, (60 * 40 + 60 * 7) * 1e-8, 1e-12);
-  EXPECT_GT(smoke.counters().left_domain, 0u);
-  EXPECT_GT(smoke.counters().retired, 0u);
+  const SmokeBook& book = smoke.book();
+  EXPECT_NEAR(book.emitted, (54 * 40 + 108 * 7) * 1e-8, 1e-12);
+  EXPECT_EQ(smoke.counters().refused, 18u);
+  for (const double part : {book.background, book.evacuated, book.leaked, book.deposited}) {
+    EXPECT_GT(part, 1e-4 * book.emitted);
+  }
+}
+
+TEST(Smoke, AVolumeWithoutParticlesStillThinsItsBackground) {
+  SmokeParameters parameters = cavity();
+  parameters.lifetime = 0.1;
+  parameters.cavity_volume = 2e-3;
+  SmokeVolume smoke(parameters);
+  smoke.emit(plume_source(10));
+  for (int i = 0; i < 10; ++i) smoke.step(0.02);
+  ASSERT_EQ(smoke.particles().size(), 0u);
+  const double before = smoke.book().background;
+  EXPECT_NEAR(before, 1e-7, 1e-13);
+  const SmokeOutlet suction = {.flow = 5e-5};
+  for (int i = 0; i < 40; ++i) smoke.step(1.0, {.outlets = {&suction, 1}});
+  EXPECT_NEAR(smoke.book().background, before * std::exp(-1.0), 1e-9 * before);
+  EXPECT_NEAR(smoke.book().evacuated, before * (1.0 - std::exp(-1.0)), 1e-9 * before);
 }
 
 TEST(Smoke, TheOldestRetireFirst) {
@@ -271,7 +259,8 @@ TEST(Smoke, WallsKeepParticlesInside) {
     emission.speed = 3.0;
     smoke.emit(emission);
     smoke.step(1.0 / 60.0);
-    for (const Vec3f& at : smoke.particles().positions) {
+    for (const Float4& position : smoke.particles().positions) {
+      const Vec3f at = position.xyz();
       ASSERT_TRUE(at.minCoeff() >= 0.0f && at.maxCoeff() <= 0.02f) << at.transpose();
     }
   }
@@ -286,45 +275,86 @@ TEST(Smoke, LoneParticlesFeelNoNeighboursAndAreCounted) {
   smoke.step(1.0 / 60.0);
   EXPECT_EQ(smoke.counters().isolated, 4u);
   for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(smoke.particles().velocities[i].x(), 0.01f * smoke.particles().ids[i]);
+    EXPECT_EQ(smoke.particles().velocity(i).x(), 0.01f * smoke.particles().ids[i]);
   }
   emit_one(smoke, Vec3(5e-4, 0.0, 0.4), Vec3::Zero());
   smoke.step(1e-4);
   EXPECT_EQ(smoke.counters().isolated, 0u);
 }
 
-TEST(Smoke, StaysBoundedForHugeStepsViscosityAndCrowds) {
-  SmokeParameters parameters = cavity();
-  parameters.eddy_viscosity = 1e-4;
-  SmokeVolume smoke(parameters);
-  SmokeEmission emission = plume_source(1000);
-  emission.radius = 1e-4;
-  smoke.emit(emission);
-  for (int i = 0; i < 5; ++i) smoke.step(0.2);
-  for (const Vec3f& velocity : smoke.particles().velocities) {
-    ASSERT_TRUE(velocity.allFinite());
-    ASSERT_LT(velocity.norm(), 2.0f);
+TEST(Smoke, StaysBoundedForAnyStepViscosityAndCrowd) {
+  for (const Laplacian laplacian : {Laplacian::pairwise, Laplacian::paper}) {
+    for (const double dt : {1e-4, 1.0 / 60.0, 1.0}) {
+      SmokeParameters parameters = cavity();
+      parameters.laplacian = laplacian;
+      parameters.eddy_viscosity = 3e-5;
+      SmokeVolume smoke(parameters);
+      SmokeEmission emission = plume_source(120);
+      emission.radius = 1e-4;
+      smoke.emit(emission);
+      emission.radius = 3e-3;
+      smoke.emit(emission);
+      for (int i = 0; i < (dt < 0.05 ? 30 : 2); ++i) smoke.step(dt);
+      for (const Float4& velocity : smoke.particles().velocities) {
+        ASSERT_TRUE(velocity.xyz().allFinite()) << dt;
+        ASSERT_LT(velocity.xyz().norm(), 2.0f) << dt;
+      }
+    }
   }
 }
 
-TEST(Smoke, UnusableEmissionsAndStepsDoNothing) {
+TEST(Smoke, ViscosityAloneNeverMakesEnergyHoweverParticlesClump) {
+  SmokeParameters parameters = pairs_only();
+  parameters.crowding_speed = 0.0;
+  SmokeVolume smoke(parameters);
+  const Random random(8, 0);
+  for (int i = 0; i < 600; ++i) {
+    // From all in one place to one in a support radius.
+    const Vec3 at = Vec3(0.0, 0.0, 0.4) +
+                    6e-3 * std::pow(random.uniform(9 * i), 4.0) * Random(9, 0).direction(i);
+    emit_one(smoke, at, 1e-3 * Vec3(random.normal(9 * i + 1), random.normal(9 * i + 2), 0.1));
+  }
+  const auto energy = [&] {
+    double sum = 0.0;
+    for (const Float4& v : smoke.particles().velocities) {
+      sum += v.xyz().cast<double>().squaredNorm();
+    }
+    return sum;
+  };
+  double before = energy();
+  for (const double dt : {1e-4, 1e-2, 0.018, 0.018, 0.05, 0.3, 1.0}) {
+    smoke.step(dt);
+    const double after = energy();
+    EXPECT_LE(after, before * (1.0 + 1e-6)) << dt;
+    before = after;
+  }
+}
+
+TEST(Smoke, UnusableEmissionsAreRefusedAndStepsThatAreNoneDoNothing) {
   SmokeVolume smoke(cavity());
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  SmokeEmission emission = plume_source(10);
-  emission.mass = 0.0;
-  smoke.emit(emission);
-  emission = plume_source(10);
-  emission.position.x() = nan;
-  smoke.emit(emission);
-  emission = plume_source(10);
-  emission.direction.setZero();
-  smoke.emit(emission);
-  emission = plume_source(-3);
-  emission.mass = 1e-8;
-  smoke.emit(emission);
+  const double infinite = std::numeric_limits<double>::infinity();
+  std::uint64_t refused = 0;
+  const auto refuse = [&](const auto& spoil) {
+    SmokeEmission emission = plume_source(10);
+    spoil(emission);
+    EXPECT_FALSE(smoke.emit(emission));
+    EXPECT_EQ(smoke.counters().refused, ++refused);
+  };
+  refuse([](SmokeEmission& e) { e.mass = 0.0; });
+  refuse([&](SmokeEmission& e) { e.mass = infinite; });
+  refuse([&](SmokeEmission& e) { e.position.x() = nan; });
+  refuse([](SmokeEmission& e) { e.position.x() = 0.11; });
+  refuse([](SmokeEmission& e) { e.direction.setZero(); });
+  refuse([](SmokeEmission& e) { e.particles = -3; });
+  refuse([](SmokeEmission& e) { e.radius = -1e-3; });
+  refuse([&](SmokeEmission& e) { e.speed = nan; });
+  refuse([&](SmokeEmission& e) { e.temperature = infinite; });
+  refuse([](SmokeEmission& e) { e.duration = -1.0; });
   smoke.step(nan);
   smoke.step(-1.0);
   EXPECT_EQ(smoke.counters().emitted, 0u);
+  EXPECT_EQ(smoke.book().emitted, 0.0);
   EXPECT_EQ(smoke.time(), 0.0);
   smoke.step(0.1);
   EXPECT_EQ(smoke.time(), 0.1);

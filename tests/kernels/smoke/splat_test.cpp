@@ -46,8 +46,7 @@ TEST(Splat, MassIsTheParticlesMassAtBordersToo) {
     emit_at(smoke, domain.center(), 3e-7, 200);
     SmokeGrid grid;
     splat(smoke, voxel, grid);
-    EXPECT_NEAR(grid_mass(grid), smoke.counters().emitted_mass,
-                1e-6 * smoke.counters().emitted_mass)
+    EXPECT_NEAR(grid_mass(grid), smoke.book().emitted, 1e-6 * smoke.book().emitted)
         << "voxel " << voxel;
   }
 }
@@ -97,6 +96,97 @@ TEST(Splat, SmokeSpreadsWithAge) {
   splat(smoke, 1e-3, grid);
   EXPECT_LT(*std::ranges::max_element(grid.density), 0.1f * young);
   EXPECT_NEAR(grid_mass(grid), 1e-8, 1e-14);
+}
+
+TEST(Splat, VelocityIsTheMassWeightedMean) {
+  SmokeVolume smoke(small_box());
+  const Vec3 at = smoke.parameters().domain.center();
+  smoke.emit({.position = at,
+              .direction = Vec3(1.0, 2.0, -2.0),
+              .speed = 0.3,
+              .radius = 0.0,
+              .mass = 3e-9,
+              .particles = 1});
+  smoke.emit({.position = at,
+              .direction = Vec3(1.0, 2.0, -2.0),
+              .speed = 0.06,
+              .radius = 0.0,
+              .mass = 1e-9,
+              .particles = 1});
+  SmokeGrid grid;
+  splat(smoke, 1e-3, grid);
+  const Vec3 mean = Vec3(1.0, 2.0, -2.0) / 3.0 * (0.75 * 0.3 + 0.25 * 0.06);
+  std::size_t filled = 0;
+  Vec3 momentum = Vec3::Zero();
+  for (std::size_t c = 0; c < grid.density.size(); ++c) {
+    const Vec3 velocity = grid.velocity[c].cast<double>();
+    momentum += grid.density[c] * std::pow(grid.voxel, 3) * velocity;
+    if (grid.density[c] <= 0.0f) {
+      EXPECT_EQ(velocity, Vec3::Zero());
+      continue;
+    }
+    ++filled;
+    EXPECT_LT((velocity - mean).norm(), 1e-4);
+  }
+  EXPECT_GE(filled, 8u);
+  EXPECT_LT((momentum - 4e-9 * mean).norm(), 1e-6 * 4e-9 * mean.norm());
+}
+
+TEST(Splat, IsTheSameForAnyOrderOfParticles) {
+  SmokeVolume smoke(small_box());
+  for (int i = 0; i < 30; ++i) {
+    smoke.emit({.position = smoke.parameters().domain.center() + 1e-4 * i * Vec3(1.0, -1.0, 0.5),
+                .speed = 0.01 * i,
+                .temperature = 3.0 * i,
+                .mass = 1e-9 * (1 + i % 7),
+                .particles = 10});
+  }
+  const SmokeParticles& p = smoke.particles();
+  const std::vector<Float4> positions(p.positions.rbegin(), p.positions.rend());
+  const std::vector<Float4> velocities(p.velocities.rbegin(), p.velocities.rend());
+  const std::vector<float> masses(p.masses.rbegin(), p.masses.rend());
+  SmokeGrid grid, reversed;
+  splat(smoke, 1e-3, grid);
+  SplatParameters pass =
+      splat_parameters(smoke.parameters().domain, 1e-3, smoke.parameters().spacing,
+                       effective_viscosity(smoke.parameters()));
+  splat(positions, velocities, masses, pass, reversed);
+  EXPECT_EQ(grid.density, reversed.density);
+  EXPECT_EQ(grid.temperature, reversed.temperature);
+  EXPECT_EQ(grid.velocity, reversed.velocity);
+}
+
+TEST(Splat, TheFilledPartHoldsAllSmokeWhereItWas) {
+  SmokeVolume smoke(small_box());
+  emit_at(smoke, Vec3(0.513, -0.171, 0.128), 1e-8, 40);
+  SmokeGrid grid;
+  splat(smoke, 1e-3, grid);
+  const SmokeGrid part = filled_part(grid);
+  EXPECT_LT(part.density.size(), grid.density.size() / 50);
+  EXPECT_EQ(part.voxel, grid.voxel);
+  EXPECT_DOUBLE_EQ(grid_mass(part), grid_mass(grid));
+  EXPECT_LT((part.domain.min() - grid.domain.min() - grid.voxel * part.first.cast<double>()).norm(),
+            1e-12);
+  std::size_t c = 0;
+  for (int z = 0; z < part.size.z(); ++z)
+    for (int y = 0; y < part.size.y(); ++y)
+      for (int x = 0; x < part.size.x(); ++x, ++c) {
+        const Eigen::Vector3i at = part.first + Eigen::Vector3i(x, y, z);
+        const auto whole = static_cast<std::size_t>(
+            at.x() + grid.size.x() * (at.y() + grid.size.y() * at.z()));
+        EXPECT_EQ(part.density[c], grid.density[whole]);
+        EXPECT_EQ(part.temperature[c], grid.temperature[whole]);
+        EXPECT_EQ(part.velocity[c], grid.velocity[whole]);
+      }
+}
+
+TEST(Splat, TheFilledPartOfAnEmptyGridIsOneEmptyCell) {
+  const SmokeVolume smoke(small_box());
+  SmokeGrid grid;
+  splat(smoke, 1e-3, grid);
+  const SmokeGrid part = filled_part(grid);
+  EXPECT_EQ(part.size, Eigen::Vector3i(1, 1, 1));
+  EXPECT_EQ(part.density, std::vector<float>{0.0f});
 }
 
 }  // namespace

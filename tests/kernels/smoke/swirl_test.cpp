@@ -11,10 +11,12 @@ namespace viscera {
 namespace {
 
 Vec3 swirl_at(const SwirlField& field, double t, const Vec3f& position) {
-  Vec3f acceleration = Vec3f::Zero();
-  const float factor = 1.0f;
-  field.add(t, {&position, 1}, {&factor, 1}, {&acceleration, 1});
-  return acceleration.cast<double>();
+  SwirlBlock block = {};
+  block.x[5] = position.x();
+  block.y[5] = position.y();
+  block.z[5] = position.z();
+  sum_swirl(field.waves(t), block);
+  return {block.ax[5], block.ay[5], block.az[5]};
 }
 
 TEST(Swirl, HasTheAskedRootMeanSquare) {

@@ -1,0 +1,544 @@
+#include "engine/gpu/gpu_smoke.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+#include "engine/gpu/kernels.h"
+#include "kernels/smoke/integrate.h"
+#include "kernels/smoke/viscosity.h"
+
+namespace viscera {
+
+namespace {
+
+constexpr std::size_t kGroup = 128;             // threads
+constexpr std::size_t kScanBlock = 8 * kGroup;  // EACH in scan.comp
+constexpr std::size_t kExtentGroups = 512;      // at most: each ends with atomics on the same words
+constexpr int kMostBuffers = 11;                // that a kernel binds
+constexpr std::size_t kSumWords = 10;           // of a splatted cell: five channels of two
+
+/// Words of the counters, by the names that the kernels know.
+enum Counter : std::uint32_t { kIsolated, kTested, kTouching, kTrapped, kCounters };
+
+// As the kernels see them: no holes but at the ends.
+static_assert(offsetof(ViscosityParameters, particles) == 36);
+static_assert(offsetof(IntegrateParameters, step) == 16 &&
+              offsetof(IntegrateParameters, entrainment) == 60);
+static_assert(offsetof(CollideParameters, inverse_cell) == 32 &&
+              offsetof(CollideParameters, extent) == 64 &&
+              offsetof(CollideParameters, open_sides) == 80);
+static_assert(offsetof(SplatParameters, inverse_voxel) == 16 &&
+              offsetof(SplatParameters, particles) == 44);
+
+std::size_t groups_of(std::size_t threads) {
+  return (threads + kGroup - 1) / kGroup;
+}
+
+void forget_errors() {
+  // A lost context reports errors for ever.
+  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) {
+  }
+}
+
+template <class Pass>
+void bind_pass(unsigned binding, Buffer& buffer, const Pass& pass) {
+  buffer.upload(std::span<const Pass>(&pass, 1));
+  glBindBufferBase(GL_UNIFORM_BUFFER, binding, buffer.id());
+}
+
+/// The number whose word extent.comp made.
+float from_ascending(std::uint32_t word) {
+  return std::bit_cast<float>((word & 0x8000'0000u) != 0 ? word & 0x7fff'ffffu : ~word);
+}
+
+double sum_of(std::span<const float> masses) {
+  double sum = 0.0;
+  for (const float mass : masses) sum += mass;
+  return sum;
+}
+
+std::string megabytes(std::size_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
+}  // namespace
+
+GpuSmoke::~GpuSmoke() {
+  if (context_) context_->make_current();
+}
+
+Result<std::unique_ptr<GpuSmoke>> GpuSmoke::create(GpuLimits limits,
+                                                   std::shared_ptr<EglContext> context) {
+  if (context) context->make_current();
+  std::unique_ptr<GpuSmoke> made(new GpuSmoke(limits, std::move(context)));
+  GLint buffers = 0, bindings = 0;
+  glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
+  glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &bindings);
+  if (std::min(buffers, bindings) < kMostBuffers) {
+    return failure("smoke on the GPU: a kernel may bind " +
+                   std::to_string(std::min(buffers, bindings)) +
+                   " storage buffers on this device, expected " + std::to_string(kMostBuffers));
+  }
+  if (const Result<void> loaded = made->load_kernels(); !loaded) {
+    return std::unexpected(loaded.error());
+  }
+  made->counters_.allocate(kCounters * sizeof(std::uint32_t));
+  made->extent_.allocate(8 * sizeof(std::uint32_t));
+  // A buffer without a byte can't be bound.
+  for (Buffer* buffer : {&made->waves_, &made->gas_, &made->impulses_, &made->capsules_,
+                         &made->triangles_, &made->surface_entries_}) {
+    buffer->allocate(sizeof(SurfaceTriangle));
+  }
+  return made;
+}
+
+Result<void> GpuSmoke::load_kernels() {
+  const auto number = [](const char* name, auto value) {
+    return std::string(name) + " " + std::to_string(value);
+  };
+  const auto word = [](const char* name, std::uint32_t value) {
+    return std::string(name) + " " + std::to_string(value) + "u";
+  };
+  const std::vector<std::string> constants = {
+      word("GROUP", kGroup),
+      word("ISOLATED", kIsolated),
+      word("TESTED", kTested),
+      word("TOUCHING", kTouching),
+      word("TRAPPED", kTrapped),
+      word("DEPOSITED", static_cast<std::uint32_t>(SmokeFate::deposited)),
+      number("WIDEST", kWidestSplat),
+      "LEAST_OF_DENSITY (1.0 / 3.0)",
+      number("LEAST_OF_MOMENT", kLeastOfMoment),
+      number("MOST_RATIO", kMostRatio)};
+  static_assert(kLeastOfDensity == 1.0f / 3.0f);
+  Error error;
+  const auto load = [&](Program& program, std::vector<std::string> files, const char* pass) {
+    std::vector<std::string> definitions = constants;
+    if (pass != nullptr) definitions.emplace_back(pass);
+    Result<Program> loaded = load_kernel(files, definitions);
+    if (loaded) {
+      program = *std::move(loaded);
+    } else {
+      error.messages.insert(error.messages.end(), loaded.error().messages.begin(),
+                            loaded.error().messages.end());
+    }
+  };
+  const std::string shared = "smoke_passes.glsl";
+  load(clear_, {"clear.comp"}, nullptr);
+  load(box_, {shared, "extent.comp"}, "BOX");
+  load(amounts_, {shared, "extent.comp"}, "AMOUNTS");
+  load(count_, {shared, "bin.comp"}, "COUNT");
+  load(mark_, {shared, "bin.comp"}, "MARK");
+  load(scatter_, {shared, "bin.comp"}, "SCATTER");
+  load(gather_, {shared, "bin.comp"}, "GATHER");
+  load(scan_blocks_, {shared, "scan.comp"}, "BLOCKS");
+  load(scan_totals_, {shared, "scan.comp"}, "TOTALS");
+  load(scan_add_, {shared, "scan.comp"}, "ADD");
+  load(density_, {shared, "viscosity.comp"}, "DENSITY");
+  load(pairs_, {shared, "viscosity.comp"}, "PAIRS");
+  load(paper_, {shared, "paper_viscosity.comp"}, nullptr);
+  load(integrate_, {shared, "integrate.comp"}, nullptr);
+  load(collide_, {shared, "collide.comp"}, nullptr);
+  load(splat_add_, {shared, "splat.comp"}, "ADD");
+  load(splat_resolve_, {shared, "splat.comp"}, "RESOLVE");
+  if (!error.messages.empty()) return std::unexpected(error);
+  return {};
+}
+
+bool GpuSmoke::fail(const std::string& why) {
+  if (trouble_.empty()) trouble_ = "smoke on the GPU: " + why;
+  return false;
+}
+
+bool GpuSmoke::device_is_well() {
+  const GLenum error = glGetError();
+  if (error == GL_NO_ERROR) return true;
+  return fail(error == GL_OUT_OF_MEMORY  ? "out of memory"
+              : error == GL_CONTEXT_LOST ? "its context was lost"
+                                         : "GL error " + std::to_string(error));
+}
+
+/// Room for that many bytes, of unknown content where it has to grow.
+bool GpuSmoke::reserve(Buffer& buffer, std::size_t bytes, const char* what) {
+  bytes = std::max<std::size_t>(bytes, 16);
+  if (bytes > limits_.block_bytes) {
+    return fail(std::string(what) + " would make a storage buffer of " + megabytes(bytes) +
+                ", this device binds at most " + megabytes(limits_.block_bytes));
+  }
+  if (buffer.size() >= bytes) return true;
+  buffer.allocate(std::min(bytes + bytes / 4, limits_.block_bytes));
+  return device_is_well();
+}
+
+std::size_t GpuSmoke::particle_groups() const {
+  return groups_of(particles_);
+}
+
+void GpuSmoke::mark(const char* name) {
+  if (timer_ != nullptr) timer_->mark(name);
+}
+
+void GpuSmoke::clear(const Buffer& buffer, std::size_t words) {
+  clear_.set("count", static_cast<int>(words));
+  queue_.dispatch(clear_, groups_of(words), {}, {{0, &buffer}});
+}
+
+bool GpuSmoke::upload(const SmokeParticles& particles) {
+  if (context_) context_->make_current();
+  forget_errors();
+  trouble_.clear();
+  particles_ = particles.size();
+  survey_.reset();
+  isolated_.reset();
+  const std::size_t n = particles_, vectors = n * sizeof(Float4), words = n * sizeof(float);
+  for (Particles* side : {&now_, &sorted_}) {
+    if (!reserve(side->positions, vectors, "positions") ||
+        !reserve(side->velocities, vectors, "velocities") ||
+        !reserve(side->masses, words, "masses") || !reserve(side->ids, words, "ids")) {
+      return false;
+    }
+  }
+  if (!reserve(accelerations_, vectors, "accelerations") ||
+      !reserve(strengths_, 2 * words, "strengths") || !reserve(fates_, words, "fates") ||
+      !reserve(places_, 2 * words, "places in cells") || !reserve(slots_, words, "slots")) {
+    return false;
+  }
+  queue_.make_readable();
+  now_.positions.upload_part(0, std::span<const Float4>(particles.positions));
+  now_.velocities.upload_part(0, std::span<const Float4>(particles.velocities));
+  now_.masses.upload_part(0, std::span<const float>(particles.masses));
+  now_.ids.upload_part(0, std::span<const std::uint32_t>(particles.ids));
+  return device_is_well();
+}
+
+bool GpuSmoke::start(SmokeParticles& particles) {
+  if (!upload(particles)) return false;
+  mass_before_ = sum_of(particles.masses);
+  clear(fates_, particles_);
+  clear(counters_, kCounters);
+  return true;
+}
+
+/// Finds the box and the greatest speed, where they aren't known.
+void GpuSmoke::survey() {
+  if (survey_) return;
+  clear(extent_, 8);
+  box_.set("count", static_cast<int>(particles_));
+  queue_.dispatch(box_, std::min(particle_groups(), kExtentGroups),
+                  {{0, &now_.positions}, {1, &now_.velocities}}, {{2, &extent_}});
+  queue_.make_readable();
+  const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, 7);
+  survey_.emplace();
+  if (particles_ == 0) {
+    survey_->box.extend(Vec3f::Zero().eval());
+  } else {
+    survey_->box = Eigen::AlignedBox3f(
+        Vec3f(from_ascending(~words[0]), from_ascending(~words[1]), from_ascending(~words[2])),
+        Vec3f(from_ascending(words[3]), from_ascending(words[4]), from_ascending(words[5])));
+  }
+  survey_->speed = std::sqrt(std::bit_cast<float>(words[6]));
+  mark("box");
+}
+
+float GpuSmoke::greatest_speed() {
+  survey();
+  return survey_->speed;
+}
+
+/// bin (bin.h).
+void GpuSmoke::sort(float cell) {
+  survey();
+  grid_ = bin_grid(survey_->box, particles_, cell);
+  const auto cells = static_cast<std::size_t>(grid_.size.w);
+  const std::size_t blocks = (cells + kScanBlock - 1) / kScanBlock;
+  if (!reserve(counts_, cells * sizeof(std::uint32_t), "cells") ||
+      !reserve(cell_begin_, (cells + 1) * sizeof(std::uint32_t), "cells") ||
+      !reserve(totals_, (blocks + 1) * sizeof(std::uint32_t), "cells")) {
+    return;
+  }
+  bind_pass(0, bin_pass_, grid_);
+  clear(counts_, cells);
+  queue_.dispatch(count_, particle_groups(), {{0, &now_.positions}},
+                  {{1, &places_}, {2, &counts_}});
+  for (Program* program : {&scan_blocks_, &scan_add_}) {
+    program->set("count", static_cast<int>(cells));
+  }
+  scan_totals_.set("count", static_cast<int>(blocks));
+  queue_.dispatch(scan_blocks_, blocks, {{0, &counts_}}, {{1, &cell_begin_}, {2, &totals_}});
+  queue_.dispatch(scan_totals_, 1, {}, {{0, &totals_}});
+  queue_.dispatch(scan_add_, groups_of(cells + 1), {{0, &totals_}}, {{1, &cell_begin_}});
+  queue_.dispatch(scatter_, particle_groups(), {{0, &places_}, {1, &cell_begin_}}, {{2, &slots_}});
+  queue_.dispatch(gather_, particle_groups(),
+                  {{0, &places_},
+                   {1, &cell_begin_},
+                   {2, &slots_},
+                   {3, &now_.positions},
+                   {4, &now_.velocities},
+                   {5, &now_.masses},
+                   {6, &now_.ids}},
+                  {{7, &sorted_.positions},
+                   {8, &sorted_.velocities},
+                   {9, &sorted_.masses},
+                   {10, &sorted_.ids}});
+  std::swap(now_, sorted_);
+  mark("bin");
+}
+
+void GpuSmoke::exchange(float cell, ViscosityParameters parameters) {
+  sort(cell);
+  if (!trouble_.empty()) return;
+  parameters.particles = static_cast<std::uint32_t>(particles_);
+  bind_pass(0, viscosity_pass_, parameters);
+  glBindBufferBase(GL_UNIFORM_BUFFER, 1, bin_pass_.id());
+  clear(counters_, kCounters);
+  isolated_.reset();
+  queue_.dispatch(density_, particle_groups(), {{0, &cell_begin_}, {1, &now_.positions}},
+                  {{2, &strengths_}, {3, &accelerations_}, {4, &counters_}});
+  queue_.dispatch(
+      pairs_, particle_groups(),
+      {{0, &cell_begin_}, {1, &now_.positions}, {2, &now_.velocities}, {3, &strengths_}},
+      {{4, &accelerations_}});
+  if (parameters.laplacian == Laplacian::paper) {
+    queue_.dispatch(
+        paper_, particle_groups(),
+        {{0, &cell_begin_}, {1, &now_.positions}, {2, &now_.velocities}, {3, &strengths_}},
+        {{4, &accelerations_}});
+  }
+  mark("viscosity");
+}
+
+std::uint64_t GpuSmoke::isolated() const {
+  if (!isolated_) {
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    isolated_ = counters_.download<std::uint32_t>(kIsolated * sizeof(std::uint32_t), 1)[0];
+  }
+  return *isolated_;
+}
+
+void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWave> waves,
+                         SurroundingGas* gas) {
+  if (!trouble_.empty()) return;
+  parameters.particles = static_cast<std::uint32_t>(particles_);
+  parameters.waves = static_cast<std::uint32_t>(waves.size());
+  std::vector<Float4> positions;
+  if (gas != nullptr) {
+    queue_.make_readable();
+    positions = now_.positions.download<Float4>(0, particles_);
+    const std::vector<Float4> velocities = now_.velocities.download<Float4>(0, particles_);
+    const std::vector<Float4> accelerations = accelerations_.download<Float4>(0, particles_);
+    coupling_.meet(*gas, positions, velocities, accelerations, parameters);
+    if (!reserve(gas_, particles_ * sizeof(Float4), "gas") ||
+        !reserve(impulses_, particles_ * sizeof(Float4), "impulses")) {
+      return;
+    }
+    gas_.upload_part(0, std::span<const Float4>(coupling_.velocities));
+  }
+  if (!waves.empty()) {
+    if (!reserve(waves_, waves.size_bytes(), "waves")) return;
+    waves_.upload_part(0, waves);
+  }
+  bind_pass(0, integrate_pass_, parameters);
+  integrate_.set("with_gas", gas != nullptr ? 1 : 0);
+  queue_.dispatch(integrate_, particle_groups(),
+                  {{2, &now_.ids}, {3, &accelerations_}, {4, &waves_}, {5, &gas_}},
+                  {{0, &now_.positions}, {1, &now_.velocities}, {6, &impulses_}});
+  survey_.reset();
+  mark("integrate");
+  if (gas != nullptr) {
+    queue_.make_readable();
+    now_.positions.download_bytes(0, positions.data(), positions.size() * sizeof(Float4));
+    impulses_.download_bytes(0, coupling_.impulses.data(), particles_ * sizeof(Float4));
+    if (device_is_well()) gas->add_momentum(positions, coupling_.impulses);
+  }
+}
+
+std::vector<std::uint8_t> GpuSmoke::occupied_cells(const BinParameters& grid) {
+  const auto cells = static_cast<std::size_t>(grid.size.w);
+  const std::size_t words = (cells + 31) / 32;
+  std::vector<std::uint8_t> occupied(cells, 0);
+  if (!reserve(occupied_, words * sizeof(std::uint32_t), "cells")) return occupied;
+  bind_pass(0, bin_pass_, grid);
+  clear(occupied_, words);
+  queue_.dispatch(mark_, particle_groups(), {{0, &now_.positions}}, {{1, &occupied_}});
+  queue_.make_readable();
+  const std::vector<std::uint32_t> bits = occupied_.download<std::uint32_t>(0, words);
+  for (std::size_t w = 0; w < words; ++w) {
+    for (std::uint32_t rest = bits[w]; rest != 0; rest &= rest - 1) {
+      occupied[32 * w + static_cast<std::size_t>(std::countr_zero(rest))] = 1;
+    }
+  }
+  return occupied;
+}
+
+bool GpuSmoke::upload_surfaces(const SurfaceCells& cells, std::span<const SmokeCapsule> capsules) {
+  const auto send = [&]<class T>(Buffer& buffer, std::span<const T> values, const char* what) {
+    if (!reserve(buffer, values.size_bytes(), what)) return false;
+    buffer.upload_part(0, values);
+    return true;
+  };
+  return send(surface_begin_, cells.cell_begin(), "cells of surfaces") &&
+         send(surface_entries_, cells.entries(), "triangles in cells") &&
+         send(triangles_, cells.triangles(), "triangles") &&
+         send(capsules_near_, cells.capsules_near(), "cells of surfaces") &&
+         send(capsules_, capsules, "instruments");
+}
+
+CollideCounts GpuSmoke::collide(SurfaceCells& cells, const SurfaceMeeting& meeting,
+                                std::span<const SmokeCapsule> capsules,
+                                CollideParameters parameters) {
+  if (!trouble_.empty()) return {};
+  survey();
+  const BinParameters grid = bin_grid(survey_->box, particles_, meeting.cell);
+  cells.build(grid, occupied_cells(grid), meeting.fraction, meeting.dt, meeting.margin, capsules);
+  if (cells.empty() || !upload_surfaces(cells, capsules)) return {};
+  mark("surface cells");
+  parameters.particles = static_cast<std::uint32_t>(particles_);
+  parameters.capsules = static_cast<std::uint32_t>(capsules.size());
+  parameters.origin = grid.origin;
+  parameters.size = grid.size;
+  parameters.inverse_cell = grid.inverse_cell;
+  bind_pass(0, collide_pass_, parameters);
+  isolated();  // before its word goes
+  clear(counters_, kCounters);
+  queue_.dispatch(collide_, particle_groups(),
+                  {{0, &surface_begin_},
+                   {1, &surface_entries_},
+                   {2, &triangles_},
+                   {3, &capsules_near_},
+                   {4, &capsules_}},
+                  {{5, &now_.positions},
+                   {6, &now_.velocities},
+                   {7, &now_.masses},
+                   {8, &fates_},
+                   {9, &counters_}});
+  survey_.reset();
+  mark("collide");
+  queue_.make_readable();
+  const std::vector<std::uint32_t> words = counters_.download<std::uint32_t>(0, kCounters);
+  CollideCounts counts;
+  counts.tested = words[kTested];
+  counts.touching = words[kTouching];
+  counts.trapped = words[kTrapped];
+  return counts;
+}
+
+std::optional<double> GpuSmoke::finish(SmokeParticles& particles, std::vector<SmokeFate>& fates) {
+  if (!trouble_.empty()) return std::nullopt;
+  SmokeParticles back = read_particles();
+  const std::vector<std::uint32_t> words = fates_.download<std::uint32_t>(0, particles_);
+  if (!device_is_well()) return std::nullopt;
+  fates.resize(words.size());
+  std::ranges::transform(words, fates.begin(),
+                         [](std::uint32_t word) { return static_cast<SmokeFate>(word); });
+  std::swap(particles, back);
+  return mass_before_ - sum_of(particles.masses);
+}
+
+bool GpuSmoke::splat_here(SplatParameters& parameters) {
+  const auto cells = static_cast<std::size_t>(parameters.size.w);
+  if (!reserve(sums_, kSumWords * cells * sizeof(std::uint32_t), "sums of a smoke volume") ||
+      !reserve(density_cells_, cells * sizeof(float), "cells") ||
+      !reserve(temperature_cells_, cells * sizeof(float), "cells") ||
+      !reserve(velocity_cells_, cells * sizeof(Vec3f), "cells")) {
+    return false;
+  }
+  clear(extent_, 8);
+  amounts_.set("count", static_cast<int>(particles_));
+  queue_.dispatch(amounts_, std::min(particle_groups(), kExtentGroups),
+                  {{0, &now_.positions}, {1, &now_.velocities}, {2, &now_.masses}},
+                  {{3, &extent_}});
+  queue_.make_readable();
+  const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, 3);
+  set_scales({std::bit_cast<float>(words[0]), std::bit_cast<float>(words[1]),
+              std::bit_cast<float>(words[2])},
+             parameters);
+  parameters.particles = static_cast<std::uint32_t>(particles_);
+  bind_pass(0, splat_pass_, parameters);
+  clear(sums_, kSumWords * cells);
+  queue_.dispatch(splat_add_, particle_groups(),
+                  {{0, &now_.positions}, {1, &now_.velocities}, {2, &now_.masses}}, {{3, &sums_}});
+  queue_.dispatch(splat_resolve_, groups_of(cells), {{0, &sums_}},
+                  {{1, &density_cells_}, {2, &temperature_cells_}, {3, &velocity_cells_}});
+  mark("splat");
+  return device_is_well();
+}
+
+void GpuSmoke::read_splat(const SplatParameters& parameters, SmokeGrid& grid) {
+  const auto cells = static_cast<std::size_t>(parameters.size.w);
+  grid.size = {parameters.size.x, parameters.size.y, parameters.size.z};
+  queue_.make_readable();
+  grid.density = density_cells_.download<float>(0, cells);
+  grid.temperature = temperature_cells_.download<float>(0, cells);
+  grid.velocity = velocity_cells_.download<Vec3f>(0, cells);
+}
+
+bool GpuSmoke::splat(const SmokeParticles& particles, SplatParameters& parameters,
+                     SmokeGrid& grid) {
+  if (!upload(particles) || !splat_here(parameters)) return false;
+  read_splat(parameters, grid);
+  return device_is_well();
+}
+
+SmokeParticles GpuSmoke::read_particles() {
+  queue_.make_readable();
+  SmokeParticles back;
+  back.positions = now_.positions.download<Float4>(0, particles_);
+  back.velocities = now_.velocities.download<Float4>(0, particles_);
+  back.masses = now_.masses.download<float>(0, particles_);
+  back.ids = now_.ids.download<std::uint32_t>(0, particles_);
+  return back;
+}
+
+std::vector<Float4> GpuSmoke::read_accelerations() {
+  queue_.make_readable();
+  return accelerations_.download<Float4>(0, particles_);
+}
+
+std::vector<std::uint32_t> GpuSmoke::read_cell_begin() {
+  queue_.make_readable();
+  return cell_begin_.download<std::uint32_t>(0, static_cast<std::size_t>(grid_.size.w) + 1);
+}
+
+std::size_t GpuSmoke::bytes() const {
+  std::size_t sum = 0;
+  for (const Buffer* buffer : {&now_.positions,
+                               &now_.velocities,
+                               &now_.masses,
+                               &now_.ids,
+                               &sorted_.positions,
+                               &sorted_.velocities,
+                               &sorted_.masses,
+                               &sorted_.ids,
+                               &accelerations_,
+                               &strengths_,
+                               &fates_,
+                               &counters_,
+                               &extent_,
+                               &places_,
+                               &slots_,
+                               &counts_,
+                               &cell_begin_,
+                               &totals_,
+                               &occupied_,
+                               &waves_,
+                               &gas_,
+                               &impulses_,
+                               &surface_begin_,
+                               &surface_entries_,
+                               &triangles_,
+                               &capsules_near_,
+                               &capsules_,
+                               &sums_,
+                               &density_cells_,
+                               &temperature_cells_,
+                               &velocity_cells_}) {
+    sum += buffer->size();
+  }
+  return sum;
+}
+
+}  // namespace viscera

@@ -1,0 +1,23 @@
+// Kinds of keys that several parts of the scene format share.
+#pragma once
+
+#include "engine/scene/keys.h"
+
+namespace viscera {
+
+/// Of an ObjectCheck: the path below the object and "found X, expected Y".
+using Finding = std::optional<std::pair<std::string, std::string>>;
+
+constexpr double kFarthest_mm = 10000.0;  ///< of any position: a scene is of a body's size
+constexpr double kLongest_s = 3600.0;     ///< of a scene
+
+double component(const Json& vector, int i);
+double distance(const Json& a, const Json& b);
+
+KeySpec position(std::string name, std::string description);
+/// A vector whose length doesn't count isn't zero.
+ObjectCheck has_direction(std::string name);
+/// An axis-aligned box: min_mm and max_mm, in order.
+ObjectSpec box(std::string description);
+
+}  // namespace viscera

@@ -1,0 +1,54 @@
+// What the CPU must know of the particles before the next pass: BOX their bounding box and greatest
+// speed, AMOUNTS what the greatest one carries (splat.h). All as words whose greatest is sought, so
+// that cleared words begin it: of a number the bits, which ascend for positive ones and are turned
+// about for others; for the least, their complement.
+uniform int count;  // particles
+
+layout(std430, binding = 0) readonly buffer Positions { vec4 positions[]; };
+layout(std430, binding = 1) readonly buffer Velocities { vec4 velocities[]; };
+
+#ifdef BOX
+const uint WORDS = 7u;
+layout(std430, binding = 2) buffer Extent { uint extent[]; };  // low, high, speed^2
+
+uint ascending(float x) {
+  uint bits = floatBitsToUint(x);
+  return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
+}
+#else
+const uint WORDS = 3u;
+layout(std430, binding = 2) readonly buffer Masses { float masses[]; };
+layout(std430, binding = 3) buffer Extent { uint extent[]; };  // mass, heat, momentum
+#endif
+
+shared uint most[WORDS];
+
+void main() {
+  uint group = group_index();
+  if (group >= uint(groups)) return;
+  uint lane = gl_LocalInvocationID.x;
+  if (lane < WORDS) most[lane] = 0u;
+  barrier();
+  uint own[WORDS];
+  for (uint w = 0u; w < WORDS; ++w) own[w] = 0u;
+  for (uint i = group * GROUP + lane; i < uint(count); i += uint(groups) * GROUP) {
+    vec4 at = positions[i], v = velocities[i];
+#ifdef BOX
+    own[0] = max(own[0], ~ascending(at.x));
+    own[1] = max(own[1], ~ascending(at.y));
+    own[2] = max(own[2], ~ascending(at.z));
+    own[3] = max(own[3], ascending(at.x));
+    own[4] = max(own[4], ascending(at.y));
+    own[5] = max(own[5], ascending(at.z));
+    own[6] = max(own[6], floatBitsToUint(dot(v.xyz, v.xyz)));
+#else
+    vec3 size = abs(v.xyz);
+    own[0] = max(own[0], floatBitsToUint(masses[i]));
+    own[1] = max(own[1], floatBitsToUint(masses[i] * abs(at.w)));
+    own[2] = max(own[2], floatBitsToUint(masses[i] * max(max(size.x, size.y), size.z)));
+#endif
+  }
+  for (uint w = 0u; w < WORDS; ++w) atomicMax(most[w], own[w]);
+  barrier();
+  if (lane < WORDS) atomicMax(extent[lane], most[lane]);
+}

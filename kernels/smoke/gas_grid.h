@@ -1,0 +1,151 @@
+// The gas of an insufflated cavity: a coarse incompressible flow on a staggered (MAC) grid
+// [Harlow1965], with organs and wall as solid cells. It carries smoke, and smoke drives it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "kernels/base/result.h"
+#include "kernels/smoke/gas_advection.h"
+#include "kernels/smoke/gas_layout.h"
+#include "kernels/smoke/gas_points.h"
+#include "kernels/smoke/gas_pressure.h"
+#include "kernels/smoke/gas_sources.h"
+#include "kernels/smoke/gas_spreading.h"
+#include "kernels/smoke/gas_viscosity.h"
+
+namespace viscera {
+
+struct GasParameters {
+  Box domain;                            ///< world [m]
+  int cells = 32;                        ///< along the longest axis; near cubes along the others
+  double density = 1.76;                 ///< [kg/m3] (CO2 at 12 mmHg and 37 C)
+  double kinematic_viscosity = 8.75e-6;  ///< [m2/s]
+  double eddy_viscosity = 5e-6;          ///< added to it: eddies smaller than a cell [m2/s]
+  bool no_slip = true;                   ///< at solids and closed sides, or gas slides along them
+  /// Sides (-x, +x, -y, +y, -z, +z) open to gas at rest at the outside's pressure; others are
+  /// walls.
+  std::array<bool, 6> open{};
+  double tolerance = 1e-4;    ///< of the divergence, relative (GasReport::divergence)
+  double most_speed = 100.0;  ///< faster gas is slowed to this, and counted [m/s]
+  double rest_speed = 1e-5;   ///< gas that nothing drives and that is slower has come to rest [m/s]
+};
+
+/// What is wrong with the parameters, each mistake in a line.
+Result<void> check_gas(const GasParameters& parameters);
+
+/// Of one step. Flows [m3/s] balance: inlets + displaced = evacuators + leaks + sides +
+/// compression.
+struct GasReport {
+  bool moved = false;          ///< false: at rest, nothing was done, the rest is 0
+  int iterations = 0;          ///< of the pressure
+  bool converged = true;       ///< the pressure, to the tolerance
+  double divergence = 0.0;     ///< root mean square that is left, over that before the projection
+                               ///< or a tenth of (speed / cell), whichever is more
+  double speed = 0.0;          ///< the greatest component on a face [m/s]
+  double courant = 0.0;        ///< the greatest number of cells that gas passed along an axis
+  std::size_t slowed = 0;      ///< faces faster than most_speed
+  std::vector<double> inlets;  ///< in; 0 where solids block it
+  std::vector<double> evacuators;  ///< out; 0 where solids block it
+  std::vector<double> leaks;       ///< out; negative where outside gas is drawn in
+  std::array<double, 6> sides{};   ///< out
+  double displaced = 0.0;          ///< by moving solids: gas squeezed is positive
+  /// What has nowhere to go: spread evenly over each closed region, where gas is compressed (> 0,
+  /// the cavity's pressure rises) or expands.
+  double compression = 0.0;
+  Vec3 impulse_to_walls = Vec3::Zero();  ///< of add_momentum, on faces of solids [N s]
+};
+
+/// Same digits for any number of threads. Costs a test a step while at rest.
+class GasGrid {
+ public:
+  /// The parameters must pass check_gas.
+  explicit GasGrid(const GasParameters& parameters);
+
+  const GasParameters& parameters() const { return parameters_; }
+  const std::array<int, 3>& cells() const { return layout_.n; }
+  const Vec3& spacing() const { return spacing_; }
+  Vec3 cell_middle(int i, int j, int k) const;  ///< world [m]
+
+  /// Cells that are solid (not 0), x fastest, and how they move [m/s] (empty: they don't). Gas in
+  /// cells that become solid is gone; cells that become gas start with the solid's velocity.
+  void set_solids(std::span<const std::uint8_t> solid, std::span<const Vec3f> velocities = {});
+  bool is_solid(int i, int j, int k) const;
+
+  void set_inlets(std::span<const GasInlet> inlets);
+  void set_evacuators(std::span<const GasEvacuator> evacuators);
+  void set_leaks(std::span<const GasLeak> leaks);  ///< costs as set_solids does, if they differ
+
+  /// Gas velocity at n places [m/s]; places outside the domain get that of its side.
+  void velocity(const GasPoints& points, const StridedVectors<float>& velocities) const;
+  Vec3 velocity(const Vec3& world) const;
+
+  /// How much of an exchange each particle may do so that the gas never overshoots: particles would
+  /// draw the gas with `rates` m k dt [kg] (mass, rate, step); the share that is left is
+  /// m_g / (m_g + sum of rates), the least of the faces about the particle, m_g a face's gas.
+  void couple(const GasPoints& points, std::span<const float> rates, std::span<float> shares);
+  /// Gives impulses [N s] at n places to the gas; counts from the next step.
+  void add_momentum(const GasPoints& points, const StridedVectors<const float>& impulses);
+
+  /// Advances by dt > 0 [s]; stable for any.
+  const GasReport& step(double dt);
+  const GasReport& report() const { return report_; }  ///< of the last step
+  bool at_rest() const { return at_rest_; }
+
+  /// Sets every face's velocity from a field over the world [m/s]; walls keep theirs.
+  void set_velocity(const std::function<Vec3(const Vec3&)>& field);
+  Vec3 momentum() const;  ///< of the gas, with what add_momentum has given since the step [N s]
+  double energy() const;  ///< kinetic [J]
+  /// The greatest |divergence - what sources ask for| of any cell, times a cell over the speed.
+  double divergence_error() const;
+  std::size_t memory_bytes() const;
+
+ private:
+  void rebuild();
+  void place_sources();
+  void hold_fixed_faces();
+  void give_impulses();
+  void drive_inlets(double dt);
+  void slow_down();
+  void project(double dt);
+  void measure(double dt);
+  bool driven() const;
+  double cell_volume() const { return spacing_.prod(); }
+
+  GasParameters parameters_;
+  GasLayout layout_;
+  Vec3 spacing_;
+  std::vector<std::uint8_t> solid_;
+  std::vector<Vec3f> solid_velocity_;              // empty: all at rest
+  std::array<std::vector<std::uint8_t>, 3> free_;  // faces that gas crosses
+  GasFaces weight_;                                // of the pressure's equation [1/m2]
+  std::vector<float> opening_;                     // likewise, of leaks
+  std::vector<float> outside_;  // of a cell to the outside: its leaks and open sides
+  GasRegions regions_;
+  std::vector<double> region_opening_;  // sum of the weights to the outside; 0: closed
+
+  std::vector<GasInlet> inlets_;
+  std::vector<GasEvacuator> evacuators_;
+  std::vector<GasLeak> leaks_;
+  std::vector<GasSpread> inlet_cells_, evacuator_cells_, leak_cells_;
+
+  GasFaces velocity_;                           // [m/s]
+  std::array<std::vector<double>, 3> impulse_;  // of add_momentum [N s]
+  std::array<std::vector<double>, 3> rate_;     // of couple [kg]
+  bool impulse_came_ = false;
+  bool at_rest_ = true;
+  std::vector<float> potential_;  // pressure * dt / density [m2/s]
+  double potential_dt_ = 0.0;
+  std::vector<float> source_;  // divergence that inlets and evacuators ask for [1/s]
+  std::vector<float> right_;   // side of the pressure's equation [1/s]
+  VectorX squeeze_;            // of each closed region's cells [1/s]
+  GasAdvection advection_;
+  GasViscosity viscosity_;
+  GasPressure pressure_;
+  PointLayers point_layers_;
+  GasReport report_;
+};
+
+}  // namespace viscera

@@ -1,0 +1,67 @@
+// Velocity between the faces of the gas grid: trilinear in each component's own eight faces.
+// Reading and spreading take the same weights, so that what particles exchange with the gas is
+// conserved.
+#pragma once
+
+#include <algorithm>
+#include <span>
+
+#include "kernels/smoke/gas_layout.h"
+
+namespace viscera {
+
+/// The eight faces about a place and their weights.
+struct FaceStencil {
+  std::ptrdiff_t base;  ///< the least of them
+  float x, y, z;        ///< how far towards the others, 0 to 1
+
+  /// Calls body(face, weight) for each; the weights sum to 1 in double precision.
+  template <class Body>
+  void each(const GasLayout& layout, const Body& body) const {
+    for (int corner = 0; corner < 8; ++corner) {
+      const bool i = corner & 1, j = corner & 2, k = corner & 4;
+      body(base + (i ? 1 : 0) + (j ? layout.stride[1] : 0) + (k ? layout.stride[2] : 0),
+           (i ? x : 1.0 - x) * (j ? y : 1.0 - y) * (k ? z : 1.0 - z));
+    }
+  }
+};
+
+/// The stencil of the faces across `Axis` at a place in cells from the domain's least corner.
+/// Beyond the outermost faces values go on unchanged.
+template <int Axis>
+inline FaceStencil face_stencil(const GasLayout& layout, float x, float y, float z) {
+  const auto part = [&](int axis, float at, int& cell) {
+    const int last = layout.n[axis] - (Axis == axis ? 0 : 1);
+    // The order of the arguments takes what isn't a number to 0.
+    const float inside =
+        std::min(std::max(0.0f, at - (Axis == axis ? 0.0f : 0.5f)), static_cast<float>(last));
+    cell = std::min(static_cast<int>(inside), std::max(last - 1, 0));
+    return inside - static_cast<float>(cell);
+  };
+  int i, j, k;
+  FaceStencil stencil;
+  stencil.x = part(0, x, i);
+  stencil.y = part(1, y, j);
+  stencil.z = part(2, z, k);
+  stencil.base = layout.index(i, j, k);
+  return stencil;
+}
+
+inline float interpolate(const GasLayout& layout, const float* values, const FaceStencil& s) {
+  const float* v = values + s.base;
+  const std::ptrdiff_t row = layout.stride[1], layer = layout.stride[2];
+  const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+  const float low = mix(mix(v[0], v[1], s.x), mix(v[row], v[row + 1], s.x), s.y);
+  const float high =
+      mix(mix(v[layer], v[layer + 1], s.x), mix(v[layer + row], v[layer + row + 1], s.x), s.y);
+  return mix(low, high, s.z);
+}
+
+/// All three components at a place in cells.
+inline Vec3f sample(const GasLayout& layout, const GasFaces& faces, float x, float y, float z) {
+  return {interpolate(layout, faces[0].data(), face_stencil<0>(layout, x, y, z)),
+          interpolate(layout, faces[1].data(), face_stencil<1>(layout, x, y, z)),
+          interpolate(layout, faces[2].data(), face_stencil<2>(layout, x, y, z))};
+}
+
+}  // namespace viscera

@@ -1,0 +1,59 @@
+// Where gas comes into the cavity and where it leaves.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/smoke/gas_layout.h"
+
+namespace viscera {
+
+/// The trocar's gas port: volume flow, and the momentum that its jet carries.
+struct GasInlet {
+  Vec3 position = Vec3::Zero();     ///< world [m]
+  Vec3 direction = -Vec3::UnitZ();  ///< of the jet; any length
+  double radius = 2e-3;             ///< of the opening [m]
+  double flow = 0.0;                ///< in [m3/s], not negative
+};
+
+/// A suction tip: draws gas from all around.
+struct GasEvacuator {
+  Vec3 position = Vec3::Zero();  ///< world [m]
+  double radius = 2e-3;          ///< of the opening [m]
+  double flow = 0.0;             ///< out [m3/s], not negative
+};
+
+/// A hole to the outside, at whose pressure the gas there is: its flow follows from the others'.
+struct GasLeak {
+  Vec3 position = Vec3::Zero();  ///< world [m]
+  double radius = 2e-3;          ///< of the opening [m]
+
+  bool operator==(const GasLeak&) const = default;
+};
+
+/// Cells that share a source; weights sum to 1.
+struct GasSpread {
+  std::vector<std::ptrdiff_t> cells;
+  std::vector<double> weights;
+};
+
+/// Gas cells that faces connect, numbered region by region.
+struct GasRegions {
+  std::vector<int> of;     ///< a cell's region; -1 outside the gas
+  std::vector<int> cells;  ///< in each
+};
+
+/// Regions of cells with solid = 0; faces of weight 0 part them.
+GasRegions gas_regions(const GasLayout& layout, std::span<const std::uint8_t> solid,
+                       const GasFaces& weights);
+
+/// The gas cells within `radius` [m] of a place (in metres from the domain's least corner), or
+/// within one and a half cells where the radius is less, more at the middle. Where several regions
+/// are in reach the one with the most cells takes all, so that no pocket between organs swallows a
+/// source. Twice and four times as far where there is no gas in reach; without cells where there
+/// still is none: the source is blocked.
+GasSpread spread_source(const GasLayout& layout, const Vec3& spacing, const GasRegions& regions,
+                        const Vec3& place, double radius);
+
+}  // namespace viscera

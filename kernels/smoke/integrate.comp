@@ -1,0 +1,80 @@
+// integrate (integrate.h) with sum_swirl (swirl.h), a thread a particle.
+layout(std140, binding = 0) uniform Pass { IntegrateParameters pass; };
+uniform int with_gas;  // else the gas rests, and nobody asks what it gets
+
+layout(std430, binding = 0) buffer Positions { vec4 positions[]; };
+layout(std430, binding = 1) buffer Velocities { vec4 velocities[]; };
+layout(std430, binding = 2) readonly buffer Ids { uint ids[]; };
+layout(std430, binding = 3) readonly buffer Accelerations { vec4 accelerations[]; };
+layout(std430, binding = 4) readonly buffer Waves { SwirlWave waves[]; };
+layout(std430, binding = 5) readonly buffer Gas { vec4 gas[]; };  // u; theta
+layout(std430, binding = 6) writeonly buffer Impulses { vec4 impulses[]; };
+
+uvec3 random_words(uint x, uint y, uint z) {
+  uvec3 v = uvec3(x, y, z) * 1664525u + 1013904223u;
+  v.x += v.y * v.z;
+  v.y += v.z * v.x;
+  v.z += v.x * v.y;
+  v ^= v >> 16u;
+  v.x += v.y * v.z;
+  v.y += v.z * v.x;
+  v.z += v.x * v.y;
+  return v;
+}
+
+float nearly_normal(uint word) {
+  uint bytes =
+      (word & 0xffu) + (word >> 8 & 0xffu) + (word >> 16 & 0xffu) + (word >> 24);
+  return (float(bytes) - 510.0) * (1.0 / 147.8005);
+}
+
+vec3 swirl_at(vec3 at) {
+  vec3 sum = vec3(0.0);
+  for (uint m = 0u; m < pass.waves; ++m) {
+    vec4 k = waves[m].wave_number;
+    // Tens of turns: another rounding would show in the sine.
+    precise float phase = k.x * at.x + k.y * at.y + k.z * at.z + k.w;
+    phase -= roundEven(phase);
+    float parabola = phase * (8.0 - 16.0 * abs(phase));
+    sum += waves[m].amplitude.xyz * (parabola * (0.775 + 0.225 * abs(parabola)));
+  }
+  return sum;
+}
+
+/// One axis against the domain's sides: `low`, `high` are bits of open_sides.
+void keep_inside(inout float position, inout float velocity, float extent, uint low, uint high) {
+  float restitution = pass.extent.w;
+  if (position < 0.0 && (pass.open_sides & low) == 0u) {
+    position = min(-restitution * position, extent);
+    velocity = -restitution * velocity;
+  } else if (position > extent && (pass.open_sides & high) == 0u) {
+    position = max(extent - restitution * (position - extent), 0.0);
+    velocity = -restitution * velocity;
+  }
+}
+
+void main() {
+  uint i = thread_index();
+  if (i >= pass.particles) return;
+  vec4 position = positions[i], velocity = velocities[i], neighbours = accelerations[i];
+  vec4 around = with_gas != 0 ? gas[i] : vec4(0.0, 0.0, 0.0, 1.0);
+  float turbulence = 1.0 + pass.plume_turbulence * max(0.0, position.w);
+  uvec3 words = random_words(ids[i], pass.substep, pass.seed);
+  vec3 noise = vec3(nearly_normal(words.x), nearly_normal(words.y), nearly_normal(words.z));
+  vec3 acceleration =
+      neighbours.xyz + turbulence * (swirl_at(position.xyz) + pass.white * noise);
+  acceleration.z += pass.lift * position.w;
+
+  vec3 u = around.xyz, v = velocity.xyz;
+  float rate = around.w * (neighbours.w + pass.entrainment * length(v - u));
+  v = (v + pass.step * (acceleration + rate * u)) / (1.0 + pass.step * rate);
+  if (with_gas != 0) {
+    impulses[i] = vec4(pass.parcel_mass * rate * pass.step * (v - u), 0.0);
+  }
+  vec3 at = position.xyz + pass.step * v;
+  keep_inside(at.x, v.x, pass.extent.x, 1u, 2u);
+  keep_inside(at.y, v.y, pass.extent.y, 4u, 8u);
+  keep_inside(at.z, v.z, pass.extent.z, 16u, 32u);
+  positions[i] = vec4(at, position.w * pass.cooling);
+  velocities[i] = vec4(v, velocity.w + pass.step);
+}

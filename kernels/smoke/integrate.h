@@ -1,0 +1,50 @@
+// Forces on the parcels and their motion: dv/dt = (mu lap v + f) / rho [De2006] eq. 14.
+#pragma once
+
+#include <span>
+
+#include "kernels/smoke/smoke_passes.h"
+
+namespace viscera {
+
+/// Three words from three by pcg3d [Jarzynski2020]: the same on the CPU and in GLSL.
+struct RandomWords {
+  std::uint32_t x, y, z;
+};
+constexpr RandomWords random_words(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+  x = x * 1664525u + 1013904223u;
+  y = y * 1664525u + 1013904223u;
+  z = z * 1664525u + 1013904223u;
+  x += y * z, y += z * x, z += x * y;
+  x ^= x >> 16, y ^= y >> 16, z ^= z >> 16;
+  x += y * z, y += z * x, z += x * y;
+  return {x, y, z};
+}
+
+/// A standard normal number to the accuracy that a random force needs: the sum of a word's four
+/// bytes (mean 0, variance 1, bounded at 3.5).
+constexpr float nearly_normal(std::uint32_t word) {
+  const std::uint32_t bytes =
+      (word & 0xff) + (word >> 8 & 0xff) + (word >> 16 & 0xff) + (word >> 24);
+  return (static_cast<float>(bytes) - 510.0f) * (1.0f / 147.8005f);  // 4 (256^2 - 1) / 12
+}
+
+/// m k dt [kg] of each particle, k = accelerations.w + entrainment |v - u|: what the gas is asked
+/// to exchange. `gas` holds u.
+void exchanged_mass(std::span<const Float4> velocities, std::span<const Float4> accelerations,
+                    std::span<const Float4> gas, const IntegrateParameters& parameters,
+                    std::span<float> exchanged);
+
+/// Advances by a step: neighbours' accelerations (w: drag rate of the gas around), the random force
+/// (white per particle, swirl shared by neighbours; both grow with a plume's heat), buoyancy, and
+/// drag towards the gas, implicit, so that no step makes it overshoot:
+///   v' = (v + dt (a + k u)) / (1 + dt k),  k = theta (drag + entrainment |v - u|).
+/// `gas` is u with theta in w; empty where the gas rests. `impulses`, where not empty, is what the
+/// gas gets, m k dt (v' - u) [kg m/s]. Closed sides of the domain stop a particle inelastically;
+/// through open ones it leaves, and its position tells.
+void integrate(std::span<Float4> positions, std::span<Float4> velocities,
+               std::span<const std::uint32_t> ids, std::span<const Float4> accelerations,
+               std::span<const Float4> gas, std::span<const SwirlWave> waves,
+               const IntegrateParameters& parameters, std::span<Float4> impulses);
+
+}  // namespace viscera

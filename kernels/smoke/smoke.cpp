@@ -1,0 +1,350 @@
+#include "kernels/smoke/smoke.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "kernels/base/parallel.h"
+#include "kernels/base/random.h"
+
+namespace viscera {
+namespace {
+
+constexpr std::size_t kChunk = 1024;
+constexpr std::uint64_t kEmissionStream = 0x454d'4954ull << 32;
+constexpr double kReferenceStep = 1.0 / 60.0;
+constexpr int kMostSubsteps = 64;
+constexpr std::size_t kMostObstacles = 32;
+constexpr float kWallRestitution = 0.2f;
+constexpr std::uint32_t kFewestNeighbours = 4;
+constexpr std::uint32_t kRounds = 6;
+// Crowding stays as gentle as at this excess where a source overfills its surroundings.
+constexpr float kMostExcess = 4.0f;
+
+ViscosityParameters viscosity_parameters(const SmokeParameters& parameters, double dt) {
+  const double h = parameters.spacing, nu = effective_viscosity(parameters);
+  // The kernel's norm is 315 / (64 pi h^3), and a particle stands for (h/2)^3.
+  constexpr double kFill = 315.0 / (64.0 * std::numbers::pi) / 8.0;
+  ViscosityParameters pass;
+  pass.inverse_square = static_cast<float>(1.0 / (h * h));
+  pass.viscosity = static_cast<float>(nu);
+  pass.crowding = static_cast<float>(0.5 * parameters.crowding_speed * parameters.crowding_speed);
+  pass.fill = static_cast<float>(kFill);
+  pass.most_excess = kMostExcess;
+  pass.gas_drag = static_cast<float>(parameters.gas_drag * 18.0 * nu / (h * h));
+  pass.fewest_neighbours = kFewestNeighbours;
+  pass.laplacian = parameters.laplacian;
+  pass.step = static_cast<float>(dt);
+  return pass;
+}
+
+bool usable(const SmokeEmission& emission, const Box& domain) {
+  return emission.position.allFinite() && domain.contains(emission.position) &&
+         emission.direction.allFinite() && emission.direction.norm() > 0.0 &&
+         std::isfinite(emission.speed) && std::isfinite(emission.radius) &&
+         emission.radius >= 0.0 && std::isfinite(emission.temperature) &&
+         std::isfinite(emission.duration) && emission.duration >= 0.0 &&
+         std::isfinite(emission.mass) && emission.mass > 0.0 && emission.particles > 0;
+}
+
+}  // namespace
+
+double effective_viscosity(const SmokeParameters& parameters) {
+  return parameters.gas_viscosity / parameters.gas_density + parameters.eddy_viscosity;
+}
+
+SmokeVolume::SmokeVolume(const SmokeParameters& parameters)
+    : parameters_(parameters),
+      swirl_(parameters.seed, parameters.swirl_acceleration, parameters.swirl_wavelength,
+             parameters.swirl_time) {
+  assert(!parameters.domain.isEmpty() && parameters.spacing > 0.0);
+  assert(parameters.gas_density > 0.0 && parameters.gas_temperature > 0.0);
+}
+
+bool SmokeVolume::emit(const SmokeEmission& emission) {
+  if (!usable(emission, parameters_.domain)) {
+    ++counters_.refused;
+    return false;
+  }
+  const auto number = static_cast<std::size_t>(emission.particles);
+  const float mass = static_cast<float>(emission.mass / emission.particles);
+  counters_.emitted += number;
+  book_.emitted += static_cast<double>(mass) * emission.particles;
+
+  const Vec3f extent = parameters_.domain.sizes().cast<float>();
+  const Vec3 velocity = emission.speed * emission.direction.normalized();
+  const float temperature = static_cast<float>(emission.temperature);
+  for (std::size_t i = 0; i < number; ++i) {
+    const Random random(parameters_.seed, kEmissionStream + next_id_);
+    const double age = emission.duration * random.uniform(2);
+    const Vec3 offset = emission.radius * std::cbrt(random.uniform(3)) * random.direction(0);
+    const Vec3f position =
+        (emission.position + offset + age * velocity - parameters_.domain.min()).cast<float>();
+    particles_.positions.push_back(
+        Float4::from(position.cwiseMax(Vec3f::Zero()).cwiseMin(extent), temperature));
+    particles_.velocities.push_back(Float4::from(velocity.cast<float>(), static_cast<float>(age)));
+    particles_.masses.push_back(mass);
+    particles_.ids.push_back(next_id_++);
+  }
+  if (particles_.size() > parameters_.max_particles) {
+    end_oldest(particles_.size() - parameters_.max_particles);
+  }
+  return true;
+}
+
+void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
+  if (!(dt > 0.0) || !std::isfinite(dt)) return;
+  counters_.isolated = counters_.tested = counters_.touching = 0;
+  if (particles_.size() == 0) {
+    surfaces_.advance({}, parameters_.domain.min());
+    time_ += dt;
+  } else {
+    surfaces_.advance(around.surfaces, parameters_.domain.min());
+    hand_over();
+    const double nu = effective_viscosity(parameters_);
+    const double longest =
+        nu > 0.0 ? longest_viscous_step(parameters_.spacing, nu) : kReferenceStep;
+    const int exchanges = std::max(1, static_cast<int>(std::ceil(dt / longest)));
+    exchange_step_ = dt / exchanges;
+    for (int e = 0; e < exchanges; ++e) {
+      exchange();
+      // Neither particles nor what they may meet go further than a support radius: cells of the gas,
+      // and bodies, are wider.
+      double way = exchange_step_ * static_cast<double>(passes().greatest_speed());
+      const Eigen::AlignedBox3f domain(Vec3f::Zero(), parameters_.domain.sizes().cast<float>());
+      way = std::max<double>(way, surfaces_.greatest_way(domain) / exchanges);
+      for (const SmokeObstacle& obstacle : around.obstacles) {
+        way = std::max({way, (obstacle.from - obstacle.from_before).norm() / exchanges,
+                        (obstacle.to - obstacle.to_before).norm() / exchanges});
+      }
+      const double wanted = std::ceil(way / parameters_.spacing);
+      const int substeps = static_cast<int>(std::clamp<double>(wanted, 1.0, kMostSubsteps));
+      for (int s = 0; s < substeps; ++s) {
+        const double parts = static_cast<double>(exchanges) * substeps;
+        const double from = (e * substeps + s) / parts, to = (e * substeps + s + 1) / parts;
+        substep(exchange_step_ / substeps, from, to, dt, around);
+      }
+    }
+    take_back();
+    end_aged_and_gone();
+  }
+  take_out(dt, around.outlets);
+}
+
+void SmokeVolume::hand_over() {
+  any_trapped_ = false;
+  if (passes().start(particles_)) return;
+  drop_device();
+  cpu_.start(particles_);
+}
+
+void SmokeVolume::take_back() {
+  counters_.isolated = passes().isolated();
+  if (const std::optional<double> deposited = passes().finish(particles_, fates_)) {
+    book_.deposited += *deposited;
+    return;
+  }
+  drop_device();
+  fates_.assign(particles_.size(), SmokeFate::airborne);
+}
+
+void SmokeVolume::drop_device() {
+  if (!device_) return;
+  device_failure_ = device_->trouble();
+  device_.reset();
+}
+
+/// Sorts the particles and finds what neighbours do to each.
+void SmokeVolume::exchange() {
+  // The fates travel with the particles only between two sorts.
+  if (any_trapped_) {
+    take_back();
+    remove_ended();
+    hand_over();
+  }
+  passes().exchange(static_cast<float>(parameters_.spacing),
+                    viscosity_parameters(parameters_, exchange_step_));
+}
+
+void SmokeVolume::substep(double dt, double from, double to, double whole,
+                          const SmokeSurroundings& around) {
+  IntegrateParameters pass;
+  pass.extent = Float4::from(parameters_.domain.sizes().cast<float>(), kWallRestitution);
+  pass.step = static_cast<float>(dt);
+  pass.white = static_cast<float>(parameters_.random_acceleration * std::sqrt(kReferenceStep / dt));
+  pass.lift = static_cast<float>(parameters_.gravity / parameters_.gas_temperature);
+  pass.plume_turbulence =
+      static_cast<float>(parameters_.plume_turbulence / parameters_.gas_temperature);
+  pass.cooling = parameters_.cooling_time > 0.0
+                     ? static_cast<float>(std::exp(-dt / parameters_.cooling_time))
+                     : 0.0f;
+  pass.parcel_mass =
+      static_cast<float>(parameters_.gas_density * std::pow(0.5 * parameters_.spacing, 3));
+  pass.entrainment = static_cast<float>(parameters_.entrainment);
+  pass.seed = static_cast<std::uint32_t>(parameters_.seed ^ parameters_.seed >> 32);
+  pass.substep = substeps_++;
+  pass.open_sides = parameters_.open_sides;
+  const std::vector<SwirlWave> waves = swirl_.waves(time_);
+  passes().integrate(pass, waves, around.gas);
+  time_ += dt;
+  meet_surfaces(dt, from, to, whole, around);
+}
+
+void SmokeVolume::meet_surfaces(double dt, double from, double to, double whole,
+                                const SmokeSurroundings& around) {
+  if (around.surfaces.empty() && around.obstacles.empty()) return;
+  const double h = parameters_.spacing, nu = effective_viscosity(parameters_);
+  const Vec3 origin = parameters_.domain.min();
+  const Eigen::AlignedBox3f domain(Vec3f::Zero(), parameters_.domain.sizes().cast<float>());
+  double way = (to - from) * surfaces_.greatest_way(domain);
+
+  capsules_.clear();
+  for (const SmokeObstacle& obstacle : around.obstacles) {
+    if (capsules_.size() == kMostObstacles) break;
+    const Vec3 from_way = obstacle.from - obstacle.from_before;
+    const Vec3 to_way = obstacle.to - obstacle.to_before;
+    way = std::max({way, (to - from) * from_way.norm(), (to - from) * to_way.norm()});
+    SmokeCapsule capsule;
+    capsule.from = Float4::from((obstacle.from_before + to * from_way - origin).cast<float>(),
+                                static_cast<float>(obstacle.radius));
+    capsule.to = Float4::from((obstacle.to_before + to * to_way - origin).cast<float>());
+    capsule.from_motion = Float4::from((from_way / whole).cast<float>());
+    capsule.to_motion = Float4::from((to_way / whole).cast<float>());
+    capsules_.push_back(capsule);
+  }
+
+  CollideParameters pass;
+  pass.gap = static_cast<float>(parameters_.surface_gap);
+  // A parcel of edge h/2 touches when its middle is half of that away; the surface drags it by the
+  // shear over that distance, and takes smoke from the half that faces it.
+  pass.touch = static_cast<float>(std::max(0.25 * h, parameters_.surface_gap));
+  pass.friction = static_cast<float>(-std::expm1(-dt * 8.0 * nu / (h * h)));
+  pass.kept = static_cast<float>(std::exp(-dt * parameters_.deposition_velocity / (0.5 * h)));
+  pass.rounds = kRounds;
+  pass.extent = Float4::from(domain.max());
+  pass.open_sides = parameters_.open_sides;
+
+  // What went into a surface in this substep is no deeper than both have moved; getting out, it
+  // comes as far as that and the gap again.
+  const float margin = static_cast<float>(dt) * passes().greatest_speed() +
+                       static_cast<float>(way) + 2.0f * pass.gap + pass.touch;
+  const CollideCounts counts =
+      passes().collide(surfaces_, {to, whole, static_cast<float>(h), margin}, capsules_, pass);
+  counters_.tested = counts.tested;
+  counters_.touching = counts.touching;
+  counters_.trapped += counts.trapped;
+  any_trapped_ = any_trapped_ || counts.trapped > 0;
+}
+
+/// Particles at an outlet go through it, and the background thins.
+void SmokeVolume::take_out(double dt, std::span<const SmokeOutlet> outlets) {
+  double evacuation = 0.0, leak = parameters_.background_leak;
+  fates_.assign(particles_.size(), SmokeFate::airborne);
+  bool any = false;
+  for (const SmokeOutlet& outlet : outlets) {
+    if (!(outlet.flow > 0.0)) continue;
+    (outlet.leak ? leak : evacuation) += outlet.flow;
+    const Vec3f at = (outlet.position - parameters_.domain.min()).cast<float>();
+    const float square = static_cast<float>(outlet.radius * outlet.radius);
+    for (std::size_t i = 0; i < particles_.size(); ++i) {
+      if (fates_[i] != SmokeFate::airborne) continue;
+      if (!((particles_.position(i) - at).squaredNorm() < square)) continue;
+      fates_[i] = outlet.leak ? SmokeFate::leaked : SmokeFate::evacuated;
+      any = true;
+    }
+  }
+  if (any) remove_ended();
+  book_.flow_out(parameters_.cavity_volume, evacuation, leak, dt);
+}
+
+void SmokeVolume::end_aged_and_gone() {
+  const float lifetime = static_cast<float>(parameters_.lifetime);
+  const Vec3f extent = parameters_.domain.sizes().cast<float>();
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    if (fates_[i] != SmokeFate::airborne) continue;
+    const Vec3f at = particles_.position(i);
+    bool gone = particles_.age(i) > lifetime;
+    for (int axis = 0; axis < 3; ++axis) {
+      gone = gone || ((parameters_.open_sides & kOpenLowX << 2 * axis) && at[axis] < 0.0f) ||
+             ((parameters_.open_sides & kOpenHighX << 2 * axis) && at[axis] > extent[axis]);
+    }
+    if (gone) fates_[i] = SmokeFate::background;
+  }
+  remove_ended();
+}
+
+// Ids count up, so the oldest are the least.
+void SmokeVolume::end_oldest(std::size_t count) {
+  counters_.crowded_out += count;
+  std::vector<std::uint32_t> ids = particles_.ids;
+  std::ranges::nth_element(ids, ids.begin() + static_cast<std::ptrdiff_t>(count - 1));
+  const std::uint32_t last = ids[count - 1];
+  fates_.resize(particles_.size());
+  std::ranges::transform(particles_.ids, fates_.begin(), [&](std::uint32_t id) {
+    return id <= last ? SmokeFate::background : SmokeFate::airborne;
+  });
+  remove_ended();
+}
+
+void SmokeVolume::remove_ended() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    const double mass = particles_.masses[i];
+    switch (fates_[i]) {
+      case SmokeFate::airborne:
+        if (kept != i) particles_.copy(i, particles_, kept);
+        ++kept;
+        continue;
+      case SmokeFate::background:
+        book_.background += mass;
+        break;
+      case SmokeFate::evacuated:
+        book_.evacuated += mass;
+        break;
+      case SmokeFate::leaked:
+        book_.leaked += mass;
+        break;
+      case SmokeFate::deposited:
+        book_.deposited += mass;
+        break;
+    }
+    ++counters_.retired;
+  }
+  particles_.resize(kept);
+  fates_.assign(kept, SmokeFate::airborne);
+}
+
+double SmokeVolume::airborne() const {
+  return parallel_sum(particles_.size(), kChunk, 0.0, [&](std::size_t begin, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t i = begin; i < end; ++i) sum += particles_.masses[i];
+    return sum;
+  });
+}
+
+std::size_t SmokeVolume::memory_bytes() const {
+  return particles_.memory_bytes() + cpu_.memory_bytes() + surfaces_.memory_bytes() +
+         fates_.capacity() + (device_ ? device_->memory_bytes() : 0);
+}
+
+float spread_radius(const SmokeParameters& parameters, float age) {
+  const double h = parameters.spacing;
+  const double grown = 0.25 * h * h + 12.0 * effective_viscosity(parameters) * age;
+  return static_cast<float>(std::min(std::sqrt(grown), 2.5 * h));
+}
+
+void splat(const SmokeVolume& smoke, double voxel, SmokeGrid& grid) {
+  const SmokeParameters& parameters = smoke.parameters();
+  SplatParameters pass = splat_parameters(parameters.domain, voxel, parameters.spacing,
+                                          effective_viscosity(parameters));
+  const SmokeParticles& particles = smoke.particles();
+  if (smoke.device() == nullptr || !smoke.device()->splat(particles, pass, grid)) {
+    splat(particles.positions, particles.velocities, particles.masses, pass, grid);
+  }
+  grid.voxel = voxel;
+  grid.domain =
+      Box(parameters.domain.min(), parameters.domain.min() + voxel * grid.size.cast<double>());
+}
+
+}  // namespace viscera

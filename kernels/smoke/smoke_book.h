@@ -1,0 +1,23 @@
+// Where the smoke of a volume is: emitted = airborne + background + evacuated + leaked + deposited.
+#pragma once
+
+namespace viscera {
+
+/// Masses [kg]. Smoke that no particle carries any more, old, crowded out or beyond an open side,
+/// is mixed evenly into the cavity's gas: the background, which outflow thins exponentially. The
+/// airborne part is the particles' own (SmokeVolume::airborne).
+struct SmokeBook {
+  double emitted = 0.0;
+  double background = 0.0;
+  double evacuated = 0.0;
+  double leaked = 0.0;
+  double deposited = 0.0;
+
+  /// Outflow of well-mixed gas for dt [s] from a cavity of `volume` [m3], flows in [m3/s]:
+  /// B' = -B (evacuation + leak) / volume.
+  void flow_out(double volume, double evacuation, double leak, double dt);
+  /// What is left for the particles if the book closes.
+  double owed_airborne() const { return emitted - background - evacuated - leaked - deposited; }
+};
+
+}  // namespace viscera

@@ -1,0 +1,156 @@
+// The parameters of the smoke passes as both languages see them: C++ on the CPU, std140 uniform
+// blocks and std430 buffers in the GLSL twins. One struct a pass, made of 4-byte scalars and
+// 16-byte vectors, each vector on a multiple of 16 bytes; sizes are multiples of 16.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "kernels/base/types.h"
+
+namespace viscera {
+
+struct alignas(16) Float4 {
+  float x = 0.0f, y = 0.0f, z = 0.0f, w = 0.0f;
+
+  Vec3f xyz() const { return {x, y, z}; }
+  void set_xyz(const Vec3f& v) { x = v.x(), y = v.y(), z = v.z(); }
+  static Float4 from(const Vec3f& v, float w = 0.0f) { return {v.x(), v.y(), v.z(), w}; }
+};
+
+struct alignas(16) Int4 {
+  std::int32_t x = 0, y = 0, z = 0, w = 0;
+};
+
+// --- bin
+// ------------------------------------------------------------------------------------------
+
+/// A dense grid of cells, x fastest, with a margin of one empty cell all around. A position's cell
+/// is floor((position - origin) inverse_cell), kept within [1, size - 2].
+struct BinParameters {
+  Float4 origin;              ///< least corner of the margin's first cell [m]
+  Int4 size;                  ///< cells along x, y, z, and in all
+  float inverse_cell = 0.0f;  ///< [1/m]
+  std::uint32_t particles = 0;
+  std::uint32_t pad[2] = {};
+};
+static_assert(sizeof(BinParameters) == 48);
+
+// --- viscosity
+// ------------------------------------------------------------------------------------
+
+enum class Laplacian : std::uint32_t {
+  pairwise,  ///< symmetric pairs with the trace of their second moment made right; the default
+  paper,     ///< second derivatives of linear moving least squares [De2006] eq. 15; inconsistent
+};
+
+struct ViscosityParameters {
+  float inverse_square = 0.0f;          ///< 1 / h^2 [1/m2]
+  float viscosity = 0.0f;               ///< nu [m2/s]
+  float crowding = 0.0f;                ///< c^2 / 2, c the crowding speed [m2/s2]
+  float fill = 0.0f;                    ///< phi for a sum of q^3 of one
+  float most_excess = 0.0f;             ///< of phi over 1
+  float gas_drag = 0.0f;                ///< rate where phi is 0: 18 nu / h^2 [1/s]
+  std::uint32_t fewest_neighbours = 0;  ///< with fewer a particle is isolated
+  Laplacian laplacian = Laplacian::pairwise;
+  float step = 0.0f;  ///< dt, which bounds what the paper's Laplacian may do [s]
+  std::uint32_t particles = 0;
+  std::uint32_t pad[2] = {};
+};
+static_assert(sizeof(ViscosityParameters) == 48);
+
+// --- integrate
+// ------------------------------------------------------------------------------------
+
+/// One transverse wave of the swirling force: amplitude * sine(wave_number . x + phase).
+struct SwirlWave {
+  Float4 amplitude;    ///< [m/s2]; w: 0
+  Float4 wave_number;  ///< in turns [1/m]; w: phase at this time, in turns within [0, 1)
+};
+static_assert(sizeof(SwirlWave) == 32);
+
+/// Sides of the domain that smoke leaves through, as bits.
+enum : std::uint32_t {
+  kOpenLowX = 1,
+  kOpenHighX = 2,
+  kOpenLowY = 4,
+  kOpenHighY = 8,
+  kOpenLowZ = 16,
+  kOpenHighZ = 32,
+  kOpenAll = 63
+};
+
+struct IntegrateParameters {
+  Float4 extent;                  ///< of the domain [m]; w: restitution of its closed sides
+  float step = 0.0f;              ///< dt [s]
+  float white = 0.0f;             ///< deviation of a component of the white force in dt [m/s2]
+  float lift = 0.0f;              ///< gravity / gas temperature [m/s2/K]
+  float plume_turbulence = 0.0f;  ///< per kelvin of excess
+  float cooling = 0.0f;           ///< factor on the temperature excess in dt
+  float parcel_mass = 0.0f;       ///< of the gas that a particle stands for, rho (h/2)^3 [kg]
+  std::uint32_t seed = 0;
+  std::uint32_t substep = 0;  ///< counter of the random numbers
+  std::uint32_t open_sides = 0;
+  std::uint32_t waves = 0;  ///< that follow in a buffer of SwirlWave
+  std::uint32_t particles = 0;
+  float entrainment = 0.0f;  ///< drag rate a speed relative to the gas [1/m]
+};
+static_assert(sizeof(IntegrateParameters) == 64);
+
+// --- collide
+// --------------------------------------------------------------------------------------
+
+/// A triangle near particles, ready for the nearest-point test.
+struct SurfaceTriangle {
+  /// Domain frame [m]; w: number of the surface, greatest distance of a corner from their mean, 0.
+  std::array<Float4, 3> corners;
+  std::array<Float4, 3> motion;  ///< velocities of the corners [m/s]
+  /// Pseudo-normals [Baerentzen2005]: the face's; the edges' 01, 12, 20, sums of two faces'; the
+  /// corners', sums of the faces' around by angle. Not normalised but the face's.
+  std::array<Float4, 7> normals;
+};
+static_assert(sizeof(SurfaceTriangle) == 208);
+
+/// An instrument's part: the points within radius of a segment.
+struct SmokeCapsule {
+  Float4 from;         ///< domain frame [m]; w: radius [m]
+  Float4 to;           ///< [m]
+  Float4 from_motion;  ///< velocity of the ends [m/s]
+  Float4 to_motion;
+};
+static_assert(sizeof(SmokeCapsule) == 64);
+
+struct CollideParameters {
+  Float4 origin;  ///< of the surface cells, as in BinParameters
+  Int4 size;
+  float inverse_cell = 0.0f;  ///< [1/m]
+  float gap = 0.0f;           ///< that is kept between a particle and a surface [m]
+  float friction = 0.0f;      ///< share of the tangential velocity that a touch takes
+  float touch = 0.0f;         ///< distance within which smoke deposits [m]
+  float kept = 1.0f;          ///< share of its smoke that a touching particle keeps in this step
+  std::uint32_t capsules = 0;
+  std::uint32_t particles = 0;
+  std::uint32_t rounds = 0;  ///< of getting out of overlapping surfaces before it is trapped
+  Float4 extent;             ///< of the domain, whose closed sides count as surfaces here [m]
+  std::uint32_t open_sides = 0;
+  std::uint32_t pad[3] = {};
+};
+static_assert(sizeof(CollideParameters) == 96);
+
+// --- splat
+// ----------------------------------------------------------------------------------------
+
+struct SplatParameters {
+  Int4 size;                    ///< cells along x, y, z, and in all
+  float inverse_voxel = 0.0f;   ///< [1/m]
+  float first_square = 0.0f;    ///< of the tent's radius at age 0 [m2]
+  float growth = 0.0f;          ///< of its square with age [m2/s]
+  float widest = 0.0f;          ///< radius [m]
+  float mass_scale = 0.0f;      ///< fixed-point steps a kilogram
+  float heat_scale = 0.0f;      ///< a kilogram kelvin
+  float momentum_scale = 0.0f;  ///< a kilogram metre a second
+  std::uint32_t particles = 0;
+};
+static_assert(sizeof(SplatParameters) == 48);
+
+}  // namespace viscera

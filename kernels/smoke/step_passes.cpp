@@ -1,0 +1,123 @@
+#include "kernels/smoke/step_passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/base/parallel.h"
+#include "kernels/base/stopwatch.h"
+#include "kernels/smoke/integrate.h"
+
+namespace viscera {
+namespace {
+
+constexpr std::size_t kChunk = 4096;
+
+}  // namespace
+
+void GasCoupling::meet(SurroundingGas& gas, std::span<const Float4> positions,
+                       std::span<const Float4> particle_velocities,
+                       std::span<const Float4> accelerations,
+                       const IntegrateParameters& parameters) {
+  const std::size_t count = positions.size();
+  velocities.resize(count);
+  impulses.resize(count);
+  exchanged.resize(count);
+  theta.resize(count);
+  gas.velocity(positions, velocities);
+  exchanged_mass(particle_velocities, accelerations, velocities, parameters, exchanged);
+  gas.couple(positions, exchanged, theta);
+  parallel_for_each_index(count, kChunk, [&](std::size_t i) { velocities[i].w = theta[i]; });
+}
+
+std::size_t GasCoupling::memory_bytes() const {
+  return (velocities.capacity() + impulses.capacity()) * sizeof(Float4) +
+         (exchanged.capacity() + theta.capacity()) * sizeof(float);
+}
+
+template <class Pass>
+void CpuSmokePasses::timed(const char* name, const Pass& pass) {
+  const Stopwatch watch;
+  pass();
+  if (seconds_ != nullptr) (*seconds_)[name] += watch.seconds();
+}
+
+bool CpuSmokePasses::start(SmokeParticles& particles) {
+  particles_ = &particles;
+  fates_.assign(particles.size(), SmokeFate::airborne);
+  deposited_ = 0.0;
+  return true;
+}
+
+void CpuSmokePasses::exchange(float cell, ViscosityParameters parameters) {
+  timed("bin", [&] { bin(*particles_, cell, bins_); });
+  parameters.particles = static_cast<std::uint32_t>(particles_->size());
+  timed("viscosity", [&] {
+    viscosity_.run(particles_->positions, particles_->velocities, bins_, parameters);
+  });
+}
+
+void CpuSmokePasses::integrate(IntegrateParameters parameters, std::span<const SwirlWave> waves,
+                               SurroundingGas* gas) {
+  parameters.particles = static_cast<std::uint32_t>(particles_->size());
+  parameters.waves = static_cast<std::uint32_t>(waves.size());
+  timed("integrate", [&] {
+    coupling_.clear();
+    if (gas != nullptr) {
+      coupling_.meet(*gas, particles_->positions, particles_->velocities, viscosity_.accelerations(),
+                     parameters);
+    }
+    viscera::integrate(particles_->positions, particles_->velocities, particles_->ids,
+                       viscosity_.accelerations(), coupling_.velocities, waves, parameters,
+                       coupling_.impulses);
+    if (gas != nullptr) gas->add_momentum(particles_->positions, coupling_.impulses);
+  });
+}
+
+CollideCounts CpuSmokePasses::collide(SurfaceCells& cells, const SurfaceMeeting& meeting,
+                                      std::span<const SmokeCapsule> capsules,
+                                      CollideParameters parameters) {
+  parameters.particles = static_cast<std::uint32_t>(particles_->size());
+  parameters.capsules = static_cast<std::uint32_t>(capsules.size());
+  CollideCounts counts;
+  timed("collide", [&] {
+    cells.build(particles_->positions, meeting.fraction, meeting.dt, meeting.cell, meeting.margin,
+                capsules);
+    parameters.origin = cells.grid().origin;
+    parameters.size = cells.grid().size;
+    parameters.inverse_cell = cells.grid().inverse_cell;
+    counts = viscera::collide(particles_->positions, particles_->velocities, particles_->masses,
+                              cells, capsules, parameters, fates_);
+  });
+  deposited_ += counts.deposited;
+  return counts;
+}
+
+float CpuSmokePasses::greatest_speed() {
+  float most = 0.0f;
+  for (const Float4& v : particles_->velocities) most = std::max(most, v.xyz().squaredNorm());
+  return std::sqrt(most);
+}
+
+std::optional<double> CpuSmokePasses::finish(SmokeParticles& particles,
+                                             std::vector<SmokeFate>& fates) {
+  if (particles_ != &particles) return std::nullopt;
+  std::swap(fates, fates_);
+  particles_ = nullptr;
+  return deposited_;
+}
+
+bool CpuSmokePasses::splat(const SmokeParticles& particles, SplatParameters& parameters,
+                           SmokeGrid& grid) {
+  timed("splat", [&] {
+    viscera::splat(particles.positions, particles.velocities, particles.masses, parameters, grid);
+  });
+  return true;
+}
+
+std::size_t CpuSmokePasses::memory_bytes() const {
+  return bins_.memory_bytes() + viscosity_.memory_bytes() + coupling_.memory_bytes() +
+         fates_.capacity();
+}
+
+}  // namespace viscera
