@@ -58,6 +58,17 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
   return view;
 }
 
+/// Of what is mixed into the whole cavity [kg/m3].
+double background_density(const World& world, const SmokeBody& smoke) {
+  return smoke.volume.book().background / world.gas.description.cavity;
+}
+
+double background_of(const World& world) {
+  double density = 0.0;
+  for (const SmokeBody& smoke : world.smoke) density += background_density(world, smoke);
+  return density;
+}
+
 }  // namespace
 
 Endoscope::Endoscope(const CameraDescription& description)
@@ -91,16 +102,6 @@ Vec3 light_colour(double temperature) {
     colour[c] = std::expm1(c2 / (wavelengths[c] * 5600.0)) /
                 std::expm1(c2 / (wavelengths[c] * temperature));
   return colour / colour.maxCoeff();
-}
-
-static double background_density(const World& world, const SmokeBody& smoke) {
-  return smoke.volume.book().background / world.gas.description.cavity;
-}
-
-static double background_of(const World& world) {
-  double density = 0.0;
-  for (const SmokeBody& smoke : world.smoke) density += background_density(world, smoke);
-  return density;
 }
 
 std::optional<double> sight_of_tips(const World& world, const CameraView& camera) {

@@ -253,6 +253,21 @@ bool SurfaceCells::any_occupied(const Box3f& box) const {
   return false;
 }
 
+/// Calls visit(cell, its centre) for the cells with particles that the box meets.
+template <class Visit>
+void SurfaceCells::for_each_occupied(const Box3f& box, const Visit& visit) const {
+  const Int4 low = cell_of(grid_, Float4::from(box.min()));
+  const Int4 high = cell_of(grid_, Float4::from(box.max()));
+  for (int z = low.z; z <= high.z; ++z)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int x = low.x; x <= high.x; ++x) {
+        const std::uint32_t cell = cell_number(grid_, {x, y, z, 0});
+        if (occupied_[cell])
+          visit(cell, Vec3f(grid_.origin.xyz() +
+                            Vec3f(x + 0.5f, y + 0.5f, z + 0.5f) / grid_.inverse_cell));
+      }
+}
+
 void SurfaceCells::bin_surface(Tracked& surface, float number, double fraction, double dt,
                                float margin) {
   const Vec3f reach = Vec3f::Constant(margin);
@@ -283,24 +298,14 @@ void SurfaceCells::bin_surface(Tracked& surface, float number, double fraction, 
                 c = placed.corner(vertices[2]);
     const Box3f box(a.cwiseMin(b).cwiseMin(c) - reach, a.cwiseMax(b).cwiseMax(c) + reach);
     if (!particles_.intersects(box)) continue;
-    const Int4 low = cell_of(grid_, Float4::from(box.min()));
-    const Int4 high = cell_of(grid_, Float4::from(box.max()));
     const Vec3f normal = placed.face_normal(t);
     const auto triangle = static_cast<std::uint32_t>(triangles_.size());
     bool used = false;
-    for (int z = low.z; z <= high.z; ++z) {
-      for (int y = low.y; y <= high.y; ++y) {
-        for (int x = low.x; x <= high.x; ++x) {
-          const std::uint32_t cell = cell_number(grid_, {x, y, z, 0});
-          if (!occupied_[cell]) continue;
-          const Vec3f centre =
-              grid_.origin.xyz() + Vec3f(x + 0.5f, y + 0.5f, z + 0.5f) / grid_.inverse_cell;
-          if (std::abs(normal.dot(centre - a)) > half_diagonal + margin) continue;
-          found_.push_back({cell, triangle});
-          used = true;
-        }
-      }
-    }
+    for_each_occupied(box, [&](std::uint32_t cell, const Vec3f& centre) {
+      if (std::abs(normal.dot(centre - a)) > half_diagonal + margin) return;
+      found_.push_back({cell, triangle});
+      used = true;
+    });
     if (!used) continue;
     SurfaceTriangle near_triangle;
     const Vec3f mean = (a + b + c) / 3.0f;
@@ -331,24 +336,14 @@ void SurfaceCells::bin_capsules(std::span<const SmokeCapsule> capsules, float ma
     const Vec3f to = from + way;
     const Box3f box(from.cwiseMin(to) - reach, from.cwiseMax(to) + reach);
     if (!box.intersects(particles_)) continue;
-    const Int4 low = cell_of(grid_, Float4::from(box.min()));
-    const Int4 high = cell_of(grid_, Float4::from(box.max()));
-    for (int z = low.z; z <= high.z; ++z) {
-      for (int y = low.y; y <= high.y; ++y) {
-        for (int x = low.x; x <= high.x; ++x) {
-          const std::uint32_t cell = cell_number(grid_, {x, y, z, 0});
-          if (!occupied_[cell]) continue;
-          const Vec3f centre =
-              grid_.origin.xyz() + Vec3f(x + 0.5f, y + 0.5f, z + 0.5f) / grid_.inverse_cell;
-          const float square = way.squaredNorm();
-          const float at =
-              square > 0.0f ? std::clamp(way.dot(centre - from) / square, 0.0f, 1.0f) : 0.0f;
-          if ((centre - from - at * way).norm() > far) continue;
-          capsules_near_[cell] |= 1u << c;
-          any_capsule_ = true;
-        }
-      }
-    }
+    const float square = way.squaredNorm();
+    for_each_occupied(box, [&](std::uint32_t cell, const Vec3f& centre) {
+      const float at =
+          square > 0.0f ? std::clamp(way.dot(centre - from) / square, 0.0f, 1.0f) : 0.0f;
+      if ((centre - from - at * way).norm() > far) return;
+      capsules_near_[cell] |= 1u << c;
+      any_capsule_ = true;
+    });
   }
 }
 

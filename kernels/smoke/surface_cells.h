@@ -108,6 +108,8 @@ class SurfaceCells {
   };
   void bin_surface(Tracked& surface, float number, double fraction, double dt, float margin);
   bool any_occupied(const Eigen::AlignedBox3f& box) const;
+  template <class Visit>
+  void for_each_occupied(const Eigen::AlignedBox3f& box, const Visit& visit) const;
   void bin_capsules(std::span<const SmokeCapsule> capsules, float margin);
 
   std::unordered_map<std::uint64_t, Tracked> tracked_;
