@@ -98,11 +98,13 @@ struct OrganState {
   /// shape at rest.
   bool on_gpu = false;
   std::vector<Vec3f> positions;              ///< drawn surface, organ frame [m]      (V)
-  std::vector<Vec3f> normals;                ///< unit                                (V)
+  std::vector<Vec3f> normals;                ///< unit, of `positions` where they fit (V)
+  /// Pictures ask for normals, most frames don't: make_view() makes those that don't fit.
+  bool normals_fit = true;
   // What the frame is computing; takes the place of the above once it is seen to be finite.
   std::vector<float> next_displacements;
-  std::vector<Vec3f> next_positions, next_normals;
-  std::uint64_t version = 0;                 ///< raised when the two above changed
+  std::vector<Vec3f> next_positions;
+  std::uint64_t version = 0;                 ///< raised when the shape changed
   bool deformed = false;                     ///< differs from rest
   bool pressed = false;                      ///< by forces: differs from its shape under gravity alone
   bool frozen = false;                       ///< a non-finite value was met: stays as it is

@@ -132,7 +132,11 @@ Result<std::set<Pass>> passes_of(const std::vector<std::string>& names) {
   return passes;
 }
 
-ExrPicture exr_of(const std::set<Pass>& wanted, const PassImages& images, const FrameView& view,
+PassContext pass_context(const FrameView& view, std::string scene, double time, bool with_smoke) {
+  return {std::move(scene), label_table(view), camera_text(view.camera), time, with_smoke};
+}
+
+ExrPicture exr_of(const std::set<Pass>& wanted, const PassImages& images,
                   const PassContext& context) {
   std::set<Pass> passes = wanted;
   if (passes.contains(Pass::kBeauty) && context.with_smoke) passes.insert(Pass::kScattered);
@@ -148,11 +152,17 @@ ExrPicture exr_of(const std::set<Pass>& wanted, const PassImages& images, const 
   }
   picture.texts = {{"comments", legend},
                    {"scene", context.scene},
-                   {"camera", camera_text(view.camera)},
+                   {"camera", context.camera},
                    {"software", "viscera"}};
-  if (passes.contains(Pass::kLabels)) picture.texts.emplace_back("labels", label_table(view));
+  if (passes.contains(Pass::kLabels)) picture.texts.emplace_back("labels", context.labels);
   picture.numbers = {{"time_s", context.time}};
   return picture;
+}
+
+void PassWriter::write(const std::filesystem::path& file, PassImages images, PassContext context) {
+  worker_.add([this, file, images = std::move(images), context = std::move(context)] {
+    return write_exr(file, exr_of(passes_, images, context));
+  });
 }
 
 }  // namespace viscera

@@ -24,6 +24,7 @@
 #include "engine/review_recorder.h"
 #include "engine/state_hash.h"
 #include "engine/systems/gpu_surfaces.h"
+#include "engine/systems/systems.h"
 #include "engine/systems/view.h"
 #include "engine/vtk_series.h"
 #include "engine/world.h"
@@ -101,28 +102,39 @@ Result<void> open_folder(const fs::path& out, bool pictures, bool smoke, bool su
 
 /// Everything a picture needs, made only when pictures are wanted.
 struct Studio {
+  std::shared_ptr<EglContext> context;
   std::unique_ptr<Renderer> renderer;
   std::unique_ptr<Film> film;  ///< none for snapshots
   Endoscope endoscope;
   Picture picture;
-  std::set<Pass> passes;
-  PassImages truth;  ///< of the picture, where passes are wanted
+  std::unique_ptr<PassWriter> passes;  ///< where ground truth is wanted
   std::uint64_t pictures = 0;
 };
 
-/// `context`: null, the renderer makes its own.
-Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
-                                            const RunOptions& options,
-                                            std::shared_ptr<EglContext> context) {
+Result<std::unique_ptr<Renderer>> open_renderer(const RunOptions& options,
+                                                std::shared_ptr<EglContext> context) {
   RenderOptions render;
   render.width = options.width;
   render.height = options.height;
   render.quality = options.quality;
   render.context = std::move(context);
-  auto renderer = Renderer::create(render);
+  return Renderer::create(render);
+}
+
+/// `context`: null, it makes its own.
+Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
+                                            const RunOptions& options,
+                                            std::shared_ptr<EglContext> context) {
+  if (!context) {
+    auto made = EglContext::create();
+    if (!made) return std::unexpected(made.error());
+    context = *std::move(made);
+  }
+  auto renderer = open_renderer(options, context);
   if (!renderer) return std::unexpected(renderer.error());
   auto studio = std::make_unique<Studio>(
-      Studio{std::move(*renderer), nullptr, Endoscope(*scene.camera), {}, options.passes, {}, 0});
+      Studio{context, std::move(*renderer), nullptr, Endoscope(*scene.camera), {}, nullptr, 0});
+  if (!options.passes.empty()) studio->passes = std::make_unique<PassWriter>(options.passes);
   if (!options.snapshots.empty()) return studio;
   auto film = Film::start(options.out / "film.mp4", options.width, options.height);
   if (!film) return std::unexpected(film.error());
@@ -130,31 +142,64 @@ Result<std::unique_ptr<Studio>> open_studio(const SceneDescription& scene,
   return studio;
 }
 
-Result<void> write_passes(const Studio& studio, const FrameView& view, const World& world,
-                          const SceneDescription& scene, const fs::path& out) {
-  const PassContext context{scene.name, world.time(), !scene.smoke.empty()};
-  const fs::path file =
-      out / "passes" / fmt::format("{:04}.exr", world.frame / kFramesPerPicture - 1);
-  return write_exr(file, exr_of(studio.passes, studio.truth, view, context));
+/// After a loss of the context: another one for the pictures, and the CPU for the rest.
+Result<void> reopen_renderer(Studio& studio, World& world, const RunOptions& options,
+                             std::vector<std::string>& warnings) {
+  leave_gpu(world, "its context was lost");
+  const std::string lost = studio.renderer->device();
+  studio.renderer.reset();  // before another context is there to take its objects' names for its own
+  auto context = EglContext::create();
+  if (!context)
+    return failure(fmt::format("{}: its OpenGL context was lost at {:.2f} s, and pictures need "
+                               "another: {}",
+                               lost, world.time(), context.error().text()));
+  studio.context = *std::move(context);
+  auto renderer = open_renderer(options, studio.context);
+  if (!renderer) return std::unexpected(renderer.error());
+  studio.renderer = *std::move(renderer);
+  warnings.push_back(fmt::format(
+      "{}: its OpenGL context was lost at {:.2f} s; pictures went on with another one on {}", lost,
+      world.time(), studio.renderer->device()));
+  return {};
 }
 
-Result<void> take_picture(Studio& studio, const World& world, const SceneDescription& scene,
-                          const fs::path& out, Trace& trace, ReviewRecorder& recorder) {
-  const FrameView view = make_view(world, scene, studio.endoscope, studio.pictures);
+Result<void> draw(Studio& studio, World& world, const SceneDescription& scene,
+                  const RunOptions& options, PassImages* passes,
+                  std::vector<std::string>& warnings) {
+  const auto picture = [&] {
+    return studio.renderer->draw(make_view(world, scene, studio.endoscope, studio.pictures),
+                                 studio.picture, passes);
+  };
+  Result<void> drawn = picture();
+  if (drawn || !studio.context->lost()) return drawn;
+  if (auto reopened = reopen_renderer(studio, world, options, warnings); !reopened)
+    return reopened;
+  return picture();
+}
+
+Result<void> take_picture(Studio& studio, World& world, const SceneDescription& scene,
+                          const RunOptions& options, Trace& trace, ReviewRecorder& recorder,
+                          std::vector<std::string>& warnings) {
+  const fs::path& out = options.out;
+  PassImages truth;
   {
     const StageTimer timer(trace, stage_index(Stage::kDraw), world.frame);
-    PassImages* truth = studio.passes.empty() ? nullptr : &studio.truth;
-    if (auto drawn = studio.renderer->draw(view, studio.picture, truth); !drawn) return drawn;
+    PassImages* wanted = studio.passes ? &truth : nullptr;
+    if (auto drawn = draw(studio, world, scene, options, wanted, warnings); !drawn) return drawn;
   }
   const StageTimer timer(trace, stage_index(Stage::kEncode), world.frame);
-  if (!studio.passes.empty())
-    if (auto written = write_passes(studio, view, world, scene, out); !written) return written;
+  const std::uint64_t number = world.frame / kFramesPerPicture - 1;
+  if (studio.passes) {
+    if (auto sound = studio.passes->status(); !sound) return sound;
+    const FrameView view = make_view(world, scene, studio.endoscope, studio.pictures);
+    studio.passes->write(out / "passes" / fmt::format("{:04}.exr", number), std::move(truth),
+                         pass_context(view, scene.name, world.time(), !scene.smoke.empty()));
+  }
   const Picture& p = studio.picture;
   recorder.add_picture(world, p);
   if (studio.film)
     if (auto added = studio.film->add(p.rgb); !added) return added;
-  const fs::path file =
-      out / "frames" / fmt::format("{:04}.png", world.frame / kFramesPerPicture - 1);
+  const fs::path file = out / "frames" / fmt::format("{:04}.png", number);
   ++studio.pictures;
   return write_png(file, p.width, p.height, p.rgb);
 }
@@ -403,6 +448,8 @@ void finish_report(const World& world, const SceneDescription& scene, const Trac
   if (world.gpu)
     for (const GpuSurfaces::Pass& pass : world.gpu->passes())
       report.gpu->passes.push_back(stage_report(pass.name, quantiles(pass.seconds)));
+  if (world.gpu && !world.gpu->trouble().empty())
+    report.warnings.push_back(world.gpu->trouble() + ": they went on on the CPU");
   for (std::size_t s = 0; s < world.smoke.size(); ++s)
     if (const std::string& failed = world.smoke[s].volume.device_failure(); !failed.empty())
       report.warnings.push_back(failed + ": that smoke went on on the CPU");
@@ -486,11 +533,13 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   std::optional<VtkSeries> surfaces;
   if (options.vtk) surfaces.emplace(options.out / "vtk", world);
   Sight sight(scene);
+  const std::shared_ptr<EglContext> context = studio ? studio->context : device->context;
   const Stopwatch loop;
   const Progress progress = progress_for("simulating");
   Result<void> status;
   for (std::uint64_t k = 1; k <= frames && status; ++k) {
     if (!progress(static_cast<double>(k - 1) / static_cast<double>(frames), "stepping")) break;
+    if (k == options.lose_context_at && context) context->declare_lost();
     flags |= step_frame(world, trace).flags;
     {
       const StageTimer timer(trace, stage_index(Stage::kRecord), world.frame);
@@ -511,13 +560,14 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     if (writer) {
       const StageTimer timer(trace, stage_index(Stage::kWriteVolumes), world.frame);
       write_volumes(*writer, world, scene, options.out, picture);
+      status = writer->status();
     }
-    if (surfaces) {
+    if (surfaces && status) {
       const StageTimer timer(trace, stage_index(Stage::kWriteSurfaces), world.frame);
       status = surfaces->add(world, picture);
     }
     if (studio && status)
-      status = take_picture(*studio, world, scene, options.out, trace, recorder);
+      status = take_picture(*studio, world, scene, options, trace, recorder, report.warnings);
   }
   bar.reset();
   if (!status) return std::unexpected(status.error());
@@ -527,6 +577,9 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     if (auto finished = studio->film->finish(); !finished) return std::unexpected(finished.error());
   if (writer)
     if (auto finished = writer->finish(); !finished) return std::unexpected(finished.error());
+  if (studio && studio->passes)
+    if (auto finished = studio->passes->finish(); !finished)
+      return std::unexpected(finished.error());
   if (surfaces)
     if (auto finished = surfaces->finish(); !finished) return std::unexpected(finished.error());
   if (auto finished = forces->finish(); !finished) return std::unexpected(finished.error());
@@ -539,6 +592,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   recorder.describe(report);
   report.smoke.time_in_smoke = sight.time_in_smoke();
   report.smoke.volumes = writer ? static_cast<std::size_t>(writer->written()) : 0;
+  report.smoke.writing_s = writer ? writer->seconds() : 0.0;
 
   if (auto written = trace.write(options.out / "profile.json", "viscera"); !written)
     return std::unexpected(written.error());

@@ -1,6 +1,7 @@
 // A whole run: from a scene to a folder with film, frames, volumes, force curves and report.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -31,6 +32,8 @@ struct RunOptions {
   std::set<Pass> passes;              ///< of every picture, written as passes/NNNN.exr
   std::vector<double> snapshots;      ///< not empty: pictures at these times [s] alone, and no film
   std::string command;                ///< repeats the run; goes into the report
+  /// For tests: the OpenGL context is as if lost from this frame of simulation on; 0: never.
+  std::uint64_t lose_context_at = 0;
 };
 
 /// Every film frame is the state after this many frames of simulation: 60 Hz -> 30 Hz.

@@ -29,7 +29,6 @@ std::string StateHash::finish(const World& world) {
   for (const OrganState& organ : world.organ_states) {
     add_all(hasher_, organ.displacements);
     add_all(hasher_, organ.positions);
-    add_all(hasher_, organ.normals);
   }
   for (const OrganContact& contact : world.organ_contacts)
     for (const Cling& cling : contact.clings) {

@@ -7,18 +7,15 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "engine/gpu/egl_context.h"
 #include "engine/gpu/gpu_deformation.h"
-#include "engine/gpu/memory_bandwidth.h"
 #include "engine/verification/ring_organ.h"
 #include "kernels/base/stopwatch.h"
+#include "tools/gpu_bench_device.h"
 #include "tools/gpu_bench_smoke.h"
 
 namespace viscera {
@@ -299,18 +296,6 @@ Result<Json> bench_case(const RingOrgan& organ, const HalfColumns* half, const A
   return row;
 }
 
-Result<void> write_json(const std::filesystem::path& path, const Json& report) {
-  std::filesystem::path temporary = path;
-  temporary += ".tmp";
-  std::ofstream file(temporary);
-  file << report.dump(2) << '\n';
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(temporary, path, error);
-  if (!file || error) return failure(path.string() + ": can't be written");
-  return {};
-}
-
 Result<void> bench(const Arguments& arguments) {
   if (arguments.touched > arguments.touchable || arguments.touchable > arguments.places) {
     return failure(
@@ -318,38 +303,29 @@ Result<void> bench(const Arguments& arguments) {
                     "touched as touchable as there are places",
                     arguments.touched, arguments.touchable, arguments.places));
   }
-  const Result<std::unique_ptr<EglContext>> context = EglContext::create();
-  if (!context) return std::unexpected(context.error());
-  const GpuLimits limits = GpuLimits::of_device();
-  std::cout << "device: " << (*context)->device()
-            << ((*context)->software() ? " (a software driver: figures say nothing of a GPU)" : "")
-            << '\n';
-  const std::size_t window = static_cast<std::size_t>(arguments.window_mb) * 1'000'000;
-  const Result<MemoryBandwidth> long_read =
-      measure_memory_bandwidth(window, window, std::min(arguments.repeats, 20));
-  if (!long_read) return std::unexpected(long_read.error());
-  std::cout << fmt::format("memory: reads {:.1f} GB/s, copies {:.1f} GB/s ({} MB at a time)\n",
-                           1e-9 * long_read->read, 1e-9 * long_read->copy,
-                           long_read->bytes / 1'000'000);
+  const Result<BenchDevice> device = open_bench_device(arguments.window_mb, arguments.repeats);
+  if (!device) return std::unexpected(device.error());
+  const EglContext& context = *device->context;
+  const MemoryBandwidth& long_read = device->memory;
   const std::unique_ptr<RingOrgan> organ = make_organ(arguments);
   std::optional<HalfColumns> half;
   if (arguments.half) half = half_precision(organ->compliance);
   Json report;
-  report["device"] = (*context)->device();
-  report["software"] = (*context)->software();
-  report["storage_block_bytes"] = limits.block_bytes;
-  report["memory"] = {{"bytes", long_read->bytes},
-                      {"read_bytes_per_s", long_read->read},
-                      {"copy_bytes_per_s", long_read->copy}};
+  report["device"] = context.device();
+  report["software"] = context.software();
+  report["storage_block_bytes"] = GpuLimits::of_device().block_bytes;
+  report["memory"] = {{"bytes", long_read.bytes},
+                      {"read_bytes_per_s", long_read.read},
+                      {"copy_bytes_per_s", long_read.copy}};
   report["share_to_reach"] = kShareToReach;
   report["repeats"] = arguments.repeats;
   for (const int organs : arguments.organs) {
-    Result<Json> row = bench_case(*organ, half ? &*half : nullptr, arguments, organs, *long_read);
+    Result<Json> row = bench_case(*organ, half ? &*half : nullptr, arguments, organs, long_read);
     if (!row) return std::unexpected(row.error());
-    print_case(*row, **context);
+    print_case(*row, context);
     report["cases"].push_back(*std::move(row));
   }
-  if (!arguments.json.empty()) return write_json(arguments.json, report);
+  if (!arguments.json.empty()) return write_bench_json(arguments.json, report);
   return {};
 }
 

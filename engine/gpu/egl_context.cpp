@@ -82,14 +82,21 @@ Result<EGLContext> make_context(EGLDisplay display) {
   if (!eglChooseConfig(display, config_attributes, &config, 1, &configs) || configs < 1) {
     config = EGL_NO_CONFIG_KHR;
   }
-  const EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                       4,
-                                       EGL_CONTEXT_MINOR_VERSION,
-                                       5,
-                                       EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                       EGL_NONE};
-  const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, context_attributes);
+  // A driver that can tell that it has reset the device is asked to; others make a context without.
+  EGLContext context = EGL_NO_CONTEXT;
+  for (const bool telling : {true, false}) {
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 5,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 telling ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY : EGL_NONE,
+                                 EGL_LOSE_CONTEXT_ON_RESET,
+                                 EGL_NONE};
+    context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
+    if (context != EGL_NO_CONTEXT) break;
+  }
   if (context == EGL_NO_CONTEXT) return failure("no OpenGL 4.5 core context, " + egl_error());
   if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
     const std::string why = egl_error();
@@ -140,6 +147,12 @@ EglContext::~EglContext() {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   }
   eglDestroyContext(display_, context_);
+}
+
+bool EglContext::lost() const {
+  if (!lost_ && eglGetCurrentContext() == context_)
+    lost_ = glGetGraphicsResetStatus() != GL_NO_ERROR;
+  return lost_;
 }
 
 void EglContext::make_current() const {

@@ -21,6 +21,14 @@ class EglContext {
   /// Makes this context the calling thread's again, after another one was used there.
   void make_current() const;
 
+  /// True once the driver has reset the device (a hang, a driver that was replaced, an eGPU that was
+  /// pulled out): what the context holds is gone, its commands do nothing, and only another context
+  /// can go on. Asks the driver, where this context is current and the driver tells; what it has
+  /// said once stays.
+  bool lost() const;
+  /// As if the driver had: none resets because a test asks.
+  void declare_lost() { lost_ = true; }
+
   const std::string& device() const { return device_; }  ///< GL_RENDERER
   bool software() const { return software_; }
 
@@ -30,6 +38,7 @@ class EglContext {
   void* context_ = nullptr;
   std::string device_;
   bool software_ = false;
+  mutable bool lost_ = false;
 };
 
 /// Whether EGL lists a device that it doesn't call software; makes no context.

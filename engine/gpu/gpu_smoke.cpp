@@ -9,6 +9,7 @@
 
 #include "engine/gpu/kernels.h"
 #include "kernels/smoke/integrate.h"
+#include "kernels/smoke/splat_levels.h"
 #include "kernels/smoke/viscosity.h"
 
 namespace viscera {
@@ -19,7 +20,8 @@ constexpr std::size_t kGroup = 128;             // threads
 constexpr std::size_t kScanBlock = 8 * kGroup;  // EACH in scan.comp
 constexpr std::size_t kExtentGroups = 512;      // at most: each ends with atomics on the same words
 constexpr int kMostBuffers = 11;                // that a kernel binds
-constexpr std::size_t kSumWords = 10;           // of a splatted cell: five channels of two
+constexpr std::size_t kChannels = 5;            // of a splatted cell: mass, heat, momentum
+constexpr std::size_t kSumWords = 2 * kChannels;
 
 /// Words of the counters, by the names that the kernels know.
 enum Counter : std::uint32_t { kIsolated, kTested, kTouching, kTrapped, kCounters };
@@ -144,6 +146,8 @@ Result<void> GpuSmoke::load_kernels() {
   load(integrate_, {shared, "integrate.comp"}, nullptr);
   load(collide_, {shared, "collide.comp"}, nullptr);
   load(splat_add_, {shared, "splat.comp"}, "ADD");
+  load(splat_fold_, {shared, "splat.comp"}, "FOLD");
+  load(splat_blur_, {shared, "splat.comp"}, "BLUR");
   load(splat_resolve_, {shared, "splat.comp"}, "RESOLVE");
   if (!error.messages.empty()) return std::unexpected(error);
   return {};
@@ -155,6 +159,7 @@ bool GpuSmoke::fail(const std::string& why) {
 }
 
 bool GpuSmoke::device_is_well() {
+  if (context_ && context_->lost()) return fail("its context was lost");
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return true;
   return fail(error == GL_OUT_OF_MEMORY  ? "out of memory"
@@ -233,14 +238,15 @@ void GpuSmoke::survey() {
   queue_.make_readable();
   const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, 7);
   survey_.emplace();
-  if (particles_ == 0) {
+  // What a failed device answers is no box, and a grid would be laid over it.
+  if (particles_ == 0 || !device_is_well()) {
     survey_->box.extend(Vec3f::Zero().eval());
   } else {
     survey_->box = Eigen::AlignedBox3f(
         Vec3f(from_ascending(~words[0]), from_ascending(~words[1]), from_ascending(~words[2])),
         Vec3f(from_ascending(words[3]), from_ascending(words[4]), from_ascending(words[5])));
   }
-  survey_->speed = std::sqrt(std::bit_cast<float>(words[6]));
+  if (trouble_.empty()) survey_->speed = std::sqrt(std::bit_cast<float>(words[6]));
   mark("box");
 }
 
@@ -441,6 +447,8 @@ std::optional<double> GpuSmoke::finish(SmokeParticles& particles, std::vector<Sm
 bool GpuSmoke::splat_here(SplatParameters& parameters) {
   const auto cells = static_cast<std::size_t>(parameters.size.w);
   if (!reserve(sums_, kSumWords * cells * sizeof(std::uint32_t), "sums of a smoke volume") ||
+      !reserve(amounts_cells_, kChannels * cells * sizeof(float), "cells") ||
+      !reserve(blurred_cells_, kChannels * cells * sizeof(float), "cells") ||
       !reserve(density_cells_, cells * sizeof(float), "cells") ||
       !reserve(temperature_cells_, cells * sizeof(float), "cells") ||
       !reserve(velocity_cells_, cells * sizeof(Vec3f), "cells")) {
@@ -459,12 +467,45 @@ bool GpuSmoke::splat_here(SplatParameters& parameters) {
   parameters.particles = static_cast<std::uint32_t>(particles_);
   bind_pass(0, splat_pass_, parameters);
   clear(sums_, kSumWords * cells);
-  queue_.dispatch(splat_add_, particle_groups(),
-                  {{0, &now_.positions}, {1, &now_.velocities}, {2, &now_.masses}}, {{3, &sums_}});
-  queue_.dispatch(splat_resolve_, groups_of(cells), {{0, &sums_}},
+  add_and_blur(parameters);
+  queue_.dispatch(splat_resolve_, groups_of(cells), {{0, &amounts_cells_}},
                   {{1, &density_cells_}, {2, &temperature_cells_}, {3, &velocity_cells_}});
   mark("splat");
   return device_is_well();
+}
+
+/// Leaves in amounts_cells_ what the cells hold.
+void GpuSmoke::add_and_blur(const SplatParameters& parameters) {
+  const std::size_t groups = groups_of(static_cast<std::size_t>(parameters.size.w));
+  const std::vector<SplatLevel> levels = splat_levels(parameters);
+  std::vector<float> weights;
+  std::vector<int> first;
+  for (const SplatLevel& level : levels) {
+    first.push_back(static_cast<int>(weights.size()));
+    weights.insert(weights.end(), level.weights.begin(), level.weights.end());
+  }
+  splat_weights_.upload(std::span<const float>(weights));
+  for (std::size_t level = levels.size(); level-- > 0;) {
+    if (level + 1 < levels.size()) {
+      splat_blur_.set("first", first[level + 1]);
+      splat_blur_.set("reach", levels[level + 1].reach());
+      for (int axis = 0; axis < 3; ++axis) {
+        splat_blur_.set("axis", axis);
+        queue_.dispatch(splat_blur_, groups, {{0, &amounts_cells_}, {1, &splat_weights_}},
+                        {{2, &blurred_cells_}});
+        std::swap(amounts_cells_, blurred_cells_);
+      }
+    }
+    const auto square = [&](std::size_t l) { return levels[l].square; };
+    splat_add_.set("below", square(level > 0 ? level - 1 : level));
+    splat_add_.set("here", square(level));
+    splat_add_.set("above", square(std::min(level + 1, levels.size() - 1)));
+    queue_.dispatch(splat_add_, particle_groups(),
+                    {{0, &now_.positions}, {1, &now_.velocities}, {2, &now_.masses}},
+                    {{3, &sums_}});
+    splat_fold_.set("replace", level + 1 == levels.size() ? 1 : 0);
+    queue_.dispatch(splat_fold_, groups, {}, {{0, &sums_}, {1, &amounts_cells_}});
+  }
 }
 
 void GpuSmoke::read_splat(const SplatParameters& parameters, SmokeGrid& grid) {
@@ -533,6 +574,9 @@ std::size_t GpuSmoke::bytes() const {
                                &capsules_near_,
                                &capsules_,
                                &sums_,
+                               &amounts_cells_,
+                               &blurred_cells_,
+                               &splat_weights_,
                                &density_cells_,
                                &temperature_cells_,
                                &velocity_cells_}) {

@@ -84,6 +84,7 @@ class GpuSmoke final : public SmokePasses {
   void sort(float cell);
   std::vector<std::uint8_t> occupied_cells(const BinParameters& grid);
   std::size_t particle_groups() const;
+  void add_and_blur(const SplatParameters& parameters);
   void mark(const char* name);
   bool fail(const std::string& why);
   bool device_is_well();
@@ -93,7 +94,8 @@ class GpuSmoke final : public SmokePasses {
   ComputeQueue queue_;
   PassTimer* timer_ = nullptr;
   Program clear_, box_, amounts_, count_, mark_, scatter_, gather_, scan_blocks_, scan_totals_,
-      scan_add_, density_, pairs_, paper_, integrate_, collide_, splat_add_, splat_resolve_;
+      scan_add_, density_, pairs_, paper_, integrate_, collide_, splat_add_, splat_fold_,
+      splat_blur_, splat_resolve_;
 
   std::size_t particles_ = 0;
   double mass_before_ = 0.0;  // at start() [kg]
@@ -102,7 +104,8 @@ class GpuSmoke final : public SmokePasses {
   Buffer places_, slots_, counts_, cell_begin_, totals_, occupied_;
   Buffer waves_, gas_, impulses_;
   Buffer surface_begin_, surface_entries_, triangles_, capsules_near_, capsules_;
-  Buffer sums_, density_cells_, temperature_cells_, velocity_cells_;
+  Buffer sums_, amounts_cells_, blurred_cells_, splat_weights_;
+  Buffer density_cells_, temperature_cells_, velocity_cells_;
   Buffer bin_pass_, viscosity_pass_, integrate_pass_, collide_pass_, splat_pass_;
   BinParameters grid_;
   /// Box and speed of the particles as they are; nothing: they have changed since.

@@ -142,6 +142,7 @@ std::string to_json(const RunReport& report) {
       {"smoke",
        {{"particles_max", report.smoke.particles_max},
         {"volumes", report.smoke.volumes},
+        {"writing_s", report.smoke.writing_s},
         {"emitted_kg", report.smoke.emitted_kg},
         {"airborne_kg", report.smoke.airborne_kg},
         {"background_kg", report.smoke.background_kg},

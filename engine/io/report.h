@@ -100,6 +100,7 @@ struct RunReport {
     /// Share of the pictures' times at which less than half of the light came through from around
     /// the tip that burns, or the worst of all tips; without camera or tips: none.
     std::optional<double> time_in_smoke;
+    double writing_s = 0.0;  ///< that volumes took their thread, while frames went on
   } smoke;
   std::vector<SkippedReport> skipped;
   std::vector<std::string> flags, warnings;

@@ -3,7 +3,6 @@
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/Dense.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,6 +12,7 @@
 #include <mutex>
 #include <sstream>
 #include <string_view>
+#include <vector>
 
 #include "kernels/base/hash.h"
 
@@ -87,19 +87,78 @@ openvdb::math::Transform::Ptr cell_centres(const SmokeGrid& grid) {
   return transform;
 }
 
-/// `values`: of all cells, x fastest; those within `least` of zero are left out.
-template <class Grid>
+/// The leaves that hold smoke; most of a volume is empty, and costs a look at its density alone.
+struct SmokyLeaves {
+  static constexpr int kEdge = static_cast<int>(openvdb::FloatGrid::TreeType::LeafNodeType::DIM);
+  std::vector<openvdb::Coord> origins;
+
+  explicit SmokyLeaves(const SmokeGrid& grid) {
+    const openvdb::Coord end(grid.first.x() + grid.size.x(), grid.first.y() + grid.size.y(),
+                             grid.first.z() + grid.size.z());
+    const auto start = [](int first) { return first & ~(kEdge - 1); };
+    for (int z = start(grid.first.z()); z < end.z(); z += kEdge)
+      for (int y = start(grid.first.y()); y < end.y(); y += kEdge)
+        for (int x = start(grid.first.x()); x < end.x(); x += kEdge) {
+          bool smoky = false;
+          for_each_row(grid, {x, y, z}, [&](const openvdb::Coord&, std::size_t cell, int length) {
+            for (int i = 0; i < length; ++i) smoky |= has_smoke(grid, cell + i);
+          });
+          if (smoky) origins.emplace_back(x, y, z);
+        }
+  }
+
+  static bool has_smoke(const SmokeGrid& grid, std::size_t cell) {
+    return !(grid.density[cell] <= kLeastDensity);
+  }
+
+  /// Calls row(first place, its cell, length) for what lies of each row along x of a leaf in the grid.
+  template <class Row>
+  static void for_each_row(const SmokeGrid& grid, const openvdb::Coord& origin, const Row& row) {
+    const auto first = [&](int axis) { return std::max(origin[axis], grid.first[axis]); };
+    const auto end = [&](int axis) {
+      return std::min(origin[axis] + kEdge, grid.first[axis] + grid.size[axis]);
+    };
+    for (int z = first(2); z < end(2); ++z)
+      for (int y = first(1); y < end(1); ++y) {
+        const std::size_t line = static_cast<std::size_t>(y - grid.first.y()) +
+                                 static_cast<std::size_t>(grid.size.y()) *
+                                     static_cast<std::size_t>(z - grid.first.z());
+        row(openvdb::Coord(first(0), y, z),
+            static_cast<std::size_t>(first(0) - grid.first.x()) +
+                static_cast<std::size_t>(grid.size.x()) * line,
+            end(0) - first(0));
+      }
+  }
+};
+
+bool within(float value, float least) {
+  return std::abs(value) <= least;
+}
+bool within(const openvdb::Vec3s& value, float least) {
+  return within(value.x(), least) && within(value.y(), least) && within(value.z(), least);
+}
+
+/// `value_at`(cell) where there is smoke; what is within `least` of zero is left out.
+template <class Grid, class ValueAt>
 typename Grid::Ptr sparse_grid(const std::string& name, const std::string& unit,
-                               const SmokeGrid& grid, const typename Grid::ValueType* values,
-                               const typename Grid::ValueType& least) {
+                               const SmokeGrid& grid, const SmokyLeaves& leaves, float least,
+                               const ValueAt& value_at) {
   using Value = typename Grid::ValueType;
-  const openvdb::Coord first(grid.first.x(), grid.first.y(), grid.first.z());
-  const openvdb::CoordBBox bounds(
-      first, first.offsetBy(grid.size.x() - 1, grid.size.y() - 1, grid.size.z() - 1));
-  const openvdb::tools::Dense<const Value, openvdb::tools::LayoutXYZ> dense(bounds, values);
+  using Leaf = typename Grid::TreeType::LeafNodeType;
   typename Grid::Ptr sparse = Grid::create(openvdb::zeroVal<Value>());
-  // Serial: this runs beside the frames, whose threads it shouldn't take.
-  openvdb::tools::copyFromDense(dense, *sparse, least, /*serial=*/true);
+  for (const openvdb::Coord& origin : leaves.origins) {
+    Leaf* leaf = nullptr;
+    SmokyLeaves::for_each_row(
+        grid, origin, [&](const openvdb::Coord& first, std::size_t cell, int length) {
+          for (int i = 0; i < length; ++i) {
+            if (!SmokyLeaves::has_smoke(grid, cell + i)) continue;
+            const Value value = value_at(cell + i);
+            if (within(value, least)) continue;
+            if (leaf == nullptr) leaf = sparse->tree().touchLeaf(origin);
+            leaf->setValueOn(Leaf::coordToOffset(first.offsetBy(i, 0, 0)), value);
+          }
+        });
+  }
   sparse->setName(name);
   sparse->setSaveFloatAsHalf(true);
   sparse->insertMeta("unit", openvdb::StringMetadata(unit));
@@ -108,20 +167,20 @@ typename Grid::Ptr sparse_grid(const std::string& name, const std::string& unit,
 }
 
 openvdb::FloatGrid::Ptr fog_volume(const std::string& name, const std::string& unit,
-                                   const SmokeGrid& grid, const std::vector<float>& values,
-                                   float least) {
-  auto volume = sparse_grid<openvdb::FloatGrid>(name, unit, grid, values.data(), least);
+                                   const SmokeGrid& grid, const SmokyLeaves& leaves,
+                                   const std::vector<float>& values, float least) {
+  auto volume = sparse_grid<openvdb::FloatGrid>(name, unit, grid, leaves, least,
+                                                [&](std::size_t cell) { return values[cell]; });
   volume->setGridClass(openvdb::GRID_FOG_VOLUME);
   return volume;
 }
 
-openvdb::Vec3SGrid::Ptr velocity_grid(const SmokeGrid& grid) {
-  std::vector<openvdb::Vec3s> values(grid.velocity.size(), openvdb::Vec3s(0.0f));
-  for (std::size_t c = 0; c < values.size(); ++c)
-    if (grid.density[c] > kLeastDensity)
-      values[c] = openvdb::Vec3s(grid.velocity[c].x(), grid.velocity[c].y(), grid.velocity[c].z());
-  auto velocity = sparse_grid<openvdb::Vec3SGrid>("velocity", "m/s", grid, values.data(),
-                                                  openvdb::Vec3s(kLeastVelocity));
+openvdb::Vec3SGrid::Ptr velocity_grid(const SmokeGrid& grid, const SmokyLeaves& leaves) {
+  auto velocity = sparse_grid<openvdb::Vec3SGrid>(
+      "velocity", "m/s", grid, leaves, kLeastVelocity, [&](std::size_t cell) {
+        const Vec3f& v = grid.velocity[cell];
+        return openvdb::Vec3s(v.x(), v.y(), v.z());
+      });
   velocity->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
   return velocity;
 }
@@ -155,15 +214,13 @@ Result<std::string> encode_volume(const SmokeGrid& grid, double time,
   }
   try {
     ensure_openvdb();
-    // Where there is no smoke to see, its temperature means nothing.
-    std::vector<float> temperature = grid.temperature;
-    for (std::size_t c = 0; c < cells; ++c) {
-      if (grid.density[c] <= kLeastDensity) temperature[c] = 0.0f;
-    }
+    // Where there is no smoke to see, its temperature and velocity mean nothing.
+    const SmokyLeaves leaves(grid);
     const openvdb::GridCPtrVec grids = {
-        fog_volume("density", "kg/m3", grid, grid.density, kLeastDensity),
-        fog_volume("temperature", "K above the gas", grid, temperature, kLeastTemperature),
-        velocity_grid(grid)};
+        fog_volume("density", "kg/m3", grid, leaves, grid.density, kLeastDensity),
+        fog_volume("temperature", "K above the gas", grid, leaves, grid.temperature,
+                   kLeastTemperature),
+        velocity_grid(grid, leaves)};
     openvdb::MetaMap metadata;
     metadata.insertMeta("creator", openvdb::StringMetadata("viscera"));
     metadata.insertMeta("scene", openvdb::StringMetadata(scene_name));

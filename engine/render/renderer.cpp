@@ -143,6 +143,7 @@ Result<void> Renderer::draw(const FrameView& view, Picture& picture, PassImages*
   timer.mark("develop");
   read_back(data.canvas, data.rgba, picture);
   data.pass_times = timer.finish();
+  if (data.context->lost()) return failure(device() + " lost its context while drawing");
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     return failure("OpenGL error " + std::to_string(error) + " while drawing on " + device());
   }

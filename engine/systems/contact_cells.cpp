@@ -30,10 +30,11 @@ Vec3 corner_mean(const std::vector<Vec3f>& values, const TriangleSurface& surfac
   return sum;
 }
 
-/// Unit normal of the deformed surface. One that the GPU deformed keeps its normals there: those of
-/// the few triangles about a tool follow from the positions.
+/// Unit normal of the deformed surface. Where its normals aren't here, those of the few triangles
+/// about a tool follow from the positions.
 Vec3 tissue_normal(const OrganModel& model, const OrganState& state, const SurfacePoint& point) {
-  if (!state.on_gpu) return corner_mean(state.normals, model.surface, point).normalized();
+  if (state.normals_fit && !state.on_gpu)
+    return corner_mean(state.normals, model.surface, point).normalized();
   const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
   Vec3 sum = Vec3::Zero();
   for (int c = 0; c < 3; ++c)

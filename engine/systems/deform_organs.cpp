@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/systems/contact_cells.h"
 #include "engine/systems/gpu_surfaces.h"
@@ -13,8 +14,9 @@ namespace {
 constexpr int kSlipPasses = 4;
 constexpr double kLeastSlip = 1e-6;  // [m]
 /// An organ that only links pull at keeps its drawn shape until some place has moved by this much:
-/// far below what a picture or a tip could tell [m].
-constexpr float kUnseen = 2e-7f;
+/// a tenth of what a pixel sees from where the lens comes nearest, a hundredth of how deep tips
+/// press. Forces of links don't wait for it [m].
+constexpr float kUnseen = 5e-6f;
 
 Vec3 sum_of(const std::vector<Vec3>& forces, const CellRange& range) {
   Vec3 sum = Vec3::Zero();
@@ -84,12 +86,13 @@ void take_free_shape(World& world, Entity organ) {
   state.on_gpu = false;
   if (sag && !sag->change.isZero(0.0)) {
     state.displacements = sag->places;
-    deform_drawn_surface(model.drawn, state.displacements, {}, {}, {}, state.positions,
-                         state.normals);
+    deformed_positions(model.drawn, state.displacements, {}, {}, {}, state.positions);
+    state.normals_fit = false;
   } else {
     std::fill(state.displacements.begin(), state.displacements.end(), 0.0f);
     state.positions = model.rest_positions;
     state.normals = model.rest_normals;
+    state.normals_fit = true;
   }
   moved(world, organ);
 }
@@ -156,6 +159,45 @@ void take_forces_back(World& world, const OrganBody& body, OrganContact& contact
   }
 }
 
+/// Whether a shape that looks as before is made again.
+enum class Repeat { kSkipped, kMade };
+
+/// The drawn surface under this frame's forces, by the CPU.
+void deform_here(World& world, Entity organ, Repeat repeat) {
+  const OrganBody& body = *world.organ_bodies.find(organ);
+  OrganContact& contact = *world.organ_contacts.find(organ);
+  OrganState& state = *world.organ_states.find(organ);
+  if (body.model->in_half_precision())
+    place_displacements(body.model->half_columns, contact.response, state.next_displacements);
+  else
+    contact.solver->place_displacements(state.next_displacements);
+  if (const OrganSag* sag = world.organ_sags.find(organ))
+    for (std::size_t i = 0; i < sag->places.size(); ++i)
+      state.next_displacements[i] += sag->places[i];
+  if (repeat == Repeat::kSkipped && contact.ranges.empty() && looks_the_same(state)) return;
+  deformed_positions(body.model->drawn, state.next_displacements, contact.solution.near_fields,
+                     contact.cells, contact.solution.forces, state.next_positions);
+  // A broken value must not reach the state: the organ stays where it was, without force.
+  if (!all_finite(state.next_positions)) {
+    state.frozen = true;
+    take_forces_back(world, body, contact);
+    return;
+  }
+  state.displacements.swap(state.next_displacements);
+  state.positions.swap(state.next_positions);
+  state.normals_fit = false;
+  state.pressed = true;
+  moved(world, organ);
+}
+
+/// Where an organ's last shape lies on the GPU, the CPU knows it without its normals: who asks for
+/// them makes them.
+void bring_normals_home(OrganState& state) {
+  if (state.on_gpu) state.normals_fit = false;
+  state.on_gpu = false;
+  ++state.version;
+}
+
 }  // namespace
 
 void deform_organs(World& world, const FrameContext& context) {
@@ -173,7 +215,6 @@ void deform_organs(World& world, const FrameContext& context) {
     }
     const Entity organ = world.organ_contacts.owner(o);
     const OrganBody& body = *world.organ_bodies.find(organ);
-    OrganState& state = *world.organ_states.find(organ);
 
     if (!is_link_loaded(world, organ)) solve_contact(world, body, contact, {}, context);
     if (!contact.solution.converged) continue;
@@ -189,28 +230,7 @@ void deform_organs(World& world, const FrameContext& context) {
       world.gpu->add(organ, body.model->drawn, contact);
       continue;
     }
-    if (body.model->in_half_precision())
-      place_displacements(body.model->half_columns, contact.response, state.next_displacements);
-    else
-      contact.solver->place_displacements(state.next_displacements);
-    if (const OrganSag* sag = world.organ_sags.find(organ))
-      for (std::size_t i = 0; i < sag->places.size(); ++i)
-        state.next_displacements[i] += sag->places[i];
-    if (contact.ranges.empty() && looks_the_same(state)) continue;
-    deform_drawn_surface(body.model->drawn, state.next_displacements, contact.solution.near_fields,
-                         contact.cells, contact.solution.forces, state.next_positions,
-                         state.next_normals);
-    // A broken value must not reach the state: the organ stays where it was, without force.
-    if (!all_finite(state.next_positions) || !all_finite(state.next_normals)) {
-      state.frozen = true;
-      take_forces_back(world, body, contact);
-      continue;
-    }
-    state.displacements.swap(state.next_displacements);
-    state.positions.swap(state.next_positions);
-    state.normals.swap(state.next_normals);
-    state.pressed = true;
-    moved(world, organ);
+    deform_here(world, organ, Repeat::kSkipped);
   }
   if (world.gpu) world.gpu->start();
   for (std::size_t o = 0; o < world.organ_sags.size(); ++o)
@@ -223,12 +243,13 @@ void fetch_surfaces(World& world, const FrameContext&) {
     const OrganBody& body = *world.organ_bodies.find(organ);
     OrganContact& contact = *world.organ_contacts.find(organ);
     OrganState& state = *world.organ_states.find(organ);
+    if (positions.empty()) {
+      bring_normals_home(state);
+      return deform_here(world, organ, Repeat::kMade);
+    }
     state.next_positions.assign(positions.begin(), positions.end());
-    if (positions.empty() || !all_finite(state.next_positions)) {
-      // The shape before this frame's is on the CPU alone, and there without its normals.
-      if (state.on_gpu) deformed_normals(body.model->drawn, state.positions, state.normals);
-      state.on_gpu = false;
-      ++state.version;
+    if (!all_finite(state.next_positions)) {
+      bring_normals_home(state);
       state.frozen = true;
       take_forces_back(world, body, contact);
       return;
@@ -238,6 +259,19 @@ void fetch_surfaces(World& world, const FrameContext&) {
     state.on_gpu = true;
     moved(world, organ);
   });
+  if (!world.gpu->trouble().empty()) leave_gpu(world, world.gpu->trouble());
+}
+
+void leave_gpu(World& world, const std::string& why) {
+  if (!world.gpu) return;
+  world.gpu->fail(why);
+  for (std::size_t o = 0; o < world.organ_states.size(); ++o) {
+    OrganState& state = world.organ_states[o];
+    if (!state.on_gpu) continue;
+    bring_normals_home(state);
+    // The CPU's are of an older shape: none that comes may be taken for this one.
+    std::ranges::fill(state.displacements, std::numeric_limits<float>::infinity());
+  }
 }
 
 }  // namespace viscera

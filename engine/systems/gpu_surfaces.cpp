@@ -76,8 +76,9 @@ void GpuSurfaces::start() {
                      .near_vertices = one.near_vertices,
                      .near_field = one.near_field});
   timer_.start();
-  started_ = deformation_.deform(loads, &timer_).has_value();
-  if (!started_) return;
+  const Result<void> deformed = deformation_.deform(loads, &timer_);
+  started_ = deformed.has_value();
+  if (!started_) return fail(deformed.error().text());
   for (const Added& one : added_)
     read_back_.start(deformation_.positions(),
                      deformation_.first_vertex(one.index) * sizeof(Vec3f),
@@ -89,7 +90,9 @@ void GpuSurfaces::start() {
 void GpuSurfaces::finish(const std::function<void(Entity, std::span<const Vec3f>)>& take) {
   if (added_.empty()) return;
   context_->make_current();
-  const bool whole = started_ && read_back_.wait();
+  if (started_ && !read_back_.wait()) fail("the device didn't answer");
+  if (context_->lost()) fail("its context was lost");
+  const bool whole = started_ && trouble_.empty();
   if (whole) note_times();
   const auto* all = static_cast<const Vec3f*>(read_back_.data());
   for (const Added& one : added_) {
@@ -99,6 +102,10 @@ void GpuSurfaces::finish(const std::function<void(Entity, std::span<const Vec3f>
   }
   added_.clear();
   started_ = false;
+}
+
+void GpuSurfaces::fail(const std::string& why) {
+  if (trouble_.empty()) trouble_ = "organs on the GPU: " + why;
 }
 
 void GpuSurfaces::note_times() {

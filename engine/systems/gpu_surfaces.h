@@ -34,8 +34,12 @@ class GpuSurfaces {
   GpuSurfaces(const GpuSurfaces&) = delete;
   GpuSurfaces& operator=(const GpuSurfaces&) = delete;
 
-  /// Whether this organ is deformed here.
-  bool holds(Entity organ) const { return index_of(organ).has_value(); }
+  /// Whether this organ is deformed here: none any more once the device has failed.
+  bool holds(Entity organ) const { return trouble_.empty() && index_of(organ).has_value(); }
+  /// Why nothing is deformed here any more; empty: all is well.
+  const std::string& trouble() const { return trouble_; }
+  /// Ends it, where somebody else has found that the device failed. The first reason stays.
+  void fail(const std::string& why);
   /// Why organs stay on the CPU, one sentence each.
   const std::vector<std::string>& refusals() const { return refusals_; }
 
@@ -80,6 +84,7 @@ class GpuSurfaces {
   std::vector<std::string> refusals_;
   std::vector<Added> added_;
   bool started_ = false;
+  std::string trouble_;
   std::vector<Pass> passes_;
 };
 

@@ -1,6 +1,8 @@
 // The stages of a step as functions over the world; engine/frame.cpp calls them in order.
 #pragma once
 
+#include <string>
+
 #include "engine/frame.h"
 #include "engine/world.h"
 
@@ -28,6 +30,9 @@ void emit_smoke(World& world, const FrameContext& context);
 void move_smoke(World& world, const FrameContext& context);
 /// What the GPU made of this frame's loads -> OrganState, deformed surfaces.
 void fetch_surfaces(World& world, const FrameContext& context);
+/// The device has failed: from now on all organs are the CPU's, which makes what their last shapes
+/// lack. Nothing to do where none is on the GPU.
+void leave_gpu(World& world, const std::string& why);
 /// Flags organs that are frozen, every frame.
 void check_world(World& world, const FrameContext& context);
 

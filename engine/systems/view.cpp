@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/systems/gpu_surfaces.h"
+#include "kernels/contact/deformation.h"
 #include "kernels/smoke/sight.h"
 
 namespace viscera {
@@ -140,7 +141,13 @@ void splat_smoke(World& world) {
   }
 }
 
-FrameView make_view(const World& world, const SceneDescription& scene, const Endoscope& endoscope,
+void make_normals(const OrganModel& model, OrganState& state) {
+  if (state.normals_fit || state.on_gpu) return;
+  deformed_normals(model.drawn, state.positions, state.normals);
+  state.normals_fit = true;
+}
+
+FrameView make_view(World& world, const SceneDescription& scene, const Endoscope& endoscope,
                     std::uint64_t picture) {
   FrameView view;
   view.camera = endoscope.at(world.time());
@@ -151,7 +158,8 @@ FrameView make_view(const World& world, const SceneDescription& scene, const End
   for (std::size_t o = 0; o < world.organ_bodies.size(); ++o) {
     const Entity organ = world.organ_bodies.owner(o);
     const OrganBody& body = world.organ_bodies[o];
-    const OrganState& state = *world.organ_states.find(organ);
+    OrganState& state = *world.organ_states.find(organ);
+    make_normals(*body.model, state);
     OrganView drawn;
     drawn.id = organ.index;
     drawn.name = body.name;

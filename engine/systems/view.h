@@ -32,8 +32,12 @@ void splat_smoke(World& world);
 /// all tips; nothing where there is no instrument. Smoke as of the last splat_smoke().
 std::optional<double> sight_of_tips(const World& world, const CameraView& camera);
 
-/// Spans into the world: valid until its next step. Smoke as of the last splat_smoke().
-FrameView make_view(const World& world, const SceneDescription& scene, const Endoscope& endoscope,
+/// Makes the normals that an organ lacks (OrganState::normals_fit).
+void make_normals(const OrganModel& model, OrganState& state);
+
+/// Spans into the world, whose organs get the normals that they lack: valid until its next step.
+/// Smoke as of the last splat_smoke().
+FrameView make_view(World& world, const SceneDescription& scene, const Endoscope& endoscope,
                     std::uint64_t picture);
 
 }  // namespace viscera

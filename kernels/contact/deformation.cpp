@@ -174,10 +174,9 @@ void carry_displacements(const DrawnSurface& drawn, std::span<const float> displ
   });
 }
 
-void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> displacements,
-                          std::span<const NearField> near_fields,
-                          std::span<const ContactCell> cells, std::span<const Vec3> forces,
-                          std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
+void deformed_positions(const DrawnSurface& drawn, std::span<const float> displacements,
+                        std::span<const NearField> near_fields, std::span<const ContactCell> cells,
+                        std::span<const Vec3> forces, std::vector<Vec3f>& positions) {
   const std::size_t count = drawn.rest->vertices.size();
   positions.resize(count);
   const std::vector<Group> groups = group_cells(near_fields, cells, forces);
@@ -188,6 +187,13 @@ void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> disp
         near_displacement(groups, near_fields, cells, forces, rest, drawn.rest_normals[v]);
     positions[v] = (rest + moved.cast<double>() + near).cast<float>();
   });
+}
+
+void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> displacements,
+                          std::span<const NearField> near_fields,
+                          std::span<const ContactCell> cells, std::span<const Vec3> forces,
+                          std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
+  deformed_positions(drawn, displacements, near_fields, cells, forces, positions);
   deformed_normals(drawn, positions, normals);
 }
 

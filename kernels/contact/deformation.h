@@ -33,9 +33,14 @@ DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& 
 void carry_displacements(const DrawnSurface& drawn, std::span<const float> displacements,
                          std::vector<Vec3f>& vertices);
 
-/// Positions = rest + carried displacements of the places + near field of `cells` under `forces` (within its range);
-/// unit normals from the deformed triangles, angle-weighted. `near_fields` has one entry a cell
-/// (ContactSolution::near_fields) or is empty: no near field. Parallel, deterministic.
+/// Positions = rest + carried displacements of the places + near field of `cells` under `forces`
+/// (within its range). `near_fields` has one entry a cell (ContactSolution::near_fields) or is
+/// empty: no near field. Parallel, deterministic.
+void deformed_positions(const DrawnSurface& drawn, std::span<const float> displacements,
+                        std::span<const NearField> near_fields, std::span<const ContactCell> cells,
+                        std::span<const Vec3> forces, std::vector<Vec3f>& positions);
+
+/// The same with unit normals from the deformed triangles, angle-weighted.
 void deform_drawn_surface(const DrawnSurface& drawn, std::span<const float> displacements,
                           std::span<const NearField> near_fields,
                           std::span<const ContactCell> cells, std::span<const Vec3> forces,

@@ -165,7 +165,9 @@ void meet_all(uint begin, uint end, uint near) {
     if (least < FARTHEST) meet(place_on_triangle(best, best_weights, best_feature, position));
   }
   for (uint bits = near; bits != 0u; bits &= bits - 1u) {
-    meet(place_on_capsule(capsules[findLSB(bits)], position));
+    for (uint c = uint(findLSB(bits)); c < pass.capsules; c += 32u) {
+      meet(place_on_capsule(capsules[c], position));
+    }
   }
   for (int axis = 0; axis < 3; ++axis) {
     uint low = 1u << uint(2 * axis);

@@ -11,7 +11,7 @@
 namespace viscera {
 namespace {
 
-constexpr std::size_t kChunk = 256;
+constexpr std::size_t kChunk = 64;
 /// Below this share of the gap a particle is put at the gap again: rounding isn't a touch.
 constexpr float kSlack = 0.99f;
 
@@ -138,30 +138,37 @@ CollideCounts collide(std::span<Float4> positions, std::span<Float4> velocities,
   grid.size = parameters.size;
   grid.inverse_cell = parameters.inverse_cell;
   const std::span<const SurfaceTriangle> triangles = cells.triangles();
+  const std::span<const Float4> balls = cells.balls();
+  const std::span<const std::uint32_t> owners = cells.owners();
   const std::span<const std::uint32_t> entries = cells.entries();
 
   // The places of one round: the nearest of each surface, whose triangles follow each other.
   const auto round = [&](Contact& contact, std::uint32_t begin, std::uint32_t end,
                          std::uint32_t near_capsules) {
     for (std::uint32_t e = begin; e < end;) {
-      const float surface = triangles[entries[e]].corners[0].w;
-      float least = std::numeric_limits<float>::max(), least_distance = 1e18f;
+      const std::uint32_t surface = owners[entries[e]];
+      // The mean of its corners belongs to a triangle: none farther than the nearest of those
+      // counts.
+      std::uint32_t last = e;
+      float reach = 1e18f;
+      for (; last < end && owners[entries[last]] == surface; ++last) {
+        reach = std::min(reach, (balls[entries[last]].xyz() - contact.position).squaredNorm());
+      }
+      reach = 1.0001f * std::sqrt(reach);
+      float least = std::numeric_limits<float>::max();
       std::uint32_t best = entries[e];
       Nearest best_place = {};
-      for (; e < end && triangles[entries[e]].corners[0].w == surface; ++e) {
+      for (; e < last; ++e) {
+        const Float4& ball = balls[entries[e]];
+        const float within = reach + ball.w;
+        if ((ball.xyz() - contact.position).squaredNorm() > within * within) continue;
         const SurfaceTriangle& triangle = triangles[entries[e]];
-        // Farther by its bounding ball than the nearest so far.
-        const Vec3f mean =
-            (triangle.corners[0].xyz() + triangle.corners[1].xyz() + triangle.corners[2].xyz()) /
-            3.0f;
-        const float reach = least_distance + triangle.corners[1].w;
-        if ((mean - contact.position).squaredNorm() > reach * reach) continue;
         const Nearest nearest = nearest_on_triangle(triangle, contact.position);
         const float square =
             (blend(triangle.corners, nearest.weights) - contact.position).squaredNorm();
         if (!(square < least)) continue;
         least = square;
-        least_distance = 1.0001f * std::sqrt(square);
+        reach = std::min(reach, 1.0001f * std::sqrt(square));
         best = entries[e];
         best_place = nearest;
       }
@@ -171,7 +178,9 @@ CollideCounts collide(std::span<Float4> positions, std::span<Float4> velocities,
       }
     }
     for (std::uint32_t bits = near_capsules; bits != 0; bits &= bits - 1) {
-      contact.meet(place_on(capsules[std::countr_zero(bits)], contact.position));
+      for (std::size_t c = std::countr_zero(bits); c < capsules.size(); c += 32) {
+        contact.meet(place_on(capsules[c], contact.position));
+      }
     }
     const Vec3f extent = parameters.extent.xyz();
     for (int axis = 0; axis < 3; ++axis) {

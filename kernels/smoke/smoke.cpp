@@ -15,7 +15,6 @@ constexpr std::size_t kChunk = 1024;
 constexpr std::uint64_t kEmissionStream = 0x454d'4954ull << 32;
 constexpr double kReferenceStep = 1.0 / 60.0;
 constexpr int kMostSubsteps = 64;
-constexpr std::size_t kMostObstacles = 32;
 constexpr float kWallRestitution = 0.2f;
 constexpr std::uint32_t kFewestNeighbours = 4;
 constexpr std::uint32_t kRounds = 6;
@@ -201,7 +200,6 @@ void SmokeVolume::meet_surfaces(double dt, double from, double to, double whole,
 
   capsules_.clear();
   for (const SmokeObstacle& obstacle : around.obstacles) {
-    if (capsules_.size() == kMostObstacles) break;
     const Vec3 from_way = obstacle.from - obstacle.from_before;
     const Vec3 to_way = obstacle.to - obstacle.to_before;
     way = std::max({way, (to - from) * from_way.norm(), (to - from) * to_way.norm()});

@@ -83,7 +83,7 @@ struct SmokeObstacle {
 struct SmokeSurroundings {
   SurroundingGas* gas = nullptr;
   std::span<const SmokeSurface> surfaces = {};
-  std::span<const SmokeObstacle> obstacles = {};  ///< the first 32 count
+  std::span<const SmokeObstacle> obstacles = {};
   std::span<const SmokeOutlet> outlets = {};
 };
 

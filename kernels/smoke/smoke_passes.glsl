@@ -74,7 +74,7 @@ struct SplatParameters {
   float inverse_voxel;
   float first_square;
   float growth;
-  float widest;
+  float widest_square;
   float mass_scale;
   float heat_scale;
   float momentum_scale;

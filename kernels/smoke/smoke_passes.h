@@ -143,9 +143,9 @@ static_assert(sizeof(CollideParameters) == 96);
 struct SplatParameters {
   Int4 size;                    ///< cells along x, y, z, and in all
   float inverse_voxel = 0.0f;   ///< [1/m]
-  float first_square = 0.0f;    ///< of the tent's radius at age 0 [m2]
-  float growth = 0.0f;          ///< of its square with age [m2/s]
-  float widest = 0.0f;          ///< radius [m]
+  float first_square = 0.0f;    ///< r^2 of a kernel (splat_levels.h) at age 0 [m2]
+  float growth = 0.0f;          ///< of r^2 with age [m2/s]
+  float widest_square = 0.0f;   ///< greatest r^2 [m2]
   float mass_scale = 0.0f;      ///< fixed-point steps a kilogram
   float heat_scale = 0.0f;      ///< a kilogram kelvin
   float momentum_scale = 0.0f;  ///< a kilogram metre a second

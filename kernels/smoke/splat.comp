@@ -1,6 +1,8 @@
-// splat (splat.h). ADD, a thread a particle, adds to sums in fixed point, in any order to the same
-// bits: 64-bit numbers of two words, since 64-bit atomics are an extension. A particle adds less than
-// 2^31 steps to a cell, so that 2^33 particles fit. RESOLVE, a thread a cell, makes means of them.
+// splat (splat.h) by levels (splat_levels.h), from the widest down: ADD, a thread a particle, adds a
+// level's shares to sums in fixed point, in any order to the same bits: 64-bit numbers of two words,
+// since 64-bit atomics are an extension. A particle adds less than 2^31 steps to a cell, so that
+// 2^33 particles fit. FOLD, a thread a cell, adds the sums to the amounts and empties them; BLUR, a
+// thread a cell, widens the amounts along one axis; RESOLVE, a thread a cell, makes means of them.
 layout(std140, binding = 0) uniform Pass { SplatParameters pass; };
 
 #ifdef ADD
@@ -8,41 +10,30 @@ layout(std430, binding = 0) readonly buffer Positions { vec4 positions[]; };
 layout(std430, binding = 1) readonly buffer Velocities { vec4 velocities[]; };
 layout(std430, binding = 2) readonly buffer Masses { float masses[]; };
 layout(std430, binding = 3) buffer Sums { uint sums[]; };  // a channel's cells after another's
+uniform float below, here, above;  // r^2 of the levels [cells^2]; equal where there is none
 
-/// A tent along one axis, on cells inside the grid, with the sum of weights 1.
-struct Tent {
-  int first, count;
-  float at, inverse, norm;
+/// The two cells that a particle reaches along an axis, and the part of the first one.
+struct Pair {
+  int first, second;
+  float part;
 };
 
-float raw_weight(Tent tent, int i) {
-  precise float far = abs(float(tent.first + i) + 0.5 - tent.at);
-  precise float weight = 1.0 - far * tent.inverse;
-  return max(0.0, weight);
+Pair make_pair(float at, int size) {
+  precise float middle = clamp(at, 0.0, float(size)) - 0.5;
+  float low = floor(middle);
+  precise float part = 1.0 - (middle - low);
+  return Pair(max(0, int(low)), min(int(low) + 1, size - 1), part);
 }
 
-Tent make_tent(float at, float radius, int size) {
-  Tent tent;
-  precise float low = at - radius + 0.5, high = at + radius - 0.5;
-  tent.at = at;
-  tent.first = clamp(int(floor(low)), 0, size - 1);
-  int last = clamp(int(floor(high)), tent.first, size - 1);
-  tent.count = min(last - tent.first + 1, WIDEST);
-  tent.inverse = 1.0 / radius;
-  tent.norm = 0.0;
-  precise float sum = 0.0;
-  for (int i = 0; i < tent.count; ++i) sum += raw_weight(tent, i);
-  if (sum > 0.0) {
-    tent.norm = 1.0 / sum;
-  } else {
-    tent.count = 1;
+/// Of this level.
+float share_of(float square) {
+  if (square >= here) {
+    precise float upper = (square - here) / (above - here);
+    precise float lower = 1.0 - upper;
+    return square >= above ? (above > here ? 0.0 : 1.0) : lower;
   }
-  return tent;
-}
-
-float weight_of(Tent tent, int i) {
-  precise float weight = raw_weight(tent, i) * tent.norm;
-  return tent.norm > 0.0 ? weight : 1.0;
+  precise float share = (square - below) / (here - below);
+  return square >= below && here > below ? share : 0.0;
 }
 
 void add(uint place, int steps) {
@@ -57,60 +48,111 @@ void main() {
   uint i = thread_index();
   if (i >= pass.particles) return;
   vec4 at = positions[i], v = velocities[i];
+  if (any(isnan(at.xyz)) || any(isinf(at.xyz))) return;
   float mass = masses[i];
-  precise float square = pass.first_square + pass.growth * v.w;
-  precise float radius =
-      clamp(min(sqrt(square), pass.widest) * pass.inverse_voxel, 1.0, 0.5 * float(WIDEST) - 1.0);
+  precise float grown = pass.first_square + pass.growth * v.w;
+  precise float square =
+      clamp(min(grown, pass.widest_square) * (pass.inverse_voxel * pass.inverse_voxel), 1.0,
+            WIDEST * WIDEST);
+  float share = share_of(square);
+  if (share == 0.0) return;
   precise vec3 cell = at.xyz * pass.inverse_voxel;
-  Tent x = make_tent(cell.x, radius, pass.size.x);
-  Tent y = make_tent(cell.y, radius, pass.size.y);
-  Tent z = make_tent(cell.z, radius, pass.size.z);
+  Pair x = make_pair(cell.x, pass.size.x);
+  Pair y = make_pair(cell.y, pass.size.y);
+  Pair z = make_pair(cell.z, pass.size.z);
   precise float heat = mass * at.w * pass.heat_scale;
   precise float momentum = mass * pass.momentum_scale;
   precise float amounts[5] = float[5](mass * pass.mass_scale, heat, momentum * v.x, momentum * v.y,
                                       momentum * v.z);
   uint cells = uint(pass.size.w);
-  for (int cz = 0; cz < z.count; ++cz) {
-    for (int cy = 0; cy < y.count; ++cy) {
-      precise float across = weight_of(z, cz) * weight_of(y, cy);
-      int row = x.first + pass.size.x * (y.first + cy + pass.size.y * (z.first + cz));
-      for (int cx = 0; cx < x.count; ++cx) {
-        float along = weight_of(x, cx);
-        for (uint c = 0u; c < 5u; ++c) {
-          precise float amount = across * amounts[c];
-          precise float steps = amount * along + (amount < 0.0 ? -0.5 : 0.5);
-          add(c * cells + uint(row + cx), int(steps));
-        }
-      }
+  for (int corner = 0; corner < 8; ++corner) {
+    bvec3 last = bvec3(corner & 1, corner & 2, corner & 4);
+    precise float of_z = share * (last.z ? 1.0 - z.part : z.part);
+    precise float of_y = of_z * (last.y ? 1.0 - y.part : y.part);
+    precise float weight = of_y * (last.x ? 1.0 - x.part : x.part);
+    int place = (last.x ? x.second : x.first) +
+                pass.size.x * ((last.y ? y.second : y.first) +
+                               pass.size.y * (last.z ? z.second : z.first));
+    for (uint c = 0u; c < 5u; ++c) {
+      precise float steps = weight * amounts[c];
+      add(c * cells + uint(place), int(roundEven(steps)));
     }
   }
 }
 #endif
 
-#ifdef RESOLVE
-layout(std430, binding = 0) readonly buffer Sums { uint sums[]; };
-layout(std430, binding = 1) writeonly buffer Density { float density[]; };
-layout(std430, binding = 2) writeonly buffer Temperature { float temperature[]; };
-layout(std430, binding = 3) writeonly buffer Velocity { float velocity[]; };  // three a cell
+#ifdef FOLD
+layout(std430, binding = 0) buffer Sums { uint sums[]; };
+layout(std430, binding = 1) buffer Amounts { float amounts[]; };  // channels as the sums'
+uniform int replace;  // the amounts are unknown as yet
 
-double sum_of(uint channel, uint cell) {
-  uint place = 2u * (channel * uint(pass.size.w) + cell);
-  return double(int(sums[place + 1u])) * 4294967296.0lf + double(sums[place]);
+void main() {
+  uint cell = thread_index();
+  if (cell >= uint(pass.size.w)) return;
+  for (uint c = 0u; c < 5u; ++c) {
+    uint place = c * uint(pass.size.w) + cell;
+    uint low = sums[2u * place], high = sums[2u * place + 1u];
+    sums[2u * place] = sums[2u * place + 1u] = 0u;
+    float sum = float(double(int(high)) * 4294967296.0lf + double(low));
+    amounts[place] = replace != 0 ? sum : amounts[place] + sum;
+  }
+}
+#endif
+
+#ifdef BLUR
+layout(std430, binding = 0) readonly buffer From { float from[]; };
+layout(std430, binding = 1) readonly buffer Weights { float weights[]; };  // of all levels
+layout(std430, binding = 2) writeonly buffer To { float to[]; };
+uniform int axis, first, reach;  // this level's weights are at first, ..., first + reach
+
+/// The cell that stands for one outside: the grid's ends are mirrors. The remainder of a negative
+/// number isn't defined; no reach is beyond WIDEST.
+int mirrored(int i, int size) {
+  int turn = 2 * size;
+  int within = (i + turn * int(WIDEST + 1.0)) % turn;
+  return within < size ? within : turn - 1 - within;
 }
 
 void main() {
   uint cell = thread_index();
   if (cell >= uint(pass.size.w)) return;
-  double mass = sum_of(0u, cell);
+  int stride = axis == 0 ? 1 : axis == 1 ? pass.size.x : pass.size.x * pass.size.y;
+  int size = pass.size[axis];
+  int own = int(cell) / stride % size;
+  int origin = int(cell) - own * stride;
+  for (int c = 0; c < 5; ++c, origin += pass.size.w) {
+    precise float sum = weights[first] * from[origin + own * stride];
+    for (int k = 1; k <= reach; ++k) {
+      precise float both = from[origin + mirrored(own - k, size) * stride] +
+                           from[origin + mirrored(own + k, size) * stride];
+      sum += weights[first + k] * both;
+    }
+    to[origin + own * stride] = sum;
+  }
+}
+#endif
+
+#ifdef RESOLVE
+layout(std430, binding = 0) readonly buffer Amounts { float amounts[]; };
+layout(std430, binding = 1) writeonly buffer Density { float density[]; };
+layout(std430, binding = 2) writeonly buffer Temperature { float temperature[]; };
+layout(std430, binding = 3) writeonly buffer Velocity { float velocity[]; };  // three a cell
+
+void main() {
+  uint cell = thread_index();
+  if (cell >= uint(pass.size.w)) return;
+  uint cells = uint(pass.size.w);
+  float mass = amounts[cell];
   double edge = 1.0lf / double(pass.inverse_voxel);
   double scale = double(pass.mass_scale);
-  double inverse_mass = mass > 0.0lf ? 1.0lf / mass : 0.0lf;
-  double heat_step = scale / double(pass.heat_scale);
-  double momentum_step = scale / double(pass.momentum_scale);
-  density[cell] = float(mass / (scale * edge * edge * edge));
-  temperature[cell] = float(sum_of(1u, cell) * heat_step * inverse_mass);
+  float density_step = float(1.0lf / (scale * edge * edge * edge));
+  float heat_step = float(scale / double(pass.heat_scale));
+  float momentum_step = float(scale / double(pass.momentum_scale));
+  float inverse = mass > 0.0 ? 1.0 / mass : 0.0;
+  density[cell] = mass * density_step;
+  temperature[cell] = amounts[cells + cell] * heat_step * inverse;
   for (uint a = 0u; a < 3u; ++a) {
-    velocity[3u * cell + a] = float(sum_of(2u + a, cell) * momentum_step * inverse_mass);
+    velocity[3u * cell + a] = amounts[(2u + a) * cells + cell] * (momentum_step * inverse);
   }
 }
 #endif

@@ -26,10 +26,8 @@ SmokeGrid filled_part(const SmokeGrid& grid);
 
 /// What doesn't depend on the particles: a grid of cubic cells over the domain, and the width of
 /// kernels for support radius h [m] and viscosity nu [m2/s]: half of h at first, then by diffusion
-/// with age, r^2 = h^2/4 + 12 nu t (a tent's variance is r^2/6), up to 2.5 h.
+/// with age, r^2 = h^2/4 + 12 nu t (the variance is r^2/6, as a tent's), up to 2.5 h.
 SplatParameters splat_parameters(const Box& domain, double voxel, double support, double viscosity);
-
-constexpr int kWidestSplat = 64;  ///< cells across a kernel
 
 /// What the greatest particle carries: mass, heat and a component of momentum.
 struct SplatAmounts {
@@ -38,8 +36,8 @@ struct SplatAmounts {
 /// Sets the scales so that no particle adds more than 2^30 steps to a cell.
 void set_scales(const SplatAmounts& greatest, SplatParameters& parameters);
 
-/// Splats particles with a tent kernel, never narrower than a cell. What a kernel would put outside
-/// the grid goes to the cells inside: the grid's mass equals the particles' mass to fixed-point
+/// Splats particles with kernels made by splat_levels.h, never narrower than a cell. What a kernel
+/// would put outside the grid is mirrored into it: the grid's mass equals the particles' mass to
 /// rounding (1e-6 relative). Sets the scales of `parameters` by the greatest of the particles.
 /// Sizes the grid's arrays; its voxel and domain are the caller's.
 void splat(std::span<const Float4> positions, std::span<const Float4> velocities,

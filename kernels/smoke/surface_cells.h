@@ -2,48 +2,15 @@
 // looks into, on the CPU as on the GPU.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
+#include "kernels/smoke/moving_surface.h"
 #include "kernels/smoke/smoke_passes.h"
 
 namespace viscera {
-
-/// What of a closed, outward-oriented triangle surface stays while it deforms: made once.
-class SurfaceTopology {
- public:
-  using Triangle = Eigen::Vector3i;
-
-  explicit SurfaceTopology(std::vector<Triangle> triangles);
-
-  std::span<const Triangle> triangles() const { return triangles_; }
-  /// The triangle beyond the edge from corner e to corner e + 1; -1 where there is none.
-  int beyond(std::size_t triangle, int e) const { return beyond_[triangle][e]; }
-  std::span<const int> around(int vertex) const {  ///< triangles at a vertex
-    return std::span(fans_).subspan(fan_begin_[vertex],
-                                    fan_begin_[vertex + 1] - fan_begin_[vertex]);
-  }
-  std::size_t vertices() const { return fan_begin_.size() - 1; }
-
- private:
-  std::vector<Triangle> triangles_;
-  std::vector<std::array<int, 3>> beyond_;
-  std::vector<std::size_t> fan_begin_;
-  std::vector<int> fans_;
-};
-
-/// A surface as it is at the end of a step.
-struct SmokeSurface {
-  std::uint64_t id = 0;  ///< by which it is known in the next step
-  const SurfaceTopology* topology = nullptr;
-  std::span<const Vec3f> positions;  ///< of the vertices, own frame [m]
-  Pose pose;                         ///< of that frame in the world
-  /// Counts changes of `positions`: the same again says that they are. 0: not known.
-  std::uint64_t version = 0;
-};
 
 class SurfaceCells {
  public:
@@ -55,58 +22,56 @@ class SurfaceCells {
   float greatest_way(const Eigen::AlignedBox3f& box) const;
 
   /// Bins what lies within `margin` of cells with particles, with the surfaces at `fraction` of
-  /// the step of length dt, and those capsules.
+  /// the step of length dt, and those capsules. Deterministic for any number of threads.
   void build(std::span<const Float4> positions, double fraction, double dt, float cell,
              float margin, std::span<const SmokeCapsule> capsules);
   /// The same for particles that are elsewhere: their grid, and whether a cell holds any (cells).
-  void build(const BinParameters& grid, std::vector<std::uint8_t> occupied, double fraction,
+  void build(const BinParameters& grid, std::span<const std::uint8_t> occupied, double fraction,
              double dt, float margin, std::span<const SmokeCapsule> capsules);
 
   /// Of the grid: origin, size, inverse_cell; the rest is for the caller to fill in.
   const BinParameters& grid() const { return grid_; }
   std::span<const std::uint32_t> cell_begin() const { return cell_begin_; }  ///<  (cells + 1)
-  std::span<const std::uint32_t> entries() const { return entries_; }  ///< numbers of triangles
+  /// Numbers of triangles; in a cell those of a surface follow each other.
+  std::span<const std::uint32_t> entries() const { return entries_; }
   std::span<const SurfaceTriangle> triangles() const { return triangles_; }
-  std::span<const std::uint32_t> capsules_near() const { return capsules_near_; }  ///< bits (cells)
+  /// A ball about each triangle: the mean of the corners, w: the farthest corner's distance.
+  std::span<const Float4> balls() const { return balls_; }
+  std::span<const std::uint32_t> owners() const { return owners_; }  ///< their surfaces' numbers
+  std::span<const std::uint32_t> capsules_near() const { return capsules_near_; }  ///< bits c % 32 (cells)
   bool empty() const { return entries_.empty() && !any_capsule_; }
   std::size_t memory_bytes() const;
 
  private:
-  /// Own frame to domain frame.
-  struct Placement {
-    Eigen::Matrix3f turn;
-    Vec3f shift;
-
-    Vec3f operator()(const Vec3f& own) const { return turn * own + shift; }
-    Eigen::AlignedBox3f operator()(const Eigen::AlignedBox3f& own) const;
-  };
   struct Tracked {
-    const SurfaceTopology* topology = nullptr;
-    std::uint64_t version = 0;
-    std::vector<Vec3f> before, now;  // own frame; `before` isn't read of one that keeps its shape
-    bool keeps_shape = false;        // in this step
-    bool known = false;              // `now` is from the last step
-    Placement from, to;
-    Eigen::AlignedBox3f own_box, box;  // of `now`, own frame; of the whole step, domain frame
-    float way = 0.0f;
+    MovingSurface surface;
     bool present = false;
-    /// Triangles near each other, kBlock at a time, and the boxes of those in the step, own frame.
-    std::vector<int> order;
-    std::vector<Eigen::AlignedBox3f> blocks;
-    bool blocks_fit = false;
+  };
+  struct Group {
+    std::uint32_t surface, group;
+  };
+  struct Near {
+    std::uint32_t surface;
+    int triangle;
+    std::uint32_t cells_end;  // in the cells of its piece of work
+  };
+  /// What one piece of work found.
+  struct Found {
+    std::vector<Near> triangles;
+    std::vector<std::uint32_t> cells;
+    std::size_t first_triangle = 0;  // of the piece, among all
+  };
 
-    const std::vector<Vec3f>& start() const { return keeps_shape ? now : before; }
-    bool take_shape(const SmokeSurface& surface);
-    void measure();
-    void fit_blocks();
-  };
-  /// What is known of the surface being binned at a fraction of the step: vertices are placed when
-  /// they are first asked for.
-  class Placed;
-  struct Entry {
-    std::uint32_t cell, triangle;
-  };
-  void bin_surface(Tracked& surface, float number, double fraction, double dt, float margin);
+  void occupy(std::uint32_t x, std::uint32_t row) {
+    occupied_[row * words_ + x / 64] |= std::uint64_t{1} << x % 64;
+  }
+  void take_grid(const BinParameters& grid);
+  void bin_all(double fraction, double dt, float margin, std::span<const SmokeCapsule> capsules);
+  void find_triangles(const Group& group, const MovingSurface::Moment& moment, float margin,
+                      Found& found) const;
+  void sort_entries();
+  void find_normals();
+  void fill_triangles(double dt);
   bool any_occupied(const Eigen::AlignedBox3f& box) const;
   template <class Visit>
   void for_each_occupied(const Eigen::AlignedBox3f& box, const Visit& visit) const;
@@ -116,14 +81,22 @@ class SurfaceCells {
   std::vector<std::uint64_t> order_;  // ids as given
   BinParameters grid_;
   Eigen::AlignedBox3f particles_;
-  std::vector<std::uint8_t> occupied_;
-  std::vector<Entry> found_;
-  std::vector<Vec3f> corners_, normals_;  // of the surface being binned: vertices, their normals
-  std::vector<std::uint32_t> placed_, turned_;  // the round in which each of those was found
-  std::uint32_t round_ = 0;
-  std::vector<int> near_;  // triangles
+  std::vector<std::uint64_t> occupied_;  // bits of cells, each row along x in whole words
+  std::size_t words_ = 0;                // of a row
+  std::vector<MovingSurface::Moment> moments_;
+  std::vector<MovingSurface*> surfaces_;  // that may be near, as the moments
+  std::vector<std::uint32_t> numbers_;    // of those among the given
+  std::vector<Group> groups_;
+  std::vector<Found> found_;
+  struct Vertex {
+    std::uint32_t surface;
+    int vertex;
+  };
+  std::vector<Vertex> wanted_;
   std::vector<std::uint32_t> cell_begin_, entries_, capsules_near_;
   std::vector<SurfaceTriangle> triangles_;
+  std::vector<Float4> balls_;
+  std::vector<std::uint32_t> owners_;
   bool any_capsule_ = false;
 };
 

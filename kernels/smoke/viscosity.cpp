@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "kernels/base/lanes.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/base/wider.h"
 
 namespace viscera {
 namespace {
@@ -13,36 +13,51 @@ namespace {
 constexpr std::size_t kChunk = 4096;
 constexpr std::size_t kCellChunk = 64;
 
+/// Copies these numbers of each column to columns `stride` apart, in whole lanes: up to kLanes - 1
+/// too many are read and written.
+VISCERA_WIDE void copy_run(std::span<const float* const> columns, std::size_t first,
+                           std::size_t count, float* to, std::size_t stride) {
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      Lanes eight;
+      load(eight, columns[c] + first + i);
+      std::memcpy(to + c * stride + i, &eight, sizeof eight);
+    }
+  }
+}
+
 /// What surrounds a cell, gathered once for all its particles and padded to whole lanes with places
 /// out of everyone's reach.
 class Neighbourhood {
  public:
-  /// Copies these columns of the nine runs.
+  /// Copies these columns of the nine runs; they go on for kLanes behind the last one.
   void gather(const std::array<SmokeBins::Run, 9>& runs, std::span<const float* const> columns) {
-    std::size_t most = kLanes;
+    std::size_t most = kWiderLanes;
     for (const auto& [first, last] : runs) most += last - first;
     if (most > capacity_) {
-      capacity_ = 2 * most;
-      storage_.resize(kColumns * capacity_);
+      const std::size_t blocks = 2 * most / kWiderLanes + 1;
+      capacity_ = blocks * kWiderLanes;
+      storage_.resize(kColumns * blocks);
     }
     count_ = 0;
     for (const auto& [first, last] : runs) {
-      for (std::size_t c = 0; c < columns.size(); ++c) {
-        std::memcpy(column(c) + count_, columns[c] + first, (last - first) * sizeof(float));
-      }
+      copy_run(columns, first, last - first, column(0) + count_, capacity_);
       count_ += last - first;
     }
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      std::fill_n(column(c) + count_, kLanes, c == 0 ? kFar : 0.0f);
+      std::fill_n(column(c) + count_, kWiderLanes, c == 0 ? kFar : 0.0f);
     }
   }
-  float* column(std::size_t c) { return storage_.data() + c * capacity_; }
+  float* column(std::size_t c) { return storage_.front().of.data() + c * capacity_; }
   std::size_t count() const { return count_; }
 
  private:
   static constexpr std::size_t kColumns = 8;
   static constexpr float kFar = 1e6f;
-  std::vector<float> storage_;
+  struct alignas(64) Block {  // so that no load of sixteen straddles two cache lines
+    std::array<float, kWiderLanes> of;
+  };
+  std::vector<Block> storage_;
   std::size_t capacity_ = 0, count_ = 0;
 };
 
@@ -52,31 +67,39 @@ struct DensitySums {
   float near;            ///< number within the support
 };
 
-VISCERA_WIDE void sum_densities(const float* x, const float* y, const float* z, std::size_t count,
-                                const float* own_x, const float* own_y, const float* own_z,
-                                std::size_t own, float inverse_square, DensitySums* sums) {
+template <class Wide>
+VISCERA_INLINE void sum_densities_on(const float* x, const float* y, const float* z,
+                                     std::size_t count, const float* own_x, const float* own_y,
+                                     const float* own_z, std::size_t own, float inverse_square,
+                                     DensitySums* sums) {
+  using Lanes = typename Wide::Lanes;
+  constexpr int kParts = Wide::kParts, kEach = kWiderLanes / kParts;
   for (std::size_t i = 0; i < own; ++i) {
-    Lanes cubes = {}, squares = {}, near = {}, fx = {}, fy = {}, fz = {};
+    Lanes cubes[kParts] = {}, squares[kParts] = {}, near[kParts] = {};
+    Lanes fx[kParts] = {}, fy[kParts] = {}, fz[kParts] = {};
     const Lanes zero = {}, one = zero + 1.0f;
-    for (std::size_t j = 0; j < count; j += kLanes) {
-      Lanes dx, dy, dz;
-      load(dx, x + j);
-      load(dy, y + j);
-      load(dz, z + j);
-      dx -= own_x[i];
-      dy -= own_y[i];
-      dz -= own_z[i];
-      Lanes q = 1.0f - (dx * dx + dy * dy + dz * dz) * inverse_square;
-      near += q > zero ? one : zero;
-      q = q > zero ? q : zero;
-      const Lanes square = q * q;
-      squares += square;
-      cubes += square * q;
-      fx += square * dx;
-      fy += square * dy;
-      fz += square * dz;
+    for (std::size_t j = 0; j < count; j += kWiderLanes) {
+      for (int part = 0; part < kParts; ++part) {
+        Lanes dx, dy, dz;
+        load(dx, x + j + part * kEach);
+        load(dy, y + j + part * kEach);
+        load(dz, z + j + part * kEach);
+        dx -= own_x[i];
+        dy -= own_y[i];
+        dz -= own_z[i];
+        Lanes q = 1.0f - (dx * dx + dy * dy + dz * dz) * inverse_square;
+        near[part] += q > zero ? one : zero;
+        q = q > zero ? q : zero;
+        const Lanes square = q * q;
+        squares[part] += square;
+        cubes[part] += square * q;
+        fx[part] += square * dx;
+        fy[part] += square * dy;
+        fz[part] += square * dz;
+      }
     }
-    sums[i] = {sum(cubes), sum(squares), sum(fx), sum(fy), sum(fz), sum(near)};
+    sums[i] = {Wide::sum(cubes), Wide::sum(squares), Wide::sum(fx),
+               Wide::sum(fy),    Wide::sum(fz),      Wide::sum(near)};
   }
 }
 
@@ -84,44 +107,68 @@ struct PairColumns {
   const float *x, *y, *z, *vx, *vy, *vz, *strength, *excess;
 };
 
-/// Accelerations in `out`, w left alone.
-VISCERA_WIDE void sum_pairs(const PairColumns& other, std::size_t count, const PairColumns& self,
-                            std::size_t own, float inverse_square, float viscosity, float crowding,
-                            Float4* out) {
+template <class Wide>
+VISCERA_INLINE void sum_pairs_on(const PairColumns& other, std::size_t count,
+                                 const PairColumns& self, std::size_t own, float inverse_square,
+                                 float viscosity, float crowding, Float4* out) {
+  using Lanes = typename Wide::Lanes;
+  constexpr int kParts = Wide::kParts, kEach = kWiderLanes / kParts;
   for (std::size_t i = 0; i < own; ++i) {
-    Lanes ax = {}, ay = {}, az = {};
+    Lanes ax[kParts] = {}, ay[kParts] = {}, az[kParts] = {};
     const Lanes zero = {};
-    const float strength = self.strength[i], excess = self.excess[i];
-    for (std::size_t j = 0; j < count; j += kLanes) {
-      Lanes dx, dy, dz, vx, vy, vz, g, e;
-      load(dx, other.x + j);
-      load(dy, other.y + j);
-      load(dz, other.z + j);
-      dx -= self.x[i];
-      dy -= self.y[i];
-      dz -= self.z[i];
-      Lanes q = 1.0f - (dx * dx + dy * dy + dz * dz) * inverse_square;
-      q = q > zero ? q : zero;
-      load(g, other.strength + j);
-      const Lanes own_strength = zero + strength;
-      const Lanes mean = 0.5f * (g + own_strength);
-      const Lanes bound = kMostRatio * (g < own_strength ? g : own_strength);
-      const Lanes weight = q * q * (mean < bound ? mean : bound);
-      load(e, other.excess + j);
-      const Lanes exchange = viscosity * weight;
-      const Lanes push = crowding * weight * (e + excess);
-      load(vx, other.vx + j);
-      load(vy, other.vy + j);
-      load(vz, other.vz + j);
-      ax += exchange * (vx - self.vx[i]) - push * dx;
-      ay += exchange * (vy - self.vy[i]) - push * dy;
-      az += exchange * (vz - self.vz[i]) - push * dz;
+    const Lanes own_strength = zero + self.strength[i];
+    const float excess = self.excess[i];
+    for (std::size_t j = 0; j < count; j += kWiderLanes) {
+      for (int part = 0; part < kParts; ++part) {
+        const std::size_t at = j + part * kEach;
+        Lanes dx, dy, dz, vx, vy, vz, g, e;
+        load(dx, other.x + at);
+        load(dy, other.y + at);
+        load(dz, other.z + at);
+        dx -= self.x[i];
+        dy -= self.y[i];
+        dz -= self.z[i];
+        Lanes q = 1.0f - (dx * dx + dy * dy + dz * dz) * inverse_square;
+        q = q > zero ? q : zero;
+        load(g, other.strength + at);
+        const Lanes mean = 0.5f * (g + own_strength);
+        const Lanes bound = kMostRatio * (g < own_strength ? g : own_strength);
+        const Lanes weight = q * q * (mean < bound ? mean : bound);
+        load(e, other.excess + at);
+        const Lanes exchange = viscosity * weight;
+        const Lanes push = crowding * weight * (e + excess);
+        load(vx, other.vx + at);
+        load(vy, other.vy + at);
+        load(vz, other.vz + at);
+        ax[part] += exchange * (vx - self.vx[i]) - push * dx;
+        ay[part] += exchange * (vy - self.vy[i]) - push * dy;
+        az[part] += exchange * (vz - self.vz[i]) - push * dz;
+      }
     }
-    out[i].x = sum(ax);
-    out[i].y = sum(ay);
-    out[i].z = sum(az);
+    out[i].x = Wide::sum(ax);
+    out[i].y = Wide::sum(ay);
+    out[i].z = Wide::sum(az);
   }
 }
+
+// A pair of functions for each target; sum_pairs leaves w of `out` alone.
+#define VISCERA_SUMS(target, Wide)                                                               \
+  target void sum_densities(const float* x, const float* y, const float* z, std::size_t count,   \
+                            const float* own_x, const float* own_y, const float* own_z,          \
+                            std::size_t own, float inverse_square, DensitySums* sums) {          \
+    sum_densities_on<Wide>(x, y, z, count, own_x, own_y, own_z, own, inverse_square, sums);      \
+  }                                                                                              \
+  target void sum_pairs(const PairColumns& other, std::size_t count, const PairColumns& self,    \
+                        std::size_t own, float inverse_square, float viscosity, float crowding,  \
+                        Float4* out) {                                                           \
+    sum_pairs_on<Wide>(other, count, self, own, inverse_square, viscosity, crowding, out);       \
+  }
+#if VISCERA_THREE_TARGETS
+VISCERA_SUMS(VISCERA_FOR_AVX512, OneWide)
+VISCERA_SUMS(VISCERA_FOR_AVX2, TwoNarrow)
+#endif
+VISCERA_SUMS(VISCERA_FOR_ANY, TwoNarrow)
+#undef VISCERA_SUMS
 
 }  // namespace
 
@@ -129,7 +176,7 @@ void ViscosityPass::run(std::span<const Float4> positions, std::span<const Float
                         const SmokeBins& bins, const ViscosityParameters& parameters) {
   const std::size_t count = positions.size();
   for (std::vector<float>* values : {&x_, &y_, &z_, &vx_, &vy_, &vz_, &strength_, &excess_}) {
-    values->resize(count);
+    values->resize(count + kLanes);  // gather() reads whole lanes
   }
   accelerations_.resize(count);
   parallel_for_each_index(count, kChunk, [&](std::size_t i) {

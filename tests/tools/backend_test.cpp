@@ -38,6 +38,13 @@ std::string pixels(const std::filesystem::path& png) {
       .out;
 }
 
+/// While it lives, Mesa's drivers offer no more than OpenGL 3.3, which has no compute shaders.
+class WithoutCompute {
+ public:
+  WithoutCompute() { setenv("MESA_GL_VERSION_OVERRIDE", "3.3", 1); }
+  ~WithoutCompute() { unsetenv("MESA_GL_VERSION_OVERRIDE"); }
+};
+
 class BackendRun : public testing::Test {
  protected:
   void SetUp() override {
@@ -170,6 +177,21 @@ TEST(BackendOption, WithoutADriverTheGpuIsRefusedAndAutoIsTheCpu) {
   ASSERT_EQ(result.code, 0) << result.told();
   EXPECT_EQ(folder.report()["backend"], "cpu");
   EXPECT_EQ(folder.report()["backend_reason"], "auto: no graphics hardware");
+}
+
+TEST_F(BackendRun, WithADriverThatHasNoComputeTheGpuIsRefusedAndAutoIsTheCpu) {
+  if (!software_) GTEST_SKIP() << "only Mesa's software driver can be made older";
+  const WithoutCompute without;
+  const SceneFolder folder;
+  expect_refused(folder.run({"--backend", "gpu", "--no-render"}),
+                 {"--backend gpu", "OpenGL 4.5", "no OpenGL 4.5 core context"});
+  const ProgramResult result = folder.run({"--no-render"});
+  ASSERT_EQ(result.code, 0) << result.told();
+  EXPECT_EQ(folder.report()["backend"], "cpu");
+  // Pictures need it whatever computes.
+  expect_refused(folder.run({"--backend", "cpu"}),
+                 {"no off-screen OpenGL", "OpenGL 4.5", "tried"});
+  expect_whole_files(folder.out());
 }
 
 }  // namespace

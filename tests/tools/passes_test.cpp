@@ -125,15 +125,33 @@ TEST_F(Passes, OnlyThoseAskedForAreWrittenAndALaterRunTakesThemAway) {
   EXPECT_TRUE(files_of(folder.out(), ".exr").empty());
 }
 
+// Which file is the first that doesn't fit, a picture or its passes, is the pictures' affair; passes
+// alone on a full disk: PassWriter's tests.
 TEST_F(Passes, ADiskThatFillsIsSaidAndLeavesWhatIsWhole) {
   const SceneFolder folder;
   ASSERT_EQ(folder.run({"--no-render"}).code, 0) << "fills the cache";
-  ProgramCall call = folder.call({"--quality", "draft", "--passes", "beauty,clean"});
+  ProgramCall call = folder.call({"--quality", "draft", "--passes", kAll});
   call.greatest_file = 60000;
-  const ProgramResult result = run_program(call);
-  EXPECT_NE(result.code, 0);
-  EXPECT_NE(result.err.find("can't be written"), std::string::npos) << result.told();
+  expect_refused(run_program(call), {"can't be written"});
+  EXPECT_TRUE(files_of(folder.out() / "passes", ".exr").empty());
   EXPECT_TRUE(files_of(folder.out(), ".tmp").empty());
+}
+
+TEST_F(Passes, AnInterruptLeavesEveryPicturesPassesWhole) {
+  Json scene = tiny_scene();
+  scene["duration_s"] = 20.0;
+  const SceneFolder folder(scene);
+  ASSERT_EQ(folder.run({"--no-render", "--duration", "0.1"}).code, 0) << "fills the cache";
+  ProgramCall call = folder.call({"--quality", "draft", "--passes", "beauty,depth,labels"});
+  const fs::path second = folder.out() / "frames" / "0001.png";
+  call.interrupt_when = [second](const std::string&) { return fs::exists(second); };
+  const ProgramResult result = run_program(call);
+  ASSERT_TRUE(result.interrupted);
+  EXPECT_EQ(result.code, 130) << result.told();
+  expect_whole_files(folder.out());
+  const std::vector<fs::path> passes = files_of(folder.out() / "passes", ".exr");
+  EXPECT_EQ(passes.size(), files_of(folder.out() / "frames", ".png").size());
+  for (const fs::path& file : passes) EXPECT_FALSE(ExrFile(file).floats("depth").empty());
 }
 
 TEST(PassNames, UnknownOnesAreRefusedWithTheList) {

@@ -113,6 +113,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
   expect_keys(report["smoke"],
               {{"particles_max", Type::number_unsigned},
                {"volumes", Type::number_unsigned},
+               {"writing_s", Type::number_float},
                {"emitted_kg", Type::number_float},
                {"airborne_kg", Type::number_float},
                {"background_kg", Type::number_float},

@@ -175,6 +175,11 @@ TEST_F(ReviewPage, WithoutAFilmTheCurvesKeepTheirCursor) {
     told.curves = [...document.querySelectorAll(".chart h3")].map(h => h.firstChild.textContent);
     told.organ = document.querySelector("td .moved span").textContent;
     told.values = document.querySelector(".legend b").textContent;
+    told.shown = [3.92e-9, -3.92e-9, 0, 0.0000123, 0.00345, 0.9999, 12.345, -0.25]
+      .map(force => quantity(force, "N"));
+    told.lengths = [0.0000004, 0.0123, 4.5678, null].map(length => quantity(length, "mm"));
+    told.times = [0.0421, 16.7, 2100].map(time => quantity(time, "ms"));
+    told.flat = linearAxis(0, 3.92e-9, "N").ticks.map(tick => tick[1]);
     document.querySelector(".legend button").click();
     told.hidden = document.querySelectorAll("svg g[visibility=hidden]").length;
     told.command = document.querySelector("pre").textContent;
@@ -188,7 +193,13 @@ TEST_F(ReviewPage, WithoutAFilmTheCurvesKeepTheirCursor) {
   EXPECT_EQ(told["curves"], Json::parse(R"(["Force on the instruments", "Penetration of the tips",
                                             "Greatest displacement", "Time per stage"])"));
   EXPECT_TRUE(told["organ"].get<std::string>().ends_with(" mm")) << told["organ"];
-  EXPECT_TRUE(told["values"].get<std::string>().ends_with(" N")) << told["values"];
+  EXPECT_TRUE(told["values"].get<std::string>().ends_with("N")) << told["values"];
+  EXPECT_EQ(told["shown"], Json::parse(R"(["0 N", "0 N", "0 N", "12.3 µN", "3.45 mN", "1 N",
+                                           "12.3 N", "-250 mN"])"));
+  EXPECT_EQ(told["lengths"], Json::parse(R"(["0 mm", "0.0123 mm", "4.57 mm", "not a number"])"));
+  EXPECT_EQ(told["times"], Json::parse(R"(["42.1 µs", "16.7 ms", "2.1 s"])"));
+  for (const Json& tick : told["flat"])
+    EXPECT_LE(tick.get<std::string>().size(), 4u) << "forces of rounding fill no axis " << tick;
   EXPECT_EQ(told["hidden"], 1);
   EXPECT_EQ(told["command"], folder.report()["command"]);
 }

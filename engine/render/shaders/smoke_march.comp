@@ -46,8 +46,11 @@ void main() {
   vec3 guide = vec3(kGuide, 0.0);
   float nearest = dot(guide, along);
   float aside = length(guide - nearest * along);
-  // Another turn of the same dither every picture keeps the grain from standing still in a film.
-  float jitter = fract(interleaved_noise(vec2(column)) + 0.61803399 * mod(picture.z, 64.0)) - 0.5;
+  // Samples stray from the middles of their steps, so that no shells of equal distance show; every
+  // second one to the other side: else all would shift what is summed up to a surface by what the
+  // smoke is there times that way, which was seen as hatching. Another turn of the same dither every
+  // picture keeps what is left from standing still in a film.
+  float jitter = 0.5 * fract(interleaved_noise(vec2(column)) + 0.61803399 * mod(picture.z, 64.0)) - 0.25;
   float share = 1.0 / float(samples), pace = step_length * share;
   float depth = background.x * slices.x * stretch;
   float angle = atan((slices.x * stretch - nearest) / aside);
@@ -62,13 +65,15 @@ void main() {
       vec3 medium = background;
       bool inside = z > met.x && z - step_length < met.y && depth < 12.0;
       for (int i = 0; i < samples && inside; ++i) {
-        float at_z = z - (float(i) + 0.5 - jitter) * pace;
+        float middle = z - (float(i) + 0.5) * pace;
+        float astray = ((k * samples + i) & 1) == 0 ? jitter : -jitter;
         for (int v = 0; v < VOLUMES; ++v) {
           // A sample stands for the part of its step that lies in the volume: else the volume's
           // sides would grain.
-          float first = max(at_z - 0.5 * pace, spans[v].x), last = min(at_z + 0.5 * pace, spans[v].y);
+          float first = max(middle - 0.5 * pace, spans[v].x), last = min(middle + 0.5 * pace, spans[v].y);
           if (last <= first) continue;
-          vec3 at = (eye.xyz + direction * (0.5 * (first + last)) - volumes[v].low) / volumes[v].size;
+          float there = mix(first, last, 0.5 + astray);
+          vec3 at = (eye.xyz + direction * there - volumes[v].low) / volumes[v].size;
           vec2 found = textureLod(density_maps[v], at, 0.0).rg * vec2((last - first) / pace, 1.0);
           medium += found.r * volumes[v].optics * share;
           heat += metres * share * vec2(found.r, found.r * found.g);

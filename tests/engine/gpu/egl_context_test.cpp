@@ -33,6 +33,18 @@ TEST(EglContextTest, SecondContextOutlivesTheFirst) {
   EXPECT_NE(glGetString(GL_RENDERER), nullptr);
 }
 
+TEST(EglContextTest, ALostContextStaysLostAndAnotherOneIsWell) {
+  const auto first = EglContext::create();
+  if (!first) GTEST_SKIP() << first.error().text();
+  EXPECT_FALSE((*first)->lost());
+  (*first)->declare_lost();
+  EXPECT_TRUE((*first)->lost());
+  const auto second = EglContext::create();
+  ASSERT_TRUE(second) << second.error().text();
+  EXPECT_FALSE((*second)->lost());
+  EXPECT_TRUE((*first)->lost());
+}
+
 TEST(EglContextTest, FramebufferKeepsWhatWasDrawnAndTimerMeasuresIt) {
   const auto context = EglContext::create();
   if (!context) GTEST_SKIP() << context.error().text();

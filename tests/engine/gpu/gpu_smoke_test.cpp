@@ -63,8 +63,9 @@ class GpuSmokeTest : public testing::Test {
     RecordProperty("device", context_->device());
     gpu_ = create();
   }
-  static std::shared_ptr<GpuSmoke> create(GpuLimits limits = GpuLimits::of_device()) {
-    auto made = GpuSmoke::create(limits);
+  static std::shared_ptr<GpuSmoke> create(GpuLimits limits = GpuLimits::of_device(),
+                                          std::shared_ptr<EglContext> context = nullptr) {
+    auto made = GpuSmoke::create(limits, std::move(context));
     if (!made) throw std::runtime_error(made.error().text());
     return *std::move(made);
   }
@@ -547,6 +548,87 @@ TEST_F(GpuSmokeTest, WhatIsTooLargeForTheDeviceRunsOnTheCpuAndSaysWhy) {
   splat(gpu, 5e-4, grid);
   splat(cpu, 5e-4, expected);
   EXPECT_EQ(grid.density, expected.density);
+}
+
+TEST_F(GpuSmokeTest, EveryInstrumentIsMetHoweverManyThereAre) {
+  // All but the last of forty are too far away; on the CPU that one alone is told of.
+  std::vector<SmokeObstacle> tools(40);
+  for (SmokeObstacle& tool : tools) {
+    tool.from = tool.from_before = Vec3(0.2, 0.2, 0.3);
+    tool.to = tool.to_before = Vec3(0.3, 0.2, 0.3);
+    tool.radius = 1e-3;
+  }
+  tools.back() = {.from = Vec3(0.01, -0.02, 0.315), .to = Vec3(0.01, 0.02, 0.315),
+                  .from_before = Vec3(0.01, -0.02, 0.315), .to_before = Vec3(0.01, 0.02, 0.315),
+                  .radius = 2e-3};
+  SmokeVolume cpu(cavity(Laplacian::pairwise)), gpu(cavity(Laplacian::pairwise));
+  gpu.compute_on(gpu_);
+  for (int frame = 0; frame < 5; ++frame) {
+    for (SmokeVolume* smoke : {&cpu, &gpu}) smoke->emit(plume(500));
+    cpu.step(1.0 / 60.0, {.obstacles = {&tools.back(), 1}});
+    gpu.step(1.0 / 60.0, {.obstacles = tools});
+    ASSERT_EQ(gpu.device_failure(), "");
+    ASSERT_EQ(gpu.counters().touching, cpu.counters().touching) << "frame " << frame;
+  }
+  EXPECT_GT(cpu.counters().touching, 10u);
+}
+
+/// Gas at rest, in whose presence a context is lost.
+class FatefulGas final : public SurroundingGas {
+ public:
+  explicit FatefulGas(EglContext& context) : context_(context) {}
+  void velocity(std::span<const Float4>, std::span<Float4> velocities) const override {
+    context_.declare_lost();
+    std::ranges::fill(velocities, Float4{0.0f, 0.0f, 0.0f, 0.0f});
+  }
+  void couple(std::span<const Float4>, std::span<const float>, std::span<float> theta) override {
+    std::ranges::fill(theta, 1.0f);
+  }
+  void add_momentum(std::span<const Float4>, std::span<const Float4>) override { ++momenta_; }
+  int momenta() const { return momenta_; }
+
+ private:
+  EglContext& context_;
+  int momenta_ = 0;
+};
+
+TEST_F(GpuSmokeTest, AfterALostContextTheSmokeGoesOnOnTheCpuAndSaysWhy) {
+  const std::shared_ptr<EglContext> own = *EglContext::create();
+  SmokeVolume cpu(cavity(Laplacian::pairwise)), gpu(cavity(Laplacian::pairwise));
+  gpu.compute_on(create(GpuLimits::of_device(), own));
+  const auto both = [&] {
+    for (SmokeVolume* smoke : {&cpu, &gpu}) {
+      smoke->emit(plume(600));
+      smoke->step(1.0 / 60.0);
+    }
+  };
+  own->declare_lost();
+  both();
+  EXPECT_EQ(gpu.device(), nullptr);
+  EXPECT_EQ(gpu.device_failure(), "smoke on the GPU: its context was lost");
+  both();
+  EXPECT_TRUE(same(cpu.particles(), gpu.particles()));
+  context_->make_current();
+}
+
+TEST_F(GpuSmokeTest, AContextThatIsLostInAStepCostsThatStepAlone) {
+  const std::shared_ptr<EglContext> own = *EglContext::create();
+  SmokeVolume smoke(cavity(Laplacian::pairwise));
+  smoke.emit(plume(600));
+  smoke.compute_on(create(GpuLimits::of_device(), own));
+  const SmokeParticles before = smoke.particles();
+  FatefulGas gas(*own);
+  smoke.step(1.0 / 60.0, {.gas = &gas});
+  EXPECT_EQ(smoke.device(), nullptr);
+  EXPECT_NE(smoke.device_failure().find("its context was lost"), std::string::npos);
+  EXPECT_TRUE(same(smoke.particles(), before));
+  EXPECT_EQ(gas.momenta(), 0) << "gas isn't pushed by what a lost device computes";
+  const int momenta = gas.momenta();
+  smoke.step(1.0 / 60.0, {.gas = &gas});
+  EXPECT_FALSE(same(smoke.particles(), before)) << "goes on";
+  EXPECT_GT(gas.momenta(), momenta);
+  EXPECT_NEAR(smoke.airborne(), smoke.book().owed_airborne(), 1e-12 * smoke.book().emitted);
+  context_->make_current();
 }
 
 TEST_F(GpuSmokeTest, NoParticlesAreNoTrouble) {

@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
 
+#include "tests/engine/io/file_size_limit.h"
 #include "tests/engine/io/file_text.h"
 #include "tests/support/paths.h"
 
@@ -43,7 +45,7 @@ TEST(Report, HasTheKeysThatWerePromised) {
                                    "greatest_displacement_m", "greatest_displacement_time_s"}));
   EXPECT_EQ(keys(all["stages"][0]),
             (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
-  EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes", "emitted_kg", "airborne_kg",
+  EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes", "writing_s", "emitted_kg", "airborne_kg",
                                    "background_kg", "evacuated_kg", "leaked_kg", "deposited_kg",
                                    "time_in_smoke"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
@@ -126,6 +128,27 @@ TEST(Report, IsWrittenWholeOrRefused) {
   ASSERT_TRUE(write_report(folder / "report.json", RunReport()));
   EXPECT_TRUE(json::accept(test::file_text(folder / "report.json")));
   EXPECT_FALSE(write_report(folder / "missing/report.json", RunReport()));
+}
+
+TEST(Report, AFullDiskIsSaidAndTheOlderReportStaysWhole) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_symlink("/dev/full", folder / "full.json");
+  const auto full = write_report(folder / "full.json", RunReport());
+  ASSERT_FALSE(full);
+  EXPECT_NE(full.error().text().find("full.json: can't be written: No space left on device"),
+            std::string::npos)
+      << full.error().text();
+
+  ASSERT_TRUE(write_report(folder / "report.json", RunReport()));
+  const std::string older = test::file_text(folder / "report.json");
+  RunReport report;
+  report.title = "newer";
+  {
+    const test::FileSizeLimit limit(100);
+    EXPECT_FALSE(write_report(folder / "report.json", report));
+  }
+  EXPECT_EQ(test::file_text(folder / "report.json"), older);
+  EXPECT_EQ(test::entries(folder.path()), 2);
 }
 
 TEST(Report, ListsTheStagesThatRan) {

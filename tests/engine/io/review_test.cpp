@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -170,6 +171,11 @@ TEST(Review, NeedsNoNetwork) {
 TEST(Review, IsRefusedWhereItCantBeWritten) {
   const TemporaryFolder folder;
   EXPECT_FALSE(write_review(folder / "missing/review.html", Review()));
+  std::filesystem::create_symlink("/dev/full", folder / "full.html");
+  const auto full = write_review(folder / "full.html", Review());
+  ASSERT_FALSE(full);
+  EXPECT_NE(full.error().text().find("No space left on device"), std::string::npos)
+      << full.error().text();
 }
 
 }  // namespace

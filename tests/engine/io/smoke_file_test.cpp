@@ -8,10 +8,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <numeric>
 #include <string>
 
+#include "kernels/base/stopwatch.h"
 #include "tests/engine/io/file_size_limit.h"
 #include "tests/support/paths.h"
 
@@ -176,6 +178,35 @@ TEST(SmokeFile, AFullDiskNamesTheFileAndLeavesNothing) {
     full.write("/dev/full", grid, 0.0, "plume", "scene");
     EXPECT_FALSE(full.finish());
   }
+}
+
+// A figure, not a bound: what a frame waits for, and what the worker does meanwhile.
+TEST(SmokeFileCost, AFrameWaitsForTheCopyOf128CubedVoxelsAlone) {
+  const TemporaryFolder folder;
+  SmokeGrid grid;
+  grid.size = Eigen::Vector3i::Constant(128);
+  grid.voxel = 1e-3;
+  grid.domain = Box(Vec3::Zero(), Vec3::Constant(0.128));
+  const std::size_t cells = 128 * 128 * 128;
+  grid.density.resize(cells);
+  for (std::size_t c = 0; c < cells; ++c)
+    grid.density[c] = 1e-3f * (1.0f + std::sin(0.01f * static_cast<float>(c % 4099)));
+  grid.temperature.assign(cells, 20.0f);
+  grid.velocity.assign(cells, Vec3f(0.0f, 0.1f, 0.0f));
+  SmokeWriter writer;
+  double waited = 0.0;
+  constexpr int kVolumes = 3;
+  for (int i = 0; i < kVolumes; ++i) {
+    const Stopwatch watch;
+    writer.write(folder / (std::to_string(i) + ".vdb"), grid, 0.0, "plume", "scene");
+    waited += watch.seconds();
+    ASSERT_TRUE(writer.finish());
+  }
+  RecordProperty("frame_ms", std::to_string(1e3 * waited / kVolumes));
+  RecordProperty("worker_ms", std::to_string(1e3 * writer.seconds() / kVolumes));
+  std::cout << "128^3 voxels, all filled: the frame " << 1e3 * waited / kVolumes
+            << " ms, the worker " << 1e3 * writer.seconds() / kVolumes << " ms\n";
+  EXPECT_EQ(writer.written(), kVolumes);
 }
 
 TEST(SmokeFile, AGridWhoseArraysDoNotFitItsSizeIsRefused) {

@@ -253,6 +253,10 @@ TEST(SceneMistake, ValuesThatDontFitTogetherAreRefused) {
                      "at least 1 mm from tip_mm");
   EXPECT_ONE_MISTAKE(with("/camera/optics_deg", 45), "camera/optics_deg",
                      "found 45, expected 0 or 30");
+  for (const char* key : {"spacing_mm", "voxel_mm"})
+    for (const double length : {0.0, -2.0})
+      EXPECT_ONE_MISTAKE(with(std::string("/smoke/0/") + key, length),
+                         std::string("smoke/0/") + key, "expected a number from");
   EXPECT_ONE_MISTAKE(with("/smoke/0/voxel_mm", 0.15), "smoke/0/voxel_mm",
                      "more than 512 x 512 x 512 voxels");
   EXPECT_ONE_MISTAKE(with("/smoke/0/domain/max_mm", {0, 100, 100}), "smoke/0/domain/max_mm",

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/gpu/backend.h"
+#include "engine/systems/systems.h"
 #include "engine/systems/view.h"
 #include "kernels/contact/deformation.h"
 #include "tests/support/small_world.h"
@@ -160,7 +161,8 @@ TEST_F(GpuSurfacesTest, ABrokenValueFreezesTheOrganInItsLastShapeWithoutForce) {
   world->organ_bodies[0].model = model;
   const std::uint32_t flags = step_until(*world, 0.45);
   EXPECT_NE(flags & static_cast<std::uint32_t>(FrameFlag::kOrganFrozen), 0u);
-  const OrganState& state = world->organ_states[0];
+  OrganState& state = world->organ_states[0];
+  make_normals(*model, state);
   EXPECT_TRUE(state.frozen);
   EXPECT_FALSE(state.on_gpu);
   EXPECT_EQ(state.positions, last);
@@ -169,6 +171,55 @@ TEST_F(GpuSurfacesTest, ABrokenValueFreezesTheOrganInItsLastShapeWithoutForce) {
   EXPECT_EQ(state.normals, normals);
   EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
   EXPECT_EQ(force_on(*world, 1), Vec3::Zero());
+}
+
+TEST_F(GpuSurfacesTest, AfterALostContextTheOrgansAreTheCpusWithoutAFrameLost) {
+  const auto scene = pressed_and_lifted();
+  auto cpu = build(scene), gpu = build(scene);
+  ASSERT_TRUE(cpu && gpu);
+  gpu->gpu = surfaces_of(*gpu);
+  ASSERT_TRUE(gpu->gpu);
+  double scale = 0.0;
+  for (std::uint64_t frame = 1; frame <= 36; ++frame) {
+    if (frame == 18) context_->declare_lost();
+    const std::uint32_t flags = step_until(*cpu, end_of(frame));
+    EXPECT_EQ(step_until(*gpu, end_of(frame)), flags) << frame;
+    const OrganState &a = cpu->organ_states[0], &b = gpu->organ_states[0];
+    ASSERT_FALSE(b.frozen) << frame;
+    ASSERT_EQ(b.on_gpu, frame < 18 && b.deformed) << frame;
+    ASSERT_EQ(a.deformed, b.deformed) << frame;
+    scale = std::max(scale, a.greatest_displacement);
+    double apart = 0.0;
+    for (std::size_t v = 0; v < a.positions.size(); ++v)
+      apart = std::max<double>(apart, (a.positions[v] - b.positions[v]).norm());
+    ASSERT_LT(apart, 1e-4 * scale + 1e-9) << frame;
+    if (frame < 18 || !a.deformed) continue;
+    double turned = 0.0;
+    for (std::size_t v = 0; v < a.normals.size(); ++v)
+      turned = std::max<double>(turned, (a.normals[v] - b.normals[v]).norm());
+    ASSERT_LT(turned, 1e-3) << frame;
+  }
+  EXPECT_EQ(gpu->gpu->trouble(), "organs on the GPU: its context was lost");
+  EXPECT_FALSE(gpu->gpu->holds(gpu->organ_contacts.owner(0)));
+}
+
+TEST_F(GpuSurfacesTest, ALossThatSomebodyElseFindsBringsShapesHome) {
+  auto world = build(pressed_and_lifted());
+  ASSERT_TRUE(world);
+  world->gpu = surfaces_of(*world);
+  ASSERT_TRUE(world->gpu);
+  step_until(*world, 0.4);
+  OrganState& state = world->organ_states[0];
+  ASSERT_TRUE(state.on_gpu);
+  leave_gpu(*world, "its context was lost");
+  EXPECT_FALSE(state.on_gpu);
+  make_normals(*world->organ_bodies[0].model, state);
+  std::vector<Vec3f> normals;
+  deformed_normals(world->organ_bodies[0].model->drawn, state.positions, normals);
+  EXPECT_EQ(state.normals, normals);
+  step_until(*world, 0.9);
+  EXPECT_FALSE(state.frozen);
+  EXPECT_FALSE(state.deformed) << "the tools have let go";
 }
 
 TEST_F(GpuSurfacesTest, OrgansThatNothingTouchesNeedNone) {

@@ -269,6 +269,32 @@ TEST(Links, ATieToTheGroundHoldsAnOrganThatBreathes) {
   EXPECT_LT(world->links[0].force, 1e-3 * world->links[0].greatest_force);
 }
 
+TEST(Links, AnOrganThatLinksAlonePullAtIsDrawnWithinFiveMicrometresOfItsPlace) {
+  auto scene = two_balls(400.0);
+  scene.organs[0].motion = {1e-3, Vec3::UnitY(), 1.0, 0.0};
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  const OrganState& state = world->organ_states[1];
+  float worst = 0.0f, greatest = 0.0f;
+  constexpr int kFrames = 60;
+  for (int frame = 1; frame <= kFrames; ++frame) {
+    EXPECT_EQ(step_until(*world, frame / 60.0), 0u);
+    if (!state.pressed) continue;
+    OrganContact& contact = *world->organ_contacts.find(world->organ_bodies.owner(1));
+    std::vector<float> exact;
+    contact.solver->place_displacements(exact);
+    ASSERT_EQ(exact.size(), state.displacements.size());
+    for (std::size_t i = 0; i < exact.size(); ++i) {
+      worst = std::max(worst, std::abs(exact[i] - state.displacements[i]));
+      greatest = std::max(greatest, std::abs(exact[i]));
+    }
+  }
+  EXPECT_LT(worst, 5e-6f);
+  EXPECT_GT(worst, 0.0f);
+  EXPECT_GT(greatest, 20e-6f);
+  EXPECT_LT(state.version, static_cast<std::uint64_t>(kFrames));
+}
+
 TEST(Links, OrgansThatBreatheTogetherFeelNothingAndOneThatBreathesPullsTheOther) {
   auto scene = two_balls(400.0);
   scene.organs[0].motion = {3e-3, Vec3::UnitY(), 1.0, 0.0};

@@ -222,6 +222,36 @@ TEST(Collide, ParticlesStayOutOfAMovingInstrument) {
   EXPECT_LT(smoke.counters().tested, 400u);
 }
 
+TEST(Collide, EveryInstrumentIsMetHoweverManyThereAre) {
+  // Forty rods side by side, more than a cell has bits, and smoke between them all.
+  std::vector<SmokeObstacle> rods(40);
+  for (std::size_t r = 0; r < rods.size(); ++r) {
+    const double x = -0.03 + 0.0015 * static_cast<double>(r);
+    rods[r].from = rods[r].from_before = Vec3(x, 0, -0.02);
+    rods[r].to = rods[r].to_before = Vec3(x, 0, 0.02);
+    rods[r].radius = 0.5e-3;
+  }
+  SmokeVolume smoke(around_ball());
+  for (int frame = 0; frame < 20; ++frame) {
+    for (const SmokeObstacle& rod : rods)
+      ASSERT_TRUE(smoke.emit({.position = rod.from + Vec3(0.75e-3, 0, 0.01 + 1e-3 * frame),
+                              .direction = Vec3::UnitX(),
+                              .radius = 0.2e-3,
+                              .mass = 1e-10,
+                              .particles = 10}));
+    smoke.step(1.0 / 60.0, {.obstacles = rods});
+    for (std::size_t i = 0; i < smoke.particles().size(); ++i) {
+      const Vec3 at = smoke.particles().position(i).cast<double>() + smoke.parameters().domain.min();
+      for (std::size_t r = 0; r < rods.size(); ++r) {
+        if (std::abs(at.z()) > 0.02) continue;
+        ASSERT_GT(std::hypot(at.x() - rods[r].from.x(), at.y()), rods[r].radius - 1e-6)
+            << "rod " << r << ", frame " << frame;
+      }
+    }
+  }
+  EXPECT_GT(smoke.counters().touching, 100u);
+}
+
 TEST(Collide, SmokeThatTouchesDepositsAtTheDepositionVelocity) {
   SmokeParameters parameters = around_ball();
   parameters.swirl_acceleration = parameters.random_acceleration = parameters.gravity = 0.0;

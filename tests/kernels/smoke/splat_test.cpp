@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "kernels/smoke/smoke.h"
@@ -154,6 +155,51 @@ TEST(Splat, IsTheSameForAnyOrderOfParticles) {
   EXPECT_EQ(grid.density, reversed.density);
   EXPECT_EQ(grid.temperature, reversed.temperature);
   EXPECT_EQ(grid.velocity, reversed.velocity);
+}
+
+TEST(Splat, AKernelsVarianceGrowsWithAgeAsByDiffusion) {
+  const double voxel = 1e-3, support = 3e-3, viscosity = 1.4e-5;
+  SplatParameters pass =
+      splat_parameters(Box(Vec3::Zero(), Vec3::Constant(0.06)), voxel, support, viscosity);
+  // Where two cells' shares have the variance of a tent a cell wide, 1/6.
+  const auto at = static_cast<float>(voxel * (30.5 + 0.5 - std::sqrt(1.0 / 12.0)));
+  for (const float age : {0.0f, 0.005f, 0.02f, 0.07f, 0.15f, 0.29f, 1.0f}) {
+    const std::vector<Float4> positions = {{at, at, at, 1.0f}}, velocities = {{0, 0, 0, age}};
+    const std::vector<float> masses = {1e-8f};
+    SmokeGrid grid;
+    splat(positions, velocities, masses, pass, grid);
+    double mass = 0.0, first = 0.0, second = 0.0;
+    for (std::size_t c = 0; c < grid.density.size(); ++c) {
+      const double x = voxel * (static_cast<double>(c % 60) + 0.5);
+      mass += grid.density[c];
+      first += grid.density[c] * x;
+      second += grid.density[c] * x * x;
+    }
+    const double mean = first / mass, variance = second / mass - mean * mean;
+    const double square = std::min(0.25 * support * support + 12.0 * viscosity * age,
+                                   6.25 * support * support);
+    EXPECT_NEAR(mean, at, 1e-7);
+    EXPECT_NEAR(variance, square / 6.0, 0.002 * square) << "age " << age;
+  }
+}
+
+TEST(Splat, WhatIsNowhereIsLeftOut) {
+  SplatParameters pass =
+      splat_parameters(Box(Vec3::Zero(), Vec3::Constant(0.02)), 1e-3, 3e-3, 1.4e-5);
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  std::vector<Float4> positions = {{none, 0.01f, 0.01f, 1.0f},
+                                   {0.01f, 0.01f, std::numeric_limits<float>::infinity(), 1.0f}};
+  std::vector<Float4> velocities(2);
+  std::vector<float> masses = {1e-8f, 1e-8f};
+  SmokeGrid grid;
+  splat(positions, velocities, masses, pass, grid);
+  EXPECT_EQ(*std::ranges::max_element(grid.density), 0.0f);
+  positions.push_back({0.01f, 0.01f, 0.01f, 1.0f});
+  velocities.emplace_back();
+  masses.push_back(3e-8f);
+  splat(positions, velocities, masses, pass, grid);
+  grid.voxel = 1e-3;
+  EXPECT_NEAR(grid_mass(grid), 3e-8, 3e-14);
 }
 
 TEST(Splat, TheFilledPartHoldsAllSmokeWhereItWas) {
