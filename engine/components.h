@@ -16,6 +16,7 @@
 #include "engine/registry.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/tissues.h"
+#include "haptics/hive_tissue.h"
 #include "kernels/heat/bricks.h"
 #include "kernels/heat/burn.h"
 #include "kernels/smoke/gas_grid.h"
@@ -109,6 +110,20 @@ struct OrganState {
   bool pressed = false;                      ///< by forces: differs from its shape under gravity alone
   bool frozen = false;                       ///< a non-finite value was met: stays as it is
   double greatest_displacement = 0.0;        ///< of this frame [m]
+};
+
+/// An organ that hives about the tips answer for (LPAFF), in place of a contact with a model.
+struct LocalOrgan {
+  struct Touch {
+    Entity instrument;
+    std::unique_ptr<HiveTissue> tissue;
+    Vec3 tip = Vec3::Zero();                 ///< a frame ago [m]
+    Vec3 force = Vec3::Zero();               ///< on the tissue, world [N]
+    bool pressing = false;
+  };
+  std::shared_ptr<const WalkableSurface> walkable;
+  std::unique_ptr<CollisionSurface> surface; ///< deformed, organ frame
+  std::vector<Touch> touches;                ///< one an instrument
 };
 
 // --- links: written by set-up; springs, shift and forces by the contact and deformation stages -------

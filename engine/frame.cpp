@@ -22,6 +22,7 @@ FrameReport step_frame(World& world, Trace& trace) {
     system(world, context);
   };
   run(Stage::kReadTools, read_tools);
+  if (world.haptics) run(Stage::kRunServos, run_servos);
   if (breathing) run(Stage::kMoveOrgans, move_organs);
   if (world.organ_sags.size() > 0) run(Stage::kSagOrgans, sag_organs);
   run(Stage::kFindContacts, find_contacts);
@@ -30,6 +31,7 @@ FrameReport step_frame(World& world, Trace& trace) {
   if (smoke) run(Stage::kEmitSmoke, emit_smoke);
   if (smoke) run(Stage::kMoveSmoke, move_smoke);
   if (world.gpu) run(Stage::kFetchSurfaces, fetch_surfaces);
+  if (world.haptics) run(Stage::kPublish, publish_to_servos);
   run(Stage::kCheck, check_world);
 
   world.tick = last_tick;

@@ -24,6 +24,7 @@
 #include "engine/review_recorder.h"
 #include "engine/state_hash.h"
 #include "engine/systems/gpu_surfaces.h"
+#include "engine/systems/haptic_tools.h"
 #include "engine/systems/systems.h"
 #include "engine/systems/view.h"
 #include "engine/vtk_series.h"
@@ -350,7 +351,9 @@ std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool ren
     skipped.push_back({"smoke", "the scene has no smoke volume"});
   else if (!smokes(scene))
     skipped.push_back({"smoke", "nothing burns: no hook carries current"});
-  skipped.push_back({"haptics", "no instrument is a haptic tool"});
+  if (std::none_of(scene.instruments.begin(), scene.instruments.end(),
+                   [](const InstrumentDescription& one) { return one.haptic.has_value(); }))
+    skipped.push_back({"haptics", "no instrument is a haptic tool"});
   return skipped;
 }
 
@@ -503,6 +506,10 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   bar.reset();
   if (!built) return std::unexpected(built.error());
   World& world = **built;
+  auto haptics = HapticTools::create(scene, world, {});
+  if (!haptics) return std::unexpected(haptics.error());
+  world.haptics = *haptics;
+  if (world.haptics) world.haptics->publish(world, 0);
   if (auto moved = move_to_gpu(world, *device, options.backend, report); !moved)
     return std::unexpected(moved.error());
   if (auto moved = move_smoke_to_gpu(world, *device, options.backend, report); !moved)

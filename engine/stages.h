@@ -9,6 +9,7 @@ namespace viscera {
 
 enum class Stage {
   kReadTools,     ///< key frames -> tip, current, jaw
+  kRunServos,     ///< held tools: device, tissue, force, a thousand times a second
   kMoveOrgans,    ///< breathing: the organs' frames
   kSagOrgans,     ///< gravity: the organs' shapes where nothing touches them
   kFindContacts,  ///< Embree: which tissue lies under which tip
@@ -28,8 +29,8 @@ enum class Stage {
   kEncode,        ///< PNG and film
 };
 
-inline constexpr std::array<std::string_view, 17> kStageNames = {
-    "read tools",   "move organs", "sag organs",    "find contacts",  "deform organs", "heat tissue",
+inline constexpr std::array<std::string_view, 18> kStageNames = {
+    "read tools",   "run servos",  "move organs", "sag organs",    "find contacts",  "deform organs", "heat tissue",
     "emit smoke",   "move smoke",  "fetch surfaces", "publish",       "check",         "record",
     "splat smoke", "write volumes", "write surfaces", "draw", "encode"};
 

@@ -11,6 +11,7 @@
 #include "engine/io/mesh_import.h"
 #include "engine/scene/smoke_material.h"
 #include "engine/systems/links.h"
+#include "engine/systems/local_organs.h"
 #include "engine/systems/smoke_setup.h"
 #include "engine/systems/systems.h"
 #include "engine/systems/tool_shape.h"
@@ -157,6 +158,8 @@ std::string buried_message(const SceneDescription& scene, std::size_t instrument
 Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescription& scene,
                const OrganDescription& organ) {
   Reach reach;
+  // What hives alone answer for has nothing to prepare.
+  if (organ.response == Response::kLocal) return reach;
   reach.sags = scene.gravity && scene.gravity->changes() && organ.deformable && organ.sags;
   double size = 0.0, carried = 0.0;
   for (const InstrumentBody& body : instruments) {
@@ -287,6 +290,7 @@ Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
   for (std::size_t i = 0; i < scene.organs.size(); ++i)
     add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);
   for (InstrumentBody& body : instruments) add_instrument(*world, std::move(body));
+  if (auto added = add_local_organs(scene, *world); !added) return std::unexpected(added.error());
   if (auto filled = add_smoke(scene, *world); !filled) return std::unexpected(filled.error());
   if (auto linked = make_links(scene, *world); !linked) return std::unexpected(linked.error());
   return world;

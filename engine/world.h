@@ -16,6 +16,7 @@
 namespace viscera {
 
 class GpuSurfaces;
+class HapticTools;
 
 struct World {
   EntityIds ids;
@@ -25,6 +26,7 @@ struct World {
   std::optional<Gravity> gravity;  ///< where it changes and some organ sags
   Pool<OrganSag> organ_sags;
   Pool<OrganContact> organ_contacts;
+  Pool<LocalOrgan> local_organs;
   Pool<OrganState> organ_states;
   Pool<OrganBurn> organ_burns;
 
@@ -43,6 +45,8 @@ struct World {
   SmokeOptics smoke_optics;
 
   std::shared_ptr<GpuSurfaces> gpu;  ///< deforms drawn surfaces; null: the CPU does
+
+  std::shared_ptr<HapticTools> haptics;  ///< tools that are held; null: none is
 
   std::uint64_t tick = 0;   ///< 1 kHz ticks since the start; the time in ms
   std::uint64_t frame = 0;  ///< frames done

@@ -53,20 +53,19 @@ class TimedGas final : public SurroundingGas {
  public:
   TimedGas(GasGrid& grid, const Vec3& origin) : gas_(grid, origin) {}
 
-  void velocity(std::span<const Float4> positions, std::span<Float4> velocities) const override {
+  void velocity(std::span<const Float4> positions, std::span<Float4> velocities) override {
     const Stopwatch watch;
     gas_.velocity(positions, velocities);
     seconds_ += watch.seconds();
   }
-  void couple(std::span<const Float4> positions, std::span<const float> exchanged,
-              std::span<float> theta) override {
+  void couple(std::span<const float> exchanged, std::span<float> theta) override {
     const Stopwatch watch;
-    gas_.couple(positions, exchanged, theta);
+    gas_.couple(exchanged, theta);
     seconds_ += watch.seconds();
   }
-  void add_momentum(std::span<const Float4> positions, std::span<const Float4> impulses) override {
+  void add_momentum(std::span<const Float4> impulses) override {
     const Stopwatch watch;
-    gas_.add_momentum(positions, impulses);
+    gas_.add_momentum(impulses);
     seconds_ += watch.seconds();
     ++substeps_;
   }
@@ -75,7 +74,7 @@ class TimedGas final : public SurroundingGas {
 
  private:
   GasAround gas_;
-  mutable double seconds_ = 0.0;
+  double seconds_ = 0.0;
   int substeps_ = 0;
 };
 

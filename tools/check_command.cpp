@@ -18,6 +18,18 @@ std::string megabytes(std::size_t bytes) {
   return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
 }
 
+std::string held_through(const InstrumentDescription& tool) {
+  if (!tool.haptic) return "";
+  switch (tool.haptic->device) {
+    case HapticDescription::Device::kSimulated: return ", held through a simulated device";
+    case HapticDescription::Device::kRecorded:
+      return ", moved by the recording " + tool.haptic->recording.string();
+    case HapticDescription::Device::kNetwork:
+      return fmt::format(", held through a device at port {}", tool.haptic->port);
+  }
+  return "";
+}
+
 }  // namespace
 
 Result<void> check_scene(const SceneDescription& scene,
@@ -88,7 +100,8 @@ Result<void> check_scene(const SceneDescription& scene,
                        scene.links[i].name, places[i].springs.size(), scene.links[i].stiffness,
                        scene.links[i].between[0], scene.links[i].between[1]);
   for (const InstrumentDescription& tool : scene.instruments)
-    out << fmt::format("instrument {}: {} key frames\n", tool.name, tool.path.size());
+    out << fmt::format("instrument {}: {} key frames{}\n", tool.name, tool.path.size(),
+                       held_through(tool));
   for (const SmokeDescription& smoke : scene.smoke) {
     const Vec3 cells = smoke.domain.sizes() / smoke.voxel;
     out << fmt::format("smoke {}: up to {} particles, volume {:.0f} x {:.0f} x {:.0f} voxels, {}\n",

@@ -1,4 +1,4 @@
-// The `viscera` program: run, check, import, bench, profile, stress, smoke-info.
+// The `viscera` program: run, haptics, check, import, bench, profile, stress, smoke-info.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -18,9 +18,12 @@
 #include "engine/scene/load_scene.h"
 #include "tools/bench_command.h"
 #include "tools/bench_convergence.h"
+#include "tools/bench_heat.h"
 #include "tools/bench_hemisphere.h"
+#include "tools/bench_hive.h"
 #include "tools/bench_smoke.h"
 #include "tools/check_command.h"
+#include "tools/haptics_command.h"
 #include "tools/import_command.h"
 #include "tools/profile_command.h"
 #include "tools/project_paths.h"
@@ -252,7 +255,7 @@ class ImportCommand {
   double edge_mm_ = 0.0, voxel_mm_ = 0.0, close_mm_ = 0.0;
 };
 
-/// `bench scene`, `bench hemisphere`, `bench convergence` and `bench smoke`.
+/// `bench scene`, `bench hemisphere`, `bench convergence`, `bench smoke`, `bench hive` and `bench heat`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -276,6 +279,14 @@ class BenchCommand {
     smoke_ = command_->add_subcommand(
         "smoke", "time of the passes of smoke, with the error of a shear wave's decay");
     add_smoke_options();
+
+    hive_ = command_->add_subcommand(
+        "hive", "time and error of local hives, which answer a hand, on a pressed hemisphere");
+    add_hive_options();
+    heat_ = command_->add_subcommand(
+        "heat", "time of a step of heat, with its error and the standard burn's lesion");
+    heat_->add_flag("--quick", heat_options_.quick, "fewer cases; some seconds");
+    add_outputs(*heat_, heat_options_.json, &heat_options_.plots);
   }
   BenchCommand(const BenchCommand&) = delete;
   BenchCommand& operator=(const BenchCommand&) = delete;
@@ -286,10 +297,12 @@ class BenchCommand {
     install_interrupt_handler();
     if (hemisphere_->parsed()) return code_of(bench_hemisphere(hemisphere_options_, std::cout));
     if (convergence_->parsed()) return code_of(bench_convergence(convergence_options_, std::cout));
+    if (hive_->parsed()) return code_of(bench_hive(hive_options_, std::cout));
     if (smoke_->parsed()) {
       smoke_options_.backend = *backend_of(backend_);
       return code_of(bench_smoke(smoke_options_, std::cout));
     }
+    if (heat_->parsed()) return code_of(bench_heat(heat_options_, std::cout));
     auto scene = arguments_.load();
     if (!scene) return fail(scene.error());
     auto known = tissues();
@@ -324,6 +337,14 @@ class BenchCommand {
         ->check(CLI::Range(0.4, 1.0));
   }
 
+  void add_hive_options() {
+    hive_->add_flag("--quick", hive_options_.quick, "fewer nodes, one radius");
+    add_outputs(*hive_, hive_options_.json, &hive_options_.plots);
+    add_list(*hive_, "--nodes", hive_options_.nodes, "at most this many nodes, e.g. 28,80");
+    add_list(*hive_, "--radius", hive_options_.radii, "hive radii over R, e.g. 0.3,0.4");
+    add_list(*hive_, "--poisson", hive_options_.poisson_ratios, "Poisson's ratios, e.g. 0.3,0.45");
+  }
+
   void add_smoke_options() {
     add_outputs(*smoke_, smoke_options_.json, &smoke_options_.plots);
     add_list(*smoke_, "--particles", smoke_options_.particles, "a case each, e.g. 10k,100k,1M");
@@ -343,11 +364,15 @@ class BenchCommand {
   CLI::App* hemisphere_ = nullptr;
   CLI::App* convergence_ = nullptr;
   CLI::App* smoke_ = nullptr;
+  CLI::App* hive_ = nullptr;
+  CLI::App* heat_ = nullptr;
   SceneArguments arguments_;
   BenchOptions scene_options_;
   HemisphereBenchOptions hemisphere_options_;
   ConvergenceBenchOptions convergence_options_;
   SmokeBenchOptions smoke_options_;
+  HiveBenchOptions hive_options_;
+  HeatBenchOptions heat_options_;
   std::string backend_ = name_of(smoke_options_.backend);
 };
 
@@ -392,6 +417,46 @@ class ProfileCommand {
   std::optional<double> seconds_;
 };
 
+class HapticsCommand {
+ public:
+  explicit HapticsCommand(CLI::App& program)
+      : command_(program.add_subcommand(
+            "haptics", "feel a scene in real time; say how punctual and how fast that was")) {
+    scene_.add_to(*command_);
+    command_->add_option("--seconds", options_.seconds, "of the wall clock")->capture_default_str();
+    command_->add_option("--device", options_.device, "in place of the scene's")
+        ->check(CLI::IsMember({"simulated", "recorded", "network"}));
+    command_->add_option("--recording", options_.recording, "file that --device recorded replays");
+    command_
+        ->add_option("--port", options_.port, "TCP port of --device network; further tools: the next")
+        ->check(CLI::Range(1, 65535));
+    command_->add_flag("--no-render", no_render_, "no pictures beside");
+    command_->add_option("--json", options_.json, "file for the figures");
+    command_->add_option("--record", options_.record, "file for what devices did: .csv or .h5");
+    command_->add_option("--plot", options_.plots, "folder for histograms");
+  }
+  HapticsCommand(const HapticsCommand&) = delete;
+  HapticsCommand& operator=(const HapticsCommand&) = delete;
+
+  bool parsed() const { return command_->parsed(); }
+
+  int run() {
+    auto scene = scene_.load();
+    if (!scene) return fail(scene.error());
+    auto known = tissues();
+    if (!known) return fail(known.error());
+    options_.render = !no_render_;
+    install_interrupt_handler();
+    return code_of(run_haptics(std::move(*scene), *known, options_, std::cout));
+  }
+
+ private:
+  CLI::App* command_;
+  SceneArguments scene_;
+  HapticsOptions options_;
+  bool no_render_ = false;
+};
+
 class SmokeInfoCommand {
  public:
   explicit SmokeInfoCommand(CLI::App& program)
@@ -430,6 +495,7 @@ int main_program(int argc, char** argv) {
   app.set_version_flag("--version", VISCERA_VERSION);
   app.require_subcommand(1);
   RunCommand run(app);
+  HapticsCommand haptics(app);
   const CheckCommand check(app);
   ImportCommand import(app);
   const SmokeInfoCommand smoke_info(app);
@@ -441,12 +507,13 @@ int main_program(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
       return fail(Error(fmt::format(
-          "found the command \"{}\", expected run, check, import, bench, profile, stress or "
+          "found the command \"{}\", expected run, haptics, check, import, bench, profile, stress or "
           "smoke-info",
           argv[1])));
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
   if (run.parsed()) return run.run({argv, argv + argc});
+  if (haptics.parsed()) return haptics.run();
   if (check.parsed()) return check.run();
   if (import.parsed()) return import.run();
   if (bench.parsed()) return bench.run();

@@ -1,6 +1,7 @@
 #include "engine/collision/collision_surface.h"
 
 #include <embree3/rtcore.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <atomic>
 #include <mutex>
@@ -11,11 +12,11 @@
 namespace viscera {
 namespace {
 
-/// One Embree device for the process, made when the first surface is; one build thread, since TBB
-/// threads of the frame share it.
+/// One Embree device for the process, made when the first surface is. It isn't told a number of
+/// threads: Embree would hold all of this process's TBB loops to it.
 RTCDevice device() {
   static const RTCDevice shared = [] {
-    RTCDevice made = rtcNewDevice("threads=1,set_affinity=0");
+    RTCDevice made = rtcNewDevice("set_affinity=0");
     if (!made) throw std::runtime_error("Embree can't start on this processor");
     return made;
   }();
@@ -28,6 +29,13 @@ void check_embree() {
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   if (error != RTC_ERROR_NONE)
     throw std::runtime_error("Embree reports error " + std::to_string(static_cast<int>(error)));
+}
+
+/// Builds or fits the hierarchy on this thread alone: the same tree for any number of threads, and
+/// none that waits for it takes up other work meanwhile, which may need the same hierarchy.
+void commit(RTCScene scene) {
+  oneapi::tbb::task_arena alone(1);
+  alone.execute([&] { rtcCommitScene(scene); });
 }
 
 /// Closest point of a triangle to p with its barycentric weights [Ericson2005] 5.1.5.
@@ -96,7 +104,7 @@ struct CollisionSurface::Data {
     if (!moved.load(std::memory_order_relaxed)) return;
     rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(geometry);
-    rtcCommitScene(scene);
+    commit(scene);
     moved.store(false, std::memory_order_release);
   }
   void copy_positions(std::span<const Vec3f> from) {
@@ -132,7 +140,7 @@ CollisionSurface::CollisionSurface(const TriangleSurface& rest, std::span<const 
   d.copy_positions(positions);
   rtcCommitGeometry(d.geometry);
   rtcAttachGeometryByID(d.scene, d.geometry, 0);
-  rtcCommitScene(d.scene);
+  commit(d.scene);
   check_embree();
 }
 

@@ -330,10 +330,9 @@ void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWa
   if (!trouble_.empty()) return;
   parameters.particles = static_cast<std::uint32_t>(particles_);
   parameters.waves = static_cast<std::uint32_t>(waves.size());
-  std::vector<Float4> positions;
   if (gas != nullptr) {
     queue_.make_readable();
-    positions = now_.positions.download<Float4>(0, particles_);
+    const std::vector<Float4> positions = now_.positions.download<Float4>(0, particles_);
     const std::vector<Float4> velocities = now_.velocities.download<Float4>(0, particles_);
     const std::vector<Float4> accelerations = accelerations_.download<Float4>(0, particles_);
     coupling_.meet(*gas, positions, velocities, accelerations, parameters);
@@ -356,9 +355,8 @@ void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWa
   mark("integrate");
   if (gas != nullptr) {
     queue_.make_readable();
-    now_.positions.download_bytes(0, positions.data(), positions.size() * sizeof(Float4));
     impulses_.download_bytes(0, coupling_.impulses.data(), particles_ * sizeof(Float4));
-    if (device_is_well()) gas->add_momentum(positions, coupling_.impulses);
+    if (device_is_well()) gas->add_momentum(coupling_.impulses);
   }
 }
 

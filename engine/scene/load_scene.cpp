@@ -126,6 +126,7 @@ OrganDescription organ_of(const Json& values) {
   if (values.contains("motion")) organ.motion = motion_of(values["motion"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
   organ.formulation = values["formulation"];
+  if (values["response"] == "local") organ.response = Response::kLocal;
   const Json& resolution = values["resolution"];
   organ.resolution = {from_milli(resolution["spacing_mm"]),
                       from_milli(resolution["finest_spacing_mm"]), resolution["gradient"]};
@@ -165,6 +166,41 @@ TipDescription tip_of(const Json& values) {
   return tip;
 }
 
+HiveDescription hive_of(const Json& values) {
+  using Periphery = HiveDescription::Periphery;
+  using Law = HiveDescription::Law;
+  HiveDescription hive;
+  if (values.contains("radius_mm")) hive.radius = from_milli(values["radius_mm"]);
+  if (values.contains("nodes")) hive.nodes = values["nodes"];
+  if (values.contains("periphery"))
+    hive.periphery = values["periphery"] == "coupled"      ? Periphery::kCoupled
+                     : values["periphery"] == "boussinesq" ? Periphery::kBoussinesq
+                                                           : Periphery::kFixed;
+  hive.law = values["material"] == "linear"        ? Law::kLinear
+             : values["material"] == "neo_hookean" ? Law::kNeoHookean
+                                                   : Law::kStVenantKirchhoff;
+  hive.paper = values["formulation"] == "paper";
+  return hive;
+}
+
+HapticDescription haptic_of(const Json& values) {
+  using Device = HapticDescription::Device;
+  using Grip = HapticDescription::Grip;
+  HapticDescription haptic;
+  haptic.device = values["device"] == "simulated"  ? Device::kSimulated
+                  : values["device"] == "recorded" ? Device::kRecorded
+                                                   : Device::kNetwork;
+  if (values.contains("recording")) haptic.recording = values["recording"].get<std::string>();
+  if (values.contains("port")) haptic.port = values["port"];
+  if (values.contains("grip"))
+    haptic.grip = values["grip"] == "loose"  ? Grip::kLoose
+                  : values["grip"] == "firm" ? Grip::kFirm
+                                             : Grip::kMedium;
+  if (values.contains("coupling_N_per_m")) haptic.coupling_stiffness = values["coupling_N_per_m"];
+  haptic.hive = hive_of(values["hive"]);
+  return haptic;
+}
+
 InstrumentDescription instrument_of(const Json& values) {
   const Json& kind = values["kind"];
   InstrumentDescription instrument;
@@ -185,6 +221,7 @@ InstrumentDescription instrument_of(const Json& values) {
     instrument.path.push_back(
         {key["time_s"], from_milli_vector(key["tip_mm"]), key["power_W"], key["jaw"]});
   }
+  if (values.contains("haptic")) instrument.haptic = haptic_of(values["haptic"]);
   return instrument;
 }
 
@@ -389,6 +426,9 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
 
   SceneDescription scene = scene_of(*root);
   scene.file = file;
+  for (InstrumentDescription& instrument : scene.instruments)
+    if (instrument.haptic && !instrument.haptic->recording.empty())
+      instrument.haptic->recording = file.parent_path() / instrument.haptic->recording;
   return scene;
 }
 

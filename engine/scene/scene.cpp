@@ -40,6 +40,12 @@ Vec3 MotionDescription::displacement(double time) const {
   return amplitude * (s * s) * (s * s) * direction;
 }
 
+Vec3 MotionDescription::velocity(double time) const {
+  const double angle = std::numbers::pi * time / period + 0.5 * phase;
+  const double s = std::sin(angle);
+  return 4.0 * std::numbers::pi / period * amplitude * (s * s * s) * std::cos(angle) * direction;
+}
+
 Pose OrganDescription::pose_at(double time) const {
   Pose now = pose;
   if (motion) now.position += motion->displacement(time);

@@ -76,11 +76,16 @@ struct MotionDescription {
   /// amplitude sin^4(pi t / period + phase / 2) along the direction: a breath with its pause after
   /// expiration [Lujan1999].
   Vec3 displacement(double time) const;
+  Vec3 velocity(double time) const;  ///< its rate [m/s]
 };
 
 /// How the displacement of the visible nodes under forces is kept; what gives the forces stays
 /// single.
 enum class DisplacementStorage { kSingle, kHalf };
+
+/// What an organ answers forces with: its precomputed compliance (GPAFF), or hives about the tips of
+/// haptic tools alone (LPAFF).
+enum class Response { kGlobal, kLocal };
 
 struct OrganDescription {
   std::string name;
@@ -92,6 +97,7 @@ struct OrganDescription {
   std::optional<MotionDescription> motion;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";
+  Response response = Response::kGlobal;
   Resolution resolution;
   DisplacementStorage displacement_storage = DisplacementStorage::kSingle;
   bool deformable = true;  ///< false: scenery; no nodes, no contact
@@ -137,6 +143,34 @@ struct InstrumentKey {
   double jaw = 1.0;         ///< 0 closed ... 1 open
 };
 
+/// The nodes that travel with a haptic tool's tip (kernels/hive).
+struct HiveDescription {
+  /// What moves its edge: the body's precomputed field, the half-space's, nothing.
+  enum class Periphery { kCoupled, kBoussinesq, kFixed };
+  /// How its tissue answers large strain.
+  enum class Law { kLinear, kStVenantKirchhoff, kNeoHookean };
+
+  double radius = 0.0;  ///< of the influence region on the surface [m]; 0: from the tip's size
+  int nodes = 0;        ///< 0: as many as a tick has time for
+  std::optional<Periphery> periphery;  ///< none: coupled where the organ has a global response
+  Law law = Law::kLinear;
+  bool paper = false;   ///< the published equations in place of the ones that converge
+};
+
+/// A tool that is held: its tip goes where a device's does, and forces go back, at 1 kHz.
+struct HapticDescription {
+  enum class Device { kSimulated, kRecorded, kNetwork };
+  /// How firmly the modelled hand holds a simulated device.
+  enum class Grip { kLoose, kMedium, kFirm };
+
+  Device device = Device::kSimulated;
+  std::filesystem::path recording;  ///< absolute, or relative to the working folder
+  int port = 18944;                 ///< of the network device: TCP, OpenIGTLink's own
+  Grip grip = Grip::kMedium;
+  double coupling_stiffness = 0.0;  ///< between device and tool [N/m]; 0: the servo's default
+  HiveDescription hive;
+};
+
 struct InstrumentDescription {
   std::string name;
   InstrumentKind kind = InstrumentKind::kProbe;
@@ -147,7 +181,8 @@ struct InstrumentDescription {
   double grip_limit = 6.0;          ///< greatest force that a closed jaw holds [N]
   double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
   double friction = 0.0;            ///< Coulomb's coefficient between the tip and tissue
-  std::vector<InstrumentKey> path;  ///< at least one, times ascending
+  std::vector<InstrumentKey> path;  ///< at least one, times ascending; where the hand goes, if haptic
+  std::optional<HapticDescription> haptic;  ///< none: the path moves the tip
 };
 
 /// True for a hook that carries current at some time.

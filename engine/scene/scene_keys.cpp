@@ -1,6 +1,7 @@
 #include "engine/scene/scene_keys.h"
 
 #include "engine/scene/common_keys.h"
+#include "engine/scene/haptic_keys.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/smoke_keys.h"
 
@@ -187,6 +188,11 @@ ObjectSpec organ() {
       text("formulation", "How the elastic response is discretised.")
           .known_as("formulation")
           .otherwise("galerkin"),
+      text("response",
+           "What it answers forces with: a compliance computed before the run (global), or hives about "
+           "the tips of haptic tools alone (local), with nothing to prepare.")
+          .one_of({"global", "local"})
+          .otherwise("global"),
       object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),
       text("displacement_storage",
            "Precision of the numbers that move the drawn surface under forces: half takes about "
@@ -355,6 +361,7 @@ ObjectSpec instrument() {
           .needed()
           .items(1, 100000)
           .ascending_by("time_s"),
+      object("haptic", "Makes it a held tool; without it, the path moves the tip.", haptic_keys()),
   };
   spec.checks = {{{"kind", "trocar_mm", "path"}, path_fits_instrument, nullptr}};
   return spec;

@@ -5,6 +5,7 @@
 #include "engine/systems/contact_cells.h"
 #include "engine/systems/gpu_surfaces.h"
 #include "engine/systems/links.h"
+#include "engine/systems/local_organs.h"
 #include "engine/systems/systems.h"
 
 namespace viscera {
@@ -233,6 +234,7 @@ void deform_organs(World& world, const FrameContext& context) {
     deform_here(world, organ, Repeat::kSkipped);
   }
   if (world.gpu) world.gpu->start();
+  deform_local_organs(world, context);
   for (std::size_t o = 0; o < world.organ_sags.size(); ++o)
     if (!world.organ_contacts.find(world.organ_sags.owner(o)))
       take_free_shape(world, world.organ_sags.owner(o));

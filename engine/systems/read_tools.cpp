@@ -17,9 +17,13 @@ Vec3 side_of(const Vec3& shaft) {
 }  // namespace
 
 void place_tool(const InstrumentBody& body, double time, InstrumentState& state) {
-  state.tip = body.tip.at(time);
   state.jaw = body.jaw.at(time).x();
   state.power = body.description.path[body.tip.key_at(time)].power;
+  aim_tool(body, body.tip.at(time), state);
+}
+
+void aim_tool(const InstrumentBody& body, const Vec3& tip, InstrumentState& state) {
+  state.tip = tip;
   const Vec3 shaft = body.description.trocar - state.tip;
   // A tip in its own trocar has no direction; it keeps the last one.
   if (shaft.norm() > 1e-9) state.shaft_direction = shaft.normalized();
@@ -28,9 +32,16 @@ void place_tool(const InstrumentBody& body, double time, InstrumentState& state)
 }
 
 void read_tools(World& world, const FrameContext& context) {
-  for (std::size_t i = 0; i < world.instrument_bodies.size(); ++i)
-    place_tool(world.instrument_bodies[i], context.time,
-               *world.instrument_states.find(world.instrument_bodies.owner(i)));
+  for (std::size_t i = 0; i < world.instrument_bodies.size(); ++i) {
+    const InstrumentBody& body = world.instrument_bodies[i];
+    InstrumentState& state = *world.instrument_states.find(world.instrument_bodies.owner(i));
+    // A held tool is where the hand has it (run_servos); its path tells jaw and power, and where it
+    // waits until its device is engaged.
+    const Vec3 held = state.tip;
+    place_tool(body, context.time, state);
+    if (!body.description.haptic) continue;
+    aim_tool(body, context.frame == 1 ? body.tip.at(0.0) : held, state);
+  }
 }
 
 }  // namespace viscera

@@ -10,9 +10,13 @@ namespace viscera {
 
 /// Where an instrument's key frames put it at `time` [s].
 void place_tool(const InstrumentBody& body, double time, InstrumentState& state);
+/// The tip there, the shaft through its trocar.
+void aim_tool(const InstrumentBody& body, const Vec3& tip, InstrumentState& state);
 
 /// Key frames -> InstrumentState.
 void read_tools(World& world, const FrameContext& context);
+/// Ticks of held tools until this frame's end -> InstrumentState.
+void run_servos(World& world, const FrameContext& context);
 /// OrganMotion -> the poses of organs that breathe, and the bounds of their surfaces.
 void move_organs(World& world, const FrameContext& context);
 /// Gravity, as the table tilts -> OrganSag.
@@ -30,6 +34,8 @@ void emit_smoke(World& world, const FrameContext& context);
 void move_smoke(World& world, const FrameContext& context);
 /// What the GPU made of this frame's loads -> OrganState, deformed surfaces.
 void fetch_surfaces(World& world, const FrameContext& context);
+/// Where tissue is now -> the servos' snapshots.
+void publish_to_servos(World& world, const FrameContext& context);
 /// The device has failed: from now on all organs are the CPU's, which makes what their last shapes
 /// lack. Nothing to do where none is on the GPU.
 void leave_gpu(World& world, const std::string& why);

@@ -77,6 +77,7 @@ class HemisphereBody {
   const TriangleSurface& surface() const { return body_.surface; }
   const PointCloud& cloud() const { return body_.cloud; }
   const SurfaceCompliance& compliance() const { return compliance_; }
+  const TouchableSurface& touchable() const { return touch_; }
   PatchContact& contact() { return *contact_; }
   const PreparationFigures& figures() const { return figures_; }
   double prepare_s() const { return prepare_s_; }    ///< nodes, matrices, compliance; all of it [s]

@@ -187,7 +187,14 @@ double spacing_at(const TouchableSurface& surface, const Vec3& position) {
 
 bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
                  double sigma, std::vector<LoadShare>& shares) {
+  std::vector<Vec2> offsets;
+  return spread_load(surface, position, normal, sigma, shares, offsets);
+}
+
+bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
+                 double sigma, std::vector<LoadShare>& shares, std::vector<Vec2>& offsets) {
   shares.clear();
+  offsets.clear();
   const double reach = kReach * sigma;
   const Vec3 first = normal.unitOrthogonal(), second = normal.cross(first);
   places_within(surface, position, reach, [&](int place, double d2) {
@@ -201,7 +208,6 @@ bool spread_load(const TouchableSurface& surface, const Vec3& position, const Ve
     shares.push_back({nearest_place(surface, position), 1.0});
     return false;
   }
-  std::vector<Vec2> offsets;  // along the surface, over the reach
   double sum = 0.0;
   for (const LoadShare& share : shares) {
     const Vec3 offset = surface.positions[static_cast<std::size_t>(share.place)] - position;

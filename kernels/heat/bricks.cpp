@@ -4,38 +4,18 @@
 #include <cmath>
 
 namespace viscera {
-namespace {
-
-// 21 bits a component: two million bricks each way, kilometres at half-millimetre voxels.
-std::uint64_t key_of(const BrickField::Index& brick) {
-  constexpr std::uint64_t mask = (std::uint64_t{1} << 21) - 1;
-  const auto bits = [](int value) { return static_cast<std::uint64_t>(value) & mask; };
-  return bits(brick.x()) | bits(brick.y()) << 21 | bits(brick.z()) << 42;
-}
-
-int floor_divide(int value, int by) {
-  return value >= 0 ? value / by : -((by - 1 - value) / by);
-}
-
-}  // namespace
-
 BrickField::BrickField(double voxel) : voxel_(voxel) {
   assert(voxel > 0.0);
 }
 
-int BrickField::find(const Index& brick) const {
-  const auto found = lookup_.find(key_of(brick));
-  return found == lookup_.end() ? -1 : found->second;
-}
-
 std::size_t BrickField::ensure(const Index& brick) {
-  const auto [entry, inserted] =
-      lookup_.try_emplace(key_of(brick), static_cast<int>(bricks_.size()));
-  if (inserted) {
+  const int fresh = static_cast<int>(bricks_.size());
+  const int number = lookup_.find_or_add(brick, fresh);
+  if (number == fresh) {
     indices_.push_back(brick);
     bricks_.emplace_back().fill(0.0f);
   }
-  return static_cast<std::size_t>(entry->second);
+  return static_cast<std::size_t>(number);
 }
 
 float BrickField::at(const Index& voxel) const {
@@ -70,9 +50,8 @@ BrickField::Index BrickField::voxel_of(const Vec3& rest_position) const {
 }
 
 std::size_t BrickField::memory_bytes() const {
-  const std::size_t per_entry = sizeof(std::uint64_t) + sizeof(int) + 2 * sizeof(void*);
   return bricks_.capacity() * sizeof(Values) + indices_.capacity() * sizeof(Index) +
-         lookup_.size() * per_entry + lookup_.bucket_count() * sizeof(void*);
+         lookup_.memory_bytes();
 }
 
 }  // namespace viscera

@@ -5,10 +5,9 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
-#include "kernels/base/types.h"
+#include "kernels/heat/brick_map.h"
 
 namespace viscera {
 
@@ -18,7 +17,7 @@ class BrickField {
   static constexpr int kEdge = 8;  ///< voxels along a brick
   static constexpr int kVoxels = kEdge * kEdge * kEdge;
   using Values = std::array<float, kVoxels>;  ///< x fastest
-  using Index = Eigen::Vector3i;              ///< of a brick or a voxel; may be negative
+  using Index = BrickIndex;                   ///< of a brick or a voxel
 
   /// `voxel` is the edge of a voxel [m]; voxel (0,0,0) spans [0, voxel)^3 of the rest frame.
   explicit BrickField(double voxel = 0.5e-3);
@@ -30,7 +29,7 @@ class BrickField {
   Values& brick(std::size_t i) { return bricks_[i]; }
 
   /// The brick with this index, or -1.
-  int find(const Index& brick) const;
+  int find(const Index& brick) const { return lookup_.find(brick); }
   /// Finds or allocates (zeroed).
   std::size_t ensure(const Index& brick);
   /// Value of one voxel; 0 where no brick is.
@@ -47,7 +46,7 @@ class BrickField {
   double voxel_;
   std::vector<Index> indices_;
   std::vector<Values> bricks_;
-  std::unordered_map<std::uint64_t, int> lookup_;
+  BrickMap lookup_;
 };
 
 }  // namespace viscera

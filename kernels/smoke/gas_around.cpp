@@ -21,17 +21,17 @@ GasPoints places(const Vec3& origin, std::span<const Float4> positions) {
 
 }  // namespace
 
-void GasAround::velocity(std::span<const Float4> positions, std::span<Float4> velocities) const {
-  grid_.velocity(places(origin_, positions), components<float>(velocities));
+void GasAround::velocity(std::span<const Float4> positions, std::span<Float4> velocities) {
+  grid_.place(places(origin_, positions));
+  grid_.velocity(components<float>(velocities));
 }
 
-void GasAround::couple(std::span<const Float4> positions, std::span<const float> exchanged,
-                       std::span<float> theta) {
-  grid_.couple(places(origin_, positions), exchanged, theta);
+void GasAround::couple(std::span<const float> exchanged, std::span<float> theta) {
+  grid_.couple(exchanged, theta);
 }
 
-void GasAround::add_momentum(std::span<const Float4> positions, std::span<const Float4> impulses) {
-  grid_.add_momentum(places(origin_, positions), components<const float>(impulses));
+void GasAround::add_momentum(std::span<const Float4> impulses) {
+  grid_.add_momentum(components<const float>(impulses));
 }
 
 }  // namespace viscera

@@ -11,10 +11,9 @@ class GasAround final : public SurroundingGas {
   /// `origin`: of the volume's positions, world [m].
   GasAround(GasGrid& grid, const Vec3& origin) : grid_(grid), origin_(origin) {}
 
-  void velocity(std::span<const Float4> positions, std::span<Float4> velocities) const override;
-  void couple(std::span<const Float4> positions, std::span<const float> exchanged,
-              std::span<float> theta) override;
-  void add_momentum(std::span<const Float4> positions, std::span<const Float4> impulses) override;
+  void velocity(std::span<const Float4> positions, std::span<Float4> velocities) override;
+  void couple(std::span<const float> exchanged, std::span<float> theta) override;
+  void add_momentum(std::span<const Float4> impulses) override;
 
  private:
   GasGrid& grid_;

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 #include <sstream>
+#include <utility>
 
+#include "kernels/base/wide.h"
 #include "kernels/smoke/gas_rows.h"
 #include "kernels/smoke/gas_sampling.h"
 
@@ -37,7 +39,26 @@ std::array<int, 3> cells_of(const GasParameters& parameters, Vec3& spacing) {
   return n;
 }
 
-constexpr std::size_t kPointsAChunk = 1024;
+constexpr std::size_t kPointsAChunk = 8192, kFacesAChunk = 8192;
+
+template <class Value>
+double sum_gas_chunks(std::size_t faces, const Value& value) {
+  return parallel_sum(faces, kFacesAChunk, 0.0, value);
+}
+
+// The greatest absolute value, that of what isn't a number aside.
+VISCERA_WIDE float greatest_of(const float* values, std::size_t count) {
+  float most[8] = {};
+  std::size_t i = 0;
+  for (; i + 8 <= count; i += 8) {
+    for (int l = 0; l < 8; ++l) {
+      const float size = std::abs(values[i + l]);
+      most[l] = size > most[l] ? size : most[l];
+    }
+  }
+  for (; i < count; ++i) most[0] = std::max(most[0], std::abs(values[i]));
+  return *std::max_element(most, most + 8);
+}
 
 }  // namespace
 
@@ -78,7 +99,8 @@ GasGrid::GasGrid(const GasParameters& parameters)
     weight_[axis].assign(count, 0.0f);
     free_[axis].assign(count, 0);
     impulse_[axis].assign(count, 0.0);
-    rate_[axis].assign(count, 0.0);
+    rate_[axis].assign(count, 0.0f);
+    rate_sums_[axis].assign(count, 0.0);
   }
   opening_.assign(count, 0.0f);
   outside_.assign(count, 0.0f);
@@ -252,13 +274,12 @@ void GasGrid::hold_fixed_faces() {
   }
 }
 
-void GasGrid::velocity(const GasPoints& points, const StridedVectors<float>& velocities) const {
-  const Vec3f shift = (points.origin - parameters_.domain.min()).cast<float>();
-  const Vec3f scale = spacing_.cwiseInverse().cast<float>();
-  parallel_for_each_index(points.size(), kPointsAChunk, [&](std::size_t i) {
-    const Vec3f at = (points.places.at(i) + shift).cwiseProduct(scale);
-    velocities.set(i, sample(layout_, velocity_, at.x(), at.y(), at.z()));
-  });
+void GasGrid::place(const GasPoints& points) {
+  stencils_.place(layout_, parameters_.domain.min(), spacing_, points);
+}
+
+void GasGrid::velocity(const StridedVectors<float>& velocities) const {
+  stencils_.read(velocity_, velocities);
 }
 
 Vec3 GasGrid::velocity(const Vec3& world) const {
@@ -266,65 +287,27 @@ Vec3 GasGrid::velocity(const Vec3& world) const {
   return sample(layout_, velocity_, at.x(), at.y(), at.z()).cast<double>();
 }
 
-void GasGrid::couple(const GasPoints& points, std::span<const float> rates,
-                     std::span<float> shares) {
-  const Vec3f shift = (points.origin - parameters_.domain.min()).cast<float>();
-  const Vec3f scale = spacing_.cwiseInverse().cast<float>();
-  const auto place = [&](std::size_t i) {
-    return Vec3f((points.places.at(i) + shift).cwiseProduct(scale));
-  };
-  const auto stencils = [&](const Vec3f& at) {
-    return std::array{face_stencil<0>(layout_, at.x(), at.y(), at.z()),
-                      face_stencil<1>(layout_, at.x(), at.y(), at.z()),
-                      face_stencil<2>(layout_, at.x(), at.y(), at.z())};
-  };
-  for (auto& rates_of_faces : rate_) std::ranges::fill(rates_of_faces, 0.0);
-  point_layers_.sort(layout_, points.size(), place);
-  point_layers_.each([&](std::uint32_t i) {
-    if (!(rates[i] > 0.0f)) return;
-    const auto s = stencils(place(i));
-    for (int axis = 0; axis < 3; ++axis) {
-      s[axis].each(layout_, [&](std::ptrdiff_t f, double weight) {
-        rate_[axis][static_cast<std::size_t>(f)] += weight * static_cast<double>(rates[i]);
-      });
-    }
-  });
-  const double mass = parameters_.density * cell_volume();
-  parallel_for_each_index(points.size(), kPointsAChunk, [&](std::size_t i) {
-    const auto s = stencils(place(i));
-    double most = 0.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      s[axis].each(layout_, [&](std::ptrdiff_t f, double weight) {
+void GasGrid::couple(std::span<const float> rates, std::span<float> shares) {
+  stencils_.spread({rates, rates, rates}, rate_sums_);
+  for (int axis = 0; axis < 3; ++axis) {
+    for_gas_face_rows(layout_, axis, [&](std::ptrdiff_t c, int length, int, int) {
+      for (auto f = static_cast<std::size_t>(c); f < static_cast<std::size_t>(c + length); ++f) {
         // Walls have all the mass that it takes.
-        const auto face = static_cast<std::size_t>(f);
-        if (weight > 0.0 && free_[axis][face]) most = std::max(most, rate_[axis][face]);
-      });
-    }
-    shares[i] = static_cast<float>(mass / (mass + most));
+        rate_[axis][f] = free_[axis][f] ? static_cast<float>(rate_sums_[axis][f]) : 0.0f;
+        rate_sums_[axis][f] = 0.0;
+      }
+    });
+  }
+  stencils_.greatest(rate_, shares);
+  const double mass = parameters_.density * cell_volume();
+  parallel_for_each_index(shares.size(), kPointsAChunk, [&](std::size_t i) {
+    shares[i] = static_cast<float>(mass / (mass + static_cast<double>(shares[i])));
   });
 }
 
-void GasGrid::add_momentum(const GasPoints& points, const StridedVectors<const float>& impulses) {
-  const Vec3f shift = (points.origin - parameters_.domain.min()).cast<float>();
-  const Vec3f scale = spacing_.cwiseInverse().cast<float>();
-  const auto place = [&](std::size_t i) {
-    return Vec3f((points.places.at(i) + shift).cwiseProduct(scale));
-  };
-  point_layers_.sort(layout_, points.size(), place);
-  point_layers_.each([&](std::uint32_t i) {
-    const Vec3f impulse = impulses.at(i);
-    if (!impulse.allFinite()) return;
-    const Vec3f at = place(i);
-    const auto give = [&](int axis, const FaceStencil& stencil) {
-      stencil.each(layout_, [&](std::ptrdiff_t f, double weight) {
-        impulse_[axis][static_cast<std::size_t>(f)] += weight * static_cast<double>(impulse[axis]);
-      });
-    };
-    give(0, face_stencil<0>(layout_, at.x(), at.y(), at.z()));
-    give(1, face_stencil<1>(layout_, at.x(), at.y(), at.z()));
-    give(2, face_stencil<2>(layout_, at.x(), at.y(), at.z()));
-  });
-  for (std::size_t i = 0; i < points.size() && !impulse_came_; ++i) {
+void GasGrid::add_momentum(const StridedVectors<const float>& impulses) {
+  stencils_.spread(impulses, impulse_);
+  for (std::size_t i = 0; i < impulses.size && !impulse_came_; ++i) {
     const Vec3f impulse = impulses.at(i);
     impulse_came_ = impulse.allFinite() && !impulse.isZero(0.0f);
   }
@@ -332,19 +315,22 @@ void GasGrid::add_momentum(const GasPoints& points, const StridedVectors<const f
 
 void GasGrid::give_impulses() {
   const double mass = parameters_.density * cell_volume();
+  const double most = 2.0 * parameters_.most_speed;
   for (int axis = 0; axis < 3; ++axis) {
-    double walls = 0.0;
-    for (std::size_t f = 0; f < impulse_[axis].size(); ++f) {
-      if (impulse_[axis][f] == 0.0) continue;
-      if (free_[axis][f]) {
-        const double most = 2.0 * parameters_.most_speed;
-        velocity_[axis][f] += static_cast<float>(std::clamp(impulse_[axis][f] / mass, -most, most));
-      } else {
-        walls += impulse_[axis][f];
-      }
-      impulse_[axis][f] = 0.0;
-    }
-    report_.impulse_to_walls[axis] = walls;
+    report_.impulse_to_walls[axis] =
+        sum_gas_chunks(impulse_[axis].size(), [&](std::size_t begin, std::size_t end) {
+          double walls = 0.0;
+          for (std::size_t f = begin; f < end; ++f) {
+            const double impulse = std::exchange(impulse_[axis][f], 0.0);
+            if (impulse == 0.0) continue;
+            if (free_[axis][f]) {
+              velocity_[axis][f] += static_cast<float>(std::clamp(impulse / mass, -most, most));
+            } else {
+              walls += impulse;
+            }
+          }
+          return walls;
+        });
   }
   impulse_came_ = false;
 }
@@ -376,11 +362,18 @@ void GasGrid::slow_down() {
   const auto most = static_cast<float>(parameters_.most_speed);
   report_.slowed = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    for (float& u : velocity_[axis]) {
-      if (std::abs(u) <= most) continue;
-      u = std::clamp(std::isnan(u) ? 0.0f : u, -most, most);
-      ++report_.slowed;
-    }
+    const double slowed =
+        sum_gas_chunks(velocity_[axis].size(), [&](std::size_t begin, std::size_t end) {
+          double number = 0.0;
+          for (std::size_t f = begin; f < end; ++f) {
+            float& u = velocity_[axis][f];
+            if (std::abs(u) <= most) continue;
+            u = std::clamp(std::isnan(u) ? 0.0f : u, -most, most);
+            ++number;
+          }
+          return number;
+        });
+    report_.slowed += static_cast<std::size_t>(slowed);
   }
 }
 
@@ -521,8 +514,7 @@ void GasGrid::measure(double dt) {
   float speed = 0.0f;
   report_.courant = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    float most = 0.0f;
-    for (const float u : velocity_[axis]) most = std::max(most, std::abs(u));
+    const float most = greatest_of(velocity_[axis].data(), velocity_[axis].size());
     report_.courant = std::max(report_.courant, static_cast<double>(most) * dt / spacing_[axis]);
     speed = std::max(speed, most);
   }
@@ -648,11 +640,11 @@ std::size_t GasGrid::memory_bytes() const {
   // Bytes of the arrays over cells or faces: here, of advection and viscosity, and of the
   // pressure's grids, the coarse ones of which add a seventh.
   constexpr std::size_t kHere =
-      3 * (1 + 2 * sizeof(float) + 2 * sizeof(double)) + 5 * sizeof(float) + sizeof(int) + 1;
+      3 * (1 + 3 * sizeof(float) + 2 * sizeof(double)) + 5 * sizeof(float) + sizeof(int) + 1;
   constexpr std::size_t kAdvection = 11 * sizeof(float), kViscosity = 18 * sizeof(float);
   constexpr std::size_t kPressure = 9 * sizeof(float) * 8 / 7 + 2 * sizeof(float);
   return static_cast<std::size_t>(layout_.count) * (kHere + kAdvection + kViscosity + kPressure) +
-         solid_velocity_.capacity() * sizeof(Vec3f);
+         solid_velocity_.capacity() * sizeof(Vec3f) + stencils_.memory_bytes();
 }
 
 }  // namespace viscera

@@ -13,7 +13,7 @@
 #include "kernels/smoke/gas_points.h"
 #include "kernels/smoke/gas_pressure.h"
 #include "kernels/smoke/gas_sources.h"
-#include "kernels/smoke/gas_spreading.h"
+#include "kernels/smoke/gas_stencils.h"
 #include "kernels/smoke/gas_viscosity.h"
 
 namespace viscera {
@@ -78,16 +78,17 @@ class GasGrid {
   void set_evacuators(std::span<const GasEvacuator> evacuators);
   void set_leaks(std::span<const GasLeak> leaks);  ///< costs as set_solids does, if they differ
 
-  /// Gas velocity at n places [m/s]; places outside the domain get that of its side.
-  void velocity(const GasPoints& points, const StridedVectors<float>& velocities) const;
-  Vec3 velocity(const Vec3& world) const;
+  Vec3 velocity(const Vec3& world) const;  ///< [m/s]; outside the domain that of its side
 
+  /// Sets the n places that the next three speak of; outside the domain they count as at its side.
+  void place(const GasPoints& points);
+  void velocity(const StridedVectors<float>& velocities) const;  ///< of the gas [m/s]
   /// How much of an exchange each particle may do so that the gas never overshoots: particles would
   /// draw the gas with `rates` m k dt [kg] (mass, rate, step); the share that is left is
   /// m_g / (m_g + sum of rates), the least of the faces about the particle, m_g a face's gas.
-  void couple(const GasPoints& points, std::span<const float> rates, std::span<float> shares);
-  /// Gives impulses [N s] at n places to the gas; counts from the next step.
-  void add_momentum(const GasPoints& points, const StridedVectors<const float>& impulses);
+  void couple(std::span<const float> rates, std::span<float> shares);
+  /// Gives impulses [N s] to the gas; counts from the next step.
+  void add_momentum(const StridedVectors<const float>& impulses);
 
   /// Advances by dt > 0 [s]; stable for any.
   const GasReport& step(double dt);
@@ -131,9 +132,10 @@ class GasGrid {
   std::vector<GasLeak> leaks_;
   std::vector<GasSpread> inlet_cells_, evacuator_cells_, leak_cells_;
 
-  GasFaces velocity_;                           // [m/s]
-  std::array<std::vector<double>, 3> impulse_;  // of add_momentum [N s]
-  std::array<std::vector<double>, 3> rate_;     // of couple [kg]
+  GasFaces velocity_;                             // [m/s]
+  std::array<std::vector<double>, 3> impulse_;    // of add_momentum [N s]
+  std::array<std::vector<double>, 3> rate_sums_;  // of couple, 0 between calls [kg]
+  GasFaces rate_;                                 // likewise, 0 on walls
   bool impulse_came_ = false;
   bool at_rest_ = true;
   std::vector<float> potential_;  // pressure * dt / density [m2/s]
@@ -144,7 +146,7 @@ class GasGrid {
   GasAdvection advection_;
   GasViscosity viscosity_;
   GasPressure pressure_;
-  PointLayers point_layers_;
+  GasStencils stencils_;
   GasReport report_;
 };
 

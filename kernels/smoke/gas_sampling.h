@@ -1,10 +1,8 @@
-// Velocity between the faces of the gas grid: trilinear in each component's own eight faces.
-// Reading and spreading take the same weights, so that what particles exchange with the gas is
-// conserved.
+// Velocity between the faces of the gas grid at one place: trilinear in each component's own eight
+// faces. gas_stencils.h has the same for many places.
 #pragma once
 
 #include <algorithm>
-#include <span>
 
 #include "kernels/smoke/gas_layout.h"
 
@@ -14,16 +12,6 @@ namespace viscera {
 struct FaceStencil {
   std::ptrdiff_t base;  ///< the least of them
   float x, y, z;        ///< how far towards the others, 0 to 1
-
-  /// Calls body(face, weight) for each; the weights sum to 1 in double precision.
-  template <class Body>
-  void each(const GasLayout& layout, const Body& body) const {
-    for (int corner = 0; corner < 8; ++corner) {
-      const bool i = corner & 1, j = corner & 2, k = corner & 4;
-      body(base + (i ? 1 : 0) + (j ? layout.stride[1] : 0) + (k ? layout.stride[2] : 0),
-           (i ? x : 1.0 - x) * (j ? y : 1.0 - y) * (k ? z : 1.0 - z));
-    }
-  }
 };
 
 /// The stencil of the faces across `Axis` at a place in cells from the domain's least corner.

@@ -26,7 +26,7 @@ void GasCoupling::meet(SurroundingGas& gas, std::span<const Float4> positions,
   theta.resize(count);
   gas.velocity(positions, velocities);
   exchanged_mass(particle_velocities, accelerations, velocities, parameters, exchanged);
-  gas.couple(positions, exchanged, theta);
+  gas.couple(exchanged, theta);
   parallel_for_each_index(count, kChunk, [&](std::size_t i) { velocities[i].w = theta[i]; });
 }
 
@@ -70,7 +70,7 @@ void CpuSmokePasses::integrate(IntegrateParameters parameters, std::span<const S
     viscera::integrate(particles_->positions, particles_->velocities, particles_->ids,
                        viscosity_.accelerations(), coupling_.velocities, waves, parameters,
                        coupling_.impulses);
-    if (gas != nullptr) gas->add_momentum(particles_->positions, coupling_.impulses);
+    if (gas != nullptr) gas->add_momentum(coupling_.impulses);
   });
 }
 

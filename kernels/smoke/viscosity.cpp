@@ -1,11 +1,15 @@
 #include "kernels/smoke/viscosity.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "kernels/base/parallel.h"
-#include "kernels/base/wide.h"
 #include "kernels/base/wider.h"
+
+#if VISCERA_THREE_TARGETS
+#include <immintrin.h>
+#endif
 
 namespace viscera {
 namespace {
@@ -13,38 +17,133 @@ namespace {
 constexpr std::size_t kChunk = 4096;
 constexpr std::size_t kCellChunk = 64;
 
-/// Copies these numbers of each column to columns `stride` apart, in whole lanes: up to kLanes - 1
-/// too many are read and written.
-VISCERA_WIDE void copy_run(std::span<const float* const> columns, std::size_t first,
-                           std::size_t count, float* to, std::size_t stride) {
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      Lanes eight;
-      load(eight, columns[c] + first + i);
-      std::memcpy(to + c * stride + i, &eight, sizeof eight);
+template <std::size_t kColumns>
+using Columns = std::array<const float*, kColumns>;
+using Runs = std::array<SmokeBins::Run, 9>;
+
+/// The box about a cell's own particles, and how far they reach.
+struct Reach {
+  std::array<float, 3> low, high;
+  float inverse_square;
+  // A particle that rounding alone keeps out of reach is taken.
+  static constexpr float kFurthest = 1.0f + 1e-5f;
+
+  Reach(const Columns<3>& own, std::size_t count, float inverse_square_)
+      : inverse_square(inverse_square_) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const float* at = own[axis];
+      float least = at[0], most = at[0];  // in registers, so that nothing branches
+      for (std::size_t i = 1; i < count; ++i) {
+        least = at[i] < least ? at[i] : least;
+        most = at[i] > most ? at[i] : most;
+      }
+      low[axis] = least, high[axis] = most;
     }
   }
+};
+
+/// Copies of each column the numbers of those particles in the runs that may be within reach, in
+/// their order, to columns `stride` apart; up to kWiderLanes behind them are written. Returns how
+/// many there are. The first three columns are places.
+template <std::size_t kColumns>
+VISCERA_INLINE std::size_t copy_near_on(const Columns<kColumns>& columns, const Runs& runs,
+                                        const Reach& reach, float* to, std::size_t stride) {
+  constexpr std::size_t kBlock = 64;
+  std::size_t kept = 0;
+  for (const auto& [first, last] : runs) {
+    for (std::size_t begin = first; begin < last; begin += kBlock) {
+      const std::size_t length = std::min(kBlock, last - begin);
+      std::array<float, kBlock> squares = {};
+      for (int axis = 0; axis < 3; ++axis) {
+        const float* at = columns[axis] + begin;
+        const float low = reach.low[axis], high = reach.high[axis];
+        for (std::size_t i = 0; i < length; ++i) {
+          const float below = low - at[i], above = at[i] - high;
+          const float beside = below > above ? below : above;
+          const float way = beside > 0.0f ? beside : 0.0f;
+          squares[i] += way * way;
+        }
+      }
+      std::array<std::size_t, kBlock> taken;
+      std::size_t number = 0;
+      for (std::size_t i = 0; i < length; ++i) {
+        taken[number] = begin + i;
+        number += squares[i] * reach.inverse_square < Reach::kFurthest;
+      }
+      for (std::size_t c = 0; c < kColumns; ++c) {
+        for (std::size_t i = 0; i < number; ++i) to[c * stride + kept + i] = columns[c][taken[i]];
+      }
+      kept += number;
+    }
+  }
+  return kept;
 }
+
+#if VISCERA_THREE_TARGETS
+template <std::size_t kColumns>
+VISCERA_FOR_AVX512 VISCERA_INLINE std::size_t copy_near_by_sixteen(const Columns<kColumns>& given,
+                                                                   const Runs& runs,
+                                                                   const Reach& reach, float* to,
+                                                                   std::size_t stride) {
+  const Columns<kColumns> columns = given;
+  const WiderLanes zero = {};
+  std::size_t kept = 0;
+  for (const auto& [first, last] : runs) {
+    for (std::size_t i = first; i < last; i += kWiderLanes) {
+      const std::size_t left = last - i;
+      const auto there = static_cast<__mmask16>(left < kWiderLanes ? (1u << left) - 1u : 0xffffu);
+      WiderLanes square = zero;
+      for (int axis = 0; axis < 3; ++axis) {
+        const WiderLanes at = _mm512_maskz_loadu_ps(there, columns[axis] + i);
+        const WiderLanes below = reach.low[axis] - at, above = at - reach.high[axis];
+        const WiderLanes beside = below > above ? below : above;
+        const WiderLanes way = beside > zero ? beside : zero;
+        square += way * way;
+      }
+      const __mmask16 near = _mm512_mask_cmp_ps_mask(there, square * reach.inverse_square,
+                                                     zero + Reach::kFurthest, _CMP_LT_OQ);
+      for (std::size_t c = 0; c < kColumns; ++c) {
+        const __m512 all = _mm512_maskz_loadu_ps(near, columns[c] + i);
+        _mm512_storeu_ps(to + c * stride + kept, _mm512_maskz_compress_ps(near, all));
+      }
+      kept += static_cast<std::size_t>(std::popcount(near));
+    }
+  }
+  return kept;
+}
+#endif
+
+#define VISCERA_COPY(target, columns_, copy)                                        \
+  target std::size_t copy_near(const Columns<columns_>& columns, const Runs& runs,  \
+                               const Reach& reach, float* to, std::size_t stride) { \
+    return copy<columns_>(columns, runs, reach, to, stride);                        \
+  }
+#if VISCERA_THREE_TARGETS
+VISCERA_COPY(VISCERA_FOR_AVX512, 3, copy_near_by_sixteen)
+VISCERA_COPY(VISCERA_FOR_AVX512, 8, copy_near_by_sixteen)
+VISCERA_COPY(VISCERA_FOR_AVX2, 3, copy_near_on)
+VISCERA_COPY(VISCERA_FOR_AVX2, 8, copy_near_on)
+#endif
+VISCERA_COPY(VISCERA_FOR_ANY, 3, copy_near_on)
+VISCERA_COPY(VISCERA_FOR_ANY, 8, copy_near_on)
+#undef VISCERA_COPY
 
 /// What surrounds a cell, gathered once for all its particles and padded to whole lanes with places
 /// out of everyone's reach.
 class Neighbourhood {
  public:
-  /// Copies these columns of the nine runs; they go on for kLanes behind the last one.
-  void gather(const std::array<SmokeBins::Run, 9>& runs, std::span<const float* const> columns) {
+  /// Copies these columns of what is near in the nine runs.
+  template <std::size_t kCopied>
+  void gather(const Runs& runs, const Reach& reach, const Columns<kCopied>& columns) {
     std::size_t most = kWiderLanes;
     for (const auto& [first, last] : runs) most += last - first;
     if (most > capacity_) {
       const std::size_t blocks = 2 * most / kWiderLanes + 1;
       capacity_ = blocks * kWiderLanes;
-      storage_.resize(kColumns * blocks);
+      storage_.resize(kMostColumns * blocks);
     }
-    count_ = 0;
-    for (const auto& [first, last] : runs) {
-      copy_run(columns, first, last - first, column(0) + count_, capacity_);
-      count_ += last - first;
-    }
-    for (std::size_t c = 0; c < columns.size(); ++c) {
+    count_ = copy_near(columns, runs, reach, column(0), capacity_);
+    for (std::size_t c = 0; c < kCopied; ++c) {
       std::fill_n(column(c) + count_, kWiderLanes, c == 0 ? kFar : 0.0f);
     }
   }
@@ -52,7 +151,7 @@ class Neighbourhood {
   std::size_t count() const { return count_; }
 
  private:
-  static constexpr std::size_t kColumns = 8;
+  static constexpr std::size_t kMostColumns = 8;
   static constexpr float kFar = 1e6f;
   struct alignas(64) Block {  // so that no load of sixteen straddles two cache lines
     std::array<float, kWiderLanes> of;
@@ -61,11 +160,25 @@ class Neighbourhood {
   std::size_t capacity_ = 0, count_ = 0;
 };
 
+/// In the order in which sums_of_eight leaves them.
 struct DensitySums {
-  float cubes, squares;  ///< of q, over all but without regard to which is the particle itself
-  float x, y, z;         ///< of q^2 times the vectors to neighbours
-  float near;            ///< number within the support
+  float cubes;  ///< of q, over all, the particle itself included
+  float x, z;   ///< of q^2 times the vectors from neighbours
+  float unused;
+  float squares;  ///< of q
+  float y;        ///< as x and z
+  float near;     ///< number within the support
+  float unused_too;
 };
+static_assert(sizeof(DensitySums) == sizeof(Lanes));
+
+/// own - what is there; the same to the bit as the other's vector to itself, but for its sign.
+template <class Lanes>
+VISCERA_INLINE void from_own(Lanes& to, float own, const float* other) {
+  Lanes there;
+  load(there, other);
+  to = own - there;
+}
 
 template <class Wide>
 VISCERA_INLINE void sum_densities_on(const float* x, const float* y, const float* z,
@@ -80,13 +193,11 @@ VISCERA_INLINE void sum_densities_on(const float* x, const float* y, const float
     const Lanes zero = {}, one = zero + 1.0f;
     for (std::size_t j = 0; j < count; j += kWiderLanes) {
       for (int part = 0; part < kParts; ++part) {
+        const std::size_t at = j + part * kEach;
         Lanes dx, dy, dz;
-        load(dx, x + j + part * kEach);
-        load(dy, y + j + part * kEach);
-        load(dz, z + j + part * kEach);
-        dx -= own_x[i];
-        dy -= own_y[i];
-        dz -= own_z[i];
+        from_own(dx, own_x[i], x + at);
+        from_own(dy, own_y[i], y + at);
+        from_own(dz, own_z[i], z + at);
         Lanes q = 1.0f - (dx * dx + dy * dy + dz * dz) * inverse_square;
         near[part] += q > zero ? one : zero;
         q = q > zero ? q : zero;
@@ -98,8 +209,12 @@ VISCERA_INLINE void sum_densities_on(const float* x, const float* y, const float
         fz[part] += square * dz;
       }
     }
-    sums[i] = {Wide::sum(cubes), Wide::sum(squares), Wide::sum(fx),
-               Wide::sum(fy),    Wide::sum(fz),      Wide::sum(near)};
+    viscera::Lanes all[8] = {}, found;
+    Wide::fold(cubes, all[0]), Wide::fold(squares, all[1]);
+    Wide::fold(fx, all[2]), Wide::fold(fy, all[3]);
+    Wide::fold(fz, all[4]), Wide::fold(near, all[5]);
+    sums_of_eight(all, found);
+    std::memcpy(&sums[i], &found, sizeof found);
   }
 }
 
@@ -115,53 +230,61 @@ VISCERA_INLINE void sum_pairs_on(const PairColumns& other, std::size_t count,
   constexpr int kParts = Wide::kParts, kEach = kWiderLanes / kParts;
   for (std::size_t i = 0; i < own; ++i) {
     Lanes ax[kParts] = {}, ay[kParts] = {}, az[kParts] = {};
+    Lanes px[kParts] = {}, py[kParts] = {}, pz[kParts] = {};
     const Lanes zero = {};
     const Lanes own_strength = zero + self.strength[i];
-    const float excess = self.excess[i];
     for (std::size_t j = 0; j < count; j += kWiderLanes) {
       for (int part = 0; part < kParts; ++part) {
         const std::size_t at = j + part * kEach;
         Lanes dx, dy, dz, vx, vy, vz, g, e;
-        load(dx, other.x + at);
-        load(dy, other.y + at);
-        load(dz, other.z + at);
-        dx -= self.x[i];
-        dy -= self.y[i];
-        dz -= self.z[i];
+        from_own(dx, self.x[i], other.x + at);
+        from_own(dy, self.y[i], other.y + at);
+        from_own(dz, self.z[i], other.z + at);
         Lanes q = 1.0f - (dx * dx + dy * dy + dz * dz) * inverse_square;
         q = q > zero ? q : zero;
         load(g, other.strength + at);
-        const Lanes mean = 0.5f * (g + own_strength);
-        const Lanes bound = kMostRatio * (g < own_strength ? g : own_strength);
-        const Lanes weight = q * q * (mean < bound ? mean : bound);
+        // Twice the weight w_ij, and with it what is summed.
+        const Lanes sum = g + own_strength;
+        const Lanes bound = (2.0f * kMostRatio) * (g < own_strength ? g : own_strength);
+        const Lanes weight = q * q * (sum < bound ? sum : bound);
+        from_own(vx, self.vx[i], other.vx + at);
+        from_own(vy, self.vy[i], other.vy + at);
+        from_own(vz, self.vz[i], other.vz + at);
+        ax[part] += weight * vx;
+        ay[part] += weight * vy;
+        az[part] += weight * vz;
         load(e, other.excess + at);
-        const Lanes exchange = viscosity * weight;
-        const Lanes push = crowding * weight * (e + excess);
-        load(vx, other.vx + at);
-        load(vy, other.vy + at);
-        load(vz, other.vz + at);
-        ax[part] += exchange * (vx - self.vx[i]) - push * dx;
-        ay[part] += exchange * (vy - self.vy[i]) - push * dy;
-        az[part] += exchange * (vz - self.vz[i]) - push * dz;
+        const Lanes push = weight * (e + self.excess[i]);
+        px[part] += push * dx;
+        py[part] += push * dy;
+        pz[part] += push * dz;
       }
     }
-    out[i].x = Wide::sum(ax);
-    out[i].y = Wide::sum(ay);
-    out[i].z = Wide::sum(az);
+    for (int part = 0; part < kParts; ++part) {
+      ax[part] = crowding * px[part] - viscosity * ax[part];
+      ay[part] = crowding * py[part] - viscosity * ay[part];
+      az[part] = crowding * pz[part] - viscosity * az[part];
+    }
+    viscera::Lanes all[8] = {}, found;
+    Wide::fold(ax, all[0]), Wide::fold(ay, all[2]), Wide::fold(az, all[4]);
+    sums_of_eight(all, found);
+    out[i].x = 0.5f * found[0];
+    out[i].y = 0.5f * found[1];
+    out[i].z = 0.5f * found[2];
   }
 }
 
 // A pair of functions for each target; sum_pairs leaves w of `out` alone.
-#define VISCERA_SUMS(target, Wide)                                                               \
-  target void sum_densities(const float* x, const float* y, const float* z, std::size_t count,   \
-                            const float* own_x, const float* own_y, const float* own_z,          \
-                            std::size_t own, float inverse_square, DensitySums* sums) {          \
-    sum_densities_on<Wide>(x, y, z, count, own_x, own_y, own_z, own, inverse_square, sums);      \
-  }                                                                                              \
-  target void sum_pairs(const PairColumns& other, std::size_t count, const PairColumns& self,    \
-                        std::size_t own, float inverse_square, float viscosity, float crowding,  \
-                        Float4* out) {                                                           \
-    sum_pairs_on<Wide>(other, count, self, own, inverse_square, viscosity, crowding, out);       \
+#define VISCERA_SUMS(target, Wide)                                                              \
+  target void sum_densities(const float* x, const float* y, const float* z, std::size_t count,  \
+                            const float* own_x, const float* own_y, const float* own_z,         \
+                            std::size_t own, float inverse_square, DensitySums* sums) {         \
+    sum_densities_on<Wide>(x, y, z, count, own_x, own_y, own_z, own, inverse_square, sums);     \
+  }                                                                                             \
+  target void sum_pairs(const PairColumns& other, std::size_t count, const PairColumns& self,   \
+                        std::size_t own, float inverse_square, float viscosity, float crowding, \
+                        Float4* out) {                                                          \
+    sum_pairs_on<Wide>(other, count, self, own, inverse_square, viscosity, crowding, out);      \
   }
 #if VISCERA_THREE_TARGETS
 VISCERA_SUMS(VISCERA_FOR_AVX512, OneWide)
@@ -176,7 +299,7 @@ void ViscosityPass::run(std::span<const Float4> positions, std::span<const Float
                         const SmokeBins& bins, const ViscosityParameters& parameters) {
   const std::size_t count = positions.size();
   for (std::vector<float>* values : {&x_, &y_, &z_, &vx_, &vy_, &vz_, &strength_, &excess_}) {
-    values->resize(count + kLanes);  // gather() reads whole lanes
+    values->resize(count);
   }
   accelerations_.resize(count);
   parallel_for_each_index(count, kChunk, [&](std::size_t i) {
@@ -197,12 +320,13 @@ void ViscosityPass::density(const SmokeBins& bins, const ViscosityParameters& pa
     std::uint64_t isolated = 0;
     for (std::size_t c = begin; c < end; ++c) {
       const auto [first, last] = bins.own(bins.occupied[c]);
+      const Columns<3> own = {x_.data() + first, y_.data() + first, z_.data() + first};
       around.gather(bins.runs(bins.occupied[c]),
-                    std::array<const float*, 3>{x_.data(), y_.data(), z_.data()});
+                    Reach(own, last - first, parameters.inverse_square),
+                    Columns<3>{x_.data(), y_.data(), z_.data()});
       sums.resize(last - first);
-      sum_densities(around.column(0), around.column(1), around.column(2), around.count(),
-                    x_.data() + first, y_.data() + first, z_.data() + first, last - first,
-                    parameters.inverse_square, sums.data());
+      sum_densities(around.column(0), around.column(1), around.column(2), around.count(), own[0],
+                    own[1], own[2], last - first, parameters.inverse_square, sums.data());
       for (std::size_t i = first; i < last; ++i) {
         const DensitySums& s = sums[i - first];
         const bool alone = s.near < static_cast<float>(parameters.fewest_neighbours + 1);  // itself
@@ -228,12 +352,13 @@ void ViscosityPass::pairs(const SmokeBins& bins, const ViscosityParameters& para
   const float viscosity = parameters.laplacian == Laplacian::pairwise ? parameters.viscosity : 0.0f;
   parallel_chunks(bins.occupied.size(), kCellChunk, [&](std::size_t begin, std::size_t end) {
     thread_local Neighbourhood around;
-    const std::array<const float*, 8> columns = {x_.data(),        y_.data(),     z_.data(),
-                                                 vx_.data(),       vy_.data(),    vz_.data(),
-                                                 strength_.data(), excess_.data()};
+    const Columns<8> columns = {x_.data(),  y_.data(),  z_.data(),        vx_.data(),
+                                vy_.data(), vz_.data(), strength_.data(), excess_.data()};
     for (std::size_t c = begin; c < end; ++c) {
       const auto [first, last] = bins.own(bins.occupied[c]);
-      around.gather(bins.runs(bins.occupied[c]), columns);
+      const Columns<3> own = {columns[0] + first, columns[1] + first, columns[2] + first};
+      around.gather(bins.runs(bins.occupied[c]),
+                    Reach(own, last - first, parameters.inverse_square), columns);
       const PairColumns other = {around.column(0), around.column(1), around.column(2),
                                  around.column(3), around.column(4), around.column(5),
                                  around.column(6), around.column(7)};

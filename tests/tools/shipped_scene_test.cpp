@@ -27,6 +27,7 @@ void expect_plan(const ProgramResult& result, const Shipped& shipped) {
   for (const char* word : {"nodes", "memory", "expected preparation"})
     EXPECT_NE(result.out.find(word), std::string::npos) << word;
   const std::size_t skipped = result.out.find("\nskipped:\n");
+  if (shipped.skipped.empty()) return;
   ASSERT_NE(skipped, std::string::npos) << result.told();
   for (const std::string& part : shipped.skipped)
     EXPECT_NE(result.out.find("  " + part + ": ", skipped), std::string::npos)
@@ -47,9 +48,9 @@ INSTANTIATE_TEST_SUITE_P(
                             {"liver", "gallbladder", "stomach", "duodenum", "bile_ducts", "spleen",
                              "kidney_right", "kidney_left", "colon", "small_bowel", "omentum",
                              "diaphragm", "falciform_ligament", "abdominal_wall"},
-                            {"haptics"}},
-                    Shipped{"kidney_palpation", {"kidney"}, {"heat", "smoke", "haptics"}},
-                    Shipped{"lung_palpation", {"lung"}, {"heat", "smoke", "haptics"}},
+                            {}},
+                    Shipped{"kidney_palpation", {"kidney"}, {"heat", "smoke"}},
+                    Shipped{"lung_palpation", {"lung"}, {"heat", "smoke"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),
     [](const auto& shipped) { return std::string(shipped.param.scene); });

@@ -1,7 +1,11 @@
 #include "engine/collision/collision_surface.h"
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
 
+#include <atomic>
 #include <cmath>
 
 #include "kernels/base/random.h"
@@ -66,6 +70,33 @@ TEST(CollisionSurface, FollowsTheMovedVertices) {
   ASSERT_TRUE(hit);
   EXPECT_NEAR(hit->position.z(), 25e-3, 1e-4);
   EXPECT_FALSE(collision.cast(Vec3(0, 0, 0.1), -Vec3::UnitZ(), 1.0));
+}
+
+TEST(CollisionSurface, LeavesTheLoopsOfTheProcessAllTheirThreads) {
+  using oneapi::tbb::global_control;
+  const TriangleSurface ball = test::icosphere(25e-3, 2);
+  const CollisionSurface collision(ball, positions_of(ball));
+  EXPECT_EQ(global_control::active_value(global_control::max_allowed_parallelism),
+            static_cast<std::size_t>(oneapi::tbb::info::default_concurrency()));
+}
+
+TEST(CollisionSurface, ManyThreadsMayAskWhatHasJustMoved) {
+  const oneapi::tbb::global_control four(
+      oneapi::tbb::global_control::max_allowed_parallelism, 4);
+  const TriangleSurface ball = test::icosphere(25e-3, 4);
+  auto positions = positions_of(ball);
+  CollisionSurface collision(ball, positions);
+  for (int round = 0; round < 20; ++round) {
+    for (Vec3f& p : positions) p += Vec3f(1e-3f, 0.0f, 0.0f);
+    collision.update(positions);
+    const Vec3 above(1e-3 * (round + 1), 0.0, 0.1);
+    std::atomic<int> right = 0;
+    oneapi::tbb::parallel_for(0, 64, [&](int) {
+      const auto hit = collision.cast(above, -Vec3::UnitZ(), 1.0);
+      if (hit && std::abs(hit->position.z() - 25e-3) < 1e-4) ++right;
+    });
+    EXPECT_EQ(right, 64);
+  }
 }
 
 }  // namespace

@@ -227,19 +227,18 @@ TEST_F(GpuSmokeTest, ThePapersViscosityMatchesTheCpu) {
 /// Gas with a shear, that takes half of what is asked and remembers what it got.
 class ShearedGas final : public SurroundingGas {
  public:
-  void velocity(std::span<const Float4> positions, std::span<Float4> velocities) const override {
+  void velocity(std::span<const Float4> positions, std::span<Float4> velocities) override {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       velocities[i] = {0.5f * positions[i].z, -0.1f, 0.2f * positions[i].x, 0.0f};
     }
   }
-  void couple(std::span<const Float4>, std::span<const float> exchanged,
-              std::span<float> theta) override {
+  void couple(std::span<const float> exchanged, std::span<float> theta) override {
     for (std::size_t i = 0; i < theta.size(); ++i) {
       asked_ += exchanged[i];
       theta[i] = 0.5f;
     }
   }
-  void add_momentum(std::span<const Float4>, std::span<const Float4> impulses) override {
+  void add_momentum(std::span<const Float4> impulses) override {
     for (const Float4& impulse : impulses) momentum_ += impulse.xyz().cast<double>();
   }
   double asked() const { return asked_; }
@@ -577,14 +576,14 @@ TEST_F(GpuSmokeTest, EveryInstrumentIsMetHoweverManyThereAre) {
 class FatefulGas final : public SurroundingGas {
  public:
   explicit FatefulGas(EglContext& context) : context_(context) {}
-  void velocity(std::span<const Float4>, std::span<Float4> velocities) const override {
+  void velocity(std::span<const Float4>, std::span<Float4> velocities) override {
     context_.declare_lost();
     std::ranges::fill(velocities, Float4{0.0f, 0.0f, 0.0f, 0.0f});
   }
-  void couple(std::span<const Float4>, std::span<const float>, std::span<float> theta) override {
+  void couple(std::span<const float>, std::span<float> theta) override {
     std::ranges::fill(theta, 1.0f);
   }
-  void add_momentum(std::span<const Float4>, std::span<const Float4>) override { ++momenta_; }
+  void add_momentum(std::span<const Float4>) override { ++momenta_; }
   int momenta() const { return momenta_; }
 
  private:

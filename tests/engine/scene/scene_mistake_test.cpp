@@ -289,6 +289,18 @@ TEST(SceneMistake, GasFlowsInsideItsDomainWhichHoldsAllSmoke) {
                      "[0,0,0] to [100,100,100]");
 }
 
+TEST(SceneMistake, AHapticToolNeedsADeviceThatExistsAndWhatThatDeviceNeeds) {
+  EXPECT_ONE_MISTAKE(with("/instruments/1/haptic/device", "omega"), "instruments/1/haptic/device",
+                     "found the text \"omega\"", "simulated", "recorded", "network");
+  EXPECT_ONE_MISTAKE(with("/instruments/2/haptic/port", 70000), "instruments/2/haptic/port",
+                     "found 70000", "1 to 65535");
+  Json scene = whole_scene();
+  scene["instruments"][0]["haptic"].erase("recording");
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "instruments/0/haptic/recording", "expected");
+  EXPECT_ONE_MISTAKE(with("/instruments/0/haptic/hive/nodes", 3),
+                     "instruments/0/haptic/hive/nodes", "found 3", "12 to 1000");
+}
+
 TEST(SceneMistake, AllAreReportedInOneGo) {
   Json scene = whole_scene();
   scene["duration_s"] = -1;

@@ -57,7 +57,8 @@ GasPoints points(const std::vector<Vec3f>& places) {
 }
 
 void push(GasGrid& gas, const std::vector<Vec3f>& places, const std::vector<Vec3f>& impulses) {
-  gas.add_momentum(points(places), StridedVectors<const float>(std::span<const Vec3f>(impulses)));
+  gas.place(points(places));
+  gas.add_momentum(StridedVectors<const float>(std::span<const Vec3f>(impulses)));
 }
 
 std::vector<Vec3f> random_vectors(std::size_t count, const Box& box, std::uint64_t seed) {
@@ -245,7 +246,8 @@ TEST(GasGrid, ReadsAFieldThatIsLinearExactly) {
     const Vec3f local = at - origin.cast<float>();
     x.push_back(local.x()), y.push_back(local.y()), z.push_back(local.z());
   }
-  gas.velocity({origin, StridedVectors<const float>(x, y, z)}, StridedVectors<float>(u, v, w));
+  gas.place({origin, StridedVectors<const float>(x, y, z)});
+  gas.velocity(StridedVectors<float>(u, v, w));
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Vec3 exact = field(places[i].cast<double>());
     EXPECT_NEAR(u[i], exact.x(), 1e-5);
@@ -294,7 +296,8 @@ TEST(GasGrid, ExchangesNeverOvershoot) {
         random_vectors(4000, Box(Vec3(-0.02, -0.02, 0.36), Vec3(0.02, 0.02, 0.38)), 9);
     const std::vector<float> rates(places.size(), rate);
     std::vector<float> shares(places.size());
-    gas.couple(points(places), rates, shares);
+    gas.place(points(places));
+    gas.couple(rates, shares);
     std::vector<Vec3f> impulses;
     double drawn = 0.0;
     for (const float share : shares) {
@@ -388,8 +391,9 @@ TEST(GasGrid, SameBitsForAnyNumberOfThreads) {
     std::vector<Vec3f> velocities(places.size());
     Hasher hasher;
     for (int step = 0; step < 8; ++step) {
-      gas.velocity(points(places), StridedVectors<float>(std::span<Vec3f>(velocities)));
-      gas.couple(points(places), rates, shares);
+      gas.place(points(places));
+      gas.velocity(StridedVectors<float>(std::span<Vec3f>(velocities)));
+      gas.couple(rates, shares);
       for (std::size_t i = 0; i < places.size(); ++i) {
         velocities[i] = 1e-9f * shares[i] * (Vec3f(0.0f, 0.1f, 0.3f) - velocities[i]);
       }

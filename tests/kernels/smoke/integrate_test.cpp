@@ -23,13 +23,13 @@ SmokeParameters calm() {
 class Wind final : public SurroundingGas {
  public:
   Wind(const Vec3f& velocity, float theta) : velocity_(velocity), theta_(theta) {}
-  void velocity(std::span<const Float4>, std::span<Float4> velocities) const override {
+  void velocity(std::span<const Float4>, std::span<Float4> velocities) override {
     std::ranges::fill(velocities, Float4::from(velocity_));
   }
-  void couple(std::span<const Float4>, std::span<const float>, std::span<float> theta) override {
+  void couple(std::span<const float>, std::span<float> theta) override {
     std::ranges::fill(theta, theta_);
   }
-  void add_momentum(std::span<const Float4>, std::span<const Float4> impulses) override {
+  void add_momentum(std::span<const Float4> impulses) override {
     for (const Float4& impulse : impulses) given += impulse.xyz().cast<double>();
   }
   Vec3 given = Vec3::Zero();

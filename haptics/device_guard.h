@@ -1,0 +1,60 @@
+// Judges each reading before anything is computed from it, and says how much of the force a device
+// may show.
+#pragma once
+
+#include "haptics/device.h"
+
+namespace viscera {
+
+struct GuardSettings {
+  double fade_time = 0.05;       ///< [s] from full force to none
+  double settle_time = 0.1;      ///< [s] of sound readings before force comes back
+  double engage_time = 0.2;      ///< [s] from none to full force
+  double greatest_speed = 3.0;   ///< [m/s] of a hand; faster is a jump
+  double outside_margin = 0.02;  ///< [m] around the work space in which a reading is still believed
+};
+
+/// After a fault the force fades, stays away until readings have been sound for a while, and then
+/// rises slowly: a device that comes back inside an organ isn't thrown out of it. The same path is
+/// taken at the start.
+class DeviceGuard {
+ public:
+  DeviceGuard(const GuardSettings& settings, const DeviceLimits& limits, double dt);
+
+  enum class Phase { kAway, kEngaged, kFading };
+
+  /// Judges this tick's reading; reports a fault once, when it begins.
+  void judge(const DeviceState& state, std::uint64_t tick, ServoEventRing& events);
+  /// Something else than the device failed, or the loop ends: the same path.
+  void fault(ServoEventKind kind, std::uint64_t tick, ServoEventRing& events);
+  /// Once released, force doesn't come back.
+  void release(std::uint64_t tick, ServoEventRing& events);
+
+  Phase phase() const { return phase_; }
+  /// [0, 1] of the force that may be shown now.
+  double authority() const { return authority_; }
+  /// Has just begun to engage: forget what was before.
+  bool just_engaged() const { return just_engaged_; }
+  /// The last sound reading.
+  const DeviceState& state() const { return state_; }
+
+ private:
+  bool sound(const DeviceState& state, std::uint64_t tick, ServoEvent& fault) const;
+  void fade();
+
+  GuardSettings settings_;
+  DeviceLimits limits_;
+  double dt_;
+  Phase phase_ = Phase::kAway;
+  double authority_ = 0.0;
+  std::uint64_t settle_ticks_, sound_ticks_ = 0;
+  bool just_engaged_ = false, released_ = false, faulty_ = false;
+  ServoEventKind fault_ = ServoEventKind::kEngaged;  // the last one reported
+  DeviceState state_;
+  // The last finite reading, sound or not, which the next is compared with.
+  bool known_ = false, comparable_ = false;
+  DeviceState previous_;
+  std::uint64_t sampled_at_ = 0;  // tick at which it came
+};
+
+}  // namespace viscera

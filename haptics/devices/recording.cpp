@@ -1,0 +1,85 @@
+#include "haptics/devices/recording.h"
+
+#include <cmath>
+#include <utility>
+
+namespace viscera {
+namespace {
+
+/// Times as decimal fractions are this close to the ticks that they mean.
+constexpr double kSameTime = 1e-9;
+
+}  // namespace
+
+RecordingDevice::RecordingDevice(HapticDevice& inner, double dt, std::size_t most_samples)
+    : inner_(inner), most_(most_samples) {
+  recording_.device = inner.name();
+  recording_.limits = inner.limits();
+  recording_.dt = dt;
+  recording_.samples.reserve(most_samples);
+}
+
+DeviceState RecordingDevice::read(std::uint64_t tick) noexcept {
+  const DeviceState state = inner_.read(tick);
+  kept_ = recording_.samples.size() < most_;
+  if (!kept_) {
+    ++dropped_;
+    return state;
+  }
+  HapticSample sample;
+  sample.time = static_cast<double>(tick) * recording_.dt;
+  sample.state = state;
+  const Pose& pose = state.pose;
+  if (pose.position.allFinite() && pose.orientation.coeffs().allFinite()) {
+    finite_ = pose;
+  } else {
+    // A file holds numbers only; a loop does the same with a device that is gone.
+    sample.state.pose = finite_;
+    sample.state.connected = false;
+  }
+  recording_.samples.push_back(sample);
+  return state;
+}
+
+void RecordingDevice::write(const Vec3& force) noexcept {
+  if (kept_) recording_.samples.back().force = force;
+  inner_.write(force);
+}
+
+RecordedDevice::RecordedDevice(HapticRecording recording)
+    : name_("recorded (" + recording.device + ")"), recording_(std::move(recording)) {
+  for (const HapticSample& sample : recording_.samples) {
+    const double ticks = sample.time / recording_.dt;
+    exact_ = exact_ && std::abs(ticks - std::round(ticks)) * recording_.dt < kSameTime;
+  }
+}
+
+DeviceState RecordedDevice::read(std::uint64_t tick) noexcept {
+  const std::vector<HapticSample>& samples = recording_.samples;
+  const double time = static_cast<double>(tick) * recording_.dt;
+  while (next_ < samples.size() && samples[next_].time <= time + kSameTime) ++next_;
+  DeviceState gone;
+  gone.connected = false;
+  if (samples.empty()) return gone;
+  if (next_ == 0) return samples.front().state;
+  const HapticSample& last = samples[next_ - 1];
+  if (next_ == samples.size() && time > last.time + recording_.dt) {
+    gone.pose = last.state.pose;
+    gone.sample = last.state.sample;
+    return gone;
+  }
+  DeviceState state = last.state;
+  if (exact_) return state;
+
+  state.sample = tick + 1;
+  if (next_ == samples.size()) return state;
+  const HapticSample& to = samples[next_];
+  const double share = (time - last.time) / (to.time - last.time);
+  if (share > 0.0) {
+    state.pose.position += share * (to.state.pose.position - state.pose.position);
+    state.pose.orientation = state.pose.orientation.slerp(share, to.state.pose.orientation);
+  }
+  return state;
+}
+
+}  // namespace viscera

@@ -1,0 +1,49 @@
+// A PHANToM Premium 1.0A and the hand that holds it, by their equations of motion.
+#pragma once
+
+#include "haptics/device.h"
+#include "haptics/devices/hand.h"
+
+namespace viscera {
+
+/// The figures that the maker published for the Premium 1.0 [SensAble2000], the design of
+/// [Massie1994]; recalled, not read off a data sheet here. The work space's corner is the origin's:
+/// the box is centred.
+DeviceLimits phantom_premium_1_0a();
+
+struct SimulatedDeviceSettings {
+  DeviceLimits limits = phantom_premium_1_0a();
+  Hand hand = Hand::with_grip(0.5);
+  HandPath path;     ///< in the device's frame
+  double dt = 1e-3;  ///< [s] of a tick
+};
+
+/// Closes the loop: handle and hand are one mass under the motors' force, the hand's spring and
+/// damper, and Coulomb's friction in the joints; the force is held over a tick, positions are
+/// rounded to the encoders' step, the work space ends in stops that don't bounce. A tick is ten
+/// implicit steps, which lose some energy: 1e-4 s times the hand's stiffness as damping, a
+/// hundredth of the hand's own. The joints have no viscous friction: the least favourable case.
+class SimulatedDevice : public HapticDevice {
+ public:
+  explicit SimulatedDevice(SimulatedDeviceSettings settings);
+
+  const std::string& name() const override { return name_; }
+  const DeviceLimits& limits() const override { return settings_.limits; }
+  DeviceState read(std::uint64_t tick) noexcept override;
+  void write(const Vec3& force) noexcept override;
+
+  /// Where the handle really is [m], between the encoders' steps.
+  const Vec3& position() const { return position_; }
+  const Vec3& velocity() const { return velocity_; }
+
+ private:
+  void advance(double from);
+
+  std::string name_ = "simulated";
+  SimulatedDeviceSettings settings_;
+  Vec3 position_, velocity_ = Vec3::Zero(), force_ = Vec3::Zero();
+  bool started_ = false;
+  std::uint64_t tick_ = 0;
+};
+
+}  // namespace viscera

@@ -1,0 +1,30 @@
+// Keeps the force within what the device can bear and the hand should feel.
+#pragma once
+
+#include "haptics/device.h"
+
+namespace viscera {
+
+struct ForceLimitSettings {
+  double rise_time = 0.005;  ///< [s] from zero to the peak force, at the fastest
+  double heat_time = 10.0;   ///< [s] over which motors feel the mean square of the force
+};
+
+/// Peak force, continuous force (motors heat with its square) and rate of change.
+class ForceLimits {
+ public:
+  ForceLimits(const ForceLimitSettings& settings, const DeviceLimits& limits, double dt);
+
+  /// The nearest force to the wanted one that is allowed now.
+  Vec3 apply(const Vec3& wanted);
+  /// The last apply() changed the force.
+  bool limited() const { return limited_; }
+
+ private:
+  double peak_, continuous_, step_, heating_;
+  double mean_square_ = 0.0;
+  Vec3 force_ = Vec3::Zero();
+  bool limited_ = false;
+};
+
+}  // namespace viscera

@@ -1,0 +1,272 @@
+#include "haptics/hive_tissue.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace viscera {
+namespace {
+
+/// A hive is begun when the tool is this near [radii of the hive], so that it is there at the touch.
+constexpr double kNear = 1.0;
+/// The next one is begun when the pattern's rim has come this far out of the usable part.
+constexpr double kWornOut = 0.6;
+/// It stands where the tool will be so much later [s], at most so far ahead [of the usable radius].
+constexpr double kAhead = 0.02, kFarthestAhead = 0.5;
+/// Over this time the force passes to the new hive [s].
+constexpr double kBlend = 0.016;
+/// For the slope of the force: the ball this much deeper [of its radius].
+constexpr double kNudge = 1e-4;
+
+/// The scene's own nearest place is taken where it is nearer by this much [m].
+constexpr double kNearer = 0.5e-3;
+/// A tool this far off doesn't touch in the next ticks [m].
+constexpr double kTouching = 2e-3;
+
+/// A frame older than this has stalled: what moved then stands still [ticks].
+constexpr double kLongestFrames = 34.0;
+/// What a snapshot changes is shown over the time that the one before it lasted, within these: a
+/// frame of 60 Hz, and a stall after which nobody expects the scene to have gone on slowly [s].
+constexpr double kShortestEasing = 0.016, kLongestEasing = 0.25;
+
+double smooth(double share) { return share * share * (3.0 - 2.0 * share); }
+
+}  // namespace
+
+Result<std::unique_ptr<HiveTissue>> HiveTissue::create(const HiveBody& body,
+                                                       const HiveTissueSettings& settings) {
+  if (!(settings.tool_radius > 0.0))
+    return failure(fmt::format("haptic tool: found a tip of radius {:g} m, expected a ball",
+                               settings.tool_radius));
+  std::vector<Hive> hives;
+  const int cells = 1 + 3 * settings.rings * (settings.rings + 1);
+  for (int i = 0; i < 3; ++i) {
+    auto hive = Hive::create(body, settings.hive, cells);
+    if (!hive) return std::unexpected(hive.error());
+    hives.push_back(std::move(*hive));
+  }
+  return std::unique_ptr<HiveTissue>(new HiveTissue(body, settings, std::move(hives)));
+}
+
+HiveTissue::HiveTissue(const HiveBody& body, const HiveTissueSettings& settings,
+                       std::vector<Hive> hives)
+    : body_(body),
+      settings_(settings),
+      foot_(settings.tool_radius, settings.rings),
+      hives_(std::move(hives)),
+      nudged_(foot_.cells().size()),
+      builder_(settings.building) {}
+
+Vec3 HiveTissue::free_displacement(const TissueSnapshot& scene,
+                                   const SurfacePoint& at) const noexcept {
+  if (scene.free.empty() || at.triangle < 0) return Vec3::Zero();
+  const auto& corners = body_.surface->surface().triangles[static_cast<std::size_t>(at.triangle)];
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t c = 0; c < 3; ++c)
+    sum += at.weights[static_cast<Eigen::Index>(c)] *
+           scene.free[static_cast<std::size_t>(corners[c])].cast<double>();
+  return sum;
+}
+
+/// How far the tissue went by its own velocity since the snapshot [m].
+Vec3 moved_since(const TissueSnapshot& scene, std::uint64_t tick, double dt) {
+  const double ticks = static_cast<double>(tick) - static_cast<double>(scene.tick);
+  return std::clamp(ticks, 0.0, kLongestFrames) * dt * scene.velocity;
+}
+
+/// The tip as it is from tissue at rest, by this snapshot alone.
+Vec3 HiveTissue::seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion,
+                                double dt) const noexcept {
+  const Vec3 moved = moved_since(scene, motion.tick, dt);
+  return scene.pose.to_local(motion.pose.position - moved) -
+         free_displacement(scene, nearest_.point);
+}
+
+/// Takes the newest snapshot, if there is one; says whether. Its frame may turn, but what it is
+/// eased by is the shift at the tool: organs breathe, they don't spin.
+bool HiveTissue::take_snapshot(const ToolMotion& motion, double dt) noexcept {
+  since_told_ += dt;
+  const bool ease = told_ && nearest_.on_surface();
+  Vec3 before = Vec3::Zero();
+  if (ease) before = seen_from_rest(snapshots_.front(), motion, dt) + unshown_;
+  const bool fresh = snapshots_.update();
+  if (fresh) {
+    unshown_ = ease ? Vec3(before - seen_from_rest(snapshots_.front(), motion, dt)) : Vec3::Zero();
+    // A frame that follows soon after a late one doesn't hurry what that one began.
+    easing_left_ =
+        std::clamp(std::max(since_told_, easing_left_), kShortestEasing, kLongestEasing);
+    since_told_ = 0.0;
+  }
+  told_ = fresh || told_;
+  shown_now_ = easing_left_ > dt ? Vec3(dt / easing_left_ * unshown_) : unshown_;
+  unshown_ -= shown_now_;
+  easing_left_ -= dt;
+  return fresh;
+}
+
+bool HiveTissue::find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept {
+  const auto off = [&](const SurfaceSpot& spot, const SurfacePoint& at) {
+    return (tip - free_displacement(scene, at) - spot.position).norm();
+  };
+  const auto walk = [&](SurfaceSpot& spot) {
+    return body_.surface->walk(tip - free_displacement(scene, spot.point), reach(), spot) ==
+           WalkEnd::found;
+  };
+  const bool near = nearest_.on_surface() && walk(nearest_);
+  if (!near) nearest_.point.triangle = -1;
+  // The walk may end in a hollow while the tool comes near elsewhere: the scene's search is global.
+  const bool pressing = near && foot_.standing() && foot_.depth() > 0.0;
+  if (scene.nearest.triangle < 0 || (near && (pressing || !fresh))) return near;
+  SurfaceSpot other = body_.surface->at(scene.nearest);
+  if (!walk(other)) return near;
+  if (near && off(other, other.point) > off(nearest_, nearest_.point) - kNearer) return true;
+  ++figures_.searches;
+  nearest_ = other;
+  foot_.forget();
+  return true;
+}
+
+bool HiveTissue::find_foot(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept {
+  if (!find_nearest(scene, tip, fresh)) {
+    foot_.forget();
+    return false;
+  }
+  // What else moves the tissue moves what the tool meets: seen from the tissue at rest, the tool is
+  // that much elsewhere.
+  const Vec3 centre = tip - free_displacement(scene, nearest_.point);
+  const Vec3 away = centre - nearest_.position;
+  const double height = away.dot(nearest_.normal) < 0.0 ? -away.norm() : away.norm();
+  const double depth = settings_.tool_radius - height;
+  // In the air the nearest place will do; and where the smooth foot has left the tool (a fold, an
+  // edge that it went around) it begins again there.
+  const bool close = depth > -kTouching;
+  const double stray = settings_.tool_radius + std::max(0.0, depth);
+  const auto followed = [&] {
+    return foot_.follow(*body_.surface, centre, reach()) && std::abs(foot_.depth() - depth) < stray;
+  };
+  if (close && foot_.standing() && followed()) return true;
+  foot_.start(nearest_, centre);
+  if (close && !followed()) foot_.start(nearest_, centre);
+  return true;
+}
+
+void HiveTissue::renew_hive(const Vec3& velocity) noexcept {
+  const auto hive = [&](int i) -> Hive& { return hives_[static_cast<std::size_t>(i)]; };
+  // One change at a time, unless the running hive has nothing to say any more.
+  const bool may_change = share_ >= 1.0 || !covered_;
+  if (may_change && builder_.ready()) {
+    const HiveVerdict verdict = builder_.take();
+    if (verdict == HiveVerdict::sound) {
+      ++figures_.hives;
+      before_ = now_;
+      now_ = next_;
+      share_ = 0.0;
+    } else {
+      ++figures_.refused;
+      figures_.last_refusal = verdict;
+    }
+    next_ = -1;
+  }
+  if (builder_.busy()) return;
+  SurfaceSpot wanted = foot_.spot();
+  if (now_ >= 0) {
+    const double usable = hive(now_).usable_radius();
+    const double off = (foot_.spot().position - hive(now_).centre().position).norm();
+    if (off + foot_.across() < kWornOut * usable) return;
+    Vec3 ahead = kAhead * (velocity - velocity.dot(foot_.up()) * foot_.up());
+    const double far = ahead.norm(), most = kFarthestAhead * usable;
+    if (far > most) ahead *= most / far;
+    if (body_.surface->straight(ahead, wanted) != WalkEnd::found) wanted = foot_.spot();
+    // A tool that stays where its hive can't cover it gains nothing from another there.
+    if ((wanted.position - hive(now_).centre().position).norm() < 0.1 * usable) return;
+  }
+  for (next_ = 0; next_ == now_ || next_ == before_;) ++next_;
+  builder_.request(hive(next_), wanted);
+}
+
+Vec3 HiveTissue::displacement(const SurfaceSpot& spot) const noexcept {
+  const double s = smooth(share_);
+  Vec3 sum = Vec3::Zero();
+  if (before_ >= 0 && s < 1.0)
+    sum += (1.0 - s) * hives_[static_cast<std::size_t>(before_)].displacement(spot);
+  if (now_ >= 0) sum += s * hives_[static_cast<std::size_t>(now_)].displacement(spot);
+  return sum;
+}
+
+HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
+  HiveForce result;
+  result.verdict = hive.seat(foot_.cells());
+  if (result.verdict != HiveVerdict::sound) return result;
+  const double nudge = kNudge * settings_.tool_radius;
+  for (std::size_t k = 0; k < nudged_.size(); ++k) nudged_[k] = foot_.depths()[k] + nudge;
+  const HiveForce deeper = hive.press(nudged_);
+  result = hive.press(foot_.depths());
+  if (deeper.verdict == HiveVerdict::sound && result.verdict == HiveVerdict::sound)
+    stiffness = std::max(0.0, (deeper.force - result.force).dot(foot_.up()) / nudge);
+  return result;
+}
+
+TactileForce HiveTissue::respond(const ToolMotion& motion, double dt) noexcept {
+  TactileForce felt;
+  const bool fresh = take_snapshot(motion, dt);
+  if (!told_) return felt;
+  const TissueSnapshot& scene = snapshots_.front();
+  const Vec3 moved = moved_since(scene, motion.tick, dt);
+  const Vec3 tip = scene.pose.to_local(motion.pose.position - moved) + unshown_;
+  const Vec3 velocity = scene.pose.direction_to_local(motion.velocity - scene.velocity);
+  share_ = before_ < 0 && now_ < 0 ? 1.0 : std::min(1.0, share_ + dt / kBlend);
+  if (share_ >= 1.0) before_ = -1;
+  if (!find_foot(scene, tip, fresh)) return felt;
+  if (foot_.depth() < -kNear * settings_.hive.radius) return felt;
+  foot_.lay_cells(*body_.surface);
+  renew_hive(velocity);
+  if (foot_.depth() <= 0.0) {
+    covered_ = true;  // as far as anybody knows
+    return felt;
+  }
+
+  const double s = smooth(share_);
+  Vec3 force = Vec3::Zero();
+  double stiffness = 0.0, covered = 0.0;
+  felt.energy = 0.0;
+  const auto add = [&](int which, double weight) {
+    if (which < 0 || weight <= 0.0) return;
+    double slope = 0.0;
+    const HiveForce one = press(hives_[static_cast<std::size_t>(which)], slope);
+    if (one.verdict != HiveVerdict::sound) {
+      ++figures_.refused;
+      figures_.last_refusal = one.verdict;
+      return;
+    }
+    covered += weight;
+    force += weight * one.force;
+    stiffness += weight * slope;
+    felt.energy += weight * one.energy;
+  };
+  add(before_, 1.0 - s);
+  add(now_, s);
+  // Where there was no hive before, the force grows from nothing; where one of two gave no answer,
+  // the other speaks for both.
+  if (covered > 0.0 && before_ >= 0) {
+    force /= covered;
+    stiffness /= covered;
+    felt.energy /= covered;
+  }
+  covered_ = covered > 0.0;
+  if (!covered_) {
+    ++figures_.uncovered;
+    felt.energy = 0.0;
+    return felt;
+  }
+  felt.force = scene.pose.direction_to_world(force);
+  const Vec3 up = scene.pose.direction_to_world(foot_.up());
+  felt.stiffness = stiffness * up * up.transpose();
+  const bool moving = moved_since(scene, motion.tick + 1, dt) != moved;
+  const Vec3 shift = (moving ? dt : 0.0) * scene.velocity + scene.pose.direction_to_world(shown_now_);
+  felt.supplied = std::max(0.0, felt.force.dot(shift));
+  felt.touching = force.squaredNorm() > 0.0;
+  return felt;
+}
+
+}  // namespace viscera

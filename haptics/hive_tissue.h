@@ -1,0 +1,91 @@
+// One organ under one ball-ended tool, at 1 kHz: hives that travel with the tip (LPAFF).
+//
+// Each tick: the newest snapshot → the tool's foot on the surface → cells under the ball → the
+// running hive condensed to them → force. When the foot nears the edge of what the hive answers
+// well, the next hive is built about where the tool is going; once it is there, the force passes
+// from one to the other over some ticks, so that nothing is felt of the change.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "haptics/hive_builder.h"
+#include "haptics/tactile_model.h"
+#include "haptics/tissue_snapshot.h"
+#include "haptics/tool_foot.h"
+#include "haptics/triple_buffer.h"
+
+namespace viscera {
+
+struct HiveTissueSettings {
+  HiveSettings hive;
+  double tool_radius = 0.0;  ///< of the ball [m]
+  int rings = 2;             ///< of its pattern of cells; 2: 19 cells
+  HiveBuilding building = HiveBuilding::on_a_thread;
+};
+
+/// Counters since the start; read by any thread after the loop, or by the servo thread.
+struct HiveTissueFigures {
+  std::uint64_t hives = 0;        ///< built
+  std::uint64_t refused = 0;      ///< that couldn't answer: see last_refusal
+  std::uint64_t searches = 0;     ///< walks that began anew at the scene's own place
+  std::uint64_t uncovered = 0;    ///< ticks in contact without a hive: no force
+  HiveVerdict last_refusal = HiveVerdict::sound;
+};
+
+class HiveTissue final : public TactileModel {
+ public:
+  /// `body`, and what it points at, outlive it. Fails as Hive::create does, and for a tool without
+  /// size.
+  static Result<std::unique_ptr<HiveTissue>> create(const HiveBody& body,
+                                                    const HiveTissueSettings& settings);
+
+  /// The frame's side: fill back(), publish().
+  TripleBuffer<TissueSnapshot>& snapshots() { return snapshots_; }
+
+  TactileForce respond(const ToolMotion& motion, double dt) noexcept override;
+
+  const HiveTissueSettings& settings() const { return settings_; }
+  const HiveTissueFigures& figures() const { return figures_; }
+  /// Displacement of the surface at a rest place under the last tick's force [m].
+  Vec3 displacement(const SurfaceSpot& spot) const noexcept;
+  /// Surface farther than this from the tool isn't followed [m].
+  double reach() const { return 3.0 * settings_.hive.radius; }
+  /// The running hive; null before the first.
+  const Hive* hive() const { return now_ < 0 ? nullptr : &hives_[static_cast<std::size_t>(now_)]; }
+  const ToolFoot& foot() const { return foot_; }
+
+ private:
+  HiveTissue(const HiveBody& body, const HiveTissueSettings& settings, std::vector<Hive> hives);
+
+  Vec3 seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion, double dt) const noexcept;
+  bool take_snapshot(const ToolMotion& motion, double dt) noexcept;
+  bool find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept;
+  bool find_foot(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept;
+  Vec3 free_displacement(const TissueSnapshot& scene, const SurfacePoint& at) const noexcept;
+  void renew_hive(const Vec3& velocity) noexcept;
+  HiveForce press(Hive& hive, double& stiffness) noexcept;
+
+  HiveBody body_;
+  HiveTissueSettings settings_;
+  TripleBuffer<TissueSnapshot> snapshots_;
+  bool told_ = false;        // a snapshot has come
+  double since_told_ = 0.0;  // [s]
+  // What a new snapshot changed at the tool and hasn't been shown yet: it goes to zero over the
+  // time that frames take, so that a scene that jumps or is late isn't felt as a blow.
+  Vec3 unshown_ = Vec3::Zero(), shown_now_ = Vec3::Zero();  // [m] in the organ's frame
+  double easing_left_ = 0.0;                                // [s]
+  SurfaceSpot nearest_;      // to the tool
+  ToolFoot foot_;
+  std::vector<Hive> hives_;  // three: running, the one before it, the next
+  int now_ = -1, before_ = -1, next_ = -1;
+  double share_ = 1.0;       // of the running hive in the force
+  bool covered_ = true;      // some hive answered the last tick in contact
+  HiveTissueFigures figures_;
+  std::vector<double> nudged_;
+  HiveBuilder builder_;      // last: its thread ends before what it builds
+};
+
+}  // namespace viscera

@@ -1,0 +1,53 @@
+// Watches that the loop gives the hand no energy that it didn't get, and damps when it does.
+#pragma once
+
+#include "haptics/device.h"
+
+namespace viscera {
+
+struct PassivitySettings {
+  bool control = true;       ///< false: only observe
+  double velocity_cut = 50;  ///< [Hz] of the low-pass on the velocity that is damped along
+  /// Of apparent mass times the low-pass's corner: a damper that answers faster than its filter
+  /// lets it know would pump.
+  double greatest_share = 0.1;
+};
+
+/// Time-domain passivity [Hannaford2002], with the exact work of a held force [Ryu2004] and the
+/// energy stored in tissue and coupling as reference [Ryu2005], so that a leak is seen when it
+/// happens and not when all stored energy has been spent:
+///
+///   budget += -force . step (from the hand) + supplied by the scene - rise of the stored energy
+///             + friction |step| (what the device's own friction takes, [Abbott2005])
+///
+/// The budget never exceeds a small sum, or an honest dissipation now would pay for a rattle later.
+/// Below zero, a damper along the motion takes what is missing within the next tick.
+class PassivityGuard {
+ public:
+  PassivityGuard(const PassivitySettings& settings, const DeviceLimits& limits, double dt);
+
+  struct Step {
+    Vec3 device;            ///< [m] where the device is now
+    double stored = 0.0;    ///< [J] in tissue and coupling; negative: unknown
+    double supplied = 0.0;  ///< [J] by the scene's own motion
+    bool judged = true;     ///< false while force is being limited or faded
+  };
+  /// Books the tick that ends now; `held` is the force that acted during it. Returns the force to
+  /// add [N].
+  Vec3 update(const Vec3& held, const Step& step);
+  /// Forgets motion and budget: the device has been away.
+  void reset(const Vec3& device);
+
+  double given() const { return given_; }                   ///< [J] net to the hand since the start
+  std::uint64_t violations() const { return violations_; }  ///< ticks below the tolerance
+  double damping() const { return damping_; }               ///< [N s/m] at work now
+
+ private:
+  PassivitySettings settings_;
+  double dt_, smoothing_, friction_, greatest_damping_, tolerance_;
+  Vec3 device_ = Vec3::Zero(), velocity_ = Vec3::Zero();
+  double stored_ = -1.0, budget_ = 0.0, given_ = 0.0, damping_ = 0.0;
+  std::uint64_t violations_ = 0;
+};
+
+}  // namespace viscera

@@ -1,0 +1,71 @@
+// What the 1 kHz side has to report, handed over without locks or allocation.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+namespace viscera {
+
+enum class ServoEventKind : std::uint8_t {
+  kEngaged,           ///< readings are sound; force rises to what the tissue says
+  kDeviceLost,        ///< unplugged, or the connection ended
+  kDeviceFrozen,      ///< no new reading; value: [s] since the last
+  kDeviceJumped,      ///< farther than a hand moves; value: [m]
+  kDeviceNotFinite,   ///< NaN, infinity or no rotation in the reading
+  kDeviceOutside,     ///< outside its own work space; value: [m] beyond
+  kTissueNotFinite,   ///< the tissue answered with NaN or infinity
+  kReleased,          ///< asked to let go
+  kClientConnected,   ///< a network client came
+  kClientLeft,        ///< and went; value: messages that it sent
+  kMessageTooLong,    ///< a header that announces too much; value: bytes
+  kMessageMalformed,  ///< not the protocol, or the wrong size for its type; value: bytes
+  kMessageBadCrc,     ///< value: how many since the client came
+  kMessageNotAPose,   ///< a TRANSFORM with NaN, or that isn't a rigid motion
+  kMessageStalled,    ///< a message that wasn't finished in time; value: bytes missing
+  kFlood,             ///< more messages than any device sends; value: [1/s]
+};
+
+struct ServoEvent {
+  std::uint64_t tick = 0;  ///< of the loop; 0 from other threads
+  ServoEventKind kind = ServoEventKind::kEngaged;
+  double value = 0.0;
+};
+
+/// One sentence for the log: what happened and what was done about it.
+std::string describe(const ServoEvent& event);
+
+/// The last events, from one writing thread to one reading thread. When the reader is too slow,
+/// new events are counted and dropped: the writer never waits.
+class ServoEventRing {
+ public:
+  static constexpr std::uint32_t kSlots = 256;
+
+  void push(const ServoEvent& event) noexcept {
+    const std::uint32_t head = head_.load(std::memory_order_relaxed);
+    if (head - tail_.load(std::memory_order_acquire) == kSlots) {
+      dropped_.fetch_add(1, std::memory_order_relaxed);
+      return;
+    }
+    slots_[head % kSlots] = event;
+    head_.store(head + 1, std::memory_order_release);
+  }
+
+  bool pop(ServoEvent& event) noexcept {
+    const std::uint32_t tail = tail_.load(std::memory_order_relaxed);
+    if (tail == head_.load(std::memory_order_acquire)) return false;
+    event = slots_[tail % kSlots];
+    tail_.store(tail + 1, std::memory_order_release);
+    return true;
+  }
+
+  std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
+
+ private:
+  std::array<ServoEvent, kSlots> slots_{};
+  std::atomic<std::uint32_t> head_{0}, tail_{0};
+  std::atomic<std::uint64_t> dropped_{0};
+};
+
+}  // namespace viscera

@@ -1,0 +1,85 @@
+// The thread that ticks a device on the wall clock, and the figures that it leaves.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <thread>
+
+#include "haptics/latency_histogram.h"
+#include "haptics/servo_tick.h"
+#include "haptics/triple_buffer.h"
+
+namespace viscera {
+
+struct ServoLoopSettings {
+  /// Slept until this long before the deadline, then spun: a sleeping thread is woken late.
+  std::chrono::nanoseconds spin{200'000};
+  int priority = 80;        ///< of SCHED_FIFO; 0 doesn't ask for it
+  bool lock_memory = true;  ///< mlockall, so that no tick waits for a page
+};
+
+/// Figures of a running or finished loop; any thread may read them.
+struct ServoStatistics {
+  std::atomic<std::uint64_t> ticks{0}, missed{0};
+  LatencyHistogram lateness;                       ///< of a tick's start behind its deadline
+  LatencyHistogram compute;                        ///< of a whole tick
+  std::array<LatencyHistogram, kTickParts> parts;  ///< by TickPart
+  std::atomic<double> energy_given{0.0};           ///< [J] net to the hand
+  std::atomic<std::uint64_t> passivity_violations{0};
+};
+
+/// One device's loop: its own thread, ticks on a fixed grid of the steady clock. A tick that can't
+/// start before the next one is due is missed: the loop skips it, counts it and keeps the grid.
+/// start() and stop() are called by one thread.
+class ServoLoop {
+ public:
+  explicit ServoLoop(ServoTick& tick, const ServoLoopSettings& settings = {});
+  ~ServoLoop();  ///< stops
+  ServoLoop(const ServoLoop&) = delete;
+  ServoLoop& operator=(const ServoLoop&) = delete;
+
+  void start();
+  /// Lets the force fade, then ends the thread.
+  void stop();
+
+  /// How the thread is scheduled and whether memory is locked, and why not where it isn't. Known
+  /// once start() has returned.
+  const std::string& scheduler() const { return scheduler_; }
+  const ServoStatistics& statistics() const { return statistics_; }
+  /// What the last ticks left; one thread reads it (a frame).
+  TripleBuffer<ServoOutput>& outputs() { return outputs_; }
+  /// What happened; one thread reads it.
+  ServoEventRing& events() { return tick_.events(); }
+
+ private:
+  void loop();
+  void one_tick(std::uint64_t number);
+
+  ServoTick& tick_;
+  ServoLoopSettings settings_;
+  ServoStatistics statistics_;
+  TripleBuffer<ServoOutput> outputs_;
+  std::string scheduler_;
+  std::atomic<bool> ready_{false}, stop_{false};
+  bool locked_ = false;
+  std::thread thread_;
+};
+
+/// The same ticks on the logical clock: as many as are due, on the calling thread.
+class LockstepServo {
+ public:
+  explicit LockstepServo(ServoTick& tick) : tick_(tick) {}
+  /// Runs the ticks up to and without `end`.
+  void advance_to(std::uint64_t end) {
+    for (; next_ < end; ++next_) tick_.run(next_);
+  }
+  std::uint64_t next() const { return next_; }
+
+ private:
+  ServoTick& tick_;
+  std::uint64_t next_ = 0;
+};
+
+}  // namespace viscera

@@ -1,0 +1,57 @@
+// Where a ball-ended tool stands on a surface at rest, and which places of it lie under the ball.
+//
+// The foot is the place x whose mean normal up(x), taken over a ring about it, points at the ball's
+// centre c: (c - x) x up(x) = 0. The nearest place, which one would take first, jumps where a tool
+// that is deep inside passes a facet's edge; this one moves smoothly, because up does, and so the
+// force has no jumps. It is found from the last foot by steps over the surface.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kernels/contact/patch_contact.h"
+#include "kernels/hive/surface_walk.h"
+
+namespace viscera {
+
+class ToolFoot {
+ public:
+  /// `radius` [m] of the ball; `rings` of the hexagonal pattern of cells: 1 + 3 rings (rings + 1) of
+  /// them. The only place that allocates.
+  ToolFoot(double radius, int rings);
+
+  /// Begins at this place, facing along its normal, under a ball about `centre`.
+  void start(const SurfaceSpot& spot, const Vec3& centre) noexcept;
+  void forget() { spot_.point.triangle = -1; }
+  bool standing() const { return spot_.on_surface(); }
+
+  /// Moves the foot under a ball about `centre` (organ's frame, at rest). False where it is lost:
+  /// the surface is farther from the centre than `reach` [m], or the way ended at a border.
+  bool follow(const WalkableSurface& surface, const Vec3& centre, double reach) noexcept;
+
+  const SurfaceSpot& spot() const { return spot_; }
+  const Vec3& up() const { return up_; }  ///< unit, out of the tissue
+  /// How deep the ball is below the foot's height; negative: a gap [m].
+  double depth() const { return depth_; }
+
+  /// The pattern of cells for the present depth: rest places, directions, areas, and how far each
+  /// must go down along -up. A pure function of where the tool is.
+  void lay_cells(const WalkableSurface& surface) noexcept;
+  std::span<const ContactCell> cells() const { return cells_; }
+  std::span<const double> depths() const { return depths_; }
+  double across() const { return across_; }  ///< radius of the pattern [m]
+
+ private:
+  Vec3 mean_normal(const WalkableSurface& surface, const SurfaceSpot& spot) const noexcept;
+
+  double radius_;
+  std::vector<Vec2> pattern_;  ///< of pitch 1
+  int rings_;
+  SurfaceSpot spot_;
+  Vec3 up_ = Vec3::UnitZ(), side_ = Vec3::UnitX(), centre_ = Vec3::Zero();
+  double depth_ = -1.0, across_ = 0.0;
+  std::vector<ContactCell> cells_;
+  std::vector<double> depths_;
+};
+
+}  // namespace viscera

@@ -1,0 +1,48 @@
+// The spring and damper between the device and the tool in the scene.
+#pragma once
+
+#include "haptics/tactile_model.h"
+
+namespace viscera {
+
+/// Colgate's virtual coupling [Colgate1995], [Adams1999]: the hand holds the tool through a spring
+/// and a damper, so that nothing stiffer than these is ever shown, whatever the tissue does. The
+/// tool has no mass: in the air it is where the device is and no force is felt; in contact it is
+/// where coupling and tissue balance.
+///
+///   f = K e + B (e - e') / dt,  e = device - tool,  e' the last tick's
+///   F(tool) + f = 0,  F taken as linear about the place where the tissue was asked
+///
+/// Both in one implicit step, so that a linear tissue is met without the tick of delay that a force
+/// from the last place would have. One question to the tissue and two 3x3 solves a tick.
+struct CouplingSettings {
+  double stiffness = 2000.0;  ///< [N/m]
+  double damping = 2.0;       ///< [N s/m]
+};
+
+class VirtualCoupling {
+ public:
+  VirtualCoupling(const CouplingSettings& settings, double dt);
+
+  /// The tool goes to the device, without force.
+  void reset(const Vec3& device);
+  /// Where to ask the tissue: where the tool would be if it were as at the last tick.
+  Vec3 predict(const Vec3& device) const;
+  /// Takes the tissue's answer at the predicted place; returns the force on the hand [N].
+  Vec3 settle(const Vec3& device, const Vec3& asked_at, const TactileForce& tissue);
+
+  const Vec3& tool() const { return tool_; }  ///< [m]
+  double energy() const;                      ///< [J] in the spring
+
+ private:
+  Vec3 stretch(const Vec3& device) const;
+
+  CouplingSettings settings_;
+  double dt_;
+  Vec3 tool_ = Vec3::Zero(), stretch_ = Vec3::Zero();
+  // The tissue about the place where it was last asked.
+  Vec3 asked_at_ = Vec3::Zero(), force_ = Vec3::Zero();
+  Mat3 stiffness_ = Mat3::Zero();
+};
+
+}  // namespace viscera

@@ -1,0 +1,262 @@
+#include "kernels/heat/bioheat.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/base/parallel.h"
+
+namespace viscera {
+namespace {
+
+/// Bricks that a thread takes at once: some ten microseconds of work.
+constexpr std::size_t kChunk = 4;
+/// Of the explicit bound: the rates that it follows from change during the step.
+constexpr double kSafety = 0.9;
+/// From so many explicit substeps on a super step may be the cheaper one.
+constexpr int kFewSubsteps = 3;
+/// Steps that a brick stays after it was last warm: a pulsed or moving source would make it anew.
+constexpr int kPatience = 30;
+
+BioheatNumbers numbers_of(const ThermalTissue& tissue, const BioheatOptions& options) {
+  const auto f = [](double value) { return static_cast<float>(value); };
+  const double water = tissue.density * tissue.water_fraction * water::kSpecificHeat;
+  BioheatNumbers n;
+  n.dry_conductivity = f(tissue.dry_conductivity);
+  n.wet_conductivity = f(tissue.conductivity);
+  n.conductivity_slope = f(tissue.conductivity_slope);
+  n.boiling = f(water::kBoiling - options.body);
+  n.solids_capacity = f(tissue.density * tissue.specific_heat - water);
+  n.water_capacity = f(water);
+  n.lost_solids = f(1.0 - tissue.char_share);
+  n.drain = f(tissue.perfusion * water::kBloodDensity * water::kBloodHeat -
+              tissue.metabolic_heat * tissue.metabolic_slope);
+  n.inverse_square = f(1.0 / (options.voxel * options.voxel));
+  n.damage_exponent = f(std::log(std::max(tissue.damage.frequency, 1e-300)));
+  n.damage_kelvin = f(tissue.damage.energy / kGasConstant);
+  n.resting_rate = f(tissue.damage.rate(options.body));
+  n.body = f(options.body);
+  n.voxel = f(options.voxel);
+  n.followed = f(options.followed);
+  return n;
+}
+
+}  // namespace
+
+Bioheat::Bioheat(const ThermalTissue& tissue, const BioheatOptions& options,
+                 SignedDistance distance)
+    : tissue_(tissue),
+      options_(options),
+      numbers_(numbers_of(tissue, options)),
+      bricks_(options.voxel, std::move(distance), options.most_bricks) {}
+
+void Bioheat::heat_voxel(HeatBrick& brick, int voxel, double power) {
+  if (brick.geometry->fraction[voxel] <= 0.0f) return;
+  brick.warm->source[voxel] += static_cast<float>(power / voxel_volume());
+  brick.warm->heated = true;
+}
+
+double Bioheat::voxel_capacity(const HeatBrick& brick, int voxel) const {
+  return brick.geometry->fraction[voxel] * voxel_volume() *
+         heat_capacity(tissue_, brick.water[voxel], brick.charred[voxel]);
+}
+
+void Bioheat::draw_from_voxel(HeatBrick& brick, int voxel, double energy) {
+  brick.warm->excess[voxel] -= static_cast<float>(energy / voxel_capacity(brick, voxel));
+  book_.instrument += energy;
+}
+
+template <class Body>
+void Bioheat::for_warm(const Body& body) {
+  parallel_for_each_index(warm_.size(), kChunk, [&](std::size_t i) { body(*warm_[i]); });
+}
+
+void Bioheat::list_warm() {
+  warm_.clear();
+  for (std::size_t i = 0; i < bricks_.count(); ++i)
+    if (bricks_.brick(i).warm) warm_.push_back(&bricks_.brick(i));
+}
+
+void Bioheat::find_all_rates() {
+  for_warm([&](HeatBrick& brick) { find_rates(brick, numbers_); });
+  ++passes_;
+}
+
+Bioheat::Flows Bioheat::flows() const {
+  Flows all;
+  for (const HeatBrick* brick : warm_) {
+    all.living += brick->warm->living_sum;
+    all.boundary += brick->warm->boundary_sum;
+  }
+  return all;
+}
+
+void Bioheat::step(double dt) {
+  list_warm();
+  vapour_.clear();
+  passes_ = 0;
+  if (warm_.empty() || !(dt > 0.0)) return;
+  for (HeatBrick* brick : warm_) {
+    brick->warm->sums = {};
+    brick->warm->vapour.clear();
+  }
+  double source = 0.0;
+  double left = dt;
+  while (left > 0.0) {
+    for_warm([&](HeatBrick& brick) { prepare_brick(brick, numbers_); });
+    find_all_rates();
+    if (left == dt)
+      for (const HeatBrick* brick : warm_) source += brick->warm->source_sum;
+    float fastest = 0.0f;
+    for (const HeatBrick* brick : warm_) fastest = std::max(fastest, brick->warm->fastest);
+    // A voxel that takes all of its neighbours' mean within a step just doesn't overshoot.
+    const double ratio = left * fastest / kSafety;
+    const int substeps = std::max(1, static_cast<int>(std::ceil(ratio)));
+    const int stages = super_stages(ratio);
+    const bool super = options_.scheme == HeatScheme::kSuper ||
+                       (options_.scheme == HeatScheme::kFewest && substeps >= kFewSubsteps &&
+                        stages < substeps);
+    const double sub = super ? left : left / substeps;
+    if (super)
+      super_step(sub, std::max(3, stages));
+    else
+      advance(sub);
+    settle(sub);
+    left = super || substeps == 1 ? 0.0 : left - sub;
+  }
+  book_.delivered += source * voxel_volume() * dt;
+  book_step();
+  ++version_;
+  follow_heat();
+  let_go();
+  list_warm();
+}
+
+void Bioheat::advance(double dt) {
+  const Flows now = flows();
+  const double volume = voxel_volume();
+  book_.perfused += dt * volume * now.living * tissue_.perfusion * water::kBloodDensity *
+                    water::kBloodHeat;
+  book_.metabolic +=
+      dt * volume * now.living * tissue_.metabolic_heat * tissue_.metabolic_slope;
+  book_.boundary += dt * options_.voxel * now.boundary;
+  for_warm([&](HeatBrick& brick) { advance_brick(brick, static_cast<float>(dt)); });
+}
+
+// What flows out over a super step follows the same recursion as the temperature that it flows from.
+void Bioheat::super_step(double dt, int stages) {
+  const Flows first = flows();
+  Flows newest, older;
+  for (int j = 1; j <= stages; ++j) {
+    const SuperStage s = super_stage(j, stages);
+    if (j > 1) find_all_rates();
+    const Flows now = flows();
+    const auto next = [&](double Flows::* flow) {
+      return s.newest * newest.*flow + s.older * older.*flow + dt * s.slope * now.*flow +
+             dt * s.first_slope * first.*flow;
+    };
+    const Flows sum{next(&Flows::living), next(&Flows::boundary)};
+    older = newest;
+    newest = sum;
+    for_warm([&](HeatBrick& brick) { advance_stage(brick, s, j, static_cast<float>(dt)); });
+  }
+  const double volume = voxel_volume();
+  book_.perfused +=
+      volume * newest.living * tissue_.perfusion * water::kBloodDensity * water::kBloodHeat;
+  book_.metabolic += volume * newest.living * tissue_.metabolic_heat * tissue_.metabolic_slope;
+  book_.boundary += options_.voxel * newest.boundary;
+}
+
+void Bioheat::settle(double dt) {
+  for_warm([&](HeatBrick& brick) {
+    settle_brick(brick, numbers_, tissue_, options_.cooling, dt);
+  });
+}
+
+void Bioheat::book_step() {
+  for (HeatBrick* brick : warm_) {
+    HeatBrick::Warm& warm = *brick->warm;
+    book_.latent += warm.sums.latent;
+    book_.vapour += warm.sums.vapour;
+    book_.pyrolysis += warm.sums.pyrolysis;
+    book_.gas += warm.sums.gas;
+    greatest_ = std::max(greatest_, static_cast<double>(warm.greatest));
+    for (const VoxelVapour& lost : warm.vapour) {
+      vapour_.push_back(
+          {bricks_.centre(*brick, lost.voxel), lost.water, lost.tissue, lost.temperature});
+      water_lost_ += lost.water;
+      tissue_lost_ += lost.tissue;
+    }
+    if (warm.heated) warm.source.fill(0.0f);
+    warm.heated = false;
+  }
+}
+
+void Bioheat::follow_heat() {
+  for (HeatBrick* brick : warm_) {
+    for (int side = 0; side < 6; ++side) {
+      if (!(brick->warm->border[side] > options_.followed)) continue;
+      if (brick->neighbours[side] && brick->neighbours[side]->warm) continue;
+      BrickIndex beyond = brick->index;
+      beyond[side / 2] += side % 2 ? 1 : -1;
+      bricks_.warm_up(beyond);
+    }
+  }
+}
+
+void Bioheat::let_go() {
+  // Backwards: what takes a removed brick's place has been seen.
+  for (std::size_t i = bricks_.count(); i-- > 0;) {
+    HeatBrick& brick = bricks_.brick(i);
+    if (!brick.warm) continue;
+    bool needed = brick.warm->greatest > 0.5 * options_.followed;
+    for (int side = 0; side < 6 && !needed; ++side) {
+      const HeatBrick* other = brick.neighbours[side];
+      needed = other && other->warm && other->warm->border[side ^ 1] > options_.followed;
+    }
+    brick.warm->idle = needed ? 0 : brick.warm->idle + 1;
+    if (brick.warm->idle < kPatience) continue;
+    book_.boundary += stored_in(brick, numbers_);
+    bricks_.cool_down(i);
+  }
+}
+
+double Bioheat::stored() const {
+  double stored = 0.0;
+  for (std::size_t i = 0; i < bricks_.count(); ++i)
+    if (bricks_.brick(i).warm) stored += stored_in(bricks_.brick(i), numbers_);
+  return stored;
+}
+
+HeatBook Bioheat::book() const {
+  HeatBook book = book_;
+  book.stored = stored() - stored_at_start_;
+  return book;
+}
+
+void Bioheat::begin_book() {
+  book_ = {};
+  stored_at_start_ = stored();
+}
+
+double Bioheat::tissue_above(double kelvin) const {
+  const double excess = kelvin - options_.body;
+  double volume = 0.0;
+  for (const HeatBrick* brick : warm_)
+    for (int i = 0; i < BrickField::kVoxels; ++i)
+      if (brick->warm->excess[i] > excess) volume += brick->geometry->fraction[i];
+  return volume * voxel_volume();
+}
+
+double Bioheat::harmed_volume(double damage) const {
+  double volume = 0.0;
+  for (std::size_t i = 0; i < bricks_.count(); ++i) {
+    const HeatBrick& brick = bricks_.brick(i);
+    if (!brick.harmed) continue;
+    for (int v = 0; v < BrickField::kVoxels; ++v)
+      if (brick.damage[v] >= damage) volume += brick.geometry->fraction[v];
+  }
+  return volume * voxel_volume();
+}
+
+}  // namespace viscera

@@ -1,0 +1,185 @@
+#include "kernels/heat/electrode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "kernels/heat/current_field.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+/// A moist tip that just touches draws a meniscus: current has this much to go through [m].
+constexpr double kLeastRadius = 0.2e-3;
+constexpr double kLeastSpark = 450.0;    // [V]
+constexpr double kBreakdown = 2.7e6;     // [V/m]
+/// What a burning spark keeps of the voltage, between metal and tissue [V]. [R]
+constexpr double kSparkDrop = 100.0;
+/// Char glows and crumbles beyond this [K]. [R]
+constexpr double kHottest = 1300.0;
+constexpr double kMostPower = 500.0;     // of any generator [W]
+constexpr int kMostPlaces = 6;           // along the way of one step
+
+bool usable(const ElectrodeContact& contact) {
+  return contact.point.allFinite() && contact.outward.allFinite() &&
+         std::abs(contact.outward.norm() - 1.0) < 1e-3 && std::isfinite(contact.depth) &&
+         contact.area >= 0.0 && std::isfinite(contact.area);
+}
+
+ElectrodeContact between(const ElectrodeContact& from, const ElectrodeContact& to, double t) {
+  ElectrodeContact contact;
+  contact.point = from.point + t * (to.point - from.point);
+  const Vec3 outward = from.outward + t * (to.outward - from.outward);
+  contact.outward = outward.norm() > 1e-6 ? outward.normalized() : to.outward;
+  contact.depth = from.depth + t * (to.depth - from.depth);
+  contact.area = from.area + t * (to.area - from.area);
+  return contact;
+}
+
+}  // namespace
+
+Waveform waveform_of(CurrentMode mode) {
+  switch (mode) {
+    case CurrentMode::kCut: return {1150.0, 1.42};
+    case CurrentMode::kBlend: return {1650.0, 2.7};
+    default: return {4250.0, 7.0};
+  }
+}
+
+Result<void> check(const Electrode& electrode, double power) {
+  Error error;
+  const auto within = [&](const char* name, double value, double low, double high) {
+    if (!(value >= low && value <= high))
+      error.messages.push_back(std::string(name) + ": expected " + std::to_string(low) + " to " +
+                               std::to_string(high) + ", found " + std::to_string(value));
+  };
+  within("power [W]", power, 0.0, kMostPower);
+  within("radius of the tip [m]", electrode.tip_radius, 1e-5, 1e-2);
+  within("heat capacity of the tip [J/K]", electrode.heat_capacity, 1e-6, 10.0);
+  within("conductance of the shaft [W/K]", electrode.shaft_conductance, 0.0, 10.0);
+  within("contact conductance [W/(m2 K)]", electrode.contact_conductance, 0.0, 1e6);
+  if (!error.messages.empty()) return std::unexpected(error);
+  return {};
+}
+
+double spark_gap(double peak_voltage) {
+  return std::max(0.0, (peak_voltage - kLeastSpark) / kBreakdown);
+}
+
+double contact_radius(const Electrode& electrode, const ElectrodeContact& contact,
+                      double peak_voltage) {
+  if (contact.area > 0.0) return std::max(kLeastRadius, std::sqrt(contact.area / kPi));
+  const double tip = electrode.tip_radius;
+  // A ball through a plane, at most half in.
+  const auto cap = [&](double depth) {
+    const double in = std::min(depth, tip);
+    return std::sqrt(in * (2.0 * tip - in));
+  };
+  if (contact.depth >= 0.0) return std::max(kLeastRadius, cap(contact.depth));
+  const double spare = spark_gap(peak_voltage) + contact.depth;
+  return spare > 0.0 ? std::max(kLeastRadius, cap(spare)) : 0.0;
+}
+
+CurrentReport ElectrodeTip::energise(Bioheat& heat, CurrentMode mode, double power,
+                                     const ElectrodeContact& from, const ElectrodeContact& to,
+                                     double dt) {
+  CurrentReport report;
+  if (!(power >= 0.0 && power <= kMostPower) || !(dt > 0.0) || !std::isfinite(dt) ||
+      !usable(from) || !usable(to)) {
+    report.refused = true;
+    return report;
+  }
+  const Waveform wave = waveform_of(mode);
+  const double radius = contact_radius(electrode_, to, wave.peak_voltage);
+  report.radius = radius;
+  report.sparks = to.area <= 0.0 && to.depth < 0.0 && radius > 0.0;
+  report.open = power > 0.0 && radius <= 0.0;
+  if (power > 0.0 && radius > 0.0) {
+    const double way = (to.point - from.point).norm();
+    const int places = std::clamp(static_cast<int>(std::ceil(2.0 * way / radius)), 1, kMostPlaces);
+    double squares = 0.0;
+    for (int p = 0; p < places; ++p) {
+      const ElectrodeContact at = between(from, to, (p + 0.5) / places);
+      const CurrentField field(heat, at.point, at.outward, radius,
+                               spark_gap(wave.peak_voltage));
+      if (!field.any_tissue()) {
+        report.open = true;
+        continue;
+      }
+      const double resistance = field.near_resistance() + field.far_resistance();
+      const double drop = report.sparks ? kSparkDrop : 0.0;
+      // The current that makes `power` of resistance and spark; the voltage may not last for it.
+      const double wanted =
+          (std::sqrt(drop * drop + 4.0 * resistance * power) - drop) / (2.0 * resistance);
+      const double most = std::max(0.0, (wave.greatest_voltage() - drop) / resistance);
+      const double current = std::min(wanted, most);
+      report.limited = report.limited || wanted > most;
+      // The tip is at each place for its part of the step.
+      const double part = 1.0 / places;
+      const CurrentField::Heating given =
+          field.heat_with(heat, current * std::sqrt(part), kHottest, dt);
+      report.power += given.tissue;
+      report.spark_power += given.sparks + drop * current * part;
+      report.far_power += current * current * field.far_resistance() * part;
+      report.resistance += resistance * part;
+      report.voltage += (current * resistance + drop) * part;
+      squares += current * current * part;
+    }
+    report.current = std::sqrt(squares);
+  }
+  // Sparks don't carry the metal's warmth.
+  if (!report.sparks && radius > 0.0) trade_heat(heat, to, radius, dt);
+  cool(dt);
+  return report;
+}
+
+void ElectrodeTip::cool(double dt) {
+  excess_ *= std::exp(-dt * electrode_.shaft_conductance / electrode_.heat_capacity);
+}
+
+// Each spot of the contact in turn: two bodies that even out, exactly, so no step is too long.
+void ElectrodeTip::trade_heat(Bioheat& heat, const ElectrodeContact& contact, double radius,
+                              double dt) {
+  constexpr int kAcross = 5;
+  const Vec3 side = contact.outward.unitOrthogonal();
+  const Vec3 other = contact.outward.cross(side);
+  struct Spot {
+    HeatBrick* brick;
+    int voxel;
+  };
+  std::vector<Spot> spots;
+  for (int j = 0; j < kAcross; ++j) {
+    for (int i = 0; i < kAcross; ++i) {
+      const double x = (2.0 * i + 1.0) / kAcross - 1.0, y = (2.0 * j + 1.0) / kAcross - 1.0;
+      if (x * x + y * y > 1.0) continue;
+      const Vec3 at = contact.point + radius * (x * side + y * other) -
+                      0.5 * heat.options().voxel * contact.outward;
+      const BrickIndex voxel = heat.bricks().voxel_of(at);
+      const BrickIndex index = BrickField::brick_of(voxel);
+      const HeatBrick* found = heat.bricks().find(index);
+      // A cold tip on cold tissue warms nothing up.
+      if (!(found && found->warm) && excess_ < heat.options().followed) continue;
+      HeatBrick* brick = heat.bricks().warm_up(index);
+      if (!brick) continue;
+      const BrickIndex local = voxel - index * HeatBricks::kEdge;
+      const int at_voxel =
+          local.x() + HeatBricks::kEdge * (local.y() + HeatBricks::kEdge * local.z());
+      if (brick->geometry->fraction[at_voxel] > 0.0f) spots.push_back({brick, at_voxel});
+    }
+  }
+  if (spots.empty()) return;
+  const double each =
+      electrode_.contact_conductance * kPi * radius * radius / static_cast<double>(spots.size());
+  for (const Spot& spot : spots) {
+    const double tissue = heat.voxel_capacity(*spot.brick, spot.voxel);
+    const double both = 1.0 / (1.0 / tissue + 1.0 / electrode_.heat_capacity);
+    const double difference = spot.brick->warm->excess[spot.voxel] - excess_;
+    const double energy = difference * both * -std::expm1(-each * dt / both);
+    heat.draw_from_voxel(*spot.brick, spot.voxel, energy);
+    excess_ += energy / electrode_.heat_capacity;
+  }
+}
+
+}  // namespace viscera

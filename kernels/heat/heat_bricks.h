@@ -1,0 +1,102 @@
+// The bricks of an organ that are warm or were harmed, with the fields that heat works on.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "kernels/heat/brick_geometry.h"
+
+namespace viscera {
+
+/// What left a voxel in one substep.
+struct VoxelVapour {
+  int voxel = 0;
+  float water = 0.0f, tissue = 0.0f;  ///< [kg]
+  float temperature = 0.0f;           ///< [K]
+};
+
+/// What a brick passed on in one step [J]; the book adds them up in the order of the bricks.
+struct BrickSums {
+  double latent = 0.0, vapour = 0.0, pyrolysis = 0.0, gas = 0.0;
+};
+
+/// 8 x 8 x 8 voxels, x fastest; one array a field.
+struct HeatBrick {
+  using Values = BrickField::Values;
+
+  /// Only while it is warm.
+  struct Warm {
+    Values excess{};                ///< temperature over the body's [K]
+    Values source{};                ///< heat put in during this step, by volume of the voxel [W/m3]
+    // Of the step under way:
+    Values before;                  ///< excess at its start [K]
+    Values rate;                    ///< [K/s]
+    Values conductivity;            ///< its negative where water boils away [W/(m K)]
+    Values inverse_capacity;        ///< of the voxel's tissue, by its volume; 0: none [m3 K/J]
+    Values living;                  ///< tissue that still has blood and metabolism, 0 ... 1
+    std::unique_ptr<std::array<Values, 2>> stages;  ///< of the super step: first rate, excess two ago
+    double living_sum = 0.0;        ///< of living excess [K]
+    double boundary_sum = 0.0;      ///< of flow out to where there was no room [W/m]
+    double source_sum = 0.0;        ///< [W/m3]
+    float fastest = 0.0f;           ///< rate at which a voxel follows its neighbours [1/s]
+    float greatest = 0.0f;          ///< excess, either sign [K]
+    std::array<float, 6> border{};  ///< the same along each open side [K]
+    bool heated = false;            ///< something stands in `source`
+    int idle = 0;                   ///< steps since it last was warm
+    BrickSums sums;
+    std::vector<VoxelVapour> vapour;
+  };
+
+  BrickIndex index = BrickIndex::Zero();
+  std::shared_ptr<const BrickGeometry> geometry;
+  std::array<HeatBrick*, 6> neighbours{};  ///< at -x, +x, -y, +y, -z, +z; null: none
+  Values water, damage, charred;           ///< 1 wet ... 0 dry; Omega; share of the solids, 0 ... 1
+  std::unique_ptr<Warm> warm;              ///< null: at body temperature
+  bool harmed = false;                     ///< differs from sound tissue for good
+};
+
+/// Bricks in order of allocation. Pointers to bricks hold until they are removed.
+class HeatBricks {
+ public:
+  static constexpr int kEdge = BrickField::kEdge;
+
+  /// `distance`: of the organ's surface; none: tissue is everywhere. `most` bricks are kept: beyond them
+  /// nothing is allocated, and overflowed() says so.
+  HeatBricks(double voxel, SignedDistance distance, std::size_t most);
+
+  double voxel() const { return voxel_; }
+  std::size_t count() const { return bricks_.size(); }
+  HeatBrick& brick(std::size_t i) { return *bricks_[i]; }
+  const HeatBrick& brick(std::size_t i) const { return *bricks_[i]; }
+  const HeatBrick* find(const BrickIndex& index) const;
+  bool overflowed() const { return overflowed_; }
+
+  /// The brick here, made and warmed if need be; null where there is no tissue, or no room.
+  HeatBrick* warm_up(const BrickIndex& index);
+  /// Lets go of the temperature; of all of it where nothing was harmed. Moves the last brick to `i`.
+  void cool_down(std::size_t i);
+
+  BrickIndex voxel_of(const Vec3& rest_position) const;
+  Vec3 centre(const HeatBrick& brick, int voxel) const;
+  /// One voxel's value; what is sound and at body temperature where no brick is.
+  double excess_at(const BrickIndex& voxel) const;
+  double damage_at(const BrickIndex& voxel) const;
+  double water_at(const BrickIndex& voxel) const;
+  double charred_at(const BrickIndex& voxel) const;
+
+  std::size_t memory_bytes() const;
+  /// Of a field that fills a box of this size: for those who choose the voxel.
+  static std::size_t bytes_for(const Vec3& size, double voxel);
+
+ private:
+  double voxel_;
+  SignedDistance distance_;
+  std::size_t most_;
+  std::vector<std::unique_ptr<HeatBrick>> bricks_;
+  BrickMap numbers_;  // kEmpty where there is no tissue
+  bool overflowed_ = false;
+};
+
+}  // namespace viscera

@@ -1,0 +1,376 @@
+#include "kernels/hive/hive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "kernels/contact/facing.h"
+#include "kernels/contact/half_space.h"
+#include "kernels/hive/collocated_nodes.h"
+#include "kernels/hive/hive_nodes.h"
+#include "kernels/hive/interior_field.h"
+#include "kernels/hive/layered_stiffness.h"
+#include "kernels/hive/pinned_nodes.h"
+#include "kernels/hive/pressed_cells.h"
+#include "kernels/hive/spread_response.h"
+
+namespace viscera {
+namespace {
+
+constexpr int kFewestNodes = 14, kMostNodes = 512, kMostCells = 127, kMostPaperNodes = 200;
+constexpr std::size_t kMostPlaces = 4096;
+/// Cells may lie out to the middle between the last free ring and the periphery.
+double usable_share(const HivePattern& pattern) {
+  const auto radius_of = [&](int ring) {
+    return pattern.places()[static_cast<std::size_t>(ring == 0 ? 0 : 1 + 3 * ring * (ring - 1))]
+        .norm();
+  };
+  return 0.5 * (radius_of(pattern.rings() - 1) + radius_of(pattern.rings()));
+}
+
+double disc_radius(double area) { return std::sqrt(area / std::numbers::pi); }
+
+}  // namespace
+
+std::string_view name_of(HiveFormulation formulation) {
+  return formulation == HiveFormulation::paper ? "paper" : "subtracted";
+}
+
+std::string_view name_of(HivePeriphery periphery) {
+  constexpr std::string_view names[] = {"coupled", "boussinesq", "fixed"};
+  return names[static_cast<int>(periphery)];
+}
+
+struct Hive::Data {
+  HiveBody body;
+  HiveSettings settings;
+  HivePattern pattern;
+  HiveNodes nodes;
+  HalfSpace half_space;
+  InteriorField interior;
+  PressedCells pressed;
+  std::optional<LayeredStiffness> stiffness;
+  std::optional<SpreadResponse> spread;
+  std::optional<CollocatedNodes> collocated;  ///< with pinned: `paper`
+  std::optional<PinnedNodes> pinned;
+  /// w at surface nodes per force on each, (3 m) x (3 m) [m/N]; `paper`: all of u
+  MatrixX correction;
+  MatrixX loads, held;
+  double usable = 0.0;
+  bool is_built = false, is_seated = false;
+  HiveFigures figures;
+
+  std::vector<ContactCell> cells;
+  std::vector<PatternPlace> places;  ///< of the cells
+  MatrixX images;                    ///< correction times the cells' weights, (3 m) x cells
+  VectorX node_forces;               ///< of the last press, (3 m) [N]
+
+  Data(const HiveBody& on, const HiveSettings& wanted, int most_cells)
+      : body(on),
+        settings(wanted),
+        pattern(wanted.nodes),
+        nodes(pattern),
+        half_space(wanted.material),
+        interior(wanted.material),
+        pressed(most_cells) {
+    const int m = pattern.ring_nodes(), b = 3 * pattern.free_nodes();
+    correction = MatrixX::Zero(3 * m, 3 * m);
+    if (wanted.formulation == HiveFormulation::paper) {
+      collocated.emplace(pattern);
+      pinned.emplace(pattern.free_nodes());
+    } else if (wanted.periphery == HivePeriphery::coupled) {
+      spread.emplace(*on.compliance, *on.touchable, wanted.material, m, kMostPlaces);
+    } else {
+      stiffness.emplace(pattern, b);
+      loads.resize(b, b);
+      if (wanted.periphery == HivePeriphery::fixed) held = MatrixX::Zero(3 * pattern.nodes(), b);
+    }
+    cells.reserve(static_cast<std::size_t>(most_cells));
+    places.reserve(static_cast<std::size_t>(most_cells));
+    images.resize(3 * m, most_cells);
+    node_forces = VectorX::Zero(3 * m);
+    usable = usable_share(pattern) * wanted.radius;
+    figures.nodes = pattern.nodes();
+    figures.surface_nodes = m;
+    figures.unknowns = stiffness ? stiffness->unknowns() : collocated ? collocated->unknowns() : 0;
+    cell_forces.reserve(static_cast<std::size_t>(most_cells));
+    disc_to_disc(0.0, 1.0);  // fills its table
+  }
+
+  std::vector<double> cell_forces;   ///< of the last press
+
+  bool condense_to_surface() noexcept;
+  PatternPlace locate(const Vec3& point) const noexcept;
+};
+
+/// w between surface nodes by the hive's own equations: on the surface the half-space's tractions
+/// taken off, which are where the surface isn't the plane; on the periphery 0, or the half-space's
+/// displacement taken off.
+bool Hive::Data::condense_to_surface() noexcept {
+  const int m = pattern.ring_nodes(), free = pattern.free_nodes(), lowest = pattern.layers() - 1;
+  loads.setZero();
+  for (int j = 0; j < free; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    const Vec3 inward = -nodes.normals[at];
+    for (int i = 0; i < free; ++i) {
+      if (i == j) continue;
+      const auto on = static_cast<std::size_t>(i);
+      loads.block<3, 3>(3 * i, 3 * j) =
+          -nodes.areas[on] * interior.traction(nodes.positions[on] - nodes.positions[at], inward,
+                                               nodes.normals[on]);
+    }
+    if (held.size() == 0) continue;
+    for (int p = 0; p < pattern.nodes(); ++p) {
+      if (p % m < free && p / m != lowest) continue;
+      held.block<3, 3>(3 * p, 3 * j) = -interior.displacement(
+          nodes.positions[static_cast<std::size_t>(p)] - nodes.positions[at], inward);
+    }
+  }
+  if (!stiffness->assemble(pattern, nodes.positions, settings.material,
+                           held.size() > 0 ? &held : nullptr))
+    return false;
+  if (!stiffness->solve(loads)) return false;
+  for (Eigen::Index j = 0; j < loads.cols(); ++j)
+    for (Eigen::Index i = 0; i <= j; ++i)
+      correction(i, j) = correction(j, i) = 0.5 * (loads(i, j) + loads(j, i));
+  return true;
+}
+
+PatternPlace Hive::Data::locate(const Vec3& point) const noexcept {
+  PatternPlace place = pattern.locate(nodes.in_disc(point));
+  if (settings.periphery != HivePeriphery::fixed) return place;
+  // Held, w is smooth but not zero at the rim, where no load can act: carried on from inside.
+  double sum = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (place.nodes[a] >= pattern.free_nodes()) place.weights[a] = 0.0;
+    sum += place.weights[a];
+  }
+  if (sum > 1e-6) {
+    for (double& weight : place.weights) weight /= sum;
+  } else {
+    place = {{0, 0, 0}, {1.0, 0.0, 0.0}};
+  }
+  return place;
+}
+
+Hive::Hive(std::unique_ptr<Data> data) : data_(std::move(data)) {}
+Hive::Hive(Hive&&) noexcept = default;
+Hive& Hive::operator=(Hive&&) noexcept = default;
+Hive::~Hive() = default;
+
+Result<Hive> Hive::create(const HiveBody& body, const HiveSettings& settings, int most_cells) {
+  Error mistakes;
+  const auto mistake = [&](std::string text) {
+    mistakes.messages.push_back("hive: " + std::move(text));
+  };
+  const IsotropicMaterial& material = settings.material;
+  if (!body.surface) mistake("found no surface to stand on, expected one");
+  if (!(settings.radius > 0.0) || !std::isfinite(settings.radius))
+    mistake("radius: found " + std::to_string(settings.radius) + " m, expected above 0");
+  if (!(settings.depth >= 0.0) || !std::isfinite(settings.depth))
+    mistake("depth: found " + std::to_string(settings.depth) + " m, expected 0 or above");
+  if (settings.nodes < kFewestNodes || settings.nodes > kMostNodes)
+    mistake("nodes: found " + std::to_string(settings.nodes) + ", expected from " +
+            std::to_string(kFewestNodes) + " to " + std::to_string(kMostNodes));
+  if (most_cells < 1 || most_cells > kMostCells)
+    mistake("cells: found " + std::to_string(most_cells) + ", expected from 1 to " +
+            std::to_string(kMostCells));
+  if (!(material.youngs_modulus > 0.0) || !std::isfinite(material.youngs_modulus))
+    mistake("Young's modulus: found " + std::to_string(material.youngs_modulus) +
+            " Pa, expected above 0");
+  if (!(material.poisson_ratio >= 0.0 && material.poisson_ratio < 0.5))
+    mistake("Poisson's ratio: found " + std::to_string(material.poisson_ratio) +
+            ", expected from 0 to below 0.5");
+  if (settings.formulation == HiveFormulation::paper) {
+    if (settings.nodes > kMostPaperNodes)
+      mistake("nodes: found " + std::to_string(settings.nodes) + ", expected at most " +
+              std::to_string(kMostPaperNodes) + " with formulation \"paper\"");
+    if (settings.periphery == HivePeriphery::coupled)
+      mistake("periphery: found coupled, expected boussinesq or fixed with formulation \"paper\": its "
+              "periphery lies inside the body, where no compliance is stored");
+  } else if (settings.periphery == HivePeriphery::coupled) {
+    if (!body.compliance || !body.touchable)
+      mistake("periphery \"coupled\" needs a precomputed compliance, found none; use boussinesq");
+    else if (!body.compliance->symmetric)
+      mistake("periphery \"coupled\" needs a symmetric compliance: of another formulation");
+  }
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return Hive(std::make_unique<Data>(body, settings, most_cells));
+}
+
+HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
+  Data& d = *data_;
+  d.is_built = d.is_seated = false;
+  const HiveVerdict placed =
+      d.nodes.place(d.pattern, *d.body.surface, centre, d.settings.radius, d.settings.depth);
+  if (placed != HiveVerdict::sound) return placed;
+  if (d.spread) {
+    if (!d.spread->gather({d.nodes.positions.data(), d.nodes.normals.size()}, d.nodes.normals,
+                          d.correction))
+      return HiveVerdict::too_wide;
+  } else if (d.collocated) {
+    if (!d.collocated->condense(
+            d.pattern, d.nodes, d.settings.material,
+            d.settings.periphery == HivePeriphery::boussinesq ? &d.interior : nullptr,
+            d.correction))
+      return HiveVerdict::folded;
+  } else if (!d.condense_to_surface()) {
+    return HiveVerdict::folded;
+  }
+  if (!d.correction.allFinite()) return HiveVerdict::not_finite;
+  d.is_built = true;
+  return HiveVerdict::sound;
+}
+
+HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
+  Data& d = *data_;
+  d.is_seated = false;
+  if (!d.is_built) return HiveVerdict::not_built;
+  if (cells.size() > static_cast<std::size_t>(d.pressed.most())) return HiveVerdict::too_many;
+  for (const ContactCell& cell : cells) {
+    if (!cell.position.allFinite() || !cell.normal.allFinite() || !cell.direction.allFinite() ||
+        !(cell.area > 0.0) || !std::isfinite(cell.area) || !(cell.direction.squaredNorm() > 0.0))
+      return HiveVerdict::not_finite;
+    if ((cell.position - d.nodes.centre.position).norm() > d.usable ||
+        facing(cell.normal.dot(d.nodes.centre.normal)) == 0.0)
+      return HiveVerdict::too_wide;
+  }
+  d.cells.assign(cells.begin(), cells.end());
+  d.cell_forces.assign(cells.size(), 0.0);
+  d.node_forces.setZero();
+  if (d.pinned) {
+    d.pinned->seat(cells, d.nodes, d.pattern.free_nodes(), d.correction);
+    d.is_seated = true;
+    return HiveVerdict::sound;
+  }
+  d.places.clear();
+  const int n = static_cast<int>(cells.size());
+  d.images.leftCols(n).setZero();
+  for (int k = 0; k < n; ++k) {
+    const ContactCell& cell = cells[static_cast<std::size_t>(k)];
+    const PatternPlace place = d.locate(cell.position);
+    d.places.push_back(place);
+    for (std::size_t a = 0; a < 3; ++a)
+      for (int c = 0; c < 3; ++c)
+        d.images.col(k) += (place.weights[a] * cell.direction[c]) *
+                           d.correction.col(3 * place.nodes[a] + c);
+  }
+  Eigen::Ref<MatrixX> matrix = d.pressed.begin(n);
+  for (int k = 0; k < n; ++k) {
+    const ContactCell& one = cells[static_cast<std::size_t>(k)];
+    const PatternPlace& place = d.places[static_cast<std::size_t>(k)];
+    for (int l = 0; l <= k; ++l) {
+      const ContactCell& other = cells[static_cast<std::size_t>(l)];
+      double amount = 0.0;
+      for (std::size_t a = 0; a < 3; ++a)
+        amount += place.weights[a] *
+                  one.direction.dot(d.images.col(l).segment<3>(3 * place.nodes[a]));
+      const double share = facing(one.normal.dot(other.normal));
+      if (share > 0.0) {
+        const Vec3 offset = one.position - other.position;
+        const double radius = disc_radius(0.5 * (one.area + other.area));
+        amount += share * one.direction.dot(d.half_space.displacement(
+                              disc_to_disc(offset.norm(), radius), offset,
+                              (one.normal + other.normal).normalized(), other.direction));
+      }
+      matrix(k, l) = amount;
+    }
+  }
+  if (!d.pressed.check()) return HiveVerdict::not_positive;
+  d.figures.lifted = d.pressed.lifted();
+  d.figures.smallest_pivot = d.pressed.smallest_pivot();
+  d.is_seated = true;
+  return HiveVerdict::sound;
+}
+
+HiveForce Hive::press(std::span<const double> depths) noexcept {
+  Data& d = *data_;
+  HiveForce out;
+  if (!d.is_seated) return out;
+  if (depths.size() != d.cells.size()) {
+    out.verdict = HiveVerdict::too_many;
+    return out;
+  }
+  for (const double depth : depths) {
+    if (std::isfinite(depth)) continue;
+    out.verdict = HiveVerdict::not_finite;
+    return out;
+  }
+  d.node_forces.setZero();
+  std::fill(d.cell_forces.begin(), d.cell_forces.end(), 0.0);
+  const auto add = [&](std::size_t cell, double amount) {
+    const Vec3 on_tissue = amount * d.cells[cell].direction;
+    d.cell_forces[cell] += amount;
+    out.force -= on_tissue;
+    out.moment -= (d.cells[cell].position - d.nodes.centre.position).cross(on_tissue);
+    return on_tissue;
+  };
+  if (d.pinned) {
+    if (!d.pinned->solve(depths)) {
+      out.verdict = HiveVerdict::not_positive;
+      return out;
+    }
+    for (std::size_t i = 0; i < d.pinned->nodes().size(); ++i) {
+      const auto cell = static_cast<std::size_t>(d.pinned->cells()[i]);
+      const double amount = d.pinned->forces()[i];
+      d.node_forces.segment<3>(3 * d.pinned->nodes()[i]) += add(cell, amount);
+      out.energy += 0.5 * amount * std::max(0.0, depths[cell]);
+      out.touching += amount != 0.0;
+    }
+    out.verdict = HiveVerdict::sound;
+    return out;
+  }
+  const PressedCells::Figures figures = d.pressed.solve(depths);
+  out.factorisations = figures.factorisations;
+  if (!figures.converged) {
+    out.verdict = HiveVerdict::not_positive;
+    return out;
+  }
+  const std::span<const double> forces = d.pressed.forces();
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    if (forces[k] == 0.0) continue;
+    const Vec3 on_tissue = add(k, forces[k]);
+    for (std::size_t a = 0; a < 3; ++a)
+      d.node_forces.segment<3>(3 * d.places[k].nodes[a]) += d.places[k].weights[a] * on_tissue;
+  }
+  out.energy = figures.energy;
+  out.touching = figures.touching;
+  out.verdict = HiveVerdict::sound;
+  return out;
+}
+
+std::span<const double> Hive::cell_forces() const noexcept { return data_->cell_forces; }
+
+Vec3 Hive::displacement(const SurfaceSpot& spot) const noexcept {
+  const Data& d = *data_;
+  Vec3 sum = Vec3::Zero();
+  if (!d.is_seated) return sum;
+  const std::span<const double> forces = d.cell_forces;
+  for (std::size_t k = 0; k < forces.size() && !d.pinned; ++k) {
+    if (forces[k] == 0.0) continue;
+    const ContactCell& cell = d.cells[k];
+    const double share = facing(cell.normal.dot(spot.normal));
+    if (share == 0.0) continue;
+    const Vec3 offset = spot.position - cell.position;
+    sum += d.half_space.displacement(disc_to_point(offset.norm(), disc_radius(cell.area)), offset,
+                                     (cell.normal + spot.normal).normalized(),
+                                     (share * forces[k]) * cell.direction);
+  }
+  const PatternPlace place = d.locate(spot.position);
+  for (std::size_t a = 0; a < 3; ++a)
+    for (int c = 0; c < 3; ++c)
+      sum[c] += place.weights[a] *
+                d.correction.row(3 * place.nodes[a] + c).dot(d.node_forces);
+  return sum;
+}
+
+Eigen::Ref<const MatrixX> Hive::compliance() const noexcept { return data_->pressed.matrix(); }
+const SurfaceSpot& Hive::centre() const noexcept { return data_->nodes.centre; }
+const HiveSettings& Hive::settings() const noexcept { return data_->settings; }
+double Hive::usable_radius() const noexcept { return data_->usable; }
+const HiveFigures& Hive::figures() const noexcept { return data_->figures; }
+std::span<const Vec3> Hive::nodes() const noexcept { return data_->nodes.positions; }
+
+}  // namespace viscera

@@ -1,0 +1,118 @@
+// A hive: the tissue close to a contact, answered by few enough unknowns for a haptic tick
+// ([De2006], LPAFF).
+//
+// Default formulation (`subtracted`): the tissue under a tool's cells moves as
+//   u = U f + w,
+// U the half-space's closed forms for the cells' loads (half_space.h), sharp as they are, and w what
+// the body makes different: its shape, how far it goes, where it is held. w is smooth where the
+// half-space is steep, so a few dozen nodes carry it: the hive's, on the surface within its radius
+// and in layers below. So no node need lie near the tool's edge, and on a flat, deep body the force
+// is that of the half-space, whatever the number of nodes.
+//
+// Where w comes from is the periphery:
+//   coupled     of the body's own precomputed compliance, by loads spread over its nodes' spacing
+//               (near_field.h): w = (body's response - half-space's) to the same spread loads
+//   boussinesq  zero at the periphery: the body goes on as a half-space; inside, what the surface's
+//               shape makes of the half-space's tractions
+//   fixed       the whole displacement is zero at the periphery [De2006]: far too stiff
+//
+// `paper` is the published scheme on the same nodes: moving least squares, collocated, with every
+// node's displacement its unknown; tool nodes pinned, f = K_nn U + K_nu U_u.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "kernels/base/result.h"
+#include "kernels/contact/patch_contact.h"
+#include "kernels/hive/hive_verdict.h"
+#include "kernels/hive/surface_walk.h"
+
+namespace viscera {
+
+enum class HiveFormulation { subtracted, paper };
+enum class HivePeriphery { coupled, boussinesq, fixed };
+std::string_view name_of(HiveFormulation formulation);
+std::string_view name_of(HivePeriphery periphery);
+
+struct HiveSettings {
+  HiveFormulation formulation = HiveFormulation::subtracted;
+  HivePeriphery periphery = HivePeriphery::boussinesq;
+  IsotropicMaterial material;
+  double radius = 0.0;  ///< of the influence region, along the surface [m]
+  double depth = 0.0;   ///< of the lowest layer [m]; 0: as the radius, where there is room
+  int nodes = 80;       ///< at most; from 14 to 512
+};
+
+/// What a hive stands on; all of it outlives the hive. `compliance` and `touchable` are for
+/// `coupled`.
+struct HiveBody {
+  const WalkableSurface* surface = nullptr;
+  const SurfaceCompliance* compliance = nullptr;
+  const TouchableSurface* touchable = nullptr;
+};
+
+/// What the tissue does to the tool.
+struct HiveForce {
+  HiveVerdict verdict = HiveVerdict::not_built;
+  Vec3 force = Vec3::Zero();   ///< on the tool [N]
+  Vec3 moment = Vec3::Zero();  ///< on the tool about the hive's centre [N m]
+  double energy = 0.0;         ///< stored in the tissue [J]
+  int touching = 0;            ///< cells with force
+  int factorisations = 0;      ///< 0: the same cells touched as before
+};
+
+/// Figures of the last build and seat.
+struct HiveFigures {
+  int nodes = 0, surface_nodes = 0;
+  int unknowns = 0;  ///< of the equations solved by build(); 0 for `coupled`
+  double smallest_pivot = 0.0;  ///< of the cells' compliance, over its largest diagonal entry
+  double lifted = 0.0;  ///< added to its diagonal to make it positive, over its mean; 0 nearly always
+};
+
+/// Movable, one thread at a time. All memory is taken by `create`: build, seat and press allocate
+/// nothing, lock nothing and throw nothing, so the next hive can be built beside a running one.
+class Hive {
+ public:
+  /// Fails on settings out of range, a material that isn't one, and `coupled` without a compliance
+  /// that is symmetric. `most_cells`: of one contact.
+  static Result<Hive> create(const HiveBody& body, const HiveSettings& settings, int most_cells);
+  Hive(Hive&&) noexcept;
+  Hive& operator=(Hive&&) noexcept;
+  ~Hive();
+
+  /// Nodes about `centre`, their equations, factored and condensed to the surface nodes. Cells must
+  /// be seated anew.
+  HiveVerdict build(const SurfaceSpot& centre) noexcept;
+
+  /// Condenses to these cells of a tool: at rest positions of the surface, pressed (not held) along
+  /// their `direction`. Cheap beside build(): for every tick in which the tool has moved aside.
+  HiveVerdict seat(std::span<const ContactCell> cells) noexcept;
+
+  /// The tick: force of the seated cells pushed `depths` [m] along their directions (negative: a gap),
+  /// no cell pulling. A tool that only goes up and down needs nothing else.
+  HiveForce press(std::span<const double> depths) noexcept;
+
+  /// Forces of the last press on the tissue along the cells' directions, >= 0 [N]    (cells)
+  std::span<const double> cell_forces() const noexcept;
+  /// Displacement of the surface at a rest place under the last press [m].
+  Vec3 displacement(const SurfaceSpot& spot) const noexcept;
+  /// Compliance of the seated cells along their directions [m/N]; (cells x cells), symmetric.
+  Eigen::Ref<const MatrixX> compliance() const noexcept;
+
+  const SurfaceSpot& centre() const noexcept;
+  const HiveSettings& settings() const noexcept;
+  /// How far from the centre cells may lie: beyond they touch the periphery [m].
+  double usable_radius() const noexcept;
+  const HiveFigures& figures() const noexcept;
+  /// Nodes at rest, layer by layer from the surface down [m].
+  std::span<const Vec3> nodes() const noexcept;
+
+ private:
+  struct Data;
+  explicit Hive(std::unique_ptr<Data> data);
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace viscera

@@ -1,0 +1,106 @@
+// A program of its own that drives a tool over OpenIGTLink through the library alone: it dips below
+// z = 0 once a second and counts the forces that come back.
+//   openigtlink_client PORT SECONDS
+#include <igtlClientSocket.h>
+#include <igtlMessageHeader.h>
+#include <igtlSensorMessage.h>
+#include <igtlTransformMessage.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <numbers>
+#include <string>
+#include <thread>
+
+namespace {
+
+struct Received {
+  int forces = 0, bad = 0;
+  double greatest = 0.0, sideways = 0.0, least = 0.0;
+  std::string name;
+  bool newton = false;
+};
+
+void receive(igtl::ClientSocket& socket, const std::atomic<bool>& stop, Received& out) {
+  while (!stop) {
+    const auto header = igtl::MessageHeader::New();
+    header->InitPack();
+    const int got = socket.Receive(header->GetPackPointer(), header->GetPackSize());
+    if (got < 0) continue;  // nothing for now
+    if (got != header->GetPackSize()) return;
+    header->Unpack();
+    if (std::strcmp(header->GetDeviceType(), "SENSOR") != 0) {
+      socket.Skip(header->GetBodySizeToRead());
+      continue;
+    }
+    const auto sensor = igtl::SensorMessage::New();
+    sensor->SetMessageHeader(header);
+    sensor->AllocatePack();
+    socket.Receive(sensor->GetPackBodyPointer(), sensor->GetPackBodySize());
+    if (!(sensor->Unpack(1) & igtl::MessageHeader::UNPACK_BODY) || sensor->GetLength() != 3) {
+      ++out.bad;
+      continue;
+    }
+    ++out.forces;
+    out.name = sensor->GetDeviceName();
+    const auto unit = igtl::Unit::New();
+    const auto newton = igtl::Unit::New();
+    sensor->GetUnit(unit);
+    newton->Init();
+    newton->Append(igtl::Unit::SI_DERIVED_NEWTON, 1);
+    out.newton = unit->Pack() == newton->Pack();
+    out.greatest = std::fmax(out.greatest, sensor->GetValue(2));
+    out.least = std::fmin(out.least, sensor->GetValue(2));
+    out.sideways = std::fmax(out.sideways, std::hypot(sensor->GetValue(0), sensor->GetValue(1)));
+  }
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count != 3) {
+    std::fprintf(stderr, "expected PORT SECONDS\n");
+    return 2;
+  }
+  const auto socket = igtl::ClientSocket::New();
+  if (socket->ConnectToServer("127.0.0.1", std::atoi(arguments[1])) != 0) {
+    std::fprintf(stderr, "can't connect to port %s\n", arguments[1]);
+    return 2;
+  }
+  socket->SetReceiveTimeout(50);
+  const double lasts = std::atof(arguments[2]);
+
+  std::atomic<bool> stop{false};
+  Received received;
+  std::thread listening([&] { receive(*socket, stop, received); });
+  int sent = 0;
+  const auto start = std::chrono::steady_clock::now();
+  while (true) {
+    const double time =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (time >= lasts) break;
+    igtl::Matrix4x4 matrix;
+    igtl::IdentityMatrix(matrix);
+    // From 10 mm above to 10 mm below, in millimetres.
+    matrix[2][3] = static_cast<float>(10.0 * std::cos(2.0 * std::numbers::pi * time));
+    const auto message = igtl::TransformMessage::New();
+    message->SetDeviceName("Stylus");
+    message->SetMatrix(matrix);
+    message->Pack();
+    if (socket->Send(message->GetPackPointer(), message->GetPackSize()) == 0) break;
+    ++sent;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  stop = true;
+  listening.join();
+  socket->CloseSocket();
+  std::printf(
+      "sent %d\nforces %d\nbad %d\ngreatest %.6f\nleast %.6f\nsideways %.6f\nname %s\nnewton %d\n",
+      sent, received.forces, received.bad, received.greatest, received.least, received.sideways,
+      received.name.c_str(), received.newton ? 1 : 0);
+  return 0;
+}

@@ -1,0 +1,333 @@
+#include "haptics/hive_tissue.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <thread>
+#include <vector>
+
+#include "tests/haptics/allocations.h"
+#include "tests/support/shapes.h"
+
+namespace viscera::test {
+namespace {
+
+constexpr double kBody = 0.04;    // radius of the organ [m]
+constexpr double kBall = 4e-3;    // and of the tool
+constexpr double kTick = 1e-3;
+const IsotropicMaterial kSoft{5e3, 0.45};
+
+// A round organ and its tissue, told once where it is.
+struct Organ {
+  explicit Organ(HiveBuilding building = HiveBuilding::in_lockstep, double radius = 4.0 * kBall)
+      : surface(WalkableSurface::make(icosphere(kBody, 4)).value()) {
+    HiveTissueSettings settings;
+    settings.tool_radius = kBall;
+    settings.building = building;
+    settings.hive.material = kSoft;
+    settings.hive.radius = radius;
+    settings.hive.nodes = 80;
+    tissue = HiveTissue::create({&surface, nullptr, nullptr}, settings).value();
+  }
+  void tell(const Pose& pose, const Vec3& near) {
+    TissueSnapshot& snapshot = tissue->snapshots().back();
+    snapshot.pose = pose;
+    snapshot.tick = tick;
+    snapshot.nearest = surface.nearest(pose.to_local(near)).point;
+    tissue->snapshots().publish();
+  }
+  TactileForce at(const Vec3& tip) {
+    ToolMotion motion;
+    motion.pose.position = tip;
+    motion.velocity = (tip - last) / kTick;
+    motion.tick = tick++;
+    last = tip;
+    return tissue->respond(motion, kTick);
+  }
+  WalkableSurface surface;
+  std::unique_ptr<HiveTissue> tissue;
+  Vec3 last = Vec3::Zero();
+  std::uint64_t tick = 0;
+};
+
+// The ball's centre so deep into the organ along a direction.
+Vec3 pressed(const Vec3& direction, double depth) {
+  return (kBody + kBall - depth) * direction.normalized();
+}
+
+Vec3 on_arc(double angle) { return {std::sin(angle), 0.1, std::cos(angle)}; }
+
+TEST(HiveTissue, SaysNothingUntilTheSceneHasSpoken) {
+  Organ organ;
+  EXPECT_FALSE(organ.at(pressed(Vec3::UnitZ(), 2e-3)).touching);
+  EXPECT_EQ(organ.tissue->hive(), nullptr);
+}
+
+TEST(HiveTissue, PushesTheToolOutAlongTheNormalAndHarderTheDeeper) {
+  Organ organ;
+  organ.tell({}, pressed(Vec3::UnitZ(), 0));
+  double last = 0.0;
+  for (double depth = -4e-3; depth < 3e-3; depth += 2e-5) {
+    const TactileForce felt = organ.at(pressed(Vec3::UnitZ(), depth));
+    if (depth < -1e-4) {
+      EXPECT_EQ(felt.force.norm(), 0.0);
+      continue;
+    }
+    EXPECT_GE(felt.force.z(), last - 1e-12) << depth;
+    last = felt.force.z();
+  }
+  EXPECT_GT(last, 0.01);
+  const TactileForce felt = organ.at(pressed(Vec3::UnitZ(), 3e-3));
+  EXPECT_LT(felt.force.head<2>().norm(), 1e-2 * felt.force.z());
+  // What it says of its slope is how the force changes.
+  const double step = 1e-5;
+  const double rise = organ.at(pressed(Vec3::UnitZ(), 3e-3 + step)).force.z() - felt.force.z();
+  EXPECT_NEAR(felt.stiffness(2, 2), rise / step, 0.02 * rise / step);
+}
+
+TEST(HiveTissue, ForceHasNoJumpWhileTheToolSlidesOverFacetsAndFromHiveToHive) {
+  Organ organ;
+  organ.tell({}, pressed(on_arc(0.0), 0));
+  const double step = 1e-4, depth = 2e-3;  // 0.1 m/s
+  double angle = 0.0;
+  for (int i = 0; i < 100; ++i) organ.at(pressed(on_arc(0.0), -4e-3 + depth * 0.03 * i));
+  for (int i = 0; i < 50; ++i) organ.at(pressed(on_arc(0.0), depth));
+  Vec3 before = organ.at(pressed(on_arc(0.0), depth)).force;
+  double worst = 0.0;
+  for (; angle < 1.2; angle += step / kBody) {
+    const Vec3 now = organ.at(pressed(on_arc(angle), depth)).force;
+    // The force turns with the surface: that much isn't a jump.
+    const double turned = step / kBody * now.norm();
+    worst = std::max(worst, ((now - before).norm() - turned) / now.norm());
+    before = now;
+  }
+  EXPECT_LT(worst, 0.01);
+  EXPECT_GT(organ.tissue->figures().hives, 3u);
+  EXPECT_EQ(organ.tissue->figures().uncovered, 0u);
+}
+
+TEST(HiveTissue, AClosedPathGivesBackNoEnergy) {
+  Organ organ;
+  organ.tell({}, pressed(on_arc(0.0), 0));
+  for (int i = 0; i < 60; ++i) organ.at(pressed(on_arc(0.0), -4e-3));
+  // In, aside while pressed, out, back in the air; several times.
+  double given = 0.0, stored = 0.0;
+  Vec3 before = pressed(on_arc(0.0), -1e-3);
+  Vec3 force = organ.at(before).force;
+  const auto go = [&](const Vec3& to) {
+    const TactileForce felt = organ.at(to);
+    given += 0.5 * (force + felt.force).dot(to - before);
+    stored = std::max(stored, felt.energy);
+    force = felt.force;
+    before = to;
+  };
+  constexpr int kSteps = 400;
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.0), -1e-3 + 4e-3 * i / kSteps));
+    for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.4 * i / kSteps), 3e-3));
+    for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.4), 3e-3 - 4e-3 * i / kSteps));
+    for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.4 - 0.4 * i / kSteps), -1e-3));
+  }
+  EXPECT_LT(given, 0.01 * stored);
+}
+
+TEST(HiveTissue, WhatElseMovesTheTissueMovesWhatTheToolMeets) {
+  Organ still, moved;
+  const Vec3 shift(3e-3, 0, 1e-3);
+  TissueSnapshot& snapshot = moved.tissue->snapshots().back();
+  snapshot.free.assign(moved.surface.surface().vertices.size(), shift.cast<float>());
+  snapshot.nearest = moved.surface.nearest(pressed(Vec3::UnitZ(), 0)).point;
+  moved.tissue->snapshots().publish();
+  still.tell({}, pressed(Vec3::UnitZ(), 0));
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+  for (int i = 0; i < 100; ++i) {
+    a = still.at(pressed(Vec3::UnitZ(), 2e-3)).force;
+    b = moved.at(pressed(Vec3::UnitZ(), 2e-3) + shift).force;
+  }
+  EXPECT_LT((a - b).norm(), 1e-3 * a.norm());
+  EXPECT_GT(a.norm(), 0.0);
+}
+
+TEST(HiveTissue, ABreathIsFollowedBetweenFramesAndAStalledSceneStandsStill) {
+  Organ organ;
+  Pose pose;
+  organ.tell(pose, pressed(Vec3::UnitZ(), 0));
+  const Vec3 tip = pressed(Vec3::UnitZ(), 1e-3);
+  for (int i = 0; i < 100; ++i) organ.at(tip);
+  TissueSnapshot& snapshot = organ.tissue->snapshots().back();
+  snapshot.velocity = Vec3(0, 0, 0.01);
+  snapshot.tick = organ.tick;
+  snapshot.nearest = organ.surface.nearest(tip).point;
+  organ.tissue->snapshots().publish();
+  const double first = organ.at(tip).force.z();
+  for (int i = 0; i < 15; ++i) organ.at(tip);
+  const double rising = organ.at(tip).force.z();
+  EXPECT_GT(rising, 1.05 * first);
+  for (int i = 0; i < 40; ++i) organ.at(tip);
+  const double stalled = organ.at(tip).force.z();
+  EXPECT_DOUBLE_EQ(organ.at(tip).force.z(), stalled);
+}
+
+constexpr int kFrame = 17;  // ticks
+
+// What a tool that is held still feels from one tick to the next while the scene jumps.
+struct Felt {
+  double before = 0.0, after = 0.0, worst_step = 0.0;  // [N]
+};
+
+Felt feel(Organ& organ, const Vec3& tip, int ticks) {
+  Felt felt;
+  Vec3 last = organ.at(tip).force;
+  felt.before = last.norm();
+  for (int i = 0; i < ticks; ++i) {
+    const Vec3 now = organ.at(tip).force;
+    felt.worst_step = std::max(felt.worst_step, (now - last).norm());
+    last = now;
+  }
+  felt.after = last.norm();
+  return felt;
+}
+
+// The scene goes on in frames, each so many ticks long, with the organ where it is.
+void settle(Organ& organ, const Vec3& tip, int frames, int ticks = kFrame) {
+  for (int f = 0; f < frames; ++f) {
+    organ.tell({}, tip);
+    for (int i = 0; i < ticks; ++i) organ.at(tip);
+  }
+}
+
+// An even course from the first force to the last has steps of this size; a ball's force isn't even
+// in its depth, so a step may be twice that.
+double even_step(const Felt& felt, int ticks) { return (felt.after - felt.before) / ticks; }
+
+TEST(HiveTissue, AnOrganThatJumpsBetweenFramesEasesTheForceOverAFramesTime) {
+  Organ organ;
+  const Vec3 tip = pressed(Vec3::UnitZ(), 1e-3);
+  settle(organ, tip, 8);
+  organ.tell({Vec3(0, 0, 2e-3), Quaternion::Identity()}, tip);
+  const Felt felt = feel(organ, tip, 40);
+  EXPECT_GT(felt.after, 3.0 * felt.before);
+  EXPECT_LT(felt.worst_step, 2.0 * even_step(felt, kFrame));
+  // Where it has come to is where it would have been felt from the first.
+  Organ there;
+  settle(there, tip - Vec3(0, 0, 2e-3), 8);
+  EXPECT_NEAR(felt.after, there.at(tip - Vec3(0, 0, 2e-3)).force.norm(), 0.02 * felt.after);
+}
+
+TEST(HiveTissue, AFreeDisplacementThatJumpsEasesTheForceToo) {
+  Organ organ;
+  const Vec3 tip = pressed(Vec3::UnitZ(), 1e-3);
+  settle(organ, tip, 8);
+  const auto shift = [&](const Vec3f& by) {
+    TissueSnapshot& snapshot = organ.tissue->snapshots().back();
+    snapshot.pose = {};
+    snapshot.tick = organ.tick;
+    snapshot.nearest = organ.surface.nearest(tip).point;
+    snapshot.free.assign(organ.surface.surface().vertices.size(), by);
+    organ.tissue->snapshots().publish();
+  };
+  shift(Vec3f(0, 0, 2e-3f));
+  const Felt in = feel(organ, tip, 40);
+  EXPECT_GT(in.after, 3.0 * in.before);
+  EXPECT_LT(in.worst_step, 2.0 * even_step(in, kFrame));
+  shift(Vec3f(0, 0, -2e-3f));  // out of touch
+  const Felt out = feel(organ, tip, 80);
+  EXPECT_EQ(out.after, 0.0);
+  EXPECT_LT(out.worst_step, 2.0 * out.before / kFrame);
+}
+
+TEST(HiveTissue, ASceneThatIsTenTimesLateIsFeltInAsManySmallerSteps) {
+  Organ organ;
+  const Vec3 tip = pressed(Vec3::UnitZ(), 1e-3);
+  settle(organ, tip, 3, 10 * kFrame);
+  organ.tell({Vec3(0, 0, 2e-3), Quaternion::Identity()}, tip);
+  const Felt felt = feel(organ, tip, 12 * kFrame);
+  EXPECT_GT(felt.after, 3.0 * felt.before);
+  EXPECT_LT(felt.worst_step, 2.0 * even_step(felt, 10 * kFrame));
+}
+
+TEST(HiveTissue, AFrameSoonAfterALateOneDoesNotHurryIt) {
+  Organ organ;
+  const Vec3 tip = pressed(Vec3::UnitZ(), 1e-3);
+  settle(organ, tip, 3, 10 * kFrame);
+  const Pose risen{Vec3(0, 0, 2e-3), Quaternion::Identity()};
+  organ.tell(risen, tip);
+  const Felt first = feel(organ, tip, kFrame);
+  organ.tell(risen, tip);
+  const Felt second = feel(organ, tip, 12 * kFrame);
+  const double even = (second.after - first.before) / (10 * kFrame);
+  EXPECT_LT(std::max(first.worst_step, second.worst_step), 2.0 * even);
+}
+
+TEST(HiveTissue, ABreathIsContinuousWhereFramesArriveOnTimeAndWhereTheyAreLate) {
+  // 8 mm up and down in 4 s, told at a frame's rate and at a tenth of it.
+  const auto worst_step = [](int frame, double& strongest) {
+    Organ organ;
+    const Vec3 tip = pressed(Vec3::UnitZ(), -1e-3);
+    const auto height = [&](double time) { return 4e-3 * std::sin(0.5 * std::numbers::pi * time); };
+    double worst = 0.0;
+    Vec3 last = Vec3::Zero();
+    for (int tick = 0; tick < 4000; ++tick) {
+      const double time = 1e-3 * tick;
+      if (tick % frame == 0) {
+        TissueSnapshot& snapshot = organ.tissue->snapshots().back();
+        snapshot.pose = {Vec3(0, 0, height(time)), Quaternion::Identity()};
+        snapshot.velocity.z() = 4e-3 * 0.5 * std::numbers::pi * std::cos(0.5 * std::numbers::pi * time);
+        snapshot.tick = organ.tick;
+        snapshot.nearest = organ.surface.nearest(snapshot.pose.to_local(tip)).point;
+        organ.tissue->snapshots().publish();
+      }
+      const Vec3 now = organ.at(tip).force;
+      worst = std::max(worst, (now - last).norm());
+      strongest = std::max(strongest, now.norm());
+      last = now;
+    }
+    return worst;
+  };
+  double strongest = 0.0, late_strongest = 0.0;
+  const double on_time = worst_step(kFrame, strongest);
+  const double late = worst_step(10 * kFrame, late_strongest);
+  EXPECT_GT(strongest, 0.01);
+  EXPECT_NEAR(late_strongest, strongest, 0.1 * strongest);
+  EXPECT_LT(on_time, 0.005 * strongest);
+  EXPECT_LT(late, 0.01 * strongest);
+}
+
+TEST(HiveTissue, ATickTakesNoMemory) {
+  Organ organ;
+  organ.tell({}, pressed(on_arc(0.0), 0));
+  for (int i = 0; i < 50; ++i) organ.at(pressed(on_arc(0.0), -2e-3));
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer keeps the heap";
+  const std::uint64_t before = allocations();
+  for (int i = 0; i < 600; ++i) organ.at(pressed(on_arc(1e-3 * i), 2e-3));
+  EXPECT_EQ(allocations() - before, 0u);
+}
+
+TEST(HiveTissue, TheNextHiveIsBuiltBesideWithoutATickInContactGoingWithout) {
+  Organ organ(HiveBuilding::on_a_thread);
+  organ.tell({}, pressed(on_arc(0.0), 0));
+  for (int i = 0; i < 2000 && organ.tissue->figures().hives == 0; ++i) {
+    organ.at(pressed(on_arc(0.0), -3e-3));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_GT(organ.tissue->figures().hives, 0u);
+  for (int i = 0; i < 300; ++i) {
+    organ.at(pressed(on_arc(3e-3 * i), 1e-3));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_GT(organ.tissue->figures().hives, 1u);
+}
+
+TEST(HiveTissue, AToolWithoutSizeIsRefused) {
+  const Organ organ;
+  HiveTissueSettings settings = organ.tissue->settings();
+  settings.tool_radius = 0.0;
+  const auto refused = HiveTissue::create({&organ.surface, nullptr, nullptr}, settings);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("expected a ball"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace viscera::test

@@ -1,0 +1,169 @@
+// Energy, determinism and what bricks exist.
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <cmath>
+
+#include "engine/verification/heat_solutions.h"
+#include "kernels/base/hash.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kFrame = 1.0 / 60.0;
+
+// An organ that fills the space below z = 0.3 mm.
+SignedDistance half_space() {
+  return [](const Vec3& p) { return p.z() - 0.3e-3; };
+}
+
+// A burn with all that heat can do: boiling, charring, a cooling surface, blood.
+void burn(Bioheat& heat, double power, double seconds) {
+  for (int step = 0; step < std::lround(seconds / kFrame); ++step) {
+    heat_gaussian(heat, Vec3(0.4e-3, 0.1e-3, -0.5e-3), 0.6e-3, power);
+    heat.step(kFrame);
+  }
+}
+
+void wait(Bioheat& heat, double seconds, double dt = kFrame) {
+  for (int step = 0; step < std::lround(seconds / dt); ++step) heat.step(dt);
+}
+
+TEST(HeatBook, EveryJouleIsFoundAgain) {
+  for (const HeatScheme scheme : {HeatScheme::kExplicit, HeatScheme::kSuper}) {
+    BioheatOptions options;
+    options.scheme = scheme;
+    Bioheat heat(ThermalTissue{}, options, half_space());
+    burn(heat, 20.0, 2.0);
+    wait(heat, 5.0);
+    const HeatBook book = heat.book();
+    EXPECT_GT(book.delivered, 30.0);
+    EXPECT_LT(book.delivered, 40.0);  // some of the ball lies outside
+    EXPECT_GT(book.latent, 0.1 * book.delivered);
+    EXPECT_GT(book.vapour, 0.0);
+    EXPECT_GT(book.pyrolysis, 0.0);
+    EXPECT_GT(book.perfused, 0.0);
+    EXPECT_GT(book.metabolic, 0.0);
+    EXPECT_GT(book.gas, 0.0);
+    EXPECT_GT(book.stored, 0.05 * book.delivered);
+    EXPECT_LT(std::abs(book.residual()), 1e-4 * book.delivered) << book.residual();
+  }
+}
+
+TEST(HeatBook, ClosesWhenTheTissueIsColdAgain) {
+  BioheatOptions options;
+  options.followed = 0.005;
+  Bioheat heat(ThermalTissue{}, options, half_space());
+  burn(heat, 3.0, 0.5);
+  wait(heat, 900.0, 0.25);
+  EXPECT_EQ(heat.warm_bricks(), 0u);
+  const HeatBook book = heat.book();
+  EXPECT_EQ(book.stored, 0.0);
+  EXPECT_LT(std::abs(book.residual()), 1e-3 * book.delivered);
+  EXPECT_GT(book.perfused, 0.5 * book.delivered);
+  EXPECT_LT(book.boundary, 0.1 * book.delivered);
+}
+
+TEST(HeatBook, HeatDrawnFromAVoxelIsTheInstruments) {
+  Bioheat heat(ThermalTissue{}, BioheatOptions{});
+  set_excess(heat, Box(Vec3::Zero(), Vec3::Constant(1e-3)), [](const Vec3&) { return 20.0; });
+  heat.begin_book();
+  const double capacity = heat.voxel_capacity(heat.bricks().brick(0), 100);
+  heat.draw_from_voxel(heat.bricks().brick(0), 100, 5.0 * capacity);
+  EXPECT_NEAR(heat.bricks().brick(0).warm->excess[100], 15.0, 1e-4);
+  EXPECT_NEAR(heat.book().instrument, 5.0 * capacity, 1e-12);
+  EXPECT_NEAR(heat.book().residual(), 0.0, 1e-6 * capacity * 5.0);
+}
+
+std::string state_of(const Bioheat& heat) {
+  Hasher hasher;
+  for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
+    const HeatBrick& brick = heat.bricks().brick(b);
+    for (const int index : brick.index) hasher.value(index);
+    for (const HeatBrick::Values* field : {&brick.water, &brick.damage, &brick.charred})
+      hasher.array<float>(*field);
+    if (brick.warm) hasher.array<float>(brick.warm->excess);
+  }
+  const HeatBook book = heat.book();
+  for (const double entry : {book.delivered, book.latent, book.perfused, book.gas, book.boundary})
+    hasher.value(entry);
+  return hasher.hex();
+}
+
+TEST(HeatBook, AnyNumberOfThreadsGivesTheSameBits) {
+  const auto run = [](int threads) {
+    const oneapi::tbb::global_control limit(
+        oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    Bioheat heat(ThermalTissue{}, BioheatOptions{}, half_space());
+    burn(heat, 20.0, 0.7);
+    wait(heat, 0.5);
+    return state_of(heat);
+  };
+  const std::string one = run(1);
+  EXPECT_EQ(run(2), one);
+  EXPECT_EQ(run(5), one);
+}
+
+TEST(HeatBook, AnOrganThatNobodyHeatsCostsNothing) {
+  int asked = 0;
+  Bioheat heat(ThermalTissue{}, BioheatOptions{}, [&](const Vec3& p) {
+    ++asked;
+    return p.norm() - 0.1;
+  });
+  wait(heat, 10.0);
+  EXPECT_EQ(heat.bricks().count(), 0u);
+  EXPECT_EQ(asked, 0);
+  EXPECT_EQ(heat.passes_of_last_step(), 0);
+}
+
+TEST(HeatBook, WarmTissueIsForgottenAndHarmedTissueKept) {
+  Bioheat warm(ThermalTissue{}, BioheatOptions{}, half_space());
+  burn(warm, 0.02, 0.5);
+  EXPECT_GT(warm.bricks().count(), 0u);
+  wait(warm, 600.0, 0.25);
+  EXPECT_EQ(warm.bricks().count(), 0u);
+
+  Bioheat burnt(ThermalTissue{}, BioheatOptions{}, half_space());
+  burn(burnt, 20.0, 0.5);
+  const double damage = burnt.bricks().damage_at({0, 0, -1});
+  EXPECT_GT(damage, 1.0);
+  wait(burnt, 900.0, 0.25);
+  EXPECT_EQ(burnt.warm_bricks(), 0u);
+  EXPECT_GT(burnt.bricks().count(), 0u);
+  EXPECT_GE(burnt.bricks().damage_at({0, 0, -1}), damage);
+  EXPECT_GT(burnt.harmed_volume(), 1e-9);
+}
+
+TEST(HeatBook, HeatIsFollowedAcrossBricks) {
+  Bioheat heat(plain_tissue(), BioheatOptions{});
+  burn(heat, 2.0, 0.5);
+  const std::size_t at_first = heat.warm_bricks();
+  wait(heat, 20.0, 0.1);
+  EXPECT_GT(heat.warm_bricks(), at_first);
+  EXPECT_LT(heat.book().boundary, 0.01 * heat.book().delivered);
+}
+
+TEST(HeatBook, BeyondItsBricksItSaysSoAndGoesOn) {
+  BioheatOptions options;
+  options.most_bricks = 3;
+  Bioheat heat(plain_tissue(), options);
+  burn(heat, 2.0, 0.5);
+  wait(heat, 5.0);
+  EXPECT_EQ(heat.bricks().count(), 3u);
+  EXPECT_TRUE(heat.bricks().overflowed());
+  EXPECT_GT(heat.book().boundary, 0.0);
+  EXPECT_LT(std::abs(heat.book().residual()), 1e-4 * heat.book().delivered);
+}
+
+TEST(HeatBook, MemoryIsToldBeforehand) {
+  const double box = 40e-3;
+  const std::size_t coarse = HeatBricks::bytes_for(Vec3::Constant(box), 0.5e-3);
+  const std::size_t fine = HeatBricks::bytes_for(Vec3::Constant(box), 0.05e-3);
+  EXPECT_EQ(fine, 1000 * coarse);
+  Bioheat heat(plain_tissue(), BioheatOptions{}, half_space());
+  burn(heat, 2.0, 0.1);
+  EXPECT_GT(heat.bricks().memory_bytes(), heat.bricks().count() * 8 * 2048);
+}
+
+}  // namespace
+}  // namespace viscera

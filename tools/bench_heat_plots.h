@@ -1,0 +1,33 @@
+// Pictures of what `viscera bench heat` measured.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "engine/verification/standard_burn.h"
+
+namespace viscera {
+
+/// Greatest error near a lesion's edge, over the temperature's rise there.
+struct HeatError {
+  double voxel = 0.0;  ///< [m]
+  double dt = 0.0;     ///< [s]
+  double error = 0.0;
+};
+
+struct HeatTime {
+  std::size_t voxels = 0;  ///< in warm bricks
+  double step_s = 0.0;     ///< median
+};
+
+/// What is published of burns like the standard one.
+struct LesionRange {
+  double least_depth, most_depth, least_width, most_width;  ///< [m]
+};
+
+/// Writes heat_error.svg, heat_time.svg and heat_lesion.svg into the folder, which is made if need be.
+Result<void> draw_heat_plots(const std::vector<HeatError>& errors,
+                             const std::vector<HeatTime>& times, const BurnResult& burn,
+                             const LesionRange& range, const std::filesystem::path& folder);
+
+}  // namespace viscera
