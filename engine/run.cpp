@@ -279,6 +279,22 @@ std::string flag_text(FrameFlag flag) {
   return {};
 }
 
+HapticReport haptic_report(const HapticTool& tool) {
+  const HiveTissueFigures figures = tool.tissue->figures();
+  HapticReport report;
+  report.tool = tool.name;
+  report.device = tool.device->name();
+  report.ticks = tool.lockstep->next();
+  report.greatest_force = tool.servo->greatest_force();
+  report.energy = tool.servo->energy_given();
+  report.passivity_violations = tool.servo->passivity_violations();
+  report.hives_built = figures.hives;
+  report.hives_refused = figures.refused;
+  report.ticks_without = figures.uncovered;
+  report.events = tool.events;
+  return report;
+}
+
 void describe_world(const World& world, const SceneDescription& scene, RunReport& report) {
   for (std::size_t o = 0; o < world.organ_bodies.size(); ++o) {
     const OrganBody& organ = world.organ_bodies[o];
@@ -305,6 +321,9 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     report.links.push_back({link.name, described->between, described->stiffness,
                             link.springs.size(), link.greatest_force});
   }
+  if (world.haptics)
+    for (const HapticTool& tool : world.haptics->tools())
+      report.haptics.push_back(haptic_report(tool));
   for (const SmokeBody& smoke : world.smoke) {
     const SmokeBook& book = smoke.volume.book();
     report.smoke.particles_max = std::max(report.smoke.particles_max, smoke.most_particles);

@@ -6,12 +6,20 @@
 
 namespace viscera {
 
+namespace {
+
+/// Of the encoders' step: more than one along an axis.
+constexpr double kOneStep = 1.2;
+
+}  // namespace
+
 PassivityGuard::PassivityGuard(const PassivitySettings& settings, const DeviceLimits& limits,
                                double dt)
     : settings_(settings),
       dt_(dt),
       smoothing_(1.0 - std::exp(-2.0 * std::numbers::pi * settings.velocity_cut * dt)),
       friction_(limits.friction),
+      one_step_(kOneStep * limits.resolution),
       greatest_damping_(settings.greatest_share * limits.apparent_mass * 2.0 * std::numbers::pi *
                         settings.velocity_cut),
       // What positions known to a step can't tell: some steps under a lasting force.
@@ -37,7 +45,8 @@ Vec3 PassivityGuard::update(const Vec3& held, const Step& step) {
   damping_ = 0.0;
   if (!step.judged) return Vec3::Zero();
 
-  budget_ += -work + step.supplied - rise + friction_ * moved.norm();
+  budget_ += -work + step.supplied - rise;
+  if (moved.norm() < one_step_) budget_ += friction_ * moved.norm();
   // Without a reference the budget has to hold all that the tissue stores.
   if (reference) budget_ = std::min(budget_, tolerance_);
   if (budget_ >= 0.0) return Vec3::Zero();

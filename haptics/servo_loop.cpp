@@ -41,6 +41,7 @@ void ServoLoop::one_tick(std::uint64_t number) {
   }
   statistics_.compute.add(all);
   statistics_.energy_given.store(tick_.energy_given(), std::memory_order_relaxed);
+  statistics_.greatest_force.store(tick_.greatest_force(), std::memory_order_relaxed);
   statistics_.passivity_violations.store(tick_.passivity_violations(), std::memory_order_relaxed);
   statistics_.ticks.fetch_add(1, std::memory_order_relaxed);
   outputs_.back() = output;

@@ -27,6 +27,7 @@ struct ServoStatistics {
   LatencyHistogram compute;                        ///< of a whole tick
   std::array<LatencyHistogram, kTickParts> parts;  ///< by TickPart
   std::atomic<double> energy_given{0.0};           ///< [J] net to the hand
+  std::atomic<double> greatest_force{0.0};         ///< [N] on the hand
   std::atomic<std::uint64_t> passivity_violations{0};
 };
 

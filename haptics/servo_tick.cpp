@@ -1,5 +1,6 @@
 #include "haptics/servo_tick.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace viscera {
@@ -93,6 +94,7 @@ const ServoOutput& ServoTick::run(std::uint64_t tick, TickTimes* times) noexcept
   }
   force = limits_.apply(force);
   output_.force = force;
+  greatest_force_ = std::max(greatest_force_, force.norm());
   output_.tissue = felt.tissue.force;
   output_.touching = felt.tissue.touching;
   output_.authority = guard_.authority();

@@ -60,6 +60,7 @@ class ServoTick {
   const HapticDevice& device() const { return device_; }
   const ServoSettings& settings() const { return settings_; }
   double energy_given() const { return passivity_.given(); }  ///< [J] net to the hand
+  double greatest_force() const { return greatest_force_; }      ///< [N] on the hand since the start
   std::uint64_t passivity_violations() const { return passivity_.violations(); }
   ServoEventRing& events() { return events_; }
 
@@ -79,6 +80,7 @@ class ServoTick {
   ForceLimits limits_;
   ServoEventRing events_;
   ServoOutput output_;
+  double greatest_force_ = 0.0;
   Vec3 tool_before_ = Vec3::Zero();
   Vec3 fading_ = Vec3::Zero();  // the force when the fault came
 };

@@ -141,7 +141,6 @@ Result<void> run_haptics(SceneDescription scene, const std::map<std::string, Tis
 
   Trace trace({kStageNames.begin(), kStageNames.end()});
   HapticsReport report;
-  std::vector<double> strongest(world.haptics->tools().size(), 0.0);
   bar.emplace("in touch");
   const Progress progress = bar->progress();
   const Stopwatch watch;
@@ -157,8 +156,6 @@ Result<void> run_haptics(SceneDescription scene, const std::map<std::string, Tis
     due += 1.0 / kFramesPerSecond;
     step_frame(world, trace);
     ++report.frames;
-    for (std::size_t i = 0; i < strongest.size(); ++i)
-      strongest[i] = std::max(strongest[i], world.haptics->tools()[i].output.force.norm());
     if (auto drawn = pictures->draw(world, watch.seconds()); !drawn) return drawn;
   }
   bar.reset();
@@ -172,10 +169,7 @@ Result<void> run_haptics(SceneDescription scene, const std::map<std::string, Tis
   report.simulated = world.time();
   report.pictures = pictures->pictures();
   report.renderer = pictures->device();
-  for (std::size_t i = 0; i < strongest.size(); ++i) {
-    report.tools.push_back(report_of(world.haptics->tools()[i]));
-    report.tools.back().greatest_force = strongest[i];
-  }
+  for (HapticTool& tool : world.haptics->tools()) report.tools.push_back(report_of(tool));
   print(report, out);
   if (!options.plots.empty())
     if (auto drawn = draw_latency_plots(world.haptics->tools(), options.plots); !drawn) return drawn;

@@ -88,15 +88,11 @@ HapticToolReport report_of(HapticTool& tool) {
   report.energy = statistics.energy_given;
   report.passivity_violations = statistics.passivity_violations;
   report.events = tool.events;
-  for (const ToolTissue::Organ& organ : tool.tissue->organs) {
-    const HiveTissueFigures& figures = organ.tissue->figures();
-    report.tissue.hives += figures.hives;
-    report.tissue.refused += figures.refused;
-    report.tissue.searches += figures.searches;
-    report.tissue.uncovered += figures.uncovered;
-    if (figures.last_refusal != HiveVerdict::sound)
-      report.events.push_back(fmt::format("a hive was refused: {}", name_of(figures.last_refusal)));
-  }
+  report.greatest_force = statistics.greatest_force;
+  report.tissue = tool.tissue->figures();
+  if (report.tissue.last_refusal != HiveVerdict::sound)
+    report.events.push_back(
+        fmt::format("a hive was refused: {}", name_of(report.tissue.last_refusal)));
   return report;
 }
 

@@ -24,7 +24,7 @@ struct HapticToolReport {
   std::array<Percentiles, kTickParts> parts;
   double energy = 0.0;  ///< given to the hand [J]
   std::uint64_t passivity_violations = 0;
-  double greatest_force = 0.0;  ///< seen at frames [N]
+  double greatest_force = 0.0;  ///< on the hand [N]
   HiveTissueFigures tissue;
   std::vector<std::string> events;
 };

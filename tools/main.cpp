@@ -22,6 +22,7 @@
 #include "tools/bench_hemisphere.h"
 #include "tools/bench_hive.h"
 #include "tools/bench_smoke.h"
+#include "tools/bench_zwidth.h"
 #include "tools/check_command.h"
 #include "tools/haptics_command.h"
 #include "tools/import_command.h"
@@ -255,7 +256,8 @@ class ImportCommand {
   double edge_mm_ = 0.0, voxel_mm_ = 0.0, close_mm_ = 0.0;
 };
 
-/// `bench scene`, `bench hemisphere`, `bench convergence`, `bench smoke`, `bench hive` and `bench heat`.
+/// `bench scene`, `bench hemisphere`, `bench convergence`, `bench smoke`, `bench hive`,
+/// `bench heat` and `bench zwidth`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -287,6 +289,12 @@ class BenchCommand {
         "heat", "time of a step of heat, with its error and the standard burn's lesion");
     heat_->add_flag("--quick", heat_options_.quick, "fewer cases; some seconds");
     add_outputs(*heat_, heat_options_.json, &heat_options_.plots);
+    zwidth_ = command_->add_subcommand(
+        "zwidth", "the stiffest wall that a simulated device shows without rattling");
+    zwidth_->add_flag("--quick", zwidth_options_.quick, "three grips and three dampings");
+    add_outputs(*zwidth_, zwidth_options_.json, &zwidth_options_.plots);
+    add_list(*zwidth_, "--grip", zwidth_options_.grips, "these alone, 0 (loose) to 1 (firm)");
+    add_list(*zwidth_, "--damping", zwidth_options_.dampings, "these alone, of the coupling [N s/m]");
   }
   BenchCommand(const BenchCommand&) = delete;
   BenchCommand& operator=(const BenchCommand&) = delete;
@@ -303,6 +311,7 @@ class BenchCommand {
       return code_of(bench_smoke(smoke_options_, std::cout));
     }
     if (heat_->parsed()) return code_of(bench_heat(heat_options_, std::cout));
+    if (zwidth_->parsed()) return code_of(bench_zwidth(zwidth_options_, std::cout));
     auto scene = arguments_.load();
     if (!scene) return fail(scene.error());
     auto known = tissues();
@@ -366,6 +375,7 @@ class BenchCommand {
   CLI::App* smoke_ = nullptr;
   CLI::App* hive_ = nullptr;
   CLI::App* heat_ = nullptr;
+  CLI::App* zwidth_ = nullptr;
   SceneArguments arguments_;
   BenchOptions scene_options_;
   HemisphereBenchOptions hemisphere_options_;
@@ -373,6 +383,7 @@ class BenchCommand {
   SmokeBenchOptions smoke_options_;
   HiveBenchOptions hive_options_;
   HeatBenchOptions heat_options_;
+  ZWidthBenchOptions zwidth_options_;
   std::string backend_ = name_of(smoke_options_.backend);
 };
 

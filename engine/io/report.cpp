@@ -46,6 +46,20 @@ Json organ_json(const OrganReport& organ) {
           {"greatest_displacement_time_s", organ.greatest_displacement_time}};
 }
 
+Json haptic_json(const HapticReport& tool) {
+  return {{"tool", tool.tool},
+          {"device", tool.device},
+          {"ticks", tool.ticks},
+          {"greatest_force_N", tool.greatest_force},
+          {"energy_J", tool.energy},
+          {"passivity_violations", tool.passivity_violations},
+          {"hives",
+           {{"built", tool.hives_built},
+            {"refused", tool.hives_refused},
+            {"ticks_without", tool.ticks_without}}},
+          {"events", tool.events}};
+}
+
 Json link_json(const LinkReport& link) {
   return {{"name", link.name},
           {"between", {link.between[0], link.between[1]}},
@@ -105,6 +119,8 @@ std::vector<StageReport> stage_reports(const Trace& trace) {
 }
 
 std::string to_json(const RunReport& report) {
+  Json haptics = Json::array();
+  for (const HapticReport& tool : report.haptics) haptics.push_back(haptic_json(tool));
   Json organs = Json::array(), links = Json::array(), stages = Json::array(), skipped = Json::array();
   for (const OrganReport& organ : report.organs) organs.push_back(organ_json(organ));
   for (const LinkReport& link : report.links) links.push_back(link_json(link));
@@ -138,6 +154,7 @@ std::string to_json(const RunReport& report) {
         {"memory_bytes", report.machine.memory_bytes}}},
       {"organs", organs},
       {"links", links},
+      {"haptics", haptics},
       {"stages", stages},
       {"smoke",
        {{"particles_max", report.smoke.particles_max},

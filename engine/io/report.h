@@ -38,6 +38,18 @@ struct LinkReport {
   double greatest_force = 0.0;       ///< of all springs together [N]
 };
 
+/// An instrument that was held, and what its device felt.
+struct HapticReport {
+  std::string tool, device;
+  std::uint64_t ticks = 0;
+  double greatest_force = 0.0;  ///< on the hand [N]
+  double energy = 0.0;          ///< net to the hand [J]
+  std::uint64_t passivity_violations = 0;
+  std::uint64_t hives_built = 0, hives_refused = 0;
+  std::uint64_t ticks_without = 0;  ///< a hive, in contact
+  std::vector<std::string> events;
+};
+
 struct StageReport {
   std::string name;
   double median_us = 0.0, p99_us = 0.0, max_us = 0.0;
@@ -88,6 +100,7 @@ struct RunReport {
   MachineReport machine;
   std::vector<OrganReport> organs;
   std::vector<LinkReport> links;
+  std::vector<HapticReport> haptics;
   std::vector<StageReport> stages;
   /// emitted = airborne + background + evacuated + leaked + deposited.
   struct Smoke {

@@ -17,9 +17,6 @@ ObjectSpec hive() {
                 "(boussinesq), or nothing, as published (fixed). Left out: coupled where the organ "
                 "has a precomputed response, else boussinesq.")
                .one_of({"coupled", "boussinesq", "fixed"}),
-           text("material", "How its tissue answers large strain.")
-               .one_of({"linear", "st_venant_kirchhoff", "neo_hookean"})
-               .otherwise("linear"),
            text("formulation", "Of its equations; paper: the published ones.")
                .one_of({"default", "paper"})
                .otherwise("default")},

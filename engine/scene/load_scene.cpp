@@ -168,7 +168,6 @@ TipDescription tip_of(const Json& values) {
 
 HiveDescription hive_of(const Json& values) {
   using Periphery = HiveDescription::Periphery;
-  using Law = HiveDescription::Law;
   HiveDescription hive;
   if (values.contains("radius_mm")) hive.radius = from_milli(values["radius_mm"]);
   if (values.contains("nodes")) hive.nodes = values["nodes"];
@@ -176,9 +175,6 @@ HiveDescription hive_of(const Json& values) {
     hive.periphery = values["periphery"] == "coupled"      ? Periphery::kCoupled
                      : values["periphery"] == "boussinesq" ? Periphery::kBoussinesq
                                                            : Periphery::kFixed;
-  hive.law = values["material"] == "linear"        ? Law::kLinear
-             : values["material"] == "neo_hookean" ? Law::kNeoHookean
-                                                   : Law::kStVenantKirchhoff;
   hive.paper = values["formulation"] == "paper";
   return hive;
 }

@@ -147,13 +147,10 @@ struct InstrumentKey {
 struct HiveDescription {
   /// What moves its edge: the body's precomputed field, the half-space's, nothing.
   enum class Periphery { kCoupled, kBoussinesq, kFixed };
-  /// How its tissue answers large strain.
-  enum class Law { kLinear, kStVenantKirchhoff, kNeoHookean };
 
   double radius = 0.0;  ///< of the influence region on the surface [m]; 0: from the tip's size
   int nodes = 0;        ///< 0: as many as a tick has time for
   std::optional<Periphery> periphery;  ///< none: coupled where the organ has a global response
-  Law law = Law::kLinear;
   bool paper = false;   ///< the published equations in place of the ones that converge
 };
 

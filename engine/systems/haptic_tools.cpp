@@ -81,6 +81,19 @@ TactileForce ToolTissue::respond(const ToolMotion& motion, double dt) noexcept {
   return all;
 }
 
+HiveTissueFigures ToolTissue::figures() const {
+  HiveTissueFigures all;
+  for (const Organ& organ : organs) {
+    const HiveTissueFigures& one = organ.tissue->figures();
+    all.hives += one.hives;
+    all.refused += one.refused;
+    all.searches += one.searches;
+    all.uncovered += one.uncovered;
+    if (one.last_refusal != HiveVerdict::sound) all.last_refusal = one.last_refusal;
+  }
+  return all;
+}
+
 Result<std::shared_ptr<HapticTools>> HapticTools::create(const SceneDescription& scene,
                                                          const World& world, const ServoRun& run) {
   const ServoClock clock = run.clock;

@@ -41,6 +41,8 @@ class ToolTissue final : public TactileModel {
   std::vector<Organ> organs;
 
   TactileForce respond(const ToolMotion& motion, double dt) noexcept override;
+  /// Of all organs together; once the servo rests.
+  HiveTissueFigures figures() const;
 };
 
 /// One held instrument.

@@ -91,6 +91,32 @@ TEST_F(Bench, ConvergenceGivesErrorsAndOrders) {
   EXPECT_TRUE(fs::exists(folder_ / "plots/convergence_nu0.45.svg"));
 }
 
+TEST_F(Bench, ZWidthGivesTheGreatestStableStiffnessWithAndWithoutTheController) {
+  const fs::path file = folder_ / "z.json";
+  const ProgramResult result = run({"zwidth", "--grip", "0,1", "--damping", "0,2", "--json",
+                                    file.string(), "--plot", (folder_ / "plots").string()});
+  ASSERT_EQ(result.code, 0) << result.told();
+  const auto all = json(file);
+  ASSERT_EQ(all["cases"].size(), 8u);
+  const double shown = all["default_coupling"]["stiffness_N_per_m"];
+  double loose[2] = {0.0, 0.0};  // undamped, without and with the controller
+  for (const auto& one : all["cases"]) {
+    const double stiffness = one["greatest_stable_N_per_m"];
+    const bool controller = one["passivity_controller"];
+    if (one["damping_Ns_per_m"] == 2.0 && controller) {
+      EXPECT_GT(stiffness, 2.0 * shown) << one;
+    }
+    if (one["damping_Ns_per_m"] == 0.0 && one["grip"] == 0.0) loose[controller] = stiffness;
+  }
+  EXPECT_GT(loose[0], 100.0);
+  EXPECT_GT(loose[1], loose[0]);
+  EXPECT_TRUE(fs::exists(folder_ / "plots/zwidth.svg"));
+  const ProgramResult refused = run({"zwidth", "--grip", "1.5", "--damping", "-1"});
+  EXPECT_EQ(refused.code, 2) << refused.told();
+  for (const char* word : {"--grip", "1.5", "--damping", "-1"})
+    EXPECT_NE(refused.err.find(word), std::string::npos) << word << refused.told();
+}
+
 TEST_F(Bench, RefusesWhatItCantRunWithAllReasons) {
   const ProgramResult result =
       run({"hemisphere", "--formulation", "springs", "--poisson", "0.5", "--a", "0.7"});

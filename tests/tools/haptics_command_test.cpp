@@ -1,6 +1,17 @@
 // `viscera haptics`, on the wall clock: that it ends, reports and writes; how fast is for benchmarks.
 #include <gtest/gtest.h>
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <map>
+#include <sstream>
+#include <thread>
+
 #include "tests/tools/tiny_scene.h"
 
 namespace viscera::test {
@@ -41,6 +52,91 @@ TEST(HapticsCommand, ReportsTicksLatenessAndComputingTime) {
       haptics(folder, {"--seconds", "0.5", "--no-render", "--device", "recorded", "--recording",
                        (folder / "hand.csv").string()});
   EXPECT_EQ(replayed.code, 0) << replayed.told();
+}
+
+// A ball-ended probe over a ball of liver, 7 mm from touching it where its path has its middle.
+Json palpated_ball() {
+  Json scene = held_scene();
+  scene.erase("smoke");
+  scene["organs"][0]["geometry"] = {{"recipe", "sphere"}, {"radius_mm", 25}, {"edge_mm", 4}};
+  scene["instruments"].erase(1);
+  Json& probe = scene["instruments"][0];
+  probe["name"] = "probe";
+  probe["kind"] = "probe";
+  probe["tip"]["radius_mm"] = 4;
+  probe["path"] = {{{"time_s", 0.0}, {"tip_mm", {0, 0, 46}}},
+                   {{"time_s", 1.0}, {"tip_mm", {0, 0, 26}}}};
+  return scene;
+}
+
+// A port of this machine that nobody has; 0 where there is none.
+int free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  const bool known = ::bind(socket, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
+                     ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+  ::close(socket);
+  return known ? ntohs(address.sin_port) : 0;
+}
+
+// Runs the client until it gets through; what it then says, by its first words.
+std::map<std::string, double> ten_seconds_of_a_client(int port) {
+  ProgramResult client;
+  for (int i = 0; i < 600; ++i) {
+    client = run_command({VISCERA_IGTL_CLIENT, std::to_string(port), "10"});
+    if (client.code == 0) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  EXPECT_EQ(client.code, 0) << client.told();
+  std::map<std::string, double> said;
+  std::istringstream lines(client.out);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t space = line.find(' ');
+    said[line.substr(0, space)] = std::atof(line.substr(space + 1).c_str());
+  }
+  return said;
+}
+
+TEST(HapticsCommand, AClientInAnotherProcessDrivesTheToolForTenSecondsAndReceivesForces) {
+  const SceneFolder folder(palpated_ball());
+  const int port = free_port();
+  ASSERT_GT(port, 0);
+  ProgramResult program;
+  std::atomic<bool> client_gone{false};
+  std::thread running([&] {
+    ProgramCall call{.arguments = {"haptics", folder.scene().string(), "--seconds", "100",
+                                   "--no-render", "--device", "network", "--port",
+                                   std::to_string(port), "--json", (folder / "h.json").string()},
+                     .cache = folder.cache()};
+    call.interrupt_when = [&](const std::string&) { return client_gone.load(); };
+    program = run_program(call);
+  });
+  std::map<std::string, double> said = ten_seconds_of_a_client(port);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  client_gone = true;
+  running.join();
+
+  EXPECT_GT(said["forces"], 1000) << program.told();
+  EXPECT_EQ(said["bad"], 0);
+  EXPECT_EQ(said["newton"], 1);
+  // 3 mm into a ball of liver, and never a pull.
+  EXPECT_GT(said["greatest"], 0.02);
+  EXPECT_LT(said["greatest"], 3.0);
+  EXPECT_GE(said["least"], -0.01);
+
+  const Json report = Json::parse(file_text(folder / "h.json"));
+  const Json& tool = report["tools"][0];
+  EXPECT_TRUE(tool["device"].get<std::string>().starts_with("network")) << tool;
+  EXPECT_GT(tool["ticks"].get<int>() + tool["missed"].get<int>(), 10'000);
+  EXPECT_NEAR(tool["greatest_force_N"].get<double>(), said["greatest"], 0.1 * said["greatest"]);
+  EXPECT_GT(tool["hives"]["built"].get<int>(), 0);
+  EXPECT_EQ(tool["passivity_violations"], 0);
+  const std::string events = tool["events"].dump();
+  for (const char* what : {"connected", "force", "left"})
+    EXPECT_NE(events.find(what), std::string::npos) << what << " in " << events;
 }
 
 TEST(HapticsCommand, BadInputIsRefusedBeforeAnythingStarts) {

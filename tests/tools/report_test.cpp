@@ -56,6 +56,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"peak_memory_bytes", Type::number_unsigned},
                {"organs", Type::array},
                {"links", Type::array},
+               {"haptics", Type::array},
                {"stages", Type::array},
                {"smoke", Type::object},
                {"skipped", Type::array},
@@ -98,6 +99,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"compliance_s", Type::number_float},
                {"smallest_compliance_eigenvalue", Type::number_float}},
               true);
+  EXPECT_TRUE(report["haptics"].empty()) << "nothing is held";
   ASSERT_FALSE(report["stages"].empty());
   for (const Json& stage : report["stages"]) {
     expect_keys(stage,
@@ -148,6 +150,42 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
   EXPECT_NEAR(found, smoke["emitted_kg"].get<double>(), 1e-9 * found);
   EXPECT_GT(report["organs"][0]["nodes"], report["organs"][0]["surface_nodes"]);
   EXPECT_GT(report["peak_memory_bytes"], 10'000'000);
+}
+
+TEST(RunReport, TellsWhatAHeldToolFelt) {
+  Json scene = tiny_scene();
+  scene["duration_s"] = 1.5;
+  scene["instruments"][0]["haptic"] = {{"grip", "firm"}};
+  scene["instruments"][0]["path"] = {{{"time_s", 0.0}, {"tip_mm", {3, 0, 21}}},
+                                     {{"time_s", 0.6}, {"tip_mm", {3, 0, 21}}},
+                                     {{"time_s", 1.0}, {"tip_mm", {3, 0, 14.5}}}};
+  const SceneFolder folder(scene);
+  const ProgramResult result = folder.run({"--no-render"});
+  ASSERT_EQ(result.code, 0) << result.told();
+  const Json report = folder.report();
+  ASSERT_EQ(report["haptics"].size(), 1u);
+  const Json& tool = report["haptics"][0];
+  expect_keys(tool,
+              {{"tool", Type::string},
+               {"device", Type::string},
+               {"ticks", Type::number_unsigned},
+               {"greatest_force_N", Type::number_float},
+               {"energy_J", Type::number_float},
+               {"passivity_violations", Type::number_unsigned},
+               {"hives", Type::object},
+               {"events", Type::array}},
+              true);
+  expect_keys(tool["hives"],
+              {{"built", Type::number_unsigned},
+               {"refused", Type::number_unsigned},
+               {"ticks_without", Type::number_unsigned}},
+              true);
+  EXPECT_EQ(tool["tool"], "hook");
+  EXPECT_EQ(tool["device"], "simulated");
+  EXPECT_NEAR(tool["ticks"].get<double>(), 1500.0, 34.0);
+  EXPECT_GT(tool["greatest_force_N"].get<double>(), 0.0);
+  EXPECT_GT(tool["hives"]["built"].get<int>(), 0);
+  EXPECT_FALSE(tool["events"].empty());
 }
 
 TEST(StateHash, DoesntDependOnThreads) {

@@ -30,7 +30,7 @@ TEST(Report, HasTheKeysThatWerePromised) {
         "frames",   "state_hash", "wall_s",  "real_time_factor", "peak_memory_bytes",
         "organs",   "stages",     "smoke",   "skipped",          "flags",
         "warnings", "renderer",   "machine", "version",          "command",
-        "gpu",      "backend_reason"}) {
+        "gpu",      "backend_reason", "haptics"}) {
     EXPECT_TRUE(all.contains(key)) << key;
   }
   const auto keys = [](const json& object) {

@@ -79,7 +79,6 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(holder.haptic->hive.radius, 0.012);
   EXPECT_EQ(holder.haptic->hive.nodes, 90);
   EXPECT_EQ(holder.haptic->hive.periphery, HiveDescription::Periphery::kBoussinesq);
-  EXPECT_EQ(holder.haptic->hive.law, HiveDescription::Law::kNeoHookean);
   EXPECT_TRUE(holder.haptic->hive.paper);
   ASSERT_TRUE(scene.instruments.at(1).haptic);
   EXPECT_EQ(scene.instruments[1].haptic->device, HapticDescription::Device::kSimulated);
