@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// To reach, on two cores: see `issues`' table in ARCHITECTURE.md's haptics section.
+/// To reach, on two cores.
 constexpr double kLatenessP50 = 20.0, kLatenessP99 = 200.0, kComputeP999 = 500.0;  // [us]
 
 Json to_json(const Percentiles& p) {

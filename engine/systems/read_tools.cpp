@@ -36,10 +36,10 @@ void read_tools(World& world, const FrameContext& context) {
     const InstrumentBody& body = world.instrument_bodies[i];
     InstrumentState& state = *world.instrument_states.find(world.instrument_bodies.owner(i));
     // A held tool is where the hand has it (run_servos); its path tells jaw and power, and where it
-    // waits until its device is engaged.
+    // waits until its device is engaged. Without a servo, as in a benchmark, the path moves it.
     const Vec3 held = state.tip;
     place_tool(body, context.time, state);
-    if (!body.description.haptic) continue;
+    if (!world.haptics || !body.description.haptic) continue;
     aim_tool(body, context.frame == 1 ? body.tip.at(0.0) : held, state);
   }
 }

@@ -68,6 +68,14 @@ TEST(HapticTools, ASceneWithoutOneHasNone) {
   EXPECT_EQ(*haptics, nullptr);
 }
 
+TEST(HapticTools, WithoutAServoThePathMovesAHeldTool) {
+  auto world = build(held_probe(Response::kGlobal));
+  ASSERT_TRUE(world);
+  step_until(*world, 1.2);
+  EXPECT_NEAR(world->instrument_states[0].tip.z(), kTop + kTip - 3e-3, 1e-9);
+  EXPECT_GT(force_on(*world, 0).z(), 0.0);
+}
+
 TEST(HapticTools, TheHandMovesTheToolAndTheTissueHoldsItBack) {
   auto world = held(held_probe(Response::kGlobal));
   ASSERT_TRUE(world);
