@@ -14,6 +14,7 @@
 #include "engine/verification/hemisphere_body.h"
 #include "kernels/hive/hive.h"
 #include "tools/bench_figures.h"
+#include "tools/bench_hive_moving.h"
 #include "tools/plots/svg_plot.h"
 #include "tools/project_paths.h"
 
@@ -371,7 +372,15 @@ Result<void> bench_hive(const HiveBenchOptions& options, std::ostream& out) {
       }
     }
   }
-  const std::vector<BenchRow> rows = rows_of(cases);
+  std::vector<BenchRow> rows = rows_of(cases);
+  out << '\n';
+  MovingHiveOptions led;
+  led.nodes = *std::max_element(nodes.begin(), nodes.end());
+  if (options.quick) led.seconds = 2.0;
+  const auto moving = measure_moving_hive(led);
+  if (!moving) return std::unexpected(moving.error());
+  print(*moving, out);
+  for (BenchRow& row : rows_of(*moving)) rows.push_back(std::move(row));
   const MachineReport machine = this_machine();
   out << '\n';
   print_rows(rows, fmt::format("{} cores of {}, one thread", machine.cores, machine.cpu), out);
@@ -383,6 +392,7 @@ Result<void> bench_hive(const HiveBenchOptions& options, std::ostream& out) {
                          {"tool_over_R", kTool},
                          {"cells", 1 + 3 * kRings * (kRings + 1)},
                          {"cases", nlohmann::json::array()},
+                         {"moving", to_json(*moving)},
                          {"rows", to_json(rows)}};
   for (const HiveCase& one : cases) json["cases"].push_back(to_json(one));
   return write_file(options.json, json.dump(2) + "\n");

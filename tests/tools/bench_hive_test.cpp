@@ -22,7 +22,7 @@ TEST(BenchHive, WritesCasesErrorsAndPictures) {
   const TemporaryFolder folder;
   const auto file = folder / "hive.json", plots = folder / "plots";
   const ProgramResult result =
-      bench_hive({"--nodes", "28,80", "--radius", "0.4", "--poisson", "0.3", "--json", file.string(),
+      bench_hive({"--quick", "--nodes", "28,80", "--radius", "0.4", "--poisson", "0.3", "--json", file.string(),
                   "--plot", plots.string()},
                  folder);
   ASSERT_EQ(result.code, 0) << result.err;
@@ -39,7 +39,13 @@ TEST(BenchHive, WritesCasesErrorsAndPictures) {
       EXPECT_LT(error, 0.02) << one;
     }
   }
-  EXPECT_GE(all["rows"].size(), 3u);
+  const auto& moving = all["moving"];
+  EXPECT_GT(moving["nodes"].get<int>(), 60);
+  EXPECT_GT(moving["ticks"].get<int>(), 1000);
+  EXPECT_GT(moving["hives"].get<int>(), 2);
+  EXPECT_GT(moving["greatest_force_N"].get<double>(), 0.01);
+  EXPECT_GT(moving["compute_us"]["p99"].get<double>(), 0.0);
+  EXPECT_GE(all["rows"].size(), 5u);
   EXPECT_TRUE(std::filesystem::exists(plots / "cost_against_unknowns.svg"));
   EXPECT_TRUE(std::filesystem::exists(plots / "force_against_radius_nu0.30.svg"));
 }
