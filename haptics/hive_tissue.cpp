@@ -204,6 +204,9 @@ HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   result = hive.press(foot_.depths());
   if (deeper.verdict == HiveVerdict::sound && result.verdict == HiveVerdict::sound)
     stiffness = std::max(0.0, (deeper.force - result.force).dot(foot_.up()) / nudge);
+  result.force.setZero();
+  for (std::size_t k = 0; k < hive.cell_forces().size(); ++k)
+    result.force += hive.cell_forces()[k] * foot_.pushes()[k];
   return result;
 }
 

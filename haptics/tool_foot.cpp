@@ -15,8 +15,11 @@ constexpr double kRingRadii = 2.0, kRingEdges = 1.5;
 /// Steps of a tick towards the foot; each leaves a share depth / (radius of curvature) of the error.
 constexpr int kMostSteps = 8;
 constexpr double kCloseEnough = 1e-8;  // [m]
+/// Cells of a hexagonal pattern whose slopes are taken together are this near [pitches].
+constexpr double kNextCell = 1.1;
 /// A cell that found no surface stands this far off [m].
 constexpr double kNowhere = 1e-2;
+constexpr double kNoHeight = -1e9;
 
 Vec3 tangential(const Vec3& v, const Vec3& up) {
   return v - v.dot(up) * up;
@@ -28,6 +31,20 @@ ToolFoot::ToolFoot(double radius, int rings)
     : radius_(radius), pattern_(hexagonal_grid(1.0, rings).places), rings_(rings) {
   cells_.resize(pattern_.size());
   depths_.resize(pattern_.size());
+  heights_.resize(pattern_.size());
+  pushes_.resize(pattern_.size());
+  neighbours_.resize(pattern_.size());
+  for (std::size_t k = 0; k < pattern_.size(); ++k) {
+    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    for (std::size_t j = 0; j < pattern_.size(); ++j) {
+      const Vec2 apart = pattern_[j] - pattern_[k];
+      if (j == k || apart.norm() > kNextCell) continue;
+      neighbours_[k].push_back({j, apart});
+      spread += apart * apart.transpose();
+    }
+    const Eigen::Matrix2d inverse = spread.inverse();
+    for (Neighbour& one : neighbours_[k]) one.weight = inverse * one.weight;
+  }
 }
 
 void ToolFoot::start(const SurfaceSpot& spot, const Vec3& centre) noexcept {
@@ -104,8 +121,20 @@ void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
     const double drop = radius_ * radius_ - beside.squaredNorm();
     const double lowest = -std::sqrt(std::max(0.0, drop));  // over the centre, along up
     depths_[k] = there && drop > 0.0 ? (cell.position - centre_).dot(up_) - lowest : -kNowhere;
+    heights_[k] = there ? (cell.position - centre_).dot(up_) : kNoHeight;
     cell.depth = depths_[k];
   }
+  for (std::size_t k = 0; k < pattern_.size(); ++k) lean(k, pitch);
+}
+
+// From neighbours a pitch away, not from the facet: as a cell passes an edge its push turns slowly.
+void ToolFoot::lean(std::size_t cell, double pitch) noexcept {
+  Vec2 slope = Vec2::Zero();
+  if (heights_[cell] != kNoHeight)
+    for (const Neighbour& one : neighbours_[cell])
+      if (heights_[one.cell] != kNoHeight)
+        slope += (heights_[one.cell] - heights_[cell]) / pitch * one.weight;
+  pushes_[cell] = up_ - slope.x() * side_ - slope.y() * up_.cross(side_);
 }
 
 }  // namespace viscera

@@ -39,19 +39,34 @@ class ToolFoot {
   void lay_cells(const WalkableSurface& surface) noexcept;
   std::span<const ContactCell> cells() const { return cells_; }
   std::span<const double> depths() const { return depths_; }
+  /// Which way each cell's tissue pushes the tool per force along `direction`, across it too: the
+  /// tissue under a cell may be tilted, and a tool without friction that goes aside climbs it. It is
+  /// the gradient of what the cells measure as depth, so that force is what the stored energy falls by.
+  std::span<const Vec3> pushes() const { return pushes_; }
   double across() const { return across_; }  ///< radius of the pattern [m]
 
  private:
   Vec3 mean_normal(const WalkableSurface& surface, const SurfaceSpot& spot) const noexcept;
 
+  void lean(std::size_t cell, double pitch) noexcept;
+
+  /// The slope at a cell of the pattern, from its neighbours' heights: a sum of weight * difference.
+  struct Neighbour {
+    std::size_t cell;
+    Vec2 weight;  ///< for pitch 1
+  };
+
   double radius_;
   std::vector<Vec2> pattern_;  ///< of pitch 1
+  std::vector<std::vector<Neighbour>> neighbours_;
   int rings_;
   SurfaceSpot spot_;
   Vec3 up_ = Vec3::UnitZ(), side_ = Vec3::UnitX(), centre_ = Vec3::Zero();
   double depth_ = -1.0, across_ = 0.0;
   std::vector<ContactCell> cells_;
   std::vector<double> depths_;
+  std::vector<double> heights_;  ///< of the surface under each cell, from the centre along up [m]
+  std::vector<Vec3> pushes_;
 };
 
 }  // namespace viscera

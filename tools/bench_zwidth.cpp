@@ -69,8 +69,7 @@ Result<void> draw(const std::vector<Case>& cases, const std::filesystem::path& f
   Plot plot;
   plot.title = "Z-width: the stiffest wall without rattling";
   plot.subtitle =
-      "a PHANToM Premium 1.0A, simulated, pressed with 1 N against a rigid wall; "
-      "dashed: without the passivity controller";
+      "simulated PHANToM Premium 1.0A, pressed with 1 N on a rigid wall; dashed: not kept passive";
   plot.x = {"damping of the coupling (N s/m)"};
   plot.y = {"greatest stable stiffness (N/m)", true};
   int colour = 0;

@@ -161,6 +161,44 @@ TEST(TouchSliding, OverTheKidneyNoTenthOfAMillimetreChangesTheForceByAPercent) {
   EXPECT_EQ(all->tissue->figures().uncovered, 0u);
 }
 
+TEST(TouchSliding, RoundsOverTheKidneyGiveBackNoEnergy) {
+  const auto all = kidney();
+  ASSERT_TRUE(all);
+  const Slide& slide = *all->slide;
+  constexpr double kAir = -1e-3;
+  double y = -kHalfLength, depth = kAir, given = 0.0, stored = 0.0;
+  for (int i = 0; i < 60; ++i) all->at(slide.tip(y, -4e-3 + i * 5e-5));
+  Vec3 before = slide.tip(y, depth), force = all->at(before).force;
+  const auto go = [&](double to_y, double to_depth, int steps) {
+    const double from_y = y, from_depth = depth;
+    for (int i = 1; i <= steps; ++i) {
+      y = from_y + (to_y - from_y) * i / steps;
+      depth = from_depth + (to_depth - from_depth) * i / steps;
+      const Vec3 now = slide.tip(y, depth);
+      const TactileForce felt = all->at(now);
+      given += 0.5 * (force + felt.force).dot(now - before);
+      stored = std::max(stored, felt.energy);
+      force = felt.force;
+      before = now;
+    }
+  };
+  // Down here, over there pressed, up; and back the other way round, which would take what the first
+  // gave.
+  for (const double from : {-kHalfLength, kHalfLength}) {
+    go(from, kAir, 300);
+    given = 0.0;
+    for (int round = 0; round < 3; ++round) {
+      go(from, 3e-3, 400);
+      go(-from, 3e-3, 600);
+      go(-from, kAir, 400);
+      go(from, kAir, 300);
+    }
+    std::printf("given back %+.4f of the most that was stored\n", given / stored);
+    EXPECT_GT(stored, 1e-5);
+    EXPECT_LT(std::abs(given), 0.01 * stored);
+  }
+}
+
 // The frame's own contact has the same tissue, tool and compliance, at 60 Hz and with other cells.
 TEST(TouchSliding, TheHandFeelsTheForceOfTheGlobalModelAllAlong) {
   const auto all = kidney();
