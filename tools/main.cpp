@@ -102,6 +102,16 @@ int code_of(const Result<void>& done) {
   return done ? 0 : fail(done.error());
 }
 
+/// Loads what the arguments name and gives it to `use`; its exit code, or that of mistakes.
+template <class Use>
+int with_scene(const SceneArguments& arguments, const Use& use) {
+  auto scene = arguments.load();
+  if (!scene) return fail(scene.error());
+  auto known = tissues();
+  if (!known) return fail(known.error());
+  return code_of(use(*scene, *known));
+}
+
 CLI::Option* add_list(CLI::App& command, const char* name, auto& values, const char* what) {
   return command.add_option(name, values, what)->delimiter(',')->allow_extra_args(false);
 }
@@ -203,11 +213,9 @@ class CheckCommand {
   bool parsed() const { return command_->parsed(); }
 
   int run() const {
-    auto scene = scene_.load();
-    if (!scene) return fail(scene.error());
-    auto known = tissues();
-    if (!known) return fail(known.error());
-    return code_of(check_scene(*scene, *known, std::cout));
+    return with_scene(scene_, [](const auto& scene, const auto& known) {
+      return check_scene(scene, known, std::cout);
+    });
   }
 
  private:
@@ -312,12 +320,10 @@ class BenchCommand {
     }
     if (heat_->parsed()) return code_of(bench_heat(heat_options_, std::cout));
     if (zwidth_->parsed()) return code_of(bench_zwidth(zwidth_options_, std::cout));
-    auto scene = arguments_.load();
-    if (!scene) return fail(scene.error());
-    auto known = tissues();
-    if (!known) return fail(known.error());
     scene_options_.scene_arguments = arguments_.words();
-    return code_of(bench_scene(*scene, *known, scene_options_, std::cout));
+    return with_scene(arguments_, [&](const auto& scene, const auto& known) {
+      return bench_scene(scene, known, scene_options_, std::cout);
+    });
   }
 
  private:
@@ -412,13 +418,11 @@ class ProfileCommand {
   bool parsed() const { return command_->parsed(); }
 
   int run() {
-    auto scene = scene_.load();
-    if (!scene) return fail(scene.error());
-    auto known = tissues();
-    if (!known) return fail(known.error());
-    options_.seconds = seconds_.value_or(scene->duration);
     install_interrupt_handler();
-    return code_of(profile_scene(*scene, *known, options_, std::cout));
+    return with_scene(scene_, [&](const auto& scene, const auto& known) {
+      options_.seconds = seconds_.value_or(scene.duration);
+      return profile_scene(scene, known, options_, std::cout);
+    });
   }
 
  private:
@@ -452,13 +456,11 @@ class HapticsCommand {
   bool parsed() const { return command_->parsed(); }
 
   int run() {
-    auto scene = scene_.load();
-    if (!scene) return fail(scene.error());
-    auto known = tissues();
-    if (!known) return fail(known.error());
     options_.render = !no_render_;
     install_interrupt_handler();
-    return code_of(run_haptics(std::move(*scene), *known, options_, std::cout));
+    return with_scene(scene_, [&](auto& scene, const auto& known) {
+      return run_haptics(std::move(scene), known, options_, std::cout);
+    });
   }
 
  private:

@@ -5,42 +5,13 @@
 #include <cstdio>
 #include <string>
 
+#include "kernels/points/closest_on_triangle.h"
+
 namespace viscera {
 namespace {
 
 /// A walk that takes more triangles than this has lost its way: a tick must end.
 constexpr int kMostSteps = 512;
-
-/// Weights of the corners at the place of triangle a b c nearest to p [Ericson2005] 5.1.5; weights
-/// of corners that don't belong to the feature it lies on are exactly zero.
-Vec3 nearest_in_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
-  const Vec3 bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
-    const double t = d1 / (d1 - d3);
-    return {1.0 - t, t, 0.0};
-  }
-  const Vec3 cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
-    const double t = d2 / (d2 - d6);
-    return {1.0 - t, 0.0, t};
-  }
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0.0, 1.0 - t, t};
-  }
-  const double sum = va + vb + vc;
-  return {va / sum, vb / sum, vc / sum};
-}
 
 }  // namespace
 
@@ -124,7 +95,7 @@ WalkEnd WalkableSurface::walk(std::span<const Vec3> vertices, std::span<const Ve
   const auto look_at = [&](int triangle) {
     const Vec3 &a = vertices[corner_of(triangle, 0)], &b = vertices[corner_of(triangle, 1)],
                &c = vertices[corner_of(triangle, 2)];
-    const Vec3 weights = nearest_in_triangle(tip, a, b, c);
+    const Vec3 weights = closest_weights(tip, a, b, c);
     const double distance2 =
         (weights[0] * a + weights[1] * b + weights[2] * c - tip).squaredNorm();
     // Neighbours share the nearest place on an edge up to round-off, which must not lead in circles.
@@ -273,7 +244,7 @@ SurfaceSpot WalkableSurface::nearest(const Vec3& tip) const noexcept {
     const Vec3 &a = surface_.vertices[static_cast<std::size_t>(corners[0])],
                &b = surface_.vertices[static_cast<std::size_t>(corners[1])],
                &c = surface_.vertices[static_cast<std::size_t>(corners[2])];
-    const Vec3 weights = nearest_in_triangle(tip, a, b, c);
+    const Vec3 weights = closest_weights(tip, a, b, c);
     const double distance2 =
         (weights[0] * a + weights[1] * b + weights[2] * c - tip).squaredNorm();
     if (distance2 < least) {

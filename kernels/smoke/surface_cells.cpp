@@ -109,7 +109,10 @@ void SurfaceCells::bin_all(double fraction, double dt, float margin,
   fill_triangles(dt);
 }
 
-bool SurfaceCells::any_occupied(const Box3f& box) const {
+/// Calls visit(bits, x of the first bit, y, z) for each word of cells with particles that the box
+/// meets, ascending, until it says true; says whether it did.
+template <class Visit>
+bool SurfaceCells::any_occupied_word(const Box3f& box, const Visit& visit) const {
   const Int4 low = cell_of(grid_, Float4::from(box.min()));
   const Int4 high = cell_of(grid_, Float4::from(box.max()));
   const auto first = static_cast<std::size_t>(low.x), last = static_cast<std::size_t>(high.x);
@@ -121,34 +124,28 @@ bool SurfaceCells::any_occupied(const Box3f& box) const {
         std::uint64_t bits = row[word];
         if (word == first / 64) bits &= ~std::uint64_t{0} << first % 64;
         if (word == last / 64) bits &= ~std::uint64_t{0} >> (63 - last % 64);
-        if (bits != 0) return true;
+        if (bits != 0 && visit(bits, static_cast<int>(64 * word), y, z)) return true;
       }
     }
   return false;
 }
 
+bool SurfaceCells::any_occupied(const Box3f& box) const {
+  return any_occupied_word(box, [](std::uint64_t, int, int, int) { return true; });
+}
+
 /// Calls visit(cell, its centre) for the cells with particles that the box meets, ascending.
 template <class Visit>
 void SurfaceCells::for_each_occupied(const Box3f& box, const Visit& visit) const {
-  const Int4 low = cell_of(grid_, Float4::from(box.min()));
-  const Int4 high = cell_of(grid_, Float4::from(box.max()));
-  const auto first = static_cast<std::size_t>(low.x), last = static_cast<std::size_t>(high.x);
   const float edge = 1.0f / grid_.inverse_cell;
-  for (int z = low.z; z <= high.z; ++z)
-    for (int y = low.y; y <= high.y; ++y) {
-      const std::uint64_t* row =
-          occupied_.data() + words_ * static_cast<std::size_t>(y + grid_.size.y * z);
-      for (std::size_t word = first / 64; word <= last / 64; ++word) {
-        std::uint64_t bits = row[word];
-        if (word == first / 64) bits &= ~std::uint64_t{0} << first % 64;
-        if (word == last / 64) bits &= ~std::uint64_t{0} >> (63 - last % 64);
-        for (; bits != 0; bits &= bits - 1) {
-          const int x = static_cast<int>(64 * word) + std::countr_zero(bits);
-          visit(cell_number(grid_, {x, y, z, 0}),
-                Vec3f(grid_.origin.xyz() + Vec3f(x + 0.5f, y + 0.5f, z + 0.5f) * edge));
-        }
-      }
+  any_occupied_word(box, [&](std::uint64_t bits, int x_begin, int y, int z) {
+    for (; bits != 0; bits &= bits - 1) {
+      const int x = x_begin + std::countr_zero(bits);
+      visit(cell_number(grid_, {x, y, z, 0}),
+            Vec3f(grid_.origin.xyz() + Vec3f(x + 0.5f, y + 0.5f, z + 0.5f) * edge));
     }
+    return false;
+  });
 }
 
 void SurfaceCells::find_triangles(const Group& group, const MovingSurface::Moment& moment,

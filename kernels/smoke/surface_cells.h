@@ -72,6 +72,8 @@ class SurfaceCells {
   void sort_entries();
   void find_normals();
   void fill_triangles(double dt);
+  template <class Visit>
+  bool any_occupied_word(const Eigen::AlignedBox3f& box, const Visit& visit) const;
   bool any_occupied(const Eigen::AlignedBox3f& box) const;
   template <class Visit>
   void for_each_occupied(const Eigen::AlignedBox3f& box, const Visit& visit) const;
