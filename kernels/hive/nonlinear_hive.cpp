@@ -1,0 +1,427 @@
+#include "kernels/hive/nonlinear_hive.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "kernels/contact/cell_pattern.h"
+#include "kernels/hive/axial_tissue.h"
+#include "kernels/hive/pressed_cells.h"
+
+namespace viscera {
+namespace {
+
+using RingVector = AxialTissue::RingVector;
+using RingMatrix = AxialTissue::RingMatrix;
+
+/// A step this small [radii of the pattern] ends Newton's: the force of the linearisation is then
+/// right to its square.
+constexpr double kSettled = 4e-3;
+/// No node goes farther in one step.
+constexpr double kFarthestStep = 0.2;
+/// Beyond this share of the ball's radius its profile goes on straight.
+constexpr double kSteepest = 0.97;
+/// The force is asked again this much deeper [radii of the pattern], for its slope.
+constexpr double kNudge = 1e-4;
+constexpr int kFewestNodes = 28, kMostNodes = 2000, kMostHives = 2;
+
+/// Where the cells of a pattern of pitch 1 / (rings + 0.1) lie: ring of each; of each ring the cells'
+/// radius, and where rings of the cells' areas end.
+struct Pattern {
+  std::vector<int> ring_of;
+  std::vector<double> radius, end;
+  std::vector<int> count;
+
+  explicit Pattern(int rings) {
+    radius.assign(static_cast<std::size_t>(rings + 1), 0.0);
+    count.assign(radius.size(), 0);
+    for (const Vec2& place : hexagonal_grid(1.0, rings).places) {
+      // A ring's cells lie between sqrt(3)/2 j and j.
+      const int ring = static_cast<int>(std::ceil(place.norm() - 1e-9));
+      ring_of.push_back(ring);
+      radius[static_cast<std::size_t>(ring)] += place.squaredNorm();
+      ++count[static_cast<std::size_t>(ring)];
+    }
+    double area = 0.0;
+    for (std::size_t j = 0; j < radius.size(); ++j) {
+      radius[j] = std::sqrt(radius[j] / count[j]) / (rings + 0.1);
+      area += count[j] * std::sqrt(0.75);
+      end.push_back(std::sqrt(area / std::numbers::pi) / (rings + 0.1));
+    }
+  }
+};
+
+/// How far above its lowest point a ball of radius R is beside its axis, its slope and the slope's.
+struct BallProfile {
+  double height, slope, curvature;
+
+  BallProfile(double r, double ball) {
+    const double at = std::min(r, kSteepest * ball), across = std::sqrt(ball * ball - at * at);
+    height = ball - across;
+    slope = at / across;
+    curvature = 1.0 / across + at * at / (across * across * across);
+    if (r > at) {
+      height += slope * (r - at);
+      curvature = 0.0;
+    }
+  }
+};
+
+}  // namespace
+
+struct NonlinearHive::Data {
+  NonlinearSettings settings;
+  Pattern pattern;
+  AxialTissue tissue;
+  RingMatrix linear_stiffness;  ///< of the linear grid
+  int cells;
+  std::vector<PressedCells> pressed;  ///< of each hive
+
+  /// What the contact is solved with: a linearisation and the state that it was made about.
+  struct Tangent {
+    AxialTissue::Linearisation grid;
+    RingVector v, load_factor;  ///< of the state; of its loads, sums of cell forces
+    RingVector offset, slope;   ///< of the ball's profile where the rings are
+    RingVector at;              ///< their lateral displacement in the state
+    double ball = 0.0, energy = 0.0;
+  };
+  Tangent tangent;
+  bool has_tangent = false;
+  RingVector force_sums;  ///< of the rings' cells, of the state's contact
+
+  MatrixX left, shares;  ///< (cells x rings): A P^T; M P^T
+  MatrixX compliance;    ///< M, cells x cells
+  VectorX moved, wanted, elastic;
+
+  explicit Data(const NonlinearSettings& wanted_settings)
+      : settings(wanted_settings),
+        pattern(settings.rings),
+        tissue(AxialGrid::graded(pattern.end, settings.nodes), pattern.end, settings.model,
+               settings.material.lame_lambda() / settings.material.shear_modulus()),
+        cells(static_cast<int>(pattern.ring_of.size())) {
+    for (int i = 0; i < kMostHives; ++i) pressed.emplace_back(cells);
+    AxialTissue linear(AxialGrid::graded(pattern.end, settings.nodes), pattern.end,
+                       HyperelasticModel::linear,
+                       settings.material.lame_lambda() / settings.material.shear_modulus());
+    const RingVector none = RingVector::Zero(linear.rings());
+    linear.linearise(none, none);
+    linear_stiffness = linear.linearisation().stiffness;
+    left.resize(cells, linear.rings());
+    shares.resize(cells, linear.rings());
+    compliance.resize(cells, cells);
+    moved.resize(cells);
+    wanted.resize(cells);
+    elastic.resize(cells);
+    force_sums.setZero(linear.rings());
+  }
+
+  int ring_of(int cell) const { return pattern.ring_of[static_cast<std::size_t>(cell)]; }
+  double mean(int ring) const { return 1.0 / pattern.count[static_cast<std::size_t>(ring)]; }
+
+  struct Contact {
+    bool sound = false;
+    double force = 0.0, energy = 0.0, stiffness = 0.0;
+    int touching = 0, factorisations = 0;
+    RingVector v, force_sums;
+  };
+  bool linearise(double ball) noexcept;
+  Contact touch(int which, const Hive& hive, double unit_length, double unit_compliance,
+                std::span<const double> depths) noexcept;
+  Contact touch_all(std::span<const Share> hives, std::span<const double> depths, double across) noexcept;
+};
+
+/// About the grid's present state -> tangent; false keeps the last one.
+bool NonlinearHive::Data::linearise(double ball) noexcept {
+  const int g = tissue.rings();
+  const RingVector aside = tissue.lateral();
+  RingVector load(g), growth(g), offset(g), slope(g);
+  for (int j = 0; j < g; ++j) {
+    const double radius = pattern.radius[static_cast<std::size_t>(j)];
+    const BallProfile rest(radius, ball), now(std::max(0.0, radius + (j > 0 ? aside[j] : 0.0)), ball);
+    offset[j] = now.height - rest.height;
+    slope[j] = now.slope;
+    load[j] = force_sums[j] * now.slope;
+    growth[j] = force_sums[j] * now.curvature;
+  }
+  if (!tissue.linearise(load, growth)) return false;
+  tangent.grid = tissue.linearisation();
+  tangent.v = tissue.displacement();
+  tangent.load_factor = force_sums;
+  tangent.offset = offset;
+  tangent.slope = slope;
+  tangent.at = aside;
+  tangent.ball = ball;
+  tangent.energy = tissue.energy();
+  has_tangent = true;
+  return true;
+}
+
+/// The cells' complementarity problem with the tangent. With K = S - S_L what the grid adds to the
+/// rings' stiffness, T the ball's slopes, C and Y the grid's cross and yield, P means over rings and
+/// P1 sums:
+///   forces   (1 + P^T C^T T P1) f = (A^-1 + P^T K P) v + P^T h = M^-1 v + P^T h,
+///            h = reaction - S v0 + C^T T f0
+///   places   (1 + P1^T T C P) v + P1^T T Y T P1 f >= depth - P1^T (offset + T (lateral - at - C v0 - Y T f0)) ...
+/// which is B M B^T + P1^T T Y T P1, symmetric, in f.
+NonlinearHive::Data::Contact NonlinearHive::Data::touch(int which, const Hive& hive,
+                                                        double unit_length, double unit_compliance,
+                                                        std::span<const double> depths) noexcept {
+  Contact out;
+  const int n = cells, g = tissue.rings();
+  const auto a = hive.compliance();
+  if (a.rows() != n) return out;
+  const double scale = 1.0 / unit_compliance;
+  const Tangent& t = tangent;
+
+  // M = A - A P^T (1 + K P A P^T)^-1 K P A
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < g; ++j) left(k, j) = 0.0;
+  for (int l = 0; l < n; ++l) {
+    const double share = scale * mean(ring_of(l));
+    for (int k = 0; k < n; ++k) left(k, ring_of(l)) += share * a(k, l);
+  }
+  RingMatrix ring_compliance = RingMatrix::Zero(g, g);
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < g; ++j) ring_compliance(ring_of(k), j) += mean(ring_of(k)) * left(k, j);
+  const RingMatrix added = t.grid.stiffness - linear_stiffness;
+  RingMatrix system = RingMatrix::Identity(g, g);
+  system.noalias() += added.lazyProduct(ring_compliance);
+  // Gauss with row exchanges on [system | added].
+  RingMatrix inner = added;
+  for (int k = 0; k < g; ++k) {
+    int best = k;
+    for (int i = k + 1; i < g; ++i)
+      if (std::abs(system(i, k)) > std::abs(system(best, k))) best = i;
+    if (!(std::abs(system(best, k)) > 1e-9)) return out;
+    for (int j = 0; j < g; ++j) {
+      std::swap(system(k, j), system(best, j));
+      std::swap(inner(k, j), inner(best, j));
+    }
+    for (int i = 0; i < g; ++i) {
+      if (i == k) continue;
+      const double f = system(i, k) / system(k, k);
+      for (int j = 0; j < g; ++j) {
+        system(i, j) -= f * system(k, j);
+        inner(i, j) -= f * inner(k, j);
+      }
+    }
+  }
+  for (int k = 0; k < g; ++k)
+    for (int j = 0; j < g; ++j) inner(k, j) /= system(k, k);
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < g; ++j) {
+      double sum = 0.0;
+      for (int i = 0; i < g; ++i) sum += left(k, i) * inner(i, j);
+      shares(k, j) = sum;
+    }
+  for (int l = 0; l < n; ++l)
+    for (int k = l; k < n; ++k) {
+      double sum = scale * a(k, l);
+      for (int j = 0; j < g; ++j) sum -= shares(k, j) * left(l, j);
+      compliance(k, l) = compliance(l, k) = sum;
+    }
+  // shares = M P^T from now on.
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < g; ++j) shares(k, j) = 0.0;
+  for (int l = 0; l < n; ++l)
+    for (int k = 0; k < n; ++k) shares(k, ring_of(l)) += mean(ring_of(l)) * compliance(k, l);
+  RingMatrix ring_means = RingMatrix::Zero(g, g);  // P M P^T
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < g; ++j) ring_means(ring_of(k), j) += mean(ring_of(k)) * shares(k, j);
+
+  const RingMatrix slanted = t.slope.asDiagonal() * t.grid.cross;  // T C
+  // B M B^T + P1^T T Y T P1, B = 1 + P1^T T C P
+  RingMatrix ring_part = slanted.lazyProduct(RingMatrix(ring_means.lazyProduct(slanted.transpose())));
+  for (int i = 0; i < g; ++i)
+    for (int j = 0; j < g; ++j) ring_part(i, j) += t.slope[i] * t.grid.yield(i, j) * t.slope[j];
+  Eigen::Ref<MatrixX> matrix = pressed[static_cast<std::size_t>(which)].begin(n);
+  for (int l = 0; l < n; ++l)
+    for (int k = l; k < n; ++k) {
+      double sum = compliance(k, l) + ring_part(ring_of(k), ring_of(l));
+      for (int j = 0; j < g; ++j)
+        sum += shares(k, j) * slanted(ring_of(l), j) + slanted(ring_of(k), j) * shares(l, j);
+      matrix(k, l) = sum;
+    }
+  PressedCells& cells_of = pressed[static_cast<std::size_t>(which)];
+  if (!cells_of.check()) return out;
+
+  RingVector loads = t.slope.cwiseProduct(t.load_factor);
+  RingVector h = t.grid.reaction;
+  h -= t.grid.stiffness.lazyProduct(t.v);
+  h += t.grid.cross.transpose().lazyProduct(loads);
+  RingVector gap = t.grid.lateral - t.at;
+  gap -= t.grid.cross.lazyProduct(t.v);
+  gap -= t.grid.yield.lazyProduct(loads);
+  const RingVector shift = t.offset + t.slope.cwiseProduct(gap);
+  const RingVector ring_h = ring_means.lazyProduct(h);
+  const RingVector slant_h = slanted.lazyProduct(ring_h);
+  const auto fill = [&](double deeper) {
+    for (int k = 0; k < n; ++k) {
+      double sum = depths[static_cast<std::size_t>(k)] / unit_length + deeper - shift[ring_of(k)] + slant_h[ring_of(k)];
+      for (int j = 0; j < g; ++j) sum += shares(k, j) * h[j];
+      wanted[k] = sum;
+    }
+  };
+  const auto total = [&] {
+    double sum = 0.0;
+    for (const double f : cells_of.forces()) sum += f;
+    return sum;
+  };
+  fill(kNudge);
+  const std::span<const double> asked(wanted.data(), static_cast<std::size_t>(n));
+  const bool deeper = cells_of.solve(asked).converged;
+  const double more = total();
+  fill(0.0);
+  const PressedCells::Figures figures = cells_of.solve(asked);
+  if (!figures.converged || !deeper) return out;
+  const std::span<const double> forces = cells_of.forces();
+  out.force = total();
+  out.stiffness = std::max(0.0, (more - out.force) / kNudge);
+  out.touching = figures.touching;
+  out.factorisations = figures.factorisations;
+  out.force_sums.setZero(g);
+  for (int k = 0; k < n; ++k) out.force_sums[ring_of(k)] += forces[static_cast<std::size_t>(k)];
+  // v = M (B^T f - P^T h);  A^-1 v = B^T f - P^T h - P^T K P v
+  const RingVector aside = slanted.transpose().lazyProduct(out.force_sums);
+  RingVector pull = aside - h;
+  out.v.setZero(g);
+  for (int k = 0; k < n; ++k) {
+    double sum = 0.0;
+    for (int l = 0; l < n; ++l) sum += compliance(k, l) * forces[static_cast<std::size_t>(l)];
+    for (int j = 0; j < g; ++j) sum += shares(k, j) * pull[j];
+    moved[k] = sum;
+    out.v[ring_of(k)] += mean(ring_of(k)) * sum;
+  }
+  pull -= added.lazyProduct(out.v);
+  double energy = 0.0;
+  for (int k = 0; k < n; ++k)
+    energy += 0.5 * moved[k] * (forces[static_cast<std::size_t>(k)] + mean(ring_of(k)) * pull[ring_of(k)]);
+  // The grids', to second order about the state.
+  const RingVector dv = out.v - t.v;
+  energy += t.energy + dv.dot(t.grid.reaction) + 0.5 * dv.dot(RingVector(t.grid.stiffness.lazyProduct(dv)));
+  energy -= 0.5 * out.v.dot(RingVector(linear_stiffness.lazyProduct(out.v)));
+  out.energy = energy;
+  out.sound = true;
+  return out;
+}
+
+NonlinearHive::Data::Contact NonlinearHive::Data::touch_all(std::span<const Share> hives,
+                                                            std::span<const double> depths,
+                                                            double across) noexcept {
+  const int g = tissue.rings();
+  Contact all;
+  all.v.setZero(g);
+  all.force_sums.setZero(g);
+  double weights = 0.0;
+  const double unit_compliance = 1.0 / (settings.material.shear_modulus() * across);
+  for (std::size_t i = 0; i < hives.size(); ++i) {
+    const Contact one = touch(static_cast<int>(i), *hives[i].hive, across, unit_compliance, depths);
+    if (!one.sound) return Contact();
+    const double weight = hives[i].weight;
+    weights += weight;
+    all.force += weight * one.force;
+    all.energy += weight * one.energy;
+    all.stiffness += weight * one.stiffness;
+    all.v += weight * one.v;
+    all.force_sums += weight * one.force_sums;
+    all.touching = std::max(all.touching, one.touching);
+    all.factorisations += one.factorisations;
+  }
+  if (!(weights > 0.0)) return Contact();
+  // The answer may be a share of a contact; the grid's state is that of a whole one.
+  all.v /= weights;
+  all.force_sums /= weights;
+  all.sound = true;
+  return all;
+}
+
+NonlinearHive::NonlinearHive(std::unique_ptr<Data> data) : data_(std::move(data)) {}
+NonlinearHive::NonlinearHive(NonlinearHive&&) noexcept = default;
+NonlinearHive& NonlinearHive::operator=(NonlinearHive&&) noexcept = default;
+NonlinearHive::~NonlinearHive() = default;
+
+Result<NonlinearHive> NonlinearHive::create(const NonlinearSettings& settings) {
+  Error mistakes;
+  const auto mistake = [&](std::string text) {
+    mistakes.messages.push_back("non-linear hive: " + std::move(text));
+  };
+  if (settings.model == HyperelasticModel::linear)
+    mistake("model: found linear, expected stvk or neo_hookean");
+  if (settings.rings < 1 || settings.rings > AxialTissue::kMostRings - 1)
+    mistake("rings: found " + std::to_string(settings.rings) + ", expected from 1 to " +
+            std::to_string(AxialTissue::kMostRings - 1));
+  if (settings.nodes < kFewestNodes || settings.nodes > kMostNodes)
+    mistake("nodes: found " + std::to_string(settings.nodes) + ", expected from " +
+            std::to_string(kFewestNodes) + " to " + std::to_string(kMostNodes));
+  if (settings.most_steps < 1)
+    mistake("steps: found " + std::to_string(settings.most_steps) + ", expected 1 or more");
+  const IsotropicMaterial& material = settings.material;
+  if (!(material.youngs_modulus > 0.0) || !std::isfinite(material.youngs_modulus))
+    mistake("Young's modulus: found " + std::to_string(material.youngs_modulus) + " Pa, expected above 0");
+  if (!(material.poisson_ratio >= 0.0 && material.poisson_ratio < 0.5))
+    mistake("Poisson's ratio: found " + std::to_string(material.poisson_ratio) +
+            ", expected from 0 to below 0.5");
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return NonlinearHive(std::make_unique<Data>(settings));
+}
+
+void NonlinearHive::release() noexcept {
+  data_->tissue.reset();
+  data_->force_sums.setZero();
+  data_->has_tangent = false;
+}
+
+NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<const double> depths,
+                                    double across, double ball_radius, TimeIsUp time) noexcept {
+  Data& d = *data_;
+  NonlinearForce out;
+  if (hives.empty() || hives.size() > kMostHives) return out;
+  out.hive.verdict = HiveVerdict::too_many;
+  if (depths.size() != static_cast<std::size_t>(d.cells)) return out;
+  out.hive.verdict = HiveVerdict::not_finite;
+  for (const double depth : depths)
+    if (!std::isfinite(depth)) return out;
+  if (!(across > 0.0) || !(ball_radius > 0.0) || !std::isfinite(across) || !std::isfinite(ball_radius))
+    return out;
+  const double ball = std::max(ball_radius / across, 1.0);
+  Data::Contact contact;
+  bool settled = false;
+  while (out.steps < d.settings.most_steps && !settled) {
+    if (d.has_tangent && time) break;
+    ++out.steps;
+    const bool good = d.linearise(ball);
+    if (good || d.has_tangent) contact = d.touch_all(hives, depths, across);
+    if (!good || !contact.sound) {
+      // The next tick begins with tissue at rest; this one has the last good tangent.
+      d.tissue.reset();
+      d.force_sums.setZero();
+      break;
+    }
+    const RingVector loads =
+        d.tangent.slope.cwiseProduct(RingVector(contact.force_sums - d.force_sums));
+    double share = 1.0;
+    const double far = d.tissue.advance(contact.v - d.tissue.displacement(), loads, kFarthestStep, share);
+    d.force_sums += share * (contact.force_sums - d.force_sums);
+    settled = far < kSettled;
+  }
+  if (out.steps == 0) contact = d.touch_all(hives, depths, across);
+  out.by_tangent = !settled;
+  out.hive.verdict = contact.sound ? HiveVerdict::sound : HiveVerdict::not_positive;
+  if (!contact.sound) return out;
+  const double unit_force = d.settings.material.shear_modulus() * across * across;
+  out.hive.force = Vec3(0.0, 0.0, unit_force * contact.force);
+  out.hive.energy = unit_force * across * contact.energy;
+  out.hive.touching = contact.touching;
+  out.hive.factorisations = contact.factorisations;
+  out.stiffness = unit_force / across * contact.stiffness;
+  return out;
+}
+
+int NonlinearHive::nodes() const noexcept { return data_->tissue.nodes(); }
+int NonlinearHive::unknowns() const noexcept { return data_->tissue.unknowns(); }
+const NonlinearSettings& NonlinearHive::settings() const noexcept { return data_->settings; }
+
+}  // namespace viscera
