@@ -12,7 +12,7 @@ namespace {
 /// Where the block ends [radii of the ball], and how much longer each element is than the last.
 constexpr double kFar = 200.0, kGrowth = 1.5;
 /// The ball yields by this much under the pressure E [radii].
-constexpr double kYield = 2e-5;
+constexpr double kYield = 5e-4;
 constexpr int kLeastSteps = 12;
 constexpr std::array<double, 3> kPlace{-0.7745966692414834, 0.0, 0.7745966692414834};
 constexpr std::array<double, 3> kWeight{5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};

@@ -73,7 +73,7 @@ class AxialTissue {
   double energy() const noexcept { return energy_; }     ///< of the last linearise()
   double least_volume() const noexcept { return least_volume_; }  ///< J there, over all points
 
-  /// For tests: displacements of all nodes, (r, z) each, z upwards, depth after depth of a radius.
+  /// Displacements of all nodes, (r, z) each, z upwards, depth after depth of a radius.
   std::span<double> state() noexcept { return u_; }
   /// For tests: the internal forces of the state on all of them.
   std::span<const double> forces() const noexcept { return residual_; }
@@ -96,8 +96,6 @@ class AxialTissue {
   void assemble() noexcept;
   void add_element(const Element& element) noexcept;
   void hold(int at) noexcept;
-  bool factor() noexcept;
-  void solve() noexcept;
 
   HyperelasticModel model_;
   double lambda_;

@@ -19,11 +19,16 @@ using RingMatrix = AxialTissue::RingMatrix;
 
 /// A step this small [radii of the pattern] ends Newton's: the force of the linearisation is then
 /// right to its square.
-constexpr double kSettled = 4e-3;
+constexpr double kSettled = 0.015;
+/// Tissue that gave way is followed again where its force is this near to what its last good tangent
+/// foretells.
+constexpr double kBelieved = 0.02;
 /// No node goes farther in one step.
 constexpr double kFarthestStep = 0.2;
 /// Beyond this share of the ball's radius its profile goes on straight.
 constexpr double kSteepest = 0.97;
+/// A ring that moves aside on a steeper part would run away in one step; Newton's then takes more.
+constexpr double kMostCurved = 2.0;
 /// The force is asked again this much deeper [radii of the pattern], for its slope.
 constexpr double kNudge = 1e-4;
 constexpr int kFewestNodes = 28, kMostNodes = 2000, kMostHives = 2;
@@ -90,6 +95,10 @@ struct NonlinearHive::Data {
   };
   Tangent tangent;
   bool has_tangent = false;
+  bool astray = false;  ///< the last good tangent answers until the tissue is found again
+  Tangent good;  ///< with the state that the last settled tick left; none: empty
+  std::vector<double> good_state;
+  RingVector good_sums;
   RingVector force_sums;  ///< of the rings' cells, of the state's contact
 
   MatrixX left, shares;  ///< (cells x rings): A P^T; M P^T
@@ -109,6 +118,7 @@ struct NonlinearHive::Data {
     const RingVector none = RingVector::Zero(linear.rings());
     linear.linearise(none, none);
     linear_stiffness = linear.linearisation().stiffness;
+    good_state.resize(tissue.state().size());
     left.resize(cells, linear.rings());
     shares.resize(cells, linear.rings());
     compliance.resize(cells, cells);
@@ -127,14 +137,40 @@ struct NonlinearHive::Data {
     int touching = 0, factorisations = 0;
     RingVector v, force_sums;
   };
-  bool linearise(double ball) noexcept;
+  void release() noexcept;
+  void keep() noexcept;
+  void recall() noexcept;
+  bool linearise(double ball, bool follow) noexcept;
   Contact touch(int which, const Hive& hive, double unit_length, double unit_compliance,
                 std::span<const double> depths) noexcept;
   Contact touch_all(std::span<const Share> hives, std::span<const double> depths, double across) noexcept;
 };
 
-/// About the grid's present state -> tangent; false keeps the last one.
-bool NonlinearHive::Data::linearise(double ball) noexcept {
+void NonlinearHive::Data::release() noexcept {
+  tissue.reset();
+  force_sums.setZero();
+  has_tangent = false;
+  good.v.resize(0);
+  astray = false;
+}
+
+void NonlinearHive::Data::keep() noexcept {
+  good = tangent;
+  std::copy(tissue.state().begin(), tissue.state().end(), good_state.begin());
+  good_sums = force_sums;
+}
+
+void NonlinearHive::Data::recall() noexcept {
+  if (good.v.size() == 0) return release();
+  tangent = good;
+  has_tangent = true;
+  std::copy(good_state.begin(), good_state.end(), tissue.state().begin());
+  force_sums = good_sums;
+}
+
+/// About the grid's present state -> tangent; false keeps the last one. `follow`: loads grow with
+/// the ball's slope as rings move aside.
+bool NonlinearHive::Data::linearise(double ball, bool follow) noexcept {
   const int g = tissue.rings();
   const RingVector aside = tissue.lateral();
   RingVector load(g), growth(g), offset(g), slope(g);
@@ -144,8 +180,9 @@ bool NonlinearHive::Data::linearise(double ball) noexcept {
     offset[j] = now.height - rest.height;
     slope[j] = now.slope;
     load[j] = force_sums[j] * now.slope;
-    growth[j] = force_sums[j] * now.curvature;
+    growth[j] = force_sums[j] * std::min(now.curvature, kMostCurved);
   }
+  if (!follow) growth.setZero();
   if (!tissue.linearise(load, growth)) return false;
   tangent.grid = tissue.linearisation();
   tangent.v = tissue.displacement();
@@ -368,11 +405,7 @@ Result<NonlinearHive> NonlinearHive::create(const NonlinearSettings& settings) {
   return NonlinearHive(std::make_unique<Data>(settings));
 }
 
-void NonlinearHive::release() noexcept {
-  data_->tissue.reset();
-  data_->force_sums.setZero();
-  data_->has_tangent = false;
-}
+void NonlinearHive::release() noexcept { data_->release(); }
 
 NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<const double> depths,
                                     double across, double ball_radius, TimeIsUp time) noexcept {
@@ -387,17 +420,28 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
   if (!(across > 0.0) || !(ball_radius > 0.0) || !std::isfinite(across) || !std::isfinite(ball_radius))
     return out;
   const double ball = std::max(ball_radius / across, 1.0);
-  Data::Contact contact;
+  Data::Contact contact, foretold;
   bool settled = false;
+  const bool astray = d.astray;
+  if (astray) {
+    d.recall();
+    foretold = d.touch_all(hives, depths, across);
+  }
   while (out.steps < d.settings.most_steps && !settled) {
     if (d.has_tangent && time) break;
     ++out.steps;
-    const bool good = d.linearise(ball);
-    if (good || d.has_tangent) contact = d.touch_all(hives, depths, across);
-    if (!good || !contact.sound) {
-      // The next tick begins with tissue at rest; this one has the last good tangent.
-      d.tissue.reset();
-      d.force_sums.setZero();
+    bool good = false;
+    for (const bool follow : {true, false}) {
+      good = d.linearise(ball, follow);
+      if (good) contact = d.touch_all(hives, depths, across);
+      good = good && contact.sound;
+      if (good) break;
+    }
+    if (!good) {
+      // The tissue gives way, or the step went astray: back to where all was well.
+      d.recall();
+      contact = d.has_tangent ? d.touch_all(hives, depths, across) : Data::Contact();
+      d.astray = d.has_tangent;
       break;
     }
     const RingVector loads =
@@ -407,13 +451,23 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
     d.force_sums += share * (contact.force_sums - d.force_sums);
     settled = far < kSettled;
   }
+  // From where the tissue gave way there may be a way to another equilibrium, with another force.
+  if (astray && foretold.sound &&
+      !(settled && std::abs(contact.force - foretold.force) <= kBelieved * foretold.force)) {
+    d.recall();
+    contact = foretold;
+    settled = false;
+  } else if (settled) {
+    d.keep();
+    d.astray = false;
+  }
   if (out.steps == 0) contact = d.touch_all(hives, depths, across);
   out.by_tangent = !settled;
   out.hive.verdict = contact.sound ? HiveVerdict::sound : HiveVerdict::not_positive;
   if (!contact.sound) return out;
   const double unit_force = d.settings.material.shear_modulus() * across * across;
   out.hive.force = Vec3(0.0, 0.0, unit_force * contact.force);
-  out.hive.energy = unit_force * across * contact.energy;
+  out.hive.energy = std::max(0.0, unit_force * across * contact.energy);
   out.hive.touching = contact.touching;
   out.hive.factorisations = contact.factorisations;
   out.stiffness = unit_force / across * contact.stiffness;

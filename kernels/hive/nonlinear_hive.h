@@ -17,7 +17,8 @@
 // Each step linearises N about the grid's state, condenses it to the rings and solves the cells'
 // complementarity problem with it: a Newton step of grid and contact together. The first step of a
 // tick starts where the last tick ended, and is nearly always enough. When time is up the last good
-// linearisation answers, to first order exact.
+// linearisation answers, to first order exact; likewise where the tissue gives way under the tool,
+// until it is found again with nearly the force that was foretold, so that the force never jumps.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,7 @@ namespace viscera {
 struct NonlinearSettings {
   HyperelasticModel model = HyperelasticModel::neo_hookean;
   IsotropicMaterial material;
-  int rings = 2;        ///< of the tool's hexagonal pattern of cells, 1 to 6
+  int rings = 3;        ///< of the tool's hexagonal pattern of cells, 1 to 6
   int nodes = 80;       ///< of the grid, about; 28 to 2000
   int most_steps = 3;   ///< in a tick
 };

@@ -1,0 +1,274 @@
+#include "kernels/hive/nonlinear_hive.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/verification/pressed_block.h"
+#include "kernels/contact/cell_pattern.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kBall = 5e-3;  // [m]
+const IsotropicMaterial kTissue{5e3, 0.45};
+
+// A flat, deep body.
+const WalkableSurface& ground() {
+  static const WalkableSurface surface = [] {
+    TriangleSurface flat;
+    constexpr int n = 20;
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; j <= n; ++j)
+        flat.vertices.emplace_back(0.05 * (2.0 * i / n - 1.0), 0.05 * (2.0 * j / n - 1.0), 0.0);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) {
+        const int a = i * (n + 1) + j, b = a + n + 1;
+        flat.triangles.push_back({a, b, b + 1});
+        flat.triangles.push_back({a, b + 1, a + 1});
+      }
+    return WalkableSurface::make(std::move(flat)).value();
+  }();
+  return surface;
+}
+
+// A ball above the middle of it, with cells as a tool's foot lays them.
+struct Pressed {
+  Pressed(HyperelasticModel model, int rings, int nodes, const IsotropicMaterial& material = kTissue,
+          int most_steps = 3)
+      : places(hexagonal_grid(1.0, rings).places), rings(rings), hive(make(material, places.size())) {
+    NonlinearSettings settings;
+    settings.model = model;
+    settings.material = material;
+    settings.rings = rings;
+    settings.nodes = nodes;
+    settings.most_steps = most_steps;
+    nonlinear = std::make_unique<NonlinearHive>(NonlinearHive::create(settings).value());
+  }
+  static Hive make(const IsotropicMaterial& material, std::size_t cells) {
+    HiveSettings settings;
+    settings.material = material;
+    settings.radius = 4.0 * kBall;
+    settings.nodes = 80;
+    auto hive = Hive::create({&ground(), nullptr, nullptr}, settings, static_cast<int>(cells));
+    EXPECT_EQ(hive->build(ground().nearest(Vec3(1e-3, 2e-3, 0))), HiveVerdict::sound);
+    return std::move(*hive);
+  }
+  void seat(double depth) {
+    across = std::min(0.97, std::max(0.3, 1.35 * std::sqrt(depth / kBall) + 0.15)) * kBall;
+    const double pitch = across / (rings + 0.1);
+    std::vector<ContactCell> cells;
+    depths.clear();
+    for (const Vec2& place : places) {
+      ContactCell cell;
+      cell.position = hive.centre().position + Vec3(pitch * place.x(), pitch * place.y(), 0.0);
+      cell.area = std::sqrt(0.75) * pitch * pitch;
+      depths.push_back(depth - kBall + std::sqrt(kBall * kBall - pitch * pitch * place.squaredNorm()));
+      cells.push_back(cell);
+    }
+    EXPECT_EQ(hive.seat(cells), HiveVerdict::sound);
+  }
+  double linear(double depth) {
+    seat(depth);
+    return hive.press(depths).force.z();
+  }
+  NonlinearForce at(double depth, TimeIsUp time = {}) {
+    seat(depth);
+    const NonlinearHive::Share share{&hive, 1.0};
+    return nonlinear->press({&share, 1}, depths, across, kBall, time);
+  }
+  // In as a hand goes in, so many metres a tick.
+  NonlinearForce go(double from, double to, double step = 2.5e-5) {
+    const int ticks = std::max(1, static_cast<int>(std::ceil(std::abs(to - from) / step)));
+    NonlinearForce force;
+    for (int i = 1; i <= ticks; ++i) force = at(from + (to - from) * i / ticks);
+    return force;
+  }
+
+  std::vector<Vec2> places;
+  int rings;
+  Hive hive;
+  std::unique_ptr<NonlinearHive> nonlinear;
+  std::vector<double> depths;
+  double across = 0.0;
+};
+
+TEST(NonlinearHive, AShallowTouchIsTheLinearHives) {
+  for (const HyperelasticModel model : {HyperelasticModel::neo_hookean, HyperelasticModel::stvk}) {
+    Pressed tool(model, 3, 80);
+    const double depth = 1e-5 * kBall;
+    const NonlinearForce force = tool.at(depth);
+    EXPECT_EQ(force.hive.verdict, HiveVerdict::sound);
+    EXPECT_NEAR(force.hive.force.z(), tool.linear(depth), 1e-3 * tool.linear(depth));
+    EXPECT_NEAR(force.hive.energy, 0.5 * depth * force.hive.force.z(), 1e-3 * force.hive.energy);
+  }
+}
+
+TEST(NonlinearHive, WithManyCellsItIsTheWholeBodysConvergedAnswer) {
+  PressedBlockOptions options;
+  options.material = kTissue;
+  options.ball_radius = kBall;
+  options.depths = {0.1 * kBall, 0.3 * kBall};
+  options.elements = 8;
+  const std::vector<double> exact = press_block(options);
+  ASSERT_EQ(exact.size(), 2u);
+  Pressed many(HyperelasticModel::neo_hookean, 6, 200), usual(HyperelasticModel::neo_hookean, 3, 80);
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    EXPECT_NEAR(many.go(0.0, options.depths[i]).hive.force.z(), exact[i], 0.01 * exact[i]) << i;
+    EXPECT_NEAR(usual.go(0.0, options.depths[i]).hive.force.z(), exact[i], 0.03 * exact[i]) << i;
+  }
+}
+
+TEST(NonlinearHive, MoreNodesChangeItsForceLess) {
+  for (const double depth : {0.2 * kBall, 0.6 * kBall}) {
+    const auto force = [&](int nodes) {
+      Pressed tool(HyperelasticModel::neo_hookean, 3, nodes);
+      return tool.go(0.0, depth).hive.force.z();
+    };
+    const double fine = force(800);
+    EXPECT_NEAR(force(28), fine, 0.03 * fine) << depth;
+    EXPECT_NEAR(force(80), fine, 0.015 * fine) << depth;
+  }
+}
+
+TEST(NonlinearHive, ATickOfAMovingHandIsAFewStepsAndSettles) {
+  Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
+  tool.go(0.0, 1e-4);
+  int steps = 0, unsettled = 0, ticks = 0;
+  double last = tool.at(1e-4).hive.force.z();
+  for (double depth = 1e-4; depth < 0.9 * kBall; depth += 1e-4, ++ticks) {  // 0.1 m/s
+    const NonlinearForce force = tool.at(depth);
+    steps += force.steps;
+    unsettled += force.by_tangent;
+    EXPECT_GE(force.hive.force.z(), 0.9999 * last);
+    last = force.hive.force.z();
+  }
+  EXPECT_EQ(unsettled, 0);
+  EXPECT_LE(steps, 2 * ticks + 5);
+}
+
+TEST(NonlinearHive, ItsStiffnessIsTheSlopeOfItsForce) {
+  Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
+  const NonlinearForce force = tool.go(0.0, 0.33 * kBall);
+  // The pattern grows with depth; its slope is that of cells that stay.
+  NonlinearHive::Share share{&tool.hive, 1.0};
+  const double step = 1e-4 * kBall;
+  for (double& depth : tool.depths) depth += step;
+  const NonlinearForce deeper = tool.nonlinear->press({&share, 1}, tool.depths, tool.across, kBall);
+  const double slope = (deeper.hive.force.z() - force.hive.force.z()) / step;
+  EXPECT_NEAR(force.stiffness, slope, 0.02 * slope);
+  // What went in is stored.
+  EXPECT_NEAR(deeper.hive.energy - force.hive.energy,
+              0.5 * step * (deeper.hive.force.z() + force.hive.force.z()),
+              0.02 * (deeper.hive.energy - force.hive.energy));
+}
+
+TEST(NonlinearHive, AClosedPathReturnsWhatWentIn) {
+  Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
+  double work = 0.0, last = 0.0, at = 0.0, stored = 0.0;
+  constexpr int kTicks = 400;
+  for (int i = 1; i <= 2 * kTicks; ++i) {
+    const double depth = 0.8 * kBall * (i <= kTicks ? i : 2 * kTicks - i) / kTicks;
+    const NonlinearForce force = tool.at(std::max(depth, 1e-9));
+    work += 0.5 * (force.hive.force.z() + last) * (depth - at);
+    stored = std::max(stored, force.hive.energy);
+    last = force.hive.force.z();
+    at = depth;
+  }
+  EXPECT_NEAR(work, 0.0, 2e-3 * stored);
+}
+
+TEST(NonlinearHive, NoTimeMeansTheLastGoodTangentsAnswer) {
+  Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
+  const double depth = 0.4 * kBall;
+  tool.go(0.0, depth);
+  const TimeIsUp now{[](void*) { return true; }, nullptr};
+  const NonlinearForce hurried = tool.at(depth + 5e-5, now);
+  EXPECT_EQ(hurried.steps, 0);
+  EXPECT_TRUE(hurried.by_tangent);
+  EXPECT_EQ(hurried.hive.verdict, HiveVerdict::sound);
+  const NonlinearForce calm = tool.at(depth + 5e-5);
+  EXPECT_GT(calm.steps, 0);
+  EXPECT_FALSE(calm.by_tangent);
+  EXPECT_NEAR(hurried.hive.force.z(), calm.hive.force.z(), 1e-3 * calm.hive.force.z());
+  // After a few steps more time is up: these count.
+  int asked = 0;
+  const TimeIsUp soon{[](void* user) { return ++*static_cast<int*>(user) > 1; }, &asked};
+  const NonlinearForce jumped = tool.at(1.2 * depth, soon);
+  EXPECT_EQ(jumped.steps, 1);
+  EXPECT_TRUE(jumped.by_tangent);
+}
+
+TEST(NonlinearHive, NeoHookeanTissueSoftensLessThanStVenantKirchhoff) {
+  Pressed neo(HyperelasticModel::neo_hookean, 3, 80), stvk(HyperelasticModel::stvk, 3, 80);
+  const double depth = 0.08 * kBall;
+  const double linear = neo.linear(depth);
+  const double by_neo = neo.go(0.0, depth).hive.force.z(), by_stvk = stvk.go(0.0, depth).hive.force.z();
+  EXPECT_LT(by_neo, linear);
+  EXPECT_GT(by_neo, 0.95 * linear);
+  EXPECT_LT(by_stvk, 0.9 * linear);
+}
+
+TEST(NonlinearHive, WhereTissueGivesWayTheForceGoesOnAlongItsLastTangentAndComesBack) {
+  Pressed tool(HyperelasticModel::stvk, 3, 80);
+  int by_tangent = 0;
+  double last = 0.0, worst = 0.0, stiffest = 0.0;
+  for (int i = 1; i <= 400; ++i) {
+    const double depth = 0.8 * kBall * (i <= 200 ? i : 400 - i) / 200.0;
+    const NonlinearForce force = tool.at(std::max(depth, 1e-9));
+    ASSERT_EQ(force.hive.verdict, HiveVerdict::sound) << i;
+    by_tangent += force.by_tangent;
+    stiffest = std::max(stiffest, force.stiffness);
+    worst = std::max(worst, std::abs(force.hive.force.z() - last));
+    last = force.hive.force.z();
+  }
+  EXPECT_GT(by_tangent, 0);
+  EXPECT_LT(worst, 2.0 * stiffest * 0.8 * kBall / 200.0);
+  // As far back as it was sound it is again.
+  Pressed fresh(HyperelasticModel::stvk, 3, 80);
+  const double depth = 0.05 * kBall;
+  EXPECT_NEAR(tool.go(0.0, depth).hive.force.z(), fresh.go(0.0, depth).hive.force.z(),
+              0.02 * fresh.at(depth).hive.force.z());
+}
+
+TEST(NonlinearHive, TwoHivesSpeakAsTheirShares) {
+  Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
+  const double whole = tool.go(0.0, 0.3 * kBall).hive.force.z();
+  Hive other = Pressed::make(kTissue, tool.places.size());
+  std::vector<ContactCell> cells;
+  const double pitch = tool.across / (tool.rings + 0.1);
+  for (const Vec2& place : tool.places) {
+    ContactCell cell;
+    cell.position = other.centre().position + Vec3(pitch * place.x(), pitch * place.y(), 0.0);
+    cell.area = std::sqrt(0.75) * pitch * pitch;
+    cells.push_back(cell);
+  }
+  ASSERT_EQ(other.seat(cells), HiveVerdict::sound);
+  const std::array<NonlinearHive::Share, 2> shares{{{&tool.hive, 0.25}, {&other, 0.75}}};
+  EXPECT_NEAR(tool.nonlinear->press(shares, tool.depths, tool.across, kBall).hive.force.z(), whole, 1e-4 * whole);
+  const NonlinearHive::Share half{&tool.hive, 0.5};
+  EXPECT_NEAR(tool.nonlinear->press({&half, 1}, tool.depths, tool.across, kBall).hive.force.z(), 0.5 * whole,
+              1e-4 * whole);
+}
+
+TEST(NonlinearHive, BadSettingsAndNumbersAreRefused) {
+  NonlinearSettings settings;
+  settings.material = kTissue;
+  settings.model = HyperelasticModel::linear;
+  settings.rings = 9;
+  settings.nodes = 3;
+  const auto refused = NonlinearHive::create(settings);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().messages.size(), 3u);
+  Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
+  tool.go(0.0, 0.1 * kBall);
+  const NonlinearHive::Share share{&tool.hive, 1.0};
+  std::vector<double> broken = tool.depths;
+  broken[3] = std::nan("");
+  EXPECT_EQ(tool.nonlinear->press({&share, 1}, broken, tool.across, kBall).hive.verdict, HiveVerdict::not_finite);
+  broken.pop_back();
+  EXPECT_EQ(tool.nonlinear->press({&share, 1}, broken, tool.across, kBall).hive.verdict, HiveVerdict::too_many);
+}
+
+}  // namespace
+}  // namespace viscera
