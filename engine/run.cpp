@@ -291,6 +291,10 @@ HapticReport haptic_report(const HapticTool& tool) {
   report.hives_built = figures.hives;
   report.hives_refused = figures.refused;
   report.ticks_without = figures.uncovered;
+  report.newton_steps = figures.newton_steps;
+  report.tangent_answers = figures.tangent_answers;
+  report.deadline_misses = figures.deadline_misses;
+  report.linear_answers = figures.linear_answers;
   report.events = tool.events;
   return report;
 }

@@ -198,6 +198,8 @@ Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tiss
   Tissue tissue = tissues.at(organ.tissue);
   if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
   if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
+  tissue.model = organ.material.model;
+  if (!organ.material.relaxes) tissue.prony = organ.material.prony;
   return tissue;
 }
 
@@ -300,6 +302,7 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
                                            const std::map<std::string, Tissue>& tissues,
                                            const PrepareOptions& options, const Progress& progress,
                                            std::vector<std::string>& warnings) {
+  if (auto sound = check_materials(scene, tissues); !sound) return std::unexpected(sound.error());
   auto instruments = make_instruments(scene);
   if (!instruments) return std::unexpected(instruments.error());
   auto models = prepare_organs(scene, *instruments, tissues, options, progress, warnings);

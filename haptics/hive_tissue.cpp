@@ -30,6 +30,25 @@ constexpr double kLongestFrames = 34.0;
 /// frame of 60 Hz, and a stall after which nobody expects the scene to have gone on slowly [s].
 constexpr double kShortestEasing = 0.016, kLongestEasing = 0.25;
 
+Result<void> check_prony(std::span<const PronyTerm> terms) {
+  Error mistakes;
+  double sum = 0.0;
+  if (terms.size() > PronyForce::kMostTerms)
+    mistakes.messages.push_back(fmt::format("prony: found {} terms, expected at most {}", terms.size(),
+                                            PronyForce::kMostTerms));
+  for (const PronyTerm& term : terms) {
+    sum += term.g;
+    if (!(term.g > 0.0 && term.tau > 0.0 && std::isfinite(term.tau)))
+      mistakes.messages.push_back(
+          fmt::format("prony: found g {:g} and tau {:g} s, expected both above 0", term.g, term.tau));
+  }
+  if (!(sum < 1.0))
+    mistakes.messages.push_back(
+        fmt::format("prony: found shares g of {:g} together, expected less than 1", sum));
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return {};
+}
+
 double smooth(double share) { return share * share * (3.0 - 2.0 * share); }
 
 }  // namespace
@@ -39,6 +58,22 @@ Result<std::unique_ptr<HiveTissue>> HiveTissue::create(const HiveBody& body,
   if (!(settings.tool_radius > 0.0))
     return failure(fmt::format("haptic tool: found a tip of radius {:g} m, expected a ball",
                                settings.tool_radius));
+  if (auto sound = check_prony(settings.prony); !sound) return std::unexpected(sound.error());
+  std::optional<NonlinearHive> nonlinear;
+  if (settings.model != HyperelasticModel::linear) {
+    if (settings.hive.formulation == HiveFormulation::paper)
+      return failure(fmt::format("material model: found {} with formulation \"paper\", expected linear: "
+                                 "the published nodes have no cells to add to",
+                                 name_of(settings.model)));
+    NonlinearSettings beyond;
+    beyond.model = settings.model;
+    beyond.material = settings.hive.material;
+    beyond.rings = settings.rings;
+    beyond.nodes = settings.nonlinear_nodes;
+    auto made = NonlinearHive::create(beyond);
+    if (!made) return std::unexpected(made.error());
+    nonlinear = std::move(*made);
+  }
   std::vector<Hive> hives;
   const int cells = 1 + 3 * settings.rings * (settings.rings + 1);
   for (int i = 0; i < 3; ++i) {
@@ -46,15 +81,18 @@ Result<std::unique_ptr<HiveTissue>> HiveTissue::create(const HiveBody& body,
     if (!hive) return std::unexpected(hive.error());
     hives.push_back(std::move(*hive));
   }
-  return std::unique_ptr<HiveTissue>(new HiveTissue(body, settings, std::move(hives)));
+  return std::unique_ptr<HiveTissue>(
+      new HiveTissue(body, settings, std::move(hives), std::move(nonlinear)));
 }
 
 HiveTissue::HiveTissue(const HiveBody& body, const HiveTissueSettings& settings,
-                       std::vector<Hive> hives)
+                       std::vector<Hive> hives, std::optional<NonlinearHive> nonlinear)
     : body_(body),
       settings_(settings),
       foot_(settings.tool_radius, settings.rings),
       hives_(std::move(hives)),
+      nonlinear_(std::move(nonlinear)),
+      prony_(settings.prony),
       nudged_(foot_.cells().size()),
       builder_(settings.building) {}
 
@@ -210,7 +248,92 @@ HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   return result;
 }
 
+/// Both hives' cells under one grid; false where it has no answer.
+bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, double now,
+                                      Answer& all) noexcept {
+  std::array<NonlinearHive::Share, 2> shares;
+  std::size_t count = 0;
+  for (const auto& [which, weight] : {std::pair(before_, before), std::pair(now_, now)}) {
+    if (which < 0 || weight <= 0.0) continue;
+    Hive& hive = hives_[static_cast<std::size_t>(which)];
+    if (hive.seat(foot_.cells()) == HiveVerdict::sound) shares[count++] = {&hive, weight};
+  }
+  if (count == 0) return false;
+  struct Deadline {
+    Clock::time_point at;
+  } deadline{began + std::chrono::duration_cast<Clock::duration>(
+                         std::chrono::duration<double>(settings_.deadline))};
+  TimeIsUp time;
+  if (settings_.building == HiveBuilding::on_a_thread && settings_.deadline > 0.0)
+    time = {[](void* user) { return Clock::now() >= static_cast<Deadline*>(user)->at; }, &deadline};
+  const NonlinearForce one = nonlinear_->press({shares.data(), count}, foot_.depths(), foot_.across(),
+                                               settings_.tool_radius, time);
+  figures_.newton_steps += static_cast<std::uint64_t>(one.steps);
+  if (one.hive.verdict != HiveVerdict::sound) {
+    ++figures_.linear_answers;
+    return false;
+  }
+  figures_.tangent_answers += one.by_tangent;
+  figures_.deadline_misses += one.out_of_time;
+  for (std::size_t i = 0; i < count; ++i) all.covered += shares[i].weight;
+  all.force = one.hive.force.z() * foot_.up();
+  all.stiffness = one.stiffness;
+  all.energy = one.hive.energy;
+  return true;
+}
+
+/// Of the running hive and the one before it.
+HiveTissue::Answer HiveTissue::answer(Clock::time_point began) noexcept {
+  const double s = smooth(share_);
+  Answer all;
+  if (!nonlinear_ || !answer_beyond_linear(began, 1.0 - s, s, all)) {
+    const auto add = [&](int which, double weight) {
+      if (which < 0 || weight <= 0.0) return;
+      double slope = 0.0;
+      const HiveForce one = press(hives_[static_cast<std::size_t>(which)], slope);
+      if (one.verdict != HiveVerdict::sound) {
+        ++figures_.refused;
+        figures_.last_refusal = one.verdict;
+        return;
+      }
+      all.covered += weight;
+      all.force += weight * one.force;
+      all.stiffness += weight * slope;
+      all.energy += weight * one.energy;
+    };
+    add(before_, 1.0 - s);
+    add(now_, s);
+  }
+  // Where there was no hive before, the force grows from nothing; where one of two gave no answer,
+  // the other speaks for both.
+  if (all.covered > 0.0 && before_ >= 0) {
+    all.force /= all.covered;
+    all.stiffness /= all.covered;
+    all.energy /= all.covered;
+  }
+  return all;
+}
+
+/// What the Prony series makes of the elastic force. What the tissue stores then isn't known.
+void HiveTissue::relax(TactileForce& felt, double dt) noexcept {
+  if (prony_.empty()) return;
+  const double elastic = felt.force.norm();
+  const double force = prony_.update(elastic, dt);
+  felt.force *= elastic > 0.0 ? force / elastic : 0.0;
+  felt.stiffness *= prony_.over(dt);
+  felt.supplied *= elastic > 0.0 ? force / elastic : 0.0;
+  felt.energy = -1.0;
+  felt.touching = felt.touching && force > 0.0;
+}
+
 TactileForce HiveTissue::respond(const ToolMotion& motion, double dt) noexcept {
+  TactileForce felt = respond_at_once(motion, dt, Clock::now());
+  relax(felt, dt);
+  return felt;
+}
+
+TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
+                                         Clock::time_point began) noexcept {
   TactileForce felt;
   const bool fresh = take_snapshot(motion, dt);
   if (!told_) return felt;
@@ -226,49 +349,25 @@ TactileForce HiveTissue::respond(const ToolMotion& motion, double dt) noexcept {
   renew_hive(velocity);
   if (foot_.depth() <= 0.0) {
     covered_ = true;  // as far as anybody knows
+    if (nonlinear_) nonlinear_->release();
     return felt;
   }
 
-  const double s = smooth(share_);
-  Vec3 force = Vec3::Zero();
-  double stiffness = 0.0, covered = 0.0;
-  felt.energy = 0.0;
-  const auto add = [&](int which, double weight) {
-    if (which < 0 || weight <= 0.0) return;
-    double slope = 0.0;
-    const HiveForce one = press(hives_[static_cast<std::size_t>(which)], slope);
-    if (one.verdict != HiveVerdict::sound) {
-      ++figures_.refused;
-      figures_.last_refusal = one.verdict;
-      return;
-    }
-    covered += weight;
-    force += weight * one.force;
-    stiffness += weight * slope;
-    felt.energy += weight * one.energy;
-  };
-  add(before_, 1.0 - s);
-  add(now_, s);
-  // Where there was no hive before, the force grows from nothing; where one of two gave no answer,
-  // the other speaks for both.
-  if (covered > 0.0 && before_ >= 0) {
-    force /= covered;
-    stiffness /= covered;
-    felt.energy /= covered;
-  }
-  covered_ = covered > 0.0;
+  const Answer all = answer(began);
+  covered_ = all.covered > 0.0;
   if (!covered_) {
     ++figures_.uncovered;
     felt.energy = 0.0;
     return felt;
   }
-  felt.force = scene.pose.direction_to_world(force);
+  felt.energy = all.energy;
+  felt.force = scene.pose.direction_to_world(all.force);
   const Vec3 up = scene.pose.direction_to_world(foot_.up());
-  felt.stiffness = stiffness * up * up.transpose();
+  felt.stiffness = all.stiffness * up * up.transpose();
   const bool moving = moved_since(scene, motion.tick + 1, dt) != moved;
   const Vec3 shift = (moving ? dt : 0.0) * scene.velocity + scene.pose.direction_to_world(shown_now_);
   felt.supplied = std::max(0.0, felt.force.dot(shift));
-  felt.touching = force.squaredNorm() > 0.0;
+  felt.touching = all.force.squaredNorm() > 0.0;
   return felt;
 }
 

@@ -4,18 +4,27 @@
 // running hive condensed to them → force. When the foot nears the edge of what the hive answers
 // well, the next hive is built about where the tool is going; once it is there, the force passes
 // from one to the other over some ticks, so that nothing is felt of the change.
+//
+// Tissue beyond linear: what finite strains change rides on the tool, not on a hive
+// (nonlinear_hive.h), so it knows nothing of that change. A Prony series then relaxes the force
+// along the foot's normal; what it remembers goes with the tool too.
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "haptics/hive_builder.h"
 #include "haptics/tactile_model.h"
 #include "haptics/tissue_snapshot.h"
 #include "haptics/tool_foot.h"
 #include "haptics/triple_buffer.h"
+#include "kernels/hive/nonlinear_hive.h"
+#include "kernels/hive/prony.h"
 
 namespace viscera {
 
@@ -23,6 +32,12 @@ struct HiveTissueSettings {
   HiveSettings hive;
   double tool_radius = 0.0;  ///< of the ball [m]
   int rings = 2;             ///< of its pattern of cells; 2: 19 cells
+  HyperelasticModel model = HyperelasticModel::linear;
+  int nonlinear_nodes = 80;  ///< of the grid, where the model isn't linear
+  /// After so much of a tick no further Newton step is begun [s]; 0, and in lockstep: only their
+  /// number counts.
+  double deadline = 0.4e-3;
+  std::vector<PronyTerm> prony;
   HiveBuilding building = HiveBuilding::on_a_thread;
 };
 
@@ -33,12 +48,17 @@ struct HiveTissueFigures {
   std::uint64_t searches = 0;     ///< walks that began anew at the scene's own place
   std::uint64_t uncovered = 0;    ///< ticks in contact without a hive: no force
   HiveVerdict last_refusal = HiveVerdict::sound;
+  // Of tissue beyond linear:
+  std::uint64_t newton_steps = 0;
+  std::uint64_t tangent_answers = 0;  ///< ticks answered by the last good tangent
+  std::uint64_t deadline_misses = 0;  ///< of them, because time was up
+  std::uint64_t linear_answers = 0;   ///< ticks in which there was none: the linear hive's answer
 };
 
 class HiveTissue final : public TactileModel {
  public:
   /// `body`, and what it points at, outlive it. Fails as Hive::create does, and for a tool without
-  /// size.
+  /// size, material that isn't one, and a model beyond linear on the published formulation.
   static Result<std::unique_ptr<HiveTissue>> create(const HiveBody& body,
                                                     const HiveTissueSettings& settings);
 
@@ -58,7 +78,19 @@ class HiveTissue final : public TactileModel {
   const ToolFoot& foot() const { return foot_; }
 
  private:
-  HiveTissue(const HiveBody& body, const HiveTissueSettings& settings, std::vector<Hive> hives);
+  using Clock = std::chrono::steady_clock;
+  struct Answer {
+    double covered = 0.0;  ///< weights of the hives that answered
+    Vec3 force = Vec3::Zero();
+    double stiffness = 0.0, energy = 0.0;
+  };
+  HiveTissue(const HiveBody& body, const HiveTissueSettings& settings, std::vector<Hive> hives,
+             std::optional<NonlinearHive> nonlinear);
+
+  TactileForce respond_at_once(const ToolMotion& motion, double dt, Clock::time_point began) noexcept;
+  void relax(TactileForce& felt, double dt) noexcept;
+  Answer answer(Clock::time_point began) noexcept;
+  bool answer_beyond_linear(Clock::time_point began, double before, double now, Answer& all) noexcept;
 
   Vec3 seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion, double dt) const noexcept;
   bool take_snapshot(const ToolMotion& motion, double dt) noexcept;
@@ -83,6 +115,8 @@ class HiveTissue final : public TactileModel {
   int now_ = -1, before_ = -1, next_ = -1;
   double share_ = 1.0;       // of the running hive in the force
   bool covered_ = true;      // some hive answered the last tick in contact
+  std::optional<NonlinearHive> nonlinear_;
+  PronyForce prony_;
   HiveTissueFigures figures_;
   std::vector<double> nudged_;
   HiveBuilder builder_;      // last: its thread ends before what it builds

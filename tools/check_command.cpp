@@ -43,6 +43,7 @@ Result<void> check_scene(const SceneDescription& scene,
   double seconds = 0.0;
   std::size_t memory = 0, peak = 0;
   Error mistakes;
+  if (auto sound = check_materials(scene, tissues); !sound) mistakes = sound.error();
   std::vector<std::string> notes;
   std::vector<SkippedReport> skipped = skipped_parts(scene, true);
   auto instruments = make_instruments(scene);

@@ -38,6 +38,10 @@ Json to_json(const HapticToolReport& tool) {
                      {"refused", tool.tissue.refused},
                      {"searches", tool.tissue.searches},
                      {"ticks_without_a_hive", tool.tissue.uncovered}}},
+          {"beyond_linear", {{"newton_steps", tool.tissue.newton_steps},
+                             {"tangent_answers", tool.tissue.tangent_answers},
+                             {"deadline_misses", tool.tissue.deadline_misses},
+                             {"linear_answers", tool.tissue.linear_answers}}},
           {"events", tool.events}};
 }
 
@@ -116,6 +120,12 @@ void print(const HapticsReport& report, std::ostream& out) {
                        tool.passivity_violations);
     out << fmt::format("  hives built {}, refused {}, ticks in contact without one {}\n",
                        tool.tissue.hives, tool.tissue.refused, tool.tissue.uncovered);
+    if (tool.tissue.newton_steps > 0)
+      out << fmt::format(
+          "  beyond linear: Newton steps {}, ticks by the last good tangent {} ({} for want of time), by "
+          "the linear hive {}\n",
+          tool.tissue.newton_steps, tool.tissue.tangent_answers, tool.tissue.deadline_misses,
+          tool.tissue.linear_answers);
     for (const std::string& event : tool.events) out << "  " << event << '\n';
   }
 }

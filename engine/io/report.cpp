@@ -57,6 +57,11 @@ Json haptic_json(const HapticReport& tool) {
            {{"built", tool.hives_built},
             {"refused", tool.hives_refused},
             {"ticks_without", tool.ticks_without}}},
+          {"beyond_linear",
+           {{"newton_steps", tool.newton_steps},
+            {"tangent_answers", tool.tangent_answers},
+            {"deadline_misses", tool.deadline_misses},
+            {"linear_answers", tool.linear_answers}}},
           {"events", tool.events}};
 }
 

@@ -47,6 +47,8 @@ struct HapticReport {
   std::uint64_t passivity_violations = 0;
   std::uint64_t hives_built = 0, hives_refused = 0;
   std::uint64_t ticks_without = 0;  ///< a hive, in contact
+  // Of tissue beyond linear (haptics/hive_tissue.h):
+  std::uint64_t newton_steps = 0, tangent_answers = 0, deadline_misses = 0, linear_answers = 0;
   std::vector<std::string> events;
 };
 

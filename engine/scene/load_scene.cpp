@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "engine/scene/find_geometry.h"
+#include "engine/scene/material_keys.h"
 #include "engine/scene/overrides.h"
 #include "engine/scene/scene_keys.h"
 #include "engine/scene/tissues.h"
@@ -122,6 +123,7 @@ OrganDescription organ_of(const Json& values) {
   if (values.contains("youngs_modulus_kPa"))
     organ.youngs_modulus = 1000.0 * values["youngs_modulus_kPa"].get<double>();
   if (values.contains("poisson_ratio")) organ.poisson_ratio = values["poisson_ratio"].get<double>();
+  organ.material = material_of(values["material"]);
   organ.pose = pose_of(values["pose"]);
   if (values.contains("motion")) organ.motion = motion_of(values["motion"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "kernels/base/types.h"
+#include "kernels/hive/hyperelastic.h"
+#include "kernels/hive/prony.h"
 #include "kernels/smoke/smoke_passes.h"
 
 namespace viscera {
@@ -87,12 +89,20 @@ enum class DisplacementStorage { kSingle, kHalf };
 /// haptic tools alone (LPAFF).
 enum class Response { kGlobal, kLocal };
 
+/// How held tools feel tissue beyond small, slow strains.
+struct MaterialDescription {
+  HyperelasticModel model = HyperelasticModel::linear;
+  bool relaxes = false;          ///< by the tissue's Prony series
+  std::vector<PronyTerm> prony;  ///< or by this one
+};
+
 struct OrganDescription {
   std::string name;
   OrganGeometry geometry;
   std::string tissue;                    ///< a tissue of assets/tissues.json
   std::optional<double> youngs_modulus;  ///< overrides the tissue's [Pa]
   std::optional<double> poisson_ratio;
+  MaterialDescription material;
   Pose pose;
   std::optional<MotionDescription> motion;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move

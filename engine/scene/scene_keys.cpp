@@ -2,6 +2,7 @@
 
 #include "engine/scene/common_keys.h"
 #include "engine/scene/haptic_keys.h"
+#include "engine/scene/material_keys.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/smoke_keys.h"
 
@@ -177,6 +178,8 @@ ObjectSpec organ() {
       text("tissue", "A tissue of assets/tissues.json.").needed().known_as("tissue"),
       number("youngs_modulus_kPa", "In place of the tissue's.").between(0.001, 1e6),
       number("poisson_ratio", "In place of the tissue's.").from_to_below(0, 0.5),
+      object("material", "How held tools feel it beyond small, slow strains.", material_keys())
+          .otherwise(Json::object()),
       object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
       object("motion", "How breathing moves it; without it, it stays.", motion()),
       list("fixed",

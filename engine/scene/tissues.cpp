@@ -5,7 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "engine/scene/quantities.h"
+#include "engine/scene/scene.h"
 #include "engine/scene/validate.h"
 
 namespace viscera {
@@ -61,6 +64,14 @@ ObjectSpec look() {
       {}};
 }
 
+ObjectSpec prony_term() {
+  return {"One exponential of a Prony series.",
+          {quantity("g", "1", 1e-6, 0.95, "Share of the instantaneous modulus.").needed(),
+           quantity("tau", "s", 1e-3, 1e5, "In this time to 1/e.").needed()},
+          {},
+          {}};
+}
+
 ObjectSpec tissue() {
   ObjectSpec spec;
   spec.exactly_one_of = {"youngs_modulus", "shear_modulus"};
@@ -69,6 +80,8 @@ ObjectSpec tissue() {
       quantity("shear_modulus", "Pa", 1, 1e9, "G; E = 2 G (1 + nu)."),
       quantity("poisson_ratio", "1", 0, 0.4999, "nu.").needed(),
       quantity("density", "kg/m3", 1, 5000, "Mass density.").needed(),
+      list("prony", "How force relaxes; E is then the long-term modulus.", prony_term())
+          .items(1, PronyForce::kMostTerms),
       quantity("ultimate_strength", "Pa", 1, 1e9, "Stress at failure."),
       quantity("ultimate_strain", "1", 0, 10, "Strain at failure."),
       quantity("electrical_conductivity", "S/m", 0, 10, "At 500 kHz."),
@@ -139,11 +152,32 @@ Tissue tissue_of(const std::string& name, const Json& values) {
           : 2.0 * value_of(values["shear_modulus"]) * (1.0 + poisson_ratio);
   tissue.density = value_of(values["density"]);
   tissue.smoke_factor = value_of(values["smoke_factor"]);
+  if (values.contains("prony"))
+    for (const Json& term : values["prony"])
+      tissue.prony.push_back({value_of(term["g"]), value_of(term["tau"])});
   tissue.look = look_of(values["look"]);
   return tissue;
 }
 
 }  // namespace
+
+Result<void> check_materials(const SceneDescription& scene,
+                             const std::map<std::string, Tissue>& tissues) {
+  Error error;
+  for (std::size_t i = 0; i < scene.organs.size(); ++i) {
+    const OrganDescription& organ = scene.organs[i];
+    if (!organ.material.relaxes || !tissues.at(organ.tissue).prony.empty()) continue;
+    std::string known;
+    for (const auto& [name, tissue] : tissues)
+      if (!tissue.prony.empty()) known += (known.empty() ? "" : ", ") + name;
+    error.messages.push_back(fmt::format(
+        "{}: organs/{}/material/relaxes: found true with the tissue \"{}\", which has no Prony series; "
+        "expected one that has ({}), or a \"prony\" of its own",
+        scene.file.string(), i, organ.tissue, known));
+  }
+  if (!error.messages.empty()) return std::unexpected(error);
+  return {};
+}
 
 Result<std::map<std::string, Tissue>> load_tissues(const std::filesystem::path& file) {
   Result<Json> root = read_json(file);

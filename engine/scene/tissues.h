@@ -5,9 +5,12 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
+#include "kernels/hive/hyperelastic.h"
+#include "kernels/hive/prony.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
@@ -39,11 +42,19 @@ struct TissueLook {
 
 struct Tissue {
   std::string name;
-  IsotropicMaterial elastic;
+  IsotropicMaterial elastic;  ///< of small strain; with `prony`, the long-term one
+  /// Of finite strain, as held tools feel it; a tissue of the file is linear, a scene may say more.
+  HyperelasticModel model = HyperelasticModel::linear;
+  std::vector<PronyTerm> prony;  ///< by which forces on held tools relax; empty: they don't
   double density = 1050.0;    ///< [kg/m3]
   double smoke_factor = 1.0;  ///< relative smoke emission (liver 1, fat low)
   TissueLook look;
 };
+
+struct SceneDescription;
+
+/// Whether the scene's tissues have what its organs' `material` asks for.
+Result<void> check_materials(const SceneDescription& scene, const std::map<std::string, Tissue>& tissues);
 
 /// All tissues of the file by name, or every mistake in it.
 Result<std::map<std::string, Tissue>> load_tissues(const std::filesystem::path& file);

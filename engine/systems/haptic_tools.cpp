@@ -18,6 +18,8 @@ namespace {
 /// spacings of the nodes where a coupled field must be smooth on them.
 constexpr double kRadiiOfTool = 4.0, kSpacings = 3.0;
 constexpr int kNodes = 120;
+/// Of a tool's cells on tissue beyond linear: finite strains ask for a smoother pressure.
+constexpr int kRingsBeyondLinear = 3;
 /// Ticks that a recording may last beyond the run, while devices are let go.
 constexpr std::size_t kSpareTicks = 2000;
 /// An organ is felt where the path comes this near beyond the hive's radius [m].
@@ -64,20 +66,26 @@ Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument
                     ? wanted.radius
                     : std::max(kRadiiOfTool * settings.tool_radius, kSpacings * nodes_apart);
   hive.nodes = wanted.nodes > 0 ? wanted.nodes : kNodes;
+  settings.model = organ.tissue.model;
+  settings.prony = organ.tissue.prony;
+  if (settings.model != HyperelasticModel::linear) settings.rings = kRingsBeyondLinear;
   return settings;
 }
 
 TactileForce ToolTissue::respond(const ToolMotion& motion, double dt) noexcept {
   TactileForce all;
   all.energy = 0.0;
+  bool unknown = false;  // how much some tissue stores
   for (Organ& organ : organs) {
     const TactileForce one = organ.tissue->respond(motion, dt);
     all.force += one.force;
     all.stiffness += one.stiffness;
     all.energy += std::max(0.0, one.energy);
+    unknown = unknown || (one.touching && one.energy < 0.0);
     all.supplied += one.supplied;
     all.touching = all.touching || one.touching;
   }
+  if (unknown) all.energy = -1.0;
   return all;
 }
 
@@ -89,6 +97,10 @@ HiveTissueFigures ToolTissue::figures() const {
     all.refused += one.refused;
     all.searches += one.searches;
     all.uncovered += one.uncovered;
+    all.newton_steps += one.newton_steps;
+    all.tangent_answers += one.tangent_answers;
+    all.deadline_misses += one.deadline_misses;
+    all.linear_answers += one.linear_answers;
     if (one.last_refusal != HiveVerdict::sound) all.last_refusal = one.last_refusal;
   }
   return all;

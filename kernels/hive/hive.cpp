@@ -341,6 +341,18 @@ HiveForce Hive::press(std::span<const double> depths) noexcept {
   return out;
 }
 
+void Hive::load(std::span<const double> forces) noexcept {
+  Data& d = *data_;
+  if (!d.is_seated || d.pinned || forces.size() != d.cells.size()) return;
+  d.node_forces.setZero();
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    d.cell_forces[k] = forces[k];
+    for (std::size_t a = 0; a < 3; ++a)
+      d.node_forces.segment<3>(3 * d.places[k].nodes[a]) +=
+          (d.places[k].weights[a] * forces[k]) * d.cells[k].direction;
+  }
+}
+
 std::span<const double> Hive::cell_forces() const noexcept { return data_->cell_forces; }
 
 Vec3 Hive::displacement(const SurfaceSpot& spot) const noexcept {

@@ -94,6 +94,10 @@ class Hive {
   /// no cell pulling. A tool that only goes up and down needs nothing else.
   HiveForce press(std::span<const double> depths) noexcept;
 
+  /// As after a press that found these forces on the seated cells [N], for displacement(): of tissue
+  /// that answers otherwise than by the cells' compliance (nonlinear_hive.h).
+  void load(std::span<const double> forces) noexcept;
+
   /// Forces of the last press on the tissue along the cells' directions, >= 0 [N]    (cells)
   std::span<const double> cell_forces() const noexcept;
   /// Displacement of the surface at a rest place under the last press [m].

@@ -103,7 +103,7 @@ struct NonlinearHive::Data {
 
   MatrixX left, shares;  ///< (cells x rings): A P^T; M P^T
   MatrixX compliance;    ///< M, cells x cells
-  VectorX moved, wanted, elastic;
+  VectorX moved, wanted;
 
   explicit Data(const NonlinearSettings& wanted_settings)
       : settings(wanted_settings),
@@ -124,7 +124,6 @@ struct NonlinearHive::Data {
     compliance.resize(cells, cells);
     moved.resize(cells);
     wanted.resize(cells);
-    elastic.resize(cells);
     force_sums.setZero(linear.rings());
   }
 
@@ -428,7 +427,10 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
     foretold = d.touch_all(hives, depths, across);
   }
   while (out.steps < d.settings.most_steps && !settled) {
-    if (d.has_tangent && time) break;
+    if (d.has_tangent && time) {
+      out.out_of_time = true;
+      break;
+    }
     ++out.steps;
     bool good = false;
     for (const bool follow : {true, false}) {
@@ -466,6 +468,12 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
   out.hive.verdict = contact.sound ? HiveVerdict::sound : HiveVerdict::not_positive;
   if (!contact.sound) return out;
   const double unit_force = d.settings.material.shear_modulus() * across * across;
+  for (std::size_t i = 0; i < hives.size(); ++i) {
+    const std::span<const double> forces = d.pressed[i].forces();
+    for (std::size_t k = 0; k < forces.size(); ++k)
+      d.moved[static_cast<Eigen::Index>(k)] = unit_force * forces[k];
+    hives[i].hive->load({d.moved.data(), forces.size()});
+  }
   out.hive.force = Vec3(0.0, 0.0, unit_force * contact.force);
   out.hive.energy = std::max(0.0, unit_force * across * contact.energy);
   out.hive.touching = contact.touching;

@@ -48,17 +48,18 @@ struct TimeIsUp {
 };
 
 struct NonlinearForce {
-  HiveForce hive;          ///< along the cells' direction; no moment
-  double stiffness = 0.0;  ///< by how much the force rises per depth of all cells [N/m]
-  int steps = 0;           ///< Newton's
-  bool by_tangent = false; ///< the steps didn't settle: the last good linearisation's answer
+  HiveForce hive;            ///< along the cells' direction; no moment
+  double stiffness = 0.0;    ///< by how much the force rises per depth of all cells [N/m]
+  int steps = 0;             ///< Newton's
+  bool by_tangent = false;   ///< the steps didn't settle: the last good linearisation's answer
+  bool out_of_time = false;  ///< because time was up
 };
 
 class NonlinearHive {
  public:
   /// A linear hive that is seated on the pattern's cells, and its share in the answer.
   struct Share {
-    const Hive* hive = nullptr;
+    Hive* hive = nullptr;  ///< is told the forces, for its displacement()
     double weight = 1.0;
   };
 

@@ -22,14 +22,20 @@ const IsotropicMaterial kSoft{5e3, 0.45};
 // A round organ and its tissue, told once where it is.
 struct Organ {
   explicit Organ(HiveBuilding building = HiveBuilding::in_lockstep, double radius = 4.0 * kBall)
+      : Organ(built_by(building), radius) {}
+  // With what is felt of it beyond linear.
+  explicit Organ(HiveTissueSettings settings, double radius = 4.0 * kBall)
       : surface(WalkableSurface::make(icosphere(kBody, 4)).value()) {
-    HiveTissueSettings settings;
     settings.tool_radius = kBall;
-    settings.building = building;
     settings.hive.material = kSoft;
     settings.hive.radius = radius;
     settings.hive.nodes = 80;
     tissue = HiveTissue::create({&surface, nullptr, nullptr}, settings).value();
+  }
+  static HiveTissueSettings built_by(HiveBuilding building) {
+    HiveTissueSettings settings;
+    settings.building = building;
+    return settings;
   }
   void tell(const Pose& pose, const Vec3& near) {
     TissueSnapshot& snapshot = tissue->snapshots().back();
@@ -318,6 +324,146 @@ TEST(HiveTissue, TheNextHiveIsBuiltBesideWithoutATickInContactGoingWithout) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   EXPECT_GT(organ.tissue->figures().hives, 1u);
+}
+
+// Tissue beyond linear, from a tick that has felt nothing yet.
+HiveTissueSettings beyond_linear(HyperelasticModel model, std::vector<PronyTerm> prony = {}) {
+  HiveTissueSettings settings;
+  settings.building = HiveBuilding::in_lockstep;
+  settings.model = model;
+  settings.rings = 3;
+  settings.prony = std::move(prony);
+  return settings;
+}
+
+TEST(HiveTissueBeyondLinear, ALightTouchIsLinearAndADeepOneIsSofter) {
+  for (const HyperelasticModel model : {HyperelasticModel::neo_hookean, HyperelasticModel::stvk}) {
+    Organ linear(beyond_linear(HyperelasticModel::linear)), organ(beyond_linear(model));
+    for (Organ* one : {&linear, &organ}) one->tell({}, pressed(Vec3::UnitZ(), 0));
+    const auto go = [](Organ& one, double depth) {
+      TactileForce felt;
+      for (int i = 0; i <= 60; ++i) felt = one.at(pressed(Vec3::UnitZ(), -4e-3));
+      for (double d = -4e-3; d < depth; d += 2e-5) felt = one.at(pressed(Vec3::UnitZ(), d));
+      return one.at(pressed(Vec3::UnitZ(), depth));
+    };
+    const double light = go(linear, 2e-6).force.norm();
+    EXPECT_NEAR(go(organ, 2e-6).force.norm(), light, 2e-3 * light);
+    const TactileForce deep = go(linear, 2e-3), softer = go(organ, 2e-3);
+    EXPECT_LT(softer.force.norm(), 0.995 * deep.force.norm()) << name_of(model);
+    EXPECT_GT(softer.force.norm(), 0.6 * deep.force.norm()) << name_of(model);
+    EXPECT_GT(organ.tissue->figures().newton_steps, 0u);
+    EXPECT_EQ(organ.tissue->figures().linear_answers, 0u);
+    EXPECT_EQ(linear.tissue->figures().newton_steps, 0u);
+  }
+}
+
+TEST(HiveTissueBeyondLinear, ForceHasNoJumpWhileTheToolSlidesFromHiveToHive) {
+  for (const HyperelasticModel model : {HyperelasticModel::neo_hookean, HyperelasticModel::stvk}) {
+    Organ organ(beyond_linear(model));
+    organ.tell({}, pressed(on_arc(0.0), 0));
+    const double step = 1e-4, depth = 2e-3;
+    for (int i = 0; i < 100; ++i) organ.at(pressed(on_arc(0.0), -4e-3 + depth * 0.03 * i));
+    for (int i = 0; i < 50; ++i) organ.at(pressed(on_arc(0.0), depth));
+    Vec3 before = organ.at(pressed(on_arc(0.0), depth)).force;
+    double worst = 0.0;
+    for (double angle = 0.0; angle < 1.2; angle += step / kBody) {
+      const Vec3 now = organ.at(pressed(on_arc(angle), depth)).force;
+      const double turned = step / kBody * now.norm();
+      worst = std::max(worst, ((now - before).norm() - turned) / now.norm());
+      before = now;
+    }
+    EXPECT_LT(worst, 0.01) << name_of(model);
+    EXPECT_GT(organ.tissue->figures().hives, 3u);
+    EXPECT_EQ(organ.tissue->figures().linear_answers, 0u) << name_of(model);
+  }
+}
+
+TEST(HiveTissueBeyondLinear, AClosedPathGivesBackNoEnergyAndARelaxingOneTakesSome) {
+  const std::vector<PronyTerm> series{{0.4, 0.05}, {0.2, 0.5}};
+  const auto given = [&](const HiveTissueSettings& settings) {
+    Organ organ(settings);
+    organ.tell({}, pressed(on_arc(0.0), 0));
+    for (int i = 0; i < 60; ++i) organ.at(pressed(on_arc(0.0), -4e-3));
+    double work = 0.0, strongest = 0.0;
+    Vec3 before = pressed(on_arc(0.0), -1e-3), force = organ.at(before).force;
+    const auto go = [&](const Vec3& to) {
+      const Vec3 now = organ.at(to).force;
+      work += 0.5 * (force + now).dot(to - before);
+      strongest = std::max(strongest, now.norm());
+      force = now;
+      before = to;
+    };
+    constexpr int kSteps = 400;
+    for (int round = 0; round < 3; ++round) {
+      for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.0), -1e-3 + 4e-3 * i / kSteps));
+      for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.4 * i / kSteps), 3e-3));
+      for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.4), 3e-3 - 4e-3 * i / kSteps));
+      for (int i = 0; i < kSteps; ++i) go(pressed(on_arc(0.4 - 0.4 * i / kSteps), -1e-3));
+    }
+    return work / (3e-3 * strongest);
+  };
+  EXPECT_LT(given(beyond_linear(HyperelasticModel::neo_hookean)), 0.01);
+  EXPECT_LT(given(beyond_linear(HyperelasticModel::linear, series)), -0.1);
+  EXPECT_LT(given(beyond_linear(HyperelasticModel::neo_hookean, series)), -0.1);
+}
+
+TEST(HiveTissueBeyondLinear, AHeldToolsForceRelaxesToTheElasticOneBySeries) {
+  const auto force_after = [](std::vector<PronyTerm> prony, int ticks) {
+    Organ organ(beyond_linear(HyperelasticModel::linear, std::move(prony)));
+    organ.tell({}, pressed(Vec3::UnitZ(), 0));
+    for (int i = 0; i < 60; ++i) organ.at(pressed(Vec3::UnitZ(), -2e-3));
+    TactileForce felt;
+    for (int i = 0; i < ticks; ++i) felt = organ.at(pressed(Vec3::UnitZ(), 2e-3));
+    return felt.force.z();
+  };
+  const double elastic = force_after({}, 1);
+  for (const int ticks : {1, 200, 3000}) {
+    const double time = 1e-3 * (ticks - 1), rise = -std::expm1(-1e-3 / 0.2) / (1e-3 / 0.2);
+    EXPECT_NEAR(force_after({{0.5, 0.2}}, ticks), elastic * (1.0 + rise * std::exp(-time / 0.2)), 1e-3 * elastic)
+        << ticks;
+  }
+}
+
+TEST(HiveTissueBeyondLinear, ATickTakesNoMemory) {
+  Organ organ(beyond_linear(HyperelasticModel::neo_hookean, {{0.5, 0.2}}));
+  organ.tell({}, pressed(on_arc(0.0), 0));
+  for (int i = 0; i < 50; ++i) organ.at(pressed(on_arc(0.0), -2e-3));
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer keeps the heap";
+  const std::uint64_t before = allocations();
+  for (int i = 0; i < 600; ++i) organ.at(pressed(on_arc(1e-3 * i), 2e-3));
+  EXPECT_EQ(allocations() - before, 0u);
+}
+
+TEST(HiveTissueBeyondLinear, ADeadlineThatHasPassedIsAnsweredByTheTangentAndCounted) {
+  HiveTissueSettings settings = beyond_linear(HyperelasticModel::neo_hookean);
+  settings.building = HiveBuilding::on_a_thread;
+  settings.deadline = 1e-9;
+  Organ organ(settings);
+  organ.tell({}, pressed(Vec3::UnitZ(), 0));
+  for (int i = 0; i < 2000 && organ.tissue->figures().hives == 0; ++i) {
+    organ.at(pressed(Vec3::UnitZ(), -3e-3));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  for (int i = 0; i < 50; ++i) organ.at(pressed(Vec3::UnitZ(), 1e-3 + 1e-5 * i));
+  const HiveTissueFigures& figures = organ.tissue->figures();
+  EXPECT_GE(figures.deadline_misses, 40u);
+  EXPECT_GE(figures.tangent_answers, figures.deadline_misses);
+  EXPECT_EQ(figures.linear_answers, 0u);
+}
+
+TEST(HiveTissueBeyondLinear, BadMaterialsAreRefused) {
+  const Organ organ;
+  HiveTissueSettings settings = organ.tissue->settings();
+  settings.prony = {{0.6, 1.0}, {0.5, -2.0}};
+  const auto refused = HiveTissue::create({&organ.surface, nullptr, nullptr}, settings);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().messages.size(), 2u) << refused.error().text();
+  settings.prony.clear();
+  settings.model = HyperelasticModel::stvk;
+  settings.hive.formulation = HiveFormulation::paper;
+  const auto paper = HiveTissue::create({&organ.surface, nullptr, nullptr}, settings);
+  ASSERT_FALSE(paper);
+  EXPECT_NE(paper.error().text().find("found stvk with formulation \"paper\""), std::string::npos);
 }
 
 TEST(HiveTissue, AToolWithoutSizeIsRefused) {

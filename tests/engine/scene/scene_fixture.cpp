@@ -15,6 +15,7 @@ Json whole_scene() {
       {"name": "liver",
        "geometry": {"recipe": "liver", "seed": 3, "scale": 1.5, "edge_mm": 4},
        "tissue": "liver", "youngs_modulus_kPa": 6, "poisson_ratio": 0.4,
+       "material": {"model": "neo_hookean", "relaxes": false, "prony": [{"g": 0.4, "tau_s": 2}]},
        "pose": {"position_mm": [10, 20, 30], "rotation_deg": [90, 0, 90]},
        "motion": {"amplitude_mm": 6, "direction": [0, -2, 0], "period_s": 5, "phase_deg": 90},
        "fixed": [{"half_space": {"point_mm": [0, 0, 5], "normal": [0, 0, 2]}},

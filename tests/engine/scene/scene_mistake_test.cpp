@@ -51,6 +51,18 @@ TEST(SceneMistake, AWrongUnitSaysWhichIsExpected) {
                      "found the unit cm, expected the unit mm (did you mean \"radius_mm\"?)");
 }
 
+TEST(SceneMistake, AMaterialThatIsNoneIsNamed) {
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/model", "mooney"), "organs/0/material/model",
+                     "found the text \"mooney\"", "\"neo_hookean\"");
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony/0/g", -0.2), "organs/0/material/prony/0/g", "found -0.2");
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony/0/tau_s", 0), "organs/0/material/prony/0/tau_s", "found 0");
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony", Json::array({{{"g", 0.6}, {"tau_s", 1}},
+                                                                  {{"g", 0.5}, {"tau_s", 2}}})),
+                     "organs/0/material/prony", "found shares g of 1.1 together, expected at most 0.95");
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/relaxes", true), "organs/0/material/prony",
+                     "found beside \"relaxes\": true");
+}
+
 TEST(SceneMistake, WrongTypesAreNamed) {
   EXPECT_ONE_MISTAKE(with("/duration_s", "4 s"), "duration_s",
                      "found the text \"4 s\", expected a number from 0.001 to 3600 [s]");

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "engine/scene/scene.h"
 #include "engine/scene/tissues.h"
 #include "tests/engine/scene/scene_fixture.h"
 
@@ -28,6 +29,28 @@ TEST(Tissues, ModuliFollowFromWhatWasMeasured) {
   EXPECT_DOUBLE_EQ(tissues->at("rubber").elastic.poisson_ratio, 0.45);
   EXPECT_DOUBLE_EQ(tissues->at("lung").elastic.poisson_ratio, 0.43);
   EXPECT_LT(tissues->at("fat").smoke_factor, tissues->at("kidney").smoke_factor);
+}
+
+TEST(Tissues, AnOrganRelaxesByItsTissuesSeriesOnlyWhereThereIsOne) {
+  const auto tissues = load_tissues(project_file("assets/tissues.json"));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  const auto& liver = tissues->at("liver").prony;
+  ASSERT_EQ(liver.size(), 2u);
+  EXPECT_EQ(liver[1].g, 0.2);
+  EXPECT_EQ(liver[1].tau, 10.0);
+  SceneDescription scene;
+  scene.file = "some.json";
+  scene.organs.resize(2);
+  scene.organs[0].tissue = "liver";
+  scene.organs[1].tissue = "kidney";
+  scene.organs[0].material.relaxes = true;
+  EXPECT_TRUE(check_materials(scene, *tissues));
+  scene.organs[1].material.relaxes = true;
+  const auto refused = check_materials(scene, *tissues);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().text(),
+            "some.json: organs/1/material/relaxes: found true with the tissue \"kidney\", which has no Prony "
+            "series; expected one that has (liver), or a \"prony\" of its own");
 }
 
 TEST(Tissues, LooksArriveInMetres) {
