@@ -242,10 +242,15 @@ HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   result = hive.press(foot_.depths());
   if (deeper.verdict == HiveVerdict::sound && result.verdict == HiveVerdict::sound)
     stiffness = std::max(0.0, (deeper.force - result.force).dot(foot_.up()) / nudge);
-  result.force.setZero();
-  for (std::size_t k = 0; k < hive.cell_forces().size(); ++k)
-    result.force += hive.cell_forces()[k] * foot_.pushes()[k];
+  result.force = push_of(hive.cell_forces());
   return result;
+}
+
+/// On the tool, of the cells' forces along their direction [N].
+Vec3 HiveTissue::push_of(std::span<const double> forces) const noexcept {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = 0; k < forces.size(); ++k) sum += forces[k] * foot_.pushes()[k];
+  return sum;
 }
 
 /// Both hives' cells under one grid; false where it has no answer.
@@ -275,8 +280,10 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, do
   }
   figures_.tangent_answers += one.by_tangent;
   figures_.deadline_misses += one.out_of_time;
-  for (std::size_t i = 0; i < count; ++i) all.covered += shares[i].weight;
-  all.force = one.hive.force.z() * foot_.up();
+  for (std::size_t i = 0; i < count; ++i) {
+    all.covered += shares[i].weight;
+    all.force += shares[i].weight * push_of(shares[i].hive->cell_forces());
+  }
   all.stiffness = one.stiffness;
   all.energy = one.hive.energy;
   return true;

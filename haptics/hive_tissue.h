@@ -99,6 +99,7 @@ class HiveTissue final : public TactileModel {
   Vec3 free_displacement(const TissueSnapshot& scene, const SurfacePoint& at) const noexcept;
   void renew_hive(const Vec3& velocity) noexcept;
   HiveForce press(Hive& hive, double& stiffness) noexcept;
+  Vec3 push_of(std::span<const double> forces) const noexcept;
 
   HiveBody body_;
   HiveTissueSettings settings_;

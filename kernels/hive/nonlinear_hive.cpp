@@ -457,7 +457,7 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
   if (astray && foretold.sound &&
       !(settled && std::abs(contact.force - foretold.force) <= kBelieved * foretold.force)) {
     d.recall();
-    contact = foretold;
+    contact = d.touch_all(hives, depths, across);  // what was foretold, with the cells' forces
     settled = false;
   } else if (settled) {
     d.keep();
