@@ -81,9 +81,10 @@ struct Kidney {
 };
 
 /// The scene's kidney, its probe led along the slide, and the probe's tissue as the scene has it.
-std::unique_ptr<Kidney> kidney() {
+std::unique_ptr<Kidney> kidney(const std::string& model = "linear") {
   auto all = std::make_unique<Kidney>();
   SceneLoadOptions options;
+  options.overrides = {{"organs/kidney/material/model", '"' + model + '"'}};
   options.assets = project_file("assets");
   auto scene = load_scene(project_file("scenes/kidney_palpation.json"), options);
   if (!scene) {
@@ -137,8 +138,12 @@ std::unique_ptr<Kidney> kidney() {
   return all;
 }
 
-TEST(TouchSliding, OverTheKidneyNoTenthOfAMillimetreChangesTheForceByAPercent) {
-  const auto all = kidney();
+class TouchSliding : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Models, TouchSliding, testing::Values("linear", "neo_hookean"),
+                         [](const auto& given) { return std::string(given.param); });
+
+TEST_P(TouchSliding, OverTheKidneyNoTenthOfAMillimetreChangesTheForceByAPercent) {
+  const auto all = kidney(GetParam());
   ASSERT_TRUE(all);
   ASSERT_LT(all->slide->off(), 1.5e-3);
   for (int i = 0; i <= 100; ++i)
@@ -161,8 +166,8 @@ TEST(TouchSliding, OverTheKidneyNoTenthOfAMillimetreChangesTheForceByAPercent) {
   EXPECT_EQ(all->tissue->figures().uncovered, 0u);
 }
 
-TEST(TouchSliding, RoundsOverTheKidneyGiveBackNoEnergy) {
-  const auto all = kidney();
+TEST_P(TouchSliding, RoundsOverTheKidneyGiveBackNoEnergy) {
+  const auto all = kidney(GetParam());
   ASSERT_TRUE(all);
   const Slide& slide = *all->slide;
   constexpr double kAir = -1e-3;
@@ -200,7 +205,7 @@ TEST(TouchSliding, RoundsOverTheKidneyGiveBackNoEnergy) {
 }
 
 // The frame's own contact has the same tissue, tool and compliance, at 60 Hz and with other cells.
-TEST(TouchSliding, TheHandFeelsTheForceOfTheGlobalModelAllAlong) {
+TEST(TouchBesideTheFrame, TheHandFeelsTheForceOfTheGlobalModelAllAlong) {
   const auto all = kidney();
   ASSERT_TRUE(all);
   for (int i = 0; i <= 100; ++i)
