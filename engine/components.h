@@ -17,8 +17,8 @@
 #include "engine/scene/scene.h"
 #include "engine/scene/tissues.h"
 #include "haptics/hive_tissue.h"
-#include "kernels/heat/bricks.h"
-#include "kernels/heat/burn.h"
+#include "kernels/heat/electrode.h"
+#include "kernels/points/surface_tree.h"
 #include "kernels/smoke/gas_grid.h"
 #include "kernels/smoke/smoke.h"
 #include "kernels/smoke/smoke_optics.h"
@@ -160,11 +160,13 @@ struct OrganTies {
 
 // --- organs: written by the heat stage -----------------------------------------------------------
 
-/// Made when an organ is first burnt.
+/// Organs that a hook can burn. Until one does, nothing is kept or computed.
 struct OrganBurn {
-  BrickField damage = BrickField();          ///< 0 sound ... 1 charred, rest space
-  std::uint64_t version = 0;
-  double energy = 0.0;                       ///< absorbed so far [J]
+  std::shared_ptr<const SurfaceTree> surface;  ///< at rest
+  Bioheat heat;                              ///< rest frame
+  Entity hook;                               ///< that burnt it last
+  double smoke = 0.0;                        ///< given off so far [kg]
+  double greatest_hot = 0.0;                 ///< volume above 60 C at its greatest [m3]
 };
 
 // --- instruments: written by set-up --------------------------------------------------------------
@@ -214,12 +216,13 @@ struct InstrumentContact {
   double strongest = 0.0;                    ///< force on that organ [N]
 };
 
-/// The end of the burnt trace, so that the next frame's heat continues it.
+/// A hook's metal, and the end of the trace that it burns, so that the next frame's heat continues it.
 struct BurnTrace {
-  Entity organ;
-  Vec3 rest_point = Vec3::Zero();
-  bool burning = false;
-  double absorbed = 0.0;                     ///< by tissue in this frame [J]
+  ElectrodeTip tip;
+  Entity organ;                              ///< that it is on, or sparks to; a stale one: none
+  ElectrodeContact contact;                  ///< there
+  CurrentReport current;                     ///< of this frame
+  double generated = 0.0;                    ///< by its generator so far [J]
 };
 
 // --- smoke volumes -------------------------------------------------------------------------------

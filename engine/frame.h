@@ -37,6 +37,11 @@ enum class FrameFlag : std::uint32_t {
   kSmokeOutside = 1u << 5,
   /// A jaw closed on nothing: no tissue within its grip radius. Remedy: move the closing key nearer.
   kGripMissed = 1u << 6,
+  /// Heat found no room for more bricks: tissue beyond them counts as cold. Remedy: a greater voxel.
+  kHeatFull = 1u << 7,
+  /// Current met an organ that heat isn't computed in. Remedy: the thermal values that its tissue
+  /// lacks.
+  kNotHeated = 1u << 8,
 };
 
 struct FrameReport {

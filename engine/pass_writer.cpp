@@ -50,9 +50,8 @@ std::string_view legend_of(Pass pass) {
     case Pass::kLabels:
       return "labels: which body a pixel shows, by the attribute `labels`";
     case Pass::kTemperature:
-      return "temperature.surface: of what is seen [K]; heat isn't computed yet: tissue that never "
-             "burnt has the cavity's temperature, of an organ that was burnt and of instruments "
-             "it is unknown (NaN). temperature.smoke: of the smoke between surface and lens, mean "
+      return "temperature.surface: of what is seen [K]; of an organ that nothing warmed the cavity's, "
+             "of instruments unknown (NaN). temperature.smoke: of the smoke between surface and lens, mean "
              "by mass [K]; the gas's where there is none, NaN outside the field of view";
   }
   return {};

@@ -85,6 +85,8 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
                     .curves = {},
                     .note = "of each organ that instruments can reach"},
       links_{.title = "Force of the links", .unit = "N", .curves = {}, .note = ""},
+      power_{.title = "Power into tissue", .unit = "W", .curves = {}, .note = "that it heats"},
+      hottest_{.title = "Hottest tissue", .unit = "°C", .curves = {}, .note = ""},
       curve_of_organ_(world.organ_bodies.size()),
       greatest_(world.organ_bodies.size(), 0.0),
       greatest_time_(world.organ_bodies.size(), 0.0) {
@@ -99,12 +101,18 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
     displacement_.curves.emplace_back(world.organ_bodies[o].name);
   }
   for (const Link& link : world.links) links_.curves.emplace_back(link.name);
+  for (std::size_t t = 0; t < world.burn_traces.size(); ++t)
+    power_.curves.emplace_back(
+        world.instrument_bodies.find(world.burn_traces.owner(t))->description.name);
+  for (std::size_t b = 0; b < world.organ_burns.size(); ++b)
+    hottest_.curves.emplace_back(name_of(world, world.organ_burns.owner(b)));
 }
 
 void ReviewRecorder::add_frame(const World& world, std::span<const TipSample> samples) {
   watch_contacts(world, samples);
   watch_organs(world);
   watch_smoke(world);
+  watch_heat(world);
   for (std::size_t l = 0; l < world.links.size(); ++l)
     links_.curves[l].add(world.time(), world.links[l].force);
 }
@@ -150,6 +158,15 @@ void ReviewRecorder::watch_smoke(const World& world) {
   }
 }
 
+void ReviewRecorder::watch_heat(const World& world) {
+  for (std::size_t t = 0; t < world.burn_traces.size(); ++t)
+    power_.curves[t].add(world.time(), world.burn_traces[t].current.power);
+  for (std::size_t b = 0; b < world.organ_burns.size(); ++b) {
+    const Bioheat& heat = world.organ_burns[b].heat;
+    hottest_.curves[b].add(world.time(), heat.options().body - kZeroCelsius + heat.excess_now());
+  }
+}
+
 void ReviewRecorder::add_picture(const World& world, const Picture& picture) {
   std::optional<Thumbnail> small;
   for (Watched* moment : {&contact_, &hold_, &force_peak_, &smoke_, &displacement_peak_}) {
@@ -176,7 +193,8 @@ Result<Review> ReviewRecorder::finish(const Trace& trace, const RunReport& repor
   review.pictures_per_second =
       static_cast<double>(kFramesPerSecond) / static_cast<double>(kFramesPerPicture);
   review.charts = {force_, penetration_, displacement_};
-  if (!links_.curves.empty()) review.charts.push_back(links_);
+  for (const Chart* chart : {&links_, &power_, &hottest_})
+    if (!chart->curves.empty()) review.charts.push_back(*chart);
   review.charts.push_back(stage_chart(trace));
   for (const Watched* watched : {&contact_, &hold_, &force_peak_, &smoke_, &displacement_peak_}) {
     if (watched->frame == 0) continue;

@@ -53,9 +53,10 @@ class ReviewRecorder {
   void watch_contacts(const World& world, std::span<const TipSample> samples);
   void watch_organs(const World& world);
   void watch_smoke(const World& world);
+  void watch_heat(const World& world);
 
   std::vector<std::string> tools_;
-  Chart force_, penetration_, displacement_, links_;
+  Chart force_, penetration_, displacement_, links_, power_, hottest_;
   std::vector<std::optional<std::size_t>> curve_of_organ_;
   std::vector<double> greatest_, greatest_time_;  ///< of each organ [m], [s]
   Watched contact_{"First contact"}, hold_{"Jaws first hold tissue"}, force_peak_{"Peak force"},

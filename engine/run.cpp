@@ -20,6 +20,7 @@
 #include "engine/io/progress_bar.h"
 #include "engine/io/review.h"
 #include "engine/io/smoke_file.h"
+#include "engine/lesion_curve.h"
 #include "engine/render/renderer.h"
 #include "engine/review_recorder.h"
 #include "engine/state_hash.h"
@@ -27,6 +28,7 @@
 #include "engine/systems/haptic_tools.h"
 #include "engine/systems/systems.h"
 #include "engine/systems/view.h"
+#include "engine/trainee.h"
 #include "engine/vtk_series.h"
 #include "engine/world.h"
 #include "kernels/base/stopwatch.h"
@@ -63,8 +65,8 @@ std::vector<fs::path> older_files(const fs::path& out) {
   files.insert(files.end(), surfaces.begin(), surfaces.end());
   const std::vector<fs::path> passes = numbered_files(out / "passes", ".exr");
   files.insert(files.end(), passes.begin(), passes.end());
-  for (const char* name :
-       {"vtk/organs.pvd", "film.mp4", "forces.csv", "profile.json", "report.json", "review.html"}) {
+  for (const char* name : {"vtk/organs.pvd", "film.mp4", "forces.csv", "lesion.csv", "lesion.svg",
+                           "profile.json", "report.json", "review.html"}) {
     std::error_code error;
     if (fs::is_regular_file(out / name, error)) files.push_back(out / name);
   }
@@ -273,6 +275,12 @@ std::string flag_text(FrameFlag flag) {
     case FrameFlag::kSmokeOutside:
       return "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a "
              "domain";
+    case FrameFlag::kHeatFull:
+      return "heat found no room for more of an organ's voxels; tissue beyond them counted as cold: "
+             "a greater heat/voxel_mm";
+    case FrameFlag::kNotHeated:
+      return "a hook gave current to an organ that isn't heated: its tissue lacks thermal values, or "
+             "its path had not announced that it comes there";
     case FrameFlag::kGripMissed:
       return "a jaw closed on nothing: move its closing key nearer to the tissue";
   }
@@ -560,6 +568,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   std::uint32_t flags = 0;
   std::vector<TipSample> samples(names.size());
   ReviewRecorder recorder(world, scene);
+  Trainee trainee(world, scene);
+  LesionCurve lesion(world, scene);
   std::optional<VtkSeries> surfaces;
   if (options.vtk) surfaces.emplace(options.out / "vtk", world);
   Sight sight(scene);
@@ -577,6 +587,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
         samples[i] = {world.instrument_states[i].tip, world.instrument_contacts[i].force};
       forces->add(world.time(), samples);
       recorder.add_frame(world, samples);
+      trainee.add_frame(world);
+      lesion.add_frame(world);
       hash.add_frame(world);
     }
     if (k % kFramesPerPicture != 0) continue;
@@ -613,6 +625,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   if (surfaces)
     if (auto finished = surfaces->finish(); !finished) return std::unexpected(finished.error());
   if (auto finished = forces->finish(); !finished) return std::unexpected(finished.error());
+  if (auto written = lesion.write(options.out); !written) return std::unexpected(written.error());
 
   report.complete = world.frame == frames;
   report.pictures = studio ? studio->pictures : 0;
@@ -621,6 +634,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   finish_report(world, scene, trace, flags, report);
   recorder.describe(report);
   report.smoke.time_in_smoke = sight.time_in_smoke();
+  trainee.describe(world, report);
   report.smoke.volumes = writer ? static_cast<std::size_t>(writer->written()) : 0;
   report.smoke.writing_s = writer ? writer->seconds() : 0.0;
 

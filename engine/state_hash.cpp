@@ -43,11 +43,14 @@ std::string StateHash::finish(const World& world) {
   for (const Link& link : world.links)
     for (const Link::Spring& spring : link.springs) add(hasher_, spring.force);
   for (const OrganBurn& burn : world.organ_burns)
-    for (std::size_t b = 0; b < burn.damage.brick_count(); ++b) {
-      const BrickField::Index& index = burn.damage.brick_indices()[b];
-      hasher_.bytes(index.data(), sizeof(int) * 3);
-      hasher_.bytes(burn.damage.brick(b).data(), sizeof(BrickField::Values));
+    for (std::size_t b = 0; b < burn.heat.bricks().count(); ++b) {
+      const HeatBrick& brick = burn.heat.bricks().brick(b);
+      hasher_.bytes(brick.index.data(), sizeof(int) * 3);
+      for (const HeatBrick::Values* values : {&brick.damage, &brick.water, &brick.charred})
+        hasher_.bytes(values->data(), sizeof(HeatBrick::Values));
+      if (brick.warm) hasher_.bytes(brick.warm->excess.data(), sizeof(HeatBrick::Values));
     }
+  for (const BurnTrace& trace : world.burn_traces) hasher_.value(trace.tip.excess());
   for (const SmokeBody& smoke : world.smoke) {
     const SmokeParticles& p = smoke.volume.particles();
     add_all(hasher_, p.positions);

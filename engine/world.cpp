@@ -10,6 +10,7 @@
 
 #include "engine/io/mesh_import.h"
 #include "engine/scene/smoke_material.h"
+#include "engine/systems/heat_setup.h"
 #include "engine/systems/links.h"
 #include "engine/systems/local_organs.h"
 #include "engine/systems/smoke_setup.h"
@@ -122,7 +123,11 @@ void add_instrument(World& world, InstrumentBody body) {
   const Entity instrument = world.ids.create();
   world.instrument_states.add(instrument, {});
   world.instrument_contacts.add(instrument, {});
-  if (carries_current(body.description)) world.burn_traces.add(instrument, {});
+  if (carries_current(body.description))
+    world.burn_traces.add(instrument, BurnTrace{.tip = ElectrodeTip(electrode_of(body.description)),
+                                                .organ = {},
+                                                .contact = {},
+                                                .current = {}});
   world.instrument_bodies.add(instrument, std::move(body));
 }
 
@@ -293,6 +298,8 @@ Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
     add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);
   for (InstrumentBody& body : instruments) add_instrument(*world, std::move(body));
   if (auto added = add_local_organs(scene, *world); !added) return std::unexpected(added.error());
+  if (auto heated = add_heat(scene, *world); !heated)
+    return std::unexpected(heated.error());
   if (auto filled = add_smoke(scene, *world); !filled) return std::unexpected(filled.error());
   if (auto linked = make_links(scene, *world); !linked) return std::unexpected(linked.error());
   return world;
@@ -308,7 +315,9 @@ Result<std::unique_ptr<World>> build_world(const SceneDescription& scene,
   auto models = prepare_organs(scene, *instruments, tissues, options, progress, warnings);
   if (!models) return std::unexpected(models.error());
   auto world = place_entities(scene, std::move(*instruments), *models, tissues);
-  if (!world || scene.smoke.empty()) return world;
+  if (!world) return world;
+  warn_of_cold_organs(scene, **world, options.assets / "tissues.json", warnings);
+  if (scene.smoke.empty()) return world;
   const auto optics = load_smoke_optics(options.assets / "smoke.json");
   if (!optics) return std::unexpected(optics.error());
   (*world)->smoke_optics = *optics;

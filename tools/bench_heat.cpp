@@ -25,7 +25,7 @@ constexpr std::size_t kTargetVoxels = 100'000;
 
 /// Recalled, for some seconds at 20 to 40 W; the greatest width is the one that
 /// 100 and 200 W made in 10 to 30 s in bovine liver ex vivo [KoreaMed1067937].
-constexpr LesionRange kPublished{1.5e-3, 5.0e-3, 3.0e-3, 9.3e-3};
+const PublishedLesion kPublished{1.5e-3, 5.0e-3, 3.0e-3, 9.3e-3, "recalled"};
 
 /// Where a Gaussian source has warmed tissue by 15 to 35 K after three seconds: about 60 C.
 HeatError edge_error(double voxel, double dt) {

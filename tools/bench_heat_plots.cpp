@@ -5,7 +5,8 @@
 #include <algorithm>
 
 #include "engine/io/atomic_file.h"
-#include "tools/plots/svg_plot.h"
+#include "engine/io/svg_plot.h"
+#include "engine/lesion_curve.h"
 
 namespace viscera {
 namespace {
@@ -54,49 +55,21 @@ Plot time_plot(const std::vector<HeatTime>& times) {
   return plot;
 }
 
-Plot lesion_plot(const BurnResult& burn, const LesionRange& range) {
-  Plot plot;
-  plot.title = "Lesion of the standard burn";
-  plot.subtitle = "liver, 30 W, ball of 2 mm; dashed: the published range, recalled";
-  plot.x = {"time (s)", false};
-  plot.y = {"size (mm)", false};
-  PlotSeries depth, width;
-  depth.name = "depth";
-  width.name = "width";
-  depth.markers = width.markers = false;
-  for (const BurnRow& row : burn.rows) {
-    depth.points.emplace_back(row.time, 1e3 * row.lesion.depth);
-    width.points.emplace_back(row.time, 1e3 * row.lesion.width);
-  }
-  const double end = burn.rows.back().time;
-  const auto bracket = [&](const char* name, double least, double most, int colour) {
-    PlotSeries series;
-    series.name = name;
-    series.points = {Vec2(end, 1e3 * least), Vec2(end, 1e3 * most)};
-    series.dashed = true;
-    series.hollow = true;
-    series.colour = colour;
-    return series;
-  };
-  depth.colour = 0;
-  width.colour = 1;
-  plot.series = {depth, width,
-                 bracket("published depth", range.least_depth, range.most_depth, 0),
-                 bracket("published width", range.least_width, range.most_width, 1)};
-  return plot;
-}
-
 }  // namespace
 
 Result<void> draw_heat_plots(const std::vector<HeatError>& errors,
                              const std::vector<HeatTime>& times, const BurnResult& burn,
-                             const LesionRange& range, const std::filesystem::path& folder) {
+                             const PublishedLesion& published, const std::filesystem::path& folder) {
   if (auto made = check_out_folder(folder); !made) return made;
   if (auto written = write_file(folder / "heat_error.svg", to_svg(error_plot(errors))); !written)
     return written;
   if (auto written = write_file(folder / "heat_time.svg", to_svg(time_plot(times))); !written)
     return written;
-  return write_file(folder / "heat_lesion.svg", to_svg(lesion_plot(burn, range)));
+  std::vector<LesionRow> rows;
+  for (const BurnRow& row : burn.rows) rows.push_back({row.time, row.lesion});
+  const Plot lesion = lesion_plot("Lesion of the standard burn", "liver, 30 W, ball of 2 mm", rows,
+                                  published);
+  return write_file(folder / "heat_lesion.svg", to_svg(lesion));
 }
 
 }  // namespace viscera

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "engine/scene/scene.h"
 #include "engine/verification/standard_burn.h"
 
 namespace viscera {
@@ -20,14 +21,9 @@ struct HeatTime {
   double step_s = 0.0;     ///< median
 };
 
-/// What is published of burns like the standard one.
-struct LesionRange {
-  double least_depth, most_depth, least_width, most_width;  ///< [m]
-};
-
 /// Writes heat_error.svg, heat_time.svg and heat_lesion.svg into the folder, which is made if need be.
 Result<void> draw_heat_plots(const std::vector<HeatError>& errors,
                              const std::vector<HeatTime>& times, const BurnResult& burn,
-                             const LesionRange& range, const std::filesystem::path& folder);
+                             const PublishedLesion& published, const std::filesystem::path& folder);
 
 }  // namespace viscera

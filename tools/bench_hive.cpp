@@ -14,8 +14,8 @@
 #include "engine/verification/hemisphere_body.h"
 #include "kernels/hive/hive.h"
 #include "tools/bench_figures.h"
+#include "engine/io/svg_plot.h"
 #include "tools/bench_hive_moving.h"
-#include "tools/plots/svg_plot.h"
 #include "tools/project_paths.h"
 
 namespace viscera {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "engine/io/atomic_file.h"
-#include "tools/plots/svg_plot.h"
+#include "engine/io/svg_plot.h"
 
 namespace viscera {
 namespace fs = std::filesystem;

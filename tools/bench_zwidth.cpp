@@ -10,7 +10,7 @@
 #include "engine/io/report.h"
 #include "haptics/z_width.h"
 #include "tools/bench_figures.h"
-#include "tools/plots/svg_plot.h"
+#include "engine/io/svg_plot.h"
 
 namespace viscera {
 namespace {

@@ -8,7 +8,7 @@
 #include <ostream>
 
 #include "engine/io/atomic_file.h"
-#include "tools/plots/svg_plot.h"
+#include "engine/io/svg_plot.h"
 
 namespace viscera {
 namespace {

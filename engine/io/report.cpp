@@ -73,6 +73,52 @@ Json link_json(const LinkReport& link) {
           {"greatest_force_N", link.greatest_force}};
 }
 
+Json cautery_json(const CauteryReport& cautery) {
+  return {{"energy_generated_J", cautery.generated},
+          {"energy_delivered_J", cautery.delivered},
+          {"body_J", cautery.body},
+          {"sparks_J", cautery.sparks},
+          {"metabolic_J", cautery.metabolic},
+          {"stored_J", cautery.stored},
+          {"latent_J", cautery.latent},
+          {"perfused_J", cautery.perfused},
+          {"lost_J", cautery.lost},
+          {"residual", cautery.residual}};
+}
+
+Json tissue_json(const TissueReport& tissue) {
+  return {{"organ", tissue.organ},
+          {"vaporised_kg", tissue.vaporised},
+          {"smoke_kg", tissue.smoke},
+          {"volume_above_60C_m3", tissue.above_60},
+          {"volume_coagulated_m3", tissue.coagulated},
+          {"greatest_temperature_K", tissue.greatest_temperature}};
+}
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json trainee_json(const TraineeReport& trainee) {
+  Json spared = Json::array(), organs = Json::array(), tips = Json::array();
+  for (const TraineeReport::SparedBurn& burn : trainee.spared_burns)
+    spared.push_back({{"organ", burn.organ}, {"volume_coagulated_m3", burn.coagulated}});
+  for (const TraineeReport::Organ& organ : trainee.organs)
+    organs.push_back({{"name", organ.name},
+                      {"peak_force_N", organ.peak_force},
+                      {"mean_force_N", organ.mean_force},
+                      {"touched_s", organ.touched}});
+  for (const TraineeReport::Tip& tip : trainee.tips)
+    tips.push_back({{"name", tip.name},
+                    {"path_length_m", tip.path},
+                    {"smoothness", optional_json(tip.smoothness)}});
+  return {{"energy_delivered_J", trainee.energy},
+          {"current_without_contact_s", trainee.idle_current},
+          {"greatest_temperature_K", optional_json(trainee.greatest_temperature)},
+          {"spared_organs_burnt", spared},
+          {"organs", organs},
+          {"tips", tips},
+          {"time_in_smoke_s", optional_json(trainee.time_in_smoke)}};
+}
+
 Json stage_json(const StageReport& stage) {
   return {{"name", stage.name},
           {"median_us", stage.median_us},
@@ -130,6 +176,8 @@ std::string to_json(const RunReport& report) {
   for (const OrganReport& organ : report.organs) organs.push_back(organ_json(organ));
   for (const LinkReport& link : report.links) links.push_back(link_json(link));
   for (const StageReport& stage : report.stages) stages.push_back(stage_json(stage));
+  Json tissue = Json::array();
+  for (const TissueReport& one : report.tissue) tissue.push_back(tissue_json(one));
   for (const SkippedReport& s : report.skipped) {
     skipped.push_back({{"what", s.what}, {"why", s.why}});
   }
@@ -172,6 +220,9 @@ std::string to_json(const RunReport& report) {
         {"leaked_kg", report.smoke.leaked_kg},
         {"deposited_kg", report.smoke.deposited_kg},
         {"time_in_smoke", report.smoke.time_in_smoke ? Json(*report.smoke.time_in_smoke) : Json()}}},
+      {"cautery", report.cautery ? cautery_json(*report.cautery) : Json(nullptr)},
+      {"tissue", tissue},
+      {"trainee", trainee_json(report.trainee)},
       {"skipped", skipped},
       {"flags", report.flags},
       {"warnings", report.warnings}};

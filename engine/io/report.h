@@ -52,6 +52,57 @@ struct HapticReport {
   std::vector<std::string> events;
 };
 
+/// Where the energy of all hooks' generators went: generated = delivered + body + sparks, and
+/// delivered + metabolic = stored + latent + perfused + lost + what the residual says.
+struct CauteryReport {
+  double generated = 0.0;            ///< [J]
+  double delivered = 0.0;            ///< heat in tissue that is followed [J]
+  double body = 0.0, sparks = 0.0;   ///< spread beyond; outside the tissue [J]
+  double metabolic = 0.0;            ///< [J]
+  double stored = 0.0;               ///< in tissue that is still warm [J]
+  double latent = 0.0;               ///< of water that left [J]
+  double perfused = 0.0;             ///< carried away by blood [J]
+  double lost = 0.0;                 ///< to gas, instruments, vapour's warmth, char and cold tissue [J]
+  double residual = 0.0;             ///< over what was delivered
+};
+
+struct TissueReport {
+  std::string organ;
+  double vaporised = 0.0;            ///< water and solids [kg]
+  double smoke = 0.0;                ///< of that [kg]
+  double above_60 = 0.0;             ///< volume above 60 C at its greatest [m3]
+  double coagulated = 0.0;           ///< volume with damage of at least 1 [m3]
+  double greatest_temperature = 0.0; ///< [K]
+};
+
+/// Measures of the trainee's work.
+struct TraineeReport {
+  struct Organ {
+    std::string name;
+    double peak_force = 0.0;         ///< of all instruments together [N]
+    double mean_force = 0.0;         ///< while touched [N]
+    double touched = 0.0;            ///< [s]
+  };
+  struct Tip {
+    std::string name;
+    double path = 0.0;               ///< [m]
+    /// -ln(T^3 / v^2 times the integral of jerk^2), v the greatest speed [Hogan2009]; greater is
+    /// smoother. None: it never moved, or for too short.
+    std::optional<double> smoothness;
+  };
+  struct SparedBurn {
+    std::string organ;
+    double coagulated = 0.0;         ///< [m3]
+  };
+  double energy = 0.0;               ///< that hooks delivered [J]
+  double idle_current = 0.0;         ///< current asked for with no tissue to take it [s]
+  std::optional<double> greatest_temperature;  ///< of tissue [K]
+  std::vector<SparedBurn> spared_burns;  ///< of organs that the scene spares
+  std::vector<Organ> organs;         ///< that were touched
+  std::vector<Tip> tips;
+  std::optional<double> time_in_smoke;  ///< [s]
+};
+
 struct StageReport {
   std::string name;
   double median_us = 0.0, p99_us = 0.0, max_us = 0.0;
@@ -117,6 +168,9 @@ struct RunReport {
     std::optional<double> time_in_smoke;
     double writing_s = 0.0;  ///< that volumes took their thread, while frames went on
   } smoke;
+  std::optional<CauteryReport> cautery;  ///< none: no hook carries current
+  std::vector<TissueReport> tissue;      ///< of organs that heat was followed in
+  TraineeReport trainee;
   std::vector<SkippedReport> skipped;
   std::vector<std::string> flags, warnings;
   bool complete = true;  ///< false: ended early by Ctrl-C or an error

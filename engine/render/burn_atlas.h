@@ -1,4 +1,4 @@
-// An organ's damage bricks on the GPU: a sparse 3D texture that filters smoothly across bricks.
+// What heat made of an organ, on the GPU: a sparse 3D texture that filters smoothly across bricks.
 #pragma once
 
 #include <cstdint>
@@ -6,32 +6,38 @@
 
 #include "engine/gpu/program.h"
 #include "engine/gpu/texture.h"
-#include "kernels/heat/bricks.h"
+#include "kernels/heat/heat_bricks.h"
 
 namespace viscera {
 
 /// Every brick is a tile of the atlas with a border of its neighbours' voxels, wide enough for
-/// cubic filtering; a small 3D texture over the bricks' bounds says which tile a brick is.
+/// cubic filtering; a small 3D texture over the bricks' bounds says which tile a brick is. Four values
+/// a voxel: coagulated; dried (0 to a half) and then charred (a half to 1); excess temperature over
+/// kHottest; and whether tissue is there, by which the shader divides what it filters, since the
+/// surface lies between voxels of tissue and empty ones.
 class BurnAtlas {
  public:
   static constexpr int kBorder = 2;                                  ///< voxels
   static constexpr int kTileEdge = BrickField::kEdge + 2 * kBorder;  ///< voxels
+  static constexpr double kHottest = 1200.0;                         ///< excess that 1 stands for [K]
 
   /// Uploads the tiles that differ from what is there.
-  void update(const BrickField& damage);
+  void update(const HeatBricks& bricks);
   bool empty() const { return tiles_.empty(); }
-  /// Binds the textures and sets the uniforms of organ.frag's BURNT variant.
+  /// Binds the textures and sets the uniforms of the BURNT variants of organ.frag and label.frag.
   void bind(Program& program, unsigned map_unit, unsigned atlas_unit) const;
 
   int uploaded_tiles() const { return uploaded_; }  ///< of the last update
 
  private:
-  using Tile = std::vector<std::uint16_t>;  ///< kTileEdge^3, 0 ... 65535 for 0 ... 1, x fastest
+  static constexpr int kChannels = 4;
+  using Tile = std::vector<std::uint16_t>;  ///< kTileEdge^3 x 4, 0 ... 65535 for 0 ... 1, x fastest
 
   bool reserve(int tiles);
-  void update_map(const BrickField& damage);
+  void update_map();
 
   std::vector<Tile> tiles_;  ///< as uploaded, by brick
+  std::vector<BrickIndex> indices_;
   Texture map_, atlas_;
   Eigen::Vector3i atlas_tiles_ = Eigen::Vector3i::Zero();
   Eigen::Vector3i first_brick_ = Eigen::Vector3i::Zero();

@@ -53,8 +53,9 @@ Result<Program> load_compute(const char* name, const std::vector<std::string>& d
 }
 
 void ProgramLoader::operator()(Program& program, const char* vertex, const char* fragment,
-                               const std::vector<std::string>& definitions) {
-  Result<Program> loaded = load_program(vertex, fragment, definitions);
+                               const std::vector<std::string>& definitions,
+                               const std::vector<std::string>& libraries) {
+  Result<Program> loaded = load_program(vertex, fragment, definitions, libraries);
   if (loaded) {
     program = *std::move(loaded);
   } else {

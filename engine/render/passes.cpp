@@ -83,6 +83,7 @@ Result<LabelPass> LabelPass::create() {
   LabelPass pass;
   ProgramLoader load;
   load(pass.organ_, "organ.vert", "label.frag");
+  load(pass.burnt_organ_, "organ.vert", "label.frag", {"BURNT"}, {"burn.glsl"});
   load(pass.instrument_, "instrument.vert", "label.frag");
   return load.give(std::move(pass));
 }
@@ -98,11 +99,15 @@ void LabelPass::draw(const FrameView& view, const SceneBuffers& buffers, const C
   glDepthFunc(GL_EQUAL);
   int label = 0;
   for (const OrganView& organ : view.organs) {
-    organ_.use();
-    organ_.set("model", model_matrix(organ.pose));
-    organ_.set("label", ++label);
-    organ_.set("temperature", static_cast<float>(organ.temperature));
-    buffers.organs.at(organ.id).draw(canvas, organ.pose);
+    const OrganBuffers& surface = buffers.organs.at(organ.id);
+    const bool burnt = organ.burn != nullptr && surface.burn() != nullptr;
+    Program& program = burnt ? burnt_organ_ : organ_;
+    program.use();
+    program.set("model", model_matrix(organ.pose));
+    program.set("label", ++label);
+    program.set("temperature", static_cast<float>(organ.temperature));
+    if (burnt) surface.burn()->bind(program, kBrickMapUnit, kAtlasUnit);
+    surface.draw(canvas, organ.pose);
   }
   for (const InstrumentView& instrument : view.instruments) {
     instrument_.use();

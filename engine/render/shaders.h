@@ -28,7 +28,8 @@ Result<Program> load_compute(const char* name, const std::vector<std::string>& d
 class ProgramLoader {
  public:
   void operator()(Program& program, const char* vertex, const char* fragment,
-                  const std::vector<std::string>& definitions = {});
+                  const std::vector<std::string>& definitions = {},
+                  const std::vector<std::string>& libraries = {});
   /// The pass, or what its shaders' compiler said.
   template <class Pass>
   Result<Pass> give(Pass pass) {

@@ -11,7 +11,7 @@
 
 #include "engine/scene/tissues.h"
 #include "kernels/base/types.h"
-#include "kernels/heat/bricks.h"
+#include "kernels/heat/heat_bricks.h"
 #include "kernels/points/surface.h"
 #include "kernels/smoke/smoke_optics.h"
 
@@ -37,7 +37,7 @@ struct OrganView {
   std::uint64_t surface_version = 0;          ///< raised when positions or normals changed
   Pose pose;
   TissueLook look;
-  const BrickField* burn = nullptr;           ///< rest-space damage 0 ... 1; null: never burnt
+  const HeatBricks* burn = nullptr;           ///< what heat made of it, rest frame; null: nothing
   std::uint64_t burn_version = 0;             ///< raised when `burn` changed
   double temperature = std::numeric_limits<double>::quiet_NaN();  ///< of its surface [K]; NaN: unknown
 };

@@ -22,7 +22,6 @@ namespace fs = std::filesystem;
 // --- to SI --------------------------------------------------------------------------------------
 
 constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
-constexpr double kZeroCelsius = 273.15;
 
 // Division rounds correctly where a product with 1e-3 doesn't: 2.5 mm is exactly 2.5e-3 m.
 double from_milli(const Json& value) {
@@ -136,6 +135,7 @@ OrganDescription organ_of(const Json& values) {
     organ.displacement_storage = DisplacementStorage::kHalf;
   organ.deformable = values["deformable"];
   organ.sags = values["sags"];
+  organ.spared = values["spared"];
   return organ;
 }
 
@@ -199,6 +199,13 @@ HapticDescription haptic_of(const Json& values) {
   return haptic;
 }
 
+CurrentMode mode_of(const Json& name) {
+  return name == "cut"         ? CurrentMode::kCut
+         : name == "blend"     ? CurrentMode::kBlend
+         : name == "coagulate" ? CurrentMode::kCoagulate
+                               : CurrentMode::kFulgurate;
+}
+
 InstrumentDescription instrument_of(const Json& values) {
   const Json& kind = values["kind"];
   InstrumentDescription instrument;
@@ -214,6 +221,7 @@ InstrumentDescription instrument_of(const Json& values) {
     instrument.grip_limit = values["grip_limit_N"];
     instrument.grip_radius = from_milli(values["grip_radius_mm"]);
   }
+  if (instrument.kind == InstrumentKind::kHook) instrument.mode = mode_of(values["mode"]);
   instrument.friction = values["friction"];
   for (const Json& key : values["path"]) {
     instrument.path.push_back(
@@ -263,7 +271,7 @@ EmitterDescription emitter_of(const Json& values) {
 }
 
 SmokeDescription smoke_of(const Json& values) {
-  constexpr double kKilogramPerJoule = 1e-9;  // of one mg/kJ
+  constexpr double kKilogram = 1e-9;  // of one ug
   SmokeDescription smoke;
   smoke.name = values["name"];
   smoke.domain = box_of(values["domain"]);
@@ -272,7 +280,7 @@ SmokeDescription smoke_of(const Json& values) {
   smoke.spacing = from_milli(values["spacing_mm"]);
   if (values["laplacian"] == "paper") smoke.laplacian = Laplacian::paper;
   smoke.lifetime = values["lifetime_s"];
-  smoke.smoke_yield = values["yield_mg_per_kJ"].get<double>() * kKilogramPerJoule;
+  smoke.particle_mass = values["particle_mass_ug"].get<double>() * kKilogram;
   smoke.look = values["look"] == "sprites" ? SmokeLook::kSprites : SmokeLook::kMarch;
   if (values.contains("emitters"))
     for (const Json& emitter : values["emitters"]) smoke.emitters.push_back(emitter_of(emitter));
@@ -311,6 +319,20 @@ GasDescription gas_of(const Json& values) {
   return gas;
 }
 
+HeatDescription heat_of(const Json& values) {
+  HeatDescription heat;
+  heat.voxel = from_milli(values["voxel_mm"]);
+  if (values.contains("lesion_of")) heat.lesion_of = values["lesion_of"];
+  if (values.contains("published")) {
+    const Json& published = values["published"];
+    heat.published = {from_milli(published["least_depth_mm"]),
+                      from_milli(published["most_depth_mm"]),
+                      from_milli(published["least_width_mm"]),
+                      from_milli(published["most_width_mm"]), published["source"]};
+  }
+  return heat;
+}
+
 GravityDescription gravity_of(const Json& values) {
   GravityDescription gravity;
   gravity.acceleration = values["acceleration_m_per_s2"];
@@ -336,6 +358,7 @@ SceneDescription scene_of(const Json& values) {
   scene.light = {light["intensity"], light["colour_temperature_K"]};
   for (const Json& smoke : values["smoke"]) scene.smoke.push_back(smoke_of(smoke));
   scene.gas = gas_of(values["gas"]);
+  scene.heat = heat_of(values["heat"]);
   if (values.contains("gravity")) scene.gravity = gravity_of(values["gravity"]);
   return scene;
 }

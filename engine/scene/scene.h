@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernels/base/types.h"
+#include "kernels/heat/electrode.h"
 #include "kernels/hive/hyperelastic.h"
 #include "kernels/hive/prony.h"
 #include "kernels/smoke/smoke_passes.h"
@@ -112,6 +113,7 @@ struct OrganDescription {
   DisplacementStorage displacement_storage = DisplacementStorage::kSingle;
   bool deformable = true;  ///< false: scenery; no nodes, no contact
   bool sags = true;        ///< a change of gravity moves it, if it is deformable
+  bool spared = false;     ///< burning it is a mistake of the trainee's, which reports count
 
   /// Where its frame stands at this time [s].
   Pose pose_at(double time) const;
@@ -188,6 +190,7 @@ struct InstrumentDescription {
   double grip_limit = 6.0;          ///< greatest force that a closed jaw holds [N]
   double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
   double friction = 0.0;            ///< Coulomb's coefficient between the tip and tissue
+  CurrentMode mode = CurrentMode::kBlend;  ///< of a hook's generator
   std::vector<InstrumentKey> path;  ///< at least one, times ascending; where the hand goes, if haptic
   std::optional<HapticDescription> haptic;  ///< none: the path moves the tip
 };
@@ -248,7 +251,7 @@ struct SmokeDescription {
   double spacing = 3e-3;  ///< support radius of the particles' kernels [m]
   Laplacian laplacian = Laplacian::pairwise;
   double lifetime = 20.0;                    ///< of a particle [s]
-  double smoke_yield = 2.0e-8;               ///< kg of smoke a joule; free: no source gives it
+  double particle_mass = 1e-10;              ///< of one that a burn gives off [kg]
   SmokeLook look = SmokeLook::kMarch;
   std::vector<EmitterDescription> emitters;  ///< empty: every hook that burns in the domain
 };
@@ -288,6 +291,20 @@ struct GasDescription {
   double density() const;
 };
 
+// --- heat ---------------------------------------------------------------------------------------
+
+/// What is published of burns like the one that a scene makes.
+struct PublishedLesion {
+  double least_depth = 0.0, most_depth = 0.0, least_width = 0.0, most_width = 0.0;  ///< [m]
+  std::string source;
+};
+
+struct HeatDescription {
+  double voxel = 0.5e-3;               ///< of the bricks in which heat spreads [m]
+  std::string lesion_of;               ///< a hook whose first burn is measured; empty: none is
+  std::optional<PublishedLesion> published;  ///< beside that
+};
+
 // --- gravity ------------------------------------------------------------------------------------
 
 /// How the table lies at one time; both angles 0: level, the patient on the back.
@@ -324,6 +341,7 @@ struct SceneDescription {
   LightDescription light;
   std::vector<SmokeDescription> smoke;
   GasDescription gas;
+  HeatDescription heat;
   std::optional<GravityDescription> gravity;  ///< none: organs weigh nothing
 };
 

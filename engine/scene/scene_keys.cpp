@@ -208,6 +208,8 @@ ObjectSpec organ() {
               "Whether gravity moves it where the scene has gravity that changes; then it is prepared "
               "though nothing touches it. Scenery never sags.")
           .otherwise(true),
+      boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
+          .otherwise(false),
   };
   spec.checks = {
       {{"deformable", "fixed"},
@@ -354,6 +356,12 @@ ObjectSpec instrument() {
           .between(0.1, 50)
           .otherwise(4.0)
           .only_where("kind", {"grasper"}),
+      text("mode",
+           "Of a hook's generator: cut, a steady wave of low voltage; blend; coagulate, short waves "
+           "for a touching tip; fulgurate, short waves of high voltage that spark over a gap.")
+          .one_of({"cut", "blend", "coagulate", "fulgurate"})
+          .otherwise("blend")
+          .only_where("kind", {"hook"}),
       number("friction",
              "Coulomb's coefficient between its tip and tissue: tissue clings to the tip until the "
              "drag passes this share of the pressing force. 0 slides freely; from some 10 on, what "
@@ -407,6 +415,29 @@ ObjectSpec light() {
        number("colour_temperature_K", "Of a black body.").between(1000, 20000).otherwise(5600.0)},
       {},
       {}};
+}
+
+ObjectSpec heat() {
+  return {"Where nothing is warm, nothing is kept or computed.",
+          {number("voxel_mm", "Edge of the voxels in which heat spreads.")
+               .between(0.001, 2)
+               .otherwise(0.5),
+           text("lesion_of",
+                "A hook: depth and width of the lesion under the place where it first burns go to "
+                "lesion.csv and lesion.svg.")
+               .known_as("instrument"),
+           object("published", "What is known of burns like it, for lesion.svg.",
+                  {"Of tissue that has coagulated.",
+                   {number("least_depth_mm", "Under the electrode.").needed().between(0, 100),
+                    number("most_depth_mm", "Under the electrode.").needed().between(0, 100),
+                    number("least_width_mm", "At the surface.").needed().between(0, 100),
+                    number("most_width_mm", "At the surface.").needed().between(0, 100),
+                    text("source", "And whether it was read there or recalled.").needed()},
+                   {},
+                   {}})
+               .only_beside("lesion_of")},
+          {},
+          {}};
 }
 
 ObjectSpec gravity() {
@@ -471,6 +502,8 @@ ObjectSpec scene() {
           .unique_by("name")
           .otherwise(Json::array()),
       object("gas", "The gas that holds the cavity open (CO2).", gas_keys())
+          .otherwise(Json::object()),
+      object("heat", "How heat is followed in organs that hooks burn.", heat())
           .otherwise(Json::object()),
       object("gravity", "How gravity changes as the table tilts; without it, organs weigh nothing.",
              gravity()),

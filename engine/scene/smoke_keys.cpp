@@ -140,9 +140,10 @@ ObjectSpec smoke_keys() {
       number("lifetime_s", "After which a particle is mixed into the whole cavity's gas.")
           .between(0.1, kLongest_s)
           .otherwise(20.0),
-      number("yield_mg_per_kJ", "Mass of smoke per electrical energy; a free parameter.")
-          .between(0, 10000)
-          .otherwise(20.0),
+      number("particle_mass_ug",
+             "Of smoke that one particle of a burn's stands for: fewer are coarser and cost less.")
+          .between(0.001, 1000)
+          .otherwise(0.1),
       text("look",
            "march: light marched through the smoke's density; sprites: a textured square a "
            "particle.")

@@ -34,7 +34,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 constexpr std::array kUnits = {
-    "mg_per_kJ", "mm",  "cm",   "m",   "um",    "nm",      "in",       "inch",     "ms",
+    "mg_per_kJ", "ug", "mm",  "cm",   "m",   "um",    "nm",      "in",       "inch",     "ms",
     "us",        "s",   "min",  "h",   "Pa",    "hPa",     "kPa",      "MPa",      "GPa",
     "mmHg",      "bar", "mbar", "psi", "deg",   "rad",     "C",        "K",        "F",
     "W",         "mW",  "kW",   "N",   "mN",    "kN",      "g",        "mg",       "kg",

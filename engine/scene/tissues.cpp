@@ -91,7 +91,7 @@ ObjectSpec tissue() {
       quantity("water_fraction", "1", 0, 1, "Mass fraction of water."),
       quantity("damage_frequency", "1/s", 0, 1e120, "Arrhenius A."),
       quantity("damage_energy", "J/mol", 0, 1e7, "Arrhenius Ea."),
-      quantity("smoke_factor", "1", 0, 10, "Smoke emission relative to liver.").needed(),
+      quantity("smoke_yield", "1", 0, 1, "Share of the vaporised mass that is seen as smoke."),
       object("look", "How the renderer paints it.", look()).needed(),
   };
   return spec;
@@ -141,6 +141,40 @@ TissueLook look_of(const Json& values) {
   return look;
 }
 
+/// What heat needs beyond the density, and where it goes.
+struct ThermalKey {
+  const char* name;
+  void (*take)(ThermalTissue& thermal, double value);
+};
+constexpr std::array kThermalKeys = {
+    ThermalKey{"electrical_conductivity",
+               [](ThermalTissue& t, double value) { t.electric_conductivity = value; }},
+    ThermalKey{"specific_heat", [](ThermalTissue& t, double value) { t.specific_heat = value; }},
+    ThermalKey{"thermal_conductivity",
+               [](ThermalTissue& t, double value) { t.conductivity = value; }},
+    ThermalKey{"perfusion",
+               [](ThermalTissue& t, double value) {
+                 t.perfusion = perfusion_rate(value, t.density);
+               }},
+    ThermalKey{"water_fraction", [](ThermalTissue& t, double value) { t.water_fraction = value; }},
+    ThermalKey{"damage_frequency",
+               [](ThermalTissue& t, double value) { t.damage.frequency = value; }},
+    ThermalKey{"damage_energy", [](ThermalTissue& t, double value) { t.damage.energy = value; }},
+    ThermalKey{"smoke_yield", [](ThermalTissue& t, double value) { t.smoke_yield = value; }},
+};
+
+void take_thermal(const Json& values, Tissue& tissue) {
+  ThermalTissue thermal;
+  thermal.density = tissue.density;
+  for (const ThermalKey& key : kThermalKeys) {
+    if (values.contains(key.name))
+      key.take(thermal, value_of(values[key.name]));
+    else
+      tissue.thermal_lacks.emplace_back(key.name);
+  }
+  if (tissue.thermal_lacks.empty()) tissue.thermal = thermal;
+}
+
 Tissue tissue_of(const std::string& name, const Json& values) {
   Tissue tissue;
   tissue.name = name;
@@ -151,10 +185,10 @@ Tissue tissue_of(const std::string& name, const Json& values) {
           ? value_of(values["youngs_modulus"])
           : 2.0 * value_of(values["shear_modulus"]) * (1.0 + poisson_ratio);
   tissue.density = value_of(values["density"]);
-  tissue.smoke_factor = value_of(values["smoke_factor"]);
   if (values.contains("prony"))
     for (const Json& term : values["prony"])
       tissue.prony.push_back({value_of(term["g"]), value_of(term["tau"])});
+  take_thermal(values, tissue);
   tissue.look = look_of(values["look"]);
   return tissue;
 }
@@ -189,8 +223,15 @@ Result<std::map<std::string, Tissue>> load_tissues(const std::filesystem::path& 
   }
   if (!error.messages.empty()) return std::unexpected(error);
   std::map<std::string, Tissue> tissues;
-  for (const auto& [name, values] : (*root)["tissues"].items())
-    tissues.emplace(name, tissue_of(name, values));
+  for (const auto& [name, values] : (*root)["tissues"].items()) {
+    const Tissue& tissue = tissues.emplace(name, tissue_of(name, values)).first->second;
+    if (!tissue.thermal) continue;
+    // Values that are possible each for itself may not be so together.
+    if (const auto sound = check(*tissue.thermal); !sound)
+      for (const std::string& mistake : sound.error().messages)
+        error.messages.push_back(file.string() + ": tissues/" + name + ": " + mistake);
+  }
+  if (!error.messages.empty()) return std::unexpected(error);
   return tissues;
 }
 

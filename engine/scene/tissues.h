@@ -4,11 +4,13 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
+#include "kernels/heat/tissue_thermal.h"
 #include "kernels/hive/hyperelastic.h"
 #include "kernels/hive/prony.h"
 #include "kernels/paff/elasticity.h"
@@ -47,7 +49,8 @@ struct Tissue {
   HyperelasticModel model = HyperelasticModel::linear;
   std::vector<PronyTerm> prony;  ///< by which forces on held tools relax; empty: they don't
   double density = 1050.0;    ///< [kg/m3]
-  double smoke_factor = 1.0;  ///< relative smoke emission (liver 1, fat low)
+  std::optional<ThermalTissue> thermal;  ///< none: the file doesn't say enough for heat
+  std::vector<std::string> thermal_lacks;  ///< then: the keys that it misses
   TissueLook look;
 };
 

@@ -1,5 +1,6 @@
 // Smoke: what comes from burns and from steady sources, and the gas that carries it.
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "engine/systems/systems.h"
@@ -9,11 +10,10 @@
 namespace viscera {
 namespace {
 
-/// Smoke particles for a watt of absorbed power and a second: 40 W give about 800 a second.
-constexpr double kParticlesPerJoule = 20.0;
-/// Speed at which vapour leaves the tissue [m/s], and its excess temperature [K].
+/// Speed at which vapour leaves the tissue [m/s].
 constexpr double kJetSpeed = 0.12;
-constexpr double kJetExcess = 60.0;
+/// And how far over it, it is seen first [m].
+constexpr double kOverTissue = 0.5e-3;
 /// Organs within this distance of a volume are looked at for its particles: more than tissue moves
 /// in a run [m].
 constexpr double kObstacleMargin = 30e-3;
@@ -56,23 +56,66 @@ std::vector<Fed> fed_by(World& world, Entity hook, const Vec3& place) {
   return named;
 }
 
-void emit_burn(World& world, Entity hook, const BurnTrace& trace, const FrameContext& context) {
-  const InstrumentContact& contact = *world.instrument_contacts.find(hook);
-  const std::vector<Fed> volumes = fed_by(world, hook, contact.world_point);
-  if (volumes.empty()) {
-    context.report->raise(FrameFlag::kSmokeOutside);
-    return;
+/// What left one brick of tissue in this frame.
+struct Puff {
+  BrickIndex brick;
+  Vec3 place = Vec3::Zero();                 ///< mean by mass, rest frame [m]
+  double mass = 0.0;                         ///< of smoke [kg]
+  double temperature = 0.0;                  ///< mean by mass [K]
+};
+
+std::vector<Puff> puffs_of(const Bioheat& heat) {
+  std::vector<Puff> puffs;
+  for (const Vapour& vapour : heat.vapour()) {
+    const double mass = heat.smoke(vapour);
+    if (mass <= 0.0) continue;
+    const BrickIndex brick = BrickField::brick_of(heat.bricks().voxel_of(vapour.position));
+    // Vapour comes in order of bricks.
+    if (puffs.empty() || puffs.back().brick != brick) puffs.push_back({.brick = brick});
+    Puff& puff = puffs.back();
+    puff.mass += mass;
+    puff.place += mass * vapour.position;
+    puff.temperature += mass * vapour.temperature;
   }
-  const Tissue& tissue = world.organ_bodies.find(trace.organ)->tissue;
-  const double energy = trace.absorbed * tissue.smoke_factor / static_cast<double>(volumes.size());
+  for (Puff& puff : puffs) {
+    puff.place /= puff.mass;
+    puff.temperature /= puff.mass;
+  }
+  return puffs;
+}
+
+/// Where vapour from a place in the tissue at rest comes out of the surface as it is now.
+SmokeEmission outlet_of(const World& world, Entity organ, const OrganBurn& burn, const Vec3& rest) {
+  const OrganBody& body = *world.organ_bodies.find(organ);
+  const std::vector<Vec3f>& now = world.organ_states.find(organ)->positions;
+  const SurfacePoint at = burn.surface->closest(rest).point;
+  const auto& corners = body.model->surface.triangles[static_cast<std::size_t>(at.triangle)];
+  std::array<Vec3, 3> corner;
+  Vec3 place = Vec3::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    corner[c] = now[static_cast<std::size_t>(corners[c])].cast<double>();
+    place += at.weights[static_cast<int>(c)] * corner[c];
+  }
+  const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
   SmokeEmission emission;
-  emission.position = contact.world_point + 0.5e-3 * contact.world_normal;
-  emission.direction = contact.world_normal;
+  emission.direction = body.pose.direction_to_world(
+      across.norm() > 0.0 ? Vec3(across.normalized()) : Vec3(Vec3::UnitZ()));
+  emission.position = body.pose.to_world(place) + kOverTissue * emission.direction;
   emission.speed = kJetSpeed;
-  emission.temperature = kJetExcess;
-  for (const auto& [smoke, emitter] : volumes)
-    emit_owed(*smoke, *emitter, emission, energy * kParticlesPerJoule,
-              energy * smoke->description.smoke_yield, context);
+  return emission;
+}
+
+void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameContext& context) {
+  for (const Puff& puff : puffs_of(burn.heat)) {
+    SmokeEmission emission = outlet_of(world, organ, burn, puff.place);
+    emission.temperature = puff.temperature - world.gas.description.temperature;
+    const std::vector<Fed> volumes = fed_by(world, burn.hook, emission.position);
+    if (volumes.empty()) context.report->raise(FrameFlag::kSmokeOutside);
+    for (const auto& [smoke, emitter] : volumes) {
+      const double mass = puff.mass / static_cast<double>(volumes.size());
+      emit_owed(*smoke, *emitter, emission, mass / smoke->description.particle_mass, mass, context);
+    }
+  }
 }
 
 void emit_steadily(SmokeBody& smoke, SmokeEmitter& emitter, const FrameContext& context) {
@@ -205,9 +248,8 @@ std::vector<SmokeOutlet> outlets_at(const World& world, double time) {
 }  // namespace
 
 void emit_smoke(World& world, const FrameContext& context) {
-  for (std::size_t i = 0; i < world.burn_traces.size(); ++i)
-    if (world.burn_traces[i].absorbed > 0.0)
-      emit_burn(world, world.burn_traces.owner(i), world.burn_traces[i], context);
+  for (std::size_t b = 0; b < world.organ_burns.size(); ++b)
+    emit_burns(world, world.organ_burns.owner(b), world.organ_burns[b], context);
   for (SmokeBody& smoke : world.smoke)
     for (SmokeEmitter& emitter : smoke.emitters)
       if (emitter.description.instrument.empty()) emit_steadily(smoke, emitter, context);

@@ -26,9 +26,9 @@ void find_contacts(World& world, const FrameContext& context);
 /// OrganContact.cells -> forces, OrganState, deformed surfaces (where a GPU makes these, it starts).
 /// Organs without cells that are at rest cost one test.
 void deform_organs(World& world, const FrameContext& context);
-/// Energised hooks that touch -> OrganBurn, BurnTrace.
+/// Hooks that touch, or spark -> OrganBurn, BurnTrace.
 void heat_tissue(World& world, const FrameContext& context);
-/// BurnTrace.absorbed, steady sources -> particles of the smoke volumes.
+/// What left the tissue of OrganBurn, steady sources -> particles of the smoke volumes.
 void emit_smoke(World& world, const FrameContext& context);
 /// Smoke particles by [De2006] eq. 14, and the gas that they stir.
 void move_smoke(World& world, const FrameContext& context);

@@ -170,12 +170,11 @@ FrameView make_view(World& world, const SceneDescription& scene, const Endoscope
     drawn.surface_version = state.version;
     drawn.pose = body.pose;
     drawn.look = body.tissue.look;
-    if (const OrganBurn* burn = world.organ_burns.find(organ)) {
-      drawn.burn = &burn->damage;
-      drawn.burn_version = burn->version;
-    } else {
-      // Heat isn't computed: tissue that never burnt is as warm as the cavity, of burnt nothing is known.
-      drawn.temperature = scene.gas.temperature;
+    drawn.temperature = scene.gas.temperature;
+    if (const OrganBurn* burn = world.organ_burns.find(organ); burn && burn->heat.bricks().count() > 0) {
+      drawn.burn = &burn->heat.bricks();
+      drawn.burn_version = burn->heat.version();
+      drawn.temperature = burn->heat.options().body;
     }
     view.organs.push_back(drawn);
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/heat/electrode.h"
+#include "kernels/heat/lesion.h"
 
 namespace viscera {
 
@@ -16,12 +17,6 @@ struct StandardBurn {
   double depth = 0.5e-3;                      ///< pressed in [m]
   double voxel = 0.5e-3;                      ///< [m]
   double dt = 1.0 / 60.0;                     ///< [s]
-};
-
-/// Of coagulated tissue, Omega at least 1.
-struct Lesion {
-  double depth = 0.0;  ///< under the electrode [m]
-  double width = 0.0;  ///< at the surface [m]
 };
 
 struct BurnRow {
@@ -38,10 +33,6 @@ struct BurnResult {
   double generated = 0.0;     ///< by the generator [J]
   std::size_t warm_voxels = 0;
 };
-
-/// Where Omega falls through `damage` below and beside a point of a surface that faces `outward`; between voxels
-/// the logarithm of Omega is taken as linear.
-Lesion lesion_at(const Bioheat& heat, const Vec3& point, const Vec3& outward, double damage = 1.0);
 
 /// On the flat surface of a body that fills half of space.
 BurnResult make_burn(const StandardBurn& burn);

@@ -239,6 +239,12 @@ void Bioheat::begin_book() {
   stored_at_start_ = stored();
 }
 
+double Bioheat::excess_now() const {
+  float greatest = 0.0f;
+  for (const HeatBrick* brick : warm_) greatest = std::max(greatest, brick->warm->greatest);
+  return static_cast<double>(greatest);
+}
+
 double Bioheat::tissue_above(double kelvin) const {
   const double excess = kelvin - options_.body;
   double volume = 0.0;

@@ -74,6 +74,7 @@ class Bioheat {
   std::size_t warm_bricks() const { return warm_.size(); }
   std::size_t warm_voxels() const { return warm_.size() * BrickField::kVoxels; }
   double greatest_excess() const { return greatest_; }        ///< so far [K]
+  double excess_now() const;                                  ///< the greatest there is [K]
   double tissue_above(double kelvin) const;                   ///< volume now [m3]
   double harmed_volume(double damage = 1.0) const;            ///< Omega at least this [m3]
   double vaporised_water() const { return water_lost_; }      ///< so far, boiled [kg]

@@ -134,11 +134,14 @@ CurrentField::Heating CurrentField::heat_with(Bioheat& heat, double current, dou
     const HeatBrick& brick = *voxel.brick;
     const double volume = brick.geometry->fraction[voxel.index] * heat.voxel_volume();
     const double water = brick.water[voxel.index] * tissue.density * tissue.water_fraction * volume;
-    const double excess = brick.warm->excess[voxel.index];
-    // What is on its way already counts; water must boil first.
+    const double kelvin =
+        heat.options().body + static_cast<double>(brick.warm->excess[voxel.index]);
+    // What is on its way already counts; water must boil first. Beyond that nothing is left to warm but
+    // char: a voxel that dries and chars within the step mustn't get what it would have held wet.
     const double room =
+        heat.voxel_capacity(brick, voxel.index) * std::max(0.0, water::kBoiling - kelvin) +
         water * water::kLatentHeat +
-        heat.voxel_capacity(brick, voxel.index) * (hottest - heat.options().body - excess) -
+        heat_capacity(tissue, 0.0, 1.0) * volume * (hottest - std::max(kelvin, water::kBoiling)) -
         static_cast<double>(brick.warm->source[voxel.index]) * heat.voxel_volume() * dt;
     const double taken = std::clamp(room / dt, 0.0, power);
     if (taken > 0.0) heat.heat_voxel(*voxel.brick, voxel.index, taken);

@@ -44,6 +44,7 @@ Waveform waveform_of(CurrentMode mode) {
   switch (mode) {
     case CurrentMode::kCut: return {1150.0, 1.42};
     case CurrentMode::kBlend: return {1650.0, 2.7};
+    case CurrentMode::kCoagulate: return {1750.0, 5.0};
     default: return {4250.0, 7.0};
   }
 }

@@ -7,8 +7,8 @@
 namespace viscera {
 
 /// Waveforms by their two numbers that matter to heat. Open-circuit peaks and crest factors are those of a
-/// common generator's pure cut, blend and fulgurate.                                              [R]
-enum class CurrentMode { kCut, kBlend, kCoagulate };
+/// common generator's pure cut, blend, desiccate and fulgurate.                                   [R]
+enum class CurrentMode { kCut, kBlend, kCoagulate, kFulgurate };
 
 struct Waveform {
   double peak_voltage = 0.0;  ///< open circuit [V]

@@ -17,7 +17,7 @@ namespace viscera::test {
 InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind, double radius,
                                     std::vector<InstrumentKey> keys);
 
-/// Tissues "rubber" (10 kPa, 0.45): what soft_ball_scene() uses.
+/// Tissues "rubber" (10 kPa, 0.45): what soft_ball_scene() uses. Heat finds it to be like liver.
 std::map<std::string, Tissue> test_tissues();
 
 /// Builds the world without any cache; a test failure when it can't be built.

@@ -1,6 +1,7 @@
 // report.json of a run, and what its state hash promises.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "tests/tools/tiny_scene.h"
@@ -59,6 +60,9 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"haptics", Type::array},
                {"stages", Type::array},
                {"smoke", Type::object},
+               {"cautery", Type::object},
+               {"tissue", Type::array},
+               {"trainee", Type::object},
                {"skipped", Type::array},
                {"flags", Type::array},
                {"warnings", Type::array},
@@ -124,6 +128,40 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"deposited_kg", Type::number_float},
                {"time_in_smoke", Type::number_float}},
               true);
+  expect_keys(report["cautery"],
+              {{"energy_generated_J", Type::number_float},
+               {"energy_delivered_J", Type::number_float},
+               {"body_J", Type::number_float},
+               {"sparks_J", Type::number_float},
+               {"metabolic_J", Type::number_float},
+               {"stored_J", Type::number_float},
+               {"latent_J", Type::number_float},
+               {"perfused_J", Type::number_float},
+               {"lost_J", Type::number_float},
+               {"residual", Type::number_float}},
+              true);
+  EXPECT_GT(report["cautery"]["energy_delivered_J"], 0.1);
+  EXPECT_LT(std::abs(report["cautery"]["residual"].get<double>()), 0.01);
+  ASSERT_EQ(report["tissue"].size(), 1u);
+  expect_keys(report["tissue"][0],
+              {{"organ", Type::string},
+               {"vaporised_kg", Type::number_float},
+               {"smoke_kg", Type::number_float},
+               {"volume_above_60C_m3", Type::number_float},
+               {"volume_coagulated_m3", Type::number_float},
+               {"greatest_temperature_K", Type::number_float}},
+              true);
+  expect_keys(report["trainee"],
+              {{"energy_delivered_J", Type::number_float},
+               {"current_without_contact_s", Type::number_float},
+               {"greatest_temperature_K", Type::number_float},
+               {"spared_organs_burnt", Type::array},
+               {"organs", Type::array},
+               {"tips", Type::array},
+               {"time_in_smoke_s", Type::number_float}},
+              true);
+  EXPECT_EQ(report["trainee"]["tips"].size(), 2u);
+  EXPECT_GT(report["trainee"]["current_without_contact_s"], 0.0) << "it comes down energised";
   for (const Json& part : report["skipped"])
     expect_keys(part, {{"what", Type::string}, {"why", Type::string}}, true);
 

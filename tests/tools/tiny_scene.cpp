@@ -46,7 +46,7 @@ Json tiny_scene() {
       "domain": {"min_mm": [-40, -40, -10], "max_mm": [40, 40, 70]},
       "voxel_mm": 2,
       "max_particles": 2000,
-      "yield_mg_per_kJ": 200
+      "particle_mass_ug": 0.01
     }],
     "camera": {"path": [{"time_s": 0, "tip_mm": [0, -90, 60], "target_mm": [0, 0, 5]}]}
   })");

@@ -115,23 +115,23 @@ void main() {
 
   float wet = wetness;
   float char_amount = 0.0;
-  vec3 burn_bend = vec3(0.0);
+  vec3 burn_bend = vec3(0.0), glow = vec3(0.0);
 #ifdef BURNT
   // Tissue doesn't dry evenly: a groove wanders and is now wider, now narrower; a spot stays round.
-  float raw = damage_at(rest + 3e-4 * swell.yzw);
+  Burn burn = burn_at(rest + 3e-4 * swell.yzw);
   vec4 crust = noise(p / 0.7e-3 + 13.0);
   float crust_kept = kept(0.7e-3, pixel);
   float flake = crust_kept * crust.x + 0.7 * ripple.x;
-  float damage = clamp(raw + 0.05 * raw * (1.0 - raw) * 4.0 * (0.6 * grain.x + 0.4 * ripple.x),
-                       0.0, 1.0);
-  albedo = burnt_colour(albedo, damage, flake);
-  char_amount = charred(damage, flake);
-  wet *= 1.0 - smoothstep(0.12, 0.55, damage);
-  slope += smoothstep(0.3, 0.8, damage) * (0.5 * crust_kept * crust.yzw + 0.35 * ripple.yzw);
-  // Dried tissue shrinks: the surface sinks with the damage. The height's slope on the screen,
-  // turned into a normal [Mikkelsen2010].
-  float sunk = -4.5e-4 * smoothstep(0.10, 0.95, damage) +
-               1.2e-4 * crust_kept * flake * smoothstep(0.3, 0.8, damage);
+  albedo = burnt_colour(albedo, burn, flake);
+  char_amount = char_of(burn, flake);
+  glow = glow_of(burn.excess);
+  wet *= 1.0 - smoothstep(0.05, 0.6, burn.dried);
+  float dry = smoothstep(0.25, 0.9, burn.dried);
+  slope += dry * (0.5 * crust_kept * crust.yzw + 0.35 * ripple.yzw);
+  // Coagulated tissue shrinks, dried tissue sinks. The height's slope on the screen, turned into a
+  // normal [Mikkelsen2010].
+  float sunk = -0.8e-4 * smoothstep(0.2, 0.9, burn.coagulated) - 2.5e-4 * burn.dried -
+               1.2e-4 * burn.charred + 1.2e-4 * crust_kept * flake * dry;
   vec3 along_x = dFdx(world), along_y = dFdy(world);
   vec3 n_flat = rotation * n_organ;
   vec3 r1 = cross(along_y, n_flat), r2 = cross(n_flat, along_x);
@@ -174,5 +174,5 @@ void main() {
   float grazing = pow(1.0 - min(film_cosine, 1.0), 5.0);
   specular += (kWater + 0.25 * grazing) * wet * around * open.x;
 
-  radiance = vec4(diffuse + specular, 1.0);
+  radiance = vec4(diffuse + specular + glow, 1.0);
 }

@@ -30,7 +30,7 @@ TEST(Report, HasTheKeysThatWerePromised) {
         "frames",   "state_hash", "wall_s",  "real_time_factor", "peak_memory_bytes",
         "organs",   "stages",     "smoke",   "skipped",          "flags",
         "warnings", "renderer",   "machine", "version",          "command",
-        "gpu",      "backend_reason", "haptics"}) {
+        "gpu",      "backend_reason", "haptics", "cautery",     "tissue",    "trainee"}) {
     EXPECT_TRUE(all.contains(key)) << key;
   }
   const auto keys = [](const json& object) {
@@ -50,6 +50,29 @@ TEST(Report, HasTheKeysThatWerePromised) {
                                    "time_in_smoke"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
   EXPECT_EQ(keys(all["machine"]), (std::set<std::string>{"cpu", "cores", "memory_bytes"}));
+}
+
+TEST(Report, TellsWhereTheEnergyWentAndWhatTheTraineeDid) {
+  RunReport report;
+  EXPECT_TRUE(json::parse(to_json(report))["cautery"].is_null()) << "no hook, no book";
+  report.cautery = CauteryReport{.generated = 110.0, .delivered = 100.0, .latent = 40.0};
+  report.tissue.push_back({.organ = "liver", .vaporised = 1e-5, .smoke = 1e-7, .above_60 = 2e-8});
+  report.trainee.idle_current = 1.5;
+  report.trainee.greatest_temperature = 500.0;
+  report.trainee.spared_burns.push_back({"bile_ducts", 3e-9});
+  report.trainee.organs.push_back({"liver", 1.0, 0.5, 4.0});
+  report.trainee.tips.push_back({"hook", 0.4, {}});
+  const json all = json::parse(to_json(report));
+  EXPECT_EQ(all["cautery"]["energy_delivered_J"], 100.0);
+  EXPECT_EQ(all["cautery"]["latent_J"], 40.0);
+  for (const char* key : {"stored_J", "perfused_J", "lost_J", "residual"})
+    EXPECT_TRUE(all["cautery"].contains(key)) << key;
+  EXPECT_EQ(all["tissue"][0]["smoke_kg"], 1e-7);
+  EXPECT_EQ(all["tissue"][0]["volume_above_60C_m3"], 2e-8);
+  EXPECT_EQ(all["trainee"]["current_without_contact_s"], 1.5);
+  EXPECT_EQ(all["trainee"]["spared_organs_burnt"][0]["organ"], "bile_ducts");
+  EXPECT_EQ(all["trainee"]["organs"][0]["peak_force_N"], 1.0);
+  EXPECT_TRUE(all["trainee"]["tips"][0]["smoothness"].is_null());
 }
 
 TEST(Report, TellsOfTheGpuWhereItWasUsed) {

@@ -8,7 +8,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/egl_context.h"
-#include "kernels/heat/burn.h"
+#include "kernels/heat/electrode.h"
 #include "tests/support/shapes.h"
 
 namespace viscera {
@@ -198,22 +198,26 @@ TEST_F(RendererTest, OrgansThatReachIntoThePictureAreDrawnAndThoseBesideItChange
 
 TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
   const Picture sound = draw();
-  BrickField damage(0.5e-3);
+  HeatBricks bricks(0.5e-3, {}, 8192);
   const Vec3 centre(0.004, -0.019, 0.005);
   for (int z = -16; z < 40; ++z) {
     for (int y = -60; y < -16; ++y) {
       for (int x = -16; x < 40; ++x) {
-        const BrickField::Index voxel(x, y, z);
-        const double apart = (damage.centre(voxel) - centre).norm();
+        const BrickIndex voxel(x, y, z);
+        const double apart = ((voxel.cast<double>().array() + 0.5) * 0.5e-3 - centre.array()).matrix().norm();
         if (apart > 5e-3) continue;
-        const BrickField::Index brick = BrickField::brick_of(voxel);
-        const BrickField::Index inside = voxel - brick * BrickField::kEdge;
-        damage.brick(damage.ensure(brick))[inside.x() + 8 * (inside.y() + 8 * inside.z())] =
-            static_cast<float>(std::min(1.0, (5e-3 - apart) / 1.5e-3));
+        const BrickIndex index = BrickField::brick_of(voxel);
+        const BrickIndex inside = voxel - index * HeatBricks::kEdge;
+        const auto at = static_cast<std::size_t>(inside.x() + 8 * (inside.y() + 8 * inside.z()));
+        HeatBrick& brick = *bricks.warm_up(index);
+        brick.harmed = true;
+        brick.damage[at] = 10.0f;
+        brick.water[at] = static_cast<float>(std::max(0.0, 1.0 - (5e-3 - apart) / 1.5e-3));
+        brick.charred[at] = static_cast<float>(std::clamp((4e-3 - apart) / 1.5e-3, 0.0, 1.0));
       }
     }
   }
-  view_.organs[0].burn = &damage;
+  view_.organs[0].burn = &bricks;
   view_.organs[0].burn_version = 1;
   const Picture burnt = draw();
   const Eigen::Vector2i at = pixel(centre);
@@ -222,6 +226,36 @@ TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
   };
   EXPECT_LT(around(burnt, 0), 0.5 * around(sound, 0));
   EXPECT_NEAR(around(burnt, -25), around(sound, -25), 2.0) << "far from the burn nothing changes";
+}
+
+TEST_F(RendererTest, CoagulatedTissueIsPaleAndHotTissueGlows) {
+  const Vec3 centre(0.004, -0.019, 0.005);
+  const Picture sound = draw();
+  HeatBricks bricks(0.5e-3, {}, 8192);
+  for (int z = 0; z < 5; ++z)
+    for (int y = -8; y < 0; ++y)
+      for (int x = -3; x < 5; ++x) {
+        HeatBrick& brick = *bricks.warm_up({x, y, z});
+        brick.harmed = true;
+        brick.damage.fill(5.0f);
+      }
+  view_.organs[0].burn = &bricks;
+  view_.organs[0].burn_version = 1;
+  const Eigen::Vector2i at = pixel(centre);
+  const auto colour = [&](const Picture& picture) {
+    return mean(picture, at.x() - 3, at.y() - 3, at.x() + 3, at.y() + 3);
+  };
+  const Colour red = colour(sound), pale = colour(draw());
+  EXPECT_GT(pale[1] / pale[0], 1.15 * red[1] / red[0]) << "less red";
+  // Warm isn't hot enough; 1100 K is.
+  for (std::size_t i = 0; i < bricks.count(); ++i) bricks.brick(i).warm->excess.fill(200.0f);
+  view_.organs[0].burn_version = 2;
+  EXPECT_NEAR(brightness(colour(draw())), brightness(pale), 1.0);
+  for (std::size_t i = 0; i < bricks.count(); ++i) bricks.brick(i).warm->excess.fill(800.0f);
+  view_.organs[0].burn_version = 3;
+  const Colour glowing = colour(draw());
+  EXPECT_GT(glowing[0], pale[0] + 20.0);
+  EXPECT_GT(glowing[0] - pale[0], 2.0 * (glowing[2] - pale[2]));
 }
 
 TEST(BurnPictureTest, TwoMillimetreBurnIsRoundWithAnUnevenEdgeThatShowsNoVoxels) {
@@ -236,13 +270,19 @@ TEST(BurnPictureTest, TwoMillimetreBurnIsRoundWithAnUnevenEdgeThatShowsNoVoxels)
   view.light_intensity = 0.3;
   Picture sound, burnt;
   ASSERT_TRUE((*renderer)->draw(view, sound));
-  BrickField damage(0.5e-3);
   // Off the voxels' grid, and off the middle, where the lens light's reflection is.
-  const Vec3 centre = 0.05 * Vec3(0.0913, -1.0, 0.0517).normalized();
-  for (int tick = 0; tick < 40; ++tick) {
-    deposit_burn(damage, centre, centre, 30.0, 1.0 / 60.0, BurnParameters{.radius = 1.0e-3});
+  ElectrodeContact contact;
+  contact.outward = Vec3(0.0913, -1.0, 0.0517).normalized();
+  contact.point = 0.05 * contact.outward;
+  contact.depth = 0.5e-3;
+  const Vec3& centre = contact.point;
+  Bioheat heat(ThermalTissue{}, {}, [](const Vec3& x) { return x.norm() - 0.05; });
+  ElectrodeTip tip(Electrode{.tip_radius = 1e-3});
+  for (int tick = 0; tick < 60; ++tick) {
+    tip.energise(heat, CurrentMode::kBlend, 30.0, contact, contact, 1.0 / 60.0);
+    heat.step(1.0 / 60.0);
   }
-  view.organs[0].burn = &damage;
+  view.organs[0].burn = &heat.bricks();
   view.organs[0].burn_version = 1;
   ASSERT_TRUE((*renderer)->draw(view, burnt));
 

@@ -259,6 +259,19 @@ TEST_F(SmokeTest, LabelsAndDepthTellWhatIsSeen) {
   EXPECT_EQ(images.beauty, images.clean);
 }
 
+TEST_F(SmokeTest, WarmTissueTellsItsTemperature) {
+  HeatBricks bricks(0.5e-3, {}, 1000);
+  for (int z = -2; z < 2; ++z)
+    for (int y = -6; y < -3; ++y)
+      for (int x = -2; x < 2; ++x) bricks.warm_up({x, y, z})->warm->excess.fill(63.0f);
+  view_.organs[0].burn = &bricks;
+  view_.organs[0].burn_version = 1;
+  const PassImages images = draw();
+  EXPECT_NEAR(images.surface_temperature[middle() + 5], 373.0, 0.1);
+  // Two centimetres beside it there is no brick.
+  EXPECT_EQ(images.surface_temperature[middle() + 24], 310.0f);
+}
+
 TEST_F(SmokeTest, SmokesTemperatureIsItsMeanByMassOnTheWay) {
   SmokeView smoke = slab(0.03, 0.06, 3e-3f);
   const std::vector<float> excess(20 * 16 * 20, 25.0f);

@@ -107,11 +107,19 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(scene.smoke.at(0).domain.max(), Vec3(0.1, 0.1, 0.1));
   EXPECT_EQ(scene.smoke.at(0).voxel, 0.001);
   EXPECT_EQ(scene.smoke.at(0).max_particles, 1000);
-  EXPECT_DOUBLE_EQ(scene.smoke.at(0).smoke_yield, 1e-8);
+  EXPECT_DOUBLE_EQ(scene.smoke.at(0).particle_mass, 2e-10);
   EXPECT_DOUBLE_EQ(scene.smoke.at(0).spacing, 0.002);
   EXPECT_EQ(scene.smoke.at(0).laplacian, Laplacian::paper);
   EXPECT_EQ(scene.smoke.at(0).lifetime, 5.0);
   EXPECT_EQ(scene.smoke.at(0).look, SmokeLook::kSprites);
+  EXPECT_EQ(scene.heat.voxel, 0.00025);
+  EXPECT_EQ(scene.heat.lesion_of, "burner");
+  ASSERT_TRUE(scene.heat.published);
+  EXPECT_EQ(scene.heat.published->most_width, 0.004);
+  EXPECT_EQ(scene.heat.published->source, "recalled");
+  EXPECT_EQ(scene.instruments.at(1).mode, CurrentMode::kCoagulate);
+  EXPECT_TRUE(liver.spared);
+  EXPECT_FALSE(scene.organs[1].spared);
   EXPECT_NEAR(scene.gas.pressure, 1999.8, 0.1);
   EXPECT_DOUBLE_EQ(scene.gas.temperature, 293.15);
   ASSERT_TRUE(scene.gravity);
@@ -191,8 +199,28 @@ TEST(LoadScene, WhatTheFileLeavesOutIsAsInTheStructures) {
   EXPECT_EQ(scene->camera->round_mask, CameraDescription().round_mask);
   EXPECT_DOUBLE_EQ(scene->smoke[0].voxel, SmokeDescription().voxel);
   EXPECT_EQ(scene->smoke[0].max_particles, SmokeDescription().max_particles);
-  EXPECT_DOUBLE_EQ(scene->smoke[0].smoke_yield, SmokeDescription().smoke_yield);
+  EXPECT_DOUBLE_EQ(scene->smoke[0].particle_mass, SmokeDescription().particle_mass);
   EXPECT_EQ(scene->smoke[0].look, SmokeLook::kMarch);
+  EXPECT_EQ(scene->heat.voxel, HeatDescription().voxel);
+  EXPECT_TRUE(scene->heat.lesion_of.empty());
+  EXPECT_FALSE(scene->organs[0].spared);
+}
+
+TEST(LoadScene, PowerThatCannotBeIsRefused) {
+  const SceneFolder folder;
+  for (const double power : {-5.0, 1e4}) {
+    Json scene = whole_scene();
+    scene["instruments"][1]["path"][0]["power_W"] = power;
+    const std::vector<std::string> mistakes = folder.mistakes(scene);
+    ASSERT_EQ(mistakes.size(), 1u) << power;
+    EXPECT_NE(mistakes[0].find("instruments/1/path/0/power_W"), std::string::npos) << mistakes[0];
+    EXPECT_NE(mistakes[0].find("expected a number from 0 to 400"), std::string::npos) << mistakes[0];
+  }
+  Json scene = whole_scene();
+  scene["instruments"][1]["mode"] = "cutt";
+  const std::vector<std::string> mistakes = folder.mistakes(scene);
+  ASSERT_EQ(mistakes.size(), 1u);
+  EXPECT_NE(mistakes[0].find("did you mean \"cut\"?"), std::string::npos) << mistakes[0];
 }
 
 TEST(LoadScene, EmittersAreHooksOrPlaces) {

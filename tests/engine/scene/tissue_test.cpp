@@ -24,11 +24,56 @@ TEST(Tissues, ModuliFollowFromWhatWasMeasured) {
   EXPECT_DOUBLE_EQ(liver.elastic.shear_modulus(), 1800.0);
   EXPECT_DOUBLE_EQ(liver.elastic.youngs_modulus, 2 * 1800.0 * 1.45);
   EXPECT_EQ(liver.density, 1060.0);
-  EXPECT_EQ(liver.smoke_factor, 1.0);
   EXPECT_DOUBLE_EQ(tissues->at("rubber").elastic.youngs_modulus, 10000.0);
   EXPECT_DOUBLE_EQ(tissues->at("rubber").elastic.poisson_ratio, 0.45);
   EXPECT_DOUBLE_EQ(tissues->at("lung").elastic.poisson_ratio, 0.43);
-  EXPECT_LT(tissues->at("fat").smoke_factor, tissues->at("kidney").smoke_factor);
+}
+
+TEST(Tissues, ThermalValuesArriveInSiUnits) {
+  const auto tissues = load_tissues(project_file("assets/tissues.json"));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  const auto& liver = tissues->at("liver").thermal;
+  ASSERT_TRUE(liver);
+  EXPECT_EQ(liver->density, 1060.0);
+  EXPECT_EQ(liver->specific_heat, 3540.0);
+  EXPECT_EQ(liver->conductivity, 0.52);
+  EXPECT_NEAR(liver->perfusion, 860e-6 / 60.0 * 1060.0, 1e-9) << "mL/(min kg) -> 1/s";
+  EXPECT_EQ(liver->water_fraction, 0.72);
+  EXPECT_EQ(liver->electric_conductivity, 0.148);
+  EXPECT_EQ(liver->damage.frequency, 7.39e39);
+  EXPECT_EQ(liver->damage.energy, 257700.0);
+  EXPECT_EQ(liver->smoke_yield, 0.01);
+  EXPECT_LT(tissues->at("fat").thermal->smoke_yield, tissues->at("kidney").thermal->smoke_yield);
+}
+
+TEST(Tissues, EveryTissueOfABodyCanBeHeated) {
+  const auto tissues = load_tissues(project_file("assets/tissues.json"));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  for (const auto& [name, tissue] : *tissues)
+    EXPECT_EQ(tissue.thermal.has_value(), name != "rubber") << name;
+}
+
+TEST(Tissues, WhatHeatLacksIsNamed) {
+  const SceneFolder folder;
+  Json file = *read_json(project_file("assets/tissues.json"));
+  file["tissues"]["liver"].erase("perfusion");
+  file["tissues"]["liver"].erase("specific_heat");
+  const auto tissues = load_tissues(folder.write("tissues.json", file.dump()));
+  ASSERT_TRUE(tissues) << tissues.error().text();
+  EXPECT_FALSE(tissues->at("liver").thermal);
+  EXPECT_EQ(tissues->at("liver").thermal_lacks,
+            (std::vector<std::string>{"specific_heat", "perfusion"}));
+  EXPECT_TRUE(tissues->at("spleen").thermal_lacks.empty());
+}
+
+TEST(Tissues, ThermalValuesThatCannotBeTogetherAreRefused) {
+  const SceneFolder folder;
+  Json file = *read_json(project_file("assets/tissues.json"));
+  file["tissues"]["liver"]["specific_heat"]["value"] = 2000;  // less than its water alone has
+  const auto tissues = load_tissues(folder.write("tissues.json", file.dump()));
+  ASSERT_FALSE(tissues);
+  EXPECT_NE(tissues.error().text().find("tissues/liver: specific_heat"), std::string::npos)
+      << tissues.error().text();
 }
 
 TEST(Tissues, AnOrganRelaxesByItsTissuesSeriesOnlyWhereThereIsOne) {

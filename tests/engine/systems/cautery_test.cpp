@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "engine/run.h"
+#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -26,7 +29,7 @@ TEST(Cautery, AHookWithoutCurrentLeavesTissueSoundAndAirClear) {
   auto world = build(burning_scene(0.0));
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
-  EXPECT_EQ(world->organ_burns.size(), 0u);
+  EXPECT_EQ(world->organ_burns.size(), 0u) << "it can't burn anything";
   EXPECT_EQ(world->smoke[0].volume.particles().size(), 0u);
 }
 
@@ -36,8 +39,19 @@ TEST(Cautery, CurrentInTheAirBurnsNothing) {
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
-  EXPECT_EQ(world->organ_burns.size(), 0u);
+  ASSERT_EQ(world->organ_burns.size(), 1u);
+  EXPECT_EQ(world->organ_burns[0].heat.bricks().count(), 0u) << "a cold organ costs nothing";
+  EXPECT_EQ(world->organ_burns[0].heat.book().delivered, 0.0);
+  EXPECT_TRUE(world->burn_traces[0].current.open);
   EXPECT_EQ(world->smoke[0].volume.particles().size(), 0u);
+}
+
+TEST(Cautery, AnOrganFarFromEveryPathIsNotFollowed) {
+  auto scene = burning_scene(30.0);
+  for (InstrumentKey& key : scene.instruments[0].path) key.tip.z() += 50e-3;
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_EQ(world->organ_burns.size(), 0u);
 }
 
 TEST(Cautery, ABurnGrowsUnderTheTipInRestSpace) {
@@ -45,33 +59,125 @@ TEST(Cautery, ABurnGrowsUnderTheTipInRestSpace) {
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
   ASSERT_EQ(world->organ_burns.size(), 1u);
-  const BrickField& damage = world->organ_burns[0].damage;
-  EXPECT_GT(damage.sample(Vec3(1e-3, 0, kTop)), 0.5);
-  EXPECT_LT(damage.sample(Vec3(-8e-3, 0, kTop)), 0.01);
-  EXPECT_LT(damage.sample(Vec3(0, 0, kTop - 8e-3)), 0.01);
+  const HeatBricks& bricks = world->organ_burns[0].heat.bricks();
+  EXPECT_GT(bricks.damage_at(bricks.voxel_of(Vec3(1e-3, 0, kTop - 0.8e-3))), 1.0);
+  EXPECT_EQ(bricks.damage_at(bricks.voxel_of(Vec3(-8e-3, 0, kTop - 2e-3))), 0.0);
+  EXPECT_LT(bricks.damage_at(bricks.voxel_of(Vec3(0, 0, kTop - 8e-3))), 0.01);
+  EXPECT_GT(world->organ_burns[0].greatest_hot, 1e-9);
 }
 
-TEST(Cautery, SmokeFollowsThePower) {
-  auto weak = build(burning_scene(8.0));
-  auto strong = build(burning_scene(16.0));
-  ASSERT_TRUE(weak && strong);
-  step_until(*weak, 0.6);
-  step_until(*strong, 0.6);
-  const double weak_mass = weak->smoke[0].volume.book().emitted;
-  const double strong_mass = strong->smoke[0].volume.book().emitted;
-  EXPECT_GT(weak_mass, 0.0);
-  EXPECT_NEAR(strong_mass / weak_mass, 2.0, 0.2);
-}
-
-TEST(Cautery, SmokeMassIsTheYieldOfTheAbsorbedEnergy) {
-  const auto scene = burning_scene(20.0);
-  auto world = build(scene);
+TEST(Cautery, TheTipGivesThePowerThatItsGeneratorIsSetTo) {
+  auto world = build(burning_scene(10.0));
   ASSERT_TRUE(world);
-  step_until(*world, 0.8);
+  step_until(*world, 0.5);
+  const CurrentReport& current = world->burn_traces[0].current;
+  EXPECT_NEAR(current.power + current.far_power + current.spark_power, 10.0, 0.01);
+  EXPECT_GT(current.radius, 0.2e-3);
+  EXPECT_LT(current.radius, 1.1e-3) << "the tip is a millimetre";
+}
+
+TEST(Cautery, EnergyIsBooked) {
+  auto world = build(burning_scene(30.0));
+  ASSERT_TRUE(world);
+  step_until(*world, 1.2);
+  const HeatBook book = world->organ_burns[0].heat.book();
+  EXPECT_GT(book.delivered, 5.0);
+  EXPECT_LT(book.delivered, 30.0 * 1.2);
+  EXPECT_LT(std::abs(book.residual()), 1e-3 * book.delivered);
+}
+
+TEST(Cautery, FulgurateSparksOverAGapThatCutDoesNot) {
+  auto scene = burning_scene(30.0);
+  for (InstrumentKey& key : scene.instruments[0].path) key.tip = Vec3(0, 0, kTop + 1.5e-3);
+  scene.instruments[0].mode = CurrentMode::kFulgurate;
+  auto sparks = build(scene);
+  scene.instruments[0].mode = CurrentMode::kCut;
+  auto none = build(scene);
+  ASSERT_TRUE(sparks && none);
+  step_until(*sparks, 0.5);
+  step_until(*none, 0.5);
+  EXPECT_TRUE(sparks->burn_traces[0].current.sparks);
+  EXPECT_GT(sparks->organ_burns[0].heat.greatest_excess(), 20.0);
+  EXPECT_EQ(none->organ_burns[0].heat.greatest_excess(), 0.0);
+}
+
+TEST(Cautery, ATissueWithoutThermalValuesStaysColdAndIsNamed) {
+  auto tissues = test_tissues();
+  tissues.at("rubber").thermal.reset();
+  tissues.at("rubber").thermal_lacks = {"specific_heat", "perfusion"};
+  std::vector<std::string> warnings;
+  auto world = build_world(burning_scene(30.0), tissues, {project_file("assets"), false},
+                           no_progress(), warnings);
+  ASSERT_TRUE(world) << world.error().text();
+  const std::uint32_t flags = step_until(**world, 0.6);
+  EXPECT_EQ((*world)->organ_burns.size(), 0u);
+  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kNotHeated));
+  ASSERT_FALSE(warnings.empty());
+  for (const char* part : {"rubber", "specific_heat, perfusion", "tissues.json"})
+    EXPECT_NE(warnings.back().find(part), std::string::npos) << warnings.back();
+}
+
+TEST(Cautery, AnElectrodeThatCannotBeIsRefused) {
+  auto scene = burning_scene(30.0);
+  scene.instruments[0].tip.radius = 20e-3;
+  for (InstrumentKey& key : scene.instruments[0].path) key.tip.z() += 30e-3;
+  std::vector<std::string> warnings;
+  scene.instruments[0].path[1].power = 4500.0;
+  const auto world = build_world(scene, test_tissues(), {project_file("assets"), false},
+                                 no_progress(), warnings);
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().text().find("power"), std::string::npos) << world.error().text();
+  EXPECT_NE(world.error().text().find("radius of the tip"), std::string::npos);
+}
+
+TEST(Cautery, AVoxelTooFineForTheMachineIsRefusedWithItsSize) {
+  auto scene = burning_scene(30.0);
+  scene.heat.voxel = 5e-6;
+  std::vector<std::string> warnings;
+  const auto world = build_world(scene, test_tissues(), {project_file("assets"), false},
+                                 no_progress(), warnings);
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().text().find("heat/voxel_mm: found 0.005"), std::string::npos)
+      << world.error().text();
+}
+
+TEST(Cautery, SmokeIsTheYieldOfWhatVaporised) {
+  auto world = build(burning_scene(20.0));
+  ASSERT_TRUE(world);
+  step_until(*world, 1.0);
   const SmokeBody& smoke = world->smoke[0];
-  EXPECT_NEAR(smoke.volume.book().emitted + smoke.emitters[0].mass_owed,
-              world->organ_burns[0].energy * scene.smoke[0].smoke_yield,
-              1e-6 * smoke.volume.book().emitted);
+  const Bioheat& heat = world->organ_burns[0].heat;
+  const double emitted = smoke.volume.book().emitted + smoke.emitters[0].mass_owed;
+  EXPECT_GT(emitted, 0.0);
+  EXPECT_NEAR(emitted, world->organ_burns[0].smoke, 1e-6 * emitted);
+  EXPECT_NEAR(emitted,
+              heat.tissue().smoke_yield * (heat.vaporised_water() + heat.vaporised_tissue()),
+              1e-3 * emitted);
+}
+
+TEST(Cautery, MorePowerSmokesMore) {
+  auto weak = build(burning_scene(8.0));
+  auto strong = build(burning_scene(30.0));
+  ASSERT_TRUE(weak && strong);
+  step_until(*weak, 1.0);
+  step_until(*strong, 1.0);
+  EXPECT_GT(strong->organ_burns[0].smoke, 2.0 * weak->organ_burns[0].smoke);
+}
+
+TEST(Cautery, SmokeIsAsWarmAsWhatItComesFrom) {
+  auto world = build(burning_scene(30.0));
+  ASSERT_TRUE(world);
+  double time = 0.0;
+  while (world->smoke[0].volume.particles().size() == 0 && time < 1.2)
+    step_until(*world, time += 1.0 / 60.0);
+  const SmokeParticles& particles = world->smoke[0].volume.particles();
+  ASSERT_GT(particles.size(), 0u);
+  const double boiling = 373.15 - world->gas.description.temperature;
+  EXPECT_GT(particles.temperature(0), 0.3 * boiling);
+  EXPECT_LT(particles.temperature(0), 10.0 * boiling);
+  const Vec3 place =
+      particles.position(0).cast<double>() + world->smoke[0].description.domain.min();
+  EXPECT_LT((place - Vec3(1.5e-3, 0, kTop)).norm(), 6e-3);
 }
 
 TEST(Cautery, SmokeOutsideEveryVolumeIsReported) {

@@ -181,7 +181,7 @@ TEST(Electrode, SparksReachFurtherTheHigherTheVoltage) {
   ElectrodeContact far;
   far.depth = -1.0e-3;
   const double cut = waveform_of(CurrentMode::kCut).peak_voltage;
-  const double coagulate = waveform_of(CurrentMode::kCoagulate).peak_voltage;
+  const double coagulate = waveform_of(CurrentMode::kFulgurate).peak_voltage;
   EXPECT_GT(contact_radius(electrode, near, cut), 0.0);
   EXPECT_EQ(contact_radius(electrode, far, cut), 0.0);
   EXPECT_GT(contact_radius(electrode, far, coagulate), 0.0);
@@ -189,7 +189,7 @@ TEST(Electrode, SparksReachFurtherTheHigherTheVoltage) {
 
   Bioheat heat = liver();
   ElectrodeTip tip;
-  const CurrentReport spark = tip.energise(heat, CurrentMode::kCoagulate, 30.0, far, far, kFrame);
+  const CurrentReport spark = tip.energise(heat, CurrentMode::kFulgurate, 30.0, far, far, kFrame);
   EXPECT_TRUE(spark.sparks);
   EXPECT_GT(spark.spark_power, 0.5);
   EXPECT_NEAR(spark.power + spark.far_power + spark.spark_power, 30.0, 1e-6);
@@ -201,7 +201,7 @@ TEST(Electrode, FarFromTissueNothingFlowsAndItSaysSo) {
   ElectrodeTip tip;
   ElectrodeContact away;
   away.depth = -5e-3;
-  const CurrentReport report = tip.energise(heat, CurrentMode::kCoagulate, 30.0, away, away, kFrame);
+  const CurrentReport report = tip.energise(heat, CurrentMode::kFulgurate, 30.0, away, away, kFrame);
   EXPECT_TRUE(report.open);
   EXPECT_EQ(report.power, 0.0);
   EXPECT_EQ(report.current, 0.0);

@@ -1,4 +1,4 @@
-#include "tools/plots/svg_plot.h"
+#include "engine/io/svg_plot.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,91 @@
+#include "engine/lesion_curve.h"
+
+#include <fmt/format.h>
+
+#include "engine/frame.h"
+#include "engine/io/atomic_file.h"
+
+namespace viscera {
+namespace {
+
+PlotSeries curve(const char* name, int colour) {
+  PlotSeries series;
+  series.name = name;
+  series.markers = false;
+  series.colour = colour;
+  return series;
+}
+
+PlotSeries range(const char* name, int colour, double time, double least, double most) {
+  PlotSeries series;
+  series.name = name;
+  series.points = {Vec2(time, 1e3 * least), Vec2(time, 1e3 * most)};
+  series.dashed = true;
+  series.hollow = true;
+  series.colour = colour;
+  return series;
+}
+
+}  // namespace
+
+Plot lesion_plot(std::string title, std::string subtitle, std::span<const LesionRow> rows,
+                 const std::optional<PublishedLesion>& published) {
+  Plot plot;
+  plot.title = std::move(title);
+  plot.subtitle = std::move(subtitle);
+  plot.x = {"time (s)", false};
+  plot.y = {"size (mm)", false};
+  PlotSeries depth = curve("depth", 0), width = curve("width", 1);
+  for (const LesionRow& row : rows) {
+    depth.points.emplace_back(row.time, 1e3 * row.lesion.depth);
+    width.points.emplace_back(row.time, 1e3 * row.lesion.width);
+  }
+  plot.series = {depth, width};
+  if (!published || rows.empty()) return plot;
+  const double end = rows.back().time;
+  plot.subtitle += "; dashed: published, " + published->source;
+  plot.series.push_back(
+      range("published depth", 0, end, published->least_depth, published->most_depth));
+  plot.series.push_back(
+      range("published width", 1, end, published->least_width, published->most_width));
+  return plot;
+}
+
+LesionCurve::LesionCurve(const World& world, const SceneDescription& scene) : scene_(scene) {
+  for (std::size_t i = 0; i < world.burn_traces.size(); ++i) {
+    const Entity hook = world.burn_traces.owner(i);
+    if (world.instrument_bodies.find(hook)->description.name == scene.heat.lesion_of) hook_ = hook;
+  }
+}
+
+void LesionCurve::add_frame(const World& world) {
+  if (!hook_) return;
+  const BurnTrace& trace = *world.burn_traces.find(*hook_);
+  if (rows_.empty()) {
+    if (trace.current.power <= 0.0) return;
+    organ_ = trace.organ;
+    place_ = trace.contact;
+    begun_ = world.time() - 1.0 / static_cast<double>(kFramesPerSecond);
+  }
+  const Bioheat& heat = world.organ_burns.find(organ_)->heat;
+  rows_.push_back({.time = world.time() - begun_,
+                   .lesion = lesion_at(heat, place_.point, place_.outward),
+                   .power = trace.current.power,
+                   .temperature = heat.options().body + heat.excess_now(),
+                   .vaporised = heat.vaporised_water() + heat.vaporised_tissue()});
+}
+
+Result<void> LesionCurve::write(const std::filesystem::path& out) const {
+  if (rows_.empty()) return {};
+  std::string table = "time_s,depth_m,width_m,power_W,hottest_K,vaporised_kg\n";
+  for (const LesionRow& row : rows_)
+    table += fmt::format("{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
+                         row.power, row.temperature, row.vaporised);
+  if (auto written = write_file(out / "lesion.csv", table); !written) return written;
+  const Plot plot = lesion_plot("Lesion under " + scene_.heat.lesion_of,
+                                scene_.title.empty() ? scene_.name : scene_.title, rows_,
+                                scene_.heat.published);
+  return write_file(out / "lesion.svg", to_svg(plot));
+}
+
+}  // namespace viscera
