@@ -193,15 +193,17 @@ void Bioheat::book_step() {
 }
 
 void Bioheat::follow_heat() {
+  std::vector<BrickIndex> wanted;
   for (HeatBrick* brick : warm_) {
     for (int side = 0; side < 6; ++side) {
       if (!(brick->warm->border[side] > options_.followed)) continue;
       if (brick->neighbours[side] && brick->neighbours[side]->warm) continue;
       BrickIndex beyond = brick->index;
       beyond[side / 2] += side % 2 ? 1 : -1;
-      bricks_.warm_up(beyond);
+      if (std::find(wanted.begin(), wanted.end(), beyond) == wanted.end()) wanted.push_back(beyond);
     }
   }
+  bricks_.warm_up(wanted);
 }
 
 void Bioheat::let_go() {

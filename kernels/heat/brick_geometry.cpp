@@ -1,6 +1,7 @@
 #include "kernels/heat/brick_geometry.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -35,13 +36,18 @@ class Corners {
   bool any_outside() const { return any_outside_; }
 
  private:
-  double ask(double x, double y, double z) const {
-    return distance_((first_.cast<double>() + Vec3(x, y, z)) * voxel_);
+  // The distance at a corner, asked once.
+  double ask(int x, int y, int z) {
+    const auto at = static_cast<std::size_t>(corner_of(x, y, z));
+    if (!asked_[at])
+      values_[at] = distance_((first_ + BrickIndex(x, y, z)).cast<double>() * voxel_);
+    asked_[at] = true;
+    return values_[at];
   }
 
   void fill_block(int x, int y, int z, int edge) {
     if (edge > 1) {
-      const double half = 0.5 * edge;
+      const int half = edge / 2;
       const double middle = ask(x + half, y + half, z + half);
       if (std::abs(middle) > 1.01 * std::numbers::sqrt3 * half * voxel_) {
         for_corners(x, y, z, edge, [&](int at) {
@@ -49,17 +55,13 @@ class Corners {
         });
         return;
       }
-      const int part = edge / 2;
       for (int child = 0; child < 8; ++child)
-        fill_block(x + part * (child & 1), y + part * (child >> 1 & 1), z + part * (child >> 2), part);
+        fill_block(x + half * (child & 1), y + half * (child >> 1 & 1), z + half * (child >> 2), half);
       return;
     }
-    for (int corner = 0; corner < 8; ++corner) {
-      const int cx = x + (corner & 1), cy = y + (corner >> 1 & 1), cz = z + (corner >> 2);
-      double& value = values_[corner_of(cx, cy, cz)];
-      // A value filled in from a middle has the right sign but not the distance.
-      value = ask(cx, cy, cz);
-    }
+    // A value filled in from a middle has the right sign but not the distance.
+    for (int corner = 0; corner < 8; ++corner)
+      ask(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
   }
 
   template <class Body>
@@ -73,6 +75,7 @@ class Corners {
   double voxel_;
   const SignedDistance& distance_;
   std::array<double, kRow * kRow * kRow> values_;
+  std::bitset<kRow * kRow * kRow> asked_;
   bool any_inside_ = false, any_outside_ = false;
 };
 

@@ -12,7 +12,7 @@
 namespace viscera {
 
 /// Signed distance of a rest position from an organ's surface [m], negative inside. Like every distance
-/// it changes by no more than one moves. Asked when bricks are made, from one thread.
+/// it changes by no more than one moves. Asked when bricks are made, from many threads at once.
 using SignedDistance = std::function<double(const Vec3&)>;
 
 /// Made once; constant. x runs fastest in all arrays.

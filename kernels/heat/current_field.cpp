@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
+
+#include "kernels/base/parallel.h"
+#include "kernels/base/wide.h"
 
 namespace viscera {
 namespace {
@@ -10,143 +14,184 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 /// How far heating is followed: a tenth of the power is left beyond.
 constexpr double kReach = 6.0, kLeastReach = 3e-3;  // of the radius; [m]
-/// Samples along a voxel's edge near the disc, at least and at most, and away from it.
-constexpr int kLeastFine = 4, kMostFine = 8, kCoarse = 2;
-constexpr double kFinePerRadius = 8.0;
-constexpr double kNear = 2.5;  // of the radius
-/// Thickness of a shell under the disc, over the distance of samples: none must be empty.
-constexpr double kShellPerSample = 1.2;
 /// A shell without tissue would stop all current; some always creeps along surfaces.
 constexpr double kLeastShare = 1e-3;
 /// Conductance of a dried shell that sparks cross, over the wet one's. [R]
 constexpr double kSparkShare = 0.1;
+/// What a voxel may take before the field follows: of the heat that would boil all its water away.
+constexpr double kBite = 0.1;
+
+using Shares = DiscField::Shares;
+constexpr int kShells = DiscField::kMostShells;
+
+double reach_of(double radius) { return std::max(kReach * radius, kLeastReach); }
+
+VISCERA_WIDE void add_up(const std::vector<Shares>& shares, const std::vector<double>& conductivity,
+                         const std::vector<double>& if_wet, double* tissue, double* wet) {
+  double by_tissue[kShells] = {}, by_wet[kShells] = {};
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    const double c = conductivity[v], w = if_wet[v];
+    for (int s = 0; s < kShells; ++s) {
+      const auto share = static_cast<double>(shares[v][s]);
+      by_tissue[s] += c * share;
+      by_wet[s] += w * share;
+    }
+  }
+  std::memcpy(tissue, by_tissue, sizeof by_tissue);
+  std::memcpy(wet, by_wet, sizeof by_wet);
+}
+
+VISCERA_WIDE void find_drive(const std::vector<Shares>& shares,
+                             const std::vector<double>& conductivity, const double* slope,
+                             double* drive) {
+  double by_shell[kShells];
+  std::memcpy(by_shell, slope, sizeof by_shell);
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    double squares[4] = {};
+    for (int s = 0; s < kShells; s += 4)
+      for (int l = 0; l < 4; ++l)
+        squares[l] += static_cast<double>(shares[v][s + l]) * by_shell[s + l];
+    drive[v] = conductivity[v] * ((squares[0] + squares[1]) + (squares[2] + squares[3]));
+  }
+}
 
 }  // namespace
 
 CurrentField::CurrentField(Bioheat& heat, const Vec3& point, const Vec3& outward, double radius,
-                           double gap)
-    : point_(point), outward_(outward) {
-  const double h = heat.options().voxel;
-  const double reach = std::max(kReach * radius, kLeastReach);
-  const double last = std::atan(std::sqrt(std::pow(reach / radius, 2) - 1.0));
-  const int fine = std::clamp(static_cast<int>(std::ceil(kFinePerRadius * h / radius)), kLeastFine,
-                              kMostFine);
-  shells_ = std::clamp(static_cast<int>(last * radius * fine / (kShellPerSample * h)), 2, kMostShells);
-  shell_ = last / shells_;
-  const double edge = HeatBricks::kEdge * h;
+                           double gap, double dt)
+    : disc_(point, outward, radius, reach_of(radius), heat.options().voxel),
+      gap_(gap),
+      dt_(dt),
+      whole_(2.0 * kPi * radius * heat.tissue().electric_conductivity),
+      bite_(kBite * heat.voxel_volume() * heat.tissue().density * heat.tissue().water_fraction *
+            water::kLatentHeat) {
+  const double reach = reach_of(radius), edge = HeatBricks::kEdge * heat.options().voxel;
   const BrickIndex low = ((point.array() - reach) / edge).floor().cast<int>();
   const BrickIndex high = ((point.array() + reach) / edge).floor().cast<int>();
+  std::vector<BrickIndex> near;
   for (int z = low.z(); z <= high.z(); ++z) {
     for (int y = low.y(); y <= high.y(); ++y) {
       for (int x = low.x(); x <= high.x(); ++x) {
         const Vec3 least = Vec3(x, y, z) * edge;
         const Vec3 nearest = point.cwiseMax(least).cwiseMin((least.array() + edge).matrix());
-        if ((nearest - point).norm() > reach) continue;
-        if (HeatBrick* brick = heat.bricks().warm_up({x, y, z})) 
-          collect(*brick, heat, radius, reach, fine);
+        if ((nearest - point).norm() <= reach) near.emplace_back(x, y, z);
       }
     }
   }
-  const double whole = 2.0 * kPi * radius * heat.tissue().electric_conductivity;
-  conduct(radius, whole, gap);
-  far_ = (0.5 * kPi - last) / whole;
+  const std::vector<HeatBrick*> bricks = heat.bricks().warm_up(near);
+  std::vector<Voxels> found(bricks.size());
+  parallel_for_each_index(bricks.size(), 1,
+                          [&](std::size_t b) { found[b] = collect(*bricks[b], heat); });
+  for (const Voxels& voxels : found) {
+    voxels_.state.insert(voxels_.state.end(), voxels.state.begin(), voxels.state.end());
+    voxels_.shares.insert(voxels_.shares.end(), voxels.shares.begin(), voxels.shares.end());
+  }
+  conductivity_.resize(voxels_.state.size());
+  if_wet_.resize(voxels_.state.size());
+  drive_.resize(voxels_.state.size());
+  far_ = (0.5 * kPi - disc_.last()) / whole_;
+  follow(heat.tissue());
 }
 
-void CurrentField::conduct(double radius, double whole, double gap) {
-  std::array<double, kMostShells> wet{};
-  for (const Voxel& voxel : voxels_) {
-    for (int s = 0; s < shells_; ++s) {
-      tissue_[s] += static_cast<double>(voxel.conductivity) * voxel.share[s] / shell_;
-      wet[s] += static_cast<double>(voxel.if_wet) * voxel.share[s] / shell_;
-    }
+void CurrentField::follow(const ThermalTissue& tissue) {
+  for (std::size_t v = 0; v < voxels_.state.size(); ++v) {
+    const Voxel& voxel = voxels_.state[v];
+    const double boiled = voxel.taken - voxel.to_boil;
+    const double kelvin =
+        boiled < 0.0 ? voxel.kelvin + voxel.taken / voxel.capacity
+                     : std::max(voxel.kelvin, water::kBoiling);
+    const double water = boiled < 0.0            ? voxel.water
+                         : boiled < voxel.latent ? voxel.water * (1.0 - boiled / voxel.latent)
+                                                 : 0.0;
+    if_wet_[v] = electric_conductivity(tissue, 1.0, kelvin);
+    conductivity_[v] = voxel.taken < voxel.room ? electric_conductivity(tissue, water, kelvin) : 0.0;
   }
+  conduct();
+}
+
+void CurrentField::conduct() {
+  // Conductances of a unit of u: by tissue alone, if it were wet, and with sparks [S].
+  std::array<double, kMostShells> tissue{}, wet{}, with_sparks{}, slope{};
+  const double shell = disc_.shell();
+  add_up(voxels_.shares, conductivity_, if_wet_, tissue.data(), wet.data());
   // How thick the dried layers are under the middle of the disc, where zeta is the depth over the radius.
   double dried = 0.0;
-  for (int s = 0; s < shells_; ++s) {
-    const double thick = radius * (std::tan((s + 1) * shell_) - std::tan(s * shell_));
-    if (wet[s] > 0.0) dried += thick * (1.0 - tissue_[s] / wet[s]);
+  for (int s = 0; s < disc_.shells(); ++s) {
+    const double thick = disc_.radius() * (std::tan((s + 1) * shell) - std::tan(s * shell));
+    if (wet[s] > 0.0) dried += thick * (1.0 - tissue[s] / wet[s]);
+    tissue[s] /= shell;
+    wet[s] /= shell;
   }
   // Sparks fail gradually: not everywhere is the layer equally thick.
-  const double sparks = gap > 0.0 ? kSparkShare * std::clamp(2.0 * (1.0 - dried / gap), 0.0, 1.0) : 0.0;
-  near_ = 0.0;
-  for (int s = 0; s < shells_; ++s) {
-    conductance_[s] = std::max({tissue_[s], sparks * wet[s], kLeastShare * whole});
-    near_ += shell_ / conductance_[s];
+  const double crossed =
+      gap_ > 0.0 ? kSparkShare * std::clamp(2.0 * (1.0 - dried / gap_), 0.0, 1.0) : 0.0;
+  near_ = sparks_ = 0.0;
+  for (int s = 0; s < disc_.shells(); ++s) {
+    with_sparks[s] = std::max({tissue[s], crossed * wet[s], kLeastShare * whole_});
+    near_ += shell / with_sparks[s];
+    sparks_ += shell / with_sparks[s] * (1.0 - tissue[s] / with_sparks[s]);
+    slope[s] = 1.0 / (with_sparks[s] * with_sparks[s]);
   }
+  find_drive(voxels_.shares, conductivity_, slope.data(), drive_.data());
 }
 
-void CurrentField::collect(HeatBrick& brick, const Bioheat& heat, double radius, double reach,
-                           int fine) {
-  const double h = heat.options().voxel, body = heat.options().body;
-  for (int i = 0; i < BrickField::kVoxels; ++i) {
-    const float fraction = brick.geometry->fraction[i];
-    if (fraction <= 0.0f) continue;
-    const Vec3 centre = heat.bricks().centre(brick, i) - point_;
-    if (centre.norm() > reach + h) continue;
-    Voxel voxel{&brick, i, 0.0f, 0.0f, {}};
-    const int samples = centre.norm() < kNear * radius + h ? fine : kCoarse;
-    const double part = h / samples;
-    const double weight = fraction * part * part * part;
-    for (int s = 0; s < samples * samples * samples; ++s) {
-      const Vec3 at = centre +
-                      ((Vec3(s % samples, s / samples % samples, s / (samples * samples)).array() +
-                        0.5) * part - 0.5 * h).matrix();
-      // Oblate coordinates about the disc, lengths over its radius.
-      const double depth = at.dot(outward_) / radius;
-      const double square = at.squaredNorm() / (radius * radius);
-      const double t = square - 1.0;
-      const double root = std::sqrt(t * t + 4.0 * depth * depth);
-      const double zeta_square = 0.5 * (t + root);
-      // At the rim the field is without bound, but its integral isn't.
-      const double gradient = 1.0 / (radius * radius * (1.0 + zeta_square) *
-                                     std::max(root, 0.5 * part / radius));
-      const double u = std::atan(std::sqrt(std::max(0.0, zeta_square)));
-      if (u > shells_ * shell_) continue;
-      // Shared by the two nearest shells, so that nothing jumps as the disc moves; the outermost halves
-      // have one.
-      const double place = std::clamp(u / shell_ - 0.5, 0.0, shells_ - 1.0);
-      const int shell = std::min(static_cast<int>(place), shells_ - 2);
-      const double upper = place - shell, amount = weight * gradient;
-      voxel.share[shell] += static_cast<float>((1.0 - upper) * amount);
-      voxel.share[shell + 1] += static_cast<float>(upper * amount);
-    }
-    if (*std::max_element(voxel.share.begin(), voxel.share.end()) <= 0.0f) continue;
-    const double kelvin = body + static_cast<double>(brick.warm->excess[i]);
-    voxel.if_wet = static_cast<float>(electric_conductivity(heat.tissue(), 1.0, kelvin));
-    voxel.conductivity =
-        static_cast<float>(electric_conductivity(heat.tissue(), brick.water[i], kelvin));
-    voxels_.push_back(voxel);
-  }
-}
-
-CurrentField::Heating CurrentField::heat_with(Bioheat& heat, double current, double hottest,
-                                              double dt) const {
+CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat) const {
   const ThermalTissue& tissue = heat.tissue();
-  Heating given;
-  for (int s = 0; s < shells_; ++s)
-    given.sparks += current * current * shell_ / conductance_[s] * (1.0 - tissue_[s] / conductance_[s]);
-  for (const Voxel& voxel : voxels_) {
-    double power = 0.0;
-    for (int s = 0; s < shells_; ++s) {
-      const double slope = current / conductance_[s];
-      power += static_cast<double>(voxel.conductivity) * voxel.share[s] * slope * slope;
+  const HeatBrick::Warm& warm = *brick.warm;
+  const double body = heat.options().body, edge = heat.voxel_volume();
+  Voxels voxels;
+  std::array<Shares, HeatBricks::kEdge> shares;
+  for (int row = 0; row < BrickField::kVoxels; row += HeatBricks::kEdge) {
+    if (!disc_.share_row(heat.bricks().centre(brick, row), shares)) continue;
+    for (int x = 0; x < HeatBricks::kEdge; ++x) {
+      const int i = row + x;
+      const float fraction = brick.geometry->fraction[i];
+      Shares& share = shares[static_cast<std::size_t>(x)];
+      if (fraction <= 0.0f || *std::max_element(share.begin(), share.end()) <= 0.0f) continue;
+      for (float& one : share) one *= fraction;
+      Voxel voxel{};
+      voxel.brick = &brick;
+      voxel.index = i;
+      voxel.fraction = fraction;
+      voxel.kelvin = body + static_cast<double>(warm.excess[i]);
+      voxel.water = brick.water[i];
+      voxel.capacity = heat.voxel_capacity(brick, i);
+      voxel.to_boil = voxel.capacity * std::max(0.0, water::kBoiling - voxel.kelvin);
+      voxel.latent =
+          voxel.water * tissue.density * tissue.water_fraction * fraction * edge * water::kLatentHeat;
+      // Beyond boiling nothing is left to warm but char.
+      voxel.room = voxel.to_boil + voxel.latent +
+                   heat_capacity(tissue, 0.0, 1.0) * fraction * edge *
+                       std::max(0.0, kHottest - std::max(voxel.kelvin, water::kBoiling));
+      // Of other tips, or of this one at other places.
+      voxel.taken = static_cast<double>(warm.source[i]) * edge * dt_;
+      voxels.state.push_back(voxel);
+      voxels.shares.push_back(share);
     }
-    const HeatBrick& brick = *voxel.brick;
-    const double volume = brick.geometry->fraction[voxel.index] * heat.voxel_volume();
-    const double water = brick.water[voxel.index] * tissue.density * tissue.water_fraction * volume;
-    const double kelvin =
-        heat.options().body + static_cast<double>(brick.warm->excess[voxel.index]);
-    // What is on its way already counts; water must boil first. Beyond that nothing is left to warm but
-    // char: a voxel that dries and chars within the step mustn't get what it would have held wet.
-    const double room =
-        heat.voxel_capacity(brick, voxel.index) * std::max(0.0, water::kBoiling - kelvin) +
-        water * water::kLatentHeat +
-        heat_capacity(tissue, 0.0, 1.0) * volume * (hottest - std::max(kelvin, water::kBoiling)) -
-        static_cast<double>(brick.warm->source[voxel.index]) * heat.voxel_volume() * dt;
-    const double taken = std::clamp(room / dt, 0.0, power);
-    if (taken > 0.0) heat.heat_voxel(*voxel.brick, voxel.index, taken);
+  }
+  return voxels;
+}
+
+double CurrentField::lasts(double current) const {
+  double most = 0.0;  // of the heat that a voxel takes, over what it may
+  for (std::size_t v = 0; v < drive_.size(); ++v)
+    most = std::max(most, drive_[v] / voxels_.state[v].fraction);
+  const double power = current * current * most;
+  return power > 0.0 ? bite_ / power : dt_;
+}
+
+CurrentField::Heating CurrentField::heat_with(Bioheat& heat, double current, double time) {
+  Heating given;
+  const double square = current * current * time;
+  given.sparks = square * sparks_;
+  for (std::size_t v = 0; v < drive_.size(); ++v) {
+    Voxel& voxel = voxels_.state[v];
+    const double energy = drive_[v] * square;
+    const double taken = std::clamp(voxel.room - voxel.taken, 0.0, energy);
+    if (taken > 0.0) heat.heat_voxel(*voxel.brick, voxel.index, taken / dt_);
+    voxel.taken += taken;
     given.tissue += taken;
-    given.sparks += power - taken;
+    given.sparks += energy - taken;
   }
   return given;
 }

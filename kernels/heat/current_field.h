@@ -5,53 +5,69 @@
 #include <vector>
 
 #include "kernels/heat/bioheat.h"
+#include "kernels/heat/disc_field.h"
 
 namespace viscera {
 
-/// In uniform tissue the potential of a disc of radius a on a half-space is a function of u = atan(zeta)
-/// alone, zeta the oblate coordinate of the half-ellipsoids about the disc [Newman1966]. Where
-/// conductivity varies, the potential is still taken as a function of u, the one that dissipates least
-/// (Thomson's principle; so the resistance is never overrated by much, and is exact for uniform tissue and
-/// for what varies from shell to shell, as drying under a contact does). With S(u) the conductance of a
-/// shell, sum of sigma |grad u|^2 over it, current I heats a place by sigma |grad u|^2 (I / S)^2: within
-/// a shell current goes round what is dry, between shells it can't.
+/// Where conductivity varies, the potential is still taken as a function of DiscField's u, the one that
+/// dissipates least (Thomson's principle; so the resistance is never overrated by much, and is exact for
+/// uniform tissue and for what varies from shell to shell, as drying under a contact does). With S(u) the
+/// conductance of a shell, sum of sigma |grad u|^2 over it, current I heats a place by
+/// sigma |grad u|^2 (I / S)^2: within a shell current goes round what is dry, between shells it can't.
+///
+/// Tissue may boil dry within a frame. Within a step the field therefore follows what each voxel has taken,
+/// as if no heat left it until the step's end: see lasts() and follow().
 class CurrentField {
  public:
-  static constexpr int kMostShells = 16;
+  /// Char glows and crumbles beyond this: there current crosses gas instead [K].               [R]
+  static constexpr double kHottest = 1300.0;
 
-  /// Of a disc at `point` facing into the tissue against `outward`; warms bricks up to a few radii away.
-  /// Dried layers thinner in all than `gap` [m] are crossed by sparks.
-  CurrentField(Bioheat& heat, const Vec3& point, const Vec3& outward, double radius, double gap);
+  /// Of a disc at `point` facing into the tissue against `outward`, during a step of `dt` [s]; warms bricks
+  /// up to a few radii away. Dried layers thinner in all than `gap` [m] are crossed by sparks.
+  CurrentField(Bioheat& heat, const Vec3& point, const Vec3& outward, double radius, double gap,
+               double dt);
 
   double near_resistance() const { return near_; }  ///< of the tissue that is heated, with its sparks [Ohm]
   double far_resistance() const { return far_; }    ///< of the body beyond, at rest [Ohm]
-  bool any_tissue() const { return !voxels_.empty(); }
+  bool any_tissue() const { return !voxels_.state.empty(); }
+
+  /// For how long `current` [A] may flow before some voxel isn't what it was [s].
+  double lasts(double current) const;
 
   struct Heating {
-    double tissue = 0.0, sparks = 0.0;  ///< [W]
+    double tissue = 0.0, sparks = 0.0;  ///< [J]
   };
-  /// Gives the tissue what `current` [A] makes of it, sparks the rest. What would heat a voxel beyond
-  /// `hottest` [K] within dt is theirs too: such tissue has gone, and the current crosses gas.
-  Heating heat_with(Bioheat& heat, double current, double hottest, double dt) const;
+  /// What `current` [A] makes of `time` [s] of the step: heat in tissue, and in sparks, the rest.
+  Heating heat_with(Bioheat& heat, double current, double time);
+  /// Conductivities and resistance after what the tissue has taken.
+  void follow(const ThermalTissue& tissue);
 
  private:
+  using Shares = DiscField::Shares;
+  static constexpr int kMostShells = DiscField::kMostShells;
   struct Voxel {
     HeatBrick* brick;
     int index;
-    float conductivity, if_wet;            ///< [S/m]
-    std::array<float, kMostShells> share;  ///< integral of |grad u|^2 over its tissue in each shell [m]
+    float fraction;                        ///< of it is tissue
+    double kelvin, water;                  ///< as the step began
+    double capacity;                       ///< [J/K]
+    double to_boil, latent, room;          ///< heat until it boils, of its water, until kHottest [J]
+    double taken;                          ///< of the step's heat so far [J]
+  };
+  struct Voxels {
+    std::vector<Voxel> state;
+    std::vector<Shares> shares;
   };
 
-  void collect(HeatBrick& brick, const Bioheat& heat, double radius, double reach, int fine);
-  void conduct(double radius, double whole, double gap);
+  Voxels collect(HeatBrick& brick, const Bioheat& heat) const;
+  void conduct();
 
-  Vec3 point_, outward_;
-  std::vector<Voxel> voxels_;
-  int shells_ = 0;
-  std::array<double, kMostShells> tissue_{};       ///< conductance of a unit of u by tissue alone [S]
-  std::array<double, kMostShells> conductance_{};  ///< with sparks [S]
-  double shell_ = 0.0;                         ///< thickness in u
-  double near_ = 0.0, far_ = 0.0;
+  DiscField disc_;
+  double gap_, dt_, whole_, bite_;
+  Voxels voxels_;
+  std::vector<double> conductivity_, if_wet_;      ///< [S/m]
+  std::vector<double> drive_;                      ///< heat by a unit of current squared [Ohm]
+  double near_ = 0.0, far_ = 0.0, sparks_ = 0.0;   ///< sparks_: of near_, outside the tissue [Ohm]
 };
 
 }  // namespace viscera

@@ -17,10 +17,9 @@ constexpr double kLeastSpark = 450.0;    // [V]
 constexpr double kBreakdown = 2.7e6;     // [V/m]
 /// What a burning spark keeps of the voltage, between metal and tissue [V]. [R]
 constexpr double kSparkDrop = 100.0;
-/// Char glows and crumbles beyond this [K]. [R]
-constexpr double kHottest = 1300.0;
 constexpr double kMostPower = 500.0;     // of any generator [W]
 constexpr int kMostPlaces = 6;           // along the way of one step
+constexpr int kMostParts = 64;           // of the time at one place, as tissue dries
 
 bool usable(const ElectrodeContact& contact) {
   return contact.point.allFinite() && contact.outward.allFinite() &&
@@ -103,30 +102,35 @@ CurrentReport ElectrodeTip::energise(Bioheat& heat, CurrentMode mode, double pow
     double squares = 0.0;
     for (int p = 0; p < places; ++p) {
       const ElectrodeContact at = between(from, to, (p + 0.5) / places);
-      const CurrentField field(heat, at.point, at.outward, radius,
-                               spark_gap(wave.peak_voltage));
+      CurrentField field(heat, at.point, at.outward, radius, spark_gap(wave.peak_voltage), dt);
       if (!field.any_tissue()) {
         report.open = true;
         continue;
       }
-      const double resistance = field.near_resistance() + field.far_resistance();
-      const double drop = report.sparks ? kSparkDrop : 0.0;
-      // The current that makes `power` of resistance and spark; the voltage may not last for it.
-      const double wanted =
-          (std::sqrt(drop * drop + 4.0 * resistance * power) - drop) / (2.0 * resistance);
-      const double most = std::max(0.0, (wave.greatest_voltage() - drop) / resistance);
-      const double current = std::min(wanted, most);
-      report.limited = report.limited || wanted > most;
       // The tip is at each place for its part of the step.
-      const double part = 1.0 / places;
-      const CurrentField::Heating given =
-          field.heat_with(heat, current * std::sqrt(part), kHottest, dt);
-      report.power += given.tissue;
-      report.spark_power += given.sparks + drop * current * part;
-      report.far_power += current * current * field.far_resistance() * part;
-      report.resistance += resistance * part;
-      report.voltage += (current * resistance + drop) * part;
-      squares += current * current * part;
+      const double least = dt / (places * kMostParts);
+      for (double left = dt / places; left > 0.0;) {
+        const double resistance = field.near_resistance() + field.far_resistance();
+        const double drop = report.sparks ? kSparkDrop : 0.0;
+        // The current that makes `power` of resistance and spark; the voltage may not last for it.
+        const double wanted =
+            (std::sqrt(drop * drop + 4.0 * resistance * power) - drop) / (2.0 * resistance);
+        const double most = std::max(0.0, (wave.greatest_voltage() - drop) / resistance);
+        const double current = std::min(wanted, most);
+        report.limited = report.limited || wanted > most;
+        const double lasts = std::max(least, field.lasts(current));
+        const double time = lasts < left - least ? lasts : left;
+        const double part = time / dt;
+        const CurrentField::Heating given = field.heat_with(heat, current, time);
+        report.power += given.tissue / dt;
+        report.spark_power += given.sparks / dt + drop * current * part;
+        report.far_power += current * current * field.far_resistance() * part;
+        report.resistance += resistance * part;
+        report.voltage += (current * resistance + drop) * part;
+        squares += current * current * part;
+        left -= time;
+        if (left > 0.0) field.follow(heat.tissue());
+      }
     }
     report.current = std::sqrt(squares);
   }

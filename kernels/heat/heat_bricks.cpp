@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "kernels/base/parallel.h"
+
 namespace viscera {
 namespace {
 
@@ -38,6 +40,26 @@ const HeatBrick* HeatBricks::find(const BrickIndex& index) const {
 }
 
 HeatBrick* HeatBricks::warm_up(const BrickIndex& index) {
+  return warm_up(index, nullptr);
+}
+
+std::vector<HeatBrick*> HeatBricks::warm_up(std::span<const BrickIndex> indices) {
+  // To ask where the surface is takes by far the longest.
+  std::vector<std::shared_ptr<const BrickGeometry>> made(indices.size());
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < indices.size(); ++i)
+    if (numbers_.find(indices[i]) == BrickMap::kNone && bricks_.size() < most_) missing.push_back(i);
+  parallel_for_each_index(missing.size(), 1, [&](std::size_t m) {
+    made[missing[m]] = make_geometry(indices[missing[m]], voxel_, distance_);
+  });
+  std::vector<HeatBrick*> bricks;
+  for (std::size_t i = 0; i < indices.size(); ++i)
+    if (HeatBrick* brick = warm_up(indices[i], std::move(made[i]))) bricks.push_back(brick);
+  return bricks;
+}
+
+HeatBrick* HeatBricks::warm_up(const BrickIndex& index,
+                               std::shared_ptr<const BrickGeometry> geometry) {
   int number = numbers_.find(index);
   if (number == kEmpty) return nullptr;
   if (number == BrickMap::kNone) {
@@ -45,7 +67,7 @@ HeatBrick* HeatBricks::warm_up(const BrickIndex& index) {
       overflowed_ = true;
       return nullptr;
     }
-    auto geometry = make_geometry(index, voxel_, distance_);
+    if (!geometry) geometry = make_geometry(index, voxel_, distance_);
     if (geometry->empty) {
       numbers_.set(index, kEmpty);
       return nullptr;

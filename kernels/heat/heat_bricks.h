@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "kernels/heat/brick_geometry.h"
@@ -75,6 +76,8 @@ class HeatBricks {
 
   /// The brick here, made and warmed if need be; null where there is no tissue, or no room.
   HeatBrick* warm_up(const BrickIndex& index);
+  /// The same for many, on all threads: null ones left out, the others in order.
+  std::vector<HeatBrick*> warm_up(std::span<const BrickIndex> indices);
   /// Lets go of the temperature; of all of it where nothing was harmed. Moves the last brick to `i`.
   void cool_down(std::size_t i);
 
@@ -91,6 +94,8 @@ class HeatBricks {
   static std::size_t bytes_for(const Vec3& size, double voxel);
 
  private:
+  HeatBrick* warm_up(const BrickIndex& index, std::shared_ptr<const BrickGeometry> geometry);
+
   double voxel_;
   SignedDistance distance_;
   std::size_t most_;

@@ -33,6 +33,17 @@ TEST(BrickGeometry, DeepInsideEveryBrickIsTheSameWholeOne) {
   EXPECT_EQ(make_geometry({0, 0, 0}, kVoxel, nullptr), BrickGeometry::whole());
 }
 
+TEST(BrickGeometry, NoPlaceIsAskedTwice) {
+  std::vector<Vec3> asked;
+  make_geometry({0, 0, 0}, kVoxel, [&](const Vec3& at) {
+    asked.push_back(at);
+    return at.z() - 1.6e-3;
+  });
+  for (std::size_t i = 0; i < asked.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) ASSERT_NE(asked[i], asked[j]);
+  EXPECT_LT(asked.size(), 729u);
+}
+
 TEST(BrickGeometry, FarOutsideABrickIsEmpty) {
   const auto outside = make_geometry({0, 0, 0}, kVoxel, [](const Vec3&) { return 1.0; });
   EXPECT_TRUE(outside->empty);

@@ -143,6 +143,26 @@ TEST(HeatBook, HeatIsFollowedAcrossBricks) {
   EXPECT_LT(heat.book().boundary, 0.01 * heat.book().delivered);
 }
 
+TEST(HeatBook, ManyBricksAtOnceAreThoseOneByOne) {
+  HeatBricks many(0.5e-3, half_space(), 100), single(0.5e-3, half_space(), 100);
+  std::vector<BrickIndex> indices;
+  for (int z = -1; z <= 1; ++z)
+    for (int x = -2; x <= 2; ++x) indices.emplace_back(x, 0, z);
+  const std::vector<HeatBrick*> made = many.warm_up(indices);
+  for (const BrickIndex& index : indices) single.warm_up(index);
+  ASSERT_EQ(many.count(), 10u);  // above the surface nothing
+  ASSERT_EQ(made.size(), many.count());
+  ASSERT_EQ(single.count(), many.count());
+  for (std::size_t b = 0; b < many.count(); ++b) {
+    EXPECT_EQ(made[b], &many.brick(b));
+    EXPECT_EQ(many.brick(b).index, single.brick(b).index);
+    EXPECT_EQ(many.brick(b).geometry->fraction, single.brick(b).geometry->fraction);
+  }
+  HeatBricks few(0.5e-3, half_space(), 3);
+  EXPECT_EQ(few.warm_up(indices).size(), 3u);
+  EXPECT_TRUE(few.overflowed());
+}
+
 TEST(HeatBook, BeyondItsBricksItSaysSoAndGoesOn) {
   BioheatOptions options;
   options.most_bricks = 3;
