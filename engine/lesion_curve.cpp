@@ -16,13 +16,11 @@ PlotSeries curve(const char* name, int colour) {
   return series;
 }
 
-PlotSeries range(const char* name, int colour, double time, double least, double most) {
-  PlotSeries series;
-  series.name = name;
-  series.points = {Vec2(time, 1e3 * least), Vec2(time, 1e3 * most)};
+/// An end of a range, over the whole time; the range has one name.
+PlotSeries limit(const char* name, int colour, double time, double size) {
+  PlotSeries series = curve(name, colour);
+  series.points = {Vec2(0.0, 1e3 * size), Vec2(time, 1e3 * size)};
   series.dashed = true;
-  series.hollow = true;
-  series.colour = colour;
   return series;
 }
 
@@ -43,11 +41,11 @@ Plot lesion_plot(std::string title, std::string subtitle, std::span<const Lesion
   plot.series = {depth, width};
   if (!published || rows.empty()) return plot;
   const double end = rows.back().time;
-  plot.subtitle += "; dashed: published, " + published->source;
-  plot.series.push_back(
-      range("published depth", 0, end, published->least_depth, published->most_depth));
-  plot.series.push_back(
-      range("published width", 1, end, published->least_width, published->most_width));
+  plot.subtitle = "dashed: published range, " + published->source;
+  plot.series.push_back(limit("published depth", 0, end, published->least_depth));
+  plot.series.push_back(limit("", 0, end, published->most_depth));
+  plot.series.push_back(limit("published width", 1, end, published->least_width));
+  plot.series.push_back(limit("", 1, end, published->most_width));
   return plot;
 }
 
@@ -82,9 +80,8 @@ Result<void> LesionCurve::write(const std::filesystem::path& out) const {
     table += fmt::format("{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
                          row.power, row.temperature, row.vaporised);
   if (auto written = write_file(out / "lesion.csv", table); !written) return written;
-  const Plot plot = lesion_plot("Lesion under " + scene_.heat.lesion_of,
-                                scene_.title.empty() ? scene_.name : scene_.title, rows_,
-                                scene_.heat.published);
+  const Plot plot = lesion_plot("Lesion: " + (scene_.title.empty() ? scene_.name : scene_.title),
+                                "under the " + scene_.heat.lesion_of, rows_, scene_.heat.published);
   return write_file(out / "lesion.svg", to_svg(plot));
 }
 

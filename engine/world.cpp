@@ -70,6 +70,11 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
   auto mesh = import_surface(description.tip.file, description.tip.unit);
   if (!mesh) return std::unexpected(mesh.error());
   body.mesh = std::move(*mesh);
+  if (const double enclosed = volume(body.mesh); enclosed < 0.0)
+    return failure(
+        fmt::format("{}: instrument \"{}\": the mesh is inside-out (it encloses {:.3g} mm3), expected "
+                    "triangles that run counter-clockwise as seen from outside",
+                    description.tip.file.string(), description.name, 1e9 * enclosed));
   std::vector<Vec3f> positions;
   double across = 0.0;
   for (const Vec3& v : body.mesh.vertices) {

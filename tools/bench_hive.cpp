@@ -11,10 +11,10 @@
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/report.h"
+#include "engine/io/svg_plot.h"
 #include "engine/verification/hemisphere_body.h"
 #include "kernels/hive/hive.h"
 #include "tools/bench_figures.h"
-#include "engine/io/svg_plot.h"
 #include "tools/bench_hive_moving.h"
 #include "tools/project_paths.h"
 

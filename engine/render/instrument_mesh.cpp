@@ -16,6 +16,11 @@ struct Station {
   double z, radius;
 };
 
+/// One ellipse of a flattened body along +z: half its size along x and y.
+struct FlatStation {
+  double z, x, y;
+};
+
 /// Builds parts one after another into one mesh.
 class Builder {
  public:
@@ -48,6 +53,27 @@ class Builder {
              {out[0], out[1], out[1], out[0]}, finish);
       }
     }
+  }
+
+  /// Ellipses joined along z, smooth along and around.
+  void flattened(const std::vector<FlatStation>& stations, Finish finish) {
+    const auto place = [&](std::size_t s, int i) -> Vec3 {
+      const double angle = 2.0 * kPi * i / kRound;
+      return {stations[s].x * std::cos(angle), stations[s].y * std::sin(angle), stations[s].z};
+    };
+    const auto normal = [&](std::size_t s, int i) -> Vec3 {
+      const FlatStation& a = stations[s > 0 ? s - 1 : 0];
+      const FlatStation& b = stations[std::min(s + 1, stations.size() - 1)];
+      const double angle = 2.0 * kPi * i / kRound, c = std::cos(angle), d = std::sin(angle);
+      if (s == 0) return -Vec3::UnitZ();
+      const Vec3 along(c * (b.x - a.x), d * (b.y - a.y), b.z - a.z);
+      const Vec3 around(-stations[s].x * d, stations[s].y * c, 0.0);
+      return around.cross(along).normalized();
+    };
+    for (std::size_t s = 0; s + 1 < stations.size(); ++s)
+      for (int i = 0; i < kRound; ++i)
+        quad({place(s, i), place(s, i + 1), place(s + 1, i + 1), place(s + 1, i)},
+             {normal(s, i), normal(s, i + 1), normal(s + 1, i + 1), normal(s + 1, i)}, finish);
   }
 
   void ball(const Vec3& centre, double radius, Finish finish) {
@@ -143,6 +169,27 @@ void add_hook(Builder& builder, const InstrumentView& view) {
   add_sleeve(builder, view, centre, length + 3.5e-3);
 }
 
+/// A blade as wide as the tip, its flat side towards +x, that narrows to the wire that bears it.
+void add_spatula(Builder& builder, const InstrumentView& view) {
+  const double r = view.shaft_radius, wide = view.tip_radius, thick = 0.4 * wide;
+  const double wire = std::min(0.45 * r, wide), blade = 9e-3, neck = 13e-3;
+  std::vector<FlatStation> stations;
+  constexpr int kNose = 10, kTaper = 8;
+  for (int i = 0; i <= kNose; ++i) {
+    const double angle = 0.5 * kPi * i / kNose;
+    stations.push_back({-wide * std::cos(angle), thick * std::sin(angle), wide * std::sin(angle)});
+  }
+  for (int i = 0; i <= kTaper; ++i) {
+    const double t = static_cast<double>(i) / kTaper, eased = t * t * (3.0 - 2.0 * t);
+    stations.push_back({blade + t * (neck - blade), thick + eased * (wire - thick),
+                        wide + eased * (wire - wide)});
+  }
+  builder.flattened(stations, Finish::kElectrode);
+  builder.turned({{neck - 1e-3, 0.45 * r}, {neck + 1.5e-3, 0.62 * r}, {neck + 4e-3, 0.68 * r}},
+                 Vec3::Zero(), Finish::kSteel);
+  add_sleeve(builder, view, Vec3::Zero(), neck + 3.5e-3);
+}
+
 /// One jaw, closed, on the +x side, lying from the tip (z = 0) to the hinge.
 void add_jaw(Builder& builder, const InstrumentView& view, double hinge, double angle,
              double sign) {
@@ -231,6 +278,9 @@ InstrumentMesh make_instrument(const InstrumentView& view) {
       break;
     case InstrumentView::Kind::kHook:
       add_hook(builder, view);
+      break;
+    case InstrumentView::Kind::kSpatula:
+      add_spatula(builder, view);
       break;
     case InstrumentView::Kind::kGrasper:
       add_grasper(builder, view);

@@ -44,7 +44,7 @@ struct OrganView {
 
 /// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
 struct InstrumentView {
-  enum class Kind { kProbe, kGrasper, kHook, kMesh };
+  enum class Kind { kProbe, kGrasper, kHook, kSpatula, kMesh };
   std::uint32_t id = 0;
   std::string name;
   Kind kind = Kind::kProbe;

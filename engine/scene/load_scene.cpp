@@ -212,7 +212,8 @@ InstrumentDescription instrument_of(const Json& values) {
   instrument.name = values["name"];
   instrument.kind = kind == "probe"     ? InstrumentKind::kProbe
                     : kind == "grasper" ? InstrumentKind::kGrasper
-                                        : InstrumentKind::kHook;
+                    : kind == "hook"    ? InstrumentKind::kHook
+                                        : InstrumentKind::kSpatula;
   instrument.tip = tip_of(values["tip"]);
   instrument.trocar = from_milli_vector(values["trocar_mm"]);
   instrument.shaft_radius = from_milli(values["shaft_radius_mm"]);
@@ -221,7 +222,7 @@ InstrumentDescription instrument_of(const Json& values) {
     instrument.grip_limit = values["grip_limit_N"];
     instrument.grip_radius = from_milli(values["grip_radius_mm"]);
   }
-  if (instrument.kind == InstrumentKind::kHook) instrument.mode = mode_of(values["mode"]);
+  if (values.contains("mode")) instrument.mode = mode_of(values["mode"]);
   instrument.friction = values["friction"];
   for (const Json& key : values["path"]) {
     instrument.path.push_back(

@@ -68,7 +68,7 @@ bool GravityDescription::changes() const {
 }
 
 bool carries_current(const InstrumentDescription& tool) {
-  return tool.kind == InstrumentKind::kHook &&
+  return (tool.kind == InstrumentKind::kHook || tool.kind == InstrumentKind::kSpatula) &&
          std::any_of(tool.path.begin(), tool.path.end(),
                      [](const InstrumentKey& key) { return key.power > 0.0; });
 }

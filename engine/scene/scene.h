@@ -135,7 +135,7 @@ struct LinkDescription {
 
 // --- instruments --------------------------------------------------------------------------------
 
-enum class InstrumentKind { kProbe, kGrasper, kHook };
+enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula };
 
 struct TipDescription {
   enum class Shape { kPoint, kSphere, kCapsule, kMesh };
@@ -190,7 +190,7 @@ struct InstrumentDescription {
   double grip_limit = 6.0;          ///< greatest force that a closed jaw holds [N]
   double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
   double friction = 0.0;            ///< Coulomb's coefficient between the tip and tissue
-  CurrentMode mode = CurrentMode::kBlend;  ///< of a hook's generator
+  CurrentMode mode = CurrentMode::kBlend;  ///< of the generator of a hook or spatula
   std::vector<InstrumentKey> path;  ///< at least one, times ascending; where the hand goes, if haptic
   std::optional<HapticDescription> haptic;  ///< none: the path moves the tip
 };

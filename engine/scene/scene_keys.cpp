@@ -314,10 +314,11 @@ Finding path_fits_instrument(const Json& instrument) {
     if (distance(path[i]["tip_mm"], instrument["trocar_mm"]) < kShortestShaft_mm)
       return {{here + "/tip_mm", "found " + path[i]["tip_mm"].dump() +
                                      ", expected a point at least 1 mm from trocar_mm"}};
-    if (instrument["kind"] != "hook" && path[i]["power_W"] > 0)
+    const bool conducts = instrument["kind"] == "hook" || instrument["kind"] == "spatula";
+    if (!conducts && path[i]["power_W"] > 0)
       return {{here + "/power_W", "found " + path[i]["power_W"].dump() + " for a " +
                                       instrument["kind"].get<std::string>() +
-                                      ", expected 0: only a hook conducts"}};
+                                      ", expected 0: only a hook or a spatula conducts"}};
   }
   return {};
 }
@@ -329,7 +330,7 @@ ObjectSpec instrument() {
        position("tip_mm",
                 "Where the tip is: the centre of its sphere, the end of a capsule's axis.")
            .needed(),
-       number("power_W", "Electrical power while a hook touches; held until the next key.")
+       number("power_W", "Electrical power of a hook or spatula; held until the next key.")
            .between(0, 400)
            .otherwise(0.0),
        number("jaw", "Opening of a grasper: 0 closed, 1 open.").between(0, 1).otherwise(1.0)},
@@ -341,11 +342,11 @@ ObjectSpec instrument() {
       name_key("Its name in forces.csv, reports and --set; unique among instruments."),
       text("kind", "What it can do: press, hold, or burn.")
           .needed()
-          .one_of({"probe", "grasper", "hook"}),
+          .one_of({"probe", "grasper", "hook", "spatula"}),
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),
-      number("roll_deg", "About the shaft: at 0 a hook bends, and jaws open, downwards.")
+      number("roll_deg", "About the shaft: at 0 a hook bends, jaws open, and a spatula faces, downwards.")
           .between(-360, 360)
           .otherwise(0.0),
       number("grip_limit_N", "Greatest force that the closed jaw holds.")
@@ -357,11 +358,11 @@ ObjectSpec instrument() {
           .otherwise(4.0)
           .only_where("kind", {"grasper"}),
       text("mode",
-           "Of a hook's generator: cut, a steady wave of low voltage; blend; coagulate, short waves "
+           "Of the generator of a hook or spatula: cut, a steady wave of low voltage; blend; coagulate, short waves "
            "for a touching tip; fulgurate, short waves of high voltage that spark over a gap.")
           .one_of({"cut", "blend", "coagulate", "fulgurate"})
           .otherwise("blend")
-          .only_where("kind", {"hook"}),
+          .only_where("kind", {"hook", "spatula"}),
       number("friction",
              "Coulomb's coefficient between its tip and tissue: tissue clings to the tip until the "
              "drag passes this share of the pressing force. 0 slides freely; from some 10 on, what "

@@ -23,6 +23,10 @@ constexpr double kMostMemory = 0.5;
 bool burns_near(const InstrumentBody& hook, const OrganDescription& organ, const Box& bounds,
                 const SurfaceTree& surface) {
   const std::vector<InstrumentKey>& path = hook.description.path;
+  // A hand that only its device knows may take it anywhere.
+  const std::optional<HapticDescription>& held = hook.description.haptic;
+  if (held && held->device != HapticDescription::Device::kSimulated)
+    return carries_current(hook.description);
   const double reach = kBurnReach + hook.extent;
   for (std::size_t k = 0; k < path.size(); ++k) {
     if (path[k].power <= 0.0) continue;

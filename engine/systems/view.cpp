@@ -43,6 +43,9 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
     case InstrumentKind::kHook:
       view.kind = InstrumentView::Kind::kHook;
       break;
+    case InstrumentKind::kSpatula:
+      view.kind = InstrumentView::Kind::kSpatula;
+      break;
   }
   if (!body.mesh.empty()) {
     view.kind = InstrumentView::Kind::kMesh;

@@ -250,9 +250,11 @@ double Bioheat::excess_now() const {
 double Bioheat::tissue_above(double kelvin) const {
   const double excess = kelvin - options_.body;
   double volume = 0.0;
-  for (const HeatBrick* brick : warm_)
+  for (const HeatBrick* brick : warm_) {
+    if (brick->warm->greatest <= excess) continue;
     for (int i = 0; i < BrickField::kVoxels; ++i)
       if (brick->warm->excess[i] > excess) volume += brick->geometry->fraction[i];
+  }
   return volume * voxel_volume();
 }
 

@@ -42,16 +42,23 @@ VISCERA_WIDE void add_up(const std::vector<Shares>& shares, const std::vector<do
 }
 
 VISCERA_WIDE void find_drive(const std::vector<Shares>& shares,
-                             const std::vector<double>& conductivity, const double* slope,
-                             double* drive) {
-  double by_shell[kShells];
+                             const std::vector<double>& conductivity,
+                             const std::vector<double>& if_wet, const double* slope,
+                             const double* spark, double* drive) {
+  double by_shell[kShells], by_spark[kShells];
   std::memcpy(by_shell, slope, sizeof by_shell);
+  std::memcpy(by_spark, spark, sizeof by_spark);
   for (std::size_t v = 0; v < shares.size(); ++v) {
-    double squares[4] = {};
-    for (int s = 0; s < kShells; s += 4)
-      for (int l = 0; l < 4; ++l)
-        squares[l] += static_cast<double>(shares[v][s + l]) * by_shell[s + l];
-    drive[v] = conductivity[v] * ((squares[0] + squares[1]) + (squares[2] + squares[3]));
+    double squares[4] = {}, sparks[4] = {};
+    for (int s = 0; s < kShells; s += 4) {
+      for (int l = 0; l < 4; ++l) {
+        const auto share = static_cast<double>(shares[v][s + l]);
+        squares[l] += share * by_shell[s + l];
+        sparks[l] += share * by_spark[s + l];
+      }
+    }
+    drive[v] = conductivity[v] * ((squares[0] + squares[1]) + (squares[2] + squares[3])) +
+               if_wet[v] * ((sparks[0] + sparks[1]) + (sparks[2] + sparks[3]));
   }
 }
 
@@ -111,7 +118,7 @@ void CurrentField::follow(const ThermalTissue& tissue) {
 
 void CurrentField::conduct() {
   // Conductances of a unit of u: by tissue alone, if it were wet, and with sparks [S].
-  std::array<double, kMostShells> tissue{}, wet{}, with_sparks{}, slope{};
+  std::array<double, kMostShells> tissue{}, wet{}, with_sparks{}, slope{}, spark{};
   const double shell = disc_.shell();
   add_up(voxels_.shares, conductivity_, if_wet_, tissue.data(), wet.data());
   // How thick the dried layers are under the middle of the disc, where zeta is the depth over the radius.
@@ -129,10 +136,15 @@ void CurrentField::conduct() {
   for (int s = 0; s < disc_.shells(); ++s) {
     with_sparks[s] = std::max({tissue[s], crossed * wet[s], kLeastShare * whole_});
     near_ += shell / with_sparks[s];
-    sparks_ += shell / with_sparks[s] * (1.0 - tissue[s] / with_sparks[s]);
     slope[s] = 1.0 / (with_sparks[s] * with_sparks[s]);
+    // Sparks through a dried layer heat that layer.
+    const double between = shell / with_sparks[s] * (1.0 - tissue[s] / with_sparks[s]);
+    if (wet[s] > 0.0)
+      spark[s] = between / (wet[s] * shell);
+    else
+      sparks_ += between;
   }
-  find_drive(voxels_.shares, conductivity_, slope.data(), drive_.data());
+  find_drive(voxels_.shares, conductivity_, if_wet_, slope.data(), spark.data(), drive_.data());
 }
 
 CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat) const {

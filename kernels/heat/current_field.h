@@ -37,7 +37,8 @@ class CurrentField {
   struct Heating {
     double tissue = 0.0, sparks = 0.0;  ///< [J]
   };
-  /// What `current` [A] makes of `time` [s] of the step: heat in tissue, and in sparks, the rest.
+  /// What `current` [A] makes of `time` [s] of the step: heat in tissue, also of the sparks that cross it
+  /// where it has dried; and the rest, in sparks where no tissue is left to take it.
   Heating heat_with(Bioheat& heat, double current, double time);
   /// Conductivities and resistance after what the tissue has taken.
   void follow(const ThermalTissue& tissue);

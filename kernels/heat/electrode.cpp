@@ -17,6 +17,9 @@ constexpr double kLeastSpark = 450.0;    // [V]
 constexpr double kBreakdown = 2.7e6;     // [V/m]
 /// What a burning spark keeps of the voltage, between metal and tissue [V]. [R]
 constexpr double kSparkDrop = 100.0;
+/// Gas and steam in a dried layer are hot, some 800 K: so much thinner than in the gap, and broken through
+/// over so much further (Paschen). [R]
+constexpr double kThinGas = 2.5;
 constexpr double kMostPower = 500.0;     // of any generator [W]
 constexpr int kMostPlaces = 6;           // along the way of one step
 constexpr int kMostParts = 64;           // of the time at one place, as tissue dries
@@ -102,7 +105,8 @@ CurrentReport ElectrodeTip::energise(Bioheat& heat, CurrentMode mode, double pow
     double squares = 0.0;
     for (int p = 0; p < places; ++p) {
       const ElectrodeContact at = between(from, to, (p + 0.5) / places);
-      CurrentField field(heat, at.point, at.outward, radius, spark_gap(wave.peak_voltage), dt);
+      CurrentField field(heat, at.point, at.outward, radius,
+                         kThinGas * spark_gap(wave.peak_voltage), dt);
       if (!field.any_tissue()) {
         report.open = true;
         continue;

@@ -29,9 +29,9 @@ struct ThermalTissue {
   double water_fraction = 0.72;          ///< by mass                                         [R]
   double electric_conductivity = 0.148;  ///< at body temperature [S/m]                       [V]
   ArrheniusLaw damage{7.39e39, 2.577e5};                                                   // [V]
-  /// Share of what vaporises that is seen as smoke: particles, the rest being clear vapour. [R], and no
-  /// more than a guess: no source gave a mass rate.
-  double smoke_yield = 0.01;
+  /// Share of what vaporises that is seen as smoke: particles, the rest being clear vapour. Of surgical
+  /// smoke as reviews have it; no source gave a mass rate.                                     [R]
+  double smoke_yield = 0.05;
 
   // How values change. All [R].
   double conductivity_slope = 1.2e-3;   ///< of heat, up to boiling [1/K]

@@ -53,6 +53,19 @@ TEST(SurfaceFile, SoundOneRuns) {
   EXPECT_EQ(folder.report()["organs"][0]["triangles"], 320);
 }
 
+TEST(SurfaceFile, ATipThatIsInsideOutIsRefused) {
+  Json scene = tiny_scene();
+  scene["instruments"][0]["tip"] = {{"shape", "mesh"}, {"file", "tip.obj"}, {"unit", "mm"}};
+  const SceneFolder folder(scene);
+  TriangleSurface tip = icosphere(1.5, 2);
+  write_obj(folder / "tip.obj", tip);
+  ASSERT_EQ(folder.run({"--no-render"}).code, 0);
+  for (auto& triangle : tip.triangles) std::swap(triangle[0], triangle[1]);
+  write_obj(folder / "tip.obj", tip);
+  const ProgramResult result = folder.run({"--no-render"});
+  expect_refused(result, {"tip.obj", "instrument \"hook\"", "inside-out", "counter-clockwise"});
+}
+
 TEST(SurfaceFile, OpenIsRefusedWithItsFirstEdge) {
   TriangleSurface surface = ball();
   surface.triangles.pop_back();

@@ -112,7 +112,8 @@ void expect_at(const Json& state, int step, bool film) {
   EXPECT_EQ(state["step"], step) << state;
   EXPECT_EQ(state["slider"], step) << state;
   if (film) EXPECT_EQ(state["film"], step) << state;
-  ASSERT_EQ(state["cursors"].size(), 4u) << "force, penetration, displacement, stages: " << state;
+  ASSERT_EQ(state["cursors"].size(), 6u)
+      << "force, penetration, displacement, power, temperature, stages: " << state;
   // 0.2 s over 1096 of the drawing's units; the first step is the state a step after the start.
   const double steps = film ? 6.0 : 12.0;
   for (const Json& cursor : state["cursors"])
@@ -191,7 +192,8 @@ TEST_F(ReviewPage, WithoutAFilmTheCurvesKeepTheirCursor) {
   expect_at(told["clicked"], 5, false);
   EXPECT_NE(told["says"].get<std::string>().find("No film"), std::string::npos);
   EXPECT_EQ(told["curves"], Json::parse(R"(["Force on the instruments", "Penetration of the tips",
-                                            "Greatest displacement", "Time per stage"])"));
+                                            "Greatest displacement", "Power into tissue",
+                                            "Hottest tissue", "Time per stage"])"));
   EXPECT_TRUE(told["organ"].get<std::string>().ends_with(" mm")) << told["organ"];
   EXPECT_TRUE(told["values"].get<std::string>().ends_with("N")) << told["values"];
   EXPECT_EQ(told["shown"], Json::parse(R"(["0 N", "0 N", "0 N", "12.3 µN", "3.45 mN", "1 N",

@@ -26,7 +26,7 @@ Json tiny_scene() {
       "tip": {"shape": "sphere", "radius_mm": 1.5},
       "trocar_mm": [60, 0, 100],
       "path": [
-        {"time_s": 0.0, "tip_mm": [3, 0, 17], "power_W": 30},
+        {"time_s": 0.0, "tip_mm": [3, 0, 18.5], "power_W": 30},
         {"time_s": 0.05, "tip_mm": [3, 0, 14.5], "power_W": 30},
         {"time_s": 0.2, "tip_mm": [5, 0, 14], "power_W": 30}
       ]

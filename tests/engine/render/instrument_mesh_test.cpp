@@ -18,7 +18,7 @@ InstrumentView instrument(Kind kind) {
 }
 
 TEST(InstrumentMeshTest, EveryVertexIsFiniteWithAUnitNormalAndInReach) {
-  for (const Kind kind : {Kind::kProbe, Kind::kGrasper, Kind::kHook}) {
+  for (const Kind kind : {Kind::kProbe, Kind::kGrasper, Kind::kHook, Kind::kSpatula}) {
     const InstrumentView view = instrument(kind);
     const InstrumentMesh mesh = make_instrument(view);
     ASSERT_GT(mesh.indices.size(), 300u);
@@ -56,6 +56,21 @@ TEST(InstrumentMeshTest, HookEndsAtTheTipAndItsShaftStandsBack) {
   EXPECT_NEAR(farthest_side, 0.6e-3f, 1e-6f);  // the rounded end of the wire
   ASSERT_GT(sleeve, 0);
   EXPECT_LT(sleeve_centre / static_cast<float>(sleeve), -3e-3f);
+}
+
+TEST(InstrumentMeshTest, SpatulaIsABladeAsWideAsItsTipAndThin) {
+  const InstrumentMesh mesh = make_instrument(instrument(Kind::kSpatula));
+  float lowest = 1.0f, wide = 0.0f, thick = 0.0f;
+  for (const InstrumentVertex& vertex : mesh.vertices) {
+    lowest = std::min(lowest, vertex.position.z());
+    if (vertex.position.z() > 5e-3f) continue;
+    wide = std::max(wide, std::abs(vertex.position.y()));
+    thick = std::max(thick, std::abs(vertex.position.x()));
+    EXPECT_GT(vertex.normal.head<2>().dot(vertex.position.head<2>()), -1e-9f) << "inside out";
+  }
+  EXPECT_NEAR(lowest, -1.5e-3f, 1e-6f);
+  EXPECT_NEAR(wide, 1.5e-3f, 1e-6f);
+  EXPECT_LT(thick, 0.5f * wide);
 }
 
 TEST(InstrumentMeshTest, JawsMeetAtTheTipWhenClosedAndPartWhenOpen) {

@@ -229,6 +229,7 @@ TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
 }
 
 TEST_F(RendererTest, CoagulatedTissueIsPaleAndHotTissueGlows) {
+  view_.light_intensity = 0.3;  // so that the film's curve bleaches nothing
   const Vec3 centre(0.004, -0.019, 0.005);
   const Picture sound = draw();
   HeatBricks bricks(0.5e-3, {}, 8192);
@@ -322,7 +323,7 @@ TEST(BurnPictureTest, TwoMillimetreBurnIsRoundWithAnUnevenEdgeThatShowsNoVoxels)
   EXPECT_LT(average, 1.6e-3 * scale);
   EXPECT_GT(deviation, 0.02 * average) << "tissue doesn't dry by a compass";
   EXPECT_LT(deviation, 0.13 * average);
-  EXPECT_LT(greatest - least, 0.4 * average);
+  EXPECT_LT(greatest - least, 0.5 * average);
   EXPECT_LT(jumps, 0.03 * average) << "steps of voxels, a half of the radius wide";
   RecordProperty("jumps_share", std::to_string(jumps / average));
   RecordProperty("radius_mm", std::to_string(1e3 * average / scale));
@@ -360,7 +361,7 @@ TEST_F(RendererTest, ThickSmokeHidesTheOrganAndThinSmokeVeilsIt) {
 TEST_F(RendererTest, InstrumentsStandBeforeTheOrgan) {
   const Picture bare = draw();
   for (const auto kind : {InstrumentView::Kind::kProbe, InstrumentView::Kind::kGrasper,
-                          InstrumentView::Kind::kHook}) {
+                          InstrumentView::Kind::kHook, InstrumentView::Kind::kSpatula}) {
     InstrumentView instrument;
     instrument.id = 1;
     instrument.kind = kind;

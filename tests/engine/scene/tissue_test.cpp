@@ -42,7 +42,7 @@ TEST(Tissues, ThermalValuesArriveInSiUnits) {
   EXPECT_EQ(liver->electric_conductivity, 0.148);
   EXPECT_EQ(liver->damage.frequency, 7.39e39);
   EXPECT_EQ(liver->damage.energy, 257700.0);
-  EXPECT_EQ(liver->smoke_yield, 0.01);
+  EXPECT_EQ(liver->smoke_yield, 0.05);
   EXPECT_LT(tissues->at("fat").thermal->smoke_yield, tissues->at("kidney").thermal->smoke_yield);
 }
 

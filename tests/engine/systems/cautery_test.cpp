@@ -155,6 +155,21 @@ TEST(Cautery, SmokeIsTheYieldOfWhatVaporised) {
               1e-3 * emitted);
 }
 
+TEST(Cautery, ASpatulaBurnsAsWideAsItTouches) {
+  auto scene = burning_scene(30.0);
+  auto narrow = build(scene);
+  scene.instruments[0].kind = InstrumentKind::kSpatula;
+  scene.instruments[0].tip.radius = 2.5e-3;
+  for (InstrumentKey& key : scene.instruments[0].path) key.tip.z() += 1.5e-3;
+  auto wide = build(scene);
+  ASSERT_TRUE(narrow && wide);
+  step_until(*narrow, 0.6);
+  step_until(*wide, 0.6);
+  EXPECT_GT(wide->burn_traces[0].current.power, 0.0);
+  EXPECT_GT(wide->burn_traces[0].current.radius, 1.2 * narrow->burn_traces[0].current.radius);
+  EXPECT_LT(wide->organ_burns[0].heat.greatest_excess(), narrow->organ_burns[0].heat.greatest_excess());
+}
+
 TEST(Cautery, MorePowerSmokesMore) {
   auto weak = build(burning_scene(8.0));
   auto strong = build(burning_scene(30.0));
