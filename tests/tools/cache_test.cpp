@@ -135,7 +135,7 @@ TEST(Cache, OneThatCantBeWrittenIsAWarning) {
 
 TEST(Cache, AFullDiskIsAWarningAndLeavesNoFile) {
   const SceneFolder folder;
-  ProgramCall call = folder.call({"--no-render"});
+  ProgramCall call = folder.call({"--no-render", "--set", "smoke/plume/voxel_mm=4"});
   call.greatest_file = 100000;  // room for every output but the cache
   const ProgramResult result = run_program(call);
   ASSERT_EQ(result.code, 0) << result.told();

@@ -72,13 +72,13 @@ vec3 burnt_colour(vec3 albedo, Burn burn, float flake) {
   return mix(albedo, kBlack * (1.0 + 0.8 * flake), 0.93 * char_of(burn, flake));
 }
 
-// Light that tissue this hot gives off: Planck's radiation over a body's at 1000 K, nothing that one
+// Light that tissue this hot gives off: Planck's radiation over a body's at 1150 K, nothing that one
 // sees below 800 K.
 const float kBody = 310.15;        // [K]
 vec3 glow_of(float excess) {
   float kelvin = max(kBody + excess, 300.0);
   vec3 waves = vec3(22135.0, 26160.0, 30940.0);  // h c / (k lambda) at 650, 550 and 465 nm [K]
   float seen = smoothstep(780.0, 880.0, kelvin);
-  return seen * exp(waves.x / 1000.0 - waves / kelvin);
+  return seen * exp(waves.x / 1150.0 - waves / kelvin);
 }
 #endif

@@ -208,7 +208,7 @@ TEST(SceneMistake, UnknownNamesSayWhichAreKnown) {
   EXPECT_ONE_MISTAKE(with("/organs/0/formulation", "galerkn"), "organs/0/formulation",
                      "did you mean \"galerkin\"");
   EXPECT_ONE_MISTAKE(with("/instruments/0/kind", "graspr"), "instruments/0/kind",
-                     "expected \"probe\", \"grasper\" or \"hook\" (did you mean \"grasper\"?)");
+                     "expected \"probe\", \"grasper\", \"hook\" or \"spatula\" (did you mean \"grasper\"?)");
 }
 
 TEST(SceneMistake, MissingGeometryListsTheFoldersSearched) {
