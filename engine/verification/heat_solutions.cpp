@@ -115,6 +115,7 @@ void heat_gaussian(Bioheat& heat, const Vec3& centre, double width, double power
 
 void set_excess(Bioheat& heat, const Box& box, const std::function<double(const Vec3&)>& excess) {
   for_bricks(heat, box, [&](HeatBrick& brick) {
+    brick.warm->altered = true;
     for (int i = 0; i < BrickField::kVoxels; ++i)
       brick.warm->excess[i] = brick.geometry->fraction[i] > 0.0f
                                   ? static_cast<float>(excess(heat.bricks().centre(brick, i)))
@@ -144,6 +145,7 @@ void hold_layer(Bioheat& heat, int axis, int layer, double excess) {
     HeatBrick& brick = heat.bricks().brick(b);
     const int local = layer - kEdge * brick.index[axis];
     if (!brick.warm || local < 0 || local >= kEdge) continue;
+    brick.warm->altered = true;
     for (int i = 0; i < BrickField::kVoxels; ++i) {
       const int along[] = {i % kEdge, i / kEdge % kEdge, i / (kEdge * kEdge)};
       if (along[axis] == local) brick.warm->excess[i] = static_cast<float>(excess);

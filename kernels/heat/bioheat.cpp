@@ -1,16 +1,13 @@
 #include "kernels/heat/bioheat.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
-
-#include "kernels/base/parallel.h"
 
 namespace viscera {
 namespace {
 
-/// Bricks that a thread takes at once: some ten microseconds of work.
-constexpr std::size_t kChunk = 4;
 /// Of the explicit bound: the rates that it follows from change during the step.
 constexpr double kSafety = 0.9;
 /// From so many explicit substeps on a super step may be the cheaper one.
@@ -62,13 +59,36 @@ double Bioheat::voxel_capacity(const HeatBrick& brick, int voxel) const {
 }
 
 void Bioheat::draw_from_voxel(HeatBrick& brick, int voxel, double energy) {
+  assert(current_ && "fetch() comes before");
   brick.warm->excess[voxel] -= static_cast<float>(energy / voxel_capacity(brick, voxel));
-  book_.instrument += energy;
+  brick.warm->altered = true;
+  totals_.book.instrument += energy;
 }
 
-template <class Body>
-void Bioheat::for_warm(const Body& body) {
-  parallel_for_each_index(warm_.size(), kChunk, [&](std::size_t i) { body(*warm_[i]); });
+void Bioheat::compute_on(std::shared_ptr<HeatPasses> passes, HeatReturn fields) {
+  fetch();
+  forget_device();
+  device_ = std::move(passes);
+  device_failure_.clear();
+  return_ = fields;
+}
+
+void Bioheat::forget_device() {
+  device_.reset();
+  for (std::size_t i = 0; i < bricks_.count(); ++i)
+    if (bricks_.brick(i).warm) bricks_.brick(i).warm->slot = -1;
+}
+
+void Bioheat::fetch() {
+  if (current_) return;
+  list_warm();
+  if (!device_->fetch(warm_)) {
+    device_failure_ = device_->trouble();
+    forget_device();
+    totals_ = fetched_;
+  }
+  current_ = true;
+  fetched_ = totals_;
 }
 
 void Bioheat::list_warm() {
@@ -77,54 +97,20 @@ void Bioheat::list_warm() {
     if (bricks_.brick(i).warm) warm_.push_back(&bricks_.brick(i));
 }
 
-void Bioheat::find_all_rates() {
-  for_warm([&](HeatBrick& brick) { find_rates(brick, numbers_); });
-  ++passes_;
-}
-
-Bioheat::Flows Bioheat::flows() const {
-  Flows all;
-  for (const HeatBrick* brick : warm_) {
-    all.living += brick->warm->living_sum;
-    all.boundary += brick->warm->boundary_sum;
-  }
-  return all;
-}
-
 void Bioheat::step(double dt) {
   list_warm();
   vapour_.clear();
   passes_ = 0;
   if (warm_.empty() || !(dt > 0.0)) return;
-  for (HeatBrick* brick : warm_) {
-    brick->warm->sums = {};
-    brick->warm->vapour.clear();
+  if (current_) fetched_ = totals_;
+  if (!take_step(dt)) {
+    device_failure_ = device_->trouble();
+    forget_device();
+    totals_ = fetched_;
+    current_ = true;
+    passes_ = 0;
+    take_step(dt);
   }
-  double source = 0.0;
-  double left = dt;
-  while (left > 0.0) {
-    for_warm([&](HeatBrick& brick) { prepare_brick(brick, numbers_); });
-    find_all_rates();
-    if (left == dt)
-      for (const HeatBrick* brick : warm_) source += brick->warm->source_sum;
-    float fastest = 0.0f;
-    for (const HeatBrick* brick : warm_) fastest = std::max(fastest, brick->warm->fastest);
-    // A voxel that takes all of its neighbours' mean within a step just doesn't overshoot.
-    const double ratio = left * fastest / kSafety;
-    const int substeps = std::max(1, static_cast<int>(std::ceil(ratio)));
-    const int stages = super_stages(ratio);
-    const bool super = options_.scheme == HeatScheme::kSuper ||
-                       (options_.scheme == HeatScheme::kFewest && substeps >= kFewSubsteps &&
-                        stages < substeps);
-    const double sub = super ? left : left / substeps;
-    if (super)
-      super_step(sub, std::max(3, stages));
-    else
-      advance(sub);
-    settle(sub);
-    left = super || substeps == 1 ? 0.0 : left - sub;
-  }
-  book_.delivered += source * voxel_volume() * dt;
   book_step();
   ++version_;
   follow_heat();
@@ -132,60 +118,88 @@ void Bioheat::step(double dt) {
   list_warm();
 }
 
-void Bioheat::advance(double dt) {
-  const Flows now = flows();
+/// False: the device failed.
+bool Bioheat::take_step(double dt) {
+  if (!passes().start(warm_, {&numbers_, &tissue_, &options_.cooling})) return false;
+  double source = 0.0;
+  double left = dt;
+  while (left > 0.0) {
+    const HeatFlows now = passes().prepare();
+    ++passes_;
+    if (!passes().trouble().empty()) return false;
+    if (left == dt) source = now.source;
+    // A voxel that takes all of its neighbours' mean within a step just doesn't overshoot.
+    const double ratio = left * now.fastest / kSafety;
+    const int substeps = std::max(1, static_cast<int>(std::ceil(ratio)));
+    const int stages = super_stages(ratio);
+    const bool super = options_.scheme == HeatScheme::kSuper ||
+                       (options_.scheme == HeatScheme::kFewest && substeps >= kFewSubsteps &&
+                        stages < substeps);
+    const double sub = super ? left : left / substeps;
+    if (!super)
+      advance(now, sub);
+    else if (!super_step(now, sub, std::max(3, stages)))
+      return false;
+    passes().settle(sub);
+    left = super || substeps == 1 ? 0.0 : left - sub;
+  }
+  const bool fields = !device_ || return_ == HeatReturn::kEveryStep;
+  if (!passes().finish(fields)) return false;
+  current_ = fields;
+  totals_.book.delivered += source * voxel_volume() * dt;
+  return true;
+}
+
+/// Of flows over time: [K s], [J/m].
+void Bioheat::book_flows(double living, double boundary) {
   const double volume = voxel_volume();
-  book_.perfused += dt * volume * now.living * tissue_.perfusion * water::kBloodDensity *
-                    water::kBloodHeat;
-  book_.metabolic +=
-      dt * volume * now.living * tissue_.metabolic_heat * tissue_.metabolic_slope;
-  book_.boundary += dt * options_.voxel * now.boundary;
-  for_warm([&](HeatBrick& brick) { advance_brick(brick, static_cast<float>(dt)); });
+  totals_.book.perfused +=
+      volume * living * tissue_.perfusion * water::kBloodDensity * water::kBloodHeat;
+  totals_.book.metabolic += volume * living * tissue_.metabolic_heat * tissue_.metabolic_slope;
+  totals_.book.boundary += options_.voxel * boundary;
+}
+
+void Bioheat::advance(const HeatFlows& now, double dt) {
+  book_flows(dt * now.living, dt * now.boundary);
+  passes().advance(dt);
 }
 
 // What flows out over a super step follows the same recursion as the temperature that it flows from.
-void Bioheat::super_step(double dt, int stages) {
-  const Flows first = flows();
-  Flows newest, older;
+bool Bioheat::super_step(const HeatFlows& first, double dt, int stages) {
+  HeatFlows now = first, newest, older;
   for (int j = 1; j <= stages; ++j) {
     const SuperStage s = super_stage(j, stages);
-    if (j > 1) find_all_rates();
-    const Flows now = flows();
-    const auto next = [&](double Flows::* flow) {
+    if (j > 1) {
+      now = passes().rates();
+      ++passes_;
+      if (!passes().trouble().empty()) return false;
+    }
+    const auto next = [&](double HeatFlows::* flow) {
       return s.newest * newest.*flow + s.older * older.*flow + dt * s.slope * now.*flow +
              dt * s.first_slope * first.*flow;
     };
-    const Flows sum{next(&Flows::living), next(&Flows::boundary)};
+    const HeatFlows sum{.living = next(&HeatFlows::living), .boundary = next(&HeatFlows::boundary)};
     older = newest;
     newest = sum;
-    for_warm([&](HeatBrick& brick) { advance_stage(brick, s, j, static_cast<float>(dt)); });
+    passes().advance_stage(s, j, dt);
   }
-  const double volume = voxel_volume();
-  book_.perfused +=
-      volume * newest.living * tissue_.perfusion * water::kBloodDensity * water::kBloodHeat;
-  book_.metabolic += volume * newest.living * tissue_.metabolic_heat * tissue_.metabolic_slope;
-  book_.boundary += options_.voxel * newest.boundary;
-}
-
-void Bioheat::settle(double dt) {
-  for_warm([&](HeatBrick& brick) {
-    settle_brick(brick, numbers_, tissue_, options_.cooling, dt);
-  });
+  book_flows(newest.living, newest.boundary);
+  return true;
 }
 
 void Bioheat::book_step() {
   for (HeatBrick* brick : warm_) {
     HeatBrick::Warm& warm = *brick->warm;
-    book_.latent += warm.sums.latent;
-    book_.vapour += warm.sums.vapour;
-    book_.pyrolysis += warm.sums.pyrolysis;
-    book_.gas += warm.sums.gas;
-    greatest_ = std::max(greatest_, static_cast<double>(warm.greatest));
+    totals_.book.latent += warm.sums.latent;
+    totals_.book.vapour += warm.sums.vapour;
+    totals_.book.pyrolysis += warm.sums.pyrolysis;
+    totals_.book.gas += warm.sums.gas;
+    totals_.greatest = std::max(totals_.greatest, static_cast<double>(warm.greatest));
     for (const VoxelVapour& lost : warm.vapour) {
       vapour_.push_back(
           {bricks_.centre(*brick, lost.voxel), lost.water, lost.tissue, lost.temperature});
-      water_lost_ += lost.water;
-      tissue_lost_ += lost.tissue;
+      totals_.water_lost += lost.water;
+      totals_.tissue_lost += lost.tissue;
     }
     if (warm.heated) warm.source.fill(0.0f);
     warm.heated = false;
@@ -218,7 +232,9 @@ void Bioheat::let_go() {
     }
     brick.warm->idle = needed ? 0 : brick.warm->idle + 1;
     if (brick.warm->idle < kPatience) continue;
-    book_.boundary += stored_in(brick, numbers_);
+    HeatBrick* gone = &brick;
+    if (!current_ && !device_->fetch({&gone, 1})) continue;  // as the next step will find
+    totals_.book.boundary += stored_in(brick, numbers_);
     bricks_.cool_down(i);
   }
 }
@@ -226,18 +242,19 @@ void Bioheat::let_go() {
 double Bioheat::stored() const {
   double stored = 0.0;
   for (std::size_t i = 0; i < bricks_.count(); ++i)
-    if (bricks_.brick(i).warm) stored += stored_in(bricks_.brick(i), numbers_);
+    if (const HeatBrick& brick = bricks_.brick(i); brick.warm)
+      stored += current_ ? stored_in(brick, numbers_) : brick.warm->stored * voxel_volume();
   return stored;
 }
 
 HeatBook Bioheat::book() const {
-  HeatBook book = book_;
+  HeatBook book = totals_.book;
   book.stored = stored() - stored_at_start_;
   return book;
 }
 
 void Bioheat::begin_book() {
-  book_ = {};
+  totals_.book = {};
   stored_at_start_ = stored();
 }
 

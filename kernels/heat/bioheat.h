@@ -4,10 +4,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "kernels/heat/bioheat_passes.h"
 #include "kernels/heat/heat_book.h"
+#include "kernels/heat/heat_passes.h"
 
 namespace viscera {
 
@@ -37,6 +40,12 @@ struct Vapour {
   double temperature = 0.0;      ///< [K]
 };
 
+/// When fields that a device holds come to the CPU.
+enum class HeatReturn {
+  kEveryStep,  ///< a device that fails costs nothing: the step is taken again on the CPU
+  kWhenAsked,  ///< by fetch(); one that fails costs the steps since then
+};
+
 class Bioheat {
  public:
   /// `tissue` has passed check(). `distance`: see SignedDistance; none: tissue is everywhere.
@@ -47,6 +56,16 @@ class Bioheat {
   HeatBricks& bricks() { return bricks_; }
   const HeatBricks& bricks() const { return bricks_; }
   double voxel_volume() const { return options_.voxel * options_.voxel * options_.voxel; }
+
+  /// Computes on `passes` from now on; null: on the CPU. Where it fails, the fields are as they last came,
+  /// the CPU goes on from there, and device_failure() says why. Who writes fields of warm bricks by hand
+  /// sets `altered`.
+  void compute_on(std::shared_ptr<HeatPasses> passes, HeatReturn fields = HeatReturn::kEveryStep);
+  HeatPasses* device() const { return device_.get(); }
+  const std::string& device_failure() const { return device_failure_; }  ///< empty: none
+  /// Makes the bricks' fields those of now, where a device keeps them for itself: before an electrode is
+  /// used or anything but the book is looked at.
+  void fetch();
 
   /// Heats the tissue of one voxel of a brick during the next step [W]; where there is none, nothing. From
   /// one thread.
@@ -73,27 +92,28 @@ class Bioheat {
 
   std::size_t warm_bricks() const { return warm_.size(); }
   std::size_t warm_voxels() const { return warm_.size() * BrickField::kVoxels; }
-  double greatest_excess() const { return greatest_; }        ///< so far [K]
+  double greatest_excess() const { return totals_.greatest; }  ///< so far [K]
   double excess_now() const;                                  ///< the greatest there is [K]
   double tissue_above(double kelvin) const;                   ///< volume now [m3]
   double harmed_volume(double damage = 1.0) const;            ///< Omega at least this [m3]
-  double vaporised_water() const { return water_lost_; }      ///< so far, boiled [kg]
-  double vaporised_tissue() const { return tissue_lost_; }    ///< so far [kg]
+  double vaporised_water() const { return totals_.water_lost; }  ///< so far, boiled [kg]
+  double vaporised_tissue() const { return totals_.tissue_lost; }  ///< so far [kg]
   std::uint64_t version() const { return version_; }          ///< raised when a step changed something
   int passes_of_last_step() const { return passes_; }         ///< evaluations of the rates
 
  private:
-  struct Flows {
-    double living = 0.0, boundary = 0.0;
+  /// What goes with the fields: both are of one time.
+  struct Totals {
+    HeatBook book;
+    double greatest = 0.0, water_lost = 0.0, tissue_lost = 0.0;
   };
 
-  template <class Body>
-  void for_warm(const Body& body);
-  void find_all_rates();
-  Flows flows() const;
-  void advance(double dt);
-  void super_step(double dt, int stages);
-  void settle(double dt);
+  HeatPasses& passes() { return device_ ? *device_ : cpu_; }
+  void forget_device();
+  bool take_step(double dt);
+  void advance(const HeatFlows& now, double dt);
+  bool super_step(const HeatFlows& first, double dt, int stages);
+  void book_flows(double living, double boundary);
   void book_step();
   void follow_heat();
   void let_go();
@@ -106,8 +126,13 @@ class Bioheat {
   HeatBricks bricks_;
   std::vector<HeatBrick*> warm_;  // in order of bricks
   std::vector<Vapour> vapour_;
-  HeatBook book_;
-  double stored_at_start_ = 0.0, greatest_ = 0.0, water_lost_ = 0.0, tissue_lost_ = 0.0;
+  CpuHeatPasses cpu_;
+  std::shared_ptr<HeatPasses> device_;  // null: cpu_
+  HeatReturn return_ = HeatReturn::kEveryStep;
+  bool current_ = true;                 // the fields here are those of now
+  std::string device_failure_;
+  Totals totals_, fetched_;             // now; when the fields last came
+  double stored_at_start_ = 0.0;
   std::uint64_t version_ = 0;
   int passes_ = 0;
 };

@@ -98,7 +98,7 @@ VISCERA_WIDE void prepare_rows(const BioheatNumbers& numbers, const float* fract
     // Where the front of drying is, the sign says so.
     Lanes marked = w > 0.0f ? -conducts : conducts;
     marked = w < 1.0f ? marked : conducts;
-    store(conductivity + i, t >= 0.99999f * n.boiling ? marked : conducts);
+    store(conductivity + i, t >= kAtBoiling * n.boiling ? marked : conducts);
     const Lanes capacity =
         f * (n.solids_capacity * (1.0f - n.lost_solids * c) + n.water_capacity * w);
     store(inverse + i, capacity > 0.0f ? one / capacity : zero);
@@ -185,8 +185,6 @@ VISCERA_WIDE void stage_rows(float* excess, float* older, const float* first, co
   }
 }
 
-constexpr float kMostDamage = 1e3f;  // exp(-1000) is nothing
-
 // Omega grows by A exp(-Ea / RT), less what living tissue at rest repairs (the liver's published
 // coefficients would kill it at 37 C within the hour). Over a step the exponent goes linearly from one
 // end's to the other's; the integral of e to the power of that is the difference of the ends' rates over
@@ -243,8 +241,6 @@ VISCERA_WIDE float greatest_value(const float* values) {
   return greatest(most);
 }
 
-constexpr double kDried = 0.999;  // water that counts as all
-
 // One voxel while it gives off heat and vapour; by volume of the voxel. Writes itself back at its end.
 class DryingVoxel {
  public:
@@ -256,7 +252,7 @@ class DryingVoxel {
     brick_.warm->excess[i_] = static_cast<float>(excess_);
     brick_.water[i_] = static_cast<float>(water_);
     brick_.charred[i_] = static_cast<float>(charred_);
-    brick_.harmed = brick_.harmed || water_ < kDried;
+    brick_.harmed = brick_.harmed || water_ < kDriedWater;
     if (water_boiled_ + solids_lost_ > 0.0)
       brick_.warm->vapour.push_back({i_, static_cast<float>(water_boiled_ * volume()),
                                      static_cast<float>(solids_lost_ * volume()),
@@ -303,7 +299,7 @@ class DryingVoxel {
     double share = (1.0 - charred_) * -std::expm1(-dt * tissue_.pyrolysis.rate(n_.body + excess_));
     const double at_hand = capacity() * (excess_ - n_.boiling);
     share = std::min(share, at_hand / (whole * tissue_.pyrolysis_heat));
-    if (!(share > 1e-9)) return;
+    if (!(share > kLeastCharring)) return;
     const double mass = whole * share, heat = mass * tissue_.pyrolysis_heat;
     excess_ -= heat / capacity();
     const double held = capacity() * excess_;
@@ -322,7 +318,7 @@ class DryingVoxel {
     const double whole = fraction_ * tissue_.density * tissue_.water_fraction;
     const double held = capacity() * excess_;
     water_ = mass >= water_mass() ? 0.0 : std::max(0.0, water_ - mass / whole);
-    if (water_ < 1e-6) water_ = 0.0;
+    if (water_ < kLeastWater) water_ = 0.0;
     sums().latent += mass * water::kLatentHeat * volume();
     sums().vapour += (held - capacity() * excess_) * volume();
   }
@@ -338,10 +334,6 @@ class DryingVoxel {
   double fraction_, excess_, water_, charred_;
   double water_boiled_ = 0.0, solids_lost_ = 0.0;  // [kg/m3]
 };
-
-constexpr float kFeltAtSurface = 1e-3f;  // [K]
-/// Drying goes at one rate while water still comes up to the surface, and falls with what is left then. [R]
-constexpr float kWetSurface = 0.25f;
 
 void cool_surface(HeatBrick& brick, const BioheatNumbers& numbers, const ThermalTissue& tissue,
                   const SurfaceCooling& cooling, double dt) {
@@ -378,10 +370,27 @@ void find_borders(HeatBrick& brick) {
   }
 }
 
-constexpr float kDamageFelt = 2.0f;   // excess below which damage isn't counted [K]
-constexpr float kHarmed = 1e-3f;      // Omega that is kept
-
 }  // namespace
+
+HeatParameters heat_parameters(const BioheatNumbers& numbers, const ThermalTissue& tissue,
+                               const SurfaceCooling& cooling) {
+  const auto f = [](double value) { return static_cast<float>(value); };
+  HeatParameters p;
+  p.numbers = numbers;
+  p.latent_heat = f(water::kLatentHeat);
+  p.water_mass = f(tissue.density * tissue.water_fraction);
+  p.fumes_mass = f(tissue.density * (1.0 - tissue.water_fraction) * (1.0 - tissue.char_share));
+  p.pyrolysis_exponent = f(std::log(std::max(tissue.pyrolysis.frequency, 1e-300)));
+  p.pyrolysis_kelvin = f(tissue.pyrolysis.energy / kGasConstant);
+  p.pyrolysis_heat = f(tissue.pyrolysis_heat);
+  p.cooling = f(std::max(0.0, cooling.coefficient));
+  p.evaporation = cooling.evaporates && cooling.coefficient > 0.0
+                      ? f(water::kLatentHeat * cooling.coefficient / cooling.gas_capacity)
+                      : 0.0f;
+  p.resting_vapour = f(water::vapour_density(numbers.body));
+  p.vapour_slope = f(water::kVapourSlope);
+  return p;
+}
 
 void prepare_brick(HeatBrick& brick, const BioheatNumbers& numbers) {
   HeatBrick::Warm& warm = *brick.warm;
@@ -453,7 +462,7 @@ void settle_brick(HeatBrick& brick, const BioheatNumbers& numbers, const Thermal
   if (std::max(warm.greatest, greatest_value(warm.before.data())) > kDamageFelt) {
     damage_rows(numbers, warm.before.data(), warm.excess.data(), brick.geometry->fraction.data(),
                 brick.damage.data(), static_cast<float>(dt));
-    brick.harmed = brick.harmed || greatest_value(brick.damage.data()) > kHarmed;
+    brick.harmed = brick.harmed || greatest_value(brick.damage.data()) > kHarmedDamage;
   }
 }
 

@@ -25,6 +25,18 @@ struct BioheatNumbers {
 };
 static_assert(sizeof(BioheatNumbers) == 15 * sizeof(float));
 
+// What both twins decide by.
+inline constexpr float kAtBoiling = 0.99999f;      ///< of boiling's excess: where fronts of drying are
+inline constexpr float kMostDamage = 1e3f;         ///< exp(-1000) is nothing
+inline constexpr float kDamageFelt = 2.0f;         ///< excess below which damage isn't counted [K]
+inline constexpr float kHarmedDamage = 1e-3f;      ///< Omega that is kept
+inline constexpr double kDriedWater = 0.999;       ///< below it the loss is kept
+inline constexpr double kLeastWater = 1e-6;        ///< less is none
+inline constexpr double kLeastCharring = 1e-9;     ///< share of the solids in a step
+inline constexpr float kFeltAtSurface = 1e-3f;     ///< excess below which surfaces don't cool [K]
+/// Drying goes at one rate while water still comes up to the surface, and falls with what is left then. [R]
+inline constexpr float kWetSurface = 0.25f;
+
 /// What surfaces do to heat.
 struct SurfaceCooling {
   double coefficient = 15.0;  ///< to still insufflation gas, 10 to 25 [W/(m2 K)]               [R]
@@ -33,6 +45,25 @@ struct SurfaceCooling {
   /// heat does (Lewis): by coefficient / gas_capacity [m/s].                                     [R]
   double gas_capacity = 1500.0;
 };
+
+/// All numbers of an organ, as the GPU has them. The CPU settles in double precision, from tissue and
+/// cooling themselves.
+struct HeatParameters {
+  BioheatNumbers numbers;
+  float latent_heat;        ///< of water [J/kg]
+  float water_mass;         ///< in wet tissue [kg/m3]
+  float fumes_mass;         ///< that its solids lose as they char [kg/m3]
+  float pyrolysis_exponent; ///< ln A, A in 1/s
+  float pyrolysis_kelvin;   ///< Ea / R [K]
+  float pyrolysis_heat;     ///< per mass that leaves [J/kg]
+  float cooling;            ///< of surfaces, to the gas [W/(m2 K)]
+  float evaporation;        ///< heat that vapour takes from a wet surface, by its density [W m/kg]; 0: none
+  float resting_vapour;     ///< over water at body temperature [kg/m3]
+  float vapour_slope;       ///< water::kVapourSlope [K]
+};
+static_assert(sizeof(HeatParameters) == 25 * sizeof(float));
+HeatParameters heat_parameters(const BioheatNumbers& numbers, const ThermalTissue& tissue,
+                               const SurfaceCooling& cooling);
 
 /// Conductivity, capacity and living share from the state; clears the brick's sums.
 void prepare_brick(HeatBrick& brick, const BioheatNumbers& numbers);

@@ -48,6 +48,10 @@ struct HeatBrick {
     int idle = 0;                   ///< steps since it last was warm
     BrickSums sums;
     std::vector<VoxelVapour> vapour;
+    // For a device that holds the fields (heat_passes.h):
+    bool altered = false;           ///< somebody wrote a field by hand: the device must take them anew
+    int slot = -1;                  ///< the brick's number there; -1: it doesn't know the brick
+    double stored = 0.0;            ///< heat as the device has it [J/m3 of a voxel]
   };
 
   BrickIndex index = BrickIndex::Zero();

@@ -6,7 +6,6 @@
 namespace viscera {
 namespace {
 
-constexpr double kVapourSlope = 5130.0;  // [K]
 constexpr double kVapourConstant = 461.5;  // [J/(kg K)]
 constexpr double kAtmosphere = 101325.0;   // [Pa]
 

@@ -54,6 +54,8 @@ inline constexpr double kLatentHeat = 2.26e6;     ///< at 100 C [J/kg]
 inline constexpr double kBoiling = 373.15;        ///< [K]
 inline constexpr double kBloodDensity = 1050.0;   ///< [kg/m3]
 inline constexpr double kBloodHeat = 3617.0;      ///< [J/(kg K)]
+/// Of the logarithm of saturated vapour's pressure against 1/T [K].
+inline constexpr double kVapourSlope = 5130.0;
 /// Saturated vapour over water at `kelvin` [kg/m3]: Clausius-Clapeyron's line through 100 C, its slope
 /// fitted between 37 and 100 C. Beyond boiling it stays.
 double vapour_density(double kelvin);

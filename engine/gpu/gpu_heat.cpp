@@ -1,0 +1,515 @@
+#include "engine/gpu/gpu_heat.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+
+#include "engine/gpu/kernels.h"
+
+namespace viscera {
+namespace {
+
+constexpr std::size_t kVoxels = BrickField::kVoxels;
+constexpr std::size_t kValues = sizeof(HeatBrick::Values);
+constexpr int kMostBuffers = 10;  // that a kernel binds
+constexpr std::size_t kFewestSlots = 64;
+
+/// What has changed in a brick, and what of it the CPU hasn't got.
+enum Changed : std::uint32_t { kWater = 1, kDamage = 2, kHarmed = 4, kExcess = 8 };
+
+// As the kernels see them.
+struct BrickOutcome {
+  float latent = 0.0f, vapour = 0.0f, pyrolysis = 0.0f, gas = 0.0f;
+  float stored = 0.0f;
+  float greatest = 0.0f;
+  std::uint32_t vapours = 0;
+  std::uint32_t changed = 0;
+  std::array<float, 6> border{};
+};
+static_assert(sizeof(BrickOutcome) == 56);
+static_assert(offsetof(HeatParameters, latent_heat) == 60);
+
+/// Words of a geometry: fraction, openings across x, y and z, area of the surface.
+constexpr std::size_t kFaces = std::tuple_size_v<decltype(BrickGeometry::open_x)>;
+constexpr std::size_t kGeometry = kVoxels + 3 * kFaces + kVoxels;
+static_assert(kFaces == 576);
+
+void forget_errors() {
+  // A lost context reports errors for ever.
+  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) {
+  }
+}
+
+std::string megabytes(std::size_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
+const HeatBrick::Warm* warm_beside(const HeatBrick& brick, std::size_t side) {
+  return brick.neighbours[side] ? brick.neighbours[side]->warm.get() : nullptr;
+}
+
+}  // namespace
+
+int GpuHeat::Numbers::take() {
+  if (free_.empty()) return static_cast<int>(count_++);
+  const int number = free_.back();
+  free_.pop_back();
+  return number;
+}
+
+void GpuHeat::Numbers::give(int number) {
+  free_.insert(std::lower_bound(free_.begin(), free_.end(), number, std::greater<>()), number);
+}
+
+GpuHeat::~GpuHeat() {
+  if (context_) context_->make_current();
+}
+
+Result<std::unique_ptr<GpuHeat>> GpuHeat::create(GpuLimits limits,
+                                                 std::shared_ptr<EglContext> context) {
+  if (context) context->make_current();
+  std::unique_ptr<GpuHeat> made(new GpuHeat(limits, std::move(context)));
+  GLint buffers = 0, bindings = 0;
+  glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
+  glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &bindings);
+  if (std::min(buffers, bindings) < kMostBuffers) {
+    return failure("heat on the GPU: a kernel may bind " +
+                   std::to_string(std::min(buffers, bindings)) +
+                   " storage buffers on this device, expected " + std::to_string(kMostBuffers));
+  }
+  if (const Result<void> loaded = made->load_kernels(); !loaded)
+    return std::unexpected(loaded.error());
+  made->places_.take();
+  return made;
+}
+
+std::unique_ptr<GpuHeat> GpuHeat::another() const {
+  if (context_) context_->make_current();
+  std::unique_ptr<GpuHeat> made(new GpuHeat(limits_, context_));
+  made->kernels_ = kernels_;
+  made->places_.take();
+  return made;
+}
+
+Result<void> GpuHeat::load_kernels() {
+  const auto number = [](const char* name, auto value) {
+    // In all digits: std::to_string would round a millionth away.
+    std::array<char, 32> text;
+    std::snprintf(text.data(), text.size(), "%.9e", static_cast<double>(value));
+    return std::string(name) + " " + text.data();
+  };
+  const auto word = [](const char* name, std::uint32_t value) {
+    return std::string(name) + " " + std::to_string(value) + "u";
+  };
+  const std::vector<std::string> constants = {
+      number("AT_BOILING", kAtBoiling),
+      number("MOST_DAMAGE", kMostDamage),
+      number("DAMAGE_FELT", kDamageFelt),
+      number("HARMED_DAMAGE", kHarmedDamage),
+      number("DRIED_WATER", kDriedWater),
+      number("LEAST_WATER", kLeastWater),
+      number("LEAST_CHARRING", kLeastCharring),
+      number("FELT_AT_SURFACE", kFeltAtSurface),
+      number("WET_SURFACE", kWetSurface),
+      word("CHANGED_WATER", kWater),
+      word("CHANGED_DAMAGE", kDamage),
+      word("HARMED", kHarmed)};
+  Error error;
+  kernels_ = std::make_shared<Kernels>();
+  const auto load = [&](Program& program, const char* file, const char* pass) {
+    std::vector<std::string> definitions = constants;
+    if (pass != nullptr) definitions.emplace_back(pass);
+    Result<Program> loaded = load_kernel({"heat_passes.glsl", file}, definitions);
+    if (loaded) {
+      program = *std::move(loaded);
+    } else {
+      error.messages.insert(error.messages.end(), loaded.error().messages.begin(),
+                            loaded.error().messages.end());
+    }
+  };
+  load(kernels_->prepare, "bioheat_rates.comp", "PREPARE");
+  load(kernels_->rates, "bioheat_rates.comp", "RATES");
+  load(kernels_->advance, "bioheat_advance.comp", "ADVANCE");
+  load(kernels_->stage, "bioheat_advance.comp", "STAGE");
+  load(kernels_->settle, "bioheat_settle.comp", nullptr);
+  if (!error.messages.empty()) return std::unexpected(error);
+  return {};
+}
+
+bool GpuHeat::fail(const std::string& why) {
+  if (trouble_.empty()) trouble_ = "heat on the GPU: " + why;
+  return false;
+}
+
+bool GpuHeat::device_is_well() {
+  if (context_ && context_->lost()) return fail("its context was lost");
+  const GLenum error = glGetError();
+  if (error == GL_NO_ERROR) return true;
+  return fail(error == GL_OUT_OF_MEMORY  ? "out of memory"
+              : error == GL_CONTEXT_LOST ? "its context was lost"
+                                         : "GL error " + std::to_string(error));
+}
+
+void GpuHeat::mark(const char* name) {
+  if (timer_ != nullptr) timer_->mark(name);
+}
+
+/// Room for that many bytes; what was there stays, where it is to be kept.
+bool GpuHeat::reserve(Buffer& buffer, std::size_t bytes, bool keep, const char* what) {
+  if (bytes > limits_.block_bytes) {
+    return fail(std::string(what) + " would make a storage buffer of " + megabytes(bytes) +
+                ", this device binds at most " + megabytes(limits_.block_bytes));
+  }
+  if (buffer.size() >= bytes) return true;
+  Buffer larger;
+  larger.allocate(std::min(bytes + bytes / 2, limits_.block_bytes));
+  if (keep && buffer.size() > 0) {
+    glCopyNamedBufferSubData(buffer.id(), larger.id(), 0, 0,
+                             static_cast<GLsizeiptr>(buffer.size()));
+  }
+  std::swap(buffer, larger);
+  return device_is_well();
+}
+
+bool GpuHeat::reserve_slots() {
+  const std::size_t slots = std::max(slot_numbers_.count(), kFewestSlots);
+  const std::size_t values = slots * kValues;
+  for (Buffer* field : {&excess_, &water_, &damage_, &charred_})
+    if (!reserve(*field, values, true, "a field of heat")) return false;
+  for (Buffer* field : {&source_, &before_, &rate_, &conductivity_, &inverse_capacity_, &living_})
+    if (!reserve(*field, values, false, "a field of heat")) return false;
+  return reserve(sums_, slots * sizeof(BrickOutcome), true, "sums of bricks") &&
+         reserve(flows_, slots * 4 * sizeof(float), false, "flows of bricks") &&
+         reserve(lost_, slots * kVoxels * 4 * sizeof(float), false, "vapour of bricks") &&
+         reserve(table_, slots * sizeof(Entry), false, "the table of bricks") &&
+         reserve(geometry_, std::max(places_.count(), kFewestSlots) * kGeometry * sizeof(float),
+                 true, "geometry of bricks");
+}
+
+void GpuHeat::free_unseen() {
+  for (Slot& slot : slots_) slot.seen = false;
+  for (const HeatBrick* brick : warm_)
+    if (brick->warm->slot >= 0) slots_[static_cast<std::size_t>(brick->warm->slot)].seen = true;
+  for (std::size_t s = 0; s < slots_.size(); ++s) {
+    Slot& slot = slots_[s];
+    if (!slot.used || slot.seen) continue;
+    if (slot.place > 0) places_.give(slot.place);
+    slot_numbers_.give(static_cast<int>(s));
+    slot = {};
+  }
+}
+
+/// Bricks without a slot get one, and their fields are to go up.
+void GpuHeat::assign_slots() {
+  for (HeatBrick* brick : warm_) {
+    if (brick->warm->slot >= 0) continue;
+    const int number = slot_numbers_.take();
+    slots_.resize(std::max(slots_.size(), slot_numbers_.count()));
+    Slot& slot = slots_[static_cast<std::size_t>(number)];
+    slot.used = true;
+    slot.geometry = brick->geometry;
+    slot.place = brick->geometry == BrickGeometry::whole() ? 0 : places_.take();
+    brick->warm->slot = number;
+  }
+}
+
+void GpuHeat::upload_geometry(const Slot& slot) {
+  const BrickGeometry& geometry = *slot.geometry;
+  std::vector<float> words;
+  words.reserve(kGeometry);
+  const auto append = [&](const auto& values) {
+    words.insert(words.end(), values.begin(), values.end());
+  };
+  append(geometry.fraction);
+  append(geometry.open_x);
+  append(geometry.open_y);
+  append(geometry.open_z);
+  words.resize(kGeometry, 0.0f);
+  float* area = words.data() + kGeometry - kVoxels;
+  for (const BrickGeometry::Surface& face : geometry.surface) area[face.voxel] = face.area;
+  geometry_.upload_part(static_cast<std::size_t>(slot.place) * kGeometry * sizeof(float),
+                        std::span<const float>(words));
+}
+
+void GpuHeat::upload_fields(HeatBrick& brick, bool fresh) {
+  const auto s = static_cast<std::size_t>(brick.warm->slot);
+  const auto send = [&](Buffer& buffer, const HeatBrick::Values& values) {
+    buffer.upload_part(s * kValues, std::span<const float>(values));
+  };
+  send(excess_, brick.warm->excess);
+  send(water_, brick.water);
+  send(damage_, brick.damage);
+  send(charred_, brick.charred);
+  slots_[s].stale = 0;
+  brick.warm->altered = false;
+  ++uploaded_;
+  if (!fresh) return;
+  BrickOutcome outcome;
+  outcome.border = brick.warm->border;
+  sums_.upload_part(s * sizeof outcome, std::span<const BrickOutcome>(&outcome, 1));
+  if (slots_[s].place > 0) upload_geometry(slots_[s]);
+}
+
+void GpuHeat::upload_table() {
+  std::vector<Entry> entries;
+  entries.reserve(warm_.size());
+  for (const HeatBrick* brick : warm_) {
+    Entry& entry = entries.emplace_back();
+    entry.slot = brick->warm->slot;
+    entry.geometry = slots_[static_cast<std::size_t>(entry.slot)].place;
+    entry.heated = brick->warm->heated ? 1 : 0;
+    for (std::size_t side = 0; side < 6; ++side) {
+      const HeatBrick::Warm* other = warm_beside(*brick, side);
+      entry.beside[side] = other ? other->slot : -1;
+    }
+  }
+  if (entries == entries_) return;
+  table_.upload_part(0, std::span<const Entry>(entries));
+  entries_ = std::move(entries);
+}
+
+bool GpuHeat::start(std::span<HeatBrick* const> warm, const HeatModel& model) {
+  if (context_) context_->make_current();
+  forget_errors();
+  trouble_.clear();
+  warm_ = warm;
+  queue_.make_readable();
+  free_unseen();
+  const bool begins = slots_.empty();
+  std::vector<HeatBrick*> fresh, altered;
+  for (HeatBrick* brick : warm_) {
+    if (brick->warm->slot < 0)
+      fresh.push_back(brick);
+    else if (brick->warm->altered)
+      altered.push_back(brick);
+  }
+  assign_slots();
+  const std::size_t table_before = table_.size();
+  if (!reserve_slots()) return false;
+  if (table_.size() != table_before) entries_.clear();
+  if (begins) upload_geometry({.geometry = BrickGeometry::whole(), .place = 0});
+  for (HeatBrick* brick : fresh) upload_fields(*brick, true);
+  for (HeatBrick* brick : altered) upload_fields(*brick, false);
+  for (const HeatBrick* brick : warm_) {
+    if (!brick->warm->heated) continue;
+    source_.upload_part(static_cast<std::size_t>(brick->warm->slot) * kValues,
+                        std::span<const float>(brick->warm->source));
+  }
+  upload_table();
+  active_ = slots_of(warm_, 0);
+  parameters_ = heat_parameters(*model.numbers, *model.tissue, *model.cooling);
+  pass_.upload(std::span<const HeatParameters>(&parameters_, 1));
+  first_ = true;
+  mark("upload");
+  return device_is_well();
+}
+
+/// The slots of these bricks, of those with something `stale` if that is given.
+GpuHeat::Range GpuHeat::slots_of(std::span<HeatBrick* const> bricks, std::uint32_t stale) const {
+  std::size_t low = slots_.size(), high = 0;
+  for (const HeatBrick* brick : bricks) {
+    if (!brick->warm || brick->warm->slot < 0) continue;
+    const auto s = static_cast<std::size_t>(brick->warm->slot);
+    if (stale != 0 && (slots_[s].stale & stale) == 0) continue;
+    low = std::min(low, s);
+    high = std::max(high, s + 1);
+  }
+  return high > low ? Range{low, high - low} : Range{};
+}
+
+HeatFlows GpuHeat::prepare() {
+  if (!trouble_.empty()) return {};
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, pass_.id());
+  queue_.dispatch(kernels_->prepare, warm_.size(),
+                  {{0, &table_},
+                   {1, &excess_},
+                   {2, &geometry_},
+                   {3, &water_},
+                   {4, &damage_},
+                   {5, &charred_}},
+                  {{6, &conductivity_}, {7, &inverse_capacity_}, {8, &living_}});
+  return rates();
+}
+
+HeatFlows GpuHeat::rates() {
+  if (!trouble_.empty()) return {};
+  queue_.dispatch(kernels_->rates, warm_.size(),
+                  {{0, &table_},
+                   {1, &excess_},
+                   {2, &geometry_},
+                   {3, &source_},
+                   {4, &conductivity_},
+                   {5, &inverse_capacity_},
+                   {6, &living_},
+                   {7, &sums_}},
+                  {{8, &rate_}, {9, &flows_}});
+  mark("rates");
+  return read_flows();
+}
+
+/// In the order of the bricks.
+HeatFlows GpuHeat::read_flows() {
+  queue_.make_readable();
+  struct Flows {
+    float living, boundary, source, fastest;
+  };
+  const std::vector<Flows> flows =
+      flows_.download<Flows>(active_.first * sizeof(Flows), active_.count);
+  mark("read back");
+  // What a failed device answers isn't a number of steps.
+  if (!device_is_well()) return {};
+  HeatFlows all;
+  for (const HeatBrick* brick : warm_) {
+    const Flows& one = flows[static_cast<std::size_t>(brick->warm->slot) - active_.first];
+    all.living += one.living;
+    all.boundary += one.boundary;
+    all.source += one.source;
+    all.fastest = std::max(all.fastest, one.fastest);
+  }
+  return all;
+}
+
+void GpuHeat::advance(double dt) {
+  if (!trouble_.empty()) return;
+  kernels_->advance.set("dt", static_cast<float>(dt));
+  queue_.dispatch(kernels_->advance, warm_.size(), {{0, &table_}, {1, &rate_}},
+                  {{2, &excess_}, {3, &before_}});
+  mark("advance");
+}
+
+void GpuHeat::advance_stage(const SuperStage& stage, int j, double dt) {
+  if (!trouble_.empty()) return;
+  const std::size_t values = excess_.size();
+  if (!reserve(first_rate_, values, true, "a field of heat") ||
+      !reserve(older_, values, true, "a field of heat")) {
+    return;
+  }
+  Program& program = kernels_->stage;
+  program.set("begins", j == 1 ? 1 : 0);
+  program.set("newest_share", static_cast<float>(stage.newest));
+  program.set("older_share", static_cast<float>(stage.older));
+  program.set("first_share", static_cast<float>(stage.first));
+  program.set("slope", static_cast<float>(stage.slope * dt));
+  program.set("first_slope", static_cast<float>(stage.first_slope * dt));
+  queue_.dispatch(program, warm_.size(), {{0, &table_}, {1, &rate_}},
+                  {{2, &excess_}, {3, &before_}, {4, &first_rate_}, {5, &older_}});
+  mark("advance");
+}
+
+void GpuHeat::settle(double dt) {
+  if (!trouble_.empty()) return;
+  kernels_->settle.set("dt", static_cast<float>(dt));
+  kernels_->settle.set("first", first_ ? 1 : 0);
+  queue_.dispatch(kernels_->settle, warm_.size(),
+                  {{0, &table_}, {1, &geometry_}, {2, &before_}},
+                  {{3, &excess_},
+                   {4, &water_},
+                   {5, &damage_},
+                   {6, &charred_},
+                   {7, &sums_},
+                   {8, &lost_}});
+  first_ = false;
+  mark("settle");
+}
+
+bool GpuHeat::finish(bool fields) {
+  if (!trouble_.empty()) return false;
+  queue_.make_readable();
+  const std::vector<BrickOutcome> outcomes =
+      sums_.download<BrickOutcome>(active_.first * sizeof(BrickOutcome), active_.count);
+  if (!device_is_well()) return false;
+  const double edge = parameters_.numbers.voxel, volume = edge * edge * edge;
+  std::vector<std::uint32_t> vapours;
+  vapours.reserve(warm_.size());
+  for (HeatBrick* brick : warm_) {
+    HeatBrick::Warm& warm = *brick->warm;
+    const BrickOutcome& one = outcomes[static_cast<std::size_t>(warm.slot) - active_.first];
+    warm.sums = {one.latent * volume, one.vapour * volume, one.pyrolysis * volume, one.gas * volume};
+    warm.stored = one.stored;
+    warm.greatest = one.greatest;
+    warm.border = one.border;
+    warm.vapour.clear();
+    brick->harmed = brick->harmed || (one.changed & kHarmed) != 0;
+    slots_[static_cast<std::size_t>(warm.slot)].stale |= kExcess | (one.changed & (kWater | kDamage));
+    vapours.push_back(one.vapours);
+  }
+  read_vapour(volume, vapours);
+  const bool well = device_is_well() && (!fields || fetch(warm_));
+  mark("read back");
+  warm_ = {};
+  return well;
+}
+
+/// Of the bricks that gave any, in the order of their voxels.
+void GpuHeat::read_vapour(double volume, std::span<const std::uint32_t> vapours) {
+  struct Lost {
+    float water, fumes, excess, unused;
+  };
+  std::array<Lost, kVoxels> lost;
+  for (std::size_t b = 0; b < warm_.size(); ++b) {
+    if (vapours[b] == 0) continue;
+    HeatBrick::Warm& warm = *warm_[b]->warm;
+    lost_.download_bytes(static_cast<std::size_t>(warm.slot) * sizeof lost, lost.data(), sizeof lost);
+    for (std::size_t i = 0; i < kVoxels; ++i) {
+      if (!(lost[i].water + lost[i].fumes > 0.0f)) continue;
+      warm.vapour.push_back({static_cast<int>(i), static_cast<float>(lost[i].water * volume),
+                             static_cast<float>(lost[i].fumes * volume),
+                             parameters_.numbers.body + lost[i].excess});
+    }
+  }
+}
+
+bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
+  if (context_) context_->make_current();
+  if (!trouble_.empty()) return false;
+  queue_.make_readable();
+  struct Field {
+    const Buffer* buffer;
+    std::uint32_t stale;
+    HeatBrick::Values& (*of)(HeatBrick&);
+  };
+  const std::array<Field, 4> fields = {{
+      {&excess_, kExcess, [](HeatBrick& b) -> HeatBrick::Values& { return b.warm->excess; }},
+      {&water_, kWater, [](HeatBrick& b) -> HeatBrick::Values& { return b.water; }},
+      {&charred_, kWater, [](HeatBrick& b) -> HeatBrick::Values& { return b.charred; }},
+      {&damage_, kDamage, [](HeatBrick& b) -> HeatBrick::Values& { return b.damage; }},
+  }};
+  std::array<Range, 4> ranges;
+  std::array<std::vector<HeatBrick::Values>, 4> values;
+  for (std::size_t f = 0; f < fields.size(); ++f) {
+    ranges[f] = slots_of(bricks, fields[f].stale);
+    values[f] = fields[f].buffer->download<HeatBrick::Values>(ranges[f].first * kValues,
+                                                              ranges[f].count);
+    fetched_ += ranges[f].count * kValues;
+  }
+  // Only now that all of it is known to be good.
+  if (!device_is_well()) return false;
+  for (std::size_t f = 0; f < fields.size(); ++f) {
+    for (HeatBrick* brick : bricks) {
+      if (!brick->warm || brick->warm->slot < 0) continue;
+      const auto s = static_cast<std::size_t>(brick->warm->slot);
+      if ((slots_[s].stale & fields[f].stale) != 0)
+        fields[f].of(*brick) = values[f][s - ranges[f].first];
+    }
+  }
+  for (const HeatBrick* brick : bricks)
+    if (brick->warm && brick->warm->slot >= 0)
+      slots_[static_cast<std::size_t>(brick->warm->slot)].stale = 0;
+  return true;
+}
+
+std::size_t GpuHeat::bytes() const {
+  std::size_t sum = 0;
+  for (const Buffer* buffer :
+       {&table_, &excess_, &water_, &damage_, &charred_, &source_, &geometry_, &before_, &rate_,
+        &conductivity_, &inverse_capacity_, &living_, &first_rate_, &older_, &flows_, &sums_,
+        &lost_})
+    sum += buffer->size();
+  return sum;
+}
+
+}  // namespace viscera
