@@ -16,6 +16,7 @@
 #include "engine/verification/ring_organ.h"
 #include "kernels/base/stopwatch.h"
 #include "tools/gpu_bench_device.h"
+#include "tools/gpu_bench_heat.h"
 #include "tools/gpu_bench_smoke.h"
 
 namespace viscera {
@@ -335,8 +336,8 @@ Result<void> bench(const Arguments& arguments) {
 int main(int argc, char** argv) {
   viscera::Arguments arguments;
   CLI::App app(
-      "Speed and error of the deformation kernels on this machine's GPU; with `smoke`, of "
-      "the passes of smoke.");
+      "Speed and error of the deformation kernels on this machine's GPU; with `smoke` or "
+      "`heat`, of their passes.");
   viscera::SmokeBenchArguments smoke_arguments;
   CLI::App* smoke = app.add_subcommand("smoke", "the passes of smoke");
   smoke->add_option("--particles", smoke_arguments.particles, "a case each: 10k,100k,1M")
@@ -350,6 +351,17 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 100'000));
   smoke->add_flag("--paper", smoke_arguments.paper, "times the paper's Laplacian");
   smoke->add_option("--json", smoke_arguments.json, "file for the figures");
+  viscera::GpuHeatBenchArguments heat_arguments;
+  CLI::App* heat = app.add_subcommand("heat", "the passes of heat");
+  heat->add_option("--bricks", heat_arguments.bricks,
+                   "of 8 x 8 x 8 voxels along a cube's edge, a case each: 2,4,6")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 20));
+  heat->add_option("--repeats", heat_arguments.repeats, "timed steps a case")
+      ->check(CLI::Range(1, 100'000));
+  heat->add_option("--window-mb", heat_arguments.window_mb, "memory that bandwidth is measured on")
+      ->check(CLI::Range(1, 100'000));
+  heat->add_option("--json", heat_arguments.json, "file for the figures");
   app.add_option("--places", arguments.places, "displaced places of an organ")
       ->check(CLI::Range(12, 1'000'000));
   app.add_option("--vertices", arguments.vertices, "drawn vertices of an organ")
@@ -376,7 +388,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   const viscera::Result<void> done =
-      smoke->parsed() ? viscera::bench_smoke(smoke_arguments) : viscera::bench(arguments);
+      smoke->parsed()  ? viscera::bench_smoke(smoke_arguments)
+      : heat->parsed() ? viscera::bench_gpu_heat(heat_arguments)
+                       : viscera::bench(arguments);
   if (done) return 0;
   std::cerr << done.error().text() << '\n';
   return 2;

@@ -1,4 +1,4 @@
-// What both parts of `viscera_gpu_bench` start and end with.
+// What all parts of `viscera_gpu_bench` start and end with.
 #pragma once
 
 #include <memory>

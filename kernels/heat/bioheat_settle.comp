@@ -12,20 +12,28 @@ layout(std430, binding = 8) buffer Lost { vec4 lost[]; };  // water, fumes [kg/m
 uniform float dt;
 uniform int first;  // substep of its step: sums begin anew
 
-// Greatest values, of numbers that aren't negative, as their bits.
-const uint GREATEST = 0u, BEFORE = 1u, OMEGA = 2u, BORDER = 3u, MOSTS = 9u;
-shared uint most[MOSTS];
-shared uint changes, vapours;
+shared uint border[6];  // greatest excess along each side, as its bits: it isn't negative
+shared uint dried, harmed;
 shared vec4 parts[VOXELS];
 
-void keep_greater(uint which, float value) {
-  if (value > 0.0) atomicMax(most[which], floatBitsToUint(value));
+/// Over all threads, by halves: sums of x and w, the greatest y and z.
+vec4 state_of_brick(vec4 value) {
+  uint lane = gl_LocalInvocationID.x;
+  parts[lane] = value;
+  for (uint half_way = VOXELS / 2u; half_way > 0u; half_way /= 2u) {
+    barrier();
+    if (lane < half_way) {
+      vec4 a = parts[lane], b = parts[lane + half_way];
+      parts[lane] = vec4(a.x + b.x, max(a.yz, b.yz), a.w + b.w);
+    }
+  }
+  barrier();
+  return parts[0];
 }
 
-/// The sum over all threads, by halves.
-vec4 sum_of(vec4 value) {
+vec4 sum_of_brick(vec4 value) {
   uint lane = gl_LocalInvocationID.x;
-  barrier();
+  barrier();  // the parts before these have been read
   parts[lane] = value;
   for (uint half_way = VOXELS / 2u; half_way > 0u; half_way /= 2u) {
     barrier();
@@ -121,16 +129,16 @@ void main() {
   uint lane = gl_LocalInvocationID.x;
   uint slot = uint(table[group].slot), i = slot * VOXELS + lane;
   uint place = uint(table[group].geometry) * GEOMETRY;
-  if (lane < MOSTS) most[lane] = 0u;
+  if (lane < 6u) border[lane] = 0u;
   if (lane == 0u) {
-    changes = 0u;
-    vapours = 0u;
+    dried = 0u;
+    harmed = 0u;
   }
-  HeatSums before_now = sums[slot];
+  HeatSums earlier = sums[slot];
   barrier();
 
   Voxel v = Voxel(geometry[place + lane], excess[i], water[i], charred[i], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-  float area = geometry[place + AREA + lane];
+  float area = geometry[place + AREA + lane], start = before[i];
   bool dries = false;
   if (pass.cooling > 0.0 && area > 0.0 && v.t > FELT_AT_SURFACE) {
     cool(v, area);
@@ -145,60 +153,55 @@ void main() {
     excess[i] = v.t;
     water[i] = v.w;
     charred[i] = v.c;
-    atomicOr(changes, v.w < DRIED_WATER ? CHANGED_WATER | HARMED : CHANGED_WATER);
+    dried = 1u;
+    if (v.w < DRIED_WATER) harmed = 1u;
   }
   bool gives = v.boiled + v.fumes > 0.0;
-  if (gives) atomicAdd(vapours, 1u);
   float size = abs(v.t);
-  keep_greater(GREATEST, size);
-  keep_greater(BEFORE, before[i]);
-  uint x = lane % EDGE, y = lane / EDGE % EDGE, z = lane / LAYER;
-  uint open_x = place + OPEN_X + x + 9u * (y + EDGE * z);
-  uint open_y = place + OPEN_Y + x + EDGE * (y + 9u * z);
-  uint open_z = place + OPEN_Z + lane;
-  if (x == 0u && geometry[open_x] > 0.0) keep_greater(BORDER, size);
-  if (x == 7u && geometry[open_x + 1u] > 0.0) keep_greater(BORDER + 1u, size);
-  if (y == 0u && geometry[open_y] > 0.0) keep_greater(BORDER + 2u, size);
-  if (y == 7u && geometry[open_y + EDGE] > 0.0) keep_greater(BORDER + 3u, size);
-  if (z == 0u && geometry[open_z] > 0.0) keep_greater(BORDER + 4u, size);
-  if (z == 7u && geometry[open_z + LAYER] > 0.0) keep_greater(BORDER + 5u, size);
-  barrier();
+  uvec3 at = uvec3(lane % EDGE, lane / EDGE % EDGE, lane / LAYER);
+  uint open[3] = uint[3](place + OPEN_X + at.x + 9u * (at.y + EDGE * at.z),
+                         place + OPEN_Y + at.x + EDGE * (at.y + 9u * at.z), place + OPEN_Z + lane);
+  uint stride[3] = uint[3](1u, EDGE, LAYER);
+  for (uint axis = 0u; axis < 3u; ++axis) {
+    if (at[axis] == 0u && geometry[open[axis]] > 0.0)
+      atomicMax(border[2u * axis], floatBitsToUint(size));
+    if (at[axis] == EDGE - 1u && geometry[open[axis] + stride[axis]] > 0.0)
+      atomicMax(border[2u * axis + 1u], floatBitsToUint(size));
+  }
+  vec4 state = state_of_brick(
+      vec4(capacity(v) * v.t, size, max(0.0, start), gives ? 1.0 : 0.0));
 
   // A voxel that was hot at the start and isn't now counts too.
-  if (uintBitsToFloat(max(most[GREATEST], most[BEFORE])) > DAMAGE_FELT) {
-    float omega = damage[i];
-    if (v.fraction > 0.0) {
-      omega = min(omega + dt * damage_gain(before[i], v.t), MOST_DAMAGE);
-      damage[i] = omega;
-    }
-    keep_greater(OMEGA, omega);
-    if (lane == 0u) atomicOr(changes, CHANGED_DAMAGE);
+  bool felt = max(state.y, state.z) > DAMAGE_FELT;
+  if (felt && v.fraction > 0.0) {
+    float omega = min(damage[i] + dt * damage_gain(start, v.t), MOST_DAMAGE);
+    damage[i] = omega;
+    if (omega > HARMED_DAMAGE) harmed = 1u;
   }
-  uint vapours_before = first != 0 ? 0u : before_now.vapours;
+  uint vapours = uint(state.w), vapours_before = first != 0 ? 0u : earlier.vapours;
   if (vapours > 0u) {
-    vec4 earlier = vapours_before > 0u ? lost[i] : vec4(0.0);
-    lost[i] = vec4(earlier.xy + vec2(v.boiled, v.fumes), gives ? v.t : earlier.z, 0.0);
+    vec4 lost_before = vapours_before > 0u ? lost[i] : vec4(0.0);
+    lost[i] = vec4(lost_before.xy + vec2(v.boiled, v.fumes), gives ? v.t : lost_before.z, 0.0);
   }
   barrier();
   vec4 energies = vec4(0.0);
-  if ((changes & CHANGED_WATER) != 0u) energies = sum_of(vec4(v.latent, v.vapour, v.pyrolysis, v.gas));
-  float stored = sum_of(vec4(capacity(v) * v.t, 0.0, 0.0, 0.0)).x;
+  if (dried != 0u) energies = sum_of_brick(vec4(v.latent, v.vapour, v.pyrolysis, v.gas));
   if (lane != 0u) return;
-  uint flags = changes;
-  if (uintBitsToFloat(most[OMEGA]) > HARMED_DAMAGE) flags |= HARMED;
+  uint flags = (dried != 0u ? CHANGED_WATER : 0u) | (felt ? CHANGED_DAMAGE : 0u) |
+               (harmed != 0u ? HARMED : 0u);
   if (first == 0) {
-    energies += vec4(before_now.latent, before_now.vapour, before_now.pyrolysis, before_now.gas);
-    flags |= before_now.changed;
+    energies += vec4(earlier.latent, earlier.vapour, earlier.pyrolysis, earlier.gas);
+    flags |= earlier.changed;
   }
   HeatSums now;
   now.latent = energies.x;
   now.vapour = energies.y;
   now.pyrolysis = energies.z;
   now.gas = energies.w;
-  now.stored = stored;
-  now.greatest = uintBitsToFloat(most[GREATEST]);
+  now.stored = state.x;
+  now.greatest = state.y;
   now.vapours = vapours_before + vapours;
   now.changed = flags;
-  for (uint side = 0u; side < 6u; ++side) now.border[side] = uintBitsToFloat(most[BORDER + side]);
+  for (uint side = 0u; side < 6u; ++side) now.border[side] = uintBitsToFloat(border[side]);
   sums[slot] = now;
 }
