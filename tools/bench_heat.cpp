@@ -8,10 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "engine/gpu/gpu_heat.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/atomic_file.h"
 #include "engine/io/report.h"
-#include "engine/verification/heat_solutions.h"
+#include "engine/verification/heat_case.h"
 #include "engine/verification/standard_burn.h"
 #include "tools/bench_figures.h"
 #include "tools/bench_heat_plots.h"
@@ -19,7 +20,7 @@
 namespace viscera {
 namespace {
 
-constexpr double kFrame = 1.0 / 60.0;
+constexpr double kFrame = HeatCase::kStep;
 constexpr double kEdgeError = 2.0, kStepMs = 4.0, kBookPercent = 1.0;  // to reach
 constexpr std::size_t kTargetVoxels = 100'000;
 
@@ -27,61 +28,61 @@ constexpr std::size_t kTargetVoxels = 100'000;
 /// 100 and 200 W made in 10 to 30 s in bovine liver ex vivo [KoreaMed1067937].
 const PublishedLesion kPublished{1.5e-3, 5.0e-3, 3.0e-3, 9.3e-3, "recalled"};
 
-/// Where a Gaussian source has warmed tissue by 15 to 35 K after three seconds: about 60 C.
-HeatError edge_error(double voxel, double dt) {
-  const ThermalTissue tissue = plain_tissue();
-  BioheatOptions options;
-  options.voxel = voxel;
-  options.cooling.coefficient = 0.0;
-  Bioheat heat(tissue, options);
-  constexpr double kWidth = 1e-3, kPower = 0.7, kTime = 3.0;
-  const int steps = static_cast<int>(std::lround(kTime / dt));
-  for (int step = 0; step < steps; ++step) {
-    heat_gaussian(heat, Vec3::Zero(), kWidth, kPower);
-    heat.step(dt);
-  }
-  HeatError result{voxel, dt, 0.0};
-  for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
-    const HeatBrick& brick = heat.bricks().brick(b);
-    if (!brick.warm) continue;
-    for (int i = 0; i < BrickField::kVoxels; ++i) {
-      const double r = heat.bricks().centre(brick, i).norm();
-      const double exact = gaussian_source(tissue, kPower, kWidth, r, kTime);
-      if (exact < 15.0 || exact > 35.0) continue;
-      result.error = std::max(result.error, std::abs(brick.warm->excess[i] - exact) / exact);
-    }
-  }
-  return result;
-}
-
-/// A cube of warm, half-cooked tissue with blood under a surface; its middle boils.
-HeatTime step_time(int edge_bricks) {
-  Bioheat heat(ThermalTissue{}, BioheatOptions{},
-               [](const Vec3& p) { return p.z() - 0.2e-3; });
-  const double edge = edge_bricks * HeatBricks::kEdge * heat.options().voxel;
-  const Box box(Vec3(0.0, 0.0, -edge + 1e-6), Vec3(edge - 1e-6, edge - 1e-6, 0.0));
-  const Vec3 middle(0.5 * edge, 0.5 * edge, -0.2e-3);
-  set_excess(heat, box, [&](const Vec3& p) {
-    return 12.0 + 8.0 * std::sin(2e3 * p.x()) * std::sin(3e3 * p.y()) + 5.0 * std::sin(1e3 * p.z());
-  });
-  // The sides' heat isn't followed, so that the number of voxels stays.
-  for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
-    HeatBrick& brick = heat.bricks().brick(b);
-    for (float& damage : brick.damage) damage = 0.2f;
-  }
+HeatTime step_time(int edge_bricks, std::shared_ptr<HeatPasses> passes) {
+  HeatCase made(edge_bricks, std::move(passes));
   HeatTime time;
   std::vector<std::size_t> counts;
   time.step_s = median_call_s(
       [&] {
-        heat_gaussian(heat, middle, 0.5e-3, 15.0);
-        heat.step(kFrame);
-        counts.push_back(heat.warm_voxels());
+        made.heat_middle();
+        made.heat().step(HeatCase::kStep);
+        counts.push_back(made.heat().warm_voxels());
       },
       1.0);
   std::nth_element(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2),
                    counts.end());
   time.voxels = counts[counts.size() / 2];
   return time;
+}
+
+/// Times steps of more and more voxels, on the CPU or on `gpu`, and prints them.
+Result<std::vector<HeatTime>> step_times(const std::vector<int>& edges, const GpuHeat* gpu,
+                                         const std::string& device, std::ostream& out) {
+  std::vector<HeatTime> times;
+  for (const int edge : edges) {
+    if (interrupted()) return failure(kCancelled);
+    const std::shared_ptr<GpuHeat> passes = gpu ? gpu->another() : nullptr;
+    HeatTime one = step_time(edge, passes);
+    if (passes && !passes->trouble().empty()) return failure(passes->trouble());
+    one.backend = gpu ? Backend::kGpu : Backend::kCpu;
+    one.device = device;
+    out << fmt::format("{:<12}{:<8}{:>11.3f} ms{:>13.1f} ns\n", one.voxels, name_of(one.backend),
+                       1e3 * one.step_s, 1e9 * one.step_s / static_cast<double>(one.voxels))
+        << std::flush;
+    times.push_back(std::move(one));
+  }
+  return times;
+}
+
+struct GpuTimes {
+  std::vector<HeatTime> times;  ///< none: no driver
+  bool software = false;
+};
+
+Result<GpuTimes> step_times_on_gpu(const std::vector<int>& edges, std::ostream& out) {
+  const auto context = EglContext::create();
+  if (!context) {
+    out << "on the GPU: skipped, " << context.error().text() << '\n';
+    return GpuTimes{};
+  }
+  const auto gpu = GpuHeat::create();
+  if (!gpu) return std::unexpected(gpu.error());
+  const std::string device = (*context)->device();
+  out << "on the GPU: " << device
+      << ((*context)->software() ? " (a software driver: figures say nothing of a GPU)" : "") << '\n';
+  auto times = step_times(edges, gpu->get(), device, out);
+  if (!times) return std::unexpected(times.error());
+  return GpuTimes{*std::move(times), (*context)->software()};
 }
 
 /// Between the two sizes around it, in proportion.
@@ -155,38 +156,37 @@ Result<void> bench_heat(const HeatBenchOptions& options, std::ostream& out) {
     if (options.quick && dt < kFrame) continue;
     for (const double voxel : voxels) {
       if (interrupted()) return failure(kCancelled);
-      errors.push_back(edge_error(voxel, dt));
+      errors.push_back({voxel, dt, lesion_edge_error(voxel, dt)});
       out << fmt::format("{:>7.2f} mm{:>9.2f} ms{:>12.3f} %\n", 1e3 * voxel, 1e3 * dt,
                          100.0 * errors.back().error)
           << std::flush;
     }
   }
-  std::vector<HeatTime> times;
-  out << fmt::format("{:<12}{:>14}{:>16}\n", "voxels", "step", "a voxel");
+  out << fmt::format("{:<12}{:<8}{:>14}{:>16}\n", "voxels", "on", "step", "a voxel");
   const std::vector<int> edges = options.quick ? std::vector{2, 4} : std::vector{2, 3, 4, 5, 6, 7};
-  for (const int edge : edges) {
-    if (interrupted()) return failure(kCancelled);
-    times.push_back(step_time(edge));
-    const HeatTime& one = times.back();
-    out << fmt::format("{:<12}{:>11.3f} ms{:>13.1f} ns\n", one.voxels, 1e3 * one.step_s,
-                       1e9 * one.step_s / static_cast<double>(one.voxels))
-        << std::flush;
-  }
+  auto times = step_times(edges, nullptr, this_machine().cpu, out);
+  if (!times) return std::unexpected(times.error());
+  auto gpu_times = step_times_on_gpu(edges, out);
+  if (!gpu_times) return std::unexpected(gpu_times.error());
   const BurnResult burn = make_burn({});
   print_burn(burn, out);
 
   const auto wanted = std::find_if(errors.begin(), errors.end(), [](const HeatError& one) {
     return one.voxel == 0.5e-3 && one.dt == kFrame;
   });
-  const std::vector<BenchRow> rows = {
+  std::vector<BenchRow> rows = {
       {"error at the lesion's edge, 0.5 mm", "%", 100.0 * wanted->error, kEdgeError},
-      {"step with 100,000 active voxels", "ms", 1e3 * at_target(times), kStepMs},
+      {"step with 100,000 active voxels", "ms", 1e3 * at_target(*times), kStepMs},
       {"residual of the energy book", "%",
        100.0 * std::abs(burn.book.residual()) / burn.book.delivered, kBookPercent}};
+  if (!gpu_times->times.empty() && !gpu_times->software)
+    rows.push_back({"the same on the GPU, fields back", "ms", 1e3 * at_target(gpu_times->times),
+                    kStepMs});
   print_rows(rows, "heat", out);
+  times->insert(times->end(), gpu_times->times.begin(), gpu_times->times.end());
 
   if (!options.plots.empty())
-    if (auto drawn = draw_heat_plots(errors, times, burn, kPublished, options.plots); !drawn)
+    if (auto drawn = draw_heat_plots(errors, *times, burn, kPublished, options.plots); !drawn)
       return drawn;
   if (options.json.empty()) return {};
   nlohmann::json json = {{"machine", this_machine().cpu},
@@ -197,8 +197,11 @@ Result<void> bench_heat(const HeatBenchOptions& options, std::ostream& out) {
                          {"rows", to_json(rows)}};
   for (const HeatError& one : errors)
     json["errors"].push_back({{"voxel_m", one.voxel}, {"step_s", one.dt}, {"error", one.error}});
-  for (const HeatTime& one : times)
-    json["times"].push_back({{"voxels", one.voxels}, {"step_ms", 1e3 * one.step_s}});
+  for (const HeatTime& one : *times)
+    json["times"].push_back({{"voxels", one.voxels},
+                             {"step_ms", 1e3 * one.step_s},
+                             {"backend", name_of(one.backend)},
+                             {"device", one.device}});
   return write_file(options.json, json.dump(2) + "\n");
 }
 

@@ -42,16 +42,21 @@ Plot time_plot(const std::vector<HeatTime>& times) {
   plot.subtitle = "a sixtieth of a second, 0.5 mm; medians";
   plot.x = {"active voxels", true};
   plot.y = {"time (ms)", true};
-  PlotSeries measured;
-  measured.name = "CPU";
-  for (const HeatTime& one : times)
-    measured.points.emplace_back(static_cast<double>(one.voxels), 1e3 * one.step_s);
+  PlotSeries cpu, gpu;
+  cpu.name = "CPU";
+  for (const HeatTime& one : times) {
+    PlotSeries& series = one.backend == Backend::kGpu ? gpu : cpu;
+    series.points.emplace_back(static_cast<double>(one.voxels), 1e3 * one.step_s);
+    if (one.backend == Backend::kGpu) gpu.name = "GPU: " + one.device;
+  }
   PlotSeries target;
   target.name = "to reach";
   target.points = {Vec2(1e5, 4.0)};
   target.line = false;
   target.hollow = true;
-  plot.series = {measured, target};
+  plot.series = {cpu};
+  if (!gpu.points.empty()) plot.series.push_back(gpu);
+  plot.series.push_back(target);
   return plot;
 }
 

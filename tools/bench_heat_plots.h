@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
+#include "engine/gpu/backend.h"
 #include "engine/scene/scene.h"
 #include "engine/verification/standard_burn.h"
 
@@ -19,6 +21,8 @@ struct HeatError {
 struct HeatTime {
   std::size_t voxels = 0;  ///< in warm bricks
   double step_s = 0.0;     ///< median
+  Backend backend = Backend::kCpu;
+  std::string device;      ///< the machine's processor or the driver's name
 };
 
 /// Writes heat_error.svg, heat_time.svg and heat_lesion.svg into the folder, which is made if need be.

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/gpu/egl_context.h"
 #include "tests/support/paths.h"
 #include "tests/support/program.h"
 
@@ -32,7 +33,16 @@ TEST(BenchHeat, WritesErrorsTimesAndTheStandardBurn) {
   }
   ASSERT_FALSE(last.empty());
   for (const auto& [step, error] : last) EXPECT_LT(error, 0.02) << step;
-  EXPECT_GE(all["times"].size(), 2u);
+  std::map<std::string, int> times;
+  for (const auto& row : all["times"]) {
+    EXPECT_GT(row["step_ms"].get<double>(), 0.0);
+    EXPECT_FALSE(row["device"].get<std::string>().empty());
+    ++times[row["backend"]];
+  }
+  EXPECT_EQ(times["cpu"], 2);
+  const bool driver = static_cast<bool>(EglContext::create());
+  EXPECT_EQ(times["gpu"], driver ? 2 : 0);
+  EXPECT_NE(result.out.find(driver ? "on the GPU: " : "on the GPU: skipped"), std::string::npos);
   EXPECT_GT(all["burn"]["rows"].back()["depth_m"].get<double>(), 1e-3);
   EXPECT_LT(std::abs(all["burn"]["book"]["residual_J"].get<double>()), 0.1);
   for (const char* plot : {"heat_error.svg", "heat_time.svg", "heat_lesion.svg"})

@@ -139,6 +139,35 @@ TEST_F(GpuBench, SmokesPassesAreTimedBesideTheErrorOfTheDecay) {
   }
 }
 
+TEST_F(GpuBench, HeatsPassesAreTimedBesideTheirDifferenceFromTheCpu) {
+  if (const auto context = EglContext::create(); !context) GTEST_SKIP() << context.error().text();
+  const fs::path json = folder_ / "h.json";
+  ASSERT_EQ(bench("heat --bricks 1,2 --repeats 2 --window-mb 8 --json '" + json.string() + "'"), 0)
+      << text();
+  const auto report = nlohmann::json::parse(std::ifstream(json));
+  std::map<int, std::set<std::string>> passes;
+  for (const auto& row : report["cases"]) {
+    const std::string pass = row["pass"];
+    passes[row["voxels"].get<int>()].insert(pass);
+    EXPECT_EQ(row["backend"], pass == "step on the CPU" ? "cpu" : "gpu");
+    EXPECT_GT(row["median_ms"].get<double>(), 0.0);
+    EXPECT_GE(row["p99_ms"].get<double>(), row["median_ms"].get<double>());
+  }
+  ASSERT_EQ(passes.size(), 2u);
+  for (const auto& [voxels, names] : passes)
+    for (const char* pass : {"upload", "rates", "advance", "settle", "read back", "step, fields back",
+                             "step, fields stay", "step on the CPU"})
+      EXPECT_TRUE(names.contains(pass)) << voxels << ' ' << pass;
+  ASSERT_EQ(report["differences"].size(), 2u);
+  for (const auto& row : report["differences"]) {
+    EXPECT_TRUE(row["same_bricks"].get<bool>());
+    EXPECT_LT(row["excess"].get<double>(), 1e-4);
+    EXPECT_LT(row["damage"].get<double>(), 1e-3);
+  }
+  EXPECT_LT(report["edge_error"].get<double>(), 0.02);
+  EXPECT_EQ(bench("heat --bricks 0"), 2);
+}
+
 TEST_F(GpuBench, NumbersOfParticlesThatAreNoneAreRefusedAllAtOnce) {
   EXPECT_EQ(bench("smoke --particles 10q,5k,0"), 2);
   for (const char* part : {"--particles", "10q", "\"0\"", "expected a number from 1 to 100M"})
