@@ -1,6 +1,7 @@
 // Runs the built `viscera` program as a person would, with its own cache, and keeps what it said.
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -47,5 +48,12 @@ std::string file_text(const std::filesystem::path& file);
 /// Files below the folder with this extension (".png").
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder,
                                             const std::string& extension);
+
+/// While it lives, programs find no OpenGL driver.
+class WithoutDrivers {
+ public:
+  WithoutDrivers() { setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere/no_driver.json", 1); }
+  ~WithoutDrivers() { unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES"); }
+};
 
 }  // namespace viscera::test

@@ -12,13 +12,6 @@
 namespace viscera::test {
 namespace {
 
-/// While it lives, programs find no OpenGL driver.
-class WithoutDrivers {
- public:
-  WithoutDrivers() { setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere/no_driver.json", 1); }
-  ~WithoutDrivers() { unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES"); }
-};
-
 std::vector<std::vector<double>> table(const std::string& csv) {
   std::vector<std::vector<double>> rows;
   std::istringstream lines(csv);

@@ -50,6 +50,20 @@ TEST(BenchHeat, WritesErrorsTimesAndTheStandardBurn) {
   expect_whole_files(folder.path());
 }
 
+TEST(BenchHeat, WithoutADriverSaysThatTheGpuIsSkippedAndTimesTheCpu) {
+  const TemporaryFolder folder;
+  const WithoutDrivers none;
+  ProgramCall call;
+  call.arguments = {"bench", "heat", "--quick", "--json", (folder / "heat.json").string()};
+  call.cache = folder / "cache";
+  const ProgramResult result = run_program(call);
+  ASSERT_EQ(result.code, 0) << result.told();
+  EXPECT_NE(result.out.find("on the GPU: skipped, no off-screen OpenGL"), std::string::npos)
+      << result.told();
+  for (const auto& row : nlohmann::json::parse(file_text(folder / "heat.json"))["times"])
+    EXPECT_EQ(row["backend"], "cpu");
+}
+
 TEST(BenchHeat, RefusesAFileThatCantBeWrittenBeforeItMeasures) {
   const TemporaryFolder folder;
   ProgramCall call;

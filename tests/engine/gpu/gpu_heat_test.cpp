@@ -346,8 +346,7 @@ TEST_F(GpuHeatTest, TheSameRunGivesTheSameBits) {
   };
   const std::string one = run(device(), HeatReturn::kEveryStep);
   EXPECT_EQ(run(create(), HeatReturn::kEveryStep), one);
-  // All that stands in the state is fetched: when doesn't matter.
-  EXPECT_EQ(run(device(), HeatReturn::kEveryStep), one);
+  EXPECT_EQ(run(device(), HeatReturn::kWhenAsked), one) << "when fields come doesn't matter";
 }
 
 TEST_F(GpuHeatTest, FieldsThatNobodyAsksForStayOnTheDevice) {
