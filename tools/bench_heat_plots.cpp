@@ -43,11 +43,11 @@ Plot time_plot(const std::vector<HeatTime>& times) {
   plot.x = {"active voxels", true};
   plot.y = {"time (ms)", true};
   PlotSeries cpu, gpu;
-  cpu.name = "CPU";
   for (const HeatTime& one : times) {
+    if (one.backend == Backend::kGpu && gpu.points.empty()) plot.subtitle += "; GPU: " + one.device;
     PlotSeries& series = one.backend == Backend::kGpu ? gpu : cpu;
     series.points.emplace_back(static_cast<double>(one.voxels), 1e3 * one.step_s);
-    if (one.backend == Backend::kGpu) gpu.name = "GPU: " + one.device;
+    series.name = one.backend == Backend::kGpu ? "GPU" : "CPU";
   }
   PlotSeries target;
   target.name = "to reach";

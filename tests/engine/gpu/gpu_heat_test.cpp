@@ -271,6 +271,35 @@ TEST_F(GpuHeatTest, AWholeBurnMatchesTheCpuInFieldsBookAndVapour) {
   }
 }
 
+TEST_F(GpuHeatTest, StepsOfManySubstepsSumUpAsOnTheCpu) {
+  BioheatOptions options;
+  options.scheme = HeatScheme::kExplicit;
+  const Twins pair = twins(ThermalTissue{}, options, half_space(), [](Bioheat& heat) {
+    for (int step = 0; step < 4; ++step) {
+      heat_gaussian(heat, Vec3(0.4e-3, 0.1e-3, -0.5e-3), 0.6e-3, 20.0);
+      heat.step(0.25);
+    }
+  });
+  EXPECT_GT(pair.cpu.passes_of_last_step(), 5);
+  const HeatBook cpu = pair.cpu.book(), gpu = pair.gpu.book();
+  EXPECT_GT(cpu.pyrolysis, 0.0);
+  EXPECT_NEAR(gpu.latent, cpu.latent, 1e-4 * cpu.latent);
+  EXPECT_NEAR(gpu.pyrolysis, cpu.pyrolysis, 1e-3 * cpu.pyrolysis);
+  EXPECT_NEAR(gpu.gas, cpu.gas, 1e-4 * cpu.gas);
+  EXPECT_LT(std::abs(gpu.residual()), 1e-4 * gpu.delivered);
+  EXPECT_NEAR(pair.gpu.vaporised_water(), pair.cpu.vaporised_water(),
+              1e-4 * pair.cpu.vaporised_water());
+  EXPECT_NEAR(pair.gpu.vaporised_tissue(), pair.cpu.vaporised_tissue(),
+              1e-3 * pair.cpu.vaporised_tissue());
+  const auto last = [](const Bioheat& heat) {
+    double mass = 0.0;
+    for (const Vapour& one : heat.vapour()) mass += one.water + one.tissue;
+    return mass;
+  };
+  EXPECT_NEAR(last(pair.gpu), last(pair.cpu), 1e-3 * last(pair.cpu));
+  EXPECT_LT(pair.gpu.vapour().size(), pair.cpu.vapour().size()) << "a voxel once a step";
+}
+
 TEST_F(GpuHeatTest, EveryJouleIsFoundAgain) {
   for (const HeatScheme scheme : {HeatScheme::kExplicit, HeatScheme::kSuper}) {
     BioheatOptions options;
