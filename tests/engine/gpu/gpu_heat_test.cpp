@@ -11,28 +11,10 @@
 #include "engine/gpu/egl_context.h"
 #include "engine/verification/heat_case.h"
 #include "engine/verification/standard_burn.h"
-#include "kernels/base/hash.h"
+#include "tests/kernels/heat/heated_liver.h"
 
 namespace viscera {
 namespace {
-
-constexpr double kFrame = 1.0 / 60.0;
-
-/// An organ that fills the space below z = 0.3 mm.
-SignedDistance half_space() {
-  return [](const Vec3& p) { return p.z() - 0.3e-3; };
-}
-
-void burn(Bioheat& heat, double power, double seconds) {
-  for (int step = 0; step < std::lround(seconds / kFrame); ++step) {
-    heat_gaussian(heat, Vec3(0.4e-3, 0.1e-3, -0.5e-3), 0.6e-3, power);
-    heat.step(kFrame);
-  }
-}
-
-void wait(Bioheat& heat, double seconds, double dt = kFrame) {
-  for (int step = 0; step < std::lround(seconds / dt); ++step) heat.step(dt);
-}
 
 HeatDifference compare(const Bioheat& a, const Bioheat& b) {
   const HeatDifference difference = heat_difference(a, b);
@@ -346,22 +328,6 @@ TEST_F(GpuHeatTest, TheStandardBurnHasTheSameLesion) {
   EXPECT_NEAR(gpu.width, cpu.width, 0.01 * cpu.width);
   EXPECT_EQ(asked.depth, gpu.depth);
   EXPECT_EQ(asked.width, gpu.width);
-}
-
-std::string state_of(const Bioheat& heat) {
-  Hasher hasher;
-  for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
-    const HeatBrick& brick = heat.bricks().brick(b);
-    for (const int index : brick.index) hasher.value(index);
-    for (const HeatBrick::Values* field : {&brick.water, &brick.damage, &brick.charred})
-      hasher.array<float>(*field);
-    if (brick.warm) hasher.array<float>(brick.warm->excess);
-  }
-  const HeatBook book = heat.book();
-  for (const double entry : {book.delivered, book.latent, book.perfused, book.gas, book.boundary})
-    hasher.value(entry);
-  for (const Vapour& one : heat.vapour()) hasher.value(one.water);
-  return hasher.hex();
 }
 
 TEST_F(GpuHeatTest, TheSameRunGivesTheSameBits) {

@@ -4,30 +4,10 @@
 
 #include <cmath>
 
-#include "engine/verification/heat_solutions.h"
-#include "kernels/base/hash.h"
+#include "tests/kernels/heat/heated_liver.h"
 
 namespace viscera {
 namespace {
-
-constexpr double kFrame = 1.0 / 60.0;
-
-// An organ that fills the space below z = 0.3 mm.
-SignedDistance half_space() {
-  return [](const Vec3& p) { return p.z() - 0.3e-3; };
-}
-
-// A burn with all that heat can do: boiling, charring, a cooling surface, blood.
-void burn(Bioheat& heat, double power, double seconds) {
-  for (int step = 0; step < std::lround(seconds / kFrame); ++step) {
-    heat_gaussian(heat, Vec3(0.4e-3, 0.1e-3, -0.5e-3), 0.6e-3, power);
-    heat.step(kFrame);
-  }
-}
-
-void wait(Bioheat& heat, double seconds, double dt = kFrame) {
-  for (int step = 0; step < std::lround(seconds / dt); ++step) heat.step(dt);
-}
 
 TEST(HeatBook, EveryJouleIsFoundAgain) {
   for (const HeatScheme scheme : {HeatScheme::kExplicit, HeatScheme::kSuper}) {
@@ -73,21 +53,6 @@ TEST(HeatBook, HeatDrawnFromAVoxelIsTheInstruments) {
   EXPECT_NEAR(heat.bricks().brick(0).warm->excess[100], 15.0, 1e-4);
   EXPECT_NEAR(heat.book().instrument, 5.0 * capacity, 1e-12);
   EXPECT_NEAR(heat.book().residual(), 0.0, 1e-6 * capacity * 5.0);
-}
-
-std::string state_of(const Bioheat& heat) {
-  Hasher hasher;
-  for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
-    const HeatBrick& brick = heat.bricks().brick(b);
-    for (const int index : brick.index) hasher.value(index);
-    for (const HeatBrick::Values* field : {&brick.water, &brick.damage, &brick.charred})
-      hasher.array<float>(*field);
-    if (brick.warm) hasher.array<float>(brick.warm->excess);
-  }
-  const HeatBook book = heat.book();
-  for (const double entry : {book.delivered, book.latent, book.perfused, book.gas, book.boundary})
-    hasher.value(entry);
-  return hasher.hex();
 }
 
 TEST(HeatBook, AnyNumberOfThreadsGivesTheSameBits) {

@@ -7,11 +7,10 @@
 #include <memory>
 
 #include "engine/verification/heat_case.h"
+#include "tests/kernels/heat/heated_liver.h"
 
 namespace viscera {
 namespace {
-
-constexpr double kFrame = 1.0 / 60.0;
 
 /// Computes as the CPU does on fields of its own, which come back when asked for; fails in the `at`-th
 /// prepare(), or refuses to start.
@@ -101,14 +100,11 @@ class KeepingPasses final : public HeatPasses {
 };
 
 Bioheat liver() {
-  return Bioheat(ThermalTissue{}, BioheatOptions{}, [](const Vec3& p) { return p.z() - 0.3e-3; });
+  return Bioheat(ThermalTissue{}, BioheatOptions{}, half_space());
 }
 
-void burn(Bioheat& heat, int steps) {
-  for (int step = 0; step < steps; ++step) {
-    heat_gaussian(heat, Vec3(0.4e-3, 0.1e-3, -0.5e-3), 0.6e-3, 10.0);
-    heat.step(kFrame);
-  }
+void burn_for(Bioheat& heat, int steps) {
+  burn(heat, 10.0, steps * kFrame);
 }
 
 bool same(const Bioheat& a, const Bioheat& b) {
@@ -120,8 +116,8 @@ TEST(HeatPasses, ADeviceDoesWhatTheCpuDoes) {
   Bioheat cpu = liver(), other = liver();
   const auto passes = std::make_shared<KeepingPasses>(-1);
   other.compute_on(passes);
-  burn(cpu, 20);
-  burn(other, 20);
+  burn_for(cpu, 20);
+  burn_for(other, 20);
   EXPECT_EQ(other.device(), passes.get());
   EXPECT_TRUE(same(cpu, other));
   EXPECT_EQ(other.book().delivered, cpu.book().delivered);
@@ -132,8 +128,8 @@ TEST(HeatPasses, ADeviceThatRefusesOrFailsInAStepChangesNothing) {
   for (const bool refuses : {false, true}) {
     Bioheat cpu = liver(), other = liver();
     other.compute_on(std::make_shared<KeepingPasses>(7, refuses));
-    burn(cpu, 20);
-    burn(other, 20);
+    burn_for(cpu, 20);
+    burn_for(other, 20);
     EXPECT_EQ(other.device(), nullptr);
     EXPECT_EQ(other.device_failure(), "it broke");
     EXPECT_TRUE(same(cpu, other));
@@ -146,8 +142,8 @@ TEST(HeatPasses, FieldsComeWhenAskedForAndWithWhatTheBookSays) {
   Bioheat cpu = liver(), other = liver();
   const auto passes = std::make_shared<KeepingPasses>(-1);
   other.compute_on(passes, HeatReturn::kWhenAsked);
-  burn(cpu, 20);
-  burn(other, 20);
+  burn_for(cpu, 20);
+  burn_for(other, 20);
   EXPECT_EQ(passes->fetches(), 0);
   EXPECT_FALSE(same(cpu, other));
   other.fetch();
@@ -160,12 +156,12 @@ TEST(HeatPasses, FieldsComeWhenAskedForAndWithWhatTheBookSays) {
 TEST(HeatPasses, WhatWasntFetchedFromABrokenDeviceNeverWas) {
   Bioheat cpu = liver(), other = liver();
   other.compute_on(std::make_shared<KeepingPasses>(16), HeatReturn::kWhenAsked);
-  burn(cpu, 10);
-  burn(other, 10);
+  burn_for(cpu, 10);
+  burn_for(other, 10);
   other.fetch();
-  burn(cpu, 1);
+  burn_for(cpu, 1);
   // Five steps go on the device, the sixth fails there and is taken again from the tenth's end.
-  burn(other, 6);
+  burn_for(other, 6);
   EXPECT_EQ(other.device(), nullptr);
   EXPECT_EQ(other.book().delivered, cpu.book().delivered);
   EXPECT_LT(std::abs(other.book().residual()), 1e-4 * other.book().delivered);
