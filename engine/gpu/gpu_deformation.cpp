@@ -140,18 +140,6 @@ struct GpuDeformation::Shape {
   std::size_t displacements = 0;          // components
 };
 
-GpuLimits GpuLimits::of_device() {
-  GpuLimits limits;
-  GLint64 block = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
-  limits.block_bytes = static_cast<std::size_t>(std::max<GLint64>(block, 0));
-  GLint across = 0, down = 0;
-  glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &across);
-  glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 1, &down);
-  limits.groups_per_axis = static_cast<std::size_t>(std::clamp(std::min(across, down), 1, 65535));
-  return limits;
-}
-
 Result<GpuDeformation> GpuDeformation::create(std::span<const GpuOrgan> organs, GpuLimits limits) {
   for (const GpuOrgan& organ : organs) {
     if (const Result<void> good = check_parts(organ); !good) return std::unexpected(good.error());
@@ -175,25 +163,14 @@ Result<void> GpuDeformation::load_kernels() {
   const std::vector<std::string> sizes = {number("TILE_LANES", kTileLanes), number("PARTS", kParts),
                                           number("SURFACE_GROUP", kSurfaceGroup),
                                           number("SLICE", kSlice)};
-  Error error;
-  const auto load = [&](Program& program, const char* file, const char* pass) {
-    std::vector<std::string> definitions = sizes;
-    if (pass != nullptr) definitions.emplace_back(pass);
-    Result<Program> loaded = load_kernel({"organ_table.glsl", file}, definitions);
-    if (loaded) {
-      program = *std::move(loaded);
-    } else {
-      error.messages.insert(error.messages.end(), loaded.error().messages.begin(),
-                            loaded.error().messages.end());
-    }
-  };
-  load(product_, "column_sums.comp", nullptr);
-  load(product_half_, "column_sums.comp", "HALF");
-  load(carry_, "deformation.comp", "CARRY");
-  load(near_, "deformation.comp", "NEAR");
-  load(normals_kernel_, "deformation.comp", "NORMALS");
-  if (!error.messages.empty()) return std::unexpected(error);
-  return {};
+  KernelLoader kernels(sizes);
+  const std::string shared = "organ_table.glsl";
+  kernels.load(product_, {shared, "column_sums.comp"});
+  kernels.load(product_half_, {shared, "column_sums.comp"}, "HALF");
+  kernels.load(carry_, {shared, "deformation.comp"}, "CARRY");
+  kernels.load(near_, {shared, "deformation.comp"}, "NEAR");
+  kernels.load(normals_kernel_, {shared, "deformation.comp"}, "NORMALS");
+  return kernels.result();
 }
 
 /// Adds a model to what will be uploaded, or says which limit forbids it and takes it out again.

@@ -13,6 +13,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/compute.h"
+#include "engine/gpu/gpu_limits.h"
 #include "engine/gpu/pass_timer.h"
 #include "engine/gpu/program.h"
 #include "kernels/base/result.h"
@@ -20,13 +21,6 @@
 #include "kernels/contact/half_columns.h"
 
 namespace viscera {
-
-/// What the device lets one dispatch do; smaller ones are for tests.
-struct GpuLimits {
-  std::size_t block_bytes = 0;      ///< of a storage buffer that a kernel sees
-  std::size_t groups_per_axis = 0;  ///< of a dispatch
-  static GpuLimits of_device();
-};
 
 /// An organ as a frame deforms it. Organs with the same compliance and drawn surface share them.
 struct GpuOrgan {

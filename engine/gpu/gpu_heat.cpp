@@ -38,16 +38,6 @@ constexpr std::size_t kFaces = std::tuple_size_v<decltype(BrickGeometry::open_x)
 constexpr std::size_t kGeometry = kVoxels + 3 * kFaces + kVoxels;
 static_assert(kFaces == 576);
 
-void forget_errors() {
-  // A lost context reports errors for ever.
-  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) {
-  }
-}
-
-std::string megabytes(std::size_t bytes) {
-  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
-}
-
 const HeatBrick::Warm* warm_beside(const HeatBrick& brick, std::size_t side) {
   return brick.neighbours[side] ? brick.neighbours[side]->warm.get() : nullptr;
 }
@@ -66,21 +56,15 @@ void GpuHeat::Numbers::give(int number) {
 }
 
 GpuHeat::~GpuHeat() {
-  if (context_) context_->make_current();
+  watch_.make_current();
 }
 
 Result<std::unique_ptr<GpuHeat>> GpuHeat::create(GpuLimits limits,
                                                  std::shared_ptr<EglContext> context) {
   if (context) context->make_current();
   std::unique_ptr<GpuHeat> made(new GpuHeat(limits, std::move(context)));
-  GLint buffers = 0, bindings = 0;
-  glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
-  glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &bindings);
-  if (std::min(buffers, bindings) < kMostBuffers) {
-    return failure("heat on the GPU: a kernel may bind " +
-                   std::to_string(std::min(buffers, bindings)) +
-                   " storage buffers on this device, expected " + std::to_string(kMostBuffers));
-  }
+  if (const Result<void> able = check_bindings("heat on the GPU", kMostBuffers); !able)
+    return std::unexpected(able.error());
   if (const Result<void> loaded = made->load_kernels(); !loaded)
     return std::unexpected(loaded.error());
   made->places_.take();
@@ -88,8 +72,8 @@ Result<std::unique_ptr<GpuHeat>> GpuHeat::create(GpuLimits limits,
 }
 
 std::unique_ptr<GpuHeat> GpuHeat::another() const {
-  if (context_) context_->make_current();
-  std::unique_ptr<GpuHeat> made(new GpuHeat(limits_, context_));
+  watch_.make_current();
+  std::unique_ptr<GpuHeat> made(new GpuHeat(limits_, watch_.context()));
   made->kernels_ = kernels_;
   made->places_.take();
   return made;
@@ -118,40 +102,15 @@ Result<void> GpuHeat::load_kernels() {
       word("CHANGED_WATER", kWater),
       word("CHANGED_DAMAGE", kDamage),
       word("HARMED", kHarmed)};
-  Error error;
   kernels_ = std::make_shared<Kernels>();
-  const auto load = [&](Program& program, const char* file, const char* pass) {
-    std::vector<std::string> definitions = constants;
-    if (pass != nullptr) definitions.emplace_back(pass);
-    Result<Program> loaded = load_kernel({"heat_passes.glsl", file}, definitions);
-    if (loaded) {
-      program = *std::move(loaded);
-    } else {
-      error.messages.insert(error.messages.end(), loaded.error().messages.begin(),
-                            loaded.error().messages.end());
-    }
-  };
-  load(kernels_->prepare, "bioheat_rates.comp", "PREPARE");
-  load(kernels_->rates, "bioheat_rates.comp", "RATES");
-  load(kernels_->advance, "bioheat_advance.comp", "ADVANCE");
-  load(kernels_->stage, "bioheat_advance.comp", "STAGE");
-  load(kernels_->settle, "bioheat_settle.comp", nullptr);
-  if (!error.messages.empty()) return std::unexpected(error);
-  return {};
-}
-
-bool GpuHeat::fail(const std::string& why) {
-  if (trouble_.empty()) trouble_ = "heat on the GPU: " + why;
-  return false;
-}
-
-bool GpuHeat::device_is_well() {
-  if (context_ && context_->lost()) return fail("its context was lost");
-  const GLenum error = glGetError();
-  if (error == GL_NO_ERROR) return true;
-  return fail(error == GL_OUT_OF_MEMORY  ? "out of memory"
-              : error == GL_CONTEXT_LOST ? "its context was lost"
-                                         : "GL error " + std::to_string(error));
+  KernelLoader kernels(constants);
+  const std::string shared = "heat_passes.glsl";
+  kernels.load(kernels_->prepare, {shared, "bioheat_rates.comp"}, "PREPARE");
+  kernels.load(kernels_->rates, {shared, "bioheat_rates.comp"}, "RATES");
+  kernels.load(kernels_->advance, {shared, "bioheat_advance.comp"}, "ADVANCE");
+  kernels.load(kernels_->stage, {shared, "bioheat_advance.comp"}, "STAGE");
+  kernels.load(kernels_->settle, {shared, "bioheat_settle.comp"});
+  return kernels.result();
 }
 
 void GpuHeat::mark(const char* name) {
@@ -160,10 +119,7 @@ void GpuHeat::mark(const char* name) {
 
 /// Room for that many bytes; what was there stays, where it is to be kept.
 bool GpuHeat::reserve(Buffer& buffer, std::size_t bytes, bool keep, const char* what) {
-  if (bytes > limits_.block_bytes) {
-    return fail(std::string(what) + " would make a storage buffer of " + megabytes(bytes) +
-                ", this device binds at most " + megabytes(limits_.block_bytes));
-  }
+  if (!watch_.fits(bytes, limits_, what)) return false;
   if (buffer.size() >= bytes) return true;
   Buffer larger;
   larger.allocate(std::min(bytes + bytes / 2, limits_.block_bytes));
@@ -172,7 +128,7 @@ bool GpuHeat::reserve(Buffer& buffer, std::size_t bytes, bool keep, const char* 
                              static_cast<GLsizeiptr>(buffer.size()));
   }
   std::swap(buffer, larger);
-  return device_is_well();
+  return watch_.is_well();
 }
 
 bool GpuHeat::reserve_slots() {
@@ -273,9 +229,7 @@ void GpuHeat::upload_table() {
 }
 
 bool GpuHeat::start(std::span<HeatBrick* const> warm, const HeatModel& model) {
-  if (context_) context_->make_current();
-  forget_errors();
-  trouble_.clear();
+  watch_.begin();
   warm_ = warm;
   queue_.make_readable();
   free_unseen();
@@ -305,7 +259,7 @@ bool GpuHeat::start(std::span<HeatBrick* const> warm, const HeatModel& model) {
   pass_.upload(std::span<const HeatParameters>(&parameters_, 1));
   first_ = true;
   mark("upload");
-  return device_is_well();
+  return watch_.is_well();
 }
 
 /// The slots of these bricks, of those with something `stale` if that is given.
@@ -322,7 +276,7 @@ GpuHeat::Range GpuHeat::slots_of(std::span<HeatBrick* const> bricks, std::uint32
 }
 
 HeatFlows GpuHeat::prepare() {
-  if (!trouble_.empty()) return {};
+  if (!trouble().empty()) return {};
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, pass_.id());
   queue_.dispatch(kernels_->prepare, warm_.size(),
                   {{0, &table_},
@@ -336,7 +290,7 @@ HeatFlows GpuHeat::prepare() {
 }
 
 HeatFlows GpuHeat::rates() {
-  if (!trouble_.empty()) return {};
+  if (!trouble().empty()) return {};
   queue_.dispatch(kernels_->rates, warm_.size(),
                   {{0, &table_},
                    {1, &excess_},
@@ -361,7 +315,7 @@ HeatFlows GpuHeat::read_flows() {
       flows_.download<Flows>(active_.first * sizeof(Flows), active_.count);
   mark("read back");
   // What a failed device answers isn't a number of steps.
-  if (!device_is_well()) return {};
+  if (!watch_.is_well()) return {};
   HeatFlows all;
   for (const HeatBrick* brick : warm_) {
     const Flows& one = flows[static_cast<std::size_t>(brick->warm->slot) - active_.first];
@@ -374,7 +328,7 @@ HeatFlows GpuHeat::read_flows() {
 }
 
 void GpuHeat::advance(double dt) {
-  if (!trouble_.empty()) return;
+  if (!trouble().empty()) return;
   kernels_->advance.set("dt", static_cast<float>(dt));
   queue_.dispatch(kernels_->advance, warm_.size(), {{0, &table_}, {1, &rate_}},
                   {{2, &excess_}, {3, &before_}});
@@ -382,7 +336,7 @@ void GpuHeat::advance(double dt) {
 }
 
 void GpuHeat::advance_stage(const SuperStage& stage, int j, double dt) {
-  if (!trouble_.empty()) return;
+  if (!trouble().empty()) return;
   const std::size_t values = excess_.size();
   if (!reserve(first_rate_, values, true, "a field of heat") ||
       !reserve(older_, values, true, "a field of heat")) {
@@ -401,7 +355,7 @@ void GpuHeat::advance_stage(const SuperStage& stage, int j, double dt) {
 }
 
 void GpuHeat::settle(double dt) {
-  if (!trouble_.empty()) return;
+  if (!trouble().empty()) return;
   kernels_->settle.set("dt", static_cast<float>(dt));
   kernels_->settle.set("first", first_ ? 1 : 0);
   queue_.dispatch(kernels_->settle, warm_.size(),
@@ -417,11 +371,11 @@ void GpuHeat::settle(double dt) {
 }
 
 bool GpuHeat::finish(bool fields) {
-  if (!trouble_.empty()) return false;
+  if (!trouble().empty()) return false;
   queue_.make_readable();
   const std::vector<BrickOutcome> outcomes =
       sums_.download<BrickOutcome>(active_.first * sizeof(BrickOutcome), active_.count);
-  if (!device_is_well()) return false;
+  if (!watch_.is_well()) return false;
   const double edge = parameters_.numbers.voxel, volume = edge * edge * edge;
   std::vector<std::uint32_t> vapours;
   vapours.reserve(warm_.size());
@@ -438,7 +392,7 @@ bool GpuHeat::finish(bool fields) {
     vapours.push_back(one.vapours);
   }
   read_vapour(volume, vapours);
-  const bool well = device_is_well() && (!fields || fetch(warm_));
+  const bool well = watch_.is_well() && (!fields || fetch(warm_));
   mark("read back");
   warm_ = {};
   return well;
@@ -464,8 +418,8 @@ void GpuHeat::read_vapour(double volume, std::span<const std::uint32_t> vapours)
 }
 
 bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
-  if (context_) context_->make_current();
-  if (!trouble_.empty()) return false;
+  watch_.make_current();
+  if (!trouble().empty()) return false;
   queue_.make_readable();
   struct Field {
     const Buffer* buffer;
@@ -487,7 +441,7 @@ bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
     fetched_ += ranges[f].count * kValues;
   }
   // Only now that all of it is known to be good.
-  if (!device_is_well()) return false;
+  if (!watch_.is_well()) return false;
   for (std::size_t f = 0; f < fields.size(); ++f) {
     for (HeatBrick* brick : bricks) {
       if (!brick->warm || brick->warm->slot < 0) continue;

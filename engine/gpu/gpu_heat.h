@@ -17,7 +17,7 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/compute.h"
 #include "engine/gpu/egl_context.h"
-#include "engine/gpu/gpu_deformation.h"
+#include "engine/gpu/gpu_limits.h"
 #include "engine/gpu/pass_timer.h"
 #include "engine/gpu/program.h"
 #include "kernels/base/result.h"
@@ -46,7 +46,7 @@ class GpuHeat final : public HeatPasses {
   void settle(double dt) override;
   bool finish(bool fields) override;
   bool fetch(std::span<HeatBrick* const> bricks) override;
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& trouble() const override { return watch_.trouble(); }
 
   /// Marks "upload", "rates", "advance", "settle" and "read back" as these end; null: none.
   void time_with(PassTimer* timer) { timer_ = timer; }
@@ -87,7 +87,7 @@ class GpuHeat final : public HeatPasses {
   };
 
   GpuHeat(GpuLimits limits, std::shared_ptr<EglContext> context)
-      : context_(std::move(context)), limits_(limits), queue_(limits.groups_per_axis) {}
+      : watch_("heat on the GPU", std::move(context)), limits_(limits), queue_(limits.groups_per_axis) {}
   Result<void> load_kernels();
   bool reserve(Buffer& buffer, std::size_t bytes, bool keep, const char* what);
   bool reserve_slots();
@@ -100,10 +100,8 @@ class GpuHeat final : public HeatPasses {
   void read_vapour(double volume, std::span<const std::uint32_t> vapours);
   Range slots_of(std::span<HeatBrick* const> bricks, std::uint32_t stale) const;
   void mark(const char* name);
-  bool fail(const std::string& why);
-  bool device_is_well();
 
-  std::shared_ptr<EglContext> context_;  // first made, last destroyed
+  GpuWatch watch_;  // first made, last destroyed: it holds the context
   GpuLimits limits_;
   ComputeQueue queue_;
   PassTimer* timer_ = nullptr;
@@ -120,7 +118,6 @@ class GpuHeat final : public HeatPasses {
   Buffer before_, rate_, conductivity_, inverse_capacity_, living_, first_rate_, older_;
   Buffer flows_, sums_, lost_, pass_;
   std::size_t uploaded_ = 0, fetched_ = 0;
-  std::string trouble_;
 };
 
 }  // namespace viscera

@@ -40,12 +40,6 @@ std::size_t groups_of(std::size_t threads) {
   return (threads + kGroup - 1) / kGroup;
 }
 
-void forget_errors() {
-  // A lost context reports errors for ever.
-  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) {
-  }
-}
-
 template <class Pass>
 void bind_pass(unsigned binding, Buffer& buffer, const Pass& pass) {
   buffer.upload(std::span<const Pass>(&pass, 1));
@@ -63,28 +57,18 @@ double sum_of(std::span<const float> masses) {
   return sum;
 }
 
-std::string megabytes(std::size_t bytes) {
-  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
-}
-
 }  // namespace
 
 GpuSmoke::~GpuSmoke() {
-  if (context_) context_->make_current();
+  watch_.make_current();
 }
 
 Result<std::unique_ptr<GpuSmoke>> GpuSmoke::create(GpuLimits limits,
                                                    std::shared_ptr<EglContext> context) {
   if (context) context->make_current();
   std::unique_ptr<GpuSmoke> made(new GpuSmoke(limits, std::move(context)));
-  GLint buffers = 0, bindings = 0;
-  glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
-  glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &bindings);
-  if (std::min(buffers, bindings) < kMostBuffers) {
-    return failure("smoke on the GPU: a kernel may bind " +
-                   std::to_string(std::min(buffers, bindings)) +
-                   " storage buffers on this device, expected " + std::to_string(kMostBuffers));
-  }
+  if (const Result<void> able = check_bindings("smoke on the GPU", kMostBuffers); !able)
+    return std::unexpected(able.error());
   if (const Result<void> loaded = made->load_kernels(); !loaded) {
     return std::unexpected(loaded.error());
   }
@@ -117,66 +101,37 @@ Result<void> GpuSmoke::load_kernels() {
       number("LEAST_OF_MOMENT", kLeastOfMoment),
       number("MOST_RATIO", kMostRatio)};
   static_assert(kLeastOfDensity == 1.0f / 3.0f);
-  Error error;
-  const auto load = [&](Program& program, std::vector<std::string> files, const char* pass) {
-    std::vector<std::string> definitions = constants;
-    if (pass != nullptr) definitions.emplace_back(pass);
-    Result<Program> loaded = load_kernel(files, definitions);
-    if (loaded) {
-      program = *std::move(loaded);
-    } else {
-      error.messages.insert(error.messages.end(), loaded.error().messages.begin(),
-                            loaded.error().messages.end());
-    }
-  };
+  KernelLoader kernels(constants);
   const std::string shared = "smoke_passes.glsl";
-  load(clear_, {"clear.comp"}, nullptr);
-  load(box_, {shared, "extent.comp"}, "BOX");
-  load(amounts_, {shared, "extent.comp"}, "AMOUNTS");
-  load(count_, {shared, "bin.comp"}, "COUNT");
-  load(mark_, {shared, "bin.comp"}, "MARK");
-  load(scatter_, {shared, "bin.comp"}, "SCATTER");
-  load(gather_, {shared, "bin.comp"}, "GATHER");
-  load(scan_blocks_, {shared, "scan.comp"}, "BLOCKS");
-  load(scan_totals_, {shared, "scan.comp"}, "TOTALS");
-  load(scan_add_, {shared, "scan.comp"}, "ADD");
-  load(density_, {shared, "viscosity.comp"}, "DENSITY");
-  load(pairs_, {shared, "viscosity.comp"}, "PAIRS");
-  load(paper_, {shared, "paper_viscosity.comp"}, nullptr);
-  load(integrate_, {shared, "integrate.comp"}, nullptr);
-  load(collide_, {shared, "collide.comp"}, nullptr);
-  load(splat_add_, {shared, "splat.comp"}, "ADD");
-  load(splat_fold_, {shared, "splat.comp"}, "FOLD");
-  load(splat_blur_, {shared, "splat.comp"}, "BLUR");
-  load(splat_resolve_, {shared, "splat.comp"}, "RESOLVE");
-  if (!error.messages.empty()) return std::unexpected(error);
-  return {};
-}
-
-bool GpuSmoke::fail(const std::string& why) {
-  if (trouble_.empty()) trouble_ = "smoke on the GPU: " + why;
-  return false;
-}
-
-bool GpuSmoke::device_is_well() {
-  if (context_ && context_->lost()) return fail("its context was lost");
-  const GLenum error = glGetError();
-  if (error == GL_NO_ERROR) return true;
-  return fail(error == GL_OUT_OF_MEMORY  ? "out of memory"
-              : error == GL_CONTEXT_LOST ? "its context was lost"
-                                         : "GL error " + std::to_string(error));
+  kernels.load(clear_, {"clear.comp"});
+  kernels.load(box_, {shared, "extent.comp"}, "BOX");
+  kernels.load(amounts_, {shared, "extent.comp"}, "AMOUNTS");
+  kernels.load(count_, {shared, "bin.comp"}, "COUNT");
+  kernels.load(mark_, {shared, "bin.comp"}, "MARK");
+  kernels.load(scatter_, {shared, "bin.comp"}, "SCATTER");
+  kernels.load(gather_, {shared, "bin.comp"}, "GATHER");
+  kernels.load(scan_blocks_, {shared, "scan.comp"}, "BLOCKS");
+  kernels.load(scan_totals_, {shared, "scan.comp"}, "TOTALS");
+  kernels.load(scan_add_, {shared, "scan.comp"}, "ADD");
+  kernels.load(density_, {shared, "viscosity.comp"}, "DENSITY");
+  kernels.load(pairs_, {shared, "viscosity.comp"}, "PAIRS");
+  kernels.load(paper_, {shared, "paper_viscosity.comp"});
+  kernels.load(integrate_, {shared, "integrate.comp"});
+  kernels.load(collide_, {shared, "collide.comp"});
+  kernels.load(splat_add_, {shared, "splat.comp"}, "ADD");
+  kernels.load(splat_fold_, {shared, "splat.comp"}, "FOLD");
+  kernels.load(splat_blur_, {shared, "splat.comp"}, "BLUR");
+  kernels.load(splat_resolve_, {shared, "splat.comp"}, "RESOLVE");
+  return kernels.result();
 }
 
 /// Room for that many bytes, of unknown content where it has to grow.
 bool GpuSmoke::reserve(Buffer& buffer, std::size_t bytes, const char* what) {
   bytes = std::max<std::size_t>(bytes, 16);
-  if (bytes > limits_.block_bytes) {
-    return fail(std::string(what) + " would make a storage buffer of " + megabytes(bytes) +
-                ", this device binds at most " + megabytes(limits_.block_bytes));
-  }
+  if (!watch_.fits(bytes, limits_, what)) return false;
   if (buffer.size() >= bytes) return true;
   buffer.allocate(std::min(bytes + bytes / 4, limits_.block_bytes));
-  return device_is_well();
+  return watch_.is_well();
 }
 
 std::size_t GpuSmoke::particle_groups() const {
@@ -193,9 +148,7 @@ void GpuSmoke::clear(const Buffer& buffer, std::size_t words) {
 }
 
 bool GpuSmoke::upload(const SmokeParticles& particles) {
-  if (context_) context_->make_current();
-  forget_errors();
-  trouble_.clear();
+  watch_.begin();
   particles_ = particles.size();
   survey_.reset();
   isolated_.reset();
@@ -217,7 +170,7 @@ bool GpuSmoke::upload(const SmokeParticles& particles) {
   now_.velocities.upload_part(0, std::span<const Float4>(particles.velocities));
   now_.masses.upload_part(0, std::span<const float>(particles.masses));
   now_.ids.upload_part(0, std::span<const std::uint32_t>(particles.ids));
-  return device_is_well();
+  return watch_.is_well();
 }
 
 bool GpuSmoke::start(SmokeParticles& particles) {
@@ -239,14 +192,14 @@ void GpuSmoke::survey() {
   const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, 7);
   survey_.emplace();
   // What a failed device answers is no box, and a grid would be laid over it.
-  if (particles_ == 0 || !device_is_well()) {
+  if (particles_ == 0 || !watch_.is_well()) {
     survey_->box.extend(Vec3f::Zero().eval());
   } else {
     survey_->box = Eigen::AlignedBox3f(
         Vec3f(from_ascending(~words[0]), from_ascending(~words[1]), from_ascending(~words[2])),
         Vec3f(from_ascending(words[3]), from_ascending(words[4]), from_ascending(words[5])));
   }
-  if (trouble_.empty()) survey_->speed = std::sqrt(std::bit_cast<float>(words[6]));
+  if (trouble().empty()) survey_->speed = std::sqrt(std::bit_cast<float>(words[6]));
   mark("box");
 }
 
@@ -296,7 +249,7 @@ void GpuSmoke::sort(float cell) {
 
 void GpuSmoke::exchange(float cell, ViscosityParameters parameters) {
   sort(cell);
-  if (!trouble_.empty()) return;
+  if (!trouble().empty()) return;
   parameters.particles = static_cast<std::uint32_t>(particles_);
   bind_pass(0, viscosity_pass_, parameters);
   glBindBufferBase(GL_UNIFORM_BUFFER, 1, bin_pass_.id());
@@ -327,7 +280,7 @@ std::uint64_t GpuSmoke::isolated() const {
 
 void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWave> waves,
                          SurroundingGas* gas) {
-  if (!trouble_.empty()) return;
+  if (!trouble().empty()) return;
   parameters.particles = static_cast<std::uint32_t>(particles_);
   parameters.waves = static_cast<std::uint32_t>(waves.size());
   if (gas != nullptr) {
@@ -356,7 +309,7 @@ void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWa
   if (gas != nullptr) {
     queue_.make_readable();
     impulses_.download_bytes(0, coupling_.impulses.data(), particles_ * sizeof(Float4));
-    if (device_is_well()) gas->add_momentum(coupling_.impulses);
+    if (watch_.is_well()) gas->add_momentum(coupling_.impulses);
   }
 }
 
@@ -394,7 +347,7 @@ bool GpuSmoke::upload_surfaces(const SurfaceCells& cells, std::span<const SmokeC
 CollideCounts GpuSmoke::collide(SurfaceCells& cells, const SurfaceMeeting& meeting,
                                 std::span<const SmokeCapsule> capsules,
                                 CollideParameters parameters) {
-  if (!trouble_.empty()) return {};
+  if (!trouble().empty()) return {};
   survey();
   const BinParameters grid = bin_grid(survey_->box, particles_, meeting.cell);
   cells.build(grid, occupied_cells(grid), meeting.fraction, meeting.dt, meeting.margin, capsules);
@@ -431,10 +384,10 @@ CollideCounts GpuSmoke::collide(SurfaceCells& cells, const SurfaceMeeting& meeti
 }
 
 std::optional<double> GpuSmoke::finish(SmokeParticles& particles, std::vector<SmokeFate>& fates) {
-  if (!trouble_.empty()) return std::nullopt;
+  if (!trouble().empty()) return std::nullopt;
   SmokeParticles back = read_particles();
   const std::vector<std::uint32_t> words = fates_.download<std::uint32_t>(0, particles_);
-  if (!device_is_well()) return std::nullopt;
+  if (!watch_.is_well()) return std::nullopt;
   fates.resize(words.size());
   std::ranges::transform(words, fates.begin(),
                          [](std::uint32_t word) { return static_cast<SmokeFate>(word); });
@@ -469,7 +422,7 @@ bool GpuSmoke::splat_here(SplatParameters& parameters) {
   queue_.dispatch(splat_resolve_, groups_of(cells), {{0, &amounts_cells_}},
                   {{1, &density_cells_}, {2, &temperature_cells_}, {3, &velocity_cells_}});
   mark("splat");
-  return device_is_well();
+  return watch_.is_well();
 }
 
 /// Leaves in amounts_cells_ what the cells hold.
@@ -519,7 +472,7 @@ bool GpuSmoke::splat(const SmokeParticles& particles, SplatParameters& parameter
                      SmokeGrid& grid) {
   if (!upload(particles) || !splat_here(parameters)) return false;
   read_splat(parameters, grid);
-  return device_is_well();
+  return watch_.is_well();
 }
 
 SmokeParticles GpuSmoke::read_particles() {

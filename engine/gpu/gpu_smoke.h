@@ -20,7 +20,7 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/compute.h"
 #include "engine/gpu/egl_context.h"
-#include "engine/gpu/gpu_deformation.h"
+#include "engine/gpu/gpu_limits.h"
 #include "engine/gpu/pass_timer.h"
 #include "engine/gpu/program.h"
 #include "kernels/base/result.h"
@@ -53,7 +53,7 @@ class GpuSmoke final : public SmokePasses {
   std::optional<double> finish(SmokeParticles& particles, std::vector<SmokeFate>& fates) override;
   bool splat(const SmokeParticles& particles, SplatParameters& parameters,
              SmokeGrid& grid) override;
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& trouble() const override { return watch_.trouble(); }
   std::size_t memory_bytes() const override { return coupling_.memory_bytes(); }
 
   /// Splats the particles that are on the device. The sums stay there; read_splat() fetches them.
@@ -74,7 +74,7 @@ class GpuSmoke final : public SmokePasses {
     Buffer positions, velocities, masses, ids;
   };
   GpuSmoke(GpuLimits limits, std::shared_ptr<EglContext> context)
-      : context_(std::move(context)), limits_(limits), queue_(limits.groups_per_axis) {}
+      : watch_("smoke on the GPU", std::move(context)), limits_(limits), queue_(limits.groups_per_axis) {}
   Result<void> load_kernels();
   bool reserve(Buffer& buffer, std::size_t bytes, const char* what);
   bool upload(const SmokeParticles& particles);
@@ -86,10 +86,8 @@ class GpuSmoke final : public SmokePasses {
   std::size_t particle_groups() const;
   void add_and_blur(const SplatParameters& parameters);
   void mark(const char* name);
-  bool fail(const std::string& why);
-  bool device_is_well();
 
-  std::shared_ptr<EglContext> context_;  // first made, last destroyed
+  GpuWatch watch_;  // first made, last destroyed: it holds the context
   GpuLimits limits_;
   ComputeQueue queue_;
   PassTimer* timer_ = nullptr;
@@ -116,7 +114,6 @@ class GpuSmoke final : public SmokePasses {
   std::optional<Survey> survey_;
   GasCoupling coupling_;
   mutable std::optional<std::uint64_t> isolated_;  // as read
-  std::string trouble_;
 };
 
 }  // namespace viscera

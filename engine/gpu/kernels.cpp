@@ -24,4 +24,22 @@ Result<Program> load_kernel(const std::vector<std::string>& files,
   return Program::create({stage});
 }
 
+void KernelLoader::load(Program& program, const std::vector<std::string>& files,
+                        const char* pass) {
+  std::vector<std::string> definitions = definitions_;
+  if (pass != nullptr) definitions.emplace_back(pass);
+  Result<Program> loaded = load_kernel(files, definitions);
+  if (loaded) {
+    program = *std::move(loaded);
+  } else {
+    error_.messages.insert(error_.messages.end(), loaded.error().messages.begin(),
+                           loaded.error().messages.end());
+  }
+}
+
+Result<void> KernelLoader::result() const {
+  if (!error_.messages.empty()) return std::unexpected(error_);
+  return {};
+}
+
 }  // namespace viscera
