@@ -16,6 +16,7 @@
 #include "kernels/hive/hive.h"
 #include "tools/bench_figures.h"
 #include "tools/bench_hive_moving.h"
+#include "tools/bench_nonlinear_hive.h"
 #include "tools/project_paths.h"
 
 namespace viscera {
@@ -372,7 +373,10 @@ Result<void> bench_hive(const HiveBenchOptions& options, std::ostream& out) {
       }
     }
   }
+  const auto beyond = bench_nonlinear_hive({ratios, options.quick}, out);
+  if (!beyond) return std::unexpected(beyond.error());
   std::vector<BenchRow> rows = rows_of(cases);
+  for (BenchRow& row : beyond->rows()) rows.push_back(std::move(row));
   out << '\n';
   MovingHiveOptions led;
   led.nodes = *std::max_element(nodes.begin(), nodes.end());
@@ -393,6 +397,7 @@ Result<void> bench_hive(const HiveBenchOptions& options, std::ostream& out) {
                          {"cells", 1 + 3 * kRings * (kRings + 1)},
                          {"cases", nlohmann::json::array()},
                          {"moving", to_json(*moving)},
+                         {"beyond_linear", beyond->cases()},
                          {"rows", to_json(rows)}};
   for (const HiveCase& one : cases) json["cases"].push_back(to_json(one));
   return write_file(options.json, json.dump(2) + "\n");

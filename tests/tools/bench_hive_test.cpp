@@ -45,6 +45,12 @@ TEST(BenchHive, WritesCasesErrorsAndPictures) {
   EXPECT_GT(moving["hives"].get<int>(), 2);
   EXPECT_GT(moving["greatest_force_N"].get<double>(), 0.01);
   EXPECT_GT(moving["compute_us"]["p99"].get<double>(), 0.0);
+  ASSERT_EQ(all["beyond_linear"].size(), 5u);  // one grid: three depths neo-Hookean, two of the other
+  for (const auto& one : all["beyond_linear"]) {
+    EXPECT_GT(one["tick_us"]["p99"].get<double>(), one["tick_us"]["p50"].get<double>() / 2.0) << one;
+    EXPECT_GT(one["ticks"].get<int>(), 100) << one;
+    EXPECT_LT(std::abs(one["force_error"].get<double>()), 0.08) << one;
+  }
   EXPECT_GE(all["rows"].size(), 5u);
   EXPECT_TRUE(std::filesystem::exists(plots / "cost_against_unknowns.svg"));
   EXPECT_TRUE(std::filesystem::exists(plots / "force_against_radius_nu0.30.svg"));

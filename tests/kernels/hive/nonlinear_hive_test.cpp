@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "engine/verification/ball_and_hive.h"
 #include "engine/verification/pressed_block.h"
-#include "kernels/contact/cell_pattern.h"
 
 namespace viscera {
 namespace {
@@ -13,84 +13,12 @@ namespace {
 constexpr double kBall = 5e-3;  // [m]
 const IsotropicMaterial kTissue{5e3, 0.45};
 
-// A flat, deep body.
-const WalkableSurface& ground() {
-  static const WalkableSurface surface = [] {
-    TriangleSurface flat;
-    constexpr int n = 20;
-    for (int i = 0; i <= n; ++i)
-      for (int j = 0; j <= n; ++j)
-        flat.vertices.emplace_back(0.05 * (2.0 * i / n - 1.0), 0.05 * (2.0 * j / n - 1.0), 0.0);
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) {
-        const int a = i * (n + 1) + j, b = a + n + 1;
-        flat.triangles.push_back({a, b, b + 1});
-        flat.triangles.push_back({a, b + 1, a + 1});
-      }
-    return WalkableSurface::make(std::move(flat)).value();
-  }();
-  return surface;
-}
-
-// A ball above the middle of it, with cells as a tool's foot lays them.
-struct Pressed {
-  Pressed(HyperelasticModel model, int rings, int nodes, const IsotropicMaterial& material = kTissue,
-          int most_steps = 3)
-      : places(hexagonal_grid(1.0, rings).places), rings(rings), hive(make(material, places.size())) {
-    NonlinearSettings settings;
-    settings.model = model;
-    settings.material = material;
-    settings.rings = rings;
-    settings.nodes = nodes;
-    settings.most_steps = most_steps;
-    nonlinear = std::make_unique<NonlinearHive>(NonlinearHive::create(settings).value());
-  }
-  static Hive make(const IsotropicMaterial& material, std::size_t cells) {
-    HiveSettings settings;
-    settings.material = material;
-    settings.radius = 4.0 * kBall;
-    settings.nodes = 80;
-    auto hive = Hive::create({&ground(), nullptr, nullptr}, settings, static_cast<int>(cells));
-    EXPECT_EQ(hive->build(ground().nearest(Vec3(1e-3, 2e-3, 0))), HiveVerdict::sound);
-    return std::move(*hive);
-  }
-  void seat(double depth) {
-    across = std::min(0.97, std::max(0.3, 1.35 * std::sqrt(depth / kBall) + 0.15)) * kBall;
-    const double pitch = across / (rings + 0.1);
-    std::vector<ContactCell> cells;
-    depths.clear();
-    for (const Vec2& place : places) {
-      ContactCell cell;
-      cell.position = hive.centre().position + Vec3(pitch * place.x(), pitch * place.y(), 0.0);
-      cell.area = std::sqrt(0.75) * pitch * pitch;
-      depths.push_back(depth - kBall + std::sqrt(kBall * kBall - pitch * pitch * place.squaredNorm()));
-      cells.push_back(cell);
-    }
-    EXPECT_EQ(hive.seat(cells), HiveVerdict::sound);
-  }
-  double linear(double depth) {
-    seat(depth);
-    return hive.press(depths).force.z();
-  }
-  NonlinearForce at(double depth, TimeIsUp time = {}) {
-    seat(depth);
-    const NonlinearHive::Share share{&hive, 1.0};
-    return nonlinear->press({&share, 1}, depths, across, kBall, time);
-  }
-  // In as a hand goes in, so many metres a tick.
-  NonlinearForce go(double from, double to, double step = 2.5e-5) {
-    const int ticks = std::max(1, static_cast<int>(std::ceil(std::abs(to - from) / step)));
-    NonlinearForce force;
-    for (int i = 1; i <= ticks; ++i) force = at(from + (to - from) * i / ticks);
-    return force;
-  }
-
-  std::vector<Vec2> places;
-  int rings;
-  Hive hive;
-  std::unique_ptr<NonlinearHive> nonlinear;
-  std::vector<double> depths;
-  double across = 0.0;
+// A ball above flat, deep tissue.
+struct Pressed : BallAndHive {
+  Pressed(HyperelasticModel model, int rings, int nodes) : BallAndHive({model, kTissue, rings, nodes}, kBall) {}
+  NonlinearForce at(double depth, TimeIsUp time = {}) { return press(depth, time); }
+  // In as a hand goes in, 25 mm/s.
+  NonlinearForce go(double from, double to) { return BallAndHive::go(from, to, 2.5e-5); }
 };
 
 TEST(NonlinearHive, AShallowTouchIsTheLinearHives) {
@@ -151,10 +79,10 @@ TEST(NonlinearHive, ItsStiffnessIsTheSlopeOfItsForce) {
   Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
   const NonlinearForce force = tool.go(0.0, 0.33 * kBall);
   // The pattern grows with depth; its slope is that of cells that stay.
-  NonlinearHive::Share share{&tool.hive, 1.0};
+  NonlinearHive::Share share{&tool.hive(), 1.0};
   const double step = 1e-4 * kBall;
-  for (double& depth : tool.depths) depth += step;
-  const NonlinearForce deeper = tool.nonlinear->press({&share, 1}, tool.depths, tool.across, kBall);
+  for (double& depth : tool.depths()) depth += step;
+  const NonlinearForce deeper = tool.nonlinear().press({&share, 1}, tool.depths(), tool.across(), kBall);
   const double slope = (deeper.hive.force.z() - force.hive.force.z()) / step;
   EXPECT_NEAR(force.stiffness, slope, 0.02 * slope);
   // What went in is stored.
@@ -234,20 +162,11 @@ TEST(NonlinearHive, WhereTissueGivesWayTheForceGoesOnAlongItsLastTangentAndComes
 TEST(NonlinearHive, TwoHivesSpeakAsTheirShares) {
   Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
   const double whole = tool.go(0.0, 0.3 * kBall).hive.force.z();
-  Hive other = Pressed::make(kTissue, tool.places.size());
-  std::vector<ContactCell> cells;
-  const double pitch = tool.across / (tool.rings + 0.1);
-  for (const Vec2& place : tool.places) {
-    ContactCell cell;
-    cell.position = other.centre().position + Vec3(pitch * place.x(), pitch * place.y(), 0.0);
-    cell.area = std::sqrt(0.75) * pitch * pitch;
-    cells.push_back(cell);
-  }
-  ASSERT_EQ(other.seat(cells), HiveVerdict::sound);
-  const std::array<NonlinearHive::Share, 2> shares{{{&tool.hive, 0.25}, {&other, 0.75}}};
-  EXPECT_NEAR(tool.nonlinear->press(shares, tool.depths, tool.across, kBall).hive.force.z(), whole, 1e-4 * whole);
-  const NonlinearHive::Share half{&tool.hive, 0.5};
-  EXPECT_NEAR(tool.nonlinear->press({&half, 1}, tool.depths, tool.across, kBall).hive.force.z(), 0.5 * whole,
+  Hive other = tool.another();
+  const std::array<NonlinearHive::Share, 2> shares{{{&tool.hive(), 0.25}, {&other, 0.75}}};
+  EXPECT_NEAR(tool.nonlinear().press(shares, tool.depths(), tool.across(), kBall).hive.force.z(), whole, 1e-4 * whole);
+  const NonlinearHive::Share half{&tool.hive(), 0.5};
+  EXPECT_NEAR(tool.nonlinear().press({&half, 1}, tool.depths(), tool.across(), kBall).hive.force.z(), 0.5 * whole,
               1e-4 * whole);
 }
 
@@ -262,12 +181,12 @@ TEST(NonlinearHive, BadSettingsAndNumbersAreRefused) {
   EXPECT_EQ(refused.error().messages.size(), 3u);
   Pressed tool(HyperelasticModel::neo_hookean, 3, 80);
   tool.go(0.0, 0.1 * kBall);
-  const NonlinearHive::Share share{&tool.hive, 1.0};
-  std::vector<double> broken = tool.depths;
+  const NonlinearHive::Share share{&tool.hive(), 1.0};
+  std::vector<double> broken = tool.depths();
   broken[3] = std::nan("");
-  EXPECT_EQ(tool.nonlinear->press({&share, 1}, broken, tool.across, kBall).hive.verdict, HiveVerdict::not_finite);
+  EXPECT_EQ(tool.nonlinear().press({&share, 1}, broken, tool.across(), kBall).hive.verdict, HiveVerdict::not_finite);
   broken.pop_back();
-  EXPECT_EQ(tool.nonlinear->press({&share, 1}, broken, tool.across, kBall).hive.verdict, HiveVerdict::too_many);
+  EXPECT_EQ(tool.nonlinear().press({&share, 1}, broken, tool.across(), kBall).hive.verdict, HiveVerdict::too_many);
 }
 
 }  // namespace
