@@ -211,7 +211,14 @@ TEST(RunReport, TellsWhatAHeldToolFelt) {
                {"energy_J", Type::number_float},
                {"passivity_violations", Type::number_unsigned},
                {"hives", Type::object},
+               {"beyond_linear", Type::object},
                {"events", Type::array}},
+              true);
+  expect_keys(tool["beyond_linear"],
+              {{"newton_steps", Type::number_unsigned},
+               {"tangent_answers", Type::number_unsigned},
+               {"deadline_misses", Type::number_unsigned},
+               {"linear_answers", Type::number_unsigned}},
               true);
   expect_keys(tool["hives"],
               {{"built", Type::number_unsigned},

@@ -101,6 +101,34 @@ TEST(HapticTools, TheHivesForceIsTheGlobalModelsWithinFivePercent) {
   EXPECT_NEAR(felt, frame, 0.05 * frame);
 }
 
+TEST(HapticTools, WhatAnOrganIsMadeOfIsFeltBeyondLinearAndRepeats) {
+  const auto felt = [](HyperelasticModel model, std::vector<PronyTerm> prony, std::string* hash = nullptr) {
+    SceneDescription scene = held_probe(Response::kLocal);
+    scene.organs[0].material.model = model;
+    scene.organs[0].material.prony = std::move(prony);
+    auto world = held(scene);
+    EXPECT_TRUE(world);
+    const std::string state = hash_until(*world, 1.45);
+    if (hash) *hash = state;
+    const HiveTissueFigures figures = tool_of(*world).tissue->figures();
+    EXPECT_EQ(figures.newton_steps > 0, model != HyperelasticModel::linear);
+    EXPECT_EQ(figures.linear_answers, 0u);
+    EXPECT_EQ(figures.deadline_misses, 0u);
+    EXPECT_EQ(tool_of(*world).servo->passivity_violations(), 0u);
+    // The tool gives way where the tissue is stiffer: force over what it is pressed.
+    return tool_of(*world).output.tissue.z() / (kTop + kTip - tool_of(*world).output.tool.position.z());
+  };
+  const double linear = felt(HyperelasticModel::linear, {});
+  std::string first, second;
+  const double neo = felt(HyperelasticModel::neo_hookean, {}, &first);
+  EXPECT_NE(neo, linear);
+  EXPECT_NEAR(neo, linear, 0.15 * linear);
+  EXPECT_EQ(felt(HyperelasticModel::neo_hookean, {}, &second), neo);
+  EXPECT_EQ(first, second);
+  // Half a second after it was pressed tissue that relaxes in ten is still stiffer.
+  EXPECT_GT(felt(HyperelasticModel::linear, {{0.4, 10.0}}), 1.3 * linear);
+}
+
 TEST(HapticTools, AnOrganWithoutAGlobalModelIsFeltAndDentedByHivesAlone) {
   auto world = held(held_probe(Response::kLocal));
   ASSERT_TRUE(world);
