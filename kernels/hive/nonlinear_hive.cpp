@@ -200,8 +200,10 @@ bool NonlinearHive::Data::linearise(double ball, bool follow) noexcept {
 /// P1 sums:
 ///   forces   (1 + P^T C^T T P1) f = (A^-1 + P^T K P) v + P^T h = M^-1 v + P^T h,
 ///            h = reaction - S v0 + C^T T f0
-///   places   (1 + P1^T T C P) v + P1^T T Y T P1 f >= depth - P1^T (offset + T (lateral - at - C v0 - Y T f0)) ...
-/// which is B M B^T + P1^T T Y T P1, symmetric, in f.
+///   places   (1 + P1^T T C P) v + P1^T T Y T P1 f
+///              >= depth - P1^T (offset + T (lateral - at - C v0 - Y T f0))
+/// With B = 1 + P1^T T C P and v from the first, the matrix before f is B M B^T + P1^T T Y T P1, which
+/// is symmetric.
 NonlinearHive::Data::Contact NonlinearHive::Data::touch(int which, const Hive& hive,
                                                         double unit_length, double unit_compliance,
                                                         std::span<const double> depths) noexcept {
