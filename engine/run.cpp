@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -26,6 +27,7 @@
 #include "engine/state_hash.h"
 #include "engine/systems/gpu_surfaces.h"
 #include "engine/systems/haptic_tools.h"
+#include "engine/systems/heat_setup.h"
 #include "engine/systems/systems.h"
 #include "engine/systems/view.h"
 #include "engine/trainee.h"
@@ -407,7 +409,7 @@ RunReport begun_report(const SceneDescription& scene, const RunOptions& options)
 
 /// Organs go to the GPU where the run computes there. Where that fails, only a run that asked for
 /// it does too.
-Result<void> move_to_gpu(World& world, const ComputeDevice& device, Backend asked,
+Result<void> move_organs_to_gpu(World& world, const ComputeDevice& device, Backend asked,
                          RunReport& report) {
   if (device.decision.backend != Backend::kGpu) return {};
   const Stopwatch watch;
@@ -434,26 +436,52 @@ Result<void> move_to_gpu(World& world, const ComputeDevice& device, Backend aske
   return {};
 }
 
-/// And the smoke, likewise.
-Result<void> move_smoke_to_gpu(World& world, const ComputeDevice& device, Backend asked,
-                               RunReport& report) {
-  if (report.backend != name_of(Backend::kGpu) || world.smoke.size() == 0) return {};
+/// And a part of what happens in it, likewise: `move` takes it there and says of how many things, which is
+/// `count` of the report.
+Result<void> move_part_to_gpu(const char* part, const ComputeDevice& device, Backend asked,
+                              RunReport& report, std::size_t GpuReport::*count,
+                              const std::function<Result<std::size_t>()>& move) {
+  if (report.backend != name_of(Backend::kGpu)) return {};
   const Stopwatch watch;
   device.context->make_current();
-  auto made = GpuSmoke::create(GpuLimits::of_device(), device.context);
-  if (!made) {
-    if (asked == Backend::kGpu) return std::unexpected(made.error());
-    report.warnings.push_back(made.error().text() + ": smoke stays on the CPU");
+  const Result<std::size_t> moved = move();
+  if (!moved) {
+    if (asked == Backend::kGpu) return std::unexpected(moved.error());
+    report.warnings.push_back(
+        fmt::format("{}: {} stays on the CPU", moved.error().text(), part));
     return {};
   }
-  const std::shared_ptr<SmokePasses> passes = *std::move(made);
-  for (SmokeBody& smoke : world.smoke) smoke.volume.compute_on(passes);
+  if (*moved == 0) return {};
   if (!report.gpu)
     report.gpu =
         GpuReport{.device = device.context->device(), .start_s = device.start_s, .passes = {}};
   report.gpu->start_s += watch.seconds();
-  report.gpu->smoke_volumes = world.smoke.size();
+  (*report.gpu).*count = *moved;
   return {};
+}
+
+Result<std::size_t> move_smoke(World& world, const std::shared_ptr<EglContext>& context) {
+  if (world.smoke.size() == 0) return 0;
+  auto made = GpuSmoke::create(GpuLimits::of_device(), context);
+  if (!made) return std::unexpected(made.error());
+  const std::shared_ptr<SmokePasses> passes = *std::move(made);
+  for (SmokeBody& smoke : world.smoke) smoke.volume.compute_on(passes);
+  return world.smoke.size();
+}
+
+Result<void> move_world_to_gpu(World& world, const ComputeDevice& device, Backend asked,
+                               RunReport& report) {
+  if (auto moved = move_organs_to_gpu(world, device, asked, report); !moved) return moved;
+  if (auto moved = move_part_to_gpu("smoke", device, asked, report, &GpuReport::smoke_volumes,
+                                    [&] { return move_smoke(world, device.context); });
+      !moved)
+    return moved;
+  return move_part_to_gpu("heat", device, asked, report, &GpuReport::heat_organs,
+                          [&] { return move_heat_to_gpu(world, device.context); });
+}
+
+std::string counted(std::size_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 /// One line for the person who started the run.
@@ -461,10 +489,11 @@ std::string backend_line(const RunReport& report) {
   std::string line =
       fmt::format("deformation on the {} ({})", report.backend, report.backend_reason);
   if (report.gpu)
-    line += fmt::format(": {}, {} organ{}, {:.1f} MB, {} smoke volume{}, ready in {:.2f} s",
-                        report.gpu->device, report.gpu->organs, report.gpu->organs == 1 ? "" : "s",
-                        1e-6 * static_cast<double>(report.gpu->bytes), report.gpu->smoke_volumes,
-                        report.gpu->smoke_volumes == 1 ? "" : "s", report.gpu->start_s);
+    line += fmt::format(": {}, {}, {:.1f} MB, {}, heat of {}, ready in {:.2f} s",
+                        report.gpu->device, counted(report.gpu->organs, "organ"),
+                        1e-6 * static_cast<double>(report.gpu->bytes),
+                        counted(report.gpu->smoke_volumes, "smoke volume"),
+                        counted(report.gpu->heat_organs, "organ"), report.gpu->start_s);
   return line;
 }
 
@@ -487,6 +516,11 @@ void finish_report(const World& world, const SceneDescription& scene, const Trac
   for (std::size_t s = 0; s < world.smoke.size(); ++s)
     if (const std::string& failed = world.smoke[s].volume.device_failure(); !failed.empty())
       report.warnings.push_back(failed + ": that smoke went on on the CPU");
+  for (std::size_t b = 0; b < world.organ_burns.size(); ++b)
+    if (const std::string& failed = world.organ_burns[b].heat.device_failure(); !failed.empty())
+      report.warnings.push_back(
+          fmt::format("{}: that of organ \"{}\" went on on the CPU", failed,
+                      world.organ_bodies.find(world.organ_burns.owner(b))->name));
   describe_world(world, scene, report);
   for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
     if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
@@ -541,9 +575,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   if (!haptics) return std::unexpected(haptics.error());
   world.haptics = *haptics;
   if (world.haptics) world.haptics->publish(world, 0);
-  if (auto moved = move_to_gpu(world, *device, options.backend, report); !moved)
-    return std::unexpected(moved.error());
-  if (auto moved = move_smoke_to_gpu(world, *device, options.backend, report); !moved)
+  if (auto moved = move_world_to_gpu(world, *device, options.backend, report); !moved)
     return std::unexpected(moved.error());
   if (!options.quiet) fmt::print(stderr, "{}\n", backend_line(report));
   report.prepare_s = whole.seconds();

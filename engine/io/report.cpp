@@ -134,6 +134,7 @@ Json gpu_json(const GpuReport& gpu) {
           {"start_s", gpu.start_s},
           {"organs", gpu.organs},
           {"smoke_volumes", gpu.smoke_volumes},
+          {"heat_organs", gpu.heat_organs},
           {"bytes", gpu.bytes},
           {"passes", passes}};
 }

@@ -115,6 +115,7 @@ struct GpuReport {
   double start_s = 0.0;             ///< context, kernels, uploads
   std::size_t organs = 0;           ///< that it deforms
   std::size_t smoke_volumes = 0;    ///< whose passes it runs
+  std::size_t heat_organs = 0;      ///< whose heat it moves, where a hook burns them
   std::size_t bytes = 0;            ///< of its memory, for organs
   std::vector<StageReport> passes;  ///< times on the device, of frames that deform something
 };
@@ -140,7 +141,7 @@ struct RunReport {
   int threads = 0;
   std::string backend;         ///< "cpu", "gpu"
   std::string backend_reason;  ///< why this one
-  std::optional<GpuReport> gpu;  ///< where it deformed organs
+  std::optional<GpuReport> gpu;  ///< where it computed anything
   std::string renderer;      ///< device; empty: no pictures were drawn
   double duration_s = 0.0;   ///< simulated
   std::uint64_t frames = 0;  ///< of the simulation

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "engine/gpu/gpu_heat.h"
 #include "engine/io/report.h"
 #include "engine/systems/tool_shape.h"
 
@@ -118,6 +120,15 @@ Result<void> add_heat(const SceneDescription& scene, World& world) {
                   .hook = {}});
   }
   return {};
+}
+
+Result<std::size_t> move_heat_to_gpu(World& world, std::shared_ptr<EglContext> context) {
+  if (world.organ_burns.size() == 0) return 0;
+  const auto first = GpuHeat::create(GpuLimits::of_device(), std::move(context));
+  if (!first) return std::unexpected(first.error());
+  // Fields come after every step: the report, the pictures and the hash look at them after each.
+  for (OrganBurn& burn : world.organ_burns) burn.heat.compute_on((*first)->another());
+  return world.organ_burns.size();
 }
 
 void warn_of_cold_organs(const SceneDescription& scene, const World& world,

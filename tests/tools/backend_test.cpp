@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <sstream>
 
 #include "engine/gpu/egl_context.h"
@@ -38,6 +39,21 @@ class WithoutCompute {
   ~WithoutCompute() { unsetenv("MESA_GL_VERSION_OVERRIDE"); }
 };
 
+/// Numbers of two reports' parts are so near to each other, of `scale`, or else of the greater one.
+void expect_near(const Json& one, const Json& other, double share, std::optional<double> scale = {}) {
+  ASSERT_EQ(one.size(), other.size());
+  for (const auto& [key, value] : one.items()) {
+    const Json& twin = other.at(key);
+    if (!value.is_number()) {
+      EXPECT_EQ(value, twin) << key;
+      continue;
+    }
+    const double a = value, b = twin;
+    EXPECT_LE(std::abs(a - b), share * scale.value_or(std::max(std::abs(a), std::abs(b))))
+        << key << ": " << a << ", " << b;
+  }
+}
+
 class BackendRun : public testing::Test {
  protected:
   void SetUp() override {
@@ -59,7 +75,8 @@ TEST_F(BackendRun, TheGpuGivesTheForcesAndThePicturesOfTheCpu) {
   std::vector<std::string> cpu_pictures;
   for (const auto& file : files_of(folder.out() / "frames", ".png"))
     cpu_pictures.push_back(pixels(file));
-  EXPECT_TRUE(folder.report()["gpu"].is_null());
+  const Json on_cpu = folder.report();
+  EXPECT_TRUE(on_cpu["gpu"].is_null());
 
   result = folder.run({"--backend", "gpu"});
   ASSERT_EQ(result.code, 0) << result.told();
@@ -101,7 +118,14 @@ TEST_F(BackendRun, TheGpuGivesTheForcesAndThePicturesOfTheCpu) {
   EXPECT_EQ(gpu["device"], report["renderer"]);
   EXPECT_GT(gpu["start_s"], 0.0);
   EXPECT_EQ(gpu["organs"], 1);
+  EXPECT_EQ(gpu["heat_organs"], 1);
   EXPECT_GT(gpu["bytes"], 10'000);
+  const double delivered = on_cpu["cautery"]["energy_delivered_J"];
+  EXPECT_GT(delivered, 1.0);
+  expect_near(report["cautery"], on_cpu["cautery"], 1e-4, delivered);
+  ASSERT_EQ(on_cpu["tissue"].size(), 1u);
+  expect_near(report["tissue"][0], on_cpu["tissue"][0], 1e-2);
+  EXPECT_EQ(report["flags"], on_cpu["flags"]);
   std::vector<std::string> passes;
   for (const Json& pass : gpu["passes"]) {
     passes.push_back(pass["name"]);

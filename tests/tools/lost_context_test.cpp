@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -61,6 +62,7 @@ TEST_F(LostContext, ARunOnTheGpuGoesOnOnTheCpuWithItsPicturesAndSaysSo) {
   EXPECT_EQ(report->frames, 12u);
   EXPECT_EQ(report->pictures, 6u);
   for (const char* part : {"organs on the GPU: its context was lost", "smoke on the GPU",
+                           "heat on the GPU: its context was lost: that of organ \"ball\" went on",
                            "pictures went on with another one"})
     EXPECT_TRUE(warns(*report, part)) << part;
   EXPECT_EQ(files_of(folder_.out() / "frames", ".png").size(), 6u);
@@ -78,6 +80,13 @@ TEST_F(LostContext, ARunWithoutPicturesGoesOnOnTheCpu) {
   EXPECT_TRUE(report->complete);
   EXPECT_TRUE(warns(*report, "organs on the GPU: its context was lost"));
   EXPECT_TRUE(warns(*report, "that smoke went on on the CPU"));
+  EXPECT_TRUE(warns(*report, "that of organ \"ball\" went on on the CPU"));
+  ASSERT_TRUE(report->gpu);
+  EXPECT_EQ(report->gpu->heat_organs, 1u);
+  // What was burnt before and after the loss is one burn, whose energy is all there.
+  ASSERT_TRUE(report->cautery);
+  EXPECT_GT(report->cautery->delivered, 0.0);
+  EXPECT_LT(std::abs(report->cautery->residual), 1e-3);
 }
 
 TEST_F(LostContext, ARunOnTheCpuLosesNoPicture) {

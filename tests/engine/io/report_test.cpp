@@ -81,12 +81,16 @@ TEST(Report, TellsOfTheGpuWhereItWasUsed) {
   report.gpu = GpuReport{.device = "llvmpipe",
                          .start_s = 0.5,
                          .organs = 2,
+                         .smoke_volumes = 3,
+                         .heat_organs = 1,
                          .bytes = 1000,
                          .passes = {stage_report("product", quantiles({1e-3, 2e-3, 3e-3}))}};
   const json gpu = json::parse(to_json(report))["gpu"];
   EXPECT_EQ(gpu["device"], "llvmpipe");
   EXPECT_EQ(gpu["start_s"], 0.5);
   EXPECT_EQ(gpu["organs"], 2);
+  EXPECT_EQ(gpu["smoke_volumes"], 3);
+  EXPECT_EQ(gpu["heat_organs"], 1);
   EXPECT_EQ(gpu["bytes"], 1000);
   ASSERT_EQ(gpu["passes"].size(), 1u);
   EXPECT_EQ(gpu["passes"][0]["name"], "product");

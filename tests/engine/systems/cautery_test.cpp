@@ -2,7 +2,10 @@
 
 #include <cmath>
 
+#include "engine/gpu/backend.h"
 #include "engine/run.h"
+#include "engine/systems/heat_setup.h"
+#include "engine/verification/heat_case.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -230,6 +233,109 @@ TEST(Cautery, SkippedPartsSayWhy) {
     EXPECT_NE(part.what, "heat");
     EXPECT_NE(part.what, "smoke");
   }
+}
+
+/// The same scene, its heat once on the CPU and once by the compute kernels.
+class CauteryOnTheGpu : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto device = open_compute_device(Backend::kGpu, false);
+    if (!device) GTEST_SKIP() << device.error().text();
+    context_ = device->context;
+    RecordProperty("device", context_->device());
+  }
+
+  std::unique_ptr<World> build_on_gpu(const SceneDescription& scene, std::size_t organs) {
+    auto world = build(scene);
+    if (!world) return nullptr;
+    const auto moved = move_heat_to_gpu(*world, context_);
+    EXPECT_TRUE(moved) << moved.error().text();
+    EXPECT_EQ(moved.value_or(0), organs);
+    return world;
+  }
+
+  /// Contact is the same to the bit, so what is apart comes from the kernels' rounding and from currents
+  /// that follow what they dried.
+  void expect_the_same_burns(const World& cpu, const World& gpu) {
+    ASSERT_EQ(cpu.organ_burns.size(), gpu.organ_burns.size());
+    for (std::size_t b = 0; b < cpu.organ_burns.size(); ++b) {
+      SCOPED_TRACE(b);
+      const OrganBurn &one = cpu.organ_burns[b], &other = gpu.organ_burns[b];
+      const HeatDifference apart = heat_difference(one.heat, other.heat);
+      ASSERT_TRUE(apart.same_bricks);
+      record("excess_apart", apart.excess);
+      record("water_apart", apart.water);
+      record("charred_apart", apart.charred);
+      record("damage_apart", apart.damage);
+      EXPECT_LT(apart.excess, 5e-5);
+      EXPECT_LT(apart.water, 5e-5);
+      EXPECT_LT(apart.charred, 5e-4);
+      EXPECT_LT(apart.damage, 1e-3) << "it grows exponentially with temperature";
+      const HeatBook book = one.heat.book(), twin = other.heat.book();
+      EXPECT_GT(book.delivered, 1.0);
+      EXPECT_NEAR(twin.delivered, book.delivered, 1e-5 * book.delivered);
+      EXPECT_NEAR(twin.stored, book.stored, 1e-5 * book.delivered);
+      EXPECT_LT(std::abs(twin.residual()), 1e-3 * book.delivered);
+      EXPECT_GT(one.smoke, 0.0);
+      EXPECT_NEAR(other.smoke, one.smoke, 1e-4 * one.smoke);
+      EXPECT_NEAR(other.greatest_hot, one.greatest_hot, 1e-2 * one.greatest_hot);
+    }
+  }
+
+  void record(const char* name, double value) {
+    RecordProperty(name, std::to_string(1e6 * value) + "e-6");
+  }
+
+  std::shared_ptr<EglContext> context_;
+};
+
+TEST_F(CauteryOnTheGpu, TemperaturesWaterDamageAndSmokeAreTheCpus) {
+  const auto scene = burning_scene(30.0);
+  auto cpu = build(scene), gpu = build_on_gpu(scene, 1);
+  ASSERT_TRUE(cpu && gpu);
+  EXPECT_EQ(step_until(*gpu, 1.0), step_until(*cpu, 1.0));
+  const Bioheat& heat = gpu->organ_burns[0].heat;
+  EXPECT_NE(heat.device(), nullptr);
+  EXPECT_EQ(heat.device_failure(), "");
+  EXPECT_GT(heat.vaporised_water(), 0.0);
+  expect_the_same_burns(*cpu, *gpu);
+}
+
+TEST_F(CauteryOnTheGpu, OrgansBurnBesideEachOther) {
+  auto scene = burning_scene(30.0);
+  scene.organs.push_back(scene.organs[0]);
+  scene.organs[1].name = "other";
+  const Vec3 beside(80e-3, 0, 0);
+  scene.organs[1].pose.position += beside;
+  scene.instruments.push_back(scene.instruments[0]);
+  scene.instruments[1].name = "other hook";
+  for (InstrumentKey& key : scene.instruments[1].path) {
+    key.tip += beside;
+    key.power *= 0.5;
+  }
+  auto cpu = build(scene), gpu = build_on_gpu(scene, 2);
+  ASSERT_TRUE(cpu && gpu);
+  EXPECT_EQ(step_until(*gpu, 0.5), step_until(*cpu, 0.5));
+  EXPECT_NE(gpu->organ_burns[0].heat.device(), gpu->organ_burns[1].heat.device());
+  expect_the_same_burns(*cpu, *gpu);
+}
+
+TEST_F(CauteryOnTheGpu, AfterALostContextTheBurnGoesOnOnTheCpuWithoutAStepLost) {
+  const auto scene = burning_scene(30.0);
+  auto cpu = build(scene), gpu = build_on_gpu(scene, 1);
+  ASSERT_TRUE(cpu && gpu);
+  step_until(*gpu, 0.4);
+  EXPECT_NE(gpu->organ_burns[0].heat.device(), nullptr);
+  context_->declare_lost();
+  EXPECT_EQ(step_until(*gpu, 0.8), step_until(*cpu, 0.8));
+  const Bioheat& heat = gpu->organ_burns[0].heat;
+  EXPECT_EQ(heat.device(), nullptr);
+  EXPECT_EQ(heat.device_failure(), "heat on the GPU: its context was lost");
+  expect_the_same_burns(*cpu, *gpu);
+}
+
+TEST_F(CauteryOnTheGpu, WhereNothingCanBurnNothingGoesThere) {
+  EXPECT_TRUE(build_on_gpu(burning_scene(0.0), 0));
 }
 
 }  // namespace
