@@ -128,7 +128,8 @@ class RunCommand {
     command_->add_option("--threads", options_.threads, "worker threads; 0: all cores")
         ->check(CLI::Range(0, 1024));
     command_->add_option("--backend", backend_,
-                         "where organs deform: cpu, gpu, or auto (the GPU where there is one)")
+                         "where organs deform and smoke and heat move: cpu, gpu, or auto (the GPU "
+                         "where there is one)")
         ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
         ->capture_default_str();
     command_->add_flag("--no-render", no_render_, "no pictures, no film");

@@ -1,5 +1,5 @@
 // Drawn surfaces of touched organs on the GPU: the deform stage hands over what loads them, the
-// shaders work while the CPU burns tissue and moves smoke, the fetch stage takes positions back, as
+// shaders work while tissue burns and smoke moves, the fetch stage takes positions back, as
 // the next frame's contact needs them. Normals stay on the GPU, where the renderer draws from.
 #pragma once
 
