@@ -1,0 +1,95 @@
+// The paper's palpations [De2006] fig. 14, whole, on the logical clock: the kidney by its global
+// model (GPAFF), the lung by hives alone (LPAFF).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/scene/load_scene.h"
+#include "engine/scene/tissues.h"
+#include "engine/state_hash.h"
+#include "engine/systems/haptic_tools.h"
+#include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+struct Palpation {
+  std::string hash;
+  double felt = 0.0, dent = 0.0;  ///< greatest, by the hand [N]; of the drawn surface [m]
+  std::size_t triangles = 0;
+  bool global = false, local = false;
+  HiveTissueFigures hives;
+  std::uint64_t passivity_violations = 0;
+};
+
+Palpation palpate(const std::string& name) {
+  Palpation out;
+  SceneLoadOptions options;
+  options.assets = project_file("assets");
+  auto scene = load_scene(project_file("scenes/" + name + ".json"), options);
+  const auto tissues = load_tissues(project_file("assets/tissues.json"));
+  if (!scene || !tissues) {
+    ADD_FAILURE() << (scene ? tissues.error().text() : scene.error().text());
+    return out;
+  }
+  std::vector<std::string> warnings;
+  auto world = build_world(*scene, *tissues, {options.assets, false}, no_progress(), warnings);
+  if (!world) {
+    ADD_FAILURE() << world.error().text();
+    return out;
+  }
+  World& all = **world;
+  auto haptics = HapticTools::create(*scene, all, {});
+  if (!haptics) {
+    ADD_FAILURE() << haptics.error().text();
+    return out;
+  }
+  all.haptics = *haptics;
+  all.haptics->publish(all, 0);
+  StateHash hash;
+  Trace trace({kStageNames.begin(), kStageNames.end()});
+  const HapticTool& probe = all.haptics->tools().front();
+  while (all.time() < scene->duration - 1e-9) {
+    step_frame(all, trace);
+    hash.add_frame(all);
+    out.felt = std::max(out.felt, probe.output.tissue.norm());
+    out.dent = std::max(out.dent, double{all.organ_states[0].greatest_displacement});
+  }
+  out.hash = hash.finish(all);
+  out.triangles = all.organ_bodies[0].model->surface.triangles.size();
+  out.global = all.organ_contacts.size() == 1;
+  out.local = all.local_organs.size() == 1;
+  out.hives = probe.tissue->figures();
+  out.passivity_violations = probe.servo->passivity_violations();
+  return out;
+}
+
+void expect_touched(const Palpation& one) {
+  EXPECT_GT(one.felt, 0.02);
+  EXPECT_GT(one.dent, 1e-3);
+  EXPECT_LT(one.dent, 20e-3);
+  EXPECT_GE(one.hives.hives, 2u);
+  EXPECT_EQ(one.hives.refused, 0u);
+  EXPECT_EQ(one.hives.uncovered, 0u);
+  EXPECT_EQ(one.passivity_violations, 0u);
+}
+
+TEST(Palpation, TheKidneyIsFeltBesideItsGlobalModelAndRepeats) {
+  const Palpation first = palpate("kidney_palpation");
+  EXPECT_EQ(first.triangles, 1080u);
+  EXPECT_TRUE(first.global && !first.local);
+  expect_touched(first);
+  EXPECT_EQ(palpate("kidney_palpation").hash, first.hash);
+}
+
+TEST(Palpation, TheLungIsFeltAndDentedByHivesAloneAndRepeats) {
+  const Palpation first = palpate("lung_palpation");
+  EXPECT_EQ(first.triangles, 1364u);
+  EXPECT_TRUE(first.local && !first.global);
+  expect_touched(first);
+  EXPECT_EQ(palpate("lung_palpation").hash, first.hash);
+}
+
+}  // namespace
+}  // namespace viscera::test
