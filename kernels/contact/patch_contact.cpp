@@ -17,6 +17,9 @@ constexpr double kBasisTolerance = 5e-4;
 /// Added to the diagonal, relative: two tools may press the very same spot. Also the least
 /// eigenvalue of the scaled matrix, see lift().
 constexpr double kRidge = 1e-6;
+/// How far about a cell the tissue counts for its near field, in spacings of the nodes: as narrow as
+/// places allow, since what is wider is the compliance's part.
+constexpr double kFeltSpacings = 0.35;
 /// A patch that has not moved for this many solves is taken to stay; the columns of so many of its
 /// cells are then put together in a call, each for about what the sum over all touched places costs.
 constexpr int kStaysAfter = 3;
@@ -98,11 +101,17 @@ PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableS
   local_of_.assign(compliance.touchable.size(), -1);
 }
 
+IsotropicMaterial PatchContact::material_of(double stiffness) const {
+  return {stiffness * material_.youngs_modulus, material_.poisson_ratio};
+}
+
 /// Cells that stay: C S^T of them is known, so that what they share with other cells is a product
 /// with the weights of these.
 struct PatchContact::Anchors {
+  std::vector<ContactCell> cells;
   std::vector<Place> places;
   std::vector<NearField> near_fields;
+  std::vector<double> stiffness;
   int beyond_touchable = 0;
   std::vector<int> touched;    // touchable places under them, ascending (m)
   MatrixX weights;             // S: anchors x m
@@ -113,16 +122,18 @@ struct PatchContact::Anchors {
 /// S: the share of each touched place in the load of each cell.
 void PatchContact::spread_cells(std::span<const ContactCell> cells) {
   near_fields_.clear();
+  stiffness_.clear();
   beyond_touchable_ = 0;
   spread_.resize(std::max(spread_.size(), cells.size()));
   touched_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
     const double sigma = spread_factor() * spacing_at(surface_, cell.position);
-    near_fields_.emplace_back(material_, sigma);
     if (!spread_load(surface_, cell.position, cell.normal, sigma, spread_[k])) {
       ++beyond_touchable_;
     }
+    stiffness_.push_back(stiffness_about(cell.position, spread_[k]));
+    near_fields_.emplace_back(material_of(stiffness_.back()), sigma);
     for (const LoadShare& share : spread_[k]) {
       int& local = local_of_[static_cast<std::size_t>(share.place)];
       if (local >= 0) continue;
@@ -143,6 +154,22 @@ void PatchContact::spread_cells(std::span<const ContactCell> cells) {
     }
   }
   for (const int place : touched_) local_of_[static_cast<std::size_t>(place)] = -1;
+}
+
+/// Of the tissue about a cell, over that of sound tissue: by a bell over the places that carry its load.
+double PatchContact::stiffness_about(const Vec3& position,
+                                     const std::vector<LoadShare>& shares) const {
+  if (!update_ || update_->stiffness.empty()) return 1.0;
+  double sum = 0.0, whole = 0.0;
+  for (const LoadShare& share : shares) {
+    const auto place = static_cast<std::size_t>(share.place);
+    const double distance =
+        (surface_.positions[place] - position).norm() / (kFeltSpacings * surface_.spacings[place]);
+    const double weight = std::exp(-0.5 * distance * distance);
+    sum += weight * static_cast<double>(update_->stiffness[place]);
+    whole += weight;
+  }
+  return whole > 0.0 ? sum / whole : 1.0;
 }
 
 /// The compliance among touched places, split by component. Where it is symmetric only one triangle
@@ -171,7 +198,28 @@ void PatchContact::gather_compliance() {
       }
     }
   }
+  if (update_ && update_->rank > 0) take_off_blocks();
   gathered_ = touched_;
+}
+
+/// V V^T among the touched places.
+void PatchContact::take_off_blocks() {
+  const auto m = static_cast<Eigen::Index>(touched_.size());
+  const auto rank = static_cast<Eigen::Index>(update_->rank);
+  const std::size_t height = 3 * surface_.size();
+  std::array<Eigen::MatrixXf, 3> rows;  // of V^T, by component: a column a place
+  for (std::size_t a = 0; a < 3; ++a) {
+    rows[a].resize(rank, m);
+    for (Eigen::Index j = 0; j < m; ++j) {
+      const std::size_t row = 3 * static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]) + a;
+      for (Eigen::Index k = 0; k < rank; ++k) {
+        rows[a](k, j) = update_->touchable[static_cast<std::size_t>(k) * height + row];
+      }
+    }
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t b = a; b < 3; ++b) block_[3 * a + b].noalias() -= rows[a].transpose() * rows[b];
+  }
 }
 
 /// S = coefficients * basis by Gram and Schmidt, taking the worst represented cell first.
@@ -232,8 +280,10 @@ void PatchContact::couple_cells() {
 void PatchContact::couple_nearby(std::span<const ContactCell> cells) {
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l < std::min(k + 1, moving_cells()); ++l) {
-      const double share = facing(cells[k].normal.dot(cells[l].normal));
-      if (share == 0.0) continue;
+      const double faces = facing(cells[k].normal.dot(cells[l].normal));
+      if (faces == 0.0) continue;
+      // The tissue about each counts by its root, so that the whole stays positive.
+      const double share = faces / std::sqrt(stiffness_[k] * stiffness_[l]);
       // Spread by two Gaussians: their variances add.
       const double one = near_fields_[k].sigma(), other = near_fields_[l].sigma();
       const NearField near(material_, std::sqrt(0.5 * (one * one + other * other)));
@@ -271,6 +321,7 @@ void PatchContact::couple_anchors(std::span<const ContactCell> cells) {
   whole.bottomLeftCorner(own, 3 * n) = whole.topRightCorner(3 * n, own).transpose();
   response_ = std::move(whole);
   near_fields_.insert(near_fields_.end(), anchors.near_fields.begin(), anchors.near_fields.end());
+  stiffness_.insert(stiffness_.end(), anchors.stiffness.begin(), anchors.stiffness.end());
   beyond_touchable_ += anchors.beyond_touchable;
   couple_nearby(cells);
 }
@@ -498,6 +549,8 @@ void PatchContact::anchor(std::span<const ContactCell> cells) {
   if (!compliance_.symmetric || cells.empty()) return;
   see_places(cells, true);
   auto anchors = std::make_shared<Anchors>();
+  anchors->cells.assign(cells.begin(), cells.end());
+  anchors->stiffness = stiffness_;
   anchors->places = places_;
   anchors->near_fields = near_fields_;
   anchors->beyond_touchable = beyond_touchable_;
@@ -510,9 +563,35 @@ void PatchContact::anchor(std::span<const ContactCell> cells) {
     const VectorX weights = anchors->weights.row(static_cast<Eigen::Index>(k)).transpose();
     sum_weighted_triples(compliance_.columns.data(), rows, touched_,
                          {weights.data(), touched_.size()}, anchors->columns.data() + 3 * rows * k);
+    take_off_columns({weights.data(), touched_.size()}, anchors->columns.data() + 3 * rows * k);
   }
   anchors_ = std::move(anchors);
   places_.clear();
+}
+
+void PatchContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
+  if (!compliance_.symmetric) return;
+  update_ = std::move(update);
+  // All that was put together of the compliance until now is of another body.
+  gathered_.clear();
+  places_.clear();
+  ways_.clear();
+  measured_.clear();
+  columns_built_ = 0;
+  stayed_ = 0;
+  if (const auto anchors = anchors_) anchor(anchors->cells);
+}
+
+/// V V^T S^T for the loads of one cell: three columns, as many rows as the compliance has.
+void PatchContact::take_off_columns(std::span<const double> weights, float* columns) const {
+  if (!update_ || update_->rank == 0) return;
+  const std::size_t rows = compliance_.rows();
+  std::vector<Vec3> loads(weights.size());
+  for (int a = 0; a < 3; ++a) {
+    for (std::size_t j = 0; j < weights.size(); ++j) loads[j] = weights[j] * Vec3::Unit(a);
+    subtract_update(*update_, touched_, loads,
+                    {columns + static_cast<std::size_t>(a) * rows, rows});
+  }
 }
 
 /// What follows from solution.forces.
@@ -618,6 +697,8 @@ void PatchContact::build_columns() {
     sum_weighted_triples(compliance_.columns.data(), rows, touched_,
                          {weights.data(), touched_.size()},
                          cell_columns_.data() + 3 * rows * columns_built_);
+    take_off_columns({weights.data(), touched_.size()},
+                     cell_columns_.data() + 3 * rows * columns_built_);
     ++columns_built_;
   }
 }
@@ -642,6 +723,10 @@ void PatchContact::place_displacements(std::vector<float>& displacements) {
   if (forces_.empty() || columns_built_ < moving || moving == 0) {
     sum_column_triples(compliance_.columns.data(), rows, response_of_forces_.touched,
                        response_of_forces_.loads, displacements);
+    if (update_) {
+      subtract_update(*update_, response_of_forces_.touched, response_of_forces_.loads,
+                      displacements);
+    }
   } else {
     sum_cells(cell_columns_, std::span(forces_).first(moving), displacements);
   }

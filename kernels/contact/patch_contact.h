@@ -10,6 +10,7 @@
 
 #include "kernels/contact/frictional.h"
 #include "kernels/contact/near_field.h"
+#include "kernels/contact/stiffness_update.h"
 #include "kernels/contact/touchable_surface.h"
 #include "kernels/contact/unilateral.h"
 #include "kernels/paff/elasticity.h"
@@ -78,6 +79,11 @@ class PatchContact {
   /// with `backing`, they cost a product with the other cells' weights.
   void anchor(std::span<const ContactCell> cells);
 
+  /// From now on the body is stiffer by this (null: as it was prepared): its compliance, and the near
+  /// field about each cell by the tissue there. Only for a symmetric compliance.
+  void stiffen(std::shared_ptr<const StiffnessUpdate> update);
+  const StiffnessUpdate* update() const { return update_.get(); }
+
   /// Every tool's cells on this body together. u at cell k is
   /// free_k + sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
   /// depth, complementary, the tangential force within the cone of friction and against the slip;
@@ -138,6 +144,8 @@ class PatchContact {
   void build_columns();
   void spread_cells(std::span<const ContactCell> cells);
   void gather_compliance();
+  double stiffness_about(const Vec3& position, const std::vector<LoadShare>& shares) const;
+  void take_off_blocks();
   void compress_weights();
   void couple_cells();
   void couple_nearby(std::span<const ContactCell> cells);
@@ -151,9 +159,13 @@ class PatchContact {
   void measure(std::span<const ContactCell> cells, ContactSolution& solution);
   void lift();
 
+  IsotropicMaterial material_of(double stiffness) const;
+  void take_off_columns(std::span<const double> weights, float* columns) const;
+
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
   IsotropicMaterial material_;
+  std::shared_ptr<const StiffnessUpdate> update_;
 
   std::shared_ptr<const Anchors> anchors_;
   bool anchored_ = false;      // the last solve's last cells are the anchors
@@ -162,6 +174,7 @@ class PatchContact {
   std::vector<Way> ways_;
   MatrixX backing_;
   std::vector<NearField> near_fields_;
+  std::vector<double> stiffness_;  // of the tissue about each cell, over sound tissue's
   int beyond_touchable_ = 0;
   bool same_matrix_ = false;  // as in the last solve
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <string_view>
+#include <vector>
 
 extern "C" {
 void spotrf_(const char*, const int*, float*, const int*, int*);
@@ -20,6 +21,8 @@ void ssyrk_(const char*, const char*, const int*, const int*, const float*, cons
             const int*, const float*, float*, const int*);
 void dsyrk_(const char*, const char*, const int*, const int*, const double*, const double*,
             const int*, const double*, double*, const int*);
+void dsyevd_(const char*, const char*, const int*, double*, const int*, double*, double*,
+             const int*, int*, const int*, int*);
 }
 
 namespace viscera {
@@ -164,6 +167,21 @@ void subtract_square(int n, int k, const float* a, int lda, float* c, int ldc) {
 void subtract_square(int n, int k, const double* a, int lda, double* c, int ldc) {
   const double minus = -1.0, one = 1.0;
   dsyrk_("L", "N", &n, &k, &minus, a, &lda, &one, c, &ldc);
+}
+
+bool eigen(int n, double* a, double* values) {
+  if (n == 0) return true;
+  int info = 0, work_size = -1, whole_size = -1, whole = 0;
+  double work = 0.0;
+  dsyevd_("V", "L", &n, a, &n, values, &work, &work_size, &whole, &whole_size, &info);
+  if (info != 0) return false;
+  work_size = static_cast<int>(work);
+  whole_size = whole;
+  std::vector<double> room(static_cast<std::size_t>(work_size));
+  std::vector<int> whole_room(static_cast<std::size_t>(whole_size));
+  dsyevd_("V", "L", &n, a, &n, values, room.data(), &work_size, whole_room.data(), &whole_size,
+          &info);
+  return info == 0;
 }
 
 }  // namespace blas

@@ -304,13 +304,15 @@ Result<std::vector<double>> solve_consistency(SymmetricBlockMatrix matrix,
 }
 
 template <int kTerms, int kStresses>
-Result<double> make_consistent(const ShapeFunctions& shape, const VolumeQuadrature& volume,
-                               const NodeIncidence& incidence, const SurfaceQuadrature& surface,
-                               const PointFields& surface_fields, PointFields& fields) {
+Result<ConsistencyChange> make_consistent(const ShapeFunctions& shape,
+                                          const VolumeQuadrature& volume,
+                                          const NodeIncidence& incidence,
+                                          const SurfaceQuadrature& surface,
+                                          const PointFields& surface_fields, PointFields& fields) {
   ConsistencyProblem<kTerms, kStresses> problem(shape, volume, incidence, fields);
   std::vector<double> sizes;
   const std::vector<double> defect = problem.defect(surface, surface_fields, sizes);
-  const Result<std::vector<double>> multipliers =
+  Result<std::vector<double>> multipliers =
       solve_consistency(problem.matrix(), problem.scale(), defect, sizes);
   if (!multipliers) return std::unexpected(multipliers.error());
   // Where few nodes reach, a constraint may be met by changes only that are larger than the
@@ -323,20 +325,34 @@ Result<double> make_consistent(const ShapeFunctions& shape, const VolumeQuadratu
             "place, or use another node spacing";
     return failure(text.str());
   }
-  return size;
+  return ConsistencyChange{size, std::move(*multipliers)};
+}
+
+template <int kTerms, int kStresses>
+void correct(const ShapeFunctions& shape, const VolumeQuadrature& some,
+             const std::vector<double>& multipliers, PointFields& fields) {
+  const NodeIncidence incidence(fields, shape.cloud().size());
+  ConsistencyProblem<kTerms, kStresses>(shape, some, incidence, fields).correct(multipliers);
 }
 
 }  // namespace
 
-Result<double> make_gradients_consistent(const ShapeFunctions& shape,
-                                         const VolumeQuadrature& volume,
-                                         const NodeIncidence& volume_incidence,
-                                         const SurfaceQuadrature& surface,
-                                         const PointFields& surface_fields,
-                                         PointFields& volume_fields) {
+Result<ConsistencyChange> make_gradients_consistent(const ShapeFunctions& shape,
+                                                    const VolumeQuadrature& volume,
+                                                    const NodeIncidence& volume_incidence,
+                                                    const SurfaceQuadrature& surface,
+                                                    const PointFields& surface_fields,
+                                                    PointFields& volume_fields) {
   const auto& make = shape.basis() == Basis::linear ? make_consistent<kLinearTerms, 1>
                                                     : make_consistent<kQuadraticTerms, 4>;
   return make(shape, volume, volume_incidence, surface, surface_fields, volume_fields);
+}
+
+void correct_gradients(const ShapeFunctions& shape, const VolumeQuadrature& some,
+                       const std::vector<double>& multipliers, PointFields& fields) {
+  const auto& correct_with =
+      shape.basis() == Basis::linear ? correct<kLinearTerms, 1> : correct<kQuadraticTerms, 4>;
+  correct_with(shape, some, multipliers, fields);
 }
 
 }  // namespace viscera

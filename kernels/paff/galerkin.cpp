@@ -1,5 +1,6 @@
 #include "kernels/paff/galerkin.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -214,9 +215,10 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
 
   if (!progress(0.3, "making gradients consistent")) return failure(kCancelled);
   const NodeIncidence incidence(*inside, n);
-  const Result<double> correction = make_gradients_consistent(
+  Result<ConsistencyChange> correction = make_gradients_consistent(
       shape, system.volume_, incidence, system.surface_, *on_surface, *inside);
   if (!correction) return std::unexpected(correction.error());
+  system.multipliers_ = std::move(correction->multipliers);
 
   if (!progress(0.7, "assembling")) return failure(kCancelled);
   if (split_lambda(problem.material).averaged > 0.0) {
@@ -229,7 +231,7 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   system.figures_.unknowns = 3 * n;
   system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
   system.figures_.quadrature_points = system.volume_.size();
-  system.figures_.gradient_correction = *correction;
+  system.figures_.gradient_correction = correction->size;
   system.figures_.assemble_s = watch.seconds();
   if (!progress(1.0, "assembling")) return failure(kCancelled);
   return system;
@@ -313,6 +315,62 @@ Vec3 GalerkinSystem::displacement(std::span<const double> unknowns, const Vec3& 
     sum += at.values[j] * Vec3::Map(unknowns.data() + 3 * at.nodes[j]);
   }
   return sum;
+}
+
+Result<ElasticRegion> GalerkinSystem::region(
+    const std::function<bool(const Vec3&)>& wanted) const {
+  ElasticRegion region;
+  region.shear_modulus = material_.shear_modulus();
+  const SplitLambda lambda = split_lambda(material_);
+  region.pointwise_lambda = lambda.pointwise;
+  region.averaged_lambda = lambda.averaged;
+  VolumeQuadrature points;
+  std::vector<std::size_t> numbers;
+  for (std::size_t q = 0; q < volume_.size(); ++q) {
+    if (!wanted(volume_.positions[q])) continue;
+    points.positions.push_back(volume_.positions[q]);
+    points.weights.push_back(volume_.weights[q]);
+    numbers.push_back(q);
+  }
+  if (numbers.empty()) return region;
+  Result<PointFields> fields = evaluate_fields(*fields_, points.positions, true);
+  if (!fields) return std::unexpected(fields.error());
+  correct_gradients(*fields_, points, multipliers_, *fields);
+  region.positions = std::move(points.positions);
+  region.weights = std::move(points.weights);
+  region.begin = std::move(fields->begin);
+  region.point_nodes = std::move(fields->nodes);
+  region.gradients = std::move(fields->gradients);
+  if (lambda.averaged > 0.0) add_cells(numbers, region);
+  number_nodes(fields_->cloud().size(), region);
+  return region;
+}
+
+/// The cells of these points of the volume, with all their rows.
+void GalerkinSystem::add_cells(std::span<const std::size_t> numbers, ElasticRegion& region) const {
+  const std::size_t terms = dilatation_.terms;
+  std::vector<int> cells;
+  for (const std::size_t q : numbers) cells.push_back(dilatation_.cell[q]);
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  for (const std::size_t q : numbers) {
+    const auto at = std::lower_bound(cells.begin(), cells.end(), dilatation_.cell[q]);
+    region.cell.push_back(static_cast<int>(at - cells.begin()));
+    const auto psi = std::span(dilatation_.volume_psi).subspan(terms * q, terms);
+    region.psi.insert(region.psi.end(), psi.begin(), psi.end());
+  }
+  for (const int cell : cells) {
+    const PointFields& rows = dilatation_.rows;
+    const std::size_t row = terms * static_cast<std::size_t>(cell);
+    const auto at = [](const auto& values, std::size_t i) {
+      return values.begin() + static_cast<std::ptrdiff_t>(i);
+    };
+    region.cell_nodes.insert(region.cell_nodes.end(), at(rows.nodes, rows.begin[row]),
+                             at(rows.nodes, rows.begin[row + 1]));
+    region.cell_gradients.insert(region.cell_gradients.end(), at(rows.gradients, rows.begin[row]),
+                                 at(rows.gradients, rows.begin[row + terms]));
+    region.cell_begin.push_back(region.cell_nodes.size());
+  }
 }
 
 Result<SparseCholesky> GalerkinSystem::factor() const {

@@ -18,6 +18,7 @@
 
 #include "kernels/paff/block_matrix.h"
 #include "kernels/paff/cut_cells.h"
+#include "kernels/paff/elastic_region.h"
 #include "kernels/paff/elasticity.h"
 #include "kernels/paff/mean_dilatation.h"
 #include "kernels/paff/shape_functions.h"
@@ -50,6 +51,9 @@ class GalerkinSystem {
 
   Result<SparseCholesky> factor() const;
 
+  /// As RegionSolver::region (elastic_region.h).
+  Result<ElasticRegion> region(const std::function<bool(const Vec3&)>& wanted) const;
+
   const SymmetricBlockMatrix& stiffness() const { return stiffness_; }
   const ShapeFunctions& fields() const { return *fields_; }
   const VolumeQuadrature& volume() const { return volume_; }
@@ -60,11 +64,13 @@ class GalerkinSystem {
   GalerkinSystem() = default;
   /// Nitsche's part of the right-hand side.
   void add_held(const StaticLoads& loads, std::vector<double>& all) const;
+  void add_cells(std::span<const std::size_t> numbers, ElasticRegion& region) const;
 
   IsotropicMaterial material_;
   std::shared_ptr<const ShapeFunctions> fields_;
   VolumeQuadrature volume_;
   SurfaceQuadrature surface_;
+  std::vector<double> multipliers_;  ///< that made the gradients consistent
   MeanDilatation dilatation_;
   SymmetricBlockMatrix stiffness_;  ///< [N/m]
   PreparationFigures figures_;

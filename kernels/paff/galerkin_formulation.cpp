@@ -7,7 +7,7 @@
 namespace viscera {
 namespace {
 
-class GalerkinSolver final : public ElasticSolver {
+class GalerkinSolver final : public ElasticSolver, public RegionSolver {
  public:
   GalerkinSolver(GalerkinSystem system, StiffnessFactor factor, const PreparationFigures& figures)
       : system_(std::move(system)), factor_(std::move(factor)), figures_(figures) {}
@@ -38,6 +38,10 @@ class GalerkinSolver final : public ElasticSolver {
   }
 
   const PreparationFigures& figures() const override { return figures_; }
+
+  Result<ElasticRegion> region(const std::function<bool(const Vec3&)>& wanted) const override {
+    return system_.region(wanted);
+  }
 
  private:
   GalerkinSystem system_;

@@ -108,14 +108,15 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
   const PointFields& fixed_fields = held.fields;
   const std::span<const std::size_t> fixed = held.points;
   int cell_count = 0;
-  const std::vector<int> cell = cells_of_points(spacing, volume, cell_count);
+  MeanDilatation out;
+  out.cell = cells_of_points(spacing, volume, cell_count);
+  const std::vector<int>& cell = out.cell;
   const std::size_t cells = static_cast<std::size_t>(cell_count);
 
   std::vector<std::vector<std::size_t>> points_of(cells), fixed_of(cells);
   for (std::size_t q = 0; q < volume.size(); ++q) {
     points_of[static_cast<std::size_t>(cell[q])].push_back(q);
   }
-  MeanDilatation out;
   out.terms = kTerms;
   out.first_row.resize(fixed.size());
   const KdTree volume_tree(volume.positions);
@@ -127,6 +128,7 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
     out.first_row[b] = kTerms * static_cast<std::size_t>(owner);
   }
   out.psi.resize(fixed.size() * kTerms);
+  out.volume_psi.resize(volume.size() * kTerms);
 
   struct Part {
     std::vector<int> nodes;
@@ -155,6 +157,7 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
       part.fluxes.assign(kTerms * width, Vec3::Zero());
       const CellPolynomials polynomials = cell_polynomials(volume, points_of[c], held, fixed_of[c]);
       for (const std::size_t q : points_of[c]) {
+        Vec4::Map(out.volume_psi.data() + q * kTerms) = polynomials.at(volume.positions[q]);
         const Vec4 psi = volume.weights[q] * polynomials.at(volume.positions[q]);
         for (std::size_t e = volume_fields.begin[q]; e < volume_fields.begin[q + 1]; ++e) {
           const auto at =

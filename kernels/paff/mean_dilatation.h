@@ -28,6 +28,10 @@ struct MeanDilatation {
   std::size_t terms = 0;               ///< polynomials a cell; 0: nothing is averaged
   std::vector<std::size_t> first_row;  ///< (fixed points)
   std::vector<double> psi;             ///< [m^-1.5]                          (fixed points x terms)
+
+  /// The same for each point of the volume: its cell's rows follow terms * cell.
+  std::vector<int> cell;           ///<                                          (volume points)
+  std::vector<double> volume_psi;  ///< [m^-1.5]                         (volume points x terms)
 };
 
 /// The fixed points: indices into `surface`, their fields and Nitsche's penalty on the normal
