@@ -114,14 +114,14 @@ std::size_t StiffnessUpdate::memory_bytes() const {
   return (columns.size() + touchable.size() + stiffness.size() + shift.size()) * sizeof(float);
 }
 
-Result<ChangeableRegion> changeable_region(ElasticSolver& solver, const RegionSolver& regions,
-                                           const SparseWeights& places,
-                                           const std::function<bool(const Vec3&)>& wanted,
-                                           const Progress& progress) {
+std::size_t changeable_bytes(std::size_t places, std::size_t nodes) {
+  return 9 * nodes * (places + nodes) * sizeof(float);
+}
+
+Result<ChangeableRegion> changeable_region(ElasticSolver& solver, ElasticRegion tissue,
+                                           const SparseWeights& places, const Progress& progress) {
   ChangeableRegion region;
-  auto tissue = regions.region(wanted);
-  if (!tissue) return std::unexpected(tissue.error());
-  region.tissue = std::move(*tissue);
+  region.tissue = std::move(tissue);
   region.rows = 3 * places.rows();
   if (region.empty()) return region;
   // Nodes are places with a field of one.

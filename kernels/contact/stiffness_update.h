@@ -38,12 +38,12 @@ struct ChangeableRegion {
   std::size_t memory_bytes() const;
 };
 
-/// `solver` prepared a body, and as `regions` knows its parts; `places` as for its compliance.
-/// Points where `wanted` holds; empty where there is none. Fails as ElasticSolver::compliance does.
-Result<ChangeableRegion> changeable_region(ElasticSolver& solver, const RegionSolver& regions,
-                                           const SparseWeights& places,
-                                           const std::function<bool(const Vec3&)>& wanted,
-                                           const Progress& progress);
+/// `solver` prepared the body that `tissue` is a part of; `places` as for its compliance. Empty where
+/// there is no tissue. Fails as ElasticSolver::compliance does.
+Result<ChangeableRegion> changeable_region(ElasticSolver& solver, ElasticRegion tissue,
+                                           const SparseWeights& places, const Progress& progress);
+/// What one of so many nodes takes [bytes].
+std::size_t changeable_bytes(std::size_t places, std::size_t nodes);
 
 /// What became of the tissue at a region's quadrature points; empty: nothing.
 struct TissueChange {

@@ -7,19 +7,19 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
+#include <stdexcept>
 
+#include "engine/verification/changed_body.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/paff/compliance_checks.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 #include "tests/kernels/contact/bodies.h"
-#include "tests/kernels/contact/changed_bodies.h"
 
 namespace viscera {
 namespace {
-
-using test::ChangedBody;
 
 constexpr double kSide = 0.04;  // of the cube [m]
 
@@ -42,30 +42,51 @@ std::function<bool(const Vec3&)> ball(const Vec3& centre, double radius) {
 }
 const Vec3 kPole(2e-3, -1e-3, 0.5 * kSide);
 
+/// Prepared, or the test ends here.
+std::unique_ptr<ChangedBody> prepared(NodedBody noded, const IsotropicMaterial& material,
+                                      const Where& is_fixed, const Where& is_touchable,
+                                      const Where& changes) {
+  auto body = ChangedBody::prepare(std::move(noded), material, is_fixed, is_touchable, changes);
+  if (!body) throw std::runtime_error(body.error().text());
+  return std::move(*body);
+}
+
+std::unique_ptr<ChangedBody> prepared_cube(int cells, const IsotropicMaterial& material,
+                                           const Where& changes) {
+  return prepared(cube(cells), material, at_bottom, at_top, changes);
+}
+
+bool everywhere(const Vec3&) {
+  return true;
+}
+bool nowhere(const Vec3&) {
+  return false;
+}
+
 /// 40 mm, nodes 5 mm apart, tissue that may change in the upper half; prepared once a ratio.
 const ChangedBody& block(double poisson_ratio) {
   const auto make = [](double ratio) {
-    return ChangedBody(cube(8), {5e3, ratio}, at_bottom, at_top,
-                       [](const Vec3& x) { return x.z() > 0.0; });
+    return prepared_cube(8, {5e3, ratio}, [](const Vec3& x) { return x.z() > 0.0; });
   };
-  static const ChangedBody soft = make(0.3), stiff = make(0.45);
-  return poisson_ratio == 0.3 ? soft : stiff;
+  static const auto soft = make(0.3), stiff = make(0.45);
+  return poisson_ratio == 0.3 ? *soft : *stiff;
 }
 
 /// The hemisphere of the reference, nodes finest about the pole.
 const ChangedBody& hemisphere() {
-  static const ChangedBody body = [] {
+  static const auto body = [] {
     NodedBody noded{ringed_hemisphere(25e-3, 20), {}};
     const SurfaceTree tree(noded.surface);
+    const Vec3 pole(0, 0, 25e-3);
     auto cloud = place_nodes(noded.surface, tree,
-                             [](const Vec3& x) { return 3e-3 + 0.15 * (x - Vec3(0, 0, 25e-3)).norm(); },
-                             {}, no_progress());
-    if (cloud) noded.cloud = std::move(*cloud);
-    return ChangedBody(std::move(noded), {10e3, 0.45}, [](const Vec3& x) { return x.z() < 1e-9; },
-                       [](const Vec3& x) { return x.z() > 15e-3; },
-                       [](const Vec3& x) { return (x - Vec3(0, 0, 25e-3)).norm() < 8e-3; });
+                             [&](const Vec3& x) { return 3e-3 + 0.15 * (x - pole).norm(); }, {},
+                             no_progress());
+    if (!cloud) throw std::runtime_error(cloud.error().text());
+    noded.cloud = std::move(*cloud);
+    return prepared(std::move(noded), {10e3, 0.45}, [](const Vec3& x) { return x.z() < 1e-9; },
+                    [](const Vec3& x) { return x.z() > 15e-3; }, ball(pole, 8e-3));
   }();
-  return body;
+  return *body;
 }
 
 /// So little is dropped that rounding is all that is left.
@@ -74,20 +95,19 @@ constexpr double kNothing = 1e-12;
 TEST(StiffnessUpdate, AgreesWithTheBodyFactoredAnew) {
   for (const double ratio : {0.3, 0.45}) {
     const ChangedBody& body = block(ratio);
-    ASSERT_TRUE(body.ready);
     for (const double factor : {1.5, 4.0, 16.0}) {
       const auto factors = body.factors(factor, ball(kPole, 7e-3));
-      const SurfaceCompliance anew = body.recomputed(factors);
+      const SurfaceCompliance anew = *body.recomputed(factors);
       const StiffnessUpdate exact =
-          update_stiffness(body.changeable, {factors, {}}, body.touch, kNothing);
-      const StiffnessUpdate update = update_stiffness(body.changeable, {factors, {}}, body.touch);
-      const double error = test::distance(test::updated(body.sound, exact), anew);
-      const double dropped = test::distance(test::updated(body.sound, update), anew);
+          update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
+      const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, {}}, body.touchable());
+      const double error = compliance_distance(body.updated(exact), anew);
+      const double dropped = compliance_distance(body.updated(update), anew);
       std::printf("nu %.2f, factor %4.1f: %zu nodes, %zu modes, change %.1e; rank %zu: error %.1e; "
                   "rank %zu: %.1e\n",
-                  ratio, factor, update.nodes, update.modes, test::distance(body.sound, anew),
+                  ratio, factor, update.nodes, update.modes, compliance_distance(body.sound(), anew),
                   exact.rank, error, update.rank, dropped);
-      EXPECT_GT(test::distance(body.sound, anew), 0.02);
+      EXPECT_GT(compliance_distance(body.sound(), anew), 0.02);
       EXPECT_LT(error, 1e-6);
       EXPECT_LT(dropped, 2e-5);
       EXPECT_LT(update.rank, exact.rank);
@@ -98,22 +118,21 @@ TEST(StiffnessUpdate, AgreesWithTheBodyFactoredAnew) {
 
 TEST(StiffnessUpdate, AgreesWithTheHemisphereFactoredAnew) {
   const ChangedBody& body = hemisphere();
-  ASSERT_TRUE(body.ready);
   // Graded as a lesion is: stiffest at the pole.
   std::vector<double> factors;
-  for (const Vec3& x : body.changeable.tissue.positions) {
+  for (const Vec3& x : body.changeable().tissue.positions) {
     const double r = (x - Vec3(0, 0, 25e-3)).norm();
     factors.push_back(1.0 + 3.0 * std::max(0.0, 1.0 - r / 6e-3));
   }
-  const SurfaceCompliance anew = body.recomputed(factors);
-  const StiffnessUpdate exact = update_stiffness(body.changeable, {factors, {}}, body.touch, kNothing);
-  const StiffnessUpdate update = update_stiffness(body.changeable, {factors, {}}, body.touch);
-  const double error = test::distance(test::updated(body.sound, exact), anew);
-  const double dropped = test::distance(test::updated(body.sound, update), anew);
+  const SurfaceCompliance anew = *body.recomputed(factors);
+  const StiffnessUpdate exact = update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
+  const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, {}}, body.touchable());
+  const double error = compliance_distance(body.updated(exact), anew);
+  const double dropped = compliance_distance(body.updated(update), anew);
   std::printf("hemisphere: %zu nodes, %zu modes, change %.1e; rank %zu: error %.1e; rank %zu: %.1e\n",
-              update.nodes, update.modes, test::distance(body.sound, anew), exact.rank, error,
+              update.nodes, update.modes, compliance_distance(body.sound(), anew), exact.rank, error,
               update.rank, dropped);
-  EXPECT_GT(test::distance(body.sound, anew), 0.02);
+  EXPECT_GT(compliance_distance(body.sound(), anew), 0.02);
   EXPECT_LT(error, 1e-6);
   EXPECT_LT(dropped, 2e-5);
 }
@@ -123,8 +142,8 @@ TEST(StiffnessUpdate, AgreesWhereLesionsMeet) {
   const auto factors = body.factors(4.0, [](const Vec3& x) {
     return ball(kPole, 6e-3)(x) || ball(kPole + Vec3(9e-3, 3e-3, 0), 5e-3)(x);
   });
-  const StiffnessUpdate update = update_stiffness(body.changeable, {factors, {}}, body.touch, kNothing);
-  EXPECT_LT(test::distance(test::updated(body.sound, update), body.recomputed(factors)), 1e-6);
+  const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
+  EXPECT_LT(compliance_distance(body.updated(update), *body.recomputed(factors)), 1e-6);
 }
 
 TEST(StiffnessUpdate, StaysSymmetricAndPositive) {
@@ -133,7 +152,7 @@ TEST(StiffnessUpdate, StaysSymmetricAndPositive) {
     for (const double factor : {4.0, 1000.0}) {
       const auto factors = body.factors(factor, ball(kPole, 12e-3));
       const SurfaceCompliance after =
-          test::updated(body.sound, update_stiffness(body.changeable, {factors, {}}, body.touch));
+          body.updated(update_stiffness(body.changeable(), {factors, {}}, body.touchable()));
       EXPECT_GT(smallest_compliance_eigenvalue(after), 0.0) << ratio << " " << factor;
       const auto rows = after.touchable_rows();
       for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -151,34 +170,33 @@ TEST(StiffnessUpdate, SoundTissueIsNoUpdate) {
   const ChangedBody& body = block(0.3);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double factor : {1.0, 0.2, nan}) {
-    const std::vector<double> factors(body.changeable.tissue.size(), factor);
-    const std::vector<double> shrinkage(body.changeable.tissue.size(), factor == 1.0 ? 0.0 : -factor);
-    const StiffnessUpdate update = update_stiffness(body.changeable, {factors, shrinkage}, body.touch);
+    const std::vector<double> factors(body.changeable().tissue.size(), factor);
+    const std::vector<double> shrinkage(body.changeable().tissue.size(), factor == 1.0 ? 0.0 : -factor);
+    const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, shrinkage}, body.touchable());
     EXPECT_EQ(update.rank, 0u);
     EXPECT_EQ(update.memory_bytes(), 0u);
     EXPECT_EQ(update.greatest_stiffness, 1.0);
-    EXPECT_EQ(test::updated(body.sound, update).columns, body.sound.columns);
+    EXPECT_EQ(body.updated(update).columns, body.sound().columns);
   }
-  EXPECT_EQ(update_stiffness(body.changeable, {}, body.touch).memory_bytes(), 0u);
+  EXPECT_EQ(update_stiffness(body.changeable(), {}, body.touchable()).memory_bytes(), 0u);
 }
 
 TEST(StiffnessUpdate, WhereNothingMayChangeNothingIsKept) {
-  ChangedBody body(cube(5), {5e3, 0.3}, at_bottom, at_top, [](const Vec3&) { return false; });
-  ASSERT_TRUE(body.ready);
-  EXPECT_TRUE(body.changeable.empty());
-  EXPECT_EQ(body.changeable.places.capacity() + body.changeable.nodes.capacity(), 0u);
+  const auto made = prepared_cube(5, {5e3, 0.3}, nowhere);
+  const ChangedBody& body = *made;
+  EXPECT_TRUE(body.changeable().empty());
+  EXPECT_EQ(body.changeable().places.capacity() + body.changeable().nodes.capacity(), 0u);
 }
 
 /// All of the tissue, the hold apart, which keeps the sound tissue's values.
 TEST(StiffnessUpdate, StifferThroughoutIsABodyOfStifferTissue) {
   for (const double ratio : {0.3, 0.45}) {
-    const auto everywhere = [](const Vec3&) { return true; };
-    ChangedBody body(cube(6), {5e3, ratio}, at_bottom, at_top, everywhere);
-    ChangedBody stiff(cube(6), {20e3, ratio}, at_bottom, at_top, [](const Vec3&) { return false; });
-    ASSERT_TRUE(body.ready && stiff.ready);
+    const auto made = prepared_cube(6, {5e3, ratio}, everywhere);
+    const auto stiff = prepared_cube(6, {20e3, ratio}, nowhere);
+    const ChangedBody& body = *made;
     const StiffnessUpdate update =
-        update_stiffness(body.changeable, {body.factors(4.0, everywhere), {}}, body.touch, kNothing);
-    const double error = test::distance(test::updated(body.sound, update), stiff.sound);
+        update_stiffness(body.changeable(), {body.factors(4.0, everywhere), {}}, body.touchable(), kNothing);
+    const double error = compliance_distance(body.updated(update), stiff->sound());
     std::printf("nu %.2f: four times as stiff throughout, against a body of such tissue: %.1e\n", ratio,
                 error);
     EXPECT_LT(error, 0.02);
@@ -191,9 +209,9 @@ TEST(StiffnessUpdate, IsTheSameForAnyNumberOfThreads) {
   change.shrinkage.assign(change.stiffness.size(), 0.0);
   for (std::size_t q = 0; q < change.stiffness.size(); ++q)
     change.shrinkage[q] = 0.03 * (change.stiffness[q] - 1.0);
-  const StiffnessUpdate many = update_stiffness(body.changeable, change, body.touch);
+  const StiffnessUpdate many = update_stiffness(body.changeable(), change, body.touchable());
   const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
-  const StiffnessUpdate alone = update_stiffness(body.changeable, change, body.touch);
+  const StiffnessUpdate alone = update_stiffness(body.changeable(), change, body.touchable());
   EXPECT_EQ(many.columns, alone.columns);
   EXPECT_EQ(many.shift, alone.shift);
   EXPECT_EQ(many.stiffness, alone.stiffness);
@@ -203,20 +221,20 @@ TEST(StiffnessUpdate, IsTheSameForAnyNumberOfThreads) {
 /// uniformly, whatever its stiffness.
 TEST(Shrinkage, AFreeBodyShrinksUniformlyToRoundOff) {
   for (const double ratio : {0.3, 0.45, 0.49}) {
-    ChangedBody body(cube(6), {5e3, ratio}, at_bottom, at_top, [](const Vec3&) { return true; });
-    ASSERT_TRUE(body.ready);
-    const ElasticRegion& tissue = body.changeable.tissue;
+    const auto made = prepared_cube(6, {5e3, ratio}, everywhere);
+    const ChangedBody& body = *made;
+    const ElasticRegion& tissue = body.changeable().tissue;
     // Twice as stiff less once is the body without its hold.
     const std::vector<double> once(tissue.size(), 1.0), twice(tissue.size(), 2.0);
     const AddedStiffness free = added_stiffness(tissue, twice);
-    ASSERT_EQ(free.nodes.size(), body.body.cloud.size());
+    ASSERT_EQ(free.nodes.size(), body.body().cloud.size());
     constexpr double kShrunk = 0.1;
     const VectorX load =
         eigenstrain_load(tissue, once, std::vector<double>(tissue.size(), -kShrunk));
     VectorX uniform(load.size());
     for (std::size_t i = 0; i < tissue.nodes.size(); ++i) {
       uniform.segment<3>(3 * static_cast<Eigen::Index>(i)) =
-          -kShrunk * body.body.cloud.positions[static_cast<std::size_t>(tissue.nodes[i])];
+          -kShrunk * body.body().cloud.positions[static_cast<std::size_t>(tissue.nodes[i])];
     }
     const VectorX left = free.roots.transpose() * (free.roots * uniform) - load;
     EXPECT_LT(left.lpNorm<Eigen::Infinity>(), 1e-11 * load.lpNorm<Eigen::Infinity>()) << ratio;
@@ -231,8 +249,8 @@ TEST(Shrinkage, AgreesWithTheBodyFactoredAnew) {
       // Reaches farther than what has stiffened.
       change.shrinkage = body.factors(1.1, ball(kPole, 9e-3));
       for (double& s : change.shrinkage) s -= 1.0;
-      const StiffnessUpdate update = update_stiffness(body.changeable, change, body.touch);
-      const std::vector<float> anew = body.recomputed_shape(change);
+      const StiffnessUpdate update = update_stiffness(body.changeable(), change, body.touchable());
+      const std::vector<float> anew = *body.recomputed_shape(change);
       ASSERT_EQ(update.shift.size(), anew.size());
       double error = 0.0;
       for (std::size_t i = 0; i < anew.size(); ++i)
@@ -249,13 +267,13 @@ TEST(Shrinkage, ALesionDrawsTheSurfaceInAndTogether) {
   const ChangedBody& body = block(0.45);
   TissueChange change{body.factors(4.0, ball(kPole, 7e-3)), body.factors(1.1, ball(kPole, 7e-3))};
   for (double& s : change.shrinkage) s -= 1.0;
-  const StiffnessUpdate update = update_stiffness(body.changeable, change, body.touch);
+  const StiffnessUpdate update = update_stiffness(body.changeable(), change, body.touchable());
   Vec3 sunk = Vec3::Zero();
   double inwards = 0.0, deepest = 0.0;
-  for (std::size_t p = 0; p < body.places.size(); ++p) {
+  for (std::size_t p = 0; p < body.places().size(); ++p) {
     const Vec3 moved = Vec3f::Map(update.shift.data() + 3 * p).cast<double>();
-    const Vec3 from = body.places.positions[p] - kPole;
-    if (!at_top(body.places.positions[p] + Vec3(0, 0, 1e-9))) continue;
+    const Vec3 from = body.places().positions[p] - kPole;
+    if (!at_top(body.places().positions[p] + Vec3(0, 0, 1e-9))) continue;
     if (-moved.z() > deepest) {
       deepest = -moved.z();
       sunk = from;
@@ -291,14 +309,14 @@ TEST(StiffenedContact, ATouchedLesionIsStifferAsTheBodyFactoredAnewIs) {
   const IsotropicMaterial material{5e3, 0.45};
   const auto factors = body.factors(4.0, ball(kPole, 7e-3));
   const auto update =
-      std::make_shared<StiffnessUpdate>(update_stiffness(body.changeable, {factors, {}}, body.touch));
-  const SurfaceCompliance anew = body.recomputed(factors);
+      std::make_shared<StiffnessUpdate>(update_stiffness(body.changeable(), {factors, {}}, body.touchable()));
+  const SurfaceCompliance anew = *body.recomputed(factors);
   // The same near field for both: that of sound tissue.
   auto far_only = std::make_shared<StiffnessUpdate>(*update);
   far_only->stiffness.clear();
-  const double one = stiffening(body.sound, body.touch, material, far_only, body.sound, kPole);
-  const double other = stiffening(anew, body.touch, material, nullptr, body.sound, kPole);
-  const double whole = stiffening(body.sound, body.touch, material, update, body.sound, kPole);
+  const double one = stiffening(body.sound(), body.touchable(), material, far_only, body.sound(), kPole);
+  const double other = stiffening(anew, body.touchable(), material, nullptr, body.sound(), kPole);
+  const double whole = stiffening(body.sound(), body.touchable(), material, update, body.sound(), kPole);
   std::printf("punch of 2.5 mm on a lesion of 7 mm, 4 times as stiff: %.4f updated, %.4f anew; %.4f with "
               "the near field of the lesion\n", one, other, whole);
   EXPECT_GT(other, 1.02);
@@ -310,20 +328,19 @@ TEST(StiffenedContact, ATouchedLesionIsStifferAsTheBodyFactoredAnewIs) {
 /// What finer nodes would say, by the coarse body's update.
 TEST(StiffenedContact, ALesionAsWideAsANodeSpacingIsAsStiffAsFineNodesSay) {
   const IsotropicMaterial material{5e3, 0.45};
-  ChangedBody fine(cube(14), material, at_bottom,
-                   [](const Vec3& x) { return at_top(x) && (x - kPole).norm() < 10e-3; },
-                   [](const Vec3& x) { return (x - kPole).norm() < 7e-3; });
-  ASSERT_TRUE(fine.ready);
+  const auto fine = prepared(
+      cube(14), material, at_bottom,
+      [](const Vec3& x) { return at_top(x) && (x - kPole).norm() < 10e-3; }, ball(kPole, 7e-3));
   const ChangedBody& coarse = block(0.45);
   for (const double radius : {4e-3, 6e-3}) {
     const auto ratio = [&](const ChangedBody& body) {
       const auto factors = body.factors(4.0, ball(kPole, radius));
-      return stiffening(body.sound, body.touch, material,
+      return stiffening(body.sound(), body.touchable(), material,
                         std::make_shared<StiffnessUpdate>(
-                            update_stiffness(body.changeable, {factors, {}}, body.touch)),
-                        body.sound, kPole);
+                            update_stiffness(body.changeable(), {factors, {}}, body.touchable())),
+                        body.sound(), kPole);
     };
-    const double truth = ratio(fine), found = ratio(coarse);
+    const double truth = ratio(*fine), found = ratio(coarse);
     std::printf("lesion of %.0f mm: punch of 2.5 mm meets %.3f times the force, with nodes 2.9 mm apart; "
                 "%.3f with 5 mm\n", 1e3 * radius, truth, found);
     EXPECT_NEAR(found, truth, 0.12 * truth);
@@ -335,10 +352,10 @@ TEST(StiffenedContact, AnUpdateDependsOnNoEarlierOne) {
   const IsotropicMaterial material{5e3, 0.3};
   const auto make = [&](double radius) {
     return std::make_shared<StiffnessUpdate>(update_stiffness(
-        body.changeable, {body.factors(4.0, ball(kPole, radius)), {}}, body.touch));
+        body.changeable(), {body.factors(4.0, ball(kPole, radius)), {}}, body.touchable()));
   };
   const auto cells = test::plane_cells(kPole, 0.7e-3, 3, 0.0, 0.5e-3);
-  PatchContact fresh(body.sound, body.touch, material), used(body.sound, body.touch, material);
+  PatchContact fresh(body.sound(), body.touchable(), material), used(body.sound(), body.touchable(), material);
   ContactSolution first, second;
   ContactResponse response;
   std::vector<float> one, other;
@@ -356,7 +373,7 @@ TEST(StiffenedContact, AnUpdateDependsOnNoEarlierOne) {
   // And taken away again it is the body as it was prepared.
   used.stiffen(nullptr);
   used.solve(cells, second, response);
-  PatchContact untouched(body.sound, body.touch, material);
+  PatchContact untouched(body.sound(), body.touchable(), material);
   untouched.solve(cells, first, response);
   EXPECT_EQ(first.forces, second.forces);
 }
@@ -364,9 +381,9 @@ TEST(StiffenedContact, AnUpdateDependsOnNoEarlierOne) {
 TEST(StiffenedContact, PlacesMoveAsTheUpdatedComplianceSays) {
   const ChangedBody& body = block(0.3);
   const auto update = std::make_shared<StiffnessUpdate>(update_stiffness(
-      body.changeable, {body.factors(4.0, ball(kPole, 7e-3)), {}}, body.touch));
-  const SurfaceCompliance after = test::updated(body.sound, *update);
-  PatchContact contact(body.sound, body.touch, {5e3, 0.3});
+      body.changeable(), {body.factors(4.0, ball(kPole, 7e-3)), {}}, body.touchable()));
+  const SurfaceCompliance after = body.updated(*update);
+  PatchContact contact(body.sound(), body.touchable(), {5e3, 0.3});
   contact.stiffen(update);
   const auto cells = test::plane_cells(kPole, 0.7e-3, 2, 0.0, 0.5e-3);
   contact.anchor(test::plane_cells(kPole + Vec3(9e-3, 0, 0), 1e-3, 0, 0.0, 0.0));
@@ -390,13 +407,13 @@ TEST(StiffenedContact, PlacesMoveAsTheUpdatedComplianceSays) {
 TEST(StiffenedContact, AnchoredCellsFollowTheUpdate) {
   const ChangedBody& body = block(0.3);
   const auto update = std::make_shared<StiffnessUpdate>(update_stiffness(
-      body.changeable, {body.factors(4.0, ball(kPole, 7e-3)), {}}, body.touch));
+      body.changeable(), {body.factors(4.0, ball(kPole, 7e-3)), {}}, body.touchable()));
   auto spring = test::plane_cells(kPole + Vec3(4e-3, 0, 0), 1e-3, 0, 0.0, 0.0);
   spring[0].held = true;
   spring[0].displacement = Vec3(0, 0, 1e-3);
   auto cells = test::plane_cells(kPole, 0.7e-3, 2, 0.0, 0.5e-3);
   cells.push_back(spring[0]);
-  PatchContact anchored(body.sound, body.touch, {5e3, 0.3}), plain(body.sound, body.touch, {5e3, 0.3});
+  PatchContact anchored(body.sound(), body.touchable(), {5e3, 0.3}), plain(body.sound(), body.touchable(), {5e3, 0.3});
   anchored.anchor(spring);
   anchored.stiffen(update);
   plain.stiffen(update);
