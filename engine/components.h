@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "engine/scene/scene.h"
 #include "engine/scene/tissues.h"
 #include "haptics/hive_tissue.h"
+#include "kernels/heat/coagulated_points.h"
 #include "kernels/heat/electrode.h"
 #include "kernels/points/surface_tree.h"
 #include "kernels/smoke/gas_grid.h"
@@ -42,12 +44,27 @@ struct OrganMotion {
 
 // --- organs: written by the gravity stage ---------------------------------------------------------
 
-/// How a change of gravity moves an organ on which no other force acts.
+/// How a change of gravity, and tissue that has shrunk, move an organ on which no other force acts.
 struct OrganSag {
   Vec3 change = Vec3::Zero();                ///< of gravity since its rest shape, organ frame [m/s2]
+  std::vector<float> shrunk;                 ///< what shrinkage adds [m]; empty: nothing     (3 places)
   std::vector<float> places;                 ///< displacements of the places of the surface [m]  (3 places)
   std::vector<Vec3f> vertices;               ///< and of the drawn surface [m]        (V)
   bool changed = false;                      ///< in this frame
+
+  bool moves() const { return !change.isZero(0.0) || !shrunk.empty(); }
+};
+
+/// Tissue that has coagulated, and how the organ's elasticity follows. Made when some has.
+struct OrganChange {
+  std::unique_ptr<CoagulationGauge> gauge;
+  std::uint64_t seen = 0;                    ///< version of the heat that was last looked at
+  std::vector<double> stiffness;             ///< that the last update was made from  (points)
+  std::shared_ptr<const StiffnessUpdate> update;  ///< in use; null: none yet
+  std::future<StiffnessUpdate> next;         ///< being computed on a thread of its own
+  std::uint64_t due = 0;                     ///< frame from which on that is used, whenever it is ready
+  int updates = 0;                           ///< used so far
+  double stiffened = 0.0, left_out = 0.0;    ///< at least half as stiff again; and not followed [m3]
 };
 
 // --- organs: written by the contact and deformation stages ---------------------------------------

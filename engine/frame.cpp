@@ -24,7 +24,7 @@ FrameReport step_frame(World& world, Trace& trace) {
   run(Stage::kReadTools, read_tools);
   if (world.haptics) run(Stage::kRunServos, run_servos);
   if (breathing) run(Stage::kMoveOrgans, move_organs);
-  if (world.organ_sags.size() > 0) run(Stage::kSagOrgans, sag_organs);
+  if (world.organ_sags.size() + world.organ_changes.size() > 0) run(Stage::kSagOrgans, sag_organs);
   run(Stage::kFindContacts, find_contacts);
   run(Stage::kDeformOrgans, deform_organs);
   if (cautery) run(Stage::kHeatTissue, heat_tissue);

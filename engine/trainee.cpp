@@ -9,6 +9,19 @@ namespace {
 /// Slower than this a tip rests [m/s].
 constexpr double kRests = 1e-5;
 
+/// How an organ's elasticity has followed what heat did to it.
+std::optional<TissueReport::Stiffening> stiffening_of(const World& world, Entity organ) {
+  const OrganChange* change = world.organ_changes.find(organ);
+  if (!change || !change->update) return std::nullopt;
+  return TissueReport::Stiffening{.greatest_factor = change->update->greatest_stiffness,
+                                  .stiffened = change->stiffened,
+                                  .left_out = change->left_out,
+                                  .greatest_shrinkage = change->update->greatest_shift,
+                                  .updates = change->updates,
+                                  .nodes = change->update->nodes,
+                                  .rank = change->update->rank};
+}
+
 }  // namespace
 
 void Motion::add(double time, const Vec3& at) {
@@ -99,7 +112,8 @@ void Trainee::describe(const World& world, RunReport& report) const {
                              .smoke = world.organ_burns[b].smoke,
                              .above_60 = world.organ_burns[b].greatest_hot,
                              .coagulated = coagulated,
-                             .greatest_temperature = greatest});
+                             .greatest_temperature = greatest,
+                             .stiffening = stiffening_of(world, world.organ_burns.owner(b))});
     trainee.greatest_temperature = std::max(trainee.greatest_temperature.value_or(0.0), greatest);
     const auto organ = static_cast<std::size_t>(&body - &world.organ_bodies[0]);
     if (spared_[organ] && coagulated > 0.0) trainee.spared_burns.push_back({body.name, coagulated});

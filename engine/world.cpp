@@ -15,6 +15,7 @@
 #include "engine/systems/local_organs.h"
 #include "engine/systems/smoke_setup.h"
 #include "engine/systems/systems.h"
+#include "engine/systems/tissue_changes.h"
 #include "engine/systems/tool_shape.h"
 #include "kernels/base/thin_out.h"
 #include "kernels/points/surface_tree.h"
@@ -33,6 +34,9 @@ constexpr double kSpreadSpacings = 2.6;
 /// Paths are sampled at the frame rate and thinned to this distance [m].
 constexpr double kPathPitch = 1e-3;
 constexpr double kSampleStep = 1.0 / 60.0;
+/// Tissue this far from a hook's path with current may coagulate: half of a wide lesion and what the tip
+/// has carried along.
+constexpr double kBurnMargin = 6e-3;
 /// Vertices of a mesh tip within this distance of its end look for tissue [m].
 constexpr double kMeshEnd = 8e-3;
 constexpr std::size_t kMeshSamples = 200;
@@ -114,12 +118,7 @@ void add_organ(World& world, const OrganDescription& description, const Tissue& 
           pose.to_world(model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
     world.organ_contacts.add(organ, std::move(contact));
   }
-  if (!model->sag.empty()) {
-    OrganSag sag;
-    sag.places.assign(model->displacement_rows(), 0.0f);
-    sag.vertices.assign(model->rest_positions.size(), Vec3f::Zero());
-    world.organ_sags.add(organ, std::move(sag));
-  }
+  if (!model->sag.empty()) world.organ_sags.add(organ, level_sag(*model));
   world.organ_bodies.add(organ, {description.name, tissue, pose, std::move(model)});
   world.organ_states.add(organ, std::move(state));
 }
@@ -163,6 +162,20 @@ std::string buried_message(const SceneDescription& scene, std::size_t instrument
       scene.file.string(), instrument, 1e3 * depth, organ, 1e3 * depth);
 }
 
+/// Where a hook passes with current, in the organ's frame.
+void add_burns(const InstrumentBody& hook, const OrganDescription& organ, Reach& reach) {
+  reach.burn_radius = std::max(reach.burn_radius, kBurnMargin + hook.extent);
+  Vec3 last = Vec3::Constant(std::numeric_limits<double>::infinity());
+  const std::vector<InstrumentKey>& path = hook.description.path;
+  for (double time = 0.0; time <= path.back().time + kSampleStep; time += kSampleStep) {
+    if (path[hook.tip.key_at(time)].power <= 0.0) continue;
+    const Vec3 local = organ.pose_at(time).to_local(hook.tip.at(time));
+    if ((local - last).norm() < kPathPitch) continue;
+    reach.burns.push_back(local);
+    last = local;
+  }
+}
+
 }  // namespace
 
 Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescription& scene,
@@ -195,6 +208,7 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescri
       reach.points.push_back(local);
       last = local;
     }
+    if (carries_current(instrument)) add_burns(body, organ, reach);
   }
   reach.radius = kReachMargin + size + std::min(kCarriedMost, kCarriedShare * carried);
   for (const LinkDescription& link : scene.links)

@@ -25,6 +25,7 @@ struct World {
   Pool<OrganMotion> organ_motions;
   std::optional<Gravity> gravity;  ///< where it changes and some organ sags
   Pool<OrganSag> organ_sags;
+  Pool<OrganChange> organ_changes;
   Pool<OrganContact> organ_contacts;
   Pool<LocalOrgan> local_organs;
   Pool<OrganState> organ_states;

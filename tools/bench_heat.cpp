@@ -16,6 +16,7 @@
 #include "engine/verification/standard_burn.h"
 #include "tools/bench_figures.h"
 #include "tools/bench_heat_plots.h"
+#include "tools/bench_stiffness.h"
 
 namespace viscera {
 namespace {
@@ -170,6 +171,8 @@ Result<void> bench_heat(const HeatBenchOptions& options, std::ostream& out) {
   if (!gpu_times) return std::unexpected(gpu_times.error());
   const BurnResult burn = make_burn({});
   print_burn(burn, out);
+  const auto stiffness = bench_stiffness(options.quick, out);
+  if (!stiffness) return std::unexpected(stiffness.error());
 
   const auto wanted = std::find_if(errors.begin(), errors.end(), [](const HeatError& one) {
     return one.voxel == 0.5e-3 && one.dt == kFrame;
@@ -194,6 +197,7 @@ Result<void> bench_heat(const HeatBenchOptions& options, std::ostream& out) {
                          {"errors", nlohmann::json::array()},
                          {"times", nlohmann::json::array()},
                          {"burn", to_json(burn)},
+                         {"stiffness", to_json(*stiffness)},
                          {"rows", to_json(rows)}};
   for (const HeatError& one : errors)
     json["errors"].push_back({{"voxel_m", one.voxel}, {"step_s", one.dt}, {"error", one.error}});

@@ -87,7 +87,17 @@ Json cautery_json(const CauteryReport& cautery) {
 }
 
 Json tissue_json(const TissueReport& tissue) {
+  Json stiffening;
+  if (const auto& s = tissue.stiffening)
+    stiffening = {{"greatest_factor", s->greatest_factor},
+                  {"volume_stiffened_m3", s->stiffened},
+                  {"volume_left_out_m3", s->left_out},
+                  {"greatest_shrinkage_m", s->greatest_shrinkage},
+                  {"updates", s->updates},
+                  {"nodes", s->nodes},
+                  {"rank", s->rank}};
   return {{"organ", tissue.organ},
+          {"stiffening", std::move(stiffening)},
           {"vaporised_kg", tissue.vaporised},
           {"smoke_kg", tissue.smoke},
           {"volume_above_60C_m3", tissue.above_60},

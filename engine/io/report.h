@@ -73,6 +73,16 @@ struct TissueReport {
   double above_60 = 0.0;             ///< volume above 60 C at its greatest [m3]
   double coagulated = 0.0;           ///< volume with damage of at least 1 [m3]
   double greatest_temperature = 0.0; ///< [K]
+  /// How the organ's elasticity followed; none: nothing coagulated, or it isn't followed.
+  struct Stiffening {
+    double greatest_factor = 1.0;    ///< of Young's modulus
+    double stiffened = 0.0;          ///< volume at least half as stiff again [m3]
+    double left_out = 0.0;           ///< like it, but too far from the hooks' paths [m3]
+    double greatest_shrinkage = 0.0; ///< of the surface, by shrinkage alone [m]
+    int updates = 0;
+    std::size_t nodes = 0, rank = 0; ///< of the last update
+  };
+  std::optional<Stiffening> stiffening;
 };
 
 /// Measures of the trainee's work.

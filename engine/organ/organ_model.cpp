@@ -29,7 +29,12 @@ namespace {
 constexpr int kPreparationVersion = 2;
 
 /// The stages of preparation and their shares of its time, for the progress bar.
-constexpr double kShapeDone = 0.10, kCloudDone = 0.20, kFactorDone = 0.45;
+constexpr double kShapeDone = 0.10, kCloudDone = 0.20, kFactorDone = 0.45, kComplianceDone = 0.75;
+
+/// What is kept for tissue that may coagulate takes no more than this; where it would, tissue farther
+/// from the burns is left out in steps of `kNarrower` [bytes].
+constexpr std::size_t kMostChangeable = 200'000'000;
+constexpr double kNarrower = 0.85;
 
 Progress part_of(const Progress& progress, double from, double to) {
   return [=, &progress](double fraction, std::string_view what) {
@@ -184,6 +189,91 @@ void set_surface(OrganModel& model, TriangleSurface surface) {
   for (const Vec3& n : vertex_normals(model.surface)) model.rest_normals.push_back(n.cast<float>());
 }
 
+/// Vectors and indices as the cache keeps them, and back.
+std::vector<double> flat(const std::vector<Vec3>& vectors) {
+  std::vector<double> numbers;
+  for (const Vec3& v : vectors) numbers.insert(numbers.end(), v.data(), v.data() + 3);
+  return numbers;
+}
+std::vector<Vec3> vectors(const std::vector<double>& numbers) {
+  std::vector<Vec3> all;
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+    all.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+  return all;
+}
+
+using CacheArrays = std::map<std::string, CacheData::Array>;
+
+void keep_changeable(const ChangeableRegion& region, CacheArrays& arrays) {
+  const ElasticRegion& tissue = region.tissue;
+  arrays["change_moduli"] =
+      std::vector<double>{tissue.shear_modulus, tissue.pointwise_lambda, tissue.averaged_lambda};
+  arrays["change_nodes"] = tissue.nodes;
+  arrays["change_positions"] = flat(tissue.positions);
+  arrays["change_weights"] = tissue.weights;
+  arrays["change_begin"] = std::vector<int>(tissue.begin.begin(), tissue.begin.end());
+  arrays["change_point_nodes"] = tissue.point_nodes;
+  arrays["change_gradients"] = flat(tissue.gradients);
+  arrays["change_cell"] = tissue.cell;
+  arrays["change_psi"] = tissue.psi;
+  arrays["change_cell_begin"] = std::vector<int>(tissue.cell_begin.begin(), tissue.cell_begin.end());
+  arrays["change_cell_nodes"] = tissue.cell_nodes;
+  arrays["change_cell_gradients"] = flat(tissue.cell_gradients);
+  arrays["change_places"] = region.places;
+  arrays["change_compliance"] = region.nodes;
+}
+
+/// Empty where there is none, or not of a piece.
+ChangeableRegion changeable_from_cache(CacheArrays& arrays) {
+  ChangeableRegion region;
+  bool whole = true;
+  const auto take = [&](const char* name, auto& into) {
+    using Into = std::remove_reference_t<decltype(into)>;
+    const auto found = arrays.find(name);
+    auto* values = found == arrays.end() ? nullptr : std::get_if<Into>(&found->second);
+    if (values) into = std::move(*values);
+    whole = whole && values;
+  };
+  ElasticRegion& tissue = region.tissue;
+  std::vector<double> moduli, positions, gradients, cell_gradients;
+  std::vector<int> begin, cell_begin;
+  take("change_moduli", moduli);
+  take("change_nodes", tissue.nodes);
+  take("change_positions", positions);
+  take("change_weights", tissue.weights);
+  take("change_begin", begin);
+  take("change_point_nodes", tissue.point_nodes);
+  take("change_gradients", gradients);
+  take("change_cell", tissue.cell);
+  take("change_psi", tissue.psi);
+  take("change_cell_begin", cell_begin);
+  take("change_cell_nodes", tissue.cell_nodes);
+  take("change_cell_gradients", cell_gradients);
+  take("change_places", region.places);
+  take("change_compliance", region.nodes);
+  if (!whole || moduli.size() != 3) return {};
+  tissue.shear_modulus = moduli[0];
+  tissue.pointwise_lambda = moduli[1];
+  tissue.averaged_lambda = moduli[2];
+  tissue.positions = vectors(positions);
+  tissue.gradients = vectors(gradients);
+  tissue.cell_gradients = vectors(cell_gradients);
+  tissue.begin.assign(begin.begin(), begin.end());
+  tissue.cell_begin.assign(cell_begin.begin(), cell_begin.end());
+  const std::size_t columns = 3 * tissue.nodes.size(), points = tissue.size();
+  if (columns == 0 || tissue.weights.size() != points || tissue.begin.size() != points + 1 ||
+      tissue.begin.back() != tissue.gradients.size() ||
+      tissue.point_nodes.size() != tissue.gradients.size() || tissue.cell_begin.empty() ||
+      ElasticRegion::kTerms * tissue.cell_begin.back() != tissue.cell_gradients.size() ||
+      tissue.cell_nodes.size() != tissue.cell_begin.back() ||
+      (!tissue.cell.empty() && tissue.cell.size() != points) ||
+      tissue.psi.size() != ElasticRegion::kTerms * tissue.cell.size() ||
+      region.nodes.size() != columns * columns || region.places.size() % columns != 0)
+    return {};
+  region.rows = region.places.size() / columns;
+  return region;
+}
+
 PreparedResponse to_cache(const OrganModel& model) {
   PreparedResponse stored;
   stored.cloud = model.cloud;
@@ -198,6 +288,7 @@ PreparedResponse to_cache(const OrganModel& model) {
   stored.extra["surface_vertices"] = std::move(vertices);
   stored.extra["surface_triangles"] = std::move(triangles);
   if (!model.sag.empty()) stored.extra["sag"] = model.sag;
+  if (!model.changeable.empty()) keep_changeable(model.changeable, stored.extra);
   // Text, as the numbers of its characters; one note a line.
   std::vector<int> notes;
   for (const std::string& note : model.notes) {
@@ -258,9 +349,11 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   model.figures = cached.response->figures;
   if (auto* sag = std::get_if<std::vector<float>>(&cached.response->extra["sag"]))
     model.sag = std::move(*sag);
+  model.changeable = changeable_from_cache(cached.response->extra);
   if (!model.deformable()) return true;
   if (!finish(model, organ, reach)) return false;
   if (model.sag.size() != (reach.sags ? 9 * model.places.size() : 0)) return false;
+  if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
   return model.touchable.places == model.compliance.touchable &&
          model.places.size() == model.compliance.places;
 }
@@ -288,8 +381,41 @@ Result<void> weigh(OrganModel& model, ElasticSolver& solver, double density) {
   return {};
 }
 
-Result<void> compute(OrganModel& model, const OrganDescription& organ, double density,
-                     const Reach& reach,
+/// True where preparation keeps what it takes to follow coagulation.
+bool may_change(const OrganDescription& organ, const Tissue& tissue, const Reach& reach) {
+  return organ.stiffens && tissue.thermal && !reach.burns.empty();
+}
+
+/// Tissue about the burns, as far from them as `kMostChangeable` allows.
+Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Reach& reach,
+                            const Progress& progress, std::vector<std::string>& warnings) {
+  const auto* regions = dynamic_cast<const RegionSolver*>(&solver);
+  if (!regions) {
+    warnings.push_back("tissue that coagulates stays as soft as it was: only the formulations galerkin "
+                       "and galerkin_quadratic can follow it");
+    return {};
+  }
+  Reach near = reach;
+  for (;; near.burn_radius *= kNarrower) {
+    auto tissue = regions->region([&](const Vec3& x) { return near.may_burn(x); });
+    if (!tissue) return std::unexpected(tissue.error());
+    const std::size_t bytes = changeable_bytes(model.places.size(), tissue->nodes.size());
+    if (bytes > kMostChangeable) continue;
+    if (near.burn_radius < reach.burn_radius)
+      warnings.push_back(fmt::format(
+          "tissue farther than {:.1f} mm from the paths of hooks stays as soft as it was when it "
+          "coagulates (a whole {:.0f} mm would take more than {:.0f} MB): raise finest_spacing_mm, or "
+          "set stiffens to false",
+          1e3 * near.burn_radius, 1e3 * reach.burn_radius, 1e-6 * static_cast<double>(kMostChangeable)));
+    auto region = changeable_region(solver, std::move(*tissue), model.places.fields, progress);
+    if (!region) return std::unexpected(region.error());
+    model.changeable = std::move(*region);
+    return {};
+  }
+}
+
+Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tissue& tissue,
+                     const Reach& reach, std::vector<std::string>& warnings,
                      const PrepareOptions& options, const SurfaceInspection& inspect,
                      const Progress& progress) {
   if (!progress(0.0, "shaping")) return failure(kCancelled);
@@ -319,16 +445,18 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, double de
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
   if (reach.sags)
-    if (auto weighed = weigh(model, **solver, density); !weighed) return weighed;
+    if (auto weighed = weigh(model, **solver, tissue.density); !weighed) return weighed;
   if (model.touchable.size() > 0) {
     auto compliance = (*solver)->compliance(model.places.fields, model.touchable.places,
-                                            part_of(progress, kFactorDone, 1.0));
+                                            part_of(progress, kFactorDone, kComplianceDone));
     if (!compliance) return std::unexpected(compliance.error());
     model.compliance = std::move(*compliance);
   } else {
     model.compliance.places = model.places.size();
   }
   model.figures = (*solver)->figures();
+  if (model.touchable.size() > 0 && may_change(organ, tissue, reach))
+    return add_changeable(model, **solver, reach, part_of(progress, kComplianceDone, 1.0), warnings);
   return {};
 }
 
@@ -340,6 +468,12 @@ bool Reach::covers(const Vec3& x) const {
          std::any_of(attachments.begin(), attachments.end(), [&](const Attachment& attachment) {
            return attachment.region.contains(attachment.pose.to_world(x));
          });
+}
+
+bool Reach::may_burn(const Vec3& x) const {
+  return std::any_of(burns.begin(), burns.end(), [&](const Vec3& p) {
+    return (p - x).squaredNorm() < burn_radius * burn_radius;
+  });
 }
 
 std::ptrdiff_t OrganModel::saved_bytes() const {
@@ -354,7 +488,7 @@ std::size_t OrganModel::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
          of(cloud.positions) + of(cloud.spacings) + of(compliance.columns) +
-         of(half_columns.entries) + of(compliance.touchable) + of(sag) +
+         of(half_columns.entries) + of(compliance.touchable) + of(sag) + changeable.memory_bytes() +
          of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
          of(touchable.spacings) + of(touchable.places) +
          of(places.positions) + of(places.normals) + of(places.areas) + of(places.spacings) +
@@ -381,6 +515,10 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
     hasher.value(organ.resolution.gradient).value(reach.radius);
     for (const Vec3& point : reach.points) hash_vector(hasher, point);
     if (reach.sags) hasher.text("sags").value(tissue.density);
+    if (may_change(organ, tissue, reach)) {
+      hasher.text("burns").value(reach.burn_radius);
+      for (const Vec3& point : reach.burns) hash_vector(hasher, point);
+    }
     for (const Reach::Attachment& attachment : reach.attachments) {
       hasher.text("attachment");
       hash_region(hasher, attachment.region);
@@ -414,7 +552,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
     if (auto sound = inspect(model->surface); !sound) return std::unexpected(sound.error());
   } else {
     restart();
-    if (auto done = compute(*model, organ, tissue.density, reach, options, inspect, progress); !done)
+    if (auto done = compute(*model, organ, tissue, reach, warnings, options, inspect, progress); !done)
       return std::unexpected(done.error());
     if (options.use_cache) {
       auto saved = cache.save(model->key, to_cache(*model));

@@ -14,6 +14,7 @@
 #include "kernels/contact/deformation.h"
 #include "kernels/contact/half_columns.h"
 #include "kernels/contact/patch_contact.h"
+#include "kernels/contact/stiffness_update.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
@@ -30,8 +31,11 @@ struct Reach {
   double radius = 0.0;        ///< touchable within this distance of a point [m]
   std::vector<Attachment> attachments;
   bool sags = false;          ///< under gravity that changes; places its whole body in reach of a force
+  std::vector<Vec3> burns;    ///< where hooks pass with current; tissue near may coagulate [m]
+  double burn_radius = 0.0;   ///< within this distance of one [m]
 
   bool covers(const Vec3& x) const;
+  bool may_burn(const Vec3& x) const;
 };
 
 /// Immutable. All geometry in the organ's own frame.
@@ -50,6 +54,7 @@ struct OrganModel {
   /// Displacements of the places of the surface per change of gravity along x, y and z [m per m/s2];
   /// empty: it doesn't sag.                                                     (3 places x 3)
   std::vector<float> sag;
+  ChangeableRegion changeable;          ///< tissue that may coagulate; empty: none may, or none is followed
   SurfacePlaces places;
   TouchableSurface touchable;
   DrawnSurface drawn;

@@ -135,6 +135,7 @@ OrganDescription organ_of(const Json& values) {
     organ.displacement_storage = DisplacementStorage::kHalf;
   organ.deformable = values["deformable"];
   organ.sags = values["sags"];
+  organ.stiffens = values["stiffens"];
   organ.spared = values["spared"];
   return organ;
 }

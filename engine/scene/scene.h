@@ -113,6 +113,7 @@ struct OrganDescription {
   DisplacementStorage displacement_storage = DisplacementStorage::kSingle;
   bool deformable = true;  ///< false: scenery; no nodes, no contact
   bool sags = true;        ///< a change of gravity moves it, if it is deformable
+  bool stiffens = true;    ///< and shrinks where it coagulates
   bool spared = false;     ///< burning it is a mistake of the trainee's, which reports count
 
   /// Where its frame stands at this time [s].

@@ -208,6 +208,10 @@ ObjectSpec organ() {
               "Whether gravity moves it where the scene has gravity that changes; then it is prepared "
               "though nothing touches it. Scenery never sags.")
           .otherwise(true),
+      boolean("stiffens",
+              "Whether tissue that a hook coagulates becomes stiffer and shrinks; what is near the "
+              "hook's path with current is prepared for it.")
+          .otherwise(true),
       boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
           .otherwise(false),
   };

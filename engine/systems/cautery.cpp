@@ -4,6 +4,7 @@
 
 #include "engine/systems/contact_cells.h"
 #include "engine/systems/systems.h"
+#include "engine/systems/tissue_changes.h"
 
 namespace viscera {
 namespace {
@@ -117,6 +118,7 @@ void heat_tissue(World& world, const FrameContext& context) {
     for (const Vapour& vapour : burn.heat.vapour()) burn.smoke += burn.heat.smoke(vapour);
     burn.greatest_hot = std::max(burn.greatest_hot, burn.heat.tissue_above(kHot));
   }
+  follow_changes(world, context.frame);
 }
 
 void check_world(World& world, const FrameContext& context) {

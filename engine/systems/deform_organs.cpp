@@ -85,7 +85,7 @@ void take_free_shape(World& world, Entity organ) {
   const OrganModel& model = *world.organ_bodies.find(organ)->model;
   state.pressed = false;
   state.on_gpu = false;
-  if (sag && !sag->change.isZero(0.0)) {
+  if (sag && sag->moves()) {
     state.displacements = sag->places;
     deformed_positions(model.drawn, state.displacements, {}, {}, {}, state.positions);
     state.normals_fit = false;
@@ -168,9 +168,12 @@ void deform_here(World& world, Entity organ, Repeat repeat) {
   const OrganBody& body = *world.organ_bodies.find(organ);
   OrganContact& contact = *world.organ_contacts.find(organ);
   OrganState& state = *world.organ_states.find(organ);
-  if (body.model->in_half_precision())
+  if (body.model->in_half_precision()) {
     place_displacements(body.model->half_columns, contact.response, state.next_displacements);
-  else
+    if (const StiffnessUpdate* update = contact.solver->update())
+      subtract_update(*update, contact.response.touched, contact.response.loads,
+                      state.next_displacements);
+  } else
     contact.solver->place_displacements(state.next_displacements);
   if (const OrganSag* sag = world.organ_sags.find(organ))
     for (std::size_t i = 0; i < sag->places.size(); ++i)
@@ -226,7 +229,7 @@ void deform_organs(World& world, const FrameContext& context) {
       continue;
     }
 
-    // What gravity adds is known on the CPU alone.
+    // What gravity and shrinkage add is known on the CPU alone.
     if (world.gpu && world.gpu->holds(organ) && !world.organ_sags.find(organ)) {
       world.gpu->add(organ, body.model->drawn, contact);
       continue;

@@ -206,7 +206,7 @@ void HapticTools::publish(const World& world, std::uint64_t frame) {
       if (const OrganMotion* motion = world.organ_motions.find(organ.entity))
         snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
       const OrganSag* sag = world.organ_sags.find(organ.entity);
-      if (sag && !sag->change.isZero(0.0))
+      if (sag && sag->moves())
         snapshot.free = sag->vertices;
       else
         snapshot.free.clear();

@@ -30,10 +30,10 @@ Link::Spring& spring_of(World& world, const OrganTies::Tie& tie) {
   return world.links[tie.link].springs[tie.spring];
 }
 
-/// Gravity has moved the organ, though nothing touches it.
+/// Gravity or shrinkage has moved the organ, though nothing touches it.
 bool sags(const World& world, Entity organ) {
   const OrganSag* sag = world.organ_sags.find(organ);
-  return sag && !sag->change.isZero(0.0);
+  return sag && sag->moves();
 }
 
 /// How far breathing has taken an organ's frame from its pose [m].

@@ -254,7 +254,8 @@ StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueCha
   return update;
 }
 
-double update_cost(const ChangeableRegion& region, const TissueChange& change) {
+double update_cost(const ChangeableRegion& region, const TissueChange& change,
+                   const TouchableSurface& surface) {
   const ElasticRegion& tissue = region.tissue;
   std::vector<char> node(tissue.nodes.size(), 0), cell(tissue.cells(), 0);
   double rows = 0.0, nodes = 0.0;
@@ -276,9 +277,11 @@ double update_cost(const ChangeableRegion& region, const TissueChange& change) {
     rows += static_cast<double>(ElasticRegion::kTerms);
     mark(tissue.cell_nodes, tissue.cell_begin[c], tissue.cell_begin[c + 1]);
   }
-  const double m = 3.0 * nodes, places = static_cast<double>(region.rows);
-  const double modes = std::min(rows, m);
-  return (rows > m ? m * m * rows : 0.0) + modes * m * (m + modes + 2.0 * places) +
+  constexpr double kMostKept = 200.0;
+  const double m = 3.0 * nodes, modes = std::min(rows, m);
+  return (rows > m ? m * m * rows : 0.0) +
+         modes * m * (m + modes + 3.0 * static_cast<double>(surface.size())) +
+         std::min(modes, kMostKept) * m * static_cast<double>(region.rows) +
          4.0 * modes * modes * modes;
 }
 

@@ -82,9 +82,10 @@ inline constexpr double kDroppedModes = 1e-5;
 StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueChange& change,
                                  const TouchableSurface& surface, double dropped = kDroppedModes);
 
-/// Multiplications that it takes, from the number of points that have stiffened: so that who runs it
-/// beside frames can say beforehand when it will be due.
-double update_cost(const ChangeableRegion& region, const TissueChange& change);
+/// Multiplications that it takes, about: so that who runs it beside frames can say beforehand when it
+/// will be due.
+double update_cost(const ChangeableRegion& region, const TissueChange& change,
+                   const TouchableSurface& surface);
 
 /// sums -= V V_t^T loads: what the update takes from displacements of all places (`sums` has `rows`)
 /// or of the touchable ones alone (3 T) under loads on touchable places. Parallel, deterministic.

@@ -43,6 +43,10 @@ TEST(BenchHeat, WritesErrorsTimesAndTheStandardBurn) {
   const bool driver = static_cast<bool>(EglContext::create());
   EXPECT_EQ(times["gpu"], driver ? 2 : 0);
   EXPECT_NE(result.out.find(driver ? "on the GPU: " : "on the GPU: skipped"), std::string::npos);
+  for (const auto& lesion : all["stiffness"]["lesions"]) {
+    EXPECT_GT(lesion["nodes"], 10);
+    EXPECT_LT(lesion["error"].get<double>(), 2e-5);
+  }
   EXPECT_GT(all["burn"]["rows"].back()["depth_m"].get<double>(), 1e-3);
   EXPECT_LT(std::abs(all["burn"]["book"]["residual_J"].get<double>()), 0.1);
   for (const char* plot : {"heat_error.svg", "heat_time.svg", "heat_lesion.svg"})

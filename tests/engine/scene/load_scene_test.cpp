@@ -119,6 +119,8 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(scene.heat.published->source, "recalled");
   EXPECT_EQ(scene.instruments.at(1).mode, CurrentMode::kCoagulate);
   EXPECT_TRUE(liver.spared);
+  EXPECT_FALSE(liver.stiffens);
+  EXPECT_TRUE(scene.organs[1].stiffens);
   EXPECT_FALSE(scene.organs[1].spared);
   EXPECT_NEAR(scene.gas.pressure, 1999.8, 0.1);
   EXPECT_DOUBLE_EQ(scene.gas.temperature, 293.15);

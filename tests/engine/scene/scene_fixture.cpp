@@ -24,7 +24,7 @@ Json whole_scene() {
        "formulation": "galerkin",
        "resolution": {"spacing_mm": 10, "finest_spacing_mm": 2.5, "gradient": 0.3},
        "displacement_storage": "half", "deformable": true, "sags": false,
-       "response": "local", "spared": true},
+       "response": "local", "stiffens": false, "spared": true},
       {"name": "ball", "geometry": {"recipe": "sphere", "radius_mm": 25, "triangles": 500},
        "tissue": "rubber", "deformable": false},
       {"name": "brick", "geometry": {"recipe": "block", "size_mm": [10, 20, 30]},

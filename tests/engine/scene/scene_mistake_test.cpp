@@ -114,6 +114,8 @@ TEST(SceneMistake, GravityThatCannotBeIsRefused) {
                      "found 0 after 0, expected values that ascend");
   EXPECT_ONE_MISTAKE(with("/organs/0/sags", "yes"), "organs/0/sags",
                      "found the text \"yes\", expected true or false");
+  EXPECT_ONE_MISTAKE(with("/organs/0/stiffens", 4), "organs/0/stiffens",
+                     "found 4, expected true or false");
 }
 
 TEST(SceneMistake, NotANumberIsRefusedWithLineAndColumn) {

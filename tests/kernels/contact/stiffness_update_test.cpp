@@ -203,6 +203,19 @@ TEST(StiffnessUpdate, StifferThroughoutIsABodyOfStifferTissue) {
   }
 }
 
+TEST(StiffnessUpdate, ItsCostIsKnownBeforehandAndGrowsWithTheLesion) {
+  const ChangedBody& body = block(0.45);
+  EXPECT_EQ(update_cost(body.changeable(), {}, body.touchable()), 0.0);
+  EXPECT_EQ(update_cost(body.changeable(), {body.factors(1.0, everywhere), {}}, body.touchable()), 0.0);
+  double last = 0.0;
+  for (const double radius : {3e-3, 6e-3, 12e-3, 30e-3}) {
+    const double cost =
+        update_cost(body.changeable(), {body.factors(2.0, ball(kPole, radius)), {}}, body.touchable());
+    EXPECT_GT(cost, last);
+    last = cost;
+  }
+}
+
 TEST(StiffnessUpdate, IsTheSameForAnyNumberOfThreads) {
   const ChangedBody& body = block(0.45);
   TissueChange change{body.factors(4.0, ball(kPole, 7e-3)), {}};
