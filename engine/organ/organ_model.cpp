@@ -388,11 +388,11 @@ bool may_change(const OrganDescription& organ, const Tissue& tissue, const Reach
 
 /// Tissue about the burns, as far from them as `kMostChangeable` allows.
 Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Reach& reach,
-                            const Progress& progress, std::vector<std::string>& warnings) {
+                            const Progress& progress) {
   const auto* regions = dynamic_cast<const RegionSolver*>(&solver);
   if (!regions) {
-    warnings.push_back("tissue that coagulates stays as soft as it was: only the formulations galerkin "
-                       "and galerkin_quadratic can follow it");
+    model.notes.push_back("tissue that coagulates stays as soft as it was: only the formulations galerkin "
+                          "and galerkin_quadratic can follow it");
     return {};
   }
   Reach near = reach;
@@ -402,7 +402,7 @@ Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Reac
     const std::size_t bytes = changeable_bytes(model.places.size(), tissue->nodes.size());
     if (bytes > kMostChangeable) continue;
     if (near.burn_radius < reach.burn_radius)
-      warnings.push_back(fmt::format(
+      model.notes.push_back(fmt::format(
           "tissue farther than {:.1f} mm from the paths of hooks stays as soft as it was when it "
           "coagulates (a whole {:.0f} mm would take more than {:.0f} MB): raise finest_spacing_mm, or "
           "set stiffens to false",
@@ -415,9 +415,8 @@ Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Reac
 }
 
 Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tissue& tissue,
-                     const Reach& reach, std::vector<std::string>& warnings,
-                     const PrepareOptions& options, const SurfaceInspection& inspect,
-                     const Progress& progress) {
+                     const Reach& reach, const PrepareOptions& options,
+                     const SurfaceInspection& inspect, const Progress& progress) {
   if (!progress(0.0, "shaping")) return failure(kCancelled);
   auto surface = build_shape(organ.geometry, options.assets, model.notes);
   if (!surface) return std::unexpected(surface.error());
@@ -456,7 +455,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   }
   model.figures = (*solver)->figures();
   if (model.touchable.size() > 0 && may_change(organ, tissue, reach))
-    return add_changeable(model, **solver, reach, part_of(progress, kComplianceDone, 1.0), warnings);
+    return add_changeable(model, **solver, reach, part_of(progress, kComplianceDone, 1.0));
   return {};
 }
 
@@ -552,7 +551,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
     if (auto sound = inspect(model->surface); !sound) return std::unexpected(sound.error());
   } else {
     restart();
-    if (auto done = compute(*model, organ, tissue, reach, warnings, options, inspect, progress); !done)
+    if (auto done = compute(*model, organ, tissue, reach, options, inspect, progress); !done)
       return std::unexpected(done.error());
     if (options.use_cache) {
       auto saved = cache.save(model->key, to_cache(*model));

@@ -44,7 +44,7 @@ struct OrganModel {
   std::vector<Vec3f> rest_positions;    ///< the same, as the state holds it
   std::vector<Vec3f> rest_normals;
   Box rest_bounds;
-  std::vector<std::string> notes;       ///< of the surface: how a wrapped one differs from its file
+  std::vector<std::string> notes;       ///< how a wrapped surface differs from its file, what can't change
 
   // Deformable organs only (cloud empty otherwise):
   PointCloud cloud;
