@@ -35,9 +35,11 @@ enum class FrameFlag : std::uint32_t {
   /// Tissue burnt outside every smoke volume: its smoke was not followed. Remedy: enlarge a smoke
   /// domain.
   kSmokeOutside = 1u << 5,
-  /// A jaw closed on nothing: no tissue within its grip radius. Remedy: move the closing key nearer.
+  /// A jaw closed on nothing: no tissue within its grip radius. Remedy: move the closing key
+  /// nearer.
   kGripMissed = 1u << 6,
-  /// Heat found no room for more bricks: tissue beyond them counts as cold. Remedy: a greater voxel.
+  /// Heat found no room for more bricks: tissue beyond them counts as cold. Remedy: a greater
+  /// voxel.
   kHeatFull = 1u << 7,
   /// Current met an organ that heat isn't computed in. Remedy: the thermal values that its tissue
   /// lacks.
@@ -53,8 +55,8 @@ struct FrameReport {
 /// What one step needs, rebuilt each time.
 struct FrameContext {
   std::uint64_t frame = 0;
-  double time = 0.0;      ///< at the end of the frame [s]
-  double dt = 0.0;        ///< [s]
+  double time = 0.0;  ///< at the end of the frame [s]
+  double dt = 0.0;    ///< [s]
   FrameReport* report = nullptr;
 };
 

@@ -1,4 +1,5 @@
-// How a scene's first burn grows: lesion.csv and lesion.svg, with what is published of burns like it.
+// How a scene's first burn grows: lesion.csv and lesion.svg, with what is published of burns like
+// it.
 #pragma once
 
 #include <filesystem>
@@ -15,11 +16,11 @@
 namespace viscera {
 
 struct LesionRow {
-  double time = 0.0;           ///< since current first flowed [s]
+  double time = 0.0;  ///< since current first flowed [s]
   Lesion lesion;
-  double power = 0.0;          ///< into tissue that is heated [W]
-  double temperature = 0.0;    ///< of the hottest tissue [K]
-  double vaporised = 0.0;      ///< so far [kg]
+  double power = 0.0;        ///< into tissue that is heated [W]
+  double temperature = 0.0;  ///< of the hottest tissue [K]
+  double vaporised = 0.0;    ///< so far [kg]
 };
 
 /// Depth and width against time; the published ranges at the end.
@@ -41,8 +42,8 @@ class LesionCurve {
   const SceneDescription& scene_;
   std::optional<Entity> hook_;
   Entity organ_;
-  ElectrodeContact place_;     ///< where current first flowed
-  double begun_ = 0.0;         ///< [s]
+  ElectrodeContact place_;  ///< where current first flowed
+  double begun_ = 0.0;      ///< [s]
   std::vector<LesionRow> rows_;
 };
 

@@ -50,8 +50,10 @@ std::string_view legend_of(Pass pass) {
     case Pass::kLabels:
       return "labels: which body a pixel shows, by the attribute `labels`";
     case Pass::kTemperature:
-      return "temperature.surface: of what is seen [K]; of an organ that nothing warmed the cavity's, "
-             "of instruments unknown (NaN). temperature.smoke: of the smoke between surface and lens, mean "
+      return "temperature.surface: of what is seen [K]; of an organ that nothing warmed the "
+             "cavity's, "
+             "of instruments unknown (NaN). temperature.smoke: of the smoke between surface and "
+             "lens, mean "
              "by mass [K]; the gas's where there is none, NaN outside the field of view";
   }
   return {};
@@ -116,7 +118,8 @@ Result<std::set<Pass>> passes_of(const std::vector<std::string>& names) {
   std::set<Pass> passes;
   Error error;
   for (const std::string& name : names) {
-    const auto found = std::ranges::find(kNames, std::string_view(name), [](const auto& known) { return known.second; });
+    const auto found = std::ranges::find(kNames, std::string_view(name),
+                                         [](const auto& known) { return known.second; });
     if (found != kNames.end()) {
       passes.insert(found->first);
       continue;
@@ -143,7 +146,8 @@ ExrPicture exr_of(const std::set<Pass>& wanted, const PassImages& images,
   picture.width = images.width;
   picture.height = images.height;
   std::string legend =
-      "Ground truth of one picture: before exposure, spill of light, film curve and the sensor, and "
+      "Ground truth of one picture: before exposure, spill of light, film curve and the sensor, "
+      "and "
       "before the lens's distortion (a pinhole at `camera`), at the resolution that was shaded.\n";
   for (const Pass pass : passes) {
     add_pass(picture, pass, images);

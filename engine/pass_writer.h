@@ -40,8 +40,8 @@ struct PassContext {
 PassContext pass_context(const FrameView& view, std::string scene, double time, bool with_smoke);
 
 /// Channels and header of a picture. Colours and transmittances are halves, depth and temperatures
-/// floats, labels integers; the header's `comments` tells what each channel is, `labels` (JSON) what
-/// each label.
+/// floats, labels integers; the header's `comments` tells what each channel is, `labels` (JSON)
+/// what each label.
 ExrPicture exr_of(const std::set<Pass>& passes, const PassImages& images,
                   const PassContext& context);
 

@@ -1,5 +1,5 @@
-// Entities and their components: an index with a generation, and one densely packed array a component
-// type. No component owns another entity by pointer.
+// Entities and their components: an index with a generation, and one densely packed array a
+// component type. No component owns another entity by pointer.
 #pragma once
 
 #include <cstdint>

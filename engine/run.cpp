@@ -152,12 +152,14 @@ Result<void> reopen_renderer(Studio& studio, World& world, const RunOptions& opt
                              std::vector<std::string>& warnings) {
   leave_gpu(world, "its context was lost");
   const std::string lost = studio.renderer->device();
-  studio.renderer.reset();  // before another context is there to take its objects' names for its own
+  studio.renderer
+      .reset();  // before another context is there to take its objects' names for its own
   auto context = EglContext::create();
   if (!context)
-    return failure(fmt::format("{}: its OpenGL context was lost at {:.2f} s, and pictures need "
-                               "another: {}",
-                               lost, world.time(), context.error().text()));
+    return failure(
+        fmt::format("{}: its OpenGL context was lost at {:.2f} s, and pictures need "
+                    "another: {}",
+                    lost, world.time(), context.error().text()));
   studio.context = *std::move(context);
   auto renderer = open_renderer(options, studio.context);
   if (!renderer) return std::unexpected(renderer.error());
@@ -177,8 +179,7 @@ Result<void> draw(Studio& studio, World& world, const SceneDescription& scene,
   };
   Result<void> drawn = picture();
   if (drawn || !studio.context->lost()) return drawn;
-  if (auto reopened = reopen_renderer(studio, world, options, warnings); !reopened)
-    return reopened;
+  if (auto reopened = reopen_renderer(studio, world, options, warnings); !reopened) return reopened;
   return picture();
 }
 
@@ -278,10 +279,12 @@ std::string flag_text(FrameFlag flag) {
       return "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a "
              "domain";
     case FrameFlag::kHeatFull:
-      return "heat found no room for more of an organ's voxels; tissue beyond them counted as cold: "
+      return "heat found no room for more of an organ's voxels; tissue beyond them counted as "
+             "cold: "
              "a greater heat/voxel_mm";
     case FrameFlag::kNotHeated:
-      return "a hook gave current to an organ that isn't heated: its tissue lacks thermal values, or "
+      return "a hook gave current to an organ that isn't heated: its tissue lacks thermal values, "
+             "or "
              "its path had not announced that it comes there";
     case FrameFlag::kGripMissed:
       return "a jaw closed on nothing: move its closing key nearer to the tissue";
@@ -369,8 +372,9 @@ bool smokes(const SceneDescription& scene) {
 }  // namespace
 
 SkippedReport skipped_elasticity(const OrganDescription& organ) {
-  return {"elasticity of " + organ.name,
-          organ.deformable ? "no instrument, link or change of gravity reaches it" : "scenery: deformable is false"};
+  return {"elasticity of " + organ.name, organ.deformable
+                                             ? "no instrument, link or change of gravity reaches it"
+                                             : "scenery: deformable is false"};
 }
 
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {
@@ -410,7 +414,7 @@ RunReport begun_report(const SceneDescription& scene, const RunOptions& options)
 /// Organs go to the GPU where the run computes there. Where that fails, only a run that asked for
 /// it does too.
 Result<void> move_organs_to_gpu(World& world, const ComputeDevice& device, Backend asked,
-                         RunReport& report) {
+                                RunReport& report) {
   if (device.decision.backend != Backend::kGpu) return {};
   const Stopwatch watch;
   auto surfaces = GpuSurfaces::create(device.context, world);
@@ -436,8 +440,8 @@ Result<void> move_organs_to_gpu(World& world, const ComputeDevice& device, Backe
   return {};
 }
 
-/// And a part of what happens in it, likewise: `move` takes it there and says of how many things, which is
-/// `count` of the report.
+/// And a part of what happens in it, likewise: `move` takes it there and says of how many things,
+/// which is `count` of the report.
 Result<void> move_part_to_gpu(const char* part, const ComputeDevice& device, Backend asked,
                               RunReport& report, std::size_t GpuReport::*count,
                               const std::function<Result<std::size_t>()>& move) {
@@ -447,8 +451,7 @@ Result<void> move_part_to_gpu(const char* part, const ComputeDevice& device, Bac
   const Result<std::size_t> moved = move();
   if (!moved) {
     if (asked == Backend::kGpu) return std::unexpected(moved.error());
-    report.warnings.push_back(
-        fmt::format("{}: {} stays on the CPU", moved.error().text(), part));
+    report.warnings.push_back(fmt::format("{}: {} stays on the CPU", moved.error().text(), part));
     return {};
   }
   if (*moved == 0) return {};

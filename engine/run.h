@@ -19,19 +19,19 @@
 namespace viscera {
 
 struct RunOptions {
-  std::filesystem::path out;          ///< made when absent; frames and volumes of an older run go
+  std::filesystem::path out;  ///< made when absent; frames and volumes of an older run go
   std::filesystem::path assets;
-  int threads = 0;                    ///< 0: as many as the machine has
+  int threads = 0;  ///< 0: as many as the machine has
   bool render = true;
-  Backend backend = Backend::kAuto;   ///< what deforms drawn surfaces
+  Backend backend = Backend::kAuto;  ///< what deforms drawn surfaces
   bool use_cache = true;
-  bool vtk = false;                   ///< deformed organs for ParaView at every picture's time
-  bool quiet = false;                 ///< no progress bars
+  bool vtk = false;    ///< deformed organs for ParaView at every picture's time
+  bool quiet = false;  ///< no progress bars
   int width = 1280, height = 720;
   Quality quality = Quality::kReview;  ///< of pictures
-  std::set<Pass> passes;              ///< of every picture, written as passes/NNNN.exr
-  std::vector<double> snapshots;      ///< not empty: pictures at these times [s] alone, and no film
-  std::string command;                ///< repeats the run; goes into the report
+  std::set<Pass> passes;               ///< of every picture, written as passes/NNNN.exr
+  std::vector<double> snapshots;  ///< not empty: pictures at these times [s] alone, and no film
+  std::string command;            ///< repeats the run; goes into the report
   /// For tests: the OpenGL context is as if lost from this frame of simulation on; 0: never.
   std::uint64_t lose_context_at = 0;
 };

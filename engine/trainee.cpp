@@ -60,7 +60,9 @@ std::optional<double> Motion::smoothness() const {
 }
 
 Trainee::Trainee(const World& world, const SceneDescription& scene)
-    : tips_(world.instrument_states.size()), forces_(world.organ_bodies.size()), time_(world.time()) {
+    : tips_(world.instrument_states.size()),
+      forces_(world.organ_bodies.size()),
+      time_(world.time()) {
   for (std::size_t i = 0; i < tips_.size(); ++i)
     tips_[i].add(world.time(), world.instrument_bodies[i].tip.at(world.time()));
   for (const OrganDescription& organ : scene.organs) spared_.push_back(organ.spared);

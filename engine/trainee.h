@@ -26,13 +26,13 @@ class Motion {
     double time = 0.0;
     Vec3 at = Vec3::Zero();
   };
-  std::array<Sample, 4> last_;           ///< oldest first
+  std::array<Sample, 4> last_;  ///< oldest first
   std::size_t count_ = 0;
   double path_ = 0.0;
-  double fastest_ = 0.0;                 ///< [m/s]
-  double jerk_squares_ = 0.0;            ///< integral [m2/s5]
-  double begun_ = 0.0;                   ///< when it first moved [s]
-  double moved_ = 0.0;                   ///< when it last did [s]
+  double fastest_ = 0.0;       ///< [m/s]
+  double jerk_squares_ = 0.0;  ///< integral [m2/s5]
+  double begun_ = 0.0;         ///< when it first moved [s]
+  double moved_ = 0.0;         ///< when it last did [s]
 };
 
 class Trainee {
@@ -51,11 +51,11 @@ class Trainee {
   };
 
   std::vector<Motion> tips_;
-  std::vector<Force> forces_;            ///< of each organ body
-  std::vector<bool> spared_;             ///< likewise
-  double time_ = 0.0;                    ///< of the last frame [s]
-  double idle_current_ = 0.0;            ///< [s]
-  double far_ = 0.0, sparks_ = 0.0;      ///< [J]
+  std::vector<Force> forces_;        ///< of each organ body
+  std::vector<bool> spared_;         ///< likewise
+  double time_ = 0.0;                ///< of the last frame [s]
+  double idle_current_ = 0.0;        ///< [s]
+  double far_ = 0.0, sparks_ = 0.0;  ///< [J]
 };
 
 }  // namespace viscera

@@ -23,9 +23,8 @@ bool has_forces(const OrganContact* contact, const OrganState& state) {
 
 int nearest_vertex(const TriangleSurface& surface, const Vec3& x) {
   const auto nearest = std::min_element(
-      surface.vertices.begin(), surface.vertices.end(), [&x](const Vec3& a, const Vec3& b) {
-        return (a - x).squaredNorm() < (b - x).squaredNorm();
-      });
+      surface.vertices.begin(), surface.vertices.end(),
+      [&x](const Vec3& a, const Vec3& b) { return (a - x).squaredNorm() < (b - x).squaredNorm(); });
   return static_cast<int>(nearest - surface.vertices.begin());
 }
 
@@ -51,8 +50,8 @@ ForceShares::ForceShares(const OrganModel& model) : shares_(model.touchable.plac
     for (const Share& share : shares_[t]) sum += share.weight;
     for (Share& share : shares_[t]) share.weight = static_cast<float>(share.weight / sum);
     if (shares_[t].empty())
-      shares_[t] = {{nearest_vertex(model.surface, model.places.positions[model.touchable.places[t]]),
-                     1.0f}};
+      shares_[t] = {
+          {nearest_vertex(model.surface, model.places.positions[model.touchable.places[t]]), 1.0f}};
   }
 }
 
@@ -102,18 +101,17 @@ Result<void> VtkSeries::write(const World& world, std::size_t o, bool loaded,
   displacements_.resize(count);
   for (std::size_t v = 0; v < count; ++v) {
     points_[v] = body.pose.to_world(model.surface.vertices[v]).cast<float>();
-    const Vec3f moved = state.deformed ? Vec3f(state.positions[v] - model.rest_positions[v])
-                                       : Vec3f(Vec3f::Zero());
+    const Vec3f moved =
+        state.deformed ? Vec3f(state.positions[v] - model.rest_positions[v]) : Vec3f(Vec3f::Zero());
     displacements_[v] = body.pose.direction_to_world(moved.cast<double>()).cast<float>();
     forces_[v] = body.pose.direction_to_world(forces_[v].cast<double>()).cast<float>();
   }
   if (series.file.empty())
     if (auto made = check_out_folder(folder_ / body.name); !made) return made;
   series.file = fmt::format("{}/{:04}.vtu", body.name, picture);
-  return write_vtu(folder_ / series.file,
-                   {points_,
-                    model.surface.triangles,
-                    {{"displacement", displacements_}, {"force", forces_}}});
+  return write_vtu(
+      folder_ / series.file,
+      {points_, model.surface.triangles, {{"displacement", displacements_}, {"force", forces_}}});
 }
 
 Result<void> VtkSeries::finish() const {

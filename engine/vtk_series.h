@@ -43,11 +43,11 @@ class VtkSeries {
 
  private:
   struct OrganSeries {
-    std::string file;                        ///< the last one, relative to the folder
+    std::string file;  ///< the last one, relative to the folder
     std::uint64_t version = 0;
     Pose pose;
-    bool loaded = false;                     ///< has forces
-    std::optional<ForceShares> shares;       ///< made when it is first touched
+    bool loaded = false;                ///< has forces
+    std::optional<ForceShares> shares;  ///< made when it is first touched
   };
 
   Result<void> write(const World& world, std::size_t organ, bool loaded, std::uint64_t picture);

@@ -34,8 +34,8 @@ constexpr double kSpreadSpacings = 2.6;
 /// Paths are sampled at the frame rate and thinned to this distance [m].
 constexpr double kPathPitch = 1e-3;
 constexpr double kSampleStep = 1.0 / 60.0;
-/// Tissue this far from a hook's path with current may coagulate: half of a wide lesion and what the tip
-/// has carried along.
+/// Tissue this far from a hook's path with current may coagulate: half of a wide lesion and what
+/// the tip has carried along.
 constexpr double kBurnMargin = 6e-3;
 /// Vertices of a mesh tip within this distance of its end look for tissue [m].
 constexpr double kMeshEnd = 8e-3;
@@ -75,10 +75,10 @@ Result<InstrumentBody> make_instrument(const InstrumentDescription& description)
   if (!mesh) return std::unexpected(mesh.error());
   body.mesh = std::move(*mesh);
   if (const double enclosed = volume(body.mesh); enclosed < 0.0)
-    return failure(
-        fmt::format("{}: instrument \"{}\": the mesh is inside-out (it encloses {:.3g} mm3), expected "
-                    "triangles that run counter-clockwise as seen from outside",
-                    description.tip.file.string(), description.name, 1e9 * enclosed));
+    return failure(fmt::format(
+        "{}: instrument \"{}\": the mesh is inside-out (it encloses {:.3g} mm3), expected "
+        "triangles that run counter-clockwise as seen from outside",
+        description.tip.file.string(), description.name, 1e9 * enclosed));
   std::vector<Vec3f> positions;
   double across = 0.0;
   for (const Vec3& v : body.mesh.vertices) {
@@ -148,7 +148,8 @@ void warn_of_long_sags(const SceneDescription& scene, const OrganModels& models,
     if (sag <= kLongSag * size) continue;
     warnings.push_back(fmt::format(
         "organ \"{}\": the change of gravity moves it by {:.0f} mm, more than a tenth of its size "
-        "({:.0f} mm): elasticity is linear, the true way is shorter; tilt less, hold more of it, or "
+        "({:.0f} mm): elasticity is linear, the true way is shorter; tilt less, hold more of it, "
+        "or "
         "raise youngs_modulus_kPa",
         scene.organs[o].name, 1e3 * sag, 1e3 * size));
   }
@@ -317,8 +318,7 @@ Result<std::unique_ptr<World>> place_entities(const SceneDescription& scene,
     add_organ(*world, scene.organs[i], tissue_of(scene.organs[i], tissues), models[i]);
   for (InstrumentBody& body : instruments) add_instrument(*world, std::move(body));
   if (auto added = add_local_organs(scene, *world); !added) return std::unexpected(added.error());
-  if (auto heated = add_heat(scene, *world); !heated)
-    return std::unexpected(heated.error());
+  if (auto heated = add_heat(scene, *world); !heated) return std::unexpected(heated.error());
   if (auto filled = add_smoke(scene, *world); !filled) return std::unexpected(filled.error());
   if (auto linked = make_links(scene, *world); !linked) return std::unexpected(linked.error());
   return world;

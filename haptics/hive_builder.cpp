@@ -3,7 +3,7 @@
 namespace viscera {
 
 HiveBuilder::HiveBuilder(HiveBuilding building) : building_(building) {
-  if (building_ == HiveBuilding::on_a_thread) thread_ = std::thread([this] { work(); });
+  if (building_ == HiveBuilding::kOnAThread) thread_ = std::thread([this] { work(); });
 }
 
 HiveBuilder::~HiveBuilder() {
@@ -30,7 +30,7 @@ void HiveBuilder::work() {
 void HiveBuilder::request(Hive& hive, const SurfaceSpot& centre) noexcept {
   hive_ = &hive;
   centre_ = centre;
-  if (building_ == HiveBuilding::in_lockstep) {
+  if (building_ == HiveBuilding::kInLockstep) {
     verdict_ = hive_->build(centre_);
     ticks_left_ = kLockstepTicks;
     return;
@@ -41,14 +41,14 @@ void HiveBuilder::request(Hive& hive, const SurfaceSpot& centre) noexcept {
 
 bool HiveBuilder::ready() noexcept {
   if (!hive_) return false;
-  if (building_ == HiveBuilding::in_lockstep) return --ticks_left_ <= 0;
+  if (building_ == HiveBuilding::kInLockstep) return --ticks_left_ <= 0;
   return state_.load(std::memory_order_acquire) == kDone;
 }
 
 HiveVerdict HiveBuilder::take() noexcept {
   hive_ = nullptr;
   ++built_;
-  if (building_ == HiveBuilding::on_a_thread) state_.store(kIdle, std::memory_order_release);
+  if (building_ == HiveBuilding::kOnAThread) state_.store(kIdle, std::memory_order_release);
   return verdict_;
 }
 

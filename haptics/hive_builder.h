@@ -12,8 +12,9 @@ namespace viscera {
 
 /// Who builds.
 enum class HiveBuilding {
-  on_a_thread,  ///< of the builder's own, while ticks go on
-  in_lockstep,  ///< the caller, at once; handed out a fixed number of ticks later, so that runs repeat
+  kOnAThread,   ///< of the builder's own, while ticks go on
+  kInLockstep,  ///< the caller, at once; handed out a fixed number of ticks later, so that runs
+                ///< repeat
 };
 
 /// One hive under construction at a time. request(), ready() and take() belong to the servo thread
@@ -28,8 +29,8 @@ class HiveBuilder {
   HiveBuilder(const HiveBuilder&) = delete;
   HiveBuilder& operator=(const HiveBuilder&) = delete;
 
-  /// Starts to build `hive` about `centre`; it is the builder's until take(). Not while one is under
-  /// way.
+  /// Starts to build `hive` about `centre`; it is the builder's until take(). Not while one is
+  /// under way.
   void request(Hive& hive, const SurfaceSpot& centre) noexcept;
   bool busy() const noexcept { return hive_ != nullptr; }
   /// Once a tick: true when the hive is built.
@@ -46,7 +47,7 @@ class HiveBuilder {
   const HiveBuilding building_;
   Hive* hive_ = nullptr;
   SurfaceSpot centre_;
-  HiveVerdict verdict_ = HiveVerdict::not_built;
+  HiveVerdict verdict_ = HiveVerdict::kNotBuilt;
   int ticks_left_ = 0;
   std::uint64_t built_ = 0;
   std::atomic<std::uint32_t> state_{kIdle};

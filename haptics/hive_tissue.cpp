@@ -8,7 +8,8 @@
 namespace viscera {
 namespace {
 
-/// A hive is begun when the tool is this near [radii of the hive], so that it is there at the touch.
+/// A hive is begun when the tool is this near [radii of the hive], so that it is there at the
+/// touch.
 constexpr double kNear = 1.0;
 /// The next one is begun when the pattern's rim has come this far out of the usable part.
 constexpr double kWornOut = 0.6;
@@ -34,13 +35,13 @@ Result<void> check_prony(std::span<const PronyTerm> terms) {
   Error mistakes;
   double sum = 0.0;
   if (terms.size() > PronyForce::kMostTerms)
-    mistakes.messages.push_back(fmt::format("prony: found {} terms, expected at most {}", terms.size(),
-                                            PronyForce::kMostTerms));
+    mistakes.messages.push_back(fmt::format("prony: found {} terms, expected at most {}",
+                                            terms.size(), PronyForce::kMostTerms));
   for (const PronyTerm& term : terms) {
     sum += term.g;
     if (!(term.g > 0.0 && term.tau > 0.0 && std::isfinite(term.tau)))
-      mistakes.messages.push_back(
-          fmt::format("prony: found g {:g} and tau {:g} s, expected both above 0", term.g, term.tau));
+      mistakes.messages.push_back(fmt::format(
+          "prony: found g {:g} and tau {:g} s, expected both above 0", term.g, term.tau));
   }
   if (!(sum < 1.0))
     mistakes.messages.push_back(
@@ -49,7 +50,9 @@ Result<void> check_prony(std::span<const PronyTerm> terms) {
   return {};
 }
 
-double smooth(double share) { return share * share * (3.0 - 2.0 * share); }
+double smooth(double share) {
+  return share * share * (3.0 - 2.0 * share);
+}
 
 }  // namespace
 
@@ -60,11 +63,12 @@ Result<std::unique_ptr<HiveTissue>> HiveTissue::create(const HiveBody& body,
                                settings.tool_radius));
   if (auto sound = check_prony(settings.prony); !sound) return std::unexpected(sound.error());
   std::optional<NonlinearHive> nonlinear;
-  if (settings.model != HyperelasticModel::linear) {
-    if (settings.hive.formulation == HiveFormulation::paper)
-      return failure(fmt::format("material model: found {} with formulation \"paper\", expected linear: "
-                                 "the published nodes have no cells to add to",
-                                 name_of(settings.model)));
+  if (settings.model != HyperelasticModel::kLinear) {
+    if (settings.hive.formulation == HiveFormulation::kPaper)
+      return failure(
+          fmt::format("material model: found {} with formulation \"paper\", expected linear: "
+                      "the published nodes have no cells to add to",
+                      name_of(settings.model)));
     NonlinearSettings beyond;
     beyond.model = settings.model;
     beyond.material = settings.hive.material;
@@ -132,8 +136,7 @@ bool HiveTissue::take_snapshot(const ToolMotion& motion, double dt) noexcept {
   if (fresh) {
     unshown_ = ease ? Vec3(before - seen_from_rest(snapshots_.front(), motion, dt)) : Vec3::Zero();
     // A frame that follows soon after a late one doesn't hurry what that one began.
-    easing_left_ =
-        std::clamp(std::max(since_told_, easing_left_), kShortestEasing, kLongestEasing);
+    easing_left_ = std::clamp(std::max(since_told_, easing_left_), kShortestEasing, kLongestEasing);
     since_told_ = 0.0;
   }
   told_ = fresh || told_;
@@ -149,7 +152,7 @@ bool HiveTissue::find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool
   };
   const auto walk = [&](SurfaceSpot& spot) {
     return body_.surface->walk(tip - free_displacement(scene, spot.point), reach(), spot) ==
-           WalkEnd::found;
+           WalkEnd::kFound;
   };
   const bool near = nearest_.on_surface() && walk(nearest_);
   if (!near) nearest_.point.triangle = -1;
@@ -195,7 +198,7 @@ void HiveTissue::renew_hive(const Vec3& velocity) noexcept {
   const bool may_change = share_ >= 1.0 || !covered_;
   if (may_change && builder_.ready()) {
     const HiveVerdict verdict = builder_.take();
-    if (verdict == HiveVerdict::sound) {
+    if (verdict == HiveVerdict::kSound) {
       ++figures_.hives;
       before_ = now_;
       now_ = next_;
@@ -215,7 +218,7 @@ void HiveTissue::renew_hive(const Vec3& velocity) noexcept {
     Vec3 ahead = kAhead * (velocity - velocity.dot(foot_.up()) * foot_.up());
     const double far = ahead.norm(), most = kFarthestAhead * usable;
     if (far > most) ahead *= most / far;
-    if (body_.surface->straight(ahead, wanted) != WalkEnd::found) wanted = foot_.spot();
+    if (body_.surface->straight(ahead, wanted) != WalkEnd::kFound) wanted = foot_.spot();
     // A tool that stays where its hive can't cover it gains nothing from another there.
     if ((wanted.position - hive(now_).centre().position).norm() < 0.1 * usable) return;
   }
@@ -235,12 +238,12 @@ Vec3 HiveTissue::displacement(const SurfaceSpot& spot) const noexcept {
 HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   HiveForce result;
   result.verdict = hive.seat(foot_.cells());
-  if (result.verdict != HiveVerdict::sound) return result;
+  if (result.verdict != HiveVerdict::kSound) return result;
   const double nudge = kNudge * settings_.tool_radius;
   for (std::size_t k = 0; k < nudged_.size(); ++k) nudged_[k] = foot_.depths()[k] + nudge;
   const HiveForce deeper = hive.press(nudged_);
   result = hive.press(foot_.depths());
-  if (deeper.verdict == HiveVerdict::sound && result.verdict == HiveVerdict::sound)
+  if (deeper.verdict == HiveVerdict::kSound && result.verdict == HiveVerdict::kSound)
     stiffness = std::max(0.0, (deeper.force - result.force).dot(foot_.up()) / nudge);
   result.force = push_of(hive.cell_forces());
   return result;
@@ -261,7 +264,7 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, do
   for (const auto& [which, weight] : {std::pair(before_, before), std::pair(now_, now)}) {
     if (which < 0 || weight <= 0.0) continue;
     Hive& hive = hives_[static_cast<std::size_t>(which)];
-    if (hive.seat(foot_.cells()) == HiveVerdict::sound) shares[count++] = {&hive, weight};
+    if (hive.seat(foot_.cells()) == HiveVerdict::kSound) shares[count++] = {&hive, weight};
   }
   if (count == 0) return false;
   struct Deadline {
@@ -269,12 +272,12 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, do
   } deadline{began + std::chrono::duration_cast<Clock::duration>(
                          std::chrono::duration<double>(settings_.deadline))};
   TimeIsUp time;
-  if (settings_.building == HiveBuilding::on_a_thread && settings_.deadline > 0.0)
+  if (settings_.building == HiveBuilding::kOnAThread && settings_.deadline > 0.0)
     time = {[](void* user) { return Clock::now() >= static_cast<Deadline*>(user)->at; }, &deadline};
-  const NonlinearForce one = nonlinear_->press({shares.data(), count}, foot_.depths(), foot_.across(),
-                                               settings_.tool_radius, time);
+  const NonlinearForce one = nonlinear_->press({shares.data(), count}, foot_.depths(),
+                                               foot_.across(), settings_.tool_radius, time);
   figures_.newton_steps += static_cast<std::uint64_t>(one.steps);
-  if (one.hive.verdict != HiveVerdict::sound) {
+  if (one.hive.verdict != HiveVerdict::kSound) {
     ++figures_.linear_answers;
     return false;
   }
@@ -298,7 +301,7 @@ HiveTissue::Answer HiveTissue::answer(Clock::time_point began) noexcept {
       if (which < 0 || weight <= 0.0) return;
       double slope = 0.0;
       const HiveForce one = press(hives_[static_cast<std::size_t>(which)], slope);
-      if (one.verdict != HiveVerdict::sound) {
+      if (one.verdict != HiveVerdict::kSound) {
         ++figures_.refused;
         figures_.last_refusal = one.verdict;
         return;
@@ -372,7 +375,8 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   const Vec3 up = scene.pose.direction_to_world(foot_.up());
   felt.stiffness = all.stiffness * up * up.transpose();
   const bool moving = moved_since(scene, motion.tick + 1, dt) != moved;
-  const Vec3 shift = (moving ? dt : 0.0) * scene.velocity + scene.pose.direction_to_world(shown_now_);
+  const Vec3 shift =
+      (moving ? dt : 0.0) * scene.velocity + scene.pose.direction_to_world(shown_now_);
   felt.supplied = std::max(0.0, felt.force.dot(shift));
   felt.touching = all.force.squaredNorm() > 0.0;
   return felt;

@@ -32,22 +32,22 @@ struct HiveTissueSettings {
   HiveSettings hive;
   double tool_radius = 0.0;  ///< of the ball [m]
   int rings = 2;             ///< of its pattern of cells; 2: 19 cells
-  HyperelasticModel model = HyperelasticModel::linear;
+  HyperelasticModel model = HyperelasticModel::kLinear;
   int nonlinear_nodes = 80;  ///< of the grid, where the model isn't linear
   /// After so much of a tick no further Newton step is begun [s]; 0, and in lockstep: only their
   /// number counts.
   double deadline = 0.4e-3;
   std::vector<PronyTerm> prony;
-  HiveBuilding building = HiveBuilding::on_a_thread;
+  HiveBuilding building = HiveBuilding::kOnAThread;
 };
 
 /// Counters since the start; read by any thread after the loop, or by the servo thread.
 struct HiveTissueFigures {
-  std::uint64_t hives = 0;        ///< built
-  std::uint64_t refused = 0;      ///< that couldn't answer: see last_refusal
-  std::uint64_t searches = 0;     ///< walks that began anew at the scene's own place
-  std::uint64_t uncovered = 0;    ///< ticks in contact without a hive: no force
-  HiveVerdict last_refusal = HiveVerdict::sound;
+  std::uint64_t hives = 0;      ///< built
+  std::uint64_t refused = 0;    ///< that couldn't answer: see last_refusal
+  std::uint64_t searches = 0;   ///< walks that began anew at the scene's own place
+  std::uint64_t uncovered = 0;  ///< ticks in contact without a hive: no force
+  HiveVerdict last_refusal = HiveVerdict::kSound;
   // Of tissue beyond linear:
   std::uint64_t newton_steps = 0;
   std::uint64_t tangent_answers = 0;  ///< ticks answered by the last good tangent
@@ -87,12 +87,15 @@ class HiveTissue final : public TactileModel {
   HiveTissue(const HiveBody& body, const HiveTissueSettings& settings, std::vector<Hive> hives,
              std::optional<NonlinearHive> nonlinear);
 
-  TactileForce respond_at_once(const ToolMotion& motion, double dt, Clock::time_point began) noexcept;
+  TactileForce respond_at_once(const ToolMotion& motion, double dt,
+                               Clock::time_point began) noexcept;
   void relax(TactileForce& felt, double dt) noexcept;
   Answer answer(Clock::time_point began) noexcept;
-  bool answer_beyond_linear(Clock::time_point began, double before, double now, Answer& all) noexcept;
+  bool answer_beyond_linear(Clock::time_point began, double before, double now,
+                            Answer& all) noexcept;
 
-  Vec3 seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion, double dt) const noexcept;
+  Vec3 seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion,
+                      double dt) const noexcept;
   bool take_snapshot(const ToolMotion& motion, double dt) noexcept;
   bool find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept;
   bool find_foot(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept;
@@ -110,17 +113,17 @@ class HiveTissue final : public TactileModel {
   // time that frames take, so that a scene that jumps or is late isn't felt as a blow.
   Vec3 unshown_ = Vec3::Zero(), shown_now_ = Vec3::Zero();  // [m] in the organ's frame
   double easing_left_ = 0.0;                                // [s]
-  SurfaceSpot nearest_;      // to the tool
+  SurfaceSpot nearest_;                                     // to the tool
   ToolFoot foot_;
   std::vector<Hive> hives_;  // three: running, the one before it, the next
   int now_ = -1, before_ = -1, next_ = -1;
-  double share_ = 1.0;       // of the running hive in the force
-  bool covered_ = true;      // some hive answered the last tick in contact
+  double share_ = 1.0;   // of the running hive in the force
+  bool covered_ = true;  // some hive answered the last tick in contact
   std::optional<NonlinearHive> nonlinear_;
   PronyForce prony_;
   HiveTissueFigures figures_;
   std::vector<double> nudged_;
-  HiveBuilder builder_;      // last: its thread ends before what it builds
+  HiveBuilder builder_;  // last: its thread ends before what it builds
 };
 
 }  // namespace viscera

@@ -19,12 +19,12 @@ struct PassivitySettings {
 ///
 ///   budget += -force . step (from the hand) + supplied by the scene - rise of the stored energy
 ///
-/// Held forces leak: half the stiffness times each step's square. What the device's own friction takes
-/// pays for that [Abbott2005] where a tick moves no farther than one step of the encoders, so that a
-/// resting hand isn't damped for roundings; above, the damper does, and a closed path gives nothing
-/// back at the device itself. To ask the tissue half a tick ahead would close the leak as well, but
-/// costs a sixth of the stable stiffness under loose hands; this costs none there.
-/// The budget never exceeds a small sum, or an honest dissipation now would pay for a rattle later.
+/// Held forces leak: half the stiffness times each step's square. What the device's own friction
+/// takes pays for that [Abbott2005] where a tick moves no farther than one step of the encoders, so
+/// that a resting hand isn't damped for roundings; above, the damper does, and a closed path gives
+/// nothing back at the device itself. To ask the tissue half a tick ahead would close the leak as
+/// well, but costs a sixth of the stable stiffness under loose hands; this costs none there. The
+/// budget never exceeds a small sum, or an honest dissipation now would pay for a rattle later.
 /// Below zero, a damper along the motion takes what is missing within the next tick.
 class PassivityGuard {
  public:

@@ -60,7 +60,7 @@ class ServoTick {
   const HapticDevice& device() const { return device_; }
   const ServoSettings& settings() const { return settings_; }
   double energy_given() const { return passivity_.given(); }  ///< [J] net to the hand
-  double greatest_force() const { return greatest_force_; }      ///< [N] on the hand since the start
+  double greatest_force() const { return greatest_force_; }   ///< [N] on the hand since the start
   std::uint64_t passivity_violations() const { return passivity_.violations(); }
   ServoEventRing& events() { return events_; }
 

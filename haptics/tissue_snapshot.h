@@ -11,13 +11,13 @@ namespace viscera {
 /// Filled in place and exchanged whole (TripleBuffer), so that neither thread waits for the other.
 struct TissueSnapshot {
   std::uint64_t frame = 0;
-  std::uint64_t tick = 0;   ///< up to which this is the scene's state
-  Pose pose;                ///< of the organ's frame, in the scene's
+  std::uint64_t tick = 0;        ///< up to which this is the scene's state
+  Pose pose;                     ///< of the organ's frame, in the scene's
   Vec3 velocity = Vec3::Zero();  ///< of that frame, by breathing [m/s]
   /// Displacement of the surface's vertices by everything but the tool that asks [m]; empty: none.
   std::vector<Vec3f> free;
-  /// The place nearest to the tool by the scene's own search, where a walk begins that lost its way;
-  /// no triangle: the tool is far.
+  /// The place nearest to the tool by the scene's own search, where a walk begins that lost its
+  /// way; no triangle: the tool is far.
   SurfacePoint nearest;
 };
 

@@ -9,10 +9,11 @@
 namespace viscera {
 namespace {
 
-/// The ring over which normals are averaged, in radii of the ball and in edges of the surface: wider
-/// than the dent and than a facet.
+/// The ring over which normals are averaged, in radii of the ball and in edges of the surface:
+/// wider than the dent and than a facet.
 constexpr double kRingRadii = 2.0, kRingEdges = 1.5;
-/// Steps of a tick towards the foot; each leaves a share depth / (radius of curvature) of the error.
+/// Steps of a tick towards the foot; each leaves a share depth / (radius of curvature) of the
+/// error.
 constexpr int kMostSteps = 8;
 constexpr double kCloseEnough = 1e-8;  // [m]
 /// Cells of a hexagonal pattern whose slopes are taken together are this near [pitches].
@@ -70,7 +71,7 @@ Vec3 ToolFoot::mean_normal(const WalkableSurface& surface, const SurfaceSpot& sp
   for (const double share : {1.0, 0.55})
     for (const auto& [a, b] : kAround) {
       SurfaceSpot there = spot;
-      if (surface.straight(share * ring * (a * x + b * y), there) == WalkEnd::found)
+      if (surface.straight(share * ring * (a * x + b * y), there) == WalkEnd::kFound)
         sum += there.normal;
     }
   return sum.normalized();
@@ -84,7 +85,7 @@ bool ToolFoot::follow(const WalkableSurface& surface, const Vec3& centre, double
     const Vec3 beside = tangential(centre - spot.position, up_);
     if (beside.norm() > reach) return false;
     if (beside.norm() < kCloseEnough) break;
-    if (surface.straight(beside, spot) != WalkEnd::found) return false;
+    if (surface.straight(beside, spot) != WalkEnd::kFound) return false;
   }
   const double height = (centre - spot.position).dot(up_);
   if (!(std::abs(height) < reach)) return false;
@@ -109,10 +110,10 @@ void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
     ContactCell& cell = cells_[k];
     SurfaceSpot spot = spot_;
     // A geodesic of that length ends a little short of the line through centre + offset along up.
-    bool there = surface.straight(offset, spot) == WalkEnd::found;
+    bool there = surface.straight(offset, spot) == WalkEnd::kFound;
     if (there)
       there = surface.straight(tangential(centre_ + offset - spot.position, up_), spot) ==
-              WalkEnd::found;
+              WalkEnd::kFound;
     cell.position = there ? spot.position : spot_.position;
     cell.normal = there ? spot.normal : spot_.normal;
     cell.area = area;

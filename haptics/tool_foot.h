@@ -16,8 +16,8 @@ namespace viscera {
 
 class ToolFoot {
  public:
-  /// `radius` [m] of the ball; `rings` of the hexagonal pattern of cells: 1 + 3 rings (rings + 1) of
-  /// them. The only place that allocates.
+  /// `radius` [m] of the ball; `rings` of the hexagonal pattern of cells: 1 + 3 rings (rings + 1)
+  /// of them. The only place that allocates.
   ToolFoot(double radius, int rings);
 
   /// Begins at this place, facing along its normal, under a ball about `centre`.
@@ -40,8 +40,9 @@ class ToolFoot {
   std::span<const ContactCell> cells() const { return cells_; }
   std::span<const double> depths() const { return depths_; }
   /// Which way each cell's tissue pushes the tool per force along `direction`, across it too: the
-  /// tissue under a cell may be tilted, and a tool without friction that goes aside climbs it. It is
-  /// the gradient of what the cells measure as depth, so that force is what the stored energy falls by.
+  /// tissue under a cell may be tilted, and a tool without friction that goes aside climbs it. It
+  /// is the gradient of what the cells measure as depth, so that force is what the stored energy
+  /// falls by.
   std::span<const Vec3> pushes() const { return pushes_; }
   double across() const { return across_; }  ///< radius of the pattern [m]
 
@@ -50,7 +51,8 @@ class ToolFoot {
 
   void lean(std::size_t cell, double pitch) noexcept;
 
-  /// The slope at a cell of the pattern, from its neighbours' heights: a sum of weight * difference.
+  /// The slope at a cell of the pattern, from its neighbours' heights: a sum of weight *
+  /// difference.
   struct Neighbour {
     std::size_t cell;
     Vec2 weight;  ///< for pitch 1

@@ -1,4 +1,5 @@
-// Hands the newest value from one thread to another without locks: neither ever waits for the other.
+// Hands the newest value from one thread to another without locks: neither ever waits for the
+// other.
 #pragma once
 
 #include <array>
@@ -37,9 +38,9 @@ class TripleBuffer {
   static constexpr std::uint32_t kSlot = 3, kFresh = 4;
 
   std::array<T, 3> slots_{};
-  std::uint32_t back_ = 0;                    // the writer's
+  std::uint32_t back_ = 0;  // the writer's
   std::atomic<std::uint32_t> middle_{1};
-  std::uint32_t front_ = 2;                   // the reader's
+  std::uint32_t front_ = 2;  // the reader's
 };
 
 }  // namespace viscera

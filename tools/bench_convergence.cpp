@@ -74,7 +74,7 @@ Result<ConvergenceCase> measure(const Formulation& formulation, double poisson_r
   ConvergenceCase one;
   one.solve_s = watch.seconds();
   one.formulation = formulation.name();
-  one.basis = formulation.basis() == Basis::quadratic ? "quadratic" : "linear";
+  one.basis = formulation.basis() == Basis::kQuadratic ? "quadratic" : "linear";
   one.poisson = poisson_ratio;
   one.nodes = body.cloud.size();
   one.error = smooth_solution_error(exact, formulation, body.cloud, *unknowns);

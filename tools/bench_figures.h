@@ -25,7 +25,8 @@ struct BenchRow {
 void print_rows(const std::vector<BenchRow>& rows, const std::string& title, std::ostream& out);
 nlohmann::json to_json(const std::vector<BenchRow>& rows);
 
-/// Asked before minutes are spent on what can't be written: files (empty: none), a folder for plots.
+/// Asked before minutes are spent on what can't be written: files (empty: none), a folder for
+/// plots.
 Result<void> check_outputs(const std::vector<std::filesystem::path>& files,
                            const std::filesystem::path& plots);
 

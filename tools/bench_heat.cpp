@@ -9,8 +9,8 @@
 #include <ostream>
 
 #include "engine/gpu/gpu_heat.h"
-#include "engine/io/interrupt.h"
 #include "engine/io/atomic_file.h"
+#include "engine/io/interrupt.h"
 #include "engine/io/report.h"
 #include "engine/verification/heat_case.h"
 #include "engine/verification/standard_burn.h"
@@ -80,7 +80,8 @@ Result<GpuTimes> step_times_on_gpu(const std::vector<int>& edges, std::ostream& 
   if (!gpu) return std::unexpected(gpu.error());
   const std::string device = (*context)->device();
   out << "on the GPU: " << device
-      << ((*context)->software() ? " (a software driver: figures say nothing of a GPU)" : "") << '\n';
+      << ((*context)->software() ? " (a software driver: figures say nothing of a GPU)" : "")
+      << '\n';
   auto times = step_times(edges, gpu->get(), device, out);
   if (!times) return std::unexpected(times.error());
   return GpuTimes{*std::move(times), (*context)->software()};
@@ -90,8 +91,9 @@ Result<GpuTimes> step_times_on_gpu(const std::vector<int>& edges, std::ostream& 
 double at_target(const std::vector<HeatTime>& times) {
   for (std::size_t i = 1; i < times.size(); ++i) {
     if (times[i].voxels < kTargetVoxels) continue;
-    const double t = (static_cast<double>(kTargetVoxels) - static_cast<double>(times[i - 1].voxels)) /
-                     static_cast<double>(times[i].voxels - times[i - 1].voxels);
+    const double t =
+        (static_cast<double>(kTargetVoxels) - static_cast<double>(times[i - 1].voxels)) /
+        static_cast<double>(times[i].voxels - times[i - 1].voxels);
     return times[i - 1].step_s + std::max(0.0, t) * (times[i].step_s - times[i - 1].step_s);
   }
   const HeatTime& last = times.back();
@@ -99,10 +101,10 @@ double at_target(const std::vector<HeatTime>& times) {
 }
 
 nlohmann::json to_json(const HeatBook& book) {
-  return {{"delivered_J", book.delivered}, {"metabolic_J", book.metabolic},
-          {"stored_J", book.stored},       {"latent_J", book.latent},
-          {"vapour_J", book.vapour},       {"pyrolysis_J", book.pyrolysis},
-          {"perfused_J", book.perfused},   {"gas_J", book.gas},
+  return {{"delivered_J", book.delivered},   {"metabolic_J", book.metabolic},
+          {"stored_J", book.stored},         {"latent_J", book.latent},
+          {"vapour_J", book.vapour},         {"pyrolysis_J", book.pyrolysis},
+          {"perfused_J", book.perfused},     {"gas_J", book.gas},
           {"instrument_J", book.instrument}, {"boundary_J", book.boundary},
           {"residual_J", book.residual()}};
 }
@@ -123,9 +125,10 @@ nlohmann::json to_json(const BurnResult& burn) {
           {"generated_J", burn.generated},
           {"warm_voxels", burn.warm_voxels},
           {"book", to_json(burn.book)},
-          {"published", {{"depth_m", {kPublished.least_depth, kPublished.most_depth}},
-                         {"width_m", {kPublished.least_width, kPublished.most_width}},
-                         {"mark", "R"}}}};
+          {"published",
+           {{"depth_m", {kPublished.least_depth, kPublished.most_depth}},
+            {"width_m", {kPublished.least_width, kPublished.most_width}},
+            {"mark", "R"}}}};
 }
 
 void print_burn(const BurnResult& burn, std::ostream& out) {
@@ -139,7 +142,8 @@ void print_burn(const BurnResult& burn, std::ostream& out) {
       1e3 * kPublished.least_width, 1e3 * kPublished.most_width);
   const HeatBook& book = burn.book;
   out << fmt::format(
-      "  of {:.1f} J delivered: stored {:.1f}, latent {:.1f}, vapour {:.1f}, pyrolysis {:.1f}, blood "
+      "  of {:.1f} J delivered: stored {:.1f}, latent {:.1f}, vapour {:.1f}, pyrolysis {:.1f}, "
+      "blood "
       "{:.1f}, gas {:.2f}, instrument {:.2f}, boundary {:.2f}, residual {:.1e} J\n",
       book.delivered, book.stored, book.latent, book.vapour, book.pyrolysis, book.perfused,
       book.gas, book.instrument, book.boundary, book.residual());
@@ -183,8 +187,8 @@ Result<void> bench_heat(const HeatBenchOptions& options, std::ostream& out) {
       {"residual of the energy book", "%",
        100.0 * std::abs(burn.book.residual()) / burn.book.delivered, kBookPercent}};
   if (!gpu_times->times.empty() && !gpu_times->software)
-    rows.push_back({"the same on the GPU, fields back", "ms", 1e3 * at_target(gpu_times->times),
-                    kStepMs});
+    rows.push_back(
+        {"the same on the GPU, fields back", "ms", 1e3 * at_target(gpu_times->times), kStepMs});
   print_rows(rows, "heat", out);
   times->insert(times->end(), gpu_times->times.begin(), gpu_times->times.end());
 

@@ -64,7 +64,8 @@ Plot time_plot(const std::vector<HeatTime>& times) {
 
 Result<void> draw_heat_plots(const std::vector<HeatError>& errors,
                              const std::vector<HeatTime>& times, const BurnResult& burn,
-                             const PublishedLesion& published, const std::filesystem::path& folder) {
+                             const PublishedLesion& published,
+                             const std::filesystem::path& folder) {
   if (auto made = check_out_folder(folder); !made) return made;
   if (auto written = write_file(folder / "heat_error.svg", to_svg(error_plot(errors))); !written)
     return written;
@@ -72,8 +73,8 @@ Result<void> draw_heat_plots(const std::vector<HeatError>& errors,
     return written;
   std::vector<LesionRow> rows;
   for (const BurnRow& row : burn.rows) rows.push_back({row.time, row.lesion});
-  const Plot lesion = lesion_plot("Lesion of the standard burn", "liver, 30 W, ball of 2 mm", rows,
-                                  published);
+  const Plot lesion =
+      lesion_plot("Lesion of the standard burn", "liver, 30 W, ball of 2 mm", rows, published);
   return write_file(folder / "heat_lesion.svg", to_svg(lesion));
 }
 

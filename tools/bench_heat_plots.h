@@ -22,10 +22,11 @@ struct HeatTime {
   std::size_t voxels = 0;  ///< in warm bricks
   double step_s = 0.0;     ///< median
   Backend backend = Backend::kCpu;
-  std::string device;      ///< the machine's processor or the driver's name
+  std::string device;  ///< the machine's processor or the driver's name
 };
 
-/// Writes heat_error.svg, heat_time.svg and heat_lesion.svg into the folder, which is made if need be.
+/// Writes heat_error.svg, heat_time.svg and heat_lesion.svg into the folder, which is made if need
+/// be.
 Result<void> draw_heat_plots(const std::vector<HeatError>& errors,
                              const std::vector<HeatTime>& times, const BurnResult& burn,
                              const PublishedLesion& published, const std::filesystem::path& folder);

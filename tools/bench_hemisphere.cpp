@@ -43,7 +43,7 @@ HemisphereCase measure(HemisphereBody& body, HemisphereContact contact, double a
   HemisphereCase one;
   const PreparationFigures& figures = body.figures();
   one.formulation = body.formulation().name();
-  one.basis = body.formulation().basis() == Basis::quadratic ? "quadratic" : "linear";
+  one.basis = body.formulation().basis() == Basis::kQuadratic ? "quadratic" : "linear";
   one.nodes = body.cloud().size();
   one.surface_nodes = body.cloud().surface_count;
   one.poisson = body.material().poisson_ratio;
@@ -56,7 +56,7 @@ HemisphereCase measure(HemisphereBody& body, HemisphereContact contact, double a
   one.factor_bytes = figures.factor_bytes;
   one.compliance_eigenvalue = figures.smallest_compliance_eigenvalue;
   one.memory_bytes = body.memory_bytes();
-  const bool pressed = contact == HemisphereContact::press;
+  const bool pressed = contact == HemisphereContact::kPress;
   const HemisphereAnswer answer = body.press(contact, a_over_R, kRings);
   if (!answer.converged) {
     one.note = "contact without a solution";

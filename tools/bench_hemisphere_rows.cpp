@@ -25,11 +25,12 @@ OnlineTimes measure_online(HemisphereBody& body, HemisphereContact contact, doub
                                              1);
   std::vector<float> displacements;
   OnlineTimes times;
-  if (contact == HemisphereContact::press) {
+  if (contact == HemisphereContact::kPress) {
     const HemispherePressure load = body.pressure(a_over_R);
     times.still =
-        1e6 * median_call_s(
-                  [&] { place_displacements(body.compliance(), load.response, displacements); }, kFor);
+        1e6 *
+        median_call_s([&] { place_displacements(body.compliance(), load.response, displacements); },
+                      kFor);
     times.moving = times.still;
     return times;
   }
@@ -60,7 +61,7 @@ Result<void> add_online_rows(std::vector<BenchRow>& rows) {
   options.nodes = 1026;
   auto body = HemisphereBody::prepare(options, until_interrupted());
   if (!body) return std::unexpected(body.error());
-  const OnlineTimes times = measure_online(**body, HemisphereContact::stick, 0.2, kRings);
+  const OnlineTimes times = measure_online(**body, HemisphereContact::kStick, 0.2, kRings);
   const std::string what =
       fmt::format("online, {} nodes, 19 cells, one core", (*body)->cloud().size());
   rows.push_back({what + ", resting patch", "us", times.still, 40.0});

@@ -22,8 +22,8 @@
 namespace viscera {
 namespace {
 
-constexpr double kTool = 0.1;      // contact radius over R
-constexpr int kRings = 3;          // of cells in the tool's patch: 37
+constexpr double kTool = 0.1;         // contact radius over R
+constexpr int kRings = 3;             // of cells in the tool's patch: 37
 constexpr double kShownRadius = 0.4;  // of the hive over R, of the figures to reach
 constexpr double kTimedFor = 0.02;    // [s]
 constexpr double kForceUnit =
@@ -72,7 +72,7 @@ struct Ground {
 /// Relative L2 over the dome within the hive's radius.
 double profile_error(const Hive& hive, const Ground& ground) {
   constexpr int kAcross = 48, kAround = 8;
-  const HemisphereProfile& exact = ground.reference->profile(HemisphereContact::frictionless);
+  const HemisphereProfile& exact = ground.reference->profile(HemisphereContact::kFrictionless);
   const double farthest = hive.settings().radius / kHemisphereRadius;
   double error = 0.0, size = 0.0;
   for (int i = 0; i < kAcross; ++i) {
@@ -114,19 +114,19 @@ HiveCase measure(const Ground& ground, HiveFormulation formulation, HivePeripher
   one.unknowns = hive->figures().unknowns;
   const SurfaceSpot pole = ground.surface->nearest(Vec3(0.0, 0.0, kHemisphereRadius));
   const auto cells_of = [&](int rings) {
-    return HemisphereBody::cells(HemisphereContact::frictionless, one.poisson, kTool, rings, 0.0);
+    return HemisphereBody::cells(HemisphereContact::kFrictionless, one.poisson, kTool, rings, 0.0);
   };
   const auto cells = cells_of(kRings);
   std::vector<double> depths;
   for (const ContactCell& cell : cells) depths.push_back(cell.depth);
   HiveVerdict verdict = hive->build(pole);
-  if (verdict == HiveVerdict::sound) verdict = hive->seat(cells);
+  if (verdict == HiveVerdict::kSound) verdict = hive->seat(cells);
   HiveForce force;
-  if (verdict == HiveVerdict::sound) {
+  if (verdict == HiveVerdict::kSound) {
     force = hive->press(depths);
     verdict = force.verdict;
   }
-  if (verdict != HiveVerdict::sound) {
+  if (verdict != HiveVerdict::kSound) {
     one.refused = name_of(verdict);
     return one;
   }
@@ -152,8 +152,8 @@ HiveCase measure(const Ground& ground, HiveFormulation formulation, HivePeripher
   const auto fine = cells_of(6);
   std::vector<double> fine_depths;
   for (const ContactCell& cell : fine) fine_depths.push_back(cell.depth);
-  if (hive->seat(fine) == HiveVerdict::sound &&
-      hive->press(fine_depths).verdict == HiveVerdict::sound && sum > 0.0)
+  if (hive->seat(fine) == HiveVerdict::kSound &&
+      hive->press(fine_depths).verdict == HiveVerdict::kSound && sum > 0.0)
     one.profile_error = profile_error(*hive, ground);
   return one;
 }
@@ -181,8 +181,8 @@ void print_case(const HiveCase& one, std::ostream& out) {
 std::vector<BenchRow> rows_of(const std::vector<HiveCase>& cases) {
   std::vector<BenchRow> rows;
   const auto is_default = [](const HiveCase& one) {
-    return one.refused.empty() && one.formulation == HiveFormulation::subtracted &&
-           one.periphery == HivePeriphery::coupled && std::abs(one.radius - kShownRadius) < 1e-9;
+    return one.refused.empty() && one.formulation == HiveFormulation::kSubtracted &&
+           one.periphery == HivePeriphery::kCoupled && std::abs(one.radius - kShownRadius) < 1e-9;
   };
   const auto slowest = [&](const std::string& what, double target, const auto& is_meant,
                            const auto& time) {
@@ -192,29 +192,34 @@ std::vector<BenchRow> rows_of(const std::vector<HiveCase>& cases) {
     if (worst > 0.0) rows.push_back({what, "us", worst, target});
   };
   const auto whole = [](const HiveCase& one) { return one.build_us + one.solve_us; };
-  slowest("28-node hive of the paper's kind, build + solve", 120.0,
-          [](const HiveCase& one) {
-            return one.refused.empty() && one.formulation == HiveFormulation::paper &&
-                   one.nodes == 28 && one.periphery == HivePeriphery::fixed;
-          },
-          whole);
-  slowest("80-node hive, default kind, build + solve", 700.0,
-          [&](const HiveCase& one) { return is_default(one) && one.nodes > 60 && one.nodes <= 80; },
-          whole);
-  slowest("resting hive of 200 nodes, tick", 20.0,
-          [&](const HiveCase& one) { return is_default(one) && one.nodes > 150; },
-          [](const HiveCase& one) { return one.tick_us; });
-  slowest("moving hive of 200 nodes, tick without building", 200.0,
-          [&](const HiveCase& one) { return is_default(one) && one.nodes > 150; },
-          [](const HiveCase& one) { return one.solve_us; });
+  slowest(
+      "28-node hive of the paper's kind, build + solve", 120.0,
+      [](const HiveCase& one) {
+        return one.refused.empty() && one.formulation == HiveFormulation::kPaper &&
+               one.nodes == 28 && one.periphery == HivePeriphery::kFixed;
+      },
+      whole);
+  slowest(
+      "80-node hive, default kind, build + solve", 700.0,
+      [&](const HiveCase& one) { return is_default(one) && one.nodes > 60 && one.nodes <= 80; },
+      whole);
+  slowest(
+      "resting hive of 200 nodes, tick", 20.0,
+      [&](const HiveCase& one) { return is_default(one) && one.nodes > 150; },
+      [](const HiveCase& one) { return one.tick_us; });
+  slowest(
+      "moving hive of 200 nodes, tick without building", 200.0,
+      [&](const HiveCase& one) { return is_default(one) && one.nodes > 150; },
+      [](const HiveCase& one) { return one.solve_us; });
   for (const double nu : {0.30, 0.45}) {
     double worst = -1.0;
     for (const HiveCase& one : cases)
       if (is_default(one) && one.nodes <= 120 && std::abs(one.poisson - nu) < 1e-9)
         worst = std::max(worst, std::abs(*one.force_error));
     if (worst >= 0.0)
-      rows.push_back({fmt::format("force error, coupled, at most 120 nodes, radius 0.4 R, nu {:.2f}", nu),
-                      "%", 100.0 * worst, 5.0});
+      rows.push_back(
+          {fmt::format("force error, coupled, at most 120 nodes, radius 0.4 R, nu {:.2f}", nu), "%",
+           100.0 * worst, 5.0});
   }
   return rows;
 }
@@ -225,11 +230,11 @@ struct Kind {
   const char* name;
 };
 constexpr Kind kKinds[] = {
-    {HiveFormulation::subtracted, HivePeriphery::coupled, "coupled"},
-    {HiveFormulation::subtracted, HivePeriphery::boussinesq, "boussinesq"},
-    {HiveFormulation::subtracted, HivePeriphery::fixed, "fixed"},
-    {HiveFormulation::paper, HivePeriphery::boussinesq, "paper, boussinesq"},
-    {HiveFormulation::paper, HivePeriphery::fixed, "paper"},
+    {HiveFormulation::kSubtracted, HivePeriphery::kCoupled, "coupled"},
+    {HiveFormulation::kSubtracted, HivePeriphery::kBoussinesq, "boussinesq"},
+    {HiveFormulation::kSubtracted, HivePeriphery::kFixed, "fixed"},
+    {HiveFormulation::kPaper, HivePeriphery::kBoussinesq, "paper, boussinesq"},
+    {HiveFormulation::kPaper, HivePeriphery::kFixed, "paper"},
 };
 
 /// A line a kind through (x, y) of the cases that `is_meant` picks.
@@ -241,7 +246,7 @@ std::vector<PlotSeries> series_of(const std::vector<HiveCase>& cases, const Mean
     PlotSeries series;
     series.name = kKinds[k].name;
     series.colour = static_cast<int>(k);
-    series.dashed = series.hollow = kKinds[k].formulation == HiveFormulation::paper;
+    series.dashed = series.hollow = kKinds[k].formulation == HiveFormulation::kPaper;
     for (const HiveCase& one : cases)
       if (one.refused.empty() && one.formulation == kKinds[k].formulation &&
           one.periphery == kKinds[k].periphery && is_meant(one))
@@ -260,7 +265,8 @@ Result<void> draw_plots(const std::vector<HiveCase>& cases, const std::filesyste
   Plot cost;
   cost.title = "Cost of a hive against its degrees of freedom";
   cost.subtitle = fmt::format(
-      "build + solve, one thread; hive radius 0.4 R, tool 0.1 R, Poisson's ratio {:.2f}; published: "
+      "build + solve, one thread; hive radius 0.4 R, tool 0.1 R, Poisson's ratio {:.2f}; "
+      "published: "
       "[De2006]",
       nu);
   cost.x = {"degrees of freedom (three a node)", true};
@@ -276,8 +282,8 @@ Result<void> draw_plots(const std::vector<HiveCase>& cases, const std::filesyste
   tick.colour = 5;
   tick.dashed = true;
   for (const HiveCase& one : cases)
-    if (shown(one) && one.refused.empty() && one.formulation == HiveFormulation::subtracted &&
-        one.periphery == HivePeriphery::coupled)
+    if (shown(one) && one.refused.empty() && one.formulation == HiveFormulation::kSubtracted &&
+        one.periphery == HivePeriphery::kCoupled)
       tick.points.emplace_back(unknowns(one), one.tick_us);
   cost.series.push_back(tick);
   PlotSeries published;
@@ -296,15 +302,15 @@ Result<void> draw_plots(const std::vector<HiveCase>& cases, const std::filesyste
     Plot error;
     error.title = "Force of a hive against its radius";
     error.subtitle = fmt::format(
-        "{} nodes, tool 0.1 R, without friction, Poisson's ratio {:.2f}; against the reference", nodes,
-        ratio);
+        "{} nodes, tool 0.1 R, without friction, Poisson's ratio {:.2f}; against the reference",
+        nodes, ratio);
     error.x = {"hive radius over R", false};
     error.y = {"error of the force (%)", false};
     error.series = series_of(
         cases,
         [&](const HiveCase& one) {
           return std::abs(one.poisson - ratio) < 1e-9 && one.nodes == nodes &&
-                 one.formulation == HiveFormulation::subtracted;
+                 one.formulation == HiveFormulation::kSubtracted;
         },
         [](const HiveCase& one) { return one.radius; },
         [](const HiveCase& one) { return 100.0 * *one.force_error; });
@@ -329,8 +335,8 @@ Result<void> check_options(const HiveBenchOptions& options,
           fmt::format("--radius: found {:g}, expected above 0 and at most 1.2", radius));
   for (const double nu : options.poisson_ratios)
     if (!find_reference(references, nu, kTool))
-      mistakes.messages.push_back(
-          fmt::format("--poisson: found {:g}, expected 0.3, 0.45 or 0.49, which have a reference", nu));
+      mistakes.messages.push_back(fmt::format(
+          "--poisson: found {:g}, expected 0.3, 0.45 or 0.49, which have a reference", nu));
   if (mistakes.messages.empty()) return {};
   return std::unexpected(mistakes);
 }
@@ -348,8 +354,8 @@ Result<void> bench_hive(const HiveBenchOptions& options, std::ostream& out) {
   const auto radii = !options.radii.empty() ? options.radii
                      : options.quick        ? std::vector<double>{kShownRadius}
                                             : std::vector<double>{0.2, 0.3, 0.4, 0.6, 0.8};
-  const auto ratios = !options.poisson_ratios.empty() ? options.poisson_ratios
-                                                      : std::vector<double>{0.30, 0.45};
+  const auto ratios =
+      !options.poisson_ratios.empty() ? options.poisson_ratios : std::vector<double>{0.30, 0.45};
   std::vector<HiveCase> cases;
   print_heading(out);
   for (const double nu : ratios) {

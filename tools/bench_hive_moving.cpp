@@ -41,8 +41,7 @@ class LedDevice final : public HapticDevice {
     const double angle = turn < kAmplitude         ? turn
                          : turn < 3.0 * kAmplitude ? 2.0 * kAmplitude - turn
                                                    : turn - 4.0 * kAmplitude;
-    const double height =
-        kHemisphereRadius * (1.0 + kTool + 0.1 - (0.1 + kDepth) * depth);
+    const double height = kHemisphereRadius * (1.0 + kTool + 0.1 - (0.1 + kDepth) * depth);
     DeviceState state;
     state.pose.position = height * Vec3(std::sin(angle), 0.0, std::cos(angle));
     state.sample = tick + 1;
@@ -68,12 +67,13 @@ Result<MovingHiveCase> measure_moving_hive(const MovingHiveOptions& options) {
   if (!surface) return std::unexpected(surface.error());
   HiveTissueSettings settings;
   settings.tool_radius = kTool * kHemisphereRadius;
-  settings.building = HiveBuilding::on_a_thread;
-  settings.hive.periphery = HivePeriphery::coupled;
+  settings.building = HiveBuilding::kOnAThread;
+  settings.hive.periphery = HivePeriphery::kCoupled;
   settings.hive.material = (*body)->material();
   settings.hive.radius = kRadius * kHemisphereRadius;
   settings.hive.nodes = options.nodes;
-  auto tissue = HiveTissue::create({&*surface, &(*body)->compliance(), &(*body)->touchable()}, settings);
+  auto tissue =
+      HiveTissue::create({&*surface, &(*body)->compliance(), &(*body)->touchable()}, settings);
   if (!tissue) return std::unexpected(tissue.error());
   TissueSnapshot& told = (*tissue)->snapshots().back();
   told.nearest = surface->nearest(Vec3(0.0, 0.0, kHemisphereRadius)).point;
@@ -84,7 +84,8 @@ Result<MovingHiveCase> measure_moving_hive(const MovingHiveOptions& options) {
   ServoLoop loop(tick);
   MovingHiveCase one;
   loop.start();
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
+  const auto end =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
   while (std::chrono::steady_clock::now() < end && !interrupted()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     if (loop.outputs().update())
@@ -112,8 +113,8 @@ void print(const MovingHiveCase& one, std::ostream& out) {
       "  computing us: p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, greatest {:.1f}; late us: p50 {:.1f}, "
       "p99 {:.1f}\n",
       one.nodes, 1e3 * one.speed, one.seconds, one.scheduler, one.ticks, one.missed,
-      one.tissue.hives, one.tissue.uncovered + one.tissue.refused, one.compute.p50,
-      one.compute.p99, one.compute.p999, one.compute.max, one.lateness.p50, one.lateness.p99);
+      one.tissue.hives, one.tissue.uncovered + one.tissue.refused, one.compute.p50, one.compute.p99,
+      one.compute.p999, one.compute.max, one.lateness.p50, one.lateness.p99);
 }
 
 nlohmann::json to_json(const MovingHiveCase& one) {
@@ -137,9 +138,10 @@ nlohmann::json to_json(const MovingHiveCase& one) {
 
 std::vector<BenchRow> rows_of(const MovingHiveCase& one) {
   const auto without = static_cast<double>(one.missed + one.tissue.uncovered + one.tissue.refused);
-  return {{fmt::format("moving hive of {} nodes, tick beside the next hive's building, p99", one.nodes),
-           "us", one.compute.p99, 200.0},
-          {"ticks of it missed or without an answer", "", without, 0.0}};
+  return {
+      {fmt::format("moving hive of {} nodes, tick beside the next hive's building, p99", one.nodes),
+       "us", one.compute.p99, 200.0},
+      {"ticks of it missed or without an answer", "", without, 0.0}};
 }
 
 }  // namespace viscera

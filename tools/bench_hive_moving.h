@@ -27,7 +27,7 @@ struct MovingHiveCase {
 struct MovingHiveOptions {
   int nodes = 200;
   double poisson = 0.45;
-  double speed = 0.06;   ///< [m/s]
+  double speed = 0.06;  ///< [m/s]
   double seconds = 5.0;
 };
 

@@ -20,11 +20,12 @@ constexpr double kBall = 5e-3, kModulus = 5e3;  // [m], [Pa]
 constexpr double kStep = 25e-6;                 // of a tick: 25 mm/s
 constexpr int kRings = 3;                       // of cells: 37
 constexpr int kSweeps = 20;
-constexpr double kDeadline = 0.4e-3;            // [s]: haptics/hive_tissue.h
+constexpr double kDeadline = 0.4e-3;  // [s]: haptics/hive_tissue.h
 
 /// St Venant-Kirchhoff tissue gives way a little deeper than these.
 std::vector<double> depths_of(HyperelasticModel model) {
-  return model == HyperelasticModel::stvk ? std::vector<double>{0.05, 0.1} : std::vector<double>{0.1, 0.3, 0.6};
+  return model == HyperelasticModel::kStvk ? std::vector<double>{0.05, 0.1}
+                                           : std::vector<double>{0.1, 0.3, 0.6};
 }
 
 double percentile(std::vector<double>& sorted, double share) {
@@ -43,7 +44,8 @@ NonlinearBenchOutcome::Case measure(const NonlinearSettings& settings, double de
   one.linear_error = tool.linear(depth) / exact - 1.0;
   one.cells = static_cast<int>(tool.cells().size());
   Clock::time_point due;
-  const TimeIsUp time{[](void* user) { return Clock::now() >= *static_cast<Clock::time_point*>(user); }, &due};
+  const TimeIsUp time{
+      [](void* user) { return Clock::now() >= *static_cast<Clock::time_point*>(user); }, &due};
   std::vector<double> times;
   int steps = 0;
   const int there = static_cast<int>(std::ceil(depth / kStep));
@@ -51,8 +53,10 @@ NonlinearBenchOutcome::Case measure(const NonlinearSettings& settings, double de
     tool.nonlinear().release();
     for (int i = 1; i < 2 * there; ++i) {
       const auto began = Clock::now();
-      due = began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kDeadline));
-      const NonlinearForce force = tool.press(depth * (i <= there ? i : 2 * there - i) / there, time);
+      due = began +
+            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kDeadline));
+      const NonlinearForce force =
+          tool.press(depth * (i <= there ? i : 2 * there - i) / there, time);
       times.push_back(1e6 * std::chrono::duration<double>(Clock::now() - began).count());
       steps += force.steps;
       one.tangent_answers += force.by_tangent;
@@ -68,10 +72,12 @@ NonlinearBenchOutcome::Case measure(const NonlinearSettings& settings, double de
 }
 
 void print_case(const NonlinearBenchOutcome::Case& one, std::ostream& out) {
-  out << fmt::format("{:<12}{:>5.2f}{:>8.2f}{:>7}{:>10}{:>8.2f}{:>10.1f}{:>10.1f}{:>9.1f}{:>10.2f}{:>10.2f}\n",
-                     name_of(one.model), one.poisson, one.depth, one.nodes, one.unknowns, one.steps,
-                     one.tick_p50, one.tick_p99, 100.0 * one.tangent_answers / one.ticks,
-                     100.0 * one.force_error, 100.0 * one.linear_error)
+  out << fmt::format(
+             "{:<12}{:>5.2f}{:>8.2f}{:>7}{:>10}{:>8.2f}{:>10.1f}{:>10.1f}{:>9.1f}{:>10.2f}{:>10.2f}"
+             "\n",
+             name_of(one.model), one.poisson, one.depth, one.nodes, one.unknowns, one.steps,
+             one.tick_p50, one.tick_p99, 100.0 * one.tangent_answers / one.ticks,
+             100.0 * one.force_error, 100.0 * one.linear_error)
       << std::flush;
 }
 
@@ -101,21 +107,26 @@ std::vector<BenchRow> NonlinearBenchOutcome::rows() const {
   for (const Case& one : all) {
     if (one.nodes > 80) continue;
     slowest = std::max(slowest, one.tick_p99);
-    if (one.model == HyperelasticModel::neo_hookean) error = std::max(error, std::abs(one.force_error));
+    if (one.model == HyperelasticModel::kNeoHookean)
+      error = std::max(error, std::abs(one.force_error));
   }
   return {{"beyond linear, at most 80 nodes, moving tick, p99", "us", slowest, 400.0},
           {"beyond linear, at most 80 nodes, neo-Hookean, force error", "%", 100.0 * error, 5.0}};
 }
 
-Result<NonlinearBenchOutcome> bench_nonlinear_hive(const NonlinearBench& options, std::ostream& out) {
+Result<NonlinearBenchOutcome> bench_nonlinear_hive(const NonlinearBench& options,
+                                                   std::ostream& out) {
   NonlinearBenchOutcome outcome;
-  out << fmt::format("\nbeyond linear: a ball on flat, deep tissue; errors against the whole body\n"
-                     "{:<12}{:>5}{:>8}{:>7}{:>10}{:>8}{:>10}{:>10}{:>9}{:>10}{:>10}\n",
-                     "material", "nu", "depth/R", "nodes", "unknowns", "steps", "p50 us", "p99 us", "tangent%",
-                     "force %", "linear %");
-  const std::vector<int> grids = options.quick ? std::vector<int>{80} : std::vector<int>{28, 50, 80, 200};
+  out << fmt::format(
+      "\nbeyond linear: a ball on flat, deep tissue; errors against the whole body\n"
+      "{:<12}{:>5}{:>8}{:>7}{:>10}{:>8}{:>10}{:>10}{:>9}{:>10}{:>10}\n",
+      "material", "nu", "depth/R", "nodes", "unknowns", "steps", "p50 us", "p99 us", "tangent%",
+      "force %", "linear %");
+  const std::vector<int> grids =
+      options.quick ? std::vector<int>{80} : std::vector<int>{28, 50, 80, 200};
   for (const double nu : options.poisson_ratios)
-    for (const HyperelasticModel model : {HyperelasticModel::neo_hookean, HyperelasticModel::stvk}) {
+    for (const HyperelasticModel model :
+         {HyperelasticModel::kNeoHookean, HyperelasticModel::kStvk}) {
       PressedBlockOptions block;
       block.model = model;
       block.material = {kModulus, nu};

@@ -24,9 +24,9 @@ struct NonlinearBenchOutcome {
     HyperelasticModel model{};
     double poisson = 0.0, depth = 0.0;  ///< over the ball's radius
     int nodes = 0, unknowns = 0, cells = 0;
-    double force_error = 0.0;   ///< against the block that the ball is pressed into
-    double linear_error = 0.0;  ///< of the linear hive, against the same
-    double steps = 0.0;         ///< Newton's, in a tick
+    double force_error = 0.0;               ///< against the block that the ball is pressed into
+    double linear_error = 0.0;              ///< of the linear hive, against the same
+    double steps = 0.0;                     ///< Newton's, in a tick
     double tick_p50 = 0.0, tick_p99 = 0.0;  ///< seated and pressed [us]
     int ticks = 0, tangent_answers = 0, deadline_misses = 0;
   };
@@ -35,6 +35,7 @@ struct NonlinearBenchOutcome {
 
 /// A ball goes in at 25 mm/s to each depth and out again; times with the servo's deadline, errors
 /// without. Prints cases. Fails on Ctrl-C.
-Result<NonlinearBenchOutcome> bench_nonlinear_hive(const NonlinearBench& options, std::ostream& out);
+Result<NonlinearBenchOutcome> bench_nonlinear_hive(const NonlinearBench& options,
+                                                   std::ostream& out);
 
 }  // namespace viscera

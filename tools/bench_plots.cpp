@@ -133,7 +133,7 @@ Plot profile_plot(const std::vector<HemisphereCase>& cases,
   plot.series.push_back(rest);
   if (reference) {
     PlotSeries exact{"reference", {}, true, false, false, false, 6};
-    for (const auto& row : reference->profile(HemisphereContact::stick).rows())
+    for (const auto& row : reference->profile(HemisphereContact::kStick).rows())
       exact.points.emplace_back(std::sin(row.polar_angle) + row.radial,
                                 std::cos(row.polar_angle) + row.axial);
     plot.series.push_back(exact);

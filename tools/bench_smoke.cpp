@@ -258,8 +258,9 @@ Result<std::vector<std::size_t>> sizes_of(const SmokeBenchOptions& options) {
   }
   expect(options.steps >= 1 && options.steps <= kMostRepeats,
          fmt::format("--steps: found {}, expected from 1 to {}", options.steps, kMostRepeats));
-  expect(options.pictures >= 0 && options.pictures <= kMostRepeats,
-         fmt::format("--pictures: found {}, expected from 0 to {}", options.pictures, kMostRepeats));
+  expect(
+      options.pictures >= 0 && options.pictures <= kMostRepeats,
+      fmt::format("--pictures: found {}, expected from 0 to {}", options.pictures, kMostRepeats));
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
   std::sort(sizes.begin(), sizes.end());
   return sizes;
@@ -286,22 +287,23 @@ void print_case(const std::vector<SmokeRow>& rows, const CaseTimes& times, std::
                        row.p99_ms, 100.0 * row.median_ms / step.median_ms, share);
   }
   const double without = times.without_splat();
-  out << fmt::format("  \"step\" is all rows above once, the splat and the gas's own step too. A run "
-                     "splats for pictures only:\n  without it a step takes {:.3f} ms, with a picture "
-                     "every second step {:.3f} ms on average\n",
-                     without, 0.5 * (without + step.median_ms));
+  out << fmt::format(
+      "  \"step\" is all rows above once, the splat and the gas's own step too. A run "
+      "splats for pictures only:\n  without it a step takes {:.3f} ms, with a picture "
+      "every second step {:.3f} ms on average\n",
+      without, 0.5 * (without + step.median_ms));
   if (times.substeps > 1.0) out << fmt::format("  {:.2f} substeps a step\n", times.substeps);
 }
 
 Result<std::vector<SmokeDecay>> measure_decays(SmokePasses& passes) {
   std::vector<SmokeDecay> decays;
-  for (const Laplacian laplacian : {Laplacian::pairwise, Laplacian::paper}) {
+  for (const Laplacian laplacian : {Laplacian::kPairwise, Laplacian::kPaper}) {
     for (const int across : {8, 16, 24}) {
       if (interrupted()) return failure(kCancelled);
       const auto error = shear_decay_error(passes, laplacian, across, kDecayJitter, kDecaySeed);
       if (!error) return failure(passes.trouble());
       decays.push_back(
-          {laplacian == Laplacian::pairwise ? "pairwise" : "paper", 1.0 / across, *error});
+          {laplacian == Laplacian::kPairwise ? "pairwise" : "paper", 1.0 / across, *error});
     }
   }
   return decays;
@@ -341,8 +343,8 @@ class SmokeBench {
     if (!bandwidth) return std::unexpected(bandwidth.error());
     bandwidth_ = *bandwidth;
     if (!device_.decision.warning.empty()) out_ << "warning: " << device_.decision.warning << '\n';
-    out_ << fmt::format("smoke on the {}: {}, {} cores, memory at {:.1f} GB/s\n", backend_,
-                        name_, this_machine().cores, 1e-9 * bandwidth_);
+    out_ << fmt::format("smoke on the {}: {}, {} cores, memory at {:.1f} GB/s\n", backend_, name_,
+                        this_machine().cores, 1e-9 * bandwidth_);
     if (!on_cpu()) {
       start_s_ = device_.start_s + timed->start_s();
       out_ << fmt::format("start-up: context and kernels ready in {:.2f} s\n", start_s_);
@@ -411,10 +413,10 @@ class SmokeBench {
 
   void add_picture(std::size_t size, double step_ms, const SmokePictureTimes& picture) {
     const double per_second = 1e3 / (step_ms + picture.median_ms);
-    out_ << fmt::format("  {:<22}{:>9.3f} ms{:>10.3f} ms: {:.1f} frames a second, a step and a "
-                        "picture each ({})\n",
-                        "picture", picture.median_ms, picture.p99_ms, per_second,
-                        pictures_->device());
+    out_ << fmt::format(
+        "  {:<22}{:>9.3f} ms{:>10.3f} ms: {:.1f} frames a second, a step and a "
+        "picture each ({})\n",
+        "picture", picture.median_ms, picture.p99_ms, per_second, pictures_->device());
     rendering_.push_back({{"backend", backend_},
                           {"device", pictures_->device()},
                           {"particles", size},

@@ -15,8 +15,8 @@ struct SmokeBenchOptions {
   Backend backend = Backend::kAuto;
   std::vector<std::string> particles = {"10k", "100k", "1M"};  ///< a case each
   int steps = 30;                                              ///< timed in a case
-  int pictures = 9;                    ///< drawn in a case; 0: none
-  std::filesystem::path json, plots;   ///< empty: none is written
+  int pictures = 9;                                            ///< drawn in a case; 0: none
+  std::filesystem::path json, plots;                           ///< empty: none is written
 };
 
 /// Times every pass and the whole step on a SmokeCase of each size, draws pictures full of smoke

@@ -83,15 +83,18 @@ Result<StiffnessBench> bench_stiffness(bool quick, std::ostream& out) {
     auto tissue = body.region([](const Vec3& x) { return (x - kPole).norm() < kChangeable; });
     if (!tissue) return std::unexpected(tissue.error());
     const Stopwatch watch;
-    if (auto again = changeable_region(body, std::move(*tissue), body.places().fields, no_progress()); !again)
+    if (auto again =
+            changeable_region(body, std::move(*tissue), body.places().fields, no_progress());
+        !again)
       return std::unexpected(again.error());
     bench.region_s = watch.seconds();
   }
-  out << fmt::format("coagulation in a block of {} nodes, {} places, {} touchable; {} nodes may change "
-                     "({:.0f} MB, prepared in {:.2f} s)\n{:<10}{:>7}{:>7}{:>12}{:>16}{:>9}{:>11}\n",
-                     bench.body_nodes, bench.places, bench.touchable, bench.region_nodes,
-                     1e-6 * static_cast<double>(bench.region_bytes), bench.region_s, "lesion", "nodes",
-                     "rank", "update", "touch, before", "with", "error");
+  out << fmt::format(
+      "coagulation in a block of {} nodes, {} places, {} touchable; {} nodes may change "
+      "({:.0f} MB, prepared in {:.2f} s)\n{:<10}{:>7}{:>7}{:>12}{:>16}{:>9}{:>11}\n",
+      bench.body_nodes, bench.places, bench.touchable, bench.region_nodes,
+      1e-6 * static_cast<double>(bench.region_bytes), bench.region_s, "lesion", "nodes", "rank",
+      "update", "touch, before", "with", "error");
   const double sound = touch_time(body, nullptr);
   const std::vector<double> radii =
       quick ? std::vector{3e-3, 6e-3} : std::vector{1e-3, 2e-3, 3e-3, 4.5e-3, 6e-3, 8e-3, 11e-3};
@@ -115,9 +118,9 @@ Result<StiffnessBench> bench_stiffness(bool quick, std::ostream& out) {
     cost.sound_touch_s = sound;
     cost.touch_s = touch_time(body, std::make_shared<StiffnessUpdate>(std::move(update)));
     bench.costs.push_back(cost);
-    out << fmt::format("{:>7.1f} mm{:>7}{:>7}{:>9.1f} ms{:>13.2f} ms{:>6.2f} ms{:>11.1e}\n", 1e3 * radius,
-                       cost.nodes, cost.rank, 1e3 * cost.update_s, 1e3 * cost.sound_touch_s,
-                       1e3 * cost.touch_s, cost.error)
+    out << fmt::format("{:>7.1f} mm{:>7}{:>7}{:>9.1f} ms{:>13.2f} ms{:>6.2f} ms{:>11.1e}\n",
+                       1e3 * radius, cost.nodes, cost.rank, 1e3 * cost.update_s,
+                       1e3 * cost.sound_touch_s, 1e3 * cost.touch_s, cost.error)
         << std::flush;
   }
   out << fmt::format("  a new factorisation with its compliance, in double precision: {:.2f} s\n",
@@ -136,14 +139,10 @@ nlohmann::json to_json(const StiffnessBench& bench) {
                     {"sound_touch_ms", 1e3 * cost.sound_touch_s},
                     {"bytes", cost.bytes},
                     {"error", cost.error}});
-  return {{"body_nodes", bench.body_nodes},
-          {"places", bench.places},
-          {"touchable", bench.touchable},
-          {"region_nodes", bench.region_nodes},
-          {"region_bytes", bench.region_bytes},
-          {"region_s", bench.region_s},
-          {"factor_s", bench.factor_s},
-          {"lesions", std::move(rows)}};
+  return {{"body_nodes", bench.body_nodes},     {"places", bench.places},
+          {"touchable", bench.touchable},       {"region_nodes", bench.region_nodes},
+          {"region_bytes", bench.region_bytes}, {"region_s", bench.region_s},
+          {"factor_s", bench.factor_s},         {"lesions", std::move(rows)}};
 }
 
 }  // namespace viscera

@@ -8,9 +8,9 @@
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/report.h"
+#include "engine/io/svg_plot.h"
 #include "haptics/z_width.h"
 #include "tools/bench_figures.h"
-#include "engine/io/svg_plot.h"
 
 namespace viscera {
 namespace {
@@ -102,7 +102,8 @@ Result<void> bench_zwidth(const ZWidthBenchOptions& options, std::ostream& out) 
                                                   : List{0.0, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0};
   const CouplingSettings coupling;
   out << fmt::format(
-      "greatest stable stiffness (N/m); the default coupling has {:g} N/m and {:g} N s/m\n{:>6}{:>16}"
+      "greatest stable stiffness (N/m); the default coupling has {:g} N/m and {:g} N "
+      "s/m\n{:>6}{:>16}"
       "{:>18}{:>22}\n",
       coupling.stiffness, coupling.damping, "grip", "damping N s/m", "with controller",
       "without controller");

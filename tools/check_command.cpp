@@ -21,7 +21,8 @@ std::string megabytes(std::size_t bytes) {
 std::string held_through(const InstrumentDescription& tool) {
   if (!tool.haptic) return "";
   switch (tool.haptic->device) {
-    case HapticDescription::Device::kSimulated: return ", held through a simulated device";
+    case HapticDescription::Device::kSimulated:
+      return ", held through a simulated device";
     case HapticDescription::Device::kRecorded:
       return ", moved by the recording " + tool.haptic->recording.string();
     case HapticDescription::Device::kNetwork:
@@ -97,8 +98,8 @@ Result<void> check_scene(const SceneDescription& scene,
   out << fmt::format("\nmodels {}, most while preparing {}, expected preparation {:.0f} s\n",
                      megabytes(memory), megabytes(peak), seconds);
   for (std::size_t i = 0; i < scene.links.size(); ++i)
-    out << fmt::format("link {}: {} springs, {:g} N/m in all, from {} to {}\n",
-                       scene.links[i].name, places[i].springs.size(), scene.links[i].stiffness,
+    out << fmt::format("link {}: {} springs, {:g} N/m in all, from {} to {}\n", scene.links[i].name,
+                       places[i].springs.size(), scene.links[i].stiffness,
                        scene.links[i].between[0], scene.links[i].between[1]);
   for (const InstrumentDescription& tool : scene.instruments)
     out << fmt::format("instrument {}: {} key frames{}\n", tool.name, tool.path.size(),

@@ -387,10 +387,9 @@ int main(int argc, char** argv) {
     app.exit(error);
     return 2;
   }
-  const viscera::Result<void> done =
-      smoke->parsed()  ? viscera::bench_smoke(smoke_arguments)
-      : heat->parsed() ? viscera::bench_gpu_heat(heat_arguments)
-                       : viscera::bench(arguments);
+  const viscera::Result<void> done = smoke->parsed()  ? viscera::bench_smoke(smoke_arguments)
+                                     : heat->parsed() ? viscera::bench_gpu_heat(heat_arguments)
+                                                      : viscera::bench(arguments);
   if (done) return 0;
   std::cerr << done.error().text() << '\n';
   return 2;

@@ -24,7 +24,8 @@ constexpr double kEdgeError = 0.02;  // to reach, at 0.5 mm
 
 /// What a pass can't do without reading or writing once a voxel, caches being perfect [bytes].
 const std::map<std::string, double> kBytesAVoxel = {
-    // The state, openings and sources in; conductivity, capacity and blood out and in; the rate out.
+    // The state, openings and sources in; conductivity, capacity and blood out and in; the rate
+    // out.
     {"rates", 17 * sizeof(float)},
     {"advance", 4 * sizeof(float)},
     // The state before and after, fraction and surface; damage out.
@@ -92,13 +93,16 @@ Result<Case> time_case(const GpuHeat& device, int edge, const GpuHeatBenchArgume
 void report_case(const Case& timed, const std::string& device, const MemoryBandwidth& memory,
                  Json& report) {
   const auto voxels = static_cast<double>(timed.voxels);
-  std::cout << fmt::format("\n{} active voxels in {} bricks; {:.1f} MB on the device\n", timed.voxels,
-                           timed.bricks, 1e-6 * static_cast<double>(timed.bytes));
+  std::cout << fmt::format("\n{} active voxels in {} bricks; {:.1f} MB on the device\n",
+                           timed.voxels, timed.bricks, 1e-6 * static_cast<double>(timed.bytes));
   for (const auto& [pass, seconds] : timed.seconds) {
     const double median = quantile(seconds, 0.5), p99 = quantile(seconds, 0.99);
     const bool on_cpu = pass == "step on the CPU";
-    Json row = {{"backend", on_cpu ? "cpu" : "gpu"}, {"voxels", timed.voxels}, {"pass", pass},
-                {"median_ms", 1e3 * median},         {"p99_ms", 1e3 * p99}};
+    Json row = {{"backend", on_cpu ? "cpu" : "gpu"},
+                {"voxels", timed.voxels},
+                {"pass", pass},
+                {"median_ms", 1e3 * median},
+                {"p99_ms", 1e3 * p99}};
     if (!on_cpu) row["device"] = device;
     std::string share;
     if (const auto bytes = kBytesAVoxel.find(pass); bytes != kBytesAVoxel.end()) {
@@ -158,8 +162,9 @@ Result<void> bench_gpu_heat(const GpuHeatBenchArguments& arguments) {
   const double error = lesion_edge_error(0.5e-3, HeatCase::kStep, own);
   if (!own->trouble().empty()) return failure(own->trouble());
   report["edge_error"] = error;
-  std::cout << fmt::format("\nerror at a lesion's edge at 0.5 mm {:.2f} %  (to reach {:.0f} %: {})\n",
-                           100.0 * error, 100.0 * kEdgeError, error <= kEdgeError ? "met" : "NOT met");
+  std::cout << fmt::format(
+      "\nerror at a lesion's edge at 0.5 mm {:.2f} %  (to reach {:.0f} %: {})\n", 100.0 * error,
+      100.0 * kEdgeError, error <= kEdgeError ? "met" : "NOT met");
   if (!arguments.json.empty()) return write_bench_json(arguments.json, report);
   return {};
 }

@@ -1,4 +1,5 @@
-// `viscera_gpu_bench heat`: how fast this machine's GPU moves heat, beside the error of what it computes.
+// `viscera_gpu_bench heat`: how fast this machine's GPU moves heat, beside the error of what it
+// computes.
 #pragma once
 
 #include <string>

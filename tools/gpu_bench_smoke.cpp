@@ -72,12 +72,13 @@ struct Passes {
   }
 };
 
-std::vector<SmokeCapsule> capsules_of(std::span<const SmokeObstacle> obstacles, const Vec3& origin) {
+std::vector<SmokeCapsule> capsules_of(std::span<const SmokeObstacle> obstacles,
+                                      const Vec3& origin) {
   std::vector<SmokeCapsule> capsules;
   for (const SmokeObstacle& obstacle : obstacles) {
     SmokeCapsule& capsule = capsules.emplace_back();
-    capsule.from = Float4::from((obstacle.from - origin).cast<float>(),
-                                static_cast<float>(obstacle.radius));
+    capsule.from =
+        Float4::from((obstacle.from - origin).cast<float>(), static_cast<float>(obstacle.radius));
     capsule.to = Float4::from((obstacle.to - origin).cast<float>());
   }
   return capsules;
@@ -94,7 +95,7 @@ Result<Case> time_passes(GpuSmoke& gpu, std::size_t count, const SmokeBenchArgum
     smoke.fill(volume);
     return volume.particles();
   }();
-  Passes passes(parameters, arguments.paper ? Laplacian::paper : Laplacian::pairwise);
+  Passes passes(parameters, arguments.paper ? Laplacian::kPaper : Laplacian::kPairwise);
   const SwirlField swirl(parameters.seed, parameters.swirl_acceleration,
                          parameters.swirl_wavelength, parameters.swirl_time);
   const auto support = static_cast<float>(parameters.spacing);
@@ -131,9 +132,9 @@ Result<Case> time_passes(GpuSmoke& gpu, std::size_t count, const SmokeBenchArgum
   }
   made.cells = gpu.grid().size.w;
   for (int r = -kWarmUps; r < std::min(arguments.repeats, 10); ++r) {
-    SplatParameters splatting = splat_parameters(parameters.domain, 1e-3 * arguments.voxel_mm,
-                                                 parameters.spacing,
-                                                 effective_viscosity(parameters));
+    SplatParameters splatting =
+        splat_parameters(parameters.domain, 1e-3 * arguments.voxel_mm, parameters.spacing,
+                         effective_viscosity(parameters));
     made.voxels = splatting.size.w;
     timer.start();
     if (!gpu.splat_here(splatting)) return failure(gpu.trouble());
@@ -149,13 +150,13 @@ Result<Case> time_passes(GpuSmoke& gpu, std::size_t count, const SmokeBenchArgum
 
 Result<void> add_decays(GpuSmoke& gpu, Json& report) {
   std::cout << "\ndecay of a shear wave, relative error of the rate\n";
-  for (const Laplacian laplacian : {Laplacian::pairwise, Laplacian::paper}) {
+  for (const Laplacian laplacian : {Laplacian::kPairwise, Laplacian::kPaper}) {
     for (const int across : {8, 16}) {
       const std::optional<double> error = shear_decay_error(gpu, laplacian, across, 0.3, 5);
       if (!error) return failure(gpu.trouble());
-      const char* name = laplacian == Laplacian::pairwise ? "pairwise" : "paper";
+      const char* name = laplacian == Laplacian::kPairwise ? "pairwise" : "paper";
       report["decay"].push_back(Json(to_json(SmokeDecay{name, 1.0 / across, *error})));
-      const bool target = laplacian == Laplacian::pairwise && across == 16;
+      const bool target = laplacian == Laplacian::kPairwise && across == 16;
       std::cout << fmt::format("  {:8} at 1/{:<3} of the wavelength {:7.2f} %{}\n", name, across,
                                100.0 * *error,
                                !target                    ? ""
@@ -211,7 +212,7 @@ Result<void> bench_smoke(const SmokeBenchArguments& arguments) {
       const double median = quantile(seconds, 0.5);
       const double bytes =
           least_bytes(pass, static_cast<double>(count), timed->cells, timed->voxels);
-      SmokeRow row{"gpu",        device, count, pass, 1e3 * median, 1e3 * quantile(seconds, 0.99),
+      SmokeRow row{"gpu",       device, count, pass, 1e3 * median, 1e3 * quantile(seconds, 0.99),
                    std::nullopt};
       std::string share;
       if (bytes > 0.0) {

@@ -37,8 +37,9 @@ Result<void> take_device(SceneDescription& scene, const HapticsOptions& options)
   using Device = HapticDescription::Device;
   Error mistakes;
   if (!(options.seconds > 0.0 && options.seconds <= kMostSeconds))
-    mistakes.messages.push_back(fmt::format("--seconds: found {:g}, expected more than 0 and at most {:g}",
-                                            options.seconds, kMostSeconds));
+    mistakes.messages.push_back(
+        fmt::format("--seconds: found {:g}, expected more than 0 and at most {:g}", options.seconds,
+                    kMostSeconds));
   std::size_t held = 0;
   for (InstrumentDescription& tool : scene.instruments) {
     if (!tool.haptic) continue;
@@ -51,9 +52,9 @@ Result<void> take_device(SceneDescription& scene, const HapticsOptions& options)
     if (options.port > 0) tool.haptic->port = options.port + static_cast<int>(held) - 1;
   }
   if (held == 0)
-    mistakes.messages.push_back(fmt::format(
-        "{}: instruments: found none with the key haptic, expected one that is held",
-        scene.file.string()));
+    mistakes.messages.push_back(
+        fmt::format("{}: instruments: found none with the key haptic, expected one that is held",
+                    scene.file.string()));
   if (options.device == "recorded" && options.recording.empty())
     mistakes.messages.push_back("--device recorded: found no --recording, expected its file");
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
@@ -100,16 +101,15 @@ class SideRenderer {
 };
 
 /// One file a tool: of several, FILE's name with the tool's in it.
-Result<void> write_recordings(const std::vector<HapticTool>& tools, const std::filesystem::path& file,
-                              std::ostream& out) {
+Result<void> write_recordings(const std::vector<HapticTool>& tools,
+                              const std::filesystem::path& file, std::ostream& out) {
   for (const HapticTool& tool : tools) {
     if (!tool.recorder) continue;
     std::filesystem::path own = file;
     if (tools.size() > 1)
       own.replace_filename(
           fmt::format("{}_{}{}", file.stem().string(), tool.name, file.extension().string()));
-    if (auto written = save_recording(own, tool.recorder->recording()); !written)
-      return written;
+    if (auto written = save_recording(own, tool.recorder->recording()); !written) return written;
     if (tool.recorder->dropped() > 0)
       out << fmt::format("warning: {}: {} ticks didn't fit any more\n", own.string(),
                          tool.recorder->dropped());
@@ -132,7 +132,8 @@ Result<void> run_haptics(SceneDescription scene, const std::map<std::string, Tis
   if (!built) return std::unexpected(built.error());
   World& world = **built;
   for (const std::string& warning : warnings) out << "warning: " << warning << '\n';
-  auto haptics = HapticTools::create(scene, world, {ServoClock::kRealTime, options.seconds, !options.record.empty()});
+  auto haptics = HapticTools::create(
+      scene, world, {ServoClock::kRealTime, options.seconds, !options.record.empty()});
   if (!haptics) return std::unexpected(haptics.error());
   world.haptics = *haptics;
   world.haptics->publish(world, 0);
@@ -172,7 +173,8 @@ Result<void> run_haptics(SceneDescription scene, const std::map<std::string, Tis
   for (HapticTool& tool : world.haptics->tools()) report.tools.push_back(report_of(tool));
   print(report, out);
   if (!options.plots.empty())
-    if (auto drawn = draw_latency_plots(world.haptics->tools(), options.plots); !drawn) return drawn;
+    if (auto drawn = draw_latency_plots(world.haptics->tools(), options.plots); !drawn)
+      return drawn;
   if (auto written = write_recordings(world.haptics->tools(), options.record, out); !written)
     return written;
   if (options.json.empty()) return {};

@@ -34,21 +34,23 @@ Json to_json(const HapticToolReport& tool) {
           {"passivity_violations", tool.passivity_violations},
           {"scheduler", tool.scheduler},
           {"greatest_force_N", tool.greatest_force},
-          {"hives", {{"built", tool.tissue.hives},
-                     {"refused", tool.tissue.refused},
-                     {"searches", tool.tissue.searches},
-                     {"ticks_without_a_hive", tool.tissue.uncovered}}},
-          {"beyond_linear", {{"newton_steps", tool.tissue.newton_steps},
-                             {"tangent_answers", tool.tissue.tangent_answers},
-                             {"deadline_misses", tool.tissue.deadline_misses},
-                             {"linear_answers", tool.tissue.linear_answers}}},
+          {"hives",
+           {{"built", tool.tissue.hives},
+            {"refused", tool.tissue.refused},
+            {"searches", tool.tissue.searches},
+            {"ticks_without_a_hive", tool.tissue.uncovered}}},
+          {"beyond_linear",
+           {{"newton_steps", tool.tissue.newton_steps},
+            {"tangent_answers", tool.tissue.tangent_answers},
+            {"deadline_misses", tool.tissue.deadline_misses},
+            {"linear_answers", tool.tissue.linear_answers}}},
           {"events", tool.events}};
 }
 
 void print_row(std::ostream& out, std::string_view name, const Percentiles& p,
                std::string_view target) {
-  out << fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}  {}\n", name, p.p50, p.p99, p.p999,
-                     p.max, target);
+  out << fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}  {}\n", name, p.p50, p.p99,
+                     p.p999, p.max, target);
 }
 
 PlotSeries series_of(const LatencyHistogram& histogram, std::string name) {
@@ -62,8 +64,9 @@ PlotSeries series_of(const LatencyHistogram& histogram, std::string name) {
     std::uint64_t sum = 0;
     for (int k = i; k < i + kTogether; ++k) sum += histogram.in_bucket(k);
     if (sum == 0) continue;
-    series.points.emplace_back(1e-3 * static_cast<double>(LatencyHistogram::end_ns(i + kTogether - 1)),
-                               100.0 * static_cast<double>(sum) / all);
+    series.points.emplace_back(
+        1e-3 * static_cast<double>(LatencyHistogram::end_ns(i + kTogether - 1)),
+        100.0 * static_cast<double>(sum) / all);
   }
   return series;
 }
@@ -94,15 +97,15 @@ HapticToolReport report_of(HapticTool& tool) {
   report.events = tool.events;
   report.greatest_force = statistics.greatest_force;
   report.tissue = tool.tissue->figures();
-  if (report.tissue.last_refusal != HiveVerdict::sound)
+  if (report.tissue.last_refusal != HiveVerdict::kSound)
     report.events.push_back(
         fmt::format("a hive was refused: {}", name_of(report.tissue.last_refusal)));
   return report;
 }
 
 void print(const HapticsReport& report, std::ostream& out) {
-  out << fmt::format("{}: {:.1f} s on {} ({} cores)\n", report.scene, report.seconds, report.machine,
-                     report.cores);
+  out << fmt::format("{}: {:.1f} s on {} ({} cores)\n", report.scene, report.seconds,
+                     report.machine, report.cores);
   out << fmt::format("frames {} ({} late), scene time {:.1f} s, pictures {}{}\n", report.frames,
                      report.late_frames, report.simulated, report.pictures,
                      report.renderer.empty() ? "" : " by " + report.renderer);
@@ -116,13 +119,14 @@ void print(const HapticsReport& report, std::ostream& out) {
     print_row(out, "computing", tool.compute, fmt::format("to reach: p99.9 {:.0f}", kComputeP999));
     for (std::size_t i = 0; i < kTickParts; ++i)
       print_row(out, fmt::format("  {}", kTickPartNames[i]), tool.parts[i], "");
-    out << fmt::format("  energy given to the hand {:.3g} J, passivity violations {}\n", tool.energy,
-                       tool.passivity_violations);
+    out << fmt::format("  energy given to the hand {:.3g} J, passivity violations {}\n",
+                       tool.energy, tool.passivity_violations);
     out << fmt::format("  hives built {}, refused {}, ticks in contact without one {}\n",
                        tool.tissue.hives, tool.tissue.refused, tool.tissue.uncovered);
     if (tool.tissue.newton_steps > 0)
       out << fmt::format(
-          "  beyond linear: Newton steps {}, ticks by the last good tangent {} ({} for want of time), by "
+          "  beyond linear: Newton steps {}, ticks by the last good tangent {} ({} for want of "
+          "time), by "
           "the linear hive {}\n",
           tool.tissue.newton_steps, tool.tissue.tangent_answers, tool.tissue.deadline_misses,
           tool.tissue.linear_answers);
@@ -154,8 +158,8 @@ Result<void> draw_latency_plots(const std::vector<HapticTool>& tools,
     const ServoStatistics& statistics = tool.loop->statistics();
     Plot plot;
     plot.title = "Lateness and computing time of a tick";
-    plot.subtitle = fmt::format("{}, {} ticks, {}", tool.name,
-                                statistics.ticks.load(), tool.loop->scheduler());
+    plot.subtitle =
+        fmt::format("{}, {} ticks, {}", tool.name, statistics.ticks.load(), tool.loop->scheduler());
     plot.x = {"time (us)", true};
     plot.y = {"share of the ticks (%)", true};
     plot.series = {series_of(statistics.lateness, "lateness"),

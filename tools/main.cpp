@@ -127,9 +127,10 @@ class RunCommand {
         ->required();
     command_->add_option("--threads", options_.threads, "worker threads; 0: all cores")
         ->check(CLI::Range(0, 1024));
-    command_->add_option("--backend", backend_,
-                         "where organs deform and smoke and heat move: cpu, gpu, or auto (the GPU "
-                         "where there is one)")
+    command_
+        ->add_option("--backend", backend_,
+                     "where organs deform and smoke and heat move: cpu, gpu, or auto (the GPU "
+                     "where there is one)")
         ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
         ->capture_default_str();
     command_->add_flag("--no-render", no_render_, "no pictures, no film");
@@ -303,7 +304,8 @@ class BenchCommand {
     zwidth_->add_flag("--quick", zwidth_options_.quick, "three grips and three dampings");
     add_outputs(*zwidth_, zwidth_options_.json, &zwidth_options_.plots);
     add_list(*zwidth_, "--grip", zwidth_options_.grips, "these alone, 0 (loose) to 1 (firm)");
-    add_list(*zwidth_, "--damping", zwidth_options_.dampings, "these alone, of the coupling [N s/m]");
+    add_list(*zwidth_, "--damping", zwidth_options_.dampings,
+             "these alone, of the coupling [N s/m]");
   }
   BenchCommand(const BenchCommand&) = delete;
   BenchCommand& operator=(const BenchCommand&) = delete;
@@ -397,8 +399,8 @@ class BenchCommand {
 class ProfileCommand {
  public:
   explicit ProfileCommand(CLI::App& program)
-      : command_(program.add_subcommand(
-            "profile", "what a scene's frames cost with more and more organs")) {
+      : command_(program.add_subcommand("profile",
+                                        "what a scene's frames cost with more and more organs")) {
     scene_.add_to(*command_);
     add_list(*command_, "--organs", options_.organs,
              "numbers of organs: the scene's, repeated, each for itself")
@@ -444,7 +446,8 @@ class HapticsCommand {
         ->check(CLI::IsMember({"simulated", "recorded", "network"}));
     command_->add_option("--recording", options_.recording, "file that --device recorded replays");
     command_
-        ->add_option("--port", options_.port, "TCP port of --device network; further tools: the next")
+        ->add_option("--port", options_.port,
+                     "TCP port of --device network; further tools: the next")
         ->check(CLI::Range(1, 65535));
     command_->add_flag("--no-render", no_render_, "no pictures beside");
     command_->add_option("--json", options_.json, "file for the figures");
@@ -520,10 +523,11 @@ int main_program(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
-      return fail(Error(fmt::format(
-          "found the command \"{}\", expected run, haptics, check, import, bench, profile, stress or "
-          "smoke-info",
-          argv[1])));
+      return fail(
+          Error(fmt::format("found the command \"{}\", expected run, haptics, check, import, "
+                            "bench, profile, stress or "
+                            "smoke-info",
+                            argv[1])));
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
   if (run.parsed()) return run.run({argv, argv + argc});

@@ -135,7 +135,8 @@ Result<void> profile_scene(const SceneDescription& scene,
                            const std::map<std::string, Tissue>& tissues,
                            const ProfileOptions& options, std::ostream& out) {
   if (auto sound = check_options(scene, options); !sound) return sound;
-  if (auto writable = check_outputs({options.json, options.trace}, options.plots); !writable) return writable;
+  if (auto writable = check_outputs({options.json, options.trace}, options.plots); !writable)
+    return writable;
   const std::uint64_t before = resident_bytes();
   auto instruments = make_instruments(scene);
   if (!instruments) return std::unexpected(instruments.error());

@@ -23,9 +23,9 @@ struct ProfileOptions {
   std::filesystem::path trace;  ///< timeline of the case with the most organs; empty: none
 };
 
-/// Prepares the scene's organs once, places so many of them, each for itself, and steps them with the
-/// scene's instruments on `touched` of them and on none. Prints medians, memory, the cost of an idle and
-/// of a touched organ and the slope, with the figures to reach.
+/// Prepares the scene's organs once, places so many of them, each for itself, and steps them with
+/// the scene's instruments on `touched` of them and on none. Prints medians, memory, the cost of an
+/// idle and of a touched organ and the slope, with the figures to reach.
 Result<void> profile_scene(const SceneDescription& scene,
                            const std::map<std::string, Tissue>& tissues,
                            const ProfileOptions& options, std::ostream& out);

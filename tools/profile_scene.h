@@ -26,11 +26,11 @@ Box occupied_by(const SceneDescription& scene, const std::vector<InstrumentBody>
 struct Occupancy {
   std::size_t organs = 0;
   std::size_t touched = 0;  ///< of the first organs; each meets all instruments of the scene
-  std::size_t tools = 0;    ///< sets of instruments; those that touch nothing move where no organ is
+  std::size_t tools = 0;  ///< sets of instruments; those that touch nothing move where no organ is
 };
 
-/// The scene with so many organs and instruments; an organ is `models[organ_at(berth)]`. An organ that
-/// stands alone is met as in the scene, but for what its neighbours there would have held off.
+/// The scene with so many organs and instruments; an organ is `models[organ_at(berth)]`. An organ
+/// that stands alone is met as in the scene, but for what its neighbours there would have held off.
 SceneDescription fill_berths(const SceneDescription& scene, const Berths& berths,
                              const Occupancy& wanted);
 OrganModels models_of(const OrganModels& models, const Berths& berths, std::size_t organs);

@@ -195,11 +195,11 @@ Vec3 random_edges(Draws& draws, double size) {
 Shape make_shape(StressKind kind, double size, Draws& draws) {
   const Vec3 edges = random_edges(draws, size);
   switch (kind) {
-    case StressKind::lattice: {
+    case StressKind::kLattice: {
       // Every other one a cube: the most symmetric of all.
       return ordinary_box(draws.chance(0.5) ? Vec3::Constant(size) : edges);
     }
-    case StressKind::sliver_triangles: {
+    case StressKind::kSliverTriangles: {
       Lines lines;
       for (auto& axis : lines) {
         axis = even_lines(3 + draws.below(3));
@@ -213,7 +213,7 @@ Shape make_shape(StressKind kind, double size, Draws& draws) {
       }
       return box_shape(edges, lines, "box with needles");
     }
-    case StressKind::sliver_body: {
+    case StressKind::kSliverBody: {
       Shape shape = ordinary_box(edges);
       const double thin = draws.log_uniform(1e-3, 0.2);
       for (Vec3& v : shape.surface.vertices) v.z() *= 1.0 - (1.0 - thin) * v.x() / edges.x();
@@ -221,12 +221,12 @@ Shape make_shape(StressKind kind, double size, Draws& draws) {
       shape.is_box = false;
       return shape;
     }
-    case StressKind::thin_wall: {
+    case StressKind::kThinWall: {
       Vec3 wall = edges;
       wall.z() = size * draws.log_uniform(0.02, 0.3);
       return box_shape(wall, {even_lines(8), even_lines(8), even_lines(1)}, "wall");
     }
-    case StressKind::disconnected: {
+    case StressKind::kDisconnected: {
       Vec3 half = edges;
       half.x() *= 0.45;
       const Shape piece = box_shape(half, {even_lines(4), even_lines(4), even_lines(4)}, "");
@@ -263,28 +263,28 @@ Result<PointCloud> make_cloud(StressKind kind, const Shape& shape, double nodes_
   };
   const auto even = [&] { return placed([h](const Vec3&) { return h; }); };
   switch (kind) {
-    case StressKind::graded: {
+    case StressKind::kGraded: {
       const Vec3 fine = random_surface_place(shape.surface, draws);
       note = ", graded";
       return placed(graded_spacing(1.4 * h, 1.4 * h / 6.0, 0.25, {fine}));
     }
-    case StressKind::lattice:
+    case StressKind::kLattice:
       return cloud_of(lattice(shape.edges, h, 3));
-    case StressKind::scattered:
+    case StressKind::kScattered:
       return cloud_of(scattered(shape.surface, tree, h, draws));
-    case StressKind::coincident:
-    case StressKind::nearly_coincident: {
+    case StressKind::kCoincident:
+    case StressKind::kNearlyCoincident: {
       auto cloud = even();
       if (!cloud) return cloud;
       Nodes nodes = nodes_of(*cloud);
-      const double distance = kind == StressKind::coincident
+      const double distance = kind == StressKind::kCoincident
                                   ? 0.0
                                   : draws.log_uniform(draws.chance(0.5) ? 1e-10 : 0.03, 0.5);
       note = fmt::format(", pairs {:.2g} h apart", distance);
       double_some_nodes(nodes, distance, draws, h);
       return cloud_of(nodes);
     }
-    case StressKind::clustered: {
+    case StressKind::kClustered: {
       auto cloud = even();
       if (!cloud) return cloud;
       Nodes nodes = nodes_of(*cloud);
@@ -297,7 +297,7 @@ Result<PointCloud> make_cloud(StressKind kind, const Shape& shape, double nodes_
         nodes.add(centre + radius * std::cbrt(draws.uniform()) * draws.direction(), false);
       return cloud_of(nodes);
     }
-    case StressKind::thin_wall: {
+    case StressKind::kThinWall: {
       const int layers = draws.below(4);
       if (layers == 0) {
         // One layer, in the middle: no field can tell how a plane of nodes is to bend.
@@ -355,7 +355,7 @@ StressBody make_stress_body(std::uint64_t seed, int number) {
                                     : draws.uniform(0.0, 0.499);
   body.material.youngs_modulus = draws.log_uniform(10.0, 1e7);
   body.size = draws.log_uniform(1e-3, 1.0);
-  if (body.kind == StressKind::stiffness_jump) {
+  if (body.kind == StressKind::kStiffnessJump) {
     body.second_stiffness = 1000.0;
     body.material.youngs_modulus = draws.log_uniform(10.0, 1e4);
   }
@@ -369,18 +369,18 @@ StressBody make_stress_body(std::uint64_t seed, int number) {
   const double height = shape.edges.z(), length = shape.edges.x();
   std::function<bool(const Vec3&)> held, touchable;
   std::string hold;
-  if (body.kind == StressKind::thin_wall) {
+  if (body.kind == StressKind::kThinWall) {
     held = [=](const Vec3& x) { return x.x() < 0.2 * length; };
     touchable = [=](const Vec3& x) { return x.x() > 0.4 * length; };
     hold = "held at one end";
-  } else if (body.kind == StressKind::disconnected && draws.chance(0.3)) {
+  } else if (body.kind == StressKind::kDisconnected && draws.chance(0.3)) {
     held = [=](const Vec3& x) { return x.z() < 1e-6 * height && x.x() < 0.5 * length; };
     touchable = [=](const Vec3& x) { return x.z() > 0.5 * height; };
     hold = "one piece held";
   } else if (shape.name != "ellipsoid" && draws.chance(0.7)) {
     held = [=](const Vec3& x) { return x.z() < 1e-6 * height; };
     // On a wedge the touchable part must stay clear of the base: its thin end is left out.
-    const double least = body.kind == StressKind::sliver_body ? 0.1 : 0.4;
+    const double least = body.kind == StressKind::kSliverBody ? 0.1 : 0.4;
     touchable = [=](const Vec3& x) { return x.z() > least * height; };
     hold = "held by its base";
     body.base_is_plane = true;

@@ -16,18 +16,18 @@ namespace viscera {
 /// inside a body can't be built: `stiffness_jump` is two bodies of one shape and cloud, the second
 /// one 1,000 times as stiff, under the same tools.
 enum class StressKind {
-  placed,      ///< an ordinary cloud, for comparison
-  graded,      ///< spacing from h to h/6
-  lattice,     ///< a regular grid, its outermost layer on the surface: every symmetry there is
-  scattered,   ///< nodes drawn without regard for each other
-  coincident,  ///< some nodes twice at the same place
-  nearly_coincident,  ///< some nodes twice, 1e-10 to 0.5 of a spacing apart
-  clustered,          ///< a crowd of nodes within a small ball
-  sliver_triangles,   ///< needles among the triangles, down to 1e-6 of the body wide
-  sliver_body,        ///< a wedge that runs out to a thin edge
-  thin_wall,          ///< a wall one or two nodes thick, or all of its nodes in one plane
-  disconnected,       ///< two pieces a gap apart, one or both of them held
-  stiffness_jump,     ///< two bodies, 1 : 1,000
+  kPlaced,      ///< an ordinary cloud, for comparison
+  kGraded,      ///< spacing from h to h/6
+  kLattice,     ///< a regular grid, its outermost layer on the surface: every symmetry there is
+  kScattered,   ///< nodes drawn without regard for each other
+  kCoincident,  ///< some nodes twice at the same place
+  kNearlyCoincident,  ///< some nodes twice, 1e-10 to 0.5 of a spacing apart
+  kClustered,         ///< a crowd of nodes within a small ball
+  kSliverTriangles,   ///< needles among the triangles, down to 1e-6 of the body wide
+  kSliverBody,        ///< a wedge that runs out to a thin edge
+  kThinWall,          ///< a wall one or two nodes thick, or all of its nodes in one plane
+  kDisconnected,      ///< two pieces a gap apart, one or both of them held
+  kStiffnessJump,     ///< two bodies, 1 : 1,000
 };
 inline constexpr int kStressKinds = 12;
 std::string_view stress_kind_name(StressKind kind);
@@ -52,7 +52,7 @@ class Draws {
 /// A body in its own frame turned and moved at random. Where `base_is_plane`, the held part lies in
 /// the plane through `origin` across `up`, and the whole body above it.
 struct StressBody {
-  StressKind kind = StressKind::placed;
+  StressKind kind = StressKind::kPlaced;
   std::string formulation;
   std::string description;  ///< one line for the person who looks into it
   TriangleSurface surface;

@@ -164,10 +164,9 @@ Result<StressFigure> check_against_solver(ElasticSolver& solver, const SurfacePl
     const auto t =
         static_cast<std::size_t>(draws.below(static_cast<int>(compliance.touchable.size())));
     const Vec3 force = draws.direction();
-    for_each_field(places, static_cast<std::size_t>(compliance.touchable[t]),
-                   [&](std::size_t node, double phi) {
-                     Vec3::Map(loads.data() + 3 * node) += phi * force;
-                   });
+    for_each_field(
+        places, static_cast<std::size_t>(compliance.touchable[t]),
+        [&](std::size_t node, double phi) { Vec3::Map(loads.data() + 3 * node) += phi * force; });
     for (int a = 0; a < 3; ++a) {
       const float* column =
           compliance.columns.data() + (3 * t + static_cast<std::size_t>(a)) * compliance.rows();

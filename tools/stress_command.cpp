@@ -34,7 +34,7 @@ Result<bool> StressCommand::run(std::ostream& out) {
   options_.json = json_;
   if (only_ >= 0) options_.only = only_;
   if (command_->count("--inject-fault") > 0)
-    options_.fault = fault_ == "force" ? StressFault::force : StressFault::compliance;
+    options_.fault = fault_ == "force" ? StressFault::kForce : StressFault::kCompliance;
   install_interrupt_handler();
   return run_stress(options_, out);
 }

@@ -68,8 +68,7 @@ Result<Prepared> prepare(const StressBody& body, const IsotropicMaterial& materi
   if (!touch) return std::unexpected(touch.error());
   ready.touch = std::move(*touch);
   ready.drawn = carry_surface(body.surface, ready.places);
-  auto compliance =
-      ready.solver->compliance(ready.places.fields, ready.touch.places, progress);
+  auto compliance = ready.solver->compliance(ready.places.fields, ready.touch.places, progress);
   if (!compliance) return std::unexpected(compliance.error());
   ready.compliance = std::move(*compliance);
   return ready;
@@ -107,8 +106,8 @@ class Contact {
     std::vector<float> displacements;
     std::vector<Vec3f> positions, normals;
     place_displacements(ready_.compliance, response_, displacements);
-    deform_drawn_surface(ready_.drawn, displacements, solution_.near_fields, moment.cells, moment.forces,
-                         positions, normals);
+    deform_drawn_surface(ready_.drawn, displacements, solution_.near_fields, moment.cells,
+                         moment.forces, positions, normals);
     double broken = 0.0;
     for (std::size_t v = 0; v < positions.size(); ++v)
       broken += !positions[v].allFinite() || !normals[v].allFinite();
@@ -123,7 +122,7 @@ class Contact {
     ContactMoment moment{
         std::move(cells),    solution_.forces,    solver.cell_displacements(),  solution_.slips,
         std::move(softness), solution_.converged, solution_.smallest_eigenvalue};
-    if (fault_ == StressFault::force && solution_.touching > 0) {
+    if (fault_ == StressFault::kForce && solution_.touching > 0) {
       const auto strongest = std::max_element(
           moment.forces.begin(), moment.forces.end(),
           [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
@@ -443,7 +442,7 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
   auto prepared = prepare(body, body.material, progress);
   if (!prepared) return refuse(prepared.error());
   Prepared& ready = *prepared;
-  if (fault == StressFault::compliance) flip_compliance(ready);
+  if (fault == StressFault::kCompliance) flip_compliance(ready);
 
   Figures figures;
   figures.add(check_finite(ready.compliance));
@@ -491,8 +490,8 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
 
 std::string replay_command(const StressOptions& options, int number) {
   std::string command = fmt::format("viscera stress --seed {} --case {}", options.seed, number);
-  if (options.fault == StressFault::compliance) command += " --inject-fault";
-  if (options.fault == StressFault::force) command += " --inject-fault force";
+  if (options.fault == StressFault::kCompliance) command += " --inject-fault";
+  if (options.fault == StressFault::kForce) command += " --inject-fault force";
   return command;
 }
 

@@ -18,11 +18,11 @@ namespace viscera {
 
 /// A sign that is flipped on purpose, to see that the checks see it: that of a diagonal entry of
 /// the compliance's touchable square, or of one force of a contact.
-enum class StressFault { none, compliance, force };
+enum class StressFault { kNone, kCompliance, kForce };
 
 struct StressOutcome {
   int number = 0;
-  StressKind kind = StressKind::placed;
+  StressKind kind = StressKind::kPlaced;
   std::string formulation, description, tools;
   std::string refused;                ///< the reason; empty: it was not
   std::vector<StressFigure> figures;  ///< greatest of each check, in the order of the checks
@@ -40,7 +40,7 @@ struct StressOptions {
   std::uint64_t seed = 1;
   int cases = 2000;
   std::optional<int> only;  ///< this case alone, with all its figures
-  StressFault fault = StressFault::none;
+  StressFault fault = StressFault::kNone;
   int threads = 0;             ///< 0: all cores
   std::filesystem::path json;  ///< empty: none is written
   bool quiet = false;

@@ -23,8 +23,8 @@ class CollisionSurface {
 
   struct Hit {
     SurfacePoint point;
-    Vec3 position = Vec3::Zero();   ///< [m]
-    double distance = 0.0;          ///< from the query point, or along the ray [m]
+    Vec3 position = Vec3::Zero();  ///< [m]
+    double distance = 0.0;         ///< from the query point, or along the ray [m]
   };
   /// The nearest point of the surface within `radius` [m].
   std::optional<Hit> closest(const Vec3& query, double radius) const;

@@ -43,8 +43,9 @@ std::vector<Device> list_devices() {
   for (EGLint i = 0; i < count; ++i) {
     const auto handle = handles[static_cast<std::size_t>(i)];
     const char* extensions = eglQueryDeviceStringEXT(handle, EGL_EXTENSIONS);
-    devices.push_back({handle, extensions && std::string(extensions).find(
-                                                 "EGL_MESA_device_software") != std::string::npos});
+    devices.push_back(
+        {handle, extensions && std::string(extensions).find("EGL_MESA_device_software") !=
+                                   std::string::npos});
   }
   return devices;
 }
@@ -85,15 +86,16 @@ Result<EGLContext> make_context(EGLDisplay display) {
   // A driver that can tell that it has reset the device is asked to; others make a context without.
   EGLContext context = EGL_NO_CONTEXT;
   for (const bool telling : {true, false}) {
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                 4,
-                                 EGL_CONTEXT_MINOR_VERSION,
-                                 5,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                 telling ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY : EGL_NONE,
-                                 EGL_LOSE_CONTEXT_ON_RESET,
-                                 EGL_NONE};
+    const EGLint attributes[] = {
+        EGL_CONTEXT_MAJOR_VERSION,
+        4,
+        EGL_CONTEXT_MINOR_VERSION,
+        5,
+        EGL_CONTEXT_OPENGL_PROFILE_MASK,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+        telling ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY : EGL_NONE,
+        EGL_LOSE_CONTEXT_ON_RESET,
+        EGL_NONE};
     context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
     if (context != EGL_NO_CONTEXT) break;
   }

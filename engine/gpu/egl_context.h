@@ -21,10 +21,10 @@ class EglContext {
   /// Makes this context the calling thread's again, after another one was used there.
   void make_current() const;
 
-  /// True once the driver has reset the device (a hang, a driver that was replaced, an eGPU that was
-  /// pulled out): what the context holds is gone, its commands do nothing, and only another context
-  /// can go on. Asks the driver, where this context is current and the driver tells; what it has
-  /// said once stays.
+  /// True once the driver has reset the device (a hang, a driver that was replaced, an eGPU that
+  /// was pulled out): what the context holds is gone, its commands do nothing, and only another
+  /// context can go on. Asks the driver, where this context is current and the driver tells; what
+  /// it has said once stays.
   bool lost() const;
   /// As if the driver had: none resets because a test asks.
   void declare_lost() { lost_ = true; }

@@ -90,18 +90,12 @@ Result<void> GpuHeat::load_kernels() {
     return std::string(name) + " " + std::to_string(value) + "u";
   };
   const std::vector<std::string> constants = {
-      number("AT_BOILING", kAtBoiling),
-      number("MOST_DAMAGE", kMostDamage),
-      number("DAMAGE_FELT", kDamageFelt),
-      number("HARMED_DAMAGE", kHarmedDamage),
-      number("DRIED_WATER", kDriedWater),
-      number("LEAST_WATER", kLeastWater),
-      number("LEAST_CHARRING", kLeastCharring),
-      number("FELT_AT_SURFACE", kFeltAtSurface),
-      number("WET_SURFACE", kWetSurface),
-      word("CHANGED_WATER", kWater),
-      word("CHANGED_DAMAGE", kDamage),
-      word("HARMED", kHarmed)};
+      number("AT_BOILING", kAtBoiling),         number("MOST_DAMAGE", kMostDamage),
+      number("DAMAGE_FELT", kDamageFelt),       number("HARMED_DAMAGE", kHarmedDamage),
+      number("DRIED_WATER", kDriedWater),       number("LEAST_WATER", kLeastWater),
+      number("LEAST_CHARRING", kLeastCharring), number("FELT_AT_SURFACE", kFeltAtSurface),
+      number("WET_SURFACE", kWetSurface),       word("CHANGED_WATER", kWater),
+      word("CHANGED_DAMAGE", kDamage),          word("HARMED", kHarmed)};
   kernels_ = std::make_shared<Kernels>();
   KernelLoader kernels(constants);
   const std::string shared = "heat_passes.glsl";
@@ -278,14 +272,10 @@ GpuHeat::Range GpuHeat::slots_of(std::span<HeatBrick* const> bricks, std::uint32
 HeatFlows GpuHeat::prepare() {
   if (!trouble().empty()) return {};
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, pass_.id());
-  queue_.dispatch(kernels_->prepare, warm_.size(),
-                  {{0, &table_},
-                   {1, &excess_},
-                   {2, &geometry_},
-                   {3, &water_},
-                   {4, &damage_},
-                   {5, &charred_}},
-                  {{6, &conductivity_}, {7, &inverse_capacity_}, {8, &living_}});
+  queue_.dispatch(
+      kernels_->prepare, warm_.size(),
+      {{0, &table_}, {1, &excess_}, {2, &geometry_}, {3, &water_}, {4, &damage_}, {5, &charred_}},
+      {{6, &conductivity_}, {7, &inverse_capacity_}, {8, &living_}});
   return rates();
 }
 
@@ -358,14 +348,9 @@ void GpuHeat::settle(double dt) {
   if (!trouble().empty()) return;
   kernels_->settle.set("dt", static_cast<float>(dt));
   kernels_->settle.set("first", first_ ? 1 : 0);
-  queue_.dispatch(kernels_->settle, warm_.size(),
-                  {{0, &table_}, {1, &geometry_}, {2, &before_}},
-                  {{3, &excess_},
-                   {4, &water_},
-                   {5, &damage_},
-                   {6, &charred_},
-                   {7, &sums_},
-                   {8, &lost_}});
+  queue_.dispatch(
+      kernels_->settle, warm_.size(), {{0, &table_}, {1, &geometry_}, {2, &before_}},
+      {{3, &excess_}, {4, &water_}, {5, &damage_}, {6, &charred_}, {7, &sums_}, {8, &lost_}});
   first_ = false;
   mark("settle");
 }
@@ -382,13 +367,15 @@ bool GpuHeat::finish(bool fields) {
   for (HeatBrick* brick : warm_) {
     HeatBrick::Warm& warm = *brick->warm;
     const BrickOutcome& one = outcomes[static_cast<std::size_t>(warm.slot) - active_.first];
-    warm.sums = {one.latent * volume, one.vapour * volume, one.pyrolysis * volume, one.gas * volume};
+    warm.sums = {one.latent * volume, one.vapour * volume, one.pyrolysis * volume,
+                 one.gas * volume};
     warm.stored = one.stored;
     warm.greatest = one.greatest;
     warm.border = one.border;
     warm.vapour.clear();
     brick->harmed = brick->harmed || (one.changed & kHarmed) != 0;
-    slots_[static_cast<std::size_t>(warm.slot)].stale |= kExcess | (one.changed & (kWater | kDamage));
+    slots_[static_cast<std::size_t>(warm.slot)].stale |=
+        kExcess | (one.changed & (kWater | kDamage));
     vapours.push_back(one.vapours);
   }
   read_vapour(volume, vapours);
@@ -407,7 +394,8 @@ void GpuHeat::read_vapour(double volume, std::span<const std::uint32_t> vapours)
   for (std::size_t b = 0; b < warm_.size(); ++b) {
     if (vapours[b] == 0) continue;
     HeatBrick::Warm& warm = *warm_[b]->warm;
-    lost_.download_bytes(static_cast<std::size_t>(warm.slot) * sizeof lost, lost.data(), sizeof lost);
+    lost_.download_bytes(static_cast<std::size_t>(warm.slot) * sizeof lost, lost.data(),
+                         sizeof lost);
     for (std::size_t i = 0; i < kVoxels; ++i) {
       if (!(lost[i].water + lost[i].fumes > 0.0f)) continue;
       warm.vapour.push_back({static_cast<int>(i), static_cast<float>(lost[i].water * volume),
@@ -436,8 +424,8 @@ bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
   std::array<std::vector<HeatBrick::Values>, 4> values;
   for (std::size_t f = 0; f < fields.size(); ++f) {
     ranges[f] = slots_of(bricks, fields[f].stale);
-    values[f] = fields[f].buffer->download<HeatBrick::Values>(ranges[f].first * kValues,
-                                                              ranges[f].count);
+    values[f] =
+        fields[f].buffer->download<HeatBrick::Values>(ranges[f].first * kValues, ranges[f].count);
     fetched_ += ranges[f].count * kValues;
   }
   // Only now that all of it is known to be good.
@@ -458,10 +446,9 @@ bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
 
 std::size_t GpuHeat::bytes() const {
   std::size_t sum = 0;
-  for (const Buffer* buffer :
-       {&table_, &excess_, &water_, &damage_, &charred_, &source_, &geometry_, &before_, &rate_,
-        &conductivity_, &inverse_capacity_, &living_, &first_rate_, &older_, &flows_, &sums_,
-        &lost_})
+  for (const Buffer* buffer : {&table_, &excess_, &water_, &damage_, &charred_, &source_,
+                               &geometry_, &before_, &rate_, &conductivity_, &inverse_capacity_,
+                               &living_, &first_rate_, &older_, &flows_, &sums_, &lost_})
     sum += buffer->size();
   return sum;
 }

@@ -1,10 +1,11 @@
 // The passes of heat on the GPU: the twins of kernels/heat/bioheat_passes, with the same numbers.
 //
-// A warm brick has a slot on the device, where its fields stay from the step in which it got warm until it
-// is let go. Up go new bricks, those that somebody wrote to, this step's sources, and the table of bricks
-// and neighbours where it has changed; which bricks there are is the CPU's affair (Bioheat), which decides
-// by what each step brings back: a brick's sums, its greatest temperature and those along its sides, and
-// the vapour of those that gave any. Fields come when fetched, and only those that have changed.
+// A warm brick has a slot on the device, where its fields stay from the step in which it got warm
+// until it is let go. Up go new bricks, those that somebody wrote to, this step's sources, and the
+// table of bricks and neighbours where it has changed; which bricks there are is the CPU's affair
+// (Bioheat), which decides by what each step brings back: a brick's sums, its greatest temperature
+// and those along its sides, and the vapour of those that gave any. Fields come when fetched, and
+// only those that have changed.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +29,9 @@ namespace viscera {
 /// Serves one organ. One thread.
 class GpuHeat final : public HeatPasses {
  public:
-  /// Fails where the kernels don't compile, or bind more buffers than the device has. Works in `context`,
-  /// which start() and fetch() make current; null: in the current one, which then has to stay current for
-  /// as long as this lives.
+  /// Fails where the kernels don't compile, or bind more buffers than the device has. Works in
+  /// `context`, which start() and fetch() make current; null: in the current one, which then has to
+  /// stay current for as long as this lives.
   static Result<std::unique_ptr<GpuHeat>> create(GpuLimits limits = GpuLimits::of_device(),
                                                  std::shared_ptr<EglContext> context = nullptr);
   /// For another organ, with the same kernels.
@@ -63,7 +64,7 @@ class GpuHeat final : public HeatPasses {
     bool used = false, seen = false;
     std::uint32_t stale = 0;  // fields that are newer here than on the CPU
     std::shared_ptr<const BrickGeometry> geometry;
-    int place = 0;            // of its geometry
+    int place = 0;  // of its geometry
   };
   /// As the kernels see it.
   struct Entry {
@@ -87,7 +88,9 @@ class GpuHeat final : public HeatPasses {
   };
 
   GpuHeat(GpuLimits limits, std::shared_ptr<EglContext> context)
-      : watch_("heat on the GPU", std::move(context)), limits_(limits), queue_(limits.groups_per_axis) {}
+      : watch_("heat on the GPU", std::move(context)),
+        limits_(limits),
+        queue_(limits.groups_per_axis) {}
   Result<void> load_kernels();
   bool reserve(Buffer& buffer, std::size_t bytes, bool keep, const char* what);
   bool reserve_slots();
@@ -110,10 +113,10 @@ class GpuHeat final : public HeatPasses {
   std::span<HeatBrick* const> warm_;  // from start() to finish()
   Range active_;                      // their slots
   HeatParameters parameters_{};
-  bool first_ = true;                 // substep of the step
+  bool first_ = true;  // substep of the step
   std::vector<Slot> slots_;
-  Numbers slot_numbers_, places_;     // of slots; of geometries, 0 being BrickGeometry::whole()
-  std::vector<Entry> entries_;        // as uploaded
+  Numbers slot_numbers_, places_;  // of slots; of geometries, 0 being BrickGeometry::whole()
+  std::vector<Entry> entries_;     // as uploaded
   Buffer table_, excess_, water_, damage_, charred_, source_, geometry_;
   Buffer before_, rate_, conductivity_, inverse_capacity_, living_, first_rate_, older_;
   Buffer flows_, sums_, lost_, pass_;

@@ -20,7 +20,8 @@ struct GpuLimits {
 /// Fails where a kernel may bind fewer storage buffers than `most`; `who` asks: "smoke on the GPU".
 Result<void> check_bindings(const std::string& who, int most);
 
-/// Watches a device for one who computes there. The first thing that goes wrong stays until begin().
+/// Watches a device for one who computes there. The first thing that goes wrong stays until
+/// begin().
 class GpuWatch {
  public:
   /// `context` null: the current one.

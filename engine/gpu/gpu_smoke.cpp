@@ -95,7 +95,7 @@ Result<void> GpuSmoke::load_kernels() {
       word("TESTED", kTested),
       word("TOUCHING", kTouching),
       word("TRAPPED", kTrapped),
-      word("DEPOSITED", static_cast<std::uint32_t>(SmokeFate::deposited)),
+      word("DEPOSITED", static_cast<std::uint32_t>(SmokeFate::kDeposited)),
       number("WIDEST", kWidestSplat),
       "LEAST_OF_DENSITY (1.0 / 3.0)",
       number("LEAST_OF_MOMENT", kLeastOfMoment),
@@ -261,7 +261,7 @@ void GpuSmoke::exchange(float cell, ViscosityParameters parameters) {
       pairs_, particle_groups(),
       {{0, &cell_begin_}, {1, &now_.positions}, {2, &now_.velocities}, {3, &strengths_}},
       {{4, &accelerations_}});
-  if (parameters.laplacian == Laplacian::paper) {
+  if (parameters.laplacian == Laplacian::kPaper) {
     queue_.dispatch(
         paper_, particle_groups(),
         {{0, &cell_begin_}, {1, &now_.positions}, {2, &now_.velocities}, {3, &strengths_}},

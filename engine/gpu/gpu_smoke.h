@@ -74,7 +74,9 @@ class GpuSmoke final : public SmokePasses {
     Buffer positions, velocities, masses, ids;
   };
   GpuSmoke(GpuLimits limits, std::shared_ptr<EglContext> context)
-      : watch_("smoke on the GPU", std::move(context)), limits_(limits), queue_(limits.groups_per_axis) {}
+      : watch_("smoke on the GPU", std::move(context)),
+        limits_(limits),
+        queue_(limits.groups_per_axis) {}
   Result<void> load_kernels();
   bool reserve(Buffer& buffer, std::size_t bytes, const char* what);
   bool upload(const SmokeParticles& particles);

@@ -24,8 +24,7 @@ Result<Program> load_kernel(const std::vector<std::string>& files,
   return Program::create({stage});
 }
 
-void KernelLoader::load(Program& program, const std::vector<std::string>& files,
-                        const char* pass) {
+void KernelLoader::load(Program& program, const std::vector<std::string>& files, const char* pass) {
   std::vector<std::string> definitions = definitions_;
   if (pass != nullptr) definitions.emplace_back(pass);
   Result<Program> loaded = load_kernel(files, definitions);

@@ -38,7 +38,7 @@ class PendingFile {
 
  private:
   void remove();
-  std::filesystem::path file_, temporary_;   ///< temporary_ empty: committed or moved from
+  std::filesystem::path file_, temporary_;  ///< temporary_ empty: committed or moved from
 };
 
 /// A buffered stream into a pending file. The first failure is kept and reported by commit(), so
@@ -62,7 +62,7 @@ class AtomicFile {
 
   PendingFile pending_;
   int descriptor_ = -1;
-  int error_ = 0;                            ///< errno of the first failure
+  int error_ = 0;  ///< errno of the first failure
   std::vector<char> buffer_;
 };
 

@@ -67,9 +67,8 @@ Result<void> add_channel(const ExrChannel& channel, const ExrPicture& picture, I
     }
   }
   header.channels().insert(channel.name, Imf::Channel(type));
-  buffer.insert(channel.name,
-                Imf::Slice(type, const_cast<char*>(static_cast<const char*>(data)), size,
-                           size * static_cast<std::size_t>(picture.width)));
+  buffer.insert(channel.name, Imf::Slice(type, const_cast<char*>(static_cast<const char*>(data)),
+                                         size, size * static_cast<std::size_t>(picture.width)));
   return {};
 }
 
@@ -93,8 +92,7 @@ Result<std::string> encode_exr(const ExrPicture& picture) {
     Imf::Header header(picture.width, picture.height);
     header.compression() = Imf::ZIP_COMPRESSION;
     header.zipCompressionLevel() = 2;  // 4, the default, takes twice the time for a few per cent
-    for (const auto& [name, text] : picture.texts)
-      header.insert(name, Imf::StringAttribute(text));
+    for (const auto& [name, text] : picture.texts) header.insert(name, Imf::StringAttribute(text));
     for (const auto& [name, number] : picture.numbers)
       header.insert(name, Imf::DoubleAttribute(number));
     Imf::FrameBuffer buffer;

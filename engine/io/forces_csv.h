@@ -13,8 +13,8 @@
 namespace viscera {
 
 struct TipSample {
-  Vec3 position = Vec3::Zero();   ///< [m]
-  Vec3 force = Vec3::Zero();      ///< on the instrument [N]
+  Vec3 position = Vec3::Zero();  ///< [m]
+  Vec3 force = Vec3::Zero();     ///< on the instrument [N]
 };
 
 /// Streams rows with the shortest digits that read back to the same doubles. The file takes its

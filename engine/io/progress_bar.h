@@ -13,12 +13,12 @@ namespace viscera {
 
 class ProgressBar {
  public:
-  using Clock = std::function<double()>;   ///< [s]
+  using Clock = std::function<double()>;  ///< [s]
 
   /// On stderr, as a bar where that is a terminal.
   explicit ProgressBar(std::string title);
   ProgressBar(std::string title, std::FILE* stream, bool terminal, Clock clock);
-  ~ProgressBar();                          ///< ends the line that the bar stands on
+  ~ProgressBar();  ///< ends the line that the bar stands on
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
@@ -34,8 +34,8 @@ class ProgressBar {
   std::FILE* stream_;
   bool terminal_;
   Clock clock_;
-  double start_;                           ///< [s]
-  double drawn_at_ = -1.0;                 ///< [s]; negative: never
+  double start_;            ///< [s]
+  double drawn_at_ = -1.0;  ///< [s]; negative: never
   int drawn_tenth_ = -1;
   double drawn_fraction_ = -1.0;
 };

@@ -105,7 +105,9 @@ Json tissue_json(const TissueReport& tissue) {
           {"greatest_temperature_K", tissue.greatest_temperature}};
 }
 
-Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+Json optional_json(const std::optional<double>& value) {
+  return value ? Json(*value) : Json();
+}
 
 Json trainee_json(const TraineeReport& trainee) {
   Json spared = Json::array(), organs = Json::array(), tips = Json::array();
@@ -183,7 +185,8 @@ std::vector<StageReport> stage_reports(const Trace& trace) {
 std::string to_json(const RunReport& report) {
   Json haptics = Json::array();
   for (const HapticReport& tool : report.haptics) haptics.push_back(haptic_json(tool));
-  Json organs = Json::array(), links = Json::array(), stages = Json::array(), skipped = Json::array();
+  Json organs = Json::array(), links = Json::array(), stages = Json::array(),
+       skipped = Json::array();
   for (const OrganReport& organ : report.organs) organs.push_back(organ_json(organ));
   for (const LinkReport& link : report.links) links.push_back(link_json(link));
   for (const StageReport& stage : report.stages) stages.push_back(stage_json(stage));
@@ -192,51 +195,51 @@ std::string to_json(const RunReport& report) {
   for (const SkippedReport& s : report.skipped) {
     skipped.push_back({{"what", s.what}, {"why", s.why}});
   }
-  const Json all = {
-      {"version", report.version},
-      {"command", report.command},
-      {"complete", report.complete},
-      {"scene", report.scene},
-      {"title", report.title},
-      {"seed", report.seed},
-      {"threads", report.threads},
-      {"backend", report.backend},
-      {"backend_reason", report.backend_reason},
-      {"gpu", report.gpu ? gpu_json(*report.gpu) : Json(nullptr)},
-      {"renderer", report.renderer},
-      {"duration_s", report.duration_s},
-      {"frames", report.frames},
-      {"pictures", report.pictures},
-      {"state_hash", report.state_hash},
-      {"prepare_s", report.prepare_s},
-      {"wall_s", report.wall_s},
-      {"real_time_factor", report.real_time_factor},
-      {"peak_memory_bytes", report.peak_memory_bytes},
-      {"machine",
-       {{"cpu", report.machine.cpu},
-        {"cores", report.machine.cores},
-        {"memory_bytes", report.machine.memory_bytes}}},
-      {"organs", organs},
-      {"links", links},
-      {"haptics", haptics},
-      {"stages", stages},
-      {"smoke",
-       {{"particles_max", report.smoke.particles_max},
-        {"volumes", report.smoke.volumes},
-        {"writing_s", report.smoke.writing_s},
-        {"emitted_kg", report.smoke.emitted_kg},
-        {"airborne_kg", report.smoke.airborne_kg},
-        {"background_kg", report.smoke.background_kg},
-        {"evacuated_kg", report.smoke.evacuated_kg},
-        {"leaked_kg", report.smoke.leaked_kg},
-        {"deposited_kg", report.smoke.deposited_kg},
-        {"time_in_smoke", report.smoke.time_in_smoke ? Json(*report.smoke.time_in_smoke) : Json()}}},
-      {"cautery", report.cautery ? cautery_json(*report.cautery) : Json(nullptr)},
-      {"tissue", tissue},
-      {"trainee", trainee_json(report.trainee)},
-      {"skipped", skipped},
-      {"flags", report.flags},
-      {"warnings", report.warnings}};
+  const Json all = {{"version", report.version},
+                    {"command", report.command},
+                    {"complete", report.complete},
+                    {"scene", report.scene},
+                    {"title", report.title},
+                    {"seed", report.seed},
+                    {"threads", report.threads},
+                    {"backend", report.backend},
+                    {"backend_reason", report.backend_reason},
+                    {"gpu", report.gpu ? gpu_json(*report.gpu) : Json(nullptr)},
+                    {"renderer", report.renderer},
+                    {"duration_s", report.duration_s},
+                    {"frames", report.frames},
+                    {"pictures", report.pictures},
+                    {"state_hash", report.state_hash},
+                    {"prepare_s", report.prepare_s},
+                    {"wall_s", report.wall_s},
+                    {"real_time_factor", report.real_time_factor},
+                    {"peak_memory_bytes", report.peak_memory_bytes},
+                    {"machine",
+                     {{"cpu", report.machine.cpu},
+                      {"cores", report.machine.cores},
+                      {"memory_bytes", report.machine.memory_bytes}}},
+                    {"organs", organs},
+                    {"links", links},
+                    {"haptics", haptics},
+                    {"stages", stages},
+                    {"smoke",
+                     {{"particles_max", report.smoke.particles_max},
+                      {"volumes", report.smoke.volumes},
+                      {"writing_s", report.smoke.writing_s},
+                      {"emitted_kg", report.smoke.emitted_kg},
+                      {"airborne_kg", report.smoke.airborne_kg},
+                      {"background_kg", report.smoke.background_kg},
+                      {"evacuated_kg", report.smoke.evacuated_kg},
+                      {"leaked_kg", report.smoke.leaked_kg},
+                      {"deposited_kg", report.smoke.deposited_kg},
+                      {"time_in_smoke",
+                       report.smoke.time_in_smoke ? Json(*report.smoke.time_in_smoke) : Json()}}},
+                    {"cautery", report.cautery ? cautery_json(*report.cautery) : Json(nullptr)},
+                    {"tissue", tissue},
+                    {"trainee", trainee_json(report.trainee)},
+                    {"skipped", skipped},
+                    {"flags", report.flags},
+                    {"warnings", report.warnings}};
   return all.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -23,9 +23,9 @@ struct OrganReport {
   bool cache_hit = false;
   std::size_t memory_bytes = 0;
   std::optional<PreparationFigures> preparation;  ///< none: the organ has no elasticity
-  bool half_precision = false;       ///< of the displacements' storage; the two below are its price
-  double storage_error = 0.0;        ///< greatest, over the greatest entry of the compliance
-  std::ptrdiff_t saved_bytes = 0;    ///< against single precision
+  bool half_precision = false;     ///< of the displacements' storage; the two below are its price
+  double storage_error = 0.0;      ///< greatest, over the greatest entry of the compliance
+  std::ptrdiff_t saved_bytes = 0;  ///< against single precision
   double greatest_displacement = 0.0;       ///< of the drawn surface, in the whole run [m]
   double greatest_displacement_time = 0.0;  ///< when that was [s]
 };
@@ -33,9 +33,9 @@ struct OrganReport {
 struct LinkReport {
   std::string name;
   std::array<std::string, 2> between;
-  double stiffness = 0.0;            ///< [N/m]
+  double stiffness = 0.0;  ///< [N/m]
   std::size_t springs = 0;
-  double greatest_force = 0.0;       ///< of all springs together [N]
+  double greatest_force = 0.0;  ///< of all springs together [N]
 };
 
 /// An instrument that was held, and what its device felt.
@@ -55,32 +55,32 @@ struct HapticReport {
 /// Where the energy of all hooks' generators went: generated = delivered + body + sparks, and
 /// delivered + metabolic = stored + latent + perfused + lost + what the residual says.
 struct CauteryReport {
-  double generated = 0.0;            ///< [J]
-  double delivered = 0.0;            ///< heat in tissue that is followed [J]
-  double body = 0.0, sparks = 0.0;   ///< spread beyond; outside the tissue [J]
-  double metabolic = 0.0;            ///< [J]
-  double stored = 0.0;               ///< in tissue that is still warm [J]
-  double latent = 0.0;               ///< of water that left [J]
-  double perfused = 0.0;             ///< carried away by blood [J]
-  double lost = 0.0;                 ///< to gas, instruments, vapour's warmth, char and cold tissue [J]
-  double residual = 0.0;             ///< over what was delivered
+  double generated = 0.0;           ///< [J]
+  double delivered = 0.0;           ///< heat in tissue that is followed [J]
+  double body = 0.0, sparks = 0.0;  ///< spread beyond; outside the tissue [J]
+  double metabolic = 0.0;           ///< [J]
+  double stored = 0.0;              ///< in tissue that is still warm [J]
+  double latent = 0.0;              ///< of water that left [J]
+  double perfused = 0.0;            ///< carried away by blood [J]
+  double lost = 0.0;      ///< to gas, instruments, vapour's warmth, char and cold tissue [J]
+  double residual = 0.0;  ///< over what was delivered
 };
 
 struct TissueReport {
   std::string organ;
-  double vaporised = 0.0;            ///< water and solids [kg]
-  double smoke = 0.0;                ///< of that [kg]
-  double above_60 = 0.0;             ///< volume above 60 C at its greatest [m3]
-  double coagulated = 0.0;           ///< volume with damage of at least 1 [m3]
-  double greatest_temperature = 0.0; ///< [K]
+  double vaporised = 0.0;             ///< water and solids [kg]
+  double smoke = 0.0;                 ///< of that [kg]
+  double above_60 = 0.0;              ///< volume above 60 C at its greatest [m3]
+  double coagulated = 0.0;            ///< volume with damage of at least 1 [m3]
+  double greatest_temperature = 0.0;  ///< [K]
   /// How the organ's elasticity followed; none: nothing coagulated, or it isn't followed.
   struct Stiffening {
-    double greatest_factor = 1.0;    ///< of Young's modulus
-    double stiffened = 0.0;          ///< volume at least half as stiff again [m3]
-    double left_out = 0.0;           ///< like it, but too far from the hooks' paths [m3]
-    double greatest_shrinkage = 0.0; ///< of the surface, by shrinkage alone [m]
+    double greatest_factor = 1.0;     ///< of Young's modulus
+    double stiffened = 0.0;           ///< volume at least half as stiff again [m3]
+    double left_out = 0.0;            ///< like it, but too far from the hooks' paths [m3]
+    double greatest_shrinkage = 0.0;  ///< of the surface, by shrinkage alone [m]
     int updates = 0;
-    std::size_t nodes = 0, rank = 0; ///< of the last update
+    std::size_t nodes = 0, rank = 0;  ///< of the last update
   };
   std::optional<Stiffening> stiffening;
 };
@@ -89,26 +89,26 @@ struct TissueReport {
 struct TraineeReport {
   struct Organ {
     std::string name;
-    double peak_force = 0.0;         ///< of all instruments together [N]
-    double mean_force = 0.0;         ///< while touched [N]
-    double touched = 0.0;            ///< [s]
+    double peak_force = 0.0;  ///< of all instruments together [N]
+    double mean_force = 0.0;  ///< while touched [N]
+    double touched = 0.0;     ///< [s]
   };
   struct Tip {
     std::string name;
-    double path = 0.0;               ///< [m]
+    double path = 0.0;  ///< [m]
     /// -ln(T^3 / v^2 times the integral of jerk^2), v the greatest speed [Hogan2009]; greater is
     /// smoother. None: it never moved, or for too short.
     std::optional<double> smoothness;
   };
   struct SparedBurn {
     std::string organ;
-    double coagulated = 0.0;         ///< [m3]
+    double coagulated = 0.0;  ///< [m3]
   };
-  double energy = 0.0;               ///< that hooks delivered [J]
-  double idle_current = 0.0;         ///< current asked for with no tissue to take it [s]
+  double energy = 0.0;                         ///< that hooks delivered [J]
+  double idle_current = 0.0;                   ///< current asked for with no tissue to take it [s]
   std::optional<double> greatest_temperature;  ///< of tissue [K]
-  std::vector<SparedBurn> spared_burns;  ///< of organs that the scene spares
-  std::vector<Organ> organs;         ///< that were touched
+  std::vector<SparedBurn> spared_burns;        ///< of organs that the scene spares
+  std::vector<Organ> organs;                   ///< that were touched
   std::vector<Tip> tips;
   std::optional<double> time_in_smoke;  ///< [s]
 };
@@ -149,12 +149,12 @@ struct RunReport {
   std::string title;    ///< of the scene, for people
   std::uint64_t seed = 0;
   int threads = 0;
-  std::string backend;         ///< "cpu", "gpu"
-  std::string backend_reason;  ///< why this one
+  std::string backend;           ///< "cpu", "gpu"
+  std::string backend_reason;    ///< why this one
   std::optional<GpuReport> gpu;  ///< where it computed anything
-  std::string renderer;      ///< device; empty: no pictures were drawn
-  double duration_s = 0.0;   ///< simulated
-  std::uint64_t frames = 0;  ///< of the simulation
+  std::string renderer;          ///< device; empty: no pictures were drawn
+  double duration_s = 0.0;       ///< simulated
+  std::uint64_t frames = 0;      ///< of the simulation
   std::uint64_t pictures = 0;
   std::string state_hash;
   double prepare_s = 0.0;         ///< before the first frame
@@ -173,7 +173,7 @@ struct RunReport {
     double airborne_kg = 0.0;    ///< carried by particles
     double background_kg = 0.0;  ///< mixed into the whole cavity's gas
     double evacuated_kg = 0.0, leaked_kg = 0.0;
-    double deposited_kg = 0.0;   ///< on surfaces
+    double deposited_kg = 0.0;  ///< on surfaces
     /// Share of the pictures' times at which less than half of the light came through from around
     /// the tip that burns, or the worst of all tips; without camera or tips: none.
     std::optional<double> time_in_smoke;

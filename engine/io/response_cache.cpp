@@ -66,10 +66,12 @@ Result<PreparedResponse> unpack(CacheData data) {
   auto place_count = data.take<int>("places", 1);
   if (!place_count) return std::unexpected(place_count.error());
   const int places = place_count->front();
-  if (places < 0) return failure("it has " + std::to_string(places) + " places, expected 0 or more");
+  if (places < 0)
+    return failure("it has " + std::to_string(places) + " places, expected 0 or more");
   auto touchable = data.take<int>("touchable");
   if (!touchable) return std::unexpected(touchable.error());
-  auto columns = data.take<float>("columns", 9 * static_cast<std::size_t>(places) * touchable->size());
+  auto columns =
+      data.take<float>("columns", 9 * static_cast<std::size_t>(places) * touchable->size());
   if (!columns) return std::unexpected(columns.error());
   auto figures = data.take<double>("figures", kFigures);
   if (!figures) return std::unexpected(figures.error());

@@ -18,7 +18,7 @@ struct PreparedResponse {
   PointCloud cloud;
   SurfaceCompliance compliance;
   PreparationFigures figures;
-  std::map<std::string, CacheData::Array> extra;   ///< whatever else its owner keeps, by name
+  std::map<std::string, CacheData::Array> extra;  ///< whatever else its owner keeps, by name
 };
 
 /// What a look into the cache gave: nothing and no warning when there is no such file, nothing and

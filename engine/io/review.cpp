@@ -40,8 +40,8 @@ Json curve_json(const Curve& curve) {
   Json times = Json::array();
   for (const Bucket& bucket : buckets) times.push_back(bucket.time);
   Json json = {{"name", curve.name()}, {"times", times}};
-  json["mean"] = values_json(
-      buckets, [](const Bucket& b) { return b.sum / static_cast<double>(b.count); });
+  json["mean"] =
+      values_json(buckets, [](const Bucket& b) { return b.sum / static_cast<double>(b.count); });
   // Of single samples the mean says all.
   if (std::any_of(buckets.begin(), buckets.end(), [](const Bucket& b) { return b.count > 1; })) {
     json["least"] = values_json(buckets, [](const Bucket& b) { return b.least; });

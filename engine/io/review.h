@@ -19,7 +19,7 @@ class Curve {
  public:
   static constexpr std::size_t kBuckets = 1200;
   struct Bucket {
-    double time = 0.0;                        ///< of the first sample [s]
+    double time = 0.0;  ///< of the first sample [s]
     double least = 0.0, sum = 0.0, greatest = 0.0;
     std::size_t count = 0;
   };
@@ -41,26 +41,26 @@ class Curve {
 
 /// Curves over time on common axes.
 struct Chart {
-  std::string title;                          ///< "Force on the instruments"
-  std::string unit;                           ///< "N"
+  std::string title;  ///< "Force on the instruments"
+  std::string unit;   ///< "N"
   std::vector<Curve> curves;
   bool logarithmic = false;
-  std::string note;                           ///< what the values are, where the title can't say it
+  std::string note;  ///< what the values are, where the title can't say it
 };
 
 /// A moment that a person wants to see.
 struct Moment {
-  std::string title;                          ///< "First contact"
-  std::string detail;                         ///< "hook on liver"
-  double time = 0.0;                          ///< [s]
-  std::string picture;                        ///< data URI; empty: none was drawn then
+  std::string title;    ///< "First contact"
+  std::string detail;   ///< "hook on liver"
+  double time = 0.0;    ///< [s]
+  std::string picture;  ///< data URI; empty: none was drawn then
 };
 
 /// What the page shows beside the report.
 struct Review {
   RunReport report;
-  std::string film;                           ///< beside the page; empty: no film was made
-  double pictures_per_second = 30.0;          ///< of the film; its first shows the time 1 / this
+  std::string film;                   ///< beside the page; empty: no film was made
+  double pictures_per_second = 30.0;  ///< of the film; its first shows the time 1 / this
   std::vector<Chart> charts;
   std::vector<Moment> moments;
 };

@@ -13,7 +13,8 @@ namespace viscera {
 
 /// Writes smoke grids as .vdb files (fog volumes "density" [kg/m3] and "temperature" [K excess],
 /// vectors "velocity" [m/s], half floats, world transform in metres), each to a temporary name and
-/// renamed. The destructor waits for what is queued. OpenVDB is initialised by the first object, so a run without smoke never touches it.
+/// renamed. The destructor waits for what is queued. OpenVDB is initialised by the first object, so
+/// a run without smoke never touches it.
 class SmokeWriter {
  public:
   SmokeWriter();

@@ -15,7 +15,7 @@ namespace viscera {
 
 struct Quantiles {
   std::size_t count = 0;
-  double median = 0.0, p99 = 0.0, max = 0.0, total = 0.0;   ///< in the unit of the values
+  double median = 0.0, p99 = 0.0, max = 0.0, total = 0.0;  ///< in the unit of the values
 };
 
 /// By nearest rank; zeros for no values.
@@ -38,7 +38,7 @@ class Trace {
   struct Event {
     std::int32_t stage;
     std::uint32_t frame;
-    std::int64_t start, duration;   ///< [ns] since the trace began
+    std::int64_t start, duration;  ///< [ns] since the trace began
   };
   /// In the order in which they ended.
   const std::vector<Event>& events() const { return events_; }

@@ -111,7 +111,8 @@ struct SmokyLeaves {
     return !(grid.density[cell] <= kLeastDensity);
   }
 
-  /// Calls row(first place, its cell, length) for what lies of each row along x of a leaf in the grid.
+  /// Calls row(first place, its cell, length) for what lies of each row along x of a leaf in the
+  /// grid.
   template <class Row>
   static void for_each_row(const SmokeGrid& grid, const openvdb::Coord& origin, const Row& row) {
     const auto first = [&](int axis) { return std::max(origin[axis], grid.first[axis]); };
@@ -120,9 +121,9 @@ struct SmokyLeaves {
     };
     for (int z = first(2); z < end(2); ++z)
       for (int y = first(1); y < end(1); ++y) {
-        const std::size_t line = static_cast<std::size_t>(y - grid.first.y()) +
-                                 static_cast<std::size_t>(grid.size.y()) *
-                                     static_cast<std::size_t>(z - grid.first.z());
+        const std::size_t line =
+            static_cast<std::size_t>(y - grid.first.y()) +
+            static_cast<std::size_t>(grid.size.y()) * static_cast<std::size_t>(z - grid.first.z());
         row(openvdb::Coord(first(0), y, z),
             static_cast<std::size_t>(first(0) - grid.first.x()) +
                 static_cast<std::size_t>(grid.size.x()) * line,
@@ -176,11 +177,11 @@ openvdb::FloatGrid::Ptr fog_volume(const std::string& name, const std::string& u
 }
 
 openvdb::Vec3SGrid::Ptr velocity_grid(const SmokeGrid& grid, const SmokyLeaves& leaves) {
-  auto velocity = sparse_grid<openvdb::Vec3SGrid>(
-      "velocity", "m/s", grid, leaves, kLeastVelocity, [&](std::size_t cell) {
-        const Vec3f& v = grid.velocity[cell];
-        return openvdb::Vec3s(v.x(), v.y(), v.z());
-      });
+  auto velocity = sparse_grid<openvdb::Vec3SGrid>("velocity", "m/s", grid, leaves, kLeastVelocity,
+                                                  [&](std::size_t cell) {
+                                                    const Vec3f& v = grid.velocity[cell];
+                                                    return openvdb::Vec3s(v.x(), v.y(), v.z());
+                                                  });
   velocity->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
   return velocity;
 }

@@ -63,11 +63,20 @@ std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -89,21 +98,21 @@ std::string head(const char* type, const char* more) {
 Result<void> write_vtu(const std::filesystem::path& file, const VtuSurface& surface) {
   for (const VtuField& field : surface.fields)
     if (field.values.size() != surface.points.size())
-      return failure(fmt::format("{}: found {} values of {}, expected one for each of the {} points",
-                                 file.string(), field.values.size(), field.name,
-                                 surface.points.size()));
+      return failure(
+          fmt::format("{}: found {} values of {}, expected one for each of the {} points",
+                      file.string(), field.values.size(), field.name, surface.points.size()));
   constexpr std::uint8_t kTriangle = 5;  // VTK_TRIANGLE
   std::vector<std::int32_t> ends(surface.triangles.size());
   for (std::size_t t = 0; t < ends.size(); ++t) ends[t] = static_cast<std::int32_t>(3 * (t + 1));
   const std::vector<std::uint8_t> types(ends.size(), kTriangle);
-  const std::span<const int> corners(surface.triangles.empty() ? nullptr
-                                                               : surface.triangles[0].data(),
-                                     3 * surface.triangles.size());
+  const std::span<const int> corners(
+      surface.triangles.empty() ? nullptr : surface.triangles[0].data(),
+      3 * surface.triangles.size());
 
   AppendedData data;
   Result<void> status;
-  std::string xml = head("UnstructuredGrid",
-                         " header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\"");
+  std::string xml =
+      head("UnstructuredGrid", " header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\"");
   const auto add = [&]<class T>(std::span<const T> values, const std::string& attributes) {
     auto element = data.add(values, attributes);
     if (element)
@@ -122,7 +131,8 @@ Result<void> write_vtu(const std::filesystem::path& file, const VtuSurface& surf
   add(corners, "type=\"Int32\" Name=\"connectivity\"");
   add(std::span<const std::int32_t>(ends), "type=\"Int32\" Name=\"offsets\"");
   add(std::span<const std::uint8_t>(types), "type=\"UInt8\" Name=\"types\"");
-  xml += "      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_";
+  xml +=
+      "      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_";
   if (!status) return failure(file.string() + ": " + status.error().text());
   xml += data.bytes();
   xml += "\n  </AppendedData>\n</VTKFile>\n";

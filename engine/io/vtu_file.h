@@ -20,8 +20,8 @@ struct VtuField {
 };
 
 struct VtuSurface {
-  std::span<const Vec3f> points;                      ///< [m]
-  std::span<const std::array<int, 3>> triangles;      ///< indices of points
+  std::span<const Vec3f> points;                  ///< [m]
+  std::span<const std::array<int, 3>> triangles;  ///< indices of points
   std::vector<VtuField> fields;
 };
 
@@ -33,8 +33,8 @@ Result<void> write_vtu(const std::filesystem::path& file, const VtuSurface& surf
 struct PvdEntry {
   double time = 0.0;  ///< [s]
   int part = 0;
-  std::string name;   ///< of the part
-  std::string file;   ///< relative to the collection
+  std::string name;  ///< of the part
+  std::string file;  ///< relative to the collection
 };
 
 Result<void> write_pvd(const std::filesystem::path& file, std::span<const PvdEntry> entries);

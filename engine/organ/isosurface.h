@@ -7,8 +7,8 @@ namespace viscera {
 
 /// Marching tetrahedra [Doi1991] over a grid of cells of about `cell` [m], refined from coarse to
 /// fine near the zero set. Closed, oriented outwards, manifold (what marching cubes and dual
-/// methods don't promise); every piece of {distance < 0}. Fails where the body leaves the box, or isn't
-/// there.
+/// methods don't promise); every piece of {distance < 0}. Fails where the body leaves the box, or
+/// isn't there.
 Result<TriangleSurface> marching_tetrahedra(const SignedDistance& distance, const Box& box,
                                             double cell);
 

@@ -31,8 +31,8 @@ constexpr int kPreparationVersion = 2;
 /// The stages of preparation and their shares of its time, for the progress bar.
 constexpr double kShapeDone = 0.10, kCloudDone = 0.20, kFactorDone = 0.45, kComplianceDone = 0.75;
 
-/// What is kept for tissue that may coagulate takes no more than this; where it would, tissue farther
-/// from the burns is left out in steps of `kNarrower` [bytes].
+/// What is kept for tissue that may coagulate takes no more than this; where it would, tissue
+/// farther from the burns is left out in steps of `kNarrower` [bytes].
 constexpr std::size_t kMostChangeable = 200'000'000;
 constexpr double kNarrower = 0.85;
 
@@ -134,7 +134,8 @@ Result<void> finish(OrganModel& model, const OrganDescription& organ, const Reac
     attachment.region = attachment.region.grown(organ.resolution.finest);
   // What only sags has no place to touch.
   const auto covered = [&](const Vec3& x) { return grown.covers(x); };
-  if (!reach.sags || std::any_of(model.places.positions.begin(), model.places.positions.end(), covered)) {
+  if (!reach.sags ||
+      std::any_of(model.places.positions.begin(), model.places.positions.end(), covered)) {
     auto touchable = touchable_part(model.places, covered);
     if (!touchable) return std::unexpected(touchable.error());
     model.touchable = std::move(*touchable);
@@ -216,7 +217,8 @@ void keep_changeable(const ChangeableRegion& region, CacheArrays& arrays) {
   arrays["change_gradients"] = flat(tissue.gradients);
   arrays["change_cell"] = tissue.cell;
   arrays["change_psi"] = tissue.psi;
-  arrays["change_cell_begin"] = std::vector<int>(tissue.cell_begin.begin(), tissue.cell_begin.end());
+  arrays["change_cell_begin"] =
+      std::vector<int>(tissue.cell_begin.begin(), tissue.cell_begin.end());
   arrays["change_cell_nodes"] = tissue.cell_nodes;
   arrays["change_cell_gradients"] = flat(tissue.cell_gradients);
   arrays["change_places"] = region.places;
@@ -370,8 +372,9 @@ Result<void> weigh(OrganModel& model, ElasticSolver& solver, double density) {
   model.sag.resize(3 * rows);
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3 weight = density * Vec3::Unit(axis);
-    const auto unknowns = solver.solve_static(
-        {.body_force = [&](const Vec3&) { return weight; }, .traction = {}, .held_displacement = {}});
+    const auto unknowns = solver.solve_static({.body_force = [&](const Vec3&) { return weight; },
+                                               .traction = {},
+                                               .held_displacement = {}});
     if (!unknowns) return std::unexpected(unknowns.error());
     read_places(model.places.fields, unknowns->data(),
                 model.sag.data() + static_cast<std::size_t>(axis) * rows);
@@ -391,8 +394,9 @@ Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Reac
                             const Progress& progress) {
   const auto* regions = dynamic_cast<const RegionSolver*>(&solver);
   if (!regions) {
-    model.notes.push_back("tissue that coagulates stays as soft as it was: only the formulations galerkin "
-                          "and galerkin_quadratic can follow it");
+    model.notes.push_back(
+        "tissue that coagulates stays as soft as it was: only the formulations galerkin "
+        "and galerkin_quadratic can follow it");
     return {};
   }
   Reach near = reach;
@@ -404,9 +408,11 @@ Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Reac
     if (near.burn_radius < reach.burn_radius)
       model.notes.push_back(fmt::format(
           "tissue farther than {:.1f} mm from the paths of hooks stays as soft as it was when it "
-          "coagulates (a whole {:.0f} mm would take more than {:.0f} MB): raise finest_spacing_mm, or "
+          "coagulates (a whole {:.0f} mm would take more than {:.0f} MB): raise finest_spacing_mm, "
+          "or "
           "set stiffens to false",
-          1e3 * near.burn_radius, 1e3 * reach.burn_radius, 1e-6 * static_cast<double>(kMostChangeable)));
+          1e3 * near.burn_radius, 1e3 * reach.burn_radius,
+          1e-6 * static_cast<double>(kMostChangeable)));
     auto region = changeable_region(solver, std::move(*tissue), model.places.fields, progress);
     if (!region) return std::unexpected(region.error());
     model.changeable = std::move(*region);
@@ -489,12 +495,12 @@ std::size_t OrganModel::memory_bytes() const {
          of(cloud.positions) + of(cloud.spacings) + of(compliance.columns) +
          of(half_columns.entries) + of(compliance.touchable) + of(sag) + changeable.memory_bytes() +
          of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
-         of(touchable.spacings) + of(touchable.places) +
-         of(places.positions) + of(places.normals) + of(places.areas) + of(places.spacings) +
-         of(places.fields.nodes) + of(places.fields.values) + of(places.fields.row_begin) +
-         of(touchable.cell_begin) + of(touchable.cell_items) +
-         of(drawn.carriers.nodes) + of(drawn.carriers.values) + of(drawn.carriers.row_begin) +
-         of(drawn.triangle_begin) + of(drawn.triangle_items) + of(drawn.rest_normals);
+         of(touchable.spacings) + of(touchable.places) + of(places.positions) + of(places.normals) +
+         of(places.areas) + of(places.spacings) + of(places.fields.nodes) +
+         of(places.fields.values) + of(places.fields.row_begin) + of(touchable.cell_begin) +
+         of(touchable.cell_items) + of(drawn.carriers.nodes) + of(drawn.carriers.values) +
+         of(drawn.carriers.row_begin) + of(drawn.triangle_begin) + of(drawn.triangle_items) +
+         of(drawn.rest_normals);
 }
 
 Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
@@ -618,7 +624,8 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.touchable_places);
   if (reach.sags) plan.memory_bytes += 9 * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
-    plan.memory_bytes = plan.memory_bytes - compliance_bytes(plan.places, plan.touchable_places) / 2 +
+    plan.memory_bytes = plan.memory_bytes -
+                        compliance_bytes(plan.places, plan.touchable_places) / 2 +
                         compliance_bytes(plan.touchable_places, plan.touchable_places);
   plan.preparation_bytes =
       model.memory_bytes() + preparation_bytes(plan.nodes, plan.places, plan.touchable_places);

@@ -24,15 +24,15 @@ namespace viscera {
 /// whether gravity does.
 struct Reach {
   struct Attachment {
-    Region region;            ///< world, with room for the spreading of the load
-    Pose pose;                ///< of the organ in that world
+    Region region;  ///< world, with room for the spreading of the load
+    Pose pose;      ///< of the organ in that world
   };
-  std::vector<Vec3> points;   ///< [m]
-  double radius = 0.0;        ///< touchable within this distance of a point [m]
+  std::vector<Vec3> points;  ///< [m]
+  double radius = 0.0;       ///< touchable within this distance of a point [m]
   std::vector<Attachment> attachments;
-  bool sags = false;          ///< under gravity that changes; places its whole body in reach of a force
-  std::vector<Vec3> burns;    ///< where hooks pass with current; tissue near may coagulate [m]
-  double burn_radius = 0.0;   ///< within this distance of one [m]
+  bool sags = false;  ///< under gravity that changes; places its whole body in reach of a force
+  std::vector<Vec3> burns;   ///< where hooks pass with current; tissue near may coagulate [m]
+  double burn_radius = 0.0;  ///< within this distance of one [m]
 
   bool covers(const Vec3& x) const;
   bool may_burn(const Vec3& x) const;
@@ -40,28 +40,30 @@ struct Reach {
 
 /// Immutable. All geometry in the organ's own frame.
 struct OrganModel {
-  TriangleSurface surface;              ///< drawn surface at rest
-  std::vector<Vec3f> rest_positions;    ///< the same, as the state holds it
+  TriangleSurface surface;            ///< drawn surface at rest
+  std::vector<Vec3f> rest_positions;  ///< the same, as the state holds it
   std::vector<Vec3f> rest_normals;
   Box rest_bounds;
-  std::vector<std::string> notes;       ///< how a wrapped surface differs from its file, what can't change
+  std::vector<std::string>
+      notes;  ///< how a wrapped surface differs from its file, what can't change
 
   // Deformable organs only (cloud empty otherwise):
   PointCloud cloud;
   IsotropicMaterial material;
-  SurfaceCompliance compliance;         ///< its touchable square alone where `half_columns` holds all
-  HalfColumns half_columns;             ///< empty: displacements are kept in single precision
-  /// Displacements of the places of the surface per change of gravity along x, y and z [m per m/s2];
-  /// empty: it doesn't sag.                                                     (3 places x 3)
+  SurfaceCompliance compliance;  ///< its touchable square alone where `half_columns` holds all
+  HalfColumns half_columns;      ///< empty: displacements are kept in single precision
+  /// Displacements of the places of the surface per change of gravity along x, y and z [m per
+  /// m/s2]; empty: it doesn't sag.                                                     (3 places x
+  /// 3)
   std::vector<float> sag;
-  ChangeableRegion changeable;          ///< tissue that may coagulate; empty: none may, or none is followed
+  ChangeableRegion changeable;  ///< tissue that may coagulate; empty: none may, or none is followed
   SurfacePlaces places;
   TouchableSurface touchable;
   DrawnSurface drawn;
-  double finest_spacing = 0.0;          ///< least node spacing [m]
+  double finest_spacing = 0.0;  ///< least node spacing [m]
   PreparationFigures figures;
 
-  std::string key;                      ///< of the cache
+  std::string key;  ///< of the cache
   double prepare_s = 0.0;
   bool cache_hit = false;
 
@@ -71,8 +73,8 @@ struct OrganModel {
   std::size_t displacement_rows() const {
     return in_half_precision() ? half_columns.rows : compliance.rows();
   }
-  /// What keeping displacements in half precision saves [bytes]; negative where the touchable square,
-  /// kept besides, is more than half of it all. 0 in single precision.
+  /// What keeping displacements in half precision saves [bytes]; negative where the touchable
+  /// square, kept besides, is more than half of it all. 0 in single precision.
   std::ptrdiff_t saved_bytes() const;
   bool touchable_anywhere() const { return !compliance.touchable.empty(); }
   std::size_t memory_bytes() const;
@@ -102,13 +104,13 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
 /// What preparation would build and cost, without factoring anything.
 struct OrganPlan {
   std::size_t triangles = 0, nodes = 0, surface_nodes = 0, places = 0, touchable_places = 0;
-  std::size_t memory_bytes = 0;         ///< of the prepared model
-  std::size_t preparation_bytes = 0;    ///< peak while preparing
-  double prepare_s = 0.0;               ///< expected on this machine's kind, no cache
+  std::size_t memory_bytes = 0;       ///< of the prepared model
+  std::size_t preparation_bytes = 0;  ///< peak while preparing
+  double prepare_s = 0.0;             ///< expected on this machine's kind, no cache
   bool cached = false;
   TriangleSurface surface;
   PointCloud cloud;
-  std::vector<std::string> notes;       ///< of the surface
+  std::vector<std::string> notes;  ///< of the surface
 };
 Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue,
                              const Reach& reach, const PrepareOptions& options);

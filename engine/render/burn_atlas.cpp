@@ -31,9 +31,9 @@ SeenBrick seen_of(const HeatBrick& brick) {
     const double excess = brick.warm ? static_cast<double>(brick.warm->excess[i]) : 0.0;
     seen[i] = {0, 0, stored(excess / BurnAtlas::kHottest), 65535};
     if (!brick.harmed) continue;
-    const TissueState state = tissue_state(static_cast<double>(brick.damage[i]),
-                                           static_cast<double>(brick.water[i]),
-                                           static_cast<double>(brick.charred[i]));
+    const TissueState state =
+        tissue_state(static_cast<double>(brick.damage[i]), static_cast<double>(brick.water[i]),
+                     static_cast<double>(brick.charred[i]));
     seen[i][0] = stored(state.coagulated);
     seen[i][1] = stored(0.5 * (state.seared + 2.0 * state.charred));
   }
@@ -46,7 +46,8 @@ std::array<const SeenBrick*, 27> neighbourhood(const std::vector<SeenBrick>& see
   std::array<const SeenBrick*, 27> found{};
   for (int i = 0; i < 27; ++i) {
     const int neighbour = numbers.find(brick + BrickIndex(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
-    if (neighbour >= 0) found[static_cast<std::size_t>(i)] = &seen[static_cast<std::size_t>(neighbour)];
+    if (neighbour >= 0)
+      found[static_cast<std::size_t>(i)] = &seen[static_cast<std::size_t>(neighbour)];
   }
   return found;
 }

@@ -11,15 +11,15 @@
 namespace viscera {
 
 /// Every brick is a tile of the atlas with a border of its neighbours' voxels, wide enough for
-/// cubic filtering; a small 3D texture over the bricks' bounds says which tile a brick is. Four values
-/// a voxel: coagulated; dried (0 to a half) and then charred (a half to 1); excess temperature over
-/// kHottest; and whether tissue is there, by which the shader divides what it filters, since the
-/// surface lies between voxels of tissue and empty ones.
+/// cubic filtering; a small 3D texture over the bricks' bounds says which tile a brick is. Four
+/// values a voxel: coagulated; dried (0 to a half) and then charred (a half to 1); excess
+/// temperature over kHottest; and whether tissue is there, by which the shader divides what it
+/// filters, since the surface lies between voxels of tissue and empty ones.
 class BurnAtlas {
  public:
   static constexpr int kBorder = 2;                                  ///< voxels
   static constexpr int kTileEdge = BrickField::kEdge + 2 * kBorder;  ///< voxels
-  static constexpr double kHottest = 1200.0;                         ///< excess that 1 stands for [K]
+  static constexpr double kHottest = 1200.0;  ///< excess that 1 stands for [K]
 
   /// Uploads the tiles that differ from what is there.
   void update(const HeatBricks& bricks);

@@ -78,9 +78,9 @@ Canvas::Canvas(int picture_width, int picture_height, Quality quality)
 
 bool Canvas::complete() const {
   for (const Framebuffer* target :
-       {&depth_only, &scene, &distance.target, &open_rough.target, &open.target,
-        &lit, &smoke.target, &small.target, &spill_a.target, &spill_b.target,
-        &exposure.target, &developed.target, &shown.target}) {
+       {&depth_only, &scene, &distance.target, &open_rough.target, &open.target, &lit,
+        &smoke.target, &small.target, &spill_a.target, &spill_b.target, &exposure.target,
+        &developed.target, &shown.target}) {
     if (!target->complete()) return false;
   }
   return true;

@@ -57,10 +57,10 @@ class Canvas {
   const int width, height;  ///< of the picture shown
   Texture radiance, depth;  ///< shaded resolution: `settings.scale` times the picture's
   Framebuffer depth_only, scene;
-  Framebuffer lit;           ///< radiance alone: for passes that read the depth
-  Layer distance;            ///< axial distance [m], half the shaded resolution
-  Layer open_rough, open;    ///< r: ambient light that gets in, g: lens light that isn't shaded
-  Layer smoke;               ///< half the shaded resolution
+  Framebuffer lit;         ///< radiance alone: for passes that read the depth
+  Layer distance;          ///< axial distance [m], half the shaded resolution
+  Layer open_rough, open;  ///< r: ambient light that gets in, g: lens light that isn't shaded
+  Layer smoke;             ///< half the shaded resolution
   Layer small, spill_a, spill_b;  ///< a quarter of the picture's
   Layer exposure;                 ///< one pixel
   Layer developed, shown;         ///< the picture's

@@ -181,8 +181,8 @@ void add_spatula(Builder& builder, const InstrumentView& view) {
   }
   for (int i = 0; i <= kTaper; ++i) {
     const double t = static_cast<double>(i) / kTaper, eased = t * t * (3.0 - 2.0 * t);
-    stations.push_back({blade + t * (neck - blade), thick + eased * (wire - thick),
-                        wide + eased * (wire - wide)});
+    stations.push_back(
+        {blade + t * (neck - blade), thick + eased * (wire - thick), wide + eased * (wire - wide)});
   }
   builder.flattened(stations, Finish::kElectrode);
   builder.turned({{neck - 1e-3, 0.45 * r}, {neck + 1.5e-3, 0.62 * r}, {neck + 4e-3, 0.68 * r}},

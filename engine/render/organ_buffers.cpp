@@ -81,8 +81,8 @@ void OrganBuffers::take_surface(const OrganView& view) {
   if (refined) {
     fine_positions_.assign(positions.begin(), positions.end());
     if (device.normals != nullptr)  // the view's are older there
-      fine_normals_ = device.normals->download<Vec3f>(device.first_vertex * sizeof(Vec3f),
-                                                      normals.size());
+      fine_normals_ =
+          device.normals->download<Vec3f>(device.first_vertex * sizeof(Vec3f), normals.size());
     else
       fine_normals_.assign(normals.begin(), normals.end());
     refinement_.extend(fine_positions_, fine_normals_);

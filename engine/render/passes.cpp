@@ -62,8 +62,7 @@ void PassLayers::clear_light() const {
 void PassLayers::read_clean(const Canvas& canvas, PassImages& images) {
   images.width = canvas.radiance.width();
   images.height = canvas.radiance.height();
-  images.clean =
-      read<float>(canvas.lit, 0, GL_RGB, GL_FLOAT, 3, images.width, images.height);
+  images.clean = read<float>(canvas.lit, 0, GL_RGB, GL_FLOAT, 3, images.width, images.height);
 }
 
 void PassLayers::read_back(const Canvas& canvas, PassImages& images) const {
@@ -75,7 +74,8 @@ void PassLayers::read_back(const Canvas& canvas, PassImages& images) const {
   images.depth = component(kept, 2);
   images.smoke_temperature = component(kept, 3);
   images.scattered = read<float>(light, 1, GL_RGB, GL_FLOAT, 3, width, height);
-  images.labels = read<std::uint32_t>(surface, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, 1, width, height);
+  images.labels =
+      read<std::uint32_t>(surface, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, 1, width, height);
   images.surface_temperature = read<float>(surface, 1, GL_RED, GL_FLOAT, 1, width, height);
 }
 

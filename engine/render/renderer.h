@@ -39,8 +39,8 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Draws one picture. Buffers of organs at rest are reused; only what moved is uploaded. `passes`:
-  /// null, or what gets the picture's ground truth.
+  /// Draws one picture. Buffers of organs at rest are reused; only what moved is uploaded.
+  /// `passes`: null, or what gets the picture's ground truth.
   Result<void> draw(const FrameView& view, Picture& picture, PassImages* passes = nullptr);
 
   /// "llvmpipe (LLVM 15.0.6, 256 bits)".

@@ -15,14 +15,15 @@ constexpr int kGroup = 8;             // columns of a work group, each way
 constexpr int kColumnsPerLight = 3;   // of the lens's grid for one of the guide's
 constexpr float kLightMargin = 1.3f;  // the guide beside the lens must see all that the lens sees
 constexpr double kFarthest = 2.0;     // [m]
-constexpr double kBackgroundDepth = 0.3;  // marched where smoke fills the cavity; beyond, it dims alone [m]
-constexpr double kSampleDistance = 0.75;   // along the view axis, over the cells' edge
+constexpr double kBackgroundDepth =
+    0.3;  // marched where smoke fills the cavity; beyond, it dims alone [m]
+constexpr double kSampleDistance = 0.75;  // along the view axis, over the cells' edge
 constexpr int kMostSamples = 8;           // of the density in a slice
-constexpr double kSliceStep = 5e-3;       // to which their range is rounded, so that it seldom moves [m]
+constexpr double kSliceStep = 5e-3;  // to which their range is rounded, so that it seldom moves [m]
 
 Eigen::Vector3f optics_of(const SmokeOptics& optics) {
-  return (optics.mass_extinction *
-          Vec3(1.0, optics.albedo, optics.albedo * optics.asymmetry)).cast<float>();
+  return (optics.mass_extinction * Vec3(1.0, optics.albedo, optics.albedo * optics.asymmetry))
+      .cast<float>();
 }
 
 Eigen::Vector2f tangents_of(const FrameView& view, const Canvas& canvas) {
@@ -50,8 +51,7 @@ int SmokeMarch::samples_in_slice(const FrameView& view,
   double cell = 1.0;
   for (const std::size_t v : volumes) {
     const SmokeView& smoke = view.smoke[v];
-    cell = std::min(cell,
-                    smoke.domain.sizes().cwiseQuotient(smoke.size.cast<double>()).minCoeff());
+    cell = std::min(cell, smoke.domain.sizes().cwiseQuotient(smoke.size.cast<double>()).minCoeff());
   }
   return std::clamp(static_cast<int>(std::ceil(step / (kSampleDistance * cell))), 1, kMostSamples);
 }

@@ -1,5 +1,6 @@
-// Light marched through smoke: a grid of columns over the picture and slices along the view axis that
-// holds what has gathered from the lens up to each slice, for pixels to read at their own distance.
+// Light marched through smoke: a grid of columns over the picture and slices along the view axis
+// that holds what has gathered from the lens up to each slice, for pixels to read at their own
+// distance.
 #pragma once
 
 #include <map>
@@ -40,8 +41,8 @@ class SmokeMarch {
   std::map<std::pair<std::size_t, bool>, Programs> programs_;  // by volumes, with temperature
   Texture light_, marched_, heated_;
   Eigen::Vector2f light_tangents_ = Eigen::Vector2f::Ones();
-  Eigen::Vector2f slices_ = Eigen::Vector2f::Zero();           // axial [m]
-  Eigen::Vector3f background_ = Eigen::Vector3f::Zero();       // optics [1/m]
+  Eigen::Vector2f slices_ = Eigen::Vector2f::Zero();      // axial [m]
+  Eigen::Vector3f background_ = Eigen::Vector3f::Zero();  // optics [1/m]
 };
 
 }  // namespace viscera

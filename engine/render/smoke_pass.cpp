@@ -32,8 +32,7 @@ Result<Program*> SmokePass::program_for(const Parts& parts) {
 
 Result<void> SmokePass::shade(const FrameView& view, const Canvas& canvas, bool passes,
                               const Framebuffer& target) {
-  const auto found =
-      program_for({.marched = marched_, .sprites = drew_sprites_, .passes = passes});
+  const auto found = program_for({.marched = marched_, .sprites = drew_sprites_, .passes = passes});
   if (!found) return std::unexpected(found.error());
   Program& program = **found;
   program.set("depth_map", kDepthUnit);

@@ -55,8 +55,8 @@ Result<bool> SmokeSprites::draw(const FrameView& view, const Canvas& canvas) {
     if (smoke.look != SmokeView::Look::kSprites) continue;
     const std::size_t count = smoke.particles.size();
     if (smoke.particle_radii.size() != count || smoke.particle_masses.size() != count) {
-      return failure("smoke volume: " + std::to_string(smoke.particle_radii.size()) + " radii and " +
-                     std::to_string(smoke.particle_masses.size()) +
+      return failure("smoke volume: " + std::to_string(smoke.particle_radii.size()) +
+                     " radii and " + std::to_string(smoke.particle_masses.size()) +
                      " masses, expected one of each for each of " + std::to_string(count) +
                      " particles");
     }

@@ -25,8 +25,7 @@ void SmokeTexture::find_bricks(const SmokeView& view) {
     for (int y = 0; y < n.y(); ++y) {
       const int row = count.x() * (y / kBrick + count.y() * (z / kBrick));
       for (int x = 0; x < n.x(); ++x, ++index) {
-        if (view.density[index] > least)
-          filled[static_cast<std::size_t>(row + x / kBrick)] = true;
+        if (view.density[index] > least) filled[static_cast<std::size_t>(row + x / kBrick)] = true;
       }
     }
   }
@@ -34,8 +33,8 @@ void SmokeTexture::find_bricks(const SmokeView& view) {
   bricks_.clear();
   for (int b = 0; b < count.prod(); ++b) {
     if (!filled[static_cast<std::size_t>(b)]) continue;
-    const Eigen::Vector3i low =
-        kBrick * Eigen::Vector3i(b % count.x(), b / count.x() % count.y(), b / count.head<2>().prod());
+    const Eigen::Vector3i low = kBrick * Eigen::Vector3i(b % count.x(), b / count.x() % count.y(),
+                                                         b / count.head<2>().prod());
     // Linear filtering spreads a cell's smoke over one cell on each side.
     const Vec3 from = (low.cast<double>().array() - 1.0).max(0.0);
     const Vec3 to = (low.cast<double>().array() + kBrick + 1.0).min(n.cast<double>().array());

@@ -21,25 +21,26 @@ class Buffer;
 
 /// A surface that shaders deformed and left on the GPU, in the renderer's own context.
 struct DeviceSurface {
-  const Buffer* positions = nullptr;          ///< three floats a vertex; null: not on the GPU
-  const Buffer* normals = nullptr;            ///< likewise
-  std::size_t first_vertex = 0;               ///< of the organ, in both
+  const Buffer* positions = nullptr;  ///< three floats a vertex; null: not on the GPU
+  const Buffer* normals = nullptr;    ///< likewise
+  std::size_t first_vertex = 0;       ///< of the organ, in both
 };
 
 /// One organ's drawn surface. Spans stay valid while the picture is drawn.
 struct OrganView {
-  std::uint32_t id = 0;                       ///< stable over the run: the renderer keeps buffers by it
+  std::uint32_t id = 0;  ///< stable over the run: the renderer keeps buffers by it
   std::string name;
-  const TriangleSurface* rest = nullptr;      ///< organ frame [m]; triangles never change
-  std::span<const Vec3f> positions;           ///< deformed vertices, organ frame [m]     (V)
-  std::span<const Vec3f> normals;             ///< deformed unit normals, organ frame     (V)
-  DeviceSurface device;                       ///< where given, drawn in place of the two above
-  std::uint64_t surface_version = 0;          ///< raised when positions or normals changed
+  const TriangleSurface* rest = nullptr;  ///< organ frame [m]; triangles never change
+  std::span<const Vec3f> positions;       ///< deformed vertices, organ frame [m]     (V)
+  std::span<const Vec3f> normals;         ///< deformed unit normals, organ frame     (V)
+  DeviceSurface device;                   ///< where given, drawn in place of the two above
+  std::uint64_t surface_version = 0;      ///< raised when positions or normals changed
   Pose pose;
   TissueLook look;
-  const HeatBricks* burn = nullptr;           ///< what heat made of it, rest frame; null: nothing
-  std::uint64_t burn_version = 0;             ///< raised when `burn` changed
-  double temperature = std::numeric_limits<double>::quiet_NaN();  ///< of its surface [K]; NaN: unknown
+  const HeatBricks* burn = nullptr;  ///< what heat made of it, rest frame; null: nothing
+  std::uint64_t burn_version = 0;    ///< raised when `burn` changed
+  double temperature =
+      std::numeric_limits<double>::quiet_NaN();  ///< of its surface [K]; NaN: unknown
 };
 
 /// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
@@ -48,58 +49,59 @@ struct InstrumentView {
   std::uint32_t id = 0;
   std::string name;
   Kind kind = Kind::kProbe;
-  Vec3 tip = Vec3::Zero();                    ///< [m]
-  Vec3 shaft_direction = Vec3::UnitZ();       ///< unit, from the tip towards the trocar
-  Vec3 side_direction = Vec3::UnitX();        ///< unit, across the shaft: where the hook bends, the jaws open
-  double shaft_radius = 2.5e-3;               ///< [m]
-  double shaft_length = 0.3;                  ///< [m]
-  double tip_radius = 1.5e-3;                 ///< [m]
-  double jaw = 1.0;                           ///< 0 closed ... 1 open
+  Vec3 tip = Vec3::Zero();               ///< [m]
+  Vec3 shaft_direction = Vec3::UnitZ();  ///< unit, from the tip towards the trocar
+  Vec3 side_direction =
+      Vec3::UnitX();             ///< unit, across the shaft: where the hook bends, the jaws open
+  double shaft_radius = 2.5e-3;  ///< [m]
+  double shaft_length = 0.3;     ///< [m]
+  double tip_radius = 1.5e-3;    ///< [m]
+  double jaw = 1.0;              ///< 0 closed ... 1 open
   bool energised = false;
-  const TriangleSurface* mesh = nullptr;      ///< kMesh: shaft along +z, tip at the origin [m]
+  const TriangleSurface* mesh = nullptr;  ///< kMesh: shaft along +z, tip at the origin [m]
 };
 
 /// One smoke volume on a dense grid of cell centres, x fastest. Volumes may overlap: what they hold
 /// adds up.
 struct SmokeView {
   enum class Look {
-    kMarch,                                   ///< light marched through the density
-    kSprites,                                 ///< one textured square a particle, as in [De2006]
+    kMarch,    ///< light marched through the density
+    kSprites,  ///< one textured square a particle, as in [De2006]
   };
   Look look = Look::kMarch;
-  Box domain;                                 ///< [m]
+  Box domain;  ///< [m]
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
-  std::span<const float> density;             ///< smoke mass per volume [kg/m3]          (nx ny nz)
-  std::span<const float> temperature;         ///< excess over the gas [K]; empty: unknown (nx ny nz)
-  double background = 0.0;                    ///< smoke mixed evenly into the whole cavity [kg/m3]
+  std::span<const float> density;      ///< smoke mass per volume [kg/m3]          (nx ny nz)
+  std::span<const float> temperature;  ///< excess over the gas [K]; empty: unknown (nx ny nz)
+  double background = 0.0;             ///< smoke mixed evenly into the whole cavity [kg/m3]
   SmokeOptics optics;
   // For sprites alone; positions are relative to the domain's least corner.
-  std::span<const Vec3f> particles;           ///< [m]                                           (n)
-  std::span<const float> particle_radii;      ///< to which a particle's smoke has spread [m]    (n)
-  std::span<const float> particle_masses;     ///< [kg]                                          (n)
+  std::span<const Vec3f> particles;        ///< [m]                                           (n)
+  std::span<const float> particle_radii;   ///< to which a particle's smoke has spread [m]    (n)
+  std::span<const float> particle_masses;  ///< [kg]                                          (n)
 };
 
 struct CameraView {
-  Vec3 position = Vec3::Zero();               ///< lens [m]
-  Vec3 forward = Vec3::UnitY();               ///< unit view direction (after the optics' angle)
-  Vec3 up = Vec3::UnitZ();                    ///< unit, square to forward
-  double field_of_view = 1.2;                 ///< vertical [rad]
+  Vec3 position = Vec3::Zero();  ///< lens [m]
+  Vec3 forward = Vec3::UnitY();  ///< unit view direction (after the optics' angle)
+  Vec3 up = Vec3::UnitZ();       ///< unit, square to forward
+  double field_of_view = 1.2;    ///< vertical [rad]
   bool round_mask = true;
-  double barrel = 0.18;                       ///< distortion per square of the picture's height; the
-                                              ///< rim of the field of view stays where it is
-  bool automatic_exposure = true;             ///< half way to a middle tone, as camera heads do
-  double exposure = 1.0;                      ///< factor besides
+  double barrel = 0.18;            ///< distortion per square of the picture's height; the
+                                   ///< rim of the field of view stays where it is
+  bool automatic_exposure = true;  ///< half way to a middle tone, as camera heads do
+  double exposure = 1.0;           ///< factor besides
 };
 
 struct FrameView {
   CameraView camera;
-  double light_intensity = 1.0;               ///< 1 exposes tissue at 10 cm well
-  Vec3 light_colour = Vec3::Ones();           ///< linear RGB
+  double light_intensity = 1.0;      ///< 1 exposes tissue at 10 cm well
+  Vec3 light_colour = Vec3::Ones();  ///< linear RGB
   std::vector<OrganView> organs;
   std::vector<InstrumentView> instruments;
   std::vector<SmokeView> smoke;
-  double gas_temperature = 310.15;            ///< [K]
-  std::uint64_t frame = 0;                    ///< number of the picture: seeds jitter
+  double gas_temperature = 310.15;  ///< [K]
+  std::uint64_t frame = 0;          ///< number of the picture: seeds jitter
 };
 
 }  // namespace viscera

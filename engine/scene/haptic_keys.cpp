@@ -27,33 +27,34 @@ ObjectSpec hive() {
 }  // namespace
 
 ObjectSpec haptic_keys() {
-  return {"Makes the instrument a held tool: a device moves its tip and feels its force, 1,000 times "
-          "a second; `path` is where the modelled hand wants to go.",
-          {text("device",
-                "A simulated PHANToM Premium 1.0A in a modelled hand; a recording of a device; or one "
-                "behind the network (OpenIGTLink).")
-               .one_of({"simulated", "recorded", "network"})
-               .otherwise("simulated"),
-           text("recording",
-                "Its file, sought from the scene's folder: CSV or HDF5, as `viscera haptics --record` "
-                "writes it.")
-               .needed()
-               .only_where("device", {"recorded"}),
-           integer("port", "TCP port on which the device's program connects.")
-               .between(1, 65535)
-               .otherwise(18944)
-               .only_where("device", {"network"}),
-           text("grip", "How firmly the modelled hand holds the device.")
-               .one_of({"loose", "medium", "firm"})
-               .otherwise("medium")
-               .only_where("device", {"simulated"}),
-           number("coupling_N_per_m",
-                  "Stiffness of the virtual coupling between device and tool. Left out: what is "
-                  "stable on the device for any grip.")
-               .between(1, 1e5),
-           object("hive", "How tissue answers.", hive()).otherwise(Json::object())},
-          {},
-          {}};
+  return {
+      "Makes the instrument a held tool: a device moves its tip and feels its force, 1,000 times "
+      "a second; `path` is where the modelled hand wants to go.",
+      {text("device",
+            "A simulated PHANToM Premium 1.0A in a modelled hand; a recording of a device; or one "
+            "behind the network (OpenIGTLink).")
+           .one_of({"simulated", "recorded", "network"})
+           .otherwise("simulated"),
+       text("recording",
+            "Its file, sought from the scene's folder: CSV or HDF5, as `viscera haptics --record` "
+            "writes it.")
+           .needed()
+           .only_where("device", {"recorded"}),
+       integer("port", "TCP port on which the device's program connects.")
+           .between(1, 65535)
+           .otherwise(18944)
+           .only_where("device", {"network"}),
+       text("grip", "How firmly the modelled hand holds the device.")
+           .one_of({"loose", "medium", "firm"})
+           .otherwise("medium")
+           .only_where("device", {"simulated"}),
+       number("coupling_N_per_m",
+              "Stiffness of the virtual coupling between device and tool. Left out: what is "
+              "stable on the device for any grip.")
+           .between(1, 1e5),
+       object("hive", "How tissue answers.", hive()).otherwise(Json::object())},
+      {},
+      {}};
 }
 
 }  // namespace viscera

@@ -280,7 +280,7 @@ SmokeDescription smoke_of(const Json& values) {
   smoke.voxel = from_milli(values["voxel_mm"]);
   smoke.max_particles = values["max_particles"];
   smoke.spacing = from_milli(values["spacing_mm"]);
-  if (values["laplacian"] == "paper") smoke.laplacian = Laplacian::paper;
+  if (values["laplacian"] == "paper") smoke.laplacian = Laplacian::kPaper;
   smoke.lifetime = values["lifetime_s"];
   smoke.particle_mass = values["particle_mass_ug"].get<double>() * kKilogram;
   smoke.look = values["look"] == "sprites" ? SmokeLook::kSprites : SmokeLook::kMarch;

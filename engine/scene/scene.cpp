@@ -60,11 +60,10 @@ double GasDescription::density() const {
 }
 
 bool GravityDescription::changes() const {
-  return acceleration > 0.0 &&
-         (rest_direction != -Vec3::UnitZ() ||
-          std::any_of(table.begin(), table.end(), [](const TableKey& key) {
-            return key.head_up != 0.0 || key.left_down != 0.0;
-          }));
+  return acceleration > 0.0 && (rest_direction != -Vec3::UnitZ() ||
+                                std::any_of(table.begin(), table.end(), [](const TableKey& key) {
+                                  return key.head_up != 0.0 || key.left_down != 0.0;
+                                }));
 }
 
 bool carries_current(const InstrumentDescription& tool) {

@@ -86,13 +86,13 @@ struct MotionDescription {
 /// single.
 enum class DisplacementStorage { kSingle, kHalf };
 
-/// What an organ answers forces with: its precomputed compliance (GPAFF), or hives about the tips of
-/// haptic tools alone (LPAFF).
+/// What an organ answers forces with: its precomputed compliance (GPAFF), or hives about the tips
+/// of haptic tools alone (LPAFF).
 enum class Response { kGlobal, kLocal };
 
 /// How held tools feel tissue beyond small, slow strains.
 struct MaterialDescription {
-  HyperelasticModel model = HyperelasticModel::linear;
+  HyperelasticModel model = HyperelasticModel::kLinear;
   bool relaxes = false;          ///< by the tissue's Prony series
   std::vector<PronyTerm> prony;  ///< or by this one
 };
@@ -164,7 +164,7 @@ struct HiveDescription {
   double radius = 0.0;  ///< of the influence region on the surface [m]; 0: from the tip's size
   int nodes = 0;        ///< 0: as many as a tick has time for
   std::optional<Periphery> periphery;  ///< none: coupled where the organ has a global response
-  bool paper = false;   ///< the published equations in place of the ones that converge
+  bool paper = false;  ///< the published equations in place of the ones that converge
 };
 
 /// A tool that is held: its tip goes where a device's does, and forces go back, at 1 kHz.
@@ -185,14 +185,15 @@ struct InstrumentDescription {
   std::string name;
   InstrumentKind kind = InstrumentKind::kProbe;
   TipDescription tip;
-  Vec3 trocar = Vec3::Zero();       ///< pivot point in the wall that the shaft passes [m]
-  double shaft_radius = 2.5e-3;     ///< [m]
-  double roll = 0.0;                ///< about the shaft; 0: hook and jaws point down [rad]
-  double grip_limit = 6.0;          ///< greatest force that a closed jaw holds [N]
-  double grip_radius = 4e-3;        ///< radius of the patch that a closed jaw holds [m]
-  double friction = 0.0;            ///< Coulomb's coefficient between the tip and tissue
+  Vec3 trocar = Vec3::Zero();              ///< pivot point in the wall that the shaft passes [m]
+  double shaft_radius = 2.5e-3;            ///< [m]
+  double roll = 0.0;                       ///< about the shaft; 0: hook and jaws point down [rad]
+  double grip_limit = 6.0;                 ///< greatest force that a closed jaw holds [N]
+  double grip_radius = 4e-3;               ///< radius of the patch that a closed jaw holds [m]
+  double friction = 0.0;                   ///< Coulomb's coefficient between the tip and tissue
   CurrentMode mode = CurrentMode::kBlend;  ///< of the generator of a hook or spatula
-  std::vector<InstrumentKey> path;  ///< at least one, times ascending; where the hand goes, if haptic
+  std::vector<InstrumentKey>
+      path;  ///< at least one, times ascending; where the hand goes, if haptic
   std::optional<HapticDescription> haptic;  ///< none: the path moves the tip
 };
 
@@ -250,9 +251,9 @@ struct SmokeDescription {
   double voxel = 2e-3;  ///< of the written volume [m]
   int max_particles = 25000;
   double spacing = 3e-3;  ///< support radius of the particles' kernels [m]
-  Laplacian laplacian = Laplacian::pairwise;
-  double lifetime = 20.0;                    ///< of a particle [s]
-  double particle_mass = 1e-10;              ///< of one that a burn gives off [kg]
+  Laplacian laplacian = Laplacian::kPairwise;
+  double lifetime = 20.0;        ///< of a particle [s]
+  double particle_mass = 1e-10;  ///< of one that a burn gives off [kg]
   SmokeLook look = SmokeLook::kMarch;
   std::vector<EmitterDescription> emitters;  ///< empty: every hook that burns in the domain
 };
@@ -301,8 +302,8 @@ struct PublishedLesion {
 };
 
 struct HeatDescription {
-  double voxel = 0.5e-3;               ///< of the bricks in which heat spreads [m]
-  std::string lesion_of;               ///< a hook whose first burn is measured; empty: none is
+  double voxel = 0.5e-3;  ///< of the bricks in which heat spreads [m]
+  std::string lesion_of;  ///< a hook whose first burn is measured; empty: none is
   std::optional<PublishedLesion> published;  ///< beside that
 };
 
@@ -319,9 +320,9 @@ struct TableKey {
 /// rest shapes under the gravity in which they were imaged: only what it differs from that moves
 /// them.
 struct GravityDescription {
-  double acceleration = 9.81;               ///< [m/s2]
-  Vec3 rest_direction = -Vec3::UnitZ();     ///< unit, of gravity while the organs were imaged
-  std::vector<TableKey> table;              ///< times ascending; none: level
+  double acceleration = 9.81;            ///< [m/s2]
+  Vec3 rest_direction = -Vec3::UnitZ();  ///< unit, of gravity while the organs were imaged
+  std::vector<TableKey> table;           ///< times ascending; none: level
 
   /// False: gravity is always the one in which the organs were imaged.
   bool changes() const;

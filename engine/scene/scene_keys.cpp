@@ -192,7 +192,8 @@ ObjectSpec organ() {
           .known_as("formulation")
           .otherwise("galerkin"),
       text("response",
-           "What it answers forces with: a compliance computed before the run (global), or hives about "
+           "What it answers forces with: a compliance computed before the run (global), or hives "
+           "about "
            "the tips of haptic tools alone (local), with nothing to prepare.")
           .one_of({"global", "local"})
           .otherwise("global"),
@@ -204,9 +205,10 @@ ObjectSpec organ() {
           .one_of({"single", "half"})
           .otherwise("single"),
       boolean("deformable", "false: scenery that nothing touches or moves.").otherwise(true),
-      boolean("sags",
-              "Whether gravity moves it where the scene has gravity that changes; then it is prepared "
-              "though nothing touches it. Scenery never sags.")
+      boolean(
+          "sags",
+          "Whether gravity moves it where the scene has gravity that changes; then it is prepared "
+          "though nothing touches it. Scenery never sags.")
           .otherwise(true),
       boolean("stiffens",
               "Whether tissue that a hook coagulates becomes stiffer and shrinks; what is near the "
@@ -350,7 +352,8 @@ ObjectSpec instrument() {
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),
-      number("roll_deg", "About the shaft: at 0 a hook bends, jaws open, and a spatula faces, downwards.")
+      number("roll_deg",
+             "About the shaft: at 0 a hook bends, jaws open, and a spatula faces, downwards.")
           .between(-360, 360)
           .otherwise(0.0),
       number("grip_limit_N", "Greatest force that the closed jaw holds.")
@@ -362,7 +365,8 @@ ObjectSpec instrument() {
           .otherwise(4.0)
           .only_where("kind", {"grasper"}),
       text("mode",
-           "Of the generator of a hook or spatula: cut, a steady wave of low voltage; blend; coagulate, short waves "
+           "Of the generator of a hook or spatula: cut, a steady wave of low voltage; blend; "
+           "coagulate, short waves "
            "for a touching tip; fulgurate, short waves of high voltage that spark over a gap.")
           .one_of({"cut", "blend", "coagulate", "fulgurate"})
           .otherwise("blend")
@@ -460,29 +464,31 @@ ObjectSpec gravity() {
            .otherwise(0.0)},
       {},
       {}};
-  return {"Organs have their rest shapes under the gravity in which they were imaged; what gravity "
-          "differs from that, as the table tilts, moves them.",
-          {number("acceleration_m_per_s2", "Of free fall.").between(0, 100).otherwise(9.81),
-           vector("rest_direction",
-                  "Of gravity while the organs were imaged, in the patient's frame; its length "
-                  "doesn't matter. On the back it is [0, 0, -1].")
-               .between(-1000, 1000)
-               .otherwise({0, 0, -1}),
-           list("table",
-                "Key frames of the table's tilt; between them the angles change smoothly. None: "
-                "level.",
-                key)
-               .items(0, 100000)
-               .ascending_by("time_s")
-               .otherwise(Json::array())},
-          {},
-          {has_direction("rest_direction")}};
+  return {
+      "Organs have their rest shapes under the gravity in which they were imaged; what gravity "
+      "differs from that, as the table tilts, moves them.",
+      {number("acceleration_m_per_s2", "Of free fall.").between(0, 100).otherwise(9.81),
+       vector("rest_direction",
+              "Of gravity while the organs were imaged, in the patient's frame; its length "
+              "doesn't matter. On the back it is [0, 0, -1].")
+           .between(-1000, 1000)
+           .otherwise({0, 0, -1}),
+       list("table",
+            "Key frames of the table's tilt; between them the angles change smoothly. None: "
+            "level.",
+            key)
+           .items(0, 100000)
+           .ascending_by("time_s")
+           .otherwise(Json::array())},
+      {},
+      {has_direction("rest_direction")}};
 }
 
 ObjectSpec scene() {
   ObjectSpec spec;
   spec.description =
-      "A laparoscopic scene. The world's z axis points up, against gravity where the table is level; "
+      "A laparoscopic scene. The world's z axis points up, against gravity where the table is "
+      "level; "
       "quantities carry their unit in the key. Comments (// and /* */) are allowed.";
   spec.keys = {
       text("$schema", "Path of this schema, for editors."),

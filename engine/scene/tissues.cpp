@@ -1,11 +1,11 @@
 #include "engine/scene/tissues.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "engine/scene/quantities.h"
 #include "engine/scene/scene.h"
@@ -152,10 +152,8 @@ constexpr std::array kThermalKeys = {
     ThermalKey{"specific_heat", [](ThermalTissue& t, double value) { t.specific_heat = value; }},
     ThermalKey{"thermal_conductivity",
                [](ThermalTissue& t, double value) { t.conductivity = value; }},
-    ThermalKey{"perfusion",
-               [](ThermalTissue& t, double value) {
-                 t.perfusion = perfusion_rate(value, t.density);
-               }},
+    ThermalKey{"perfusion", [](ThermalTissue& t,
+                               double value) { t.perfusion = perfusion_rate(value, t.density); }},
     ThermalKey{"water_fraction", [](ThermalTissue& t, double value) { t.water_fraction = value; }},
     ThermalKey{"damage_frequency",
                [](ThermalTissue& t, double value) { t.damage.frequency = value; }},
@@ -204,10 +202,11 @@ Result<void> check_materials(const SceneDescription& scene,
     std::string known;
     for (const auto& [name, tissue] : tissues)
       if (!tissue.prony.empty()) known += (known.empty() ? "" : ", ") + name;
-    error.messages.push_back(fmt::format(
-        "{}: organs/{}/material/relaxes: found true with the tissue \"{}\", which has no Prony series; "
-        "expected one that has ({}), or a \"prony\" of its own",
-        scene.file.string(), i, organ.tissue, known));
+    error.messages.push_back(
+        fmt::format("{}: organs/{}/material/relaxes: found true with the tissue \"{}\", which has "
+                    "no Prony series; "
+                    "expected one that has ({}), or a \"prony\" of its own",
+                    scene.file.string(), i, organ.tissue, known));
   }
   if (!error.messages.empty()) return std::unexpected(error);
   return {};

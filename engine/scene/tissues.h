@@ -46,9 +46,9 @@ struct Tissue {
   std::string name;
   IsotropicMaterial elastic;  ///< of small strain; with `prony`, the long-term one
   /// Of finite strain, as held tools feel it; a tissue of the file is linear, a scene may say more.
-  HyperelasticModel model = HyperelasticModel::linear;
-  std::vector<PronyTerm> prony;  ///< by which forces on held tools relax; empty: they don't
-  double density = 1050.0;    ///< [kg/m3]
+  HyperelasticModel model = HyperelasticModel::kLinear;
+  std::vector<PronyTerm> prony;          ///< by which forces on held tools relax; empty: they don't
+  double density = 1050.0;               ///< [kg/m3]
   std::optional<ThermalTissue> thermal;  ///< none: the file doesn't say enough for heat
   std::vector<std::string> thermal_lacks;  ///< then: the keys that it misses
   TissueLook look;
@@ -57,7 +57,8 @@ struct Tissue {
 struct SceneDescription;
 
 /// Whether the scene's tissues have what its organs' `material` asks for.
-Result<void> check_materials(const SceneDescription& scene, const std::map<std::string, Tissue>& tissues);
+Result<void> check_materials(const SceneDescription& scene,
+                             const std::map<std::string, Tissue>& tissues);
 
 /// All tissues of the file by name, or every mistake in it.
 Result<std::map<std::string, Tissue>> load_tissues(const std::filesystem::path& file);

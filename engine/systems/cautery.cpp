@@ -17,7 +17,7 @@ constexpr double kHot = kZeroCelsius + 60.0;
 /// Where a hook's metal meets an organ, or is near enough for a spark.
 struct Meeting {
   Entity organ;
-  ElectrodeContact contact;                  ///< rest frame
+  ElectrodeContact contact;  ///< rest frame
 };
 
 /// Fills in place and direction from a point of the drawn surface.
@@ -96,11 +96,11 @@ void give_current(World& world, Entity instrument, BurnTrace& trace, const Frame
   const bool continues = trace.organ == meeting->organ &&
                          (trace.contact.point - meeting->contact.point).norm() < kTraceBreak;
   OrganBurn& burn = *world.organ_burns.find(meeting->organ);
-  trace.current = trace.tip.energise(burn.heat, hook.mode, power,
-                                     continues ? trace.contact : meeting->contact, meeting->contact,
-                                     context.dt);
-  trace.generated += context.dt * (trace.current.power + trace.current.far_power +
-                                   trace.current.spark_power);
+  trace.current =
+      trace.tip.energise(burn.heat, hook.mode, power, continues ? trace.contact : meeting->contact,
+                         meeting->contact, context.dt);
+  trace.generated +=
+      context.dt * (trace.current.power + trace.current.far_power + trace.current.spark_power);
   if (power > 0.0) burn.hook = instrument;
   trace.organ = meeting->organ;
   trace.contact = meeting->contact;

@@ -77,7 +77,8 @@ void moved(World& world, Entity organ) {
   contact->bounds = world_bounds(state.positions, body.pose);
 }
 
-/// The shape without forces: at rest, or as gravity has changed that. Nothing to do where it has it.
+/// The shape without forces: at rest, or as gravity has changed that. Nothing to do where it has
+/// it.
 void take_free_shape(World& world, Entity organ) {
   OrganState& state = *world.organ_states.find(organ);
   const OrganSag* sag = world.organ_sags.find(organ);

@@ -60,8 +60,8 @@ void GpuSurfaces::add(Entity organ, const DrawnSurface& drawn, const OrganContac
               .response = &contact.response,
               .near_vertices = {},
               .near_field = {}};
-  near_field_on_surface(drawn, contact.solution.near_fields, contact.cells,
-                        contact.solution.forces, added.near_vertices, added.near_field);
+  near_field_on_surface(drawn, contact.solution.near_fields, contact.cells, contact.solution.forces,
+                        added.near_vertices, added.near_field);
   added_.push_back(std::move(added));
 }
 
@@ -80,8 +80,7 @@ void GpuSurfaces::start() {
   started_ = deformed.has_value();
   if (!started_) return fail(deformed.error().text());
   for (const Added& one : added_)
-    read_back_.start(deformation_.positions(),
-                     deformation_.first_vertex(one.index) * sizeof(Vec3f),
+    read_back_.start(deformation_.positions(), deformation_.first_vertex(one.index) * sizeof(Vec3f),
                      vertices_[one.index] * sizeof(Vec3f));
   timer_.mark("read back");
   read_back_.submit();

@@ -20,8 +20,8 @@ KeyFrames table_path(const std::vector<TableKey>& table) {
   return KeyFrames(std::move(times), std::move(angles));
 }
 
-/// Where gravity points on a table with its head end up and then rolled about its long axis. Head up
-/// pulls to the feet (-y), the left side (+x) down to the left.
+/// Where gravity points on a table with its head end up and then rolled about its long axis. Head
+/// up pulls to the feet (-y), the left side (+x) down to the left.
 Vec3 down(double head_up, double left_down) {
   return {std::cos(head_up) * std::sin(left_down), -std::sin(head_up),
           -std::cos(head_up) * std::cos(left_down)};
@@ -45,7 +45,8 @@ void sag_places(const OrganModel& model, const Vec3& change, std::vector<float>&
   if (model.sag.empty()) return;
   const Vec3f by = change.cast<float>();
   for (std::size_t i = 0; i < rows; ++i)
-    places[i] = by.x() * model.sag[i] + by.y() * model.sag[rows + i] + by.z() * model.sag[2 * rows + i];
+    places[i] =
+        by.x() * model.sag[i] + by.y() * model.sag[rows + i] + by.z() * model.sag[2 * rows + i];
 }
 
 double greatest_sag(const OrganModel& model, const Pose& pose, const Gravity& gravity,

@@ -7,13 +7,14 @@
 
 namespace viscera {
 
-/// Organs have their rest shapes under the gravity in which they were imaged, so that what counts is
-/// the change since. All vectors in the world's frame, which turns with the table.
+/// Organs have their rest shapes under the gravity in which they were imaged, so that what counts
+/// is the change since. All vectors in the world's frame, which turns with the table.
 class Gravity {
  public:
   explicit Gravity(const GravityDescription& description);
 
-  /// Gravity at `time` [s] less that of the rest shapes [m/s2]; exactly zero where they are the same.
+  /// Gravity at `time` [s] less that of the rest shapes [m/s2]; exactly zero where they are the
+  /// same.
   Vec3 change_at(double time) const;
 
  private:
@@ -26,8 +27,8 @@ class Gravity {
 /// [m]; zero where it doesn't sag.                                                     (3 places)
 void sag_places(const OrganModel& model, const Vec3& change, std::vector<float>& places);
 
-/// The farthest that gravity moves a place of the model within `duration` [s], nothing else touching
-/// it [m].
+/// The farthest that gravity moves a place of the model within `duration` [s], nothing else
+/// touching it [m].
 double greatest_sag(const OrganModel& model, const Pose& pose, const Gravity& gravity,
                     double duration);
 

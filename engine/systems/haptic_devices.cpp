@@ -20,9 +20,12 @@ constexpr double kWayBack = 0.1, kPause = 0.5;
 
 double strength_of(HapticDescription::Grip grip) {
   switch (grip) {
-    case HapticDescription::Grip::kLoose: return 0.0;
-    case HapticDescription::Grip::kMedium: return 0.5;
-    case HapticDescription::Grip::kFirm: return 1.0;
+    case HapticDescription::Grip::kLoose:
+      return 0.0;
+    case HapticDescription::Grip::kMedium:
+      return 0.5;
+    case HapticDescription::Grip::kFirm:
+      return 1.0;
   }
   return 0.5;
 }
@@ -104,9 +107,12 @@ Result<OpenedDevice> open_network(const InstrumentDescription& instrument) {
 Result<OpenedDevice> open_device(const InstrumentDescription& instrument, const KeyFrames& path,
                                  double seconds) {
   switch (instrument.haptic->device) {
-    case HapticDescription::Device::kSimulated: return open_simulated(instrument, path, seconds);
-    case HapticDescription::Device::kRecorded: return open_recorded(instrument);
-    case HapticDescription::Device::kNetwork: break;
+    case HapticDescription::Device::kSimulated:
+      return open_simulated(instrument, path, seconds);
+    case HapticDescription::Device::kRecorded:
+      return open_recorded(instrument);
+    case HapticDescription::Device::kNetwork:
+      break;
   }
   return open_network(instrument);
 }

@@ -14,8 +14,8 @@
 namespace viscera {
 namespace {
 
-/// The influence region of a hive whose scene doesn't say it: so many radii of the tool, and so many
-/// spacings of the nodes where a coupled field must be smooth on them.
+/// The influence region of a hive whose scene doesn't say it: so many radii of the tool, and so
+/// many spacings of the nodes where a coupled field must be smooth on them.
 constexpr double kRadiiOfTool = 4.0, kSpacings = 3.0;
 constexpr int kNodes = 120;
 /// Of a tool's cells on tissue beyond linear: finite strains ask for a smoother pressure.
@@ -26,13 +26,16 @@ constexpr std::size_t kSpareTicks = 2000;
 constexpr double kFarther = 10e-3;
 
 HivePeriphery periphery_of(const HiveDescription& hive, bool global) {
-  if (!hive.periphery) return global ? HivePeriphery::coupled : HivePeriphery::boussinesq;
+  if (!hive.periphery) return global ? HivePeriphery::kCoupled : HivePeriphery::kBoussinesq;
   switch (*hive.periphery) {
-    case HiveDescription::Periphery::kCoupled: return HivePeriphery::coupled;
-    case HiveDescription::Periphery::kBoussinesq: return HivePeriphery::boussinesq;
-    case HiveDescription::Periphery::kFixed: return HivePeriphery::fixed;
+    case HiveDescription::Periphery::kCoupled:
+      return HivePeriphery::kCoupled;
+    case HiveDescription::Periphery::kBoussinesq:
+      return HivePeriphery::kBoussinesq;
+    case HiveDescription::Periphery::kFixed:
+      return HivePeriphery::kFixed;
   }
-  return HivePeriphery::boussinesq;
+  return HivePeriphery::kBoussinesq;
 }
 
 /// The reach of a path: an organ that no key comes near is not felt.
@@ -48,19 +51,18 @@ Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument
                                          const OrganBody& organ, ServoClock clock) {
   const TipDescription& tip = instrument.tip;
   if (tip.shape != TipDescription::Shape::kSphere && tip.shape != TipDescription::Shape::kPoint)
-    return failure("tip/shape: found a capsule or mesh where hives answer, expected sphere or point");
-  const HiveDescription wanted =
-      instrument.haptic ? instrument.haptic->hive : HiveDescription();
+    return failure(
+        "tip/shape: found a capsule or mesh where hives answer, expected sphere or point");
+  const HiveDescription wanted = instrument.haptic ? instrument.haptic->hive : HiveDescription();
   const bool global = organ.model->touchable_anywhere();
   HiveTissueSettings settings;
-  settings.tool_radius =
-      tip.shape == TipDescription::Shape::kPoint ? kPointTipRadius : tip.radius;
-  settings.building = clock == ServoClock::kLockstep ? HiveBuilding::in_lockstep
-                                                     : HiveBuilding::on_a_thread;
+  settings.tool_radius = tip.shape == TipDescription::Shape::kPoint ? kPointTipRadius : tip.radius;
+  settings.building =
+      clock == ServoClock::kLockstep ? HiveBuilding::kInLockstep : HiveBuilding::kOnAThread;
   HiveSettings& hive = settings.hive;
   hive.material = organ.tissue.elastic;
   hive.periphery = periphery_of(wanted, global);
-  hive.formulation = wanted.paper ? HiveFormulation::paper : HiveFormulation::subtracted;
+  hive.formulation = wanted.paper ? HiveFormulation::kPaper : HiveFormulation::kSubtracted;
   const double nodes_apart = global ? organ.model->finest_spacing : 0.0;
   hive.radius = wanted.radius > 0.0
                     ? wanted.radius
@@ -68,7 +70,7 @@ Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument
   hive.nodes = wanted.nodes > 0 ? wanted.nodes : kNodes;
   settings.model = organ.tissue.model;
   settings.prony = organ.tissue.prony;
-  if (settings.model != HyperelasticModel::linear) settings.rings = kRingsBeyondLinear;
+  if (settings.model != HyperelasticModel::kLinear) settings.rings = kRingsBeyondLinear;
   return settings;
 }
 
@@ -101,7 +103,7 @@ HiveTissueFigures ToolTissue::figures() const {
     all.tangent_answers += one.tangent_answers;
     all.deadline_misses += one.deadline_misses;
     all.linear_answers += one.linear_answers;
-    if (one.last_refusal != HiveVerdict::sound) all.last_refusal = one.last_refusal;
+    if (one.last_refusal != HiveVerdict::kSound) all.last_refusal = one.last_refusal;
   }
   return all;
 }
@@ -119,8 +121,8 @@ Result<std::shared_ptr<HapticTools>> HapticTools::create(const SceneDescription&
     const InstrumentDescription& instrument = scene.instruments[i];
     if (!instrument.haptic) continue;
     const auto wrong = [&](const std::string& key, const std::string& what) {
-      error.messages.push_back(
-          fmt::format("{}: instruments/{}/{}{}{}", scene.file.string(), i, key, key.empty() ? "" : ": ", what));
+      error.messages.push_back(fmt::format("{}: instruments/{}/{}{}{}", scene.file.string(), i, key,
+                                           key.empty() ? "" : ": ", what));
     };
     HapticTool tool;
     tool.name = instrument.name;
@@ -135,8 +137,7 @@ Result<std::shared_ptr<HapticTools>> HapticTools::create(const SceneDescription&
         wrong("", settings.error().text());
         break;
       }
-      if (!may_touch(instrument, organ,
-                     settings->tool_radius + settings->hive.radius + kFarther))
+      if (!may_touch(instrument, organ, settings->tool_radius + settings->hive.radius + kFarther))
         continue;
       auto& surface = surfaces[organ.model.get()];
       if (!surface) {
@@ -169,7 +170,8 @@ Result<std::shared_ptr<HapticTools>> HapticTools::create(const SceneDescription&
       servo.coupling.stiffness = instrument.haptic->coupling_stiffness;
     if (run.record)
       tool.recorder = std::make_unique<RecordingDevice>(
-          *tool.device, servo.dt, static_cast<std::size_t>(std::ceil(seconds / servo.dt)) + kSpareTicks);
+          *tool.device, servo.dt,
+          static_cast<std::size_t>(std::ceil(seconds / servo.dt)) + kSpareTicks);
     HapticDevice& felt = tool.recorder ? *tool.recorder : *tool.device;
     tool.servo = std::make_unique<ServoTick>(felt, *tool.tissue, servo);
     if (clock == ServoClock::kLockstep)
@@ -183,7 +185,9 @@ Result<std::shared_ptr<HapticTools>> HapticTools::create(const SceneDescription&
   return all;
 }
 
-HapticTools::~HapticTools() { stop(); }
+HapticTools::~HapticTools() {
+  stop();
+}
 
 void HapticTools::stop() {
   for (HapticTool& tool : tools_)
@@ -194,8 +198,7 @@ void HapticTools::publish(const World& world, std::uint64_t frame) {
   for (HapticTool& tool : tools_) {
     // On the wall clock a scene may be late: what it shows now is what is felt from now on.
     const std::uint64_t scene_tick = last_tick_of_frame(frame);
-    const std::uint64_t tick =
-        clock_ == ServoClock::kLockstep ? scene_tick : tool.output.tick;
+    const std::uint64_t tick = clock_ == ServoClock::kLockstep ? scene_tick : tool.output.tick;
     for (ToolTissue::Organ& organ : tool.tissue->organs) {
       const OrganBody& body = *world.organ_bodies.find(organ.entity);
       TissueSnapshot& snapshot = organ.tissue->snapshots().back();
@@ -211,8 +214,7 @@ void HapticTools::publish(const World& world, std::uint64_t frame) {
       else
         snapshot.free.clear();
       const Vec3& tip = world.instrument_states.find(tool.instrument)->tip;
-      const auto hit = nearest_tissue(world, organ.entity, tip,
-                                      organ.tissue->reach());
+      const auto hit = nearest_tissue(world, organ.entity, tip, organ.tissue->reach());
       snapshot.nearest = hit ? hit->point : SurfacePoint();
       organ.tissue->snapshots().publish();
     }
@@ -248,10 +250,10 @@ void HapticTools::collect_events() {
     const auto note = [&](const ServoEvent& event) {
       if (tool.events.size() == kMost) tool.events.push_back("further events aren't listed");
       if (tool.events.size() > kMost) return;
-      tool.events.push_back(event.tick > 0
-                                ? fmt::format("{:.3f} s: {}", 1e-3 * static_cast<double>(event.tick),
-                                              describe(event))
-                                : describe(event));
+      tool.events.push_back(
+          event.tick > 0
+              ? fmt::format("{:.3f} s: {}", 1e-3 * static_cast<double>(event.tick), describe(event))
+              : describe(event));
     };
     ServoEvent event;
     while (tool.servo->events().pop(event)) note(event);

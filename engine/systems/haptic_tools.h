@@ -26,8 +26,8 @@ struct ServoRun {
   bool record = false;   ///< keep what devices read and were given
 };
 
-/// What an instrument feels this organ by; for one without `haptic`, the default hive. Fails, with key
-/// and reason, where its tip isn't a ball.
+/// What an instrument feels this organ by; for one without `haptic`, the default hive. Fails, with
+/// key and reason, where its tip isn't a ball.
 Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument,
                                          const OrganBody& organ, ServoClock clock);
 
@@ -57,7 +57,7 @@ struct HapticTool {
   std::unique_ptr<ServoLoop> loop;          ///< on the wall clock
   ServoOutput output;                       ///< of the last tick that the frame has seen
   std::vector<std::string> events;          ///< what happened, in sentences
-  bool met = false;                         ///< the device has been engaged: `output` says where it is
+  bool met = false;  ///< the device has been engaged: `output` says where it is
 };
 
 class HapticTools {
@@ -69,8 +69,8 @@ class HapticTools {
                                                      const World& world, const ServoRun& run);
   ~HapticTools();  ///< stops
 
-  /// What the servos see of the scene as it is at the end of this frame: poses, what else moves the tissue, the place nearest
-  /// to each tool.
+  /// What the servos see of the scene as it is at the end of this frame: poses, what else moves the
+  /// tissue, the place nearest to each tool.
   void publish(const World& world, std::uint64_t frame);
   /// Ticks up to and without `end` in lockstep; in real time it is the clock that ticks, and the
   /// first call starts it.

@@ -105,19 +105,20 @@ Result<void> add_heat(const SceneDescription& scene, World& world) {
     const OrganBody& body = world.organ_bodies[o];
     if (!body.tissue.thermal) continue;
     const double bricks = (body.model->rest_bounds.sizes() / (HeatBricks::kEdge * options.voxel))
-                              .array().ceil().prod();
+                              .array()
+                              .ceil()
+                              .prod();
     // All of a small organ, or as much as the memory allows.
     options.most_bricks = static_cast<std::size_t>(std::min(
         bricks, std::max(static_cast<double>(BioheatOptions().most_bricks),
                          2.0 * std::pow(kBurnSize / (HeatBricks::kEdge * options.voxel), 3))));
-    world.organ_burns.add(
-        world.organ_bodies.owner(o),
-        OrganBurn{.surface = surface,
-                  .heat = Bioheat(*body.tissue.thermal, options,
-                                  [tree = surface](const Vec3& at) {
-                                    return tree->signed_distance(at);
-                                  }),
-                  .hook = {}});
+    world.organ_burns.add(world.organ_bodies.owner(o),
+                          OrganBurn{.surface = surface,
+                                    .heat = Bioheat(*body.tissue.thermal, options,
+                                                    [tree = surface](const Vec3& at) {
+                                                      return tree->signed_distance(at);
+                                                    }),
+                                    .hook = {}});
   }
   return {};
 }
@@ -138,10 +139,11 @@ void warn_of_cold_organs(const SceneDescription& scene, const World& world,
     if (tissue.thermal) continue;
     std::string keys;
     for (const std::string& key : tissue.thermal_lacks) keys += (keys.empty() ? "" : ", ") + key;
-    warnings.push_back(fmt::format(
-        "organ \"{}\": a hook may burn it, but tissue \"{}\" lacks {}: it stays cold and sound; add "
-        "them in {}",
-        world.organ_bodies[o].name, tissue.name, keys, file.string()));
+    warnings.push_back(
+        fmt::format("organ \"{}\": a hook may burn it, but tissue \"{}\" lacks {}: it stays cold "
+                    "and sound; add "
+                    "them in {}",
+                    world.organ_bodies[o].name, tissue.name, keys, file.string()));
   }
 }
 

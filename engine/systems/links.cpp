@@ -45,16 +45,15 @@ Vec3 frame_shift(const World& world, Entity organ) {
 
 // --- set-up -------------------------------------------------------------------------------------
 
-/// The cell of a spring's end on an organ. Springs share the surface inside the region between them; a
-/// cell wider than its load's spreading would not be positive (patch_contact.cpp, lift).
+/// The cell of a spring's end on an organ. Springs share the surface inside the region between
+/// them; a cell wider than its load's spreading would not be positive (patch_contact.cpp, lift).
 ContactCell link_cell(const OrganModel& model, const Pose& pose, const Vec3& position,
                       const Vec3& normal, double area) {
   ContactCell cell;
   cell.held = true;
   cell.position = pose.to_local(position);
   cell.normal = pose.direction_to_local(normal);
-  const double sigma =
-      PatchContact::spread_factor() * spacing_at(model.touchable, cell.position);
+  const double sigma = PatchContact::spread_factor() * spacing_at(model.touchable, cell.position);
   cell.area = std::min(area, std::numbers::pi * sigma * sigma);
   return cell;
 }
@@ -90,11 +89,10 @@ void add_link(const LinkDescription& description, const LinkPlaces& places,
         tie.other_tie = first[1 - end] + s;
       }
       ties[end]->ties.push_back(tie);
-      ties[end]->cells.push_back(link_cell(*world.organ_bodies[organs[end]].model,
-                                           scene.organs[organs[end]].pose,
-                                           places.springs[s].positions[end],
-                                           places.springs[s].normals[end],
-                                           places.areas[end] / count));
+      ties[end]->cells.push_back(
+          link_cell(*world.organ_bodies[organs[end]].model, scene.organs[organs[end]].pose,
+                    places.springs[s].positions[end], places.springs[s].normals[end],
+                    places.areas[end] / count));
       ties[end]->points.push_back(
           contact.surface->closest(ties[end]->cells.back().position, kOnSurface)->point);
     }
@@ -131,8 +129,8 @@ void put_compliances_behind(World& world) {
         for (std::size_t j = 0; j < ties.ties.size(); ++j)
           if (ties.ties[i].other == world.organ_ties.owner(p) &&
               ties.ties[j].other == world.organ_ties.owner(p))
-            ties.behind.block<3, 3>(at(i), at(j)) = responses[p].block<3, 3>(
-                at(ties.ties[i].other_tie), at(ties.ties[j].other_tie));
+            ties.behind.block<3, 3>(at(i), at(j)) =
+                responses[p].block<3, 3>(at(ties.ties[i].other_tie), at(ties.ties[j].other_tie));
     const Mat3 turn =
         world.organ_bodies.find(world.organ_ties.owner(o))->pose.orientation.toRotationMatrix();
     ties.backing = ties.behind;
@@ -208,7 +206,8 @@ class GroupSolve {
   }
 
  private:
-  /// No tool presses it, and all its links go to one organ that is solved: that solve holds its answer.
+  /// No tool presses it, and all its links go to one organ that is solved: that solve holds its
+  /// answer.
   bool only_follows(std::size_t i) const {
     if (is_frozen(world_, group_[i])) return false;
     if (!world_.organ_contacts.find(group_[i])->ranges.empty()) return false;
@@ -263,8 +262,8 @@ class GroupSolve {
     const std::size_t begin = first_link_cell(contact, ties);
     for (std::size_t i = 0; i < ties.ties.size(); ++i) {
       Vec3& force = spring_of(world_, ties.ties[i]).force;
-      const Vec3 now = sign_of(ties.ties[i]) *
-                       pose.direction_to_world(contact.solution.forces[begin + i]);
+      const Vec3 now =
+          sign_of(ties.ties[i]) * pose.direction_to_world(contact.solution.forces[begin + i]);
       greatest = std::max(greatest, now.norm());
       change = std::max(change, (now - force).norm());
       force = now;
@@ -291,8 +290,8 @@ class GroupSolve {
     std::vector<Vec3> forces = contact.solution.forces;
     forces.resize(contact.cells.size(), Vec3::Zero());
     for (std::size_t i = 0; i < ties.ties.size(); ++i)
-      forces[begin + i] = pose.direction_to_local(
-          sign_of(ties.ties[i]) * spring_of(world_, ties.ties[i]).force);
+      forces[begin + i] =
+          pose.direction_to_local(sign_of(ties.ties[i]) * spring_of(world_, ties.ties[i]).force);
     contact.solver->load(contact.cells, forces, contact.solution, contact.response);
     note_displacements(organ);
   }
@@ -319,11 +318,12 @@ Result<void> make_links(const SceneDescription& scene, World& world) {
     if (description.stiffness == 0.0) continue;
     std::array<std::size_t, 2> organs{};
     for (std::size_t end = 0; end < 2; ++end)
-      organs[end] = static_cast<std::size_t>(
-          std::find_if(
-              scene.organs.begin(), scene.organs.end(),
-              [&](const OrganDescription& o) { return o.name == description.between[end]; }) -
-          scene.organs.begin());
+      organs[end] =
+          static_cast<std::size_t>(std::find_if(scene.organs.begin(), scene.organs.end(),
+                                                [&](const OrganDescription& o) {
+                                                  return o.name == description.between[end];
+                                                }) -
+                                   scene.organs.begin());
     add_link(description, *places, organs, scene, world);
   }
   if (!error.messages.empty()) return std::unexpected(error);

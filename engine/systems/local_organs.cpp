@@ -17,8 +17,7 @@ constexpr double kFadesFrom = 2.0, kFadesTo = 4.0;
 constexpr double kFacesAway = -0.2;
 
 double fading(double distance, double radius) {
-  const double s =
-      std::clamp((kFadesTo - distance / radius) / (kFadesTo - kFadesFrom), 0.0, 1.0);
+  const double s = std::clamp((kFadesTo - distance / radius) / (kFadesTo - kFadesFrom), 0.0, 1.0);
   return s * s * (3.0 - 2.0 * s);
 }
 
@@ -47,8 +46,8 @@ void update_surface(World& world, Entity entity, LocalOrgan& local) {
   const OrganBody& body = *world.organ_bodies.find(entity);
   double greatest = 0.0;
   for (std::size_t v = 0; v < state.positions.size(); ++v)
-    greatest = std::max(greatest, static_cast<double>((state.positions[v] -
-                                                       body.model->rest_positions[v]).norm()));
+    greatest = std::max(
+        greatest, static_cast<double>((state.positions[v] - body.model->rest_positions[v]).norm()));
   state.greatest_displacement = greatest;
   state.deformed = greatest > 0.0;
   ++state.version;
@@ -122,8 +121,8 @@ void press(World& world, Entity entity, LocalOrgan& local, LocalOrgan::Touch& to
   tool.strongest = strength;
   tool.organ = entity;
   tool.rest_point = foot.spot().position;
-  tool.world_point = state.tip - touch.tissue->settings().tool_radius *
-                                     body.pose.direction_to_world(foot.up());
+  tool.world_point =
+      state.tip - touch.tissue->settings().tool_radius * body.pose.direction_to_world(foot.up());
   tool.world_normal = body.pose.direction_to_world(foot.up());
 }
 
@@ -148,14 +147,14 @@ Result<void> add_local_organs(const SceneDescription& scene, World& world) {
     for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
       auto settings = hive_settings(scene.instruments[i], body, ServoClock::kLockstep);
       if (!settings) {
-        error.messages.push_back(fmt::format("{}: instruments/{}/{}", scene.file.string(), i,
-                                             settings.error().text()));
+        error.messages.push_back(
+            fmt::format("{}: instruments/{}/{}", scene.file.string(), i, settings.error().text()));
         continue;
       }
       auto tissue = HiveTissue::create({local.walkable.get(), nullptr, nullptr}, *settings);
       if (!tissue) {
-        error.messages.push_back(fmt::format("{}: organs/{}: {}", scene.file.string(), o,
-                                             tissue.error().text()));
+        error.messages.push_back(
+            fmt::format("{}: organs/{}: {}", scene.file.string(), o, tissue.error().text()));
         continue;
       }
       LocalOrgan::Touch touch;

@@ -14,8 +14,8 @@ void sag_organs(World& world, const FrameContext& context) {
     const OrganBody& body = *world.organ_bodies.find(organ);
     // Breathing moves an organ's frame without turning it.
     const Vec3 local = body.pose.direction_to_local(change);
-    sag.changed = local != sag.change ||
-                  std::find(reshaped.begin(), reshaped.end(), organ) != reshaped.end();
+    sag.changed =
+        local != sag.change || std::find(reshaped.begin(), reshaped.end(), organ) != reshaped.end();
     if (!sag.changed) continue;
     sag.change = local;
     sag_places(*body.model, local, sag.places);

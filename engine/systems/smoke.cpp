@@ -59,9 +59,9 @@ std::vector<Fed> fed_by(World& world, Entity hook, const Vec3& place) {
 /// What left one brick of tissue in this frame.
 struct Puff {
   BrickIndex brick;
-  Vec3 place = Vec3::Zero();                 ///< mean by mass, rest frame [m]
-  double mass = 0.0;                         ///< of smoke [kg]
-  double temperature = 0.0;                  ///< mean by mass [K]
+  Vec3 place = Vec3::Zero();  ///< mean by mass, rest frame [m]
+  double mass = 0.0;          ///< of smoke [kg]
+  double temperature = 0.0;   ///< mean by mass [K]
 };
 
 std::vector<Puff> puffs_of(const Bioheat& heat) {
@@ -98,8 +98,8 @@ SmokeEmission outlet_of(const World& world, Entity organ, const OrganBurn& burn,
   }
   const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
   SmokeEmission emission;
-  emission.direction = body.pose.direction_to_world(
-      across.norm() > 0.0 ? Vec3(across.normalized()) : Vec3(Vec3::UnitZ()));
+  emission.direction = body.pose.direction_to_world(across.norm() > 0.0 ? Vec3(across.normalized())
+                                                                        : Vec3(Vec3::UnitZ()));
   emission.position = body.pose.to_world(place) + kOverTissue * emission.direction;
   emission.speed = kJetSpeed;
   return emission;

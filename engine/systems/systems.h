@@ -23,8 +23,8 @@ void move_organs(World& world, const FrameContext& context);
 void sag_organs(World& world, const FrameContext& context);
 /// InstrumentState, deformed surfaces -> OrganContact.cells, InstrumentContact.grasp.
 void find_contacts(World& world, const FrameContext& context);
-/// OrganContact.cells -> forces, OrganState, deformed surfaces (where a GPU makes these, it starts).
-/// Organs without cells that are at rest cost one test.
+/// OrganContact.cells -> forces, OrganState, deformed surfaces (where a GPU makes these, it
+/// starts). Organs without cells that are at rest cost one test.
 void deform_organs(World& world, const FrameContext& context);
 /// Hooks that touch, or spark -> OrganBurn, BurnTrace.
 void heat_tissue(World& world, const FrameContext& context);

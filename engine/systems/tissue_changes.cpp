@@ -8,8 +8,8 @@ namespace {
 
 /// A quarter of a second between looks [frames].
 constexpr std::uint64_t kLookEvery = 15;
-/// An update is started where stiffness times volume has changed by this share of what it was, or by so
-/// much: what nobody feels waits.
+/// An update is started where stiffness times volume has changed by this share of what it was, or
+/// by so much: what nobody feels waits.
 constexpr double kNoticed = 0.02;
 constexpr double kLeastNoticed = 0.5e-9;  // [m3]
 /// Multiplications that a thread beside the frames does in one of them, at the least.
@@ -53,9 +53,9 @@ void look_at(World& world, Entity organ, const Bioheat& heat, std::uint64_t fram
   if (!worth_an_update(*change, region.tissue, points.stiffness)) return;
   change->stiffness = points.stiffness;
   TissueChange tissue{std::move(points.stiffness), std::move(points.shrinkage)};
-  change->due = frame + kSoonest +
-                static_cast<std::uint64_t>(update_cost(region, tissue, body.model->touchable) /
-                                           kPerFrame);
+  change->due =
+      frame + kSoonest +
+      static_cast<std::uint64_t>(update_cost(region, tissue, body.model->touchable) / kPerFrame);
   change->next = std::async(std::launch::async, [model = body.model, tissue = std::move(tissue)] {
     return update_stiffness(model->changeable, tissue, model->touchable);
   });

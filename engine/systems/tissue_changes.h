@@ -1,8 +1,8 @@
-// How organs' elasticity follows the tissue that heat coagulates: the stiffness of what has coagulated, and
-// the shape that its shrinkage leaves.
+// How organs' elasticity follows the tissue that heat coagulates: the stiffness of what has
+// coagulated, and the shape that its shrinkage leaves.
 //
-// An update takes longer than a frame, so it is computed beside the frames and used from a frame on that its
-// size alone decides: a run is the same on any machine, which waits where it is slower.
+// An update takes longer than a frame, so it is computed beside the frames and used from a frame on
+// that its size alone decides: a run is the same on any machine, which waits where it is slower.
 #pragma once
 
 #include <vector>

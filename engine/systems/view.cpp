@@ -174,7 +174,8 @@ FrameView make_view(World& world, const SceneDescription& scene, const Endoscope
     drawn.pose = body.pose;
     drawn.look = body.tissue.look;
     drawn.temperature = scene.gas.temperature;
-    if (const OrganBurn* burn = world.organ_burns.find(organ); burn && burn->heat.bricks().count() > 0) {
+    if (const OrganBurn* burn = world.organ_burns.find(organ);
+        burn && burn->heat.bricks().count() > 0) {
       drawn.burn = &burn->heat.bricks();
       drawn.burn_version = burn->heat.version();
       drawn.temperature = burn->heat.options().body;

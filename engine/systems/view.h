@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "engine/systems/key_frames.h"
 #include "engine/render/view.h"
 #include "engine/scene/scene.h"
+#include "engine/systems/key_frames.h"
 #include "engine/world.h"
 
 namespace viscera {
@@ -28,8 +28,8 @@ Vec3 light_colour(double temperature_kelvin);
 /// Density grids of the smoke volumes that hold particles, for pictures and volumes on disk.
 void splat_smoke(World& world);
 
-/// Mean transmittance of the smoke from the lens to a disc about the tip that burns, or the worst of
-/// all tips; nothing where there is no instrument. Smoke as of the last splat_smoke().
+/// Mean transmittance of the smoke from the lens to a disc about the tip that burns, or the worst
+/// of all tips; nothing where there is no instrument. Smoke as of the last splat_smoke().
 std::optional<double> sight_of_tips(const World& world, const CameraView& camera);
 
 /// Makes the normals that an organ lacks (OrganState::normals_fit).

@@ -89,12 +89,12 @@ class Meridian {
     // Frictionless: unknowns of the patch are turned, so that the first is along the normal. On the
     // axis the normal is axial and the other unknown is held already.
     std::vector<double> turn(nodes(), 0.0);
-    if (contact == HemisphereContact::press) {
+    if (contact == HemisphereContact::kPress) {
       add_pressure(load);
     } else {
       for (std::size_t i = 0; i <= edge_node; ++i) {
         const std::size_t node = index(i, surface);
-        if (contact == HemisphereContact::stick || i == 0) {
+        if (contact == HemisphereContact::kStick || i == 0) {
           fixed[2 * node] = fixed[2 * node + 1] = 1;
           wanted[static_cast<Eigen::Index>(2 * node + 1)] = -kHemisphereDepth;
         } else {
@@ -155,7 +155,7 @@ class Meridian {
 
     const VectorX reaction = stiffness_ * u;
     force = 0.0;
-    if (contact == HemisphereContact::press) {
+    if (contact == HemisphereContact::kPress) {
       for (std::size_t n = 0; n < nodes(); ++n) force -= load[static_cast<Eigen::Index>(2 * n + 1)];
     } else {
       for (std::size_t i = 0; i <= edge_node; ++i)
@@ -277,9 +277,9 @@ Result<HemisphereReference> solve_axisymmetric_hemisphere(double poisson_ratio, 
     auto profile = meridian.solve(contact, force);
     if (!profile) return std::unexpected(profile.error());
     reference.profiles[static_cast<std::size_t>(contact)] = std::move(*profile);
-    (contact == HemisphereContact::stick          ? reference.stick
-     : contact == HemisphereContact::frictionless ? reference.frictionless
-                                                  : reference.pressure_force) = force;
+    (contact == HemisphereContact::kStick          ? reference.stick
+     : contact == HemisphereContact::kFrictionless ? reference.frictionless
+                                                   : reference.pressure_force) = force;
   }
   return reference;
 }

@@ -15,7 +15,8 @@ TriangleSurface flat_ground(double half) {
   TriangleSurface flat;
   for (int i = 0; i <= kSquares; ++i)
     for (int j = 0; j <= kSquares; ++j)
-      flat.vertices.emplace_back(half * (2.0 * i / kSquares - 1.0), half * (2.0 * j / kSquares - 1.0), 0.0);
+      flat.vertices.emplace_back(half * (2.0 * i / kSquares - 1.0),
+                                 half * (2.0 * j / kSquares - 1.0), 0.0);
   for (int i = 0; i < kSquares; ++i)
     for (int j = 0; j < kSquares; ++j) {
       const int a = i * (kSquares + 1) + j, b = a + kSquares + 1;
@@ -43,7 +44,9 @@ Hive BallAndHive::another() const {
   settings.material = material_;
   settings.radius = kHiveRadius * ball_;
   settings.nodes = kHiveNodes;
-  Hive hive = Hive::create({ground_.get(), nullptr, nullptr}, settings, static_cast<int>(places_.size())).value();
+  Hive hive =
+      Hive::create({ground_.get(), nullptr, nullptr}, settings, static_cast<int>(places_.size()))
+          .value();
   hive.build(ground_->nearest(Vec3(0.2 * ball_, 0.4 * ball_, 0.0)));
   if (!cells_.empty()) hive.seat(cells_);
   return hive;
@@ -59,7 +62,8 @@ void BallAndHive::seat(double depth) {
     cell.position = hive_->centre().position + Vec3(pitch * place.x(), pitch * place.y(), 0.0);
     cell.area = std::sqrt(0.75) * pitch * pitch;
     cells_.push_back(cell);
-    depths_.push_back(depth - ball_ + std::sqrt(ball_ * ball_ - pitch * pitch * place.squaredNorm()));
+    depths_.push_back(depth - ball_ +
+                      std::sqrt(ball_ * ball_ - pitch * pitch * place.squaredNorm()));
   }
   hive_->seat(cells_);
 }

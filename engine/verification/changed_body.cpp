@@ -19,7 +19,7 @@ Result<std::unique_ptr<ChangedBody>> ChangedBody::prepare(NodedBody noded,
   if (!system) return std::unexpected(system.error());
   body->system_ = std::make_unique<GalerkinSystem>(std::move(*system));
   auto factor = StiffnessFactor::factor(body->system_->stiffness(), body->body_.cloud.positions,
-                                        FactorPrecision::full);
+                                        FactorPrecision::kFull);
   if (!factor) return std::unexpected(factor.error());
   body->factor_ = std::make_unique<StiffnessFactor>(std::move(*factor));
   auto places = place_on_surface(body->body_.surface, body->system_->fields());
@@ -70,7 +70,7 @@ SymmetricBlockMatrix ChangedBody::changed(const std::vector<double>& factors) co
 
 Result<SurfaceCompliance> ChangedBody::recomputed(const std::vector<double>& factors) const {
   const auto factor =
-      StiffnessFactor::factor(changed(factors), body_.cloud.positions, FactorPrecision::full);
+      StiffnessFactor::factor(changed(factors), body_.cloud.positions, FactorPrecision::kFull);
   if (!factor) return std::unexpected(factor.error());
   return factor->compliance(places_.fields, touchable_.places, no_progress());
 }
@@ -78,7 +78,7 @@ Result<SurfaceCompliance> ChangedBody::recomputed(const std::vector<double>& fac
 Result<std::vector<float>> ChangedBody::recomputed_shape(const TissueChange& change) const {
   const SymmetricBlockMatrix stiffness = changed(change.stiffness);
   const auto factor =
-      StiffnessFactor::factor(stiffness, body_.cloud.positions, FactorPrecision::full);
+      StiffnessFactor::factor(stiffness, body_.cloud.positions, FactorPrecision::kFull);
   if (!factor) return std::unexpected(factor.error());
   std::vector<double> strains = change.shrinkage;
   for (double& strain : strains) strain = -strain;

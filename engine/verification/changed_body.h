@@ -1,5 +1,5 @@
-// Bodies whose tissue changes, and the same bodies factored anew: what an update of the stiffness must
-// agree with.
+// Bodies whose tissue changes, and the same bodies factored anew: what an update of the stiffness
+// must agree with.
 #pragma once
 
 #include <functional>

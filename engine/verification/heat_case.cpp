@@ -7,11 +7,11 @@
 namespace viscera {
 namespace {
 
-constexpr double kDamage = 0.2;         // of the half-cooked tissue
-constexpr double kDepth = 0.2e-3;       // of the source's middle, and of the surface over z = 0 [m]
-constexpr double kWidth = 0.5e-3;       // of the source [m]
-constexpr double kPower = 15.0;         // [W]
-constexpr float kLeastDamage = 1e-3f;   // below which differences are absolute
+constexpr double kDamage = 0.2;        // of the half-cooked tissue
+constexpr double kDepth = 0.2e-3;      // of the source's middle, and of the surface over z = 0 [m]
+constexpr double kWidth = 0.5e-3;      // of the source [m]
+constexpr double kPower = 15.0;        // [W]
+constexpr float kLeastDamage = 1e-3f;  // below which differences are absolute
 
 double edge_of(int edge_bricks, const Bioheat& heat) {
   return edge_bricks * HeatBricks::kEdge * heat.options().voxel;

@@ -7,8 +7,8 @@
 
 namespace viscera {
 
-/// A cube of warm, half-cooked tissue with blood under a surface, of so many bricks along its edge; its
-/// middle boils.
+/// A cube of warm, half-cooked tissue with blood under a surface, of so many bricks along its edge;
+/// its middle boils.
 class HeatCase {
  public:
   static constexpr double kStep = 1.0 / 60.0;  ///< [s]
@@ -25,8 +25,8 @@ class HeatCase {
   Vec3 middle_;
 };
 
-/// Greatest error where a Gaussian source has warmed tissue by 15 to 35 K after three seconds, to about
-/// 60 C as at a lesion's edge; over the rise there.
+/// Greatest error where a Gaussian source has warmed tissue by 15 to 35 K after three seconds, to
+/// about 60 C as at a lesion's edge; over the rise there.
 double lesion_edge_error(double voxel, double dt, std::shared_ptr<HeatPasses> passes = nullptr);
 
 /// Greatest differences between two organs' bricks.

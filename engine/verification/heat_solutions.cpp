@@ -49,8 +49,7 @@ double gaussian_source(const ThermalTissue& tissue, double power, double width, 
   const double now = std::sqrt(2.0 * (width * width + 2.0 * diffusivity(tissue) * t));
   const double start = std::numbers::sqrt2 * width;
   const double strength = power / (4.0 * kPi * tissue.conductivity);
-  if (r < 1e-6 * width)
-    return strength * 2.0 / std::sqrt(kPi) * (1.0 / start - 1.0 / now);
+  if (r < 1e-6 * width) return strength * 2.0 / std::sqrt(kPi) * (1.0 / start - 1.0 / now);
   return strength / r * (std::erf(r / start) - std::erf(r / now));
 }
 
@@ -76,8 +75,8 @@ BoilingFront::BoilingFront(const ThermalTissue& tissue, double wall_excess, doub
     const double m = l * std::sqrt(dry / wet);
     const double in = tissue.dry_conductivity * (wall - boiling) * std::exp(-l * l) /
                       (std::erf(l) * std::sqrt(kPi * dry));
-    const double out = tissue.conductivity * boiling * std::exp(-m * m) /
-                       (std::erfc(m) * std::sqrt(kPi * wet));
+    const double out =
+        tissue.conductivity * boiling * std::exp(-m * m) / (std::erfc(m) * std::sqrt(kPi * wet));
     return in - out - latent * l * std::sqrt(dry);
   };
   double low = 1e-6, high = 3.0;

@@ -7,14 +7,15 @@
 
 namespace viscera {
 
-/// Tissue whose values don't change and that nothing carries heat away from: what closed forms know.
+/// Tissue whose values don't change and that nothing carries heat away from: what closed forms
+/// know.
 ThermalTissue plain_tissue();
 
 /// Diffusivity of wet tissue [m2/s].
 double diffusivity(const ThermalTissue& tissue);
 
-/// `energy` [J] put into an infinite medium at t = 0 as a Gaussian of standard deviation `width`: excess at
-/// distance r after t [K]. Perfusion lets it die away.
+/// `energy` [J] put into an infinite medium at t = 0 as a Gaussian of standard deviation `width`:
+/// excess at distance r after t [K]. Perfusion lets it die away.
 double gaussian_pulse(const ThermalTissue& tissue, double energy, double width, double r, double t);
 
 /// The same put in steadily, `power` [W] since t = 0. Without perfusion.
@@ -23,11 +24,12 @@ double gaussian_source(const ThermalTissue& tissue, double power, double width, 
 /// A point that gives `power` [W] since t = 0, at distance r. Without perfusion.
 double point_source(const ThermalTissue& tissue, double power, double r, double t);
 
-/// How far a held temperature reaches into perfused tissue in the end: it falls as exp(-x / reach) [m].
+/// How far a held temperature reaches into perfused tissue in the end: it falls as exp(-x / reach)
+/// [m].
 double perfused_reach(const ThermalTissue& tissue);
 
-/// Water boils away from a wall held at `wall` excess (above boiling) into tissue at body temperature:
-/// Neumann's similarity solution with a dry and a wet phase.
+/// Water boils away from a wall held at `wall` excess (above boiling) into tissue at body
+/// temperature: Neumann's similarity solution with a dry and a wet phase.
 struct BoilingFront {
   BoilingFront(const ThermalTissue& tissue, double wall, double body);
 
@@ -38,8 +40,8 @@ struct BoilingFront {
   double wall, boiling, dry, wet;
 };
 
-/// Power [W] as a Gaussian about `centre`, by its exact integrals over voxels; bricks are made out to
-/// five widths.
+/// Power [W] as a Gaussian about `centre`, by its exact integrals over voxels; bricks are made out
+/// to five widths.
 void heat_gaussian(Bioheat& heat, const Vec3& centre, double width, double power);
 
 /// Sets the excess [K] of all voxels of the bricks that meet the box.

@@ -152,7 +152,7 @@ Result<std::unique_ptr<HemisphereBody>> HemisphereBody::prepare(const Hemisphere
 
 std::vector<ContactCell> HemisphereBody::cells(HemisphereContact contact, double poisson_ratio,
                                                double a_over_R, int rings, double tilt) {
-  const bool stick = contact == HemisphereContact::stick;
+  const bool stick = contact == HemisphereContact::kStick;
   const double depth = kHemisphereDepth * kRadius;
   const double reach = 2.0 * kRadius * std::sin(0.5 * std::asin(a_over_R));
   const Mat3 turn = Eigen::AngleAxisd(tilt, Vec3::UnitY()).toRotationMatrix();
@@ -201,7 +201,7 @@ HemispherePressure HemisphereBody::pressure(double a_over_R) const {
 
 HemisphereAnswer HemisphereBody::press(HemisphereContact contact, double a_over_R, int rings) {
   HemisphereAnswer answer;
-  if (contact == HemisphereContact::press) {
+  if (contact == HemisphereContact::kPress) {
     const HemispherePressure load = pressure(a_over_R);
     for (const Vec3& force : load.forces) answer.force -= force.z();
     answer.displacements =
@@ -250,8 +250,9 @@ double HemisphereBody::profile_error(const std::vector<Vec3>& displacements,
 }
 
 std::size_t HemisphereBody::memory_bytes() const {
-  return bytes_of(compliance_.columns) + bytes_of(compliance_.touchable) + bytes_of(touch_.positions) + bytes_of(touch_.normals) +
-         bytes_of(touch_.areas) + bytes_of(touch_.spacings) + bytes_of(drawn_.carriers.nodes) +
+  return bytes_of(compliance_.columns) + bytes_of(compliance_.touchable) +
+         bytes_of(touch_.positions) + bytes_of(touch_.normals) + bytes_of(touch_.areas) +
+         bytes_of(touch_.spacings) + bytes_of(drawn_.carriers.nodes) +
          bytes_of(drawn_.carriers.values) + bytes_of(drawn_.triangle_items) +
          bytes_of(drawn_.rest_normals);
 }

@@ -45,11 +45,11 @@ Result<HemisphereProfile> read_profile(const std::filesystem::path& path) {
 
 std::string_view name_of(HemisphereContact contact) {
   switch (contact) {
-    case HemisphereContact::stick:
+    case HemisphereContact::kStick:
       return "stick";
-    case HemisphereContact::frictionless:
+    case HemisphereContact::kFrictionless:
       return "frictionless";
-    case HemisphereContact::press:
+    case HemisphereContact::kPress:
       return "press";
   }
   return "";
@@ -73,11 +73,11 @@ Vec3 HemisphereProfile::at(const Vec3& direction) const {
 
 double HemisphereReference::force(HemisphereContact contact) const {
   switch (contact) {
-    case HemisphereContact::stick:
+    case HemisphereContact::kStick:
       return stick;
-    case HemisphereContact::frictionless:
+    case HemisphereContact::kFrictionless:
       return frictionless;
-    case HemisphereContact::press:
+    case HemisphereContact::kPress:
       return pressure_force;
   }
   return 0.0;
@@ -96,9 +96,9 @@ Result<std::vector<HemisphereReference>> read_hemisphere_references(
     one.frictionless = row[3];
     one.pressure_force = row[4];
     for (const HemisphereContact contact : kHemisphereContacts) {
-      const char* prefix = contact == HemisphereContact::stick          ? "stick"
-                           : contact == HemisphereContact::frictionless ? "norm"
-                                                                        : "press";
+      const char* prefix = contact == HemisphereContact::kStick          ? "stick"
+                           : contact == HemisphereContact::kFrictionless ? "norm"
+                                                                         : "press";
       auto profile = read_profile(
           folder / fmt::format("{}_nu{:.2f}_a{:.1f}.csv", prefix, one.poisson_ratio, one.a_over_R));
       if (!profile) return std::unexpected(profile.error());

@@ -13,9 +13,9 @@ namespace viscera {
 
 /// How the hemisphere is loaded within polar angle asin(a / R): moved down whole and stuck there,
 /// moved down and free to slide, or under the smooth pressure (1 - s^2 / a^2)^2 E.
-enum class HemisphereContact { stick, frictionless, press };
+enum class HemisphereContact { kStick, kFrictionless, kPress };
 inline constexpr std::array kHemisphereContacts = {
-    HemisphereContact::stick, HemisphereContact::frictionless, HemisphereContact::press};
+    HemisphereContact::kStick, HemisphereContact::kFrictionless, HemisphereContact::kPress};
 std::string_view name_of(HemisphereContact contact);
 
 /// Depth of stick and frictionless contact over the radius.

@@ -17,8 +17,12 @@ constexpr int kLeastSteps = 12;
 constexpr std::array<double, 3> kPlace{-0.7745966692414834, 0.0, 0.7745966692414834};
 constexpr std::array<double, 3> kWeight{5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
 
-std::array<double, 3> quadratic(double x) { return {0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)}; }
-std::array<double, 3> slopes(double x) { return {x - 0.5, -2.0 * x, x + 0.5}; }
+std::array<double, 3> quadratic(double x) {
+  return {0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)};
+}
+std::array<double, 3> slopes(double x) {
+  return {x - 0.5, -2.0 * x, x + 0.5};
+}
 
 /// Element borders from 0: even up to `even`, then growing.
 std::vector<double> borders(double step, double even) {
@@ -104,11 +108,14 @@ class Block {
   }
 
   void add_element(int c, int k) {
-    const double r0 = radii_[static_cast<std::size_t>(c)], r1 = radii_[static_cast<std::size_t>(c + 1)];
-    const double z0 = -depths_[static_cast<std::size_t>(k)], z1 = -depths_[static_cast<std::size_t>(k + 1)];
+    const double r0 = radii_[static_cast<std::size_t>(c)],
+                 r1 = radii_[static_cast<std::size_t>(c + 1)];
+    const double z0 = -depths_[static_cast<std::size_t>(k)],
+                 z1 = -depths_[static_cast<std::size_t>(k + 1)];
     std::array<int, 18> at;
     for (int a = 0; a < 9; ++a)
-      for (int i = 0; i < 2; ++i) at[static_cast<std::size_t>(2 * a + i)] = dof(2 * c + a / 3, 2 * k + a % 3, i);
+      for (int i = 0; i < 2; ++i)
+        at[static_cast<std::size_t>(2 * a + i)] = dof(2 * c + a / 3, 2 * k + a % 3, i);
     Eigen::Matrix<double, 18, 18> stiffness = Eigen::Matrix<double, 18, 18>::Zero();
     Eigen::Matrix<double, 18, 1> force = Eigen::Matrix<double, 18, 1>::Zero();
     for (std::size_t p = 0; p < 3; ++p)
@@ -116,12 +123,14 @@ class Block {
         const auto nr = quadratic(kPlace[p]), nz = quadratic(kPlace[q]);
         const auto dr = slopes(kPlace[p]), dz = slopes(kPlace[q]);
         const double r = 0.5 * (r0 + r1) + 0.5 * kPlace[p] * (r1 - r0);
-        const double weight = 2.0 * std::numbers::pi * r * kWeight[p] * kWeight[q] * 0.25 * (r1 - r0) * (z0 - z1);
+        const double weight =
+            2.0 * std::numbers::pi * r * kWeight[p] * kWeight[q] * 0.25 * (r1 - r0) * (z0 - z1);
         // Rows of F that each unknown moves, as F column after column.
         Eigen::Matrix<double, 9, 18> b = Eigen::Matrix<double, 9, 18>::Zero();
         for (int a = 0; a < 9; ++a) {
           const auto i = static_cast<std::size_t>(a / 3), j = static_cast<std::size_t>(a % 3);
-          const double by_r = dr[i] * nz[j] * 2.0 / (r1 - r0), by_z = nr[i] * dz[j] * 2.0 / (z1 - z0);
+          const double by_r = dr[i] * nz[j] * 2.0 / (r1 - r0),
+                       by_z = nr[i] * dz[j] * 2.0 / (z1 - z0);
           b(0, 2 * a) = by_r;
           b(6, 2 * a) = by_z;
           b(4, 2 * a) = nr[i] * nz[j] / r;
@@ -142,13 +151,15 @@ class Block {
     for (int i = 0; i < 18; ++i) {
       residual_[at[static_cast<std::size_t>(i)]] -= force[i];
       for (int j = 0; j < 18; ++j)
-        add_entry(at[static_cast<std::size_t>(i)], at[static_cast<std::size_t>(j)], stiffness(i, j));
+        add_entry(at[static_cast<std::size_t>(i)], at[static_cast<std::size_t>(j)],
+                  stiffness(i, j));
     }
   }
 
   /// Points of the surface inside the ball are pushed out, stiffly.
   void add_contact(int c, double depth) {
-    const double r0 = radii_[static_cast<std::size_t>(c)], r1 = radii_[static_cast<std::size_t>(c + 1)];
+    const double r0 = radii_[static_cast<std::size_t>(c)],
+                 r1 = radii_[static_cast<std::size_t>(c + 1)];
     const Vec2 centre(0.0, 1.0 - depth);
     constexpr int kParts = 4;  // so that the contact's edge moves in small steps
     for (int part = 0; part < kParts; ++part)
@@ -158,7 +169,8 @@ class Block {
         const double r = 0.5 * (r0 + r1) + 0.5 * x * (r1 - r0);
         Vec2 place(r, 0.0);
         for (int a = 0; a < 3; ++a)
-          place += n[static_cast<std::size_t>(a)] * Vec2(u_[dof(2 * c + a, 0, 0)], u_[dof(2 * c + a, 0, 1)]);
+          place += n[static_cast<std::size_t>(a)] *
+                   Vec2(u_[dof(2 * c + a, 0, 0)], u_[dof(2 * c + a, 0, 1)]);
         const Vec2 away = place - centre;
         const double distance = away.norm(), gap = distance - 1.0;
         if (gap >= 0.0 || place.y() > centre.y()) continue;
@@ -175,8 +187,9 @@ class Block {
             residual_[dof(2 * c + a, 0, i)] += n[static_cast<std::size_t>(a)] * push[i];
             for (int b = 0; b < 3; ++b)
               for (int j = 0; j < 2; ++j)
-                add_entry(dof(2 * c + a, 0, i), dof(2 * c + b, 0, j),
-                          n[static_cast<std::size_t>(a)] * n[static_cast<std::size_t>(b)] * k(i, j));
+                add_entry(
+                    dof(2 * c + a, 0, i), dof(2 * c + b, 0, j),
+                    n[static_cast<std::size_t>(a)] * n[static_cast<std::size_t>(b)] * k(i, j));
           }
       }
   }
@@ -201,7 +214,8 @@ std::vector<double> press_block(const PressedBlockOptions& options) {
   double reached = 0.0, force = 0.0;
   for (const double depth : options.depths) {
     const double wanted = depth / options.ball_radius;
-    double step = std::max(wanted - reached, 1e-12) / std::max(1, static_cast<int>(std::ceil((wanted - reached) * kLeastSteps)));
+    double step = std::max(wanted - reached, 1e-12) /
+                  std::max(1, static_cast<int>(std::ceil((wanted - reached) * kLeastSteps)));
     while (reached < wanted - 1e-12) {
       const double next = std::min(wanted, reached + step);
       if (block.press(next, force)) {

@@ -9,22 +9,22 @@
 namespace viscera {
 
 struct StandardBurn {
-  ThermalTissue tissue;                       ///< liver
+  ThermalTissue tissue;  ///< liver
   CurrentMode mode = CurrentMode::kBlend;
-  double power = 30.0;                        ///< [W]
+  double power = 30.0;  ///< [W]
   double seconds = 3.0;
-  double ball_radius = 1e-3;                  ///< [m]
-  double depth = 0.5e-3;                      ///< pressed in [m]
-  double voxel = 0.5e-3;                      ///< [m]
-  double dt = 1.0 / 60.0;                     ///< [s]
+  double ball_radius = 1e-3;  ///< [m]
+  double depth = 0.5e-3;      ///< pressed in [m]
+  double voxel = 0.5e-3;      ///< [m]
+  double dt = 1.0 / 60.0;     ///< [s]
 };
 
 struct BurnRow {
   double time = 0.0;
   Lesion lesion;
   CurrentReport current;
-  double greatest = 0.0;     ///< so far [K]
-  double water = 0.0;        ///< boiled so far [kg]
+  double greatest = 0.0;  ///< so far [K]
+  double water = 0.0;     ///< boiled so far [kg]
 };
 
 struct BurnResult {

@@ -21,8 +21,8 @@ VISCERA_INLINE float greatest(const Lanes& v) {
   return most;
 }
 
-/// e^x within 2e-7 of itself; x beyond [-87, 88] counts as that. Halves, then the polynomial of Cephes'
-/// expf on what is left; the exponent's bits are put together by hand.
+/// e^x within 2e-7 of itself; x beyond [-87, 88] counts as that. Halves, then the polynomial of
+/// Cephes' expf on what is left; the exponent's bits are put together by hand.
 VISCERA_INLINE void exponential(Lanes& out, const Lanes& given) {
   constexpr float kRound = 12582912.0f;  // 1.5 * 2^23: adding and taking it rounds
   const Lanes zero = {};
@@ -42,8 +42,8 @@ VISCERA_INLINE void exponential(Lanes& out, const Lanes& given) {
   out = p * scale;
 }
 
-/// Square root of x >= 0 within 3e-7 of itself: Newton's steps for its inverse from a guess by the exponent's
-/// bits, which don't wait for a division and give the same digits everywhere.
+/// Square root of x >= 0 within 3e-7 of itself: Newton's steps for its inverse from a guess by the
+/// exponent's bits, which don't wait for a division and give the same digits everywhere.
 VISCERA_INLINE void square_root(Lanes& out, const Lanes& x) {
   LaneInts bits;
   std::memcpy(&bits, &x, sizeof bits);
@@ -57,8 +57,8 @@ VISCERA_INLINE void square_root(Lanes& out, const Lanes& x) {
   out = x * inverse;
 }
 
-/// The angle whose tangent is x >= 0, within 2e-7: a polynomial up to 45 degrees [Abramowitz1964, 4.4.49], the rest
-/// by its complement.
+/// The angle whose tangent is x >= 0, within 2e-7: a polynomial up to 45 degrees
+/// [Abramowitz1964, 4.4.49], the rest by its complement.
 VISCERA_INLINE void arc_tangent(Lanes& out, const Lanes& x) {
   const Lanes zero = {}, one = zero + 1.0f;
   const Lanes w = x > one ? one / x : x;

@@ -99,8 +99,7 @@ Vec3f carried(const SparseWeights& carriers, std::span<const float> displacement
   Vec3f moved = Vec3f::Zero();
   for (int e = carriers.row_begin[vertex]; e < carriers.row_begin[vertex + 1]; ++e) {
     const auto entry = static_cast<std::size_t>(e);
-    moved += carriers.values[entry] *
-             Vec3f::Map(displacements.data() + 3 * carriers.nodes[entry]);
+    moved += carriers.values[entry] * Vec3f::Map(displacements.data() + 3 * carriers.nodes[entry]);
   }
   return moved;
 }
@@ -222,8 +221,7 @@ void near_field_on_surface(const DrawnSurface& drawn, std::span<const NearField>
   });
   for (const Part& part : parts) {
     vertices.insert(vertices.end(), part.vertices.begin(), part.vertices.end());
-    displacements.insert(displacements.end(), part.displacements.begin(),
-                         part.displacements.end());
+    displacements.insert(displacements.end(), part.displacements.begin(), part.displacements.end());
   }
 }
 

@@ -8,9 +8,9 @@
 namespace viscera {
 
 /// The first `pivots` columns of L for the `columns` columns at `a` (column-major, lower triangle,
-/// `stride` apart, `rows` long), in place; the later columns become the Schur complement. Rows below
-/// the square are right-hand sides, one a row: b becomes (L^-1 b) there. Column after column, four
-/// earlier ones taken off at a time. False: not positive definite, or not finite.
+/// `stride` apart, `rows` long), in place; the later columns become the Schur complement. Rows
+/// below the square are right-hand sides, one a row: b becomes (L^-1 b) there. Column after column,
+/// four earlier ones taken off at a time. False: not positive definite, or not finite.
 bool partial_cholesky(double* a, Eigen::Index stride, Eigen::Index rows, Eigen::Index columns,
                       Eigen::Index pivots);
 /// L^-1 x and L^-T x in place.

@@ -145,8 +145,8 @@ void place_displacements(const HalfColumns& columns, const ContactResponse& resp
       const std::uint16_t* x = columns.entries.data() +
                                3 * static_cast<std::size_t>(response.touched[j]) * columns.rows +
                                begin;
-      add(displacements.data() + begin, x, x + columns.rows, x + 2 * columns.rows, load.x(), load.y(),
-          load.z(), end - begin);
+      add(displacements.data() + begin, x, x + columns.rows, x + 2 * columns.rows, load.x(),
+          load.y(), load.z(), end - begin);
     }
   });
 }

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/contact/column_sums.h"
 #include "kernels/base/wide.h"
+#include "kernels/contact/column_sums.h"
 #include "kernels/contact/facing.h"
 
 namespace viscera {
@@ -17,18 +17,20 @@ constexpr double kBasisTolerance = 5e-4;
 /// Added to the diagonal, relative: two tools may press the very same spot. Also the least
 /// eigenvalue of the scaled matrix, see lift().
 constexpr double kRidge = 1e-6;
-/// How far about a cell the tissue counts for its near field, in spacings of the nodes: as narrow as
-/// places allow, since what is wider is the compliance's part.
+/// How far about a cell the tissue counts for its near field, in spacings of the nodes: as narrow
+/// as places allow, since what is wider is the compliance's part.
 constexpr double kFeltSpacings = 0.35;
 /// A patch that has not moved for this many solves is taken to stay; the columns of so many of its
-/// cells are then put together in a call, each for about what the sum over all touched places costs.
+/// cells are then put together in a call, each for about what the sum over all touched places
+/// costs.
 constexpr int kStaysAfter = 3;
 constexpr int kCellsPerCall = 2;
 
 bool is_sound(const ContactCell& cell) {
   return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
-         cell.displacement.allFinite() && cell.free.allFinite() && std::isfinite(cell.depth) && std::isfinite(cell.area) &&
-         cell.area > 0.0 && cell.friction >= 0.0 && std::isfinite(cell.friction);
+         cell.displacement.allFinite() && cell.free.allFinite() && std::isfinite(cell.depth) &&
+         std::isfinite(cell.area) && cell.area > 0.0 && cell.friction >= 0.0 &&
+         std::isfinite(cell.friction);
 }
 
 /// C += A B for A (m x m), B and C (m x columns), column-major: four columns of A at a time, read
@@ -63,8 +65,8 @@ VISCERA_WIDE void add_product(const float* a, const float* b, float* c, Eigen::I
 ContactResponse merged(const ContactResponse& one, const ContactResponse& other) {
   ContactResponse sum;
   for (std::size_t i = 0, j = 0; i < one.touched.size() || j < other.touched.size();) {
-    const bool first = j == other.touched.size() ||
-                       (i < one.touched.size() && one.touched[i] <= other.touched[j]);
+    const bool first =
+        j == other.touched.size() || (i < one.touched.size() && one.touched[i] <= other.touched[j]);
     const ContactResponse& from = first ? one : other;
     const std::size_t at = first ? i++ : j++;
     if (!sum.touched.empty() && sum.touched.back() == from.touched[at]) {
@@ -156,7 +158,8 @@ void PatchContact::spread_cells(std::span<const ContactCell> cells) {
   for (const int place : touched_) local_of_[static_cast<std::size_t>(place)] = -1;
 }
 
-/// Of the tissue about a cell, over that of sound tissue: by a bell over the places that carry its load.
+/// Of the tissue about a cell, over that of sound tissue: by a bell over the places that carry its
+/// load.
 double PatchContact::stiffness_about(const Vec3& position,
                                      const std::vector<LoadShare>& shares) const {
   if (!update_ || update_->stiffness.empty()) return 1.0;
@@ -211,14 +214,16 @@ void PatchContact::take_off_blocks() {
   for (std::size_t a = 0; a < 3; ++a) {
     rows[a].resize(rank, m);
     for (Eigen::Index j = 0; j < m; ++j) {
-      const std::size_t row = 3 * static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]) + a;
+      const std::size_t row =
+          3 * static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]) + a;
       for (Eigen::Index k = 0; k < rank; ++k) {
         rows[a](k, j) = update_->touchable[static_cast<std::size_t>(k) * height + row];
       }
     }
   }
   for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t b = a; b < 3; ++b) block_[3 * a + b].noalias() -= rows[a].transpose() * rows[b];
+    for (std::size_t b = a; b < 3; ++b)
+      block_[3 * a + b].noalias() -= rows[a].transpose() * rows[b];
   }
 }
 

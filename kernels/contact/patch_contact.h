@@ -79,15 +79,15 @@ class PatchContact {
   /// with `backing`, they cost a product with the other cells' weights.
   void anchor(std::span<const ContactCell> cells);
 
-  /// From now on the body is stiffer by this (null: as it was prepared): its compliance, and the near
-  /// field about each cell by the tissue there. Only for a symmetric compliance.
+  /// From now on the body is stiffer by this (null: as it was prepared): its compliance, and the
+  /// near field about each cell by the tissue there. Only for a symmetric compliance.
   void stiffen(std::shared_ptr<const StiffnessUpdate> update);
   const StiffnessUpdate* update() const { return update_.get(); }
 
   /// Every tool's cells on this body together. u at cell k is
-  /// free_k + sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction >=
-  /// depth, complementary, the tangential force within the cone of friction and against the slip;
-  /// held cells: u = displacement. What holds the last cells may yield: `backing`, symmetric,
+  /// free_k + sum_l [ S_k C S_l^T + near field ] f_l ; pressed cells: f.direction >= 0, u.direction
+  /// >= depth, complementary, the tangential force within the cone of friction and against the
+  /// slip; held cells: u = displacement. What holds the last cells may yield: `backing`, symmetric,
   /// (3 n) x (3 n) for the last n cells, all held, is what it gives way under their forces [m/N];
   /// for these u + backing f = displacement.
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
@@ -168,7 +168,7 @@ class PatchContact {
   std::shared_ptr<const StiffnessUpdate> update_;
 
   std::shared_ptr<const Anchors> anchors_;
-  bool anchored_ = false;      // the last solve's last cells are the anchors
+  bool anchored_ = false;  // the last solve's last cells are the anchors
 
   std::vector<Place> places_;  // of the last solve's cells
   std::vector<Way> ways_;
@@ -178,12 +178,12 @@ class PatchContact {
   int beyond_touchable_ = 0;
   bool same_matrix_ = false;  // as in the last solve
 
-  std::vector<int> touched_;   // touchable places under the cells, ascending (m)
-  std::vector<int> gathered_;  // those whose compliance block is at hand
-  std::vector<int> local_of_;  // touchable place -> index in touched_, or -1
+  std::vector<int> touched_;                    // touchable places under the cells, ascending (m)
+  std::vector<int> gathered_;                   // those whose compliance block is at hand
+  std::vector<int> local_of_;                   // touchable place -> index in touched_, or -1
   std::vector<std::vector<LoadShare>> spread_;  // per cell
-  MatrixX weights_;                                // S: cells x m
-  MatrixX basis_, coefficients_;                   // S ~ coefficients (cells x r) basis (r x m)
+  MatrixX weights_;                             // S: cells x m
+  MatrixX basis_, coefficients_;                // S ~ coefficients (cells x r) basis (r x m)
   // Components xx, xy, xz, yx, ... of C on touched places, m x m each; yx, zx and zy stay empty
   // where C is symmetric, being the transposes of xy, xz and yz.
   std::array<Eigen::MatrixXf, 9> block_;

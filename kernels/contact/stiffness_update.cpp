@@ -92,13 +92,15 @@ std::vector<float> felt_stiffness(const ElasticRegion& region, const std::vector
   return felt;
 }
 
-/// V V^T in fewer columns: Q of the eigenvectors that V^T V has at touchable places, greatest first.
+/// V V^T in fewer columns: Q of the eigenvectors that V^T V has at touchable places, greatest
+/// first.
 MatrixX strongest(const Eigen::MatrixXf& at_touchable, double dropped) {
   const auto n = at_touchable.cols();
   const MatrixX across = at_touchable.transpose().cast<double>();
   MatrixX square = -product(across, across, true);
   VectorX values(n);
-  if (!blas::eigen(static_cast<int>(n), square.data(), values.data())) return MatrixX::Identity(n, n);
+  if (!blas::eigen(static_cast<int>(n), square.data(), values.data()))
+    return MatrixX::Identity(n, n);
   Eigen::Index kept = 0;  // ascending, hence the greatest first, being negative
   while (kept < n && values[kept] < dropped * values[0]) ++kept;
   return square.leftCols(kept);
@@ -162,7 +164,8 @@ StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueCha
   update.nodes = added.nodes.size();
 
   const std::size_t own = 3 * added.nodes.size();
-  const auto among = chosen_columns<MatrixX>(region.nodes, 3 * tissue.nodes.size(), added.nodes, true);
+  const auto among =
+      chosen_columns<MatrixX>(region.nodes, 3 * tissue.nodes.size(), added.nodes, true);
   MatrixX lower;  // G
   if (own > 0) {
     root_again(added.roots);
@@ -198,7 +201,8 @@ StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueCha
     parallel_for_each_index(update.rank, 4, [&](std::size_t k) {
       for (std::size_t i = 0; i < 3 * surface.size(); ++i) {
         update.touchable[k * 3 * surface.size() + i] =
-            update.columns[k * update.rows + 3 * static_cast<std::size_t>(surface.places[i / 3]) + i % 3];
+            update.columns[k * update.rows + 3 * static_cast<std::size_t>(surface.places[i / 3]) +
+                           i % 3];
       }
     });
     update.stiffness = felt_stiffness(tissue, factors, surface);
@@ -240,8 +244,10 @@ StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueCha
     VectorX sums = VectorX::Zero(static_cast<Eigen::Index>(last - first));
     for (Eigen::Index c = 0; c < load.size(); ++c) {
       if (load[c] == 0.0) continue;
-      const float* column = region.places.data() + static_cast<std::size_t>(c) * update.rows + first;
-      for (Eigen::Index i = 0; i < sums.size(); ++i) sums[i] += load[c] * static_cast<double>(column[i]);
+      const float* column =
+          region.places.data() + static_cast<std::size_t>(c) * update.rows + first;
+      for (Eigen::Index i = 0; i < sums.size(); ++i)
+        sums[i] += load[c] * static_cast<double>(column[i]);
     }
     for (std::size_t i = first; i < last; ++i) {
       update.shift[i] = static_cast<float>(sums[static_cast<Eigen::Index>(i - first)]);
@@ -296,7 +302,9 @@ void subtract_update(const StiffnessUpdate& update, std::span<const int> touched
     const float* column = update.touchable.data() + k * height;
     double sum = 0.0;
     for (std::size_t j = 0; j < touched.size(); ++j) {
-      sum += Vec3f::Map(column + 3 * static_cast<std::size_t>(touched[j])).cast<double>().dot(loads[j]);
+      sum += Vec3f::Map(column + 3 * static_cast<std::size_t>(touched[j]))
+                 .cast<double>()
+                 .dot(loads[j]);
     }
     amounts[k] = static_cast<float>(sum);
   }

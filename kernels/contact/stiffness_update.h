@@ -1,17 +1,17 @@
 // How a body's compliance and shape follow where tissue has stiffened and shrunk since the body was
 // prepared: an update of low rank beside the precomputed compliance, which itself stays.
 //
-// With Delta K = B^T B on the m nodes that the changed tissue reaches (elastic_region.h) and C = Phi
-// K^-1 Phi^T, [Woodbury1950] gives, exactly,
+// With Delta K = B^T B on the m nodes that the changed tissue reaches (elastic_region.h) and C =
+// Phi K^-1 Phi^T, [Woodbury1950] gives, exactly,
 //   C' = C - V V^T,   V = C_sm B^T G^-T,   G G^T = I + B C_mm B^T,
-// from what unit forces on those nodes do to each other (C_mm) and to the places of the surface (C_sm),
-// which preparation keeps for a region. G G^T has no eigenvalue below 1 and C' stays positive, whatever
-// is stiffened. The columns of V that matter at touchable places are few, since what lies deep or far
-// off hardly shows there: those of least effect are dropped, which leaves the body a little softer, and
-// never indefinite.
+// from what unit forces on those nodes do to each other (C_mm) and to the places of the surface
+// (C_sm), which preparation keeps for a region. G G^T has no eigenvalue below 1 and C' stays
+// positive, whatever is stiffened. The columns of V that matter at touchable places are few, since
+// what lies deep or far off hardly shows there: those of least effect are dropped, which leaves the
+// body a little softer, and never indefinite.
 //
-// Shrinkage is a strain e without stress. Its load g makes the free shape, Phi K'^-1 g, to which forces
-// add: with y = g - B^T (G G^T)^-1 B C_mm g it is C_sm y.
+// Shrinkage is a strain e without stress. Its load g makes the free shape, Phi K'^-1 g, to which
+// forces add: with y = g - B^T (G G^T)^-1 B C_mm g it is C_sm y.
 //
 // Updates don't add up: each is made from the prepared body and all that has changed by then.
 #pragma once
@@ -38,8 +38,8 @@ struct ChangeableRegion {
   std::size_t memory_bytes() const;
 };
 
-/// `solver` prepared the body that `tissue` is a part of; `places` as for its compliance. Empty where
-/// there is no tissue. Fails as ElasticSolver::compliance does.
+/// `solver` prepared the body that `tissue` is a part of; `places` as for its compliance. Empty
+/// where there is no tissue. Fails as ElasticSolver::compliance does.
 Result<ChangeableRegion> changeable_region(ElasticSolver& solver, ElasticRegion tissue,
                                            const SparseWeights& places, const Progress& progress);
 /// What one of so many nodes takes [bytes].
@@ -70,25 +70,26 @@ struct StiffnessUpdate {
   std::size_t memory_bytes() const;
 };
 
-/// Eigenvalues of V^T V at touchable places below this share of the greatest are dropped. Measured on a
-/// block and a hemisphere (tests), greatest difference from the compliance of the body factored anew,
-/// over its greatest entry: 1e-6 to 7e-6, and 1e-6 with none dropped, which is what single precision
-/// leaves. A lesion of a few millimetres keeps some 130 modes of 240 to 540.
+/// Eigenvalues of V^T V at touchable places below this share of the greatest are dropped. Measured
+/// on a block and a hemisphere (tests), greatest difference from the compliance of the body
+/// factored anew, over its greatest entry: 1e-6 to 7e-6, and 1e-6 with none dropped, which is what
+/// single precision leaves. A lesion of a few millimetres keeps some 130 modes of 240 to 540.
 inline constexpr double kDroppedModes = 1e-5;
 
 /// Parallel, the same for any number of threads; meant for a thread of its own beside the frames.
-/// `surface`: the touchable places among those of the region. Factors below 1 count as 1, shrinkages
-/// below 0 as 0, and so do those that are no numbers.
+/// `surface`: the touchable places among those of the region. Factors below 1 count as 1,
+/// shrinkages below 0 as 0, and so do those that are no numbers.
 StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueChange& change,
                                  const TouchableSurface& surface, double dropped = kDroppedModes);
 
-/// Multiplications that it takes, about: so that who runs it beside frames can say beforehand when it
-/// will be due.
+/// Multiplications that it takes, about: so that who runs it beside frames can say beforehand when
+/// it will be due.
 double update_cost(const ChangeableRegion& region, const TissueChange& change,
                    const TouchableSurface& surface);
 
-/// sums -= V V_t^T loads: what the update takes from displacements of all places (`sums` has `rows`)
-/// or of the touchable ones alone (3 T) under loads on touchable places. Parallel, deterministic.
+/// sums -= V V_t^T loads: what the update takes from displacements of all places (`sums` has
+/// `rows`) or of the touchable ones alone (3 T) under loads on touchable places. Parallel,
+/// deterministic.
 void subtract_update(const StiffnessUpdate& update, std::span<const int> touched,
                      std::span<const Vec3> loads, std::span<float> sums);
 

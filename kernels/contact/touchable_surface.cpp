@@ -54,7 +54,7 @@ void build_grid(TouchableSurface& out) {
 /// Calls visit(place, squared distance) for places nearer than radius, in a fixed order.
 template <class Visit>
 void places_within(const TouchableSurface& surface, const Vec3& x, double radius,
-                    const Visit& visit) {
+                   const Visit& visit) {
   const Eigen::Vector3i low = cell_of(surface, x - Vec3::Constant(radius));
   const Eigen::Vector3i high = cell_of(surface, x + Vec3::Constant(radius));
   for (int k = low.z(); k <= high.z(); ++k) {

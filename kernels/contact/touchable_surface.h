@@ -48,8 +48,8 @@ double spacing_at(const TouchableSurface& surface, const Vec3& position);
 /// False when no place is in reach: the nearest one then carries all.
 bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
                  double sigma, std::vector<LoadShare>& shares);
-/// The same without new memory, once the vectors are large enough; `offsets` (along the surface, over
-/// the reach) is for this function alone.
+/// The same without new memory, once the vectors are large enough; `offsets` (along the surface,
+/// over the reach) is for this function alone.
 bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
                  double sigma, std::vector<LoadShare>& shares, std::vector<Vec2>& offsets);
 

@@ -132,9 +132,9 @@ bool Bioheat::take_step(double dt) {
     const double ratio = left * now.fastest / kSafety;
     const int substeps = std::max(1, static_cast<int>(std::ceil(ratio)));
     const int stages = super_stages(ratio);
-    const bool super = options_.scheme == HeatScheme::kSuper ||
-                       (options_.scheme == HeatScheme::kFewest && substeps >= kFewSubsteps &&
-                        stages < substeps);
+    const bool super =
+        options_.scheme == HeatScheme::kSuper ||
+        (options_.scheme == HeatScheme::kFewest && substeps >= kFewSubsteps && stages < substeps);
     const double sub = super ? left : left / substeps;
     if (!super)
       advance(now, sub);
@@ -164,7 +164,8 @@ void Bioheat::advance(const HeatFlows& now, double dt) {
   passes().advance(dt);
 }
 
-// What flows out over a super step follows the same recursion as the temperature that it flows from.
+// What flows out over a super step follows the same recursion as the temperature that it flows
+// from.
 bool Bioheat::super_step(const HeatFlows& first, double dt, int stages) {
   HeatFlows now = first, newest, older;
   for (int j = 1; j <= stages; ++j) {
@@ -174,7 +175,7 @@ bool Bioheat::super_step(const HeatFlows& first, double dt, int stages) {
       ++passes_;
       if (!passes().trouble().empty()) return false;
     }
-    const auto next = [&](double HeatFlows::* flow) {
+    const auto next = [&](double HeatFlows::*flow) {
       return s.newest * newest.*flow + s.older * older.*flow + dt * s.slope * now.*flow +
              dt * s.first_slope * first.*flow;
     };

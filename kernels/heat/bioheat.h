@@ -1,5 +1,5 @@
-// Heat in one organ: Pennes' equation [Pennes1948] with boiling, cooling surfaces, charring and damage, on
-// bricks that exist where it is warm.
+// Heat in one organ: Pennes' equation [Pennes1948] with boiling, cooling surfaces, charring and
+// damage, on bricks that exist where it is warm.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,20 @@ namespace viscera {
 
 /// How a step in time is taken.
 enum class HeatScheme {
-  kFewest,   ///< explicit substeps, or a super step where that takes fewer passes
-  kExplicit, ///< forward Euler, as many substeps as its bound asks for
-  kSuper,    ///< one super step of second order
+  kFewest,    ///< explicit substeps, or a super step where that takes fewer passes
+  kExplicit,  ///< forward Euler, as many substeps as its bound asks for
+  kSuper,     ///< one super step of second order
 };
 
 struct BioheatOptions {
-  double voxel = 0.5e-3;               ///< [m]
-  double body = kZeroCelsius + 37.0;   ///< temperature at rest [K]
+  double voxel = 0.5e-3;              ///< [m]
+  double body = kZeroCelsius + 37.0;  ///< temperature at rest [K]
   SurfaceCooling cooling;
   HeatScheme scheme = HeatScheme::kFewest;
-  /// At a brick's side, how warm tissue may be before heat is followed beyond it [K]. Until then it stays;
-  /// what is left when all of a brick has come below half of it is booked as `boundary`.
+  /// At a brick's side, how warm tissue may be before heat is followed beyond it [K]. Until then it
+  /// stays; what is left when all of a brick has come below half of it is booked as `boundary`.
   double followed = 0.05;
-  std::size_t most_bricks = 8192;      ///< about 150 MB
+  std::size_t most_bricks = 8192;  ///< about 150 MB
 };
 
 /// What left the tissue in one voxel during a step.
@@ -57,29 +57,30 @@ class Bioheat {
   const HeatBricks& bricks() const { return bricks_; }
   double voxel_volume() const { return options_.voxel * options_.voxel * options_.voxel; }
 
-  /// Computes on `passes` from now on; null: on the CPU. Where it fails, the fields are as they last came,
-  /// the CPU goes on from there, and device_failure() says why. Who writes fields of warm bricks by hand
-  /// sets `altered`.
+  /// Computes on `passes` from now on; null: on the CPU. Where it fails, the fields are as they
+  /// last came, the CPU goes on from there, and device_failure() says why. Who writes fields of
+  /// warm bricks by hand sets `altered`.
   void compute_on(std::shared_ptr<HeatPasses> passes, HeatReturn fields = HeatReturn::kEveryStep);
   HeatPasses* device() const { return device_.get(); }
   const std::string& device_failure() const { return device_failure_; }  ///< empty: none
-  /// Makes the bricks' fields those of now, where a device keeps them for itself: before an electrode is
-  /// used or anything but the book is looked at.
+  /// Makes the bricks' fields those of now, where a device keeps them for itself: before an
+  /// electrode is used or anything but the book is looked at.
   void fetch();
 
-  /// Heats the tissue of one voxel of a brick during the next step [W]; where there is none, nothing. From
-  /// one thread.
+  /// Heats the tissue of one voxel of a brick during the next step [W]; where there is none,
+  /// nothing. From one thread.
   void heat_voxel(HeatBrick& brick, int voxel, double power);
   /// Takes heat out of the tissue of one voxel at once, into an instrument [J].
   void draw_from_voxel(HeatBrick& brick, int voxel, double energy);
   /// Heat capacity of the tissue in one voxel [J/K].
   double voxel_capacity(const HeatBrick& brick, int voxel) const;
 
-  /// Advances by dt [s], any length; nothing is done where nothing is warm. Same digits for any number of
-  /// threads.
+  /// Advances by dt [s], any length; nothing is done where nothing is warm. Same digits for any
+  /// number of threads.
   void step(double dt);
 
-  /// Of the last step; boiling and charring, not the evaporation of warm wet tissue. In order of bricks.
+  /// Of the last step; boiling and charring, not the evaporation of warm wet tissue. In order of
+  /// bricks.
   const std::vector<Vapour>& vapour() const { return vapour_; }
   /// Smoke among it [kg].
   double smoke(const Vapour& vapour) const {
@@ -92,14 +93,14 @@ class Bioheat {
 
   std::size_t warm_bricks() const { return warm_.size(); }
   std::size_t warm_voxels() const { return warm_.size() * BrickField::kVoxels; }
-  double greatest_excess() const { return totals_.greatest; }  ///< so far [K]
-  double excess_now() const;                                  ///< the greatest there is [K]
-  double tissue_above(double kelvin) const;                   ///< volume now [m3]
-  double harmed_volume(double damage = 1.0) const;            ///< Omega at least this [m3]
-  double vaporised_water() const { return totals_.water_lost; }  ///< so far, boiled [kg]
+  double greatest_excess() const { return totals_.greatest; }      ///< so far [K]
+  double excess_now() const;                                       ///< the greatest there is [K]
+  double tissue_above(double kelvin) const;                        ///< volume now [m3]
+  double harmed_volume(double damage = 1.0) const;                 ///< Omega at least this [m3]
+  double vaporised_water() const { return totals_.water_lost; }    ///< so far, boiled [kg]
   double vaporised_tissue() const { return totals_.tissue_lost; }  ///< so far [kg]
-  std::uint64_t version() const { return version_; }          ///< raised when a step changed something
-  int passes_of_last_step() const { return passes_; }         ///< evaluations of the rates
+  std::uint64_t version() const { return version_; }   ///< raised when a step changed something
+  int passes_of_last_step() const { return passes_; }  ///< evaluations of the rates
 
  private:
   /// What goes with the fields: both are of one time.
@@ -129,9 +130,9 @@ class Bioheat {
   CpuHeatPasses cpu_;
   std::shared_ptr<HeatPasses> device_;  // null: cpu_
   HeatReturn return_ = HeatReturn::kEveryStep;
-  bool current_ = true;                 // the fields here are those of now
+  bool current_ = true;  // the fields here are those of now
   std::string device_failure_;
-  Totals totals_, fetched_;             // now; when the fields last came
+  Totals totals_, fetched_;  // now; when the fields last came
   double stored_at_start_ = 0.0;
   std::uint64_t version_ = 0;
   int passes_ = 0;

@@ -41,9 +41,12 @@ constexpr int side_halo(int side, int u, int v) {
 float open_at_side(const BrickGeometry& geometry, int side, int voxel) {
   const int x = voxel % kEdge, y = voxel / kEdge % kEdge, z = voxel / kLayer, up = side % 2;
   switch (side / 2) {
-    case 0: return geometry.open_x[(x + up) + BrickGeometry::kRow * (y + kEdge * z)];
-    case 1: return geometry.open_y[x + kEdge * ((y + up) + BrickGeometry::kRow * z)];
-    default: return geometry.open_z[x + kEdge * (y + kEdge * (z + up))];
+    case 0:
+      return geometry.open_x[(x + up) + BrickGeometry::kRow * (y + kEdge * z)];
+    case 1:
+      return geometry.open_y[x + kEdge * ((y + up) + BrickGeometry::kRow * z)];
+    default:
+      return geometry.open_z[x + kEdge * (y + kEdge * (z + up))];
   }
 }
 
@@ -112,10 +115,10 @@ struct RateSums {
   Lanes living, source, fastest;
 };
 
-// Heat crosses a face by the two voxels' conductivities in series, so what one loses the other gains to
-// the last bit. A voxel that the front of drying crosses is dry towards the dry and wet towards the wet: it
-// conducts as its neighbour does, whose side of the front the way between them lies on. (Their mean would
-// put the front a quarter of a voxel too far.)
+// Heat crosses a face by the two voxels' conductivities in series, so what one loses the other
+// gains to the last bit. A voxel that the front of drying crosses is dry towards the dry and wet
+// towards the wet: it conducts as its neighbour does, whose side of the front the way between them
+// lies on. (Their mean would put the front a quarter of a voxel too far.)
 VISCERA_WIDE void rate_rows(const BioheatNumbers& numbers, const BrickGeometry& geometry,
                             const float* excess, const float* conductivity, const float* source,
                             const float* inverse, const float* living, float* rate,
@@ -186,9 +189,10 @@ VISCERA_WIDE void stage_rows(float* excess, float* older, const float* first, co
 }
 
 // Omega grows by A exp(-Ea / RT), less what living tissue at rest repairs (the liver's published
-// coefficients would kill it at 37 C within the hour). Over a step the exponent goes linearly from one
-// end's to the other's; the integral of e to the power of that is the difference of the ends' rates over
-// the difference of their exponents, exact for any length of the step. Near equal exponents, the series.
+// coefficients would kill it at 37 C within the hour). Over a step the exponent goes linearly from
+// one end's to the other's; the integral of e to the power of that is the difference of the ends'
+// rates over the difference of their exponents, exact for any length of the step. Near equal
+// exponents, the series.
 VISCERA_WIDE void damage_rows(const BioheatNumbers& numbers, const float* before,
                               const float* excess, const float* fraction, float* damage, float dt) {
   const BioheatNumbers n = numbers;
@@ -241,13 +245,19 @@ VISCERA_WIDE float greatest_value(const float* values) {
   return greatest(most);
 }
 
-// One voxel while it gives off heat and vapour; by volume of the voxel. Writes itself back at its end.
+// One voxel while it gives off heat and vapour; by volume of the voxel. Writes itself back at its
+// end.
 class DryingVoxel {
  public:
   DryingVoxel(HeatBrick& brick, const BioheatNumbers& numbers, const ThermalTissue& tissue, int i)
-      : brick_(brick), n_(numbers), tissue_(tissue), i_(i),
-        fraction_(brick.geometry->fraction[i]), excess_(brick.warm->excess[i]),
-        water_(brick.water[i]), charred_(brick.charred[i]) {}
+      : brick_(brick),
+        n_(numbers),
+        tissue_(tissue),
+        i_(i),
+        fraction_(brick.geometry->fraction[i]),
+        excess_(brick.warm->excess[i]),
+        water_(brick.water[i]),
+        charred_(brick.charred[i]) {}
   ~DryingVoxel() {
     brick_.warm->excess[i_] = static_cast<float>(excess_);
     brick_.water[i_] = static_cast<float>(water_);
@@ -263,12 +273,12 @@ class DryingVoxel {
 
   double excess() const { return excess_; }
   double capacity() const {
-    return fraction_ * (n_.solids_capacity * (1.0 - n_.lost_solids * charred_) +
-                        n_.water_capacity * water_);
+    return fraction_ *
+           (n_.solids_capacity * (1.0 - n_.lost_solids * charred_) + n_.water_capacity * water_);
   }
 
-  // The surface gives `loss` [W/m2] of heat, `vapour_share` of it as vapour, over `area` of a face. Linearised
-  // about zero and implicit, so that no step is too long for it.
+  // The surface gives `loss` [W/m2] of heat, `vapour_share` of it as vapour, over `area` of a face.
+  // Linearised about zero and implicit, so that no step is too long for it.
   void cool(double loss, double vapour_share, double area, double dt) {
     const double capacity_before = capacity();
     const double pull = loss / excess_ * area / (n_.voxel * capacity_before);
@@ -347,8 +357,7 @@ void cool_surface(HeatBrick& brick, const BioheatNumbers& numbers, const Thermal
     double wet = 0.0;
     // What evaporates at rest belongs to the resting state.
     if (cooling.evaporates)
-      wet = water::kLatentHeat * transfer *
-            std::min(1.0f, brick.water[face.voxel] / kWetSurface) *
+      wet = water::kLatentHeat * transfer * std::min(1.0f, brick.water[face.voxel] / kWetSurface) *
             (water::vapour_density(numbers.body + voxel.excess()) - resting);
     voxel.cool(dry + wet, wet / (dry + wet), face.area, dt);
   }
@@ -415,8 +424,8 @@ void find_rates(HeatBrick& brick, const BioheatNumbers& numbers) {
     for (int v = 0; v < kEdge; ++v) {
       for (int u = 0; u < kEdge; ++u) {
         const int at = side_voxel(side, u, v);
-        warm.boundary_sum +=
-            open_at_side(*brick.geometry, side, at) * std::abs(warm.conductivity[at]) * warm.excess[at];
+        warm.boundary_sum += open_at_side(*brick.geometry, side, at) *
+                             std::abs(warm.conductivity[at]) * warm.excess[at];
       }
     }
   }

@@ -17,8 +17,8 @@ int corner_of(int x, int y, int z) {
   return x + kRow * (y + kRow * z);
 }
 
-// Distances at the corners of voxels. Asking is dear, so blocks that the surface can't reach are given
-// their middle's sign.
+// Distances at the corners of voxels. Asking is dear, so blocks that the surface can't reach are
+// given their middle's sign.
 class Corners {
  public:
   Corners(const BrickIndex& brick, double voxel, const SignedDistance& distance)
@@ -56,7 +56,8 @@ class Corners {
         return;
       }
       for (int child = 0; child < 8; ++child)
-        fill_block(x + half * (child & 1), y + half * (child >> 1 & 1), z + half * (child >> 2), half);
+        fill_block(x + half * (child & 1), y + half * (child >> 1 & 1), z + half * (child >> 2),
+                   half);
       return;
     }
     // A value filled in from a middle has the right sign but not the distance.
@@ -105,8 +106,9 @@ double open_share(const std::array<double, 4>& value) {
   return std::clamp(0.5 * twice, 0.0, 1.0);
 }
 
-// Volume of a unit cube where the trilinear function of its corners is negative: the areas of slices
-// through it, by Gauss's rule, across the axis along which it changes least, so that they vary smoothly.
+// Volume of a unit cube where the trilinear function of its corners is negative: the areas of
+// slices through it, by Gauss's rule, across the axis along which it changes least, so that they
+// vary smoothly.
 double filled_share(const std::array<double, 8>& value) {
   constexpr double kPoint[] = {0.1127016654, 0.5, 0.8872983346};
   constexpr double kWeight[] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
@@ -163,9 +165,10 @@ std::shared_ptr<const BrickGeometry> make_geometry(const BrickIndex& brick, doub
     for (int y = 0; y < kRow; ++y) {
       for (int x = 0; x < kRow; ++x) {
         const auto share = [&](int ax, int ay, int az, int bx, int by, int bz) {
-          return static_cast<float>(open_share({corners.at(x, y, z), corners.at(x + ax, y + ay, z + az),
-                                                corners.at(x + ax + bx, y + ay + by, z + az + bz),
-                                                corners.at(x + bx, y + by, z + bz)}));
+          return static_cast<float>(
+              open_share({corners.at(x, y, z), corners.at(x + ax, y + ay, z + az),
+                          corners.at(x + ax + bx, y + ay + by, z + az + bz),
+                          corners.at(x + bx, y + by, z + bz)}));
         };
         if (y < kEdge && z < kEdge)
           made->open_x[x + kRow * (y + kEdge * z)] = share(0, 1, 0, 0, 0, 1);

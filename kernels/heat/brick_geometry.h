@@ -1,5 +1,5 @@
-// How much of a brick's voxels is tissue, how far their faces are open to their neighbours, and how much
-// surface to the gas each has.
+// How much of a brick's voxels is tissue, how far their faces are open to their neighbours, and how
+// much surface to the gas each has.
 #pragma once
 
 #include <array>
@@ -11,8 +11,9 @@
 
 namespace viscera {
 
-/// Signed distance of a rest position from an organ's surface [m], negative inside. Like every distance
-/// it changes by no more than one moves. Asked when bricks are made, from many threads at once.
+/// Signed distance of a rest position from an organ's surface [m], negative inside. Like every
+/// distance it changes by no more than one moves. Asked when bricks are made, from many threads at
+/// once.
 using SignedDistance = std::function<double(const Vec3&)>;
 
 /// Made once; constant. x runs fastest in all arrays.
@@ -26,8 +27,8 @@ struct BrickGeometry {
 
   /// Tissue in a voxel, 0 ... 1.
   std::array<float, BrickField::kVoxels> fraction;
-  /// Open share of the faces across x, y and z that lie below voxel (i, j, k) along their axis; the last
-  /// of a row is the brick's upper border.        (9 x 8 x 8, 8 x 9 x 8, 8 x 8 x 9)
+  /// Open share of the faces across x, y and z that lie below voxel (i, j, k) along their axis; the
+  /// last of a row is the brick's upper border.        (9 x 8 x 8, 8 x 9 x 8, 8 x 8 x 9)
   std::array<float, kRow * kEdge * kEdge> open_x, open_y, open_z;
   std::vector<Surface> surface;  ///< voxels that the surface crosses, in order
   bool empty = false;            ///< no tissue at all
@@ -36,10 +37,11 @@ struct BrickGeometry {
   static const std::shared_ptr<const BrickGeometry>& whole();
 };
 
-/// Of the brick at this index in a field of this voxel. Faces are cut along straight lines between the
-/// points where the distance changes sign on their edges. A voxel's surface is what its faces' openings
-/// leave unbalanced (the integral of the normal over a closed surface vanishes), so a plane's area is
-/// exact. No tissue is so thin that it would limit the step: a voxel that is cut has at least a tenth.
+/// Of the brick at this index in a field of this voxel. Faces are cut along straight lines between
+/// the points where the distance changes sign on their edges. A voxel's surface is what its faces'
+/// openings leave unbalanced (the integral of the normal over a closed surface vanishes), so a
+/// plane's area is exact. No tissue is so thin that it would limit the step: a voxel that is cut
+/// has at least a tenth.
 std::shared_ptr<const BrickGeometry> make_geometry(const BrickIndex& brick, double voxel,
                                                    const SignedDistance& distance);
 

@@ -8,7 +8,8 @@
 namespace viscera {
 namespace {
 
-/// A voxel counts at its nearest point within this many edges of the cube that the point stands for.
+/// A voxel counts at its nearest point within this many edges of the cube that the point stands
+/// for.
 constexpr double kNearEnough = 1.5;
 /// What has stiffened by less counts as sound: nobody feels it, and each point costs.
 constexpr double kSlightest = 0.02;
@@ -21,7 +22,8 @@ constexpr double kHalfAgain = 1.5;
 
 CoagulationGauge::CoagulationGauge(std::span<const Vec3> positions, std::span<const double> volumes)
     : tree_(positions), volumes_(volumes.begin(), volumes.end()) {
-  for (const double volume : volumes_) mean_volume_ += volume / static_cast<double>(volumes_.size());
+  for (const double volume : volumes_)
+    mean_volume_ += volume / static_cast<double>(volumes_.size());
 }
 
 const CoagulationGauge::Nearest& CoagulationGauge::nearest_points(const HeatBricks& bricks,
@@ -47,7 +49,8 @@ CoagulatedPoints CoagulationGauge::read(const HeatBricks& bricks, double water_f
   CoagulatedPoints points;
   points.stiffness.assign(volumes_.size(), 1.0);
   points.shrinkage.assign(volumes_.size(), 0.0);
-  std::vector<double> gain(volumes_.size(), 0.0), loss(volumes_.size(), 0.0), seen(volumes_.size(), 0.0);
+  std::vector<double> gain(volumes_.size(), 0.0), loss(volumes_.size(), 0.0),
+      seen(volumes_.size(), 0.0);
   const double voxel = std::pow(bricks.voxel(), 3);
   for (std::size_t b = 0; b < bricks.count(); ++b) {
     const HeatBrick& brick = bricks.brick(b);

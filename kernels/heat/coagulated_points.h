@@ -13,11 +13,11 @@ namespace viscera {
 
 /// Means over the tissue about each point.
 struct CoagulatedPoints {
-  std::vector<double> stiffness;   ///< Young's modulus over sound tissue's, at least 1          (Q)
-  std::vector<double> shrinkage;   ///< share of a length that is lost                           (Q)
+  std::vector<double> stiffness;  ///< Young's modulus over sound tissue's, at least 1          (Q)
+  std::vector<double> shrinkage;  ///< share of a length that is lost                           (Q)
   double greatest_stiffness = 1.0;
-  double stiffened = 0.0;          ///< tissue that is at least half as stiff again [m3]
-  double left_out = 0.0;           ///< tissue like that, but with no point near [m3]
+  double stiffened = 0.0;  ///< tissue that is at least half as stiff again [m3]
+  double left_out = 0.0;   ///< tissue like that, but with no point near [m3]
 };
 
 /// Voxels are finer than the points, so nothing may fall between these: what a voxel has become

@@ -24,7 +24,9 @@ constexpr double kBite = 0.1;
 using Shares = DiscField::Shares;
 constexpr int kShells = DiscField::kMostShells;
 
-double reach_of(double radius) { return std::max(kReach * radius, kLeastReach); }
+double reach_of(double radius) {
+  return std::max(kReach * radius, kLeastReach);
+}
 
 VISCERA_WIDE void add_up(const std::vector<Shares>& shares, const std::vector<double>& conductivity,
                          const std::vector<double>& if_wet, double* tissue, double* wet) {
@@ -104,14 +106,14 @@ void CurrentField::follow(const ThermalTissue& tissue) {
   for (std::size_t v = 0; v < voxels_.state.size(); ++v) {
     const Voxel& voxel = voxels_.state[v];
     const double boiled = voxel.taken - voxel.to_boil;
-    const double kelvin =
-        boiled < 0.0 ? voxel.kelvin + voxel.taken / voxel.capacity
-                     : std::max(voxel.kelvin, water::kBoiling);
+    const double kelvin = boiled < 0.0 ? voxel.kelvin + voxel.taken / voxel.capacity
+                                       : std::max(voxel.kelvin, water::kBoiling);
     const double water = boiled < 0.0            ? voxel.water
                          : boiled < voxel.latent ? voxel.water * (1.0 - boiled / voxel.latent)
                                                  : 0.0;
     if_wet_[v] = electric_conductivity(tissue, 1.0, kelvin);
-    conductivity_[v] = voxel.taken < voxel.room ? electric_conductivity(tissue, water, kelvin) : 0.0;
+    conductivity_[v] =
+        voxel.taken < voxel.room ? electric_conductivity(tissue, water, kelvin) : 0.0;
   }
   conduct();
 }
@@ -121,7 +123,8 @@ void CurrentField::conduct() {
   std::array<double, kMostShells> tissue{}, wet{}, with_sparks{}, slope{}, spark{};
   const double shell = disc_.shell();
   add_up(voxels_.shares, conductivity_, if_wet_, tissue.data(), wet.data());
-  // How thick the dried layers are under the middle of the disc, where zeta is the depth over the radius.
+  // How thick the dried layers are under the middle of the disc, where zeta is the depth over the
+  // radius.
   double dried = 0.0;
   for (int s = 0; s < disc_.shells(); ++s) {
     const double thick = disc_.radius() * (std::tan((s + 1) * shell) - std::tan(s * shell));
@@ -169,8 +172,8 @@ CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat
       voxel.water = brick.water[i];
       voxel.capacity = heat.voxel_capacity(brick, i);
       voxel.to_boil = voxel.capacity * std::max(0.0, water::kBoiling - voxel.kelvin);
-      voxel.latent =
-          voxel.water * tissue.density * tissue.water_fraction * fraction * edge * water::kLatentHeat;
+      voxel.latent = voxel.water * tissue.density * tissue.water_fraction * fraction * edge *
+                     water::kLatentHeat;
       // Beyond boiling nothing is left to warm but char.
       voxel.room = voxel.to_boil + voxel.latent +
                    heat_capacity(tissue, 0.0, 1.0) * fraction * edge *

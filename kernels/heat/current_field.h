@@ -9,26 +9,30 @@
 
 namespace viscera {
 
-/// Where conductivity varies, the potential is still taken as a function of DiscField's u, the one that
-/// dissipates least (Thomson's principle; so the resistance is never overrated by much, and is exact for
-/// uniform tissue and for what varies from shell to shell, as drying under a contact does). With S(u) the
-/// conductance of a shell, sum of sigma |grad u|^2 over it, current I heats a place by
-/// sigma |grad u|^2 (I / S)^2: within a shell current goes round what is dry, between shells it can't.
+/// Where conductivity varies, the potential is still taken as a function of DiscField's u, the one
+/// that dissipates least (Thomson's principle; so the resistance is never overrated by much, and is
+/// exact for uniform tissue and for what varies from shell to shell, as drying under a contact
+/// does). With S(u) the conductance of a shell, sum of sigma |grad u|^2 over it, current I heats a
+/// place by sigma |grad u|^2 (I / S)^2: within a shell current goes round what is dry, between
+/// shells it can't.
 ///
-/// Tissue may boil dry within a frame. Within a step the field therefore follows what each voxel has taken,
-/// as if no heat left it until the step's end: see lasts() and follow().
+/// Tissue may boil dry within a frame. Within a step the field therefore follows what each voxel
+/// has taken, as if no heat left it until the step's end: see lasts() and follow().
 class CurrentField {
  public:
   /// Char glows and crumbles beyond this: there current crosses gas instead [K].               [R]
   static constexpr double kHottest = 1300.0;
 
-  /// Of a disc at `point` facing into the tissue against `outward`, during a step of `dt` [s]; warms bricks
-  /// up to a few radii away. Dried layers thinner in all than `gap` [m] are crossed by sparks.
+  /// Of a disc at `point` facing into the tissue against `outward`, during a step of `dt` [s];
+  /// warms bricks up to a few radii away. Dried layers thinner in all than `gap` [m] are crossed by
+  /// sparks.
   CurrentField(Bioheat& heat, const Vec3& point, const Vec3& outward, double radius, double gap,
                double dt);
 
-  double near_resistance() const { return near_; }  ///< of the tissue that is heated, with its sparks [Ohm]
-  double far_resistance() const { return far_; }    ///< of the body beyond, at rest [Ohm]
+  double near_resistance() const {
+    return near_;
+  }  ///< of the tissue that is heated, with its sparks [Ohm]
+  double far_resistance() const { return far_; }  ///< of the body beyond, at rest [Ohm]
   bool any_tissue() const { return !voxels_.state.empty(); }
 
   /// For how long `current` [A] may flow before some voxel isn't what it was [s].
@@ -37,8 +41,8 @@ class CurrentField {
   struct Heating {
     double tissue = 0.0, sparks = 0.0;  ///< [J]
   };
-  /// What `current` [A] makes of `time` [s] of the step: heat in tissue, also of the sparks that cross it
-  /// where it has dried; and the rest, in sparks where no tissue is left to take it.
+  /// What `current` [A] makes of `time` [s] of the step: heat in tissue, also of the sparks that
+  /// cross it where it has dried; and the rest, in sparks where no tissue is left to take it.
   Heating heat_with(Bioheat& heat, double current, double time);
   /// Conductivities and resistance after what the tissue has taken.
   void follow(const ThermalTissue& tissue);
@@ -49,11 +53,11 @@ class CurrentField {
   struct Voxel {
     HeatBrick* brick;
     int index;
-    float fraction;                        ///< of it is tissue
-    double kelvin, water;                  ///< as the step began
-    double capacity;                       ///< [J/K]
-    double to_boil, latent, room;          ///< heat until it boils, of its water, until kHottest [J]
-    double taken;                          ///< of the step's heat so far [J]
+    float fraction;                ///< of it is tissue
+    double kelvin, water;          ///< as the step began
+    double capacity;               ///< [J/K]
+    double to_boil, latent, room;  ///< heat until it boils, of its water, until kHottest [J]
+    double taken;                  ///< of the step's heat so far [J]
   };
   struct Voxels {
     std::vector<Voxel> state;
@@ -66,9 +70,9 @@ class CurrentField {
   DiscField disc_;
   double gap_, dt_, whole_, bite_;
   Voxels voxels_;
-  std::vector<double> conductivity_, if_wet_;      ///< [S/m]
-  std::vector<double> drive_;                      ///< heat by a unit of current squared [Ohm]
-  double near_ = 0.0, far_ = 0.0, sparks_ = 0.0;   ///< sparks_: of near_, outside the tissue [Ohm]
+  std::vector<double> conductivity_, if_wet_;     ///< [S/m]
+  std::vector<double> drive_;                     ///< heat by a unit of current squared [Ohm]
+  double near_ = 0.0, far_ = 0.0, sparks_ = 0.0;  ///< sparks_: of near_, outside the tissue [Ohm]
 };
 
 }  // namespace viscera

@@ -11,8 +11,8 @@ namespace {
 
 static_assert(BrickField::kEdge == kLanes, "a row of a brick is one register");
 
-/// Samples along a voxel's edge near the disc, at least and at most, and a little away from it; far away
-/// its middle does.
+/// Samples along a voxel's edge near the disc, at least and at most, and a little away from it; far
+/// away its middle does.
 constexpr int kLeastFine = 4, kMostFine = 8, kCoarse = 2;
 constexpr double kFinePerRadius = 8.0;
 constexpr double kNear = 1.75, kFar = 3.0;  // of the radius
@@ -25,8 +25,8 @@ struct Disc {
   int shells;
 };
 
-/// |grad u|^2 times `weight` at eight places, lengths over the radius, split between the two nearest shells,
-/// so that nothing jumps as the disc moves; the outermost halves have one.
+/// |grad u|^2 times `weight` at eight places, lengths over the radius, split between the two
+/// nearest shells, so that nothing jumps as the disc moves; the outermost halves have one.
 VISCERA_INLINE void weigh(const Disc& disc, const Lanes& x, const Lanes& y, const Lanes& z,
                           const Lanes& weight, LaneInts& shell, Lanes& lower, Lanes& upper) {
   const Lanes zero = {};
@@ -74,8 +74,8 @@ VISCERA_WIDE void share_voxel(const Disc& disc, const float* const* places, cons
   for (int s = 0; s < DiscField::kMostShells; ++s) shares[s] = even[s] + odd[s];
 }
 
-/// By its middle alone; a voxel's mean is more by its square's 24th of the Laplacian, and far away the
-/// field falls as the distance's fourth power.
+/// By its middle alone; a voxel's mean is more by its square's 24th of the Laplacian, and far away
+/// the field falls as the distance's fourth power.
 VISCERA_WIDE void share_eight(const Disc& disc, const float* first, float size, float* shares) {
   const Disc d = disc;
   Lanes x;
@@ -99,10 +99,11 @@ VISCERA_WIDE void share_eight(const Disc& disc, const float* first, float size, 
 DiscField::DiscField(const Vec3& point, const Vec3& outward, double radius, double reach,
                      double voxel)
     : point_(point), radius_(radius), reach_(reach), voxel_(voxel) {
-  const int fine =
-      std::clamp(static_cast<int>(std::ceil(kFinePerRadius * voxel / radius)), kLeastFine, kMostFine);
+  const int fine = std::clamp(static_cast<int>(std::ceil(kFinePerRadius * voxel / radius)),
+                              kLeastFine, kMostFine);
   const double last = std::atan(std::sqrt(std::pow(reach / radius, 2) - 1.0));
-  shells_ = std::clamp(static_cast<int>(last * radius * fine / (kShellPerSample * voxel)), 2, kMostShells);
+  shells_ = std::clamp(static_cast<int>(last * radius * fine / (kShellPerSample * voxel)), 2,
+                       kMostShells);
   shell_ = last / shells_;
   for (int axis = 0; axis < 3; ++axis) outward_[axis] = static_cast<float>(outward[axis]);
   fine_ = samples_of(fine, voxel / radius);

@@ -8,10 +8,11 @@
 
 namespace viscera {
 
-/// The potential in uniform tissue is a function of u = atan(zeta) alone, zeta the oblate coordinate of the
-/// half-ellipsoids about the disc, from 0 on the disc to pi/2 far away [Newman1966]. Shells are equal steps
-/// of u; over a shell of thickness du, |grad u|^2 integrates to 2 pi radius du. Of the innermost about a
-/// quarter is missing, at the rim, where no sampling is fine enough: some percent of the resistance.
+/// The potential in uniform tissue is a function of u = atan(zeta) alone, zeta the oblate
+/// coordinate of the half-ellipsoids about the disc, from 0 on the disc to pi/2 far away
+/// [Newman1966]. Shells are equal steps of u; over a shell of thickness du, |grad u|^2 integrates
+/// to 2 pi radius du. Of the innermost about a quarter is missing, at the rim, where no sampling is
+/// fine enough: some percent of the resistance.
 class DiscField {
  public:
   static constexpr int kMostShells = 16;
@@ -26,14 +27,14 @@ class DiscField {
   double shell() const { return shell_; }           ///< thickness in u
   double last() const { return shell_ * shells_; }  ///< u where the last shell ends
 
-  /// Of eight voxels in a row along x, the first one's middle at `first`; none beyond `reach`. False if all
-  /// are.
+  /// Of eight voxels in a row along x, the first one's middle at `first`; none beyond `reach`.
+  /// False if all are.
   bool share_row(const Vec3& first, std::array<Shares, BrickField::kEdge>& shares) const;
 
  private:
   /// Middles of a voxel's parts from its own, in lengths of the radius; eights of them.
   struct Samples {
-    float part = 0.0f;               ///< their edge
+    float part = 0.0f;  ///< their edge
     std::array<std::vector<float>, 3> place;
     std::vector<float> weight;
   };

@@ -13,16 +13,16 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 /// A moist tip that just touches draws a meniscus: current has this much to go through [m].
 constexpr double kLeastRadius = 0.2e-3;
-constexpr double kLeastSpark = 450.0;    // [V]
-constexpr double kBreakdown = 2.7e6;     // [V/m]
+constexpr double kLeastSpark = 450.0;  // [V]
+constexpr double kBreakdown = 2.7e6;   // [V/m]
 /// What a burning spark keeps of the voltage, between metal and tissue [V]. [R]
 constexpr double kSparkDrop = 100.0;
-/// Gas and steam in a dried layer are hot, some 800 K: so much thinner than in the gap, and broken through
-/// over so much further (Paschen). [R]
+/// Gas and steam in a dried layer are hot, some 800 K: so much thinner than in the gap, and broken
+/// through over so much further (Paschen). [R]
 constexpr double kThinGas = 2.5;
-constexpr double kMostPower = 500.0;     // of any generator [W]
-constexpr int kMostPlaces = 6;           // along the way of one step
-constexpr int kMostParts = 64;           // of the time at one place, as tissue dries
+constexpr double kMostPower = 500.0;  // of any generator [W]
+constexpr int kMostPlaces = 6;        // along the way of one step
+constexpr int kMostParts = 64;        // of the time at one place, as tissue dries
 
 bool usable(const ElectrodeContact& contact) {
   return contact.point.allFinite() && contact.outward.allFinite() &&
@@ -44,10 +44,14 @@ ElectrodeContact between(const ElectrodeContact& from, const ElectrodeContact& t
 
 Waveform waveform_of(CurrentMode mode) {
   switch (mode) {
-    case CurrentMode::kCut: return {1150.0, 1.42};
-    case CurrentMode::kBlend: return {1650.0, 2.7};
-    case CurrentMode::kCoagulate: return {1750.0, 5.0};
-    default: return {4250.0, 7.0};
+    case CurrentMode::kCut:
+      return {1150.0, 1.42};
+    case CurrentMode::kBlend:
+      return {1650.0, 2.7};
+    case CurrentMode::kCoagulate:
+      return {1750.0, 5.0};
+    default:
+      return {4250.0, 7.0};
   }
 }
 

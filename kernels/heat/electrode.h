@@ -1,13 +1,13 @@
-// Monopolar current into tissue: what a generator drives through an electrode's contact, how it spreads,
-// where it heats, and what the metal takes.
+// Monopolar current into tissue: what a generator drives through an electrode's contact, how it
+// spreads, where it heats, and what the metal takes.
 #pragma once
 
 #include "kernels/heat/bioheat.h"
 
 namespace viscera {
 
-/// Waveforms by their two numbers that matter to heat. Open-circuit peaks and crest factors are those of a
-/// common generator's pure cut, blend, desiccate and fulgurate.                                   [R]
+/// Waveforms by their two numbers that matter to heat. Open-circuit peaks and crest factors are
+/// those of a common generator's pure cut, blend, desiccate and fulgurate. [R]
 enum class CurrentMode { kCut, kBlend, kCoagulate, kFulgurate };
 
 struct Waveform {
@@ -17,12 +17,12 @@ struct Waveform {
 };
 Waveform waveform_of(CurrentMode mode);
 
-/// Metal and how it conducts heat. A stainless wire 1 mm thick, 5 mm of it the tip.              [R]
+/// Metal and how it conducts heat. A stainless wire 1 mm thick, 5 mm of it the tip. [R]
 struct Electrode {
-  double tip_radius = 0.5e-3;          ///< of its curvature where it touches [m]
-  double heat_capacity = 1.55e-2;      ///< of the tip [J/K]
-  double shaft_conductance = 1.3e-3;   ///< from the tip up the shaft [W/K]
-  double contact_conductance = 5e3;    ///< between metal and tissue [W/(m2 K)]
+  double tip_radius = 0.5e-3;         ///< of its curvature where it touches [m]
+  double heat_capacity = 1.55e-2;     ///< of the tip [J/K]
+  double shaft_conductance = 1.3e-3;  ///< from the tip up the shaft [W/K]
+  double contact_conductance = 5e3;   ///< between metal and tissue [W/(m2 K)]
 };
 
 /// Every value that can't be, by its name.
@@ -30,19 +30,19 @@ Result<void> check(const Electrode& electrode, double power);
 
 /// Where the metal is to the tissue; in the organ's rest frame.
 struct ElectrodeContact {
-  Vec3 point = Vec3::Zero();       ///< of the tissue's surface nearest to the metal [m]
-  Vec3 outward = Vec3::UnitZ();    ///< unit, away from the tissue
-  double depth = 0.0;              ///< the metal presses in; negative: a gap [m]
-  double area = 0.0;               ///< of touch [m2]; 0: from the tip's curvature and the depth
+  Vec3 point = Vec3::Zero();     ///< of the tissue's surface nearest to the metal [m]
+  Vec3 outward = Vec3::UnitZ();  ///< unit, away from the tissue
+  double depth = 0.0;            ///< the metal presses in; negative: a gap [m]
+  double area = 0.0;             ///< of touch [m2]; 0: from the tip's curvature and the depth
 };
 
-/// Radius of the disc through which current enters [m]; 0: none does. Where the metal doesn't touch, sparks
-/// reach over the part of the tip that is near enough for `peak_voltage`.
+/// Radius of the disc through which current enters [m]; 0: none does. Where the metal doesn't
+/// touch, sparks reach over the part of the tip that is near enough for `peak_voltage`.
 double contact_radius(const Electrode& electrode, const ElectrodeContact& contact,
                       double peak_voltage);
 
-/// The widest gap that a peak breaks through [m]: some 450 V for any gap and then 2.7 MV/m in carbon dioxide
-/// near the atmosphere's pressure.                                                                 [R]
+/// The widest gap that a peak breaks through [m]: some 450 V for any gap and then 2.7 MV/m in
+/// carbon dioxide near the atmosphere's pressure. [R]
 double spark_gap(double peak_voltage);
 
 /// What a step's current was; means over the step.
@@ -68,9 +68,9 @@ class ElectrodeTip {
   const Electrode& electrode() const { return electrode_; }
   double excess() const { return excess_; }  ///< of the tip over body temperature [K]
 
-  /// Current at `power` [W] during the step of dt that follows, while the contact moves from `from` to `to`:
-  /// heats the tissue (heat.step then spreads it) and trades warmth with the metal. With power 0 only the
-  /// latter. Call it once a step for each tip on an organ.
+  /// Current at `power` [W] during the step of dt that follows, while the contact moves from `from`
+  /// to `to`: heats the tissue (heat.step then spreads it) and trades warmth with the metal. With
+  /// power 0 only the latter. Call it once a step for each tip on an organ.
   CurrentReport energise(Bioheat& heat, CurrentMode mode, double power,
                          const ElectrodeContact& from, const ElectrodeContact& to, double dt);
   /// A step away from tissue.

@@ -48,7 +48,8 @@ std::vector<HeatBrick*> HeatBricks::warm_up(std::span<const BrickIndex> indices)
   std::vector<std::shared_ptr<const BrickGeometry>> made(indices.size());
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < indices.size(); ++i)
-    if (numbers_.find(indices[i]) == BrickMap::kNone && bricks_.size() < most_) missing.push_back(i);
+    if (numbers_.find(indices[i]) == BrickMap::kNone && bricks_.size() < most_)
+      missing.push_back(i);
   parallel_for_each_index(missing.size(), 1, [&](std::size_t m) {
     made[missing[m]] = make_geometry(indices[missing[m]], voxel_, distance_);
   });
@@ -119,7 +120,8 @@ Vec3 HeatBricks::centre(const HeatBrick& brick, int voxel) const {
 double HeatBricks::excess_at(const BrickIndex& voxel) const {
   const BrickIndex index = BrickField::brick_of(voxel);
   const HeatBrick* brick = find(index);
-  return brick && brick->warm ? static_cast<double>(brick->warm->excess[within(voxel, index)]) : 0.0;
+  return brick && brick->warm ? static_cast<double>(brick->warm->excess[within(voxel, index)])
+                              : 0.0;
 }
 
 double HeatBricks::damage_at(const BrickIndex& voxel) const {

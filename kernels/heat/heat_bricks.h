@@ -29,15 +29,16 @@ struct HeatBrick {
 
   /// Only while it is warm.
   struct Warm {
-    Values excess{};                ///< temperature over the body's [K]
-    Values source{};                ///< heat put in during this step, by volume of the voxel [W/m3]
+    Values excess{};  ///< temperature over the body's [K]
+    Values source{};  ///< heat put in during this step, by volume of the voxel [W/m3]
     // Of the step under way:
-    Values before;                  ///< excess at its start [K]
-    Values rate;                    ///< [K/s]
-    Values conductivity;            ///< its negative where water boils away [W/(m K)]
-    Values inverse_capacity;        ///< of the voxel's tissue, by its volume; 0: none [m3 K/J]
-    Values living;                  ///< tissue that still has blood and metabolism, 0 ... 1
-    std::unique_ptr<std::array<Values, 2>> stages;  ///< of the super step: first rate, excess two ago
+    Values before;            ///< excess at its start [K]
+    Values rate;              ///< [K/s]
+    Values conductivity;      ///< its negative where water boils away [W/(m K)]
+    Values inverse_capacity;  ///< of the voxel's tissue, by its volume; 0: none [m3 K/J]
+    Values living;            ///< tissue that still has blood and metabolism, 0 ... 1
+    std::unique_ptr<std::array<Values, 2>>
+        stages;                     ///< of the super step: first rate, excess two ago
     double living_sum = 0.0;        ///< of living excess [K]
     double boundary_sum = 0.0;      ///< of flow out to where there was no room [W/m]
     double source_sum = 0.0;        ///< [W/m3]
@@ -49,9 +50,9 @@ struct HeatBrick {
     BrickSums sums;
     std::vector<VoxelVapour> vapour;
     // For a device that holds the fields (heat_passes.h):
-    bool altered = false;           ///< somebody wrote a field by hand: the device must take them anew
-    int slot = -1;                  ///< the brick's number there; -1: it doesn't know the brick
-    double stored = 0.0;            ///< heat as the device has it [J/m3 of a voxel]
+    bool altered = false;  ///< somebody wrote a field by hand: the device must take them anew
+    int slot = -1;         ///< the brick's number there; -1: it doesn't know the brick
+    double stored = 0.0;   ///< heat as the device has it [J/m3 of a voxel]
   };
 
   BrickIndex index = BrickIndex::Zero();
@@ -67,8 +68,8 @@ class HeatBricks {
  public:
   static constexpr int kEdge = BrickField::kEdge;
 
-  /// `distance`: of the organ's surface; none: tissue is everywhere. `most` bricks are kept: beyond them
-  /// nothing is allocated, and overflowed() says so.
+  /// `distance`: of the organ's surface; none: tissue is everywhere. `most` bricks are kept: beyond
+  /// them nothing is allocated, and overflowed() says so.
   HeatBricks(double voxel, SignedDistance distance, std::size_t most);
 
   double voxel() const { return voxel_; }
@@ -82,7 +83,8 @@ class HeatBricks {
   HeatBrick* warm_up(const BrickIndex& index);
   /// The same for many, on all threads: null ones left out, the others in order.
   std::vector<HeatBrick*> warm_up(std::span<const BrickIndex> indices);
-  /// Lets go of the temperature; of all of it where nothing was harmed. Moves the last brick to `i`.
+  /// Lets go of the temperature; of all of it where nothing was harmed. Moves the last brick to
+  /// `i`.
   void cool_down(std::size_t i);
 
   BrickIndex voxel_of(const Vec3& rest_position) const;

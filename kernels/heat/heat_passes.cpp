@@ -49,7 +49,8 @@ void CpuHeatPasses::advance(double dt) {
 }
 
 void CpuHeatPasses::advance_stage(const SuperStage& stage, int j, double dt) {
-  for_warm([&](HeatBrick& brick) { viscera::advance_stage(brick, stage, j, static_cast<float>(dt)); });
+  for_warm(
+      [&](HeatBrick& brick) { viscera::advance_stage(brick, stage, j, static_cast<float>(dt)); });
 }
 
 void CpuHeatPasses::settle(double dt) {

@@ -25,8 +25,8 @@ struct HeatFlows {
   float fastest = 0.0f;   ///< rate at which a voxel follows its neighbours [1/s]
 };
 
-/// Steps the warm bricks of one organ. Between start() and finish() only the passes know the fields; a
-/// device may keep them for longer, until fetch().
+/// Steps the warm bricks of one organ. Between start() and finish() only the passes know the
+/// fields; a device may keep them for longer, until fetch().
 class HeatPasses {
  public:
   virtual ~HeatPasses() = default;
@@ -43,8 +43,8 @@ class HeatPasses {
   virtual void advance_stage(const SuperStage& stage, int j, double dt) = 0;
   virtual void settle(double dt) = 0;  ///< settle_brick
   /// Ends the step: the bricks have their sums, vapour, greatest temperature and borders, and where
-  /// `fields` their fields. False: the device failed, see trouble(), and the fields are as they were when
-  /// they last came.
+  /// `fields` their fields. False: the device failed, see trouble(), and the fields are as they
+  /// were when they last came.
   virtual bool finish(bool fields) = 0;
   /// Brings fields that the device has kept; of bricks of the last step.
   virtual bool fetch(std::span<HeatBrick* const> bricks) = 0;
@@ -69,7 +69,7 @@ class CpuHeatPasses final : public HeatPasses {
 
   std::span<HeatBrick* const> warm_;  // from start() to finish()
   HeatModel model_;
-  std::string trouble_;               // never
+  std::string trouble_;  // never
 };
 
 }  // namespace viscera

@@ -11,8 +11,8 @@ struct Lesion {
   double width = 0.0;  ///< at the surface [m]
 };
 
-/// Where Omega falls through `damage` below and beside a point of a surface that faces `outward`; between
-/// voxels the logarithm of Omega is taken as linear.
+/// Where Omega falls through `damage` below and beside a point of a surface that faces `outward`;
+/// between voxels the logarithm of Omega is taken as linear.
 Lesion lesion_at(const Bioheat& heat, const Vec3& point, const Vec3& outward, double damage = 1.0);
 
 }  // namespace viscera

@@ -1,5 +1,6 @@
-// Runge-Kutta-Legendre super-time-stepping of second order [Meyer2014]: s stages cover about s^2 / 4 of the
-// explicit step's bound, so a fine grid pays for the root of the ratio and not for the ratio.
+// Runge-Kutta-Legendre super-time-stepping of second order [Meyer2014]: s stages cover about s^2 /
+// 4 of the explicit step's bound, so a fine grid pays for the root of the ratio and not for the
+// ratio.
 #pragma once
 
 #include <cmath>
@@ -20,7 +21,9 @@ struct SuperStage {
 };
 
 inline SuperStage super_stage(int j, int stages) {
-  const auto b = [](int i) { return i < 2 ? 1.0 / 3.0 : (i * i + i - 2.0) / (2.0 * i * (i + 1.0)); };
+  const auto b = [](int i) {
+    return i < 2 ? 1.0 / 3.0 : (i * i + i - 2.0) / (2.0 * i * (i + 1.0));
+  };
   const double w = 4.0 / (stages * stages + stages - 2.0);
   if (j == 1) return {0.0, 0.0, 1.0, b(1) * w, 0.0};
   SuperStage stage;

@@ -54,8 +54,8 @@ Result<void> check(const ThermalTissue& tissue) {
                                std::to_string(found));
   };
   const auto within = [&](const char* name, double value, double low, double high) {
-    expect(value >= low && value <= high, name,
-           std::to_string(low) + " to " + std::to_string(high), value);
+    expect(value >= low && value <= high, name, std::to_string(low) + " to " + std::to_string(high),
+           value);
   };
   within("density [kg/m3]", tissue.density, 1.0, 5000.0);
   within("specific_heat [J/(kg K)]", tissue.specific_heat, 100.0, 10000.0);

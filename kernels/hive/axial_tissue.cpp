@@ -106,7 +106,8 @@ AxialGrid AxialGrid::graded(std::span<const double> ring_ends, int nodes) {
   const int parts = std::max(1, (wide - 1) / (2 * between));
   double from = 0.0;
   for (const double end : ring_ends) {
-    for (int part = 0; part < parts; ++part) grid.radii.push_back(from + (end - from) * part / parts);
+    for (int part = 0; part < parts; ++part)
+      grid.radii.push_back(from + (end - from) * part / parts);
     from = end;
   }
   grid.radii.push_back(from);
@@ -164,7 +165,8 @@ AxialTissue::AxialTissue(AxialGrid grid, std::span<const double> ring_ends, Hype
       const double low = std::max(r0, begin), high = std::min(r1, end);
       if (!(high > low)) continue;
       // The mean over the ring of a linear function, weighted by r: exact by Simpson's rule.
-      for (const auto& [r, part] : {std::pair(low, 1.0), std::pair(0.5 * (low + high), 4.0), std::pair(high, 1.0)}) {
+      for (const auto& [r, part] :
+           {std::pair(low, 1.0), std::pair(0.5 * (low + high), 4.0), std::pair(high, 1.0)}) {
         const double weight = part / 6.0 * (high - low) * 2.0 * r / (end * end - begin * begin);
         weights[at] += weight * (r1 - r) / (r1 - r0);
         weights[at + 1] += weight * (r - r0) / (r1 - r0);
@@ -226,7 +228,7 @@ void AxialTissue::add_element(const Element& element) noexcept {
   for (std::size_t q = 0; q < 4; ++q) {
     theta += element.points[q].weight * states[q].theta();
     energy_ += element.points[q].weight * states[q].shear_energy();
-    if (model_ == HyperelasticModel::neo_hookean)
+    if (model_ == HyperelasticModel::kNeoHookean)
       least_volume_ = std::min(least_volume_, states[q].theta());
   }
   const VolumeEnergy volume(model_, lambda_, theta / element.volume);
@@ -242,8 +244,9 @@ void AxialTissue::add_element(const Element& element) noexcept {
       slope[i] = point.weight * at.theta_slope()(kRow[i], kColumn[i]);
       for (int j = 0; j <= i; ++j)
         tangent[i][j] = tangent[j][i] =
-            point.weight * (at.shear_tangent(kRow[i], kColumn[i], kRow[j], kColumn[j]) +
-                            volume.slope * at.theta_curvature(kRow[i], kColumn[i], kRow[j], kColumn[j]));
+            point.weight *
+            (at.shear_tangent(kRow[i], kColumn[i], kRow[j], kColumn[j]) +
+             volume.slope * at.theta_curvature(kRow[i], kColumn[i], kRow[j], kColumn[j]));
     }
     for (std::size_t b = 0; b < 4; ++b) {
       const double x = point.by_r[b], z = point.by_z[b], h = point.over_r[b];
@@ -307,7 +310,8 @@ bool AxialTissue::linearise(const RingVector& load, const RingVector& load_slope
       side(dof(share.node, 0))[2 * g] += share.weight * load[j];
       for (const Share& other : nodes_of)
         if (other.node <= share.node)
-          band(dof(share.node, 0), dof(other.node, 0)) -= load_slope[j] * share.weight * other.weight;
+          band(dof(share.node, 0), dof(other.node, 0)) -=
+              load_slope[j] * share.weight * other.weight;
     }
   }
   for (const int at : held_) {

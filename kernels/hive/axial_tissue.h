@@ -1,15 +1,16 @@
-// Tissue below a tool, about the tool's axis: finite strains of a deep, flat body, total Lagrangian.
+// Tissue below a tool, about the tool's axis: finite strains of a deep, flat body, total
+// Lagrangian.
 //
 // Axisymmetric four-node elements on a graded grid in the half-plane (r, z), four points each;
-// dilatation as its mean over the element (hyperelastic.h). Unknowns are displacements of the grid's
-// nodes. The tool presses on rings of the surface: each a pressure, even over the ring, whose
-// conjugate is the ring's mean displacement, as with a tool's cells. (Prescribing the surface node by
-// node instead gives rings of infinite strain at its kinks, so that the answer drifts as the grid is
-// refined.) Free surface beyond, held far away.
+// dilatation as its mean over the element (hyperelastic.h). Unknowns are displacements of the
+// grid's nodes. The tool presses on rings of the surface: each a pressure, even over the ring,
+// whose conjugate is the ring's mean displacement, as with a tool's cells. (Prescribing the surface
+// node by node instead gives rings of infinite strain at its kinks, so that the answer drifts as
+// the grid is refined.) Free surface beyond, held far away.
 //
-// About its axis a body has a tenth of the unknowns that it has in space, so that a Newton step with
-// elements finer than the contact fits in a haptic tick; in space, the nodes of a hive of 80 leave
-// one ring under a tool.
+// About its axis a body has a tenth of the unknowns that it has in space, so that a Newton step
+// with elements finer than the contact fits in a haptic tick; in space, the nodes of a hive of 80
+// leave one ring under a tool.
 //
 // Everything is in units of the pattern's radius (lengths) and of the shear modulus (stresses), so
 // that the grid grows with the pressed patch and nothing is computed anew when it does.
@@ -35,12 +36,14 @@ class AxialTissue {
  public:
   static constexpr int kMostRings = 7;
   using RingVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRings, 1>;
-  using RingMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRings, kMostRings>;
+  using RingMatrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRings, kMostRings>;
 
-  /// What the tissue does near a state, to first order: with changes dv of the rings' displacement and
-  /// dp of the outward loads on them,
+  /// What the tissue does near a state, to first order: with changes dv of the rings' displacement
+  /// and dp of the outward loads on them,
   ///   reaction(v + dv) = reaction + stiffness dv - cross^T dp   (force downwards that holds v)
-  ///   lateral(v + dv)  = lateral + cross dv + yield dp          (outward displacement of the rings)
+  ///   lateral(v + dv)  = lateral + cross dv + yield dp          (outward displacement of the
+  ///   rings)
   /// in which the residual of the state is made good.
   struct Linearisation {
     RingVector reaction, lateral;
@@ -64,13 +67,14 @@ class AxialTissue {
   const Linearisation& linearisation() const { return linear_; }
 
   /// Moves the state by a Newton step: rings by dv, with loads changed by dp; by less where nodes
-  /// would go farther than `farthest`. Returns how far they would have gone; what was gone is `share`
-  /// of that.
-  double advance(const RingVector& dv, const RingVector& dp, double farthest, double& share) noexcept;
+  /// would go farther than `farthest`. Returns how far they would have gone; what was gone is
+  /// `share` of that.
+  double advance(const RingVector& dv, const RingVector& dp, double farthest,
+                 double& share) noexcept;
 
-  RingVector displacement() const noexcept { return -mean(1); }  ///< of the rings, downwards
-  RingVector lateral() const noexcept { return mean(0); }        ///< of the rings, outwards
-  double energy() const noexcept { return energy_; }     ///< of the last linearise()
+  RingVector displacement() const noexcept { return -mean(1); }   ///< of the rings, downwards
+  RingVector lateral() const noexcept { return mean(0); }         ///< of the rings, outwards
+  double energy() const noexcept { return energy_; }              ///< of the last linearise()
   double least_volume() const noexcept { return least_volume_; }  ///< J there, over all points
 
   /// Displacements of all nodes, (r, z) each, z upwards, depth after depth of a radius.
@@ -112,8 +116,8 @@ class AxialTissue {
   std::vector<double> u_, residual_, band_;
   std::vector<double> solved_;  ///< by pressures, by loads, of the residual    (dofs x sides)
   std::vector<double> step_;
-  RingMatrix lift_;             ///< displacement down per outward load
-  RingVector free_;             ///< displacement down by which the residual is made good
+  RingMatrix lift_;  ///< displacement down per outward load
+  RingVector free_;  ///< displacement down by which the residual is made good
   Linearisation linear_;
   double energy_ = 0.0, least_volume_ = 1.0;
 };

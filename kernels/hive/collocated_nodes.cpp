@@ -91,8 +91,8 @@ bool CollocatedNodes::evaluate(int node, std::span<const Vec3> positions,
   const Vec3& x = positions[static_cast<std::size_t>(node)];
   const double unit = kSupport * spacings_[static_cast<std::size_t>(node)];
   using Mat4 = Eigen::Matrix4d;
-  // A, its first derivatives x, y, z and its second xx, yx, yy, zx, zy, zz; of each the ten different
-  // products of 1, x, y, z.
+  // A, its first derivatives x, y, z and its second xx, yx, yy, zx, zy, zz; of each the ten
+  // different products of 1, x, y, z.
   constexpr int kParts = 10, kProducts = 10;
   std::array<std::array<double, kProducts>, kParts> sums{};
   Mat4 plain = Mat4::Zero();

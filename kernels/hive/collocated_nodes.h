@@ -1,8 +1,8 @@
 // The published local scheme on a hive's nodes: linear moving least squares, every node's field an
 // unknown, equilibrium collocated inside, tractions on the surface, displacements on the periphery
-// [De2006] eq. 1-9. Kept to be compared with: its second derivatives are inconsistent, so its forces
-// don't converge and its compliance isn't symmetric (see kernels/paff/paper_formulation.cpp, which
-// derives the same fields for whole bodies of any size; this one is for few nodes in constant
+// [De2006] eq. 1-9. Kept to be compared with: its second derivatives are inconsistent, so its
+// forces don't converge and its compliance isn't symmetric (see kernels/paff/paper_formulation.cpp,
+// which derives the same fields for whole bodies of any size; this one is for few nodes in constant
 // memory).
 #pragma once
 
@@ -19,9 +19,9 @@ class CollocatedNodes {
 
   int unknowns() const { return 3 * count_; }
 
-  /// Displacement of the surface's free nodes per force on each [m/N], in the first 3 free_nodes rows
-  /// and columns of `compliance`. `outside`: the periphery moves as this half-space; nullptr: not at
-  /// all. False: the nodes carry no linear field somewhere, or the equations are singular.
+  /// Displacement of the surface's free nodes per force on each [m/N], in the first 3 free_nodes
+  /// rows and columns of `compliance`. `outside`: the periphery moves as this half-space; nullptr:
+  /// not at all. False: the nodes carry no linear field somewhere, or the equations are singular.
   bool condense(const HivePattern& pattern, const HiveNodes& nodes,
                 const IsotropicMaterial& material, const InteriorField* outside,
                 Eigen::Ref<MatrixX> compliance) noexcept;

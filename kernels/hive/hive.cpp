@@ -30,12 +30,14 @@ double usable_share(const HivePattern& pattern) {
   return 0.5 * (radius_of(pattern.rings() - 1) + radius_of(pattern.rings()));
 }
 
-double disc_radius(double area) { return std::sqrt(area / std::numbers::pi); }
+double disc_radius(double area) {
+  return std::sqrt(area / std::numbers::pi);
+}
 
 }  // namespace
 
 std::string_view name_of(HiveFormulation formulation) {
-  return formulation == HiveFormulation::paper ? "paper" : "subtracted";
+  return formulation == HiveFormulation::kPaper ? "paper" : "subtracted";
 }
 
 std::string_view name_of(HivePeriphery periphery) {
@@ -77,15 +79,15 @@ struct Hive::Data {
         pressed(most_cells) {
     const int m = pattern.ring_nodes(), b = 3 * pattern.free_nodes();
     correction = MatrixX::Zero(3 * m, 3 * m);
-    if (wanted.formulation == HiveFormulation::paper) {
+    if (wanted.formulation == HiveFormulation::kPaper) {
       collocated.emplace(pattern);
       pinned.emplace(pattern.free_nodes());
-    } else if (wanted.periphery == HivePeriphery::coupled) {
+    } else if (wanted.periphery == HivePeriphery::kCoupled) {
       spread.emplace(*on.compliance, *on.touchable, wanted.material, m, kMostPlaces);
     } else {
       stiffness.emplace(pattern, b);
       loads.resize(b, b);
-      if (wanted.periphery == HivePeriphery::fixed) held = MatrixX::Zero(3 * pattern.nodes(), b);
+      if (wanted.periphery == HivePeriphery::kFixed) held = MatrixX::Zero(3 * pattern.nodes(), b);
     }
     cells.reserve(static_cast<std::size_t>(most_cells));
     places.reserve(static_cast<std::size_t>(most_cells));
@@ -99,7 +101,7 @@ struct Hive::Data {
     disc_to_disc(0.0, 1.0);  // fills its table
   }
 
-  std::vector<double> cell_forces;   ///< of the last press
+  std::vector<double> cell_forces;  ///< of the last press
 
   bool condense_to_surface() noexcept;
   PatternPlace locate(const Vec3& point) const noexcept;
@@ -118,8 +120,8 @@ bool Hive::Data::condense_to_surface() noexcept {
       if (i == j) continue;
       const auto on = static_cast<std::size_t>(i);
       loads.block<3, 3>(3 * i, 3 * j) =
-          -nodes.areas[on] * interior.traction(nodes.positions[on] - nodes.positions[at], inward,
-                                               nodes.normals[on]);
+          -nodes.areas[on] *
+          interior.traction(nodes.positions[on] - nodes.positions[at], inward, nodes.normals[on]);
     }
     if (held.size() == 0) continue;
     for (int p = 0; p < pattern.nodes(); ++p) {
@@ -140,7 +142,7 @@ bool Hive::Data::condense_to_surface() noexcept {
 
 PatternPlace Hive::Data::locate(const Vec3& point) const noexcept {
   PatternPlace place = pattern.locate(nodes.in_disc(point));
-  if (settings.periphery != HivePeriphery::fixed) return place;
+  if (settings.periphery != HivePeriphery::kFixed) return place;
   // Held, w is smooth but not zero at the rim, where no load can act: carried on from inside.
   double sum = 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -183,14 +185,15 @@ Result<Hive> Hive::create(const HiveBody& body, const HiveSettings& settings, in
   if (!(material.poisson_ratio >= 0.0 && material.poisson_ratio < 0.5))
     mistake("Poisson's ratio: found " + std::to_string(material.poisson_ratio) +
             ", expected from 0 to below 0.5");
-  if (settings.formulation == HiveFormulation::paper) {
+  if (settings.formulation == HiveFormulation::kPaper) {
     if (settings.nodes > kMostPaperNodes)
       mistake("nodes: found " + std::to_string(settings.nodes) + ", expected at most " +
               std::to_string(kMostPaperNodes) + " with formulation \"paper\"");
-    if (settings.periphery == HivePeriphery::coupled)
-      mistake("periphery: found coupled, expected boussinesq or fixed with formulation \"paper\": its "
-              "periphery lies inside the body, where no compliance is stored");
-  } else if (settings.periphery == HivePeriphery::coupled) {
+    if (settings.periphery == HivePeriphery::kCoupled)
+      mistake(
+          "periphery: found coupled, expected boussinesq or fixed with formulation \"paper\": its "
+          "periphery lies inside the body, where no compliance is stored");
+  } else if (settings.periphery == HivePeriphery::kCoupled) {
     if (!body.compliance || !body.touchable)
       mistake("periphery \"coupled\" needs a precomputed compliance, found none; use boussinesq");
     else if (!body.compliance->symmetric)
@@ -205,37 +208,37 @@ HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
   d.is_built = d.is_seated = false;
   const HiveVerdict placed =
       d.nodes.place(d.pattern, *d.body.surface, centre, d.settings.radius, d.settings.depth);
-  if (placed != HiveVerdict::sound) return placed;
+  if (placed != HiveVerdict::kSound) return placed;
   if (d.spread) {
     if (!d.spread->gather({d.nodes.positions.data(), d.nodes.normals.size()}, d.nodes.normals,
                           d.correction))
-      return HiveVerdict::too_wide;
+      return HiveVerdict::kTooWide;
   } else if (d.collocated) {
     if (!d.collocated->condense(
             d.pattern, d.nodes, d.settings.material,
-            d.settings.periphery == HivePeriphery::boussinesq ? &d.interior : nullptr,
+            d.settings.periphery == HivePeriphery::kBoussinesq ? &d.interior : nullptr,
             d.correction))
-      return HiveVerdict::folded;
+      return HiveVerdict::kFolded;
   } else if (!d.condense_to_surface()) {
-    return HiveVerdict::folded;
+    return HiveVerdict::kFolded;
   }
-  if (!d.correction.allFinite()) return HiveVerdict::not_finite;
+  if (!d.correction.allFinite()) return HiveVerdict::kNotFinite;
   d.is_built = true;
-  return HiveVerdict::sound;
+  return HiveVerdict::kSound;
 }
 
 HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
   Data& d = *data_;
   d.is_seated = false;
-  if (!d.is_built) return HiveVerdict::not_built;
-  if (cells.size() > static_cast<std::size_t>(d.pressed.most())) return HiveVerdict::too_many;
+  if (!d.is_built) return HiveVerdict::kNotBuilt;
+  if (cells.size() > static_cast<std::size_t>(d.pressed.most())) return HiveVerdict::kTooMany;
   for (const ContactCell& cell : cells) {
     if (!cell.position.allFinite() || !cell.normal.allFinite() || !cell.direction.allFinite() ||
         !(cell.area > 0.0) || !std::isfinite(cell.area) || !(cell.direction.squaredNorm() > 0.0))
-      return HiveVerdict::not_finite;
+      return HiveVerdict::kNotFinite;
     if ((cell.position - d.nodes.centre.position).norm() > d.usable ||
         facing(cell.normal.dot(d.nodes.centre.normal)) == 0.0)
-      return HiveVerdict::too_wide;
+      return HiveVerdict::kTooWide;
   }
   d.cells.assign(cells.begin(), cells.end());
   d.cell_forces.assign(cells.size(), 0.0);
@@ -243,7 +246,7 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
   if (d.pinned) {
     d.pinned->seat(cells, d.nodes, d.pattern.free_nodes(), d.correction);
     d.is_seated = true;
-    return HiveVerdict::sound;
+    return HiveVerdict::kSound;
   }
   d.places.clear();
   const int n = static_cast<int>(cells.size());
@@ -254,8 +257,8 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
     d.places.push_back(place);
     for (std::size_t a = 0; a < 3; ++a)
       for (int c = 0; c < 3; ++c)
-        d.images.col(k) += (place.weights[a] * cell.direction[c]) *
-                           d.correction.col(3 * place.nodes[a] + c);
+        d.images.col(k) +=
+            (place.weights[a] * cell.direction[c]) * d.correction.col(3 * place.nodes[a] + c);
   }
   Eigen::Ref<MatrixX> matrix = d.pressed.begin(n);
   for (int k = 0; k < n; ++k) {
@@ -265,8 +268,8 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
       const ContactCell& other = cells[static_cast<std::size_t>(l)];
       double amount = 0.0;
       for (std::size_t a = 0; a < 3; ++a)
-        amount += place.weights[a] *
-                  one.direction.dot(d.images.col(l).segment<3>(3 * place.nodes[a]));
+        amount +=
+            place.weights[a] * one.direction.dot(d.images.col(l).segment<3>(3 * place.nodes[a]));
       const double share = facing(one.normal.dot(other.normal));
       if (share > 0.0) {
         const Vec3 offset = one.position - other.position;
@@ -278,11 +281,11 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
       matrix(k, l) = amount;
     }
   }
-  if (!d.pressed.check()) return HiveVerdict::not_positive;
+  if (!d.pressed.check()) return HiveVerdict::kNotPositive;
   d.figures.lifted = d.pressed.lifted();
   d.figures.smallest_pivot = d.pressed.smallest_pivot();
   d.is_seated = true;
-  return HiveVerdict::sound;
+  return HiveVerdict::kSound;
 }
 
 HiveForce Hive::press(std::span<const double> depths) noexcept {
@@ -290,12 +293,12 @@ HiveForce Hive::press(std::span<const double> depths) noexcept {
   HiveForce out;
   if (!d.is_seated) return out;
   if (depths.size() != d.cells.size()) {
-    out.verdict = HiveVerdict::too_many;
+    out.verdict = HiveVerdict::kTooMany;
     return out;
   }
   for (const double depth : depths) {
     if (std::isfinite(depth)) continue;
-    out.verdict = HiveVerdict::not_finite;
+    out.verdict = HiveVerdict::kNotFinite;
     return out;
   }
   d.node_forces.setZero();
@@ -309,7 +312,7 @@ HiveForce Hive::press(std::span<const double> depths) noexcept {
   };
   if (d.pinned) {
     if (!d.pinned->solve(depths)) {
-      out.verdict = HiveVerdict::not_positive;
+      out.verdict = HiveVerdict::kNotPositive;
       return out;
     }
     for (std::size_t i = 0; i < d.pinned->nodes().size(); ++i) {
@@ -319,13 +322,13 @@ HiveForce Hive::press(std::span<const double> depths) noexcept {
       out.energy += 0.5 * amount * std::max(0.0, depths[cell]);
       out.touching += amount != 0.0;
     }
-    out.verdict = HiveVerdict::sound;
+    out.verdict = HiveVerdict::kSound;
     return out;
   }
   const PressedCells::Figures figures = d.pressed.solve(depths);
   out.factorisations = figures.factorisations;
   if (!figures.converged) {
-    out.verdict = HiveVerdict::not_positive;
+    out.verdict = HiveVerdict::kNotPositive;
     return out;
   }
   const std::span<const double> forces = d.pressed.forces();
@@ -337,7 +340,7 @@ HiveForce Hive::press(std::span<const double> depths) noexcept {
   }
   out.energy = figures.energy;
   out.touching = figures.touching;
-  out.verdict = HiveVerdict::sound;
+  out.verdict = HiveVerdict::kSound;
   return out;
 }
 
@@ -353,7 +356,9 @@ void Hive::load(std::span<const double> forces) noexcept {
   }
 }
 
-std::span<const double> Hive::cell_forces() const noexcept { return data_->cell_forces; }
+std::span<const double> Hive::cell_forces() const noexcept {
+  return data_->cell_forces;
+}
 
 Vec3 Hive::displacement(const SurfaceSpot& spot) const noexcept {
   const Data& d = *data_;
@@ -373,16 +378,27 @@ Vec3 Hive::displacement(const SurfaceSpot& spot) const noexcept {
   const PatternPlace place = d.locate(spot.position);
   for (std::size_t a = 0; a < 3; ++a)
     for (int c = 0; c < 3; ++c)
-      sum[c] += place.weights[a] *
-                d.correction.row(3 * place.nodes[a] + c).dot(d.node_forces);
+      sum[c] += place.weights[a] * d.correction.row(3 * place.nodes[a] + c).dot(d.node_forces);
   return sum;
 }
 
-Eigen::Ref<const MatrixX> Hive::compliance() const noexcept { return data_->pressed.matrix(); }
-const SurfaceSpot& Hive::centre() const noexcept { return data_->nodes.centre; }
-const HiveSettings& Hive::settings() const noexcept { return data_->settings; }
-double Hive::usable_radius() const noexcept { return data_->usable; }
-const HiveFigures& Hive::figures() const noexcept { return data_->figures; }
-std::span<const Vec3> Hive::nodes() const noexcept { return data_->nodes.positions; }
+Eigen::Ref<const MatrixX> Hive::compliance() const noexcept {
+  return data_->pressed.matrix();
+}
+const SurfaceSpot& Hive::centre() const noexcept {
+  return data_->nodes.centre;
+}
+const HiveSettings& Hive::settings() const noexcept {
+  return data_->settings;
+}
+double Hive::usable_radius() const noexcept {
+  return data_->usable;
+}
+const HiveFigures& Hive::figures() const noexcept {
+  return data_->figures;
+}
+std::span<const Vec3> Hive::nodes() const noexcept {
+  return data_->nodes.positions;
+}
 
 }  // namespace viscera

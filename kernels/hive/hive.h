@@ -3,11 +3,11 @@
 //
 // Default formulation (`subtracted`): the tissue under a tool's cells moves as
 //   u = U f + w,
-// U the half-space's closed forms for the cells' loads (half_space.h), sharp as they are, and w what
-// the body makes different: its shape, how far it goes, where it is held. w is smooth where the
-// half-space is steep, so a few dozen nodes carry it: the hive's, on the surface within its radius
-// and in layers below. So no node need lie near the tool's edge, and on a flat, deep body the force
-// is that of the half-space, whatever the number of nodes.
+// U the half-space's closed forms for the cells' loads (half_space.h), sharp as they are, and w
+// what the body makes different: its shape, how far it goes, where it is held. w is smooth where
+// the half-space is steep, so a few dozen nodes carry it: the hive's, on the surface within its
+// radius and in layers below. So no node need lie near the tool's edge, and on a flat, deep body
+// the force is that of the half-space, whatever the number of nodes.
 //
 // Where w comes from is the periphery:
 //   coupled     of the body's own precomputed compliance, by loads spread over its nodes' spacing
@@ -31,14 +31,14 @@
 
 namespace viscera {
 
-enum class HiveFormulation { subtracted, paper };
-enum class HivePeriphery { coupled, boussinesq, fixed };
+enum class HiveFormulation { kSubtracted, kPaper };
+enum class HivePeriphery { kCoupled, kBoussinesq, kFixed };
 std::string_view name_of(HiveFormulation formulation);
 std::string_view name_of(HivePeriphery periphery);
 
 struct HiveSettings {
-  HiveFormulation formulation = HiveFormulation::subtracted;
-  HivePeriphery periphery = HivePeriphery::boussinesq;
+  HiveFormulation formulation = HiveFormulation::kSubtracted;
+  HivePeriphery periphery = HivePeriphery::kBoussinesq;
   IsotropicMaterial material;
   double radius = 0.0;  ///< of the influence region, along the surface [m]
   double depth = 0.0;   ///< of the lowest layer [m]; 0: as the radius, where there is room
@@ -55,7 +55,7 @@ struct HiveBody {
 
 /// What the tissue does to the tool.
 struct HiveForce {
-  HiveVerdict verdict = HiveVerdict::not_built;
+  HiveVerdict verdict = HiveVerdict::kNotBuilt;
   Vec3 force = Vec3::Zero();   ///< on the tool [N]
   Vec3 moment = Vec3::Zero();  ///< on the tool about the hive's centre [N m]
   double energy = 0.0;         ///< stored in the tissue [J]
@@ -66,9 +66,10 @@ struct HiveForce {
 /// Figures of the last build and seat.
 struct HiveFigures {
   int nodes = 0, surface_nodes = 0;
-  int unknowns = 0;  ///< of the equations solved by build(); 0 for `coupled`
+  int unknowns = 0;             ///< of the equations solved by build(); 0 for `coupled`
   double smallest_pivot = 0.0;  ///< of the cells' compliance, over its largest diagonal entry
-  double lifted = 0.0;  ///< added to its diagonal to make it positive, over its mean; 0 nearly always
+  double lifted =
+      0.0;  ///< added to its diagonal to make it positive, over its mean; 0 nearly always
 };
 
 /// Movable, one thread at a time. All memory is taken by `create`: build, seat and press allocate
@@ -90,12 +91,12 @@ class Hive {
   /// their `direction`. Cheap beside build(): for every tick in which the tool has moved aside.
   HiveVerdict seat(std::span<const ContactCell> cells) noexcept;
 
-  /// The tick: force of the seated cells pushed `depths` [m] along their directions (negative: a gap),
-  /// no cell pulling. A tool that only goes up and down needs nothing else.
+  /// The tick: force of the seated cells pushed `depths` [m] along their directions (negative: a
+  /// gap), no cell pulling. A tool that only goes up and down needs nothing else.
   HiveForce press(std::span<const double> depths) noexcept;
 
-  /// As after a press that found these forces on the seated cells [N], for displacement(): of tissue
-  /// that answers otherwise than by the cells' compliance (nonlinear_hive.h).
+  /// As after a press that found these forces on the seated cells [N], for displacement(): of
+  /// tissue that answers otherwise than by the cells' compliance (nonlinear_hive.h).
   void load(std::span<const double> forces) noexcept;
 
   /// Forces of the last press on the tissue along the cells' directions, >= 0 [N]    (cells)

@@ -36,8 +36,8 @@ HivePattern::HivePattern(int most_nodes) {
         triangles_.push_back(
             {node(ring - 1, inner + k), node(ring, outer + k), node(ring, outer + k + 1)});
       for (int k = 0; k + 1 < ring; ++k)
-        triangles_.push_back({node(ring - 1, inner + k), node(ring, outer + k + 1),
-                              node(ring - 1, inner + k + 1)});
+        triangles_.push_back(
+            {node(ring - 1, inner + k), node(ring, outer + k + 1), node(ring - 1, inner + k + 1)});
     }
   }
   for (int layer = 0; layer < layers_; ++layer)
@@ -78,14 +78,13 @@ HiveNodes::HiveNodes(const HivePattern& pattern)
       areas(static_cast<std::size_t>(pattern.ring_nodes())) {}
 
 HiveVerdict HiveNodes::place(const HivePattern& pattern, const WalkableSurface& surface,
-                             const SurfaceSpot& spot, double wanted_radius,
-                             double depth) noexcept {
+                             const SurfaceSpot& spot, double wanted_radius, double depth) noexcept {
   if (!spot.on_surface() ||
       static_cast<std::size_t>(spot.point.triangle) >= surface.surface().triangles.size())
-    return HiveVerdict::not_on_surface;
-  if (!spot.point.weights.allFinite()) return HiveVerdict::not_finite;
+    return HiveVerdict::kNotOnSurface;
+  if (!spot.point.weights.allFinite()) return HiveVerdict::kNotFinite;
   centre = surface.at(spot.point);
-  if (!centre.position.allFinite() || !centre.normal.allFinite()) return HiveVerdict::not_finite;
+  if (!centre.position.allFinite() || !centre.normal.allFinite()) return HiveVerdict::kNotFinite;
   radius = wanted_radius;
   along_x = centre.normal.unitOrthogonal();
   along_y = centre.normal.cross(along_x);
@@ -94,8 +93,8 @@ HiveVerdict HiveNodes::place(const HivePattern& pattern, const WalkableSurface& 
   for (std::size_t i = 0; i < m; ++i) {
     const Vec2& at = pattern.places()[i];
     SurfaceSpot node = centre;
-    if (surface.straight(radius * (at.x() * along_x + at.y() * along_y), node) != WalkEnd::found)
-      return HiveVerdict::not_on_surface;
+    if (surface.straight(radius * (at.x() * along_x + at.y() * along_y), node) != WalkEnd::kFound)
+      return HiveVerdict::kNotOnSurface;
     normals[i] = node.normal;
     positions[i] = node.position;
     areas[i] = 0.0;
@@ -105,7 +104,7 @@ HiveVerdict HiveNodes::place(const HivePattern& pattern, const WalkableSurface& 
                c = static_cast<std::size_t>(corners[2]);
     const Vec3 area = 0.5 * (positions[b] - positions[a]).cross(positions[c] - positions[a]);
     // Around an edge or the rim of a thin body the surface turns its back on the centre.
-    if (!(area.dot(normals[a] + normals[b] + normals[c]) > 0.0)) return HiveVerdict::folded;
+    if (!(area.dot(normals[a] + normals[b] + normals[c]) > 0.0)) return HiveVerdict::kFolded;
     for (const std::size_t i : {a, b, c}) areas[i] += area.norm() / 3.0;
     // An edge e between normals that differ by dn is e - d dn at depth d: shorter where the body is
     // round, turned back beyond the centre.
@@ -115,12 +114,12 @@ HiveVerdict HiveNodes::place(const HivePattern& pattern, const WalkableSurface& 
       if (shrinks > 0.0) deepest = std::min(deepest, edge.squaredNorm() / shrinks);
     }
   }
-  if (depth >= deepest) return HiveVerdict::folded;
+  if (depth >= deepest) return HiveVerdict::kFolded;
   if (depth == 0.0) depth = std::min(wanted_radius, kDeepest * deepest);
   for (std::size_t layer = 1; layer < pattern.depths().size(); ++layer)
     for (std::size_t i = 0; i < m; ++i)
       positions[layer * m + i] = positions[i] - depth * pattern.depths()[layer] * normals[i];
-  return HiveVerdict::sound;
+  return HiveVerdict::kSound;
 }
 
 Vec2 HiveNodes::in_disc(const Vec3& point) const noexcept {

@@ -1,8 +1,8 @@
-// The nodes of a hive: rings on the surface about its centre, reached by walking, and copies of them
-// along the inward normals in layers [De2006]. Rings and layers are finer near the contact. Every
-// hive of a size has the same pattern, so who neighbours whom is known beforehand, and a hive moves
-// with its centre as a whole: its force has no steps that depend on which nodes a mesh happens to
-// have there.
+// The nodes of a hive: rings on the surface about its centre, reached by walking, and copies of
+// them along the inward normals in layers [De2006]. Rings and layers are finer near the contact.
+// Every hive of a size has the same pattern, so who neighbours whom is known beforehand, and a hive
+// moves with its centre as a whole: its force has no steps that depend on which nodes a mesh
+// happens to have there.
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ class HivePattern {
   int free_nodes() const { return 1 + 3 * (rings_ - 1) * rings_; }  ///< of them off the periphery
   int nodes() const { return ring_nodes() * layers_; }
 
-  const std::vector<Vec2>& places() const { return places_; }                    ///< (m)
+  const std::vector<Vec2>& places() const { return places_; }  ///< (m)
   const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
   const std::vector<double>& depths() const { return depths_; }  ///< 0 to 1     (layers)
 

@@ -7,19 +7,19 @@ namespace viscera {
 
 /// A hive whose verdict isn't sound gives no force.
 enum class HiveVerdict {
-  sound,
-  not_finite,      ///< a number that came in isn't finite, or a cell has no area or direction
-  not_on_surface,  ///< no place to stand on, or the region leaves an open surface
-  too_wide,        ///< the contact reaches the periphery: a larger radius is needed
-  folded,          ///< layers run into each other: too deep or wide for how the surface bends
-  not_positive,    ///< the condensed compliance could give out energy
-  too_many,        ///< more cells than the hive was created for
-  not_built,       ///< pressed before seated, seated before built
+  kSound,
+  kNotFinite,     ///< a number that came in isn't finite, or a cell has no area or direction
+  kNotOnSurface,  ///< no place to stand on, or the region leaves an open surface
+  kTooWide,       ///< the contact reaches the periphery: a larger radius is needed
+  kFolded,        ///< layers run into each other: too deep or wide for how the surface bends
+  kNotPositive,   ///< the condensed compliance could give out energy
+  kTooMany,       ///< more cells than the hive was created for
+  kNotBuilt,      ///< pressed before seated, seated before built
 };
 
 constexpr std::string_view name_of(HiveVerdict verdict) {
-  constexpr std::string_view names[] = {"sound",    "not finite",   "not on the surface",
-                                        "too wide", "folded",       "not positive",
+  constexpr std::string_view names[] = {"sound",    "not finite", "not on the surface",
+                                        "too wide", "folded",     "not positive",
                                         "too many", "not built"};
   return names[static_cast<int>(verdict)];
 }

@@ -21,8 +21,8 @@ Mat3 InteriorField::displacement(const Vec3& x, const Vec3& n) const {
   const Vec3 t = x - z * n;
   const Mat3 nn = n * n.transpose(), tn = t * n.transpose();
   return scale_ * (inverse * Mat3::Identity() + inverse * inverse * inverse * x * x.transpose() +
-                   kappa_ * (inverse * nn + q * (Mat3::Identity() - nn) - s * q * t * t.transpose() +
-                             s * (tn.transpose() - tn)));
+                   kappa_ * (inverse * nn + q * (Mat3::Identity() - nn) -
+                             s * q * t * t.transpose() + s * (tn.transpose() - tn)));
 }
 
 std::array<Mat3, 3> InteriorField::gradient(const Vec3& x, const Vec3& n) const {
@@ -39,11 +39,11 @@ std::array<Mat3, 3> InteriorField::gradient(const Vec3& x, const Vec3& n) const 
     const double ds = dq * inverse - q * dr * inverse2;
     const Mat3 dx = step * x.transpose(), dt = along * t.transpose(), dn = along * n.transpose();
     out[static_cast<std::size_t>(d)] =
-        scale_ *
-        (-dr * inverse2 * Mat3::Identity() + inverse2 * inverse * (dx + dx.transpose()) -
-         3.0 * dr * inverse2 * inverse2 * xx +
-         kappa_ * (-dr * inverse2 * nn + dq * across - s * q * (dt + dt.transpose()) -
-                   (ds * q + s * dq) * tt + s * (dn.transpose() - dn) + ds * (tn.transpose() - tn)));
+        scale_ * (-dr * inverse2 * Mat3::Identity() + inverse2 * inverse * (dx + dx.transpose()) -
+                  3.0 * dr * inverse2 * inverse2 * xx +
+                  kappa_ * (-dr * inverse2 * nn + dq * across - s * q * (dt + dt.transpose()) -
+                            (ds * q + s * dq) * tt + s * (dn.transpose() - dn) +
+                            ds * (tn.transpose() - tn)));
   }
   return out;
 }

@@ -23,8 +23,8 @@ class InteriorField {
   Mat3 traction(const Vec3& offset, const Vec3& inward, const Vec3& normal) const;
 
  private:
-  double scale_ = 0.0;   ///< 1 / (4 pi G)
-  double kappa_ = 0.0;   ///< 1 - 2 nu
+  double scale_ = 0.0;  ///< 1 / (4 pi G)
+  double kappa_ = 0.0;  ///< 1 - 2 nu
   double lambda_ = 0.0, mu_ = 0.0;
 };
 

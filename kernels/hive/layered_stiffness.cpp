@@ -21,8 +21,7 @@ LayeredStiffness::LayeredStiffness(const HivePattern& pattern, int loads)
 }
 
 bool LayeredStiffness::add_wedge(const std::array<int, 6>& nodes, std::span<const Vec3> positions,
-                                 const IsotropicMaterial& material,
-                                 const MatrixX* held) noexcept {
+                                 const IsotropicMaterial& material, const MatrixX* held) noexcept {
   const double mu = material.shear_modulus();
   const double bulk = material.lame_lambda() + 2.0 / 3.0 * mu;
   const double height = 1.0 / std::sqrt(3.0);
@@ -35,13 +34,15 @@ bool LayeredStiffness::add_wedge(const std::array<int, 6>& nodes, std::span<cons
     // Corners 0 1 2 lie at the top (zeta = 1), 3 4 5 below them; the point is over the centroid.
     const double zeta = q == 0 ? height : -height;
     const double up = 0.5 * (1.0 + zeta), down = 0.5 * (1.0 - zeta);
-    Gradients local;  // by the two barycentric coordinates and zeta
+    Gradients local;                          // by the two barycentric coordinates and zeta
     local << -up, up, 0.0, -down, down, 0.0,  //
         -up, 0.0, up, -down, 0.0, down,       //
         1.0 / 6, 1.0 / 6, 1.0 / 6, -1.0 / 6, -1.0 / 6, -1.0 / 6;
     Mat3 jacobian = Mat3::Zero();
     for (int a = 0; a < 6; ++a)
-      jacobian += local.col(a) * positions[static_cast<std::size_t>(nodes[static_cast<std::size_t>(a)])].transpose();
+      jacobian +=
+          local.col(a) *
+          positions[static_cast<std::size_t>(nodes[static_cast<std::size_t>(a)])].transpose();
     const double determinant = jacobian.determinant();
     if (!(determinant > 0.0)) return false;
     gradients[q] = jacobian.inverse() * local;
@@ -113,7 +114,8 @@ bool LayeredStiffness::solve(Eigen::Ref<MatrixX> loads) noexcept {
   };
   const auto copy_side = [&](int layer, Eigen::Index column) {
     for (Eigen::Index j = 0; j < b && sides > 0; ++j)
-      std::copy_n(sides_.data() + (layer * b + j) * loads_, n, front + (column + j) * stride + 2 * b);
+      std::copy_n(sides_.data() + (layer * b + j) * loads_, n,
+                  front + (column + j) * stride + 2 * b);
   };
   const int lowest = layers_ - 2;
   copy_block(block(lowest), b, b);

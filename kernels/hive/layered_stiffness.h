@@ -25,8 +25,8 @@ class LayeredStiffness {
   int unknowns() const { return block_ * (layers_ - 1); }
 
   /// Stiffness of the wedges about these nodes (layer by layer). `held`: displacements of the
-  /// periphery's nodes, as rows of 3 per node and one column a load case, (3 nodes) x loads; rows of
-  /// free nodes aren't read; empty: zero. False where a wedge is turned inside out.
+  /// periphery's nodes, as rows of 3 per node and one column a load case, (3 nodes) x loads; rows
+  /// of free nodes aren't read; empty: zero. False where a wedge is turned inside out.
   bool assemble(const HivePattern& pattern, std::span<const Vec3> positions,
                 const IsotropicMaterial& material, const MatrixX* held) noexcept;
 
@@ -37,7 +37,9 @@ class LayeredStiffness {
  private:
   bool add_wedge(const std::array<int, 6>& nodes, std::span<const Vec3> positions,
                  const IsotropicMaterial& material, const MatrixX* held) noexcept;
-  double* block(int layer) { return blocks_.data() + static_cast<std::size_t>(layer * 2 * block_ * block_); }
+  double* block(int layer) {
+    return blocks_.data() + static_cast<std::size_t>(layer * 2 * block_ * block_);
+  }
 
   int ring_ = 0, free_ = 0, layers_ = 0, block_ = 0, loads_ = 0;
   std::vector<double> blocks_;  ///< of each free layer D_l and O_l (to the layer below), b x b

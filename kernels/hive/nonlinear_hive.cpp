@@ -20,8 +20,8 @@ using RingMatrix = AxialTissue::RingMatrix;
 /// A step this small [radii of the pattern] ends Newton's: the force of the linearisation is then
 /// right to its square.
 constexpr double kSettled = 0.015;
-/// Tissue that gave way is followed again where its force is this near to what its last good tangent
-/// foretells.
+/// Tissue that gave way is followed again where its force is this near to what its last good
+/// tangent foretells.
 constexpr double kBelieved = 0.02;
 /// No node goes farther in one step.
 constexpr double kFarthestStep = 0.2;
@@ -33,8 +33,8 @@ constexpr double kMostCurved = 2.0;
 constexpr double kNudge = 1e-4;
 constexpr int kFewestNodes = 28, kMostNodes = 2000, kMostHives = 2;
 
-/// Where the cells of a pattern of pitch 1 / (rings + 0.1) lie: ring of each; of each ring the cells'
-/// radius, and where rings of the cells' areas end.
+/// Where the cells of a pattern of pitch 1 / (rings + 0.1) lie: ring of each; of each ring the
+/// cells' radius, and where rings of the cells' areas end.
 struct Pattern {
   std::vector<int> ring_of;
   std::vector<double> radius, end;
@@ -96,7 +96,7 @@ struct NonlinearHive::Data {
   Tangent tangent;
   bool has_tangent = false;
   bool astray = false;  ///< the last good tangent answers until the tissue is found again
-  Tangent good;  ///< with the state that the last settled tick left; none: empty
+  Tangent good;         ///< with the state that the last settled tick left; none: empty
   std::vector<double> good_state;
   RingVector good_sums;
   RingVector force_sums;  ///< of the rings' cells, of the state's contact
@@ -113,7 +113,7 @@ struct NonlinearHive::Data {
         cells(static_cast<int>(pattern.ring_of.size())) {
     for (int i = 0; i < kMostHives; ++i) pressed.emplace_back(cells);
     AxialTissue linear(AxialGrid::graded(pattern.end, settings.nodes), pattern.end,
-                       HyperelasticModel::linear,
+                       HyperelasticModel::kLinear,
                        settings.material.lame_lambda() / settings.material.shear_modulus());
     const RingVector none = RingVector::Zero(linear.rings());
     linear.linearise(none, none);
@@ -142,7 +142,8 @@ struct NonlinearHive::Data {
   bool linearise(double ball, bool follow) noexcept;
   Contact touch(int which, const Hive& hive, double unit_length, double unit_compliance,
                 std::span<const double> depths) noexcept;
-  Contact touch_all(std::span<const Share> hives, std::span<const double> depths, double across) noexcept;
+  Contact touch_all(std::span<const Share> hives, std::span<const double> depths,
+                    double across) noexcept;
 };
 
 void NonlinearHive::Data::release() noexcept {
@@ -175,7 +176,8 @@ bool NonlinearHive::Data::linearise(double ball, bool follow) noexcept {
   RingVector load(g), growth(g), offset(g), slope(g);
   for (int j = 0; j < g; ++j) {
     const double radius = pattern.radius[static_cast<std::size_t>(j)];
-    const BallProfile rest(radius, ball), now(std::max(0.0, radius + (j > 0 ? aside[j] : 0.0)), ball);
+    const BallProfile rest(radius, ball),
+        now(std::max(0.0, radius + (j > 0 ? aside[j] : 0.0)), ball);
     offset[j] = now.height - rest.height;
     slope[j] = now.slope;
     load[j] = force_sums[j] * now.slope;
@@ -196,14 +198,14 @@ bool NonlinearHive::Data::linearise(double ball, bool follow) noexcept {
 }
 
 /// The cells' complementarity problem with the tangent. With K = S - S_L what the grid adds to the
-/// rings' stiffness, T the ball's slopes, C and Y the grid's cross and yield, P means over rings and
-/// P1 sums:
+/// rings' stiffness, T the ball's slopes, C and Y the grid's cross and yield, P means over rings
+/// and P1 sums:
 ///   forces   (1 + P^T C^T T P1) f = (A^-1 + P^T K P) v + P^T h = M^-1 v + P^T h,
 ///            h = reaction - S v0 + C^T T f0
 ///   places   (1 + P1^T T C P) v + P1^T T Y T P1 f
 ///              >= depth - P1^T (offset + T (lateral - at - C v0 - Y T f0))
-/// With B = 1 + P1^T T C P and v from the first, the matrix before f is B M B^T + P1^T T Y T P1, which
-/// is symmetric.
+/// With B = 1 + P1^T T C P and v from the first, the matrix before f is B M B^T + P1^T T Y T P1,
+/// which is symmetric.
 NonlinearHive::Data::Contact NonlinearHive::Data::touch(int which, const Hive& hive,
                                                         double unit_length, double unit_compliance,
                                                         std::span<const double> depths) noexcept {
@@ -272,7 +274,8 @@ NonlinearHive::Data::Contact NonlinearHive::Data::touch(int which, const Hive& h
 
   const RingMatrix slanted = t.slope.asDiagonal() * t.grid.cross;  // T C
   // B M B^T + P1^T T Y T P1, B = 1 + P1^T T C P
-  RingMatrix ring_part = slanted.lazyProduct(RingMatrix(ring_means.lazyProduct(slanted.transpose())));
+  RingMatrix ring_part =
+      slanted.lazyProduct(RingMatrix(ring_means.lazyProduct(slanted.transpose())));
   for (int i = 0; i < g; ++i)
     for (int j = 0; j < g; ++j) ring_part(i, j) += t.slope[i] * t.grid.yield(i, j) * t.slope[j];
   Eigen::Ref<MatrixX> matrix = pressed[static_cast<std::size_t>(which)].begin(n);
@@ -298,7 +301,8 @@ NonlinearHive::Data::Contact NonlinearHive::Data::touch(int which, const Hive& h
   const RingVector slant_h = slanted.lazyProduct(ring_h);
   const auto fill = [&](double deeper) {
     for (int k = 0; k < n; ++k) {
-      double sum = depths[static_cast<std::size_t>(k)] / unit_length + deeper - shift[ring_of(k)] + slant_h[ring_of(k)];
+      double sum = depths[static_cast<std::size_t>(k)] / unit_length + deeper - shift[ring_of(k)] +
+                   slant_h[ring_of(k)];
       for (int j = 0; j < g; ++j) sum += shares(k, j) * h[j];
       wanted[k] = sum;
     }
@@ -336,10 +340,12 @@ NonlinearHive::Data::Contact NonlinearHive::Data::touch(int which, const Hive& h
   pull -= added.lazyProduct(out.v);
   double energy = 0.0;
   for (int k = 0; k < n; ++k)
-    energy += 0.5 * moved[k] * (forces[static_cast<std::size_t>(k)] + mean(ring_of(k)) * pull[ring_of(k)]);
+    energy += 0.5 * moved[k] *
+              (forces[static_cast<std::size_t>(k)] + mean(ring_of(k)) * pull[ring_of(k)]);
   // The grids', to second order about the state.
   const RingVector dv = out.v - t.v;
-  energy += t.energy + dv.dot(t.grid.reaction) + 0.5 * dv.dot(RingVector(t.grid.stiffness.lazyProduct(dv)));
+  energy += t.energy + dv.dot(t.grid.reaction) +
+            0.5 * dv.dot(RingVector(t.grid.stiffness.lazyProduct(dv)));
   energy -= 0.5 * out.v.dot(RingVector(linear_stiffness.lazyProduct(out.v)));
   out.energy = energy;
   out.sound = true;
@@ -386,7 +392,7 @@ Result<NonlinearHive> NonlinearHive::create(const NonlinearSettings& settings) {
   const auto mistake = [&](std::string text) {
     mistakes.messages.push_back("non-linear hive: " + std::move(text));
   };
-  if (settings.model == HyperelasticModel::linear)
+  if (settings.model == HyperelasticModel::kLinear)
     mistake("model: found linear, expected stvk or neo_hookean");
   if (settings.rings < 1 || settings.rings > AxialTissue::kMostRings - 1)
     mistake("rings: found " + std::to_string(settings.rings) + ", expected from 1 to " +
@@ -398,7 +404,8 @@ Result<NonlinearHive> NonlinearHive::create(const NonlinearSettings& settings) {
     mistake("steps: found " + std::to_string(settings.most_steps) + ", expected 1 or more");
   const IsotropicMaterial& material = settings.material;
   if (!(material.youngs_modulus > 0.0) || !std::isfinite(material.youngs_modulus))
-    mistake("Young's modulus: found " + std::to_string(material.youngs_modulus) + " Pa, expected above 0");
+    mistake("Young's modulus: found " + std::to_string(material.youngs_modulus) +
+            " Pa, expected above 0");
   if (!(material.poisson_ratio >= 0.0 && material.poisson_ratio < 0.5))
     mistake("Poisson's ratio: found " + std::to_string(material.poisson_ratio) +
             ", expected from 0 to below 0.5");
@@ -406,19 +413,22 @@ Result<NonlinearHive> NonlinearHive::create(const NonlinearSettings& settings) {
   return NonlinearHive(std::make_unique<Data>(settings));
 }
 
-void NonlinearHive::release() noexcept { data_->release(); }
+void NonlinearHive::release() noexcept {
+  data_->release();
+}
 
 NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<const double> depths,
                                     double across, double ball_radius, TimeIsUp time) noexcept {
   Data& d = *data_;
   NonlinearForce out;
   if (hives.empty() || hives.size() > kMostHives) return out;
-  out.hive.verdict = HiveVerdict::too_many;
+  out.hive.verdict = HiveVerdict::kTooMany;
   if (depths.size() != static_cast<std::size_t>(d.cells)) return out;
-  out.hive.verdict = HiveVerdict::not_finite;
+  out.hive.verdict = HiveVerdict::kNotFinite;
   for (const double depth : depths)
     if (!std::isfinite(depth)) return out;
-  if (!(across > 0.0) || !(ball_radius > 0.0) || !std::isfinite(across) || !std::isfinite(ball_radius))
+  if (!(across > 0.0) || !(ball_radius > 0.0) || !std::isfinite(across) ||
+      !std::isfinite(ball_radius))
     return out;
   const double ball = std::max(ball_radius / across, 1.0);
   Data::Contact contact, foretold;
@@ -451,7 +461,8 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
     const RingVector loads =
         d.tangent.slope.cwiseProduct(RingVector(contact.force_sums - d.force_sums));
     double share = 1.0;
-    const double far = d.tissue.advance(contact.v - d.tissue.displacement(), loads, kFarthestStep, share);
+    const double far =
+        d.tissue.advance(contact.v - d.tissue.displacement(), loads, kFarthestStep, share);
     d.force_sums += share * (contact.force_sums - d.force_sums);
     settled = far < kSettled;
   }
@@ -467,7 +478,7 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
   }
   if (out.steps == 0) contact = d.touch_all(hives, depths, across);
   out.by_tangent = !settled;
-  out.hive.verdict = contact.sound ? HiveVerdict::sound : HiveVerdict::not_positive;
+  out.hive.verdict = contact.sound ? HiveVerdict::kSound : HiveVerdict::kNotPositive;
   if (!contact.sound) return out;
   const double unit_force = d.settings.material.shear_modulus() * across * across;
   for (std::size_t i = 0; i < hives.size(); ++i) {
@@ -484,8 +495,14 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
   return out;
 }
 
-int NonlinearHive::nodes() const noexcept { return data_->tissue.nodes(); }
-int NonlinearHive::unknowns() const noexcept { return data_->tissue.unknowns(); }
-const NonlinearSettings& NonlinearHive::settings() const noexcept { return data_->settings; }
+int NonlinearHive::nodes() const noexcept {
+  return data_->tissue.nodes();
+}
+int NonlinearHive::unknowns() const noexcept {
+  return data_->tissue.unknowns();
+}
+const NonlinearSettings& NonlinearHive::settings() const noexcept {
+  return data_->settings;
+}
 
 }  // namespace viscera

@@ -2,17 +2,17 @@
 //
 // The linear hive's cells keep their compliance A, which is accurate; added is what finite strains
 // change, found on the tissue about the tool's axis (axial_tissue.h) as a difference on the same
-// grid. With v the cells' displacements along the tool's way and P their means over the rings of the
-// pattern, the energy of the whole is
+// grid. With v the cells' displacements along the tool's way and P their means over the rings of
+// the pattern, the energy of the whole is
 //   v A^-1 v / 2 + N(P v) - L(P v),
-// N of the non-linear grid, L of the linear one. So a shallow touch is exactly the linear hive's; the
-// grid's own error counts only in the difference; the periphery and the surface's shape are the
+// N of the non-linear grid, L of the linear one. So a shallow touch is exactly the linear hive's;
+// the grid's own error counts only in the difference; the periphery and the surface's shape are the
 // linear hive's; and since all is one energy of the tool's place, closed paths give nothing back.
 // What is left out: that the difference isn't the same all around the axis, and that the body is
 // neither flat nor deep there.
 //
-// The tool's shape counts at finite strain too: a cell that has moved aside by s meets the ball where
-// it is there, and is pushed aside by its slope.
+// The tool's shape counts at finite strain too: a cell that has moved aside by s meets the ball
+// where it is there, and is pushed aside by its slope.
 //
 // Each step linearises N about the grid's state, condenses it to the rings and solves the cells'
 // complementarity problem with it: a Newton step of grid and contact together. The first step of a
@@ -32,11 +32,11 @@
 namespace viscera {
 
 struct NonlinearSettings {
-  HyperelasticModel model = HyperelasticModel::neo_hookean;
+  HyperelasticModel model = HyperelasticModel::kNeoHookean;
   IsotropicMaterial material;
-  int rings = 3;        ///< of the tool's hexagonal pattern of cells, 1 to 6
-  int nodes = 80;       ///< of the grid, about; 28 to 2000
-  int most_steps = 3;   ///< in a tick
+  int rings = 3;       ///< of the tool's hexagonal pattern of cells, 1 to 6
+  int nodes = 80;      ///< of the grid, about; 28 to 2000
+  int most_steps = 3;  ///< in a tick
 };
 
 /// Asked before every step whether time is up: the kernel knows no clock. No function: it never is,
@@ -69,8 +69,8 @@ class NonlinearHive {
   NonlinearHive& operator=(NonlinearHive&&) noexcept;
   ~NonlinearHive();
 
-  /// The tick: a ball of `ball_radius` [m] pushes each cell `depths` [m] along one common direction,
-  /// none pulling. Cells lie in rings about the tool, `across` [m] the pattern's radius
+  /// The tick: a ball of `ball_radius` [m] pushes each cell `depths` [m] along one common
+  /// direction, none pulling. Cells lie in rings about the tool, `across` [m] the pattern's radius
   /// (haptics/tool_foot.h). At most two hives; weights sum to the answer's share.
   NonlinearForce press(std::span<const Share> hives, std::span<const double> depths, double across,
                        double ball_radius, TimeIsUp time = {}) noexcept;

@@ -70,8 +70,7 @@ bool PinnedNodes::solve(std::span<const double> depths) noexcept {
     if (!touches(i)) continue;
     double* into = rows_.data() + row++ * width;
     for (std::size_t j = 0; j < all; ++j)
-      if (touches(j))
-        *into++ = matrix_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      if (touches(j)) *into++ = matrix_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
     *into = depths[static_cast<std::size_t>(cells_[i])];
   }
   double* a = rows_.data();
@@ -80,7 +79,8 @@ bool PinnedNodes::solve(std::span<const double> depths) noexcept {
     for (std::size_t i = k + 1; i < n; ++i)
       if (std::abs(a[i * width + k]) > std::abs(a[best * width + k])) best = i;
     if (!(std::abs(a[best * width + k]) > 0.0)) return false;
-    std::swap_ranges(a + k * width, a + (k + 1) * width, best == k ? a + k * width : a + best * width);
+    std::swap_ranges(a + k * width, a + (k + 1) * width,
+                     best == k ? a + k * width : a + best * width);
     for (std::size_t i = k + 1; i < n; ++i) {
       const double f = a[i * width + k] / a[k * width + k];
       for (std::size_t j = k; j < width; ++j) a[i * width + j] -= f * a[k * width + j];

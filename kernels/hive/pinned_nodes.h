@@ -1,4 +1,5 @@
-// Tool nodes of the published scheme: surface nodes under the tool are moved with it [De2006] eq. 9.
+// Tool nodes of the published scheme: surface nodes under the tool are moved with it [De2006]
+// eq. 9.
 #pragma once
 
 #include <span>
@@ -9,8 +10,8 @@
 
 namespace viscera {
 
-/// f = C_nn^-1 U over the nodes that the tool touches, along its cells' directions; no more than that:
-/// nodes may pull, and C_nn isn't symmetric.
+/// f = C_nn^-1 U over the nodes that the tool touches, along its cells' directions; no more than
+/// that: nodes may pull, and C_nn isn't symmetric.
 class PinnedNodes {
  public:
   explicit PinnedNodes(int most_nodes);

@@ -83,7 +83,8 @@ bool PressedCells::factor() noexcept {
     if (active_[static_cast<std::size_t>(i)]) indices_[static_cast<std::size_t>(count_++)] = i;
   for (int j = 0; j < count_; ++j)
     for (int i = j; i < count_; ++i)
-      part_(i, j) = matrix_(indices_[static_cast<std::size_t>(i)], indices_[static_cast<std::size_t>(j)]);
+      part_(i, j) =
+          matrix_(indices_[static_cast<std::size_t>(i)], indices_[static_cast<std::size_t>(j)]);
   std::copy_n(active_.begin(), size_, factored_.begin());
   factor_known_ = partial_cholesky(part_.data(), most_, count_, count_, count_);
   return factor_known_;
@@ -100,7 +101,8 @@ PressedCells::Figures PressedCells::solve(std::span<const double> depths) noexce
   }
   int fewest = n + 1, patience = kPatience;
   for (int round = 0; round < 100 + 10 * n; ++round) {
-    const bool same = factor_known_ && std::equal(active_.begin(), active_.begin() + n, factored_.begin());
+    const bool same =
+        factor_known_ && std::equal(active_.begin(), active_.begin() + n, factored_.begin());
     if (!same) {
       ++figures.factorisations;
       if (!factor()) return figures;
@@ -116,8 +118,9 @@ PressedCells::Figures PressedCells::solve(std::span<const double> depths) noexce
     const double gap_floor = kRoundOff * greatest;
     int violated = 0, last = n;
     const auto is_violated = [&](int i) {
-      return active_[static_cast<std::size_t>(i)] ? forces_[i] < -force_floor
-                        : gaps_[i] - depths[static_cast<std::size_t>(i)] < -gap_floor;
+      return active_[static_cast<std::size_t>(i)]
+                 ? forces_[i] < -force_floor
+                 : gaps_[i] - depths[static_cast<std::size_t>(i)] < -gap_floor;
     };
     for (int i = 0; i < n; ++i) {
       if (!is_violated(i)) continue;

@@ -10,8 +10,8 @@ namespace viscera {
 
 /// Cells pressed by a rigid tool on a dense compliance, no cell pulling: x >= 0, A x >= depth,
 /// complementary. As UnilateralSolver (kernels/contact/unilateral.h), for a matrix that stays while
-/// depths change: the factor of the touching cells is kept until another set touches, and nothing is
-/// allocated.
+/// depths change: the factor of the touching cells is kept until another set touches, and nothing
+/// is allocated.
 class PressedCells {
  public:
   explicit PressedCells(int most_cells);

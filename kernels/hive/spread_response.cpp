@@ -73,7 +73,8 @@ bool SpreadResponse::gather(std::span<const Vec3> positions, std::span<const Vec
   for (std::size_t s = 0; s < shares_.size();) {
     std::size_t end = s;
     while (end < shares_.size() && shares_[end].local == shares_[s].local) ++end;
-    const auto place = static_cast<std::size_t>(touched_[static_cast<std::size_t>(shares_[s].local)]);
+    const auto place =
+        static_cast<std::size_t>(touched_[static_cast<std::size_t>(shares_[s].local)]);
     for (std::size_t a = 0; a < 3; ++a) {
       const float* column = compliance_.columns.data() + (3 * place + a) * rows;
       for (std::size_t i = 0; i < m; ++i) {
@@ -95,8 +96,8 @@ bool SpreadResponse::gather(std::span<const Vec3> positions, std::span<const Vec
   sums_.leftCols(wide).setZero();
   for (const Share& share : shares_)
     for (Eigen::Index c = 0; c < 3; ++c)
-      add_scaled(rows_.col(3 * share.local + c).data(), static_cast<float>(share.share),
-                 3 * n, sums_.col(3 * share.node + c).data());
+      add_scaled(rows_.col(3 * share.local + c).data(), static_cast<float>(share.share), 3 * n,
+                 sums_.col(3 * share.node + c).data());
   out = sums_.topLeftCorner(wide, wide).transpose().cast<double>();
   // Single precision leaves its mark; the mirror must be exact.
   for (Eigen::Index j = 0; j < out.cols(); ++j)

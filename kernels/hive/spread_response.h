@@ -1,6 +1,7 @@
 // What a body does that a half-space wouldn't, between the surface nodes of a hive: both under the
-// same loads, spread by Gaussians that the body's own nodes can carry (kernels/contact/near_field.h).
-// Smooth where both are steep, so that the hive's few nodes carry it.
+// same loads, spread by Gaussians that the body's own nodes can carry
+// (kernels/contact/near_field.h). Smooth where both are steep, so that the hive's few nodes carry
+// it.
 #pragma once
 
 #include <span>
@@ -18,8 +19,8 @@ class SpreadResponse {
   SpreadResponse(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                  const IsotropicMaterial& material, int most_nodes, std::size_t most_places);
 
-  /// S (C - C_half-space) S^T between these places, (3 n) x (3 n), symmetric [m/N]; S spreads a load
-  /// over the touchable places. False: they reach over more than `most_places`.
+  /// S (C - C_half-space) S^T between these places, (3 n) x (3 n), symmetric [m/N]; S spreads a
+  /// load over the touchable places. False: they reach over more than `most_places`.
   bool gather(std::span<const Vec3> positions, std::span<const Vec3> normals,
               Eigen::Ref<MatrixX> out) noexcept;
 

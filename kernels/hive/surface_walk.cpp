@@ -85,10 +85,9 @@ Result<WalkableSurface> WalkableSurface::make(TriangleSurface surface) {
 
 WalkEnd WalkableSurface::walk(std::span<const Vec3> vertices, std::span<const Vec3> vertex_normals,
                               const Vec3& tip, double reach, SurfaceSpot& spot) const noexcept {
-  if (!spot.on_surface() || !tip.allFinite()) return WalkEnd::lost;
+  if (!spot.on_surface() || !tip.allFinite()) return WalkEnd::kLost;
   const auto corner_of = [&](int triangle, std::size_t a) {
-    return static_cast<std::size_t>(
-        surface_.triangles[static_cast<std::size_t>(triangle)][a]);
+    return static_cast<std::size_t>(surface_.triangles[static_cast<std::size_t>(triangle)][a]);
   };
   SurfacePoint best;
   double least = std::numeric_limits<double>::infinity();
@@ -96,23 +95,22 @@ WalkEnd WalkableSurface::walk(std::span<const Vec3> vertices, std::span<const Ve
     const Vec3 &a = vertices[corner_of(triangle, 0)], &b = vertices[corner_of(triangle, 1)],
                &c = vertices[corner_of(triangle, 2)];
     const Vec3 weights = closest_weights(tip, a, b, c);
-    const double distance2 =
-        (weights[0] * a + weights[1] * b + weights[2] * c - tip).squaredNorm();
-    // Neighbours share the nearest place on an edge up to round-off, which must not lead in circles.
+    const double distance2 = (weights[0] * a + weights[1] * b + weights[2] * c - tip).squaredNorm();
+    // Neighbours share the nearest place on an edge up to round-off, which must not lead in
+    // circles.
     if (!(distance2 < least - 1e-14 * (least < 1e300 ? least : 0.0))) return;
     least = distance2;
     best = {triangle, weights};
   };
   look_at(spot.point.triangle);
-  if (best.triangle < 0) return WalkEnd::lost;
+  if (best.triangle < 0) return WalkEnd::kLost;
   for (int step = 0;; ++step) {
-    if (step == kMostSteps) return WalkEnd::lost;
+    if (step == kMostSteps) return WalkEnd::kLost;
     const SurfacePoint here = best;
     const int zeros = static_cast<int>((here.weights.array() == 0.0).count());
     for (std::size_t a = 0; a < 3; ++a) {
       if (zeros == 1 && here.weights[static_cast<Eigen::Index>(a)] == 0.0) {
-        const int other =
-            across_[static_cast<std::size_t>(here.triangle)][(a + 1) % 3];
+        const int other = across_[static_cast<std::size_t>(here.triangle)][(a + 1) % 3];
         if (other >= 0) look_at(other);
       }
       if (zeros == 2 && here.weights[static_cast<Eigen::Index>(a)] != 0.0) {
@@ -122,8 +120,8 @@ WalkEnd WalkableSurface::walk(std::span<const Vec3> vertices, std::span<const Ve
       }
     }
     if (best.triangle != here.triangle) continue;
-    // Seen from inside, every face of a ball has a place that is nearest to its surroundings: look a
-    // little farther before believing it.
+    // Seen from inside, every face of a ball has a place that is nearest to its surroundings: look
+    // a little farther before believing it.
     for (std::size_t a = 0; a < 3; ++a) {
       const std::size_t vertex = corner_of(here.triangle, a);
       for (int i = ring_begin_[vertex]; i < ring_begin_[vertex + 1]; ++i)
@@ -131,7 +129,7 @@ WalkEnd WalkableSurface::walk(std::span<const Vec3> vertices, std::span<const Ve
     }
     if (best.triangle == here.triangle) break;
   }
-  if (!(least <= reach * reach)) return WalkEnd::lost;
+  if (!(least <= reach * reach)) return WalkEnd::kLost;
   const std::span<const Vec3> normals =
       vertex_normals.empty() ? std::span<const Vec3>(normals_) : vertex_normals;
   spot.point = best;
@@ -143,16 +141,16 @@ WalkEnd WalkableSurface::walk(std::span<const Vec3> vertices, std::span<const Ve
     spot.normal += weight * normals[corner_of(best.triangle, a)];
   }
   spot.normal.normalize();
-  return WalkEnd::found;
+  return WalkEnd::kFound;
 }
 
 WalkEnd WalkableSurface::straight(const Vec3& along, SurfaceSpot& spot) const noexcept {
-  if (!spot.on_surface() || !along.allFinite()) return WalkEnd::lost;
+  if (!spot.on_surface() || !along.allFinite()) return WalkEnd::kLost;
   int triangle = spot.point.triangle;
   Vec3 weights = spot.point.weights.cwiseMax(0.0);
   weights /= weights.sum();
   double left = along.norm();
-  if (!(left > 0.0)) return WalkEnd::found;
+  if (!(left > 0.0)) return WalkEnd::kFound;
   const auto corner = [&](int t, int a) -> const Vec3& {
     return surface_.vertices[static_cast<std::size_t>(
         surface_.triangles[static_cast<std::size_t>(t)][static_cast<std::size_t>(a % 3)])];
@@ -161,8 +159,7 @@ WalkEnd WalkableSurface::straight(const Vec3& along, SurfaceSpot& spot) const no
     return Vec3((corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).normalized());
   };
   Vec3 normal = normal_of(triangle);
-  Vec3 direction =
-      Quaternion::FromTwoVectors(spot.normal, normal) * Vec3(along / left);
+  Vec3 direction = Quaternion::FromTwoVectors(spot.normal, normal) * Vec3(along / left);
   direction = (direction - direction.dot(normal) * normal).normalized();
   int entered = -1;  // edge, from its first corner
   for (int step = 0; step < kMostSteps; ++step) {
@@ -185,16 +182,16 @@ WalkEnd WalkableSurface::straight(const Vec3& along, SurfaceSpot& spot) const no
     }
     if (out < 0 || way >= left) {
       weights = (weights + left * rate).cwiseMax(0.0);
-      if (!weights.allFinite()) return WalkEnd::lost;
+      if (!weights.allFinite()) return WalkEnd::kLost;
       weights /= weights.sum();
       spot = at({triangle, weights});
-      return WalkEnd::found;
+      return WalkEnd::kFound;
     }
     left -= way;
     const Vec3 place_weights = weights + way * rate;
     const int first = (out + 1) % 3;
     const int other = across_[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(first)];
-    if (other < 0) return WalkEnd::edge;
+    if (other < 0) return WalkEnd::kEdge;
     const Vec3 edge = (corner(triangle, first + 1) - corner(triangle, first)).normalized();
     const Vec3 next_normal = normal_of(other);
     // The part of the direction across the edge turns with the surface.
@@ -212,12 +209,12 @@ WalkEnd WalkableSurface::straight(const Vec3& along, SurfaceSpot& spot) const no
       if (into[static_cast<std::size_t>(b)] == from[static_cast<std::size_t>((first + 1) % 3)] &&
           into[static_cast<std::size_t>((b + 1) % 3)] == from[static_cast<std::size_t>(first)])
         entered = b;
-    if (!(next.sum() > 0.0)) return WalkEnd::lost;
+    if (!(next.sum() > 0.0)) return WalkEnd::kLost;
     weights = next / next.sum();
     triangle = other;
     normal = next_normal;
   }
-  return WalkEnd::lost;
+  return WalkEnd::kLost;
 }
 
 SurfaceSpot WalkableSurface::at(const SurfacePoint& point) const noexcept {
@@ -226,8 +223,8 @@ SurfaceSpot WalkableSurface::at(const SurfacePoint& point) const noexcept {
   spot.position.setZero();
   spot.normal.setZero();
   for (std::size_t a = 0; a < 3; ++a) {
-    const auto vertex = static_cast<std::size_t>(
-        surface_.triangles[static_cast<std::size_t>(point.triangle)][a]);
+    const auto vertex =
+        static_cast<std::size_t>(surface_.triangles[static_cast<std::size_t>(point.triangle)][a]);
     const double weight = point.weights[static_cast<Eigen::Index>(a)];
     spot.position += weight * surface_.vertices[vertex];
     spot.normal += weight * normals_[vertex];
@@ -245,8 +242,7 @@ SurfaceSpot WalkableSurface::nearest(const Vec3& tip) const noexcept {
                &b = surface_.vertices[static_cast<std::size_t>(corners[1])],
                &c = surface_.vertices[static_cast<std::size_t>(corners[2])];
     const Vec3 weights = closest_weights(tip, a, b, c);
-    const double distance2 =
-        (weights[0] * a + weights[1] * b + weights[2] * c - tip).squaredNorm();
+    const double distance2 = (weights[0] * a + weights[1] * b + weights[2] * c - tip).squaredNorm();
     if (distance2 < least) {
       least = distance2;
       best = {static_cast<int>(t), weights};

@@ -21,9 +21,9 @@ struct SurfaceSpot {
 
 /// What a walk ended with.
 enum class WalkEnd {
-  found,  ///< no neighbour is nearer
-  lost,   ///< too many steps, or farther away than asked for: to be found globally
-  edge,   ///< a straight walk left an open surface
+  kFound,  ///< no neighbour is nearer
+  kLost,   ///< too many steps, or farther away than asked for: to be found globally
+  kEdge,   ///< a straight walk left an open surface
 };
 
 /// Triangles, who their neighbours are, and the rest shape. Immutable; walks allocate nothing and

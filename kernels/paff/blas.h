@@ -30,8 +30,8 @@ void multiply(bool b_transposed, int m, int n, int k, double alpha, const double
 void subtract_square(int n, int k, const float* a, int lda, float* c, int ldc);
 void subtract_square(int n, int k, const double* a, int lda, double* c, int ldc);
 
-/// Eigenvalues of a symmetric A (n x n, its lower triangle), ascending; A becomes their eigenvectors.
-/// False where they aren't found.
+/// Eigenvalues of a symmetric A (n x n, its lower triangle), ascending; A becomes their
+/// eigenvectors. False where they aren't found.
 bool eigen(int n, double* a, double* values);
 
 }  // namespace blas

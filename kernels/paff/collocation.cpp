@@ -13,7 +13,7 @@
 namespace viscera {
 namespace {
 
-enum class RowKind : char { held, traction, balance };
+enum class RowKind : char { kHeld, kTraction, kBalance };
 
 constexpr std::size_t kChunk = 32;
 
@@ -36,7 +36,7 @@ struct Rows {
   std::size_t size() const { return kinds.size(); }
   /// Depth of the layer that a traction row balances [m].
   double layer(std::size_t i) const {
-    if (kinds[i] != RowKind::traction) return 0.0;
+    if (kinds[i] != RowKind::kTraction) return 0.0;
     return 0.5 * spacings[i] * patches.mean_normal(i).squaredNorm();
   }
 };
@@ -45,7 +45,7 @@ Result<Rows> classify(const ElasticProblem& problem) {
   const PointCloud& cloud = *problem.cloud;
   Result<std::vector<double>> volumes = nodal_volumes(*problem.surface, cloud);
   if (!volumes) return std::unexpected(volumes.error());
-  Rows rows{std::vector<RowKind>(cloud.size(), RowKind::balance),
+  Rows rows{std::vector<RowKind>(cloud.size(), RowKind::kBalance),
             cloud.spacings,
             std::vector<double>(cloud.size()),
             std::move(*volumes),
@@ -58,7 +58,7 @@ Result<Rows> classify(const ElasticProblem& problem) {
     if (i < cloud.surface_count) {
       const double area = rows.patches.area(i);
       if (problem.is_fixed(cloud.positions[i])) {
-        rows.kinds[i] = RowKind::held;
+        rows.kinds[i] = RowKind::kHeld;
         rows.scales[i] = 1.0;
         rows.extents[i] = 0.0;
         rows.fixed_area += area;
@@ -72,7 +72,7 @@ Result<Rows> classify(const ElasticProblem& problem) {
                        "it, or the body is a sheet there); expected one: use a smaller node "
                        "spacing, or \"galerkin\"");
       }
-      rows.kinds[i] = RowKind::traction;
+      rows.kinds[i] = RowKind::kTraction;
       rows.scales[i] = h / modulus;
       rows.extents[i] = area;
     } else if (!(rows.extents[i] > 0.0)) {
@@ -121,8 +121,8 @@ void assemble_chunk(const Rows& rows, const IsotropicMaterial& material,
     const double layer = stabilised_tractions ? rows.layer(i) : 0.0;
     for (std::size_t j = 0; j < stencil.nodes.size(); ++j) {
       Mat3 block = Mat3::Identity() * stencil.values[j];
-      if (rows.kinds[i] == RowKind::balance) block = balance_block(material, stencil.hessians[j]);
-      if (rows.kinds[i] == RowKind::traction) {
+      if (rows.kinds[i] == RowKind::kBalance) block = balance_block(material, stencil.hessians[j]);
+      if (rows.kinds[i] == RowKind::kTraction) {
         block = traction_block(material, rows.patches.mean_normal(i), stencil.gradients[j]);
         if (layer > 0.0) block += layer * balance_block(material, stencil.hessians[j]);
       }
@@ -222,13 +222,13 @@ class CollocationSolver final : public ElasticSolver {
     const Vec3& x = rows_.positions[i];
     Vec3 right = Vec3::Zero();
     switch (rows_.kinds[i]) {
-      case RowKind::held:
+      case RowKind::kHeld:
         if (loads.held_displacement) right = loads.held_displacement(x);
         break;
-      case RowKind::balance:
+      case RowKind::kBalance:
         if (loads.body_force) right = loads.body_force(x);
         break;
-      case RowKind::traction:
+      case RowKind::kTraction:
         if (loads.traction) {
           right = rows_.patches.mean(i, [&](const Vec3& n) { return loads.traction(x, n); });
         }
@@ -288,9 +288,9 @@ Result<std::unique_ptr<ElasticSolver>> prepare_collocation(const Formulation& fo
   figures.factor_s = factoring.seconds();
   figures.factor_bytes = factor->factor_bytes();
   if (!progress(1.0, "factoring")) return failure(kCancelled);
-  return std::make_unique<CollocationSolver>(
-      formulation, std::move(*rows), rules.stabilised_tractions, std::move(*matrix),
-      std::move(*factor), figures);
+  return std::make_unique<CollocationSolver>(formulation, std::move(*rows),
+                                             rules.stabilised_tractions, std::move(*matrix),
+                                             std::move(*factor), figures);
 }
 
 }  // namespace viscera

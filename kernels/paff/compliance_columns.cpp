@@ -59,9 +59,9 @@ Result<SurfaceCompliance> empty_compliance(std::size_t node_count, const SparseW
     return node >= 0 && static_cast<std::size_t>(node) < node_count;
   });
   if (!known || !is_ascending_below(touchable, places.rows())) {
-    return failure("compliance: expected places whose nodes are below " +
-                   std::to_string(node_count) + ", and touchable places ascending, each once, below " +
-                   std::to_string(places.rows()));
+    return failure(
+        "compliance: expected places whose nodes are below " + std::to_string(node_count) +
+        ", and touchable places ascending, each once, below " + std::to_string(places.rows()));
   }
   SurfaceCompliance compliance{places.rows(), std::move(touchable), {}, symmetric};
   compliance.columns.resize(compliance.rows() * 3 * compliance.touchable.size());

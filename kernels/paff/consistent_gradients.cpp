@@ -343,15 +343,15 @@ Result<ConsistencyChange> make_gradients_consistent(const ShapeFunctions& shape,
                                                     const SurfaceQuadrature& surface,
                                                     const PointFields& surface_fields,
                                                     PointFields& volume_fields) {
-  const auto& make = shape.basis() == Basis::linear ? make_consistent<kLinearTerms, 1>
-                                                    : make_consistent<kQuadraticTerms, 4>;
+  const auto& make = shape.basis() == Basis::kLinear ? make_consistent<kLinearTerms, 1>
+                                                     : make_consistent<kQuadraticTerms, 4>;
   return make(shape, volume, volume_incidence, surface, surface_fields, volume_fields);
 }
 
 void correct_gradients(const ShapeFunctions& shape, const VolumeQuadrature& some,
                        const std::vector<double>& multipliers, PointFields& fields) {
   const auto& correct_with =
-      shape.basis() == Basis::linear ? correct<kLinearTerms, 1> : correct<kQuadraticTerms, 4>;
+      shape.basis() == Basis::kLinear ? correct<kLinearTerms, 1> : correct<kQuadraticTerms, 4>;
   correct_with(shape, some, multipliers, fields);
 }
 

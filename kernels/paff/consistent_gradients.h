@@ -16,7 +16,7 @@ namespace viscera {
 
 /// What it took to make gradients consistent.
 struct ConsistencyChange {
-  double size = 0.0;                ///< over the gradients', a measure of the quadrature: 0.015 to 0.05
+  double size = 0.0;  ///< over the gradients', a measure of the quadrature: 0.015 to 0.05
   std::vector<double> multipliers;  ///< of the nodes: what correct_gradients makes it from again
 };
 
@@ -36,8 +36,8 @@ Result<ConsistencyChange> make_gradients_consistent(const ShapeFunctions& shape,
                                                     const PointFields& surface_fields,
                                                     PointFields& volume_fields);
 
-/// The same change at some of the points, whose plain gradients `fields` holds: a point's depends on
-/// the multipliers of the nodes that reach it alone.
+/// The same change at some of the points, whose plain gradients `fields` holds: a point's depends
+/// on the multipliers of the nodes that reach it alone.
 void correct_gradients(const ShapeFunctions& shape, const VolumeQuadrature& some,
                        const std::vector<double>& multipliers, PointFields& fields);
 

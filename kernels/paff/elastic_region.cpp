@@ -80,8 +80,9 @@ AddedStiffness added_stiffness(const ElasticRegion& region, std::span<const doub
     column[i] = 3 * static_cast<Eigen::Index>(added.nodes.size());
     added.nodes.push_back(static_cast<int>(i));
   }
-  added.roots.setZero(static_cast<Eigen::Index>(6 * points.size() + ElasticRegion::kTerms * cells.size()),
-                      3 * static_cast<Eigen::Index>(added.nodes.size()));
+  added.roots.setZero(
+      static_cast<Eigen::Index>(6 * points.size() + ElasticRegion::kTerms * cells.size()),
+      3 * static_cast<Eigen::Index>(added.nodes.size()));
   const StiffnessRoot root(region);
   Eigen::Index row = 0;
   for (const std::size_t q : points) {
@@ -104,17 +105,17 @@ AddedStiffness added_stiffness(const ElasticRegion& region, std::span<const doub
   const std::vector<Eigen::Matrix4d> excess = cell_excesses(region, factors);
   for (const std::size_t c : cells) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> modes(excess[c]);
-    const Eigen::Matrix4d halves =
-        std::sqrt(region.averaged_lambda) *
-        modes.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-        modes.eigenvectors().transpose();
+    const Eigen::Matrix4d halves = std::sqrt(region.averaged_lambda) *
+                                   modes.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+                                   modes.eigenvectors().transpose();
     const std::size_t width = region.cell_begin[c + 1] - region.cell_begin[c];
     for (std::size_t i = 0; i < width; ++i) {
       const auto node = static_cast<std::size_t>(region.cell_nodes[region.cell_begin[c] + i]);
       Eigen::Matrix<double, kTerms, 3> gradients;
       for (int k = 0; k < kTerms; ++k) {
-        gradients.row(k) = region.cell_gradients[ElasticRegion::kTerms * region.cell_begin[c] +
-                                                 static_cast<std::size_t>(k) * width + i]
+        gradients.row(k) = region
+                               .cell_gradients[ElasticRegion::kTerms * region.cell_begin[c] +
+                                               static_cast<std::size_t>(k) * width + i]
                                .transpose();
       }
       added.roots.block<kTerms, 3>(row, column[node]) = halves * gradients;
@@ -158,11 +159,15 @@ void add_stiffness(const ElasticRegion& region, std::span<const double> factors,
   const AddedStiffness added = added_stiffness(region, factors);
   const MatrixX more = added.roots.transpose() * added.roots;
   const SymmetricPattern& pattern = stiffness.pattern;
-  const auto node = [&](std::size_t i) { return region.nodes[static_cast<std::size_t>(added.nodes[i])]; };
+  const auto node = [&](std::size_t i) {
+    return region.nodes[static_cast<std::size_t>(added.nodes[i])];
+  };
   for (std::size_t i = 0; i < added.nodes.size(); ++i) {
     const auto row = static_cast<std::size_t>(node(i));
-    const auto first = pattern.columns.begin() + static_cast<std::ptrdiff_t>(pattern.row_begin[row]);
-    const auto last = pattern.columns.begin() + static_cast<std::ptrdiff_t>(pattern.row_begin[row + 1]);
+    const auto first =
+        pattern.columns.begin() + static_cast<std::ptrdiff_t>(pattern.row_begin[row]);
+    const auto last =
+        pattern.columns.begin() + static_cast<std::ptrdiff_t>(pattern.row_begin[row + 1]);
     for (std::size_t j = i; j < added.nodes.size(); ++j) {
       const auto at = std::lower_bound(first, last, node(j));
       // Nodes that share no point: their block is zero.

@@ -13,13 +13,13 @@
 
 namespace viscera {
 
-/// Quadrature points q of the weak form with consistent gradients g~ there, and where the dilatation
-/// is averaged (mean_dilatation.h) the cells c that they lie in, psi_k(y_q) and the rows G_k of these.
-/// With f_q and e_q (linear strain without stress) the body's elastic energy is
+/// Quadrature points q of the weak form with consistent gradients g~ there, and where the
+/// dilatation is averaged (mean_dilatation.h) the cells c that they lie in, psi_k(y_q) and the rows
+/// G_k of these. With f_q and e_q (linear strain without stress) the body's elastic energy is
 ///   1/2 sum_q w f (2 mu |eps(u) - e I|^2 + lambda (div u - 3 e)^2 + averaged (dil u - 3 e)^2),
 ///   dil u = sum_k psi_k(y_q) sum_J G_kJ . u_J
-/// The hold (Nitsche) keeps the sound tissue's values: with f = 4 right at it, it yields by some 3 %
-/// of what the tissue stretches over a spacing.
+/// The hold (Nitsche) keeps the sound tissue's values: with f = 4 right at it, it yields by some 3
+/// % of what the tissue stretches over a spacing.
 struct ElasticRegion {
   static constexpr std::size_t kTerms = 4;  ///< psi of a cell
 
@@ -66,8 +66,9 @@ struct AddedStiffness {
 };
 AddedStiffness added_stiffness(const ElasticRegion& region, std::span<const double> factors);
 
-/// Forces on the region's nodes under which the body takes the strains `eigenstrains` (e, one number
-/// a point), its points being `factors` times as stiff [N].                              (3 n)
+/// Forces on the region's nodes under which the body takes the strains `eigenstrains` (e, one
+/// number a point), its points being `factors` times as stiff [N].                              (3
+/// n)
 VectorX eigenstrain_load(const ElasticRegion& region, std::span<const double> factors,
                          std::span<const double> eigenstrains);
 

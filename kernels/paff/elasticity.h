@@ -98,7 +98,7 @@ class Formulation {
   virtual std::string_view name() const = 0;  ///< "galerkin"
   virtual int version() const = 0;  ///< raised when its results change: part of cache keys
   virtual double support_factor() const = 0;  ///< rho: support radius over spacing
-  virtual Basis basis() const { return Basis::linear; }
+  virtual Basis basis() const { return Basis::kLinear; }
   /// True: the nodal unknowns are the displacements at the nodes. False: only sums of fields are.
   virtual bool interpolates() const { return false; }
   /// Materials above it are refused: its error would grow without bound. 0.5: none is.

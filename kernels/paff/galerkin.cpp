@@ -190,7 +190,7 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   system.material_ = problem.material;
   const std::size_t n = problem.cloud->size();
   const LocalSpacing spacing(*problem.cloud);
-  const bool quadratic = basis == Basis::quadratic;  // degrees: see consistent_gradients.h
+  const bool quadratic = basis == Basis::kQuadratic;  // degrees: see consistent_gradients.h
   system.surface_ =
       surface_quadrature(*problem.surface, spacing, problem.is_fixed, quadratic ? 4 : 2);
   system.figures_.fixed_area = fixed_area(system.surface_);
@@ -317,8 +317,7 @@ Vec3 GalerkinSystem::displacement(std::span<const double> unknowns, const Vec3& 
   return sum;
 }
 
-Result<ElasticRegion> GalerkinSystem::region(
-    const std::function<bool(const Vec3&)>& wanted) const {
+Result<ElasticRegion> GalerkinSystem::region(const std::function<bool(const Vec3&)>& wanted) const {
   ElasticRegion region;
   region.shear_modulus = material_.shear_modulus();
   const SplitLambda lambda = split_lambda(material_);

@@ -34,7 +34,7 @@ class GalerkinSystem {
   /// Errors as documented at Formulation::prepare; the surface may be dropped afterwards.
   static Result<GalerkinSystem> assemble(const ElasticProblem& problem, double support_factor,
                                          const Progress& progress) {
-    return assemble(problem, Basis::linear, support_factor, progress);
+    return assemble(problem, Basis::kLinear, support_factor, progress);
   }
   static Result<GalerkinSystem> assemble(const ElasticProblem& problem, Basis basis,
                                          double support_factor, const Progress& progress);

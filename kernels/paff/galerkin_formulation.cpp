@@ -88,12 +88,12 @@ class GalerkinFormulation final : public Formulation {
 }  // namespace
 
 const Formulation& galerkin_formulation() {
-  static const GalerkinFormulation formulation("galerkin", Basis::linear, 1.8);
+  static const GalerkinFormulation formulation("galerkin", Basis::kLinear, 1.8);
   return formulation;
 }
 
 const Formulation& galerkin_quadratic_formulation() {
-  static const GalerkinFormulation formulation("galerkin_quadratic", Basis::quadratic, 2.4);
+  static const GalerkinFormulation formulation("galerkin_quadratic", Basis::kQuadratic, 2.4);
   return formulation;
 }
 

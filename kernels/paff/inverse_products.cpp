@@ -265,8 +265,8 @@ class InverseProducts {
 }  // namespace
 
 template <class Real>
-std::vector<Real> inverse_products(const FrontalCholesky<Real>& factor,
-                                   const SparseWeights& places, std::span<const int> columns) {
+std::vector<Real> inverse_products(const FrontalCholesky<Real>& factor, const SparseWeights& places,
+                                   std::span<const int> columns) {
   return InverseProducts<Real>(factor, places, columns).run();
 }
 
@@ -289,9 +289,10 @@ double inverse_products_cost(const Dissection& dissection, int width, const Spar
     const auto own = static_cast<double>(front.own());
     const auto border = static_cast<double>(front.border.size());
     const auto height = static_cast<double>(active[f].size());
-    const auto count = static_cast<double>(
-        std::count_if(active[f].begin(), active[f].end(),
-                      [&](int p) { return has_column[static_cast<std::size_t>(p)] != 0; }));
+    const auto count =
+        static_cast<double>(std::count_if(active[f].begin(), active[f].end(), [&](int p) {
+          return has_column[static_cast<std::size_t>(p)] != 0;
+        }));
     const double product = columns.size() == places.rows() ? 0.5 * height : height;
     cost += own * (height * (0.5 * own + border) + product * count);
     if (front.parent >= 0) merge_into(active[static_cast<std::size_t>(front.parent)], active[f]);

@@ -18,8 +18,8 @@ namespace viscera {
 /// Returns (w places) x (w columns), column-major, w the width of the blocks. Where `columns` are
 /// all places only entries on and below the diagonal are there.
 template <class Real>
-std::vector<Real> inverse_products(const FrontalCholesky<Real>& factor,
-                                   const SparseWeights& places, std::span<const int> columns);
+std::vector<Real> inverse_products(const FrontalCholesky<Real>& factor, const SparseWeights& places,
+                                   std::span<const int> columns);
 
 /// Multiplications that this takes; to be weighed against solving.
 double inverse_products_cost(const Dissection& dissection, int width, const SparseWeights& places,

@@ -59,7 +59,7 @@ struct MumpsFactor::Instance {
   explicit Instance(MatrixKind kind) {
     mumps.comm_fortran = kUseCommWorld;
     mumps.par = 1;
-    mumps.sym = kind == MatrixKind::positive_definite ? 1 : 0;
+    mumps.sym = kind == MatrixKind::kPositiveDefinite ? 1 : 0;
     call(kInitialise);
     for (const int output : {1, 2, 3}) icntl(output) = 0;
     icntl(4) = 0;
@@ -110,7 +110,7 @@ Result<MumpsFactor> MumpsFactor::factor(const CoordinateMatrix& matrix, MatrixKi
   instance->icntl(14) = 30;
   // Rows of a collocation matrix are scaled by their own kind; an unsymmetric permutation to a
   // large diagonal would undo the order of the nodes.
-  if (kind == MatrixKind::unsymmetric) instance->icntl(6) = 0;
+  if (kind == MatrixKind::kUnsymmetric) instance->icntl(6) = 0;
   instance->call(kAnalyse);
   if (instance->infog(1) < 0) return failure(explain(mumps, what));
   for (int attempt = 0; attempt < 3; ++attempt) {
@@ -122,7 +122,7 @@ Result<MumpsFactor> MumpsFactor::factor(const CoordinateMatrix& matrix, MatrixKi
   mumps.irn = mumps.jcn = nullptr;
   mumps.a = nullptr;
   if (instance->infog(1) < 0) return failure(explain(mumps, what));
-  if (kind == MatrixKind::positive_definite && instance->infog(12) > 0) {
+  if (kind == MatrixKind::kPositiveDefinite && instance->infog(12) > 0) {
     std::ostringstream message;
     message << what << ": the matrix is not positive definite (" << instance->infog(12)
             << " negative pivots of " << matrix.order << "); expected none";

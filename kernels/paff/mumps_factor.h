@@ -27,7 +27,7 @@ struct CoordinateMatrix {
   }
 };
 
-enum class MatrixKind { positive_definite, unsymmetric };
+enum class MatrixKind { kPositiveDefinite, kUnsymmetric };
 
 /// Owns the MUMPS instance; movable. BLAS is held to one thread, so that results don't depend on
 /// the number of threads. MUMPS itself isn't safe from several threads at once: calls of all
@@ -47,8 +47,8 @@ class MumpsFactor {
   Result<void> solve(std::span<double> right_hand_sides, int columns);
 
   /// Column k of `out` (order x columns, column-major) becomes A^-1 b_k, with b_k given by
-  /// values[e] at rows[e], e in [begin[k], begin[k + 1]). Skips the parts of the forward elimination
-  /// where the vectors are zero.
+  /// values[e] at rows[e], e in [begin[k], begin[k + 1]). Skips the parts of the forward
+  /// elimination where the vectors are zero.
   Result<void> solve_sparse(std::span<const int> begin, std::span<const int> rows,
                             std::span<const double> values, std::span<double> out);
 

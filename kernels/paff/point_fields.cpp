@@ -55,7 +55,7 @@ Result<PointFields> evaluate_fields(const ShapeFunctions& shape, std::span<const
       const Vec3 at = points[static_cast<std::size_t>(part.singular)] * 1e3;
       std::ostringstream message;
       message << "nodes: " << part.reached << " nodes reach (" << at.transpose()
-              << ") mm and carry no " << (shape.basis() == Basis::linear ? "linear" : "quadratic")
+              << ") mm and carry no " << (shape.basis() == Basis::kLinear ? "linear" : "quadratic")
               << " field there; expected at least " << basis_terms(shape.basis())
               << ", not in one plane: use a smaller node spacing";
       return failure(message.str());

@@ -32,8 +32,8 @@ ShapeFunctions::ShapeFunctions(const PointCloud& cloud, double support_factor, B
       grid_(cloud_.positions, radii_) {}
 
 bool ShapeFunctions::evaluate(const Vec3& x, bool with_gradients, ShapeValues& out) const {
-  return basis_ == Basis::linear ? evaluate_with<kLinearTerms>(x, with_gradients, out)
-                                 : evaluate_with<kQuadraticTerms>(x, with_gradients, out);
+  return basis_ == Basis::kLinear ? evaluate_with<kLinearTerms>(x, with_gradients, out)
+                                  : evaluate_with<kQuadraticTerms>(x, with_gradients, out);
 }
 
 template <int kTerms>

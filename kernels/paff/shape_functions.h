@@ -14,7 +14,7 @@ double quartic_weight(double s);
 double quartic_weight_derivative(double s);
 
 /// The polynomials that the fields reproduce exactly: 1, x, y, z; or all up to second degree.
-enum class Basis { linear, quadratic };
+enum class Basis { kLinear, kQuadratic };
 
 /// Shape functions at one point: the nodes that reach it, their values and gradients.
 struct ShapeValues {
@@ -26,14 +26,14 @@ struct ShapeValues {
 
 /// Number of polynomials in a basis: the fewest nodes that must reach every place.
 constexpr int basis_terms(Basis basis) {
-  return basis == Basis::linear ? 4 : 10;
+  return basis == Basis::kLinear ? 4 : 10;
 }
 
 /// The finite fields of a cloud: phi_J(x) = W_J p(x)^T A(x)^-1 p(x_J), basis shifted to x and
 /// scaled by h ([De2006] eq. 3-4; [Lancaster1981]). Supports r_J = support_factor * h_J.
 class ShapeFunctions {
  public:
-  ShapeFunctions(const PointCloud& cloud, double support_factor, Basis basis = Basis::linear);
+  ShapeFunctions(const PointCloud& cloud, double support_factor, Basis basis = Basis::kLinear);
 
   /// False when the moment matrix at x is singular (too few nodes, or nodes in a plane).
   bool evaluate(const Vec3& x, bool with_gradients, ShapeValues& out) const;

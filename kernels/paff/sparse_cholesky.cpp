@@ -33,7 +33,7 @@ Result<SparseCholesky> SparseCholesky::factor(const SymmetricBlockMatrix& matrix
     }
   }
   Result<MumpsFactor> factor =
-      MumpsFactor::factor(upper, MatrixKind::positive_definite, matrix.width, what);
+      MumpsFactor::factor(upper, MatrixKind::kPositiveDefinite, matrix.width, what);
   if (!factor) return std::unexpected(factor.error());
   return SparseCholesky(std::move(*factor));
 }

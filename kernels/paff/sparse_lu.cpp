@@ -56,7 +56,7 @@ Result<SparseLu> SparseLu::factor(const BlockRows& matrix, std::string_view what
       }
     }
   }
-  Result<MumpsFactor> factor = MumpsFactor::factor(all, MatrixKind::unsymmetric, 3, what);
+  Result<MumpsFactor> factor = MumpsFactor::factor(all, MatrixKind::kUnsymmetric, 3, what);
   if (!factor) return std::unexpected(factor.error());
   return SparseLu(std::move(*factor));
 }

@@ -303,9 +303,9 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
                    " nodes; expected as many, of width 3, and at least one");
   }
   const auto dissection = std::make_shared<const Dissection>(dissect(positions, stiffness.pattern));
-  if (precision != FactorPrecision::full) {
+  if (precision != FactorPrecision::kFull) {
     auto single = FrontalCholesky<float>::factor(stiffness, dissection, kWhat);
-    const bool asked_for = precision == FactorPrecision::single;
+    const bool asked_for = precision == FactorPrecision::kSingle;
     if (!single && asked_for) return std::unexpected(single.error());
     if (single && (asked_for || error_of(stiffness, *single) < kSingleIsEnough)) {
       return StiffnessFactor(std::move(*single));
@@ -341,7 +341,8 @@ Result<SurfaceCompliance> StiffnessFactor::compliance(const SparseWeights& place
                                                       const Progress& progress) const {
   const std::size_t nodes =
       std::visit([](const auto& factor) { return factor.dissection().order.size(); }, factor_);
-  Result<SurfaceCompliance> compliance = empty_compliance(nodes, places, std::move(touchable), true);
+  Result<SurfaceCompliance> compliance =
+      empty_compliance(nodes, places, std::move(touchable), true);
   if (!compliance) return compliance;
   const Result<void> filled = std::visit(
       [&](const auto& factor) -> Result<void> {

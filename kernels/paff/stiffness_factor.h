@@ -14,7 +14,7 @@ namespace viscera {
 /// The precision of a factor. `measured`: single, unless a test solve with it is wrong by more than
 /// 1e-5 of the answer or a pivot isn't positive in it (bodies near incompressible, or hardly held);
 /// then double.
-enum class FactorPrecision { measured, single, full };
+enum class FactorPrecision { kMeasured, kSingle, kFull };
 
 class StiffnessFactor {
  public:
@@ -22,7 +22,7 @@ class StiffnessFactor {
   /// positive definite.
   static Result<StiffnessFactor> factor(const SymmetricBlockMatrix& stiffness,
                                         std::span<const Vec3> positions,
-                                        FactorPrecision precision = FactorPrecision::measured);
+                                        FactorPrecision precision = FactorPrecision::kMeasured);
 
   /// K x = b in place, column-major (3 N x columns), to double precision: conjugate gradients
   /// preconditioned by the factor, with the residual of `stiffness`, the matrix factored.

@@ -10,8 +10,8 @@ namespace viscera {
 
 /// Nodes; the first `surface_count` lie on the body's surface.
 struct PointCloud {
-  std::vector<Vec3> positions;     ///< [m]                                              (N)
-  std::vector<double> spacings;    ///< h_J: mean distance to the six nearest nodes [m]  (N)
+  std::vector<Vec3> positions;   ///< [m]                                              (N)
+  std::vector<double> spacings;  ///< h_J: mean distance to the six nearest nodes [m]  (N)
   std::size_t surface_count = 0;
 
   std::size_t size() const { return positions.size(); }

@@ -1,5 +1,6 @@
-// Triangles divided along the cubic edges of curved PN triangles [Vlachos2001], so that a coarse surface
-// has no facets. How it is divided is decided once; its shape follows the coarse surface as that deforms.
+// Triangles divided along the cubic edges of curved PN triangles [Vlachos2001], so that a coarse
+// surface has no facets. How it is divided is decided once; its shape follows the coarse surface as
+// that deforms.
 #pragma once
 
 #include <array>
@@ -31,9 +32,9 @@ class CurvedRefinement {
 
  private:
   struct Middle {
-    int from, to;                             // the edge
-    bool smooth = true;                       // curved; else straight
-    int sides = 0;                            // triangles at the edge
+    int from, to;        // the edge
+    bool smooth = true;  // curved; else straight
+    int sides = 0;       // triangles at the edge
     std::array<std::array<int, 3>, 2> side{};
   };
   class Builder;

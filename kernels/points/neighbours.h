@@ -24,7 +24,7 @@ class InfluenceGrid {
   Box box_;
   double cell_ = 1.0;
   Eigen::Vector3i size_ = Eigen::Vector3i::Ones();
-  std::vector<int> begin_, items_;   // cell -> points whose ball touches the cell
+  std::vector<int> begin_, items_;  // cell -> points whose ball touches the cell
 };
 
 /// The k nearest points to each point, itself excluded; row-major (N x k), nearest first, ties

@@ -18,10 +18,10 @@ using SpacingField = std::function<double(const Vec3&)>;
 SpacingField graded_spacing(double h_max, double h_min, double gradient, std::vector<Vec3> points);
 
 struct NodePlacement {
-  double accept = 0.95;    ///< a candidate keeps accept * h from every node
-  int sweeps = 20;         ///< repulsion sweeps after the front has closed
+  double accept = 0.95;  ///< a candidate keeps accept * h from every node
+  int sweeps = 20;       ///< repulsion sweeps after the front has closed
   std::uint64_t seed = 1;
-  std::size_t max_nodes = 2'000'000;   ///< more is refused, with the number expected
+  std::size_t max_nodes = 2'000'000;  ///< more is refused, with the number expected
 };
 
 /// Surface nodes first, then the interior, then repulsion sweeps (surface nodes slide on the

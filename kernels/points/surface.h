@@ -11,8 +11,8 @@ namespace viscera {
 
 /// Triangles over shared vertices. Outward orientation: counter-clockwise seen from outside.
 struct TriangleSurface {
-  std::vector<Vec3> vertices;                  ///< [m]
-  std::vector<std::array<int, 3>> triangles;   ///< indices into vertices
+  std::vector<Vec3> vertices;                 ///< [m]
+  std::vector<std::array<int, 3>> triangles;  ///< indices into vertices
 
   bool empty() const { return triangles.empty(); }
 };

@@ -19,8 +19,8 @@ class SurfaceTree {
 
   struct Closest {
     SurfacePoint point;
-    Vec3 position;        ///< [m]
-    double distance;      ///< >= 0 [m]
+    Vec3 position;    ///< [m]
+    double distance;  ///< >= 0 [m]
   };
   Closest closest(const Vec3& query) const;
   /// Negative inside [m]; the sign from angle-weighted pseudo-normals [Baerentzen2005].

@@ -202,7 +202,7 @@ CollideCounts collide(std::span<Float4> positions, std::span<Float4> velocities,
       const std::uint32_t begin = cells.cell_begin()[cell], end = cells.cell_begin()[cell + 1];
       const std::uint32_t near_capsules = cells.capsules_near()[cell];
       if (begin == end && near_capsules == 0) continue;
-      if (fates[i] != SmokeFate::airborne) continue;
+      if (fates[i] != SmokeFate::kAirborne) continue;
       ++count.tested;
       Contact contact{parameters, positions[i].xyz(), velocities[i].xyz()};
       for (std::uint32_t r = 0; r < parameters.rounds; ++r) {
@@ -215,7 +215,7 @@ CollideCounts collide(std::span<Float4> positions, std::span<Float4> velocities,
       const float mass = masses[i];
       if (contact.inside) {
         ++count.trapped;
-        fates[i] = SmokeFate::deposited;
+        fates[i] = SmokeFate::kDeposited;
         continue;
       }
       positions[i].set_xyz(contact.position);

@@ -7,8 +7,9 @@
 namespace viscera {
 namespace {
 
-constexpr int kPoints = 32;          // of the disc
-constexpr double kStepsPerCell = 2;  // the density is linear within a cell: its midpoints see it well
+constexpr int kPoints = 32;  // of the disc
+constexpr double kStepsPerCell =
+    2;  // the density is linear within a cell: its midpoints see it well
 
 double density_at(const SmokeGrid& grid, const Vec3& point) {
   const Vec3 at = (point - grid.domain.min()) / grid.voxel - Vec3::Constant(0.5);

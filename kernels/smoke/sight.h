@@ -16,8 +16,8 @@ struct SmokyCavity {
   SmokeOptics optics;
 };
 
-/// Optical depth between two points [m]: mass extinction times the integral of the density, which is
-/// linear between cell centres, constant in a grid's outermost half cells and nothing beyond.
+/// Optical depth between two points [m]: mass extinction times the integral of the density, which
+/// is linear between cell centres, constant in a grid's outermost half cells and nothing beyond.
 double optical_depth(const SmokyCavity& cavity, const Vec3& from, const Vec3& to);
 
 /// Mean of exp(-optical depth) from the lens to points spread evenly over a disc of this radius [m]

@@ -108,8 +108,8 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
     exchange_step_ = dt / exchanges;
     for (int e = 0; e < exchanges; ++e) {
       exchange();
-      // Neither particles nor what they may meet go further than a support radius: cells of the gas,
-      // and bodies, are wider.
+      // Neither particles nor what they may meet go further than a support radius: cells of the
+      // gas, and bodies, are wider.
       double way = exchange_step_ * static_cast<double>(passes().greatest_speed());
       const Eigen::AlignedBox3f domain(Vec3f::Zero(), parameters_.domain.sizes().cast<float>());
       way = std::max<double>(way, surfaces_.greatest_way(domain) / exchanges);
@@ -145,7 +145,7 @@ void SmokeVolume::take_back() {
     return;
   }
   drop_device();
-  fates_.assign(particles_.size(), SmokeFate::airborne);
+  fates_.assign(particles_.size(), SmokeFate::kAirborne);
 }
 
 void SmokeVolume::drop_device() {
@@ -238,7 +238,7 @@ void SmokeVolume::meet_surfaces(double dt, double from, double to, double whole,
 /// Particles at an outlet go through it, and the background thins.
 void SmokeVolume::take_out(double dt, std::span<const SmokeOutlet> outlets) {
   double evacuation = 0.0, leak = parameters_.background_leak;
-  fates_.assign(particles_.size(), SmokeFate::airborne);
+  fates_.assign(particles_.size(), SmokeFate::kAirborne);
   bool any = false;
   for (const SmokeOutlet& outlet : outlets) {
     if (!(outlet.flow > 0.0)) continue;
@@ -246,9 +246,9 @@ void SmokeVolume::take_out(double dt, std::span<const SmokeOutlet> outlets) {
     const Vec3f at = (outlet.position - parameters_.domain.min()).cast<float>();
     const float square = static_cast<float>(outlet.radius * outlet.radius);
     for (std::size_t i = 0; i < particles_.size(); ++i) {
-      if (fates_[i] != SmokeFate::airborne) continue;
+      if (fates_[i] != SmokeFate::kAirborne) continue;
       if (!((particles_.position(i) - at).squaredNorm() < square)) continue;
-      fates_[i] = outlet.leak ? SmokeFate::leaked : SmokeFate::evacuated;
+      fates_[i] = outlet.leak ? SmokeFate::kLeaked : SmokeFate::kEvacuated;
       any = true;
     }
   }
@@ -260,14 +260,14 @@ void SmokeVolume::end_aged_and_gone() {
   const float lifetime = static_cast<float>(parameters_.lifetime);
   const Vec3f extent = parameters_.domain.sizes().cast<float>();
   for (std::size_t i = 0; i < particles_.size(); ++i) {
-    if (fates_[i] != SmokeFate::airborne) continue;
+    if (fates_[i] != SmokeFate::kAirborne) continue;
     const Vec3f at = particles_.position(i);
     bool gone = particles_.age(i) > lifetime;
     for (int axis = 0; axis < 3; ++axis) {
       gone = gone || ((parameters_.open_sides & kOpenLowX << 2 * axis) && at[axis] < 0.0f) ||
              ((parameters_.open_sides & kOpenHighX << 2 * axis) && at[axis] > extent[axis]);
     }
-    if (gone) fates_[i] = SmokeFate::background;
+    if (gone) fates_[i] = SmokeFate::kBackground;
   }
   remove_ended();
 }
@@ -280,7 +280,7 @@ void SmokeVolume::end_oldest(std::size_t count) {
   const std::uint32_t last = ids[count - 1];
   fates_.resize(particles_.size());
   std::ranges::transform(particles_.ids, fates_.begin(), [&](std::uint32_t id) {
-    return id <= last ? SmokeFate::background : SmokeFate::airborne;
+    return id <= last ? SmokeFate::kBackground : SmokeFate::kAirborne;
   });
   remove_ended();
 }
@@ -290,27 +290,27 @@ void SmokeVolume::remove_ended() {
   for (std::size_t i = 0; i < particles_.size(); ++i) {
     const double mass = particles_.masses[i];
     switch (fates_[i]) {
-      case SmokeFate::airborne:
+      case SmokeFate::kAirborne:
         if (kept != i) particles_.copy(i, particles_, kept);
         ++kept;
         continue;
-      case SmokeFate::background:
+      case SmokeFate::kBackground:
         book_.background += mass;
         break;
-      case SmokeFate::evacuated:
+      case SmokeFate::kEvacuated:
         book_.evacuated += mass;
         break;
-      case SmokeFate::leaked:
+      case SmokeFate::kLeaked:
         book_.leaked += mass;
         break;
-      case SmokeFate::deposited:
+      case SmokeFate::kDeposited:
         book_.deposited += mass;
         break;
     }
     ++counters_.retired;
   }
   particles_.resize(kept);
-  fates_.assign(kept, SmokeFate::airborne);
+  fates_.assign(kept, SmokeFate::kAirborne);
 }
 
 double SmokeVolume::airborne() const {

@@ -31,7 +31,7 @@ struct SmokeParameters {
   double lifetime = 20.0;           ///< older particles join the background [s]
   std::uint64_t seed = 1;
   std::size_t max_particles = 25000;  ///< the oldest end when more are emitted, and are counted
-  Laplacian laplacian = Laplacian::pairwise;
+  Laplacian laplacian = Laplacian::kPairwise;
 
   /// White part of the random force per mass: the standard deviation of each component over 1/60 s
   /// [m/s2]; scaled by sqrt((1/60 s) / dt), so that the diffusion doesn't depend on the step.

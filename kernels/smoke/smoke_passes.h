@@ -22,8 +22,7 @@ struct alignas(16) Int4 {
   std::int32_t x = 0, y = 0, z = 0, w = 0;
 };
 
-// --- bin
-// ------------------------------------------------------------------------------------------
+// --- bin -----------------------------------------------------------------------------------------
 
 /// A dense grid of cells, x fastest, with a margin of one empty cell all around. A position's cell
 /// is floor((position - origin) inverse_cell), kept within [1, size - 2].
@@ -36,12 +35,11 @@ struct BinParameters {
 };
 static_assert(sizeof(BinParameters) == 48);
 
-// --- viscosity
-// ------------------------------------------------------------------------------------
+// --- viscosity -----------------------------------------------------------------------------------
 
 enum class Laplacian : std::uint32_t {
-  pairwise,  ///< symmetric pairs with the trace of their second moment made right; the default
-  paper,     ///< second derivatives of linear moving least squares [De2006] eq. 15; inconsistent
+  kPairwise,  ///< symmetric pairs with the trace of their second moment made right; the default
+  kPaper,     ///< second derivatives of linear moving least squares [De2006] eq. 15; inconsistent
 };
 
 struct ViscosityParameters {
@@ -52,15 +50,14 @@ struct ViscosityParameters {
   float most_excess = 0.0f;             ///< of phi over 1
   float gas_drag = 0.0f;                ///< rate where phi is 0: 18 nu / h^2 [1/s]
   std::uint32_t fewest_neighbours = 0;  ///< with fewer a particle is isolated
-  Laplacian laplacian = Laplacian::pairwise;
+  Laplacian laplacian = Laplacian::kPairwise;
   float step = 0.0f;  ///< dt, which bounds what the paper's Laplacian may do [s]
   std::uint32_t particles = 0;
   std::uint32_t pad[2] = {};
 };
 static_assert(sizeof(ViscosityParameters) == 48);
 
-// --- integrate
-// ------------------------------------------------------------------------------------
+// --- integrate -----------------------------------------------------------------------------------
 
 /// One transverse wave of the swirling force: amplitude * sine(wave_number . x + phase).
 struct SwirlWave {
@@ -97,8 +94,7 @@ struct IntegrateParameters {
 };
 static_assert(sizeof(IntegrateParameters) == 64);
 
-// --- collide
-// --------------------------------------------------------------------------------------
+// --- collide -------------------------------------------------------------------------------------
 
 /// A triangle near particles, ready for the nearest-point test.
 struct SurfaceTriangle {
@@ -137,8 +133,7 @@ struct CollideParameters {
 };
 static_assert(sizeof(CollideParameters) == 96);
 
-// --- splat
-// ----------------------------------------------------------------------------------------
+// --- splat ---------------------------------------------------------------------------------------
 
 struct SplatParameters {
   Int4 size;                    ///< cells along x, y, z, and in all

@@ -17,13 +17,13 @@
 namespace viscera {
 namespace {
 
-constexpr int kSlab = 4;      // layers of cells that one task fills
+constexpr int kSlab = 4;  // layers of cells that one task fills
 constexpr std::size_t kChunk = 16384;
 /// What the greatest particle puts into one cell at most: below 2^31, and 2^33 of them below 2^63.
 constexpr float kSteps = 0x1p30f;
 
-/// What a cell holds, in steps: mass, heat, momentum; the rest is nothing. One row of lanes, so that
-/// all that happens to a cell happens to its channels at once.
+/// What a cell holds, in steps: mass, heat, momentum; the rest is nothing. One row of lanes, so
+/// that all that happens to a cell happens to its channels at once.
 struct alignas(32) Amounts {
   std::array<float, kLanes> of = {};
 };
@@ -97,8 +97,7 @@ void Lists::sort(std::span<const Place> places, int levels, int slabs) {
   std::size_t sum = 0;
   for (std::size_t key = 0; key < keys; ++key) {
     begin_[key] = sum;
-    for (std::size_t c = 0; c < chunks; ++c)
-      sum += std::exchange(next_[c * keys + key], sum);
+    for (std::size_t c = 0; c < chunks; ++c) sum += std::exchange(next_[c * keys + key], sum);
   }
   begin_[keys] = sum;
   order_.resize(sum);
@@ -140,15 +139,16 @@ bool is_somewhere(const Float4& at) {
 }
 
 /// Adds these particles to the layers [low, high) of the grid; `sums` holds those of the region.
-/// and `filled` says which of their rows got any. Of each the share of the upper level counts, or what is left for the lower one.
+/// and `filled` says which of their rows got any. Of each the share of the upper level counts, or
+/// what is left for the lower one.
 VISCERA_WIDE void add_particles(const Particles& particles, std::span<const std::uint32_t> list,
                                 const Place* places, bool upper, const Region& region, int low,
                                 int high, Sums* sums, char* filled) {
   const SplatParameters& parameters = particles.parameters;
   const int row = region.size.x();
   const auto layer = static_cast<std::ptrdiff_t>(region.layer());
-  const Sums* const origin = sums - region.least.x() -
-                             static_cast<std::ptrdiff_t>(row) * region.least.y() - layer * low;
+  const Sums* const origin =
+      sums - region.least.x() - static_cast<std::ptrdiff_t>(row) * region.least.y() - layer * low;
   for (const std::uint32_t i : list) {
     const Float4 &at = particles.positions[i], &v = particles.velocities[i];
     const Pair x(at.x * parameters.inverse_voxel, parameters.size.x);
@@ -156,11 +156,8 @@ VISCERA_WIDE void add_particles(const Particles& particles, std::span<const std:
     const Pair z(at.z * parameters.inverse_voxel, parameters.size.z);
     const float mass = particles.masses[i];
     const float momentum = mass * parameters.momentum_scale;
-    const Lanes amounts = {mass * parameters.mass_scale,
-                           mass * at.w * parameters.heat_scale,
-                           momentum * v.x,
-                           momentum * v.y,
-                           momentum * v.z};
+    const Lanes amounts = {mass * parameters.mass_scale, mass * at.w * parameters.heat_scale,
+                           momentum * v.x, momentum * v.y, momentum * v.z};
     const float share = upper ? places[i].share : 1.0f - places[i].share;
     for (const bool last_z : {false, true}) {
       const int cz = last_z ? z.second : z.first;
@@ -170,8 +167,8 @@ VISCERA_WIDE void add_particles(const Particles& particles, std::span<const std:
         const float of_y = of_z * (last_y ? 1.0f - y.part : y.part);
         const int cy = last_y ? y.second : y.first;
         filled[(cz - low) * region.size.y() + cy - region.least.y()] = 1;
-        Sums* const cells = const_cast<Sums*>(origin) + layer * cz +
-                            static_cast<std::ptrdiff_t>(row) * cy;
+        Sums* const cells =
+            const_cast<Sums*>(origin) + layer * cz + static_cast<std::ptrdiff_t>(row) * cy;
         add(cells[x.first], amounts, of_y * x.part);
         add(cells[x.second], amounts, of_y * (1.0f - x.part));
       }
@@ -191,7 +188,7 @@ VISCERA_WIDE void fold(Sums* sums, std::size_t cells, Amounts* amounts) {
       Words words;
       std::memcpy(&words, sums[c].of.data() + 4 * part, sizeof words);
       std::memcpy(sums[c].of.data() + 4 * part, &zero, sizeof zero);
-      const Words high = (words >> 32) ^ 0x4530'0000'8000'0000ull;          // 2^84 + 2^63 + it
+      const Words high = (words >> 32) ^ 0x4530'0000'8000'0000ull;            // 2^84 + 2^63 + it
       const Words low = (words & 0xffff'ffffull) | 0x4330'0000'0000'0000ull;  // 2^52 + it
       Doubles high_part, low_part;
       std::memcpy(&high_part, &high, sizeof high);
@@ -230,9 +227,9 @@ int mirrored(int i, int size) {
   return within < size ? within : turn - 1 - within;
 }
 
-/// Blurs rows of `width` across themselves: `rows` holds what they were, those without anything too,
-/// one after the other; the blurred ones go to `amounts`, `stride` apart. `filled` (of each row,
-/// `step` apart) is what it was before, and then of the blurred ones.
+/// Blurs rows of `width` across themselves: `rows` holds what they were, those without anything
+/// too, one after the other; the blurred ones go to `amounts`, `stride` apart. `filled` (of each
+/// row, `step` apart) is what it was before, and then of the blurred ones.
 void blur_across(Amounts* amounts, std::size_t stride, std::size_t width, int count,
                  std::span<const float> weights, const Amounts* rows, char* filled,
                  std::size_t step) {
@@ -333,8 +330,8 @@ Surveyed survey(const Particles& particles) {
       const float mass = particles.masses[i];
       most.mass = std::max(most.mass, mass);
       most.heat = std::max(most.heat, mass * std::abs(at.w));
-      most.momentum = std::max(
-          most.momentum, mass * std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
+      most.momentum =
+          std::max(most.momentum, mass * std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
       low = {std::min(low.x, at.x), std::min(low.y, at.y), std::min(low.z, at.z), 0.0f};
       high = {std::max(high.x, at.x), std::max(high.y, at.y), std::max(high.z, at.z), 0.0f};
     }
@@ -422,9 +419,9 @@ void splat(std::span<const Float4> positions, std::span<const Float4> velocities
   const Eigen::Vector3i around = Eigen::Vector3i::Constant(reach);
   Region region;
   region.least = (all.cells.min() - around).cwiseMax(0);
-  region.size = (all.cells.max() + around).cwiseMin(grid.size.array().matrix() -
-                                                    Eigen::Vector3i::Ones()) -
-                region.least + Eigen::Vector3i::Ones();
+  region.size =
+      (all.cells.max() + around).cwiseMin(grid.size.array().matrix() - Eigen::Vector3i::Ones()) -
+      region.least + Eigen::Vector3i::Ones();
   const int slabs = (region.size.z() + kSlab - 1) / kSlab;
 
   // Kept: fresh pages for every picture would cost more than the splat.
@@ -498,8 +495,7 @@ void splat(std::span<const Float4> positions, std::span<const Float4> velocities
       const std::size_t cell =
           region.least.x() +
           static_cast<std::size_t>(size.x) *
-              (region.least.y() + y +
-               static_cast<std::size_t>(size.y) * (region.least.z() + z));
+              (region.least.y() + y + static_cast<std::size_t>(size.y) * (region.least.z() + z));
       resolve(row, region.size.x(), parameters, grid.density.data() + cell,
               grid.temperature.data() + cell, grid.velocity.data() + cell);
       std::fill_n(row, region.size.x(), Amounts());

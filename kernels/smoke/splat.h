@@ -12,7 +12,8 @@ namespace viscera {
 /// same in any order of summation.
 struct SmokeGrid {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
-  Eigen::Vector3i first = Eigen::Vector3i::Zero();  ///< number of the first cell, of a part of a grid
+  Eigen::Vector3i first =
+      Eigen::Vector3i::Zero();     ///< number of the first cell, of a part of a grid
   double voxel = 0.0;              ///< [m]
   Box domain;                      ///< of the cells: the smoke's, rounded up to whole cells [m]
   std::vector<float> density;      ///< [kg/m3]                                        (cells)

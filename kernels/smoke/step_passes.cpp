@@ -44,7 +44,7 @@ void CpuSmokePasses::timed(const char* name, const Pass& pass) {
 
 bool CpuSmokePasses::start(SmokeParticles& particles) {
   particles_ = &particles;
-  fates_.assign(particles.size(), SmokeFate::airborne);
+  fates_.assign(particles.size(), SmokeFate::kAirborne);
   deposited_ = 0.0;
   return true;
 }
@@ -52,9 +52,8 @@ bool CpuSmokePasses::start(SmokeParticles& particles) {
 void CpuSmokePasses::exchange(float cell, ViscosityParameters parameters) {
   timed("bin", [&] { bin(*particles_, cell, bins_); });
   parameters.particles = static_cast<std::uint32_t>(particles_->size());
-  timed("viscosity", [&] {
-    viscosity_.run(particles_->positions, particles_->velocities, bins_, parameters);
-  });
+  timed("viscosity",
+        [&] { viscosity_.run(particles_->positions, particles_->velocities, bins_, parameters); });
 }
 
 void CpuSmokePasses::integrate(IntegrateParameters parameters, std::span<const SwirlWave> waves,
@@ -64,8 +63,8 @@ void CpuSmokePasses::integrate(IntegrateParameters parameters, std::span<const S
   timed("integrate", [&] {
     coupling_.clear();
     if (gas != nullptr) {
-      coupling_.meet(*gas, particles_->positions, particles_->velocities, viscosity_.accelerations(),
-                     parameters);
+      coupling_.meet(*gas, particles_->positions, particles_->velocities,
+                     viscosity_.accelerations(), parameters);
     }
     viscera::integrate(particles_->positions, particles_->velocities, particles_->ids,
                        viscosity_.accelerations(), coupling_.velocities, waves, parameters,

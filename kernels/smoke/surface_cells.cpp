@@ -65,9 +65,9 @@ void SurfaceCells::take_grid(const BinParameters& grid) {
   occupied_.assign(words_ * static_cast<std::size_t>(grid.size.y * grid.size.z), 0);
   // The box of the cells with particles, less the margin of empty ones.
   const Vec3f edge = Vec3f::Constant(1.0f / grid.inverse_cell);
-  particles_ = Box3f(
-      grid.origin.xyz() + edge,
-      grid.origin.xyz() + edge.cwiseProduct(Vec3f(grid.size.x - 1, grid.size.y - 1, grid.size.z - 1)));
+  particles_ = Box3f(grid.origin.xyz() + edge,
+                     grid.origin.xyz() + edge.cwiseProduct(Vec3f(grid.size.x - 1, grid.size.y - 1,
+                                                                 grid.size.z - 1)));
 }
 
 void SurfaceCells::bin_all(double fraction, double dt, float margin,
@@ -241,8 +241,7 @@ void SurfaceCells::fill_triangles(double dt) {
                             (at[2] - mean).squaredNorm()}));
     ball = Float4::from(mean, radius);
     const Vec3f normal = moment.face_normal(near.triangle);
-    const std::array<float, 3> more = {static_cast<float>(numbers_[near.surface]), radius,
-                                       0.0f};
+    const std::array<float, 3> more = {static_cast<float>(numbers_[near.surface]), radius, 0.0f};
     triangle.normals[0] = Float4::from(normal);
     for (int e = 0; e < 3; ++e) {
       triangle.corners[e] = Float4::from(at[e], more[e]);
@@ -291,8 +290,8 @@ std::size_t SurfaceCells::memory_bytes() const {
                       balls_.capacity() * sizeof(Float4) +
                       owners_.capacity() * sizeof(std::uint32_t);
   for (const Found& found : found_)
-    bytes += found.triangles.capacity() * sizeof(Near) +
-             found.cells.capacity() * sizeof(std::uint32_t);
+    bytes +=
+        found.triangles.capacity() * sizeof(Near) + found.cells.capacity() * sizeof(std::uint32_t);
   for (const auto& [id, tracked] : tracked_) bytes += tracked.surface.memory_bytes();
   return bytes;
 }

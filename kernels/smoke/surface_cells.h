@@ -38,7 +38,9 @@ class SurfaceCells {
   /// A ball about each triangle: the mean of the corners, w: the farthest corner's distance.
   std::span<const Float4> balls() const { return balls_; }
   std::span<const std::uint32_t> owners() const { return owners_; }  ///< their surfaces' numbers
-  std::span<const std::uint32_t> capsules_near() const { return capsules_near_; }  ///< bits c % 32 (cells)
+  std::span<const std::uint32_t> capsules_near() const {
+    return capsules_near_;
+  }  ///< bits c % 32 (cells)
   bool empty() const { return entries_.empty() && !any_capsule_; }
   std::size_t memory_bytes() const;
 

@@ -308,7 +308,7 @@ void ViscosityPass::run(std::span<const Float4> positions, std::span<const Float
   });
   density(bins, parameters);
   pairs(bins, parameters);
-  if (parameters.laplacian == Laplacian::paper) {
+  if (parameters.laplacian == Laplacian::kPaper) {
     add_paper_viscosity(positions, velocities, strength_, bins, parameters, accelerations_);
   }
 }
@@ -349,7 +349,8 @@ void ViscosityPass::density(const SmokeBins& bins, const ViscosityParameters& pa
 }
 
 void ViscosityPass::pairs(const SmokeBins& bins, const ViscosityParameters& parameters) {
-  const float viscosity = parameters.laplacian == Laplacian::pairwise ? parameters.viscosity : 0.0f;
+  const float viscosity =
+      parameters.laplacian == Laplacian::kPairwise ? parameters.viscosity : 0.0f;
   parallel_chunks(bins.occupied.size(), kCellChunk, [&](std::size_t begin, std::size_t end) {
     thread_local Neighbourhood around;
     const Columns<8> columns = {x_.data(),  y_.data(),  z_.data(),        vx_.data(),

@@ -35,7 +35,7 @@ TEST_P(PressedHemisphere, PoleSinksAsInTheReference) {
   const auto unknowns = system->solve(loads);
   ASSERT_TRUE(unknowns) << unknowns.error().text();
   const double sunk = system->displacement(*unknowns, pole).z();
-  const double expected = reference->profile(HemisphereContact::press).at(pole).z();
+  const double expected = reference->profile(HemisphereContact::kPress).at(pole).z();
   RecordProperty("nodes", std::to_string(body.cloud.size()));
   RecordProperty("error", std::to_string(sunk / expected - 1.0));
   EXPECT_NEAR(sunk / expected, 1.0, 0.04) << body.cloud.size() << " nodes";

@@ -29,11 +29,11 @@ struct Sag {
 
 Sag sag(const test::Body& body, const Formulation& formulation, const Vec3& way) {
   const auto held = [](const Vec3& x) { return x.z() > kLength - 1e-9; };
-  const auto unknowns = solve_static(
-      formulation, body.problem(kMaterial, held),
-      {.body_force = [way](const Vec3&) { return Vec3(kWeight * way); },
-       .traction = {},
-       .held_displacement = {}});
+  const auto unknowns =
+      solve_static(formulation, body.problem(kMaterial, held),
+                   {.body_force = [way](const Vec3&) { return Vec3(kWeight * way); },
+                    .traction = {},
+                    .held_displacement = {}});
   if (!unknowns) {
     ADD_FAILURE() << unknowns.error().text();
     return {std::vector<Vec3>(body.cloud.size(), Vec3::Constant(1e9)), Vec3::Constant(1e9)};
@@ -99,15 +99,14 @@ TEST(OwnWeight, ABarThatStandsOutSagsTheSameEitherWayAndAsABeam) {
   EXPECT_LT(std::hypot(x.y(), x.z()), 0.01 * x.x());
   // Timoshenko's beam: bending, w L^4 / (8 E I), and shear, w L^2 / (2 k G) with k = 5/6.
   const double bending = kWeight * std::pow(kLength, 4) * 12.0 / (8.0 * kMaterial.youngs_modulus);
-  const double shear =
-      kWeight * kLength * kLength * 1.2 / (2.0 * kMaterial.shear_modulus());
+  const double shear = kWeight * kLength * kLength * 1.2 / (2.0 * kMaterial.shear_modulus());
   EXPECT_NEAR(x.x(), bending + shear, 0.03 * (bending + shear));
 }
 
 TEST(OwnWeight, TheNodesTogetherCarryAllOfIt) {
   const test::Body body = bar(0.3);
   const auto system = GalerkinSystem::assemble(
-      body.problem(kMaterial, [](const Vec3& x) { return x.z() > kLength - 1e-9; }), Basis::linear,
+      body.problem(kMaterial, [](const Vec3& x) { return x.z() > kLength - 1e-9; }), Basis::kLinear,
       1.8, no_progress());
   ASSERT_TRUE(system);
   const Vec3 way = Vec3(1.0, -2.0, 3.0).normalized();

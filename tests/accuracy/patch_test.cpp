@@ -30,7 +30,7 @@ void expect_exact_quadratic_field(const test::Body& body,
                                   const std::function<bool(const Vec3&)>& is_fixed,
                                   const test::QuadraticField& field) {
   const auto system =
-      GalerkinSystem::assemble(body.problem(kMaterial, is_fixed), Basis::quadratic,
+      GalerkinSystem::assemble(body.problem(kMaterial, is_fixed), Basis::kQuadratic,
                                galerkin_quadratic_formulation().support_factor(), no_progress());
   ASSERT_TRUE(system) << system.error().text();
   const auto unknowns = system->solve(field.loads(kMaterial));

@@ -10,7 +10,7 @@ namespace {
 
 /// Relative L2 error of the displacement over the nodes.
 double error_of(int cells, double poisson_ratio, double support_factor,
-                Basis basis = Basis::linear) {
+                Basis basis = Basis::kLinear) {
   const IsotropicMaterial material{1.0, poisson_ratio};
   const SmoothSolution exact(material);
   const test::Body body = test::jittered_cube(cells, 0.2);
@@ -47,8 +47,8 @@ TEST(SmoothSolution, StaysAccurateNearIncompressibility) {
 // Ten-node finite elements need 1,331 nodes for 0.0012 on this problem.
 TEST(SmoothSolution, ConvergesAtThirdOrderWithQuadraticBasis) {
   const double support = galerkin_quadratic_formulation().support_factor();
-  const double coarse = error_of(5, 0.3, support, Basis::quadratic);
-  const double fine = error_of(8, 0.3, support, Basis::quadratic);
+  const double coarse = error_of(5, 0.3, support, Basis::kQuadratic);
+  const double fine = error_of(8, 0.3, support, Basis::kQuadratic);
   RecordProperty("error_6_nodes", std::to_string(coarse));
   RecordProperty("error_9_nodes", std::to_string(fine));
   EXPECT_LT(fine, 0.0006);

@@ -14,14 +14,14 @@
 namespace viscera::test {
 namespace {
 
-constexpr double kBody = 0.04;    // radius of the organ [m]
-constexpr double kBall = 4e-3;    // and of the tool
+constexpr double kBody = 0.04;  // radius of the organ [m]
+constexpr double kBall = 4e-3;  // and of the tool
 constexpr double kTick = 1e-3;
 const IsotropicMaterial kSoft{5e3, 0.45};
 
 // A round organ and its tissue, told once where it is.
 struct Organ {
-  explicit Organ(HiveBuilding building = HiveBuilding::in_lockstep, double radius = 4.0 * kBall)
+  explicit Organ(HiveBuilding building = HiveBuilding::kInLockstep, double radius = 4.0 * kBall)
       : Organ(built_by(building), radius) {}
   // With what is felt of it beyond linear.
   explicit Organ(HiveTissueSettings settings, double radius = 4.0 * kBall)
@@ -63,7 +63,9 @@ Vec3 pressed(const Vec3& direction, double depth) {
   return (kBody + kBall - depth) * direction.normalized();
 }
 
-Vec3 on_arc(double angle) { return {std::sin(angle), 0.1, std::cos(angle)}; }
+Vec3 on_arc(double angle) {
+  return {std::sin(angle), 0.1, std::cos(angle)};
+}
 
 TEST(HiveTissue, SaysNothingUntilTheSceneHasSpoken) {
   Organ organ;
@@ -206,7 +208,9 @@ void settle(Organ& organ, const Vec3& tip, int frames, int ticks = kFrame) {
 
 // An even course from the first force to the last has steps of this size; a ball's force isn't even
 // in its depth, so a step may be twice that.
-double even_step(const Felt& felt, int ticks) { return (felt.after - felt.before) / ticks; }
+double even_step(const Felt& felt, int ticks) {
+  return (felt.after - felt.before) / ticks;
+}
 
 TEST(HiveTissue, AnOrganThatJumpsBetweenFramesEasesTheForceOverAFramesTime) {
   Organ organ;
@@ -280,7 +284,8 @@ TEST(HiveTissue, ABreathIsContinuousWhereFramesArriveOnTimeAndWhereTheyAreLate) 
       if (tick % frame == 0) {
         TissueSnapshot& snapshot = organ.tissue->snapshots().back();
         snapshot.pose = {Vec3(0, 0, height(time)), Quaternion::Identity()};
-        snapshot.velocity.z() = 4e-3 * 0.5 * std::numbers::pi * std::cos(0.5 * std::numbers::pi * time);
+        snapshot.velocity.z() =
+            4e-3 * 0.5 * std::numbers::pi * std::cos(0.5 * std::numbers::pi * time);
         snapshot.tick = organ.tick;
         snapshot.nearest = organ.surface.nearest(snapshot.pose.to_local(tip)).point;
         organ.tissue->snapshots().publish();
@@ -312,7 +317,7 @@ TEST(HiveTissue, ATickTakesNoMemory) {
 }
 
 TEST(HiveTissue, TheNextHiveIsBuiltBesideWithoutATickInContactGoingWithout) {
-  Organ organ(HiveBuilding::on_a_thread);
+  Organ organ(HiveBuilding::kOnAThread);
   organ.tell({}, pressed(on_arc(0.0), 0));
   for (int i = 0; i < 2000 && organ.tissue->figures().hives == 0; ++i) {
     organ.at(pressed(on_arc(0.0), -3e-3));
@@ -329,7 +334,7 @@ TEST(HiveTissue, TheNextHiveIsBuiltBesideWithoutATickInContactGoingWithout) {
 // Tissue beyond linear, from a tick that has felt nothing yet.
 HiveTissueSettings beyond_linear(HyperelasticModel model, std::vector<PronyTerm> prony = {}) {
   HiveTissueSettings settings;
-  settings.building = HiveBuilding::in_lockstep;
+  settings.building = HiveBuilding::kInLockstep;
   settings.model = model;
   settings.rings = 3;
   settings.prony = std::move(prony);
@@ -337,8 +342,8 @@ HiveTissueSettings beyond_linear(HyperelasticModel model, std::vector<PronyTerm>
 }
 
 TEST(HiveTissueBeyondLinear, ALightTouchIsLinearAndADeepOneIsSofter) {
-  for (const HyperelasticModel model : {HyperelasticModel::neo_hookean, HyperelasticModel::stvk}) {
-    Organ linear(beyond_linear(HyperelasticModel::linear)), organ(beyond_linear(model));
+  for (const HyperelasticModel model : {HyperelasticModel::kNeoHookean, HyperelasticModel::kStvk}) {
+    Organ linear(beyond_linear(HyperelasticModel::kLinear)), organ(beyond_linear(model));
     for (Organ* one : {&linear, &organ}) one->tell({}, pressed(Vec3::UnitZ(), 0));
     const auto go = [](Organ& one, double depth) {
       TactileForce felt;
@@ -358,7 +363,7 @@ TEST(HiveTissueBeyondLinear, ALightTouchIsLinearAndADeepOneIsSofter) {
 }
 
 TEST(HiveTissueBeyondLinear, ForceHasNoJumpWhileTheToolSlidesFromHiveToHive) {
-  for (const HyperelasticModel model : {HyperelasticModel::neo_hookean, HyperelasticModel::stvk}) {
+  for (const HyperelasticModel model : {HyperelasticModel::kNeoHookean, HyperelasticModel::kStvk}) {
     Organ organ(beyond_linear(model));
     organ.tell({}, pressed(on_arc(0.0), 0));
     const double step = 1e-4, depth = 2e-3;
@@ -402,14 +407,14 @@ TEST(HiveTissueBeyondLinear, AClosedPathGivesBackNoEnergyAndARelaxingOneTakesSom
     }
     return work / (3e-3 * strongest);
   };
-  EXPECT_LT(given(beyond_linear(HyperelasticModel::neo_hookean)), 0.01);
-  EXPECT_LT(given(beyond_linear(HyperelasticModel::linear, series)), -0.1);
-  EXPECT_LT(given(beyond_linear(HyperelasticModel::neo_hookean, series)), -0.1);
+  EXPECT_LT(given(beyond_linear(HyperelasticModel::kNeoHookean)), 0.01);
+  EXPECT_LT(given(beyond_linear(HyperelasticModel::kLinear, series)), -0.1);
+  EXPECT_LT(given(beyond_linear(HyperelasticModel::kNeoHookean, series)), -0.1);
 }
 
 TEST(HiveTissueBeyondLinear, AHeldToolsForceRelaxesToTheElasticOneBySeries) {
   const auto force_after = [](std::vector<PronyTerm> prony, int ticks) {
-    Organ organ(beyond_linear(HyperelasticModel::linear, std::move(prony)));
+    Organ organ(beyond_linear(HyperelasticModel::kLinear, std::move(prony)));
     organ.tell({}, pressed(Vec3::UnitZ(), 0));
     for (int i = 0; i < 60; ++i) organ.at(pressed(Vec3::UnitZ(), -2e-3));
     TactileForce felt;
@@ -419,13 +424,14 @@ TEST(HiveTissueBeyondLinear, AHeldToolsForceRelaxesToTheElasticOneBySeries) {
   const double elastic = force_after({}, 1);
   for (const int ticks : {1, 200, 3000}) {
     const double time = 1e-3 * (ticks - 1), rise = -std::expm1(-1e-3 / 0.2) / (1e-3 / 0.2);
-    EXPECT_NEAR(force_after({{0.5, 0.2}}, ticks), elastic * (1.0 + rise * std::exp(-time / 0.2)), 1e-3 * elastic)
+    EXPECT_NEAR(force_after({{0.5, 0.2}}, ticks), elastic * (1.0 + rise * std::exp(-time / 0.2)),
+                1e-3 * elastic)
         << ticks;
   }
 }
 
 TEST(HiveTissueBeyondLinear, ATickTakesNoMemory) {
-  Organ organ(beyond_linear(HyperelasticModel::neo_hookean, {{0.5, 0.2}}));
+  Organ organ(beyond_linear(HyperelasticModel::kNeoHookean, {{0.5, 0.2}}));
   organ.tell({}, pressed(on_arc(0.0), 0));
   for (int i = 0; i < 50; ++i) organ.at(pressed(on_arc(0.0), -2e-3));
   if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer keeps the heap";
@@ -435,8 +441,8 @@ TEST(HiveTissueBeyondLinear, ATickTakesNoMemory) {
 }
 
 TEST(HiveTissueBeyondLinear, ADeadlineThatHasPassedIsAnsweredByTheTangentAndCounted) {
-  HiveTissueSettings settings = beyond_linear(HyperelasticModel::neo_hookean);
-  settings.building = HiveBuilding::on_a_thread;
+  HiveTissueSettings settings = beyond_linear(HyperelasticModel::kNeoHookean);
+  settings.building = HiveBuilding::kOnAThread;
   settings.deadline = 1e-9;
   Organ organ(settings);
   organ.tell({}, pressed(Vec3::UnitZ(), 0));
@@ -459,8 +465,8 @@ TEST(HiveTissueBeyondLinear, BadMaterialsAreRefused) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().messages.size(), 2u) << refused.error().text();
   settings.prony.clear();
-  settings.model = HyperelasticModel::stvk;
-  settings.hive.formulation = HiveFormulation::paper;
+  settings.model = HyperelasticModel::kStvk;
+  settings.hive.formulation = HiveFormulation::kPaper;
   const auto paper = HiveTissue::create({&organ.surface, nullptr, nullptr}, settings);
   ASSERT_FALSE(paper);
   EXPECT_NE(paper.error().text().find("found stvk with formulation \"paper\""), std::string::npos);

@@ -1,5 +1,5 @@
-// A held ball over the kidney of the palpation scene: what the hand feels must not know where facets,
-// nodes and hives are.
+// A held ball over the kidney of the palpation scene: what the hand feels must not know where
+// facets, nodes and hives are.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,8 +22,8 @@ constexpr double kDepth = 2e-3;
 constexpr double kHalfLength = 10e-3;  // of the slide [m]
 constexpr double kStep = 1e-4;         // a tick at 0.1 m/s
 
-/// A smooth path close to the kidney's upper face: a parabola through where it is met from above. The
-/// path's depth may wander with the kidney's shape, but never from facet to facet.
+/// A smooth path close to the kidney's upper face: a parabola through where it is met from above.
+/// The path's depth may wander with the kidney's shape, but never from facet to facet.
 class Slide {
  public:
   explicit Slide(const TriangleSurface& surface) {
@@ -123,7 +123,7 @@ std::unique_ptr<Kidney> kidney(const std::string& model = "linear") {
     return nullptr;
   }
   all->surface = std::make_unique<WalkableSurface>(std::move(*surface));
-  EXPECT_EQ(settings->hive.periphery, HivePeriphery::coupled);
+  EXPECT_EQ(settings->hive.periphery, HivePeriphery::kCoupled);
   auto tissue = HiveTissue::create(
       {all->surface.get(), &organ.model->compliance, &organ.model->touchable}, *settings);
   if (!tissue) {
@@ -187,8 +187,8 @@ TEST_P(TouchSliding, RoundsOverTheKidneyGiveBackNoEnergy) {
       before = now;
     }
   };
-  // Down here, over there pressed, up; and back the other way round, which would take what the first
-  // gave.
+  // Down here, over there pressed, up; and back the other way round, which would take what the
+  // first gave.
   for (const double from : {-kHalfLength, kHalfLength}) {
     go(from, kAir, 300);
     given = 0.0;

@@ -9,7 +9,7 @@
 namespace viscera {
 namespace {
 
-StressOutcome run(int number, StressFault fault = StressFault::none) {
+StressOutcome run(int number, StressFault fault = StressFault::kNone) {
   auto outcome = run_stress_case(1, number, fault, no_progress());
   EXPECT_TRUE(outcome.has_value());
   return outcome ? *outcome : StressOutcome{};
@@ -54,7 +54,7 @@ TEST(StressCases, EveryKindIsThereAndMostAreAccepted) {
 }
 
 TEST(StressCases, CoincidentNodesAndAPlaneOfNodesAreRefused) {
-  const StressOutcome coincident = run(static_cast<int>(StressKind::coincident));
+  const StressOutcome coincident = run(static_cast<int>(StressKind::kCoincident));
   EXPECT_NE(coincident.refused.find("apart"), std::string::npos) << told(coincident);
   EXPECT_TRUE(coincident.passed());
 }
@@ -87,7 +87,7 @@ TEST(StressCases, OtherSeedsGiveOtherBodies) {
 TEST(StressCases, FlippedSignInTheComplianceIsFound) {
   int found = 0, ran = 0;
   for (const int number : {0, 1, 7, 10}) {
-    const StressOutcome outcome = run(number, StressFault::compliance);
+    const StressOutcome outcome = run(number, StressFault::kCompliance);
     if (!outcome.refused.empty()) continue;
     ++ran;
     found += !outcome.passed();
@@ -99,7 +99,7 @@ TEST(StressCases, FlippedSignInTheComplianceIsFound) {
 TEST(StressCases, FlippedSignOfAForceIsFound) {
   int found = 0, ran = 0;
   for (const int number : {0, 1, 7, 10}) {
-    const StressOutcome outcome = run(number, StressFault::force);
+    const StressOutcome outcome = run(number, StressFault::kForce);
     if (!outcome.refused.empty()) continue;
     ++ran;
     found += !outcome.passed();
@@ -112,7 +112,7 @@ TEST(StressCases, RunsAreToldAlikeWhateverTheThreads) {
   StressOptions options;
   options.seed = 3;
   options.cases = 6;
-  options.fault = StressFault::compliance;
+  options.fault = StressFault::kCompliance;
   options.quiet = true;
   std::ostringstream one, three;
   options.threads = 1;

@@ -19,8 +19,9 @@ std::string text_of(const std::filesystem::path& file) {
 
 std::string attribute(const std::string& element, const std::string& name) {
   std::smatch match;
-  return std::regex_search(element, match, std::regex(" " + name + "=\"([^\"]*)\"")) ? match[1].str()
-                                                                                      : "";
+  return std::regex_search(element, match, std::regex(" " + name + "=\"([^\"]*)\""))
+             ? match[1].str()
+             : "";
 }
 
 /// The elements of this name in the XML, as they stand.

@@ -14,7 +14,7 @@ namespace viscera::test {
 struct VtuContent {
   std::vector<Vec3f> points;
   std::vector<std::array<int, 3>> triangles;
-  std::map<std::string, std::vector<Vec3f>> fields;   ///< at the points
+  std::map<std::string, std::vector<Vec3f>> fields;  ///< at the points
 };
 
 /// Test failures, and what was read so far, where the file isn't as it should be.

@@ -40,7 +40,8 @@ class WithoutCompute {
 };
 
 /// Numbers of two reports' parts are so near to each other, of `scale`, or else of the greater one.
-void expect_near(const Json& one, const Json& other, double share, std::optional<double> scale = {}) {
+void expect_near(const Json& one, const Json& other, double share,
+                 std::optional<double> scale = {}) {
   ASSERT_EQ(one.size(), other.size());
   for (const auto& [key, value] : one.items()) {
     const Json& twin = other.at(key);
@@ -206,8 +207,7 @@ TEST_F(BackendRun, WithADriverThatHasNoComputeTheGpuIsRefusedAndAutoIsTheCpu) {
   ASSERT_EQ(result.code, 0) << result.told();
   EXPECT_EQ(folder.report()["backend"], "cpu");
   // Pictures need it whatever computes.
-  expect_refused(folder.run({"--backend", "cpu"}),
-                 {"no off-screen OpenGL", "OpenGL 4.5", "tried"});
+  expect_refused(folder.run({"--backend", "cpu"}), {"no off-screen OpenGL", "OpenGL 4.5", "tried"});
   expect_whole_files(folder.out());
 }
 

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <map>
-
 #include <nlohmann/json.hpp>
 
 #include "engine/gpu/egl_context.h"
@@ -15,8 +14,13 @@ namespace {
 TEST(BenchHeat, WritesErrorsTimesAndTheStandardBurn) {
   const TemporaryFolder folder;
   ProgramCall call;
-  call.arguments = {"bench", "heat", "--quick", "--json", (folder / "heat.json").string(),
-                    "--plot", (folder / "plots").string()};
+  call.arguments = {"bench",
+                    "heat",
+                    "--quick",
+                    "--json",
+                    (folder / "heat.json").string(),
+                    "--plot",
+                    (folder / "plots").string()};
   call.cache = folder / "cache";
   const ProgramResult result = run_program(call);
   ASSERT_EQ(result.code, 0) << result.told();

@@ -22,8 +22,8 @@ TEST(BenchHive, WritesCasesErrorsAndPictures) {
   const TemporaryFolder folder;
   const auto file = folder / "hive.json", plots = folder / "plots";
   const ProgramResult result =
-      bench_hive({"--quick", "--nodes", "28,80", "--radius", "0.4", "--poisson", "0.3", "--json", file.string(),
-                  "--plot", plots.string()},
+      bench_hive({"--quick", "--nodes", "28,80", "--radius", "0.4", "--poisson", "0.3", "--json",
+                  file.string(), "--plot", plots.string()},
                  folder);
   ASSERT_EQ(result.code, 0) << result.err;
   const nlohmann::json all = nlohmann::json::parse(file_text(file));
@@ -45,9 +45,11 @@ TEST(BenchHive, WritesCasesErrorsAndPictures) {
   EXPECT_GT(moving["hives"].get<int>(), 2);
   EXPECT_GT(moving["greatest_force_N"].get<double>(), 0.01);
   EXPECT_GT(moving["compute_us"]["p99"].get<double>(), 0.0);
-  ASSERT_EQ(all["beyond_linear"].size(), 5u);  // one grid: three depths neo-Hookean, two of the other
+  ASSERT_EQ(all["beyond_linear"].size(),
+            5u);  // one grid: three depths neo-Hookean, two of the other
   for (const auto& one : all["beyond_linear"]) {
-    EXPECT_GT(one["tick_us"]["p99"].get<double>(), one["tick_us"]["p50"].get<double>() / 2.0) << one;
+    EXPECT_GT(one["tick_us"]["p99"].get<double>(), one["tick_us"]["p50"].get<double>() / 2.0)
+        << one;
     EXPECT_GT(one["ticks"].get<int>(), 100) << one;
     EXPECT_LT(std::abs(one["force_error"].get<double>()), 0.08) << one;
   }

@@ -73,8 +73,8 @@ const std::set<std::string> kPasses = {"bin", "viscosity", "integrate", "collide
 
 TEST_F(BenchSmoke, EveryPassAndTheStepStandBesideTheDecayError) {
   const ProgramResult result =
-      run({"--backend", "cpu", "--particles", "3k,2000", "--steps", "3", "--pictures", "0", "--json",
-           file_.string(), "--plot", (folder_ / "plots").string()});
+      run({"--backend", "cpu", "--particles", "3k,2000", "--steps", "3", "--pictures", "0",
+           "--json", file_.string(), "--plot", (folder_ / "plots").string()});
   ASSERT_EQ(result.code, 0) << result.told();
   const auto all = json();
   expect_rows(all, "cpu", {2000, 3000}, kPasses);
@@ -83,9 +83,9 @@ TEST_F(BenchSmoke, EveryPassAndTheStepStandBesideTheDecayError) {
   EXPECT_FALSE(all["machine"]["cpu"].get<std::string>().empty());
   EXPECT_TRUE(all["rendering"].empty());
   EXPECT_EQ(all["no_rendering"], "--pictures 0");
-  for (const auto& [name, series] : {std::pair("smoke_time.svg", "viscosity"),
-                                     std::pair("smoke_shares.svg", "viscosity"),
-                                     std::pair("smoke_decay.svg", "pairwise")}) {
+  for (const auto& [name, series] :
+       {std::pair("smoke_time.svg", "viscosity"), std::pair("smoke_shares.svg", "viscosity"),
+        std::pair("smoke_decay.svg", "pairwise")}) {
     EXPECT_NE(file_text(folder_ / "plots" / name).find(series), std::string::npos) << name;
   }
   for (const char* words : {"2k particles", "viscosity", "to reach", "1/16", "met"})

@@ -135,7 +135,7 @@ TEST_F(FilmedRun, AFullDiskIsNamedAndLeavesWholeFilesOnly) {
   const SceneFolder folder;
   ASSERT_EQ(folder.run({"--no-render"}).code, 0);
   ProgramCall call = folder.call();
-  call.greatest_file = 30000;  // less than a picture
+  call.greatest_file = 30000;                                        // less than a picture
   expect_refused(run_program(call), {"0000.", "can't be written"});  // the volume or the picture
   expect_whole_files(folder.out());
   EXPECT_FALSE(fs::exists(folder.out() / "film.mp4"));

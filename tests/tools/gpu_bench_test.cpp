@@ -155,8 +155,8 @@ TEST_F(GpuBench, HeatsPassesAreTimedBesideTheirDifferenceFromTheCpu) {
   }
   ASSERT_EQ(passes.size(), 2u);
   for (const auto& [voxels, names] : passes)
-    for (const char* pass : {"upload", "rates", "advance", "settle", "read back", "step, fields back",
-                             "step, fields stay", "step on the CPU"})
+    for (const char* pass : {"upload", "rates", "advance", "settle", "read back",
+                             "step, fields back", "step, fields stay", "step on the CPU"})
       EXPECT_TRUE(names.contains(pass)) << voxels << ' ' << pass;
   ASSERT_EQ(report["differences"].size(), 2u);
   for (const auto& row : report["differences"]) {

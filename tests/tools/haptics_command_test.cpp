@@ -1,6 +1,6 @@
-// `viscera haptics`, on the wall clock: that it ends, reports and writes; how fast is for benchmarks.
+// `viscera haptics`, on the wall clock: that it ends, reports and writes; how fast is for
+// benchmarks.
 #include <gtest/gtest.h>
-
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -31,10 +31,9 @@ ProgramResult haptics(const SceneFolder& folder, std::vector<std::string> more) 
 
 TEST(HapticsCommand, ReportsTicksLatenessAndComputingTime) {
   const SceneFolder folder(held_scene());
-  const ProgramResult result =
-      haptics(folder, {"--seconds", "1.5", "--no-render", "--json", (folder / "h.json").string(),
-                       "--plot", (folder / "plots").string(), "--record",
-                       (folder / "hand.csv").string()});
+  const ProgramResult result = haptics(
+      folder, {"--seconds", "1.5", "--no-render", "--json", (folder / "h.json").string(), "--plot",
+               (folder / "plots").string(), "--record", (folder / "hand.csv").string()});
   ASSERT_EQ(result.code, 0) << result.told();
   const Json json = Json::parse(file_text(folder / "h.json"));
   EXPECT_GT(json["ticks"].get<int>() + json["missed"].get<int>(), 1400);
@@ -153,9 +152,9 @@ TEST(HapticsCommand, BadInputIsRefusedBeforeAnythingStarts) {
 
 TEST(HapticsCommand, CtrlCEndsItAndStillReports) {
   const SceneFolder folder(held_scene());
-  ProgramCall call{.arguments = {"haptics", folder.scene().string(), "--seconds", "60",
-                                 "--no-render"},
-                   .cache = folder.cache()};
+  ProgramCall call{
+      .arguments = {"haptics", folder.scene().string(), "--seconds", "60", "--no-render"},
+      .cache = folder.cache()};
   call.interrupt_when = [](const std::string& err) {
     return err.find("in touch") != std::string::npos;
   };

@@ -1,5 +1,4 @@
 // `viscera run --passes`: what lies in the files, read by OpenEXR's own library.
-#include <ImfHeader.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -56,8 +55,7 @@ struct ExrFile {
 class Passes : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (const auto context = EglContext::create(); !context)
-      GTEST_SKIP() << context.error().text();
+    if (const auto context = EglContext::create(); !context) GTEST_SKIP() << context.error().text();
   }
 };
 
@@ -125,8 +123,8 @@ TEST_F(Passes, OnlyThoseAskedForAreWrittenAndALaterRunTakesThemAway) {
   EXPECT_TRUE(files_of(folder.out(), ".exr").empty());
 }
 
-// Which file is the first that doesn't fit, a picture or its passes, is the pictures' affair; passes
-// alone on a full disk: PassWriter's tests.
+// Which file is the first that doesn't fit, a picture or its passes, is the pictures' affair;
+// passes alone on a full disk: PassWriter's tests.
 TEST_F(Passes, ADiskThatFillsIsSaidAndLeavesWhatIsWhole) {
   const SceneFolder folder;
   ASSERT_EQ(folder.run({"--no-render"}).code, 0) << "fills the cache";

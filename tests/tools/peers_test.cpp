@@ -38,20 +38,21 @@ TEST_F(InstalledPeers, FiniteElementsComeNearTheReferenceWithEitherSolver) {
   const HemisphereReference& reference = *find_reference(*references, 0.3, 0.2);
   const auto mesh = mesh_hemisphere({true, 0.15, 0.25, 0.3}, folder_.path());
   ASSERT_TRUE(mesh) << mesh.error().text();
-  for (const auto solver : {CalculixSolver::spooles, CalculixSolver::iterative_cholesky}) {
+  for (const auto solver : {CalculixSolver::kSpooles, CalculixSolver::kIterativeCholesky}) {
     const auto answer = solve_calculix(*mesh, 0.3, 0.2, solver, folder_.path());
     ASSERT_TRUE(answer) << answer.error().text();
     // Edges of 0.15 R under a patch of 0.2 R: a tenth, as the coarse rows of the benchmark.
     EXPECT_NEAR(answer->force_over_ERdelta / reference.stick, 1.0, 0.15);
-    EXPECT_LT(dome_error(*mesh, answer->displacements, reference.profile(HemisphereContact::stick)),
-              0.15);
+    EXPECT_LT(
+        dome_error(*mesh, answer->displacements, reference.profile(HemisphereContact::kStick)),
+        0.15);
   }
 }
 
 TEST_F(InstalledPeers, ForcesOfLinearTetrahedraAreCalculixsReaction) {
   const auto mesh = mesh_hemisphere({false, 0.25, 0.0}, folder_.path());
   ASSERT_TRUE(mesh) << mesh.error().text();
-  const auto answer = solve_calculix(*mesh, 0.45, 0.3, CalculixSolver::spooles, folder_.path());
+  const auto answer = solve_calculix(*mesh, 0.45, 0.3, CalculixSolver::kSpooles, folder_.path());
   ASSERT_TRUE(answer) << answer.error().text();
   const auto forces = internal_forces(*mesh, 0.45, answer->displacements);
   double reaction = 0.0;

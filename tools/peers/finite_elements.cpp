@@ -153,7 +153,7 @@ std::string input(const TetrahedralMesh& mesh, double poisson_ratio, double a_ov
   text += fmt::format("*MATERIAL, NAME=TISSUE\n*ELASTIC\n1.,{}\n", poisson_ratio);
   text += "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE\n*BOUNDARY\nBASE,1,3\n*STEP\n";
   text += fmt::format("*STATIC, SOLVER={}\n",
-                      solver == CalculixSolver::spooles ? "SPOOLES" : "ITERATIVE CHOLESKY");
+                      solver == CalculixSolver::kSpooles ? "SPOOLES" : "ITERATIVE CHOLESKY");
   text += fmt::format("*BOUNDARY\nPATCH,1,2,0.\nPATCH,3,3,{}\n", -kHemisphereDepth);
   text += "*NODE PRINT, NSET=PATCH, TOTALS=ONLY\nRF\n*NODE PRINT, NSET=ALL\nU\n*END STEP\n";
   return text;

@@ -43,7 +43,7 @@ struct FiniteElementAnswer {
   std::size_t peak_memory_bytes = 0;
 };
 
-enum class CalculixSolver { spooles, iterative_cholesky };
+enum class CalculixSolver { kSpooles, kIterativeCholesky };
 
 /// Stuck contact: surface nodes within a of the axis are moved down by the reference's depth, the
 /// base is held.

@@ -37,7 +37,7 @@ HemisphereCase empty_case(const TetrahedralMesh& mesh, double poisson_ratio, dou
   one.surface_nodes = mesh.surface_nodes;
   one.poisson = poisson_ratio;
   one.a_over_R = a_over_R;
-  one.contact = name_of(HemisphereContact::stick);
+  one.contact = name_of(HemisphereContact::kStick);
   one.cells = patch_nodes(mesh, a_over_R).size();
   return one;
 }
@@ -49,7 +49,8 @@ void set_errors(HemisphereCase& one, const TetrahedralMesh& mesh, double force,
   const HemisphereReference* reference = find_reference(references, one.poisson, one.a_over_R);
   if (!reference) return;
   one.force_error = force / reference->stick - 1.0;
-  one.profile_error = dome_error(mesh, displacements, reference->profile(HemisphereContact::stick));
+  one.profile_error =
+      dome_error(mesh, displacements, reference->profile(HemisphereContact::kStick));
 }
 
 }  // namespace
@@ -80,7 +81,7 @@ Result<void> measure_peers(const std::vector<double>& poisson_ratios,
         if (interrupted()) return failure(kCancelled);
         std::vector<HemisphereCase> both;
         for (const CalculixSolver solver :
-             {CalculixSolver::spooles, CalculixSolver::iterative_cholesky}) {
+             {CalculixSolver::kSpooles, CalculixSolver::kIterativeCholesky}) {
           const auto answer = solve_calculix(*mesh, nu, a, solver, folder);
           if (!answer) {
             out << "peers: " << answer.error().text() << '\n';
@@ -91,7 +92,7 @@ Result<void> measure_peers(const std::vector<double>& poisson_ratios,
           one.variant = kind.variant;
           one.note =
               fmt::format("{}; mesh {:.3g} s, solution {:.3g} s; every contact is solved afresh",
-                          solver == CalculixSolver::spooles ? "SPOOLES" : "iterative Cholesky",
+                          solver == CalculixSolver::kSpooles ? "SPOOLES" : "iterative Cholesky",
                           mesh->mesh_s, answer->solve_s);
           one.prepare_s = mesh->mesh_s + answer->solve_s;
           one.online_us = 1e6 * answer->solve_s;

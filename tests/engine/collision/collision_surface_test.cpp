@@ -81,8 +81,7 @@ TEST(CollisionSurface, LeavesTheLoopsOfTheProcessAllTheirThreads) {
 }
 
 TEST(CollisionSurface, ManyThreadsMayAskWhatHasJustMoved) {
-  const oneapi::tbb::global_control four(
-      oneapi::tbb::global_control::max_allowed_parallelism, 4);
+  const oneapi::tbb::global_control four(oneapi::tbb::global_control::max_allowed_parallelism, 4);
   const TriangleSurface ball = test::icosphere(25e-3, 4);
   auto positions = positions_of(ball);
   CollisionSurface collision(ball, positions);

@@ -74,8 +74,7 @@ TEST(ComputeDevice, PicturesAndComputeShareOneContext) {
   const auto device = open_compute_device(Backend::kAuto, true);
   ASSERT_TRUE(device);
   if (device->context == nullptr) GTEST_SKIP() << "no OpenGL driver";
-  EXPECT_EQ(device->decision.backend,
-            device->context->software() ? Backend::kCpu : Backend::kGpu);
+  EXPECT_EQ(device->decision.backend, device->context->software() ? Backend::kCpu : Backend::kGpu);
 }
 
 }  // namespace

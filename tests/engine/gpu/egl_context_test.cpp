@@ -1,10 +1,11 @@
+#include "engine/gpu/egl_context.h"
+
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <array>
 
 #include "engine/gpu/buffer.h"
-#include "engine/gpu/egl_context.h"
 #include "engine/gpu/pass_timer.h"
 #include "engine/gpu/texture.h"
 

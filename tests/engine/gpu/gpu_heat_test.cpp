@@ -214,9 +214,8 @@ TEST_F(GpuHeatTest, AWholeBurnMatchesTheCpuInFieldsBookAndVapour) {
     SCOPED_TRACE(scheme == HeatScheme::kFewest ? "fewest" : "super");
     BioheatOptions options;
     options.scheme = scheme;
-    const Twins pair = twins(ThermalTissue{}, options, half_space(), [](Bioheat& heat) {
-      burn(heat, 20.0, 1.0);
-    });
+    const Twins pair =
+        twins(ThermalTissue{}, options, half_space(), [](Bioheat& heat) { burn(heat, 20.0, 1.0); });
     ASSERT_FALSE(pair.cpu.vapour().empty());
     const auto total = [](const Bioheat& heat) {
       Vec3 moment = Vec3::Zero();
@@ -307,7 +306,8 @@ TEST_F(GpuHeatTest, TheStandardBurnHasTheSameLesion) {
     Bioheat heat(ThermalTissue{}, options, [](const Vec3& p) { return p.z(); });
     heat.compute_on(std::move(passes), fields);
     ElectrodeTip tip(Electrode{.tip_radius = 1e-3});
-    const ElectrodeContact contact{.point = Vec3::Zero(), .outward = Vec3::UnitZ(), .depth = 0.5e-3};
+    const ElectrodeContact contact{
+        .point = Vec3::Zero(), .outward = Vec3::UnitZ(), .depth = 0.5e-3};
     for (int step = 0; step < 60; ++step) {
       heat.fetch();
       tip.energise(heat, CurrentMode::kBlend, 30.0, contact, contact, kFrame);
@@ -540,7 +540,8 @@ TEST_F(GpuHeatTest, AContextThatIsLostCostsTheStepsThatWerentFetched) {
   EXPECT_EQ(heat.device(), nullptr);
   EXPECT_EQ(heat.device_failure(), "heat on the GPU: its context was lost");
   EXPECT_EQ(heat.book().delivered, delivered);
-  EXPECT_LT(std::abs(heat.book().residual()), 1e-4 * delivered) << "fields and book are of one time";
+  EXPECT_LT(std::abs(heat.book().residual()), 1e-4 * delivered)
+      << "fields and book are of one time";
   burn(heat, 10.0, 0.1);
   EXPECT_GT(heat.book().delivered, delivered) << "goes on";
   EXPECT_LT(std::abs(heat.book().residual()), 1e-4 * heat.book().delivered);

@@ -85,7 +85,7 @@ TEST_F(GpuSmokeTest, BinSortsIntoTheVeryOrderOfTheCpu) {
     SCOPED_TRACE(count);
     SmokeParticles particles = smoke_cloud(count, 5);
     ASSERT_TRUE(gpu_->start(particles)) << gpu_->trouble();
-    gpu_->exchange(cell, smoke_viscosity(Laplacian::pairwise));
+    gpu_->exchange(cell, smoke_viscosity(Laplacian::kPairwise));
     SmokeBins bins;
     bin(particles, cell, bins);
     EXPECT_EQ(std::memcmp(&gpu_->grid(), &bins.grid, sizeof bins.grid), 0);
@@ -141,7 +141,7 @@ struct PairBounds {
       excess_error[i] = pass.fill * off_cubes + 4.0 * kUnit;
       drag[i] = 2.0 * pass.gas_drag * excess_error[i];
     }
-    const double nu = pass.laplacian == Laplacian::pairwise ? pass.viscosity : 0.0;
+    const double nu = pass.laplacian == Laplacian::kPairwise ? pass.viscosity : 0.0;
     for (std::size_t i = 0; i < n; ++i) {
       around(i, [&](std::size_t j, const Vec3& d, double q) {
         const double w = q * q * std::min(0.5 * (g[i] + g[j]), 1.2 * std::min(g[i], g[j]));
@@ -160,7 +160,7 @@ struct PairBounds {
 TEST_F(GpuSmokeTest, PairwiseViscosityCrowdingAndDragMatchTheCpuToCountedRoundings) {
   for (const int count : {2000, 20000}) {
     SmokeParticles particles = smoke_cloud(count, 7);
-    ViscosityParameters pass = smoke_viscosity(Laplacian::pairwise);
+    ViscosityParameters pass = smoke_viscosity(Laplacian::kPairwise);
     ASSERT_TRUE(gpu_->start(particles)) << gpu_->trouble();
     gpu_->exchange(kSmokeSupport, pass);
     const std::vector<Float4> found = gpu_->read_accelerations();
@@ -190,7 +190,7 @@ TEST_F(GpuSmokeTest, PairwiseViscosityCrowdingAndDragMatchTheCpuToCountedRoundin
 TEST_F(GpuSmokeTest, PairsCancelOnTheGpuToo) {
   SmokeParticles particles = smoke_cloud(8000, 11);
   ASSERT_TRUE(gpu_->start(particles));
-  gpu_->exchange(kSmokeSupport, smoke_viscosity(Laplacian::pairwise));
+  gpu_->exchange(kSmokeSupport, smoke_viscosity(Laplacian::kPairwise));
   Vec3 sum = Vec3::Zero();
   double sizes = 0.0;
   for (const Float4& a : gpu_->read_accelerations()) {
@@ -205,7 +205,7 @@ TEST_F(GpuSmokeTest, PairsCancelOnTheGpuToo) {
 // matrices of condition up to 1e8 makes of the rest.
 TEST_F(GpuSmokeTest, ThePapersViscosityMatchesTheCpu) {
   SmokeParticles particles = smoke_cloud(3000, 13);
-  ViscosityParameters pass = smoke_viscosity(Laplacian::paper);
+  ViscosityParameters pass = smoke_viscosity(Laplacian::kPaper);
   pass.crowding = 0.0f;
   ASSERT_TRUE(gpu_->start(particles)) << gpu_->trouble();
   gpu_->exchange(kSmokeSupport, pass);
@@ -265,7 +265,7 @@ TEST_F(GpuSmokeTest, IntegrationMatchesTheCpuWithAndWithoutGas) {
       const auto run = [&](SmokePasses& passes, SmokeParticles& moved, SurroundingGas& gas) {
         std::vector<SmokeFate> fates;
         ASSERT_TRUE(passes.start(moved));
-        passes.exchange(kSmokeSupport, smoke_viscosity(Laplacian::pairwise));
+        passes.exchange(kSmokeSupport, smoke_viscosity(Laplacian::kPairwise));
         passes.integrate(pass, waves, with_gas ? &gas : nullptr);
         ASSERT_TRUE(passes.finish(moved, fates));
       };
@@ -451,10 +451,10 @@ SmokeEmission plume(int particles) {
 }
 
 TEST_F(GpuSmokeTest, AWholeStepMatchesTheCpuWithSurfacesToolsAndOutlets) {
-  for (const Laplacian laplacian : {Laplacian::pairwise, Laplacian::paper}) {
+  for (const Laplacian laplacian : {Laplacian::kPairwise, Laplacian::kPaper}) {
     SmokeVolume cpu(cavity(laplacian));
     Surroundings around;
-    const int each = laplacian == Laplacian::paper ? 200 : 1000;
+    const int each = laplacian == Laplacian::kPaper ? 200 : 1000;
     for (int frame = 0; frame < 10; ++frame) {
       cpu.emit(plume(each));
       SmokeVolume gpu = cpu;
@@ -482,7 +482,7 @@ TEST_F(GpuSmokeTest, AWholeStepMatchesTheCpuWithSurfacesToolsAndOutlets) {
 
 TEST_F(GpuSmokeTest, TheSameRunGivesTheSameBits) {
   const auto run = [&](std::shared_ptr<GpuSmoke> device, SmokeGrid& grid) {
-    SmokeVolume smoke(cavity(Laplacian::pairwise));
+    SmokeVolume smoke(cavity(Laplacian::kPairwise));
     smoke.compute_on(device);
     Surroundings around;
     RestingGas gas;
@@ -508,7 +508,7 @@ TEST_F(GpuSmokeTest, TheSameRunGivesTheSameBits) {
 TEST_F(GpuSmokeTest, SeveralVolumesShareADevice) {
   std::vector<SmokeVolume> apart, shared;
   for (int v = 0; v < 2; ++v) {
-    SmokeParameters parameters = cavity(Laplacian::pairwise);
+    SmokeParameters parameters = cavity(Laplacian::kPairwise);
     parameters.seed = 5 + v;
     apart.emplace_back(parameters);
     shared.emplace_back(parameters);
@@ -529,7 +529,7 @@ TEST_F(GpuSmokeTest, SeveralVolumesShareADevice) {
 TEST_F(GpuSmokeTest, WhatIsTooLargeForTheDeviceRunsOnTheCpuAndSaysWhy) {
   GpuLimits limits = GpuLimits::of_device();
   limits.block_bytes = 500 * sizeof(Float4);
-  SmokeVolume cpu(cavity(Laplacian::pairwise)), gpu(cavity(Laplacian::pairwise));
+  SmokeVolume cpu(cavity(Laplacian::kPairwise)), gpu(cavity(Laplacian::kPairwise));
   gpu.compute_on(create(limits));
   for (SmokeVolume* smoke : {&cpu, &gpu}) {
     smoke->emit(plume(600));
@@ -557,10 +557,12 @@ TEST_F(GpuSmokeTest, EveryInstrumentIsMetHoweverManyThereAre) {
     tool.to = tool.to_before = Vec3(0.3, 0.2, 0.3);
     tool.radius = 1e-3;
   }
-  tools.back() = {.from = Vec3(0.01, -0.02, 0.315), .to = Vec3(0.01, 0.02, 0.315),
-                  .from_before = Vec3(0.01, -0.02, 0.315), .to_before = Vec3(0.01, 0.02, 0.315),
+  tools.back() = {.from = Vec3(0.01, -0.02, 0.315),
+                  .to = Vec3(0.01, 0.02, 0.315),
+                  .from_before = Vec3(0.01, -0.02, 0.315),
+                  .to_before = Vec3(0.01, 0.02, 0.315),
                   .radius = 2e-3};
-  SmokeVolume cpu(cavity(Laplacian::pairwise)), gpu(cavity(Laplacian::pairwise));
+  SmokeVolume cpu(cavity(Laplacian::kPairwise)), gpu(cavity(Laplacian::kPairwise));
   gpu.compute_on(gpu_);
   for (int frame = 0; frame < 5; ++frame) {
     for (SmokeVolume* smoke : {&cpu, &gpu}) smoke->emit(plume(500));
@@ -593,7 +595,7 @@ class FatefulGas final : public SurroundingGas {
 
 TEST_F(GpuSmokeTest, AfterALostContextTheSmokeGoesOnOnTheCpuAndSaysWhy) {
   const std::shared_ptr<EglContext> own = *EglContext::create();
-  SmokeVolume cpu(cavity(Laplacian::pairwise)), gpu(cavity(Laplacian::pairwise));
+  SmokeVolume cpu(cavity(Laplacian::kPairwise)), gpu(cavity(Laplacian::kPairwise));
   gpu.compute_on(create(GpuLimits::of_device(), own));
   const auto both = [&] {
     for (SmokeVolume* smoke : {&cpu, &gpu}) {
@@ -612,7 +614,7 @@ TEST_F(GpuSmokeTest, AfterALostContextTheSmokeGoesOnOnTheCpuAndSaysWhy) {
 
 TEST_F(GpuSmokeTest, AContextThatIsLostInAStepCostsThatStepAlone) {
   const std::shared_ptr<EglContext> own = *EglContext::create();
-  SmokeVolume smoke(cavity(Laplacian::pairwise));
+  SmokeVolume smoke(cavity(Laplacian::kPairwise));
   smoke.emit(plume(600));
   smoke.compute_on(create(GpuLimits::of_device(), own));
   const SmokeParticles before = smoke.particles();
@@ -634,7 +636,7 @@ TEST_F(GpuSmokeTest, NoParticlesAreNoTrouble) {
   SmokeParticles none;
   std::vector<SmokeFate> fates;
   ASSERT_TRUE(gpu_->start(none)) << gpu_->trouble();
-  gpu_->exchange(kSmokeSupport, smoke_viscosity(Laplacian::pairwise));
+  gpu_->exchange(kSmokeSupport, smoke_viscosity(Laplacian::kPairwise));
   gpu_->integrate(smoke_integration(), {}, nullptr);
   EXPECT_EQ(gpu_->greatest_speed(), 0.0f);
   EXPECT_EQ(gpu_->finish(none, fates), 0.0);

@@ -1,8 +1,9 @@
+#include "engine/gpu/program.h"
+
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include "engine/gpu/egl_context.h"
-#include "engine/gpu/program.h"
 
 namespace viscera {
 namespace {

@@ -1,6 +1,5 @@
 #include "engine/io/exr_file.h"
 
-#include <ImfHeader.h>
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfDoubleAttribute.h>
@@ -92,7 +91,8 @@ TEST(ExrFile, ADiskThatFillsLeavesTheOlderFileWhole) {
   ASSERT_TRUE(write_exr(path, small_picture()));
   ExrPicture large{64, 64, {{"labels", std::vector<std::uint32_t>(64 * 64)}}, {}, {}};
   auto& noise = std::get<std::vector<std::uint32_t>>(large.channels[0].values);
-  for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<std::uint32_t>(i * 2654435761u);
+  for (std::size_t i = 0; i < noise.size(); ++i)
+    noise[i] = static_cast<std::uint32_t>(i * 2654435761u);
   {
     const test::FileSizeLimit full(4096);
     const auto done = write_exr(path, large);

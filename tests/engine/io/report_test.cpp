@@ -26,11 +26,12 @@ TEST(Report, HasTheKeysThatWerePromised) {
   report.skipped.resize(1);
   const json all = json::parse(to_json(report));
   for (const char* key :
-       {"scene",    "seed",       "threads", "backend",          "duration_s",
-        "frames",   "state_hash", "wall_s",  "real_time_factor", "peak_memory_bytes",
-        "organs",   "stages",     "smoke",   "skipped",          "flags",
-        "warnings", "renderer",   "machine", "version",          "command",
-        "gpu",      "backend_reason", "haptics", "cautery",     "tissue",    "trainee"}) {
+       {"scene",    "seed",           "threads", "backend",          "duration_s",
+        "frames",   "state_hash",     "wall_s",  "real_time_factor", "peak_memory_bytes",
+        "organs",   "stages",         "smoke",   "skipped",          "flags",
+        "warnings", "renderer",       "machine", "version",          "command",
+        "gpu",      "backend_reason", "haptics", "cautery",          "tissue",
+        "trainee"}) {
     EXPECT_TRUE(all.contains(key)) << key;
   }
   const auto keys = [](const json& object) {
@@ -45,9 +46,10 @@ TEST(Report, HasTheKeysThatWerePromised) {
                                    "greatest_displacement_m", "greatest_displacement_time_s"}));
   EXPECT_EQ(keys(all["stages"][0]),
             (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
-  EXPECT_EQ(keys(all["smoke"]), (std::set<std::string>{"particles_max", "volumes", "writing_s", "emitted_kg", "airborne_kg",
-                                   "background_kg", "evacuated_kg", "leaked_kg", "deposited_kg",
-                                   "time_in_smoke"}));
+  EXPECT_EQ(keys(all["smoke"]),
+            (std::set<std::string>{"particles_max", "volumes", "writing_s", "emitted_kg",
+                                   "airborne_kg", "background_kg", "evacuated_kg", "leaked_kg",
+                                   "deposited_kg", "time_in_smoke"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
   EXPECT_EQ(keys(all["machine"]), (std::set<std::string>{"cpu", "cores", "memory_bytes"}));
 }

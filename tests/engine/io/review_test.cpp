@@ -117,8 +117,8 @@ TEST(Review, HoldsTheFilmThatLiesBesideIt) {
 TEST(Review, SaysOfSingleSamplesOnlyTheirValue) {
   const TemporaryFolder folder;
   Review review;
-  review.charts.push_back({.title = "Force", .unit = "N", .curves = {Curve("a"), Curve("b")},
-                           .note = ""});
+  review.charts.push_back(
+      {.title = "Force", .unit = "N", .curves = {Curve("a"), Curve("b")}, .note = ""});
   for (int i = 0; i < 10; ++i) review.charts[0].curves[0].add(0.1 * i, i);
   for (int i = 0; i < 2000; ++i) review.charts[0].curves[1].add(0.001 * i, i);
   ASSERT_TRUE(write_review(folder / "review.html", review));

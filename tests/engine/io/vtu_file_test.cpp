@@ -33,10 +33,9 @@ class Vtu : public testing::TestWithParam<int> {};
 TEST_P(Vtu, ReadsBackAsItWasWritten) {
   const TemporaryFolder folder;
   const Strip strip(GetParam());
-  ASSERT_TRUE(write_vtu(folder / "strip.vtu", {strip.points,
-                                               strip.triangles,
-                                               {{"displacement", strip.values},
-                                                {"force", strip.points}}}));
+  ASSERT_TRUE(write_vtu(
+      folder / "strip.vtu",
+      {strip.points, strip.triangles, {{"displacement", strip.values}, {"force", strip.points}}}));
   const test::VtuContent read = read_vtu(folder / "strip.vtu");
   EXPECT_EQ(read.points, strip.points);
   EXPECT_EQ(read.triangles, strip.triangles);
@@ -53,8 +52,8 @@ INSTANTIATE_TEST_SUITE_P(Points, Vtu, testing::Values(0, 3, 5000, 65536),
 TEST(VtuFile, RefusesAFieldThatDoesntFitThePoints) {
   const TemporaryFolder folder;
   const Strip strip(5), other(4);
-  const auto written = write_vtu(folder / "strip.vtu",
-                                 {strip.points, strip.triangles, {{"force", other.values}}});
+  const auto written =
+      write_vtu(folder / "strip.vtu", {strip.points, strip.triangles, {{"force", other.values}}});
   ASSERT_FALSE(written);
   for (const char* part : {"strip.vtu", "4 values of force", "5 points"})
     EXPECT_NE(written.error().text().find(part), std::string::npos) << written.error().text();

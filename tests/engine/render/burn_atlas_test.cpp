@@ -1,12 +1,15 @@
+#include "engine/render/burn_atlas.h"
+
 #include <gtest/gtest.h>
 
 #include "engine/gpu/egl_context.h"
-#include "engine/render/burn_atlas.h"
 
 namespace viscera {
 namespace {
 
-HeatBricks bricks_of_all_space() { return HeatBricks(0.5e-3, {}, 1000); }
+HeatBricks bricks_of_all_space() {
+  return HeatBricks(0.5e-3, {}, 1000);
+}
 
 /// A voxel that heat has dried.
 void dry(HeatBrick& brick, int voxel) {

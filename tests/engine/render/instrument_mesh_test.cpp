@@ -1,8 +1,9 @@
+#include "engine/render/instrument_mesh.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "engine/render/instrument_mesh.h"
 #include "tests/support/shapes.h"
 
 namespace viscera {

@@ -148,8 +148,7 @@ TEST_F(RendererTest, MovedAndDeformedOrgansChangeThePicture) {
 TEST_F(RendererTest, ASurfaceThatLiesOnTheGpuIsDrawnLikeOneThatIsUploaded) {
   auto context = EglContext::create();
   ASSERT_TRUE(context) << context.error().text();
-  const auto renderer =
-      Renderer::create({kWidth, kHeight, Quality::kReview, *std::move(context)});
+  const auto renderer = Renderer::create({kWidth, kHeight, Quality::kReview, *std::move(context)});
   ASSERT_TRUE(renderer) << renderer.error().text();
   const auto picture = [&] {
     ++view_.organs[0].surface_version;
@@ -204,7 +203,8 @@ TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
     for (int y = -60; y < -16; ++y) {
       for (int x = -16; x < 40; ++x) {
         const BrickIndex voxel(x, y, z);
-        const double apart = ((voxel.cast<double>().array() + 0.5) * 0.5e-3 - centre.array()).matrix().norm();
+        const double apart =
+            ((voxel.cast<double>().array() + 0.5) * 0.5e-3 - centre.array()).matrix().norm();
         if (apart > 5e-3) continue;
         const BrickIndex index = BrickField::brick_of(voxel);
         const BrickIndex inside = voxel - index * HeatBricks::kEdge;

@@ -338,7 +338,8 @@ TEST(SmokeCost, AFullSizePictureFullOfSmoke) {
   const double core_ms = 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC / 3.0;
   RecordProperty("core_ms", std::to_string(core_ms));
   RecordProperty("smoke_ms", std::to_string(1e3 * best));
-  std::cout << "smoke pass at 1280x720, smoke filling the view: " << 1e3 * best << " ms; a whole picture without\norgans: " << core_ms << " core-ms\n";
+  std::cout << "smoke pass at 1280x720, smoke filling the view: " << 1e3 * best
+            << " ms; a whole picture without\norgans: " << core_ms << " core-ms\n";
   EXPECT_LT(best, 3.0);
 }
 

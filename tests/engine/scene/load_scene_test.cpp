@@ -109,7 +109,7 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(scene.smoke.at(0).max_particles, 1000);
   EXPECT_DOUBLE_EQ(scene.smoke.at(0).particle_mass, 2e-10);
   EXPECT_DOUBLE_EQ(scene.smoke.at(0).spacing, 0.002);
-  EXPECT_EQ(scene.smoke.at(0).laplacian, Laplacian::paper);
+  EXPECT_EQ(scene.smoke.at(0).laplacian, Laplacian::kPaper);
   EXPECT_EQ(scene.smoke.at(0).lifetime, 5.0);
   EXPECT_EQ(scene.smoke.at(0).look, SmokeLook::kSprites);
   EXPECT_EQ(scene.heat.voxel, 0.00025);
@@ -216,7 +216,8 @@ TEST(LoadScene, PowerThatCannotBeIsRefused) {
     const std::vector<std::string> mistakes = folder.mistakes(scene);
     ASSERT_EQ(mistakes.size(), 1u) << power;
     EXPECT_NE(mistakes[0].find("instruments/1/path/0/power_W"), std::string::npos) << mistakes[0];
-    EXPECT_NE(mistakes[0].find("expected a number from 0 to 400"), std::string::npos) << mistakes[0];
+    EXPECT_NE(mistakes[0].find("expected a number from 0 to 400"), std::string::npos)
+        << mistakes[0];
   }
   Json scene = whole_scene();
   scene["instruments"][1]["mode"] = "cutt";

@@ -54,11 +54,14 @@ TEST(SceneMistake, AWrongUnitSaysWhichIsExpected) {
 TEST(SceneMistake, AMaterialThatIsNoneIsNamed) {
   EXPECT_ONE_MISTAKE(with("/organs/0/material/model", "mooney"), "organs/0/material/model",
                      "found the text \"mooney\"", "\"neo_hookean\"");
-  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony/0/g", -0.2), "organs/0/material/prony/0/g", "found -0.2");
-  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony/0/tau_s", 0), "organs/0/material/prony/0/tau_s", "found 0");
-  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony", Json::array({{{"g", 0.6}, {"tau_s", 1}},
-                                                                  {{"g", 0.5}, {"tau_s", 2}}})),
-                     "organs/0/material/prony", "found shares g of 1.1 together, expected at most 0.95");
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony/0/g", -0.2), "organs/0/material/prony/0/g",
+                     "found -0.2");
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony/0/tau_s", 0), "organs/0/material/prony/0/tau_s",
+                     "found 0");
+  EXPECT_ONE_MISTAKE(with("/organs/0/material/prony",
+                          Json::array({{{"g", 0.6}, {"tau_s", 1}}, {{"g", 0.5}, {"tau_s", 2}}})),
+                     "organs/0/material/prony",
+                     "found shares g of 1.1 together, expected at most 0.95");
   EXPECT_ONE_MISTAKE(with("/organs/0/material/relaxes", true), "organs/0/material/prony",
                      "found beside \"relaxes\": true");
 }
@@ -140,8 +143,9 @@ TEST(SceneMistake, MissingKeysAreNamed) {
   EXPECT_TRUE(mentions(found, "organs", {"found nothing, expected an array of objects"}));
   Json scene = least_scene();
   scene["organs"][0].erase("tissue");
-  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "organs/0/tissue",
-                     "found nothing, expected the name of a tissue: one of abdominal_wall, bile_duct");
+  EXPECT_ONE_MISTAKE(
+      SceneFolder().mistakes(scene), "organs/0/tissue",
+      "found nothing, expected the name of a tissue: one of abdominal_wall, bile_duct");
 }
 
 TEST(SceneMistake, ADeformableOrganNeedsAFixedRegion) {
@@ -176,8 +180,7 @@ TEST(SceneMistake, LinksTieTwoKnownOrgansOfWhichOneDeforms) {
                      "found [\"brick\",\"ball\"], expected at least one deformable organ");
   EXPECT_ONE_MISTAKE(with("/links/0/stiffness_N_per_m", -5), "links/0/stiffness_N_per_m",
                      "found -5, expected a number from 0 to 1000000000");
-  EXPECT_ONE_MISTAKE(with("/links/0/stiffness_N_per_mm", 5), "links/0/stiffness_N_per_mm",
-                     "found");
+  EXPECT_ONE_MISTAKE(with("/links/0/stiffness_N_per_mm", 5), "links/0/stiffness_N_per_mm", "found");
   EXPECT_ONE_MISTAKE(with("/links/0/region/half_space", 3), "links/0/region/half_space",
                      "found an unknown key, expected one of");
   EXPECT_ONE_MISTAKE(with("/links/1/name", "bed"), "links/1/name", "again");
@@ -209,8 +212,9 @@ TEST(SceneMistake, UnknownNamesSayWhichAreKnown) {
                      "one of block, hemisphere, kidney, liver, sphere", "did you mean \"liver\"");
   EXPECT_ONE_MISTAKE(with("/organs/0/formulation", "galerkn"), "organs/0/formulation",
                      "did you mean \"galerkin\"");
-  EXPECT_ONE_MISTAKE(with("/instruments/0/kind", "graspr"), "instruments/0/kind",
-                     "expected \"probe\", \"grasper\", \"hook\" or \"spatula\" (did you mean \"grasper\"?)");
+  EXPECT_ONE_MISTAKE(
+      with("/instruments/0/kind", "graspr"), "instruments/0/kind",
+      "expected \"probe\", \"grasper\", \"hook\" or \"spatula\" (did you mean \"grasper\"?)");
 }
 
 TEST(SceneMistake, MissingGeometryListsTheFoldersSearched) {
@@ -311,8 +315,8 @@ TEST(SceneMistake, AHapticToolNeedsADeviceThatExistsAndWhatThatDeviceNeeds) {
   Json scene = whole_scene();
   scene["instruments"][0]["haptic"].erase("recording");
   EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "instruments/0/haptic/recording", "expected");
-  EXPECT_ONE_MISTAKE(with("/instruments/0/haptic/hive/nodes", 3),
-                     "instruments/0/haptic/hive/nodes", "found 3", "12 to 1000");
+  EXPECT_ONE_MISTAKE(with("/instruments/0/haptic/hive/nodes", 3), "instruments/0/haptic/hive/nodes",
+                     "found 3", "12 to 1000");
 }
 
 TEST(SceneMistake, AllAreReportedInOneGo) {

@@ -26,9 +26,9 @@ TEST(SmokeMaterial, ValuesWithoutASourceOrInAnotherUnitAreRefused) {
   ASSERT_FALSE(optics);
   const std::string text = optics.error().text();
   EXPECT_EQ(optics.error().messages.size(), 3u) << text;
-  for (const char* part : {"optics/mass_extinction/unit: found the text \"m2/g\"",
-                           "optics/albedo/value: found 1.5",
-                           "optics/asymmetry/source: found nothing"})
+  for (const char* part :
+       {"optics/mass_extinction/unit: found the text \"m2/g\"", "optics/albedo/value: found 1.5",
+        "optics/asymmetry/source: found nothing"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
 }
 

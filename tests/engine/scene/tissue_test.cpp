@@ -94,7 +94,8 @@ TEST(Tissues, AnOrganRelaxesByItsTissuesSeriesOnlyWhereThereIsOne) {
   const auto refused = check_materials(scene, *tissues);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().text(),
-            "some.json: organs/1/material/relaxes: found true with the tissue \"kidney\", which has no Prony "
+            "some.json: organs/1/material/relaxes: found true with the tissue \"kidney\", which "
+            "has no Prony "
             "series; expected one that has (liver), or a \"prony\" of its own");
 }
 

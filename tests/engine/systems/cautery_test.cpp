@@ -126,8 +126,8 @@ TEST(Cautery, AnElectrodeThatCannotBeIsRefused) {
   for (InstrumentKey& key : scene.instruments[0].path) key.tip.z() += 30e-3;
   std::vector<std::string> warnings;
   scene.instruments[0].path[1].power = 4500.0;
-  const auto world = build_world(scene, test_tissues(), {project_file("assets"), false},
-                                 no_progress(), warnings);
+  const auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
   ASSERT_FALSE(world);
   EXPECT_NE(world.error().text().find("power"), std::string::npos) << world.error().text();
   EXPECT_NE(world.error().text().find("radius of the tip"), std::string::npos);
@@ -137,8 +137,8 @@ TEST(Cautery, AVoxelTooFineForTheMachineIsRefusedWithItsSize) {
   auto scene = burning_scene(30.0);
   scene.heat.voxel = 5e-6;
   std::vector<std::string> warnings;
-  const auto world = build_world(scene, test_tissues(), {project_file("assets"), false},
-                                 no_progress(), warnings);
+  const auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
   ASSERT_FALSE(world);
   EXPECT_NE(world.error().text().find("heat/voxel_mm: found 0.005"), std::string::npos)
       << world.error().text();
@@ -170,7 +170,8 @@ TEST(Cautery, ASpatulaBurnsAsWideAsItTouches) {
   step_until(*wide, 0.6);
   EXPECT_GT(wide->burn_traces[0].current.power, 0.0);
   EXPECT_GT(wide->burn_traces[0].current.radius, 1.2 * narrow->burn_traces[0].current.radius);
-  EXPECT_LT(wide->organ_burns[0].heat.greatest_excess(), narrow->organ_burns[0].heat.greatest_excess());
+  EXPECT_LT(wide->organ_burns[0].heat.greatest_excess(),
+            narrow->organ_burns[0].heat.greatest_excess());
 }
 
 TEST(Cautery, MorePowerSmokesMore) {
@@ -254,8 +255,8 @@ class CauteryOnTheGpu : public testing::Test {
     return world;
   }
 
-  /// Contact is the same to the bit, so what is apart comes from the kernels' rounding and from currents
-  /// that follow what they dried.
+  /// Contact is the same to the bit, so what is apart comes from the kernels' rounding and from
+  /// currents that follow what they dried.
   void expect_the_same_burns(const World& cpu, const World& gpu) {
     ASSERT_EQ(cpu.organ_burns.size(), gpu.organ_burns.size());
     for (std::size_t b = 0; b < cpu.organ_burns.size(); ++b) {

@@ -35,9 +35,10 @@ SceneDescription tilted_ball(double degrees) {
 /// Displacement of the drawn vertex nearest to x, organ's frame [m].
 Vec3 moved_at(const World& world, std::size_t organ, const Vec3& x) {
   const auto& rest = world.organ_bodies[organ].model->rest_positions;
-  const auto nearest = std::min_element(rest.begin(), rest.end(), [&](const Vec3f& a, const Vec3f& b) {
-    return (a.cast<double>() - x).norm() < (b.cast<double>() - x).norm();
-  });
+  const auto nearest =
+      std::min_element(rest.begin(), rest.end(), [&](const Vec3f& a, const Vec3f& b) {
+        return (a.cast<double>() - x).norm() < (b.cast<double>() - x).norm();
+      });
   const auto v = static_cast<std::size_t>(nearest - rest.begin());
   return (world.organ_states[organ].positions[v] - rest[v]).cast<double>();
 }
@@ -125,8 +126,8 @@ TEST(Gravity, TheTurnOfAnOrgansFrameAndItsBreathDoNotMatter) {
   ASSERT_TRUE(world);
   step_until(*world, 0.55);
   const Vec3 one = moved_at(*world, 0, Vec3(0, 0, kRadius));
-  const Vec3 other = world->organ_bodies[1].pose.direction_to_world(
-      moved_at(*world, 1, Vec3(0, 0, kRadius)));
+  const Vec3 other =
+      world->organ_bodies[1].pose.direction_to_world(moved_at(*world, 1, Vec3(0, 0, kRadius)));
   EXPECT_LT((one - other).norm(), 0.05 * one.norm());
 }
 
@@ -150,9 +151,9 @@ TEST(Gravity, ATipFeelsTheTissueThatComesToItAsItFeelsIndentation) {
   ASSERT_GT(depth, 0.3e-3);
   // The same tip driven in by as much, at rest.
   auto pressed = soft_ball_scene(8e-3, 5e-3);
-  pressed.instruments = {straight_tool("tip", InstrumentKind::kProbe, kTip,
-                                       {{0.0, at, 0.0, 1.0},
-                                        {0.5, at - (gap + depth) * outward, 0.0, 1.0}})};
+  pressed.instruments = {
+      straight_tool("tip", InstrumentKind::kProbe, kTip,
+                    {{0.0, at, 0.0, 1.0}, {0.5, at - (gap + depth) * outward, 0.0, 1.0}})};
   const auto other = build(pressed);
   ASSERT_TRUE(other);
   step_until(*other, 0.55);
@@ -167,9 +168,9 @@ TEST(Gravity, ATipFeelsTheTissueThatComesToItAsItFeelsIndentation) {
 TEST(Gravity, AJawThatClosesOnSaggingTissuePullsAtNothingAndHoldsItAgainstTilting) {
   const Vec3 top(0, 0, kRadius + kTip + 0.2e-3);
   auto scene = tilted_ball(20.0);
-  scene.instruments = {straight_tool("jaw", InstrumentKind::kGrasper, kTip,
-                                     {{0.0, top, 0.0, 1.0}, {0.54, top, 0.0, 1.0},
-                                      {0.56, top, 0.0, 0.0}})};
+  scene.instruments = {
+      straight_tool("jaw", InstrumentKind::kGrasper, kTip,
+                    {{0.0, top, 0.0, 1.0}, {0.54, top, 0.0, 1.0}, {0.56, top, 0.0, 0.0}})};
   const auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.59);
@@ -222,7 +223,8 @@ TEST(Gravity, SagsBeyondWhatLinearElasticityDescribesAreWarnedOf) {
   scene.organs[0].youngs_modulus = 1e3;
   ASSERT_TRUE(build_world(scene, test_tissues(), options, no_progress(), warnings));
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("organ \"ball\": the change of gravity moves it by"), std::string::npos)
+  EXPECT_NE(warnings[0].find("organ \"ball\": the change of gravity moves it by"),
+            std::string::npos)
       << warnings[0];
 }
 

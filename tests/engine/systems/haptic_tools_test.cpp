@@ -15,7 +15,9 @@ namespace {
 constexpr double kTop = 25e-3;  // pole of the ball [m]
 constexpr double kTip = 4e-3;
 
-InstrumentKey key(double time, Vec3 tip) { return {time, tip, 0.0, 1.0}; }
+InstrumentKey key(double time, Vec3 tip) {
+  return {time, tip, 0.0, 1.0};
+}
 
 // A hand that presses the ball's pole 3 mm deep, and lets go again.
 SceneDescription held_probe(Response response) {
@@ -46,7 +48,9 @@ std::unique_ptr<World> held(const SceneDescription& scene, const ServoRun& run =
   return world;
 }
 
-const HapticTool& tool_of(const World& world) { return world.haptics->tools().front(); }
+const HapticTool& tool_of(const World& world) {
+  return world.haptics->tools().front();
+}
 
 std::string hash_until(World& world, double time) {
   StateHash hash;
@@ -102,7 +106,8 @@ TEST(HapticTools, TheHivesForceIsTheGlobalModelsWithinFivePercent) {
 }
 
 TEST(HapticTools, WhatAnOrganIsMadeOfIsFeltBeyondLinearAndRepeats) {
-  const auto felt = [](HyperelasticModel model, std::vector<PronyTerm> prony, std::string* hash = nullptr) {
+  const auto felt = [](HyperelasticModel model, std::vector<PronyTerm> prony,
+                       std::string* hash = nullptr) {
     SceneDescription scene = held_probe(Response::kLocal);
     scene.organs[0].material.model = model;
     scene.organs[0].material.prony = std::move(prony);
@@ -111,22 +116,23 @@ TEST(HapticTools, WhatAnOrganIsMadeOfIsFeltBeyondLinearAndRepeats) {
     const std::string state = hash_until(*world, 1.45);
     if (hash) *hash = state;
     const HiveTissueFigures figures = tool_of(*world).tissue->figures();
-    EXPECT_EQ(figures.newton_steps > 0, model != HyperelasticModel::linear);
+    EXPECT_EQ(figures.newton_steps > 0, model != HyperelasticModel::kLinear);
     EXPECT_EQ(figures.linear_answers, 0u);
     EXPECT_EQ(figures.deadline_misses, 0u);
     EXPECT_EQ(tool_of(*world).servo->passivity_violations(), 0u);
     // The tool gives way where the tissue is stiffer: force over what it is pressed.
-    return tool_of(*world).output.tissue.z() / (kTop + kTip - tool_of(*world).output.tool.position.z());
+    return tool_of(*world).output.tissue.z() /
+           (kTop + kTip - tool_of(*world).output.tool.position.z());
   };
-  const double linear = felt(HyperelasticModel::linear, {});
+  const double linear = felt(HyperelasticModel::kLinear, {});
   std::string first, second;
-  const double neo = felt(HyperelasticModel::neo_hookean, {}, &first);
+  const double neo = felt(HyperelasticModel::kNeoHookean, {}, &first);
   EXPECT_NE(neo, linear);
   EXPECT_NEAR(neo, linear, 0.15 * linear);
-  EXPECT_EQ(felt(HyperelasticModel::neo_hookean, {}, &second), neo);
+  EXPECT_EQ(felt(HyperelasticModel::kNeoHookean, {}, &second), neo);
   EXPECT_EQ(first, second);
   // Half a second after it was pressed tissue that relaxes in ten is still stiffer.
-  EXPECT_GT(felt(HyperelasticModel::linear, {{0.4, 10.0}}), 1.3 * linear);
+  EXPECT_GT(felt(HyperelasticModel::kLinear, {{0.4, 10.0}}), 1.3 * linear);
 }
 
 TEST(HapticTools, AnOrganWithoutAGlobalModelIsFeltAndDentedByHivesAlone) {

@@ -37,8 +37,8 @@ SceneDescription two_balls(double stiffness) {
   return scene;
 }
 
-/// A jaw that closes at the top of a ball within a tenth of a second and then goes by `ways`, one each
-/// tenth of a second.
+/// A jaw that closes at the top of a ball within a tenth of a second and then goes by `ways`, one
+/// each tenth of a second.
 InstrumentDescription jaw(const std::string& name, double x, const std::vector<Vec3>& ways) {
   const Vec3 top(x, 0.0, kHigh);
   std::vector<InstrumentKey> keys = {{0.0, top, 0.0, 1.0}, {0.1, top, 0.0, 0.0}};
@@ -174,8 +174,8 @@ TEST(Links, StiffnessWithoutBoundEndsInOnePieceNotInAnExplosion) {
 }
 
 TEST(Links, PullingOneAtTheOtherIsPullingTheOtherAtTheOne) {
-  // Betti: a jaw holds each ball; the force on the other's jaw when one moves along a is the force on
-  // the one's, along a, when the other moves along that force.
+  // Betti: a jaw holds each ball; the force on the other's jaw when one moves along a is the force
+  // on the one's, along a, when the other moves along that force.
   const Vec3 x = 1e-3 * Vec3::UnitX(), y = 1e-3 * Vec3::UnitY(), z = 1e-3 * Vec3::UnitZ();
   const Vec3 home = Vec3::Zero();
   for (const double stiffness : {300.0, 1e5}) {
@@ -235,7 +235,8 @@ TEST(Links, NoEnergyComesFromClosedPathsOfTwoJaws) {
 }
 
 TEST(Links, TheTurnOfAnOrgansFrameDoesNotMatter) {
-  // The same two balls, the second turned about the vertical: another grid of nodes, the same physics.
+  // The same two balls, the second turned about the vertical: another grid of nodes, the same
+  // physics.
   auto scene = two_balls(400.0);
   scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, 4e-3)})};
   const auto straight = build(scene);
@@ -334,7 +335,8 @@ TEST(Links, AChainOfThreePassesAPullOn) {
 
 TEST(Links, TwoRunsAgreeBitForBit) {
   auto scene = two_balls(1e3);
-  scene.instruments = {jaw("one", 0.0, {Vec3(0, 0, 3e-3)}), jaw("other", kApart, {Vec3(0, 2e-3, 0)})};
+  scene.instruments = {jaw("one", 0.0, {Vec3(0, 0, 3e-3)}),
+                       jaw("other", kApart, {Vec3(0, 2e-3, 0)})};
   const auto one = build(scene), other = build(scene);
   ASSERT_TRUE(one && other);
   EXPECT_EQ(hash_after(*one, 0.2), hash_after(*other, 0.2));
@@ -344,8 +346,8 @@ TEST(Links, ARegionWithoutSurfaceIsRefused) {
   auto scene = two_balls(1e3);
   scene.links[0].region.a.z() = 0.1;
   std::vector<std::string> warnings;
-  const auto world = build_world(scene, test_tissues(), {project_file("assets"), false},
-                                 no_progress(), warnings);
+  const auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
   ASSERT_FALSE(world);
   EXPECT_NE(world.error().text().find("links/0/region: found"), std::string::npos)
       << world.error().text();

@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kTop = 25e-3;
 
-/// A hook burns the pole of a ball for a second with `power` [W] and leaves; a ball tip then presses
-/// there.
+/// A hook burns the pole of a ball for a second with `power` [W] and leaves; a ball tip then
+/// presses there.
 SceneDescription burn_and_press(double power) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
   scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
@@ -46,11 +46,11 @@ TEST(TissueChanges, ABurntPlaceSinksAndIsStiffer) {
   ASSERT_EQ(world->organ_changes.size(), 1u);
   const OrganChange& change = world->organ_changes[0];
   ASSERT_TRUE(change.update);
-  std::printf("updates %d, nodes %zu, rank %zu, factor %.2f, stiffened %.1f mm3, left out %.2f mm3, "
-              "shrunk %.3f mm\n",
-              change.updates, change.update->nodes, change.update->rank,
-              change.update->greatest_stiffness, 1e9 * change.stiffened, 1e9 * change.left_out,
-              1e3 * change.update->greatest_shift);
+  std::printf(
+      "updates %d, nodes %zu, rank %zu, factor %.2f, stiffened %.1f mm3, left out %.2f mm3, "
+      "shrunk %.3f mm\n",
+      change.updates, change.update->nodes, change.update->rank, change.update->greatest_stiffness,
+      1e9 * change.stiffened, 1e9 * change.left_out, 1e3 * change.update->greatest_shift);
   EXPECT_GT(change.updates, 1);
   EXPECT_GT(change.stiffened, 1e-9);
   EXPECT_EQ(change.left_out, 0.0);
@@ -110,8 +110,8 @@ TEST(TissueChanges, FormulationsThatCantFollowSaySo) {
   auto scene = burn_and_press(30.0);
   scene.organs[0].formulation = "gfdm";
   std::vector<std::string> warnings;
-  auto world = build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(),
-                           warnings);
+  auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
   ASSERT_TRUE(world) << world.error().text();
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("galerkin"), std::string::npos) << warnings[0];
@@ -126,7 +126,8 @@ TEST(TissueChanges, TheCacheKeepsWhatMayChange) {
   const auto scene = burn_and_press(30.0);
   std::vector<std::string> warnings;
   const auto make = [&] {
-    return build_world(scene, test_tissues(), {project_file("assets"), true}, no_progress(), warnings);
+    return build_world(scene, test_tissues(), {project_file("assets"), true}, no_progress(),
+                       warnings);
   };
   auto fresh = make(), cached = make();
   unsetenv("VISCERA_CACHE");

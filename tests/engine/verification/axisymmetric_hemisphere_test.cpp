@@ -22,7 +22,7 @@ TEST(AxisymmetricHemisphere, AgreesWithTheIndependentReference) {
     EXPECT_NEAR(solved->frictionless / known.frictionless, 1.0, 3e-3);
     EXPECT_NEAR(solved->pressure_force / known.pressure_force, 1.0, 1e-4);
     const auto pole = [](const HemisphereReference& one) {
-      return one.profile(HemisphereContact::press).at(Vec3::UnitZ()).z();
+      return one.profile(HemisphereContact::kPress).at(Vec3::UnitZ()).z();
     };
     EXPECT_NEAR(pole(*solved) / pole(known), 1.0, 8e-3);
   }
@@ -32,9 +32,9 @@ TEST(AxisymmetricHemisphere, PatchMovesAsTheToolDoes) {
   const auto solved = solve_axisymmetric_hemisphere(0.4, 0.15, kCoarse);
   ASSERT_TRUE(solved) << solved.error().text();
   const Vec3 inside(std::sin(0.1), 0.0, std::cos(0.1));
-  const Vec3 stuck = solved->profile(HemisphereContact::stick).at(inside);
+  const Vec3 stuck = solved->profile(HemisphereContact::kStick).at(inside);
   EXPECT_NEAR((stuck - Vec3(0.0, 0.0, -kHemisphereDepth)).norm(), 0.0, 1e-12);
-  const Vec3 slid = solved->profile(HemisphereContact::frictionless).at(inside);
+  const Vec3 slid = solved->profile(HemisphereContact::kFrictionless).at(inside);
   // Rows are joined by chords: of second order in their distance.
   EXPECT_NEAR(slid.dot(inside), -kHemisphereDepth * std::cos(0.1), 1e-4);
   EXPECT_GT((slid - stuck).norm(), 1e-5);

@@ -10,7 +10,7 @@ namespace viscera {
 namespace {
 
 TEST(HemisphereCells, CoverALittleMoreThanTheCapAndMoveAsOne) {
-  const auto cells = HemisphereBody::cells(HemisphereContact::frictionless, 0.3, 0.2, 3, 0.1);
+  const auto cells = HemisphereBody::cells(HemisphereContact::kFrictionless, 0.3, 0.2, 3, 0.1);
   EXPECT_EQ(cells.size(), 37u);
   const double cap = 2.0 * std::numbers::pi * (1.0 - std::cos(std::asin(0.2)));
   const Vec3 pole(std::sin(0.1), 0.0, std::cos(0.1));
@@ -72,7 +72,7 @@ TEST_F(SmallHemisphere, AnswersContactNearTheReference) {
   const auto all = read_hemisphere_references(test::project_file("assets/reference/hemisphere"));
   ASSERT_TRUE(all) << all.error().text();
   const HemisphereReference& one = *find_reference(*all, 0.3, 0.2);
-  const auto contact = HemisphereContact::frictionless;
+  const auto contact = HemisphereContact::kFrictionless;
   const HemisphereAnswer answer = body_->press(contact, 0.2, 6);
   EXPECT_TRUE(answer.converged);
   // A third of the benchmark's nodes: three times its bounds of 3 and 4 %.

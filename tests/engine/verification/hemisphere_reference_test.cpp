@@ -19,11 +19,12 @@ TEST(HemisphereReference, HoldsThreePoissonRatiosAndTwoRadii) {
       const HemisphereReference* one = find_reference(*all, nu, a);
       ASSERT_TRUE(one);
       // The tool moves its patch by the depth.
-      EXPECT_NEAR(one->profile(HemisphereContact::stick).at(Vec3::UnitZ()).z(), -kHemisphereDepth,
+      EXPECT_NEAR(one->profile(HemisphereContact::kStick).at(Vec3::UnitZ()).z(), -kHemisphereDepth,
                   1e-12);
-      EXPECT_GT(one->force(HemisphereContact::stick), one->force(HemisphereContact::frictionless));
+      EXPECT_GT(one->force(HemisphereContact::kStick),
+                one->force(HemisphereContact::kFrictionless));
       // The pressure's force is pi a^2 / 3.
-      EXPECT_NEAR(one->force(HemisphereContact::press), std::numbers::pi * a * a / 3.0, 1e-6);
+      EXPECT_NEAR(one->force(HemisphereContact::kPress), std::numbers::pi * a * a / 3.0, 1e-6);
     }
   }
   EXPECT_FALSE(find_reference(*all, 0.40, 0.1));

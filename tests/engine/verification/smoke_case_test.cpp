@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 
-
 namespace viscera {
 namespace {
 
@@ -42,7 +41,9 @@ TEST(SmokeCase, SheetHasTrianglesOfAnOrgansSize) {
   double sum = 0.0;
   int edges = 0;
   for (const auto& t : smoke.sheet().triangles) {
-    const auto corner = [&](int i) { return smoke.sheet().vertices[static_cast<std::size_t>(t[i])]; };
+    const auto corner = [&](int i) {
+      return smoke.sheet().vertices[static_cast<std::size_t>(t[i])];
+    };
     const Vec3 normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     if (normal.z() < 1e-9) continue;  // of the sides or the bottom
     for (int e = 0; e < 3; ++e, ++edges) sum += (corner(e) - corner((e + 1) % 3)).norm();

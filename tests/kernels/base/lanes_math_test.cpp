@@ -12,7 +12,8 @@ template <class Check>
 void over_decades(const Check& check) {
   for (int i = 0; i < 4800; i += kLanes) {
     Lanes x = {};
-    for (int l = 0; l < kLanes; ++l) x[l] = static_cast<float>(std::pow(10.0, -6.0 + (i + l) / 400.0));
+    for (int l = 0; l < kLanes; ++l)
+      x[l] = static_cast<float>(std::pow(10.0, -6.0 + (i + l) / 400.0));
     check(x);
   }
 }

@@ -43,8 +43,8 @@ Pressed press(std::vector<ContactCell> cells) {
   ContactResponse response;
   contact.solve(pressed.cells, pressed.solution, response);
   place_displacements(block().body.compliance, response, pressed.displacements);
-  deform_drawn_surface(block().drawn, pressed.displacements, pressed.solution.near_fields, pressed.cells,
-                       pressed.solution.forces, pressed.positions, pressed.normals);
+  deform_drawn_surface(block().drawn, pressed.displacements, pressed.solution.near_fields,
+                       pressed.cells, pressed.solution.forces, pressed.positions, pressed.normals);
   return pressed;
 }
 

@@ -97,9 +97,9 @@ TEST_P(Hemisphere, ForcesAndProfilesAgreeWithTheReferenceForEveryRadius) {
   int compared = 0;
   for (const HemisphereReference& reference : *references) {
     if (std::abs(reference.poisson_ratio - nu) > 1e-9) continue;
-    for (const auto contact : {HemisphereContact::stick, HemisphereContact::frictionless}) {
+    for (const auto contact : {HemisphereContact::kStick, HemisphereContact::kFrictionless}) {
       const Pressed pressed =
-          press_cap(body, reference.a_over_R, contact == HemisphereContact::stick);
+          press_cap(body, reference.a_over_R, contact == HemisphereContact::kStick);
       const double force = pressed.force / reference.force(contact) - 1.0;
       const double profile = profile_error(body, pressed, reference.profile(contact));
       std::printf("hemisphere N %zu, nu %.2f, a %.1f R, %s: force %+.2f %%, profile %.2f %%\n",

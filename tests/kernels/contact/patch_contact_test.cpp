@@ -132,9 +132,9 @@ TEST_F(OnABlock, WhatYieldsBehindHeldCellsTakesItsShareOfTheirDisplacement) {
   contact.solve(cells, soft, response, 0.01 * MatrixX::Identity(n, n));
   ASSERT_TRUE(soft.converged);
   for (std::size_t k = 0; k < cells.size(); ++k)
-    EXPECT_LT((contact.cell_displacements()[k] + 0.01 * soft.forces[k] - cells[k].displacement)
-                  .norm(),
-              1e-5 * cells[k].displacement.norm());
+    EXPECT_LT(
+        (contact.cell_displacements()[k] + 0.01 * soft.forces[k] - cells[k].displacement).norm(),
+        1e-5 * cells[k].displacement.norm());
   EXPECT_LT(test::total_force(soft).norm(), test::total_force(held).norm());
   const MatrixX same = contact.cell_response();
   contact.solve(cells, twin, response, 0.5 * (same + same.transpose()));
@@ -467,7 +467,8 @@ TEST_F(OnABlock, AnchoredCellsAnswerAsOthersDo) {
     plain.place_displacements(expected);
     ASSERT_EQ(displacements.size(), expected.size());
     std::vector<float> misses;
-    for (std::size_t i = 0; i < expected.size(); ++i) misses.push_back(displacements[i] - expected[i]);
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      misses.push_back(displacements[i] - expected[i]);
     EXPECT_LT(greatest_of(misses), 2e-3f * greatest_of(expected)) << step;
     // What others make of the response is the same body.
     place_displacements(block().compliance, loads, expected);

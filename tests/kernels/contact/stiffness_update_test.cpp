@@ -78,13 +78,14 @@ const ChangedBody& hemisphere() {
     NodedBody noded{ringed_hemisphere(25e-3, 20), {}};
     const SurfaceTree tree(noded.surface);
     const Vec3 pole(0, 0, 25e-3);
-    auto cloud = place_nodes(noded.surface, tree,
-                             [&](const Vec3& x) { return 3e-3 + 0.15 * (x - pole).norm(); }, {},
-                             no_progress());
+    auto cloud = place_nodes(
+        noded.surface, tree, [&](const Vec3& x) { return 3e-3 + 0.15 * (x - pole).norm(); }, {},
+        no_progress());
     if (!cloud) throw std::runtime_error(cloud.error().text());
     noded.cloud = std::move(*cloud);
-    return prepared(std::move(noded), {10e3, 0.45}, [](const Vec3& x) { return x.z() < 1e-9; },
-                    [](const Vec3& x) { return x.z() > 15e-3; }, ball(pole, 8e-3));
+    return prepared(
+        std::move(noded), {10e3, 0.45}, [](const Vec3& x) { return x.z() < 1e-9; },
+        [](const Vec3& x) { return x.z() > 15e-3; }, ball(pole, 8e-3));
   }();
   return *body;
 }
@@ -100,13 +101,15 @@ TEST(StiffnessUpdate, AgreesWithTheBodyFactoredAnew) {
       const SurfaceCompliance anew = *body.recomputed(factors);
       const StiffnessUpdate exact =
           update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
-      const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, {}}, body.touchable());
+      const StiffnessUpdate update =
+          update_stiffness(body.changeable(), {factors, {}}, body.touchable());
       const double error = compliance_distance(body.updated(exact), anew);
       const double dropped = compliance_distance(body.updated(update), anew);
-      std::printf("nu %.2f, factor %4.1f: %zu nodes, %zu modes, change %.1e; rank %zu: error %.1e; "
-                  "rank %zu: %.1e\n",
-                  ratio, factor, update.nodes, update.modes, compliance_distance(body.sound(), anew),
-                  exact.rank, error, update.rank, dropped);
+      std::printf(
+          "nu %.2f, factor %4.1f: %zu nodes, %zu modes, change %.1e; rank %zu: error %.1e; "
+          "rank %zu: %.1e\n",
+          ratio, factor, update.nodes, update.modes, compliance_distance(body.sound(), anew),
+          exact.rank, error, update.rank, dropped);
       EXPECT_GT(compliance_distance(body.sound(), anew), 0.02);
       EXPECT_LT(error, 1e-6);
       EXPECT_LT(dropped, 2e-5);
@@ -125,13 +128,16 @@ TEST(StiffnessUpdate, AgreesWithTheHemisphereFactoredAnew) {
     factors.push_back(1.0 + 3.0 * std::max(0.0, 1.0 - r / 6e-3));
   }
   const SurfaceCompliance anew = *body.recomputed(factors);
-  const StiffnessUpdate exact = update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
-  const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, {}}, body.touchable());
+  const StiffnessUpdate exact =
+      update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
+  const StiffnessUpdate update =
+      update_stiffness(body.changeable(), {factors, {}}, body.touchable());
   const double error = compliance_distance(body.updated(exact), anew);
   const double dropped = compliance_distance(body.updated(update), anew);
-  std::printf("hemisphere: %zu nodes, %zu modes, change %.1e; rank %zu: error %.1e; rank %zu: %.1e\n",
-              update.nodes, update.modes, compliance_distance(body.sound(), anew), exact.rank, error,
-              update.rank, dropped);
+  std::printf(
+      "hemisphere: %zu nodes, %zu modes, change %.1e; rank %zu: error %.1e; rank %zu: %.1e\n",
+      update.nodes, update.modes, compliance_distance(body.sound(), anew), exact.rank, error,
+      update.rank, dropped);
   EXPECT_GT(compliance_distance(body.sound(), anew), 0.02);
   EXPECT_LT(error, 1e-6);
   EXPECT_LT(dropped, 2e-5);
@@ -142,7 +148,8 @@ TEST(StiffnessUpdate, AgreesWhereLesionsMeet) {
   const auto factors = body.factors(4.0, [](const Vec3& x) {
     return ball(kPole, 6e-3)(x) || ball(kPole + Vec3(9e-3, 3e-3, 0), 5e-3)(x);
   });
-  const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
+  const StiffnessUpdate update =
+      update_stiffness(body.changeable(), {factors, {}}, body.touchable(), kNothing);
   EXPECT_LT(compliance_distance(body.updated(update), *body.recomputed(factors)), 1e-6);
 }
 
@@ -158,8 +165,7 @@ TEST(StiffnessUpdate, StaysSymmetricAndPositive) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
         for (std::size_t j = 0; j < i; ++j) {
           ASSERT_NEAR(after.columns[i * after.rows() + rows[j]],
-                      after.columns[j * after.rows() + rows[i]],
-                      1e-6f * after.columns[rows[0]]);
+                      after.columns[j * after.rows() + rows[i]], 1e-6f * after.columns[rows[0]]);
         }
       }
     }
@@ -171,8 +177,10 @@ TEST(StiffnessUpdate, SoundTissueIsNoUpdate) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double factor : {1.0, 0.2, nan}) {
     const std::vector<double> factors(body.changeable().tissue.size(), factor);
-    const std::vector<double> shrinkage(body.changeable().tissue.size(), factor == 1.0 ? 0.0 : -factor);
-    const StiffnessUpdate update = update_stiffness(body.changeable(), {factors, shrinkage}, body.touchable());
+    const std::vector<double> shrinkage(body.changeable().tissue.size(),
+                                        factor == 1.0 ? 0.0 : -factor);
+    const StiffnessUpdate update =
+        update_stiffness(body.changeable(), {factors, shrinkage}, body.touchable());
     EXPECT_EQ(update.rank, 0u);
     EXPECT_EQ(update.memory_bytes(), 0u);
     EXPECT_EQ(update.greatest_stiffness, 1.0);
@@ -194,11 +202,11 @@ TEST(StiffnessUpdate, StifferThroughoutIsABodyOfStifferTissue) {
     const auto made = prepared_cube(6, {5e3, ratio}, everywhere);
     const auto stiff = prepared_cube(6, {20e3, ratio}, nowhere);
     const ChangedBody& body = *made;
-    const StiffnessUpdate update =
-        update_stiffness(body.changeable(), {body.factors(4.0, everywhere), {}}, body.touchable(), kNothing);
+    const StiffnessUpdate update = update_stiffness(
+        body.changeable(), {body.factors(4.0, everywhere), {}}, body.touchable(), kNothing);
     const double error = compliance_distance(body.updated(update), stiff->sound());
-    std::printf("nu %.2f: four times as stiff throughout, against a body of such tissue: %.1e\n", ratio,
-                error);
+    std::printf("nu %.2f: four times as stiff throughout, against a body of such tissue: %.1e\n",
+                ratio, error);
     EXPECT_LT(error, 0.02);
   }
 }
@@ -206,11 +214,12 @@ TEST(StiffnessUpdate, StifferThroughoutIsABodyOfStifferTissue) {
 TEST(StiffnessUpdate, ItsCostIsKnownBeforehandAndGrowsWithTheLesion) {
   const ChangedBody& body = block(0.45);
   EXPECT_EQ(update_cost(body.changeable(), {}, body.touchable()), 0.0);
-  EXPECT_EQ(update_cost(body.changeable(), {body.factors(1.0, everywhere), {}}, body.touchable()), 0.0);
+  EXPECT_EQ(update_cost(body.changeable(), {body.factors(1.0, everywhere), {}}, body.touchable()),
+            0.0);
   double last = 0.0;
   for (const double radius : {3e-3, 6e-3, 12e-3, 30e-3}) {
-    const double cost =
-        update_cost(body.changeable(), {body.factors(2.0, ball(kPole, radius)), {}}, body.touchable());
+    const double cost = update_cost(body.changeable(), {body.factors(2.0, ball(kPole, radius)), {}},
+                                    body.touchable());
     EXPECT_GT(cost, last);
     last = cost;
   }
@@ -230,8 +239,8 @@ TEST(StiffnessUpdate, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(many.stiffness, alone.stiffness);
 }
 
-/// Fields are linear, so the patch test: no force is left on any node of a free body that has shrunk
-/// uniformly, whatever its stiffness.
+/// Fields are linear, so the patch test: no force is left on any node of a free body that has
+/// shrunk uniformly, whatever its stiffness.
 TEST(Shrinkage, AFreeBodyShrinksUniformlyToRoundOff) {
   for (const double ratio : {0.3, 0.45, 0.49}) {
     const auto made = prepared_cube(6, {5e3, ratio}, everywhere);
@@ -268,8 +277,9 @@ TEST(Shrinkage, AgreesWithTheBodyFactoredAnew) {
       double error = 0.0;
       for (std::size_t i = 0; i < anew.size(); ++i)
         error = std::max(error, static_cast<double>(std::abs(update.shift[i] - anew[i])));
-      std::printf("nu %.2f, factor %.0f: shrinkage moves the surface by %.3f mm, error %.1e of that\n",
-                  ratio, factor, 1e3 * update.greatest_shift, error / update.greatest_shift);
+      std::printf(
+          "nu %.2f, factor %.0f: shrinkage moves the surface by %.3f mm, error %.1e of that\n",
+          ratio, factor, 1e3 * update.greatest_shift, error / update.greatest_shift);
       EXPECT_LT(error, 1e-5 * update.greatest_shift);
       EXPECT_EQ(update.rank > 0, factor > 1.0);
     }
@@ -321,17 +331,21 @@ TEST(StiffenedContact, ATouchedLesionIsStifferAsTheBodyFactoredAnewIs) {
   const ChangedBody& body = block(0.45);
   const IsotropicMaterial material{5e3, 0.45};
   const auto factors = body.factors(4.0, ball(kPole, 7e-3));
-  const auto update =
-      std::make_shared<StiffnessUpdate>(update_stiffness(body.changeable(), {factors, {}}, body.touchable()));
+  const auto update = std::make_shared<StiffnessUpdate>(
+      update_stiffness(body.changeable(), {factors, {}}, body.touchable()));
   const SurfaceCompliance anew = *body.recomputed(factors);
   // The same near field for both: that of sound tissue.
   auto far_only = std::make_shared<StiffnessUpdate>(*update);
   far_only->stiffness.clear();
-  const double one = stiffening(body.sound(), body.touchable(), material, far_only, body.sound(), kPole);
+  const double one =
+      stiffening(body.sound(), body.touchable(), material, far_only, body.sound(), kPole);
   const double other = stiffening(anew, body.touchable(), material, nullptr, body.sound(), kPole);
-  const double whole = stiffening(body.sound(), body.touchable(), material, update, body.sound(), kPole);
-  std::printf("punch of 2.5 mm on a lesion of 7 mm, 4 times as stiff: %.4f updated, %.4f anew; %.4f with "
-              "the near field of the lesion\n", one, other, whole);
+  const double whole =
+      stiffening(body.sound(), body.touchable(), material, update, body.sound(), kPole);
+  std::printf(
+      "punch of 2.5 mm on a lesion of 7 mm, 4 times as stiff: %.4f updated, %.4f anew; %.4f with "
+      "the near field of the lesion\n",
+      one, other, whole);
   EXPECT_GT(other, 1.02);
   EXPECT_NEAR(one, other, 1e-4 * other);
   // What is narrower than the nodes feels the lesion the most.
@@ -354,8 +368,10 @@ TEST(StiffenedContact, ALesionAsWideAsANodeSpacingIsAsStiffAsFineNodesSay) {
                         body.sound(), kPole);
     };
     const double truth = ratio(*fine), found = ratio(coarse);
-    std::printf("lesion of %.0f mm: punch of 2.5 mm meets %.3f times the force, with nodes 2.9 mm apart; "
-                "%.3f with 5 mm\n", 1e3 * radius, truth, found);
+    std::printf(
+        "lesion of %.0f mm: punch of 2.5 mm meets %.3f times the force, with nodes 2.9 mm apart; "
+        "%.3f with 5 mm\n",
+        1e3 * radius, truth, found);
     EXPECT_NEAR(found, truth, 0.12 * truth);
   }
 }
@@ -368,7 +384,8 @@ TEST(StiffenedContact, AnUpdateDependsOnNoEarlierOne) {
         body.changeable(), {body.factors(4.0, ball(kPole, radius)), {}}, body.touchable()));
   };
   const auto cells = test::plane_cells(kPole, 0.7e-3, 3, 0.0, 0.5e-3);
-  PatchContact fresh(body.sound(), body.touchable(), material), used(body.sound(), body.touchable(), material);
+  PatchContact fresh(body.sound(), body.touchable(), material),
+      used(body.sound(), body.touchable(), material);
   ContactSolution first, second;
   ContactResponse response;
   std::vector<float> one, other;
@@ -426,7 +443,8 @@ TEST(StiffenedContact, AnchoredCellsFollowTheUpdate) {
   spring[0].displacement = Vec3(0, 0, 1e-3);
   auto cells = test::plane_cells(kPole, 0.7e-3, 2, 0.0, 0.5e-3);
   cells.push_back(spring[0]);
-  PatchContact anchored(body.sound(), body.touchable(), {5e3, 0.3}), plain(body.sound(), body.touchable(), {5e3, 0.3});
+  PatchContact anchored(body.sound(), body.touchable(), {5e3, 0.3}),
+      plain(body.sound(), body.touchable(), {5e3, 0.3});
   anchored.anchor(spring);
   anchored.stiffen(update);
   plain.stiffen(update);

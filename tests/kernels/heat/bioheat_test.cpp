@@ -55,9 +55,8 @@ double pulse_error(double voxel, double dt, double time, HeatScheme scheme) {
   Bioheat heat(tissue, options);
   const double width = 1.5e-3, energy = 1.0;
   const Vec3 reach = Vec3::Constant(8e-3);
-  set_excess(heat, Box(-reach, reach), [&](const Vec3& p) {
-    return gaussian_pulse(tissue, energy, width, p.norm(), 0.0);
-  });
+  set_excess(heat, Box(-reach, reach),
+             [&](const Vec3& p) { return gaussian_pulse(tissue, energy, width, p.norm(), 0.0); });
   for (int step = 0; step < std::lround(time / dt); ++step) heat.step(dt);
   return worst_error(heat, 5e-3,
                      [&](double r) { return gaussian_pulse(tissue, energy, width, r, time); });
@@ -80,9 +79,8 @@ double middle_after(double dt, HeatScheme scheme) {
   ThermalTissue tissue = plain_tissue();
   Bioheat heat(tissue, options);
   const Vec3 reach = Vec3::Constant(7e-3);
-  set_excess(heat, Box(-reach, reach), [&](const Vec3& p) {
-    return gaussian_pulse(tissue, 1.0, 0.8e-3, p.norm(), 0.0);
-  });
+  set_excess(heat, Box(-reach, reach),
+             [&](const Vec3& p) { return gaussian_pulse(tissue, 1.0, 0.8e-3, p.norm(), 0.0); });
   for (int step = 0; step < std::lround(4.0 / dt); ++step) heat.step(dt);
   return heat.bricks().excess_at({0, 0, 0});
 }
@@ -133,7 +131,8 @@ TEST(Bioheat, APointSourceIsExactAFewVoxelsAway) {
   }
   for (const int away : {4, 6, 8}) {
     const double exact = point_source(tissue, power, away * 0.25e-3, time);
-    // Along the axes cubes conduct best: (h / r)^2 / 4 of the temperature that there will be in the end.
+    // Along the axes cubes conduct best: (h / r)^2 / 4 of the temperature that there will be in the
+    // end.
     const double lasting = power / (4.0 * std::numbers::pi * tissue.conductivity * away * 0.25e-3);
     EXPECT_NEAR(heat.bricks().excess_at({3 + away, 3, 3}), exact, 0.02 * lasting) << away;
     EXPECT_NEAR(heat.bricks().excess_at({3, 3 - away, 3}), exact, 0.02 * lasting) << away;
@@ -192,9 +191,8 @@ TEST(Bioheat, ALongStepIsAsStableAsAShortOne) {
     options.scheme = scheme;
     Bioheat heat(tissue, options);
     const Vec3 reach = Vec3::Constant(1.2e-3);
-    set_excess(heat, Box(-reach, reach), [&](const Vec3& p) {
-      return gaussian_pulse(tissue, 5e-3, 0.3e-3, p.norm(), 0.0);
-    });
+    set_excess(heat, Box(-reach, reach),
+               [&](const Vec3& p) { return gaussian_pulse(tissue, 5e-3, 0.3e-3, p.norm(), 0.0); });
     const double most = heat.bricks().excess_at({0, 0, 0});
     for (int step = 0; step < 10; ++step) heat.step(0.5);
     EXPECT_GT(heat.bricks().excess_at({0, 0, 0}), 0.0);
@@ -230,7 +228,8 @@ TEST(Bioheat, AWarmSurfaceCoolsAsItsGasAndVapourSay) {
     return (p - Vec3::Constant(0.5 * edge)).cwiseAbs().maxCoeff() - 0.5 * edge + 0.25e-3;
   };
   Bioheat heat(tissue, options, block);
-  set_excess(heat, Box(Vec3::Constant(1e-3), Vec3::Constant(2e-3)), [](const Vec3&) { return 40.0; });
+  set_excess(heat, Box(Vec3::Constant(1e-3), Vec3::Constant(2e-3)),
+             [](const Vec3&) { return 40.0; });
   const double capacity = heat_capacity(tissue, 1.0) * tissue_volume(heat);
   double area = 0.0;
   for (const BrickGeometry::Surface& face : heat.bricks().brick(0).geometry->surface)
@@ -241,9 +240,9 @@ TEST(Bioheat, AWarmSurfaceCoolsAsItsGasAndVapourSay) {
   double excess = 40.0;
   for (int step = 0; step < 600; ++step) {
     heat.step(kFrame);
-    const double flux = options.cooling.coefficient * excess +
-                        water::kLatentHeat * transfer *
-                            (water::vapour_density(options.body + excess) - resting);
+    const double flux =
+        options.cooling.coefficient * excess +
+        water::kLatentHeat * transfer * (water::vapour_density(options.body + excess) - resting);
     excess -= kFrame * flux * area / capacity;
   }
   EXPECT_LT(excess, 39.0);

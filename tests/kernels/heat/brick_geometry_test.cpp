@@ -64,8 +64,8 @@ TEST(BrickGeometry, ALevelSurfaceHasItsAreaAndItsVolume) {
 TEST(BrickGeometry, ATiltedPlaneHasItsArea) {
   const Vec3 normal = Vec3(0.3, -0.5, 0.9).normalized();
   const Vec3 middle = Vec3::Constant(0.5 * BrickField::kEdge * kVoxel);
-  const auto tilted = make_geometry({0, 0, 0}, kVoxel,
-                                    [&](const Vec3& p) { return normal.dot(p - middle); });
+  const auto tilted =
+      make_geometry({0, 0, 0}, kVoxel, [&](const Vec3& p) { return normal.dot(p - middle); });
   // Steepest along z: it leaves the brick through its sides, and its area is that of its shadow.
   const double edge = BrickField::kEdge * kVoxel;
   EXPECT_NEAR(surface_area(*tilted), edge * edge / normal.z(), 1e-5 * edge * edge);

@@ -75,8 +75,7 @@ TEST(CoagulatedPoints, TissueCoagulatedThroughoutHasItsFactor) {
 TEST(CoagulatedPoints, NothingFallsBetweenPoints) {
   const Points points;
   const Vec3 centre(8e-3, 8e-3, 8e-3);
-  const auto bricks =
-      harmed([&](const Vec3& x) { return (x - centre).norm() < 0.9e-3; }, 5.0f);
+  const auto bricks = harmed([&](const Vec3& x) { return (x - centre).norm() < 0.9e-3; }, 5.0f);
   const CoagulatedPoints found = points.gauge().read(bricks, kWater);
   double gain = 0.0, volume = 0.0;
   for (std::size_t q = 0; q < points.positions.size(); ++q)

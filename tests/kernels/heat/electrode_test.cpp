@@ -47,8 +47,7 @@ TEST(Electrode, ResistanceOfADiscOnUniformTissueIsNewmans) {
   for (const double voxel : {1e-3, 0.5e-3, 0.25e-3}) {
     Bioheat heat = liver(voxel);
     CurrentField field(heat, Vec3::Zero(), Vec3::UnitZ(), radius, 0.0, kFrame);
-    const double error =
-        std::abs((field.near_resistance() + field.far_resistance()) / exact - 1.0);
+    const double error = std::abs((field.near_resistance() + field.far_resistance()) / exact - 1.0);
     EXPECT_LT(error, 0.05) << voxel;
     last = error;
   }
@@ -74,7 +73,8 @@ TEST(Electrode, HeatsAFewRadiiAwayAsAPointsCurrentDoes) {
   for (const double away : {2.125e-3, 2.625e-3}) {
     const BrickIndex voxel = heat.bricks().voxel_of(Vec3(0.01e-3, 0.01e-3, -away));
     const BrickIndex index = BrickField::brick_of(voxel), local = voxel - index * 8;
-    const double q = heat.bricks().find(index)->warm->source[local.x() + 8 * (local.y() + 8 * local.z())];
+    const double q =
+        heat.bricks().find(index)->warm->source[local.x() + 8 * (local.y() + 8 * local.z())];
     const double density = current / (2.0 * kPi * away * away);
     // A disc's field nears the point's as the square of radius over distance.
     EXPECT_NEAR(q, density * density / sigma, 0.12 * density * density / sigma) << away;
@@ -84,7 +84,8 @@ TEST(Electrode, HeatsAFewRadiiAwayAsAPointsCurrentDoes) {
 TEST(Electrode, AllPowerIsAccountedFor) {
   Bioheat heat = liver();
   ElectrodeTip tip;
-  const CurrentReport report = tip.energise(heat, CurrentMode::kBlend, 25.0, disc(1e-3), disc(1e-3), kFrame);
+  const CurrentReport report =
+      tip.energise(heat, CurrentMode::kBlend, 25.0, disc(1e-3), disc(1e-3), kFrame);
   EXPECT_NEAR(report.power + report.far_power + report.spark_power, 25.0, 1e-6);
   EXPECT_NEAR(source_power(heat), report.power, 1e-4 * report.power);
   EXPECT_GT(report.power, 0.85 * 25.0);
@@ -104,7 +105,8 @@ TEST(Electrode, TheBurnIsRound) {
   }
   for (const int r : {1, 3, 5}) {
     const double east = heat.bricks().excess_at({r, 0, -1});
-    for (const BrickIndex& other : {BrickIndex(-1 - r, 0, -1), BrickIndex(0, r, -1), BrickIndex(0, -1 - r, -1)})
+    for (const BrickIndex& other :
+         {BrickIndex(-1 - r, 0, -1), BrickIndex(0, r, -1), BrickIndex(0, -1 - r, -1)})
       EXPECT_NEAR(heat.bricks().excess_at(other), east, 0.01 * east + 0.01);
   }
   EXPECT_GT(heat.bricks().excess_at({1, 0, -1}), heat.bricks().excess_at({5, 0, -1}));
@@ -151,11 +153,13 @@ TEST(Electrode, SparksCrossADriedLayerThatIsThinEnough) {
               1e-7);
 }
 
-// A half-space that is burnt for so long; what a generator was asked for, what it gave, and what came of it.
+// A half-space that is burnt for so long; what a generator was asked for, what it gave, and what
+// came of it.
 struct Burn {
   double generated = 0.0, delivered = 0.0, greatest = 0.0, residual = 0.0, water = 0.0;
 };
-Burn burn_for(double seconds, double dt, double power, double radius, CurrentMode mode, double voxel) {
+Burn burn_for(double seconds, double dt, double power, double radius, CurrentMode mode,
+              double voxel) {
   Bioheat heat = liver(voxel);
   ElectrodeTip tip;
   Burn burn;
@@ -279,7 +283,8 @@ TEST(Electrode, FarFromTissueNothingFlowsAndItSaysSo) {
   ElectrodeTip tip;
   ElectrodeContact away;
   away.depth = -5e-3;
-  const CurrentReport report = tip.energise(heat, CurrentMode::kFulgurate, 30.0, away, away, kFrame);
+  const CurrentReport report =
+      tip.energise(heat, CurrentMode::kFulgurate, 30.0, away, away, kFrame);
   EXPECT_TRUE(report.open);
   EXPECT_EQ(report.power, 0.0);
   EXPECT_EQ(report.current, 0.0);
@@ -326,7 +331,8 @@ TEST(Electrode, MetalWarmsOnTissueAndWarmsTissueLater) {
   // In the gas it cools by its shaft alone.
   const double left = tip.excess();
   tip.cool(1.0);
-  EXPECT_NEAR(tip.excess(), left * std::exp(-tip.electrode().shaft_conductance / tip.electrode().heat_capacity),
+  EXPECT_NEAR(tip.excess(),
+              left * std::exp(-tip.electrode().shaft_conductance / tip.electrode().heat_capacity),
               1e-9);
 }
 
@@ -369,7 +375,8 @@ TEST(Electrode, WhatCantBeIsRefusedAndNothingHappens) {
   for (const ElectrodeContact& bad : {inside_out, nowhere, negative})
     EXPECT_TRUE(tip.energise(heat, CurrentMode::kCut, 30.0, bad, bad, kFrame).refused);
   for (const double power : {-1.0, 1e5, nan})
-    EXPECT_TRUE(tip.energise(heat, CurrentMode::kCut, power, disc(1e-3), disc(1e-3), kFrame).refused);
+    EXPECT_TRUE(
+        tip.energise(heat, CurrentMode::kCut, power, disc(1e-3), disc(1e-3), kFrame).refused);
   for (const double dt : {0.0, -1.0, nan})
     EXPECT_TRUE(tip.energise(heat, CurrentMode::kCut, 30.0, disc(1e-3), disc(1e-3), dt).refused);
   EXPECT_EQ(heat.bricks().count(), 0u);

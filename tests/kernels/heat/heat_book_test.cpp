@@ -57,8 +57,8 @@ TEST(HeatBook, HeatDrawnFromAVoxelIsTheInstruments) {
 
 TEST(HeatBook, AnyNumberOfThreadsGivesTheSameBits) {
   const auto run = [](int threads) {
-    const oneapi::tbb::global_control limit(
-        oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
     Bioheat heat(ThermalTissue{}, BioheatOptions{}, half_space());
     burn(heat, 20.0, 0.7);
     wait(heat, 0.5);

@@ -12,8 +12,8 @@
 namespace viscera {
 namespace {
 
-/// Computes as the CPU does on fields of its own, which come back when asked for; fails in the `at`-th
-/// prepare(), or refuses to start.
+/// Computes as the CPU does on fields of its own, which come back when asked for; fails in the
+/// `at`-th prepare(), or refuses to start.
 class KeepingPasses final : public HeatPasses {
  public:
   explicit KeepingPasses(int at, bool refuses = false) : at_(at), refuses_(refuses) {}

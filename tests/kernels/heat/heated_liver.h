@@ -1,4 +1,5 @@
-// A burn in a piece of liver with all that heat can do: boiling, charring, a cooling surface, blood.
+// A burn in a piece of liver with all that heat can do: boiling, charring, a cooling surface,
+// blood.
 #pragma once
 
 #include <cmath>

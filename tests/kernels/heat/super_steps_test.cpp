@@ -21,8 +21,8 @@ double factor(double a, int stages) {
   double before = 1.0, now = 1.0;
   for (int j = 1; j <= stages; ++j) {
     const SuperStage s = super_stage(j, stages);
-    const double next = s.newest * now + s.older * before + s.first - a * s.slope * now -
-                        a * s.first_slope;
+    const double next =
+        s.newest * now + s.older * before + s.first - a * s.slope * now - a * s.first_slope;
     before = now;
     now = next;
   }
@@ -41,7 +41,8 @@ TEST(SuperSteps, NothingGrowsUpToTheBound) {
   for (const int stages : {3, 4, 7, 20}) {
     // The bound of explicit steps is a = 2.
     const double most = 2.0 * (stages * stages + stages - 2) / 4.0;
-    for (int i = 0; i <= 1000; ++i) EXPECT_LE(std::abs(factor(most * i / 1000.0, stages)), 1.0 + 1e-12);
+    for (int i = 0; i <= 1000; ++i)
+      EXPECT_LE(std::abs(factor(most * i / 1000.0, stages)), 1.0 + 1e-12);
   }
 }
 

@@ -24,7 +24,8 @@ TEST(ThermalTissue, CurrentFlowsMoreEasilyInWarmTissueAndHardlyInDry) {
   EXPECT_NEAR(electric_conductivity(liver, 1.0, kBody + 10.0), 0.148 * 1.18, 1e-12);
   EXPECT_EQ(electric_conductivity(liver, 1.0, 360.0), electric_conductivity(liver, 1.0, 373.15));
   EXPECT_NEAR(electric_conductivity(liver, 0.0, kBody), 0.148 * 0.01, 1e-12);
-  EXPECT_LT(electric_conductivity(liver, 0.5, 373.15), 0.3 * electric_conductivity(liver, 1.0, 373.15));
+  EXPECT_LT(electric_conductivity(liver, 0.5, 373.15),
+            0.3 * electric_conductivity(liver, 1.0, 373.15));
 }
 
 TEST(ThermalTissue, HeatFlowsBetterInWarmTissueAndWorseInDry) {
@@ -32,7 +33,8 @@ TEST(ThermalTissue, HeatFlowsBetterInWarmTissueAndWorseInDry) {
   EXPECT_NEAR(heat_conductivity(liver, 1.0, 0.0, kBody), 0.52, 1e-12);
   EXPECT_NEAR(heat_conductivity(liver, 0.0, 0.0, kBody), 0.15, 1e-12);
   EXPECT_GT(heat_conductivity(liver, 1.0, 50.0, kBody), 0.52);
-  EXPECT_EQ(heat_conductivity(liver, 1.0, 300.0, kBody), heat_conductivity(liver, 1.0, 63.0, kBody));
+  EXPECT_EQ(heat_conductivity(liver, 1.0, 300.0, kBody),
+            heat_conductivity(liver, 1.0, 63.0, kBody));
 }
 
 TEST(ThermalTissue, VapourIsAsDenseAsInSteamTables) {

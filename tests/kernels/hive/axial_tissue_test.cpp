@@ -9,8 +9,8 @@ namespace viscera {
 namespace {
 
 constexpr double kStiffVolume = 9.0;  // lambda / mu at Poisson's ratio .45
-constexpr HyperelasticModel kModels[] = {HyperelasticModel::linear, HyperelasticModel::stvk,
-                                         HyperelasticModel::neo_hookean};
+constexpr HyperelasticModel kModels[] = {HyperelasticModel::kLinear, HyperelasticModel::kStvk,
+                                         HyperelasticModel::kNeoHookean};
 const std::vector<double> kEnds{0.2, 0.55, 1.0};
 using RingVector = AxialTissue::RingVector;
 
@@ -31,26 +31,32 @@ TEST(AxialTissue, AnEvenDeformationHasAnEvenStressAndNoForceInside) {
   for (const HyperelasticModel model : kModels) {
     AxialTissue tissue(grid, kEnds, model, kStiffVolume);
     const double across = 1.12, along = 0.86;
-    move(tissue, grid, [&](double r, double z) { return Vec2((across - 1.0) * r, (along - 1.0) * z); });
+    move(tissue, grid,
+         [&](double r, double z) { return Vec2((across - 1.0) * r, (along - 1.0) * z); });
     const RingVector none = RingVector::Zero(3);
     tissue.linearise(none, none);
-    const auto deep = static_cast<int>(grid.depths.size()), wide = static_cast<int>(grid.radii.size());
+    const auto deep = static_cast<int>(grid.depths.size()),
+               wide = static_cast<int>(grid.radii.size());
     double greatest = 0.0;
     for (const double f : tissue.forces()) greatest = std::max(greatest, std::abs(f));
     for (int c = 0; c + 1 < wide; ++c)
       for (int k = 1; k + 1 < deep; ++k)
         for (int i = c == 0 ? 1 : 0; i < 2; ++i)
-          EXPECT_NEAR(tissue.forces()[static_cast<std::size_t>(2 * (c * deep + k) + i)], 0.0, 1e-12 * greatest)
+          EXPECT_NEAR(tissue.forces()[static_cast<std::size_t>(2 * (c * deep + k) + i)], 0.0,
+                      1e-12 * greatest)
               << name_of(model) << ' ' << c << ' ' << k;
     // At the top it is the stress times the area.
-    const double radius = grid.radii.back(), volume = std::numbers::pi * radius * radius * grid.depths.back();
+    const double radius = grid.radii.back(),
+                 volume = std::numbers::pi * radius * radius * grid.depths.back();
     HyperelasticLaw law(model, {1.0, 0.3});
     law.mu = 1.0;
     law.lambda = kStiffVolume;
     const Mat3 f = Vec3(across, across, along).asDiagonal();
     double top = 0.0;
-    for (int c = 0; c < wide; ++c) top += tissue.forces()[static_cast<std::size_t>(2 * c * deep + 1)];
-    EXPECT_NEAR(top, law.stress(f)(2, 2) * std::numbers::pi * radius * radius, 1e-9 * std::abs(top));
+    for (int c = 0; c < wide; ++c)
+      top += tissue.forces()[static_cast<std::size_t>(2 * c * deep + 1)];
+    EXPECT_NEAR(top, law.stress(f)(2, 2) * std::numbers::pi * radius * radius,
+                1e-9 * std::abs(top));
     EXPECT_NEAR(tissue.energy(), law.energy(f) * volume, 1e-9 * tissue.energy());
   }
 }
@@ -83,7 +89,8 @@ TEST(AxialTissue, ForcesAreTheSlopeOfTheEnergy) {
 }
 
 // Newton's until the rings are there.
-AxialTissue::Linearisation settle(AxialTissue& tissue, const RingVector& v, const RingVector& load) {
+AxialTissue::Linearisation settle(AxialTissue& tissue, const RingVector& v,
+                                  const RingVector& load) {
   const RingVector none = RingVector::Zero(v.size());
   for (int i = 0; i < 30; ++i) {
     EXPECT_TRUE(tissue.linearise(load, none));
@@ -95,7 +102,8 @@ AxialTissue::Linearisation settle(AxialTissue& tissue, const RingVector& v, cons
 }
 
 TEST(AxialTissue, ItsLinearisationForetellsReactionsAndLateralMotion) {
-  AxialTissue tissue(AxialGrid::graded(kEnds, 60), kEnds, HyperelasticModel::neo_hookean, kStiffVolume);
+  AxialTissue tissue(AxialGrid::graded(kEnds, 60), kEnds, HyperelasticModel::kNeoHookean,
+                     kStiffVolume);
   RingVector v(3), load(3), dv(3), dp(3);
   v << 0.3, 0.24, 0.15;
   load << 0.0, 0.05, 0.02;
@@ -118,13 +126,15 @@ TEST(AxialTissue, ItsLinearisationForetellsReactionsAndLateralMotion) {
 }
 
 TEST(AxialTissue, ALinearGridIsTheHalfSpaceUnderAnEvenPressure) {
-  // Mean displacement of the disc: 16 (1 - nu^2) p a / (3 pi E) [Johnson1985] eq. 3.29; less what lies
-  // beyond the grid's end.
+  // Mean displacement of the disc: 16 (1 - nu^2) p a / (3 pi E) [Johnson1985] eq. 3.29; less what
+  // lies beyond the grid's end.
   const std::vector<double> disc{1.0};
   const double nu = 0.45, modulus = 2.0 * (1.0 + nu);
-  const double exact = 16.0 * (1.0 - nu * nu) / (3.0 * std::numbers::pi * modulus) / std::numbers::pi;
+  const double exact =
+      16.0 * (1.0 - nu * nu) / (3.0 * std::numbers::pi * modulus) / std::numbers::pi;
   for (const auto& [nodes, bound] : {std::pair(80, 0.18), std::pair(1500, 0.12)}) {
-    AxialTissue tissue(AxialGrid::graded(disc, nodes), disc, HyperelasticModel::linear, kStiffVolume);
+    AxialTissue tissue(AxialGrid::graded(disc, nodes), disc, HyperelasticModel::kLinear,
+                       kStiffVolume);
     const RingVector none = RingVector::Zero(1);
     ASSERT_TRUE(tissue.linearise(none, none));
     EXPECT_NEAR(1.0 / tissue.linearisation().stiffness(0, 0), exact, bound * exact) << nodes;
@@ -133,13 +143,14 @@ TEST(AxialTissue, ALinearGridIsTheHalfSpaceUnderAnEvenPressure) {
 
 TEST(AxialTissue, TissueThatGivesWayIsSaidSo) {
   const std::vector<double> disc{1.0};
-  AxialTissue tissue(AxialGrid::graded(disc, 60), disc, HyperelasticModel::stvk, kStiffVolume);
+  AxialTissue tissue(AxialGrid::graded(disc, 60), disc, HyperelasticModel::kStvk, kStiffVolume);
   const RingVector none = RingVector::Zero(1);
   RingVector dv(1);
   dv << 0.05;
   bool sound = true;
   double share = 0.0;
-  for (int i = 0; i < 60 && (sound = tissue.linearise(none, none)); ++i) tissue.advance(dv, none, 0.2, share);
+  for (int i = 0; i < 60 && (sound = tissue.linearise(none, none)); ++i)
+    tissue.advance(dv, none, 0.2, share);
   EXPECT_FALSE(sound);
 }
 

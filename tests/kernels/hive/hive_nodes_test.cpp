@@ -40,8 +40,9 @@ TEST(HiveNodes, LieOnTheSurfaceAndAlongItsInwardNormals) {
   ASSERT_TRUE(surface);
   const HivePattern pattern(120);
   HiveNodes nodes(pattern);
-  ASSERT_EQ(nodes.place(pattern, *surface, surface->nearest(Vec3(0.004, 0.002, 0.024)), 0.01, 0.008),
-            HiveVerdict::sound);
+  ASSERT_EQ(
+      nodes.place(pattern, *surface, surface->nearest(Vec3(0.004, 0.002, 0.024)), 0.01, 0.008),
+      HiveVerdict::kSound);
   double area = 0.0;
   for (std::size_t i = 0; i < nodes.normals.size(); ++i) {
     const double share = pattern.depths().back();
@@ -64,11 +65,11 @@ TEST(HiveNodes, AreRefusedWhereTheSurfaceTurnsBackOrEnds) {
   HiveNodes nodes(pattern);
   // Around the rim of a sheet to its other side.
   EXPECT_EQ(nodes.place(pattern, *surface, surface->nearest(Vec3(0.0199, 0.0, 0.0005)), 0.01, 0.01),
-            HiveVerdict::folded);
-  EXPECT_EQ(nodes.place(pattern, *surface, SurfaceSpot{}, 0.01, 0.01), HiveVerdict::not_on_surface);
+            HiveVerdict::kFolded);
+  EXPECT_EQ(nodes.place(pattern, *surface, SurfaceSpot{}, 0.01, 0.01), HiveVerdict::kNotOnSurface);
   SurfaceSpot spot = surface->nearest(Vec3(0, 0, 0.0005));
   spot.point.weights[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(nodes.place(pattern, *surface, spot, 0.01, 0.01), HiveVerdict::not_finite);
+  EXPECT_EQ(nodes.place(pattern, *surface, spot, 0.01, 0.01), HiveVerdict::kNotFinite);
 }
 
 }  // namespace

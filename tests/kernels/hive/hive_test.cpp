@@ -62,25 +62,28 @@ std::vector<double> depths_of(std::span<const ContactCell> cells) {
   return depths;
 }
 
-Vec3 on_dome(double tilt) { return kRadius * Vec3(std::sin(tilt), 0, std::cos(tilt)); }
+Vec3 on_dome(double tilt) {
+  return kRadius * Vec3(std::sin(tilt), 0, std::cos(tilt));
+}
 
 Hive hive_at(const Ground& ground, const HiveSettings& settings, double tilt) {
   auto hive = Hive::create(ground.on(), settings, 127);
   EXPECT_TRUE(hive) << hive.error().text();
-  EXPECT_EQ(hive->build(ground.surface->nearest(on_dome(tilt))), HiveVerdict::sound);
+  EXPECT_EQ(hive->build(ground.surface->nearest(on_dome(tilt))), HiveVerdict::kSound);
   return std::move(*hive);
 }
 
 std::vector<ContactCell> tool(double poisson_ratio, double tilt = 0.0) {
-  return HemisphereBody::cells(HemisphereContact::frictionless, poisson_ratio, kTool, kRings, tilt);
+  return HemisphereBody::cells(HemisphereContact::kFrictionless, poisson_ratio, kTool, kRings,
+                               tilt);
 }
 
 /// Force down the axis over E R delta, against the reference.
 double force_error(Hive& hive, double poisson_ratio) {
   const auto cells = tool(poisson_ratio);
-  EXPECT_EQ(hive.seat(cells), HiveVerdict::sound);
+  EXPECT_EQ(hive.seat(cells), HiveVerdict::kSound);
   const HiveForce force = hive.press(depths_of(cells));
-  EXPECT_EQ(force.verdict, HiveVerdict::sound);
+  EXPECT_EQ(force.verdict, HiveVerdict::kSound);
   EXPECT_EQ(hive.figures().lifted, 0.0);
   return force.force.z() / kUnit / reference_force(poisson_ratio) - 1.0;
 }
@@ -89,7 +92,8 @@ TEST(Hive, CoupledForceIsTheReferencesForEveryRadiusAndNumberOfNodes) {
   for (const double nu : {0.30, 0.45}) {
     for (const int nodes : {28, 80, 120}) {
       for (const double radius : {0.3, 0.4, 0.6}) {
-        Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::coupled, radius, nodes), 0.0);
+        Hive hive =
+            hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, radius, nodes), 0.0);
         EXPECT_LT(std::abs(force_error(hive, nu)), 0.02)
             << "nu " << nu << ", " << nodes << " nodes, radius " << radius;
       }
@@ -99,10 +103,11 @@ TEST(Hive, CoupledForceIsTheReferencesForEveryRadiusAndNumberOfNodes) {
 
 TEST(Hive, CoupledForceIsTheGlobalModels) {
   const double nu = 0.45;
-  const HemisphereAnswer whole = ground(nu).body->press(HemisphereContact::frictionless, kTool, kRings);
-  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::coupled, 0.4, 80), 0.0);
+  const HemisphereAnswer whole =
+      ground(nu).body->press(HemisphereContact::kFrictionless, kTool, kRings);
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, 0.4, 80), 0.0);
   const auto cells = tool(nu);
-  ASSERT_EQ(hive.seat(cells), HiveVerdict::sound);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
   EXPECT_NEAR(hive.press(depths_of(cells)).force.z(), whole.force, 0.01 * whole.force);
 }
 
@@ -112,18 +117,18 @@ TEST(Hive, CoupledProfileIsTheReferencesWithinItsRadius) {
       read_hemisphere_references(test::project_file("assets/reference/hemisphere"));
   const HemisphereReference* reference = find_reference(*references, nu, kTool);
   const Ground& on = ground(nu);
-  Hive hive = hive_at(on, settings_of(nu, HivePeriphery::coupled, 0.4, 120), 0.0);
+  Hive hive = hive_at(on, settings_of(nu, HivePeriphery::kCoupled, 0.4, 120), 0.0);
   // Cells as fine as the profile's edge asks for.
-  const auto cells =
-      HemisphereBody::cells(HemisphereContact::frictionless, nu, kTool, 6, 0.0);
-  ASSERT_EQ(hive.seat(cells), HiveVerdict::sound);
-  ASSERT_EQ(hive.press(depths_of(cells)).verdict, HiveVerdict::sound);
+  const auto cells = HemisphereBody::cells(HemisphereContact::kFrictionless, nu, kTool, 6, 0.0);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
+  ASSERT_EQ(hive.press(depths_of(cells)).verdict, HiveVerdict::kSound);
   double error = 0.0, size = 0.0;
   for (int i = 1; i < 40; ++i) {
     const double polar = 0.01 * i;
     const SurfaceSpot spot = on.surface->nearest(on_dome(polar));
-    const Vec3 exact = kRadius * reference->profile(HemisphereContact::frictionless)
-                                     .at(spot.position.normalized());
+    const Vec3 exact =
+        kRadius *
+        reference->profile(HemisphereContact::kFrictionless).at(spot.position.normalized());
     error += polar * (hive.displacement(spot) - exact).squaredNorm();
     size += polar * exact.squaredNorm();
   }
@@ -132,13 +137,13 @@ TEST(Hive, CoupledProfileIsTheReferencesWithinItsRadius) {
 
 TEST(Hive, BoussinesqIsSofterThanTheBodyAndAHeldPeripheryStiffer) {
   for (const double nu : {0.30, 0.45}) {
-    Hive free = hive_at(ground(nu), settings_of(nu, HivePeriphery::boussinesq, 0.4, 80), 0.0);
+    Hive free = hive_at(ground(nu), settings_of(nu, HivePeriphery::kBoussinesq, 0.4, 80), 0.0);
     const double softer = force_error(free, nu);
     EXPECT_LT(softer, -0.02);
     EXPECT_GT(softer, -0.12);
     double last = std::numeric_limits<double>::infinity();
     for (const double radius : {0.3, 0.4, 0.6}) {
-      Hive held = hive_at(ground(nu), settings_of(nu, HivePeriphery::fixed, radius, 80), 0.0);
+      Hive held = hive_at(ground(nu), settings_of(nu, HivePeriphery::kFixed, radius, 80), 0.0);
       const double stiffer = force_error(held, nu);
       EXPECT_GT(stiffer, 0.05);
       EXPECT_LT(stiffer, last);
@@ -150,7 +155,8 @@ TEST(Hive, BoussinesqIsSofterThanTheBodyAndAHeldPeripheryStiffer) {
 TEST(Hive, OnAFlatDeepBodyBoussinesqIsThePunchWhateverTheNodes) {
   TriangleSurface plane;
   for (int j = 0; j <= 20; ++j)
-    for (int i = 0; i <= 20; ++i) plane.vertices.emplace_back(0.002 * (i - 10), 0.002 * (j - 10), 0.0);
+    for (int i = 0; i <= 20; ++i)
+      plane.vertices.emplace_back(0.002 * (i - 10), 0.002 * (j - 10), 0.0);
   for (int j = 0; j < 20; ++j) {
     for (int i = 0; i < 20; ++i) {
       const int v = 21 * j + i;
@@ -177,8 +183,8 @@ TEST(Hive, OnAFlatDeepBodyBoussinesqIsThePunchWhateverTheNodes) {
     settings.nodes = nodes;
     auto hive = Hive::create({&*surface, nullptr, nullptr}, settings, 64);
     ASSERT_TRUE(hive);
-    ASSERT_EQ(hive->build(surface->nearest(Vec3::Zero())), HiveVerdict::sound);
-    ASSERT_EQ(hive->seat(cells), HiveVerdict::sound);
+    ASSERT_EQ(hive->build(surface->nearest(Vec3::Zero())), HiveVerdict::kSound);
+    ASSERT_EQ(hive->seat(cells), HiveVerdict::kSound);
     const std::vector<double> depths(cells.size(), depth);
     EXPECT_NEAR(hive->press(depths).force.z(), 2.0 * material.contact_modulus() * a * depth,
                 1e-6 * material.contact_modulus() * a * depth);
@@ -187,10 +193,10 @@ TEST(Hive, OnAFlatDeepBodyBoussinesqIsThePunchWhateverTheNodes) {
 
 TEST(Hive, ComplianceIsSymmetricAndPositiveSoThatClosedPathsGiveBackNoEnergy) {
   for (const auto periphery :
-       {HivePeriphery::coupled, HivePeriphery::boussinesq, HivePeriphery::fixed}) {
+       {HivePeriphery::kCoupled, HivePeriphery::kBoussinesq, HivePeriphery::kFixed}) {
     Hive hive = hive_at(ground(0.45), settings_of(0.45, periphery, 0.4, 80), 0.3);
     const auto cells = tool(0.45, 0.32);
-    ASSERT_EQ(hive.seat(cells), HiveVerdict::sound);
+    ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
     const MatrixX compliance = hive.compliance();
     EXPECT_EQ((compliance - compliance.transpose()).norm(), 0.0);
     EXPECT_GT(smallest_eigenvalue_ratio(compliance), 0.0);
@@ -206,7 +212,7 @@ TEST(Hive, ComplianceIsSymmetricAndPositiveSoThatClosedPathsGiveBackNoEnergy) {
         depths[k] = 4e-4 * std::cos(angle) + 0.5 * offset.y() * std::sin(angle) + 1e-4;
       }
       const HiveForce force = hive.press(depths);
-      ASSERT_EQ(force.verdict, HiveVerdict::sound);
+      ASSERT_EQ(force.verdict, HiveVerdict::kSound);
       greatest = std::max(greatest, force.energy);
       if (step > 0)
         for (std::size_t k = 0; k < cells.size(); ++k)
@@ -220,69 +226,69 @@ TEST(Hive, ComplianceIsSymmetricAndPositiveSoThatClosedPathsGiveBackNoEnergy) {
 
 TEST(Hive, ForceIsContinuousWhileTheToolSlidesAndAcrossHives) {
   const double nu = 0.45;
-  const HiveSettings settings = settings_of(nu, HivePeriphery::coupled, 0.4, 80);
+  const HiveSettings settings = settings_of(nu, HivePeriphery::kCoupled, 0.4, 80);
   Hive one = hive_at(ground(nu), settings, 0.2), next = hive_at(ground(nu), settings, 0.3);
   double last = 0.0;
   for (int i = 0; i <= 50; ++i) {  // steps of 0.05 mm
     const double tilt = 0.2 + 0.002 * i;
     const auto cells = tool(nu, tilt);
-    ASSERT_EQ(one.seat(cells), HiveVerdict::sound);
+    ASSERT_EQ(one.seat(cells), HiveVerdict::kSound);
     const double force = one.press(depths_of(cells)).force.norm();
     if (i > 0) {
       EXPECT_LT(std::abs(force / last - 1.0), 0.005) << i;
     }
     last = force;
-    ASSERT_EQ(next.seat(cells), HiveVerdict::sound);
+    ASSERT_EQ(next.seat(cells), HiveVerdict::kSound);
     EXPECT_NEAR(next.press(depths_of(cells)).force.norm(), force, 0.01 * force) << i;
   }
 }
 
 TEST(Hive, RefusesContactsThatReachItsPeriphery) {
   const double nu = 0.30;
-  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::coupled, 0.12, 80), 0.0);
-  EXPECT_EQ(hive.seat(tool(nu)), HiveVerdict::too_wide);
-  EXPECT_EQ(hive.press(std::vector<double>(37, 1e-4)).verdict, HiveVerdict::not_built);
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, 0.12, 80), 0.0);
+  EXPECT_EQ(hive.seat(tool(nu)), HiveVerdict::kTooWide);
+  EXPECT_EQ(hive.press(std::vector<double>(37, 1e-4)).verdict, HiveVerdict::kNotBuilt);
 }
 
 TEST(Hive, SaysWhatIsWrongInsteadOfGivingAForce) {
   const double nu = 0.30;
-  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::boussinesq, 0.4, 80), 0.0);
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kBoussinesq, 0.4, 80), 0.0);
   auto cells = tool(nu);
   std::vector<double> depths = depths_of(cells);
-  ASSERT_EQ(hive.seat(cells), HiveVerdict::sound);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
   depths[3] = std::numeric_limits<double>::quiet_NaN();
   const HiveForce force = hive.press(depths);
-  EXPECT_EQ(force.verdict, HiveVerdict::not_finite);
+  EXPECT_EQ(force.verdict, HiveVerdict::kNotFinite);
   EXPECT_EQ(force.force, Vec3(Vec3::Zero()));
   depths.pop_back();
-  EXPECT_EQ(hive.press(depths).verdict, HiveVerdict::too_many);
+  EXPECT_EQ(hive.press(depths).verdict, HiveVerdict::kTooMany);
   cells[5].position.x() = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(hive.seat(cells), HiveVerdict::not_finite);
+  EXPECT_EQ(hive.seat(cells), HiveVerdict::kNotFinite);
   cells = tool(nu);
   cells[5].area = 0.0;
-  EXPECT_EQ(hive.seat(cells), HiveVerdict::not_finite);
-  EXPECT_EQ(hive.seat(std::vector<ContactCell>(128, tool(nu).front())), HiveVerdict::too_many);
-  EXPECT_EQ(hive.build(SurfaceSpot{}), HiveVerdict::not_on_surface);
-  EXPECT_EQ(hive.seat(tool(nu)), HiveVerdict::not_built);
+  EXPECT_EQ(hive.seat(cells), HiveVerdict::kNotFinite);
+  EXPECT_EQ(hive.seat(std::vector<ContactCell>(128, tool(nu).front())), HiveVerdict::kTooMany);
+  EXPECT_EQ(hive.build(SurfaceSpot{}), HiveVerdict::kNotOnSurface);
+  EXPECT_EQ(hive.seat(tool(nu)), HiveVerdict::kNotBuilt);
   // A ball's radius deep its layers meet in one point.
-  HiveSettings deep = settings_of(nu, HivePeriphery::boussinesq, 0.4, 80);
+  HiveSettings deep = settings_of(nu, HivePeriphery::kBoussinesq, 0.4, 80);
   deep.depth = 1.5 * kRadius;
   auto folded = Hive::create(ground(nu).on(), deep, 64);
   ASSERT_TRUE(folded);
-  EXPECT_EQ(folded->build(ground(nu).surface->nearest(on_dome(0.0))), HiveVerdict::folded);
+  EXPECT_EQ(folded->build(ground(nu).surface->nearest(on_dome(0.0))), HiveVerdict::kFolded);
 }
 
 TEST(Hive, ListsAllMistakesOfItsSettings) {
   HiveSettings settings;
   settings.nodes = 5;
   settings.radius = -1.0;
-  settings.periphery = HivePeriphery::coupled;
+  settings.periphery = HivePeriphery::kCoupled;
   settings.material = {-1.0, 0.6};
   const auto hive = Hive::create({}, settings, 500);
   ASSERT_FALSE(hive);
   EXPECT_EQ(hive.error().messages.size(), 7u) << hive.error().text();
-  settings = settings_of(0.3, HivePeriphery::coupled, 0.4, 28);
-  settings.formulation = HiveFormulation::paper;
+  settings = settings_of(0.3, HivePeriphery::kCoupled, 0.4, 28);
+  settings.formulation = HiveFormulation::kPaper;
   const auto paper = Hive::create(ground(0.3).on(), settings, 64);
   ASSERT_FALSE(paper);
   EXPECT_NE(paper.error().text().find("boussinesq or fixed"), std::string::npos);
@@ -290,8 +296,8 @@ TEST(Hive, ListsAllMistakesOfItsSettings) {
 
 TEST(Hive, ThePapersSchemeRunsAndIsFarOff) {
   const double nu = 0.30;
-  HiveSettings settings = settings_of(nu, HivePeriphery::fixed, 0.4, 28);
-  settings.formulation = HiveFormulation::paper;
+  HiveSettings settings = settings_of(nu, HivePeriphery::kFixed, 0.4, 28);
+  settings.formulation = HiveFormulation::kPaper;
   Hive hive = hive_at(ground(nu), settings, 0.0);
   EXPECT_GT(std::abs(force_error(hive, nu)), 0.3);
   EXPECT_EQ(hive.figures().unknowns, 84);

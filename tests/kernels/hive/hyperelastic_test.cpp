@@ -8,8 +8,8 @@ namespace viscera {
 namespace {
 
 const IsotropicMaterial kTissue{5e3, 0.45};
-constexpr HyperelasticModel kModels[] = {HyperelasticModel::linear, HyperelasticModel::stvk,
-                                         HyperelasticModel::neo_hookean};
+constexpr HyperelasticModel kModels[] = {HyperelasticModel::kLinear, HyperelasticModel::kStvk,
+                                         HyperelasticModel::kNeoHookean};
 
 Mat3 some_gradient() {
   Mat3 f;
@@ -17,7 +17,9 @@ Mat3 some_gradient() {
   return f;
 }
 
-Mat3 stretches(double a, double b, double c) { return Vec3(a, b, c).asDiagonal(); }
+Mat3 stretches(double a, double b, double c) {
+  return Vec3(a, b, c).asDiagonal();
+}
 
 TEST(Hyperelastic, StressIsTheSlopeOfTheEnergyAndTangentThatOfTheStress) {
   const double step = 1e-6;
@@ -47,7 +49,7 @@ TEST(Hyperelastic, StressIsTheSlopeOfTheEnergyAndTangentThatOfTheStress) {
 }
 
 TEST(Hyperelastic, SmallStrainsAreTheLinearLaws) {
-  const HyperelasticLaw linear(HyperelasticModel::linear, kTissue);
+  const HyperelasticLaw linear(HyperelasticModel::kLinear, kTissue);
   const Mat3 f = Mat3::Identity() + 1e-5 * (some_gradient() - Mat3::Identity());
   const Mat3 strain = 0.5 * (f + f.transpose()) - Mat3::Identity();
   const Mat3 hooke = 2.0 * kTissue.shear_modulus() * strain +
@@ -64,7 +66,7 @@ TEST(Hyperelastic, SmallStrainsAreTheLinearLaws) {
 
 TEST(Hyperelastic, TurningTheFrameTurnsTheStressAndStoresNothing) {
   const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
-  for (const HyperelasticModel model : {HyperelasticModel::stvk, HyperelasticModel::neo_hookean}) {
+  for (const HyperelasticModel model : {HyperelasticModel::kStvk, HyperelasticModel::kNeoHookean}) {
     const HyperelasticLaw law(model, kTissue);
     const Mat3 f = some_gradient();
     EXPECT_NEAR(law.energy(turn * f), law.energy(f), 1e-12 * law.energy(f));
@@ -88,12 +90,12 @@ TEST(Hyperelastic, UniaxialStretchIsTheClosedForm) {
   for (const double stretch : {0.75, 0.9, 1.1, 1.4}) {
     // St Venant-Kirchhoff: S = E E_11, P = stretch S.
     const double strain = 0.5 * (stretch * stretch - 1.0);
-    EXPECT_NEAR(uniaxial(HyperelasticLaw(HyperelasticModel::stvk, kTissue), stretch),
+    EXPECT_NEAR(uniaxial(HyperelasticLaw(HyperelasticModel::kStvk, kTissue), stretch),
                 kTissue.youngs_modulus * stretch * strain, 1e-9 * kTissue.youngs_modulus);
     // Neo-Hookean that keeps its volume: P = mu (stretch - stretch^-2).
     const IsotropicMaterial stiff_volume{5e3, 0.49999};
     const double mu = stiff_volume.shear_modulus();
-    EXPECT_NEAR(uniaxial(HyperelasticLaw(HyperelasticModel::neo_hookean, stiff_volume), stretch),
+    EXPECT_NEAR(uniaxial(HyperelasticLaw(HyperelasticModel::kNeoHookean, stiff_volume), stretch),
                 mu * (stretch - 1.0 / (stretch * stretch)), 1e-4 * mu);
   }
 }
@@ -104,12 +106,13 @@ TEST(Hyperelastic, SimpleShearIsTheClosedForm) {
   f(0, 1) = shear;
   const double mu = kTissue.shear_modulus(), lambda = kTissue.lame_lambda();
   // Neo-Hookean: Cauchy stress mu (F F^T - 1), the volume stays.
-  const Mat3 cauchy = HyperelasticLaw(HyperelasticModel::neo_hookean, kTissue).stress(f) * f.transpose();
+  const Mat3 cauchy =
+      HyperelasticLaw(HyperelasticModel::kNeoHookean, kTissue).stress(f) * f.transpose();
   EXPECT_NEAR(cauchy(0, 1), mu * shear, 1e-12 * mu);
   EXPECT_NEAR(cauchy(0, 0), mu * shear * shear, 1e-12 * mu);
   EXPECT_NEAR(cauchy(1, 1), 0.0, 1e-12 * mu);
   // St Venant-Kirchhoff: E_12 = shear / 2, E_22 = shear^2 / 2.
-  const Mat3 piola = HyperelasticLaw(HyperelasticModel::stvk, kTissue).stress(f);
+  const Mat3 piola = HyperelasticLaw(HyperelasticModel::kStvk, kTissue).stress(f);
   const double s12 = mu * shear, s22 = (lambda + 2.0 * mu) * 0.5 * shear * shear;
   EXPECT_NEAR(piola(0, 1), s12 + shear * s22, 1e-12 * mu);
   EXPECT_NEAR(piola(1, 1), s22, 1e-12 * mu);
@@ -117,19 +120,20 @@ TEST(Hyperelastic, SimpleShearIsTheClosedForm) {
 
 TEST(Hyperelastic, EquibiaxialStretchOfTissueThatKeepsItsVolumeIsTheClosedForm) {
   const IsotropicMaterial stiff_volume{5e3, 0.49999};
-  const HyperelasticLaw law(HyperelasticModel::neo_hookean, stiff_volume);
+  const HyperelasticLaw law(HyperelasticModel::kNeoHookean, stiff_volume);
   for (const double a : {0.8, 1.2, 1.5}) {
     double low = 0.1, high = 3.0;
     for (int i = 0; i < 100; ++i) {
       const double c = 0.5 * (low + high);
       (law.stress(stretches(a, a, c))(2, 2) > 0.0 ? high : low) = c;
     }
-    EXPECT_NEAR(law.stress(stretches(a, a, low))(0, 0), law.mu * (a - std::pow(a, -5.0)), 1e-3 * law.mu);
+    EXPECT_NEAR(law.stress(stretches(a, a, low))(0, 0), law.mu * (a - std::pow(a, -5.0)),
+                1e-3 * law.mu);
   }
 }
 
 TEST(Hyperelastic, NeoHookeanTissueTurnedInsideOutIsPushedBack) {
-  const HyperelasticLaw law(HyperelasticModel::neo_hookean, kTissue);
+  const HyperelasticLaw law(HyperelasticModel::kNeoHookean, kTissue);
   double last = 0.0;
   for (double z = 1.0; z > -1.5; z -= 0.01) {
     const double energy = law.energy(stretches(1.0, 1.0, z));
@@ -140,7 +144,8 @@ TEST(Hyperelastic, NeoHookeanTissueTurnedInsideOutIsPushedBack) {
 }
 
 TEST(Hyperelastic, StVenantKirchhoffSoftensWhenPressedAndNeoHookeanStiffens) {
-  const HyperelasticLaw stvk(HyperelasticModel::stvk, kTissue), neo(HyperelasticModel::neo_hookean, kTissue);
+  const HyperelasticLaw stvk(HyperelasticModel::kStvk, kTissue),
+      neo(HyperelasticModel::kNeoHookean, kTissue);
   const double linear = kTissue.youngs_modulus * -0.3;
   EXPECT_GT(uniaxial(stvk, 0.7), linear);
   EXPECT_LT(uniaxial(neo, 0.7), linear);

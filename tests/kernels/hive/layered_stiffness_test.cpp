@@ -17,7 +17,7 @@ struct Placed {
     const auto surface = WalkableSurface::make(ringed_hemisphere(0.025, 40));
     EXPECT_TRUE(surface);
     EXPECT_EQ(nodes.place(pattern, *surface, surface->nearest(Vec3(0.003, 0, 0.0245)), 0.01, 0.01),
-              HiveVerdict::sound);
+              HiveVerdict::kSound);
   }
 };
 
@@ -44,8 +44,8 @@ TEST(LayeredStiffness, LinearFieldsAreExactOnABentHive) {
     ASSERT_TRUE(stiffness.assemble(hive.pattern, hive.nodes.positions, kTissue, &held));
     ASSERT_TRUE(stiffness.solve(loads));
     const MatrixX expected = held.topRows(3 * free);
-    // Two points a wedge don't integrate bent ones exactly; a rigid or linear field on straight ones
-    // is (the next test).
+    // Two points a wedge don't integrate bent ones exactly; a rigid or linear field on straight
+    // ones is (the next test).
     EXPECT_LT((loads - expected).norm(), 0.02 * expected.norm()) << count << ' ' << m;
   }
 }

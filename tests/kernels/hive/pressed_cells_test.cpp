@@ -27,16 +27,19 @@ TEST(PressedCells, AgreeWithTheSolverOfWholeContacts) {
     EXPECT_EQ(cells.lifted(), 0.0);
     for (std::uint64_t round = 0; round < 5; ++round) {
       VectorX depths(n);
-      for (int i = 0; i < n; ++i) depths[i] = random.normal(1000 * round + static_cast<std::uint64_t>(i));
+      for (int i = 0; i < n; ++i)
+        depths[i] = random.normal(1000 * round + static_cast<std::uint64_t>(i));
       const auto figures = cells.solve({depths.data(), static_cast<std::size_t>(n)});
       ASSERT_TRUE(figures.converged);
       UnilateralSolver solver;
-      std::vector<char> bilateral(static_cast<std::size_t>(n), 0), active(static_cast<std::size_t>(n), 0);
+      std::vector<char> bilateral(static_cast<std::size_t>(n), 0),
+          active(static_cast<std::size_t>(n), 0);
       VectorX expected;
       ASSERT_TRUE(solver.solve(matrix, depths, bilateral, active, expected).converged);
       const Eigen::Map<const VectorX> found(cells.forces().data(), n);
       EXPECT_LT((found - expected).norm(), 1e-9 * (1.0 + expected.norm())) << n;
-      EXPECT_NEAR(figures.energy, 0.5 * expected.dot(matrix * expected), 1e-9 * (1.0 + figures.energy));
+      EXPECT_NEAR(figures.energy, 0.5 * expected.dot(matrix * expected),
+                  1e-9 * (1.0 + figures.energy));
     }
   }
 }

@@ -19,7 +19,8 @@ TEST(Prony, AStepBeginsAtTheInstantaneousForceAndRelaxesToTheElasticOne) {
   EXPECT_NEAR(force.update(2.0, rise), 2.0 / 0.3, 1e-5);
   for (const double dt : {1e-3, 0.1, 0.7, 3.0, 20.0}) {
     time += dt;
-    const double exact = 2.0 * (1.0 + 0.5 / 0.3 * std::exp(-time) + 0.2 / 0.3 * std::exp(-time / 10.0));
+    const double exact =
+        2.0 * (1.0 + 0.5 / 0.3 * std::exp(-time) + 0.2 / 0.3 * std::exp(-time / 10.0));
     EXPECT_NEAR(force.update(2.0, dt), exact, 1e-5) << time;
   }
   EXPECT_NEAR(force.update(2.0, 1e6), 2.0, 1e-12);

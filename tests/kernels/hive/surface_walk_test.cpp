@@ -27,7 +27,7 @@ TEST(SurfaceWalk, FindsTheSameNearestPlaceAsLookingEverywhere) {
     const double t = 0.02 * i, across = 0.6 * std::sin(0.7 * t);
     Vec3 tip(std::cos(t) * std::sin(across), std::sin(t) * std::sin(across), std::cos(across));
     tip *= 0.025 + 0.004 * random.uniform(static_cast<std::uint64_t>(i)) - 0.001;
-    ASSERT_EQ(surface->walk(tip, 0.01, spot), WalkEnd::found) << i;
+    ASSERT_EQ(surface->walk(tip, 0.01, spot), WalkEnd::kFound) << i;
     const SurfaceSpot expected = surface->nearest(tip);
     EXPECT_LT((spot.position - expected.position).norm(), 1e-12) << i;
     EXPECT_GT(spot.normal.dot(tip.normalized()), 0.99) << i;
@@ -42,7 +42,7 @@ TEST(SurfaceWalk, DoesNotJumpToTheFarSideOfAThinBody) {
   // The tip has gone three quarters through, and is nearer to the other side.
   for (int i = 0; i <= 30; ++i) {
     const Vec3 tip(0.0003 * i, 0.0001 * i, -0.00025);
-    ASSERT_EQ(surface->walk(tip, 0.01, spot), WalkEnd::found);
+    ASSERT_EQ(surface->walk(tip, 0.01, spot), WalkEnd::kFound);
     EXPECT_NEAR(spot.position.z(), 0.0005, 1e-12);
     EXPECT_LT(surface->nearest(tip).position.z(), 0.0);
   }
@@ -53,12 +53,12 @@ TEST(SurfaceWalk, SaysThatItIsLostAndStaysWhereItWas) {
   ASSERT_TRUE(surface);
   SurfaceSpot spot = surface->nearest(Vec3(0, 0, 0.025));
   const Vec3 before = spot.position;
-  EXPECT_EQ(surface->walk(Vec3(0, 0, 0.1), 0.01, spot), WalkEnd::lost);
-  EXPECT_EQ(surface->walk(Vec3(0, std::nan(""), 0), 0.01, spot), WalkEnd::lost);
+  EXPECT_EQ(surface->walk(Vec3(0, 0, 0.1), 0.01, spot), WalkEnd::kLost);
+  EXPECT_EQ(surface->walk(Vec3(0, std::nan(""), 0), 0.01, spot), WalkEnd::kLost);
   EXPECT_EQ(spot.position, before);
   SurfaceSpot nowhere;
-  EXPECT_EQ(surface->walk(Vec3(0, 0, 0.025), 0.01, nowhere), WalkEnd::lost);
-  EXPECT_EQ(surface->straight(Vec3(0.001, 0, 0), nowhere), WalkEnd::lost);
+  EXPECT_EQ(surface->walk(Vec3(0, 0, 0.025), 0.01, nowhere), WalkEnd::kLost);
+  EXPECT_EQ(surface->straight(Vec3(0.001, 0, 0), nowhere), WalkEnd::kLost);
 }
 
 TEST(SurfaceWalk, WalksOnADeformedSurfaceWithTheSameTriangles) {
@@ -67,7 +67,7 @@ TEST(SurfaceWalk, WalksOnADeformedSurfaceWithTheSameTriangles) {
   std::vector<Vec3> moved = surface->surface().vertices;
   for (Vec3& vertex : moved) vertex += Vec3(0, 0, 0.004);
   SurfaceSpot spot = surface->nearest(Vec3(0, 0, 0.01));
-  ASSERT_EQ(surface->walk(moved, {}, Vec3(0.003, 0.001, 0.015), 0.01, spot), WalkEnd::found);
+  ASSERT_EQ(surface->walk(moved, {}, Vec3(0.003, 0.001, 0.015), 0.01, spot), WalkEnd::kFound);
   EXPECT_LT((spot.position - Vec3(0.003, 0.001, 0.014)).norm(), 1e-12);
   EXPECT_LT((surface->at(spot.point).position - Vec3(0.003, 0.001, 0.010)).norm(), 1e-12);
 }
@@ -80,7 +80,7 @@ TEST(SurfaceWalk, StraightWaysAreGreatCirclesOfABall) {
     const double angle = std::numbers::pi / 6.0 * i + 0.1;
     SurfaceSpot spot = pole;
     ASSERT_EQ(surface->straight(0.01 * Vec3(std::cos(angle), std::sin(angle), 0), spot),
-              WalkEnd::found);
+              WalkEnd::kFound);
     const double polar = 0.4;  // 10 mm of 25 mm
     const Vec3 expected = 0.025 * Vec3(std::sin(polar) * std::cos(angle),
                                        std::sin(polar) * std::sin(angle), std::cos(polar));
@@ -95,9 +95,9 @@ TEST(SurfaceWalk, AStraightWayLeavesAnOpenSurfaceAtItsEdge) {
   const auto surface = WalkableSurface::make(sheet);
   ASSERT_TRUE(surface);
   SurfaceSpot spot = surface->nearest(Vec3(0.7, 0.3, 0));
-  EXPECT_EQ(surface->straight(Vec3(-0.5, 0.4, 0), spot), WalkEnd::found);
+  EXPECT_EQ(surface->straight(Vec3(-0.5, 0.4, 0), spot), WalkEnd::kFound);
   EXPECT_LT((spot.position - Vec3(0.2, 0.7, 0)).norm(), 1e-12);
-  EXPECT_EQ(surface->straight(Vec3(-1, 0, 0), spot), WalkEnd::edge);
+  EXPECT_EQ(surface->straight(Vec3(-1, 0, 0), spot), WalkEnd::kEdge);
 }
 
 TEST(SurfaceWalk, RefusesSurfacesWithoutTwoSides) {

@@ -122,8 +122,8 @@ TEST_P(StrongForm, ComplianceColumnsAreAnswersToUnitForcesAndStayUnsymmetric) {
   const auto solver = formulation.prepare(body.problem(kSoft, in_lower_part), no_progress());
   ASSERT_TRUE(solver) << solver.error().text();
   const std::vector<int> top = upper_surface(body);
-  const auto compliance = (*solver)->compliance(
-      test::nodes_as_places(top), test::first_indices(top.size()), no_progress());
+  const auto compliance = (*solver)->compliance(test::nodes_as_places(top),
+                                                test::first_indices(top.size()), no_progress());
   ASSERT_TRUE(compliance) << compliance.error().text();
   EXPECT_FALSE(compliance->symmetric);
 
@@ -207,8 +207,8 @@ TEST(Gfdm, ComplianceOfABallIsPositiveAndNearlySymmetric) {
   const auto solver = gfdm_formulation().prepare(body.problem(kSoft, in_lower_part), no_progress());
   ASSERT_TRUE(solver) << solver.error().text();
   const std::vector<int> top = upper_surface(body);
-  const auto compliance = (*solver)->compliance(
-      test::nodes_as_places(top), test::first_indices(top.size()), no_progress());
+  const auto compliance = (*solver)->compliance(test::nodes_as_places(top),
+                                                test::first_indices(top.size()), no_progress());
   ASSERT_TRUE(compliance);
   const auto n = static_cast<Eigen::Index>(3 * top.size());
   const MatrixX square =

@@ -1,10 +1,10 @@
 // Small bodies with nodes, and loads with known answers, for tests of the elastic formulations.
 #pragma once
 
-#include <numeric>
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <numeric>
 #include <sstream>
 #include <string>
 

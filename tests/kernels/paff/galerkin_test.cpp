@@ -95,7 +95,8 @@ TEST_F(GalerkinCube, ComplianceIsSymmetricAndPositive) {
   const std::vector<int> all = test::first_indices(body.cloud.size());
   const std::vector<int> touchable =
       nodes_where(body.cloud, [](const Vec3& x) { return x.z() > 0.49; });
-  const auto compliance = (*solver)->compliance(test::nodes_as_places(all), touchable, no_progress());
+  const auto compliance =
+      (*solver)->compliance(test::nodes_as_places(all), touchable, no_progress());
   ASSERT_TRUE(compliance) << compliance.error().text();
   ASSERT_EQ(compliance->columns.size(), 9 * all.size() * touchable.size());
 
@@ -255,9 +256,8 @@ TEST_F(GalerkinCube, StopsWhereverItIsCancelled) {
     ASSERT_FALSE(stopped);
     EXPECT_EQ(stopped.error().text(), kCancelled);
   }
-  const auto compliance =
-      (*solver)->compliance(test::nodes_as_places({0, 1, 2}), {1},
-                            [](double, std::string_view) { return false; });
+  const auto compliance = (*solver)->compliance(test::nodes_as_places({0, 1, 2}), {1},
+                                                [](double, std::string_view) { return false; });
   ASSERT_FALSE(compliance);
   EXPECT_EQ(compliance.error().text(), kCancelled);
 }

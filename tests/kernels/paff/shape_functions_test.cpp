@@ -60,7 +60,7 @@ TEST_F(ShapeFunctionsInACube, SumToOneAndReproduceLinearFields) {
 }
 
 TEST_F(ShapeFunctionsInACube, ReproduceQuadraticFieldsWithQuadraticBasis) {
-  const ShapeFunctions quadratic(body.cloud, 2.4, Basis::quadratic);
+  const ShapeFunctions quadratic(body.cloud, 2.4, Basis::kQuadratic);
   const test::QuadraticField field;
   ShapeValues at;
   for (std::uint64_t i = 0; i < 100; ++i) {
@@ -82,7 +82,7 @@ class ShapeFunctionsOfABasis : public ShapeFunctionsInACube,
                                public testing::WithParamInterface<Basis> {};
 
 TEST_P(ShapeFunctionsOfABasis, HaveGradientsThatMatchDifferencesOfTheValues) {
-  const ShapeFunctions shape(body.cloud, GetParam() == Basis::linear ? 1.8 : 2.4, GetParam());
+  const ShapeFunctions shape(body.cloud, GetParam() == Basis::kLinear ? 1.8 : 2.4, GetParam());
   const double step = 1e-5;
   ShapeValues at, ahead, behind;
   for (std::uint64_t i = 0; i < 20; ++i) {
@@ -106,7 +106,7 @@ TEST_P(ShapeFunctionsOfABasis, HaveGradientsThatMatchDifferencesOfTheValues) {
 }
 
 INSTANTIATE_TEST_SUITE_P(LinearAndQuadratic, ShapeFunctionsOfABasis,
-                         testing::Values(Basis::linear, Basis::quadratic));
+                         testing::Values(Basis::kLinear, Basis::kQuadratic));
 
 TEST_F(ShapeFunctionsInACube, RefusesPointsThatTooFewNodesReach) {
   ShapeValues at;

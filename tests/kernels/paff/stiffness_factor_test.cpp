@@ -1,4 +1,3 @@
-#include "kernels/base/random.h"
 #include "kernels/paff/stiffness_factor.h"
 
 #include <gtest/gtest.h>
@@ -6,6 +5,7 @@
 
 #include <numeric>
 
+#include "kernels/base/random.h"
 #include "tests/kernels/paff/elastic_bodies.h"
 
 namespace viscera {
@@ -100,7 +100,7 @@ TEST_F(CubeStiffness, SolvesInDoubleWhateverThePrecisionOfTheFactor) {
   const std::size_t n = 3 * body.cloud.size();
   std::vector<double> wanted(2 * n), product(n);
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = std::sin(static_cast<double>(i));
-  for (const auto precision : {FactorPrecision::single, FactorPrecision::full}) {
+  for (const auto precision : {FactorPrecision::kSingle, FactorPrecision::kFull}) {
     std::vector<double> solution = wanted;
     ASSERT_TRUE(factor(precision).solve(stiffness, solution, 2));
     for (std::size_t c = 0; c < 2; ++c) {
@@ -119,7 +119,7 @@ TEST_F(CubeStiffness, ComplianceOfFewOrManyColumnsIsThatOfMumps) {
   for (const SparseWeights& asked : {places, nodes}) {
     for (const int step : {40, 2, 1}) {
       for (const auto& [precision, bound] :
-           {std::pair{FactorPrecision::single, 1e-5}, {FactorPrecision::full, 1e-7}}) {
+           {std::pair{FactorPrecision::kSingle, 1e-5}, {FactorPrecision::kFull, 1e-7}}) {
         const auto compliance =
             factor(precision).compliance(asked, every(step, asked.rows()), no_progress());
         ASSERT_TRUE(compliance) << compliance.error().text();
@@ -130,7 +130,7 @@ TEST_F(CubeStiffness, ComplianceOfFewOrManyColumnsIsThatOfMumps) {
 }
 
 TEST_F(CubeStiffness, TouchableSquareIsItsOwnMirror) {
-  const StiffnessFactor factored = factor(FactorPrecision::single);
+  const StiffnessFactor factored = factor(FactorPrecision::kSingle);
   for (const int step : {40, 1}) {
     const SparseWeights places = scattered_places(200, body.cloud.size());
     const auto compliance = factored.compliance(places, every(step, 200), no_progress());
@@ -151,7 +151,7 @@ TEST_F(CubeStiffness, ResultsDontDependOnTheNumberOfThreads) {
     const auto columns = [&](std::size_t threads) {
       const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                               threads);
-      return factor(FactorPrecision::single)
+      return factor(FactorPrecision::kSingle)
           .compliance(scattered_places(200, body.cloud.size()), every(step, 200), no_progress())
           ->columns;
     };
@@ -160,10 +160,10 @@ TEST_F(CubeStiffness, ResultsDontDependOnTheNumberOfThreads) {
 }
 
 TEST_F(CubeStiffness, PrecisionFollowsTheMeasuredError) {
-  EXPECT_TRUE(factor(FactorPrecision::measured).is_single());
-  EXPECT_FALSE(factor(FactorPrecision::full).is_single());
-  EXPECT_EQ(factor(FactorPrecision::full).factor_bytes(),
-            2 * factor(FactorPrecision::single).factor_bytes());
+  EXPECT_TRUE(factor(FactorPrecision::kMeasured).is_single());
+  EXPECT_FALSE(factor(FactorPrecision::kFull).is_single());
+  EXPECT_EQ(factor(FactorPrecision::kFull).factor_bytes(),
+            2 * factor(FactorPrecision::kSingle).factor_bytes());
   const GalerkinSystem stiff = cube_system(body, 0.49999);
   const auto measured = StiffnessFactor::factor(stiff.stiffness(), body.cloud.positions);
   ASSERT_TRUE(measured) << measured.error().text();
@@ -174,7 +174,7 @@ TEST_F(CubeStiffness, RefusesMatricesThatAreNotPositiveDefinite) {
   SymmetricBlockMatrix negative = stiffness;
   for (double& entry : negative.blocks) entry = -entry;
   for (const auto precision :
-       {FactorPrecision::single, FactorPrecision::full, FactorPrecision::measured}) {
+       {FactorPrecision::kSingle, FactorPrecision::kFull, FactorPrecision::kMeasured}) {
     const auto refused = StiffnessFactor::factor(negative, body.cloud.positions, precision);
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().text().find("not positive definite"), std::string::npos);
@@ -184,7 +184,7 @@ TEST_F(CubeStiffness, RefusesMatricesThatAreNotPositiveDefinite) {
 TEST_F(CubeStiffness, RefusesWrongSizesAndLoadsThatAreNotFinite) {
   EXPECT_FALSE(
       StiffnessFactor::factor(stiffness, std::span<const Vec3>(body.cloud.positions).first(10)));
-  const StiffnessFactor factored = factor(FactorPrecision::single);
+  const StiffnessFactor factored = factor(FactorPrecision::kSingle);
   std::vector<double> load(7);
   EXPECT_FALSE(factored.solve(stiffness, load, 1));
   load.assign(3 * body.cloud.size(), 0.0);
@@ -195,7 +195,7 @@ TEST_F(CubeStiffness, RefusesWrongSizesAndLoadsThatAreNotFinite) {
 }
 
 TEST_F(CubeStiffness, TinyAndHugeLoadsKeepTheirDigits) {
-  const StiffnessFactor factored = factor(FactorPrecision::single);
+  const StiffnessFactor factored = factor(FactorPrecision::kSingle);
   std::vector<double> one(3 * body.cloud.size(), 0.0);
   one[500] = 1.0;
   ASSERT_TRUE(factored.solve(stiffness, one, 1));

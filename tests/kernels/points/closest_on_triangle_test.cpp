@@ -7,7 +7,9 @@ namespace {
 
 const Vec3 kA(0, 0, 0), kB(2, 0, 0), kC(0, 1, 0);
 
-Vec3 place(const Vec3& weights) { return weights[0] * kA + weights[1] * kB + weights[2] * kC; }
+Vec3 place(const Vec3& weights) {
+  return weights[0] * kA + weights[1] * kB + weights[2] * kC;
+}
 
 TEST(ClosestOnTriangle, WeightsOfCornersThatDoNotMatterAreExactlyZero) {
   EXPECT_EQ(closest_weights({-1, -1, 3}, kA, kB, kC), Vec3(1, 0, 0));

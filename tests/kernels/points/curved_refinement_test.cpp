@@ -11,7 +11,9 @@
 namespace viscera {
 namespace {
 
-bool longer_than_4_mm(const Vec3& a, const Vec3& b, const Vec3&) { return (a - b).norm() > 4e-3; }
+bool longer_than_4_mm(const Vec3& a, const Vec3& b, const Vec3&) {
+  return (a - b).norm() > 4e-3;
+}
 
 bool bulges(const Vec3& a, const Vec3& b, const Vec3& middle) {
   return (middle - 0.5 * (a + b)).norm() > 1e-4;
@@ -69,8 +71,9 @@ TEST(CurvedRefinement, ItsShapeFollowsTheCoarseSurfaceAsThatDeforms) {
   const TriangleSurface fine = shaped(refinement, ball), fine_moved = shaped(refinement, moved);
   ASSERT_EQ(fine.vertices.size(), fine_moved.vertices.size());
   for (std::size_t v = 0; v < fine.vertices.size(); ++v)
-    EXPECT_LT((fine_moved.vertices[v] - 1.3 * (turn * fine.vertices[v]) - Vec3(0.1, -0.2, 0.05)).norm(),
-              1e-6);
+    EXPECT_LT(
+        (fine_moved.vertices[v] - 1.3 * (turn * fine.vertices[v]) - Vec3(0.1, -0.2, 0.05)).norm(),
+        1e-6);
 }
 
 TEST(CurvedRefinement, AnEdgeThatCollapsesGivesNoNonFinitePlace) {

@@ -241,7 +241,8 @@ TEST(Collide, EveryInstrumentIsMetHoweverManyThereAre) {
                               .particles = 10}));
     smoke.step(1.0 / 60.0, {.obstacles = rods});
     for (std::size_t i = 0; i < smoke.particles().size(); ++i) {
-      const Vec3 at = smoke.particles().position(i).cast<double>() + smoke.parameters().domain.min();
+      const Vec3 at =
+          smoke.particles().position(i).cast<double>() + smoke.parameters().domain.min();
       for (std::size_t r = 0; r < rods.size(); ++r) {
         if (std::abs(at.z()) > 0.02) continue;
         ASSERT_GT(std::hypot(at.x() - rods[r].from.x(), at.y()), rods[r].radius - 1e-6)

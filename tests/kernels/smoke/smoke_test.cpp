@@ -283,7 +283,7 @@ TEST(Smoke, LoneParticlesFeelNoNeighboursAndAreCounted) {
 }
 
 TEST(Smoke, StaysBoundedForAnyStepViscosityAndCrowd) {
-  for (const Laplacian laplacian : {Laplacian::pairwise, Laplacian::paper}) {
+  for (const Laplacian laplacian : {Laplacian::kPairwise, Laplacian::kPaper}) {
     for (const double dt : {1e-4, 1.0 / 60.0, 1.0}) {
       SmokeParameters parameters = cavity();
       parameters.laplacian = laplacian;

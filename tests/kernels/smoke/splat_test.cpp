@@ -176,8 +176,8 @@ TEST(Splat, AKernelsVarianceGrowsWithAgeAsByDiffusion) {
       second += grid.density[c] * x * x;
     }
     const double mean = first / mass, variance = second / mass - mean * mean;
-    const double square = std::min(0.25 * support * support + 12.0 * viscosity * age,
-                                   6.25 * support * support);
+    const double square =
+        std::min(0.25 * support * support + 12.0 * viscosity * age, 6.25 * support * support);
     EXPECT_NEAR(mean, at, 1e-7);
     EXPECT_NEAR(variance, square / 6.0, 0.002 * square) << "age " << age;
   }
@@ -218,8 +218,8 @@ TEST(Splat, TheFilledPartHoldsAllSmokeWhereItWas) {
     for (int y = 0; y < part.size.y(); ++y)
       for (int x = 0; x < part.size.x(); ++x, ++c) {
         const Eigen::Vector3i at = part.first + Eigen::Vector3i(x, y, z);
-        const auto whole = static_cast<std::size_t>(
-            at.x() + grid.size.x() * (at.y() + grid.size.y() * at.z()));
+        const auto whole =
+            static_cast<std::size_t>(at.x() + grid.size.x() * (at.y() + grid.size.y() * at.z()));
         EXPECT_EQ(part.density[c], grid.density[whole]);
         EXPECT_EQ(part.temperature[c], grid.temperature[whole]);
         EXPECT_EQ(part.velocity[c], grid.velocity[whole]);

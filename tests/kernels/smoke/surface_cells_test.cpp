@@ -114,10 +114,10 @@ TEST(SurfaceCells, NormalsOfWhatKeepsItsShapeAreThoseOfWhatDoesNotSayThatItDoes)
     ASSERT_GT(says.triangles().size(), 100u);
     for (std::size_t n = 0; n < says.triangles().size(); ++n)
       for (std::size_t i = 0; i < 7; ++i)
-        EXPECT_LT((says.triangles()[n].normals[i].xyz() -
-                   says_nothing.triangles()[n].normals[i].xyz())
-                      .norm(),
-                  1e-5f);
+        EXPECT_LT(
+            (says.triangles()[n].normals[i].xyz() - says_nothing.triangles()[n].normals[i].xyz())
+                .norm(),
+            1e-5f);
   }
 }
 

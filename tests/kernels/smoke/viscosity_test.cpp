@@ -25,7 +25,7 @@ double vortex_error(int across, double jitter, std::uint64_t seed, Laplacian lap
 TEST(Viscosity, ShearWaveDecaysWithinThreePercentAtASixteenthOfItsLength) {
   for (const double jitter : {0.0, 0.2, 0.35, 0.5}) {
     for (const std::uint64_t seed : {1, 2, 3}) {
-      const double error = shear_error(16, jitter, seed, Laplacian::pairwise);
+      const double error = shear_error(16, jitter, seed, Laplacian::kPairwise);
       RecordProperty("jitter_" + std::to_string(jitter), std::to_string(error));
       EXPECT_LT(std::abs(error), 0.03) << "jitter " << jitter << ", seed " << seed;
     }
@@ -34,7 +34,7 @@ TEST(Viscosity, ShearWaveDecaysWithinThreePercentAtASixteenthOfItsLength) {
 
 TEST(Viscosity, VortexDecaysAtTheExactRateToo) {
   for (const double jitter : {0.0, 0.35, 0.5}) {
-    const double error = vortex_error(16, jitter, 4, Laplacian::pairwise);
+    const double error = vortex_error(16, jitter, 4, Laplacian::kPairwise);
     EXPECT_LT(std::abs(error), 0.03) << "jitter " << jitter;
   }
 }
@@ -43,9 +43,9 @@ TEST(Viscosity, ErrorShrinksWithSpacingPairwiseAndDoesNotByThePapersLaplacian) {
   std::array<double, 3> pairwise, paper, vortex;
   int n = 0;
   for (const int across : {8, 16, 24}) {
-    pairwise[n] = std::abs(shear_error(across, 0.3, 5, Laplacian::pairwise));
-    paper[n] = std::abs(shear_error(across, 0.3, 5, Laplacian::paper));
-    vortex[n] = std::abs(vortex_error(across, 0.3, 5, Laplacian::pairwise));
+    pairwise[n] = std::abs(shear_error(across, 0.3, 5, Laplacian::kPairwise));
+    paper[n] = std::abs(shear_error(across, 0.3, 5, Laplacian::kPaper));
+    vortex[n] = std::abs(vortex_error(across, 0.3, 5, Laplacian::kPairwise));
     const std::string at = "_at_" + std::to_string(across);
     RecordProperty("pairwise" + at, std::to_string(pairwise[n]));
     RecordProperty("paper" + at, std::to_string(paper[n]));
