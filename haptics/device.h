@@ -2,10 +2,14 @@
 // sockets stand behind it (haptics/README.md says how to add one).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "haptics/servo_event.h"
+#include "kernels/base/fields.h"
 #include "kernels/base/types.h"
 
 namespace viscera {
@@ -28,7 +32,14 @@ struct DeviceState {
   std::uint32_t buttons = 0;  ///< one bit each
   std::uint64_t sample = 0;   ///< counts the readings; the same number means the same reading
   bool connected = true;
+
+  static constexpr auto fields() {
+    return std::tuple(field("pose", &DeviceState::pose), field("buttons", &DeviceState::buttons),
+                      field("sample", &DeviceState::sample),
+                      field("connected", &DeviceState::connected));
+  }
 };
+static_assert(fields_cover<DeviceState>());
 
 /// One device, read and written once a tick by one thread. read() and write() neither wait nor
 /// allocate nor throw; what is slow (sockets, USB) happens on a thread of the device's own.
@@ -43,6 +54,19 @@ class HapticDevice {
   virtual void write(const Vec3& force) noexcept = 0;
   /// What happened on the device's own thread; asked by a thread that may wait.
   virtual bool next_event(ServoEvent&) { return false; }
+
+  /// Why no run with this device can be saved or taken back; empty: it can. What moves a real
+  /// handle is no part of the program.
+  virtual std::string why_not_saved() const {
+    return name() + ": a device that is moved from outside can't be put back where it was";
+  }
+  /// What its readings to come depend on, besides ticks and forces to come: between ticks, where it
+  /// can be saved.
+  virtual std::vector<std::byte> state_bytes() const { return {}; }
+  /// The bytes are of such a device with the same settings.
+  virtual bool fits_bytes(std::span<const std::byte>) const { return false; }
+  /// Goes on from there; of bytes that fit.
+  virtual void restore_bytes(std::span<const std::byte>) {}
 };
 
 }  // namespace viscera

@@ -37,79 +37,80 @@ bool DeviceGuard::sound(const DeviceState& state, std::uint64_t tick, ServoEvent
     fault.value = outside;
     return false;
   }
-  if (!comparable_) return true;
-  const double since = static_cast<double>(tick - sampled_at_) * dt_;
-  if (state.sample == previous_.sample) {
+  if (!state_.comparable) return true;
+  const double since = static_cast<double>(tick - state_.sampled_at) * dt_;
+  if (state.sample == state_.previous.sample) {
     fault.kind = ServoEventKind::kDeviceFrozen;
     fault.value = since;
     return since <= limits_.stale_after;
   }
-  const double moved = (state.pose.position - previous_.pose.position).norm();
+  const double moved = (state.pose.position - state_.previous.pose.position).norm();
   fault.kind = ServoEventKind::kDeviceJumped;
   fault.value = moved;
   return moved <= settings_.greatest_speed * since + 2.0 * limits_.resolution;
 }
 
 void DeviceGuard::fade() {
-  if (phase_ == Phase::kEngaged) phase_ = Phase::kFading;
-  sound_ticks_ = 0;
+  if (state_.phase == Phase::kEngaged) state_.phase = Phase::kFading;
+  state_.sound_ticks = 0;
 }
 
 void DeviceGuard::judge(const DeviceState& state, std::uint64_t tick, ServoEventRing& events) {
-  just_engaged_ = false;
+  state_.just_engaged = false;
   ServoEvent event;
   if (sound(state, tick, event)) {
-    state_ = state;
-    ++sound_ticks_;
+    state_.reading = state;
+    ++state_.sound_ticks;
   } else {
     // A device that was never there is waited for, in silence.
-    const bool worth_telling = known_ || event.kind != ServoEventKind::kDeviceLost;
-    if (worth_telling && (!faulty_ || event.kind != fault_)) {
+    const bool worth_telling = state_.known || event.kind != ServoEventKind::kDeviceLost;
+    if (worth_telling && (!state_.faulty || event.kind != state_.fault)) {
       events.push(event);
-      fault_ = event.kind;
-      faulty_ = true;
+      state_.fault = event.kind;
+      state_.faulty = true;
     }
     fade();
   }
-  if (state.connected && finite(state) && (!known_ || state.sample != previous_.sample)) {
-    previous_ = state;
-    sampled_at_ = tick;
-    known_ = comparable_ = true;
+  if (state.connected && finite(state) &&
+      (!state_.known || state.sample != state_.previous.sample)) {
+    state_.previous = state;
+    state_.sampled_at = tick;
+    state_.known = state_.comparable = true;
   }
 
   // Who comes back may be elsewhere.
-  if (!state.connected) comparable_ = false;
+  if (!state.connected) state_.comparable = false;
 
-  switch (phase_) {
+  switch (state_.phase) {
     case Phase::kFading:
-      authority_ = std::max(0.0, authority_ - dt_ / settings_.fade_time);
-      if (authority_ == 0.0) phase_ = Phase::kAway;
+      state_.authority = std::max(0.0, state_.authority - dt_ / settings_.fade_time);
+      if (state_.authority == 0.0) state_.phase = Phase::kAway;
       break;
     case Phase::kAway:
-      if (sound_ticks_ < settle_ticks_ || released_) break;
-      phase_ = Phase::kEngaged;
-      just_engaged_ = true;
-      faulty_ = false;
+      if (state_.sound_ticks < settle_ticks_ || state_.released) break;
+      state_.phase = Phase::kEngaged;
+      state_.just_engaged = true;
+      state_.faulty = false;
       events.push({tick, ServoEventKind::kEngaged, 0.0});
       break;
     case Phase::kEngaged:
-      authority_ = std::min(1.0, authority_ + dt_ / settings_.engage_time);
+      state_.authority = std::min(1.0, state_.authority + dt_ / settings_.engage_time);
       break;
   }
 }
 
 void DeviceGuard::fault(ServoEventKind kind, std::uint64_t tick, ServoEventRing& events) {
-  if (!faulty_ || kind != fault_) {
+  if (!state_.faulty || kind != state_.fault) {
     events.push({tick, kind, 0.0});
-    fault_ = kind;
-    faulty_ = true;
+    state_.fault = kind;
+    state_.faulty = true;
   }
   fade();
 }
 
 void DeviceGuard::release(std::uint64_t tick, ServoEventRing& events) {
-  if (released_) return;
-  released_ = true;
+  if (state_.released) return;
+  state_.released = true;
   events.push({tick, ServoEventKind::kReleased, 0.0});
   fade();
 }

@@ -30,13 +30,40 @@ class DeviceGuard {
   /// Once released, force doesn't come back.
   void release(std::uint64_t tick, ServoEventRing& events);
 
-  Phase phase() const { return phase_; }
+  Phase phase() const { return state_.phase; }
   /// [0, 1] of the force that may be shown now.
-  double authority() const { return authority_; }
+  double authority() const { return state_.authority; }
   /// Has just begun to engage: forget what was before.
-  bool just_engaged() const { return just_engaged_; }
+  bool just_engaged() const { return state_.just_engaged; }
   /// The last sound reading.
-  const DeviceState& state() const { return state_; }
+  const DeviceState& reading() const { return state_.reading; }
+
+  struct State {
+    Phase phase = Phase::kAway;
+    double authority = 0.0;
+    std::uint64_t sound_ticks = 0;
+    bool just_engaged = false, released = false, faulty = false;
+    ServoEventKind fault = ServoEventKind::kEngaged;  ///< the last one reported
+    DeviceState reading;
+    /// The last finite reading, sound or not, which the next is compared with.
+    bool known = false, comparable = false;
+    DeviceState previous;
+    std::uint64_t sampled_at = 0;  ///< tick at which it came
+    static constexpr auto fields() {
+      return std::tuple(
+          field("phase", &State::phase), field("authority", &State::authority),
+          field("sound_ticks", &State::sound_ticks), field("just_engaged", &State::just_engaged),
+          field("released", &State::released), field("faulty", &State::faulty),
+          field("fault", &State::fault), field("reading", &State::reading),
+          field("known", &State::known), field("comparable", &State::comparable),
+          field("previous", &State::previous), field("sampled_at", &State::sampled_at));
+    }
+  };
+  const State& state() const { return state_; }
+  void restore(const State& state) { state_ = state; }
+  static bool fits(const State& state) {
+    return state.phase >= Phase::kAway && state.phase <= Phase::kFading && is_kind(state.fault);
+  }
 
  private:
   bool sound(const DeviceState& state, std::uint64_t tick, ServoEvent& fault) const;
@@ -45,16 +72,9 @@ class DeviceGuard {
   GuardSettings settings_;
   DeviceLimits limits_;
   double dt_;
-  Phase phase_ = Phase::kAway;
-  double authority_ = 0.0;
-  std::uint64_t settle_ticks_, sound_ticks_ = 0;
-  bool just_engaged_ = false, released_ = false, faulty_ = false;
-  ServoEventKind fault_ = ServoEventKind::kEngaged;  // the last one reported
-  DeviceState state_;
-  // The last finite reading, sound or not, which the next is compared with.
-  bool known_ = false, comparable_ = false;
-  DeviceState previous_;
-  std::uint64_t sampled_at_ = 0;  // tick at which it came
+  std::uint64_t settle_ticks_;
+  State state_;
 };
+static_assert(fields_cover<DeviceGuard::State>() && StateOwner<DeviceGuard>);
 
 }  // namespace viscera

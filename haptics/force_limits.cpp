@@ -14,21 +14,21 @@ ForceLimits::ForceLimits(const ForceLimitSettings& settings, const DeviceLimits&
 Vec3 ForceLimits::apply(const Vec3& wanted) {
   // Cold motors bear the peak, motors as hot as the continuous force makes them bear just that;
   // in between the bound moves steadily, so that no step is felt.
-  const double heat = mean_square_ / (continuous_ * continuous_);
+  const double heat = state_.mean_square / (continuous_ * continuous_);
   const double bound = continuous_ + (peak_ - continuous_) * std::clamp(1.0 - heat, 0.0, 1.0);
   Vec3 force = wanted;
-  limited_ = false;
+  state_.limited = false;
   if (const double size = force.norm(); size > bound) {
     force *= bound / size;
-    limited_ = true;
+    state_.limited = true;
   }
-  const Vec3 change = force - force_;
+  const Vec3 change = force - state_.force;
   if (const double size = change.norm(); size > step_) {
-    force = force_ + change * (step_ / size);
-    limited_ = true;
+    force = state_.force + change * (step_ / size);
+    state_.limited = true;
   }
-  force_ = force;
-  mean_square_ += heating_ * (force.squaredNorm() - mean_square_);
+  state_.force = force;
+  state_.mean_square += heating_ * (force.squaredNorm() - state_.mean_square);
   return force;
 }
 

@@ -18,13 +18,24 @@ class ForceLimits {
   /// The nearest force to the wanted one that is allowed now.
   Vec3 apply(const Vec3& wanted);
   /// The last apply() changed the force.
-  bool limited() const { return limited_; }
+  bool limited() const { return state_.limited; }
+
+  struct State {
+    double mean_square = 0.0;   ///< [N2]
+    Vec3 force = Vec3::Zero();  ///< [N] the last
+    bool limited = false;
+    static constexpr auto fields() {
+      return std::tuple(field("mean_square", &State::mean_square), field("force", &State::force),
+                        field("limited", &State::limited));
+    }
+  };
+  const State& state() const { return state_; }
+  void restore(const State& state) { state_ = state; }
 
  private:
   double peak_, continuous_, step_, heating_;
-  double mean_square_ = 0.0;
-  Vec3 force_ = Vec3::Zero();
-  bool limited_ = false;
+  State state_;
 };
+static_assert(fields_cover<ForceLimits::State>() && StateOwner<ForceLimits>);
 
 }  // namespace viscera

@@ -45,6 +45,22 @@ bool HiveBuilder::ready() noexcept {
   return state_.load(std::memory_order_acquire) == kDone;
 }
 
+HiveBuilder::State HiveBuilder::state() const {
+  return {busy(), verdict_, ticks_left_, built_};
+}
+
+void HiveBuilder::restore(const State& state, Hive* hive) noexcept {
+  hive_ = state.busy ? hive : nullptr;
+  verdict_ = state.verdict;
+  ticks_left_ = state.ticks_left;
+  built_ = state.built;
+}
+
+bool HiveBuilder::fits(const State& state) const noexcept {
+  return building_ == HiveBuilding::kInLockstep && state.verdict >= HiveVerdict::kSound &&
+         state.verdict <= HiveVerdict::kNotBuilt;
+}
+
 HiveVerdict HiveBuilder::take() noexcept {
   hive_ = nullptr;
   ++built_;

@@ -40,18 +40,36 @@ class HiveBuilder {
 
   std::uint64_t built() const noexcept { return built_; }
 
+  /// Of the hive under construction all but itself: who owns the hives says which.
+  struct State {
+    bool busy = false;
+    HiveVerdict verdict = HiveVerdict::kNotBuilt;
+    int ticks_left = 0;
+    std::uint64_t built = 0;
+    static constexpr auto fields() {
+      return std::tuple(field("busy", &State::busy), field("verdict", &State::verdict),
+                        field("ticks_left", &State::ticks_left), field("built", &State::built));
+    }
+  };
+  /// In lockstep alone: what a thread is at can't be told.
+  State state() const;
+  /// `hive`: which was under construction, restored; null: none.
+  void restore(const State& state, Hive* hive) noexcept;
+  bool fits(const State& state) const noexcept;
+
  private:
   enum : std::uint32_t { kIdle, kWanted, kDone, kStop };
   void work();
 
   const HiveBuilding building_;
   Hive* hive_ = nullptr;
-  SurfaceSpot centre_;
+  SurfaceSpot centre_;  // for the thread
   HiveVerdict verdict_ = HiveVerdict::kNotBuilt;
   int ticks_left_ = 0;
   std::uint64_t built_ = 0;
   std::atomic<std::uint32_t> state_{kIdle};
   std::thread thread_;
 };
+static_assert(fields_cover<HiveBuilder::State>());
 
 }  // namespace viscera

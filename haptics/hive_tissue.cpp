@@ -78,15 +78,11 @@ Result<std::unique_ptr<HiveTissue>> HiveTissue::create(const HiveBody& body,
     if (!made) return std::unexpected(made.error());
     nonlinear = std::move(*made);
   }
-  std::vector<Hive> hives;
   const int cells = 1 + 3 * settings.rings * (settings.rings + 1);
-  for (int i = 0; i < 3; ++i) {
-    auto hive = Hive::create(body, settings.hive, cells);
-    if (!hive) return std::unexpected(hive.error());
-    hives.push_back(std::move(*hive));
-  }
+  auto hives = Hive::create_some(body, settings.hive, cells, kHives);
+  if (!hives) return std::unexpected(hives.error());
   return std::unique_ptr<HiveTissue>(
-      new HiveTissue(body, settings, std::move(hives), std::move(nonlinear)));
+      new HiveTissue(body, settings, std::move(*hives), std::move(nonlinear)));
 }
 
 HiveTissue::HiveTissue(const HiveBody& body, const HiveTissueSettings& settings,
@@ -380,6 +376,77 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   felt.supplied = std::max(0.0, felt.force.dot(shift));
   felt.touching = all.force.squaredNorm() > 0.0;
   return felt;
+}
+
+HiveTissue::State HiveTissue::state() const {
+  State state;
+  state.snapshots = snapshots_.state();
+  state.told = told_;
+  state.since_told = since_told_;
+  state.unshown = unshown_;
+  state.shown_now = shown_now_;
+  state.easing_left = easing_left_;
+  state.nearest = nearest_;
+  state.foot = foot_.state();
+  for (int i = 0; i < static_cast<int>(kHives); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const bool used = i == now_ || i == before_ || i == next_;
+    state.hives[at] = used ? hives_[at].state() : hives_[at].idle_state();
+  }
+  state.now = now_;
+  state.before = before_;
+  state.next = next_;
+  state.share = share_;
+  state.covered = covered_;
+  if (nonlinear_) state.nonlinear = nonlinear_->state();
+  state.prony = prony_.state();
+  state.figures = figures_;
+  state.builder = builder_.state();
+  return state;
+}
+
+void HiveTissue::restore(State state) {
+  snapshots_.restore(std::move(state.snapshots));
+  told_ = state.told;
+  since_told_ = state.since_told;
+  unshown_ = state.unshown;
+  shown_now_ = state.shown_now;
+  easing_left_ = state.easing_left;
+  nearest_ = state.nearest;
+  foot_.restore(std::move(state.foot));
+  for (std::size_t i = 0; i < kHives; ++i) hives_[i].restore(state.hives[i]);
+  now_ = state.now;
+  before_ = state.before;
+  next_ = state.next;
+  share_ = state.share;
+  covered_ = state.covered;
+  if (nonlinear_) nonlinear_->restore(*state.nonlinear);
+  prony_.restore(state.prony);
+  figures_ = state.figures;
+  builder_.restore(state.builder, next_ < 0 ? nullptr : &hives_[static_cast<std::size_t>(next_)]);
+}
+
+bool HiveTissue::fits(const State& state) const {
+  const std::size_t vertices = body_.surface->surface().vertices.size();
+  for (const TissueSnapshot& one : state.snapshots.slots)
+    if (!body_.surface->has(one.nearest) || !(one.free.empty() || one.free.size() == vertices))
+      return false;
+  for (std::size_t i = 0; i < kHives; ++i)
+    if (!hives_[i].fits(state.hives[i])) return false;
+  // No hive plays two parts.
+  std::array<int, kHives> parts{};
+  for (const int one : {state.now, state.before, state.next}) {
+    if (one < -1 || one >= static_cast<int>(kHives)) return false;
+    if (one >= 0 && ++parts[static_cast<std::size_t>(one)] > 1) return false;
+  }
+  if (state.nonlinear.has_value() != nonlinear_.has_value()) return false;
+  if (nonlinear_ && !nonlinear_->fits(*state.nonlinear)) return false;
+  return TripleBuffer<TissueSnapshot>::fits(state.snapshots) &&
+         body_.surface->has(state.nearest.point) && foot_.fits(state.foot, *body_.surface) &&
+         prony_.fits(state.prony) && builder_.fits(state.builder) &&
+         state.builder.busy == (state.next >= 0) &&
+         state.figures.last_refusal >= HiveVerdict::kSound &&
+         state.figures.last_refusal <= HiveVerdict::kNotBuilt;
 }
 
 }  // namespace viscera

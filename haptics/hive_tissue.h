@@ -53,7 +53,17 @@ struct HiveTissueFigures {
   std::uint64_t tangent_answers = 0;  ///< ticks answered by the last good tangent
   std::uint64_t deadline_misses = 0;  ///< of them, because time was up
   std::uint64_t linear_answers = 0;   ///< ticks in which there was none: the linear hive's answer
+
+  static constexpr auto fields() {
+    using F = HiveTissueFigures;
+    return std::tuple(
+        field("hives", &F::hives), field("refused", &F::refused), field("searches", &F::searches),
+        field("uncovered", &F::uncovered), field("last_refusal", &F::last_refusal),
+        field("newton_steps", &F::newton_steps), field("tangent_answers", &F::tangent_answers),
+        field("deadline_misses", &F::deadline_misses), field("linear_answers", &F::linear_answers));
+  }
 };
+static_assert(fields_cover<HiveTissueFigures>());
 
 class HiveTissue final : public TactileModel {
  public:
@@ -76,6 +86,45 @@ class HiveTissue final : public TactileModel {
   /// The running hive; null before the first.
   const Hive* hive() const { return now_ < 0 ? nullptr : &hives_[static_cast<std::size_t>(now_)]; }
   const ToolFoot& foot() const { return foot_; }
+
+  static constexpr std::size_t kHives = 3;  ///< running, the one before it, the next
+  /// What the next tick goes on from. Of hives it holds where they stand, not what they consist of.
+  struct State {
+    TripleBuffer<TissueSnapshot>::State snapshots;
+    bool told = false;        ///< a snapshot has come
+    double since_told = 0.0;  ///< [s]
+    /// What a new snapshot changed at the tool and hasn't been shown yet: it goes to zero over the
+    /// time that frames take, so that a scene that jumps or is late isn't felt as a blow.
+    Vec3 unshown = Vec3::Zero(), shown_now = Vec3::Zero();  ///< [m] in the organ's frame
+    double easing_left = 0.0;                               ///< [s]
+    SurfaceSpot nearest;                                    ///< to the tool
+    ToolFoot::State foot;
+    std::array<Hive::State, kHives> hives;
+    int now = -1, before = -1, next = -1;  ///< of the hives; -1: none
+    double share = 1.0;                    ///< of the running hive in the force
+    bool covered = true;                   ///< some hive answered the last tick in contact
+    std::optional<NonlinearHive::State> nonlinear;
+    PronyForce::State prony;
+    HiveTissueFigures figures;
+    HiveBuilder::State builder;
+    static constexpr auto fields() {
+      return std::tuple(field("snapshots", &State::snapshots), field("told", &State::told),
+                        field("since_told", &State::since_told), field("unshown", &State::unshown),
+                        field("shown_now", &State::shown_now),
+                        field("easing_left", &State::easing_left),
+                        field("nearest", &State::nearest), field("foot", &State::foot),
+                        field("hives", &State::hives), field("now", &State::now),
+                        field("before", &State::before), field("next", &State::next),
+                        field("share", &State::share), field("covered", &State::covered),
+                        field("nonlinear", &State::nonlinear), field("prony", &State::prony),
+                        field("figures", &State::figures), field("builder", &State::builder));
+    }
+  };
+  /// In lockstep, between ticks. On the wall clock there is no going back: nothing fits then.
+  State state() const;
+  /// Builds the hives that don't stand where they should: milliseconds each, and not for a tick.
+  void restore(State state);
+  bool fits(const State& state) const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -107,23 +156,22 @@ class HiveTissue final : public TactileModel {
   HiveBody body_;
   HiveTissueSettings settings_;
   TripleBuffer<TissueSnapshot> snapshots_;
-  bool told_ = false;        // a snapshot has come
-  double since_told_ = 0.0;  // [s]
-  // What a new snapshot changed at the tool and hasn't been shown yet: it goes to zero over the
-  // time that frames take, so that a scene that jumps or is late isn't felt as a blow.
-  Vec3 unshown_ = Vec3::Zero(), shown_now_ = Vec3::Zero();  // [m] in the organ's frame
-  double easing_left_ = 0.0;                                // [s]
-  SurfaceSpot nearest_;                                     // to the tool
+  bool told_ = false;  // this and the next: see State
+  double since_told_ = 0.0;
+  Vec3 unshown_ = Vec3::Zero(), shown_now_ = Vec3::Zero();
+  double easing_left_ = 0.0;
+  SurfaceSpot nearest_;
   ToolFoot foot_;
-  std::vector<Hive> hives_;  // three: running, the one before it, the next
+  std::vector<Hive> hives_;
   int now_ = -1, before_ = -1, next_ = -1;
-  double share_ = 1.0;   // of the running hive in the force
-  bool covered_ = true;  // some hive answered the last tick in contact
+  double share_ = 1.0;
+  bool covered_ = true;
   std::optional<NonlinearHive> nonlinear_;
   PronyForce prony_;
   HiveTissueFigures figures_;
   std::vector<double> nudged_;
   HiveBuilder builder_;  // last: its thread ends before what it builds
 };
+static_assert(fields_cover<HiveTissue::State>() && StateOwner<HiveTissue>);
 
 }  // namespace viscera

@@ -26,35 +26,35 @@ PassivityGuard::PassivityGuard(const PassivitySettings& settings, const DeviceLi
       tolerance_(10.0 * limits.continuous_force * limits.resolution) {}
 
 void PassivityGuard::reset(const Vec3& device) {
-  device_ = device;
-  velocity_ = Vec3::Zero();
-  stored_ = -1.0;
-  budget_ = 0.0;
-  damping_ = 0.0;
+  state_.device = device;
+  state_.velocity = Vec3::Zero();
+  state_.stored = -1.0;
+  state_.budget = 0.0;
+  state_.damping = 0.0;
 }
 
 Vec3 PassivityGuard::update(const Vec3& held, const Step& step) {
-  const Vec3 moved = step.device - device_;
-  device_ = step.device;
-  velocity_ += smoothing_ * (moved / dt_ - velocity_);
+  const Vec3 moved = step.device - state_.device;
+  state_.device = step.device;
+  state_.velocity += smoothing_ * (moved / dt_ - state_.velocity);
   const double work = held.dot(moved);
-  given_ += work;
-  const bool reference = step.stored >= 0.0 && stored_ >= 0.0;
-  const double rise = reference ? step.stored - stored_ : 0.0;
-  stored_ = step.stored;
-  damping_ = 0.0;
+  state_.given += work;
+  const bool reference = step.stored >= 0.0 && state_.stored >= 0.0;
+  const double rise = reference ? step.stored - state_.stored : 0.0;
+  state_.stored = step.stored;
+  state_.damping = 0.0;
   if (!step.judged) return Vec3::Zero();
 
-  budget_ += -work + step.supplied - rise;
-  if (moved.norm() < one_step_) budget_ += friction_ * moved.norm();
+  state_.budget += -work + step.supplied - rise;
+  if (moved.norm() < one_step_) state_.budget += friction_ * moved.norm();
   // Without a reference the budget has to hold all that the tissue stores.
-  if (reference) budget_ = std::min(budget_, tolerance_);
-  if (budget_ >= 0.0) return Vec3::Zero();
-  if (budget_ < -tolerance_) ++violations_;
-  const double speed2 = velocity_.squaredNorm();
+  if (reference) state_.budget = std::min(state_.budget, tolerance_);
+  if (state_.budget >= 0.0) return Vec3::Zero();
+  if (state_.budget < -tolerance_) ++state_.violations;
+  const double speed2 = state_.velocity.squaredNorm();
   if (!settings_.control || speed2 == 0.0) return Vec3::Zero();
-  damping_ = std::min(-budget_ / (dt_ * speed2), greatest_damping_);
-  return -damping_ * velocity_;
+  state_.damping = std::min(-state_.budget / (dt_ * speed2), greatest_damping_);
+  return -state_.damping * state_.velocity;
 }
 
 }  // namespace viscera

@@ -42,16 +42,29 @@ class PassivityGuard {
   /// Forgets motion and budget: the device has been away.
   void reset(const Vec3& device);
 
-  double given() const { return given_; }                   ///< [J] net to the hand since the start
-  std::uint64_t violations() const { return violations_; }  ///< ticks below the tolerance
-  double damping() const { return damping_; }               ///< [N s/m] at work now
+  double given() const { return state_.given; }  ///< [J] net to the hand since the start
+  std::uint64_t violations() const { return state_.violations; }  ///< ticks below the tolerance
+  double damping() const { return state_.damping; }               ///< [N s/m] at work now
+
+  struct State {
+    Vec3 device = Vec3::Zero(), velocity = Vec3::Zero();
+    double stored = -1.0, budget = 0.0, given = 0.0, damping = 0.0;
+    std::uint64_t violations = 0;
+    static constexpr auto fields() {
+      return std::tuple(field("device", &State::device), field("velocity", &State::velocity),
+                        field("stored", &State::stored), field("budget", &State::budget),
+                        field("given", &State::given), field("damping", &State::damping),
+                        field("violations", &State::violations));
+    }
+  };
+  const State& state() const { return state_; }
+  void restore(const State& state) { state_ = state; }
 
  private:
   PassivitySettings settings_;
   double dt_, smoothing_, friction_, one_step_, greatest_damping_, tolerance_;
-  Vec3 device_ = Vec3::Zero(), velocity_ = Vec3::Zero();
-  double stored_ = -1.0, budget_ = 0.0, given_ = 0.0, damping_ = 0.0;
-  std::uint64_t violations_ = 0;
+  State state_;
 };
+static_assert(fields_cover<PassivityGuard::State>() && StateOwner<PassivityGuard>);
 
 }  // namespace viscera

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace viscera {
 namespace {
 
@@ -56,6 +58,28 @@ std::string what(const ServoEvent& event) {
 std::string describe(const ServoEvent& event) {
   if (event.tick == 0) return what(event);
   return fmt::format("tick {}: {}", event.tick, what(event));
+}
+
+ServoEventRing::State ServoEventRing::state() const {
+  State state;
+  const std::uint32_t head = head_.load(std::memory_order_acquire);
+  for (std::uint32_t i = tail_.load(std::memory_order_acquire); i != head; ++i)
+    state.waiting.push_back(slots_[i % kSlots]);
+  state.dropped = dropped();
+  return state;
+}
+
+void ServoEventRing::restore(const State& state) noexcept {
+  std::copy(state.waiting.begin(), state.waiting.end(), slots_.begin());
+  tail_.store(0, std::memory_order_relaxed);
+  head_.store(static_cast<std::uint32_t>(state.waiting.size()), std::memory_order_release);
+  dropped_.store(state.dropped, std::memory_order_relaxed);
+}
+
+bool ServoEventRing::fits(const State& state) {
+  return state.waiting.size() <= kSlots &&
+         std::all_of(state.waiting.begin(), state.waiting.end(),
+                     [](const ServoEvent& event) { return is_kind(event.kind); });
 }
 
 }  // namespace viscera

@@ -5,6 +5,9 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <vector>
+
+#include "kernels/base/fields.h"
 
 namespace viscera {
 
@@ -31,7 +34,17 @@ struct ServoEvent {
   std::uint64_t tick = 0;  ///< of the loop; 0 from other threads
   ServoEventKind kind = ServoEventKind::kEngaged;
   double value = 0.0;
+
+  static constexpr auto fields() {
+    return std::tuple(field("tick", &ServoEvent::tick), field("kind", &ServoEvent::kind),
+                      field("value", &ServoEvent::value));
+  }
 };
+static_assert(fields_cover<ServoEvent>());
+
+constexpr bool is_kind(ServoEventKind kind) {
+  return kind <= ServoEventKind::kFlood;
+}
 
 /// One sentence for the log: what happened and what was done about it.
 std::string describe(const ServoEvent& event);
@@ -62,10 +75,23 @@ class ServoEventRing {
 
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
+  struct State {
+    std::vector<ServoEvent> waiting;  ///< that nobody has read
+    std::uint64_t dropped = 0;
+    static constexpr auto fields() {
+      return std::tuple(field("waiting", &State::waiting), field("dropped", &State::dropped));
+    }
+  };
+  /// While neither side is at work.
+  State state() const;
+  void restore(const State& state) noexcept;
+  static bool fits(const State& state);
+
  private:
   std::array<ServoEvent, kSlots> slots_{};
   std::atomic<std::uint32_t> head_{0}, tail_{0};
   std::atomic<std::uint64_t> dropped_{0};
 };
+static_assert(fields_cover<ServoEventRing::State>());
 
 }  // namespace viscera

@@ -74,13 +74,22 @@ class LockstepServo {
   explicit LockstepServo(ServoTick& tick) : tick_(tick) {}
   /// Runs the ticks up to and without `end`.
   void advance_to(std::uint64_t end) {
-    for (; next_ < end; ++next_) tick_.run(next_);
+    for (; state_.next < end; ++state_.next) tick_.run(state_.next);
   }
-  std::uint64_t next() const { return next_; }
+  std::uint64_t next() const { return state_.next; }
+
+  /// Without that of the tick, which it doesn't own.
+  struct State {
+    std::uint64_t next = 0;
+    static constexpr auto fields() { return std::tuple(field("next", &State::next)); }
+  };
+  const State& state() const { return state_; }
+  void restore(const State& state) { state_ = state; }
 
  private:
   ServoTick& tick_;
-  std::uint64_t next_ = 0;
+  State state_;
 };
+static_assert(fields_cover<LockstepServo::State>() && StateOwner<LockstepServo>);
 
 }  // namespace viscera

@@ -78,7 +78,7 @@ const ServoOutput& ServoTick::run(std::uint64_t tick, TickTimes* times) noexcept
   const DeviceGuard::Phase phase = guard_.phase();
   const bool engaged = phase == DeviceGuard::Phase::kEngaged;
   Felt felt;
-  if (engaged) felt = feel(guard_.state(), tick, clock);
+  if (engaged) felt = feel(guard_.reading(), tick, clock);
 
   Vec3 force = Vec3::Zero();
   if (guard_.phase() == DeviceGuard::Phase::kEngaged) {
@@ -104,6 +104,27 @@ const ServoOutput& ServoTick::run(std::uint64_t tick, TickTimes* times) noexcept
   device_.write(settings_.placement.direction_to_local(force));
   clock.end(TickPart::kWrite);
   return output_;
+}
+
+ServoTick::State ServoTick::state() const {
+  return {guard_.state(), coupling_.state(), passivity_.state(), limits_.state(), events_.state(),
+          output_,        greatest_force_,   tool_before_,       fading_};
+}
+
+void ServoTick::restore(const State& state) {
+  guard_.restore(state.guard);
+  coupling_.restore(state.coupling);
+  passivity_.restore(state.passivity);
+  limits_.restore(state.limits);
+  events_.restore(state.events);
+  output_ = state.output;
+  greatest_force_ = state.greatest_force;
+  tool_before_ = state.tool_before;
+  fading_ = state.fading;
+}
+
+bool ServoTick::fits(const State& state) {
+  return DeviceGuard::fits(state.guard) && ServoEventRing::fits(state.events);
 }
 
 }  // namespace viscera

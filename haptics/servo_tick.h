@@ -41,7 +41,17 @@ struct ServoOutput {
   bool touching = false;
   double authority = 0.0;  ///< [0, 1] of the force that the device may show (device_guard.h)
   double damping = 0.0;    ///< [N s/m] that keeps the loop passive
+
+  static constexpr auto fields() {
+    return std::tuple(
+        field("tick", &ServoOutput::tick), field("device", &ServoOutput::device),
+        field("tool", &ServoOutput::tool), field("force", &ServoOutput::force),
+        field("tissue", &ServoOutput::tissue), field("buttons", &ServoOutput::buttons),
+        field("touching", &ServoOutput::touching), field("authority", &ServoOutput::authority),
+        field("damping", &ServoOutput::damping));
+  }
 };
+static_assert(fields_cover<ServoOutput>());
 
 /// Reads the device, asks the tissue, couples, limits, writes. Nothing in run() waits, locks,
 /// allocates or throws; whoever calls it decides which clock ticks.
@@ -64,6 +74,29 @@ class ServoTick {
   std::uint64_t passivity_violations() const { return passivity_.violations(); }
   ServoEventRing& events() { return events_; }
 
+  /// Without that of the device and of the tissue, which it doesn't own.
+  struct State {
+    DeviceGuard::State guard;
+    VirtualCoupling::State coupling;
+    PassivityGuard::State passivity;
+    ForceLimits::State limits;
+    ServoEventRing::State events;
+    ServoOutput output;
+    double greatest_force = 0.0;
+    Vec3 tool_before = Vec3::Zero();
+    Vec3 fading = Vec3::Zero();  ///< the force when the fault came
+    static constexpr auto fields() {
+      return std::tuple(field("guard", &State::guard), field("coupling", &State::coupling),
+                        field("passivity", &State::passivity), field("limits", &State::limits),
+                        field("events", &State::events), field("output", &State::output),
+                        field("greatest_force", &State::greatest_force),
+                        field("tool_before", &State::tool_before), field("fading", &State::fading));
+    }
+  };
+  State state() const;
+  void restore(const State& state);
+  static bool fits(const State& state);
+
  private:
   struct Felt {
     TactileForce tissue;
@@ -82,7 +115,8 @@ class ServoTick {
   ServoOutput output_;
   double greatest_force_ = 0.0;
   Vec3 tool_before_ = Vec3::Zero();
-  Vec3 fading_ = Vec3::Zero();  // the force when the fault came
+  Vec3 fading_ = Vec3::Zero();
 };
+static_assert(fields_cover<ServoTick::State>() && StateOwner<ServoTick>);
 
 }  // namespace viscera

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/points/surface.h"
 
 namespace viscera {
@@ -19,6 +20,14 @@ struct TissueSnapshot {
   /// The place nearest to the tool by the scene's own search, where a walk begins that lost its
   /// way; no triangle: the tool is far.
   SurfacePoint nearest;
+
+  static constexpr auto fields() {
+    return std::tuple(
+        field("frame", &TissueSnapshot::frame), field("tick", &TissueSnapshot::tick),
+        field("pose", &TissueSnapshot::pose), field("velocity", &TissueSnapshot::velocity),
+        field("free", &TissueSnapshot::free), field("nearest", &TissueSnapshot::nearest));
+  }
 };
+static_assert(fields_cover<TissueSnapshot>());
 
 }  // namespace viscera

@@ -30,10 +30,10 @@ Vec3 tangential(const Vec3& v, const Vec3& up) {
 
 ToolFoot::ToolFoot(double radius, int rings)
     : radius_(radius), pattern_(hexagonal_grid(1.0, rings).places), rings_(rings) {
-  cells_.resize(pattern_.size());
-  depths_.resize(pattern_.size());
-  heights_.resize(pattern_.size());
-  pushes_.resize(pattern_.size());
+  state_.cells.resize(pattern_.size());
+  state_.depths.resize(pattern_.size());
+  state_.heights.resize(pattern_.size());
+  state_.pushes.assign(pattern_.size(), Vec3::Zero());
   neighbours_.resize(pattern_.size());
   for (std::size_t k = 0; k < pattern_.size(); ++k) {
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
@@ -49,21 +49,21 @@ ToolFoot::ToolFoot(double radius, int rings)
 }
 
 void ToolFoot::start(const SurfaceSpot& spot, const Vec3& centre) noexcept {
-  spot_ = spot;
-  centre_ = centre;
-  up_ = spot.normal;
-  depth_ = radius_ - (centre - spot.position).dot(up_);
-  side_ = tangential(side_, up_);
-  if (side_.squaredNorm() < 0.1) {
-    const Vec3 other = std::abs(up_.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY();
-    side_ = up_.cross(other);
+  state_.spot = spot;
+  state_.centre = centre;
+  state_.up = spot.normal;
+  state_.depth = radius_ - (centre - spot.position).dot(state_.up);
+  state_.side = tangential(state_.side, state_.up);
+  if (state_.side.squaredNorm() < 0.1) {
+    const Vec3 other = std::abs(state_.up.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY();
+    state_.side = state_.up.cross(other);
   }
-  side_.normalize();
+  state_.side.normalize();
 }
 
 Vec3 ToolFoot::mean_normal(const WalkableSurface& surface, const SurfaceSpot& spot) const noexcept {
   const double ring = std::max(kRingRadii * radius_, kRingEdges * surface.mean_edge());
-  const Vec3 x = side_, y = up_.cross(side_);
+  const Vec3 x = state_.side, y = state_.up.cross(state_.side);
   Vec3 sum = spot.normal;
   constexpr double kSixty = 0.86602540378443865;
   constexpr std::array<std::array<double, 2>, 6> kAround{
@@ -79,63 +79,71 @@ Vec3 ToolFoot::mean_normal(const WalkableSurface& surface, const SurfaceSpot& sp
 
 bool ToolFoot::follow(const WalkableSurface& surface, const Vec3& centre, double reach) noexcept {
   if (!standing() || !centre.allFinite()) return false;
-  SurfaceSpot spot = spot_;
+  SurfaceSpot spot = state_.spot;
   for (int step = 0; step < kMostSteps; ++step) {
-    up_ = mean_normal(surface, spot);
-    const Vec3 beside = tangential(centre - spot.position, up_);
+    state_.up = mean_normal(surface, spot);
+    const Vec3 beside = tangential(centre - spot.position, state_.up);
     if (beside.norm() > reach) return false;
     if (beside.norm() < kCloseEnough) break;
     if (surface.straight(beside, spot) != WalkEnd::kFound) return false;
   }
-  const double height = (centre - spot.position).dot(up_);
+  const double height = (centre - spot.position).dot(state_.up);
   if (!(std::abs(height) < reach)) return false;
   // Carried along without turning about `up`, so that the pattern doesn't spin.
-  side_ = tangential(side_, up_).normalized();
-  spot_ = spot;
-  centre_ = centre;
-  depth_ = radius_ - height;
+  state_.side = tangential(state_.side, state_.up).normalized();
+  state_.spot = spot;
+  state_.centre = centre;
+  state_.depth = radius_ - height;
   return true;
 }
 
 void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
   // [Hertz1882]: a ball that is d deep touches within sqrt(R d); the pattern is a little wider, and
   // never narrower than a third of the ball.
-  const double touching = std::sqrt(radius_ * std::max(0.0, depth_));
-  across_ = std::clamp(1.35 * touching + 0.15 * radius_, 0.3 * radius_, 0.97 * radius_);
-  const double pitch = across_ / (rings_ + 0.1);
+  const double touching = std::sqrt(radius_ * std::max(0.0, state_.depth));
+  state_.across = std::clamp(1.35 * touching + 0.15 * radius_, 0.3 * radius_, 0.97 * radius_);
+  const double pitch = state_.across / (rings_ + 0.1);
   const double area = std::sqrt(0.75) * pitch * pitch;
-  const Vec3 x = side_, y = up_.cross(side_);
+  const Vec3 x = state_.side, y = state_.up.cross(state_.side);
   for (std::size_t k = 0; k < pattern_.size(); ++k) {
     const Vec3 offset = pitch * (pattern_[k].x() * x + pattern_[k].y() * y);
-    ContactCell& cell = cells_[k];
-    SurfaceSpot spot = spot_;
+    ContactCell& cell = state_.cells[k];
+    SurfaceSpot spot = state_.spot;
     // A geodesic of that length ends a little short of the line through centre + offset along up.
     bool there = surface.straight(offset, spot) == WalkEnd::kFound;
     if (there)
-      there = surface.straight(tangential(centre_ + offset - spot.position, up_), spot) ==
-              WalkEnd::kFound;
-    cell.position = there ? spot.position : spot_.position;
-    cell.normal = there ? spot.normal : spot_.normal;
+      there = surface.straight(tangential(state_.centre + offset - spot.position, state_.up),
+                               spot) == WalkEnd::kFound;
+    cell.position = there ? spot.position : state_.spot.position;
+    cell.normal = there ? spot.normal : state_.spot.normal;
     cell.area = area;
-    cell.direction = -up_;
-    const Vec3 beside = tangential(cell.position - centre_, up_);
+    cell.direction = -state_.up;
+    const Vec3 beside = tangential(cell.position - state_.centre, state_.up);
     const double drop = radius_ * radius_ - beside.squaredNorm();
     const double lowest = -std::sqrt(std::max(0.0, drop));  // over the centre, along up
-    depths_[k] = there && drop > 0.0 ? (cell.position - centre_).dot(up_) - lowest : -kNowhere;
-    heights_[k] = there ? (cell.position - centre_).dot(up_) : kNoHeight;
-    cell.depth = depths_[k];
+    state_.depths[k] =
+        there && drop > 0.0 ? (cell.position - state_.centre).dot(state_.up) - lowest : -kNowhere;
+    state_.heights[k] = there ? (cell.position - state_.centre).dot(state_.up) : kNoHeight;
+    cell.depth = state_.depths[k];
   }
   for (std::size_t k = 0; k < pattern_.size(); ++k) lean(k, pitch);
+}
+
+bool ToolFoot::fits(const State& state, const WalkableSurface& surface) const {
+  const std::size_t n = pattern_.size();
+  return surface.has(state.spot.point) && state.cells.size() == n && state.depths.size() == n &&
+         state.heights.size() == n && state.pushes.size() == n;
 }
 
 // From neighbours a pitch away, not from the facet: as a cell passes an edge its push turns slowly.
 void ToolFoot::lean(std::size_t cell, double pitch) noexcept {
   Vec2 slope = Vec2::Zero();
-  if (heights_[cell] != kNoHeight)
+  if (state_.heights[cell] != kNoHeight)
     for (const Neighbour& one : neighbours_[cell])
-      if (heights_[one.cell] != kNoHeight)
-        slope += (heights_[one.cell] - heights_[cell]) / pitch * one.weight;
-  pushes_[cell] = up_ - slope.x() * side_ - slope.y() * up_.cross(side_);
+      if (state_.heights[one.cell] != kNoHeight)
+        slope += (state_.heights[one.cell] - state_.heights[cell]) / pitch * one.weight;
+  state_.pushes[cell] =
+      state_.up - slope.x() * state_.side - slope.y() * state_.up.cross(state_.side);
 }
 
 }  // namespace viscera

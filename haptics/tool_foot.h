@@ -7,6 +7,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "kernels/contact/patch_contact.h"
@@ -22,29 +23,50 @@ class ToolFoot {
 
   /// Begins at this place, facing along its normal, under a ball about `centre`.
   void start(const SurfaceSpot& spot, const Vec3& centre) noexcept;
-  void forget() { spot_.point.triangle = -1; }
-  bool standing() const { return spot_.on_surface(); }
+  void forget() { state_.spot.point.triangle = -1; }
+  bool standing() const { return state_.spot.on_surface(); }
 
   /// Moves the foot under a ball about `centre` (organ's frame, at rest). False where it is lost:
   /// the surface is farther from the centre than `reach` [m], or the way ended at a border.
   bool follow(const WalkableSurface& surface, const Vec3& centre, double reach) noexcept;
 
-  const SurfaceSpot& spot() const { return spot_; }
-  const Vec3& up() const { return up_; }  ///< unit, out of the tissue
+  const SurfaceSpot& spot() const { return state_.spot; }
+  const Vec3& up() const { return state_.up; }  ///< unit, out of the tissue
   /// How deep the ball is below the foot's height; negative: a gap [m].
-  double depth() const { return depth_; }
+  double depth() const { return state_.depth; }
 
   /// The pattern of cells for the present depth: rest places, directions, areas, and how far each
   /// must go down along -up. A pure function of where the tool is.
   void lay_cells(const WalkableSurface& surface) noexcept;
-  std::span<const ContactCell> cells() const { return cells_; }
-  std::span<const double> depths() const { return depths_; }
+  std::span<const ContactCell> cells() const { return state_.cells; }
+  std::span<const double> depths() const { return state_.depths; }
   /// Which way each cell's tissue pushes the tool per force along `direction`, across it too: the
   /// tissue under a cell may be tilted, and a tool without friction that goes aside climbs it. It
   /// is the gradient of what the cells measure as depth, so that force is what the stored energy
   /// falls by.
-  std::span<const Vec3> pushes() const { return pushes_; }
-  double across() const { return across_; }  ///< radius of the pattern [m]
+  std::span<const Vec3> pushes() const { return state_.pushes; }
+  double across() const { return state_.across; }  ///< radius of the pattern [m]
+
+  struct State {
+    SurfaceSpot spot;
+    Vec3 up = Vec3::UnitZ(), side = Vec3::UnitX(), centre = Vec3::Zero();
+    double depth = -1.0, across = 0.0;
+    std::vector<ContactCell> cells;
+    std::vector<double> depths;
+    std::vector<double> heights;  ///< of the surface under each cell, from the centre along up [m]
+    std::vector<Vec3> pushes;
+    static constexpr auto fields() {
+      return std::tuple(field("spot", &State::spot), field("up", &State::up),
+                        field("side", &State::side), field("centre", &State::centre),
+                        field("depth", &State::depth), field("across", &State::across),
+                        field("cells", &State::cells), field("depths", &State::depths),
+                        field("heights", &State::heights), field("pushes", &State::pushes));
+    }
+  };
+  const State& state() const { return state_; }
+  void restore(State state) { state_ = std::move(state); }
+  /// Of a foot with as many cells, on this surface.
+  bool fits(const State& state, const WalkableSurface& surface) const;
 
  private:
   Vec3 mean_normal(const WalkableSurface& surface, const SurfaceSpot& spot) const noexcept;
@@ -62,13 +84,8 @@ class ToolFoot {
   std::vector<Vec2> pattern_;  ///< of pitch 1
   std::vector<std::vector<Neighbour>> neighbours_;
   int rings_;
-  SurfaceSpot spot_;
-  Vec3 up_ = Vec3::UnitZ(), side_ = Vec3::UnitX(), centre_ = Vec3::Zero();
-  double depth_ = -1.0, across_ = 0.0;
-  std::vector<ContactCell> cells_;
-  std::vector<double> depths_;
-  std::vector<double> heights_;  ///< of the surface under each cell, from the centre along up [m]
-  std::vector<Vec3> pushes_;
+  State state_;
 };
+static_assert(fields_cover<ToolFoot::State>());
 
 }  // namespace viscera

@@ -5,6 +5,9 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <utility>
+
+#include "kernels/base/fields.h"
 
 namespace viscera {
 
@@ -33,6 +36,30 @@ class TripleBuffer {
 
   /// Reader: the value taken by the last update().
   const T& front() const { return slots_[front_]; }
+
+  /// All slots, stale ones too: a writer may fill a part of back() only.
+  struct State {
+    std::array<T, 3> slots{};
+    std::uint32_t back = 0, middle = 1, front = 2;
+    static constexpr auto fields() {
+      return std::tuple(field("slots", &State::slots), field("back", &State::back),
+                        field("middle", &State::middle), field("front", &State::front));
+    }
+  };
+  /// While neither side is at work.
+  State state() const { return {slots_, back_, middle_.load(std::memory_order_acquire), front_}; }
+  void restore(State state) {
+    slots_ = std::move(state.slots);
+    back_ = state.back;
+    front_ = state.front;
+    middle_.store(state.middle, std::memory_order_release);
+  }
+  /// Each side has a slot of its own.
+  static bool fits(const State& state) {
+    const std::uint32_t middle = state.middle & ~kFresh;
+    return state.back < 3 && middle < 3 && state.front < 3 && state.back != middle &&
+           middle != state.front && state.front != state.back;
+  }
 
  private:
   static constexpr std::uint32_t kSlot = 3, kFresh = 4;

@@ -8,17 +8,18 @@ VirtualCoupling::VirtualCoupling(const CouplingSettings& settings, double dt)
     : settings_(settings), dt_(dt) {}
 
 void VirtualCoupling::reset(const Vec3& device) {
-  tool_ = asked_at_ = device;
-  stretch_ = force_ = Vec3::Zero();
-  stiffness_ = Mat3::Zero();
+  state_.tool = state_.asked_at = device;
+  state_.stretch = state_.force = Vec3::Zero();
+  state_.stiffness = Mat3::Zero();
 }
 
 // (S + (K + B/dt) I) e = S (device - asked_at) - F + B/dt e'
 Vec3 VirtualCoupling::stretch(const Vec3& device) const {
   const double damper = settings_.damping / dt_;
-  Mat3 left = stiffness_;
+  Mat3 left = state_.stiffness;
   left.diagonal().array() += settings_.stiffness + damper;
-  return left.inverse() * (stiffness_ * (device - asked_at_) - force_ + damper * stretch_);
+  return left.inverse() *
+         (state_.stiffness * (device - state_.asked_at) - state_.force + damper * state_.stretch);
 }
 
 Vec3 VirtualCoupling::predict(const Vec3& device) const {
@@ -26,18 +27,18 @@ Vec3 VirtualCoupling::predict(const Vec3& device) const {
 }
 
 Vec3 VirtualCoupling::settle(const Vec3& device, const Vec3& asked_at, const TactileForce& tissue) {
-  asked_at_ = asked_at;
-  force_ = tissue.force;
-  stiffness_ = tissue.stiffness;
+  state_.asked_at = asked_at;
+  state_.force = tissue.force;
+  state_.stiffness = tissue.stiffness;
   const Vec3 next = stretch(device);
-  const Vec3 force = settings_.stiffness * next + settings_.damping / dt_ * (next - stretch_);
-  stretch_ = next;
-  tool_ = device - next;
+  const Vec3 force = settings_.stiffness * next + settings_.damping / dt_ * (next - state_.stretch);
+  state_.stretch = next;
+  state_.tool = device - next;
   return -force;
 }
 
 double VirtualCoupling::energy() const {
-  return 0.5 * settings_.stiffness * stretch_.squaredNorm();
+  return 0.5 * settings_.stiffness * state_.stretch.squaredNorm();
 }
 
 }  // namespace viscera

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "haptics/tactile_model.h"
+#include "kernels/base/fields.h"
 
 namespace viscera {
 
@@ -31,18 +32,30 @@ class VirtualCoupling {
   /// Takes the tissue's answer at the predicted place; returns the force on the hand [N].
   Vec3 settle(const Vec3& device, const Vec3& asked_at, const TactileForce& tissue);
 
-  const Vec3& tool() const { return tool_; }  ///< [m]
-  double energy() const;                      ///< [J] in the spring
+  const Vec3& tool() const { return state_.tool; }  ///< [m]
+  double energy() const;                            ///< [J] in the spring
+
+  struct State {
+    Vec3 tool = Vec3::Zero(), stretch = Vec3::Zero();
+    // The tissue about the place where it was last asked.
+    Vec3 asked_at = Vec3::Zero(), force = Vec3::Zero();
+    Mat3 stiffness = Mat3::Zero();
+    static constexpr auto fields() {
+      return std::tuple(field("tool", &State::tool), field("stretch", &State::stretch),
+                        field("asked_at", &State::asked_at), field("force", &State::force),
+                        field("stiffness", &State::stiffness));
+    }
+  };
+  const State& state() const { return state_; }
+  void restore(const State& state) { state_ = state; }
 
  private:
   Vec3 stretch(const Vec3& device) const;
 
   CouplingSettings settings_;
   double dt_;
-  Vec3 tool_ = Vec3::Zero(), stretch_ = Vec3::Zero();
-  // The tissue about the place where it was last asked.
-  Vec3 asked_at_ = Vec3::Zero(), force_ = Vec3::Zero();
-  Mat3 stiffness_ = Mat3::Zero();
+  State state_;
 };
+static_assert(fields_cover<VirtualCoupling::State>() && StateOwner<VirtualCoupling>);
 
 }  // namespace viscera

@@ -14,13 +14,6 @@ namespace viscera {
 
 namespace {
 
-constexpr std::size_t kTileLanes = 32;  // of four rows each
-constexpr std::size_t kTileRows = 4 * kTileLanes;
-constexpr std::size_t kParts = 8;          // threads that share the loads of a lane
-constexpr std::size_t kSurfaceGroup = 64;  // vertices
-constexpr std::size_t kSlice = 32;         // vertices
-static_assert(kSurfaceGroup % kSlice == 0);
-
 using Pair = std::array<std::uint32_t, 2>;
 using Quad = std::array<std::uint32_t, 4>;
 
@@ -122,16 +115,6 @@ Result<void> check_parts(const GpuOrgan& organ) {
 
 }  // namespace
 
-/// OrganEntry of organ_table.glsl.
-struct GpuDeformation::Entry {
-  std::uint32_t first_group = 0;
-  std::uint32_t first_tile = 0, tile_stride = 0;
-  std::uint32_t displacement = 0;
-  std::uint32_t first_load = 0, loads = 0;
-  std::uint32_t vertices = 0, first_slice = 0, first_vertex = 0;
-  std::uint32_t unused[3] = {};
-};
-
 /// Everything about the surfaces, before it is uploaded.
 struct GpuDeformation::Shape {
   SlicedRows carriers, corners;
@@ -157,19 +140,12 @@ Result<GpuDeformation> GpuDeformation::create(std::span<const GpuOrgan> organs, 
 }
 
 Result<void> GpuDeformation::load_kernels() {
-  const auto number = [](const char* name, std::size_t value) {
-    return std::string(name) + " " + std::to_string(value) + "u";
-  };
-  const std::vector<std::string> sizes = {number("TILE_LANES", kTileLanes), number("PARTS", kParts),
-                                          number("SURFACE_GROUP", kSurfaceGroup),
-                                          number("SLICE", kSlice)};
-  KernelLoader kernels(sizes);
-  const std::string shared = "organ_table.glsl";
-  kernels.load(product_, {shared, "column_sums.comp"});
-  kernels.load(product_half_, {shared, "column_sums.comp"}, "HALF");
-  kernels.load(carry_, {shared, "deformation.comp"}, "CARRY");
-  kernels.load(near_, {shared, "deformation.comp"}, "NEAR");
-  kernels.load(normals_kernel_, {shared, "deformation.comp"}, "NORMALS");
+  KernelLoader kernels;
+  kernels.load(product_, "column_sums.comp", "SINGLE");
+  kernels.load(product_half_, "column_sums.comp", "HALF");
+  kernels.load(carry_, "deformation.comp", "CARRY");
+  kernels.load(near_, "deformation.comp", "NEAR");
+  kernels.load(normals_kernel_, "deformation.comp", "NORMALS");
   return kernels.result();
 }
 
@@ -396,17 +372,15 @@ Result<void> GpuDeformation::check(std::span<const GpuLoads> organs) const {
 /// The frame's organ table (an organ's part for each storage buffer, then for its surface), loads
 /// and near fields.
 void GpuDeformation::upload_loads(std::span<const GpuLoads> organs) {
-  static_assert(sizeof(Entry) == 48 && offsetof(Entry, displacement) == 12 &&
-                offsetof(Entry, vertices) == 24 && offsetof(Entry, first_vertex) == 32);
-  std::vector<std::vector<Entry>> of_shard(shards_.size());
-  std::vector<Entry> of_surface;
+  std::vector<std::vector<OrganEntry>> of_shard(shards_.size());
+  std::vector<OrganEntry> of_surface;
   std::vector<Quad> loads, near;
   shard_ranges_.assign(shards_.size(), {});
   surface_range_ = {};
   for (const GpuLoads& given : organs) {
     const Body& body = bodies_[given.organ];
     const Model& model = models_[body.model];
-    Entry entry;
+    OrganEntry entry;
     entry.tile_stride = word(3 * model.touchable * kTileLanes);
     entry.first_load = word(loads.size());
     entry.loads = word(given.loads.size());
@@ -436,7 +410,7 @@ void GpuDeformation::upload_loads(std::span<const GpuLoads> organs) {
                       bits(moved.x()), bits(moved.y()), bits(moved.z())});
     }
   }
-  std::vector<Entry> table;
+  std::vector<OrganEntry> table;
   for (std::size_t s = 0; s < of_shard.size(); ++s) {
     shard_ranges_[s].first = table.size();
     shard_ranges_[s].count = of_shard[s].size();
@@ -447,7 +421,7 @@ void GpuDeformation::upload_loads(std::span<const GpuLoads> organs) {
   table.insert(table.end(), of_surface.begin(), of_surface.end());
   near_count_ = near.size();
   loads.resize(std::max<std::size_t>(loads.size(), 1));
-  table_.upload(std::span<const Entry>(table));
+  table_.upload(std::span<const OrganEntry>(table));
   loads_.upload(std::span<const Quad>(loads));
   if (near_count_ > 0) near_field_.upload(std::span<const Quad>(near));
 }

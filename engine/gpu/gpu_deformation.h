@@ -19,6 +19,7 @@
 #include "kernels/base/result.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/contact/half_columns.h"
+#include "kernels/contact/organ_table.h"
 
 namespace viscera {
 
@@ -99,7 +100,6 @@ class GpuDeformation {
     std::size_t displacement = 0;  // first component
     std::size_t first_vertex = 0;
   };
-  struct Entry;
   struct Shape;
 
   explicit GpuDeformation(GpuLimits limits) : limits_(limits), queue_(limits.groups_per_axis) {}

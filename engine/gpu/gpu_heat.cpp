@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstdio>
 #include <functional>
 
 #include "engine/gpu/kernels.h"
@@ -18,25 +16,7 @@ constexpr std::size_t kValues = sizeof(HeatBrick::Values);
 constexpr int kMostBuffers = 10;  // that a kernel binds
 constexpr std::size_t kFewestSlots = 64;
 
-/// What has changed in a brick, and what of it the CPU hasn't got.
-enum Changed : std::uint32_t { kWater = 1, kDamage = 2, kHarmed = 4, kExcess = 8 };
-
-// As the kernels see them.
-struct BrickOutcome {
-  float latent = 0.0f, vapour = 0.0f, pyrolysis = 0.0f, gas = 0.0f;
-  float stored = 0.0f;
-  float greatest = 0.0f;
-  std::uint32_t vapours = 0;
-  std::uint32_t changed = 0;
-  std::array<float, 6> border{};
-};
-static_assert(sizeof(BrickOutcome) == 56);
-static_assert(offsetof(HeatParameters, latent_heat) == 60);
-
-/// Words of a geometry: fraction, openings across x, y and z, area of the surface.
-constexpr std::size_t kFaces = std::tuple_size_v<decltype(BrickGeometry::open_x)>;
-constexpr std::size_t kGeometry = kVoxels + 3 * kFaces + kVoxels;
-static_assert(kFaces == 576);
+static_assert(std::tuple_size_v<decltype(BrickGeometry::open_x)> == kBrickFaces);
 
 const HeatBrick::Warm* warm_beside(const HeatBrick& brick, std::size_t side) {
   return brick.neighbours[side] ? brick.neighbours[side]->warm.get() : nullptr;
@@ -80,30 +60,13 @@ std::unique_ptr<GpuHeat> GpuHeat::another() const {
 }
 
 Result<void> GpuHeat::load_kernels() {
-  const auto number = [](const char* name, auto value) {
-    // In all digits: std::to_string would round a millionth away.
-    std::array<char, 32> text;
-    std::snprintf(text.data(), text.size(), "%.9e", static_cast<double>(value));
-    return std::string(name) + " " + text.data();
-  };
-  const auto word = [](const char* name, std::uint32_t value) {
-    return std::string(name) + " " + std::to_string(value) + "u";
-  };
-  const std::vector<std::string> constants = {
-      number("AT_BOILING", kAtBoiling),         number("MOST_DAMAGE", kMostDamage),
-      number("DAMAGE_FELT", kDamageFelt),       number("HARMED_DAMAGE", kHarmedDamage),
-      number("DRIED_WATER", kDriedWater),       number("LEAST_WATER", kLeastWater),
-      number("LEAST_CHARRING", kLeastCharring), number("FELT_AT_SURFACE", kFeltAtSurface),
-      number("WET_SURFACE", kWetSurface),       word("CHANGED_WATER", kWater),
-      word("CHANGED_DAMAGE", kDamage),          word("HARMED", kHarmed)};
   kernels_ = std::make_shared<Kernels>();
-  KernelLoader kernels(constants);
-  const std::string shared = "heat_passes.glsl";
-  kernels.load(kernels_->prepare, {shared, "bioheat_rates.comp"}, "PREPARE");
-  kernels.load(kernels_->rates, {shared, "bioheat_rates.comp"}, "RATES");
-  kernels.load(kernels_->advance, {shared, "bioheat_advance.comp"}, "ADVANCE");
-  kernels.load(kernels_->stage, {shared, "bioheat_advance.comp"}, "STAGE");
-  kernels.load(kernels_->settle, {shared, "bioheat_settle.comp"});
+  KernelLoader kernels;
+  kernels.load(kernels_->prepare, "bioheat_rates.comp", "PREPARE");
+  kernels.load(kernels_->rates, "bioheat_rates.comp", "RATES");
+  kernels.load(kernels_->advance, "bioheat_advance.comp", "ADVANCE");
+  kernels.load(kernels_->stage, "bioheat_advance.comp", "STAGE");
+  kernels.load(kernels_->settle, "bioheat_settle.comp");
   return kernels.result();
 }
 
@@ -132,12 +95,13 @@ bool GpuHeat::reserve_slots() {
     if (!reserve(*field, values, true, "a field of heat")) return false;
   for (Buffer* field : {&source_, &before_, &rate_, &conductivity_, &inverse_capacity_, &living_})
     if (!reserve(*field, values, false, "a field of heat")) return false;
-  return reserve(sums_, slots * sizeof(BrickOutcome), true, "sums of bricks") &&
-         reserve(flows_, slots * 4 * sizeof(float), false, "flows of bricks") &&
-         reserve(lost_, slots * kVoxels * 4 * sizeof(float), false, "vapour of bricks") &&
-         reserve(table_, slots * sizeof(Entry), false, "the table of bricks") &&
-         reserve(geometry_, std::max(places_.count(), kFewestSlots) * kGeometry * sizeof(float),
-                 true, "geometry of bricks");
+  return reserve(sums_, slots * sizeof(HeatSums), true, "sums of bricks") &&
+         reserve(flows_, slots * sizeof(BrickFlows), false, "flows of bricks") &&
+         reserve(lost_, slots * kVoxels * sizeof(VoxelLoss), false, "vapour of bricks") &&
+         reserve(table_, slots * sizeof(HeatEntry), false, "the table of bricks") &&
+         reserve(geometry_,
+                 std::max(places_.count(), kFewestSlots) * kGeometryWords * sizeof(float), true,
+                 "geometry of bricks");
 }
 
 void GpuHeat::free_unseen() {
@@ -170,7 +134,7 @@ void GpuHeat::assign_slots() {
 void GpuHeat::upload_geometry(const Slot& slot) {
   const BrickGeometry& geometry = *slot.geometry;
   std::vector<float> words;
-  words.reserve(kGeometry);
+  words.reserve(kGeometryWords);
   const auto append = [&](const auto& values) {
     words.insert(words.end(), values.begin(), values.end());
   };
@@ -178,10 +142,10 @@ void GpuHeat::upload_geometry(const Slot& slot) {
   append(geometry.open_x);
   append(geometry.open_y);
   append(geometry.open_z);
-  words.resize(kGeometry, 0.0f);
-  float* area = words.data() + kGeometry - kVoxels;
+  words.resize(kGeometryWords, 0.0f);
+  float* area = words.data() + kSurfaceArea;
   for (const BrickGeometry::Surface& face : geometry.surface) area[face.voxel] = face.area;
-  geometry_.upload_part(static_cast<std::size_t>(slot.place) * kGeometry * sizeof(float),
+  geometry_.upload_part(static_cast<std::size_t>(slot.place) * kGeometryWords * sizeof(float),
                         std::span<const float>(words));
 }
 
@@ -198,17 +162,17 @@ void GpuHeat::upload_fields(HeatBrick& brick, bool fresh) {
   brick.warm->altered = false;
   ++uploaded_;
   if (!fresh) return;
-  BrickOutcome outcome;
+  HeatSums outcome;
   outcome.border = brick.warm->border;
-  sums_.upload_part(s * sizeof outcome, std::span<const BrickOutcome>(&outcome, 1));
+  sums_.upload_part(s * sizeof outcome, std::span<const HeatSums>(&outcome, 1));
   if (slots_[s].place > 0) upload_geometry(slots_[s]);
 }
 
 void GpuHeat::upload_table() {
-  std::vector<Entry> entries;
+  std::vector<HeatEntry> entries;
   entries.reserve(warm_.size());
   for (const HeatBrick* brick : warm_) {
-    Entry& entry = entries.emplace_back();
+    HeatEntry& entry = entries.emplace_back();
     entry.slot = brick->warm->slot;
     entry.geometry = slots_[static_cast<std::size_t>(entry.slot)].place;
     entry.heated = brick->warm->heated ? 1 : 0;
@@ -218,7 +182,7 @@ void GpuHeat::upload_table() {
     }
   }
   if (entries == entries_) return;
-  table_.upload_part(0, std::span<const Entry>(entries));
+  table_.upload_part(0, std::span<const HeatEntry>(entries));
   entries_ = std::move(entries);
 }
 
@@ -298,17 +262,14 @@ HeatFlows GpuHeat::rates() {
 /// In the order of the bricks.
 HeatFlows GpuHeat::read_flows() {
   queue_.make_readable();
-  struct Flows {
-    float living, boundary, source, fastest;
-  };
-  const std::vector<Flows> flows =
-      flows_.download<Flows>(active_.first * sizeof(Flows), active_.count);
+  const std::vector<BrickFlows> flows =
+      flows_.download<BrickFlows>(active_.first * sizeof(BrickFlows), active_.count);
   mark("read back");
   // What a failed device answers isn't a number of steps.
   if (!watch_.is_well()) return {};
   HeatFlows all;
   for (const HeatBrick* brick : warm_) {
-    const Flows& one = flows[static_cast<std::size_t>(brick->warm->slot) - active_.first];
+    const BrickFlows& one = flows[static_cast<std::size_t>(brick->warm->slot) - active_.first];
     all.living += one.living;
     all.boundary += one.boundary;
     all.source += one.source;
@@ -358,24 +319,24 @@ void GpuHeat::settle(double dt) {
 bool GpuHeat::finish(bool fields) {
   if (!trouble().empty()) return false;
   queue_.make_readable();
-  const std::vector<BrickOutcome> outcomes =
-      sums_.download<BrickOutcome>(active_.first * sizeof(BrickOutcome), active_.count);
+  const std::vector<HeatSums> outcomes =
+      sums_.download<HeatSums>(active_.first * sizeof(HeatSums), active_.count);
   if (!watch_.is_well()) return false;
   const double edge = parameters_.numbers.voxel, volume = edge * edge * edge;
   std::vector<std::uint32_t> vapours;
   vapours.reserve(warm_.size());
   for (HeatBrick* brick : warm_) {
     HeatBrick::Warm& warm = *brick->warm;
-    const BrickOutcome& one = outcomes[static_cast<std::size_t>(warm.slot) - active_.first];
+    const HeatSums& one = outcomes[static_cast<std::size_t>(warm.slot) - active_.first];
     warm.sums = {one.latent * volume, one.vapour * volume, one.pyrolysis * volume,
                  one.gas * volume};
     warm.stored = one.stored;
     warm.greatest = one.greatest;
     warm.border = one.border;
     warm.vapour.clear();
-    brick->harmed = brick->harmed || (one.changed & kHarmed) != 0;
+    brick->harmed = brick->harmed || (one.changed & kHarmedForGood) != 0;
     slots_[static_cast<std::size_t>(warm.slot)].stale |=
-        kExcess | (one.changed & (kWater | kDamage));
+        kExcessChanged | (one.changed & (kWaterChanged | kDamageChanged));
     vapours.push_back(one.vapours);
   }
   read_vapour(volume, vapours);
@@ -387,10 +348,7 @@ bool GpuHeat::finish(bool fields) {
 
 /// Of the bricks that gave any, in the order of their voxels.
 void GpuHeat::read_vapour(double volume, std::span<const std::uint32_t> vapours) {
-  struct Lost {
-    float water, fumes, excess, unused;
-  };
-  std::array<Lost, kVoxels> lost;
+  std::array<VoxelLoss, kVoxels> lost;
   for (std::size_t b = 0; b < warm_.size(); ++b) {
     if (vapours[b] == 0) continue;
     HeatBrick::Warm& warm = *warm_[b]->warm;
@@ -415,10 +373,10 @@ bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
     HeatBrick::Values& (*of)(HeatBrick&);
   };
   const std::array<Field, 4> fields = {{
-      {&excess_, kExcess, [](HeatBrick& b) -> HeatBrick::Values& { return b.warm->excess; }},
-      {&water_, kWater, [](HeatBrick& b) -> HeatBrick::Values& { return b.water; }},
-      {&charred_, kWater, [](HeatBrick& b) -> HeatBrick::Values& { return b.charred; }},
-      {&damage_, kDamage, [](HeatBrick& b) -> HeatBrick::Values& { return b.damage; }},
+      {&excess_, kExcessChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.warm->excess; }},
+      {&water_, kWaterChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.water; }},
+      {&charred_, kWaterChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.charred; }},
+      {&damage_, kDamageChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.damage; }},
   }};
   std::array<Range, 4> ranges;
   std::array<std::vector<HeatBrick::Values>, 4> values;

@@ -22,6 +22,7 @@
 #include "engine/gpu/pass_timer.h"
 #include "engine/gpu/program.h"
 #include "kernels/base/result.h"
+#include "kernels/heat/heat_device.h"
 #include "kernels/heat/heat_passes.h"
 
 namespace viscera {
@@ -66,12 +67,6 @@ class GpuHeat final : public HeatPasses {
     std::shared_ptr<const BrickGeometry> geometry;
     int place = 0;  // of its geometry
   };
-  /// As the kernels see it.
-  struct Entry {
-    std::int32_t slot, geometry, heated;
-    std::int32_t beside[6];
-    bool operator==(const Entry&) const = default;
-  };
   /// Numbers from 0 on, the lowest that are free first.
   class Numbers {
    public:
@@ -115,8 +110,8 @@ class GpuHeat final : public HeatPasses {
   HeatParameters parameters_{};
   bool first_ = true;  // substep of the step
   std::vector<Slot> slots_;
-  Numbers slot_numbers_, places_;  // of slots; of geometries, 0 being BrickGeometry::whole()
-  std::vector<Entry> entries_;     // as uploaded
+  Numbers slot_numbers_, places_;   // of slots; of geometries, 0 being BrickGeometry::whole()
+  std::vector<HeatEntry> entries_;  // as uploaded
   Buffer table_, excess_, water_, damage_, charred_, source_, geometry_;
   Buffer before_, rate_, conductivity_, inverse_capacity_, living_, first_rate_, older_;
   Buffer flows_, sums_, lost_, pass_;

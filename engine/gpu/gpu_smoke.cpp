@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstddef>
 
+#include "engine/gpu/device_kernels.h"
 #include "engine/gpu/kernels.h"
 #include "kernels/smoke/integrate.h"
+#include "kernels/smoke/smoke_device.h"
 #include "kernels/smoke/splat_levels.h"
 #include "kernels/smoke/viscosity.h"
 
@@ -16,28 +17,12 @@ namespace viscera {
 
 namespace {
 
-constexpr std::size_t kGroup = 128;             // threads
-constexpr std::size_t kScanBlock = 8 * kGroup;  // EACH in scan.comp
-constexpr std::size_t kExtentGroups = 512;      // at most: each ends with atomics on the same words
-constexpr int kMostBuffers = 11;                // that a kernel binds
-constexpr std::size_t kChannels = 5;            // of a splatted cell: mass, heat, momentum
-constexpr std::size_t kSumWords = 2 * kChannels;
-
-/// Words of the counters, by the names that the kernels know.
-enum Counter : std::uint32_t { kIsolated, kTested, kTouching, kTrapped, kCounters };
-
-// As the kernels see them: no holes but at the ends.
-static_assert(offsetof(ViscosityParameters, particles) == 36);
-static_assert(offsetof(IntegrateParameters, step) == 16 &&
-              offsetof(IntegrateParameters, entrainment) == 60);
-static_assert(offsetof(CollideParameters, inverse_cell) == 32 &&
-              offsetof(CollideParameters, extent) == 64 &&
-              offsetof(CollideParameters, open_sides) == 80);
-static_assert(offsetof(SplatParameters, inverse_voxel) == 16 &&
-              offsetof(SplatParameters, particles) == 44);
+constexpr std::size_t kExtentGroups = 512;  // at most: each ends with atomics on the same words
+constexpr int kMostBuffers = 11;            // that a kernel binds
+constexpr std::size_t kSumWords = 2 * kSplatChannels;
 
 std::size_t groups_of(std::size_t threads) {
-  return (threads + kGroup - 1) / kGroup;
+  return (threads + kSmokeGroup - 1) / kSmokeGroup;
 }
 
 template <class Pass>
@@ -72,8 +57,8 @@ Result<std::unique_ptr<GpuSmoke>> GpuSmoke::create(GpuLimits limits,
   if (const Result<void> loaded = made->load_kernels(); !loaded) {
     return std::unexpected(loaded.error());
   }
-  made->counters_.allocate(kCounters * sizeof(std::uint32_t));
-  made->extent_.allocate(8 * sizeof(std::uint32_t));
+  made->counters_.allocate(kCounterWords * sizeof(std::uint32_t));
+  made->extent_.allocate(kBoxWords * sizeof(std::uint32_t));
   // A buffer without a byte can't be bound.
   for (Buffer* buffer : {&made->waves_, &made->gas_, &made->impulses_, &made->capsules_,
                          &made->triangles_, &made->surface_entries_}) {
@@ -83,45 +68,26 @@ Result<std::unique_ptr<GpuSmoke>> GpuSmoke::create(GpuLimits limits,
 }
 
 Result<void> GpuSmoke::load_kernels() {
-  const auto number = [](const char* name, auto value) {
-    return std::string(name) + " " + std::to_string(value);
-  };
-  const auto word = [](const char* name, std::uint32_t value) {
-    return std::string(name) + " " + std::to_string(value) + "u";
-  };
-  const std::vector<std::string> constants = {
-      word("GROUP", kGroup),
-      word("ISOLATED", kIsolated),
-      word("TESTED", kTested),
-      word("TOUCHING", kTouching),
-      word("TRAPPED", kTrapped),
-      word("DEPOSITED", static_cast<std::uint32_t>(SmokeFate::kDeposited)),
-      number("WIDEST", kWidestSplat),
-      "LEAST_OF_DENSITY (1.0 / 3.0)",
-      number("LEAST_OF_MOMENT", kLeastOfMoment),
-      number("MOST_RATIO", kMostRatio)};
-  static_assert(kLeastOfDensity == 1.0f / 3.0f);
-  KernelLoader kernels(constants);
-  const std::string shared = "smoke_passes.glsl";
-  kernels.load(clear_, {"clear.comp"});
-  kernels.load(box_, {shared, "extent.comp"}, "BOX");
-  kernels.load(amounts_, {shared, "extent.comp"}, "AMOUNTS");
-  kernels.load(count_, {shared, "bin.comp"}, "COUNT");
-  kernels.load(mark_, {shared, "bin.comp"}, "MARK");
-  kernels.load(scatter_, {shared, "bin.comp"}, "SCATTER");
-  kernels.load(gather_, {shared, "bin.comp"}, "GATHER");
-  kernels.load(scan_blocks_, {shared, "scan.comp"}, "BLOCKS");
-  kernels.load(scan_totals_, {shared, "scan.comp"}, "TOTALS");
-  kernels.load(scan_add_, {shared, "scan.comp"}, "ADD");
-  kernels.load(density_, {shared, "viscosity.comp"}, "DENSITY");
-  kernels.load(pairs_, {shared, "viscosity.comp"}, "PAIRS");
-  kernels.load(paper_, {shared, "paper_viscosity.comp"});
-  kernels.load(integrate_, {shared, "integrate.comp"});
-  kernels.load(collide_, {shared, "collide.comp"});
-  kernels.load(splat_add_, {shared, "splat.comp"}, "ADD");
-  kernels.load(splat_fold_, {shared, "splat.comp"}, "FOLD");
-  kernels.load(splat_blur_, {shared, "splat.comp"}, "BLUR");
-  kernels.load(splat_resolve_, {shared, "splat.comp"}, "RESOLVE");
+  KernelLoader kernels;
+  kernels.load(clear_, "clear.comp");
+  kernels.load(box_, "extent.comp", "BOX");
+  kernels.load(amounts_, "extent.comp", "AMOUNTS");
+  kernels.load(count_, "bin.comp", "COUNT");
+  kernels.load(mark_, "bin.comp", "MARK");
+  kernels.load(scatter_, "bin.comp", "SCATTER");
+  kernels.load(gather_, "bin.comp", "GATHER");
+  kernels.load(scan_blocks_, "scan.comp", "BLOCKS");
+  kernels.load(scan_totals_, "scan.comp", "TOTALS");
+  kernels.load(scan_add_, "scan.comp", "ADD");
+  kernels.load(density_, "viscosity.comp", "DENSITY");
+  kernels.load(pairs_, "viscosity.comp", "PAIRS");
+  kernels.load(paper_, "paper_viscosity.comp");
+  kernels.load(integrate_, "integrate.comp");
+  kernels.load(collide_, "collide.comp");
+  kernels.load(splat_add_, "splat.comp", "ADD");
+  kernels.load(splat_fold_, "splat.comp", "FOLD");
+  kernels.load(splat_blur_, "splat.comp", "BLUR");
+  kernels.load(splat_resolve_, "splat.comp", "RESOLVE");
   return kernels.result();
 }
 
@@ -144,7 +110,7 @@ void GpuSmoke::mark(const char* name) {
 
 void GpuSmoke::clear(const Buffer& buffer, std::size_t words) {
   clear_.set("count", static_cast<int>(words));
-  queue_.dispatch(clear_, groups_of(words), {}, {{0, &buffer}});
+  queue_.dispatch(clear_, (words + kClearGroup - 1) / kClearGroup, {}, {{0, &buffer}});
 }
 
 bool GpuSmoke::upload(const SmokeParticles& particles) {
@@ -177,19 +143,19 @@ bool GpuSmoke::start(SmokeParticles& particles) {
   if (!upload(particles)) return false;
   mass_before_ = sum_of(particles.masses);
   clear(fates_, particles_);
-  clear(counters_, kCounters);
+  clear(counters_, kCounterWords);
   return true;
 }
 
 /// Finds the box and the greatest speed, where they aren't known.
 void GpuSmoke::survey() {
   if (survey_) return;
-  clear(extent_, 8);
+  clear(extent_, kBoxWords);
   box_.set("count", static_cast<int>(particles_));
   queue_.dispatch(box_, std::min(particle_groups(), kExtentGroups),
                   {{0, &now_.positions}, {1, &now_.velocities}}, {{2, &extent_}});
   queue_.make_readable();
-  const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, 7);
+  const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, kBoxWords);
   survey_.emplace();
   // What a failed device answers is no box, and a grid would be laid over it.
   if (particles_ == 0 || !watch_.is_well()) {
@@ -253,7 +219,7 @@ void GpuSmoke::exchange(float cell, ViscosityParameters parameters) {
   parameters.particles = static_cast<std::uint32_t>(particles_);
   bind_pass(0, viscosity_pass_, parameters);
   glBindBufferBase(GL_UNIFORM_BUFFER, 1, bin_pass_.id());
-  clear(counters_, kCounters);
+  clear(counters_, kCounterWords);
   isolated_.reset();
   queue_.dispatch(density_, particle_groups(), {{0, &cell_begin_}, {1, &now_.positions}},
                   {{2, &strengths_}, {3, &accelerations_}, {4, &counters_}});
@@ -273,7 +239,7 @@ void GpuSmoke::exchange(float cell, ViscosityParameters parameters) {
 std::uint64_t GpuSmoke::isolated() const {
   if (!isolated_) {
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    isolated_ = counters_.download<std::uint32_t>(kIsolated * sizeof(std::uint32_t), 1)[0];
+    isolated_ = counters_.download<std::uint32_t>(kIsolatedWord * sizeof(std::uint32_t), 1)[0];
   }
   return *isolated_;
 }
@@ -360,7 +326,7 @@ CollideCounts GpuSmoke::collide(SurfaceCells& cells, const SurfaceMeeting& meeti
   parameters.inverse_cell = grid.inverse_cell;
   bind_pass(0, collide_pass_, parameters);
   isolated();  // before its word goes
-  clear(counters_, kCounters);
+  clear(counters_, kCounterWords);
   queue_.dispatch(collide_, particle_groups(),
                   {{0, &surface_begin_},
                    {1, &surface_entries_},
@@ -375,11 +341,11 @@ CollideCounts GpuSmoke::collide(SurfaceCells& cells, const SurfaceMeeting& meeti
   survey_.reset();
   mark("collide");
   queue_.make_readable();
-  const std::vector<std::uint32_t> words = counters_.download<std::uint32_t>(0, kCounters);
+  const std::vector<std::uint32_t> words = counters_.download<std::uint32_t>(0, kCounterWords);
   CollideCounts counts;
-  counts.tested = words[kTested];
-  counts.touching = words[kTouching];
-  counts.trapped = words[kTrapped];
+  counts.tested = words[kTestedWord];
+  counts.touching = words[kTouchingWord];
+  counts.trapped = words[kTrappedWord];
   return counts;
 }
 
@@ -398,20 +364,20 @@ std::optional<double> GpuSmoke::finish(SmokeParticles& particles, std::vector<Sm
 bool GpuSmoke::splat_here(SplatParameters& parameters) {
   const auto cells = static_cast<std::size_t>(parameters.size.w);
   if (!reserve(sums_, kSumWords * cells * sizeof(std::uint32_t), "sums of a smoke volume") ||
-      !reserve(amounts_cells_, kChannels * cells * sizeof(float), "cells") ||
-      !reserve(blurred_cells_, kChannels * cells * sizeof(float), "cells") ||
+      !reserve(amounts_cells_, kSplatChannels * cells * sizeof(float), "cells") ||
+      !reserve(blurred_cells_, kSplatChannels * cells * sizeof(float), "cells") ||
       !reserve(density_cells_, cells * sizeof(float), "cells") ||
       !reserve(temperature_cells_, cells * sizeof(float), "cells") ||
       !reserve(velocity_cells_, cells * sizeof(Vec3f), "cells")) {
     return false;
   }
-  clear(extent_, 8);
+  clear(extent_, kAmountWords);
   amounts_.set("count", static_cast<int>(particles_));
   queue_.dispatch(amounts_, std::min(particle_groups(), kExtentGroups),
                   {{0, &now_.positions}, {1, &now_.velocities}, {2, &now_.masses}},
                   {{3, &extent_}});
   queue_.make_readable();
-  const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, 3);
+  const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, kAmountWords);
   set_scales({std::bit_cast<float>(words[0]), std::bit_cast<float>(words[1]),
               std::bit_cast<float>(words[2])},
              parameters);

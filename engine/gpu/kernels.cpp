@@ -3,31 +3,49 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "engine/gpu/shader_text.h"
 
 namespace viscera {
+namespace {
 
-Result<Program> load_kernel(const std::vector<std::string>& files,
-                            const std::vector<std::string>& definitions) {
+constexpr std::string_view kPasses = "#pragma passes ";
+
+}  // namespace
+
+std::vector<std::string> passes_of(const ShaderFile& kernel) {
+  std::istringstream stream(kernel.text);
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.starts_with(kPasses)) continue;
+    std::istringstream names(line.substr(kPasses.size()));
+    std::vector<std::string> passes;
+    for (std::string name; names >> name;) passes.push_back(name);
+    return passes;
+  }
+  return {{}};
+}
+
+Result<Program> load_kernel(const std::string& file, const std::string& pass) {
+  ShaderText text(embedded_kernels(), "kernel", "engine/gpu/CMakeLists.txt");
+  if (const Result<void> added = text.add(file); !added) return std::unexpected(added.error());
   ShaderStage stage;
   stage.kind = GL_COMPUTE_SHADER;
-  stage.definitions = definitions;
-  const std::span<const ShaderFile> all = embedded_kernels();
-  for (const std::string& name : files) {
-    const auto file = std::find_if(all.begin(), all.end(),
-                                   [&](const ShaderFile& one) { return one.name == name; });
-    if (file == all.end()) {
-      return failure("kernel " + name +
-                     ": not in the program; expected in engine/gpu/CMakeLists.txt");
-    }
-    stage.files.push_back(*file);
+  stage.files = text.take();
+  const std::vector<std::string> passes = passes_of(stage.files.back());
+  if (std::ranges::find(passes, pass) == passes.end()) {
+    std::string expected;
+    for (const std::string& one : passes) expected += " '" + one + "'";
+    return failure("kernel " + file + ": pass '" + pass + "', expected one of" + expected);
   }
+  if (!pass.empty()) stage.definitions.push_back(pass);
   return Program::create({stage});
 }
 
-void KernelLoader::load(Program& program, const std::vector<std::string>& files, const char* pass) {
-  std::vector<std::string> definitions = definitions_;
-  if (pass != nullptr) definitions.emplace_back(pass);
-  Result<Program> loaded = load_kernel(files, definitions);
+void KernelLoader::load(Program& program, const std::string& file, const std::string& pass) {
+  Result<Program> loaded = load_kernel(file, pass);
   if (loaded) {
     program = *std::move(loaded);
   } else {

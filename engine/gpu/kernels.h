@@ -3,32 +3,30 @@
 
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "engine/gpu/program.h"
 
 namespace viscera {
 
-/// Written by embed_shaders.cmake.
+/// Written by embed_shaders.cmake: kernels (.comp), what they include (.glsl), and twin headers.
 std::span<const ShaderFile> embedded_kernels();
 
-/// Compiles the named embedded files, one after another, as one compute kernel.
-Result<Program> load_kernel(const std::vector<std::string>& files,
-                            const std::vector<std::string>& definitions = {});
+/// The passes of a kernel, as its line `#pragma passes COUNT SCATTER` names them; one without a
+/// name where it has no such line.
+std::vector<std::string> passes_of(const ShaderFile& kernel);
 
-/// Compiles kernels that share definitions, and keeps what each was refused for.
+/// Compiles one pass of an embedded kernel, that is the file with the pass's name defined, after
+/// what it includes.
+Result<Program> load_kernel(const std::string& file, const std::string& pass = {});
+
+/// Compiles kernels, and keeps what each was refused for.
 class KernelLoader {
  public:
-  explicit KernelLoader(std::vector<std::string> definitions)
-      : definitions_(std::move(definitions)) {}
-
-  /// `pass`: a definition of this one's own.
-  void load(Program& program, const std::vector<std::string>& files, const char* pass = nullptr);
+  void load(Program& program, const std::string& file, const std::string& pass = {});
   Result<void> result() const;
 
  private:
-  std::vector<std::string> definitions_;
   Error error_;
 };
 

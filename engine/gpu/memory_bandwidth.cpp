@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/gpu/compute.h"
+#include "engine/gpu/device_kernels.h"
 #include "engine/gpu/gpu_deformation.h"
 #include "engine/gpu/kernels.h"
 #include "engine/gpu/pass_timer.h"
@@ -16,7 +17,6 @@ namespace viscera {
 namespace {
 
 constexpr std::size_t kVector = 4 * sizeof(float);
-constexpr std::size_t kThreads = 256;  // of a group
 constexpr int kWarmUps = 2;
 
 }  // namespace
@@ -27,17 +27,17 @@ Result<MemoryBandwidth> measure_memory_bandwidth(std::size_t bytes, std::size_t 
   window = std::min(window, limits.block_bytes) / kVector * kVector;
   const std::size_t vectors = std::min(bytes, window) / kVector;
   if (vectors == 0 || repeats < 1) return failure("bandwidth: nothing to read");
-  Result<Program> read = load_kernel({"read_bandwidth.comp"});
+  Result<Program> read = load_kernel("read_bandwidth.comp", "READ");
   if (!read) return std::unexpected(read.error());
-  Result<Program> copy = load_kernel({"read_bandwidth.comp"}, {"COPY"});
+  Result<Program> copy = load_kernel("read_bandwidth.comp", "COPY");
   if (!copy) return std::unexpected(copy.error());
 
   while (glGetError() != GL_NO_ERROR) {
   }
   Buffer source, target;
   source.allocate(window);
-  const std::size_t most_groups = (vectors + kThreads - 1) / kThreads;
-  target.allocate(std::max(vectors, most_groups * kThreads) * kVector);
+  const std::size_t most_groups = (vectors + kBandwidthGroup - 1) / kBandwidthGroup;
+  target.allocate(std::max(vectors, most_groups * kBandwidthGroup) * kVector);
   // Written once: memory that nobody has touched may not exist yet.
   const float value = 1.0f;
   glClearNamedBufferData(source.id(), GL_R32F, GL_RED, GL_FLOAT, &value);

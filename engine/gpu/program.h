@@ -34,6 +34,7 @@ class Program {
   Program(Program&& other) noexcept;
   Program& operator=(Program&& other) noexcept;
 
+  unsigned id() const { return id_; }
   void use() const;
   /// Setters of this program's uniforms. A name that the compiler has optimised away is ignored.
   void set(const char* name, int value);

@@ -1,7 +1,10 @@
 // Reads a buffer once, or copies it: what the memory of this device can give. Each thread reads
 // vectors a whole dispatch apart, so that neighbours read neighbours, and sums them: a sum that is
 // written nowhere would not be read either.
-layout(local_size_x = 256) in;
+#include "engine/gpu/device_kernels.h"
+#pragma passes READ COPY
+
+layout(local_size_x = kBandwidthGroup) in;
 
 layout(std430, binding = 0) readonly buffer Source { vec4 source[]; };
 layout(std430, binding = 1) writeonly buffer Target { vec4 target[]; };
@@ -13,8 +16,8 @@ uniform int count;   // [vec4]
 void main() {
   uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
   if (group >= uint(groups)) return;
-  uint thread = group * 256u + gl_LocalInvocationID.x;
-  uint threads = uint(groups) * 256u;
+  uint thread = group * kBandwidthGroup + gl_LocalInvocationID.x;
+  uint threads = uint(groups) * kBandwidthGroup;
 #ifdef COPY
   for (uint i = thread; i < uint(count); i += threads) target[i] = source[uint(first) + i];
 #else

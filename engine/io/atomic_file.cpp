@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <cerrno>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -148,6 +150,15 @@ void AtomicFile::write(const void* data, std::size_t size) {
 void AtomicFile::flush() {
   if (error_ == 0) error_ = write_all(descriptor_, buffer_.data(), buffer_.size());
   buffer_.clear();
+}
+
+Result<std::string> AtomicFile::content() {
+  flush();
+  if (error_ != 0) return std::unexpected(write_error(pending_.file(), error_));
+  std::ifstream in(pending_.temporary(), std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in) return failure(pending_.temporary().string() + ": can't be read back");
+  return text;
 }
 
 Result<void> AtomicFile::commit(Durable durable) {

@@ -54,6 +54,8 @@ class AtomicFile {
   void write(std::string_view text) { write(text.data(), text.size()); }
   void write(const void* data, std::size_t size);
   bool failed() const { return error_ != 0; }
+  /// All that was written so far, read back.
+  Result<std::string> content();
   Result<void> commit(Durable durable = Durable::kYes);
 
  private:

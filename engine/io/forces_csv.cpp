@@ -36,6 +36,13 @@ Result<ForcesCsv> ForcesCsv::create(const std::filesystem::path& file,
   return ForcesCsv(std::move(*out));
 }
 
+Result<ForcesCsv> ForcesCsv::go_on(const std::filesystem::path& file, std::string_view text) {
+  auto out = AtomicFile::create(file);
+  if (!out) return std::unexpected(out.error());
+  out->write(text);
+  return ForcesCsv(std::move(*out));
+}
+
 void ForcesCsv::add(double time, std::span<const TipSample> samples) {
   row_.clear();
   append(row_, time);

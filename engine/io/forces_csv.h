@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/io/atomic_file.h"
@@ -24,6 +25,12 @@ class ForcesCsv {
   /// Columns time_s and, for each instrument, NAME_x_m, _y_m, _z_m, _fx_N, _fy_N, _fz_N.
   static Result<ForcesCsv> create(const std::filesystem::path& file,
                                   std::span<const std::string> instruments);
+
+  /// Goes on after a table's rows so far, as text() gave them, with its header.
+  static Result<ForcesCsv> go_on(const std::filesystem::path& file, std::string_view text);
+
+  /// The table so far.
+  Result<std::string> text() { return out_.content(); }
 
   /// One sample an instrument, in the order of the names; `time` in seconds.
   void add(double time, std::span<const TipSample> samples);

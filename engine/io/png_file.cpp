@@ -73,6 +73,24 @@ Result<std::string> png_bytes(int width, int height, std::span<const std::uint8_
   return std::move(encoder.bytes);
 }
 
+Result<PngPicture> read_png(const std::filesystem::path& file) {
+  png_image image = {};
+  image.version = PNG_IMAGE_VERSION;
+  const auto unreadable = [&] {
+    const std::string why = image.message;
+    png_image_free(&image);
+    return failure(file.string() +
+                   ": expected a PNG of 8-bit RGB, found none that can be read: " + why);
+  };
+  if (png_image_begin_read_from_file(&image, file.c_str()) == 0) return unreadable();
+  image.format = PNG_FORMAT_RGB;
+  PngPicture picture{static_cast<int>(image.width), static_cast<int>(image.height), {}};
+  picture.rgb.resize(PNG_IMAGE_SIZE(image));
+  if (png_image_finish_read(&image, nullptr, picture.rgb.data(), 0, nullptr) == 0)
+    return unreadable();
+  return picture;
+}
+
 Result<void> write_png(const std::filesystem::path& file, int width, int height,
                        std::span<const std::uint8_t> rgb) {
   auto bytes = png_bytes(width, height, rgb, PngEffort::kFast);

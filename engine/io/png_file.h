@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "kernels/base/result.h"
 
@@ -16,6 +17,14 @@ enum class PngEffort { kFast, kSmall };
 /// pixels don't fit.
 Result<std::string> png_bytes(int width, int height, std::span<const std::uint8_t> rgb,
                               PngEffort effort);
+
+/// What write_png() wrote: 8-bit RGB, rows from the top.
+struct PngPicture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+/// Reads such a file back. Fails where there is none, or it is damaged or of another kind.
+Result<PngPicture> read_png(const std::filesystem::path& file);
 
 /// Writes 8-bit sRGB, rows from the top, 3 bytes a pixel. Compressed lightly: frames are many. Not
 /// synced to the disk one by one for the same reason; a killed run still leaves only whole files.

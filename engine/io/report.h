@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/io/trace.h"
@@ -182,6 +183,8 @@ struct RunReport {
   std::optional<CauteryReport> cautery;  ///< none: no hook carries current
   std::vector<TissueReport> tissue;      ///< of organs that heat was followed in
   TraineeReport trainee;
+  /// Of features that bring their own: key and JSON text.
+  std::vector<std::pair<std::string, std::string>> sections;
   std::vector<SkippedReport> skipped;
   std::vector<std::string> flags, warnings;
   bool complete = true;  ///< false: ended early by Ctrl-C or an error

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/io/report.h"
+#include "kernels/base/fields.h"
 #include "kernels/base/result.h"
 
 namespace viscera {
@@ -22,7 +23,16 @@ class Curve {
     double time = 0.0;  ///< of the first sample [s]
     double least = 0.0, sum = 0.0, greatest = 0.0;
     std::size_t count = 0;
+    static constexpr auto fields() {
+      return std::tuple(field("time", &Bucket::time), field("least", &Bucket::least),
+                        field("sum", &Bucket::sum), field("greatest", &Bucket::greatest),
+                        field("count", &Bucket::count));
+    }
   };
+  static constexpr auto fields() {
+    return std::tuple(field("name", &Curve::name_), field("buckets", &Curve::buckets_),
+                      field("samples_a_bucket", &Curve::samples_a_bucket_));
+  }
 
   Curve() = default;
   explicit Curve(std::string name) : name_(std::move(name)) {}
@@ -38,6 +48,8 @@ class Curve {
   std::vector<Bucket> buckets_;
   std::size_t samples_a_bucket_ = 1;
 };
+
+static_assert(fields_cover<Curve>() && fields_cover<Curve::Bucket>());
 
 /// Curves over time on common axes.
 struct Chart {
@@ -73,7 +85,12 @@ inline constexpr std::size_t kGreatestEmbeddedFilm = 48 << 20;
 struct Thumbnail {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
+  static constexpr auto fields() {
+    return std::tuple(field("width", &Thumbnail::width), field("height", &Thumbnail::height),
+                      field("rgb", &Thumbnail::rgb));
+  }
 };
+static_assert(fields_cover<Thumbnail>());
 Thumbnail thumbnail(std::span<const std::uint8_t> rgb, int width, int height, int wanted_width);
 /// As PNG in a data URI.
 Result<std::string> data_uri(const Thumbnail& picture);

@@ -44,6 +44,19 @@ void Trace::add(int stage, std::uint64_t frame, Clock::time_point start, Clock::
                      .duration = duration_cast<nanoseconds>(end - start).count()});
 }
 
+bool Trace::restore(std::vector<Event> events) {
+  std::int64_t end = 0;
+  for (const Event& event : events) {
+    if (event.stage < 0 || static_cast<std::size_t>(event.stage) >= stages_.size()) return false;
+    end = std::max(end, event.start + event.duration);
+  }
+  origin_ = Clock::now() - std::chrono::nanoseconds(end);
+  const std::size_t room = events_.capacity();
+  events_ = std::move(events);
+  events_.reserve(room);
+  return true;
+}
+
 Quantiles Trace::durations(int stage) const {
   std::vector<double> values;
   for (const Sample& sample : samples(stage)) values.push_back(sample.seconds);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/result.h"
 
 namespace viscera {
@@ -39,9 +40,16 @@ class Trace {
     std::int32_t stage;
     std::uint32_t frame;
     std::int64_t start, duration;  ///< [ns] since the trace began
+    static constexpr auto fields() {
+      return std::tuple(field("stage", &Event::stage), field("frame", &Event::frame),
+                        field("start", &Event::start), field("duration", &Event::duration));
+    }
   };
   /// In the order in which they ended.
   const std::vector<Event>& events() const { return events_; }
+  /// Goes on after events of an earlier process, of which the last has just ended. False where some
+  /// are of no stage here; nothing has changed then.
+  bool restore(std::vector<Event> events);
   /// Durations of one stage [s].
   Quantiles durations(int stage) const;
   struct Sample {
@@ -59,6 +67,8 @@ class Trace {
   std::vector<Event> events_;
   Clock::time_point origin_;
 };
+
+static_assert(fields_cover<Trace::Event>());
 
 /// Times the scope that it lives in.
 class StageTimer {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 
@@ -35,7 +36,12 @@ struct PvdEntry {
   int part = 0;
   std::string name;  ///< of the part
   std::string file;  ///< relative to the collection
+  static constexpr auto fields() {
+    return std::tuple(field("time", &PvdEntry::time), field("part", &PvdEntry::part),
+                      field("name", &PvdEntry::name), field("file", &PvdEntry::file));
+  }
 };
+static_assert(fields_cover<PvdEntry>());
 
 Result<void> write_pvd(const std::filesystem::path& file, std::span<const PvdEntry> entries);
 

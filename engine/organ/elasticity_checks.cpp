@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kernels/formulations/formulations.h"
 #include "kernels/paff/problem_checks.h"
 
 namespace viscera {
@@ -30,6 +31,8 @@ Result<void> check_elasticity(const OrganDescription& organ, const IsotropicMate
   if (const Formulation* formulation = find_formulation(organ.formulation)) {
     if (auto accepted = accept_material(*formulation, material); !accepted)
       mistakes = accepted.error();
+  } else {
+    mistakes.messages.push_back("formulation: " + unknown_formulation(organ.formulation));
   }
   if (std::none_of(organ.fixed.begin(), organ.fixed.end(),
                    [&](const Region& region) { return may_meet(region, surface); }))

@@ -16,6 +16,7 @@
 #include "engine/organ/shape.h"
 #include "kernels/base/hash.h"
 #include "kernels/base/stopwatch.h"
+#include "kernels/formulations/formulations.h"
 #include "kernels/paff/compliance_checks.h"
 #include "kernels/paff/compliance_columns.h"
 #include "kernels/points/node_placement.h"
@@ -512,7 +513,7 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
   hasher.value(organ.deformable);
   if (organ.deformable) {
     const Formulation* formulation = find_formulation(organ.formulation);
-    if (!formulation) return failure("formulation \"" + organ.formulation + "\" isn't known");
+    if (!formulation) return failure("formulation: " + unknown_formulation(organ.formulation));
     hasher.text(organ.formulation).value(formulation->version());
     hasher.value(tissue.elastic.youngs_modulus).value(tissue.elastic.poisson_ratio);
     for (const Region& region : organ.fixed) hash_region(hasher, region);

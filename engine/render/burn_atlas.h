@@ -6,6 +6,7 @@
 
 #include "engine/gpu/program.h"
 #include "engine/gpu/texture.h"
+#include "engine/render/shader_layout.h"
 #include "kernels/heat/heat_bricks.h"
 
 namespace viscera {
@@ -17,9 +18,9 @@ namespace viscera {
 /// filters, since the surface lies between voxels of tissue and empty ones.
 class BurnAtlas {
  public:
-  static constexpr int kBorder = 2;                                  ///< voxels
+  static constexpr int kBorder = kBurnBorder;                        ///< voxels
   static constexpr int kTileEdge = BrickField::kEdge + 2 * kBorder;  ///< voxels
-  static constexpr double kHottest = 1200.0;  ///< excess that 1 stands for [K]
+  static constexpr double kHottest = kHottestBurn;  ///< excess that 1 stands for [K]
 
   /// Uploads the tiles that differ from what is there.
   void update(const HeatBricks& bricks);

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "engine/render/shader_layout.h"
+
 namespace viscera {
 namespace {
 
@@ -13,16 +15,6 @@ constexpr float kNear = 2e-3f, kFar = 2.0f;  // [m]
 // A round picture a bit taller than the frame, as camera heads show it.
 constexpr float kMaskRadius = 0.53f;  // of the height
 constexpr float kNoMask = 10.0f;
-constexpr int kRim = 96;  // corners of the disc in full_screen.vert
-
-/// The std140 block Frame of frame.glsl.
-struct FrameBlock {
-  Eigen::Matrix4f view, projection;
-  Eigen::Vector4f eye, light, lens, picture, shown;
-};
-static_assert(sizeof(FrameBlock) == 208);
-static_assert(offsetof(FrameBlock, eye) == 128 && offsetof(FrameBlock, picture) == 176 &&
-              offsetof(FrameBlock, shown) == 192);
 
 /// Depth 0 at the near plane, 1 at the far one.
 Eigen::Matrix4f projection_matrix(float tangent_x, float tangent_y) {
@@ -127,7 +119,7 @@ void Canvas::full_screen(Program& program, const Framebuffer& target, const floa
   program.use();
   glBindVertexArray(no_attributes_.id());
   if (round_) {
-    glDrawArrays(GL_TRIANGLE_FAN, 0, kRim + 2);
+    glDrawArrays(GL_TRIANGLE_FAN, 0, kRimCorners + 2);
   } else {
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }

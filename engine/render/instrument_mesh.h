@@ -4,12 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/render/shader_layout.h"
 #include "engine/render/view.h"
 
 namespace viscera {
-
-/// What a part is made of; the fragment shader reads it as a number.
-enum class Finish { kSteel = 0, kSleeve = 1, kElectrode = 2 };
 
 struct InstrumentVertex {
   Vec3f position;       ///< [m]

@@ -1,30 +1,19 @@
 #include <epoxy/gl.h>
 
+#include "engine/gpu/shader_text.h"
 #include "engine/render/shaders.h"
 
 namespace viscera {
 
 namespace {
 
-Result<ShaderFile> find_shader(const std::string& name) {
-  for (const ShaderFile& file : embedded_shaders()) {
-    if (file.name == name) return file;
-  }
-  return failure("shader " + name +
-                 ": not in the program; expected in engine/render/CMakeLists.txt");
-}
-
-Result<ShaderStage> make_stage(unsigned kind, std::vector<std::string> names,
+Result<ShaderStage> make_stage(unsigned kind, const std::vector<std::string>& names,
                                const std::vector<std::string>& definitions) {
-  ShaderStage stage;
-  stage.kind = kind;
-  stage.definitions = definitions;
+  ShaderText text(embedded_shaders(), "shader", "engine/render/CMakeLists.txt");
   for (const std::string& name : names) {
-    Result<ShaderFile> file = find_shader(name);
-    if (!file) return std::unexpected(file.error());
-    stage.files.push_back(*std::move(file));
+    if (const Result<void> added = text.add(name); !added) return std::unexpected(added.error());
   }
-  return stage;
+  return ShaderStage{kind, text.take(), definitions};
 }
 
 }  // namespace
@@ -37,7 +26,7 @@ Result<Program> load_program(const char* vertex, const char* fragment,
   std::vector<std::string> files = {"frame.glsl", "noise.glsl", "light.glsl"};
   files.insert(files.end(), libraries.begin(), libraries.end());
   files.emplace_back(fragment);
-  Result<ShaderStage> second = make_stage(GL_FRAGMENT_SHADER, std::move(files), definitions);
+  Result<ShaderStage> second = make_stage(GL_FRAGMENT_SHADER, files, definitions);
   if (!second) return std::unexpected(second.error());
   return Program::create({*std::move(first), *std::move(second)});
 }
@@ -47,7 +36,7 @@ Result<Program> load_compute(const char* name, const std::vector<std::string>& d
   std::vector<std::string> files = {"frame.glsl"};
   files.insert(files.end(), libraries.begin(), libraries.end());
   files.emplace_back(name);
-  Result<ShaderStage> stage = make_stage(GL_COMPUTE_SHADER, std::move(files), definitions);
+  Result<ShaderStage> stage = make_stage(GL_COMPUTE_SHADER, files, definitions);
   if (!stage) return std::unexpected(stage.error());
   return Program::create({*std::move(stage)});
 }

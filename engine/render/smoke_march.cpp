@@ -6,12 +6,12 @@
 #include <cmath>
 #include <string>
 
+#include "engine/render/shader_layout.h"
 #include "engine/render/shaders.h"
 
 namespace viscera {
 namespace {
 
-constexpr int kGroup = 8;             // columns of a work group, each way
 constexpr int kColumnsPerLight = 3;   // of the lens's grid for one of the guide's
 constexpr float kLightMargin = 1.3f;  // the guide beside the lens must see all that the lens sees
 constexpr double kFarthest = 2.0;     // [m]
@@ -33,8 +33,8 @@ Eigen::Vector2f tangents_of(const FrameView& view, const Canvas& canvas) {
 
 void dispatch(Program& program, const Texture& grid) {
   program.use();
-  glDispatchCompute(static_cast<GLuint>((grid.width() + kGroup - 1) / kGroup),
-                    static_cast<GLuint>((grid.height() + kGroup - 1) / kGroup), 1);
+  glDispatchCompute(static_cast<GLuint>((grid.width() + kMarchGroup - 1) / kMarchGroup),
+                    static_cast<GLuint>((grid.height() + kMarchGroup - 1) / kMarchGroup), 1);
   glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 

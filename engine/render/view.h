@@ -1,5 +1,5 @@
 // What the renderer sees of the world: read-only, filled once a picture by the engine
-// (engine/systems/view.cpp). The renderer knows nothing of organs' models or of smoke's particles.
+// (engine/run/view.cpp). The renderer knows nothing of organs' models or of smoke's particles.
 #pragma once
 
 #include <cstddef>

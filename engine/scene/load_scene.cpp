@@ -12,6 +12,8 @@
 #include "engine/scene/scene_keys.h"
 #include "engine/scene/tissues.h"
 #include "engine/scene/validate.h"
+#include "kernels/base/hash.h"
+#include "kernels/formulations/formulations.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
@@ -345,16 +347,28 @@ GravityDescription gravity_of(const Json& values) {
   return gravity;
 }
 
-SceneDescription scene_of(const Json& values) {
+void read_extras(const std::vector<FeatureKeys>& features, FeatureKeys::Part FeatureKeys::*part,
+                 const Json& values, Extras& extras) {
+  for (const FeatureKeys& feature : features)
+    if ((feature.*part).read) (feature.*part).read(values, extras);
+}
+
+SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& features) {
   SceneDescription scene;
   scene.name = values["name"];
   scene.title = values["title"];
   scene.duration = values["duration_s"];
   scene.seed = values["seed"];
-  for (const Json& organ : values["organs"]) scene.organs.push_back(organ_of(organ));
+  read_extras(features, &FeatureKeys::scene, values, scene.extras);
+  for (const Json& organ : values["organs"]) {
+    scene.organs.push_back(organ_of(organ));
+    read_extras(features, &FeatureKeys::organ, organ, scene.organs.back().extras);
+  }
   for (const Json& link : values["links"]) scene.links.push_back(link_of(link));
-  for (const Json& instrument : values["instruments"])
+  for (const Json& instrument : values["instruments"]) {
     scene.instruments.push_back(instrument_of(instrument));
+    read_extras(features, &FeatureKeys::instrument, instrument, scene.instruments.back().extras);
+  }
   if (values.contains("camera")) scene.camera = camera_of(values["camera"]);
   const Json& light = values["light"];
   scene.light = {light["intensity"], light["colour_temperature_K"]};
@@ -400,6 +414,8 @@ ReadContext context_for(const fs::path& file, const SceneLoadOptions& options, E
   ReadContext context;
   context.vocabularies["recipe"] = recipe_names(options.assets);
   context.vocabularies["formulation"] = formulation_names();
+  for (const std::string& name : left_out_formulations())
+    context.left_out["formulation"][name] = why_left_out(name);
   const auto tissues = load_tissues(options.assets / "tissues.json");
   if (tissues) {
     std::vector<std::string>& names = context.vocabularies["tissue"];
@@ -437,7 +453,7 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
     context.vocabularies["organ"] = std::move(*names);
   if (auto names = names_of(*root, "instruments", {}))
     context.vocabularies["instrument"] = std::move(*names);
-  for (const Mistake& mistake : validate(*root, scene_keys(), context)) {
+  for (const Mistake& mistake : validate(*root, scene_keys(options.features), context)) {
     const auto from = std::find_if(overridden.rbegin(), overridden.rend(), [&](const auto& entry) {
       return mistake.path == entry.first || mistake.path.starts_with(entry.first + "/");
     });
@@ -447,18 +463,21 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
   }
   if (!error.messages.empty()) return std::unexpected(error);
 
-  SceneDescription scene = scene_of(*root);
+  SceneDescription scene = scene_of(*root, options.features);
   scene.file = file;
+  Hasher hasher;
+  hasher.text(root->dump());
+  scene.source = hasher.hex();
   for (InstrumentDescription& instrument : scene.instruments)
     if (instrument.haptic && !instrument.haptic->recording.empty())
       instrument.haptic->recording = file.parent_path() / instrument.haptic->recording;
   return scene;
 }
 
-std::string scene_schema() {
+std::string scene_schema(const std::vector<FeatureKeys>& features) {
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                  {"title", "Viscera scene"}};
-  schema.update(json_schema(scene_keys()));
+  schema.update(json_schema(scene_keys(features)));
   return schema.dump(2) + "\n";
 }
 

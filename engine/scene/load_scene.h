@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/scene/feature_keys.h"
 #include "engine/scene/scene.h"
 #include "kernels/base/result.h"
 
@@ -18,6 +19,7 @@ struct SceneLoadOptions {
   /// {"duration_s", "3"}; organs and instruments may be named: "organs/liver/tissue". Applied
   /// before validation, and validated like the file.
   std::vector<std::pair<std::string, std::string>> overrides;
+  std::vector<FeatureKeys> features;  ///< whose keys a scene may have
 };
 
 /// Reads, validates and converts to SI. Every mistake of the file is in the error, each as
@@ -27,6 +29,6 @@ Result<SceneDescription> load_scene(const std::filesystem::path& file,
 
 /// The JSON Schema (2020-12) of a scene file, made from the table of keys that load_scene checks
 /// against: the text of scenes/scene.schema.json.
-std::string scene_schema();
+std::string scene_schema(const std::vector<FeatureKeys>& features = {});
 
 }  // namespace viscera

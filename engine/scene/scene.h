@@ -11,9 +11,10 @@
 #include <variant>
 #include <vector>
 
+#include "engine/scene/extras.h"
 #include "kernels/base/types.h"
 #include "kernels/heat/electrode.h"
-#include "kernels/hive/hyperelastic.h"
+#include "kernels/hive/hyperelastic_model.h"
 #include "kernels/hive/prony.h"
 #include "kernels/smoke/smoke_passes.h"
 
@@ -115,6 +116,7 @@ struct OrganDescription {
   bool sags = true;        ///< a change of gravity moves it, if it is deformable
   bool stiffens = true;    ///< and shrinks where it coagulates
   bool spared = false;     ///< burning it is a mistake of the trainee's, which reports count
+  Extras extras;           ///< what features' own keys say
 
   /// Where its frame stands at this time [s].
   Pose pose_at(double time) const;
@@ -195,6 +197,7 @@ struct InstrumentDescription {
   std::vector<InstrumentKey>
       path;  ///< at least one, times ascending; where the hand goes, if haptic
   std::optional<HapticDescription> haptic;  ///< none: the path moves the tip
+  Extras extras;
 };
 
 /// True for a hook that carries current at some time.
@@ -332,6 +335,7 @@ struct GravityDescription {
 
 struct SceneDescription {
   std::filesystem::path file;  ///< where it came from
+  std::string source;  ///< hash of all that it says, overrides and defaults included; "": no file's
   std::string name;
   std::string title;       ///< one line for people
   double duration = 10.0;  ///< [s]
@@ -345,6 +349,7 @@ struct SceneDescription {
   GasDescription gas;
   HeatDescription heat;
   std::optional<GravityDescription> gravity;  ///< none: organs weigh nothing
+  Extras extras;
 };
 
 }  // namespace viscera

@@ -169,7 +169,16 @@ ObjectSpec motion() {
       {has_direction("direction")}};
 }
 
-ObjectSpec organ() {
+/// What features add to one kind of object.
+void add_keys(ObjectSpec& spec, const std::vector<FeatureKeys>& features,
+              FeatureKeys::Part FeatureKeys::*part) {
+  for (const FeatureKeys& feature : features) {
+    const std::vector<KeySpec>& keys = (feature.*part).keys;
+    spec.keys.insert(spec.keys.end(), keys.begin(), keys.end());
+  }
+}
+
+ObjectSpec organ(const std::vector<FeatureKeys>& features) {
   ObjectSpec spec;
   spec.description = "A body of tissue.";
   spec.keys = {
@@ -217,6 +226,7 @@ ObjectSpec organ() {
       boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
           .otherwise(false),
   };
+  add_keys(spec, features, &FeatureKeys::organ);
   spec.checks = {
       {{"deformable", "fixed"},
        [](const Json& values) -> Finding {
@@ -329,7 +339,7 @@ Finding path_fits_instrument(const Json& instrument) {
   return {};
 }
 
-ObjectSpec instrument() {
+ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
   const ObjectSpec key{
       "State at one time.",
       {time("When; ascending along the path."),
@@ -383,6 +393,7 @@ ObjectSpec instrument() {
           .ascending_by("time_s"),
       object("haptic", "Makes it a held tool; without it, the path moves the tip.", haptic_keys()),
   };
+  add_keys(spec, features, &FeatureKeys::instrument);
   spec.checks = {{{"kind", "trocar_mm", "path"}, path_fits_instrument, nullptr}};
   return spec;
 }
@@ -484,7 +495,7 @@ ObjectSpec gravity() {
       {has_direction("rest_direction")}};
 }
 
-ObjectSpec scene() {
+ObjectSpec scene(const std::vector<FeatureKeys>& features) {
   ObjectSpec spec;
   spec.description =
       "A laparoscopic scene. The world's z axis points up, against gravity where the table is "
@@ -497,12 +508,12 @@ ObjectSpec scene() {
       text("title", "One line for people.").otherwise(""),
       number("duration_s", "Simulated time.").between(0.001, kLongest_s).otherwise(10.0),
       integer("seed", "Of everything random.").between(0, kGreatestSeed).otherwise(1),
-      list("organs", "Bodies of tissue.", organ()).needed().items(0, 200).unique_by("name"),
+      list("organs", "Bodies of tissue.", organ(features)).needed().items(0, 200).unique_by("name"),
       list("links", "What ties organs to each other: ligaments, the gallbladder's bed.", link())
           .items(0, 200)
           .unique_by("name")
           .otherwise(Json::array()),
-      list("instruments", "What the surgeon holds.", instrument())
+      list("instruments", "What the surgeon holds.", instrument(features))
           .items(0, 20)
           .unique_by("name")
           .otherwise(Json::array()),
@@ -519,6 +530,7 @@ ObjectSpec scene() {
       object("gravity", "How gravity changes as the table tilts; without it, organs weigh nothing.",
              gravity()),
   };
+  add_keys(spec, features, &FeatureKeys::scene);
   spec.checks = {
       {{"organs", "links"}, links_tie_tissue, nullptr}, emitters_burn(), openings_in_domain()};
   return spec;
@@ -526,9 +538,8 @@ ObjectSpec scene() {
 
 }  // namespace
 
-const ObjectSpec& scene_keys() {
-  static const ObjectSpec spec = scene();
-  return spec;
+ObjectSpec scene_keys(const std::vector<FeatureKeys>& features) {
+  return scene(features);
 }
 
 }  // namespace viscera

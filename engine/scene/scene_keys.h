@@ -1,11 +1,11 @@
 // The table of a scene file's keys.
 #pragma once
 
-#include "engine/scene/keys.h"
+#include "engine/scene/feature_keys.h"
 
 namespace viscera {
 
-/// One object for the life of the program. Vocabularies: "recipe", "tissue", "formulation".
-const ObjectSpec& scene_keys();
+/// With what these features add. Vocabularies: "recipe", "tissue", "formulation".
+ObjectSpec scene_keys(const std::vector<FeatureKeys>& features = {});
 
 }  // namespace viscera

@@ -11,7 +11,7 @@
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 #include "kernels/heat/tissue_thermal.h"
-#include "kernels/hive/hyperelastic.h"
+#include "kernels/hive/hyperelastic_model.h"
 #include "kernels/hive/prony.h"
 #include "kernels/paff/elasticity.h"
 

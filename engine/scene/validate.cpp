@@ -121,6 +121,13 @@ class Validator {
     return words;
   }
 
+  std::string why_left_out(const KeySpec& key, const std::string& name) const {
+    const auto list = context_.left_out.find(key.vocabulary);
+    if (list == context_.left_out.end()) return {};
+    const auto at = list->second.find(name);
+    return at == list->second.end() ? std::string() : at->second;
+  }
+
   void refuse(const KeySpec& key, const Json& value, const std::string& path) {
     std::vector<std::string> candidates;
     for (const Json& choice : key.choices)
@@ -128,7 +135,10 @@ class Validator {
     const auto list = context_.vocabularies.find(key.vocabulary);
     if (list != context_.vocabularies.end()) candidates = list->second;
     std::string text = "found " + describe(value) + ", expected " + wanted(key);
-    if (value.is_string()) text += did_you_mean(value.get<std::string>(), candidates);
+    if (value.is_string()) {
+      const std::string why = why_left_out(key, value.get<std::string>());
+      text += why.empty() ? did_you_mean(value.get<std::string>(), candidates) : ": " + why;
+    }
     add(path, std::move(text));
   }
 

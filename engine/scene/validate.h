@@ -14,6 +14,8 @@ namespace viscera {
 struct ReadContext {
   std::map<std::string, std::vector<std::string>> vocabularies;  ///< an absent one isn't checked
   std::function<Result<std::string>(const std::string&)> find_file;
+  /// By list: names that this build lacks, and why; said where one is found.
+  std::map<std::string, std::map<std::string, std::string>> left_out;
 };
 
 struct Mistake {

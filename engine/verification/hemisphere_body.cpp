@@ -8,6 +8,7 @@
 
 #include "kernels/base/stopwatch.h"
 #include "kernels/contact/cell_pattern.h"
+#include "kernels/formulations/formulations.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 
@@ -102,8 +103,7 @@ Result<std::unique_ptr<HemisphereBody>> HemisphereBody::prepare(const Hemisphere
   std::unique_ptr<HemisphereBody> body(new HemisphereBody);
   body->formulation_ = find_formulation(options.formulation);
   if (!body->formulation_) {
-    return failure(fmt::format("formulation: found \"{}\", expected one of {}", options.formulation,
-                               fmt::join(formulation_names(), ", ")));
+    return failure("formulation: " + unknown_formulation(options.formulation));
   }
   body->material_ = {kHemisphereModulus, options.poisson_ratio};
   const auto finest = spacing_for(options, progress);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/hive/hyperelastic.h"
+
 namespace viscera {
 namespace {
 

@@ -6,7 +6,8 @@
 
 #include <vector>
 
-#include "kernels/hive/hyperelastic.h"
+#include "kernels/hive/hyperelastic_model.h"
+#include "kernels/paff/elasticity.h"
 
 namespace viscera {
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "haptics/devices/state_bytes.h"
+
 namespace viscera {
 namespace {
 
@@ -46,6 +48,33 @@ void RecordingDevice::write(const Vec3& force) noexcept {
   inner_.write(force);
 }
 
+RecordingDevice::State RecordingDevice::state() const {
+  return {inner_.state_bytes(), recording_.samples, finite_, kept_, dropped_};
+}
+
+void RecordingDevice::restore(const State& state) {
+  inner_.restore_bytes(state.inner);
+  recording_.samples.assign(state.samples.begin(), state.samples.end());
+  finite_ = state.finite;
+  kept_ = state.kept;
+  dropped_ = state.dropped;
+}
+
+bool RecordingDevice::fits(const State& state) const {
+  return state.samples.size() <= most_ && (!state.kept || !state.samples.empty()) &&
+         inner_.fits_bytes(state.inner);
+}
+
+std::vector<std::byte> RecordingDevice::state_bytes() const {
+  return saved(*this);
+}
+bool RecordingDevice::fits_bytes(std::span<const std::byte> bytes) const {
+  return state_in(bytes, *this).has_value();
+}
+void RecordingDevice::restore_bytes(std::span<const std::byte> bytes) {
+  if (const auto state = state_in(bytes, *this)) restore(*state);
+}
+
 RecordedDevice::RecordedDevice(HapticRecording recording)
     : name_("recorded (" + recording.device + ")"), recording_(std::move(recording)) {
   for (const HapticSample& sample : recording_.samples) {
@@ -57,13 +86,14 @@ RecordedDevice::RecordedDevice(HapticRecording recording)
 DeviceState RecordedDevice::read(std::uint64_t tick) noexcept {
   const std::vector<HapticSample>& samples = recording_.samples;
   const double time = static_cast<double>(tick) * recording_.dt;
-  while (next_ < samples.size() && samples[next_].time <= time + kSameTime) ++next_;
+  while (state_.next < samples.size() && samples[state_.next].time <= time + kSameTime)
+    ++state_.next;
   DeviceState gone;
   gone.connected = false;
   if (samples.empty()) return gone;
-  if (next_ == 0) return samples.front().state;
-  const HapticSample& last = samples[next_ - 1];
-  if (next_ == samples.size() && time > last.time + recording_.dt) {
+  if (state_.next == 0) return samples.front().state;
+  const HapticSample& last = samples[state_.next - 1];
+  if (state_.next == samples.size() && time > last.time + recording_.dt) {
     gone.pose = last.state.pose;
     gone.sample = last.state.sample;
     return gone;
@@ -72,14 +102,24 @@ DeviceState RecordedDevice::read(std::uint64_t tick) noexcept {
   if (exact_) return state;
 
   state.sample = tick + 1;
-  if (next_ == samples.size()) return state;
-  const HapticSample& to = samples[next_];
+  if (state_.next == samples.size()) return state;
+  const HapticSample& to = samples[state_.next];
   const double share = (time - last.time) / (to.time - last.time);
   if (share > 0.0) {
     state.pose.position += share * (to.state.pose.position - state.pose.position);
     state.pose.orientation = state.pose.orientation.slerp(share, to.state.pose.orientation);
   }
   return state;
+}
+
+std::vector<std::byte> RecordedDevice::state_bytes() const {
+  return saved(*this);
+}
+bool RecordedDevice::fits_bytes(std::span<const std::byte> bytes) const {
+  return state_in(bytes, *this).has_value();
+}
+void RecordedDevice::restore_bytes(std::span<const std::byte> bytes) {
+  if (const auto state = state_in(bytes, *this)) restore(*state);
 }
 
 }  // namespace viscera

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptics/devices/state_bytes.h"
+
 namespace viscera {
 namespace {
 
@@ -26,13 +28,15 @@ DeviceLimits phantom_premium_1_0a() {
 }
 
 SimulatedDevice::SimulatedDevice(SimulatedDeviceSettings settings)
-    : settings_(std::move(settings)), position_(settings_.path.at(0.0).pose.position) {}
+    : settings_(std::move(settings)) {
+  state_.position = settings_.path.at(0.0).pose.position;
+}
 
 void SimulatedDevice::write(const Vec3& force) noexcept {
-  force_ = force;
+  state_.force = force;
   // Amplifiers give no more.
-  const double size = force_.norm();
-  if (size > settings_.limits.peak_force) force_ *= settings_.limits.peak_force / size;
+  const double size = state_.force.norm();
+  if (size > settings_.limits.peak_force) state_.force *= settings_.limits.peak_force / size;
 }
 
 /// One tick under the held force.
@@ -44,34 +48,49 @@ void SimulatedDevice::advance(double from) {
   const double implicit = inertia + dt * (hand.damping + dt * hand.stiffness);
   for (int step = 0; step < kSteps; ++step) {
     const HandPath::At wanted = settings_.path.at(from + (step + 1) * dt);
-    const Vec3 pull = hand.stiffness * (wanted.pose.position - position_) +
-                      hand.damping * wanted.velocity + force_;
-    velocity_ = (inertia * velocity_ + dt * pull) / implicit;
-    const double speed = velocity_.norm(), lost = dt * limits.friction / implicit;
-    velocity_ = speed > lost ? Vec3(velocity_ * (1.0 - lost / speed)) : Vec3::Zero();
-    position_ += dt * velocity_;
+    const Vec3 pull = hand.stiffness * (wanted.pose.position - state_.position) +
+                      hand.damping * wanted.velocity + state_.force;
+    state_.velocity = (inertia * state_.velocity + dt * pull) / implicit;
+    const double speed = state_.velocity.norm(), lost = dt * limits.friction / implicit;
+    state_.velocity = speed > lost ? Vec3(state_.velocity * (1.0 - lost / speed)) : Vec3::Zero();
+    state_.position += dt * state_.velocity;
     for (int axis = 0; axis < 3; ++axis) {
-      const double inside =
-          std::clamp(position_[axis], limits.work_space.min()[axis], limits.work_space.max()[axis]);
-      if (inside == position_[axis]) continue;
-      position_[axis] = inside;
-      velocity_[axis] = 0.0;
+      const double inside = std::clamp(state_.position[axis], limits.work_space.min()[axis],
+                                       limits.work_space.max()[axis]);
+      if (inside == state_.position[axis]) continue;
+      state_.position[axis] = inside;
+      state_.velocity[axis] = 0.0;
     }
   }
 }
 
 DeviceState SimulatedDevice::read(std::uint64_t tick) noexcept {
-  if (!started_ || tick > tick_ + kMostMissed) tick_ = tick;
-  started_ = true;
-  for (; tick_ < tick; ++tick_) advance(static_cast<double>(tick_) * settings_.dt);
+  if (!state_.started || tick > state_.tick + kMostMissed) state_.tick = tick;
+  state_.started = true;
+  for (; state_.tick < tick; ++state_.tick)
+    advance(static_cast<double>(state_.tick) * settings_.dt);
   const HandPath::At wanted = settings_.path.at(static_cast<double>(tick) * settings_.dt);
   DeviceState state;
   const double step = settings_.limits.resolution;
-  state.pose.position = (position_ / step).array().round() * step;
+  state.pose.position = (state_.position / step).array().round() * step;
   state.pose.orientation = wanted.pose.orientation;
   state.buttons = wanted.buttons;
   state.sample = tick + 1;
   return state;
+}
+
+bool SimulatedDevice::fits(const State& state) const {
+  return state.position.allFinite() && state.velocity.allFinite() && state.force.allFinite();
+}
+
+std::vector<std::byte> SimulatedDevice::state_bytes() const {
+  return saved(*this);
+}
+bool SimulatedDevice::fits_bytes(std::span<const std::byte> bytes) const {
+  return state_in(bytes, *this).has_value();
+}
+void SimulatedDevice::restore_bytes(std::span<const std::byte> bytes) {
+  if (auto state = state_in(bytes, *this)) restore(std::move(*state));
 }
 
 }  // namespace viscera

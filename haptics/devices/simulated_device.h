@@ -33,17 +33,36 @@ class SimulatedDevice : public HapticDevice {
   void write(const Vec3& force) noexcept override;
 
   /// Where the handle really is [m], between the encoders' steps.
-  const Vec3& position() const { return position_; }
-  const Vec3& velocity() const { return velocity_; }
+  const Vec3& position() const { return state_.position; }
+  const Vec3& velocity() const { return state_.velocity; }
+
+  /// Handle and hand; where the hand wants to be follows from the tick.
+  struct State {
+    Vec3 position = Vec3::Zero(), velocity = Vec3::Zero(), force = Vec3::Zero();
+    bool started = false;
+    std::uint64_t tick = 0;
+    static constexpr auto fields() {
+      return std::tuple(field("position", &State::position), field("velocity", &State::velocity),
+                        field("force", &State::force), field("started", &State::started),
+                        field("tick", &State::tick));
+    }
+  };
+  const State& state() const { return state_; }
+  void restore(const State& state) { state_ = state; }
+  bool fits(const State& state) const;
+
+  std::string why_not_saved() const override { return {}; }
+  std::vector<std::byte> state_bytes() const override;
+  bool fits_bytes(std::span<const std::byte> bytes) const override;
+  void restore_bytes(std::span<const std::byte> bytes) override;
 
  private:
   void advance(double from);
 
   std::string name_ = "simulated";
   SimulatedDeviceSettings settings_;
-  Vec3 position_, velocity_ = Vec3::Zero(), force_ = Vec3::Zero();
-  bool started_ = false;
-  std::uint64_t tick_ = 0;
+  State state_;
 };
+static_assert(fields_cover<SimulatedDevice::State>() && StateOwner<SimulatedDevice>);
 
 }  // namespace viscera

@@ -175,13 +175,18 @@ void read(ByteReader& source, T& value) {
     bool there = false;
     read(source, there);
     if (!there) return value.reset();
-    if (!value) value.emplace();
+    if constexpr (std::is_default_constructible_v<typename T::value_type>)
+      if (!value) value.emplace();
+    if (!value) return void(source.fail());
     read(source, *value);
   } else if constexpr (Is<T, std::unique_ptr>::value) {
     bool there = false;
     read(source, there);
     if (!there) return value.reset();
-    if (!value) value = std::make_unique<typename T::element_type>();
+    // What can't be made here must be there already, and only takes its state.
+    if constexpr (std::is_default_constructible_v<typename T::element_type>)
+      if (!value) value = std::make_unique<typename T::element_type>();
+    if (!value) return void(source.fail());
     read(source, *value);
   } else if constexpr (Is<T, std::pair>::value) {
     read(source, value.first);
@@ -202,6 +207,8 @@ void read(ByteReader& source, T& value) {
     if (rows < 0 || cols < 0 || rows > kMost || cols > kMost ||
         (T::RowsAtCompileTime != Eigen::Dynamic && rows != T::RowsAtCompileTime) ||
         (T::ColsAtCompileTime != Eigen::Dynamic && cols != T::ColsAtCompileTime) ||
+        (T::MaxRowsAtCompileTime != Eigen::Dynamic && rows > T::MaxRowsAtCompileTime) ||
+        (T::MaxColsAtCompileTime != Eigen::Dynamic && cols > T::MaxColsAtCompileTime) ||
         !source.holds(static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(cols),
                       sizeof(typename T::Scalar))) {
       source.fail();
@@ -212,6 +219,8 @@ void read(ByteReader& source, T& value) {
   } else if constexpr (StateOwner<T>) {
     typename T::State state;
     read(source, state);
+    if constexpr (requires { value.fits(state); })
+      if (!source.failed() && !value.fits(state)) source.fail();
     if (!source.failed()) value.restore(std::move(state));
   } else if constexpr (HasFields<T>) {
     each_field(value, [&](std::string_view, auto& member) { read(source, member); });

@@ -14,7 +14,8 @@
 // the padding behind a smaller one escapes it.
 //
 // A class that computes keeps what lasts from call to call in such a struct, `State`, and tells it
-// by state(), takes it by restore(State). What it holds besides is made from that, or of no effect.
+// by state(), takes it by restore(State), and says by fits(State) whether one is its own. What it
+// holds besides is made from that, or of no effect.
 #pragma once
 
 #include <array>

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 namespace viscera {
 
@@ -35,6 +36,12 @@ class Hasher {
 
   /// 32 hexadecimal digits.
   std::string hex() const;
+
+  /// All that it has been fed, in as many bytes whatever that was, for restore() on a machine of
+  /// this kind.
+  std::vector<std::byte> save() const;
+  /// False where these can't be such bytes; the hash is then as it was.
+  bool restore(std::span<const std::byte> saved);
 
  private:
   struct State;

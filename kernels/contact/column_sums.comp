@@ -1,12 +1,15 @@
 // sum_column_triples (column_sums.h) for all touched organs at once.
 //
-// Columns lie in tiles of 4 TILE_LANES rows, column after column: what a group reads of a triple of
+// Columns lie in tiles of 4 kTileLanes rows, column after column: what a group reads of a triple of
 // columns is one stretch of memory, and a compliance can be split between tiles. A group sums one
-// tile: each lane four rows, each of PARTS threads a lane its share of the loads, so that there are
-// enough reads under way to fill the memory's pipe. The parts are added in a fixed order: the same
-// bits every time. HALF: columns in half precision, the twin of half_columns.h; their scale is in the
-// loads.
-layout(local_size_x = TILE_LANES, local_size_y = PARTS) in;
+// tile: each lane four rows, each of kLoadParts threads a lane its share of the loads, so that
+// there are enough reads under way to fill the memory's pipe. The parts are added in a fixed order:
+// the same bits every time. HALF: columns in half precision, the twin of half_columns.h; their scale
+// is in the loads.
+#include "kernels/contact/organ_table.glsl"
+#pragma passes SINGLE HALF
+
+layout(local_size_x = kTileLanes, local_size_y = kLoadParts) in;
 
 #ifdef HALF
 layout(std430, binding = 1) readonly buffer Columns { uvec2 columns[]; };
@@ -23,13 +26,13 @@ vec4 four_rows(uint at) {
 layout(std430, binding = 2) readonly buffer Loads { uvec4 loads[]; };  // x, y, z [N], triple
 layout(std430, binding = 3) writeonly buffer Displacements { vec4 displacements[]; };
 
-shared vec4 sums[PARTS][TILE_LANES];
+shared vec4 sums[kLoadParts][kTileLanes];
 
 vec4 under_load(uint tile, uvec4 load) {
-  uint at = tile + load.w * (3u * TILE_LANES);
+  uint at = tile + load.w * (3u * kTileLanes);
   vec3 force = uintBitsToFloat(load.xyz);
-  return four_rows(at) * force.x + four_rows(at + TILE_LANES) * force.y +
-         four_rows(at + 2u * TILE_LANES) * force.z;
+  return four_rows(at) * force.x + four_rows(at + kTileLanes) * force.y +
+         four_rows(at + 2u * kTileLanes) * force.z;
 }
 
 void main() {
@@ -41,14 +44,14 @@ void main() {
 
   vec4 sum = vec4(0.0);
   uint j = organ.first_load + part, end = organ.first_load + organ.loads;
-  for (; j + PARTS < end; j += 2u * PARTS) {
-    sum += under_load(tile, loads[j]) + under_load(tile, loads[j + PARTS]);
+  for (; j + kLoadParts < end; j += 2u * kLoadParts) {
+    sum += under_load(tile, loads[j]) + under_load(tile, loads[j + kLoadParts]);
   }
   if (j < end) sum += under_load(tile, loads[j]);
   sums[part][lane] = sum;
   barrier();
 
   if (part > 0u) return;
-  for (uint p = 1u; p < PARTS; ++p) sum += sums[p][lane];
-  displacements[organ.displacement / 4u + (group - organ.first_group) * TILE_LANES + lane] = sum;
+  for (uint p = 1u; p < kLoadParts; ++p) sum += sums[p][lane];
+  displacements[organ.displacement / 4u + (group - organ.first_group) * kTileLanes + lane] = sum;
 }

@@ -2,18 +2,20 @@
 // displacements from places to vertices, NEAR adds the near field, which the CPU computes, to the
 // few vertices that feel it, NORMALS makes normals from the deformed triangles.
 //
-// Rows of different length (a vertex's carriers, its triangles) lie in slices of SLICE vertices:
+// Rows of different length (a vertex's carriers, its triangles) lie in slices of kSlice vertices:
 // first entry of all of them, second entry of all ..., padded to the longest with entries that add
 // nothing, so that neighbouring threads read neighbouring words.
+#include "kernels/contact/organ_table.glsl"
+#pragma passes CARRY NEAR NORMALS
 
 #ifdef NEAR
 
-layout(local_size_x = SURFACE_GROUP) in;
+layout(local_size_x = kSurfaceGroup) in;
 layout(std430, binding = 1) readonly buffer Near { uvec4 near_field[]; };  // vertex; x, y, z [m]
 layout(std430, binding = 2) buffer Positions { float positions[]; };
 
 void main() {
-  uint at = group_index() * SURFACE_GROUP + gl_LocalInvocationID.x;
+  uint at = group_index() * kSurfaceGroup + gl_LocalInvocationID.x;
   if (at >= uint(entries)) return;
   vec3 moved = uintBitsToFloat(near_field[at].yzw);
   uint place = 3u * near_field[at].x;
@@ -24,7 +26,7 @@ void main() {
 
 #else
 
-layout(local_size_x = SURFACE_GROUP) in;
+layout(local_size_x = kSurfaceGroup) in;
 layout(std430, binding = 1) readonly buffer SliceBegin { uint slice_begin[]; };
 layout(std430, binding = 2) readonly buffer Entries { uvec2 row_entries[]; };
 
@@ -36,12 +38,12 @@ layout(std430, binding = 5) writeonly buffer Positions { float positions[]; };
 /// An entry: place, weight.
 void work(OrganEntry organ, uint vertex, uint slice, uint lane) {
   vec3 moved = vec3(0.0);
-  for (uint e = slice_begin[slice] + lane; e < slice_begin[slice + 1u]; e += SLICE) {
+  for (uint e = slice_begin[slice] + lane; e < slice_begin[slice + 1u]; e += kSlice) {
     uint place = organ.displacement + 3u * row_entries[e].x;
     moved += uintBitsToFloat(row_entries[e].y) *
              vec3(displacements[place], displacements[place + 1u], displacements[place + 2u]);
   }
-  uint from = 3u * (slice * SLICE + lane), to = 3u * (organ.first_vertex + vertex);
+  uint from = 3u * (slice * kSlice + lane), to = 3u * (organ.first_vertex + vertex);
   positions[to] = rest[from] + moved.x;
   positions[to + 1u] = rest[from + 1u] + moved.y;
   positions[to + 2u] = rest[from + 2u] + moved.z;
@@ -67,7 +69,7 @@ vec3 position_of(uint vertex) {
 void work(OrganEntry organ, uint vertex, uint slice, uint lane) {
   vec3 here = position_of(organ.first_vertex + vertex);
   vec3 sum = vec3(0.0);
-  for (uint e = slice_begin[slice] + lane; e < slice_begin[slice + 1u]; e += SLICE) {
+  for (uint e = slice_begin[slice] + lane; e < slice_begin[slice + 1u]; e += kSlice) {
     vec3 u = position_of(organ.first_vertex + row_entries[e].x) - here;
     vec3 v = position_of(organ.first_vertex + row_entries[e].y) - here;
     vec3 area_vector = cross(u, v);
@@ -89,9 +91,9 @@ void main() {
   uint group = group_index();
   if (group >= uint(groups)) return;
   OrganEntry organ = organ_of(group);
-  uint vertex = (group - organ.first_group) * SURFACE_GROUP + gl_LocalInvocationID.x;
+  uint vertex = (group - organ.first_group) * kSurfaceGroup + gl_LocalInvocationID.x;
   if (vertex >= organ.vertices) return;
-  work(organ, vertex, organ.first_slice + vertex / SLICE, vertex % SLICE);
+  work(organ, vertex, organ.first_slice + vertex / kSlice, vertex % kSlice);
 }
 
 #endif

@@ -3,7 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
+#include "kernels/base/archive.h"
 #include "kernels/base/wide.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/facing.h"
@@ -24,14 +26,7 @@ constexpr double kFeltSpacings = 0.35;
 /// cells are then put together in a call, each for about what the sum over all touched places
 /// costs.
 constexpr int kStaysAfter = 3;
-constexpr int kCellsPerCall = 2;
-
-bool is_sound(const ContactCell& cell) {
-  return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
-         cell.displacement.allFinite() && cell.free.allFinite() && std::isfinite(cell.depth) &&
-         std::isfinite(cell.area) && cell.area > 0.0 && cell.friction >= 0.0 &&
-         std::isfinite(cell.friction);
-}
+constexpr std::size_t kCellsPerCall = 2;
 
 /// C += A B for A (m x m), B and C (m x columns), column-major: four columns of A at a time, read
 /// once.
@@ -59,24 +54,6 @@ VISCERA_WIDE void add_product(const float* a, const float* b, float* c, Eigen::I
       for (Eigen::Index i = 0; i < m; ++i) sum[i] += p[i] * fp;
     }
   }
-}
-
-/// The loads of both, each ascending, as one.
-ContactResponse merged(const ContactResponse& one, const ContactResponse& other) {
-  ContactResponse sum;
-  for (std::size_t i = 0, j = 0; i < one.touched.size() || j < other.touched.size();) {
-    const bool first =
-        j == other.touched.size() || (i < one.touched.size() && one.touched[i] <= other.touched[j]);
-    const ContactResponse& from = first ? one : other;
-    const std::size_t at = first ? i++ : j++;
-    if (!sum.touched.empty() && sum.touched.back() == from.touched[at]) {
-      sum.loads.back() += from.loads[at];
-    } else {
-      sum.touched.push_back(from.touched[at]);
-      sum.loads.push_back(from.loads[at]);
-    }
-  }
-  return sum;
 }
 
 }  // namespace
@@ -122,14 +99,14 @@ struct PatchContact::Anchors {
 };
 
 /// S: the share of each touched place in the load of each cell.
-void PatchContact::spread_cells(std::span<const ContactCell> cells) {
+void PatchContact::spread_cells(std::span<const Place> cells) {
   near_fields_.clear();
   stiffness_.clear();
   beyond_touchable_ = 0;
   spread_.resize(std::max(spread_.size(), cells.size()));
   touched_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    const ContactCell& cell = cells[k];
+    const Place& cell = cells[k];
     const double sigma = spread_factor() * spacing_at(surface_, cell.position);
     if (!spread_load(surface_, cell.position, cell.normal, sigma, spread_[k])) {
       ++beyond_touchable_;
@@ -282,7 +259,8 @@ void PatchContact::couple_cells() {
 
 /// Adds the near field, about the mean of both normals, so that it stays reciprocal; that among the
 /// anchors they have in them.
-void PatchContact::couple_nearby(std::span<const ContactCell> cells) {
+void PatchContact::couple_nearby() {
+  const std::vector<Place>& cells = state_.places;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l < std::min(k + 1, moving_cells()); ++l) {
       const double faces = facing(cells[k].normal.dot(cells[l].normal));
@@ -304,7 +282,7 @@ void PatchContact::couple_nearby(std::span<const ContactCell> cells) {
 }
 
 /// The rows and columns of the anchors: S_k (C S^T) with the other cells, and their own.
-void PatchContact::couple_anchors(std::span<const ContactCell> cells) {
+void PatchContact::couple_anchors() {
   const Anchors& anchors = *anchors_;
   const auto n = weights_.rows(), m = weights_.cols();
   const auto own = static_cast<Eigen::Index>(3 * anchors.places.size());
@@ -328,51 +306,52 @@ void PatchContact::couple_anchors(std::span<const ContactCell> cells) {
   near_fields_.insert(near_fields_.end(), anchors.near_fields.begin(), anchors.near_fields.end());
   stiffness_.insert(stiffness_.end(), anchors.stiffness.begin(), anchors.stiffness.end());
   beyond_touchable_ += anchors.beyond_touchable;
-  couple_nearby(cells);
+  couple_nearby();
 }
 
-/// Of the cells whose places are remembered.
-bool PatchContact::ends_in_anchors(std::span<const ContactCell> cells) const {
-  return anchors_ && cells.size() >= anchors_->places.size() &&
-         std::equal(anchors_->places.rbegin(), anchors_->places.rend(), places_.rbegin());
+bool PatchContact::ends_in_anchors(std::span<const Place> places) const {
+  return anchors_ && places.size() >= anchors_->places.size() &&
+         std::equal(anchors_->places.rbegin(), anchors_->places.rend(), places.rbegin());
 }
 
 std::size_t PatchContact::moving_cells() const {
-  return places_.size() - (anchored_ ? anchors_->places.size() : 0);
+  return state_.places.size() - (anchored_ ? anchors_->places.size() : 0);
 }
 
 bool PatchContact::remember_places(std::span<const ContactCell> cells) {
-  bool same = cells.size() == places_.size();
-  places_.resize(cells.size());
+  std::vector<Place>& places = state_.places;
+  bool same = cells.size() == places.size();
+  places.resize(cells.size());
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const Place place{cells[k].position, cells[k].normal, cells[k].area};
-    same = same && place == places_[k];
-    places_[k] = place;
+    same = same && place == places[k];
+    places[k] = place;
   }
   return same;
 }
 
 bool PatchContact::remember_ways(std::span<const ContactCell> cells, const MatrixX& backing) {
-  bool same = cells.size() == ways_.size() && backing.rows() == backing_.rows() &&
+  std::vector<Way>& ways = state_.ways;
+  bool same = cells.size() == ways.size() && backing.rows() == backing_.rows() &&
               (backing.array() == backing_.array()).all();
   backing_ = backing;
-  ways_.resize(cells.size());
+  ways.resize(cells.size());
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const Way way{cells[k].direction, cells[k].friction, cells[k].held};
-    same = same && way == ways_[k];
-    ways_[k] = way;
+    same = same && way == ways[k];
+    ways[k] = way;
   }
   return same;
 }
 
 /// One unknown a pressed cell, along its direction; two more across it with friction; three along
 /// the axes for a held one.
-void PatchContact::list_unknowns(std::span<const ContactCell> cells) {
+void PatchContact::list_unknowns() {
   unknowns_.clear();
   bilateral_.clear();
   conditions_.clear();
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    const ContactCell& cell = cells[k];
+  for (std::size_t k = 0; k < state_.ways.size(); ++k) {
+    const Way& cell = state_.ways[k];
     const auto add = [&](const Vec3& direction) {
       unknowns_.push_back({static_cast<int>(k), direction});
       bilateral_.push_back(cell.held);
@@ -430,13 +409,14 @@ void PatchContact::solve_conditions(ContactSolution& solution) {
     return condition.kind == ContactCondition::Kind::kFriction;
   });
   if (rubs) {
-    const FrictionFigures figures = frictional_.solve(matrix_, wanted_, conditions_, amounts_);
+    const FrictionFigures figures =
+        solvers_->frictional.solve(matrix_, wanted_, conditions_, state_.amounts);
     solution.pivots = figures.rounds;
     solution.converged = figures.converged;
     solution.residual = figures.residual;
     std::vector<int> loaded;
-    for (Eigen::Index i = 0; i < amounts_.size(); ++i) {
-      if (amounts_[i] != 0.0) loaded.push_back(static_cast<int>(i));
+    for (Eigen::Index i = 0; i < state_.amounts.size(); ++i) {
+      if (state_.amounts[i] != 0.0) loaded.push_back(static_cast<int>(i));
     }
     if (!same_matrix_ || loaded != measured_ || loaded.empty()) {
       const MatrixX part = matrix_(loaded, loaded);
@@ -447,18 +427,18 @@ void PatchContact::solve_conditions(ContactSolution& solution) {
     solution.smallest_eigenvalue = measured_eigenvalue_;
     if (compliance_.symmetric && solution.smallest_eigenvalue <= 0.0) {
       solution.converged = false;
-      amounts_.setZero();
+      state_.amounts.setZero();
     }
     return;
   }
-  if (active_.size() != unknowns_.size()) {
-    active_.resize(unknowns_.size());
-    for (std::size_t i = 0; i < active_.size(); ++i) {
-      active_[i] = wanted_[static_cast<Eigen::Index>(i)] > 0.0;
+  if (state_.active.size() != unknowns_.size()) {
+    state_.active.resize(unknowns_.size());
+    for (std::size_t i = 0; i < state_.active.size(); ++i) {
+      state_.active[i] = wanted_[static_cast<Eigen::Index>(i)] > 0.0;
     }
   }
-  const UnilateralFigures figures =
-      unilateral_.solve(matrix_, wanted_, bilateral_, active_, amounts_, compliance_.symmetric);
+  const UnilateralFigures figures = solvers_->unilateral.solve(
+      matrix_, wanted_, bilateral_, state_.active, state_.amounts, compliance_.symmetric);
   solution.pivots = figures.pivots;
   solution.converged = figures.converged;
   solution.smallest_eigenvalue = figures.smallest_eigenvalue;
@@ -468,29 +448,31 @@ void PatchContact::solve_conditions(ContactSolution& solution) {
 void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& solution) {
   const Eigen::Map<const VectorX> forces(solution.forces.front().data(),
                                          static_cast<Eigen::Index>(3 * cells.size()));
-  Eigen::Map<VectorX>(displacements_.front().data(), forces.size()).noalias() = response_ * forces;
-  if (lifted_.size() > 0) {
-    const VectorX more = lifted_ * amounts_;
+  Eigen::Map<VectorX>(state_.displacements.front().data(), forces.size()).noalias() =
+      response_ * forces;
+  if (state_.lifted.size() > 0) {
+    const VectorX more = state_.lifted * state_.amounts;
     for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-      displacements_[static_cast<std::size_t>(unknowns_[i].cell)] +=
+      state_.displacements[static_cast<std::size_t>(unknowns_[i].cell)] +=
           more[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
     }
   }
-  for (std::size_t k = 0; k < cells.size(); ++k) displacements_[k] += cells[k].free;
+  for (std::size_t k = 0; k < cells.size(); ++k) state_.displacements[k] += cells[k].free;
   solution.slips.assign(cells.size(), Vec3::Zero());
   solution.violation = 0.0;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const ContactCell& cell = cells[k];
     if (cell.held) continue;
     const Vec3& way = cell.direction;
-    solution.violation = std::max(solution.violation, cell.depth - displacements_[k].dot(way));
+    solution.violation =
+        std::max(solution.violation, cell.depth - state_.displacements[k].dot(way));
     if (cell.friction == 0.0) continue;
     // Inside its cone a cell sticks; what is left between the two is round-off.
     const Vec3& force = solution.forces[k];
     const double pushed = force.dot(way);
     const double dragged = (force - pushed * way).norm();
     if (pushed > 0.0 && dragged < (1.0 - 1e-9) * cell.friction * pushed) continue;
-    const Vec3 off = displacements_[k] - cell.displacement;
+    const Vec3 off = state_.displacements[k] - cell.displacement;
     solution.slips[k] = off - way.dot(off) * way;
   }
 }
@@ -505,11 +487,11 @@ void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& 
 // eigenvalues lifted to the ridge [Higham1988], taken of the matrix scaled to a unit diagonal. It
 // is a continuous function of the cells and of nothing else, so the contact stays conservative.
 void PatchContact::lift() {
-  lifted_.resize(0, 0);
+  state_.lifted.resize(0, 0);
   lifted_share_ = 0.0;
   if (!compliance_.symmetric) return;
-  whole_factor_.compute(matrix_);
-  if (whole_factor_.info() == Eigen::Success) return;
+  solvers_->whole_factor.compute(matrix_);
+  if (solvers_->whole_factor.info() == Eigen::Success) return;
   if (!matrix_.allFinite() || (matrix_.diagonal().array() <= 0.0).any()) return;
   const VectorX scale = matrix_.diagonal().cwiseSqrt();
   const VectorX inverse = scale.cwiseInverse();
@@ -521,42 +503,55 @@ void PatchContact::lift() {
   lifted_share_ = missing.maxCoeff() / modes.eigenvalues().maxCoeff();
   const MatrixX rise =
       modes.eigenvectors() * missing.asDiagonal() * modes.eigenvectors().transpose();
-  lifted_ = scale.asDiagonal() * (0.5 * (rise + rise.transpose())) * scale.asDiagonal();
-  matrix_ += lifted_;
+  state_.lifted = scale.asDiagonal() * (0.5 * (rise + rise.transpose())) * scale.asDiagonal();
+  matrix_ += state_.lifted;
 }
 
-/// All that depends on the cells' places alone.
+/// Remembers the cells, and makes what depends on their places alone.
 void PatchContact::see_places(std::span<const ContactCell> cells, bool one_of_several) {
   same_matrix_ = remember_places(cells);
-  const bool counts = !one_of_several || !counted_;
-  counted_ = one_of_several;
-  if (same_matrix_) {
-    if (counts) ++stayed_;
-    return;
+  const bool counts = !one_of_several || !state_.counted;
+  state_.counted = one_of_several;
+  if (!same_matrix_) {
+    state_.stayed = 0;
+    state_.columns_built = 0;
+    columns_made_ = 0;
+    at_hand_ = false;
+  } else if (counts) {
+    ++state_.stayed;
   }
-  stayed_ = 0;
-  columns_built_ = 0;
-  anchored_ = ends_in_anchors(cells);
-  spread_cells(cells.first(moving_cells()));
+  make_response();
+}
+
+void PatchContact::make_response() {
+  if (at_hand_) return;
+  at_hand_ = true;
+  anchored_ = ends_in_anchors(state_.places);
+  spread_cells(std::span(state_.places).first(moving_cells()));
   gather_compliance();
   compress_weights();
   couple_cells();
   if (anchored_)
-    couple_anchors(cells);
+    couple_anchors();
   else
-    couple_nearby(cells);
+    couple_nearby();
+}
+
+const MatrixX& PatchContact::cell_response() {
+  if (!state_.places.empty()) make_response();
+  return response_;
 }
 
 void PatchContact::anchor(std::span<const ContactCell> cells) {
   anchors_.reset();
-  places_.clear();
+  state_.places.clear();
   // Where forces and displacements can't change places, the shortcut would need the rows, too.
   if (!compliance_.symmetric || cells.empty()) return;
   see_places(cells, true);
   auto anchors = std::make_shared<Anchors>();
   anchors->cells.assign(cells.begin(), cells.end());
   anchors->stiffness = stiffness_;
-  anchors->places = places_;
+  anchors->places = state_.places;
   anchors->near_fields = near_fields_;
   anchors->beyond_touchable = beyond_touchable_;
   anchors->touched = touched_;
@@ -571,7 +566,51 @@ void PatchContact::anchor(std::span<const ContactCell> cells) {
     take_off_columns({weights.data(), touched_.size()}, anchors->columns.data() + 3 * rows * k);
   }
   anchors_ = std::move(anchors);
-  places_.clear();
+  state_.places.clear();
+}
+
+void PatchContact::restore(State state) {
+  forget();
+  state_ = std::move(state);
+  anchored_ = ends_in_anchors(state_.places);
+  list_unknowns();
+}
+
+void PatchContact::forget() {
+  at_hand_ = matrix_at_hand_ = false;
+  // Assigning {} would keep a vector's memory.
+  const auto drop = [](auto&... vectors) {
+    (std::remove_reference_t<decltype(vectors)>().swap(vectors), ...);
+  };
+  drop(near_fields_, stiffness_, touched_, gathered_, spread_, cell_columns_, measured_);
+  columns_made_ = 0;
+  weights_ = basis_ = coefficients_ = response_ = backing_ = matrix_ = MatrixX();
+  block_.fill(Eigen::MatrixXf());
+  solvers_.reset();
+}
+
+bool PatchContact::fits(const State& state) const {
+  return is_sound(state, compliance_.touchable.size(),
+                  ends_in_anchors(state.places) ? anchors_->places.size() : 0);
+}
+
+std::size_t PatchContact::memory_bytes() const {
+  const auto of = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
+  const auto of_matrix = [](const auto& matrix) {
+    return static_cast<std::size_t>(matrix.size()) * sizeof(*matrix.data());
+  };
+  std::size_t bytes = saved_bytes(state_) + of(near_fields_) + of(stiffness_) + of(touched_) +
+                      of(gathered_) + of(local_of_) + of(spread_) + of(cell_columns_) +
+                      of(unknowns_) + of(conditions_);
+  for (const auto& shares : spread_) bytes += of(shares);
+  for (const MatrixX* matrix :
+       {&weights_, &basis_, &coefficients_, &response_, &backing_, &matrix_})
+    bytes += of_matrix(*matrix);
+  for (const Eigen::MatrixXf& block : block_) bytes += of_matrix(block);
+  if (anchors_)
+    bytes += of(anchors_->cells) + of(anchors_->places) + of(anchors_->columns) +
+             of_matrix(anchors_->weights) + of_matrix(anchors_->response);
+  return bytes;
 }
 
 void PatchContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
@@ -579,11 +618,13 @@ void PatchContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
   update_ = std::move(update);
   // All that was put together of the compliance until now is of another body.
   gathered_.clear();
-  places_.clear();
-  ways_.clear();
+  state_.places.clear();
+  state_.ways.clear();
+  state_.lifted.resize(0, 0);
   measured_.clear();
-  columns_built_ = 0;
-  stayed_ = 0;
+  state_.columns_built = 0;
+  columns_made_ = 0;
+  state_.stayed = 0;
   if (const auto anchors = anchors_) anchor(anchors->cells);
 }
 
@@ -614,16 +655,16 @@ void PatchContact::apply_forces(std::span<const ContactCell> cells, ContactSolut
             Eigen::Map<const Eigen::Matrix3Xd>(by.front().data(), 3, weights.rows()) * weights;
       return one;
     };
-    response_of_forces_ = spread(forces.first(moving_cells()), weights_, touched_);
-    response = anchored_ ? merged(response_of_forces_, spread(forces.subspan(moving_cells()),
-                                                              anchors_->weights, anchors_->touched))
-                         : response_of_forces_;
-    forces_ = solution.forces;
+    state_.response = spread(forces.first(moving_cells()), weights_, touched_);
+    response = anchored_ ? merged(state_.response, spread(forces.subspan(moving_cells()),
+                                                          anchors_->weights, anchors_->touched))
+                         : state_.response;
+    state_.forces = solution.forces;
   } else {
     response.touched.clear();
     response.loads.clear();
-    response_of_forces_ = response;
-    forces_.clear();
+    state_.response = response;
+    state_.forces.clear();
   }
   measure(cells, solution);
 }
@@ -640,23 +681,25 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
   solution.slips.assign(cells.size(), Vec3::Zero());
   response.touched.clear();
   response.loads.clear();
-  response_of_forces_ = response;
-  forces_.clear();
-  displacements_.assign(cells.size(), Vec3::Zero());
+  state_.response = response;
+  state_.forces.clear();
+  state_.displacements.assign(cells.size(), Vec3::Zero());
   if (cells.empty()) return;
-  if (!std::all_of(cells.begin(), cells.end(), is_sound)) {
+  if (!std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); })) {
     solution.converged = false;
     solution.smallest_eigenvalue = 0.0;
     solution.near_fields.assign(cells.size(), NearField(material_, surface_.spacings.front()));
     return;
   }
 
+  if (!solvers_) solvers_.emplace();
   see_places(cells, backing.rows() > 0);
-  same_matrix_ = remember_ways(cells, backing) && same_matrix_;
+  same_matrix_ = remember_ways(cells, backing) && same_matrix_ && matrix_at_hand_;
   if (!same_matrix_) {
-    list_unknowns(cells);
+    list_unknowns();
     assemble(backing);
     lift();
+    matrix_at_hand_ = true;
   }
   set_wanted(cells);
   solve_conditions(solution);
@@ -666,7 +709,7 @@ void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& so
   solution.beyond_touchable = beyond_touchable_;
   for (std::size_t i = 0; i < unknowns_.size(); ++i) {
     solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
-        amounts_[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
+        state_.amounts[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
   }
   apply_forces(cells, solution, response);
 }
@@ -676,40 +719,40 @@ void PatchContact::load(std::span<const ContactCell> cells, std::span<const Vec3
   see_places(cells, true);
   if (!same_matrix_) {
     // The matrix of the conditions belongs to other places now.
-    ways_.clear();
+    state_.ways.clear();
     unknowns_.clear();
-    lifted_.resize(0, 0);
+    state_.lifted.resize(0, 0);
     lifted_share_ = 0.0;
   }
-  if (lifted_.size() > 0)
+  if (state_.lifted.size() > 0)
     for (std::size_t i = 0; i < unknowns_.size(); ++i)
-      amounts_[static_cast<Eigen::Index>(i)] =
+      state_.amounts[static_cast<Eigen::Index>(i)] =
           unknowns_[i].direction.dot(forces[static_cast<std::size_t>(unknowns_[i].cell)]);
   solution.forces.assign(forces.begin(), forces.end());
   solution.converged = true;
   solution.near_fields = near_fields_;
   solution.beyond_touchable = beyond_touchable_;
-  displacements_.assign(cells.size(), Vec3::Zero());
+  state_.displacements.assign(cells.size(), Vec3::Zero());
   apply_forces(cells, solution, response);
 }
 
-/// Some more columns of C S^T: what one cell does to every place.
-void PatchContact::build_columns() {
+/// Columns of C S^T, what one cell does to every place: those that count as built and aren't here.
+void PatchContact::make_columns() {
   const std::size_t rows = compliance_.rows();
-  if (columns_built_ == 0) cell_columns_.resize(3 * rows * moving_cells());
-  for (int step = 0; step < kCellsPerCall && columns_built_ < moving_cells(); ++step) {
-    const VectorX weights = weights_.row(static_cast<Eigen::Index>(columns_built_)).transpose();
+  if (columns_made_ == 0) cell_columns_.resize(3 * rows * moving_cells());
+  for (; columns_made_ < state_.columns_built; ++columns_made_) {
+    const VectorX weights = weights_.row(static_cast<Eigen::Index>(columns_made_)).transpose();
     sum_weighted_triples(compliance_.columns.data(), rows, touched_,
                          {weights.data(), touched_.size()},
-                         cell_columns_.data() + 3 * rows * columns_built_);
+                         cell_columns_.data() + 3 * rows * columns_made_);
     take_off_columns({weights.data(), touched_.size()},
-                     cell_columns_.data() + 3 * rows * columns_built_);
-    ++columns_built_;
+                     cell_columns_.data() + 3 * rows * columns_made_);
   }
 }
 
 void PatchContact::place_displacements(std::vector<float>& displacements) {
-  counted_ = false;
+  state_.counted = false;
+  if (!state_.places.empty()) make_response();
   const std::size_t rows = compliance_.rows(), moving = moving_cells();
   /// Columns times the forces on these cells, one triple a cell.
   const auto sum_cells = [&](const std::vector<float>& columns, std::span<const Vec3> forces,
@@ -724,20 +767,21 @@ void PatchContact::place_displacements(std::vector<float>& displacements) {
     sum_column_triples(columns.data(), rows, triples, loads, sums);
   };
   const bool worth_it = moving < touched_.size();
-  if (worth_it && stayed_ >= kStaysAfter && columns_built_ < moving) build_columns();
-  if (forces_.empty() || columns_built_ < moving || moving == 0) {
-    sum_column_triples(compliance_.columns.data(), rows, response_of_forces_.touched,
-                       response_of_forces_.loads, displacements);
+  if (worth_it && state_.stayed >= kStaysAfter)
+    state_.columns_built = std::min(state_.columns_built + kCellsPerCall, moving);
+  if (state_.columns_built > 0) make_columns();
+  if (state_.forces.empty() || state_.columns_built < moving || moving == 0) {
+    sum_column_triples(compliance_.columns.data(), rows, state_.response.touched,
+                       state_.response.loads, displacements);
     if (update_) {
-      subtract_update(*update_, response_of_forces_.touched, response_of_forces_.loads,
-                      displacements);
+      subtract_update(*update_, state_.response.touched, state_.response.loads, displacements);
     }
   } else {
-    sum_cells(cell_columns_, std::span(forces_).first(moving), displacements);
+    sum_cells(cell_columns_, std::span(state_.forces).first(moving), displacements);
   }
-  if (!anchored_ || forces_.empty()) return;
+  if (!anchored_ || state_.forces.empty()) return;
   std::vector<float> more;
-  sum_cells(anchors_->columns, std::span(forces_).subspan(moving), more);
+  sum_cells(anchors_->columns, std::span(state_.forces).subspan(moving), more);
   for (std::size_t i = 0; i < displacements.size(); ++i) displacements[i] += more[i];
 }
 

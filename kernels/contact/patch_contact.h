@@ -5,11 +5,12 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kernels/contact/frictional.h"
-#include "kernels/contact/near_field.h"
+#include "kernels/contact/patch_contact_state.h"
 #include "kernels/contact/stiffness_update.h"
 #include "kernels/contact/touchable_surface.h"
 #include "kernels/contact/unilateral.h"
@@ -17,59 +18,24 @@
 
 namespace viscera {
 
-/// A small patch of surface that a tool presses or holds as a whole.
-struct ContactCell {
-  Vec3 position = Vec3::Zero();  ///< rest, on the surface [m]
-  Vec3 normal = Vec3::UnitZ();   ///< outward unit surface normal
-  double area = 0.0;             ///< [m2]
-  bool held = false;             ///< false: pressed, can only be pushed
-
-  Vec3 direction = -Vec3::UnitZ();  ///< pressed: unit, the way the tool pushes
-  double depth = 0.0;  ///< pressed: u . direction >= depth wanted [m]; may be negative (a gap)
-  /// Held: u wanted [m]. Pressed with friction: the part of it across `direction` is the u that
-  /// keeps the cell where it clings to the tool, zero where the tool first touched it.
-  Vec3 displacement = Vec3::Zero();
-  /// u where no force acts, which the forces add to: what gravity has moved the body [m].
-  Vec3 free = Vec3::Zero();
-  /// Pressed: coefficient of Coulomb friction. Where the cell slips it clings to another place of
-  /// the tool: for the next step add ContactSolution::slips to `displacement`.
-  double friction = 0.0;
-};
-
-struct ContactSolution {
-  std::vector<Vec3> forces;  ///< on the tissue, per cell [N]              (cells)
-  std::vector<Vec3> slips;   ///< how far each cell with friction is from `displacement`, across
-                             ///< `direction` [m]; 0 where it sticks             (cells)
-  std::vector<NearField> near_fields;  ///< of each cell: what is finer than nodes   (cells)
-  int touching = 0;                    ///< cells with force
-  int beyond_touchable = 0;            ///< cells with no touchable surface in reach; they load the
-                                       ///< nearest sample
-  int pivots = 0;                      ///< exchanges of the active set; rounds, with friction
-  bool converged = false;  ///< false: no forces. A cell isn't finite, has no area or a negative
-                           ///< friction; the compliance isn't positive; or, with friction or an
-                           ///< unsymmetric compliance, no solution was found
-  double smallest_eigenvalue = 0.0;  ///< of the touching cells' compliance (its symmetric half),
-                                     ///< relative to its largest; > 0 where C is symmetric
-  double lifted = 0.0;               ///< greatest eigenvalue added to make the compliance positive,
-                                     ///< relative to its largest; 0 but for tools of several
-                                     ///< sizes at one spot, and around edges
-  double residual = 0.0;             ///< with friction: greatest violation of a condition, as a
-                                     ///< force over the greatest one
-  double violation = 0.0;            ///< greatest remaining penetration of a free cell [m]
-};
-
-/// The body's answer to the forces of a contact: what deformation and drawing need.
-struct ContactResponse {
-  std::vector<int> touched;  ///< indices into SurfaceCompliance::touchable, ascending
-  std::vector<Vec3> loads;   ///< on those places [N]
-};
-
 /// Solves contact on one body. Keeps its work arrays and the last active set between calls; one
 /// object a body, one thread. The surface, the compliance and the fields they stand on outlive it.
 class PatchContact {
  public:
+  using State = PatchContactState;
+
   PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                const IsotropicMaterial& material);
+
+  const State& state() const { return state_; }
+  /// Anchors and the update belong to it: anchor() and stiffen() come before. What else is kept is
+  /// made again by the first call that needs it.
+  void restore(State state);
+  /// Whether restore() may take it, with the anchors there are now.
+  bool fits(const State& state) const;
+  /// Lets go of what is made from the state: the next call makes it again, with the same bits.
+  void forget();
+  std::size_t memory_bytes() const;  ///< of the state, what is made from it, and anchors; about
 
   /// sigma = spread_factor() * (local spacing at the cell); where it comes from: see the source.
   static double spread_factor();
@@ -107,11 +73,11 @@ class PatchContact {
 
   /// Mean displacement of each cell under the forces of the last solve, `free` with it [m]; size as
   /// its `cells`.
-  const std::vector<Vec3>& cell_displacements() const { return displacements_; }
+  const std::vector<Vec3>& cell_displacements() const { return state_.displacements; }
 
   /// Mean displacement of each cell of the last solve or load per force on each [m/N]; (3 cells) x
   /// (3 cells).
-  const MatrixX& cell_response() const { return response_; }
+  const MatrixX& cell_response();
 
  private:
   /// One scalar unknown: the force on a cell along a unit vector.
@@ -120,36 +86,25 @@ class PatchContact {
     Vec3 direction;
   };
 
-  /// Where a cell is: all that its response depends on.
-  struct Place {
-    Vec3 position, normal;
-    double area;
-    bool operator==(const Place&) const = default;
-  };
-  /// What turns the response into equations.
-  struct Way {
-    Vec3 direction;
-    double friction;
-    bool held;
-    bool operator==(const Way&) const = default;
-  };
-
+  using Place = State::Place;
+  using Way = State::Way;
   struct Anchors;
 
   bool remember_places(std::span<const ContactCell> cells);
-  bool ends_in_anchors(std::span<const ContactCell> cells) const;
-  void couple_anchors(std::span<const ContactCell> cells);
+  bool ends_in_anchors(std::span<const Place> places) const;
+  void couple_anchors();
   std::size_t moving_cells() const;  ///< of the last see_places: those before the anchors
   bool remember_ways(std::span<const ContactCell> cells, const MatrixX& backing);
-  void build_columns();
-  void spread_cells(std::span<const ContactCell> cells);
+  void make_response();
+  void make_columns();
+  void spread_cells(std::span<const Place> places);
   void gather_compliance();
   double stiffness_about(const Vec3& position, const std::vector<LoadShare>& shares) const;
   void take_off_blocks();
   void compress_weights();
   void couple_cells();
-  void couple_nearby(std::span<const ContactCell> cells);
-  void list_unknowns(std::span<const ContactCell> cells);
+  void couple_nearby();
+  void list_unknowns();
   void assemble(const MatrixX& backing);
   void see_places(std::span<const ContactCell> cells, bool one_of_several);
   void apply_forces(std::span<const ContactCell> cells, ContactSolution& solution,
@@ -168,16 +123,14 @@ class PatchContact {
   std::shared_ptr<const StiffnessUpdate> update_;
 
   std::shared_ptr<const Anchors> anchors_;
-  bool anchored_ = false;  // the last solve's last cells are the anchors
+  State state_;
 
-  std::vector<Place> places_;  // of the last solve's cells
-  std::vector<Way> ways_;
-  MatrixX backing_;
+  // What follows from the state's places; `at_hand_`: is made.
+  bool at_hand_ = false;
+  bool anchored_ = false;  // the last cells are the anchors
   std::vector<NearField> near_fields_;
   std::vector<double> stiffness_;  // of the tissue about each cell, over sound tissue's
   int beyond_touchable_ = 0;
-  bool same_matrix_ = false;  // as in the last solve
-
   std::vector<int> touched_;                    // touchable places under the cells, ascending (m)
   std::vector<int> gathered_;                   // those whose compliance block is at hand
   std::vector<int> local_of_;                   // touchable place -> index in touched_, or -1
@@ -188,27 +141,28 @@ class PatchContact {
   // where C is symmetric, being the transposes of xy, xz and yz.
   std::array<Eigen::MatrixXf, 9> block_;
   MatrixX response_;  // mean displacement of each cell per force on each: (3 cells) x (3 cells)
+  std::vector<float> cell_columns_;  // C S^T: rows x (3 cells), where the patch has stayed
+  std::size_t columns_made_ = 0;     // of those that count as built
 
+  // And from its ways; `matrix_at_hand_`: is made.
+  bool matrix_at_hand_ = false;
+  bool same_matrix_ = false;  // as in the last solve
   std::vector<Unknown> unknowns_;
-  MatrixX matrix_;
-  double lifted_share_ = 0.0;
-  MatrixX lifted_;  // what was added to make it positive; empty: nothing
-  Eigen::LLT<MatrixX> whole_factor_;
-  VectorX wanted_, amounts_;
-  std::vector<char> bilateral_, active_;
-  UnilateralSolver unilateral_;
+  std::vector<char> bilateral_;
   std::vector<ContactCondition> conditions_;
-  FrictionSolver frictional_;
+  MatrixX backing_, matrix_;
+  double lifted_share_ = 0.0;
   std::vector<int> measured_;  // with friction: unknowns whose smallest eigenvalue is known
   double measured_eigenvalue_ = 1.0;
-  std::vector<Vec3> displacements_;
 
-  ContactResponse response_of_forces_;
-  std::vector<Vec3> forces_;
-  std::vector<float> cell_columns_;  // C S^T: rows x (3 cells), where the patch has stayed
-  std::size_t columns_built_ = 0;    // cells
-  int stayed_ = 0;                   // solves in a row at these places; several of one frame that
-  bool counted_ = false;             // are told as such count once
+  /// Their work arrays; nothing in them outlasts a solve.
+  struct Solvers {
+    Eigen::LLT<MatrixX> whole_factor;
+    UnilateralSolver unilateral;
+    FrictionSolver frictional;
+  };
+  std::optional<Solvers> solvers_;  // from the first solve on
+  VectorX wanted_;
 };
 
 }  // namespace viscera

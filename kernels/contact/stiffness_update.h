@@ -20,6 +20,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/progress.h"
 #include "kernels/contact/touchable_surface.h"
 #include "kernels/paff/elastic_region.h"
@@ -49,8 +50,16 @@ std::size_t changeable_bytes(std::size_t places, std::size_t nodes);
 struct TissueChange {
   std::vector<double> stiffness;  ///< E over that of sound tissue, at least 1               (Q)
   std::vector<double> shrinkage;  ///< length lost over length, 0 or more                    (Q)
-};
 
+  static constexpr auto fields() {
+    return std::tuple(field("stiffness", &TissueChange::stiffness),
+                      field("shrinkage", &TissueChange::shrinkage));
+  }
+};
+static_assert(fields_cover<TissueChange>());
+
+/// As large as some hundred columns of the compliance. A file may rather keep the change that it
+/// was made from: made again it has the same bits.
 struct StiffnessUpdate {
   std::size_t rows = 0;          ///< 3 places
   std::size_t rank = 0;          ///< columns of V; 0: nothing stiffened
@@ -68,7 +77,18 @@ struct StiffnessUpdate {
   double greatest_shift = 0.0;    ///< [m]
 
   std::size_t memory_bytes() const;
+
+  static constexpr auto fields() {
+    using U = StiffnessUpdate;
+    return std::tuple(field("rows", &U::rows), field("rank", &U::rank),
+                      field("columns", &U::columns), field("touchable", &U::touchable),
+                      field("stiffness", &U::stiffness), field("shift", &U::shift),
+                      field("nodes", &U::nodes), field("modes", &U::modes),
+                      field("greatest_stiffness", &U::greatest_stiffness),
+                      field("greatest_shift", &U::greatest_shift));
+  }
 };
+static_assert(fields_cover<StiffnessUpdate>());
 
 /// Eigenvalues of V^T V at touchable places below this share of the greatest are dropped. Measured
 /// on a block and a hemisphere (tests), greatest difference from the compliance of the body

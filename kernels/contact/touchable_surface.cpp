@@ -185,6 +185,12 @@ double spacing_at(const TouchableSurface& surface, const Vec3& position) {
   return sum > 0.0 ? weighted / sum : h;
 }
 
+std::size_t places_in_reach(const TouchableSurface& surface, const Vec3& position, double sigma) {
+  std::size_t count = 0;
+  places_within(surface, position, kReach * sigma, [&](int, double) { ++count; });
+  return std::max<std::size_t>(1, count);
+}
+
 bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
                  double sigma, std::vector<LoadShare>& shares) {
   std::vector<Vec2> offsets;

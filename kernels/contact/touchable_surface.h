@@ -52,5 +52,7 @@ bool spread_load(const TouchableSurface& surface, const Vec3& position, const Ve
 /// over the reach) is for this function alone.
 bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
                  double sigma, std::vector<LoadShare>& shares, std::vector<Vec2>& offsets);
+/// No more places than these take a share in such a load: how large the vectors must be.
+std::size_t places_in_reach(const TouchableSurface& surface, const Vec3& position, double sigma);
 
 }  // namespace viscera

@@ -45,7 +45,38 @@ Bioheat::Bioheat(const ThermalTissue& tissue, const BioheatOptions& options,
     : tissue_(tissue),
       options_(options),
       numbers_(numbers_of(tissue, options)),
-      bricks_(options.voxel, std::move(distance), options.most_bricks) {}
+      state_(std::make_shared<State>()),
+      bricks_(options.voxel, std::move(distance), options.most_bricks,
+              std::shared_ptr<HeatBricks::State>(state_, &state_->bricks)) {}
+
+const Bioheat::State& Bioheat::state() const {
+  assert(current_ && "fetch() comes before");
+  return *state_;
+}
+
+void Bioheat::restore(State state) {
+  bricks_.restore(std::move(state.bricks));
+  state_->vapour = std::move(state.vapour);
+  state_->totals = state.totals;
+  state_->stored_at_start = state.stored_at_start;
+  state_->version = state.version;
+  state_->passes = state.passes;
+  fetched_ = state_->totals;
+  current_ = true;
+  list_warm();
+}
+
+bool Bioheat::fits(const State& state) const {
+  const auto is_sound = [](const Vapour& one) {
+    return one.position.allFinite() && std::isfinite(one.water) && std::isfinite(one.tissue) &&
+           std::isfinite(one.temperature);
+  };
+  const HeatBook& book = state.totals.book;
+  return bricks_.fits(state.bricks) && std::ranges::all_of(state.vapour, is_sound) &&
+         std::isfinite(book.residual()) && std::isfinite(state.totals.greatest) &&
+         std::isfinite(state.totals.water_lost) && std::isfinite(state.totals.tissue_lost) &&
+         std::isfinite(state.stored_at_start) && state.passes >= 0;
+}
 
 void Bioheat::heat_voxel(HeatBrick& brick, int voxel, double power) {
   if (brick.geometry->fraction[voxel] <= 0.0f) return;
@@ -62,7 +93,7 @@ void Bioheat::draw_from_voxel(HeatBrick& brick, int voxel, double energy) {
   assert(current_ && "fetch() comes before");
   brick.warm->excess[voxel] -= static_cast<float>(energy / voxel_capacity(brick, voxel));
   brick.warm->altered = true;
-  totals_.book.instrument += energy;
+  state_->totals.book.instrument += energy;
 }
 
 void Bioheat::compute_on(std::shared_ptr<HeatPasses> passes, HeatReturn fields) {
@@ -85,10 +116,10 @@ void Bioheat::fetch() {
   if (!device_->fetch(warm_)) {
     device_failure_ = device_->trouble();
     forget_device();
-    totals_ = fetched_;
+    state_->totals = fetched_;
   }
   current_ = true;
-  fetched_ = totals_;
+  fetched_ = state_->totals;
 }
 
 void Bioheat::list_warm() {
@@ -99,20 +130,20 @@ void Bioheat::list_warm() {
 
 void Bioheat::step(double dt) {
   list_warm();
-  vapour_.clear();
-  passes_ = 0;
+  state_->vapour.clear();
+  state_->passes = 0;
   if (warm_.empty() || !(dt > 0.0)) return;
-  if (current_) fetched_ = totals_;
+  if (current_) fetched_ = state_->totals;
   if (!take_step(dt)) {
     device_failure_ = device_->trouble();
     forget_device();
-    totals_ = fetched_;
+    state_->totals = fetched_;
     current_ = true;
-    passes_ = 0;
+    state_->passes = 0;
     take_step(dt);
   }
   book_step();
-  ++version_;
+  ++state_->version;
   follow_heat();
   let_go();
   list_warm();
@@ -125,7 +156,7 @@ bool Bioheat::take_step(double dt) {
   double left = dt;
   while (left > 0.0) {
     const HeatFlows now = passes().prepare();
-    ++passes_;
+    ++state_->passes;
     if (!passes().trouble().empty()) return false;
     if (left == dt) source = now.source;
     // A voxel that takes all of its neighbours' mean within a step just doesn't overshoot.
@@ -146,17 +177,18 @@ bool Bioheat::take_step(double dt) {
   const bool fields = !device_ || return_ == HeatReturn::kEveryStep;
   if (!passes().finish(fields)) return false;
   current_ = fields;
-  totals_.book.delivered += source * voxel_volume() * dt;
+  state_->totals.book.delivered += source * voxel_volume() * dt;
   return true;
 }
 
 /// Of flows over time: [K s], [J/m].
 void Bioheat::book_flows(double living, double boundary) {
   const double volume = voxel_volume();
-  totals_.book.perfused +=
+  state_->totals.book.perfused +=
       volume * living * tissue_.perfusion * water::kBloodDensity * water::kBloodHeat;
-  totals_.book.metabolic += volume * living * tissue_.metabolic_heat * tissue_.metabolic_slope;
-  totals_.book.boundary += options_.voxel * boundary;
+  state_->totals.book.metabolic +=
+      volume * living * tissue_.metabolic_heat * tissue_.metabolic_slope;
+  state_->totals.book.boundary += options_.voxel * boundary;
 }
 
 void Bioheat::advance(const HeatFlows& now, double dt) {
@@ -172,7 +204,7 @@ bool Bioheat::super_step(const HeatFlows& first, double dt, int stages) {
     const SuperStage s = super_stage(j, stages);
     if (j > 1) {
       now = passes().rates();
-      ++passes_;
+      ++state_->passes;
       if (!passes().trouble().empty()) return false;
     }
     const auto next = [&](double HeatFlows::*flow) {
@@ -191,16 +223,16 @@ bool Bioheat::super_step(const HeatFlows& first, double dt, int stages) {
 void Bioheat::book_step() {
   for (HeatBrick* brick : warm_) {
     HeatBrick::Warm& warm = *brick->warm;
-    totals_.book.latent += warm.sums.latent;
-    totals_.book.vapour += warm.sums.vapour;
-    totals_.book.pyrolysis += warm.sums.pyrolysis;
-    totals_.book.gas += warm.sums.gas;
-    totals_.greatest = std::max(totals_.greatest, static_cast<double>(warm.greatest));
+    state_->totals.book.latent += warm.sums.latent;
+    state_->totals.book.vapour += warm.sums.vapour;
+    state_->totals.book.pyrolysis += warm.sums.pyrolysis;
+    state_->totals.book.gas += warm.sums.gas;
+    state_->totals.greatest = std::max(state_->totals.greatest, static_cast<double>(warm.greatest));
     for (const VoxelVapour& lost : warm.vapour) {
-      vapour_.push_back(
+      state_->vapour.push_back(
           {bricks_.centre(*brick, lost.voxel), lost.water, lost.tissue, lost.temperature});
-      totals_.water_lost += lost.water;
-      totals_.tissue_lost += lost.tissue;
+      state_->totals.water_lost += lost.water;
+      state_->totals.tissue_lost += lost.tissue;
     }
     if (warm.heated) warm.source.fill(0.0f);
     warm.heated = false;
@@ -235,7 +267,7 @@ void Bioheat::let_go() {
     if (brick.warm->idle < kPatience) continue;
     HeatBrick* gone = &brick;
     if (!current_ && !device_->fetch({&gone, 1})) continue;  // as the next step will find
-    totals_.book.boundary += stored_in(brick, numbers_);
+    state_->totals.book.boundary += stored_in(brick, numbers_);
     bricks_.cool_down(i);
   }
 }
@@ -249,14 +281,14 @@ double Bioheat::stored() const {
 }
 
 HeatBook Bioheat::book() const {
-  HeatBook book = totals_.book;
-  book.stored = stored() - stored_at_start_;
+  HeatBook book = state_->totals.book;
+  book.stored = stored() - state_->stored_at_start;
   return book;
 }
 
 void Bioheat::begin_book() {
-  totals_.book = {};
-  stored_at_start_ = stored();
+  state_->totals.book = {};
+  state_->stored_at_start = stored();
 }
 
 double Bioheat::excess_now() const {

@@ -38,7 +38,13 @@ struct Vapour {
   double water = 0.0;            ///< boiled [kg]
   double tissue = 0.0;           ///< fumes of charring solids [kg]
   double temperature = 0.0;      ///< [K]
+
+  static constexpr auto fields() {
+    return std::tuple(field("position", &Vapour::position), field("water", &Vapour::water),
+                      field("tissue", &Vapour::tissue), field("temperature", &Vapour::temperature));
+  }
 };
+static_assert(fields_cover<Vapour>());
 
 /// When fields that a device holds come to the CPU.
 enum class HeatReturn {
@@ -48,8 +54,43 @@ enum class HeatReturn {
 
 class Bioheat {
  public:
+  /// What goes with the fields: both are of one time.
+  struct Totals {
+    HeatBook book;  ///< but for `stored`
+    double greatest = 0.0, water_lost = 0.0, tissue_lost = 0.0;
+
+    static constexpr auto fields() {
+      using T = Totals;
+      return std::tuple(field("book", &T::book), field("greatest", &T::greatest),
+                        field("water_lost", &T::water_lost), field("tissue_lost", &T::tissue_lost));
+    }
+  };
+  struct State {
+    HeatBricks::State bricks;
+    std::vector<Vapour> vapour;  ///< of the last step
+    Totals totals;
+    double stored_at_start = 0.0;  ///< of the book [J]
+    std::uint64_t version = 0;
+    int passes = 0;  ///< of the last step
+
+    static constexpr auto fields() {
+      using S = State;
+      return std::tuple(field("bricks", &S::bricks), field("vapour", &S::vapour),
+                        field("totals", &S::totals), field("stored_at_start", &S::stored_at_start),
+                        field("version", &S::version), field("passes", &S::passes));
+    }
+  };
+
   /// `tissue` has passed check(). `distance`: see SignedDistance; none: tissue is everywhere.
   Bioheat(const ThermalTissue& tissue, const BioheatOptions& options, SignedDistance distance = {});
+
+  /// Between steps: heat put in for the step to come isn't in it. Where a device keeps fields for
+  /// itself, fetch() comes before.
+  const State& state() const;
+  /// A device takes all fields anew. Who remembers version() forgets it.
+  void restore(State state);
+  /// Whether restore() may take it; see HeatBricks.
+  bool fits(const State& state) const;
 
   const ThermalTissue& tissue() const { return tissue_; }
   const BioheatOptions& options() const { return options_; }
@@ -81,7 +122,7 @@ class Bioheat {
 
   /// Of the last step; boiling and charring, not the evaporation of warm wet tissue. In order of
   /// bricks.
-  const std::vector<Vapour>& vapour() const { return vapour_; }
+  const std::vector<Vapour>& vapour() const { return state_->vapour; }
   /// Smoke among it [kg].
   double smoke(const Vapour& vapour) const {
     return tissue_.smoke_yield * (vapour.water + vapour.tissue);
@@ -93,22 +134,16 @@ class Bioheat {
 
   std::size_t warm_bricks() const { return warm_.size(); }
   std::size_t warm_voxels() const { return warm_.size() * BrickField::kVoxels; }
-  double greatest_excess() const { return totals_.greatest; }      ///< so far [K]
-  double excess_now() const;                                       ///< the greatest there is [K]
-  double tissue_above(double kelvin) const;                        ///< volume now [m3]
-  double harmed_volume(double damage = 1.0) const;                 ///< Omega at least this [m3]
-  double vaporised_water() const { return totals_.water_lost; }    ///< so far, boiled [kg]
-  double vaporised_tissue() const { return totals_.tissue_lost; }  ///< so far [kg]
-  std::uint64_t version() const { return version_; }   ///< raised when a step changed something
-  int passes_of_last_step() const { return passes_; }  ///< evaluations of the rates
+  double greatest_excess() const { return state_->totals.greatest; }      ///< so far [K]
+  double excess_now() const;                                              ///< greatest there is [K]
+  double tissue_above(double kelvin) const;                               ///< volume now [m3]
+  double harmed_volume(double damage = 1.0) const;                        ///< Omega >= this [m3]
+  double vaporised_water() const { return state_->totals.water_lost; }    ///< so far, boiled [kg]
+  double vaporised_tissue() const { return state_->totals.tissue_lost; }  ///< so far [kg]
+  std::uint64_t version() const { return state_->version; }   ///< raised by steps that change it
+  int passes_of_last_step() const { return state_->passes; }  ///< evaluations of the rates
 
  private:
-  /// What goes with the fields: both are of one time.
-  struct Totals {
-    HeatBook book;
-    double greatest = 0.0, water_lost = 0.0, tissue_lost = 0.0;
-  };
-
   HeatPasses& passes() { return device_ ? *device_ : cpu_; }
   void forget_device();
   bool take_step(double dt);
@@ -124,18 +159,16 @@ class Bioheat {
   ThermalTissue tissue_;
   BioheatOptions options_;
   BioheatNumbers numbers_;
+  std::shared_ptr<State> state_;  // never null; its bricks are those of `bricks_`
   HeatBricks bricks_;
   std::vector<HeatBrick*> warm_;  // in order of bricks
-  std::vector<Vapour> vapour_;
   CpuHeatPasses cpu_;
   std::shared_ptr<HeatPasses> device_;  // null: cpu_
   HeatReturn return_ = HeatReturn::kEveryStep;
   bool current_ = true;  // the fields here are those of now
   std::string device_failure_;
-  Totals totals_, fetched_;  // now; when the fields last came
-  double stored_at_start_ = 0.0;
-  std::uint64_t version_ = 0;
-  int passes_ = 0;
+  Totals fetched_;  // when the fields last came
 };
+static_assert(fields_cover<Bioheat::Totals>() && fields_cover<Bioheat::State>());
 
 }  // namespace viscera

@@ -1,4 +1,7 @@
 // advance_brick (ADVANCE) and advance_stage (STAGE) of bioheat_passes.h.
+#include "kernels/heat/heat_passes.glsl"
+#pragma passes ADVANCE STAGE
+
 layout(std430, binding = 1) readonly buffer Rate { float rate[]; };
 layout(std430, binding = 2) buffer Excess { float excess[]; };
 layout(std430, binding = 3) buffer Before { float before[]; };
@@ -9,7 +12,7 @@ uniform float dt;
 void main() {
   uint group = group_index();
   if (group >= uint(groups)) return;
-  uint i = uint(table[group].slot) * VOXELS + gl_LocalInvocationID.x;
+  uint i = uint(table[group].slot) * kBrickVoxels + gl_LocalInvocationID.x;
   float t = excess[i];
   before[i] = t;
   excess[i] = t + dt * rate[i];
@@ -26,7 +29,7 @@ uniform float newest_share, older_share, first_share, slope, first_slope;
 void main() {
   uint group = group_index();
   if (group >= uint(groups)) return;
-  uint i = uint(table[group].slot) * VOXELS + gl_LocalInvocationID.x;
+  uint i = uint(table[group].slot) * kBrickVoxels + gl_LocalInvocationID.x;
   float t = excess[i], now = rate[i];
   if (begins != 0) {
     before[i] = t;

@@ -1,4 +1,7 @@
 // prepare_brick (PREPARE) and find_rates (RATES) of bioheat_passes.h.
+#include "kernels/heat/heat_passes.glsl"
+#pragma passes PREPARE RATES
+
 layout(std430, binding = 1) readonly buffer Excess { float excess[]; };
 layout(std430, binding = 2) readonly buffer Geometry { float geometry[]; };
 
@@ -14,17 +17,19 @@ void main() {
   uint group = group_index();
   if (group >= uint(groups)) return;
   uint lane = gl_LocalInvocationID.x;
-  uint i = uint(table[group].slot) * VOXELS + lane;
-  float fraction = geometry[uint(table[group].geometry) * GEOMETRY + lane];
+  uint i = uint(table[group].slot) * kBrickVoxels + lane;
+  float fraction = geometry[uint(table[group].geometry) * kGeometryWords + lane];
   float w = water[i], t = excess[i];
   float conducts =
-      (pass.dry_conductivity + (pass.wet_conductivity - pass.dry_conductivity) * w) *
-      (1.0 + pass.conductivity_slope * clamp(t, 0.0, pass.boiling));
+      (pass.numbers.dry_conductivity +
+       (pass.numbers.wet_conductivity - pass.numbers.dry_conductivity) * w) *
+      (1.0 + pass.numbers.conductivity_slope * clamp(t, 0.0, pass.numbers.boiling));
   // Where the front of drying is, the sign says so.
-  bool front = w > 0.0 && w < 1.0 && t >= AT_BOILING * pass.boiling;
+  bool front = w > 0.0 && w < 1.0 && t >= kAtBoiling * pass.numbers.boiling;
   conductivity[i] = front ? -conducts : conducts;
-  float capacity = fraction * (pass.solids_capacity * (1.0 - pass.lost_solids * charred[i]) +
-                               pass.water_capacity * w);
+  float capacity =
+      fraction * (pass.numbers.solids_capacity * (1.0 - pass.numbers.lost_solids * charred[i]) +
+                  pass.numbers.water_capacity * w);
   inverse_capacity[i] = capacity > 0.0 ? 1.0 / capacity : 0.0;
   living[i] = fraction * exponential(-damage[i]);
 }
@@ -37,9 +42,9 @@ layout(std430, binding = 5) readonly buffer InverseCapacity { float inverse_capa
 layout(std430, binding = 6) readonly buffer Living { float living[]; };
 layout(std430, binding = 7) readonly buffer Sums { HeatSums sums[]; };
 layout(std430, binding = 8) writeonly buffer Rate { float rate[]; };
-layout(std430, binding = 9) writeonly buffer Flows { vec4 flows[]; };  // by slot: HeatFlows of a brick
+layout(std430, binding = 9) writeonly buffer Flows { BrickFlows flows[]; };  // by slot
 
-shared vec4 parts[VOXELS];
+shared vec4 parts[kBrickVoxels];
 
 /// As the two voxels lie on either side of a front of drying or not; see rate_rows.
 float conductance(float own, float other) {
@@ -54,15 +59,17 @@ void main() {
   if (group >= uint(groups)) return;
   uint lane = gl_LocalInvocationID.x;
   HeatEntry brick = table[group];
-  uint slot = uint(brick.slot), i = slot * VOXELS + lane;
-  uint x = lane % EDGE, y = lane / EDGE % EDGE, z = lane / LAYER;
-  uint place = uint(brick.geometry) * GEOMETRY;
-  uint open_x = place + OPEN_X + x + 9u * (y + EDGE * z);
-  uint open_y = place + OPEN_Y + x + EDGE * (y + 9u * z);
-  uint open_z = place + OPEN_Z + lane;
-  uint open[6] = uint[6](open_x, open_x + 1u, open_y, open_y + EDGE, open_z, open_z + LAYER);
-  bool inside[6] = bool[6](x > 0u, x < 7u, y > 0u, y < 7u, z > 0u, z < 7u);
-  uint stride[6] = uint[6](1u, 1u, EDGE, EDGE, LAYER, LAYER);
+  uint slot = uint(brick.slot), i = slot * kBrickVoxels + lane;
+  uint x = lane % kBrickEdge, y = lane / kBrickEdge % kBrickEdge, z = lane / kBrickLayer;
+  uint place = uint(brick.geometry) * kGeometryWords;
+  uint open_x = place + kOpenX + x + kBrickRow * (y + kBrickEdge * z);
+  uint open_y = place + kOpenY + x + kBrickEdge * (y + kBrickRow * z);
+  uint open_z = place + kOpenZ + lane;
+  uint open[6] =
+      uint[6](open_x, open_x + 1u, open_y, open_y + kBrickEdge, open_z, open_z + kBrickLayer);
+  const uint last = kBrickEdge - 1u;
+  bool inside[6] = bool[6](x > 0u, x < last, y > 0u, y < last, z > 0u, z < last);
+  uint stride[6] = uint[6](1u, 1u, kBrickEdge, kBrickEdge, kBrickLayer, kBrickLayer);
   float t = excess[i], k = conductivity[i];
   float flow = 0.0, links = 0.0, leak = 0.0;
   for (int side = 0; side < 6; ++side) {
@@ -74,11 +81,11 @@ void main() {
       other_k = conductivity[at];
     } else if (brick.beside[side] >= 0) {
       // The same place along the side, in the opposite layer.
-      uint across = 7u * stride[side];
-      uint at = uint(brick.beside[side]) * VOXELS + (up ? lane - across : lane + across);
+      uint across = last * stride[side];
+      uint at = uint(brick.beside[side]) * kBrickVoxels + (up ? lane - across : lane + across);
       other_t = excess[at];
       other_k = conductivity[at];
-    } else if (sums[slot].border[side] > pass.followed) {
+    } else if (sums[slot].border[side] > pass.numbers.followed) {
       other_t = 0.0;
       leak += share * abs(k) * t;
     }
@@ -89,15 +96,17 @@ void main() {
   float q = brick.heated != 0 ? source[i] : 0.0;
   float inverse = inverse_capacity[i], alive = living[i];
   float felt = alive * t;
-  rate[i] = (pass.inverse_square * flow + q - pass.drain * felt) * inverse;
-  parts[lane] = vec4(felt, leak, q, (pass.inverse_square * links + pass.drain * alive) * inverse);
-  for (uint half_way = VOXELS / 2u; half_way > 0u; half_way /= 2u) {
+  rate[i] = (pass.numbers.inverse_square * flow + q - pass.numbers.drain * felt) * inverse;
+  parts[lane] =
+      vec4(felt, leak, q,
+           (pass.numbers.inverse_square * links + pass.numbers.drain * alive) * inverse);
+  for (uint half_way = kBrickVoxels / 2u; half_way > 0u; half_way /= 2u) {
     barrier();
     if (lane < half_way) {
       vec4 a = parts[lane], b = parts[lane + half_way];
       parts[lane] = vec4(a.xyz + b.xyz, max(a.w, b.w));
     }
   }
-  if (lane == 0u) flows[slot] = parts[0];
+  if (lane == 0u) flows[slot] = BrickFlows(parts[0].x, parts[0].y, parts[0].z, parts[0].w);
 }
 #endif

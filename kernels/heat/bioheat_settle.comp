@@ -1,5 +1,7 @@
 // settle_brick of bioheat_passes.h, in single precision: differences are written out where they would
 // cancel.
+#include "kernels/heat/heat_passes.glsl"
+
 layout(std430, binding = 1) readonly buffer Geometry { float geometry[]; };
 layout(std430, binding = 2) readonly buffer Before { float before[]; };
 layout(std430, binding = 3) buffer Excess { float excess[]; };
@@ -7,20 +9,20 @@ layout(std430, binding = 4) buffer Water { float water[]; };
 layout(std430, binding = 5) buffer Damage { float damage[]; };
 layout(std430, binding = 6) buffer Charred { float charred[]; };
 layout(std430, binding = 7) buffer Sums { HeatSums sums[]; };
-layout(std430, binding = 8) buffer Lost { vec4 lost[]; };  // water, fumes [kg/m3], excess [K]
+layout(std430, binding = 8) buffer Lost { VoxelLoss lost[]; };
 
 uniform float dt;
 uniform int first;  // substep of its step: sums begin anew
 
 shared uint border[6];  // greatest excess along each side, as its bits: it isn't negative
 shared uint dried, harmed;
-shared vec4 parts[VOXELS];
+shared vec4 parts[kBrickVoxels];
 
 /// Over all threads, by halves: sums of x and w, the greatest y and z.
 vec4 state_of_brick(vec4 value) {
   uint lane = gl_LocalInvocationID.x;
   parts[lane] = value;
-  for (uint half_way = VOXELS / 2u; half_way > 0u; half_way /= 2u) {
+  for (uint half_way = kBrickVoxels / 2u; half_way > 0u; half_way /= 2u) {
     barrier();
     if (lane < half_way) {
       vec4 a = parts[lane], b = parts[lane + half_way];
@@ -35,7 +37,7 @@ vec4 sum_of_brick(vec4 value) {
   uint lane = gl_LocalInvocationID.x;
   barrier();  // the parts before these have been read
   parts[lane] = value;
-  for (uint half_way = VOXELS / 2u; half_way > 0u; half_way /= 2u) {
+  for (uint half_way = kBrickVoxels / 2u; half_way > 0u; half_way /= 2u) {
     barrier();
     if (lane < half_way) parts[lane] += parts[lane + half_way];
   }
@@ -51,31 +53,31 @@ struct Voxel {
 };
 
 float capacity(Voxel v) {
-  return v.fraction * (pass.solids_capacity * (1.0 - pass.lost_solids * v.c) +
-                       pass.water_capacity * v.w);
+  return v.fraction * (pass.numbers.solids_capacity * (1.0 - pass.numbers.lost_solids * v.c) +
+                       pass.numbers.water_capacity * v.w);
 }
 
 void lose_water(inout Voxel v, float mass) {
   float whole = v.fraction * pass.water_mass;
   float left = mass >= whole * v.w ? 0.0 : max(0.0, v.w - mass / whole);
-  if (left < LEAST_WATER) left = 0.0;
+  if (left < float(kLeastWater)) left = 0.0;
   v.latent += mass * pass.latent_heat;
-  v.vapour += v.fraction * pass.water_capacity * (v.w - left) * v.t;
+  v.vapour += v.fraction * pass.numbers.water_capacity * (v.w - left) * v.t;
   v.w = left;
 }
 
 /// Saturated vapour over what there is at body temperature.
 float vapour_rise(float t) {
-  float e = min(t, pass.boiling), at = pass.body + e;
-  float more = exponential_less_one(pass.vapour_slope * e / (pass.body * at));
-  return pass.resting_vapour * (more * pass.body - e) / at;
+  float e = min(t, pass.numbers.boiling), at = pass.numbers.body + e;
+  float more = exponential_less_one(pass.vapour_slope * e / (pass.numbers.body * at));
+  return pass.resting_vapour * (more * pass.numbers.body - e) / at;
 }
 
 void cool(inout Voxel v, float area) {
   float dry = pass.cooling * v.t;
-  float wet = pass.evaporation * min(1.0, v.w / WET_SURFACE) * vapour_rise(v.t);
+  float wet = pass.evaporation * min(1.0, v.w / kWetSurface) * vapour_rise(v.t);
   float capacity_before = capacity(v);
-  float pull = dt * (dry + wet) / v.t * area / (pass.voxel * capacity_before);
+  float pull = dt * (dry + wet) / v.t * area / (pass.numbers.voxel * capacity_before);
   float energy = capacity_before * v.t * (pull / (1.0 + pull));
   v.t = v.t / (1.0 + pull);
   float into_vapour =
@@ -85,27 +87,29 @@ void cool(inout Voxel v, float area) {
 }
 
 void boil(inout Voxel v) {
-  if (!(v.t > pass.boiling) || !(v.w > 0.0)) return;
-  float energy = capacity(v) * (v.t - pass.boiling);
+  if (!(v.t > pass.numbers.boiling) || !(v.w > 0.0)) return;
+  float energy = capacity(v) * (v.t - pass.numbers.boiling);
   float mass = min(energy / pass.latent_heat, v.fraction * pass.water_mass * v.w);
-  v.t = pass.boiling;
+  v.t = pass.numbers.boiling;
   lose_water(v, mass);
   v.boiled += mass;
   if (v.w <= 0.0) v.t += max(0.0, energy - mass * pass.latent_heat) / capacity(v);
 }
 
 void char_solids(inout Voxel v) {
-  if (!(v.w <= 0.0) || !(v.t > pass.boiling) || !(v.c < 1.0)) return;
+  if (!(v.w <= 0.0) || !(v.t > pass.numbers.boiling) || !(v.c < 1.0)) return;
   float whole = v.fraction * pass.fumes_mass;
-  float rate = exponential(pass.pyrolysis_exponent - pass.pyrolysis_kelvin / (pass.body + v.t));
+  float rate =
+      exponential(pass.pyrolysis_exponent - pass.pyrolysis_kelvin / (pass.numbers.body + v.t));
   float share = (1.0 - v.c) * -exponential_less_one(-dt * rate);
-  float at_hand = capacity(v) * (v.t - pass.boiling);
+  float at_hand = capacity(v) * (v.t - pass.numbers.boiling);
   share = min(share, at_hand / (whole * pass.pyrolysis_heat));
-  if (!(share > LEAST_CHARRING)) return;
+  if (!(share > float(kLeastCharring))) return;
   float mass = whole * share, heat = mass * pass.pyrolysis_heat;
   v.t -= heat / capacity(v);
   float after = min(1.0, v.c + share);
-  v.vapour += v.fraction * pass.solids_capacity * pass.lost_solids * (after - v.c) * v.t;
+  v.vapour += v.fraction * pass.numbers.solids_capacity * pass.numbers.lost_solids *
+              (after - v.c) * v.t;
   v.c = after;
   v.fumes += mass;
   v.pyrolysis += heat;
@@ -113,22 +117,23 @@ void char_solids(inout Voxel v) {
 
 /// Of Omega, as damage_rows has it.
 float damage_gain(float t0, float t1) {
-  float x0 = pass.damage_exponent - pass.damage_kelvin / (pass.body + t0);
-  float x1 = pass.damage_exponent - pass.damage_kelvin / (pass.body + t1);
+  float exponent = pass.numbers.damage_exponent, kelvin = pass.numbers.damage_kelvin;
+  float x0 = exponent - kelvin / (pass.numbers.body + t0);
+  float x1 = exponent - kelvin / (pass.numbers.body + t1);
   float half_way = 0.5 * (x1 - x0), square = half_way * half_way;
   float mean = square < 0.25
                    ? exponential(0.5 * (x0 + x1)) *
                          (1.0 + square * (1.0 / 6.0 + square * (1.0 / 120.0)))
                    : (exponential(x1) - exponential(x0)) / (x1 - x0);
-  return max(0.0, mean - pass.resting_rate);
+  return max(0.0, mean - pass.numbers.resting_rate);
 }
 
 void main() {
   uint group = group_index();
   if (group >= uint(groups)) return;
   uint lane = gl_LocalInvocationID.x;
-  uint slot = uint(table[group].slot), i = slot * VOXELS + lane;
-  uint place = uint(table[group].geometry) * GEOMETRY;
+  uint slot = uint(table[group].slot), i = slot * kBrickVoxels + lane;
+  uint place = uint(table[group].geometry) * kGeometryWords;
   if (lane < 6u) border[lane] = 0u;
   if (lane == 0u) {
     dried = 0u;
@@ -138,13 +143,13 @@ void main() {
   barrier();
 
   Voxel v = Voxel(geometry[place + lane], excess[i], water[i], charred[i], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-  float area = geometry[place + AREA + lane], start = before[i];
+  float area = geometry[place + kSurfaceArea + lane], start = before[i];
   bool dries = false;
-  if (pass.cooling > 0.0 && area > 0.0 && v.t > FELT_AT_SURFACE) {
+  if (pass.cooling > 0.0 && area > 0.0 && v.t > kFeltAtSurface) {
     cool(v, area);
     dries = true;
   }
-  if (v.t > pass.boiling && !(v.w <= 0.0 && v.c >= 1.0)) {
+  if (v.t > pass.numbers.boiling && !(v.w <= 0.0 && v.c >= 1.0)) {
     boil(v);
     char_solids(v);
     dries = true;
@@ -154,41 +159,44 @@ void main() {
     water[i] = v.w;
     charred[i] = v.c;
     dried = 1u;
-    if (v.w < DRIED_WATER) harmed = 1u;
+    if (v.w < float(kDriedWater)) harmed = 1u;
   }
   bool gives = v.boiled + v.fumes > 0.0;
   float size = abs(v.t);
-  uvec3 at = uvec3(lane % EDGE, lane / EDGE % EDGE, lane / LAYER);
-  uint open[3] = uint[3](place + OPEN_X + at.x + 9u * (at.y + EDGE * at.z),
-                         place + OPEN_Y + at.x + EDGE * (at.y + 9u * at.z), place + OPEN_Z + lane);
-  uint stride[3] = uint[3](1u, EDGE, LAYER);
+  uvec3 at = uvec3(lane % kBrickEdge, lane / kBrickEdge % kBrickEdge, lane / kBrickLayer);
+  uint open[3] = uint[3](place + kOpenX + at.x + kBrickRow * (at.y + kBrickEdge * at.z),
+                         place + kOpenY + at.x + kBrickEdge * (at.y + kBrickRow * at.z),
+                         place + kOpenZ + lane);
+  uint stride[3] = uint[3](1u, kBrickEdge, kBrickLayer);
   for (uint axis = 0u; axis < 3u; ++axis) {
     if (at[axis] == 0u && geometry[open[axis]] > 0.0)
       atomicMax(border[2u * axis], floatBitsToUint(size));
-    if (at[axis] == EDGE - 1u && geometry[open[axis] + stride[axis]] > 0.0)
+    if (at[axis] == kBrickEdge - 1u && geometry[open[axis] + stride[axis]] > 0.0)
       atomicMax(border[2u * axis + 1u], floatBitsToUint(size));
   }
   vec4 state = state_of_brick(
       vec4(capacity(v) * v.t, size, max(0.0, start), gives ? 1.0 : 0.0));
 
   // A voxel that was hot at the start and isn't now counts too.
-  bool felt = max(state.y, state.z) > DAMAGE_FELT;
+  bool felt = max(state.y, state.z) > kDamageFelt;
   if (felt && v.fraction > 0.0) {
-    float omega = min(damage[i] + dt * damage_gain(start, v.t), MOST_DAMAGE);
+    float omega = min(damage[i] + dt * damage_gain(start, v.t), kMostDamage);
     damage[i] = omega;
-    if (omega > HARMED_DAMAGE) harmed = 1u;
+    if (omega > kHarmedDamage) harmed = 1u;
   }
   uint vapours = uint(state.w), vapours_before = first != 0 ? 0u : earlier.vapours;
   if (vapours > 0u) {
-    vec4 lost_before = vapours_before > 0u ? lost[i] : vec4(0.0);
-    lost[i] = vec4(lost_before.xy + vec2(v.boiled, v.fumes), gives ? v.t : lost_before.z, 0.0);
+    VoxelLoss lost_before = VoxelLoss(0.0, 0.0, 0.0, 0.0);
+    if (vapours_before > 0u) lost_before = lost[i];
+    lost[i] = VoxelLoss(lost_before.water + v.boiled, lost_before.fumes + v.fumes,
+                        gives ? v.t : lost_before.excess, 0.0);
   }
   barrier();
   vec4 energies = vec4(0.0);
   if (dried != 0u) energies = sum_of_brick(vec4(v.latent, v.vapour, v.pyrolysis, v.gas));
   if (lane != 0u) return;
-  uint flags = (dried != 0u ? CHANGED_WATER : 0u) | (felt ? CHANGED_DAMAGE : 0u) |
-               (harmed != 0u ? HARMED : 0u);
+  uint flags = (dried != 0u ? kWaterChanged : 0u) | (felt ? kDamageChanged : 0u) |
+               (harmed != 0u ? kHarmedForGood : 0u);
   if (first == 0) {
     energies += vec4(earlier.latent, earlier.vapour, earlier.pyrolysis, earlier.gas);
     flags |= earlier.changed;

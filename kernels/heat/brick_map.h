@@ -16,6 +16,11 @@ class BrickMap {
  public:
   static constexpr int kNone = -1;
 
+  /// Indices beyond these would be taken for others.
+  static bool holds(const BrickIndex& brick) {
+    return brick.minCoeff() >= -(1 << 20) && brick.maxCoeff() < 1 << 20;
+  }
+
   int find(const BrickIndex& brick) const {
     const auto found = numbers_.find(key_of(brick));
     return found == numbers_.end() ? kNone : found->second;

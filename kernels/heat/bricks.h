@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/heat/brick_layout.h"
 #include "kernels/heat/brick_map.h"
 
 namespace viscera {
@@ -14,7 +15,7 @@ namespace viscera {
 /// 8 x 8 x 8 voxels a brick, values at voxel centres, float, zero where no brick is.
 class BrickField {
  public:
-  static constexpr int kEdge = 8;  ///< voxels along a brick
+  static constexpr int kEdge = kBrickEdge;  ///< voxels along a brick
   static constexpr int kVoxels = kEdge * kEdge * kEdge;
   using Values = std::array<float, kVoxels>;  ///< x fastest
   using Index = BrickIndex;                   ///< of a brick or a voxel

@@ -21,8 +21,8 @@ struct CoagulatedPoints {
 };
 
 /// Voxels are finer than the points, so nothing may fall between these: what a voxel has become
-/// counts at the point nearest to it, averaged over the volume that the point stands for. Bricks
-/// remember which points these are.
+/// counts at the point nearest to it, averaged over the volume that the point stands for. Which
+/// points these are is remembered for each brick; a gauge made anew reads the same.
 class CoagulationGauge {
  public:
   /// Rest positions and the volumes that they stand for [m3].

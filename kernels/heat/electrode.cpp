@@ -149,7 +149,7 @@ CurrentReport ElectrodeTip::energise(Bioheat& heat, CurrentMode mode, double pow
 }
 
 void ElectrodeTip::cool(double dt) {
-  excess_ *= std::exp(-dt * electrode_.shaft_conductance / electrode_.heat_capacity);
+  state_.excess *= std::exp(-dt * electrode_.shaft_conductance / electrode_.heat_capacity);
 }
 
 // Each spot of the contact in turn: two bodies that even out, exactly, so no step is too long.
@@ -173,7 +173,7 @@ void ElectrodeTip::trade_heat(Bioheat& heat, const ElectrodeContact& contact, do
       const BrickIndex index = BrickField::brick_of(voxel);
       const HeatBrick* found = heat.bricks().find(index);
       // A cold tip on cold tissue warms nothing up.
-      if (!(found && found->warm) && excess_ < heat.options().followed) continue;
+      if (!(found && found->warm) && state_.excess < heat.options().followed) continue;
       HeatBrick* brick = heat.bricks().warm_up(index);
       if (!brick) continue;
       const BrickIndex local = voxel - index * HeatBricks::kEdge;
@@ -188,10 +188,10 @@ void ElectrodeTip::trade_heat(Bioheat& heat, const ElectrodeContact& contact, do
   for (const Spot& spot : spots) {
     const double tissue = heat.voxel_capacity(*spot.brick, spot.voxel);
     const double both = 1.0 / (1.0 / tissue + 1.0 / electrode_.heat_capacity);
-    const double difference = spot.brick->warm->excess[spot.voxel] - excess_;
+    const double difference = spot.brick->warm->excess[spot.voxel] - state_.excess;
     const double energy = difference * both * -std::expm1(-each * dt / both);
     heat.draw_from_voxel(*spot.brick, spot.voxel, energy);
-    excess_ += energy / electrode_.heat_capacity;
+    state_.excess += energy / electrode_.heat_capacity;
   }
 }
 

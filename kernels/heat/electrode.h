@@ -2,6 +2,8 @@
 // spreads, where it heats, and what the metal takes.
 #pragma once
 
+#include <cmath>
+
 #include "kernels/heat/bioheat.h"
 
 namespace viscera {
@@ -34,7 +36,14 @@ struct ElectrodeContact {
   Vec3 outward = Vec3::UnitZ();  ///< unit, away from the tissue
   double depth = 0.0;            ///< the metal presses in; negative: a gap [m]
   double area = 0.0;             ///< of touch [m2]; 0: from the tip's curvature and the depth
+
+  static constexpr auto fields() {
+    using E = ElectrodeContact;
+    return std::tuple(field("point", &E::point), field("outward", &E::outward),
+                      field("depth", &E::depth), field("area", &E::area));
+  }
 };
+static_assert(fields_cover<ElectrodeContact>());
 
 /// Radius of the disc through which current enters [m]; 0: none does. Where the metal doesn't
 /// touch, sparks reach over the part of the tip that is near enough for `peak_voltage`.
@@ -58,15 +67,35 @@ struct CurrentReport {
   bool sparks = false;       ///< the metal doesn't touch
   bool limited = false;      ///< by the generator's voltage
   bool refused = false;      ///< power, place or time can't be; nothing happened
+
+  static constexpr auto fields() {
+    using C = CurrentReport;
+    return std::tuple(field("power", &C::power), field("far_power", &C::far_power),
+                      field("spark_power", &C::spark_power), field("current", &C::current),
+                      field("voltage", &C::voltage), field("resistance", &C::resistance),
+                      field("radius", &C::radius), field("open", &C::open),
+                      field("sparks", &C::sparks), field("limited", &C::limited),
+                      field("refused", &C::refused));
+  }
 };
+static_assert(fields_cover<CurrentReport>());
 
 /// An electrode in use: its tip's own warmth lasts from step to step.
 class ElectrodeTip {
  public:
+  struct State {
+    double excess = 0.0;  ///< of the tip over body temperature [K]
+    static constexpr auto fields() { return std::tuple(field("excess", &State::excess)); }
+  };
+
   explicit ElectrodeTip(const Electrode& electrode = {}) : electrode_(electrode) {}
 
+  const State& state() const { return state_; }
+  void restore(State state) { state_ = state; }
+  bool fits(const State& state) const { return std::isfinite(state.excess); }
+
   const Electrode& electrode() const { return electrode_; }
-  double excess() const { return excess_; }  ///< of the tip over body temperature [K]
+  double excess() const { return state_.excess; }  ///< of the tip over body temperature [K]
 
   /// Current at `power` [W] during the step of dt that follows, while the contact moves from `from`
   /// to `to`: heats the tissue (heat.step then spreads it) and trades warmth with the metal. With
@@ -80,7 +109,8 @@ class ElectrodeTip {
   void trade_heat(Bioheat& heat, const ElectrodeContact& contact, double radius, double dt);
 
   Electrode electrode_;
-  double excess_ = 0.0;
+  State state_;
 };
+static_assert(fields_cover<ElectrodeTip::State>());
 
 }  // namespace viscera

@@ -1,6 +1,8 @@
 // Where the energy went that a body was given.
 #pragma once
 
+#include "kernels/base/fields.h"
+
 namespace viscera {
 
 /// All [J], since the book was begun. What tissue holds is taken over its resting state.
@@ -22,6 +24,16 @@ struct HeatBook {
   }
   /// What the book doesn't explain: rounding of temperatures.
   double residual() const { return given() - taken(); }
+
+  static constexpr auto fields() {
+    using H = HeatBook;
+    return std::tuple(field("delivered", &H::delivered), field("metabolic", &H::metabolic),
+                      field("stored", &H::stored), field("latent", &H::latent),
+                      field("vapour", &H::vapour), field("pyrolysis", &H::pyrolysis),
+                      field("perfused", &H::perfused), field("gas", &H::gas),
+                      field("instrument", &H::instrument), field("boundary", &H::boundary));
+  }
 };
+static_assert(fields_cover<HeatBook>());
 
 }  // namespace viscera

@@ -1,7 +1,9 @@
 #include "kernels/heat/heat_bricks.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "kernels/base/parallel.h"
@@ -29,14 +31,88 @@ int within(const BrickIndex& voxel, const BrickIndex& brick) {
 
 }  // namespace
 
-HeatBricks::HeatBricks(double voxel, SignedDistance distance, std::size_t most)
-    : voxel_(voxel), distance_(std::move(distance)), most_(most) {
+HeatBricks::State::State(const State& other) : empty(other.empty), overflowed(other.overflowed) {
+  bricks.reserve(other.bricks.size());
+  for (const auto& brick : other.bricks) bricks.push_back(std::make_unique<HeatBrick>(*brick));
+}
+
+HeatBricks::State& HeatBricks::State::operator=(State other) {
+  bricks.swap(other.bricks);
+  empty.swap(other.empty);
+  overflowed = other.overflowed;
+  return *this;
+}
+
+HeatBricks::HeatBricks(double voxel, SignedDistance distance, std::size_t most,
+                       std::shared_ptr<State> where)
+    : voxel_(voxel),
+      distance_(std::move(distance)),
+      most_(most),
+      state_(where ? std::move(where) : std::make_shared<State>()) {
   assert(voxel > 0.0);
+}
+
+void HeatBricks::restore(State state) {
+  find_geometry(state);
+  *state_ = std::move(state);
+  link_neighbours();
+}
+
+void HeatBricks::find_geometry(State& state) const {
+  std::vector<HeatBrick*> missing;
+  for (const auto& brick : state.bricks) {
+    if (brick->geometry) continue;
+    if (const HeatBrick* here = find(brick->index))
+      brick->geometry = here->geometry;
+    else
+      missing.push_back(brick.get());
+  }
+  parallel_for_each_index(missing.size(), 1, [&](std::size_t m) {
+    missing[m]->geometry = make_geometry(missing[m]->index, voxel_, distance_);
+  });
+}
+
+void HeatBricks::link_neighbours() {
+  numbers_ = {};
+  for (std::size_t i = 0; i < count(); ++i) numbers_.set(brick(i).index, static_cast<int>(i));
+  for (const BrickIndex& index : state_->empty) numbers_.set(index, kEmpty);
+  for (const auto& brick : state_->bricks) {
+    for (int side = 0; side < 6; ++side) {
+      const int other = numbers_.find(beside(brick->index, side));
+      brick->neighbours[side] =
+          other < 0 ? nullptr : state_->bricks[static_cast<std::size_t>(other)].get();
+    }
+  }
+}
+
+bool HeatBricks::fits(const State& state) const {
+  if (state.bricks.size() > most_) return false;
+  BrickMap taken;
+  const auto is_new = [&](const BrickIndex& index) {
+    if (!BrickMap::holds(index) || taken.find(index) != BrickMap::kNone) return false;
+    taken.set(index, 0);
+    return true;
+  };
+  const auto within = [](const auto& values, float low, float high) {
+    return std::ranges::all_of(values, [&](float v) { return v >= low && v <= high; });
+  };
+  constexpr float kMost = std::numeric_limits<float>::max();
+  for (const auto& brick : state.bricks) {
+    if (!brick || !is_new(brick->index) || !within(brick->water, 0.0f, 1.0f) ||
+        !within(brick->damage, 0.0f, kMost) || !within(brick->charred, 0.0f, 1.0f))
+      return false;
+    if (!brick->warm) continue;
+    const BrickWarmth& warm = *brick->warm;
+    if (!within(warm.excess, -kMost, kMost) || !within(warm.border, 0.0f, kMost) ||
+        !(warm.greatest >= 0.0f && warm.greatest <= kMost) || warm.idle < 0)
+      return false;
+  }
+  return std::ranges::all_of(state.empty, is_new);
 }
 
 const HeatBrick* HeatBricks::find(const BrickIndex& index) const {
   const int number = numbers_.find(index);
-  return number < 0 ? nullptr : bricks_[static_cast<std::size_t>(number)].get();
+  return number < 0 ? nullptr : state_->bricks[static_cast<std::size_t>(number)].get();
 }
 
 HeatBrick* HeatBricks::warm_up(const BrickIndex& index) {
@@ -48,7 +124,7 @@ std::vector<HeatBrick*> HeatBricks::warm_up(std::span<const BrickIndex> indices)
   std::vector<std::shared_ptr<const BrickGeometry>> made(indices.size());
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < indices.size(); ++i)
-    if (numbers_.find(indices[i]) == BrickMap::kNone && bricks_.size() < most_)
+    if (numbers_.find(indices[i]) == BrickMap::kNone && state_->bricks.size() < most_)
       missing.push_back(i);
   parallel_for_each_index(missing.size(), 1, [&](std::size_t m) {
     made[missing[m]] = make_geometry(indices[missing[m]], voxel_, distance_);
@@ -64,16 +140,17 @@ HeatBrick* HeatBricks::warm_up(const BrickIndex& index,
   int number = numbers_.find(index);
   if (number == kEmpty) return nullptr;
   if (number == BrickMap::kNone) {
-    if (bricks_.size() >= most_) {
-      overflowed_ = true;
+    if (state_->bricks.size() >= most_) {
+      state_->overflowed = true;
       return nullptr;
     }
     if (!geometry) geometry = make_geometry(index, voxel_, distance_);
     if (geometry->empty) {
       numbers_.set(index, kEmpty);
+      state_->empty.push_back(index);
       return nullptr;
     }
-    number = static_cast<int>(bricks_.size());
+    number = static_cast<int>(state_->bricks.size());
     numbers_.set(index, number);
     auto made = std::make_unique<HeatBrick>();
     made->index = index;
@@ -84,28 +161,28 @@ HeatBrick* HeatBricks::warm_up(const BrickIndex& index,
     for (int side = 0; side < 6; ++side) {
       const int other = numbers_.find(beside(index, side));
       if (other < 0) continue;
-      made->neighbours[side] = bricks_[static_cast<std::size_t>(other)].get();
+      made->neighbours[side] = state_->bricks[static_cast<std::size_t>(other)].get();
       made->neighbours[side]->neighbours[opposite(side)] = made.get();
     }
-    bricks_.push_back(std::move(made));
+    state_->bricks.push_back(std::move(made));
   }
-  HeatBrick& brick = *bricks_[static_cast<std::size_t>(number)];
+  HeatBrick& brick = *state_->bricks[static_cast<std::size_t>(number)];
   if (!brick.warm) brick.warm = std::make_unique<HeatBrick::Warm>();
   return &brick;
 }
 
 void HeatBricks::cool_down(std::size_t i) {
-  HeatBrick& brick = *bricks_[i];
+  HeatBrick& brick = *state_->bricks[i];
   brick.warm.reset();
   if (brick.harmed) return;
   for (int side = 0; side < 6; ++side)
     if (brick.neighbours[side]) brick.neighbours[side]->neighbours[opposite(side)] = nullptr;
   numbers_.erase(brick.index);
-  if (i + 1 < bricks_.size()) {
-    bricks_[i] = std::move(bricks_.back());
-    numbers_.set(bricks_[i]->index, static_cast<int>(i));
+  if (i + 1 < state_->bricks.size()) {
+    state_->bricks[i] = std::move(state_->bricks.back());
+    numbers_.set(state_->bricks[i]->index, static_cast<int>(i));
   }
-  bricks_.pop_back();
+  state_->bricks.pop_back();
 }
 
 BrickIndex HeatBricks::voxel_of(const Vec3& rest_position) const {
@@ -143,8 +220,9 @@ double HeatBricks::charred_at(const BrickIndex& voxel) const {
 }
 
 std::size_t HeatBricks::memory_bytes() const {
-  std::size_t bytes = numbers_.memory_bytes() + bricks_.capacity() * sizeof(bricks_[0]);
-  for (const auto& brick : bricks_) {
+  std::size_t bytes = numbers_.memory_bytes() + state_->empty.capacity() * sizeof(BrickIndex) +
+                      state_->bricks.capacity() * sizeof(state_->bricks[0]);
+  for (const auto& brick : state_->bricks) {
     bytes += sizeof(HeatBrick);
     if (brick->geometry != BrickGeometry::whole())
       bytes += sizeof(BrickGeometry) +

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/heat/brick_geometry.h"
 
 namespace viscera {
@@ -23,13 +24,42 @@ struct BrickSums {
   double latent = 0.0, vapour = 0.0, pyrolysis = 0.0, gas = 0.0;
 };
 
-/// 8 x 8 x 8 voxels, x fastest; one array a field.
-struct HeatBrick {
+/// What a brick's tissue has become, which lasts. 8 x 8 x 8 voxels, x fastest; one array a field.
+struct BrickTissue {
   using Values = BrickField::Values;
 
+  BrickIndex index = BrickIndex::Zero();
+  Values water, damage, charred;  ///< 1 wet ... 0 dry; Omega; share of the solids, 0 ... 1
+  bool harmed = false;            ///< differs from sound tissue for good
+
+  static constexpr auto fields() {
+    using B = BrickTissue;
+    return std::tuple(field("index", &B::index), field("water", &B::water),
+                      field("damage", &B::damage), field("charred", &B::charred),
+                      field("harmed", &B::harmed));
+  }
+};
+static_assert(fields_cover<BrickTissue>());
+
+/// What lasts of its warmth from step to step.
+struct BrickWarmth {
+  BrickField::Values excess{};    ///< temperature over the body's [K]
+  float greatest = 0.0f;          ///< excess, either sign [K]
+  std::array<float, 6> border{};  ///< the same along each open side [K]
+  int idle = 0;                   ///< steps since it last was warm
+
+  static constexpr auto fields() {
+    using B = BrickWarmth;
+    return std::tuple(field("excess", &B::excess), field("greatest", &B::greatest),
+                      field("border", &B::border), field("idle", &B::idle));
+  }
+};
+static_assert(fields_cover<BrickWarmth>());
+
+/// Its fields, and what the step under way and other bricks need of it. A copy is on its own.
+struct HeatBrick : BrickTissue {
   /// Only while it is warm.
-  struct Warm {
-    Values excess{};  ///< temperature over the body's [K]
+  struct Warm : BrickWarmth {
     Values source{};  ///< heat put in during this step, by volume of the voxel [W/m3]
     // Of the step under way:
     Values before;            ///< excess at its start [K]
@@ -38,29 +68,38 @@ struct HeatBrick {
     Values inverse_capacity;  ///< of the voxel's tissue, by its volume; 0: none [m3 K/J]
     Values living;            ///< tissue that still has blood and metabolism, 0 ... 1
     std::unique_ptr<std::array<Values, 2>>
-        stages;                     ///< of the super step: first rate, excess two ago
-    double living_sum = 0.0;        ///< of living excess [K]
-    double boundary_sum = 0.0;      ///< of flow out to where there was no room [W/m]
-    double source_sum = 0.0;        ///< [W/m3]
-    float fastest = 0.0f;           ///< rate at which a voxel follows its neighbours [1/s]
-    float greatest = 0.0f;          ///< excess, either sign [K]
-    std::array<float, 6> border{};  ///< the same along each open side [K]
-    bool heated = false;            ///< something stands in `source`
-    int idle = 0;                   ///< steps since it last was warm
+        stages;                 ///< of the super step: first rate, excess two ago
+    double living_sum = 0.0;    ///< of living excess [K]
+    double boundary_sum = 0.0;  ///< of flow out to where there was no room [W/m]
+    double source_sum = 0.0;    ///< [W/m3]
+    float fastest = 0.0f;       ///< rate at which a voxel follows its neighbours [1/s]
+    bool heated = false;        ///< something stands in `source`
     BrickSums sums;
     std::vector<VoxelVapour> vapour;
     // For a device that holds the fields (heat_passes.h):
     bool altered = false;  ///< somebody wrote a field by hand: the device must take them anew
     int slot = -1;         ///< the brick's number there; -1: it doesn't know the brick
     double stored = 0.0;   ///< heat as the device has it [J/m3 of a voxel]
+
+    Warm() = default;
+    explicit Warm(const BrickWarmth& lasting) : BrickWarmth(lasting) {}
   };
 
-  BrickIndex index = BrickIndex::Zero();
   std::shared_ptr<const BrickGeometry> geometry;
   std::array<HeatBrick*, 6> neighbours{};  ///< at -x, +x, -y, +y, -z, +z; null: none
-  Values water, damage, charred;           ///< 1 wet ... 0 dry; Omega; share of the solids, 0 ... 1
   std::unique_ptr<Warm> warm;              ///< null: at body temperature
-  bool harmed = false;                     ///< differs from sound tissue for good
+
+  HeatBrick() = default;
+  HeatBrick(const HeatBrick& other)
+      : BrickTissue(other),
+        geometry(other.geometry),
+        warm(other.warm ? std::make_unique<Warm>(static_cast<const BrickWarmth&>(*other.warm))
+                        : nullptr) {}
+  HeatBrick& operator=(const HeatBrick&) = delete;
+
+  static constexpr auto fields() {
+    return std::tuple_cat(BrickTissue::fields(), std::tuple(field("warm", &HeatBrick::warm)));
+  }
 };
 
 /// Bricks in order of allocation. Pointers to bricks hold until they are removed.
@@ -68,16 +107,45 @@ class HeatBricks {
  public:
   static constexpr int kEdge = BrickField::kEdge;
 
+  /// A brick takes its geometry along where it is copied; one that was read has none.
+  struct State {
+    std::vector<std::unique_ptr<HeatBrick>> bricks;  ///< in order of allocation, none null
+    std::vector<BrickIndex> empty;  ///< where no tissue is, as far as anybody asked, in that order
+    bool overflowed = false;
+
+    State() = default;
+    State(const State& other);
+    State(State&&) = default;
+    State& operator=(State other);
+
+    static constexpr auto fields() {
+      return std::tuple(field("bricks", &State::bricks), field("empty", &State::empty),
+                        field("overflowed", &State::overflowed));
+    }
+  };
+
   /// `distance`: of the organ's surface; none: tissue is everywhere. `most` bricks are kept: beyond
-  /// them nothing is allocated, and overflowed() says so.
-  HeatBricks(double voxel, SignedDistance distance, std::size_t most);
+  /// them nothing is allocated, and overflowed() says so. `where`: the state lies there, in its
+  /// owner's; null: here.
+  HeatBricks(double voxel, SignedDistance distance, std::size_t most,
+             std::shared_ptr<State> where = nullptr);
+  HeatBricks(HeatBricks&&) = default;
+  HeatBricks& operator=(HeatBricks&&) = default;
+
+  const State& state() const { return *state_; }
+  /// Neighbours are found again, and the geometry of bricks that come without: taken from the
+  /// bricks that were here, else made, on all threads.
+  void restore(State state);
+  /// Whether restore() may take it: no more bricks than are kept, one a place, and values that can
+  /// be.
+  bool fits(const State& state) const;
 
   double voxel() const { return voxel_; }
-  std::size_t count() const { return bricks_.size(); }
-  HeatBrick& brick(std::size_t i) { return *bricks_[i]; }
-  const HeatBrick& brick(std::size_t i) const { return *bricks_[i]; }
+  std::size_t count() const { return state_->bricks.size(); }
+  HeatBrick& brick(std::size_t i) { return *state_->bricks[i]; }
+  const HeatBrick& brick(std::size_t i) const { return *state_->bricks[i]; }
   const HeatBrick* find(const BrickIndex& index) const;
-  bool overflowed() const { return overflowed_; }
+  bool overflowed() const { return state_->overflowed; }
 
   /// The brick here, made and warmed if need be; null where there is no tissue, or no room.
   HeatBrick* warm_up(const BrickIndex& index);
@@ -101,13 +169,15 @@ class HeatBricks {
 
  private:
   HeatBrick* warm_up(const BrickIndex& index, std::shared_ptr<const BrickGeometry> geometry);
+  void find_geometry(State& state) const;
+  void link_neighbours();
 
   double voxel_;
   SignedDistance distance_;
   std::size_t most_;
-  std::vector<std::unique_ptr<HeatBrick>> bricks_;
-  BrickMap numbers_;  // kEmpty where there is no tissue
-  bool overflowed_ = false;
+  std::shared_ptr<State> state_;  // never null
+  BrickMap numbers_;              // kEmpty where there is no tissue
 };
+static_assert(fields_cover<HeatBricks::State>());
 
 }  // namespace viscera

@@ -1,6 +1,7 @@
 // How large a burn is: what a ruler on a cut through it would say.
 #pragma once
 
+#include "kernels/base/fields.h"
 #include "kernels/heat/bioheat.h"
 
 namespace viscera {
@@ -9,7 +10,11 @@ namespace viscera {
 struct Lesion {
   double depth = 0.0;  ///< under the electrode [m]
   double width = 0.0;  ///< at the surface [m]
+  static constexpr auto fields() {
+    return std::tuple(field("depth", &Lesion::depth), field("width", &Lesion::width));
+  }
 };
+static_assert(fields_cover<Lesion>());
 
 /// Where Omega falls through `damage` below and beside a point of a surface that faces `outward`;
 /// between voxels the logarithm of Omega is taken as linear.

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "kernels/base/wide.h"
+#include "kernels/hive/hyperelastic.h"
 
 namespace viscera {
 namespace {

@@ -20,8 +20,9 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/types.h"
-#include "kernels/hive/hyperelastic.h"
+#include "kernels/hive/hyperelastic_model.h"
 
 namespace viscera {
 
@@ -48,6 +49,12 @@ class AxialTissue {
   struct Linearisation {
     RingVector reaction, lateral;
     RingMatrix stiffness, cross, yield;
+    static constexpr auto fields() {
+      return std::tuple(
+          field("reaction", &Linearisation::reaction), field("lateral", &Linearisation::lateral),
+          field("stiffness", &Linearisation::stiffness), field("cross", &Linearisation::cross),
+          field("yield", &Linearisation::yield));
+    }
   };
 
   /// Takes all memory. The first ring begins on the axis, each where the last one ends.
@@ -79,6 +86,7 @@ class AxialTissue {
 
   /// Displacements of all nodes, (r, z) each, z upwards, depth after depth of a radius.
   std::span<double> state() noexcept { return u_; }
+  std::span<const double> state() const noexcept { return u_; }
   /// For tests: the internal forces of the state on all of them.
   std::span<const double> forces() const noexcept { return residual_; }
 
@@ -121,5 +129,6 @@ class AxialTissue {
   Linearisation linear_;
   double energy_ = 0.0, least_volume_ = 1.0;
 };
+static_assert(fields_cover<AxialTissue::Linearisation>());
 
 }  // namespace viscera

@@ -6,13 +6,13 @@
 #include <optional>
 #include <string>
 
+#include "kernels/baselines/hive/collocated_nodes.h"
+#include "kernels/baselines/hive/pinned_nodes.h"
 #include "kernels/contact/facing.h"
 #include "kernels/contact/half_space.h"
-#include "kernels/hive/collocated_nodes.h"
 #include "kernels/hive/hive_nodes.h"
 #include "kernels/hive/interior_field.h"
 #include "kernels/hive/layered_stiffness.h"
-#include "kernels/hive/pinned_nodes.h"
 #include "kernels/hive/pressed_cells.h"
 #include "kernels/hive/spread_response.h"
 
@@ -45,63 +45,83 @@ std::string_view name_of(HivePeriphery periphery) {
   return names[static_cast<int>(periphery)];
 }
 
+/// What building takes besides the hive itself, and what hives of a kind have in common.
+struct Hive::Workshop {
+  HivePattern pattern;
+  InteriorField interior;
+  std::optional<LayeredStiffness> stiffness;
+  std::optional<SpreadResponse> spread;
+  std::optional<CollocatedNodes> collocated;  ///< `paper`
+  MatrixX loads, held;
+
+  Workshop(const HiveBody& on, const HiveSettings& wanted)
+      : pattern(wanted.nodes), interior(wanted.material) {
+    const int b = 3 * pattern.free_nodes();
+    if (wanted.formulation == HiveFormulation::kPaper) {
+      collocated.emplace(pattern);
+    } else if (wanted.periphery == HivePeriphery::kCoupled) {
+      spread.emplace(*on.compliance, *on.touchable, wanted.material, pattern.ring_nodes(),
+                     kMostPlaces);
+    } else {
+      const bool fixed = wanted.periphery == HivePeriphery::kFixed;
+      stiffness.emplace(pattern, fixed ? b : 0);
+      loads.resize(b, b);
+      if (fixed) held = MatrixX::Zero(3 * pattern.nodes(), b);
+    }
+    disc_to_disc(0.0, 1.0);  // fills its table
+  }
+  int unknowns() const {
+    return stiffness ? stiffness->unknowns() : collocated ? collocated->unknowns() : 0;
+  }
+};
+
 struct Hive::Data {
   HiveBody body;
   HiveSettings settings;
-  HivePattern pattern;
+  std::shared_ptr<Workshop> workshop;
+  const HivePattern& pattern;
   HiveNodes nodes;
   HalfSpace half_space;
-  InteriorField interior;
   PressedCells pressed;
-  std::optional<LayeredStiffness> stiffness;
-  std::optional<SpreadResponse> spread;
-  std::optional<CollocatedNodes> collocated;  ///< with pinned: `paper`
-  std::optional<PinnedNodes> pinned;
-  /// w at surface nodes per force on each, (3 m) x (3 m) [m/N]; `paper`: all of u
+  std::optional<PinnedNodes> pinned;  ///< `paper`
+  /// Surface nodes that are moved by more than the half-space, the first n of m: without a
+  /// periphery of its own all of them, else those inside it.
+  int moved = 0;
+  /// w at these per force on each, (3 n) x (3 n) [m/N]; `paper`: all of u
   MatrixX correction;
-  MatrixX loads, held;
   double usable = 0.0;
   bool is_built = false, is_seated = false;
   HiveFigures figures;
 
   std::vector<ContactCell> cells;
+  std::vector<double> cell_forces;   ///< of the last press [N]
   std::vector<PatternPlace> places;  ///< of the cells
-  MatrixX images;                    ///< correction times the cells' weights, (3 m) x cells
+  MatrixX images;                    ///< correction times the cells' weights, (3 n) x cells
   VectorX node_forces;               ///< of the last press, (3 m) [N]
 
-  Data(const HiveBody& on, const HiveSettings& wanted, int most_cells)
+  Data(const HiveBody& on, const HiveSettings& wanted, std::shared_ptr<Workshop> shop,
+       int most_cells)
       : body(on),
         settings(wanted),
-        pattern(wanted.nodes),
+        workshop(std::move(shop)),
+        pattern(workshop->pattern),
         nodes(pattern),
         half_space(wanted.material),
-        interior(wanted.material),
-        pressed(most_cells) {
-    const int m = pattern.ring_nodes(), b = 3 * pattern.free_nodes();
-    correction = MatrixX::Zero(3 * m, 3 * m);
-    if (wanted.formulation == HiveFormulation::kPaper) {
-      collocated.emplace(pattern);
-      pinned.emplace(pattern.free_nodes());
-    } else if (wanted.periphery == HivePeriphery::kCoupled) {
-      spread.emplace(*on.compliance, *on.touchable, wanted.material, m, kMostPlaces);
-    } else {
-      stiffness.emplace(pattern, b);
-      loads.resize(b, b);
-      if (wanted.periphery == HivePeriphery::kFixed) held = MatrixX::Zero(3 * pattern.nodes(), b);
-    }
-    cells.reserve(static_cast<std::size_t>(most_cells));
-    places.reserve(static_cast<std::size_t>(most_cells));
-    images.resize(3 * m, most_cells);
-    node_forces = VectorX::Zero(3 * m);
+        pressed(most_cells),
+        moved(workshop->spread ? pattern.ring_nodes() : pattern.free_nodes()) {
+    if (workshop->collocated) pinned.emplace(pattern.free_nodes());
+    correction = MatrixX::Zero(3 * moved, 3 * moved);
+    const auto most = static_cast<std::size_t>(most_cells);
+    cells.reserve(most);
+    cell_forces.reserve(most);
+    places.reserve(most);
+    images.resize(3 * moved, most_cells);
+    node_forces = VectorX::Zero(3 * pattern.ring_nodes());
     usable = usable_share(pattern) * wanted.radius;
     figures.nodes = pattern.nodes();
-    figures.surface_nodes = m;
-    figures.unknowns = stiffness ? stiffness->unknowns() : collocated ? collocated->unknowns() : 0;
-    cell_forces.reserve(static_cast<std::size_t>(most_cells));
-    disc_to_disc(0.0, 1.0);  // fills its table
+    figures.surface_nodes = pattern.ring_nodes();
+    figures.unknowns = workshop->unknowns();
   }
-
-  std::vector<double> cell_forces;  ///< of the last press
 
   bool condense_to_surface() noexcept;
   PatternPlace locate(const Vec3& point) const noexcept;
@@ -111,6 +131,9 @@ struct Hive::Data {
 /// taken off, which are where the surface isn't the plane; on the periphery 0, or the half-space's
 /// displacement taken off.
 bool Hive::Data::condense_to_surface() noexcept {
+  const InteriorField& interior = workshop->interior;
+  LayeredStiffness& stiffness = *workshop->stiffness;
+  MatrixX &loads = workshop->loads, &held = workshop->held;
   const int m = pattern.ring_nodes(), free = pattern.free_nodes(), lowest = pattern.layers() - 1;
   loads.setZero();
   for (int j = 0; j < free; ++j) {
@@ -130,10 +153,10 @@ bool Hive::Data::condense_to_surface() noexcept {
           nodes.positions[static_cast<std::size_t>(p)] - nodes.positions[at], inward);
     }
   }
-  if (!stiffness->assemble(pattern, nodes.positions, settings.material,
-                           held.size() > 0 ? &held : nullptr))
+  if (!stiffness.assemble(pattern, nodes.positions, settings.material,
+                          held.size() > 0 ? &held : nullptr))
     return false;
-  if (!stiffness->solve(loads)) return false;
+  if (!stiffness.solve(loads)) return false;
   for (Eigen::Index j = 0; j < loads.cols(); ++j)
     for (Eigen::Index i = 0; i <= j; ++i)
       correction(i, j) = correction(j, i) = 0.5 * (loads(i, j) + loads(j, i));
@@ -163,6 +186,13 @@ Hive& Hive::operator=(Hive&&) noexcept = default;
 Hive::~Hive() = default;
 
 Result<Hive> Hive::create(const HiveBody& body, const HiveSettings& settings, int most_cells) {
+  auto one = create_some(body, settings, most_cells, 1);
+  if (!one) return std::unexpected(one.error());
+  return std::move(one->front());
+}
+
+Result<std::vector<Hive>> Hive::create_some(const HiveBody& body, const HiveSettings& settings,
+                                            int most_cells, int count) {
   Error mistakes;
   const auto mistake = [&](std::string text) {
     mistakes.messages.push_back("hive: " + std::move(text));
@@ -200,7 +230,11 @@ Result<Hive> Hive::create(const HiveBody& body, const HiveSettings& settings, in
       mistake("periphery \"coupled\" needs a symmetric compliance: of another formulation");
   }
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
-  return Hive(std::make_unique<Data>(body, settings, most_cells));
+  const auto workshop = std::make_shared<Workshop>(body, settings);
+  std::vector<Hive> hives;
+  for (int i = 0; i < count; ++i)
+    hives.push_back(Hive(std::make_unique<Data>(body, settings, workshop, most_cells)));
+  return hives;
 }
 
 HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
@@ -209,14 +243,15 @@ HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
   const HiveVerdict placed =
       d.nodes.place(d.pattern, *d.body.surface, centre, d.settings.radius, d.settings.depth);
   if (placed != HiveVerdict::kSound) return placed;
-  if (d.spread) {
-    if (!d.spread->gather({d.nodes.positions.data(), d.nodes.normals.size()}, d.nodes.normals,
-                          d.correction))
+  Workshop& shop = *d.workshop;
+  if (shop.spread) {
+    if (!shop.spread->gather({d.nodes.positions.data(), d.nodes.normals.size()}, d.nodes.normals,
+                             d.correction))
       return HiveVerdict::kTooWide;
-  } else if (d.collocated) {
-    if (!d.collocated->condense(
+  } else if (shop.collocated) {
+    if (!shop.collocated->condense(
             d.pattern, d.nodes, d.settings.material,
-            d.settings.periphery == HivePeriphery::kBoussinesq ? &d.interior : nullptr,
+            d.settings.periphery == HivePeriphery::kBoussinesq ? &shop.interior : nullptr,
             d.correction))
       return HiveVerdict::kFolded;
   } else if (!d.condense_to_surface()) {
@@ -255,10 +290,12 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
     const ContactCell& cell = cells[static_cast<std::size_t>(k)];
     const PatternPlace place = d.locate(cell.position);
     d.places.push_back(place);
-    for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (place.nodes[a] >= d.moved) continue;
       for (int c = 0; c < 3; ++c)
         d.images.col(k) +=
             (place.weights[a] * cell.direction[c]) * d.correction.col(3 * place.nodes[a] + c);
+    }
   }
   Eigen::Ref<MatrixX> matrix = d.pressed.begin(n);
   for (int k = 0; k < n; ++k) {
@@ -268,8 +305,9 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
       const ContactCell& other = cells[static_cast<std::size_t>(l)];
       double amount = 0.0;
       for (std::size_t a = 0; a < 3; ++a)
-        amount +=
-            place.weights[a] * one.direction.dot(d.images.col(l).segment<3>(3 * place.nodes[a]));
+        if (place.nodes[a] < d.moved)
+          amount +=
+              place.weights[a] * one.direction.dot(d.images.col(l).segment<3>(3 * place.nodes[a]));
       const double share = facing(one.normal.dot(other.normal));
       if (share > 0.0) {
         const Vec3 offset = one.position - other.position;
@@ -376,9 +414,12 @@ Vec3 Hive::displacement(const SurfaceSpot& spot) const noexcept {
                                      (share * forces[k]) * cell.direction);
   }
   const PatternPlace place = d.locate(spot.position);
-  for (std::size_t a = 0; a < 3; ++a)
+  const auto forces_on = d.node_forces.head(3 * d.moved);
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (place.nodes[a] >= d.moved) continue;
     for (int c = 0; c < 3; ++c)
-      sum[c] += place.weights[a] * d.correction.row(3 * place.nodes[a] + c).dot(d.node_forces);
+      sum[c] += place.weights[a] * d.correction.row(3 * place.nodes[a] + c).dot(forces_on);
+  }
   return sum;
 }
 
@@ -399,6 +440,62 @@ const HiveFigures& Hive::figures() const noexcept {
 }
 std::span<const Vec3> Hive::nodes() const noexcept {
   return data_->nodes.positions;
+}
+
+Hive::State Hive::state() const {
+  const Data& d = *data_;
+  State state;
+  state.built = d.is_built;
+  state.seated = d.is_seated;
+  if (d.is_built) state.centre = d.nodes.centre.point;
+  if (d.is_seated) state.cells = d.cells;
+  state.cell_forces = d.cell_forces;
+  state.node_forces.assign(d.node_forces.begin(), d.node_forces.end());
+  state.pressed = d.pressed.state();
+  if (!d.is_seated) state.pressed.factored.clear();
+  state.smallest_pivot = d.figures.smallest_pivot;
+  state.lifted = d.figures.lifted;
+  return state;
+}
+
+Hive::State Hive::idle_state() const {
+  State state;
+  state.node_forces.assign(static_cast<std::size_t>(data_->node_forces.size()), 0.0);
+  state.pressed.active = data_->pressed.state().active;
+  return state;
+}
+
+void Hive::restore(const State& state) {
+  Data& d = *data_;
+  const SurfacePoint& there = d.nodes.centre.point;
+  const bool stands = d.is_built && there.triangle == state.centre.triangle &&
+                      there.weights == state.centre.weights;
+  if (!state.built)
+    d.is_built = false;
+  else if (!stands)
+    build({.point = state.centre});
+  d.is_seated = false;
+  if (state.seated) seat(state.cells);
+  d.pressed.restore(state.pressed);
+  d.cell_forces.assign(state.cell_forces.begin(), state.cell_forces.end());
+  std::copy(state.node_forces.begin(), state.node_forces.end(), d.node_forces.begin());
+  d.figures.smallest_pivot = state.smallest_pivot;
+  d.figures.lifted = state.lifted;
+}
+
+bool Hive::fits(const State& state) const noexcept {
+  const Data& d = *data_;
+  const std::size_t most = static_cast<std::size_t>(d.pressed.most());
+  if (!d.body.surface->has(state.centre) || (state.built && state.centre.triangle < 0))
+    return false;
+  if (state.cells.size() > most || state.cell_forces.size() > most) return false;
+  if (state.seated && (!state.built || state.cells.size() != state.cell_forces.size()))
+    return false;
+  if (state.node_forces.size() != static_cast<std::size_t>(d.node_forces.size())) return false;
+  if (!d.pressed.fits(state.pressed)) return false;
+  // A factor is of the seated cells' matrix.
+  if (!state.pressed.factored.empty() && (!state.seated || d.pinned)) return false;
+  return !state.seated || d.pinned || state.pressed.active.size() == state.cells.size();
 }
 
 }  // namespace viscera

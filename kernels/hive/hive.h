@@ -23,10 +23,12 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "kernels/base/result.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/hive/hive_verdict.h"
+#include "kernels/hive/pressed_cells.h"
 #include "kernels/hive/surface_walk.h"
 
 namespace viscera {
@@ -79,6 +81,10 @@ class Hive {
   /// Fails on settings out of range, a material that isn't one, and `coupled` without a compliance
   /// that is symmetric. `most_cells`: of one contact.
   static Result<Hive> create(const HiveBody& body, const HiveSettings& settings, int most_cells);
+  /// So many that share the memory that building takes, most of a hive's: one of them is built at a
+  /// time, while the others may be pressed.
+  static Result<std::vector<Hive>> create_some(const HiveBody& body, const HiveSettings& settings,
+                                               int most_cells, int count);
   Hive(Hive&&) noexcept;
   Hive& operator=(Hive&&) noexcept;
   ~Hive();
@@ -114,10 +120,39 @@ class Hive {
   /// Nodes at rest, layer by layer from the surface down [m].
   std::span<const Vec3> nodes() const noexcept;
 
+  /// Where it stands, what is seated on it and what the last press found there. Equations and
+  /// compliances are made again from these.
+  struct State {
+    bool built = false, seated = false;
+    SurfacePoint centre;                        ///< about which it was built
+    std::vector<ContactCell> cells;             ///< seated; else none
+    std::vector<double> cell_forces;            ///< [N]  (cells)
+    std::vector<double> node_forces;            ///< [N]  (3 surface nodes)
+    PressedCells::State pressed;                ///< stays from seat to seat
+    double smallest_pivot = 0.0, lifted = 0.0;  ///< HiveFigures
+    static constexpr auto fields() {
+      return std::tuple(
+          field("built", &State::built), field("seated", &State::seated),
+          field("centre", &State::centre), field("cells", &State::cells),
+          field("cell_forces", &State::cell_forces), field("node_forces", &State::node_forces),
+          field("pressed", &State::pressed), field("smallest_pivot", &State::smallest_pivot),
+          field("lifted", &State::lifted));
+    }
+  };
+  State state() const;
+  /// What the next build() needs of a hive that is used no more: its state, without its place.
+  State idle_state() const;
+  /// Builds it about that place, unless it stands there, and seats the cells: not for a tick.
+  void restore(const State& state);
+  /// Of this body, and of hives of this size.
+  bool fits(const State& state) const noexcept;
+
  private:
+  struct Workshop;
   struct Data;
   explicit Hive(std::unique_ptr<Data> data);
   std::unique_ptr<Data> data_;
 };
+static_assert(fields_cover<Hive::State>());
 
 }  // namespace viscera

@@ -14,19 +14,12 @@
 #pragma once
 
 #include <cmath>
-#include <string_view>
 
 #include "kernels/base/types.h"
+#include "kernels/hive/hyperelastic_model.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
-
-enum class HyperelasticModel { kLinear, kStvk, kNeoHookean };
-
-constexpr std::string_view name_of(HyperelasticModel model) {
-  constexpr std::string_view names[] = {"linear", "stvk", "neo_hookean"};
-  return names[static_cast<int>(model)];
-}
 
 /// log J, its parabola below `kFrom`; value, slope, curvature.
 struct SafeLog {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/contact/cell_pattern.h"
@@ -31,7 +32,7 @@ constexpr double kSteepest = 0.97;
 constexpr double kMostCurved = 2.0;
 /// The force is asked again this much deeper [radii of the pattern], for its slope.
 constexpr double kNudge = 1e-4;
-constexpr int kFewestNodes = 28, kMostNodes = 2000, kMostHives = 2;
+constexpr int kFewestNodes = 28, kMostNodes = 2000;
 
 /// Where the cells of a pattern of pitch 1 / (rings + 0.1) lie: ring of each; of each ring the
 /// cells' radius, and where rings of the cells' areas end.
@@ -85,14 +86,6 @@ struct NonlinearHive::Data {
   int cells;
   std::vector<PressedCells> pressed;  ///< of each hive
 
-  /// What the contact is solved with: a linearisation and the state that it was made about.
-  struct Tangent {
-    AxialTissue::Linearisation grid;
-    RingVector v, load_factor;  ///< of the state; of its loads, sums of cell forces
-    RingVector offset, slope;   ///< of the ball's profile where the rings are
-    RingVector at;              ///< their lateral displacement in the state
-    double ball = 0.0, energy = 0.0;
-  };
   Tangent tangent;
   bool has_tangent = false;
   bool astray = false;  ///< the last good tangent answers until the tissue is found again
@@ -111,7 +104,7 @@ struct NonlinearHive::Data {
         tissue(AxialGrid::graded(pattern.end, settings.nodes), pattern.end, settings.model,
                settings.material.lame_lambda() / settings.material.shear_modulus()),
         cells(static_cast<int>(pattern.ring_of.size())) {
-    for (int i = 0; i < kMostHives; ++i) pressed.emplace_back(cells);
+    for (std::size_t i = 0; i < kMostHives; ++i) pressed.emplace_back(cells);
     AxialTissue linear(AxialGrid::graded(pattern.end, settings.nodes), pattern.end,
                        HyperelasticModel::kLinear,
                        settings.material.lame_lambda() / settings.material.shear_modulus());
@@ -493,6 +486,71 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
   out.hive.factorisations = contact.factorisations;
   out.stiffness = unit_force / across * contact.stiffness;
   return out;
+}
+
+NonlinearHive::State NonlinearHive::state() const {
+  const Data& d = *data_;
+  const std::span<const double> displacements = std::as_const(d.tissue).state();
+  State state;
+  state.now = {{displacements.begin(), displacements.end()}, d.force_sums};
+  state.has_tangent = d.has_tangent;
+  if (d.has_tangent) state.tangent = d.tangent;
+  state.astray = d.astray;
+  state.has_good = d.good.v.size() > 0;
+  if (state.has_good) {
+    state.good = d.good;
+    state.good_place = {d.good_state, d.good_sums};
+  }
+  for (std::size_t i = 0; i < kMostHives; ++i)
+    state.pressed[i].active = d.pressed[i].state().active;  // its matrix is made in every step
+  return state;
+}
+
+void NonlinearHive::restore(const State& state) {
+  Data& d = *data_;
+  std::copy(state.now.displacements.begin(), state.now.displacements.end(),
+            d.tissue.state().begin());
+  d.force_sums = state.now.force_sums;
+  d.tangent = state.tangent;
+  d.has_tangent = state.has_tangent;
+  d.astray = state.astray;
+  d.good = state.good;
+  if (state.has_good) {
+    d.good_state = state.good_place.displacements;
+    d.good_sums = state.good_place.force_sums;
+  }
+  for (std::size_t i = 0; i < kMostHives; ++i) d.pressed[i].restore(state.pressed[i]);
+}
+
+bool NonlinearHive::fits(const State& state) const noexcept {
+  const Data& d = *data_;
+  const Eigen::Index g = d.tissue.rings();
+  const auto ring = [&](const RingVector& one, bool there) {
+    return one.size() == (there ? g : 0);
+  };
+  const auto matrix = [&](const RingMatrix& one, bool there) {
+    return one.rows() == (there ? g : 0) && one.cols() == (there ? g : 0);
+  };
+  const auto tangent = [&](const Tangent& one, bool there) {
+    return ring(one.grid.reaction, there) && ring(one.grid.lateral, there) &&
+           matrix(one.grid.stiffness, there) && matrix(one.grid.cross, there) &&
+           matrix(one.grid.yield, there) && ring(one.v, there) && ring(one.load_factor, there) &&
+           ring(one.offset, there) && ring(one.slope, there) && ring(one.at, there);
+  };
+  const auto place = [&](const Place& one, bool there) {
+    return one.displacements.size() == (there ? d.good_state.size() : 0) &&
+           ring(one.force_sums, there);
+  };
+  if (state.astray && !state.has_good) return false;
+  if (!place(state.now, true) || !place(state.good_place, state.has_good)) return false;
+  if (!tangent(state.tangent, state.has_tangent) || !tangent(state.good, state.has_good))
+    return false;
+  for (std::size_t i = 0; i < kMostHives; ++i) {
+    const PressedCells::State& one = state.pressed[i];
+    const bool sized = one.active.empty() || one.active.size() == static_cast<std::size_t>(d.cells);
+    if (!sized || !one.factored.empty() || !d.pressed[i].fits(one)) return false;
+  }
+  return true;
 }
 
 int NonlinearHive::nodes() const noexcept {

@@ -21,13 +21,16 @@
 // until it is found again with nearly the force that was foretold, so that the force never jumps.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "kernels/base/result.h"
+#include "kernels/hive/axial_tissue.h"
 #include "kernels/hive/hive.h"
-#include "kernels/hive/hyperelastic.h"
+#include "kernels/hive/hyperelastic_model.h"
 
 namespace viscera {
 
@@ -57,6 +60,8 @@ struct NonlinearForce {
 
 class NonlinearHive {
  public:
+  static constexpr std::size_t kMostHives = 2;
+
   /// A linear hive that is seated on the pattern's cells, and its share in the answer.
   struct Share {
     Hive* hive = nullptr;  ///< is told the forces, for its displacement()
@@ -82,10 +87,57 @@ class NonlinearHive {
   int unknowns() const noexcept;
   const NonlinearSettings& settings() const noexcept;
 
+  /// What the contact is solved with: a linearisation and the state that it was made about.
+  struct Tangent {
+    AxialTissue::Linearisation grid;
+    AxialTissue::RingVector v, load_factor;  ///< of the state; of its loads, sums of cell forces
+    AxialTissue::RingVector offset, slope;   ///< of the ball's profile where the rings are
+    AxialTissue::RingVector at;              ///< their lateral displacement in the state
+    double ball = 0.0, energy = 0.0;
+    static constexpr auto fields() {
+      return std::tuple(field("grid", &Tangent::grid), field("v", &Tangent::v),
+                        field("load_factor", &Tangent::load_factor),
+                        field("offset", &Tangent::offset), field("slope", &Tangent::slope),
+                        field("at", &Tangent::at), field("ball", &Tangent::ball),
+                        field("energy", &Tangent::energy));
+    }
+  };
+  /// The grid's displacements and loads, from which the next tick's first step goes on.
+  struct Place {
+    std::vector<double> displacements;   ///< AxialTissue::state()
+    AxialTissue::RingVector force_sums;  ///< of the rings' cells, of the state's contact
+    static constexpr auto fields() {
+      return std::tuple(field("displacements", &Place::displacements),
+                        field("force_sums", &Place::force_sums));
+    }
+  };
+  struct State {
+    Place now;
+    Tangent tangent;
+    bool has_tangent = false;
+    bool astray = false;  ///< the last good tangent answers until the tissue is found again
+    bool has_good = false;
+    Tangent good;  ///< with the place that the last settled tick left
+    Place good_place;
+    std::array<PressedCells::State, kMostHives> pressed;  ///< of each hive
+    static constexpr auto fields() {
+      return std::tuple(field("now", &State::now), field("tangent", &State::tangent),
+                        field("has_tangent", &State::has_tangent), field("astray", &State::astray),
+                        field("has_good", &State::has_good), field("good", &State::good),
+                        field("good_place", &State::good_place), field("pressed", &State::pressed));
+    }
+  };
+  State state() const;
+  void restore(const State& state);
+  /// Of a grid and a pattern of this size.
+  bool fits(const State& state) const noexcept;
+
  private:
   struct Data;
   explicit NonlinearHive(std::unique_ptr<Data> data);
   std::unique_ptr<Data> data_;
 };
+static_assert(fields_cover<NonlinearHive::Tangent>() && fields_cover<NonlinearHive::Place>() &&
+              fields_cover<NonlinearHive::State>());
 
 }  // namespace viscera

@@ -77,6 +77,33 @@ bool PressedCells::check() noexcept {
   return false;
 }
 
+PressedCells::State PressedCells::state() const {
+  State state;
+  state.active.assign(active_.begin(), active_.begin() + size_);
+  if (factor_known_) state.factored.assign(factored_.begin(), factored_.begin() + size_);
+  return state;
+}
+
+void PressedCells::restore(const State& state) noexcept {
+  size_ = static_cast<int>(state.active.size());
+  forces_.setZero();
+  factor_known_ = false;
+  if (!state.factored.empty()) {
+    std::copy(state.factored.begin(), state.factored.end(), active_.begin());
+    factor();
+  }
+  std::copy(state.active.begin(), state.active.end(), active_.begin());
+}
+
+bool PressedCells::fits(const State& state) const noexcept {
+  const auto binary = [](const std::vector<char>& all) {
+    return std::all_of(all.begin(), all.end(), [](char one) { return one == 0 || one == 1; });
+  };
+  return state.active.size() <= static_cast<std::size_t>(most_) &&
+         (state.factored.empty() || state.factored.size() == state.active.size()) &&
+         binary(state.active) && binary(state.factored);
+}
+
 bool PressedCells::factor() noexcept {
   count_ = 0;
   for (int i = 0; i < size_; ++i)

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/types.h"
 
 namespace viscera {
@@ -24,6 +25,20 @@ class PressedCells {
   /// Mirrors it and makes sure that it is positive, raising the diagonal where it isn't: cells
   /// around an edge. False: not finite, or far from positive.
   bool check() noexcept;
+
+  /// What one tick leaves to the next: where the search for the touching cells begins, and for
+  /// which of them the factor is at hand. The matrix is its owner's to fill again.
+  struct State {
+    std::vector<char> active;    ///< 0 or 1  (cells)
+    std::vector<char> factored;  ///< empty: no factor  (cells)
+    static constexpr auto fields() {
+      return std::tuple(field("active", &State::active), field("factored", &State::factored));
+    }
+  };
+  State state() const;
+  /// After begin() and check(), where a factor is at hand. Forces are those of the next solve().
+  void restore(const State& state) noexcept;
+  bool fits(const State& state) const noexcept;
 
   struct Figures {
     bool converged = false;
@@ -52,5 +67,6 @@ class PressedCells {
   bool factor_known_ = false;
   double lifted_ = 0.0, smallest_pivot_ = 0.0;
 };
+static_assert(fields_cover<PressedCells::State>());
 
 }  // namespace viscera

@@ -18,9 +18,12 @@
 // negative.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
+
+#include "kernels/base/fields.h"
 
 namespace viscera {
 
@@ -59,27 +62,39 @@ class PronyForce {
   double update(double elastic, double dt) {
     if (count_ == 0) return elastic;
     double kept = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) kept += q_[i] *= std::exp(-dt / tau_[i]);
+    for (std::size_t i = 0; i < count_; ++i) kept += state_.q[i] *= std::exp(-dt / tau_[i]);
     const double slope = over(dt);
-    double rise = elastic - elastic_, force = elastic_ + kept + slope * rise;
+    double rise = elastic - state_.elastic, force = state_.elastic + kept + slope * rise;
     if (force < 0.0) {
-      rise = -(elastic_ + kept) / slope;
+      rise = -(state_.elastic + kept) / slope;
       force = 0.0;
     }
-    elastic_ += rise;
-    for (std::size_t i = 0; i < count_; ++i) q_[i] += share_[i] * carried(dt / tau_[i]) * rise;
+    state_.elastic += rise;
+    for (std::size_t i = 0; i < count_; ++i)
+      state_.q[i] += share_[i] * carried(dt / tau_[i]) * rise;
     return force;
   }
 
   /// Forgets: tissue at rest.
-  void reset() {
-    q_.fill(0.0);
-    elastic_ = 0.0;
+  void reset() { state_ = {}; }
+
+  struct State {
+    std::array<double, kMostTerms> q{};  ///< Q_i; 0 beyond the terms [N]
+    double elastic = 0.0;                ///< F_e of the last update [N]
+    static constexpr auto fields() {
+      return std::tuple(field("q", &State::q), field("elastic", &State::elastic));
+    }
+  };
+  const State& state() const { return state_; }
+  void restore(const State& state) { state_ = state; }
+  bool fits(const State& state) const {
+    return std::all_of(state.q.begin() + static_cast<std::ptrdiff_t>(count_), state.q.end(),
+                       [](double one) { return one == 0.0; });
   }
   /// Sum of Q_i: what of the force is yet to relax [N].
   double transient() const {
     double sum = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) sum += q_[i];
+    for (std::size_t i = 0; i < count_; ++i) sum += state_.q[i];
     return sum;
   }
 
@@ -88,8 +103,10 @@ class PronyForce {
   static double carried(double x) { return x > 0.0 ? -std::expm1(-x) / x : 1.0; }
 
   std::size_t count_ = 0;
-  std::array<double, kMostTerms> share_{}, tau_{}, q_{};
-  double instantaneous_ = 1.0, elastic_ = 0.0;
+  std::array<double, kMostTerms> share_{}, tau_{};
+  double instantaneous_ = 1.0;
+  State state_;
 };
+static_assert(fields_cover<PronyForce::State>());
 
 }  // namespace viscera

@@ -4,6 +4,7 @@
 // it.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -20,15 +21,17 @@ class SpreadResponse {
                  const IsotropicMaterial& material, int most_nodes, std::size_t most_places);
 
   /// S (C - C_half-space) S^T between these places, (3 n) x (3 n), symmetric [m/N]; S spreads a
-  /// load over the touchable places. False: they reach over more than `most_places`.
+  /// load over the touchable places. False: they reach over more than `most_places`, or have more
+  /// shares than there is memory for.
   bool gather(std::span<const Vec3> positions, std::span<const Vec3> normals,
               Eigen::Ref<MatrixX> out) noexcept;
 
  private:
   struct Share {
-    int local, node;
-    double share;
+    std::uint16_t local, node;
+    float share;
   };
+  void add_images(std::size_t first, std::size_t end) noexcept;
 
   const SurfaceCompliance& compliance_;
   const TouchableSurface& surface_;
@@ -39,10 +42,9 @@ class SpreadResponse {
   std::vector<Share> shares_;
   std::vector<double> sigmas_;
   std::vector<int> touched_, local_of_;
-  Eigen::MatrixXf images_;  ///< C S^T on touched places, (3 places) x (3 n)
+  Eigen::MatrixXf images_;  ///< C S^T on some touched places, (3 places) x (3 n)
   Eigen::MatrixXf rows_;    ///< its transpose
   Eigen::MatrixXf sums_;    ///< (S C S^T)^T, (3 n) x (3 n)
-  std::vector<float> column_;
 };
 
 }  // namespace viscera

@@ -17,7 +17,13 @@ struct SurfaceSpot {
   Vec3 position = Vec3::Zero();  ///< of the vertices that were walked on [m]
   Vec3 normal = Vec3::UnitZ();   ///< outward, unit; the vertices' own, interpolated
   bool on_surface() const { return point.triangle >= 0; }
+  static constexpr auto fields() {
+    return std::tuple(field("point", &SurfaceSpot::point),
+                      field("position", &SurfaceSpot::position),
+                      field("normal", &SurfaceSpot::normal));
+  }
 };
+static_assert(fields_cover<SurfaceSpot>());
 
 /// What a walk ended with.
 enum class WalkEnd {
@@ -60,6 +66,12 @@ class WalkableSurface {
 
   /// Position and normal of a point at rest.
   SurfaceSpot at(const SurfacePoint& point) const noexcept;
+  /// The point is one of this surface, or none.
+  bool has(const SurfacePoint& point) const noexcept {
+    return point.triangle < 0 ||
+           (static_cast<std::size_t>(point.triangle) < surface_.triangles.size() &&
+            point.weights.allFinite());
+  }
 
  private:
   WalkableSurface() = default;

@@ -55,7 +55,8 @@ class GalerkinFormulation final : public Formulation {
       : name_(name), basis_(basis), support_factor_(support_factor) {}
 
   std::string_view name() const override { return name_; }
-  int version() const override { return 4; }
+  /// What a build without MUMPS has stored, with other last digits, is of another version.
+  int version() const override { return SparseCholesky::is_by_mumps() ? 4 : 104; }
   double support_factor() const override { return support_factor_; }
   Basis basis() const override { return basis_; }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/types.h"
 
 namespace viscera {
@@ -21,7 +22,12 @@ struct TriangleSurface {
 struct SurfacePoint {
   int triangle = -1;
   Vec3 weights = Vec3::Zero();
+  static constexpr auto fields() {
+    return std::tuple(field("triangle", &SurfacePoint::triangle),
+                      field("weights", &SurfacePoint::weights));
+  }
 };
+static_assert(fields_cover<SurfacePoint>());
 
 Box bounds(const TriangleSurface& surface);
 /// Area vector of one triangle: outward normal times area [m2].

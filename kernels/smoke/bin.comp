@@ -1,7 +1,10 @@
-// bin (bin.h): a counting sort of the particles by cell, in the order of the CPU's. COUNT numbers the
-// particles of each cell as they come, scan.comp finds where each cell begins, SCATTER writes the
-// particles' numbers there, and GATHER, which finds each one's rank among the numbers of its cell,
-// moves the particles: whatever came first, the outcome is the stable order.
+// bin (bin.h): a counting sort of the particles by cell, in the order of the CPU's. COUNT numbers
+// the particles of each cell as they come, scan.comp finds where each cell begins, SCATTER writes
+// the particles' numbers there, and GATHER, which finds each one's rank among the numbers of its
+// cell, moves the particles: whatever came first, the outcome is the stable order.
+#include "kernels/smoke/smoke_passes.glsl"
+#pragma passes COUNT MARK SCATTER GATHER
+
 layout(std140, binding = 0) uniform Pass { BinParameters grid; };
 
 #ifdef COUNT

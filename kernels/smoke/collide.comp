@@ -1,5 +1,7 @@
 // collide (collide.h), a thread a particle: only those in cells with triangles or capsules do more
 // than look their cell up. What touching particles leave is not summed here: the CPU compares masses.
+#include "kernels/smoke/smoke_passes.glsl"
+
 layout(std140, binding = 0) uniform Pass { CollideParameters pass; };
 
 layout(std430, binding = 0) readonly buffer CellBegin { uint cell_begin[]; };
@@ -13,7 +15,6 @@ layout(std430, binding = 7) buffer Masses { float masses[]; };
 layout(std430, binding = 8) buffer Fates { uint fates[]; };
 layout(std430, binding = 9) buffer Counters { uint counters[]; };
 
-const float SLACK = 0.99;  // below this share of the gap a particle is put at the gap again
 const float FARTHEST = 3.402823466e38;
 
 /// The nearest point of a triangle by its corners' weights; `feature` counts its pseudo-normals.
@@ -118,7 +119,7 @@ void meet(Place place) {
     velocity -= pass.friction * (velocity - place.motion - along * place.outward);
   }
   touched = true;
-  if (!(place.far < SLACK * pass.gap)) return;
+  if (!(place.far < kGapSlack * pass.gap)) return;
   inside = inside || place.far < 0.0;
   moved = true;
   position = place.point + pass.gap * place.outward;
@@ -170,10 +171,10 @@ void meet_all(uint begin, uint end, uint near) {
     }
   }
   for (int axis = 0; axis < 3; ++axis) {
-    uint low = 1u << uint(2 * axis);
-    if ((pass.open_sides & low) == 0u && position[axis] < 0.0) {
+    if ((pass.open_sides & kOpenLowX << 2 * axis) == 0u && position[axis] < 0.0) {
       meet_side(axis, 0.0, 1.0);
-    } else if ((pass.open_sides & low << 1) == 0u && position[axis] > pass.extent[axis]) {
+    } else if ((pass.open_sides & kOpenHighX << 2 * axis) == 0u &&
+               position[axis] > pass.extent[axis]) {
       meet_side(axis, pass.extent[axis], -1.0);
     }
   }
@@ -186,8 +187,8 @@ void main() {
   uint cell = cell_number(position, pass.origin.xyz, pass.inverse_cell, pass.size.xyz);
   uint begin = cell_begin[cell], end = cell_begin[cell + 1u], near = capsules_near[cell];
   if (begin == end && near == 0u) return;
-  if (fates[i] != 0u) return;
-  atomicAdd(counters[TESTED], 1u);
+  if (fates[i] != kAirborne) return;
+  atomicAdd(counters[kTestedWord], 1u);
   velocity = velocities[i].xyz;
   for (uint r = 0u; r < pass.rounds; ++r) {
     moved = false;
@@ -196,10 +197,10 @@ void main() {
     if (!moved) break;
   }
   if (!touched) return;
-  atomicAdd(counters[TOUCHING], 1u);
+  atomicAdd(counters[kTouchingWord], 1u);
   if (inside) {
-    atomicAdd(counters[TRAPPED], 1u);
-    fates[i] = DEPOSITED;
+    atomicAdd(counters[kTrappedWord], 1u);
+    fates[i] = kDeposited;
     return;
   }
   positions[i].xyz = position;

@@ -12,8 +12,6 @@ namespace viscera {
 namespace {
 
 constexpr std::size_t kChunk = 64;
-/// Below this share of the gap a particle is put at the gap again: rounding isn't a touch.
-constexpr float kSlack = 0.99f;
 
 /// The nearest point of a triangle, and which of the triangle's pseudo-normals holds there.
 struct Nearest {
@@ -118,7 +116,7 @@ struct Contact {
       velocity -= parameters.friction * tangential;
     }
     touched = true;
-    if (!(place.distance < kSlack * parameters.gap)) return;
+    if (!(place.distance < kGapSlack * parameters.gap)) return;
     inside = inside || place.distance < 0.0f;
     moved = true;
     position = place.point + parameters.gap * place.outward;

@@ -8,9 +8,6 @@
 
 namespace viscera {
 
-/// How a particle ends.
-enum class SmokeFate : std::uint8_t { kAirborne, kBackground, kEvacuated, kLeaked, kDeposited };
-
 struct CollideCounts {
   std::uint64_t tested = 0;    ///< particles in cells near a surface: only they are looked at
   std::uint64_t touching = 0;  ///< nearer than `touch`

@@ -2,13 +2,16 @@
 // speed, AMOUNTS what the greatest one carries (splat.h). All as words whose greatest is sought, so
 // that cleared words begin it: of a number the bits, which ascend for positive ones and are turned
 // about for others; for the least, their complement.
+#include "kernels/smoke/smoke_passes.glsl"
+#pragma passes BOX AMOUNTS
+
 uniform int count;  // particles
 
 layout(std430, binding = 0) readonly buffer Positions { vec4 positions[]; };
 layout(std430, binding = 1) readonly buffer Velocities { vec4 velocities[]; };
 
 #ifdef BOX
-const uint WORDS = 7u;
+const uint kWords = kBoxWords;
 layout(std430, binding = 2) buffer Extent { uint extent[]; };  // low, high, speed^2
 
 uint ascending(float x) {
@@ -16,22 +19,22 @@ uint ascending(float x) {
   return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
 }
 #else
-const uint WORDS = 3u;
+const uint kWords = kAmountWords;
 layout(std430, binding = 2) readonly buffer Masses { float masses[]; };
 layout(std430, binding = 3) buffer Extent { uint extent[]; };  // mass, heat, momentum
 #endif
 
-shared uint most[WORDS];
+shared uint most[kWords];
 
 void main() {
   uint group = group_index();
   if (group >= uint(groups)) return;
   uint lane = gl_LocalInvocationID.x;
-  if (lane < WORDS) most[lane] = 0u;
+  if (lane < kWords) most[lane] = 0u;
   barrier();
-  uint own[WORDS];
-  for (uint w = 0u; w < WORDS; ++w) own[w] = 0u;
-  for (uint i = group * GROUP + lane; i < uint(count); i += uint(groups) * GROUP) {
+  uint own[kWords];
+  for (uint w = 0u; w < kWords; ++w) own[w] = 0u;
+  for (uint i = group * kSmokeGroup + lane; i < uint(count); i += uint(groups) * kSmokeGroup) {
     vec4 at = positions[i], v = velocities[i];
 #ifdef BOX
     own[0] = max(own[0], ~ascending(at.x));
@@ -48,7 +51,7 @@ void main() {
     own[2] = max(own[2], floatBitsToUint(masses[i] * max(max(size.x, size.y), size.z)));
 #endif
   }
-  for (uint w = 0u; w < WORDS; ++w) atomicMax(most[w], own[w]);
+  for (uint w = 0u; w < kWords; ++w) atomicMax(most[w], own[w]);
   barrier();
-  if (lane < WORDS) atomicMax(extent[lane], most[lane]);
+  if (lane < kWords) atomicMax(extent[lane], most[lane]);
 }

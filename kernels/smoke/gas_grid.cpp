@@ -93,18 +93,17 @@ Result<void> check_gas(const GasParameters& p) {
 GasGrid::GasGrid(const GasParameters& parameters)
     : parameters_(parameters), layout_(cells_of(parameters, spacing_)), pressure_(layout_.n) {
   const auto count = static_cast<std::size_t>(layout_.count);
-  solid_.assign(count, 0);
+  state_.solid.assign(count, 0);
   for (int axis = 0; axis < 3; ++axis) {
-    velocity_[axis].assign(count, 0.0f);
+    state_.velocity[axis].assign(count, 0.0f);
     weight_[axis].assign(count, 0.0f);
     free_[axis].assign(count, 0);
-    impulse_[axis].assign(count, 0.0);
     rate_[axis].assign(count, 0.0f);
     rate_sums_[axis].assign(count, 0.0);
   }
   opening_.assign(count, 0.0f);
   outside_.assign(count, 0.0f);
-  potential_.assign(count, 0.0f);
+  state_.potential.assign(count, 0.0f);
   source_.assign(count, 0.0f);
   right_.assign(count, 0.0f);
   rebuild();
@@ -115,7 +114,7 @@ Vec3 GasGrid::cell_middle(int i, int j, int k) const {
 }
 
 bool GasGrid::is_solid(int i, int j, int k) const {
-  return solid_[static_cast<std::size_t>(layout_.index(i, j, k))] != 0;
+  return state_.solid[static_cast<std::size_t>(layout_.index(i, j, k))] != 0;
 }
 
 void GasGrid::set_solids(std::span<const std::uint8_t> solid, std::span<const Vec3f> velocities) {
@@ -123,10 +122,10 @@ void GasGrid::set_solids(std::span<const std::uint8_t> solid, std::span<const Ve
   bool moving = false;
   for (const Vec3f& v : velocities) moving |= !v.isZero(0.0f);
   if (moving) {
-    solid_velocity_.assign(solid_.size(), Vec3f::Zero());
-    at_rest_ = false;
+    state_.solid_velocity.assign(state_.solid.size(), Vec3f::Zero());
+    state_.at_rest = false;
   } else {
-    solid_velocity_.clear();
+    state_.solid_velocity.clear();
   }
   layout_.rows([&](std::ptrdiff_t c, int length, int j, int k) {
     const auto given = static_cast<std::size_t>(n[0]) *
@@ -134,16 +133,57 @@ void GasGrid::set_solids(std::span<const std::uint8_t> solid, std::span<const Ve
                         static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(k));
     for (std::size_t i = 0; i < static_cast<std::size_t>(length); ++i) {
       const std::size_t cell = static_cast<std::size_t>(c) + i;
-      solid_[cell] = solid[given + i] != 0;
-      if (moving && solid_[cell] && velocities[given + i].allFinite()) {
-        solid_velocity_[cell] = velocities[given + i];
+      state_.solid[cell] = solid[given + i] != 0;
+      if (moving && state_.solid[cell] && velocities[given + i].allFinite()) {
+        state_.solid_velocity[cell] = velocities[given + i];
       }
     }
   });
   rebuild();
 }
 
+bool GasGrid::fits(const State& state) const {
+  const auto count = static_cast<std::size_t>(layout_.count);
+  const auto sized = [&](const auto& values) { return values.size() == count; };
+  const auto opens = [](const auto& source) {
+    return source.position.allFinite() && std::isfinite(source.radius);
+  };
+  const auto flows = [&](const auto& source) {
+    return opens(source) && std::isfinite(source.flow);
+  };
+  const bool no_impulse = std::ranges::all_of(
+      state.impulse, [](const std::vector<double>& of_axis) { return of_axis.empty(); });
+  return sized(state.solid) && sized(state.potential) &&
+         (state.solid_velocity.empty() || sized(state.solid_velocity)) &&
+         std::ranges::all_of(state.velocity, sized) &&
+         (no_impulse || std::ranges::all_of(state.impulse, sized)) &&
+         (!no_impulse || !state.impulse_came) && std::isfinite(state.potential_dt) &&
+         std::ranges::all_of(state.inlets, flows) && std::ranges::all_of(state.evacuators, flows) &&
+         std::ranges::all_of(state.leaks, opens) &&
+         state.report.inlets.size() == state.inlets.size() &&
+         state.report.evacuators.size() == state.evacuators.size() &&
+         state.report.leaks.size() == state.leaks.size();
+}
+
+void GasGrid::restore(State state) {
+  state_ = std::move(state);
+  derive();
+}
+
 void GasGrid::rebuild() {
+  derive();
+  layout_.rows([&](std::ptrdiff_t c, int length, int, int) {
+    for (std::ptrdiff_t i = c; i < c + length; ++i) {
+      const auto cell = static_cast<std::size_t>(i);
+      if (state_.solid[cell]) state_.potential[cell] = 0.0f;
+    }
+  });
+  hold_fixed_faces();
+  forget_flows();
+}
+
+/// What follows from solids and sources.
+void GasGrid::derive() {
   for (int axis = 0; axis < 3; ++axis) {
     const auto weight = static_cast<float>(1.0 / (spacing_[axis] * spacing_[axis]));
     for_gas_face_rows(layout_, axis, [&](std::ptrdiff_t c, int length, int j, int k) {
@@ -153,24 +193,24 @@ void GasGrid::rebuild() {
         const std::size_t below = above - static_cast<std::size_t>(layout_.stride[axis]);
         bool free;
         if (at[axis] == 0) {
-          free = parameters_.open[2 * axis] && !solid_[above];
+          free = parameters_.open[2 * axis] && !state_.solid[above];
         } else if (at[axis] == layout_.n[axis]) {
-          free = parameters_.open[2 * axis + 1] && !solid_[below];
+          free = parameters_.open[2 * axis + 1] && !state_.solid[below];
         } else {
-          free = !solid_[above] && !solid_[below];
+          free = !state_.solid[above] && !state_.solid[below];
         }
         free_[axis][above] = free;
         weight_[axis][above] = free ? weight : 0.0f;
       }
     });
   }
-  regions_ = gas_regions(layout_, solid_, weight_);
+  regions_ = gas_regions(layout_, state_.solid, weight_);
 
   // A hole of radius r lets gas out as a plug of that length would that pressure drives:
   // flow = pi r^2 (p dt / density) / r, shared by the cells about it.
   leak_cells_.clear();
   std::ranges::fill(opening_, 0.0f);
-  for (const GasLeak& leak : leaks_) {
+  for (const GasLeak& leak : state_.leaks) {
     GasSpread spread = spread_source(layout_, spacing_, regions_,
                                      leak.position - parameters_.domain.min(), leak.radius);
     const double conductance = std::numbers::pi * leak.radius / cell_volume();
@@ -195,18 +235,12 @@ void GasGrid::rebuild() {
   const VectorX opening =
       sum_regions(layout_, regions_.cells.size(), [&](std::ptrdiff_t c, int length, VectorX& sums) {
         for (auto i = static_cast<std::size_t>(c); i < static_cast<std::size_t>(c + length); ++i) {
-          if (!solid_[i]) sums[regions_.of[i]] += static_cast<double>(outside_[i]);
+          if (!state_.solid[i]) sums[regions_.of[i]] += static_cast<double>(outside_[i]);
         }
       });
   region_opening_.assign(opening.begin(), opening.end());
   pressure_.set_openings(weight_, opening_);
   viscosity_.set_walls(layout_, free_, {parameters_.no_slip, parameters_.open});
-  layout_.rows([&](std::ptrdiff_t c, int length, int, int) {
-    for (std::ptrdiff_t i = c; i < c + length; ++i) {
-      if (solid_[static_cast<std::size_t>(i)]) potential_[static_cast<std::size_t>(i)] = 0.0f;
-    }
-  });
-  hold_fixed_faces();
   place_sources();
 }
 
@@ -215,42 +249,49 @@ void GasGrid::place_sources() {
     return spread_source(layout_, spacing_, regions_, position - parameters_.domain.min(), radius);
   };
   inlet_cells_.clear();
-  for (const GasInlet& inlet : inlets_) {
+  for (const GasInlet& inlet : state_.inlets) {
     inlet_cells_.push_back(spread(inlet.position, inlet.radius));
   }
   evacuator_cells_.clear();
-  for (const GasEvacuator& evacuator : evacuators_) {
+  for (const GasEvacuator& evacuator : state_.evacuators) {
     evacuator_cells_.push_back(spread(evacuator.position, evacuator.radius));
   }
   std::ranges::fill(source_, 0.0f);
-  report_.inlets.assign(inlets_.size(), 0.0);
-  report_.evacuators.assign(evacuators_.size(), 0.0);
-  report_.leaks.assign(leaks_.size(), 0.0);
   const auto add = [&](const GasSpread& cells, double flow) {
     for (std::size_t i = 0; i < cells.cells.size(); ++i) {
       source_[static_cast<std::size_t>(cells.cells[i])] +=
           static_cast<float>(flow * cells.weights[i] / cell_volume());
     }
   };
-  for (std::size_t i = 0; i < inlets_.size(); ++i) add(inlet_cells_[i], inlets_[i].flow);
-  for (std::size_t i = 0; i < evacuators_.size(); ++i) {
-    add(evacuator_cells_[i], -evacuators_[i].flow);
+  for (std::size_t i = 0; i < state_.inlets.size(); ++i)
+    add(inlet_cells_[i], state_.inlets[i].flow);
+  for (std::size_t i = 0; i < state_.evacuators.size(); ++i) {
+    add(evacuator_cells_[i], -state_.evacuators[i].flow);
   }
 }
 
+/// Those of the last step are of other sources.
+void GasGrid::forget_flows() {
+  state_.report.inlets.assign(state_.inlets.size(), 0.0);
+  state_.report.evacuators.assign(state_.evacuators.size(), 0.0);
+  state_.report.leaks.assign(state_.leaks.size(), 0.0);
+}
+
 void GasGrid::set_inlets(std::span<const GasInlet> inlets) {
-  inlets_.assign(inlets.begin(), inlets.end());
+  state_.inlets.assign(inlets.begin(), inlets.end());
   place_sources();
+  forget_flows();
 }
 
 void GasGrid::set_evacuators(std::span<const GasEvacuator> evacuators) {
-  evacuators_.assign(evacuators.begin(), evacuators.end());
+  state_.evacuators.assign(evacuators.begin(), evacuators.end());
   place_sources();
+  forget_flows();
 }
 
 void GasGrid::set_leaks(std::span<const GasLeak> leaks) {
-  if (std::ranges::equal(leaks, leaks_)) return;
-  leaks_.assign(leaks.begin(), leaks.end());
+  if (std::ranges::equal(leaks, state_.leaks)) return;
+  state_.leaks.assign(leaks.begin(), leaks.end());
   rebuild();
 }
 
@@ -263,12 +304,12 @@ void GasGrid::hold_fixed_faces() {
         const auto f = static_cast<std::size_t>(c + i);
         if (free_[axis][f]) continue;
         float value = 0.0f;
-        if (!solid_velocity_.empty() && at[axis] > 0 && at[axis] < layout_.n[axis]) {
+        if (!state_.solid_velocity.empty() && at[axis] > 0 && at[axis] < layout_.n[axis]) {
           const auto below = static_cast<std::size_t>(c + i - stride);
-          const float sides = static_cast<float>(solid_[f] + solid_[below]);
-          value = (solid_velocity_[f][axis] + solid_velocity_[below][axis]) / sides;
+          const float sides = static_cast<float>(state_.solid[f] + state_.solid[below]);
+          value = (state_.solid_velocity[f][axis] + state_.solid_velocity[below][axis]) / sides;
         }
-        velocity_[axis][f] = value;
+        state_.velocity[axis][f] = value;
       }
     });
   }
@@ -279,12 +320,12 @@ void GasGrid::place(const GasPoints& points) {
 }
 
 void GasGrid::velocity(const StridedVectors<float>& velocities) const {
-  stencils_.read(velocity_, velocities);
+  stencils_.read(state_.velocity, velocities);
 }
 
 Vec3 GasGrid::velocity(const Vec3& world) const {
   const Vec3f at = (world - parameters_.domain.min()).cwiseQuotient(spacing_).cast<float>();
-  return sample(layout_, velocity_, at.x(), at.y(), at.z()).cast<double>();
+  return sample(layout_, state_.velocity, at.x(), at.y(), at.z()).cast<double>();
 }
 
 void GasGrid::couple(std::span<const float> rates, std::span<float> shares) {
@@ -306,10 +347,12 @@ void GasGrid::couple(std::span<const float> rates, std::span<float> shares) {
 }
 
 void GasGrid::add_momentum(const StridedVectors<const float>& impulses) {
-  stencils_.spread(impulses, impulse_);
-  for (std::size_t i = 0; i < impulses.size && !impulse_came_; ++i) {
+  for (std::vector<double>& of_axis : state_.impulse)
+    of_axis.resize(static_cast<std::size_t>(layout_.count), 0.0);
+  stencils_.spread(impulses, state_.impulse);
+  for (std::size_t i = 0; i < impulses.size && !state_.impulse_came; ++i) {
     const Vec3f impulse = impulses.at(i);
-    impulse_came_ = impulse.allFinite() && !impulse.isZero(0.0f);
+    state_.impulse_came = impulse.allFinite() && !impulse.isZero(0.0f);
   }
 }
 
@@ -317,14 +360,15 @@ void GasGrid::give_impulses() {
   const double mass = parameters_.density * cell_volume();
   const double most = 2.0 * parameters_.most_speed;
   for (int axis = 0; axis < 3; ++axis) {
-    report_.impulse_to_walls[axis] =
-        sum_gas_chunks(impulse_[axis].size(), [&](std::size_t begin, std::size_t end) {
+    state_.report.impulse_to_walls[axis] =
+        sum_gas_chunks(state_.impulse[axis].size(), [&](std::size_t begin, std::size_t end) {
           double walls = 0.0;
           for (std::size_t f = begin; f < end; ++f) {
-            const double impulse = std::exchange(impulse_[axis][f], 0.0);
+            const double impulse = state_.impulse[axis][f];
             if (impulse == 0.0) continue;
             if (free_[axis][f]) {
-              velocity_[axis][f] += static_cast<float>(std::clamp(impulse / mass, -most, most));
+              state_.velocity[axis][f] +=
+                  static_cast<float>(std::clamp(impulse / mass, -most, most));
             } else {
               walls += impulse;
             }
@@ -332,14 +376,15 @@ void GasGrid::give_impulses() {
           return walls;
         });
   }
-  impulse_came_ = false;
+  for (std::vector<double>& of_axis : state_.impulse) of_axis.clear();
+  state_.impulse_came = false;
 }
 
 void GasGrid::drive_inlets(double dt) {
   // What comes in mixes with what is there: du/dt = (flow / volume) (jet - u), implicit. A face
   // takes half of each of its cells.
-  for (std::size_t n = 0; n < inlets_.size(); ++n) {
-    const GasInlet& inlet = inlets_[n];
+  for (std::size_t n = 0; n < state_.inlets.size(); ++n) {
+    const GasInlet& inlet = state_.inlets[n];
     if (!(inlet.flow > 0.0) || inlet.direction.isZero(0.0)) continue;
     const Vec3 jet = inlet.flow / (std::numbers::pi * inlet.radius * inlet.radius) *
                      inlet.direction.normalized();
@@ -350,7 +395,7 @@ void GasGrid::drive_inlets(double dt) {
         for (const std::ptrdiff_t f : {spread.cells[i], spread.cells[i] + layout_.stride[axis]}) {
           const auto face = static_cast<std::size_t>(f);
           if (!free_[axis][face]) continue;
-          float& u = velocity_[axis][face];
+          float& u = state_.velocity[axis][face];
           u = static_cast<float>((static_cast<double>(u) + rate * jet[axis]) / (1.0 + rate));
         }
       }
@@ -360,54 +405,54 @@ void GasGrid::drive_inlets(double dt) {
 
 void GasGrid::slow_down() {
   const auto most = static_cast<float>(parameters_.most_speed);
-  report_.slowed = 0;
+  state_.report.slowed = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const double slowed =
-        sum_gas_chunks(velocity_[axis].size(), [&](std::size_t begin, std::size_t end) {
+        sum_gas_chunks(state_.velocity[axis].size(), [&](std::size_t begin, std::size_t end) {
           double number = 0.0;
           for (std::size_t f = begin; f < end; ++f) {
-            float& u = velocity_[axis][f];
+            float& u = state_.velocity[axis][f];
             if (std::abs(u) <= most) continue;
             u = std::clamp(std::isnan(u) ? 0.0f : u, -most, most);
             ++number;
           }
           return number;
         });
-    report_.slowed += static_cast<std::size_t>(slowed);
+    state_.report.slowed += static_cast<std::size_t>(slowed);
   }
 }
 
 bool GasGrid::driven() const {
   const auto flows = [](const auto& source) { return source.flow > 0.0; };
-  return impulse_came_ || !solid_velocity_.empty() || std::ranges::any_of(inlets_, flows) ||
-         std::ranges::any_of(evacuators_, flows);
+  return state_.impulse_came || !state_.solid_velocity.empty() ||
+         std::ranges::any_of(state_.inlets, flows) || std::ranges::any_of(state_.evacuators, flows);
 }
 
 const GasReport& GasGrid::step(double dt) {
-  if (!(dt > 0.0) || !std::isfinite(dt) || (at_rest_ && !driven())) {
+  if (!(dt > 0.0) || !std::isfinite(dt) || (state_.at_rest && !driven())) {
     const auto zeros = [](std::vector<double>& flows) { std::ranges::fill(flows, 0.0); };
-    if (report_.moved) {
-      zeros(report_.inlets), zeros(report_.evacuators), zeros(report_.leaks);
+    if (state_.report.moved) {
+      zeros(state_.report.inlets), zeros(state_.report.evacuators), zeros(state_.report.leaks);
       GasReport rest;
-      rest.inlets.swap(report_.inlets);
-      rest.evacuators.swap(report_.evacuators);
-      rest.leaks.swap(report_.leaks);
-      report_ = std::move(rest);
+      rest.inlets.swap(state_.report.inlets);
+      rest.evacuators.swap(state_.report.evacuators);
+      rest.leaks.swap(state_.report.leaks);
+      state_.report = std::move(rest);
     }
-    return report_;
+    return state_.report;
   }
-  report_.moved = true;
-  if (!at_rest_) advection_.step(layout_, weight_, spacing_, dt, velocity_);
-  at_rest_ = false;
-  report_.impulse_to_walls.setZero();
-  if (impulse_came_) give_impulses();
+  state_.report.moved = true;
+  if (!state_.at_rest) advection_.step(layout_, weight_, spacing_, dt, state_.velocity);
+  state_.at_rest = false;
+  state_.report.impulse_to_walls.setZero();
+  if (state_.impulse_came) give_impulses();
   viscosity_.step(spacing_, parameters_.kinematic_viscosity + parameters_.eddy_viscosity, dt,
-                  velocity_);
+                  state_.velocity);
   drive_inlets(dt);
   slow_down();
   project(dt);
   measure(dt);
-  return report_;
+  return state_.report;
 }
 
 void GasGrid::project(double dt) {
@@ -419,10 +464,10 @@ void GasGrid::project(double dt) {
         for (std::ptrdiff_t at = c; at < c + length; ++at) {
           const auto i = static_cast<std::size_t>(at);
           right_[i] = 0.0f;
-          if (solid_[i]) continue;
+          if (state_.solid[i]) continue;
           float divergence = 0.0f;
           for (int axis = 0; axis < 3; ++axis) {
-            const float* u = velocity_[axis].data() + at;
+            const float* u = state_.velocity[axis].data() + at;
             divergence += per[axis] * (u[layout_.stride[axis]] - u[0]);
           }
           right_[i] = source_[i] - divergence;
@@ -430,22 +475,22 @@ void GasGrid::project(double dt) {
         }
       });
   // A closed region takes its excess as compression.
-  squeeze_.setZero(static_cast<Eigen::Index>(regions));
-  report_.compression = 0.0;
+  state_.squeeze.setZero(static_cast<Eigen::Index>(regions));
+  state_.report.compression = 0.0;
   for (std::size_t region = 0; region < regions; ++region) {
     if (region_opening_[region] > 0.0) continue;
     const auto at = static_cast<Eigen::Index>(region);
-    squeeze_[at] = excess[at] / regions_.cells[region];
-    report_.compression += excess[at] * cell_volume();
+    state_.squeeze[at] = excess[at] / regions_.cells[region];
+    state_.report.compression += excess[at] * cell_volume();
   }
-  const auto scale = static_cast<float>(potential_dt_ > 0.0 ? dt / potential_dt_ : 1.0);
+  const auto scale = static_cast<float>(state_.potential_dt > 0.0 ? dt / state_.potential_dt : 1.0);
   const double square = sum_gas_rows(layout_, [&](std::ptrdiff_t c, int length) {
     double sum = 0.0;
     for (std::ptrdiff_t at = c; at < c + length; ++at) {
       const auto i = static_cast<std::size_t>(at);
-      if (solid_[i]) continue;
-      right_[i] -= static_cast<float>(squeeze_[regions_.of[i]]);
-      potential_[i] *= scale;
+      if (state_.solid[i]) continue;
+      right_[i] -= static_cast<float>(state_.squeeze[regions_.of[i]]);
+      state_.potential[i] *= scale;
       sum += static_cast<double>(right_[i]) * static_cast<double>(right_[i]);
     }
     return sum;
@@ -455,7 +500,7 @@ void GasGrid::project(double dt) {
     speeds += sum_gas_rows(layout_, [&](std::ptrdiff_t c, int length) {
       float sum = 0.0f;
       for (std::ptrdiff_t i = c; i < c + length; ++i) {
-        const float u = velocity_[axis][static_cast<std::size_t>(i)] * per[axis];
+        const float u = state_.velocity[axis][static_cast<std::size_t>(i)] * per[axis];
         sum += u * u;
       }
       return static_cast<double>(sum);
@@ -463,11 +508,11 @@ void GasGrid::project(double dt) {
   }
   const double reference = std::max(std::sqrt(square), 0.1 * std::sqrt(speeds));
   const GasPressure::Outcome outcome =
-      pressure_.solve(right_, potential_, parameters_.tolerance * reference);
-  report_.iterations = outcome.iterations;
-  report_.converged = outcome.converged;
-  report_.divergence = reference > 0.0 ? outcome.residual / reference : 0.0;
-  potential_dt_ = dt;
+      pressure_.solve(right_, state_.potential, parameters_.tolerance * reference);
+  state_.report.iterations = outcome.iterations;
+  state_.report.converged = outcome.converged;
+  state_.report.divergence = reference > 0.0 ? outcome.residual / reference : 0.0;
+  state_.potential_dt = dt;
 
   // A constant is free in closed regions: mean 0. In open ones it closes the balance of flows that
   // the tolerance leaves open.
@@ -475,11 +520,11 @@ void GasGrid::project(double dt) {
       sum_regions(layout_, regions, [&](std::ptrdiff_t c, int length, VectorX& all) {
         for (std::ptrdiff_t at = c; at < c + length; ++at) {
           const auto i = static_cast<std::size_t>(at);
-          if (solid_[i]) continue;
+          if (state_.solid[i]) continue;
           const int region = regions_.of[i];
           const bool open = region_opening_[static_cast<std::size_t>(region)] > 0.0;
-          all[region] +=
-              (open ? static_cast<double>(outside_[i]) : 1.0) * static_cast<double>(potential_[i]);
+          all[region] += (open ? static_cast<double>(outside_[i]) : 1.0) *
+                         static_cast<double>(state_.potential[i]);
         }
       });
   VectorX shift(static_cast<Eigen::Index>(regions));
@@ -492,14 +537,14 @@ void GasGrid::project(double dt) {
   for_gas_rows(layout_, [&](std::ptrdiff_t c, int length, int, int) {
     for (std::ptrdiff_t at = c; at < c + length; ++at) {
       const auto i = static_cast<std::size_t>(at);
-      if (!solid_[i]) potential_[i] += static_cast<float>(shift[regions_.of[i]]);
+      if (!state_.solid[i]) state_.potential[i] += static_cast<float>(shift[regions_.of[i]]);
     }
   });
   for (int axis = 0; axis < 3; ++axis) {
     const std::ptrdiff_t stride = layout_.stride[axis];
-    const float* phi = potential_.data();
+    const float* phi = state_.potential.data();
     const float* weight = weight_[axis].data();
-    float* u = velocity_[axis].data();
+    float* u = state_.velocity[axis].data();
     // The weight is 1/h^2, or 0 where gas doesn't pass.
     const auto spacing = static_cast<float>(spacing_[axis]);
     for_gas_face_rows(layout_, axis, [&](std::ptrdiff_t c, int length, int, int) {
@@ -512,67 +557,70 @@ void GasGrid::project(double dt) {
 
 void GasGrid::measure(double dt) {
   float speed = 0.0f;
-  report_.courant = 0.0;
+  state_.report.courant = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    const float most = greatest_of(velocity_[axis].data(), velocity_[axis].size());
-    report_.courant = std::max(report_.courant, static_cast<double>(most) * dt / spacing_[axis]);
+    const float most = greatest_of(state_.velocity[axis].data(), state_.velocity[axis].size());
+    state_.report.courant =
+        std::max(state_.report.courant, static_cast<double>(most) * dt / spacing_[axis]);
     speed = std::max(speed, most);
   }
-  report_.speed = static_cast<double>(speed);
+  state_.report.speed = static_cast<double>(speed);
 
-  for (std::size_t i = 0; i < inlets_.size(); ++i) {
-    report_.inlets[i] = inlet_cells_[i].cells.empty() ? 0.0 : inlets_[i].flow;
+  for (std::size_t i = 0; i < state_.inlets.size(); ++i) {
+    state_.report.inlets[i] = inlet_cells_[i].cells.empty() ? 0.0 : state_.inlets[i].flow;
   }
-  for (std::size_t i = 0; i < evacuators_.size(); ++i) {
-    report_.evacuators[i] = evacuator_cells_[i].cells.empty() ? 0.0 : evacuators_[i].flow;
+  for (std::size_t i = 0; i < state_.evacuators.size(); ++i) {
+    state_.report.evacuators[i] =
+        evacuator_cells_[i].cells.empty() ? 0.0 : state_.evacuators[i].flow;
   }
-  for (std::size_t i = 0; i < leaks_.size(); ++i) {
+  for (std::size_t i = 0; i < state_.leaks.size(); ++i) {
     double sum = 0.0;
     for (std::size_t c = 0; c < leak_cells_[i].cells.size(); ++c) {
-      sum += leak_cells_[i].weights[c] *
-             static_cast<double>(potential_[static_cast<std::size_t>(leak_cells_[i].cells[c])]);
+      sum +=
+          leak_cells_[i].weights[c] *
+          static_cast<double>(state_.potential[static_cast<std::size_t>(leak_cells_[i].cells[c])]);
     }
-    report_.leaks[i] = std::numbers::pi * leaks_[i].radius * sum;
+    state_.report.leaks[i] = std::numbers::pi * state_.leaks[i].radius * sum;
   }
-  report_.sides.fill(0.0);
+  state_.report.sides.fill(0.0);
   for (int axis = 0; axis < 3; ++axis) {
     if (!parameters_.open[2 * axis] && !parameters_.open[2 * axis + 1]) continue;
     const double area = cell_volume() / spacing_[axis];
     layout_.rows([&](std::ptrdiff_t c, int length, int j, int k) {
       for (int i = 0; i < length; ++i) {
         const std::array<int, 3> at{i, j, k};
-        const float* u = velocity_[axis].data() + c + i;
-        if (at[axis] == 0) report_.sides[2 * axis] -= area * static_cast<double>(u[0]);
+        const float* u = state_.velocity[axis].data() + c + i;
+        if (at[axis] == 0) state_.report.sides[2 * axis] -= area * static_cast<double>(u[0]);
         if (at[axis] + 1 == layout_.n[axis]) {
-          report_.sides[2 * axis + 1] += area * static_cast<double>(u[layout_.stride[axis]]);
+          state_.report.sides[2 * axis + 1] += area * static_cast<double>(u[layout_.stride[axis]]);
         }
       }
     });
   }
-  report_.displaced = 0.0;
-  if (!solid_velocity_.empty()) {
+  state_.report.displaced = 0.0;
+  if (!state_.solid_velocity.empty()) {
     layout_.rows([&](std::ptrdiff_t c, int length, int, int) {
       for (std::ptrdiff_t i = c; i < c + length; ++i) {
-        if (solid_[static_cast<std::size_t>(i)]) continue;
+        if (state_.solid[static_cast<std::size_t>(i)]) continue;
         for (int axis = 0; axis < 3; ++axis) {
           const double area = cell_volume() / spacing_[axis];
           const std::ptrdiff_t above = i + layout_.stride[axis];
           if (!free_[axis][static_cast<std::size_t>(i)]) {
-            report_.displaced +=
-                area * static_cast<double>(velocity_[axis][static_cast<std::size_t>(i)]);
+            state_.report.displaced +=
+                area * static_cast<double>(state_.velocity[axis][static_cast<std::size_t>(i)]);
           }
           if (!free_[axis][static_cast<std::size_t>(above)]) {
-            report_.displaced -=
-                area * static_cast<double>(velocity_[axis][static_cast<std::size_t>(above)]);
+            state_.report.displaced -=
+                area * static_cast<double>(state_.velocity[axis][static_cast<std::size_t>(above)]);
           }
         }
       }
     });
   }
-  if (report_.speed <= parameters_.rest_speed && !driven()) {
-    for (auto& faces : velocity_) std::ranges::fill(faces, 0.0f);
-    std::ranges::fill(potential_, 0.0f);
-    at_rest_ = true;
+  if (state_.report.speed <= parameters_.rest_speed && !driven()) {
+    for (auto& faces : state_.velocity) std::ranges::fill(faces, 0.0f);
+    std::ranges::fill(state_.potential, 0.0f);
+    state_.at_rest = true;
   }
 }
 
@@ -584,21 +632,22 @@ void GasGrid::set_velocity(const std::function<Vec3(const Vec3&)>& field) {
           const auto f = static_cast<std::size_t>(layout_.index(i, j, k));
           if (!free_[axis][f]) continue;
           const Vec3 at = cell_middle(i, j, k) - 0.5 * spacing_[axis] * Vec3::Unit(axis);
-          velocity_[axis][f] = static_cast<float>(field(at)[axis]);
+          state_.velocity[axis][f] = static_cast<float>(field(at)[axis]);
         }
       }
     }
   }
-  at_rest_ = false;
+  state_.at_rest = false;
 }
 
 Vec3 GasGrid::momentum() const {
   const double mass = parameters_.density * cell_volume();
   Vec3 sum = Vec3::Zero();
   for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t f = 0; f < velocity_[axis].size(); ++f) {
+    for (std::size_t f = 0; f < state_.velocity[axis].size(); ++f) {
       if (!free_[axis][f]) continue;
-      sum[axis] += mass * static_cast<double>(velocity_[axis][f]) + impulse_[axis][f];
+      const double given = state_.impulse[axis].empty() ? 0.0 : state_.impulse[axis][f];
+      sum[axis] += mass * static_cast<double>(state_.velocity[axis][f]) + given;
     }
   }
   return sum;
@@ -608,8 +657,8 @@ double GasGrid::energy() const {
   const double mass = parameters_.density * cell_volume();
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t f = 0; f < velocity_[axis].size(); ++f) {
-      const auto u = static_cast<double>(velocity_[axis][f]);
+    for (std::size_t f = 0; f < state_.velocity[axis].size(); ++f) {
+      const auto u = static_cast<double>(state_.velocity[axis][f]);
       if (free_[axis][f]) sum += 0.5 * mass * u * u;
     }
   }
@@ -621,19 +670,22 @@ double GasGrid::divergence_error() const {
   layout_.rows([&](std::ptrdiff_t c, int length, int, int) {
     for (std::ptrdiff_t at = c; at < c + length; ++at) {
       const auto i = static_cast<std::size_t>(at);
-      if (solid_[i]) continue;
+      if (state_.solid[i]) continue;
       double divergence = 0.0;
       for (int axis = 0; axis < 3; ++axis) {
-        const float* u = velocity_[axis].data() + at;
+        const float* u = state_.velocity[axis].data() + at;
         divergence += (static_cast<double>(u[layout_.stride[axis]]) - static_cast<double>(u[0])) /
                       spacing_[axis];
       }
-      const double asked = static_cast<double>(source_[i]) - squeeze_[regions_.of[i]] -
-                           static_cast<double>(opening_[i]) * static_cast<double>(potential_[i]);
+      const Eigen::Index region = regions_.of[i];
+      const double squeezed = region < state_.squeeze.size() ? state_.squeeze[region] : 0.0;
+      const double asked =
+          static_cast<double>(source_[i]) - squeezed -
+          static_cast<double>(opening_[i]) * static_cast<double>(state_.potential[i]);
       worst = std::max(worst, std::abs(divergence - asked));
     }
   });
-  return report_.speed > 0.0 ? worst * spacing_.minCoeff() / report_.speed : 0.0;
+  return state_.report.speed > 0.0 ? worst * spacing_.minCoeff() / state_.report.speed : 0.0;
 }
 
 std::size_t GasGrid::memory_bytes() const {
@@ -644,7 +696,7 @@ std::size_t GasGrid::memory_bytes() const {
   constexpr std::size_t kAdvection = 11 * sizeof(float), kViscosity = 18 * sizeof(float);
   constexpr std::size_t kPressure = 9 * sizeof(float) * 8 / 7 + 2 * sizeof(float);
   return static_cast<std::size_t>(layout_.count) * (kHere + kAdvection + kViscosity + kPressure) +
-         solid_velocity_.capacity() * sizeof(Vec3f) + stencils_.memory_bytes();
+         state_.solid_velocity.capacity() * sizeof(Vec3f) + stencils_.memory_bytes();
 }
 
 }  // namespace viscera

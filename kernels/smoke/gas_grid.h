@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/result.h"
 #include "kernels/smoke/gas_advection.h"
 #include "kernels/smoke/gas_layout.h"
@@ -56,13 +57,61 @@ struct GasReport {
   /// the cavity's pressure rises) or expands.
   double compression = 0.0;
   Vec3 impulse_to_walls = Vec3::Zero();  ///< of add_momentum, on faces of solids [N s]
+
+  static constexpr auto fields() {
+    using R = GasReport;
+    return std::tuple(
+        field("moved", &R::moved), field("iterations", &R::iterations),
+        field("converged", &R::converged), field("divergence", &R::divergence),
+        field("speed", &R::speed), field("courant", &R::courant), field("slowed", &R::slowed),
+        field("inlets", &R::inlets), field("evacuators", &R::evacuators), field("leaks", &R::leaks),
+        field("sides", &R::sides), field("displaced", &R::displaced),
+        field("compression", &R::compression), field("impulse_to_walls", &R::impulse_to_walls));
+  }
 };
+static_assert(fields_cover<GasReport>());
 
 /// Same digits for any number of threads. Costs a test a step while at rest.
 class GasGrid {
  public:
+  /// What lasts. Arrays over cells or faces have GasLayout::count entries.
+  struct State {
+    std::vector<std::uint8_t> solid;
+    std::vector<Vec3f> solid_velocity;  ///< [m/s]; empty: all at rest
+    std::vector<GasInlet> inlets;
+    std::vector<GasEvacuator> evacuators;
+    std::vector<GasLeak> leaks;
+    GasFaces velocity;  ///< [m/s]
+    /// Of add_momentum since the step [N s]; empty: none.
+    std::array<std::vector<double>, 3> impulse;
+    bool impulse_came = false;
+    bool at_rest = true;
+    std::vector<float> potential;  ///< pressure * dt / density: the next one's guess [m2/s]
+    double potential_dt = 0.0;     ///< the dt in it [s]
+    VectorX squeeze;               ///< of each closed region's cells in the last step [1/s]
+    GasReport report;              ///< of the last step
+
+    static constexpr auto fields() {
+      return std::tuple(
+          field("solid", &State::solid), field("solid_velocity", &State::solid_velocity),
+          field("inlets", &State::inlets), field("evacuators", &State::evacuators),
+          field("leaks", &State::leaks), field("velocity", &State::velocity),
+          field("impulse", &State::impulse), field("impulse_came", &State::impulse_came),
+          field("at_rest", &State::at_rest), field("potential", &State::potential),
+          field("potential_dt", &State::potential_dt), field("squeeze", &State::squeeze),
+          field("report", &State::report));
+    }
+  };
+
   /// The parameters must pass check_gas.
   explicit GasGrid(const GasParameters& parameters);
+
+  const State& state() const { return state_; }
+  /// Whether a state is one of a grid with these cells, and sound enough to go on from.
+  bool fits(const State& state) const;
+  /// Goes on from a state that fits, bit for bit as the grid that it was taken from. Places are
+  /// forgotten: place() comes first.
+  void restore(State state);
 
   const GasParameters& parameters() const { return parameters_; }
   const std::array<int, 3>& cells() const { return layout_.n; }
@@ -92,8 +141,8 @@ class GasGrid {
 
   /// Advances by dt > 0 [s]; stable for any.
   const GasReport& step(double dt);
-  const GasReport& report() const { return report_; }  ///< of the last step
-  bool at_rest() const { return at_rest_; }
+  const GasReport& report() const { return state_.report; }  ///< of the last step
+  bool at_rest() const { return state_.at_rest; }
 
   /// Sets every face's velocity from a field over the world [m/s]; walls keep theirs.
   void set_velocity(const std::function<Vec3(const Vec3&)>& field);
@@ -105,7 +154,9 @@ class GasGrid {
 
  private:
   void rebuild();
+  void derive();
   void place_sources();
+  void forget_flows();
   void hold_fixed_faces();
   void give_impulses();
   void drive_inlets(double dt);
@@ -118,36 +169,28 @@ class GasGrid {
   GasParameters parameters_;
   GasLayout layout_;
   Vec3 spacing_;
-  std::vector<std::uint8_t> solid_;
-  std::vector<Vec3f> solid_velocity_;              // empty: all at rest
+  State state_;
+
+  // Of solids and sources alone.
   std::array<std::vector<std::uint8_t>, 3> free_;  // faces that gas crosses
   GasFaces weight_;                                // of the pressure's equation [1/m2]
   std::vector<float> opening_;                     // likewise, of leaks
   std::vector<float> outside_;  // of a cell to the outside: its leaks and open sides
   GasRegions regions_;
   std::vector<double> region_opening_;  // sum of the weights to the outside; 0: closed
-
-  std::vector<GasInlet> inlets_;
-  std::vector<GasEvacuator> evacuators_;
-  std::vector<GasLeak> leaks_;
   std::vector<GasSpread> inlet_cells_, evacuator_cells_, leak_cells_;
+  std::vector<float> source_;  // divergence that inlets and evacuators ask for [1/s]
 
-  GasFaces velocity_;                             // [m/s]
-  std::array<std::vector<double>, 3> impulse_;    // of add_momentum [N s]
+  // Made afresh by who uses it.
   std::array<std::vector<double>, 3> rate_sums_;  // of couple, 0 between calls [kg]
   GasFaces rate_;                                 // likewise, 0 on walls
-  bool impulse_came_ = false;
-  bool at_rest_ = true;
-  std::vector<float> potential_;  // pressure * dt / density [m2/s]
-  double potential_dt_ = 0.0;
-  std::vector<float> source_;  // divergence that inlets and evacuators ask for [1/s]
-  std::vector<float> right_;   // side of the pressure's equation [1/s]
-  VectorX squeeze_;            // of each closed region's cells [1/s]
+  std::vector<float> right_;                      // side of the pressure's equation [1/s]
+  // These keep openings and memory, and no history: ghosts in them are 0 for ever.
   GasAdvection advection_;
   GasViscosity viscosity_;
   GasPressure pressure_;
   GasStencils stencils_;
-  GasReport report_;
 };
+static_assert(StateOwner<GasGrid> && fields_cover<GasGrid::State>());
 
 }  // namespace viscera

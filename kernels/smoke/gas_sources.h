@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/smoke/gas_layout.h"
 
 namespace viscera {
@@ -15,14 +16,27 @@ struct GasInlet {
   Vec3 direction = -Vec3::UnitZ();  ///< of the jet; any length
   double radius = 2e-3;             ///< of the opening [m]
   double flow = 0.0;                ///< in [m3/s], not negative
+
+  static constexpr auto fields() {
+    return std::tuple(field("position", &GasInlet::position),
+                      field("direction", &GasInlet::direction), field("radius", &GasInlet::radius),
+                      field("flow", &GasInlet::flow));
+  }
 };
+static_assert(fields_cover<GasInlet>());
 
 /// A suction tip: draws gas from all around.
 struct GasEvacuator {
   Vec3 position = Vec3::Zero();  ///< world [m]
   double radius = 2e-3;          ///< of the opening [m]
   double flow = 0.0;             ///< out [m3/s], not negative
+
+  static constexpr auto fields() {
+    return std::tuple(field("position", &GasEvacuator::position),
+                      field("radius", &GasEvacuator::radius), field("flow", &GasEvacuator::flow));
+  }
 };
+static_assert(fields_cover<GasEvacuator>());
 
 /// A hole to the outside, at whose pressure the gas there is: its flow follows from the others'.
 struct GasLeak {
@@ -30,7 +44,11 @@ struct GasLeak {
   double radius = 2e-3;          ///< of the opening [m]
 
   bool operator==(const GasLeak&) const = default;
+  static constexpr auto fields() {
+    return std::tuple(field("position", &GasLeak::position), field("radius", &GasLeak::radius));
+  }
 };
+static_assert(fields_cover<GasLeak>());
 
 /// Cells that share a source; weights sum to 1.
 struct GasSpread {

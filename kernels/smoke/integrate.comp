@@ -1,4 +1,6 @@
 // integrate (integrate.h) with sum_swirl (swirl.h), a thread a particle.
+#include "kernels/smoke/smoke_passes.glsl"
+
 layout(std140, binding = 0) uniform Pass { IntegrateParameters pass; };
 uniform int with_gas;  // else the gas rests, and nobody asks what it gets
 
@@ -72,9 +74,9 @@ void main() {
     impulses[i] = vec4(pass.parcel_mass * rate * pass.step * (v - u), 0.0);
   }
   vec3 at = position.xyz + pass.step * v;
-  keep_inside(at.x, v.x, pass.extent.x, 1u, 2u);
-  keep_inside(at.y, v.y, pass.extent.y, 4u, 8u);
-  keep_inside(at.z, v.z, pass.extent.z, 16u, 32u);
+  keep_inside(at.x, v.x, pass.extent.x, kOpenLowX, kOpenHighX);
+  keep_inside(at.y, v.y, pass.extent.y, kOpenLowY, kOpenHighY);
+  keep_inside(at.z, v.z, pass.extent.z, kOpenLowZ, kOpenHighZ);
   positions[i] = vec4(at, position.w * pass.cooling);
   velocities[i] = vec4(v, velocity.w + pass.step);
 }

@@ -2,14 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
+#include "kernels/base/hash.h"
 #include "kernels/base/parallel.h"
 
 namespace viscera {
 namespace {
 
 constexpr std::size_t kGroupChunk = 8;
+
+std::size_t in_blocks(std::size_t count) {
+  return (count + MovingSurface::kBlock - 1) / MovingSurface::kBlock;
+}
 
 /// A number that is near for places that are near: bits of ten each axis, in turns.
 std::uint32_t near_number(const Vec3f& place, const Eigen::AlignedBox3f& box) {
@@ -50,6 +56,11 @@ SurfaceTopology::SurfaceTopology(std::vector<Triangle> triangles)
       }
     }
   }
+
+  Hasher hasher;
+  for (const Triangle& t : triangles_)
+    for (const int v : t) hasher.value(v);
+  signature_ = std::stoull(hasher.hex().substr(0, 16), nullptr, 16);
 }
 
 MovingSurface::Box3f MovingSurface::Placement::operator()(const Box3f& own) const {
@@ -58,35 +69,55 @@ MovingSurface::Box3f MovingSurface::Placement::operator()(const Box3f& own) cons
   return Box3f(middle - half, middle + half);
 }
 
+bool MovingSurface::fits(const State& state) {
+  const auto finite = [](const Vec3f& p) { return p.allFinite(); };
+  const auto numbered = [&](int t) {
+    return t >= 0 && static_cast<std::size_t>(t) < state.order.size();
+  };
+  return std::ranges::all_of(state.shape, finite) && state.place.turn.allFinite() &&
+         state.place.shift.allFinite() && std::ranges::all_of(state.order, numbered) &&
+         (!state.blocks_fit || (state.blocks.size() == in_blocks(state.order.size()) &&
+                                state.groups.size() == in_blocks(state.blocks.size())));
+}
+
+void MovingSurface::restore(State state) {
+  *this = MovingSurface();
+  state_ = std::move(state);
+}
+
 bool MovingSurface::advance(const SmokeSurface& surface, const Vec3& origin) {
   if (!take_shape(surface)) return false;
-  from_ = to_;
-  to_ = {surface.pose.orientation.toRotationMatrix().cast<float>(),
-         (surface.pose.position - origin).cast<float>()};
-  if (!known_) from_ = to_;
-  turns_ = from_.turn != to_.turn;
+  from_ = state_.place;
+  state_.place = {surface.pose.orientation.toRotationMatrix().cast<float>(),
+                  (surface.pose.position - origin).cast<float>()};
+  if (!known_) from_ = state_.place;
+  turns_ = from_.turn != state_.place.turn;
   measure();
   return true;
 }
 
 /// False where the positions aren't finite.
 bool MovingSurface::take_shape(const SmokeSurface& surface) {
-  known_ = topology_ == surface.topology && now_.size() == surface.positions.size();
-  keeps_shape_ = known_ && surface.version != 0 && version_ == surface.version;
-  if (keeps_shape_) return true;
-  if (topology_ != surface.topology) order_.clear();
   topology_ = surface.topology;
-  version_ = surface.version;
-  blocks_fit_ = normals_hold_ = false;
-  std::swap(before_, now_);
-  now_.assign(surface.positions.begin(), surface.positions.end());
-  own_box_.setEmpty();
+  const std::size_t ordered = state_.order.size();
+  const bool same = state_.topology == topology_->signature() &&
+                    (ordered == 0 || ordered == topology_->triangles().size());
+  known_ = same && state_.shape.size() == surface.positions.size();
+  keeps_shape_ = known_ && surface.version != 0 && state_.version == surface.version;
+  if (keeps_shape_) return true;
+  if (!same) state_.order.clear();
+  state_.topology = topology_->signature();
+  state_.version = surface.version;
+  state_.blocks_fit = normals_hold_ = false;
+  std::swap(before_, state_.shape);
+  state_.shape.assign(surface.positions.begin(), surface.positions.end());
+  state_.bounds.setEmpty();
   bool finite = true;
-  for (const Vec3f& p : now_) {
+  for (const Vec3f& p : state_.shape) {
     finite = finite && p.allFinite();
-    own_box_.extend(p);
+    state_.bounds.extend(p);
   }
-  if (!finite) now_.clear();
+  if (!finite) state_.shape.clear();
   if (!known_) keeps_shape_ = true;
   return finite;
 }
@@ -95,60 +126,64 @@ void MovingSurface::measure() {
   // An affine motion is greatest at a corner of the box.
   way_ = 0.0f;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3f at = own_box_.corner(static_cast<Box3f::CornerType>(corner));
-    way_ = std::max(way_, (to_(at) - from_(at)).norm());
+    const Vec3f at = state_.bounds.corner(static_cast<Box3f::CornerType>(corner));
+    way_ = std::max(way_, (state_.place(at) - from_(at)).norm());
   }
-  Box3f started = own_box_;
+  Box3f started = state_.bounds;
   if (!keeps_shape_) {
     float most = 0.0f;
-    for (std::size_t v = 0; v < now_.size(); ++v) {
+    for (std::size_t v = 0; v < state_.shape.size(); ++v) {
       started.extend(before_[v]);
-      most = std::max(most, (now_[v] - before_[v]).squaredNorm());
+      most = std::max(most, (state_.shape[v] - before_[v]).squaredNorm());
     }
     way_ += std::sqrt(most);
   }
-  box_ = from_(started).merged(to_(own_box_));
+  box_ = from_(started).merged(state_.place(state_.bounds));
 }
 
 void MovingSurface::fit_blocks() {
-  if (blocks_fit_) return;
+  if (state_.blocks_fit) return;
   const std::span<const SurfaceTopology::Triangle> triangles = topology_->triangles();
-  if (order_.size() != triangles.size()) {
+  if (state_.order.size() != triangles.size()) {
     std::vector<std::pair<std::uint32_t, int>> numbers(triangles.size());
     for (std::size_t t = 0; t < triangles.size(); ++t)
-      numbers[t] = {near_number(now_[triangles[t][0]], own_box_), static_cast<int>(t)};
+      numbers[t] = {near_number(state_.shape[triangles[t][0]], state_.bounds), static_cast<int>(t)};
     std::ranges::sort(numbers);
-    order_.resize(triangles.size());
-    std::ranges::transform(numbers, order_.begin(),
+    state_.order.resize(triangles.size());
+    std::ranges::transform(numbers, state_.order.begin(),
                            [](const auto& number) { return number.second; });
   }
   const std::vector<Vec3f>& first = start();
-  blocks_.resize((order_.size() + kBlock - 1) / kBlock);
-  groups_.resize((blocks_.size() + kBlock - 1) / kBlock);
-  parallel_for_each_index(groups_.size(), kGroupChunk, [&](std::size_t g) {
-    groups_[g].setEmpty();
-    for (std::size_t b = g * kBlock; b < std::min((g + 1) * kBlock, blocks_.size()); ++b) {
+  state_.blocks.resize(in_blocks(state_.order.size()));
+  state_.groups.resize(in_blocks(state_.blocks.size()));
+  parallel_for_each_index(state_.groups.size(), kGroupChunk, [&](std::size_t g) {
+    state_.groups[g].setEmpty();
+    for (std::size_t b = g * kBlock; b < std::min((g + 1) * kBlock, state_.blocks.size()); ++b) {
       Box3f block;
-      for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, order_.size()); ++i)
-        for (const int v : triangles[order_[i]]) block.extend(now_[v]).extend(first[v]);
-      blocks_[b] = block;
-      groups_[g].extend(block);
+      for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, state_.order.size()); ++i)
+        for (const int v : triangles[state_.order[i]])
+          block.extend(state_.shape[v]).extend(first[v]);
+      state_.blocks[b] = block;
+      state_.groups[g].extend(block);
     }
   });
   // Boxes of a step hold for one that keeps its shape, though a little wide.
-  blocks_fit_ = true;
+  state_.blocks_fit = true;
 }
 
 std::size_t MovingSurface::memory_bytes() const {
-  return (before_.capacity() + now_.capacity() + normals_.capacity()) * sizeof(Vec3f) +
-         order_.capacity() * sizeof(int) + found_.capacity() * sizeof(std::uint32_t) +
-         (blocks_.capacity() + groups_.capacity()) * sizeof(Box3f);
+  return (before_.capacity() + state_.shape.capacity() + normals_.capacity()) * sizeof(Vec3f) +
+         state_.order.capacity() * sizeof(int) + found_.capacity() * sizeof(std::uint32_t) +
+         (state_.blocks.capacity() + state_.groups.capacity()) * sizeof(Box3f);
 }
 
 MovingSurface::Moment::Moment(MovingSurface& surface, float fraction)
-    : surface_(&surface), fraction_(fraction), turns_(surface.turns_), turn_(surface.to_.turn) {
-  shift_ = surface.from_.shift + fraction * (surface.to_.shift - surface.from_.shift);
-  const std::size_t vertices = surface.now_.size();
+    : surface_(&surface),
+      fraction_(fraction),
+      turns_(surface.turns_),
+      turn_(surface.state_.place.turn) {
+  shift_ = surface.from_.shift + fraction * (surface.state_.place.shift - surface.from_.shift);
+  const std::size_t vertices = surface.state_.shape.size();
   if (surface.normals_.size() != vertices) {
     surface.normals_.resize(vertices);
     surface.found_.assign(vertices, 0);
@@ -161,10 +196,10 @@ MovingSurface::Moment::Moment(MovingSurface& surface, float fraction)
 }
 
 Vec3f MovingSurface::Moment::own(int vertex) const {
-  const Vec3f& now = surface_->now_[vertex];
+  const Vec3f& now = surface_->state_.shape[vertex];
   if (turns_) {
     const Vec3f from = surface_->from_(surface_->start()[vertex]);
-    return from + fraction_ * (surface_->to_(now) - from);
+    return from + fraction_ * (surface_->state_.place(now) - from);
   }
   if (surface_->keeps_shape_) return now;
   const Vec3f& before = surface_->before_[vertex];
@@ -172,8 +207,10 @@ Vec3f MovingSurface::Moment::own(int vertex) const {
 }
 
 Vec3f MovingSurface::Moment::way(int vertex) const {
-  if (surface_->keeps_shape_ && !turns_) return surface_->to_.shift - surface_->from_.shift;
-  return surface_->to_(surface_->now_[vertex]) - surface_->from_(surface_->start()[vertex]);
+  if (surface_->keeps_shape_ && !turns_)
+    return surface_->state_.place.shift - surface_->from_.shift;
+  return surface_->state_.place(surface_->state_.shape[vertex]) -
+         surface_->from_(surface_->start()[vertex]);
 }
 
 Vec3f MovingSurface::Moment::own_face_normal(int triangle) const {

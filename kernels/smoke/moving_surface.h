@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/smoke/smoke_passes.h"
 
 namespace viscera {
@@ -26,12 +27,15 @@ class SurfaceTopology {
                                     fan_begin_[vertex + 1] - fan_begin_[vertex]);
   }
   std::size_t vertices() const { return fan_begin_.size() - 1; }
+  /// The same for the same triangles, in any process.
+  std::uint64_t signature() const { return signature_; }
 
  private:
   std::vector<Triangle> triangles_;
   std::vector<std::array<int, 3>> beyond_;
   std::vector<std::size_t> fan_begin_;
   std::vector<int> fans_;
+  std::uint64_t signature_ = 0;
 };
 
 /// A surface as it is at the end of a step.
@@ -51,6 +55,55 @@ class MovingSurface {
   /// make a group.
   static constexpr std::size_t kBlock = 16;
 
+  /// Own frame to domain frame.
+  struct Placement {
+    Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();
+    Vec3f shift = Vec3f::Zero();
+
+    Vec3f operator()(const Vec3f& own) const { return turn * own + shift; }
+    Box3f operator()(const Box3f& own) const;
+    static constexpr auto fields() {
+      return std::tuple(field("turn", &Placement::turn), field("shift", &Placement::shift));
+    }
+  };
+  /// How the last step left it.
+  struct State {
+    std::uint64_t topology = 0;  ///< its signature
+    std::uint64_t version = 0;   ///< of the shape
+    std::vector<Vec3f> shape;    ///< own frame [m]                                (vertices)
+    Box3f bounds;                ///< of the shape
+    Placement place;
+    /// Triangles near each other stand together: as the shape was when they were first asked for.
+    std::vector<int> order;
+    /// Own frame. Those of a step in which the shape changed hold for the next ones without a
+    /// change too, and are wider than theirs.
+    std::vector<Box3f> blocks, groups;
+    bool blocks_fit = false;
+
+    static constexpr auto fields() {
+      return std::tuple(field("topology", &State::topology), field("version", &State::version),
+                        field("shape", &State::shape), field("bounds", &State::bounds),
+                        field("place", &State::place), field("order", &State::order),
+                        field("blocks", &State::blocks), field("groups", &State::groups),
+                        field("blocks_fit", &State::blocks_fit));
+    }
+  };
+
+  MovingSurface() = default;
+  MovingSurface(MovingSurface&&) noexcept = default;
+  MovingSurface& operator=(MovingSurface&&) noexcept = default;
+  /// A copy has the state, as a restored one: advance() comes first.
+  MovingSurface(const MovingSurface& other) : state_(other.state_) {}
+  MovingSurface& operator=(const MovingSurface& other) {
+    restore(State(other.state_));
+    return *this;
+  }
+
+  const State& state() const { return state_; }
+  /// Whether its numbers agree. Whether it is of a surface's triangles, advance() finds out.
+  static bool fits(const State& state);
+  void restore(State state);
+
   /// The step that ends with this; it starts where the last one ended, or, for a surface of other
   /// vertices than then, where this is. `origin` is the domain's least corner, world [m]. False
   /// where positions aren't finite.
@@ -61,13 +114,15 @@ class MovingSurface {
   float way() const { return way_; }         ///< the greatest of a vertex in the step [m]
 
   /// Triangles near each other stand together here; blocks and groups are of this order.
-  std::span<const int> order() const { return order_; }
+  std::span<const int> order() const { return state_.order; }
   /// Makes the boxes of blocks and groups, where the step has others than the last.
   void fit_blocks();
-  std::size_t blocks() const { return blocks_.size(); }
-  std::size_t groups() const { return groups_.size(); }
-  Box3f block(std::size_t b) const { return swept(blocks_[b]); }  ///< in the step, domain frame [m]
-  Box3f group(std::size_t g) const { return swept(groups_[g]); }
+  std::size_t blocks() const { return state_.blocks.size(); }
+  std::size_t groups() const { return state_.groups.size(); }
+  Box3f block(std::size_t b) const {
+    return swept(state_.blocks[b]);
+  }  ///< in the step, domain frame [m]
+  Box3f group(std::size_t g) const { return swept(state_.groups[g]); }
   std::size_t memory_bytes() const;
 
   /// The surface at a fraction of the step. While it holds its shape and doesn't turn, the normals
@@ -100,36 +155,28 @@ class MovingSurface {
   };
 
  private:
-  /// Own frame to domain frame.
-  struct Placement {
-    Eigen::Matrix3f turn;
-    Vec3f shift;
-
-    Vec3f operator()(const Vec3f& own) const { return turn * own + shift; }
-    Box3f operator()(const Box3f& own) const;
-  };
-
   bool take_shape(const SmokeSurface& surface);
   void measure();
-  const std::vector<Vec3f>& start() const { return keeps_shape_ ? now_ : before_; }
-  Box3f swept(const Box3f& own) const { return from_(own).merged(to_(own)); }
+  const std::vector<Vec3f>& start() const { return keeps_shape_ ? state_.shape : before_; }
+  Box3f swept(const Box3f& own) const { return from_(own).merged(state_.place(own)); }
 
+  State state_;
+  // Of the step.
   const SurfaceTopology* topology_ = nullptr;
-  std::uint64_t version_ = 0;
-  std::vector<Vec3f> before_, now_;  // own frame; `before` isn't read of one that keeps its shape
-  bool keeps_shape_ = false;         // in this step
-  bool known_ = false;               // `now` is from the last step
+  std::vector<Vec3f> before_;  // own frame; isn't read of one that keeps its shape
+  bool keeps_shape_ = false;
+  bool known_ = false;  // the shape is from the last step
   bool turns_ = false;
-  Placement from_, to_;
-  Box3f own_box_, box_;  // of `now`, own frame; of the whole step, domain frame
+  Placement from_;
+  Box3f box_;  // domain frame
   float way_ = 0.0f;
-  std::vector<int> order_;
-  std::vector<Box3f> blocks_, groups_;  // own frame
-  bool blocks_fit_ = false;
+  // Of the shape or a moment, made when they are asked for.
   std::vector<Vec3f> normals_;
   std::vector<std::uint32_t> found_;  // the round in which a normal was found
   std::uint32_t round_ = 0;
-  bool normals_hold_ = false;  // those of this round are of `now`
+  bool normals_hold_ = false;  // those of this round are of the shape as it is now
 };
+static_assert(StateOwner<MovingSurface> && fields_cover<MovingSurface::State>() &&
+              fields_cover<MovingSurface::Placement>());
 
 }  // namespace viscera

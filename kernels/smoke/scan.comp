@@ -1,7 +1,8 @@
 // Where each cell's particles begin: the exclusive prefix sum of the cells' counts, in three
-// dispatches. BLOCKS does blocks of GROUP * EACH cells, TOTALS (one group) their totals, ADD adds
+// dispatches. BLOCKS does blocks of kScanBlock cells, TOTALS (one group) their totals, ADD adds
 // those to the blocks.
-const uint EACH = 8u;
+#include "kernels/smoke/smoke_passes.glsl"
+#pragma passes BLOCKS TOTALS ADD
 
 uniform int count;  // cells; TOTALS: blocks
 
@@ -13,29 +14,29 @@ void main() {
   uint cell = thread_index();
   if (cell > uint(count)) return;  // one past the last cell: the end
   if (cell < uint(count)) {
-    begin[cell] += totals[cell / (GROUP * EACH)];
+    begin[cell] += totals[cell / kScanBlock];
   } else {
-    begin[cell] = totals[(uint(count) + GROUP * EACH - 1u) / (GROUP * EACH)];
+    begin[cell] = totals[(uint(count) + kScanBlock - 1u) / kScanBlock];
   }
 }
 
 #else
 
-shared uint sums[GROUP];
+shared uint sums[kSmokeGroup];
 
 /// The sum over the threads before this one.
 uint sum_before(uint value, out uint total) {
   uint lane = gl_LocalInvocationID.x;
   sums[lane] = value;
   barrier();
-  for (uint reach = 1u; reach < GROUP; reach *= 2u) {
+  for (uint reach = 1u; reach < kSmokeGroup; reach *= 2u) {
     uint below = lane >= reach ? sums[lane - reach] : 0u;
     barrier();
     sums[lane] += below;
     barrier();
   }
   uint before = sums[lane] - value;
-  total = sums[GROUP - 1u];
+  total = sums[kSmokeGroup - 1u];
   barrier();
   return before;
 }
@@ -48,16 +49,16 @@ layout(std430, binding = 2) writeonly buffer Totals { uint totals[]; };
 void main() {
   uint group = group_index();
   if (group >= uint(groups)) return;
-  uint first = (group * GROUP + gl_LocalInvocationID.x) * EACH;
-  uint before[EACH];
+  uint first = (group * kSmokeGroup + gl_LocalInvocationID.x) * kScanEach;
+  uint before[kScanEach];
   uint own = 0u;
-  for (uint k = 0u; k < EACH; ++k) {
+  for (uint k = 0u; k < kScanEach; ++k) {
     before[k] = own;
     own += first + k < uint(count) ? counts[first + k] : 0u;
   }
   uint total;
   uint start = sum_before(own, total);
-  for (uint k = 0u; k < EACH; ++k) {
+  for (uint k = 0u; k < kScanEach; ++k) {
     if (first + k < uint(count)) begin[first + k] = start + before[k];
   }
   if (gl_LocalInvocationID.x == 0u) totals[group] = total;
@@ -70,7 +71,7 @@ layout(std430, binding = 0) buffer Totals { uint totals[]; };  // one more than 
 void main() {
   if (group_index() > 0u) return;
   uint carry = 0u;
-  for (uint base = 0u; base < uint(count); base += GROUP) {
+  for (uint base = 0u; base < uint(count); base += kSmokeGroup) {
     uint at = base + gl_LocalInvocationID.x;
     uint own = at < uint(count) ? totals[at] : 0u;
     uint total;

@@ -61,45 +61,57 @@ SmokeVolume::SmokeVolume(const SmokeParameters& parameters)
   assert(parameters.gas_density > 0.0 && parameters.gas_temperature > 0.0);
 }
 
+bool SmokeVolume::fits(const State& state) const {
+  const SmokeParticles& p = state.particles;
+  const std::size_t count = p.size();
+  const auto finite = [](const Float4& v) { return v.xyz().allFinite() && std::isfinite(v.w); };
+  return p.velocities.size() == count && p.masses.size() == count && p.ids.size() == count &&
+         count <= parameters_.max_particles && std::ranges::all_of(p.positions, finite) &&
+         std::ranges::all_of(p.velocities, finite) &&
+         std::ranges::all_of(p.masses, [](float mass) { return std::isfinite(mass); }) &&
+         std::isfinite(state.time) && SurfaceCells::fits(state.surfaces.state());
+}
+
 bool SmokeVolume::emit(const SmokeEmission& emission) {
   if (!usable(emission, parameters_.domain)) {
-    ++counters_.refused;
+    ++state_.counters.refused;
     return false;
   }
   const auto number = static_cast<std::size_t>(emission.particles);
   const float mass = static_cast<float>(emission.mass / emission.particles);
-  counters_.emitted += number;
-  book_.emitted += static_cast<double>(mass) * emission.particles;
+  state_.counters.emitted += number;
+  state_.book.emitted += static_cast<double>(mass) * emission.particles;
 
   const Vec3f extent = parameters_.domain.sizes().cast<float>();
   const Vec3 velocity = emission.speed * emission.direction.normalized();
   const float temperature = static_cast<float>(emission.temperature);
   for (std::size_t i = 0; i < number; ++i) {
-    const Random random(parameters_.seed, kEmissionStream + next_id_);
+    const Random random(parameters_.seed, kEmissionStream + state_.next_id);
     const double age = emission.duration * random.uniform(2);
     const Vec3 offset = emission.radius * std::cbrt(random.uniform(3)) * random.direction(0);
     const Vec3f position =
         (emission.position + offset + age * velocity - parameters_.domain.min()).cast<float>();
-    particles_.positions.push_back(
+    state_.particles.positions.push_back(
         Float4::from(position.cwiseMax(Vec3f::Zero()).cwiseMin(extent), temperature));
-    particles_.velocities.push_back(Float4::from(velocity.cast<float>(), static_cast<float>(age)));
-    particles_.masses.push_back(mass);
-    particles_.ids.push_back(next_id_++);
+    state_.particles.velocities.push_back(
+        Float4::from(velocity.cast<float>(), static_cast<float>(age)));
+    state_.particles.masses.push_back(mass);
+    state_.particles.ids.push_back(state_.next_id++);
   }
-  if (particles_.size() > parameters_.max_particles) {
-    end_oldest(particles_.size() - parameters_.max_particles);
+  if (state_.particles.size() > parameters_.max_particles) {
+    end_oldest(state_.particles.size() - parameters_.max_particles);
   }
   return true;
 }
 
 void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
   if (!(dt > 0.0) || !std::isfinite(dt)) return;
-  counters_.isolated = counters_.tested = counters_.touching = 0;
-  if (particles_.size() == 0) {
-    surfaces_.advance({}, parameters_.domain.min());
-    time_ += dt;
+  state_.counters.isolated = state_.counters.tested = state_.counters.touching = 0;
+  if (state_.particles.size() == 0) {
+    state_.surfaces.advance({}, parameters_.domain.min());
+    state_.time += dt;
   } else {
-    surfaces_.advance(around.surfaces, parameters_.domain.min());
+    state_.surfaces.advance(around.surfaces, parameters_.domain.min());
     hand_over();
     const double nu = effective_viscosity(parameters_);
     const double longest =
@@ -112,7 +124,7 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
       // gas, and bodies, are wider.
       double way = exchange_step_ * static_cast<double>(passes().greatest_speed());
       const Eigen::AlignedBox3f domain(Vec3f::Zero(), parameters_.domain.sizes().cast<float>());
-      way = std::max<double>(way, surfaces_.greatest_way(domain) / exchanges);
+      way = std::max<double>(way, state_.surfaces.greatest_way(domain) / exchanges);
       for (const SmokeObstacle& obstacle : around.obstacles) {
         way = std::max({way, (obstacle.from - obstacle.from_before).norm() / exchanges,
                         (obstacle.to - obstacle.to_before).norm() / exchanges});
@@ -133,19 +145,19 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
 
 void SmokeVolume::hand_over() {
   any_trapped_ = false;
-  if (passes().start(particles_)) return;
+  if (passes().start(state_.particles)) return;
   drop_device();
-  cpu_.start(particles_);
+  cpu_.start(state_.particles);
 }
 
 void SmokeVolume::take_back() {
-  counters_.isolated = passes().isolated();
-  if (const std::optional<double> deposited = passes().finish(particles_, fates_)) {
-    book_.deposited += *deposited;
+  state_.counters.isolated = passes().isolated();
+  if (const std::optional<double> deposited = passes().finish(state_.particles, fates_)) {
+    state_.book.deposited += *deposited;
     return;
   }
   drop_device();
-  fates_.assign(particles_.size(), SmokeFate::kAirborne);
+  fates_.assign(state_.particles.size(), SmokeFate::kAirborne);
 }
 
 void SmokeVolume::drop_device() {
@@ -182,11 +194,11 @@ void SmokeVolume::substep(double dt, double from, double to, double whole,
       static_cast<float>(parameters_.gas_density * std::pow(0.5 * parameters_.spacing, 3));
   pass.entrainment = static_cast<float>(parameters_.entrainment);
   pass.seed = static_cast<std::uint32_t>(parameters_.seed ^ parameters_.seed >> 32);
-  pass.substep = substeps_++;
+  pass.substep = state_.substeps++;
   pass.open_sides = parameters_.open_sides;
-  const std::vector<SwirlWave> waves = swirl_.waves(time_);
+  const std::vector<SwirlWave> waves = swirl_.waves(state_.time);
   passes().integrate(pass, waves, around.gas);
-  time_ += dt;
+  state_.time += dt;
   meet_surfaces(dt, from, to, whole, around);
 }
 
@@ -196,7 +208,7 @@ void SmokeVolume::meet_surfaces(double dt, double from, double to, double whole,
   const double h = parameters_.spacing, nu = effective_viscosity(parameters_);
   const Vec3 origin = parameters_.domain.min();
   const Eigen::AlignedBox3f domain(Vec3f::Zero(), parameters_.domain.sizes().cast<float>());
-  double way = (to - from) * surfaces_.greatest_way(domain);
+  double way = (to - from) * state_.surfaces.greatest_way(domain);
 
   capsules_.clear();
   for (const SmokeObstacle& obstacle : around.obstacles) {
@@ -227,42 +239,42 @@ void SmokeVolume::meet_surfaces(double dt, double from, double to, double whole,
   // comes as far as that and the gap again.
   const float margin = static_cast<float>(dt) * passes().greatest_speed() +
                        static_cast<float>(way) + 2.0f * pass.gap + pass.touch;
-  const CollideCounts counts =
-      passes().collide(surfaces_, {to, whole, static_cast<float>(h), margin}, capsules_, pass);
-  counters_.tested = counts.tested;
-  counters_.touching = counts.touching;
-  counters_.trapped += counts.trapped;
+  const CollideCounts counts = passes().collide(
+      state_.surfaces, {to, whole, static_cast<float>(h), margin}, capsules_, pass);
+  state_.counters.tested = counts.tested;
+  state_.counters.touching = counts.touching;
+  state_.counters.trapped += counts.trapped;
   any_trapped_ = any_trapped_ || counts.trapped > 0;
 }
 
 /// Particles at an outlet go through it, and the background thins.
 void SmokeVolume::take_out(double dt, std::span<const SmokeOutlet> outlets) {
   double evacuation = 0.0, leak = parameters_.background_leak;
-  fates_.assign(particles_.size(), SmokeFate::kAirborne);
+  fates_.assign(state_.particles.size(), SmokeFate::kAirborne);
   bool any = false;
   for (const SmokeOutlet& outlet : outlets) {
     if (!(outlet.flow > 0.0)) continue;
     (outlet.leak ? leak : evacuation) += outlet.flow;
     const Vec3f at = (outlet.position - parameters_.domain.min()).cast<float>();
     const float square = static_cast<float>(outlet.radius * outlet.radius);
-    for (std::size_t i = 0; i < particles_.size(); ++i) {
+    for (std::size_t i = 0; i < state_.particles.size(); ++i) {
       if (fates_[i] != SmokeFate::kAirborne) continue;
-      if (!((particles_.position(i) - at).squaredNorm() < square)) continue;
+      if (!((state_.particles.position(i) - at).squaredNorm() < square)) continue;
       fates_[i] = outlet.leak ? SmokeFate::kLeaked : SmokeFate::kEvacuated;
       any = true;
     }
   }
   if (any) remove_ended();
-  book_.flow_out(parameters_.cavity_volume, evacuation, leak, dt);
+  state_.book.flow_out(parameters_.cavity_volume, evacuation, leak, dt);
 }
 
 void SmokeVolume::end_aged_and_gone() {
   const float lifetime = static_cast<float>(parameters_.lifetime);
   const Vec3f extent = parameters_.domain.sizes().cast<float>();
-  for (std::size_t i = 0; i < particles_.size(); ++i) {
+  for (std::size_t i = 0; i < state_.particles.size(); ++i) {
     if (fates_[i] != SmokeFate::kAirborne) continue;
-    const Vec3f at = particles_.position(i);
-    bool gone = particles_.age(i) > lifetime;
+    const Vec3f at = state_.particles.position(i);
+    bool gone = state_.particles.age(i) > lifetime;
     for (int axis = 0; axis < 3; ++axis) {
       gone = gone || ((parameters_.open_sides & kOpenLowX << 2 * axis) && at[axis] < 0.0f) ||
              ((parameters_.open_sides & kOpenHighX << 2 * axis) && at[axis] > extent[axis]);
@@ -274,12 +286,12 @@ void SmokeVolume::end_aged_and_gone() {
 
 // Ids count up, so the oldest are the least.
 void SmokeVolume::end_oldest(std::size_t count) {
-  counters_.crowded_out += count;
-  std::vector<std::uint32_t> ids = particles_.ids;
+  state_.counters.crowded_out += count;
+  std::vector<std::uint32_t> ids = state_.particles.ids;
   std::ranges::nth_element(ids, ids.begin() + static_cast<std::ptrdiff_t>(count - 1));
   const std::uint32_t last = ids[count - 1];
-  fates_.resize(particles_.size());
-  std::ranges::transform(particles_.ids, fates_.begin(), [&](std::uint32_t id) {
+  fates_.resize(state_.particles.size());
+  std::ranges::transform(state_.particles.ids, fates_.begin(), [&](std::uint32_t id) {
     return id <= last ? SmokeFate::kBackground : SmokeFate::kAirborne;
   });
   remove_ended();
@@ -287,42 +299,43 @@ void SmokeVolume::end_oldest(std::size_t count) {
 
 void SmokeVolume::remove_ended() {
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < particles_.size(); ++i) {
-    const double mass = particles_.masses[i];
+  for (std::size_t i = 0; i < state_.particles.size(); ++i) {
+    const double mass = state_.particles.masses[i];
     switch (fates_[i]) {
       case SmokeFate::kAirborne:
-        if (kept != i) particles_.copy(i, particles_, kept);
+        if (kept != i) state_.particles.copy(i, state_.particles, kept);
         ++kept;
         continue;
       case SmokeFate::kBackground:
-        book_.background += mass;
+        state_.book.background += mass;
         break;
       case SmokeFate::kEvacuated:
-        book_.evacuated += mass;
+        state_.book.evacuated += mass;
         break;
       case SmokeFate::kLeaked:
-        book_.leaked += mass;
+        state_.book.leaked += mass;
         break;
       case SmokeFate::kDeposited:
-        book_.deposited += mass;
+        state_.book.deposited += mass;
         break;
     }
-    ++counters_.retired;
+    ++state_.counters.retired;
   }
-  particles_.resize(kept);
+  state_.particles.resize(kept);
   fates_.assign(kept, SmokeFate::kAirborne);
 }
 
 double SmokeVolume::airborne() const {
-  return parallel_sum(particles_.size(), kChunk, 0.0, [&](std::size_t begin, std::size_t end) {
-    double sum = 0.0;
-    for (std::size_t i = begin; i < end; ++i) sum += particles_.masses[i];
-    return sum;
-  });
+  return parallel_sum(state_.particles.size(), kChunk, 0.0,
+                      [&](std::size_t begin, std::size_t end) {
+                        double sum = 0.0;
+                        for (std::size_t i = begin; i < end; ++i) sum += state_.particles.masses[i];
+                        return sum;
+                      });
 }
 
 std::size_t SmokeVolume::memory_bytes() const {
-  return particles_.memory_bytes() + cpu_.memory_bytes() + surfaces_.memory_bytes() +
+  return state_.particles.memory_bytes() + cpu_.memory_bytes() + state_.surfaces.memory_bytes() +
          fates_.capacity() + (device_ ? device_->memory_bytes() : 0);
 }
 

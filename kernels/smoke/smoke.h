@@ -77,6 +77,12 @@ struct SmokeObstacle {
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();  ///< [m]
   Vec3 from_before = Vec3::Zero(), to_before = Vec3::Zero();
   double radius = 0.0;  ///< [m]
+  static constexpr auto fields() {
+    using S = SmokeObstacle;
+    return std::tuple(field("from", &S::from), field("to", &S::to),
+                      field("from_before", &S::from_before), field("to_before", &S::to_before),
+                      field("radius", &S::radius));
+  }
 };
 
 /// What a step finds around the particles; nothing by default, and gas at rest.
@@ -95,7 +101,16 @@ struct SmokeCounters {
   std::uint64_t tested = 0;    ///< against surfaces, last step
   std::uint64_t touching = 0;  ///< of them, last step
   std::uint64_t trapped = 0;   ///< between surfaces, in all: deposited
+
+  static constexpr auto fields() {
+    using C = SmokeCounters;
+    return std::tuple(field("emitted", &C::emitted), field("retired", &C::retired),
+                      field("crowded_out", &C::crowded_out), field("refused", &C::refused),
+                      field("isolated", &C::isolated), field("tested", &C::tested),
+                      field("touching", &C::touching), field("trapped", &C::trapped));
+  }
 };
+static_assert(fields_cover<SmokeCounters>());
 
 struct SmokeEmission {
   Vec3 position = Vec3::Zero();    ///< world [m]
@@ -114,7 +129,33 @@ double effective_viscosity(const SmokeParameters& parameters);
 /// The smoke of one volume. Deterministic for any number of threads.
 class SmokeVolume {
  public:
+  /// What lasts. It is complete between steps, whatever computes them: a device has given the
+  /// particles back by the end of one.
+  struct State {
+    SmokeParticles particles;
+    SmokeCounters counters;
+    SmokeBook book;
+    SurfaceCells surfaces;
+    double time = 0.0;           ///< since the start [s]
+    std::uint32_t substeps = 0;  ///< since then: key of random numbers, as ids are
+    std::uint32_t next_id = 0;
+
+    static constexpr auto fields() {
+      return std::tuple(field("particles", &State::particles), field("counters", &State::counters),
+                        field("book", &State::book), field("surfaces", &State::surfaces),
+                        field("time", &State::time), field("substeps", &State::substeps),
+                        field("next_id", &State::next_id));
+    }
+  };
+
   explicit SmokeVolume(const SmokeParameters& parameters);
+
+  const State& state() const { return state_; }
+  /// Whether a state is one of a volume with these parameters, and sound enough to go on from.
+  bool fits(const State& state) const;
+  /// Goes on from a state that fits, bit for bit as the volume that it was taken from where the
+  /// same computes both (compute_on, which stays).
+  void restore(State state) { state_ = std::move(state); }
 
   /// The passes of its steps run on that from now on; null: on the CPU. The mass book, emission,
   /// outlets and the gas stay on the CPU. A device that fails in a step loses what it did since it
@@ -133,13 +174,13 @@ class SmokeVolume {
   /// the surfaces move in substeps of at most h (at most 64).
   void step(double dt, const SmokeSurroundings& surroundings = {});
 
-  const SmokeParticles& particles() const { return particles_; }
+  const SmokeParticles& particles() const { return state_.particles; }
   const SmokeParameters& parameters() const { return parameters_; }
-  const SmokeCounters& counters() const { return counters_; }
-  const SmokeBook& book() const { return book_; }
-  double airborne() const;               ///< mass that particles carry [kg]
-  double time() const { return time_; }  ///< since the start [s]
-  const SurfaceCells& surface_cells() const { return surfaces_; }
+  const SmokeCounters& counters() const { return state_.counters; }
+  const SmokeBook& book() const { return state_.book; }
+  double airborne() const;                     ///< mass that particles carry [kg]
+  double time() const { return state_.time; }  ///< since the start [s]
+  const SurfaceCells& surface_cells() const { return state_.surfaces; }
   std::size_t memory_bytes() const;
 
  private:
@@ -157,22 +198,19 @@ class SmokeVolume {
   void remove_ended();
 
   SmokeParameters parameters_;
-  SmokeParticles particles_;
-  SmokeCounters counters_;
-  SmokeBook book_;
-  SwirlField swirl_;
+  SwirlField swirl_;  // of parameters and time
+  State state_;
+  // Of a step, or kept for its memory.
   CpuSmokePasses cpu_;
   std::shared_ptr<SmokePasses> device_;  // null: cpu_
   std::string device_failure_;
-  SurfaceCells surfaces_;
   std::vector<SmokeCapsule> capsules_;
   std::vector<SmokeFate> fates_;  // of the particles, where these are here
   bool any_trapped_ = false;      // since they were handed over
   double exchange_step_ = 0.0;    // between two exchanges of momentum [s]
-  double time_ = 0.0;
-  std::uint32_t substeps_ = 0;
-  std::uint32_t next_id_ = 0;
 };
+
+static_assert(StateOwner<SmokeVolume> && fields_cover<SmokeVolume::State>());
 
 /// How far a particle's smoke has spread by its age [s] (splat.h) [m].
 float spread_radius(const SmokeParameters& parameters, float age);

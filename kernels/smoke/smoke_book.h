@@ -1,6 +1,8 @@
 // Where the smoke of a volume is: emitted = airborne + background + evacuated + leaked + deposited.
 #pragma once
 
+#include "kernels/base/fields.h"
+
 namespace viscera {
 
 /// Masses [kg]. Smoke that no particle carries any more, old, crowded out or beyond an open side,
@@ -18,6 +20,14 @@ struct SmokeBook {
   void flow_out(double volume, double evacuation, double leak, double dt);
   /// What is left for the particles if the book closes.
   double owed_airborne() const { return emitted - background - evacuated - leaked - deposited; }
+
+  static constexpr auto fields() {
+    using B = SmokeBook;
+    return std::tuple(field("emitted", &B::emitted), field("background", &B::background),
+                      field("evacuated", &B::evacuated), field("leaked", &B::leaked),
+                      field("deposited", &B::deposited));
+  }
 };
+static_assert(fields_cover<SmokeBook>());
 
 }  // namespace viscera

@@ -37,6 +37,12 @@ struct SmokeParticles {
   std::size_t memory_bytes() const {
     return 2 * positions.capacity() * sizeof(Float4) + 2 * ids.capacity() * sizeof(float);
   }
+  static constexpr auto fields() {
+    using P = SmokeParticles;
+    return std::tuple(field("positions", &P::positions), field("velocities", &P::velocities),
+                      field("masses", &P::masses), field("ids", &P::ids));
+  }
 };
+static_assert(is_flat<Float4>() && fields_cover<SmokeParticles>());
 
 }  // namespace viscera

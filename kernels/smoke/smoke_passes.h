@@ -1,26 +1,14 @@
-// The parameters of the smoke passes as both languages see them: C++ on the CPU, std140 uniform
-// blocks and std430 buffers in the GLSL twins. One struct a pass, made of 4-byte scalars and
-// 16-byte vectors, each vector on a multiple of 16 bytes; sizes are multiples of 16.
+// What the smoke passes and their GLSL twins both know: one declaration, which twin_header.h makes
+// GLSL of. One parameter struct a pass, made of 4-byte scalars and 16-byte vectors, each vector on
+// a multiple of 16 bytes; sizes are multiples of 16, filled up by scalars.
 #pragma once
 
 #include <array>
 #include <cstdint>
 
-#include "kernels/base/types.h"
+#include "kernels/base/device_vectors.h"
 
 namespace viscera {
-
-struct alignas(16) Float4 {
-  float x = 0.0f, y = 0.0f, z = 0.0f, w = 0.0f;
-
-  Vec3f xyz() const { return {x, y, z}; }
-  void set_xyz(const Vec3f& v) { x = v.x(), y = v.y(), z = v.z(); }
-  static Float4 from(const Vec3f& v, float w = 0.0f) { return {v.x(), v.y(), v.z(), w}; }
-};
-
-struct alignas(16) Int4 {
-  std::int32_t x = 0, y = 0, z = 0, w = 0;
-};
 
 // --- bin -----------------------------------------------------------------------------------------
 
@@ -31,9 +19,8 @@ struct BinParameters {
   Int4 size;                  ///< cells along x, y, z, and in all
   float inverse_cell = 0.0f;  ///< [1/m]
   std::uint32_t particles = 0;
-  std::uint32_t pad[2] = {};
+  std::uint32_t unused_a = 0, unused_b = 0;
 };
-static_assert(sizeof(BinParameters) == 48);
 
 // --- viscosity -----------------------------------------------------------------------------------
 
@@ -41,6 +28,13 @@ enum class Laplacian : std::uint32_t {
   kPairwise,  ///< symmetric pairs with the trace of their second moment made right; the default
   kPaper,     ///< second derivatives of linear moving least squares [De2006] eq. 15; inconsistent
 };
+
+// Bounds for clumps.
+inline constexpr float kLeastOfDensity = 1.0f / 3.0f;
+inline constexpr float kLeastOfMoment = 0.5f;
+inline constexpr float kMostRatio = 1.2f;  ///< of a pair's strength to the lesser of the two
+/// Of the paper's moment matrix, inverse: less isn't inverted.
+inline constexpr double kLeastCondition = 1e-8;
 
 struct ViscosityParameters {
   float inverse_square = 0.0f;          ///< 1 / h^2 [1/m2]
@@ -53,9 +47,8 @@ struct ViscosityParameters {
   Laplacian laplacian = Laplacian::kPairwise;
   float step = 0.0f;  ///< dt, which bounds what the paper's Laplacian may do [s]
   std::uint32_t particles = 0;
-  std::uint32_t pad[2] = {};
+  std::uint32_t unused_a = 0, unused_b = 0;
 };
-static_assert(sizeof(ViscosityParameters) == 48);
 
 // --- integrate -----------------------------------------------------------------------------------
 
@@ -64,7 +57,6 @@ struct SwirlWave {
   Float4 amplitude;    ///< [m/s2]; w: 0
   Float4 wave_number;  ///< in turns [1/m]; w: phase at this time, in turns within [0, 1)
 };
-static_assert(sizeof(SwirlWave) == 32);
 
 /// Sides of the domain that smoke leaves through, as bits.
 enum : std::uint32_t {
@@ -92,9 +84,14 @@ struct IntegrateParameters {
   std::uint32_t particles = 0;
   float entrainment = 0.0f;  ///< drag rate a speed relative to the gas [1/m]
 };
-static_assert(sizeof(IntegrateParameters) == 64);
 
 // --- collide -------------------------------------------------------------------------------------
+
+/// How a particle ends.
+enum class SmokeFate : std::uint8_t { kAirborne, kBackground, kEvacuated, kLeaked, kDeposited };
+
+/// Below this share of the gap a particle is put at the gap again: rounding isn't a touch.
+inline constexpr float kGapSlack = 0.99f;
 
 /// A triangle near particles, ready for the nearest-point test.
 struct SurfaceTriangle {
@@ -105,7 +102,6 @@ struct SurfaceTriangle {
   /// corners', sums of the faces' around by angle. Not normalised but the face's.
   std::array<Float4, 7> normals;
 };
-static_assert(sizeof(SurfaceTriangle) == 208);
 
 /// An instrument's part: the points within radius of a segment.
 struct SmokeCapsule {
@@ -114,7 +110,6 @@ struct SmokeCapsule {
   Float4 from_motion;  ///< velocity of the ends [m/s]
   Float4 to_motion;
 };
-static_assert(sizeof(SmokeCapsule) == 64);
 
 struct CollideParameters {
   Float4 origin;  ///< of the surface cells, as in BinParameters
@@ -129,11 +124,12 @@ struct CollideParameters {
   std::uint32_t rounds = 0;  ///< of getting out of overlapping surfaces before it is trapped
   Float4 extent;             ///< of the domain, whose closed sides count as surfaces here [m]
   std::uint32_t open_sides = 0;
-  std::uint32_t pad[3] = {};
+  std::uint32_t unused_a = 0, unused_b = 0, unused_c = 0;
 };
-static_assert(sizeof(CollideParameters) == 96);
 
 // --- splat ---------------------------------------------------------------------------------------
+
+inline constexpr float kWidestSplat = 31.0f;  ///< greatest radius of a kernel [cells]
 
 struct SplatParameters {
   Int4 size;                    ///< cells along x, y, z, and in all
@@ -146,6 +142,5 @@ struct SplatParameters {
   float momentum_scale = 0.0f;  ///< a kilogram metre a second
   std::uint32_t particles = 0;
 };
-static_assert(sizeof(SplatParameters) == 48);
 
 }  // namespace viscera

@@ -3,6 +3,9 @@
 // since 64-bit atomics are an extension. A particle adds less than 2^31 steps to a cell, so that
 // 2^33 particles fit. FOLD, a thread a cell, adds the sums to the amounts and empties them; BLUR, a
 // thread a cell, widens the amounts along one axis; RESOLVE, a thread a cell, makes means of them.
+#include "kernels/smoke/smoke_passes.glsl"
+#pragma passes ADD FOLD BLUR RESOLVE
+
 layout(std140, binding = 0) uniform Pass { SplatParameters pass; };
 
 #ifdef ADD
@@ -53,7 +56,7 @@ void main() {
   precise float grown = pass.first_square + pass.growth * v.w;
   precise float square =
       clamp(min(grown, pass.widest_square) * (pass.inverse_voxel * pass.inverse_voxel), 1.0,
-            WIDEST * WIDEST);
+            kWidestSplat * kWidestSplat);
   float share = share_of(square);
   if (share == 0.0) return;
   precise vec3 cell = at.xyz * pass.inverse_voxel;
@@ -62,8 +65,8 @@ void main() {
   Pair z = make_pair(cell.z, pass.size.z);
   precise float heat = mass * at.w * pass.heat_scale;
   precise float momentum = mass * pass.momentum_scale;
-  precise float amounts[5] = float[5](mass * pass.mass_scale, heat, momentum * v.x, momentum * v.y,
-                                      momentum * v.z);
+  precise float amounts[kSplatChannels] = float[kSplatChannels](
+      mass * pass.mass_scale, heat, momentum * v.x, momentum * v.y, momentum * v.z);
   uint cells = uint(pass.size.w);
   for (int corner = 0; corner < 8; ++corner) {
     bvec3 last = bvec3(corner & 1, corner & 2, corner & 4);
@@ -73,7 +76,7 @@ void main() {
     int place = (last.x ? x.second : x.first) +
                 pass.size.x * ((last.y ? y.second : y.first) +
                                pass.size.y * (last.z ? z.second : z.first));
-    for (uint c = 0u; c < 5u; ++c) {
+    for (uint c = 0u; c < kSplatChannels; ++c) {
       precise float steps = weight * amounts[c];
       add(c * cells + uint(place), int(roundEven(steps)));
     }
@@ -89,7 +92,7 @@ uniform int replace;  // the amounts are unknown as yet
 void main() {
   uint cell = thread_index();
   if (cell >= uint(pass.size.w)) return;
-  for (uint c = 0u; c < 5u; ++c) {
+  for (uint c = 0u; c < kSplatChannels; ++c) {
     uint place = c * uint(pass.size.w) + cell;
     uint low = sums[2u * place], high = sums[2u * place + 1u];
     sums[2u * place] = sums[2u * place + 1u] = 0u;
@@ -106,10 +109,10 @@ layout(std430, binding = 2) writeonly buffer To { float to[]; };
 uniform int axis, first, reach;  // this level's weights are at first, ..., first + reach
 
 /// The cell that stands for one outside: the grid's ends are mirrors. The remainder of a negative
-/// number isn't defined; no reach is beyond WIDEST.
+/// number isn't defined; no reach is beyond kWidestSplat.
 int mirrored(int i, int size) {
   int turn = 2 * size;
-  int within = (i + turn * int(WIDEST + 1.0)) % turn;
+  int within = (i + turn * int(kWidestSplat + 1.0)) % turn;
   return within < size ? within : turn - 1 - within;
 }
 
@@ -120,7 +123,7 @@ void main() {
   int size = pass.size[axis];
   int own = int(cell) / stride % size;
   int origin = int(cell) - own * stride;
-  for (int c = 0; c < 5; ++c, origin += pass.size.w) {
+  for (int c = 0; c < int(kSplatChannels); ++c, origin += pass.size.w) {
     precise float sum = weights[first] * from[origin + own * stride];
     for (int k = 1; k <= reach; ++k) {
       precise float both = from[origin + mirrored(own - k, size) * stride] +

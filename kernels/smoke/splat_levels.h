@@ -12,8 +12,6 @@
 
 namespace viscera {
 
-constexpr float kWidestSplat = 31.0f;  ///< greatest radius [cells]
-
 struct SplatLevel {
   float square = 1.0f;  ///< r^2 [cells^2]
   /// Of the blur along each axis that makes this level of the one before: of the cell itself, of

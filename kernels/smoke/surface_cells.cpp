@@ -19,21 +19,32 @@ constexpr std::size_t kVertexChunk = 256;
 
 }  // namespace
 
+bool SurfaceCells::fits(const State& state) {
+  return std::ranges::all_of(state.surfaces, [](const Tracked& tracked) {
+    return MovingSurface::fits(tracked.surface.state());
+  });
+}
+
+void SurfaceCells::restore(State state) {
+  *this = SurfaceCells();
+  state_ = std::move(state);
+}
+
 void SurfaceCells::advance(std::span<const SmokeSurface> surfaces, const Vec3& origin) {
-  order_.clear();
-  for (auto& [id, tracked] : tracked_) tracked.present = false;
+  std::vector<Tracked> before = std::exchange(state_.surfaces, {});
+  state_.surfaces.reserve(surfaces.size());
   for (const SmokeSurface& surface : surfaces) {
     if (surface.positions.size() < surface.topology->vertices()) continue;
-    Tracked& tracked = tracked_[surface.id];
-    tracked.present = tracked.surface.advance(surface, origin);
-    if (tracked.present) order_.push_back(surface.id);
+    const auto known = std::ranges::find(before, surface.id, &Tracked::id);
+    Tracked tracked{.id = surface.id, .surface = {}};
+    if (known != before.end()) tracked.surface = std::move(known->surface);
+    if (tracked.surface.advance(surface, origin)) state_.surfaces.push_back(std::move(tracked));
   }
-  std::erase_if(tracked_, [](const auto& entry) { return !entry.second.present; });
 }
 
 float SurfaceCells::greatest_way(const Box3f& box) const {
   float way = 0.0f;
-  for (const auto& [id, tracked] : tracked_)
+  for (const Tracked& tracked : state_.surfaces)
     if (tracked.surface.box().intersects(box)) way = std::max(way, tracked.surface.way());
   return way;
 }
@@ -84,8 +95,8 @@ void SurfaceCells::bin_all(double fraction, double dt, float margin,
   if (grid_.particles > 0) {
     const Vec3f reach = Vec3f::Constant(margin);
     const Box3f near(particles_.min() - reach, particles_.max() + reach);
-    for (std::size_t s = 0; s < order_.size(); ++s) {
-      MovingSurface& surface = tracked_.at(order_[s]).surface;
+    for (std::size_t s = 0; s < state_.surfaces.size(); ++s) {
+      MovingSurface& surface = state_.surfaces[s].surface;
       if (!near.intersects(surface.box())) continue;
       surface.fit_blocks();
       const auto number = static_cast<std::uint32_t>(surfaces_.size());
@@ -292,7 +303,7 @@ std::size_t SurfaceCells::memory_bytes() const {
   for (const Found& found : found_)
     bytes +=
         found.triangles.capacity() * sizeof(Near) + found.cells.capacity() * sizeof(std::uint32_t);
-  for (const auto& [id, tracked] : tracked_) bytes += tracked.surface.memory_bytes();
+  for (const Tracked& tracked : state_.surfaces) bytes += tracked.surface.memory_bytes();
   return bytes;
 }
 

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "kernels/smoke/moving_surface.h"
@@ -14,6 +13,34 @@ namespace viscera {
 
 class SurfaceCells {
  public:
+  struct Tracked {
+    std::uint64_t id = 0;
+    MovingSurface surface;
+
+    static constexpr auto fields() {
+      return std::tuple(field("id", &Tracked::id), field("surface", &Tracked::surface));
+    }
+  };
+  struct State {
+    std::vector<Tracked> surfaces;  ///< of the last step, as they were given then
+
+    static constexpr auto fields() { return std::tuple(field("surfaces", &State::surfaces)); }
+  };
+
+  SurfaceCells() = default;
+  SurfaceCells(SurfaceCells&&) noexcept = default;
+  SurfaceCells& operator=(SurfaceCells&&) noexcept = default;
+  /// A copy has the state, as a restored one: advance() comes first, then build().
+  SurfaceCells(const SurfaceCells& other) : state_(other.state_) {}
+  SurfaceCells& operator=(const SurfaceCells& other) {
+    restore(State(other.state_));
+    return *this;
+  }
+
+  const State& state() const { return state_; }
+  static bool fits(const State& state);
+  void restore(State state);
+
   /// Takes the surfaces in; where each was in the last call is where it starts from. Surfaces that
   /// weren't there, or have another number of vertices, count as not having moved; with vertices
   /// that aren't finite they are left out. `origin` is the domain's least corner, world [m].
@@ -45,10 +72,6 @@ class SurfaceCells {
   std::size_t memory_bytes() const;
 
  private:
-  struct Tracked {
-    MovingSurface surface;
-    bool present = false;
-  };
   struct Group {
     std::uint32_t surface, group;
   };
@@ -81,8 +104,7 @@ class SurfaceCells {
   void for_each_occupied(const Eigen::AlignedBox3f& box, const Visit& visit) const;
   void bin_capsules(std::span<const SmokeCapsule> capsules, float margin);
 
-  std::unordered_map<std::uint64_t, Tracked> tracked_;
-  std::vector<std::uint64_t> order_;  // ids as given
+  State state_;
   BinParameters grid_;
   Eigen::AlignedBox3f particles_;
   std::vector<std::uint64_t> occupied_;  // bits of cells, each row along x in whole words
@@ -103,5 +125,7 @@ class SurfaceCells {
   std::vector<std::uint32_t> owners_;
   bool any_capsule_ = false;
 };
+static_assert(StateOwner<SurfaceCells> && fields_cover<SurfaceCells::State>() &&
+              fields_cover<SurfaceCells::Tracked>());
 
 }  // namespace viscera

@@ -1,5 +1,8 @@
 // ViscosityPass (viscosity.h) on particles sorted by bin.comp, a thread each: DENSITY finds what they
 // fill and how strongly each takes part in pairs, PAIRS their accelerations.
+#include "kernels/smoke/smoke_passes.glsl"
+#pragma passes DENSITY PAIRS
+
 layout(std140, binding = 0) uniform Pass { ViscosityParameters pass; };
 layout(std140, binding = 1) uniform Bins { BinParameters grid; };
 
@@ -49,7 +52,7 @@ bool find_density(uint i) {
   float moment = squares - cubes;
   float first_square = dot(first, first) * pass.inverse_square;
   float relaxed = moment - 2.0 * first_square / max(squares - 1.0, 1e-6);
-  float used = max(max(relaxed, LEAST_OF_MOMENT * moment), LEAST_OF_DENSITY * cubes);
+  float used = max(max(relaxed, kLeastOfMoment * moment), kLeastOfDensity * cubes);
   float phi = pass.fill * cubes;
   strengths[i] = vec2(alone ? 0.0 : 6.0 * pass.inverse_square / used,
                       clamp(phi - 1.0, 0.0, pass.most_excess));
@@ -63,7 +66,7 @@ void main() {
   uint i = thread_index();
   if (i < pass.particles && find_density(i)) atomicAdd(isolated, 1u);
   barrier();
-  if (gl_LocalInvocationID.x == 0u && isolated > 0u) atomicAdd(counters[ISOLATED], isolated);
+  if (gl_LocalInvocationID.x == 0u && isolated > 0u) atomicAdd(counters[kIsolatedWord], isolated);
 }
 #endif
 
@@ -77,7 +80,7 @@ void main() {
   if (i >= pass.particles) return;
   vec3 at = positions[i].xyz, v = velocities[i].xyz;
   vec2 own = strengths[i];
-  float viscosity = pass.laplacian == 0u ? pass.viscosity : 0.0;
+  float viscosity = pass.laplacian == kPairwise ? pass.viscosity : 0.0;
   uint cell = cell_number(at, grid.origin.xyz, grid.inverse_cell, grid.size.xyz);
   vec3 sum = vec3(0.0);
   for (int run = 0; run < 9; ++run) {
@@ -88,7 +91,7 @@ void main() {
       if (q == 0.0) continue;
       vec2 other = strengths[j];
       float weight =
-          q * q * min(0.5 * (other.x + own.x), MOST_RATIO * min(other.x, own.x));
+          q * q * min(0.5 * (other.x + own.x), kMostRatio * min(other.x, own.x));
       float push = pass.crowding * weight * (other.y + own.y);
       sum += viscosity * weight * (velocities[j].xyz - v) - push * d;
     }

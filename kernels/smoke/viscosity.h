@@ -34,11 +34,6 @@
 
 namespace viscera {
 
-// Bounds for clumps.
-constexpr float kLeastOfDensity = 1.0f / 3.0f;
-constexpr float kLeastOfMoment = 0.5f;
-constexpr float kMostRatio = 1.2f;  ///< of a pair's strength to the lesser of the two
-
 /// The longest stable step for any cloud [s].
 inline double longest_viscous_step(double support, double viscosity) {
   return support * support / (36.0 * viscosity);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tests/kernels/paff/elastic_bodies.h"
+#include "tests/support/baselines.h"
 
 namespace viscera {
 namespace {
@@ -77,6 +78,7 @@ TEST(OwnWeight, AHangingBarStretchesAsInTheClosedForm) {
 }
 
 TEST(OwnWeight, ByDifferencesItComesWithinAFifthOfIt) {
+  if (!test::strong_forms_built_in()) GTEST_SKIP() << test::kNoStrongForms;
   const double error = hanging_error(*find_formulation("gfdm"), 0.25);
   RecordProperty("error", std::to_string(error));
   EXPECT_LT(error, 0.2);

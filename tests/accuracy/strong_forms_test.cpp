@@ -3,6 +3,7 @@
 
 #include "engine/verification/bodies.h"
 #include "engine/verification/smooth_solution.h"
+#include "tests/support/baselines.h"
 
 namespace viscera {
 namespace {
@@ -20,6 +21,7 @@ double error_of(const char* name, int cells, double poisson_ratio) {
 }
 
 TEST(StrongForms, GeneralisedFiniteDifferencesConverge) {
+  if (!test::strong_forms_built_in()) GTEST_SKIP() << test::kNoStrongForms;
   // Measured independently with 27 neighbours: .107 and .050.
   const double coarse = error_of("gfdm", 7, 0.3), fine = error_of("gfdm", 10, 0.3);
   RecordProperty("error_8_nodes", std::to_string(coarse));
@@ -30,12 +32,14 @@ TEST(StrongForms, GeneralisedFiniteDifferencesConverge) {
 }
 
 TEST(StrongForms, GeneralisedFiniteDifferencesConvergeAtTheirHighestPoissonRatio) {
+  if (!test::strong_forms_built_in()) GTEST_SKIP() << test::kNoStrongForms;
   const double coarse = error_of("gfdm", 7, 0.45), fine = error_of("gfdm", 10, 0.45);
   EXPECT_LT(fine, 0.09);
   EXPECT_GT(std::log(coarse / fine) / std::log(10.0 / 7.0), 1.8);
 }
 
 TEST(StrongForms, CollocationOfThePaperDoesNotConverge) {
+  if (!test::strong_forms_built_in()) GTEST_SKIP() << test::kNoStrongForms;
   const double coarse = error_of("paper", 7, 0.3), fine = error_of("paper", 10, 0.3);
   RecordProperty("error_8_nodes", std::to_string(coarse));
   RecordProperty("error_11_nodes", std::to_string(fine));

@@ -24,6 +24,29 @@ TEST(TripleBuffer, TheReaderGetsTheNewestAndOnlyOnce) {
   EXPECT_EQ(buffer.front(), 5);
 }
 
+TEST(TripleBuffer, IsRestoredWithWhatIsPublishedAndNotYetTaken) {
+  TripleBuffer<int> buffer, other;
+  for (int i = 1; i <= 4; ++i) {
+    buffer.back() = i;
+    buffer.publish();
+    if (i == 3) buffer.update();
+  }
+  other.back() = 9;
+  other.publish();
+  ASSERT_TRUE(TripleBuffer<int>::fits(buffer.state()));
+  other.restore(buffer.state());
+  for (TripleBuffer<int>* one : {&buffer, &other}) {
+    EXPECT_EQ(one->front(), 3);
+    EXPECT_TRUE(one->update());
+    EXPECT_EQ(one->front(), 4);
+    EXPECT_FALSE(one->update());
+  }
+  EXPECT_EQ(buffer.back(), other.back());
+  TripleBuffer<int>::State state = buffer.state();
+  state.back = state.front;
+  EXPECT_FALSE(TripleBuffer<int>::fits(state));
+}
+
 TEST(TripleBuffer, AReaderNeverSeesAHalfWrittenValueAndNeverGoesBack) {
   struct Pair {
     std::uint64_t a = 0, b = 0;

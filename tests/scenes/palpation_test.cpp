@@ -4,10 +4,12 @@
 
 #include <algorithm>
 
+#include "engine/features/held_tools/held_tools.h"
+#include "engine/features/local/local.h"
+#include "engine/run/state_hash.h"
 #include "engine/scene/load_scene.h"
 #include "engine/scene/tissues.h"
-#include "engine/state_hash.h"
-#include "engine/systems/haptic_tools.h"
+#include "engine/simulator/build.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -40,26 +42,23 @@ Palpation palpate(const std::string& name) {
     return out;
   }
   World& all = **world;
-  auto haptics = HapticTools::create(*scene, all, {});
-  if (!haptics) {
-    ADD_FAILURE() << haptics.error().text();
+  if (const auto held = hold_tools(all, {}); !held) {
+    ADD_FAILURE() << held.error().text();
     return out;
   }
-  all.haptics = *haptics;
-  all.haptics->publish(all, 0);
   StateHash hash;
-  Trace trace({kStageNames.begin(), kStageNames.end()});
-  const HapticTool& probe = all.haptics->tools().front();
+  Trace trace(stage_names());
+  const HapticTool& probe = servos_of(all)->tools().front();
   while (all.time() < scene->duration - 1e-9) {
     step_frame(all, trace);
     hash.add_frame(all);
     out.felt = std::max(out.felt, probe.output.tissue.norm());
-    out.dent = std::max(out.dent, double{all.organ_states[0].greatest_displacement});
+    out.dent = std::max(out.dent, double{all.all<OrganState>()[0].greatest_displacement});
   }
   out.hash = hash.finish(all);
-  out.triangles = all.organ_bodies[0].model->surface.triangles.size();
-  out.global = all.organ_contacts.size() == 1;
-  out.local = all.local_organs.size() == 1;
+  out.triangles = all.all<OrganBody>()[0].model->surface.triangles.size();
+  out.global = all.all<OrganContact>().size() == 1;
+  out.local = all.all<LocalOrgan>().size() == 1;
   out.hives = probe.tissue->figures();
   out.passivity_violations = probe.servo->passivity_violations();
   return out;

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/features/local/hive_settings.h"
 #include "engine/organ/shape.h"
 #include "engine/scene/load_scene.h"
 #include "engine/scene/tissues.h"
-#include "engine/systems/haptic_tools.h"
+#include "engine/simulator/build.h"
 #include "kernels/points/surface_tree.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
@@ -115,9 +116,9 @@ std::unique_ptr<Kidney> kidney(const std::string& model = "linear") {
     return nullptr;
   }
   all->world = std::move(*world);
-  const OrganBody& organ = all->world->organ_bodies[0];
+  const OrganBody& organ = all->world->all<OrganBody>()[0];
   auto surface = WalkableSurface::make(organ.model->surface);
-  auto settings = hive_settings(all->scene.instruments[0], organ, ServoClock::kLockstep);
+  auto settings = hive_settings(all->scene.instruments[0], organ, HiveBuilding::kInLockstep);
   if (!surface || !settings) {
     ADD_FAILURE() << (surface ? settings.error().text() : surface.error().text());
     return nullptr;
@@ -132,8 +133,9 @@ std::unique_ptr<Kidney> kidney(const std::string& model = "linear") {
   }
   all->tissue = std::move(*tissue);
   TissueSnapshot& told = all->tissue->snapshots().back();
-  told.pose = organ.pose;
-  told.nearest = all->surface->nearest(organ.pose.to_local(path[1].tip)).point;
+  const Pose& pose = all->world->all<OrganPose>()[0].pose;
+  told.pose = pose;
+  told.nearest = all->surface->nearest(pose.to_local(path[1].tip)).point;
   all->tissue->snapshots().publish();
   return all;
 }
@@ -214,7 +216,7 @@ TEST(TouchBesideTheFrame, TheHandFeelsTheForceOfTheGlobalModelAllAlong) {
   int compared = 0;
   while (all->world->time() < 1.45) {
     step_until(*all->world, all->world->time() + 1.0 / 60.0);
-    const Vec3 tip = all->world->instrument_states[0].tip;
+    const Vec3 tip = all->world->all<InstrumentState>()[0].tip;
     if (all->world->time() < 0.5) continue;
     // Several ticks at the place, so that the newest hive carries all of the force.
     TactileForce felt;

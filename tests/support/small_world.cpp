@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/simulator/build.h"
 #include "tests/support/paths.h"
 
 namespace viscera::test {
@@ -37,14 +38,14 @@ std::unique_ptr<World> build(const SceneDescription& scene) {
 }
 
 std::uint32_t step_until(World& world, double time) {
-  Trace trace({kStageNames.begin(), kStageNames.end()});
+  Trace trace(stage_names());
   std::uint32_t flags = 0;
   while (world.time() < time - 1e-9) flags |= step_frame(world, trace).flags;
   return flags;
 }
 
 Vec3 force_on(const World& world, std::size_t instrument) {
-  return world.instrument_contacts[instrument].force;
+  return world.all<InstrumentContact>()[instrument].force;
 }
 
 }  // namespace viscera::test

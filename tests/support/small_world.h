@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/frame.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/soft_ball.h"
-#include "engine/world.h"
+#include "engine/simulation/frame.h"
+#include "engine/simulation/world.h"
 
 namespace viscera::test {
 

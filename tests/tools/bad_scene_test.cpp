@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/baselines.h"
 #include "tests/tools/tiny_scene.h"
 
 namespace viscera::test {
@@ -269,7 +270,22 @@ void expect_organ_refused(const Json& organ_keys, std::vector<std::string> words
   EXPECT_TRUE(fs::is_empty(folder.out())) << "nothing is written";
 }
 
+TEST(BadSceneFile, PublishedFormulationIsTakenOrSaysWhatWasExpected) {
+  Json scene = tiny_scene();
+  scene["organs"][0]["formulation"] = "paper";
+  const SceneFolder folder(scene);
+  if (strong_forms_built_in()) {
+    const ProgramResult result = folder.check();
+    EXPECT_EQ(result.code, 0) << result.told();
+  } else {
+    expect_scene_refused(
+        folder, {"organs/0/formulation", "galerkin_quadratic",
+                 "\"paper\" is one of the published formulations", "VISCERA_BASELINES=ON"});
+  }
+}
+
 TEST(BadSceneFile, DifferencesOfNearlyIncompressibleTissueAreRefused) {
+  if (!strong_forms_built_in()) GTEST_SKIP() << kNoStrongForms;
   expect_organ_refused({{"formulation", "gfdm"}, {"poisson_ratio", 0.48}},
                        {"formulation \"gfdm\": Poisson's ratio is 0.48; expected at most 0.45",
                         "use \"galerkin\", or a lower ratio"});

@@ -38,6 +38,17 @@ TEST_F(Installed, TreeMayBeMoved) {
   fs::rename(prefix_, folder_ / "moved");
   const ProgramResult result = check_sphere_in(folder_ / "moved");
   EXPECT_EQ(result.code, 0) << result.told();
+  const ProgramResult measured =
+      run_command({(folder_ / "moved/bin/viscera").string(), "stress", "--cases", "1", "--quiet"});
+  EXPECT_EQ(measured.code, 0) << measured.told();
+}
+
+TEST_F(Installed, ProgramWithoutTheOneThatMeasuresSaysSo) {
+  fs::remove(prefix_ / "bin/viscera_bench");
+  const ProgramResult result = run_command({(prefix_ / "bin/viscera").string(), "stress"});
+  EXPECT_EQ(result.code, 2) << result.told();
+  EXPECT_NE(result.err.find((prefix_ / "bin/viscera_bench").string()), std::string::npos)
+      << result.told();
 }
 
 TEST_F(Installed, ProgramUsesNoDataOfTheSourceTree) {

@@ -5,7 +5,7 @@
 
 #include "engine/gpu/egl_context.h"
 #include "engine/io/smoke_file.h"
-#include "engine/run.h"
+#include "engine/run/run.h"
 #include "engine/scene/load_scene.h"
 #include "tests/support/paths.h"
 

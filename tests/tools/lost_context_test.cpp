@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/run.h"
+#include "engine/run/run.h"
 #include "engine/scene/load_scene.h"
 #include "tests/support/paths.h"
 #include "tests/tools/tiny_scene.h"

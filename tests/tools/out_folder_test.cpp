@@ -85,6 +85,31 @@ TEST(OutFolder, AMistakeLeavesTheOlderRunAsItWas) {
   EXPECT_EQ(files_of(folder.out(), ".vdb"), smoke);
 }
 
+TEST(OutFolder, ASecondRunIntoItIsRefusedWithinASecondAndTouchesNothing) {
+  Json scene = tiny_scene();
+  scene["duration_s"] = 600;
+  const SceneFolder folder(scene);
+  ProgramCall first = folder.call({"--no-render"});
+  std::erase(first.arguments, "--quiet");
+  ProgramResult second;
+  const fs::path volume = folder.out() / "smoke" / "0005.vdb";
+  first.interrupt_when = [&](const std::string&) {
+    if (!fs::exists(volume)) return false;
+    const std::string before = file_text(volume);
+    second = run_to(folder, folder.out().string());
+    EXPECT_EQ(file_text(volume), before);
+    return true;
+  };
+  const ProgramResult stopped = run_program(first);
+  ASSERT_TRUE(stopped.interrupted) << stopped.told();
+  EXPECT_EQ(stopped.code, 130) << stopped.told();
+  expect_refused(second, {"--out " + folder.out().string(), "found another run", "expected"});
+  EXPECT_LT(second.wall_s, 1.0);
+  EXPECT_GT(folder.report()["frames"], 11);
+  expect_whole_files(folder.out());
+  ASSERT_EQ(folder.run({"--no-render", "--duration", "0.1"}).code, 0) << "it is free again";
+}
+
 class FullDisk : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(FullDisk, IsNamedAndLeavesWholeFilesOnly) {

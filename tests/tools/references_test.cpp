@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/support/paths.h"
 #include "tests/support/program.h"
@@ -39,6 +40,23 @@ Citations cited_by_code() {
   }
   for (const char* values : {"assets/smoke.json", "assets/tissues.json"})
     add_citations(project_file(values), found);
+  return found;
+}
+
+/// All that the project tells people, but for the list of references.
+std::vector<fs::path> documents() {
+  std::vector<fs::path> files = files_of(project_file("docs"), ".md");
+  for (const char* name : {"README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md",
+                           "haptics/README.md", "kernels/baselines/README.md"})
+    files.push_back(project_file(name));
+  return files;
+}
+
+/// What the first group of the pattern finds in a text.
+std::set<std::string> found_in(const std::string& text, const std::regex& pattern) {
+  std::set<std::string> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), pattern), end; at != end; ++at)
+    found.insert((*at)[1]);
   return found;
 }
 
@@ -80,12 +98,42 @@ TEST(References, MethodsAndTissueValuesThatStandThereAreCited) {
 
 TEST(Documents, HoldNoPlaceholder) {
   const std::regex placeholder("@[A-Z]+@");
-  for (const char* document : {"README.md", "ARCHITECTURE.md", "REFERENCES.md", "NOTICE"}) {
-    const std::string text = file_text(project_file(document));
+  std::vector<fs::path> all = documents();
+  all.push_back(project_file("REFERENCES.md"));
+  all.push_back(project_file("NOTICE"));
+  for (const fs::path& document : all) {
+    const std::string text = file_text(document);
     ASSERT_FALSE(text.empty()) << document;
     std::smatch match;
     EXPECT_FALSE(std::regex_search(text, match, placeholder)) << document << ": " << match.str();
   }
+}
+
+TEST(Documents, LinksAndPicturesLeadToFilesThatAreThere) {
+  const std::regex target(R"(\]\(([^)#]+)[^)]*\))");
+  std::size_t links = 0;
+  for (const fs::path& document : documents()) {
+    for (const std::string& link : found_in(file_text(document), target)) {
+      if (link.starts_with("http")) continue;
+      ++links;
+      EXPECT_TRUE(fs::exists(document.parent_path() / link)) << document << " links to " << link;
+    }
+  }
+  EXPECT_GT(links, 20u);
+}
+
+TEST(Documents, SourcesThatTheyNameAreThere) {
+  const std::regex source(
+      R"(((?:kernels|haptics|engine|tools|tests)/[a-z0-9_/]+\.(?:h|cpp|comp|txt|list|md)))");
+  std::size_t sources = 0;
+  for (const fs::path& document : documents()) {
+    for (const std::string& name : found_in(file_text(document), source)) {
+      if (name.find("example") != std::string::npos) continue;
+      ++sources;
+      EXPECT_TRUE(fs::exists(project_file(name))) << document << " names " << name;
+    }
+  }
+  EXPECT_GT(sources, 20u);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tests/support/baselines.h"
 #include "tests/tools/tiny_scene.h"
 
 namespace viscera::test {
@@ -284,6 +285,7 @@ TEST(RunOptions, TheReportedCommandRepeatsTheRun) {
 // Its response isn't positive on such a body: a user who asks for the published method gets it,
 // told what it is worth.
 TEST(PaperFormulation, RunsAndWarnsThatToolsMayGainEnergy) {
+  if (!strong_forms_built_in()) GTEST_SKIP() << kNoStrongForms;
   const SceneFolder folder;
   for (const bool cached : {false, true}) {
     const ProgramResult result =

@@ -8,16 +8,16 @@
 #include "engine/io/atomic_file.h"
 #include "engine/verification/hemisphere_body.h"
 #include "kernels/paff/elasticity.h"
-#include "tools/bench_figures.h"
+#include "tools/common/bench_figures.h"
+#include "tools/common/project_paths.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
 
 fs::path bullet_program() {
+  const fs::path program = program_folder() / "viscera_bullet";
   std::error_code error;
-  const fs::path here = fs::read_symlink("/proc/self/exe", error);
-  const fs::path program = here.parent_path() / "viscera_bullet";
-  return !error && fs::exists(program, error) ? program : fs::path();
+  return fs::exists(program, error) ? program : fs::path();
 }
 
 std::vector<Vec3> internal_forces(const TetrahedralMesh& mesh, double poisson_ratio,

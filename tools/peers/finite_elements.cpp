@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "engine/io/atomic_file.h"
-#include "tools/bench_figures.h"
+#include "tools/common/bench_figures.h"
 
 namespace viscera {
 namespace fs = std::filesystem;

@@ -7,7 +7,7 @@
 
 #include "engine/io/interrupt.h"
 #include "kernels/base/progress.h"
-#include "tools/bench_figures.h"
+#include "tools/common/bench_figures.h"
 #include "tools/peers/bullet.h"
 #include "tools/peers/finite_elements.h"
 

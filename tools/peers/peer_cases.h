@@ -7,7 +7,7 @@
 
 #include "engine/verification/hemisphere_reference.h"
 #include "kernels/base/result.h"
-#include "tools/hemisphere_case.h"
+#include "tools/peers/hemisphere_case.h"
 
 namespace viscera {
 

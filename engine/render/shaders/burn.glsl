@@ -1,4 +1,6 @@
 // What heat has made of the tissue, from bricks of voxels in rest space, and what one sees of it.
+#include "kernels/heat/brick_layout.h"
+
 #ifdef BURNT
 uniform usampler3D brick_map;      // 0: no brick, else 1 + tile
 uniform sampler3D burn_atlas;      // tiles of (kEdge + 2 kBorder)^3
@@ -6,8 +8,7 @@ uniform ivec3 first_brick;
 uniform ivec3 atlas_tiles;
 uniform float voxel;               // [m]
 
-const int kEdge = 8;
-const int kBorder = 2;
+const int kEdge = int(kBrickEdge), kBorder = kBurnBorder;
 
 struct Burn {
   float coagulated;                // of the proteins
@@ -15,7 +16,6 @@ struct Burn {
   float charred;
   float excess;                    // temperature over the body's [K]
 };
-const float kHottest = 1200.0;     // BurnAtlas::kHottest
 
 // Cubic B-spline weights folded into two linear fetches an axis [Sigg2005].
 Burn burn_at(vec3 place) {
@@ -52,7 +52,7 @@ Burn burn_at(vec3 place) {
   // Empty voxels tell nothing: the mean is over those with tissue.
   vec3 mean = tile == 0 ? vec3(0.0) : value.xyz / max(value.w, 1e-3);
   return Burn(mean.x, clamp(2.0 * mean.y, 0.0, 1.0), clamp(2.0 * mean.y - 1.0, 0.0, 1.0),
-              kHottest * mean.z);
+              float(kHottestBurn) * mean.z);
 }
 
 // In flakes: 1 black, 0 dried.

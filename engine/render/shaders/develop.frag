@@ -24,13 +24,13 @@ vec3 to_srgb(vec3 x) {
 }
 
 void main() {
-  vec2 aspect = vec2(shown.x / shown.y, 1.0);
+  vec2 aspect = vec2(frame.shown.x / frame.shown.y, 1.0);
   vec2 from_centre = (uv - 0.5) * aspect;
   float square = dot(from_centre, from_centre);
   // The rim of the field of view, or the corners, stay where they are; and there a wide field with
   // corners is bent less.
-  bool round_field = picture.w < 1.0;
-  float barrel = round_field ? eye.w : 0.3 * eye.w;
+  bool round_field = frame.picture.w < 1.0;
+  float barrel = round_field ? frame.eye.w : 0.3 * frame.eye.w;
   float rim = round_field ? 0.25 : 0.25 * dot(aspect, aspect);
   vec2 place = 0.5 + (uv - 0.5) * (1.0 + barrel * square) / (1.0 + barrel * rim);
   float exposure = texelFetch(exposure_map, ivec2(0), 0).r;
@@ -45,13 +45,13 @@ void main() {
 #endif
   for (int i = 0; i < kSamples; ++i) {
     vec2 aside = kSamples == 1 ? vec2(0.0) : vec2(i & 1, i >> 1) - 0.5;
-    vec2 there = place + 0.5 * aside / shown.xy;
+    vec2 there = place + 0.5 * aside / frame.shown.xy;
     vec3 seen = textureLod(radiance_map, there, 0.0).rgb;
     film += film_curve(overlapped(exposure * seen + spill));
   }
   film /= float(kSamples);
-  float radius = sqrt(square), pixel = 1.0 / shown.y;
-  film *= 1.0 - smoothstep(picture.w - 5.0 * pixel, picture.w - 0.5 * pixel, radius);
+  float radius = sqrt(square), pixel = 1.0 / frame.shown.y;
+  film *= 1.0 - smoothstep(frame.picture.w - 5.0 * pixel, frame.picture.w - 0.5 * pixel, radius);
   developed.rgb = to_srgb(film);
   // All tissue is red: what tells one from another, and its edge, is green.
   developed.a = dot(developed.rgb, vec3(0.16, 0.66, 0.18));

@@ -2,7 +2,7 @@
 in vec3 world;
 in vec3 normal;
 in vec3 local;                     // tip at the origin, shaft along +z [m]
-flat in float finish;              // Finish of instrument_mesh.h
+flat in float finish;              // Finish of shader_layout.h
 out vec4 radiance;
 
 uniform mat4 model;
@@ -12,25 +12,25 @@ vec3 surroundings(vec3 direction, vec3 towards_lens, float distance_to_lens) {
   float facing = dot(direction, towards_lens);
   float patches = 0.75 + 0.6 * noise(2.3 * direction + 5.0).x;
   vec3 tissue = 0.7 * cavity_light(distance_to_lens) * patches;
-  vec3 dark = light.rgb * vec3(0.016, 0.012, 0.011);
+  vec3 dark = frame.light.rgb * vec3(0.016, 0.012, 0.011);
   return mix(tissue, dark, smoothstep(-0.55, 0.45, facing));
 }
 
 void main() {
-  vec3 to_lens = eye.xyz - world;
+  vec3 to_lens = frame.eye.xyz - world;
   float distance_to_lens = length(to_lens);
   vec3 v = to_lens / distance_to_lens;
   vec3 n = normalize(normal);
   if (dot(n, v) < 0.0) n = reflect(n, v);
-  float axial = -(view * vec4(world, 1.0)).z;
+  float axial = -(frame.view * vec4(world, 1.0)).z;
   vec3 incoming = lens_light(distance_to_lens, axial / distance_to_lens);
   vec2 opened = open_at(axial);
   float open = opened.x;
   incoming *= mix(0.30, 1.0, opened.y);
-  float pixel = 2.0 * lens.y * axial / picture.y;
+  float pixel = 2.0 * frame.lens.y * axial / frame.picture.y;
 
-  bool sleeve = finish > 0.5 && finish < 1.5;
-  bool stained = finish > 1.5;
+  bool sleeve = finish == float(kSleeve);
+  bool stained = finish == float(kElectrode);
   // Turning leaves grooves round the shaft; they tilt the normal along it.
   vec3 axis = mat3(model) * vec3(0.0, 0.0, 1.0);
   vec4 grooves = noise(vec3(local.xy * 60.0, local.z * 2600.0));

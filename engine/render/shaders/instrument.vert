@@ -14,5 +14,5 @@ void main() {
   normal = mat3(model) * in_normal;
   local = in_position;
   finish = in_finish;
-  gl_Position = projection * (view * placed);
+  gl_Position = frame.projection * (frame.view * placed);
 }

@@ -4,12 +4,12 @@
 // the lens light at a distance [m], `axis` the cosine to the view axis.
 vec3 lens_light(float distance_to_lens, float axis) {
   float d = max(distance_to_lens, 0.015);
-  return light.rgb * (0.01 / (d * d)) * guide_spot(axis);
+  return frame.light.rgb * (0.01 / (d * d)) * guide_spot(axis);
 }
 
 // Light that has bounced about the cavity between red walls: it falls off more slowly.
 vec3 cavity_light(float distance_to_lens) {
-  return light.rgb * vec3(0.098, 0.048, 0.037) * clamp(0.09 / distance_to_lens, 0.25, 1.6);
+  return frame.light.rgb * vec3(0.098, 0.048, 0.037) * clamp(0.09 / distance_to_lens, 0.25, 1.6);
 }
 
 // GGX lobe [Walter2007] for light along the view: D G / (4 cos^2) times cos, for irradiance as

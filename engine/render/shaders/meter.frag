@@ -13,7 +13,7 @@ void main() {
     for (int x = 0; x < kTaps.x; ++x) {
       vec2 place = (vec2(x, y) + 0.5) / vec2(kTaps);
       vec4 seen = textureLod(small_map, place, 0.0);
-      vec2 aside = (place - 0.5) * vec2(picture.x / picture.y, 1.0);
+      vec2 aside = (place - 0.5) * vec2(frame.picture.x / frame.picture.y, 1.0);
       float luminance = dot(seen.rgb, vec3(0.2126, 0.7152, 0.0722));
       // What no light reaches isn't metered: a small body before darkness isn't burnt out.
       float weight = seen.a * exp(-6.0 * dot(aside, aside)) * smoothstep(0.002, 0.02, luminance);
@@ -22,5 +22,5 @@ void main() {
     }
   }
   float stops = weights > 0.5 ? log2(kMiddle) - sum / weights : 0.0;
-  exposure = shown.z * exp2(shown.w * clamp(kShare * stops, -1.5, 1.5));
+  exposure = frame.shown.z * exp2(frame.shown.w * clamp(kShare * stops, -1.5, 1.5));
 }

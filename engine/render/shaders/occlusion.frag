@@ -22,7 +22,7 @@ void main() {
   float slope_y = abs(up - centre) < abs(centre - down) ? up - centre : centre - down;
   float dither = interleaved_noise(gl_FragCoord.xy);
 
-  float pixels_per_metre = float(size.y) / (max(centre, 1e-3) * 2.0 * lens.y);
+  float pixels_per_metre = float(size.y) / (max(centre, 1e-3) * 2.0 * frame.lens.y);
   float reach = min(kRadius * pixels_per_metre, 0.25 * float(size.y));
   float blocked = 0.0;
   for (int i = 0; i < SAMPLES; ++i) {

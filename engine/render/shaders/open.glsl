@@ -4,7 +4,7 @@ uniform sampler2D open_map;
 uniform sampler2D distance_map;    // axial [m]
 
 vec2 open_at(float axial) {
-  vec2 place = gl_FragCoord.xy / picture.xy;
+  vec2 place = gl_FragCoord.xy / frame.picture.xy;
   vec2 f = fract(place * vec2(textureSize(open_map, 0)) - 0.5);
   // Order of textureGather: from the upper left, against the clock's sense seen with y down.
   vec4 near = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));

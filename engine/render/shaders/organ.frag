@@ -26,12 +26,12 @@ const float kWater = 0.021;        // reflectance of water, face on
 const vec3 kFat = vec3(0.53, 0.32, 0.17);
 
 void main() {
-  vec3 to_lens = eye.xyz - world;
+  vec3 to_lens = frame.eye.xyz - world;
   float distance_to_lens = length(to_lens);
   vec3 v = to_lens / distance_to_lens;
-  float axial = -(view * vec4(world, 1.0)).z;
+  float axial = -(frame.view * vec4(world, 1.0)).z;
   // Tissue under a pixel, more where it is seen aslant.
-  float pixel = 2.0 * lens.y * axial / picture.y;
+  float pixel = 2.0 * frame.lens.y * axial / frame.picture.y;
   pixel = clamp(max(length(dFdx(rest)), length(dFdy(rest))), 0.5 * pixel, 6.0 * pixel);
   vec3 n_organ = normalize(organ_normal);
   vec3 n_rest = normalize(rest_normal);

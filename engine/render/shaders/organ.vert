@@ -15,5 +15,5 @@ void main() {
   organ_normal = in_normal;
   rest = in_rest;
   rest_normal = in_rest_normal;
-  gl_Position = projection * (view * placed);
+  gl_Position = frame.projection * (frame.view * placed);
 }

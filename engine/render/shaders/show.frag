@@ -14,8 +14,8 @@ vec3 sensor_noise(uvec3 x) {
 
 void main() {
   ivec2 last = textureSize(developed_map, 0) - 1;
-  vec2 texel = 1.0 / shown.xy;
-  vec2 pixel = vec2(gl_FragCoord.x, shown.y - gl_FragCoord.y);
+  vec2 texel = 1.0 / frame.shown.xy;
+  vec2 pixel = vec2(gl_FragCoord.x, frame.shown.y - gl_FragCoord.y);
   ivec2 here = ivec2(pixel);
   vec4 middle = texelFetch(developed_map, here, 0);
   vec4 nw = texelFetch(developed_map, clamp(here + ivec2(-1, 1), ivec2(0), last), 0);
@@ -44,11 +44,12 @@ void main() {
 #endif
   seen += clamp(sharpening, -0.035, 0.035);
   // Nearly normal, from the sum of two; more of it where the picture is dark, as amplifiers have it.
-  uvec3 key = uvec3(uvec2(here), uint(picture.z));
+  uvec3 key = uvec3(uvec2(here), uint(frame.picture.z));
   vec3 grain = sensor_noise(key) + sensor_noise(key + uvec3(0u, 0u, 4099u)) - 1.0;
   grain = mix(vec3(grain.g), grain, 0.35);
-  vec2 aside = (pixel * texel - 0.5) * vec2(shown.x / shown.y, 1.0);
-  float inside = 1.0 - smoothstep(picture.w - 4.0 * texel.y, picture.w - 2.0 * texel.y, length(aside));
+  vec2 aside = (pixel * texel - 0.5) * vec2(frame.shown.x / frame.shown.y, 1.0);
+  float rim = frame.picture.w;
+  float inside = 1.0 - smoothstep(rim - 4.0 * texel.y, rim - 2.0 * texel.y, length(aside));
   seen += inside * grain * mix(0.016, 0.006, clamp(middle.a * 1.6, 0.0, 1.0));
   colour = vec4(seen * step(1e-6, inside + middle.a), 1.0);
 }

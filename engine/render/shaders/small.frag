@@ -5,7 +5,7 @@ in vec2 uv;
 out vec4 small;
 
 void main() {
-  vec2 quarter = 0.25 / vec2(textureSize(radiance_map, 0)) * picture.x / (0.25 * shown.x);
+  vec2 quarter = 0.25 / vec2(textureSize(radiance_map, 0)) * frame.picture.x / (0.25 * frame.shown.x);
   vec3 sum = vec3(0.0);
   for (int y = -1; y < 2; y += 2) {
     for (int x = -1; x < 2; x += 2) {

@@ -78,7 +78,7 @@ void main() {
   transmitted *= vec2(sprites.a, pow(sprites.a, 1.0 - forward));
   gathered = gathered * sprites.a + sprites.rg;
 #endif
-  vec3 light_scattered = light.rgb * (gathered.x + gathered.y * kCavityLight);
+  vec3 light_scattered = frame.light.rgb * (gathered.x + gathered.y * kCavityLight);
 #ifdef PASSES
   float seen_at = depth < 1.0 && depth > 0.0 ? z : uintBitsToFloat(0x7f800000u);
   kept = vec4(transmitted, seen_at, temperature);

@@ -1,7 +1,7 @@
 // How deep in smoke every point lies as the light guide sees it: the guide sits beside the lens, so a
 // point's way to it is another one than that to the lens. r: optical depth; g: the same without what
 // is scattered forward, which still arrives: (1 - albedo g) of it.
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = kMarchGroup, local_size_y = kMarchGroup) in;
 layout(binding = 0, rg32f) uniform writeonly image3D light_depths;
 uniform vec2 light_tangents;       // half the width and height of the guide's grid at unit distance
 
@@ -11,7 +11,7 @@ void main() {
   if (any(greaterThanEqual(column, size.xy))) return;
   vec2 uv = (vec2(column) + 0.5) / vec2(size.xy);
   vec3 ray = vec3((2.0 * uv - 1.0) * light_tangents, -1.0);
-  vec3 from = eye.xyz + view_to_world * vec3(kGuide, 0.0);
+  vec3 from = frame.eye.xyz + view_to_world * vec3(kGuide, 0.0);
   vec3 direction = view_to_world * ray;
   int count = size.z - 1;
   float step_length = (slices.y - slices.x) / float(count);

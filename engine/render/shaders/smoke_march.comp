@@ -1,7 +1,7 @@
 // Marches light through smoke along one ray from the lens for every column of the grid. What has
 // gathered up to a slice's far side goes to `marched`: r optical depth to the lens; light that was
 // scattered to the lens, g from the guide, b from the cavity's walls. A pixel reads it at its own distance, so nothing bleeds over edges.
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = kMarchGroup, local_size_y = kMarchGroup) in;
 layout(binding = 0, rgba32f) uniform writeonly image3D marched;
 #ifdef TEMPERATURE
 layout(binding = 1, rg32f) uniform writeonly image3D heated;  // smoke on the way [kg/m2], times its excess [K]
@@ -26,8 +26,8 @@ void main() {
   if (any(greaterThanEqual(column, size.xy))) return;
   vec2 uv = (vec2(column) + 0.5) / vec2(size.xy);
   // Columns that no pixel of a round picture reads.
-  vec2 aside_uv = (uv - 0.5) * vec2(picture.x / picture.y, 1.0);
-  if (length(aside_uv) > picture.w + 2.5 / float(size.y)) return;
+  vec2 aside_uv = (uv - 0.5) * vec2(frame.picture.x / frame.picture.y, 1.0);
+  if (length(aside_uv) > frame.picture.w + 2.5 / float(size.y)) return;
   vec3 ray = view_ray(uv);
   float stretch = length(ray);     // metres along the ray per metre of axial distance
   vec3 along = ray / stretch;
@@ -38,7 +38,7 @@ void main() {
   vec2 spans[VOLUMES];
   vec2 met = vec2(1e9, -1e9);      // where there is any volume
   for (int v = 0; v < VOLUMES; ++v) {
-    spans[v] = span_of(v, eye.xyz, direction);
+    spans[v] = span_of(v, frame.eye.xyz, direction);
     if (spans[v].x <= spans[v].y) met = vec2(min(met.x, spans[v].x), max(met.y, spans[v].y));
   }
   // The guide's nearest point of the ray, and its distance: 1 / distance^2 is integrated exactly
@@ -50,7 +50,8 @@ void main() {
   // second one to the other side: else all would shift what is summed up to a surface by what the
   // smoke is there times that way, which was seen as hatching. Another turn of the same dither every
   // picture keeps what is left from standing still in a film.
-  float jitter = 0.5 * fract(interleaved_noise(vec2(column)) + 0.61803399 * mod(picture.z, 64.0)) - 0.25;
+  float turn = 0.61803399 * mod(frame.picture.z, 64.0);
+  float jitter = 0.5 * fract(interleaved_noise(vec2(column)) + turn) - 0.25;
   float share = 1.0 / float(samples), pace = step_length * share;
   float depth = background.x * slices.x * stretch;
   float angle = atan((slices.x * stretch - nearest) / aside);
@@ -73,7 +74,7 @@ void main() {
           float first = max(middle - 0.5 * pace, spans[v].x), last = min(middle + 0.5 * pace, spans[v].y);
           if (last <= first) continue;
           float there = mix(first, last, 0.5 + astray);
-          vec3 at = (eye.xyz + direction * there - volumes[v].low) / volumes[v].size;
+          vec3 at = (frame.eye.xyz + direction * there - volumes[v].low) / volumes[v].size;
           vec2 found = textureLod(density_maps[v], at, 0.0).rg * vec2((last - first) / pace, 1.0);
           medium += found.r * volumes[v].optics * share;
           heat += metres * share * vec2(found.r, found.r * found.g);

@@ -480,9 +480,16 @@ TEST_F(GpuDeformationTest, BandwidthIsMeasuredOnTheDevice) {
 }
 
 TEST_F(GpuDeformationTest, KernelThatIsNotInTheProgramIsNamed) {
-  const Result<Program> none = load_kernel({"organ_table.glsl", "nothing.comp"});
+  const Result<Program> none = load_kernel("nothing.comp");
   ASSERT_FALSE(none);
   EXPECT_NE(none.error().text().find("kernel nothing.comp: not in the program"), std::string::npos);
+}
+
+TEST_F(GpuDeformationTest, PassThatAKernelDoesntListIsNamedWithThoseItDoes) {
+  const Result<Program> none = load_kernel("deformation.comp", "CARY");
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().text(),
+            "kernel deformation.comp: pass 'CARY', expected one of 'CARRY' 'NEAR' 'NORMALS'");
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST_F(GpuHeatTest, ConductionMatchesTheCpuInExplicitAndInSuperSteps) {
       set_excess(heat, Box(Vec3::Constant(-2e-3), Vec3::Constant(2e-3)), [](const Vec3& p) {
         return 30.0 * std::exp(-p.squaredNorm() / 1e-6) + 3.0 * std::sin(4e3 * p.x());
       });
-      for (int step = 0; step < 20; ++step) heat.step(6.0 * kFrame);
+      for (int step = 0; step < 20; ++step) heat.step(6.0 * kPictureTime);
     });
     EXPECT_GT(pair.cpu.passes_of_last_step(), 1);
     EXPECT_EQ(pair.gpu.passes_of_last_step(), pair.cpu.passes_of_last_step());
@@ -310,8 +310,8 @@ TEST_F(GpuHeatTest, TheStandardBurnHasTheSameLesion) {
         .point = Vec3::Zero(), .outward = Vec3::UnitZ(), .depth = 0.5e-3};
     for (int step = 0; step < 60; ++step) {
       heat.fetch();
-      tip.energise(heat, CurrentMode::kBlend, 30.0, contact, contact, kFrame);
-      heat.step(kFrame);
+      tip.energise(heat, CurrentMode::kBlend, 30.0, contact, contact, kPictureTime);
+      heat.step(kPictureTime);
     }
     heat.fetch();
     EXPECT_EQ(heat.device_failure(), "");
@@ -382,7 +382,7 @@ TEST_F(GpuHeatTest, BricksComeAndGoAsOnTheCpuAndLeaveTheirPlace) {
     for (Bioheat* heat : {&cpu, &gpu}) {
       for (int step = 0; step < 20; ++step) {
         heat_gaussian(*heat, Vec3(20e-3 * place, 0.0, -0.5e-3), 0.6e-3, 3.0);
-        heat->step(kFrame);
+        heat->step(kPictureTime);
       }
       wait(*heat, 300.0, 1.5);
     }
@@ -418,7 +418,7 @@ TEST_F(GpuHeatTest, ManyBricksMakeTheBuffersGrowAndKeepWhatIsInThem) {
     for (const double edge : {4e-3, 12e-3, 20e-3}) {
       set_excess(heat, Box(Vec3::Constant(-edge), Vec3::Constant(edge)),
                  [](const Vec3& p) { return 20.0 + 5.0 * std::sin(1e3 * p.x() + 7e2 * p.y()); });
-      wait(heat, 2 * kFrame);
+      wait(heat, 2 * kPictureTime);
     }
   });
   EXPECT_GT(pair.gpu.warm_bricks(), 500u);
@@ -450,8 +450,8 @@ TEST_F(GpuHeatTest, OrgansShareKernelsAndDontMeet) {
   weak.compute_on(first_->another());
   strong.compute_on(first_->another());
   for (int step = 0; step < 12; ++step) {
-    burn(weak, 3.0, kFrame);
-    burn(strong, 20.0, kFrame);
+    burn(weak, 3.0, kPictureTime);
+    burn(strong, 20.0, kPictureTime);
   }
   EXPECT_EQ(state_of(weak), apart(3.0));
   EXPECT_EQ(state_of(strong), apart(20.0));
@@ -465,7 +465,7 @@ TEST_F(GpuHeatTest, WhatIsTooLargeForTheDeviceRunsOnTheCpuAndSaysWhy) {
   const auto warm = [](Bioheat& heat, double edge) {
     set_excess(heat, Box(Vec3::Constant(-edge), Vec3::Constant(edge)),
                [](const Vec3& p) { return 20.0 + 5.0 * std::sin(1e3 * p.x()); });
-    heat.step(kFrame);
+    heat.step(kPictureTime);
   };
   warm(gpu, 3e-3);
   EXPECT_NE(gpu.device(), nullptr);

@@ -80,5 +80,30 @@ TEST(ForcesCsv, ReportsAFullDiskAtTheEnd) {
             std::string::npos);
 }
 
+TEST(ForcesCsv, GoesOnAfterItsRowsSoFarToTheSameFile) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> names = {"probe"};
+  auto whole = ForcesCsv::create(folder / "whole.csv", names);
+  auto begun = ForcesCsv::create(folder / "forces.csv", names);
+  ASSERT_TRUE(whole && begun);
+  const auto add = [](ForcesCsv& table, int row) {
+    const TipSample sample{Vec3(row, 0.1, 1.0 / 3.0), Vec3(0, 0, 0.25 * row)};
+    table.add(row / 60.0, {&sample, 1});
+  };
+  for (int row = 0; row < 500; ++row) {
+    add(*whole, row);
+    if (row < 300) add(*begun, row);
+  }
+  const auto text = begun->text();
+  ASSERT_TRUE(text) << text.error().text();
+  add(*begun, 1000);  // lost with the process
+  auto resumed = ForcesCsv::go_on(folder / "forces.csv", *text);
+  ASSERT_TRUE(resumed);
+  for (int row = 300; row < 500; ++row) add(*resumed, row);
+  ASSERT_TRUE(resumed->finish());
+  ASSERT_TRUE(whole->finish());
+  EXPECT_EQ(file_text(folder / "forces.csv"), file_text(folder / "whole.csv"));
+}
+
 }  // namespace
 }  // namespace viscera

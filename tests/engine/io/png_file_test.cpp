@@ -66,5 +66,27 @@ TEST(Png, SaysThatTheDiskIsFullAndLeavesNoPart) {
   EXPECT_EQ(entries(folder.path()), 1);
 }
 
+TEST(Png, IsReadByWhatWroteIt) {
+  const TemporaryFolder folder;
+  const std::vector<std::uint8_t> pixels = noise(37, 23);
+  ASSERT_TRUE(write_png(folder / "a.png", 37, 23, pixels));
+  const auto read = read_png(folder / "a.png");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->width, 37);
+  EXPECT_EQ(read->height, 23);
+  EXPECT_EQ(read->rgb, pixels);
+}
+
+TEST(Png, AbsentOrCutOffIsRefusedWithItsName) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_png(folder / "a.png", 37, 23, noise(37, 23)));
+  fs::resize_file(folder / "a.png", fs::file_size(folder / "a.png") / 2);
+  for (const char* name : {"a.png", "none.png"}) {
+    const auto read = read_png(folder / name);
+    ASSERT_FALSE(read) << name;
+    EXPECT_NE(read.error().text().find(name), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace viscera

@@ -88,6 +88,25 @@ TEST(SmokeFile, HoldsTheGridsMassTimePlaceAndName) {
   EXPECT_LT((info->active_bounds.max() - filled.max()).norm(), 1e-9);
 }
 
+TEST(SmokeFile, TheSameSmokeIsTheSameFile) {
+  const TemporaryFolder folder;
+  const SmokeGrid grid = puff();
+  SmokeGrid other = grid;
+  for (float& density : other.density) density *= 2.0f;
+  SmokeWriter writer;
+  writer.write(folder / "a.vdb", grid, 0.5, "plume", "scene");
+  writer.write(folder / "b.vdb", grid, 0.5, "plume", "scene");
+  writer.write(folder / "c.vdb", other, 0.5, "plume", "scene");
+  ASSERT_TRUE(writer.finish());
+  const auto text = [&](const char* name) {
+    std::ifstream in(folder / name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_TRUE(text("a.vdb") == text("b.vdb"));
+  EXPECT_FALSE(text("a.vdb").substr(0, 64) == text("c.vdb").substr(0, 64)) << "its identity";
+  EXPECT_TRUE(read_smoke_info(folder / "a.vdb"));
+}
+
 TEST(SmokeFile, OpenVdbsOwnToolReadsIt) {
   if (std::system("command -v vdb_print >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "vdb_print isn't installed";

@@ -82,5 +82,16 @@ TEST(Trace, OfNothingIsStillValid) {
   EXPECT_FALSE(Trace({"deform"}).write(folder / "missing/profile.json", "viscera"));
 }
 
+TEST(Trace, GoesOnAfterEventsOfAnEarlierProcess) {
+  Trace trace({"one", "two"});
+  ASSERT_TRUE(trace.restore({{.stage = 1, .frame = 3, .start = 10000, .duration = 500}}));
+  const auto now = Trace::Clock::now();
+  trace.add(0, 4, now, now + microseconds(3));
+  ASSERT_EQ(trace.size(), 2u);
+  EXPECT_GE(trace.events()[1].start, 10500);
+  EXPECT_FALSE(trace.restore({{.stage = 2, .frame = 3, .start = 0, .duration = 1}}));
+  EXPECT_EQ(trace.size(), 2u);
+}
+
 }  // namespace
 }  // namespace viscera

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "engine/scene/scene_keys.h"
+#include "engine/scene/validate.h"
 #include "tests/engine/scene/scene_fixture.h"
 
 namespace viscera::test {
@@ -215,6 +217,19 @@ TEST(SceneMistake, UnknownNamesSayWhichAreKnown) {
   EXPECT_ONE_MISTAKE(
       with("/instruments/0/kind", "graspr"), "instruments/0/kind",
       "expected \"probe\", \"grasper\", \"hook\" or \"spatula\" (did you mean \"grasper\"?)");
+}
+
+TEST(SceneMistake, ANameThatThisBuildLeavesOutSaysWhy) {
+  Json scene = least_scene();
+  scene["organs"][0]["formulation"] = "gfdm";
+  ReadContext context;
+  context.vocabularies["formulation"] = {"galerkin"};
+  context.left_out["formulation"]["gfdm"] = "it needs a library";
+  const std::vector<Mistake> found = validate(scene, scene_keys(), context);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].path, "organs/0/formulation");
+  EXPECT_NE(found[0].text.find("one of galerkin: it needs a library"), std::string::npos)
+      << found[0].text;
 }
 
 TEST(SceneMistake, MissingGeometryListsTheFoldersSearched) {

@@ -15,19 +15,6 @@
 namespace viscera::test {
 namespace {
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-TEST(SceneSchema, ThePublishedFileIsTheLoadersOwnTable) {
-  const std::filesystem::path file = project_file("scenes/scene.schema.json");
-  if (std::getenv("VISCERA_UPDATE_SCHEMA")) std::ofstream(file, std::ios::binary) << scene_schema();
-  EXPECT_EQ(text_of(file), scene_schema())
-      << "scenes/scene.schema.json is out of date; run this test with VISCERA_UPDATE_SCHEMA=1";
-}
-
 // Walks the schema along a valid scene and asks the loader about each statement.
 class Walk {
  public:

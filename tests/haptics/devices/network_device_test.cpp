@@ -73,6 +73,11 @@ Pose at_height(double z) {
   return pose;
 }
 
+TEST(NetworkDevice, CannotBeSavedAndSaysWhy) {
+  const auto device = device_on_a_free_port();
+  EXPECT_NE(device->why_not_saved().find("moved from outside"), std::string::npos);
+}
+
 TEST(NetworkDevice, AClientInAnotherProcessDrivesAToolAndReceivesForces) {
   // Longer by hand: VISCERA_LINK_SECONDS=10.
   const char* asked = std::getenv("VISCERA_LINK_SECONDS");

@@ -120,6 +120,18 @@ TEST(Archive, TakesNoMemoryForCountsThatTheFileCannotHold) {
   EXPECT_TRUE(numbers.empty());
 }
 
+TEST(Archive, RefusesAMatrixThatIsLargerThanItsStorage) {
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
+  for (const int rows : {4, 5, 5000}) {
+    const std::vector<std::byte> bytes = saved(VectorX(VectorX::Ones(rows)));
+    Small small;
+    ByteReader reader(bytes);
+    read(reader, small);
+    EXPECT_EQ(reader.failed(), rows > 4) << rows;
+    EXPECT_EQ(small.size(), rows > 4 ? 0 : rows);
+  }
+}
+
 TEST(Archive, ReachesTheStateOfClassesThatOwnOne) {
   std::vector<Counter> counters(2);
   counters[1].add();

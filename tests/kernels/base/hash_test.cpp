@@ -50,5 +50,32 @@ TEST(Hasher, AskingTwiceChangesNothing) {
   EXPECT_EQ(first.size(), 32u);
 }
 
+TEST(Hasher, GoesOnFromItsSavedStateToTheSameHash) {
+  for (const std::size_t before : {0u, 1u, 63u, 64u, 256u, 300u, 5000u})
+    for (const std::size_t after : {0u, 1u, 40u, 2000u}) {
+      const std::string text(before + after, 'v');
+      Hasher first;
+      first.bytes(text.data(), before);
+      Hasher second;
+      second.text("another life");
+      ASSERT_TRUE(second.restore(first.save()));
+      second.bytes(text.data() + before, after);
+      EXPECT_EQ(second.hex(), Hasher().bytes(text.data(), text.size()).hex()) << before << after;
+    }
+}
+
+TEST(Hasher, TakesNothingElseForASavedState) {
+  Hasher hasher;
+  hasher.text("viscera");
+  const std::string before = hasher.hex();
+  std::vector<std::byte> saved = Hasher().save();
+  saved.pop_back();
+  EXPECT_FALSE(hasher.restore(saved));
+  saved.assign(saved.size() + 1, std::byte{0xff});
+  EXPECT_FALSE(hasher.restore(saved));
+  EXPECT_FALSE(hasher.restore({}));
+  EXPECT_EQ(hasher.hex(), before);
+}
+
 }  // namespace
 }  // namespace viscera

@@ -192,6 +192,18 @@ TEST(Friction, AClosedPathCostsEnergy) {
   }
 }
 
+/// So what lasts is the guess alone, which the caller keeps.
+TEST(Friction, AFreshSolverAnswersAsOneThatHasSolvedBefore) {
+  PressedBall ball(0.4, 0.3, 4);
+  for (int step = 0; step < 5; ++step) {
+    PressedBall other = ball;
+    other.solver = FrictionSolver();
+    const Vec2 way(step % 2 ? -20e-6 : 10e-6, 3e-6);
+    EXPECT_EQ(ball.drag(way), other.drag(way));
+    EXPECT_EQ(ball.forces, other.forces);
+  }
+}
+
 TEST(Friction, GreatFrictionSticks) {
   PressedBall ball(0.3, 50.0, 3);
   for (Eigen::Index k = 0; k < ball.wanted.size() / 3; ++k) ball.wanted[3 * k] = 0.2e-3;

@@ -113,6 +113,29 @@ TEST(Unilateral, ResultDoesNotDependOnTheGuess) {
   EXPECT_EQ(again, from_none);
 }
 
+/// So a solver needs no state.
+TEST(Unilateral, AFreshSolverAnswersAsOneThatHasSolvedBefore) {
+  Problem problem = random_problem(40, 5, 7);
+  UnilateralSolver used;
+  std::vector<char> active(40, 0);
+  VectorX x;
+  used.solve(problem.matrix, problem.b, problem.bilateral, active, x);
+  for (int step = 0; step < 6; ++step) {
+    problem.b[step] += step % 2 ? 0.0 : 0.3;  // every second time the active set stays
+    std::vector<char> guess = active;
+    VectorX other;
+    UnilateralSolver fresh;
+    const auto one =
+        used.solve(problem.matrix, problem.b, problem.bilateral, active, x, true, true);
+    const auto two =
+        fresh.solve(problem.matrix, problem.b, problem.bilateral, guess, other, true, true);
+    EXPECT_EQ(x, other);
+    EXPECT_EQ(active, guess);
+    EXPECT_EQ(one.pivots, two.pivots);
+    EXPECT_EQ(one.smallest_eigenvalue, two.smallest_eigenvalue);
+  }
+}
+
 TEST(Unilateral, SmallestEigenvalueIsEstimatedWithinAFactor) {
   Problem problem = random_problem(12, 3, 1);  // all bilateral: the whole matrix is active
   problem.matrix.setIdentity();

@@ -111,5 +111,20 @@ TEST(CoagulatedPoints, ReadAgainSaysTheSame) {
   EXPECT_EQ(first.shrinkage, second.shrinkage);
 }
 
+/// So a gauge needs no state.
+TEST(CoagulatedPoints, AGaugeThatHasReadBeforeReadsWhatAFreshOneDoes) {
+  const Points points;
+  CoagulationGauge used = points.gauge();
+  const Vec3 centre(8e-3, 8e-3, 8e-3);
+  for (const double radius : {1e-3, 6e-3, 3e-3}) {
+    const auto bricks = harmed([&](const Vec3& x) { return (x - centre).norm() < radius; }, 5.0f);
+    const CoagulatedPoints one = used.read(bricks, kWater);
+    const CoagulatedPoints other = points.gauge().read(bricks, kWater);
+    EXPECT_EQ(one.stiffness, other.stiffness);
+    EXPECT_EQ(one.shrinkage, other.shrinkage);
+    EXPECT_EQ(one.left_out, other.left_out);
+  }
+}
+
 }  // namespace
 }  // namespace viscera

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "engine/verification/heat_case.h"
+#include "kernels/base/archive.h"
 #include "tests/kernels/heat/heated_liver.h"
 
 namespace viscera {
@@ -104,7 +105,7 @@ Bioheat liver() {
 }
 
 void burn_for(Bioheat& heat, int steps) {
-  burn(heat, 10.0, steps * kFrame);
+  burn(heat, 10.0, steps * kPictureTime);
 }
 
 bool same(const Bioheat& a, const Bioheat& b) {
@@ -168,6 +169,51 @@ TEST(HeatPasses, WhatWasntFetchedFromABrokenDeviceNeverWas) {
   const Vec3 middle(0.4e-3, 0.1e-3, -0.5e-3);
   const BrickIndex voxel = cpu.bricks().voxel_of(middle);
   EXPECT_EQ(other.bricks().excess_at(voxel), cpu.bricks().excess_at(voxel));
+}
+
+TEST(HeatPasses, ADevicesStateIsThatOfEveryStepAndItTakesARestoredOneAnew) {
+  Bioheat cpu = liver(), other = liver();
+  other.compute_on(std::make_shared<KeepingPasses>(-1));
+  const auto state = [](const Bioheat& heat) { return saved(heat); };
+  burn_for(cpu, 10);
+  burn_for(other, 10);
+  const std::vector<std::byte> then = state(other);
+  EXPECT_EQ(then, state(cpu));
+  for (int step = 0; step < 10; ++step) {
+    burn_for(cpu, 1);
+    burn_for(other, 1);
+    ASSERT_EQ(state(other), state(cpu));
+  }
+  const std::vector<std::byte> end = state(cpu);
+  Bioheat fresh = liver();
+  fresh.compute_on(std::make_shared<KeepingPasses>(-1));
+  for (Bioheat* heat : {&other, &fresh}) {
+    ByteReader reader(then);
+    read(reader, *heat);
+    ASSERT_FALSE(reader.failed());
+    EXPECT_NE(heat->device(), nullptr);
+    burn_for(*heat, 10);
+    EXPECT_EQ(state(*heat), end);
+  }
+}
+
+TEST(HeatPasses, WhatADeviceKeepsIsInTheStateOnceFetched) {
+  Bioheat cpu = liver(), other = liver();
+  other.compute_on(std::make_shared<KeepingPasses>(-1), HeatReturn::kWhenAsked);
+  burn_for(cpu, 10);
+  burn_for(other, 10);
+  other.fetch();
+  const std::vector<std::byte> then = saved(other);
+  EXPECT_EQ(then, saved(cpu));
+  // Goes on unfetched, and back.
+  burn_for(other, 3);
+  ByteReader reader(then);
+  read(reader, other);
+  EXPECT_EQ(saved(other), then);
+  burn_for(cpu, 5);
+  burn_for(other, 5);
+  other.fetch();
+  EXPECT_EQ(saved(other), saved(cpu));
 }
 
 }  // namespace

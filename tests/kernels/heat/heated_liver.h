@@ -10,7 +10,7 @@
 
 namespace viscera {
 
-inline constexpr double kFrame = 1.0 / 60.0;
+inline constexpr double kPictureTime = 1.0 / 60.0;
 
 /// An organ that fills the space below z = 0.3 mm.
 inline SignedDistance half_space() {
@@ -18,13 +18,13 @@ inline SignedDistance half_space() {
 }
 
 inline void burn(Bioheat& heat, double power, double seconds) {
-  for (int step = 0; step < std::lround(seconds / kFrame); ++step) {
+  for (int step = 0; step < std::lround(seconds / kPictureTime); ++step) {
     heat_gaussian(heat, Vec3(0.4e-3, 0.1e-3, -0.5e-3), 0.6e-3, power);
-    heat.step(kFrame);
+    heat.step(kPictureTime);
   }
 }
 
-inline void wait(Bioheat& heat, double seconds, double dt = kFrame) {
+inline void wait(Bioheat& heat, double seconds, double dt = kPictureTime) {
   for (int step = 0; step < std::lround(seconds / dt); ++step) heat.step(dt);
 }
 

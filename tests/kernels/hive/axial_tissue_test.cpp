@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/hive/hyperelastic.h"
+
 namespace viscera {
 namespace {
 

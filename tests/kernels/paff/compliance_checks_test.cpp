@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "kernels/base/random.h"
+#include "tests/support/baselines.h"
 
 namespace viscera {
 namespace {
@@ -106,6 +107,7 @@ TEST(ComplianceChecks, FindASlightlyNegativeEigenvalueAmongManySmallOnes) {
 }
 
 TEST(ComplianceChecks, OnlyAFormulationThatWarnsMayGiveEnergyAway) {
+  if (!test::strong_forms_built_in()) GTEST_SKIP() << test::kNoStrongForms;
   const Formulation &paper = *find_formulation("paper"), &gfdm = *find_formulation("gfdm");
   const auto told = accept_compliance(paper, -0.04);
   ASSERT_TRUE(told);

@@ -121,6 +121,25 @@ TEST(SurfaceCells, NormalsOfWhatKeepsItsShapeAreThoseOfWhatDoesNotSayThatItDoes)
   }
 }
 
+TEST(SurfaceCells, OfSeveralSurfacesEachGoesOnFromWhereItWas) {
+  const Scene scene;
+  std::vector<Vec3f> corners;
+  for (const Vec3& at : scene.shape.vertices) corners.push_back((0.01 * at).cast<float>());
+  const Eigen::AlignedBox3f all(Vec3f::Constant(-10.0f), Vec3f::Constant(10.0f));
+  for (std::size_t moving = 0; moving < 5; ++moving) {
+    SurfaceCells cells;
+    for (const double moved : {0.0, 3e-3}) {
+      std::vector<SmokeSurface> surfaces;
+      for (std::size_t s = 0; s < 5; ++s)
+        surfaces.push_back({10 - s, &scene.topology, corners,
+                            Pose{Vec3(s == moving ? moved : 0.0, 0.1 * static_cast<double>(s), 0)},
+                            1});
+      cells.advance(surfaces, Vec3::Zero());
+      EXPECT_NEAR(cells.greatest_way(all), moved, 1e-7) << moving;
+    }
+  }
+}
+
 TEST(SurfaceCells, ThreadsChangeNothing) {
   Scene scene;
   std::array<SurfaceCells, 2> cells;

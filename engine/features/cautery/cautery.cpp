@@ -1,0 +1,141 @@
+// Current through hooks, and the heat that it leaves in tissue.
+#include "engine/features/cautery/cautery.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "engine/features/cautery/heat_setup.h"
+#include "engine/features/contact/contact_cells.h"
+
+namespace viscera {
+namespace {
+
+/// A trace that jumps further than this within a frame is two burns [m].
+constexpr double kTraceBreak = 5e-3;
+/// Tissue that is counted as hot [K].
+constexpr double kHot = kZeroCelsius + 60.0;
+
+/// Where a hook's metal meets an organ, or is near enough for a spark.
+struct Meeting {
+  Entity organ;
+  ElectrodeContact contact;  ///< rest frame
+};
+
+/// Fills in place and direction from a point of the drawn surface.
+void lay_on(const OrganModel& model, const SurfacePoint& point, ElectrodeContact& contact) {
+  const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
+  Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double weight = point.weights[static_cast<int>(c)];
+    const auto corner = static_cast<std::size_t>(corners[c]);
+    place += weight * model.surface.vertices[corner];
+    normal += weight * model.rest_normals[corner].cast<double>();
+  }
+  contact.point = place;
+  contact.outward = normal.normalized();
+}
+
+/// What of the tissue a tip presses [m2].
+double touched_area(const World& world, Entity at, Entity instrument) {
+  double area = 0.0;
+  const OrganContact& organ = *world.find<OrganContact>(at);
+  for (const CellRange& range : world.find<OrganTouch>(at)->ranges) {
+    if (range.instrument != instrument || range.held) continue;
+    for (std::size_t k = range.begin; k < range.end && k < organ.solution.forces.size(); ++k)
+      if (organ.solution.forces[k].dot(organ.cells[k].direction) > 0.0) area += organ.cells[k].area;
+  }
+  return area;
+}
+
+/// The tissue that the metal touches, or, with current, the nearest that a spark reaches.
+std::optional<Meeting> meet(const World& world, Entity instrument, double gap) {
+  const InstrumentContact& touch = *world.find<InstrumentContact>(instrument);
+  if (touch.touching) {
+    const OrganBurn* burn = world.find<OrganBurn>(touch.organ);
+    if (!burn) return {};
+    Meeting meeting{touch.organ, {}};
+    lay_on(*world.find<OrganBody>(touch.organ)->model,
+           world.find<BurnableOrgan>(touch.organ)->surface->closest(touch.rest_point).point,
+           meeting.contact);
+    meeting.contact.area = touched_area(world, touch.organ, instrument);
+    return meeting;
+  }
+  std::optional<Meeting> nearest;
+  const InstrumentBody& body = *world.find<InstrumentBody>(instrument);
+  const InstrumentState& state = *world.find<InstrumentState>(instrument);
+  for (std::size_t b = 0; b < world.all<OrganBurn>().size() && gap > 0.0; ++b) {
+    const Entity organ = world.all<OrganBurn>().owner(b);
+    const OrganContact& contact = *world.find<OrganContact>(organ);
+    if (world.find<OrganTouch>(organ)->bounds.exteriorDistance(state.tip) > body.extent + gap)
+      continue;
+    const OrganBody& tissue = *world.find<OrganBody>(organ);
+    const auto foot = find_foot(tool_shape(body, state, pose_of(world, organ)), gap, *tissue.model,
+                                *world.find<OrganState>(organ), *contact.surface);
+    if (!foot) continue;
+    const auto hit = contact.surface->closest(foot->position, 1e-3);
+    if (!hit) continue;
+    gap = foot->clearance;
+    nearest.emplace(Meeting{organ, {}});
+    lay_on(*tissue.model, hit->point, nearest->contact);
+    nearest->contact.depth = -std::max(0.0, foot->clearance);
+  }
+  return nearest;
+}
+
+void give_current(World& world, Entity instrument, BurnTrace& trace, const FrameContext& context) {
+  const InstrumentDescription& hook = world.find<InstrumentBody>(instrument)->description;
+  const double power = world.find<InstrumentState>(instrument)->power;
+  const InstrumentContact& touch = *world.find<InstrumentContact>(instrument);
+  trace.current = {};
+  if (power > 0.0 && touch.touching && !world.find<OrganBurn>(touch.organ))
+    context.report->raise(FrameFlag::kNotHeated);
+  const double gap = power > 0.0 ? spark_gap(waveform_of(hook.mode).peak_voltage) : 0.0;
+  const auto meeting = meet(world, instrument, gap);
+  if (!meeting) {
+    trace.current.open = power > 0.0 && !touch.touching;
+    trace.organ = {};
+    trace.tip.cool(context.dt);
+    return;
+  }
+  const bool continues = trace.organ == meeting->organ &&
+                         (trace.contact.point - meeting->contact.point).norm() < kTraceBreak;
+  OrganBurn& burn = *world.find<OrganBurn>(meeting->organ);
+  trace.current =
+      trace.tip.energise(burn.heat, hook.mode, power, continues ? trace.contact : meeting->contact,
+                         meeting->contact, context.dt);
+  trace.generated +=
+      context.dt * (trace.current.power + trace.current.far_power + trace.current.spark_power);
+  if (power > 0.0) burn.hook = instrument;
+  trace.organ = meeting->organ;
+  trace.contact = meeting->contact;
+}
+
+void heat_tissue(World& world, const FrameContext& context) {
+  for (std::size_t i = 0; i < world.all<BurnTrace>().size(); ++i)
+    give_current(world, world.all<BurnTrace>().owner(i), world.all<BurnTrace>()[i], context);
+  for (OrganBurn& burn : world.all<OrganBurn>()) {
+    burn.heat.step(context.dt);
+    if (burn.heat.warm_bricks() == 0) continue;
+    if (burn.heat.bricks().overflowed()) context.report->raise(FrameFlag::kHeatFull);
+    for (const Vapour& vapour : burn.heat.vapour()) burn.smoke += burn.heat.smoke(vapour);
+    burn.greatest_hot = std::max(burn.greatest_hot, burn.heat.tissue_above(kHot));
+  }
+}
+
+}  // namespace
+
+Feature cautery_feature() {
+  return {.name = "cautery",
+          .reach = burn_reach,
+          .prepare = prepare_heat,
+          .finish = warn_of_cold_organs,
+          .start = start_heat,
+          .states = {state_type<OrganBurn>(), state_type<BurnTrace>()},
+          .stages = {{.name = "heat tissue",
+                      .reads = {"forces", "shapes", "tool poses", "organ poses"},
+                      .writes = {"heat"},
+                      .needed = [](const World& world) { return world.has<BurnTrace>(); },
+                      .run = heat_tissue}}};
+}
+
+}  // namespace viscera

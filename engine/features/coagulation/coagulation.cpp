@@ -1,0 +1,184 @@
+#include "engine/features/coagulation/coagulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/features/cautery/cautery.h"
+
+namespace viscera {
+namespace {
+
+/// A quarter of a second between looks [frames].
+constexpr std::uint64_t kLookEvery = 15;
+/// An update is started where stiffness times volume has changed by this share of what it was, or
+/// by so much: what nobody feels waits.
+constexpr double kNoticed = 0.02;
+constexpr double kLeastNoticed = 0.5e-9;  // [m3]
+/// Multiplications that a thread beside the frames does in one of them, at the least.
+constexpr double kPerFrame = 1e8;
+/// And the frames that handing over takes at the least.
+constexpr std::uint64_t kSoonest = 2;
+
+/// Whether the tissue is far enough from what the last update was made from.
+bool worth_an_update(const OrganChange& change, const ElasticRegion& tissue,
+                     const std::vector<double>& stiffness) {
+  double difference = 0.0, before = 0.0;
+  for (std::size_t q = 0; q < stiffness.size(); ++q) {
+    const double was = change.asked.stiffness.empty() ? 1.0 : change.asked.stiffness[q];
+    difference += tissue.weights[q] * std::abs(stiffness[q] - was);
+    before += tissue.weights[q] * (was - 1.0);
+  }
+  return difference > std::max(kLeastNoticed, kNoticed * before);
+}
+
+bool anything_harmed(const HeatBricks& bricks) {
+  for (std::size_t b = 0; b < bricks.count(); ++b)
+    if (bricks.brick(b).harmed) return true;
+  return false;
+}
+
+/// Computes what the asked change makes of an organ, beside the frames.
+void begin_update(OrganUpdate& update, const OrganBody& body, const TissueChange& asked) {
+  update.next = std::async(std::launch::async, [model = body.model, tissue = asked] {
+                  return update_stiffness(model->changeable, tissue, model->touchable);
+                }).share();
+}
+
+OrganUpdate& update_of(World& world, Entity organ) {
+  if (OrganUpdate* there = world.find<OrganUpdate>(organ)) return *there;
+  const ElasticRegion& tissue = world.find<OrganBody>(organ)->model->changeable.tissue;
+  OrganUpdate& made = world.all<OrganUpdate>().add(organ, {});
+  made.gauge = std::make_unique<CoagulationGauge>(tissue.positions, tissue.weights);
+  return made;
+}
+
+void look_at(World& world, Entity organ, const Bioheat& heat, std::uint64_t frame) {
+  const OrganBody& body = *world.find<OrganBody>(organ);
+  const ChangeableRegion& region = body.model->changeable;
+  OrganChange* change = world.find<OrganChange>(organ);
+  if (!change) {
+    if (!anything_harmed(heat.bricks())) return;
+    change = &world.all<OrganChange>().add(organ, OrganChange());
+  }
+  if (change->pending || change->seen == heat.version()) return;
+  OrganUpdate& update = update_of(world, organ);
+  change->seen = heat.version();
+  CoagulatedPoints points = update.gauge->read(heat.bricks(), heat.tissue().water_fraction);
+  change->stiffened = points.stiffened;
+  change->left_out = points.left_out;
+  if (!worth_an_update(*change, region.tissue, points.stiffness)) return;
+  change->asked = {std::move(points.stiffness), std::move(points.shrinkage)};
+  change->due = frame + kSoonest +
+                static_cast<std::uint64_t>(
+                    update_cost(region, change->asked, body.model->touchable) / kPerFrame);
+  change->pending = true;
+  begin_update(update, body, change->asked);
+}
+
+/// The GPU knows neither of updates nor of shapes that shrinkage leaves.
+void leave_gpu(OrganState& state) {
+  if (!state.on_gpu) return;
+  state.on_gpu = false;
+  state.normals_fit = false;
+  ++state.version;
+  std::fill(state.displacements.begin(), state.displacements.end(),
+            std::numeric_limits<float>::infinity());
+}
+
+/// Looks at the heat of burnt organs now and then, and where enough has changed starts an update.
+void follow_changes(World& world, const FrameContext& context) {
+  if (context.frame % kLookEvery != 0) return;
+  const Pool<OrganBurn>& burns = world.all<OrganBurn>();
+  for (std::size_t b = 0; b < burns.size(); ++b) {
+    const Entity organ = burns.owner(b);
+    if (world.find<OrganBody>(organ)->model->changeable.empty()) continue;
+    look_at(world, organ, burns[b].heat, context.frame);
+  }
+}
+
+/// Hands updates that are due to the organs' contacts and shapes. Waits for them.
+void stiffen_organs(World& world, const FrameContext& context) {
+  Pool<OrganChange>& changes = world.all<OrganChange>();
+  for (std::size_t c = 0; c < changes.size(); ++c) {
+    OrganChange& change = changes[c];
+    if (!change.pending || context.frame < change.due) continue;
+    const Entity organ = changes.owner(c);
+    OrganUpdate& update = update_of(world, organ);
+    update.update = std::make_shared<const StiffnessUpdate>(update.next.get());
+    update.next = {};
+    change.pending = false;
+    change.used = change.asked;
+    update.made_of = change.used;
+    ++change.updates;
+    world.find<OrganTouch>(organ)->solver->stiffen(update.update);
+    FreeShape* shape = world.find<FreeShape>(organ);
+    if (!shape) {
+      shape = &world.all<FreeShape>().add(organ, level_shape(*world.find<OrganBody>(organ)->model));
+      leave_gpu(*world.find<OrganState>(organ));
+    }
+    shape->stale = true;
+  }
+}
+
+bool shape(const World& world, Entity organ, std::vector<float>& places) {
+  const OrganUpdate* update = world.find<OrganUpdate>(organ);
+  if (!update || !update->update || update->update->shift.empty()) return false;
+  const std::vector<float>& shrunk = update->update->shift;
+  for (std::size_t i = 0; i < shrunk.size(); ++i) places[i] += shrunk[i];
+  return true;
+}
+
+/// Hands an update to an organ's contact, whose memory of its last solve stays.
+void use_update(World& world, Entity organ, const std::shared_ptr<const StiffnessUpdate>& update) {
+  PatchContact& solver = *world.find<OrganTouch>(organ)->solver;
+  if (solver.update() == update.get()) return;
+  auto memory = solver.state();
+  solver.stiffen(update);
+  solver.restore(std::move(memory));
+}
+
+/// A restored world's updates: those in use are made again where they are others, and those that
+/// were under way are begun anew.
+void restored(World& world) {
+  const Pool<OrganChange>& changes = world.all<OrganChange>();
+  Pool<OrganUpdate>& updates = world.all<OrganUpdate>();
+  for (std::size_t c = 0; c < changes.size(); ++c) update_of(world, changes.owner(c));
+  for (std::size_t u = 0; u < updates.size(); ++u) {
+    const Entity organ = updates.owner(u);
+    const OrganBody& body = *world.find<OrganBody>(organ);
+    const OrganChange* change = changes.find(organ);
+    OrganUpdate& update = updates[u];
+    update.next = {};
+    if (!change || change->used.stiffness.empty()) {
+      update.update = nullptr;
+    } else if (!update.update || !first_difference(update.made_of, change->used).empty()) {
+      update.update = std::make_shared<const StiffnessUpdate>(
+          update_stiffness(body.model->changeable, change->used, body.model->touchable));
+      update.made_of = change->used;
+    }
+    use_update(world, organ, update.update);
+    if (change && change->pending) begin_update(update, body, change->asked);
+  }
+}
+
+}  // namespace
+
+Feature coagulation_feature() {
+  return {.name = "coagulation",
+          .states = {state_type<OrganChange>()},
+          .stages = {{.name = "stiffen organs",
+                      .reads_before = {"stiffness updates"},
+                      .writes = {"parts of free shapes", "stiffness"},
+                      .needed = [](const World& world) { return world.has<OrganChange>(); },
+                      .run = stiffen_organs},
+                     {.name = "follow coagulation",
+                      .reads = {"heat"},
+                      .writes = {"stiffness updates"},
+                      .needed = [](const World& world) { return world.has<OrganBurn>(); },
+                      .run = follow_changes}},
+          .shape = shape,
+          .restored = restored};
+}
+
+}  // namespace viscera

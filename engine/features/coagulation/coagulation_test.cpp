@@ -1,0 +1,155 @@
+#include "engine/features/coagulation/coagulation.h"
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "engine/features/gravity/gravity.h"
+#include "engine/run/run.h"
+#include "engine/run/state_hash.h"
+#include "engine/simulator/build.h"
+#include "tests/support/baselines.h"
+#include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+constexpr double kTop = 25e-3;
+
+/// A hook burns the pole of a ball for a second with `power` [W] and leaves; a ball tip then
+/// presses there.
+SceneDescription burn_and_press(double power) {
+  auto scene = soft_ball_scene(6e-3, 4e-3);
+  scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
+                                     {{0.0, Vec3(0, 0, kTop + 3e-3), 0.0, 1.0},
+                                      {0.2, Vec3(0, 0, kTop + 0.2e-3), power, 1.0},
+                                      {1.2, Vec3(0, 0, kTop + 0.0e-3), 0.0, 1.0},
+                                      {1.4, Vec3(0, 0, kTop + 30e-3), 0.0, 1.0}}),
+                       straight_tool("probe", InstrumentKind::kProbe, 2e-3,
+                                     {{0.0, Vec3(0, 0, kTop + 60e-3), 0.0, 1.0},
+                                      {2.0, Vec3(0, 0, kTop + 20e-3), 0.0, 1.0},
+                                      {2.2, Vec3(0, 0, kTop + 0.5e-3), 0.0, 1.0},
+                                      {3.0, Vec3(0, 0, kTop + 0.5e-3), 0.0, 1.0}})};
+  return scene;
+}
+
+TEST(TissueChanges, ABurntPlaceSinksAndIsStiffer) {
+  auto scene = burn_and_press(30.0);
+  auto world = build(scene);
+  scene.organs[0].stiffens = false;
+  auto soft = build(scene);
+  ASSERT_TRUE(world && soft);
+  step_until(*world, 1.9);
+  step_until(*soft, 1.9);
+  ASSERT_EQ(world->all<OrganChange>().size(), 1u);
+  const OrganChange& change = world->all<OrganChange>()[0];
+  const std::shared_ptr<const StiffnessUpdate> update = world->all<OrganUpdate>()[0].update;
+  ASSERT_TRUE(update);
+  std::printf(
+      "updates %ld, nodes %zu, rank %zu, factor %.2f, stiffened %.1f mm3, left out %.2f mm3, "
+      "shrunk %.3f mm\n",
+      static_cast<long>(change.updates), update->nodes, update->rank, update->greatest_stiffness,
+      1e9 * change.stiffened, 1e9 * change.left_out, 1e3 * update->greatest_shift);
+  EXPECT_GT(change.updates, 1);
+  EXPECT_GT(change.stiffened, 1e-9);
+  EXPECT_EQ(change.left_out, 0.0);
+  EXPECT_GT(update->greatest_stiffness, 1.5);
+  // Nothing touches it, and yet it has a dimple.
+  EXPECT_GT(world->all<OrganState>()[0].greatest_displacement, 10e-6);
+  EXPECT_EQ(soft->all<OrganState>()[0].greatest_displacement, 0.0);
+  EXPECT_EQ(soft->all<OrganChange>().size(), 0u);
+
+  // The probe meets a little less tissue where it has sunk, and yet more force.
+  step_until(*world, 2.5);
+  step_until(*soft, 2.5);
+  const double stiff = force_on(*world, 1).z(), before = force_on(*soft, 1).z();
+  std::printf("force %.4f N, without %.4f N\n", stiff, before);
+  EXPECT_GT(before, 1e-3);
+  EXPECT_GT(stiff, 1.1 * before);
+}
+
+TEST(TissueChanges, WithoutCurrentNothingIsPreparedOrKept) {
+  auto world = build(burn_and_press(0.0));
+  ASSERT_TRUE(world);
+  EXPECT_TRUE(world->all<OrganBody>()[0].model->changeable.empty());
+  step_until(*world, 1.0);
+  EXPECT_EQ(world->all<OrganChange>().size(), 0u);
+  EXPECT_EQ(world->all<FreeShape>().size(), 0u);
+}
+
+TEST(TissueChanges, TheSameForAnyNumberOfThreads) {
+  const auto hash = [] {
+    auto world = build(burn_and_press(30.0));
+    step_until(*world, 2.4);
+    EXPECT_GT(world->all<OrganChange>()[0].updates, 0);
+    return StateHash().finish(*world);
+  };
+  const std::string many = hash();
+  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(hash(), many);
+}
+
+TEST(TissueChanges, HalfPrecisionFollowsToo) {
+  auto scene = burn_and_press(30.0);
+  auto single = build(scene);
+  scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
+  auto half = build(scene);
+  ASSERT_TRUE(single && half);
+  step_until(*single, 2.5);
+  step_until(*half, 2.5);
+  const auto& one = single->all<OrganState>()[0].positions;
+  const auto& other = half->all<OrganState>()[0].positions;
+  ASSERT_TRUE(single->all<OrganState>()[0].pressed);
+  float worst = 0.0f;
+  for (std::size_t v = 0; v < one.size(); ++v) worst = std::max(worst, (one[v] - other[v]).norm());
+  EXPECT_LT(worst, 2e-3 * single->all<OrganState>()[0].greatest_displacement);
+}
+
+TEST(TissueChanges, FormulationsThatCantFollowSaySo) {
+  if (!strong_forms_built_in()) GTEST_SKIP() << kNoStrongForms;
+  auto scene = burn_and_press(30.0);
+  scene.organs[0].formulation = "gfdm";
+  std::vector<std::string> warnings;
+  auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  ASSERT_TRUE(world) << world.error().text();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("galerkin"), std::string::npos) << warnings[0];
+  step_until(**world, 1.5);
+  EXPECT_EQ((*world)->all<OrganChange>().size(), 0u);
+}
+
+TEST(TissueChanges, TheCacheKeepsWhatMayChange) {
+  const auto folder = std::filesystem::temp_directory_path() / "viscera_tissue_changes_test";
+  std::filesystem::remove_all(folder);
+  setenv("VISCERA_CACHE", folder.c_str(), 1);
+  const auto scene = burn_and_press(30.0);
+  std::vector<std::string> warnings;
+  const auto make = [&] {
+    return build_world(scene, test_tissues(), {project_file("assets"), true}, no_progress(),
+                       warnings);
+  };
+  auto fresh = make(), cached = make();
+  unsetenv("VISCERA_CACHE");
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(fresh && cached);
+  const OrganModel& one = *(*fresh)->all<OrganBody>()[0].model;
+  const OrganModel& other = *(*cached)->all<OrganBody>()[0].model;
+  EXPECT_FALSE(one.cache_hit);
+  EXPECT_TRUE(other.cache_hit);
+  EXPECT_FALSE(one.changeable.empty());
+  EXPECT_EQ(one.changeable.nodes, other.changeable.nodes);
+  EXPECT_EQ(one.changeable.places, other.changeable.places);
+  EXPECT_EQ(one.changeable.tissue.cell_begin, other.changeable.tissue.cell_begin);
+  EXPECT_EQ(one.changeable.memory_bytes(), other.changeable.memory_bytes());
+  for (World* world : {fresh->get(), cached->get()}) step_until(*world, 1.6);
+  EXPECT_EQ(StateHash().finish(**fresh), StateHash().finish(**cached));
+}
+
+}  // namespace
+}  // namespace viscera::test

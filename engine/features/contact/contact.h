@@ -1,0 +1,16 @@
+// Contact of tools with organs: whose tissue lies under which tip.
+#pragma once
+
+#include "engine/simulation/feature.h"
+
+namespace viscera {
+
+/// InstrumentState, deformed surfaces -> OrganContact.cells, OrganTouch.ranges,
+/// InstrumentContact.grasp.
+void find_contacts(World& world, const FrameContext& context);
+/// Contact sees the tissue where gravity and the like have moved it: ContactCell.free.
+void let_cells_move(World& world);
+
+Feature contact_feature();
+
+}  // namespace viscera

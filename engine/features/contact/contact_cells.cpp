@@ -1,0 +1,288 @@
+#include "engine/features/contact/contact_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "kernels/contact/cell_pattern.h"
+
+namespace viscera {
+namespace {
+
+/// The tissue may move this far towards or away from a tool within a frame and still be found [m].
+constexpr double kFrameReach = 6e-3;
+/// Cells further than this from the tool can't be reached in one frame [m].
+constexpr double kGreatestGap = 2e-3;
+/// Drags shorter than this say nothing about what the tissue follows [m].
+constexpr double kLeastDrag = 1e-7;
+/// Rings of the hexagonal pattern: 3 give 37 cells.
+constexpr int kPressRings = 3;
+constexpr int kGraspRings = 2;
+
+Vec3 corner_mean(const std::vector<Vec3f>& values, const TriangleSurface& surface,
+                 const SurfacePoint& point) {
+  const auto& corners = surface.triangles[static_cast<std::size_t>(point.triangle)];
+  Vec3 sum = Vec3::Zero();
+  for (int c = 0; c < 3; ++c)
+    sum += point.weights[c] *
+           values[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])].cast<double>();
+  return sum;
+}
+
+/// Unit normal of the deformed surface. Where its normals aren't here, those of the few triangles
+/// about a tool follow from the positions.
+Vec3 tissue_normal(const OrganModel& model, const OrganState& state, const SurfacePoint& point) {
+  if (state.normals_fit && !state.on_gpu)
+    return corner_mean(state.normals, model.surface, point).normalized();
+  const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
+  Vec3 sum = Vec3::Zero();
+  for (int c = 0; c < 3; ++c)
+    sum += point.weights[c] *
+           deformed_normal(model.drawn, state.positions,
+                           static_cast<std::size_t>(corners[static_cast<std::size_t>(c)]))
+               .cast<double>();
+  return sum.normalized();
+}
+
+/// Two unit vectors that span the plane across `up`.
+std::pair<Vec3, Vec3> plane_across(const Vec3& up) {
+  const Vec3 other = std::abs(up.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY();
+  const Vec3 e1 = up.cross(other).normalized();
+  return {e1, up.cross(e1)};
+}
+
+/// Finds the tissue sheet of `foot` on the line through `at` along foot.outward.
+std::optional<CollisionSurface::Hit> tissue_under(const Vec3& at, const Foot& foot, double span,
+                                                  const CollisionSurface& surface) {
+  const double height = (foot.position - at).dot(foot.outward);
+  const Vec3 origin = at + (height + span) * foot.outward;
+  return surface.cast(origin, -foot.outward, 2.0 * span);
+}
+
+/// The displacement that keeps tissue clinging to the tool, had it not slipped: what the spots
+/// around had, carried on with the tip; far from them, where no tissue has clung, its own. Weights
+/// by the inverse of distance^4: a cell that hasn't moved over the tissue takes over its spot's
+/// unchanged.
+Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own,
+                           const Vec3& moved) {
+  if (!cling) return own;
+  const double unit = cling->pitch * cling->pitch;
+  double weights = 1.0;
+  Vec3 sum = own;
+  for (const Cling::Spot& spot : cling->spots) {
+    const double near = (spot.rest - rest).squaredNorm() / unit + 1e-8;
+    weights += 1.0 / (near * near);
+    sum += spot.displacement / (near * near);
+  }
+  return sum / weights + moved;
+}
+
+}  // namespace
+
+Vec3 jaw_travel(const Grasp& grasp, const InstrumentState& state, const Pose& organ) {
+  return state.tip - grasp.tip_at_start - (organ.position - grasp.organ_at_start) - grasp.slipped;
+}
+
+bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
+  if (touchable.positions.empty()) return false;
+  Eigen::Vector3i home;
+  for (int a = 0; a < 3; ++a)
+    home[a] = static_cast<int>(std::floor((x[a] - touchable.box.min()[a]) / touchable.cell));
+  for (int k = home.z() - 1; k <= home.z() + 1; ++k)
+    for (int j = home.y() - 1; j <= home.y() + 1; ++j)
+      for (int i = home.x() - 1; i <= home.x() + 1; ++i) {
+        if (i < 0 || j < 0 || k < 0 || i >= touchable.cells.x() || j >= touchable.cells.y() ||
+            k >= touchable.cells.z())
+          continue;
+        const auto cell =
+            static_cast<std::size_t>(i + touchable.cells.x() * (j + touchable.cells.y() * k));
+        for (int at = touchable.cell_begin[cell]; at < touchable.cell_begin[cell + 1]; ++at) {
+          const auto s =
+              static_cast<std::size_t>(touchable.cell_items[static_cast<std::size_t>(at)]);
+          if ((touchable.positions[s] - x).norm() < touchable.spacings[s]) return true;
+        }
+      }
+  return false;
+}
+
+std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganModel& model,
+                              const OrganState& state, const CollisionSurface& surface) {
+  const double radius = tool.probe_radius();
+  std::optional<Foot> best;
+  for (const Vec3& probe : tool.probes()) {
+    const auto hit = surface.closest(probe, radius + kFrameReach);
+    if (!hit) continue;
+    const Vec3 normal = tissue_normal(model, state, hit->point);
+    const double side = (probe - hit->position).dot(normal) >= 0.0 ? 1.0 : -1.0;
+    const double clearance = side * hit->distance - radius;
+    if (!best || clearance < best->clearance) best = Foot{probe, hit->position, normal, clearance};
+  }
+  if (!best || best->clearance > margin) return std::nullopt;
+
+  // The direction of contact is the mean normal of the tissue around the tool, wider than the
+  // tool's own dent, so that the dent's walls cancel. It is centred on the tool: where tissue hugs
+  // the tip, the nearest point is any of many. Two passes, since the first starts from that point's
+  // normal.
+  const double ring = std::max(2.0 * std::max(radius, tool.radius), 1.2 * model.finest_spacing);
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto [e1, e2] = plane_across(best->outward);
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 12; ++i) {
+      const double angle = std::numbers::pi * i / 6.0;
+      const double r = i % 2 == 0 ? ring : 0.6 * ring;
+      const Vec3 at = best->probe + r * (std::cos(angle) * e1 + std::sin(angle) * e2);
+      const auto hit = tissue_under(at, *best, 2.0 * ring + kFrameReach, surface);
+      if (hit) sum += tissue_normal(model, state, hit->point);
+    }
+    if (sum.norm() > 1.0) best->outward = sum.normalized();
+  }
+  return best;
+}
+
+bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, const Rubbing& rubbing,
+                 const OrganModel& model, const CollisionSurface& surface,
+                 std::vector<ContactCell>& cells, CellRange& range) {
+  const Vec3& up = foot.outward;
+  const auto [e1, e2] = plane_across(up);
+
+  // [Hertz1882]: a force F on a ball of radius a touches within (3 F a / (4 E*))^(1/3). The pattern
+  // is a little wider, and never narrower than a third of the tool.
+  const double a = tool.radius;
+  const double touching = std::cbrt(0.75 * last_force * a / model.material.contact_modulus());
+  const double across = tool.kind == TipDescription::Shape::kMesh
+                            ? a
+                            : std::clamp(1.35 * touching + 0.15 * a, 0.3 * a, 0.97 * a);
+  // A capsule lying on the tissue needs a pattern as long as its shadow, in pitches of the same
+  // size.
+  Vec3 along = Vec3::Zero();
+  if (tool.kind == TipDescription::Shape::kCapsule)
+    along = tool.length * (tool.shaft - tool.shaft.dot(up) * up);
+  const double shadow = along.norm();
+  const double pitch = std::max(across, 0.15 * (shadow + across)) / (kPressRings + 0.1);
+
+  static const std::vector<Vec2> kDisc = hexagonal_grid(1.0, kPressRings).places;
+  std::vector<Vec3> places;
+  if (shadow < 0.3 * a) {
+    for (const Vec2& o : kDisc) places.push_back(foot.probe + pitch * (o.x() * e1 + o.y() * e2));
+  } else {
+    const Vec3 x = along / shadow, y = up.cross(x);
+    const double row = std::sqrt(0.75) * pitch;
+    const int rows = static_cast<int>(across / row);
+    const int columns = static_cast<int>((shadow + 2.0 * across) / pitch);
+    for (int j = -rows; j <= rows; ++j)
+      for (int i = 0; i <= columns; ++i)
+        places.push_back(tool.tip + (i * pitch - across + (j & 1 ? 0.5 * pitch : 0.0)) * x +
+                         (j * row) * y);
+  }
+
+  const double hexagon_area = std::sqrt(0.75) * pitch * pitch;
+  const double span = 2.0 * a + kFrameReach;
+  range.begin = cells.size();
+  range.outward = up;
+  range.tip = tool.tip;
+  range.pitch = pitch;
+  range.moved = rubbing.cling ? Vec3(tool.tip - rubbing.cling->tip) : Vec3::Zero();
+  // The tissue that will be under the tool is sought where it will be dragged from, as it is drawn.
+  Vec3 drag = Vec3::Zero();
+  if (rubbing.cling) drag = rubbing.cling->followed * range.moved + rubbing.undrawn;
+  drag -= drag.dot(up) * up;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec3& place : places) {
+    const auto low = tool.lowest(place, up);
+    if (!low) continue;
+    const auto hit = tissue_under(place - drag, foot, span, surface);
+    if (!hit) continue;
+    const Vec3 lowest = place + *low * up;
+    const double gap = (lowest - hit->position).dot(up);
+    if (gap > kGreatestGap) continue;
+    ContactCell cell;
+    cell.position = position(model.surface, hit->point);
+    cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
+    cell.area = hexagon_area;
+    cell.direction = -up;
+    cell.depth = (cell.position - lowest).dot(up);
+    cell.friction = rubbing.friction;
+    if (rubbing.friction > 0.0) {
+      cell.displacement =
+          clinging_displacement(rubbing.cling, cell.position,
+                                hit->position + rubbing.undrawn - cell.position, range.moved);
+    }
+    range.points.push_back(hit->point);
+    cells.push_back(cell);
+    const double off = (place - foot.probe).norm();
+    if (off < nearest) {
+      nearest = off;
+      range.rest_centre = cell.position;
+      range.centre = hit->position;
+    }
+  }
+  range.end = cells.size();
+  return range.end > range.begin;
+}
+
+Vec3 undrawn_drag(const Cling& cling, const OrganState& state, const OrganModel& model) {
+  Vec3 sum = Vec3::Zero();
+  for (const Cling::Spot& spot : cling.spots)
+    sum += spot.rest + spot.displacement - corner_mean(state.positions, model.surface, spot.point);
+  return sum / static_cast<double>(cling.spots.size());
+}
+
+Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,
+                      const ContactSolution& solution, const Cling* last) {
+  Cling cling;
+  cling.instrument = range.instrument;
+  cling.tip = range.tip;
+  cling.pitch = range.pitch;
+  double pressed = 0.0;
+  Vec3 slip = Vec3::Zero();  // times force [m N]
+  for (std::size_t k = range.begin; k < range.end; ++k) {
+    const ContactCell& cell = cells[k];
+    const double push = solution.forces[k].dot(cell.direction);
+    if (push <= 0.0) continue;
+    const Vec3 across = cell.displacement - cell.displacement.dot(cell.direction) * cell.direction;
+    cling.spots.push_back({range.points[k - range.begin], cell.position,
+                           across + solution.slips[k] + cell.depth * cell.direction});
+    pressed += push;
+    slip += push * solution.slips[k];
+  }
+  cling.followed = last ? last->followed : 1.0;
+  const Vec3 dragged = range.moved - range.moved.dot(range.outward) * range.outward;
+  if (pressed > 0.0 && dragged.norm() > kLeastDrag)
+    cling.followed =
+        std::clamp(1.0 + slip.dot(dragged) / (pressed * dragged.squaredNorm()), 0.0, 1.0);
+  return cling;
+}
+
+std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
+                                     const CollisionSurface& surface,
+                                     std::vector<SurfacePoint>& points) {
+  const auto [e1, e2] = plane_across(foot.outward);
+  // A jaw's edge is known: the pattern that answers as a flat disc of this radius.
+  const CellPattern pattern =
+      fitted_to_punch(hexagonal_grid(1.0, kGraspRings), radius, model.material.poisson_ratio, true);
+  std::vector<ContactCell> cells;
+  for (std::size_t i = 0; i < pattern.places.size(); ++i) {
+    const Vec3 place = foot.position + pattern.places[i].x() * e1 + pattern.places[i].y() * e2;
+    const auto hit = tissue_under(place, foot, 2.0 * radius, surface);
+    if (!hit) continue;
+    ContactCell cell;
+    cell.held = true;
+    cell.position = position(model.surface, hit->point);
+    cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
+    cell.area = pattern.areas[i];
+    cell.displacement = hit->position - cell.position;
+    if (!is_touchable(model.touchable, cell.position)) continue;
+    cells.push_back(cell);
+    points.push_back(hit->point);
+  }
+  return cells;
+}
+
+void let_move(const FreeShape& shape, const TriangleSurface& surface,
+              std::span<const SurfacePoint> points, std::span<ContactCell> cells) {
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    cells[k].free = corner_mean(shape.vertices, surface, points[k]);
+}
+
+}  // namespace viscera

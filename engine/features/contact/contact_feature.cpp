@@ -1,0 +1,58 @@
+#include "engine/features/contact/contact.h"
+
+namespace viscera {
+namespace {
+
+Box bounds_at_rest(const OrganModel& model, const Pose& pose) {
+  Box bounds;
+  for (int corner = 0; corner < 8; ++corner)
+    bounds.extend(pose.to_world(model.rest_bounds.corner(static_cast<Box::CornerType>(corner))));
+  return bounds;
+}
+
+Result<void> start(World& world) {
+  const SceneModel& scene = world.model();
+  for (std::size_t o = 0; o < scene.organs().size(); ++o) {
+    const Entity organ = scene.organs()[o];
+    const OrganModel& model = *world.find<OrganBody>(organ)->model;
+    const Pose pose = scene.scene().organs[o].pose_at(0.0);
+    world.all<OrganPose>().add(organ, {pose});
+    if (!model.touchable_anywhere()) continue;
+    OrganTouch touch;
+    touch.solver =
+        std::make_unique<PatchContact>(model.compliance, model.touchable, model.material);
+    touch.bounds = bounds_at_rest(model, pose);
+    world.all<OrganTouch>().add(organ, std::move(touch));
+    OrganContact contact;
+    contact.surface = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
+    world.all<OrganContact>().add(organ, std::move(contact));
+  }
+  return {};
+}
+
+void restored(World& world) {
+  Pool<OrganContact>& contacts = world.all<OrganContact>();
+  for (std::size_t o = 0; o < contacts.size(); ++o)
+    contacts[o].surface->update(world.find<OrganState>(contacts.owner(o))->positions);
+}
+
+}  // namespace
+
+Feature contact_feature() {
+  return {.name = "contact",
+          .start = start,
+          .states = {state_type<OrganPose>(), state_type<OrganTouch>()},
+          .stages = {{.name = "find contacts",
+                      .reads = {"tool poses", "organ poses"},
+                      .reads_before = {"surfaces"},
+                      .writes = {"contact cells"},
+                      .run = find_contacts},
+                     {.name = "free cells",
+                      .reads = {"contact cells", "free shapes"},
+                      .writes = {"contact problem"},
+                      .needed = [](const World& world) { return world.has<FreeShape>(); },
+                      .run = [](World& world, const FrameContext&) { let_cells_move(world); }}},
+          .restored = restored};
+}
+
+}  // namespace viscera

@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/features/contact/contact.h"
+#include "engine/features/contact/contact_cells.h"
+
+namespace viscera {
+namespace {
+
+/// The force that pressed the tissue, without the drag of friction.
+double last_force_on(const OrganTouch& touch, Entity instrument, double friction) {
+  for (const CellRange& range : touch.ranges) {
+    if (range.instrument != instrument || range.held) continue;
+    return friction > 0.0 ? std::max(0.0, -range.force.dot(range.outward)) : range.force.norm();
+  }
+  return 0.0;
+}
+
+const Cling* cling_to(const OrganTouch& touch, Entity instrument) {
+  for (const Cling& cling : touch.clings)
+    if (cling.instrument == instrument) return &cling;
+  return nullptr;
+}
+
+/// A closing jaw takes hold of the nearest tissue within its grip radius.
+void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& state,
+               InstrumentContact& grip) {
+  double nearest = body.description.grip_radius;
+  for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
+    const Entity organ = world.all<OrganBody>().owner(o);
+    const OrganContact* contact = world.find<OrganContact>(organ);
+    const OrganState& tissue = *world.find<OrganState>(organ);
+    if (!contact || tissue.frozen) continue;
+    const OrganBody& organ_body = world.all<OrganBody>()[o];
+    const Pose& pose = pose_of(world, organ);
+    const ToolShape tool = tool_shape(body, state, pose);
+    const auto foot = find_foot(tool, nearest, *organ_body.model, tissue, *contact->surface);
+    if (!foot) continue;
+    std::vector<SurfacePoint> points;
+    auto cells = grasp_cells(*foot, body.description.grip_radius, *organ_body.model,
+                             *contact->surface, points);
+    if (cells.size() < 3) continue;
+    nearest = foot->clearance;
+    grip.grasp =
+        Grasp{organ, state.tip, pose.position, Vec3::Zero(), std::move(cells), std::move(points)};
+  }
+}
+
+void add_grasp_cells(OrganContact& contact, OrganTouch& touch, const Pose& pose, Entity instrument,
+                     const Grasp& grasp, const InstrumentState& state) {
+  CellRange range;
+  range.instrument = instrument;
+  range.held = true;
+  range.begin = contact.cells.size();
+  const Vec3 carried = pose.direction_to_local(jaw_travel(grasp, state, pose));
+  for (ContactCell cell : grasp.cells) {
+    cell.displacement += carried;
+    contact.cells.push_back(cell);
+  }
+  range.end = contact.cells.size();
+  range.points = grasp.points;
+  touch.ranges.push_back(range);
+}
+
+void look_at_jaws(World& world, const FrameContext& context) {
+  for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i) {
+    const Entity instrument = world.all<InstrumentBody>().owner(i);
+    const InstrumentBody& body = world.all<InstrumentBody>()[i];
+    const InstrumentState& state = *world.find<InstrumentState>(instrument);
+    InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
+    grip.force = Vec3::Zero();
+    grip.touching = false;
+    grip.strongest = 0.0;
+    if (body.description.kind != InstrumentKind::kGrasper) continue;
+    const bool held = grip.jaw_closed;
+    grip.jaw_closed = jaw_closed(held, state.jaw);
+    if (!grip.jaw_closed) grip.grasp.reset();
+    if (!grip.jaw_closed || held) continue;
+    try_grasp(world, body, state, grip);
+    if (!grip.grasp) context.report->raise(FrameFlag::kGripMissed);
+  }
+}
+
+/// The cells that tools press or hold on one organ.
+void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameContext& context) {
+  OrganTouch& touch = *world.find<OrganTouch>(organ);
+  contact.cells.clear();
+  std::vector<CellRange> ranges;
+  const OrganState& tissue = *world.find<OrganState>(organ);
+  if (!tissue.frozen) {
+    const Pool<InstrumentBody>& bodies = world.all<InstrumentBody>();
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const Entity instrument = bodies.owner(i);
+      const InstrumentState& state = *world.find<InstrumentState>(instrument);
+      // The cheap test that an idle organ costs: tip against bounding box.
+      const double margin = bodies[i].extent + kContactMargin;
+      if (touch.bounds.exteriorDistance(state.tip) > margin) continue;
+      const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
+      if (grip.grasp && grip.grasp->organ == organ) continue;
+      const OrganBody& body = *world.find<OrganBody>(organ);
+      const ToolShape tool = tool_shape(bodies[i], state, pose_of(world, organ));
+      const auto foot = find_foot(tool, kContactMargin, *body.model, tissue, *contact.surface);
+      if (!foot) continue;
+      CellRange range;
+      range.instrument = instrument;
+      Rubbing rubbing{bodies[i].description.friction, cling_to(touch, instrument), Vec3::Zero()};
+      if (rubbing.cling) rubbing.undrawn = undrawn_drag(*rubbing.cling, tissue, *body.model);
+      if (!press_cells(tool, *foot, last_force_on(touch, instrument, rubbing.friction), rubbing,
+                       *body.model, *contact.surface, contact.cells, range))
+        continue;
+      if (!is_touchable(body.model->touchable, range.rest_centre)) {
+        contact.cells.resize(range.begin);
+        context.report->raise(FrameFlag::kOutOfReach);
+        continue;
+      }
+      ranges.push_back(range);
+    }
+  }
+  touch.ranges = std::move(ranges);
+  if (tissue.frozen) return;
+  for (const Entity instrument : world.model().instruments()) {
+    const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
+    if (grip.grasp && grip.grasp->organ == organ)
+      add_grasp_cells(contact, touch, pose_of(world, organ), instrument, *grip.grasp,
+                      *world.find<InstrumentState>(instrument));
+  }
+}
+
+}  // namespace
+
+void find_contacts(World& world, const FrameContext& context) {
+  look_at_jaws(world, context);
+  Pool<OrganContact>& contacts = world.all<OrganContact>();
+  for (std::size_t o = 0; o < contacts.size(); ++o)
+    lay_cells(world, contacts.owner(o), contacts[o], context);
+}
+
+void let_cells_move(World& world) {
+  Pool<FreeShape>& shapes = world.all<FreeShape>();
+  for (std::size_t o = 0; o < shapes.size(); ++o) {
+    const Entity organ = shapes.owner(o);
+    OrganContact* contact = world.find<OrganContact>(organ);
+    if (!contact || contact->cells.empty()) continue;
+    const TriangleSurface& surface = world.find<OrganBody>(organ)->model->surface;
+    std::vector<SurfacePoint> points;
+    for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
+      points.insert(points.end(), range.points.begin(), range.points.end());
+    points.insert(points.end(), contact->held_points.begin(), contact->held_points.end());
+    let_move(shapes[o], surface, points, contact->cells);
+  }
+}
+
+}  // namespace viscera

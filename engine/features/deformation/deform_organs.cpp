@@ -1,0 +1,294 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/features/contact/contact_cells.h"
+#include "engine/features/deformation/deformation.h"
+#include "engine/features/deformation/gpu_surfaces.h"
+#include "engine/features/deformation/stages.h"
+
+namespace viscera {
+namespace {
+
+/// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
+constexpr int kSlipPasses = 4;
+constexpr double kLeastSlip = 1e-6;  // [m]
+/// An organ that only links pull at keeps its drawn shape until some place has moved by this much:
+/// a tenth of what a pixel sees from where the lens comes nearest, a hundredth of how deep tips
+/// press. Forces of links don't wait for it [m].
+constexpr float kUnseen = 5e-6f;
+
+Vec3 sum_of(const std::vector<Vec3>& forces, const CellRange& range) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = range.begin; k < range.end; ++k) sum += forces[k];
+  return sum;
+}
+
+/// Lets jaws slide whose pull passes their grip limit. A held patch answers a rigid shift linearly,
+/// so shortening its travel in the ratio of the forces brings it near the limit; repeated passes
+/// account for other tools on the organ. True when some jaw slid.
+bool slip_jaws(World& world, Entity organ, OrganContact& contact) {
+  bool slid = false;
+  const Pose& pose = pose_of(world, organ);
+  for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
+    if (!range.held) continue;
+    Grasp& grasp = *world.find<InstrumentContact>(range.instrument)->grasp;
+    const InstrumentBody& tool = *world.find<InstrumentBody>(range.instrument);
+    const double force = sum_of(contact.solution.forces, range).norm();
+    const double limit = tool.description.grip_limit;
+    if (force <= limit * 1.001) continue;
+    const InstrumentState& state = *world.find<InstrumentState>(range.instrument);
+    const Vec3 travel = jaw_travel(grasp, state, pose);
+    const Vec3 back = (1.0 - limit / force) * travel;
+    // Without travel of its own the pull comes from other tools; sliding can't lessen it.
+    if (back.norm() < kLeastSlip) continue;
+    grasp.slipped += back;
+    const Vec3 local = pose.direction_to_local(back);
+    for (std::size_t k = range.begin; k < range.end; ++k) contact.cells[k].displacement -= local;
+    slid = true;
+  }
+  return slid;
+}
+
+Box world_bounds(const std::vector<Vec3f>& positions, const Pose& pose) {
+  Box local;
+  for (const Vec3f& p : positions) local.extend(p.cast<double>());
+  Box world;
+  for (int corner = 0; corner < 8; ++corner)
+    world.extend(pose.to_world(local.corner(static_cast<Box::CornerType>(corner))));
+  return world;
+}
+
+/// To be called when the drawn surface has another shape.
+void note_new_shape(World& world, Entity organ) {
+  OrganState& state = *world.find<OrganState>(organ);
+  const OrganBody& body = *world.find<OrganBody>(organ);
+  double greatest = 0.0;
+  for (std::size_t v = 0; v < state.positions.size(); ++v)
+    greatest = std::max(
+        greatest,
+        static_cast<double>((state.positions[v] - body.model->rest_positions[v]).squaredNorm()));
+  state.greatest_displacement = std::sqrt(greatest);
+  state.deformed = greatest > 0.0;
+  ++state.version;
+  OrganContact* contact = world.find<OrganContact>(organ);
+  if (!contact) return;
+  contact->surface->update(state.positions);
+  world.find<OrganTouch>(organ)->bounds = world_bounds(state.positions, pose_of(world, organ));
+}
+
+/// The shape without forces: at rest, or as gravity has changed that. Nothing to do where it has
+/// it.
+void take_free_shape(World& world, Entity organ) {
+  OrganState& state = *world.find<OrganState>(organ);
+  const FreeShape* shape = world.find<FreeShape>(organ);
+  if (state.frozen || !(state.pressed || (shape && shape->changed))) return;
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  state.pressed = false;
+  state.on_gpu = false;
+  if (shape && shape->moves) {
+    state.displacements = shape->places;
+    deformed_positions(model.drawn, state.displacements, {}, {}, {}, state.positions);
+    state.normals_fit = false;
+  } else {
+    std::fill(state.displacements.begin(), state.displacements.end(), 0.0f);
+    state.positions = model.rest_positions;
+    state.normals = model.rest_normals;
+    state.normals_fit = true;
+  }
+  note_new_shape(world, organ);
+}
+
+bool looks_the_same(const OrganState& state, const OrganDraft& draft) {
+  for (std::size_t i = 0; i < state.displacements.size(); ++i)
+    if (!(std::abs(draft.displacements[i] - state.displacements[i]) < kUnseen)) return false;
+  return state.pressed;
+}
+
+bool all_finite(const std::vector<Vec3f>& values) {
+  return std::all_of(values.begin(), values.end(), [](const Vec3f& v) { return v.allFinite(); });
+}
+
+void solve_contact(World& world, Entity organ, OrganContact& contact, const MatrixX& backing,
+                   const FrameContext& context) {
+  PatchContact& solver = *world.find<OrganTouch>(organ)->solver;
+  solver.solve(contact.cells, contact.solution, contact.response, backing);
+  for (int pass = 0; pass < kSlipPasses && slip_jaws(world, organ, contact); ++pass) {
+    context.report->raise(FrameFlag::kGripSlipped);
+    solver.solve(contact.cells, contact.solution, contact.response, backing);
+  }
+  if (contact.solution.beyond_touchable > 0) context.report->raise(FrameFlag::kOutOfReach);
+  if (!contact.solution.converged) context.report->raise(FrameFlag::kContactNotConverged);
+}
+
+void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contact) {
+  const Pose& pose = pose_of(world, organ);
+  for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
+    range.force = sum_of(contact.solution.forces, range);
+    InstrumentContact& tool = *world.find<InstrumentContact>(range.instrument);
+    tool.force -= pose.direction_to_world(range.force);
+    const double strength = range.force.norm();
+    if (range.held || strength <= tool.strongest) continue;
+    tool.touching = true;
+    tool.strongest = strength;
+    tool.organ = organ;
+    tool.rest_point = range.rest_centre;
+    tool.world_point = pose.to_world(range.centre);
+    tool.world_normal = pose.direction_to_world(range.outward);
+  }
+}
+
+/// Tools that let go, and those that rub nothing, leave nothing that clings.
+void note_clinging_tissue(const OrganContact& contact, OrganTouch& touch) {
+  std::vector<Cling> clings;
+  for (const CellRange& range : touch.ranges) {
+    if (range.held || contact.cells[range.begin].friction == 0.0) continue;
+    const auto last =
+        std::find_if(touch.clings.begin(), touch.clings.end(),
+                     [&](const Cling& cling) { return cling.instrument == range.instrument; });
+    Cling cling = clinging_tissue(range, contact.cells, contact.solution,
+                                  last == touch.clings.end() ? nullptr : &*last);
+    if (!cling.spots.empty()) clings.push_back(std::move(cling));
+  }
+  touch.clings = std::move(clings);
+}
+
+void take_forces_back(World& world, Entity organ) {
+  const Pose& pose = pose_of(world, organ);
+  for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
+    InstrumentContact& tool = *world.find<InstrumentContact>(range.instrument);
+    tool.force += pose.direction_to_world(range.force);
+    tool.touching = false;
+    range.force = Vec3::Zero();
+  }
+}
+
+/// Whether a shape that looks as before is made again.
+enum class Repeat { kSkipped, kMade };
+
+/// The drawn surface under this frame's forces, by the CPU.
+void deform_here(World& world, Entity organ, Repeat repeat) {
+  const OrganBody& body = *world.find<OrganBody>(organ);
+  OrganContact& contact = *world.find<OrganContact>(organ);
+  OrganState& state = *world.find<OrganState>(organ);
+  OrganDraft& draft = *world.find<OrganDraft>(organ);
+  PatchContact& solver = *world.find<OrganTouch>(organ)->solver;
+  if (body.model->in_half_precision()) {
+    place_displacements(body.model->half_columns, contact.response, draft.displacements);
+    if (const StiffnessUpdate* update = solver.update())
+      subtract_update(*update, contact.response.touched, contact.response.loads,
+                      draft.displacements);
+  } else
+    solver.place_displacements(draft.displacements);
+  if (const FreeShape* shape = world.find<FreeShape>(organ))
+    for (std::size_t i = 0; i < shape->places.size(); ++i)
+      draft.displacements[i] += shape->places[i];
+  if (repeat == Repeat::kSkipped && world.find<OrganTouch>(organ)->ranges.empty() &&
+      looks_the_same(state, draft))
+    return;
+  deformed_positions(body.model->drawn, draft.displacements, contact.solution.near_fields,
+                     contact.cells, contact.solution.forces, draft.positions);
+  // A broken value must not reach the state: the organ stays where it was, without force.
+  if (!all_finite(draft.positions)) {
+    state.frozen = true;
+    take_forces_back(world, organ);
+    return;
+  }
+  state.displacements.swap(draft.displacements);
+  state.positions.swap(draft.positions);
+  state.normals_fit = false;
+  state.pressed = true;
+  note_new_shape(world, organ);
+}
+
+/// Where an organ's last shape lies on the GPU, the CPU knows it without its normals: who asks for
+/// them makes them.
+void bring_normals_home(OrganState& state) {
+  if (state.on_gpu) state.normals_fit = false;
+  state.on_gpu = false;
+  ++state.version;
+}
+
+}  // namespace
+
+void deform_organs(World& world, const FrameContext& context) {
+  const SolveContact solve = [&](Entity organ, const MatrixX& backing) {
+    solve_contact(world, organ, *world.find<OrganContact>(organ), backing, context);
+  };
+  const Binding* binding = world.one<Binding>();
+  if (binding) binding->solve(world, solve);
+  const GpuOrgans* gpu = world.one<GpuOrgans>();
+  Pool<OrganContact>& contacts = world.all<OrganContact>();
+  for (std::size_t o = 0; o < contacts.size(); ++o) {
+    const Entity organ = contacts.owner(o);
+    OrganContact& contact = contacts[o];
+    OrganTouch& touch = *world.find<OrganTouch>(organ);
+    if (contact.cells.empty()) {
+      contact.solution.forces.clear();
+      touch.clings.clear();
+      take_free_shape(world, organ);
+      continue;
+    }
+    if (!(binding && binding->solves(world, organ))) solve(organ, {});
+    if (!contact.solution.converged) continue;
+    hand_forces_to_tools(world, organ, contact);
+    note_clinging_tissue(contact, touch);
+    if (contact.solution.touching == 0) {
+      take_free_shape(world, organ);
+      continue;
+    }
+
+    // What moves the free shape is known on the CPU alone.
+    if (gpu && gpu->surfaces->holds(organ) && !world.find<FreeShape>(organ)) {
+      gpu->surfaces->add(organ, world.find<OrganBody>(organ)->model->drawn, contact);
+      continue;
+    }
+    deform_here(world, organ, Repeat::kSkipped);
+  }
+  if (gpu) gpu->surfaces->start();
+  const Pool<FreeShape>& shapes = world.all<FreeShape>();
+  for (std::size_t o = 0; o < shapes.size(); ++o)
+    if (!world.find<OrganContact>(shapes.owner(o))) take_free_shape(world, shapes.owner(o));
+}
+
+void fetch_surfaces(World& world, const FrameContext&) {
+  GpuSurfaces& gpu = *world.one<GpuOrgans>()->surfaces;
+  gpu.finish([&](Entity organ, std::span<const Vec3f> positions) {
+    OrganState& state = *world.find<OrganState>(organ);
+    OrganDraft& draft = *world.find<OrganDraft>(organ);
+    if (positions.empty()) {
+      bring_normals_home(state);
+      return deform_here(world, organ, Repeat::kMade);
+    }
+    draft.positions.assign(positions.begin(), positions.end());
+    if (!all_finite(draft.positions)) {
+      bring_normals_home(state);
+      state.frozen = true;
+      take_forces_back(world, organ);
+      return;
+    }
+    state.positions.swap(draft.positions);
+    state.pressed = true;
+    state.on_gpu = true;
+    note_new_shape(world, organ);
+  });
+  if (!gpu.trouble().empty()) leave_gpu(world, std::string(gpu.trouble()));
+}
+
+void leave_gpu(World& world, const std::string& why) {
+  GpuOrgans* gpu = world.one<GpuOrgans>();
+  if (!gpu) return;
+  gpu->surfaces->fail(why);
+  forget_device_shapes(world);
+}
+
+void forget_device_shapes(World& world) {
+  for (OrganState& state : world.all<OrganState>()) {
+    if (!state.on_gpu) continue;
+    bring_normals_home(state);
+    // The CPU's are of an older shape: none that comes may be taken for this one.
+    std::ranges::fill(state.displacements, std::numeric_limits<float>::infinity());
+  }
+}
+
+}  // namespace viscera

@@ -1,0 +1,70 @@
+#include "engine/features/deformation/deformation.h"
+#include "engine/features/deformation/stages.h"
+#include "kernels/contact/surface_carriers.h"
+
+namespace viscera {
+namespace {
+
+Result<void> start(World& world) {
+  const Pool<OrganBody>& bodies = world.all<OrganBody>();
+  for (std::size_t o = 0; o < bodies.size(); ++o) {
+    const OrganModel& model = *bodies[o].model;
+    OrganState state;
+    state.positions = model.rest_positions;
+    state.normals = model.rest_normals;
+    state.displacements.assign(model.displacement_rows(), 0.0f);
+    world.all<OrganState>().add(bodies.owner(o), std::move(state));
+    world.all<OrganDraft>().add(bodies.owner(o), {});
+  }
+  return {};
+}
+
+/// The parts of what moves organs without forces -> FreeShape.
+void shape_organs(World& world, const FrameContext&) {
+  Pool<FreeShape>& shapes = world.all<FreeShape>();
+  for (std::size_t o = 0; o < shapes.size(); ++o) {
+    FreeShape& shape = shapes[o];
+    shape.changed = shape.stale;
+    if (!shape.stale) continue;
+    shape.stale = false;
+    shape.moves = false;
+    std::fill(shape.places.begin(), shape.places.end(), 0.0f);
+    for (const Feature& feature : world.model().features())
+      if (feature.shape) shape.moves |= feature.shape(world, shapes.owner(o), shape.places);
+    carry_displacements(world.find<OrganBody>(shapes.owner(o))->model->drawn, shape.places,
+                        shape.vertices);
+  }
+}
+
+/// Flags organs that are frozen, every frame.
+void check_world(World& world, const FrameContext& context) {
+  for (const OrganState& state : world.all<OrganState>())
+    if (state.frozen) context.report->raise(FrameFlag::kOrganFrozen);
+}
+
+}  // namespace
+
+Feature deformation_feature() {
+  return {
+      .name = "deformation",
+      .start = start,
+      .states = {state_type<OrganState>(), state_type<FreeShape>()},
+      .stages = {{.name = "shape organs",
+                  .reads = {"parts of free shapes"},
+                  .writes = {"free shapes"},
+                  .needed = [](const World& world) { return world.has<FreeShape>(); },
+                  .run = shape_organs},
+                 {.name = "deform organs",
+                  .reads = {"contact cells", "contact problem", "free shapes", "stiffness"},
+                  .writes = {"forces", "shapes"},
+                  .run = deform_organs},
+                 {.name = "fetch surfaces",
+                  .reads = {"shapes", "heat", "smoke"},
+                  .writes = {"surfaces"},
+                  .needed = [](const World& world) { return world.has<GpuOrgans>(); },
+                  .run = fetch_surfaces},
+                 {.name = "check", .reads = {"surfaces"}, .writes = {"flags"}, .run = check_world}},
+      .restored = forget_device_shapes};
+}
+
+}  // namespace viscera

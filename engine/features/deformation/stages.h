@@ -1,0 +1,14 @@
+// The stages of deform_organs.cpp.
+#pragma once
+
+#include "engine/simulation/frame.h"
+
+namespace viscera {
+
+/// OrganContact.cells -> forces, OrganState, deformed surfaces (where a GPU makes these, it
+/// starts). Organs without cells that are at rest cost one test.
+void deform_organs(World& world, const FrameContext& context);
+/// What the GPU made of this frame's loads -> OrganState, deformed surfaces.
+void fetch_surfaces(World& world, const FrameContext& context);
+
+}  // namespace viscera

@@ -1,0 +1,51 @@
+// The gas of the cavity: one flow for all smoke volumes, its inlets, leaks and evacuators.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/simulation/feature.h"
+#include "kernels/smoke/gas_grid.h"
+#include "kernels/smoke/smoke.h"
+
+namespace viscera {
+
+struct GasSetup {
+  static constexpr bool kConstant = true;
+  struct Evacuator {
+    EvacuatorDescription description;
+    Entity instrument;  ///< draws at its tip; a stale one: at its place
+  };
+  std::optional<GasParameters> parameters;  ///< none: the gas stands still
+  std::vector<Evacuator> evacuators;
+};
+
+struct GasBody {
+  static constexpr std::string_view kName = "gas";
+  struct Solid {
+    Entity organ;
+    Pose pose;  ///< where its cells were marked last
+    static constexpr auto fields() {
+      return std::tuple(field("organ", &Solid::organ), field("pose", &Solid::pose));
+    }
+  };
+  std::unique_ptr<GasGrid> grid;  ///< null: the gas stands still
+  std::vector<Solid> solids;      ///< empty until smoke is first there
+  static constexpr auto fields() {
+    return std::tuple(field("grid", &GasBody::grid), field("solids", &GasBody::solids));
+  }
+};
+static_assert(fields_cover<GasBody>());
+
+/// Evacuators that draw now, and leaks with what flows out of them.
+std::vector<SmokeOutlet> gas_outlets(const World& world, double time);
+
+/// Solids, inlets and evacuators as they are now; null: the gas stands still. The flow is stepped
+/// by who moves what it carries.
+GasGrid* open_gas(World& world, std::span<const SmokeOutlet> outlets, double time);
+
+Feature gas_feature();
+
+}  // namespace viscera

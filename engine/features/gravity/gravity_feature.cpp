@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include "engine/features/gravity/gravity.h"
+
+namespace viscera {
+namespace {
+
+/// Displacements are linear in gravity: what turns by more than this share of the organ's size is
+/// beyond what that describes.
+constexpr double kLongSag = 0.1;
+
+void reach(const SceneDescription& scene, const OrganDescription& organ,
+           const std::vector<InstrumentBody>&, Reach& reach) {
+  reach.sags = scene.gravity && scene.gravity->changes() && organ.deformable && organ.sags;
+}
+
+void warn_of_long_sags(const SceneDescription& scene, const OrganModels& models,
+                       std::vector<std::string>& warnings) {
+  if (!scene.gravity) return;
+  const Gravity gravity(*scene.gravity);
+  for (std::size_t o = 0; o < models.size(); ++o) {
+    const double size = models[o]->rest_bounds.sizes().maxCoeff();
+    const double sag = greatest_sag(*models[o], scene.organs[o].pose, gravity, scene.duration);
+    if (sag <= kLongSag * size) continue;
+    warnings.push_back(fmt::format(
+        "organ \"{}\": the change of gravity moves it by {:.0f} mm, more than a tenth of its size "
+        "({:.0f} mm): elasticity is linear, the true way is shorter; tilt less, hold more of it, "
+        "or raise youngs_modulus_kPa",
+        scene.organs[o].name, 1e3 * sag, 1e3 * size));
+  }
+}
+
+Result<void> prepare(SceneModel& model) {
+  if (model.scene().gravity)
+    model.constants().all<TableGravity>().add(kWhole, {Gravity(*model.scene().gravity)});
+  return {};
+}
+
+Result<void> start(World& world) {
+  const Pool<OrganBody>& bodies = world.all<OrganBody>();
+  for (std::size_t o = 0; o < bodies.size(); ++o) {
+    if (bodies[o].model->sag.empty()) continue;
+    world.all<OrganSag>().add(bodies.owner(o), {});
+    world.all<FreeShape>().add(bodies.owner(o), level_shape(*bodies[o].model));
+  }
+  return {};
+}
+
+void sag_organs(World& world, const FrameContext& context) {
+  const TableGravity* table = world.one<TableGravity>();
+  const Vec3 change = table ? table->gravity.change_at(context.time) : Vec3::Zero();
+  Pool<OrganSag>& sags = world.all<OrganSag>();
+  for (std::size_t o = 0; o < sags.size(); ++o) {
+    // Breathing moves an organ's frame without turning it.
+    const Vec3 local = pose_of(world, sags.owner(o)).direction_to_local(change);
+    if (local == sags[o].change) continue;
+    sags[o].change = local;
+    world.find<FreeShape>(sags.owner(o))->stale = true;
+  }
+}
+
+bool shape(const World& world, Entity organ, std::vector<float>& places) {
+  const OrganSag* sag = world.find<OrganSag>(organ);
+  if (!sag || sag->change.isZero(0.0)) return false;
+  add_sag(*world.find<OrganBody>(organ)->model, sag->change, places);
+  return true;
+}
+
+}  // namespace
+
+Feature gravity_feature() {
+  return {.name = "gravity",
+          .reach = reach,
+          .warn_of_models = warn_of_long_sags,
+          .prepare = prepare,
+          .start = start,
+          .states = {state_type<OrganSag>()},
+          .stages = {{.name = "sag organs",
+                      .reads = {"organ poses"},
+                      .writes = {"parts of free shapes"},
+                      .needed = [](const World& world) { return world.has<OrganSag>(); },
+                      .run = sag_organs}},
+          .shape = shape};
+}
+
+}  // namespace viscera

@@ -1,0 +1,352 @@
+#include "engine/features/held_tools/held_tools.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "engine/features/breathing/breathing.h"
+#include "engine/features/held_tools/haptic_devices.h"
+#include "engine/features/local/hive_settings.h"
+#include "engine/features/local/local.h"
+#include "engine/simulation/instruments.h"
+#include "engine/simulation/tool_shape.h"
+
+namespace viscera {
+namespace {
+
+/// Ticks that a recording may last beyond the run, while devices are let go.
+constexpr std::size_t kSpareTicks = 2000;
+/// An organ is felt where the path comes this near beyond the hive's radius [m].
+constexpr double kFarther = 10e-3;
+
+/// The reach of a path: an organ that no key comes near is not felt.
+bool may_touch(const InstrumentDescription& instrument, const OrganBody& organ, const Pose& pose,
+               double reach) {
+  Box box;
+  for (const InstrumentKey& key : instrument.path) box.extend(pose.to_local(key.tip));
+  return box.squaredExteriorDistance(Box(organ.model->rest_bounds)) < reach * reach;
+}
+
+/// The nearest place of an organ's surface as it is now, whatever it answers with; within `radius`
+/// [m] of a place of the world.
+std::optional<CollisionSurface::Hit> nearest_tissue(const World& world, Entity organ,
+                                                    const Vec3& at, double radius) {
+  const CollisionSurface* surface = nullptr;
+  if (const OrganContact* contact = world.find<OrganContact>(organ)) {
+    // Embree's boxes are fitted again by who asks: not for what is far.
+    if (world.find<OrganTouch>(organ)->bounds.exteriorDistance(at) > radius) return std::nullopt;
+    surface = contact->surface.get();
+  }
+  if (const LocalSurface* local = world.find<LocalSurface>(organ)) surface = local->surface.get();
+  if (!surface || world.find<OrganState>(organ)->frozen) return std::nullopt;
+  return surface->closest(pose_of(world, organ).to_local(at), radius);
+}
+
+}  // namespace
+
+TactileForce ToolTissue::respond(const ToolMotion& motion, double dt) noexcept {
+  TactileForce all;
+  all.energy = 0.0;
+  bool unknown = false;  // how much some tissue stores
+  for (Organ& organ : organs) {
+    const TactileForce one = organ.tissue->respond(motion, dt);
+    all.force += one.force;
+    all.stiffness += one.stiffness;
+    all.energy += std::max(0.0, one.energy);
+    unknown = unknown || (one.touching && one.energy < 0.0);
+    all.supplied += one.supplied;
+    all.touching = all.touching || one.touching;
+  }
+  if (unknown) all.energy = -1.0;
+  return all;
+}
+
+HiveTissueFigures ToolTissue::figures() const {
+  HiveTissueFigures all;
+  for (const Organ& organ : organs) {
+    const HiveTissueFigures& one = organ.tissue->figures();
+    all.hives += one.hives;
+    all.refused += one.refused;
+    all.searches += one.searches;
+    all.uncovered += one.uncovered;
+    all.newton_steps += one.newton_steps;
+    all.tangent_answers += one.tangent_answers;
+    all.deadline_misses += one.deadline_misses;
+    all.linear_answers += one.linear_answers;
+    if (one.last_refusal != HiveVerdict::kSound) all.last_refusal = one.last_refusal;
+  }
+  return all;
+}
+
+Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription& scene,
+                                                         const World& world, const ServoRun& run) {
+  const ServoClock clock = run.clock;
+  const HiveBuilding building =
+      clock == ServoClock::kLockstep ? HiveBuilding::kInLockstep : HiveBuilding::kOnAThread;
+  if (std::none_of(scene.instruments.begin(), scene.instruments.end(),
+                   [](const InstrumentDescription& one) { return one.haptic.has_value(); }))
+    return std::unique_ptr<HapticTools>();
+  auto all = std::unique_ptr<HapticTools>(new HapticTools(clock));
+  std::map<const OrganModel*, std::shared_ptr<const WalkableSurface>> surfaces;
+  Error error;
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+    const InstrumentDescription& instrument = scene.instruments[i];
+    if (!instrument.haptic) continue;
+    const auto wrong = [&](const std::string& key, const std::string& what) {
+      error.messages.push_back(fmt::format("{}: instruments/{}/{}{}{}", scene.file.string(), i, key,
+                                           key.empty() ? "" : ": ", what));
+    };
+    HapticTool tool;
+    tool.name = instrument.name;
+    tool.instrument = world.all<InstrumentBody>().owner(i);
+    tool.tissue = std::make_unique<ToolTissue>();
+    for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
+      const OrganBody& organ = world.all<OrganBody>()[o];
+      const bool local = scene.organs[o].response == Response::kLocal;
+      if (!scene.organs[o].deformable || !(organ.model->touchable_anywhere() || local)) continue;
+      const auto settings = hive_settings(instrument, organ, building);
+      if (!settings) {
+        wrong("", settings.error().text());
+        break;
+      }
+      if (!may_touch(instrument, organ, pose_of(world, world.all<OrganBody>().owner(o)),
+                     settings->tool_radius + settings->hive.radius + kFarther))
+        continue;
+      auto& surface = surfaces[organ.model.get()];
+      if (!surface) {
+        auto walkable = WalkableSurface::make(organ.model->surface);
+        if (!walkable) {
+          wrong("haptic", fmt::format("organ \"{}\": {}", organ.name, walkable.error().text()));
+          continue;
+        }
+        surface = std::make_shared<const WalkableSurface>(std::move(*walkable));
+        all->surfaces_.push_back(surface);
+      }
+      const HiveBody body{surface.get(), &organ.model->compliance, &organ.model->touchable};
+      auto tissue = HiveTissue::create(body, *settings);
+      if (!tissue) {
+        wrong("haptic/hive", fmt::format("organ \"{}\": {}", organ.name, tissue.error().text()));
+        continue;
+      }
+      tool.tissue->organs.push_back({world.all<OrganBody>().owner(o), std::move(*tissue)});
+    }
+    const double seconds = std::max(scene.duration, run.seconds);
+    auto device = open_device(instrument, world.all<InstrumentBody>()[i].tip, seconds);
+    if (!device) {
+      wrong("haptic", device.error().text());
+      continue;
+    }
+    tool.device = std::move(device->device);
+    ServoSettings servo;
+    servo.placement = device->placement;
+    if (instrument.haptic->coupling_stiffness > 0.0)
+      servo.coupling.stiffness = instrument.haptic->coupling_stiffness;
+    if (run.record)
+      tool.recorder = std::make_unique<RecordingDevice>(
+          *tool.device, servo.dt,
+          static_cast<std::size_t>(std::ceil(seconds / servo.dt)) + kSpareTicks);
+    HapticDevice& felt = tool.recorder ? *tool.recorder : *tool.device;
+    tool.servo = std::make_unique<ServoTick>(felt, *tool.tissue, servo);
+    if (clock == ServoClock::kLockstep)
+      tool.lockstep = std::make_unique<LockstepServo>(*tool.servo);
+    else
+      tool.loop = std::make_unique<ServoLoop>(*tool.servo);
+    tool.output.tool.position = instrument.path.front().tip;
+    all->tools_.push_back(std::move(tool));
+  }
+  if (!error.messages.empty()) return std::unexpected(error);
+  return all;
+}
+
+HapticTools::~HapticTools() {
+  stop();
+}
+
+void HapticTools::stop() {
+  for (HapticTool& tool : tools_)
+    if (tool.loop) tool.loop->stop();
+}
+
+void HapticTools::publish(const World& world, std::uint64_t frame) {
+  for (HapticTool& tool : tools_) {
+    // On the wall clock a scene may be late: what it shows now is what is felt from now on.
+    const std::uint64_t scene_tick = last_tick_of_frame(frame);
+    const std::uint64_t tick = clock_ == ServoClock::kLockstep ? scene_tick : tool.output.tick;
+    for (ToolTissue::Organ& organ : tool.tissue->organs) {
+      TissueSnapshot& snapshot = organ.tissue->snapshots().back();
+      snapshot.frame = frame;
+      snapshot.tick = tick;
+      snapshot.pose = pose_of(world, organ.entity);
+      snapshot.velocity = Vec3::Zero();
+      if (const OrganMotion* motion = world.find<OrganMotion>(organ.entity))
+        snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
+      const FreeShape* shape = world.find<FreeShape>(organ.entity);
+      if (shape && shape->moves)
+        snapshot.free = shape->vertices;
+      else
+        snapshot.free.clear();
+      const Vec3& tip = world.find<InstrumentState>(tool.instrument)->tip;
+      const auto hit = nearest_tissue(world, organ.entity, tip, organ.tissue->reach());
+      snapshot.nearest = hit ? hit->point : SurfacePoint();
+      organ.tissue->snapshots().publish();
+    }
+  }
+}
+
+void HapticTools::advance_to(std::uint64_t end) {
+  for (HapticTool& tool : tools_) {
+    if (tool.lockstep) {
+      tool.lockstep->advance_to(end);
+      tool.output = tool.servo->output();
+    } else {
+      if (!started_) tool.loop->start();
+      if (tool.loop->outputs().update()) tool.output = tool.loop->outputs().front();
+    }
+  }
+  started_ = true;
+}
+
+void HapticTools::place_tools(World& world) {
+  for (HapticTool& tool : tools_) {
+    tool.met = tool.met || tool.output.authority > 0.0;
+    if (!tool.met) continue;  // it waits where its path begins
+    InstrumentState& state = *world.find<InstrumentState>(tool.instrument);
+    const InstrumentBody& body = *world.find<InstrumentBody>(tool.instrument);
+    aim_tool(body, tool.output.tool.position, state);
+  }
+}
+
+void HapticTools::collect_events() {
+  constexpr std::size_t kMost = 1000;  // a device that fails again and again fills no memory
+  for (HapticTool& tool : tools_) {
+    const auto note = [&](const ServoEvent& event) {
+      if (tool.events.size() == kMost) tool.events.push_back("further events aren't listed");
+      if (tool.events.size() > kMost) return;
+      tool.events.push_back(
+          event.tick > 0
+              ? fmt::format("{:.3f} s: {}", 1e-3 * static_cast<double>(event.tick), describe(event))
+              : describe(event));
+    };
+    ServoEvent event;
+    while (tool.servo->events().pop(event)) note(event);
+    while (tool.device->next_event(event)) note(event);
+  }
+}
+
+HapticTools::State HapticTools::state() const {
+  State state;
+  for (const HapticTool& tool : tools_) {
+    State::Tool one;
+    one.servo = tool.servo->state();
+    if (tool.lockstep) one.lockstep = tool.lockstep->state();
+    one.output = tool.output;
+    for (const ToolTissue::Organ& organ : tool.tissue->organs)
+      one.tissue.push_back(organ.tissue->state());
+    one.device = tool.felt().state_bytes();
+    one.events = tool.events;
+    one.met = tool.met;
+    state.tools.push_back(std::move(one));
+  }
+  return state;
+}
+
+bool HapticTools::fits(const State& state) const {
+  if (!why_not_saved().empty() || state.tools.size() != tools_.size()) return false;
+  for (std::size_t t = 0; t < tools_.size(); ++t) {
+    const State::Tool& one = state.tools[t];
+    const std::vector<ToolTissue::Organ>& organs = tools_[t].tissue->organs;
+    if (!ServoTick::fits(one.servo) || one.tissue.size() != organs.size() ||
+        !tools_[t].felt().fits_bytes(one.device))
+      return false;
+    for (std::size_t o = 0; o < organs.size(); ++o)
+      if (!organs[o].tissue->fits(one.tissue[o])) return false;
+  }
+  return true;
+}
+
+void HapticTools::restore(State state) {
+  for (std::size_t t = 0; t < tools_.size(); ++t) {
+    HapticTool& tool = tools_[t];
+    State::Tool& one = state.tools[t];
+    tool.servo->restore(one.servo);
+    tool.lockstep->restore(one.lockstep);
+    tool.output = one.output;
+    for (std::size_t o = 0; o < tool.tissue->organs.size(); ++o)
+      tool.tissue->organs[o].tissue->restore(std::move(one.tissue[o]));
+    tool.felt().restore_bytes(one.device);
+    tool.events = std::move(one.events);
+    tool.met = one.met;
+  }
+}
+
+std::string HapticTools::why_not_saved() const {
+  if (clock_ == ServoClock::kRealTime)
+    return "held tools on the wall clock: a hand can't be put back where it was";
+  for (const HapticTool& tool : tools_)
+    if (std::string why = tool.felt().why_not_saved(); !why.empty()) return why;
+  return {};
+}
+
+Result<void> hold_tools(World& world, const ServoRun& run) {
+  auto tools = HapticTools::create(world.model().scene(), world, run);
+  if (!tools) return std::unexpected(tools.error());
+  if (!*tools) return {};
+  for (const HapticTool& tool : (*tools)->tools()) world.all<HeldTip>().add(tool.instrument, {});
+  (*tools)->publish(world, 0);
+  world.all<Servos>().add(kWhole, {*std::move(tools)});
+  return {};
+}
+
+HapticTools* servos_of(World& world) {
+  Servos* servos = world.one<Servos>();
+  return servos ? servos->tools.get() : nullptr;
+}
+const HapticTools* servos_of(const World& world) {
+  const Servos* servos = world.one<Servos>();
+  return servos ? servos->tools.get() : nullptr;
+}
+
+namespace {
+
+/// Ticks of held tools until this frame's end -> InstrumentState.
+void run_servos(World& world, const FrameContext& context) {
+  HapticTools& servos = *servos_of(world);
+  servos.advance_to(last_tick_of_frame(context.frame));
+  servos.place_tools(world);
+  servos.collect_events();
+}
+
+/// Where tissue is now -> the servos' snapshots.
+void publish_to_servos(World& world, const FrameContext& context) {
+  servos_of(world)->publish(world, context.frame);
+}
+
+bool held(const World& world) {
+  return world.has<Servos>();
+}
+
+}  // namespace
+
+Feature held_tools_feature() {
+  return {.name = "held tools",
+          .states = {state_type<Servos>()},
+          .stages = {{.name = "run servos",
+                      .reads = {"tool poses"},
+                      .reads_before = {"tissue snapshots"},
+                      .writes = {"tool poses"},
+                      .needed = held,
+                      .run = run_servos},
+                     {.name = "publish",
+                      .reads = {"surfaces", "organ poses", "free shapes", "tool poses"},
+                      .writes = {"tissue snapshots"},
+                      .needed = held,
+                      .run = publish_to_servos}},
+          .unsavable = [](const World& world) {
+            const HapticTools* servos = servos_of(world);
+            return servos ? servos->why_not_saved() : std::string();
+          }};
+}
+
+}  // namespace viscera

@@ -1,0 +1,138 @@
+// Tools that are held: a device moves the tip and feels its force, 1,000 times a second (haptics/).
+//
+// The frame tells the servo side where tissue is (TissueSnapshot) and takes from it where the tools
+// are; neither waits for the other. In lockstep the ticks of a frame run on the frame's own thread
+// before it, on the logical clock; in real time each device has a thread on the wall clock.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/simulation/feature.h"
+#include "haptics/device.h"
+#include "haptics/devices/recording.h"
+#include "haptics/hive_tissue.h"
+#include "haptics/servo_loop.h"
+#include "haptics/servo_tick.h"
+
+namespace viscera {
+
+enum class ServoClock { kLockstep, kRealTime };
+
+struct ServoRun {
+  ServoClock clock = ServoClock::kLockstep;
+  double seconds = 0.0;  ///< that a modelled hand goes on, its path again and again; 0: once
+  bool record = false;   ///< keep what devices read and were given
+};
+
+/// All tissue that one tool may feel: the sum of its organs. Servo thread, but for the snapshots.
+class ToolTissue final : public TactileModel {
+ public:
+  struct Organ {
+    Entity entity;
+    std::unique_ptr<HiveTissue> tissue;
+  };
+  std::vector<Organ> organs;
+
+  TactileForce respond(const ToolMotion& motion, double dt) noexcept override;
+  /// Of all organs together; once the servo rests.
+  HiveTissueFigures figures() const;
+};
+
+/// One held instrument.
+struct HapticTool {
+  Entity instrument;
+  std::string name;
+  std::unique_ptr<HapticDevice> device;
+  std::unique_ptr<RecordingDevice> recorder;  ///< between servo and device; null: nothing is kept
+  std::unique_ptr<ToolTissue> tissue;
+  std::unique_ptr<ServoTick> servo;
+  std::unique_ptr<LockstepServo> lockstep;  ///< on the logical clock
+  std::unique_ptr<ServoLoop> loop;          ///< on the wall clock
+  ServoOutput output;                       ///< of the last tick that the frame has seen
+  std::vector<std::string> events;          ///< what happened, in sentences
+  bool met = false;  ///< the device has been engaged: `output` says where it is
+
+  /// What the servo reads and writes.
+  HapticDevice& felt() const { return recorder ? static_cast<HapticDevice&>(*recorder) : *device; }
+};
+
+class HapticTools {
+ public:
+  /// Every instrument with `haptic` gets its device, its tissue and its servo. Null where the scene
+  /// has none. Fails, naming the instrument, where a tip isn't a ball, a path leaves the device's
+  /// work space, a recording can't be read or a port is taken.
+  static Result<std::unique_ptr<HapticTools>> create(const SceneDescription& scene,
+                                                     const World& world, const ServoRun& run);
+  ~HapticTools();  ///< stops
+
+  /// What the servos see of the scene as it is at the end of this frame: poses, what else moves the
+  /// tissue, the place nearest to each tool.
+  void publish(const World& world, std::uint64_t frame);
+  /// Ticks up to and without `end` in lockstep; in real time it is the clock that ticks, and the
+  /// first call starts it.
+  void advance_to(std::uint64_t end);
+  /// What the servos and the devices have to tell since the last call -> HapticTool::events. Once a
+  /// frame, and after stop().
+  void collect_events();
+  /// Lets go of all devices and ends their threads.
+  void stop();
+  /// Where the tools are now -> InstrumentState.
+  void place_tools(World& world);
+
+  /// All of it in lockstep, between ticks, of devices that can be saved.
+  struct State {
+    struct Tool {
+      ServoTick::State servo;
+      LockstepServo::State lockstep;
+      ServoOutput output;
+      std::vector<HiveTissue::State> tissue;  ///< of its organs
+      std::vector<std::byte> device;
+      std::vector<std::string> events;
+      bool met = false;
+      static constexpr auto fields() {
+        return std::tuple(field("servo", &Tool::servo), field("lockstep", &Tool::lockstep),
+                          field("output", &Tool::output), field("tissue", &Tool::tissue),
+                          field("device", &Tool::device), field("events", &Tool::events),
+                          field("met", &Tool::met));
+      }
+    };
+    std::vector<Tool> tools;
+    static constexpr auto fields() { return std::tuple(field("tools", &State::tools)); }
+  };
+  State state() const;
+  void restore(State state);
+  bool fits(const State& state) const;
+  /// Why it can't be; empty: it can.
+  std::string why_not_saved() const;
+
+  ServoClock clock() const { return clock_; }
+  std::vector<HapticTool>& tools() { return tools_; }
+  const std::vector<HapticTool>& tools() const { return tools_; }
+
+ private:
+  explicit HapticTools(ServoClock clock) : clock_(clock) {}
+
+  ServoClock clock_;
+  bool started_ = false;
+  std::vector<HapticTool> tools_;
+  std::vector<std::shared_ptr<const WalkableSurface>> surfaces_;  ///< that the hives stand on
+};
+
+/// A world's held tools; none: none is held, paths move them.
+struct Servos {
+  static constexpr std::string_view kName = "servos";
+  std::unique_ptr<HapticTools> tools;
+  static constexpr auto fields() { return std::tuple(field("tools", &Servos::tools)); }
+};
+static_assert(fields_cover<Servos>());
+
+/// Puts the scene's held tools into hands: devices, servos. Nothing where the scene has none.
+Result<void> hold_tools(World& world, const ServoRun& run);
+HapticTools* servos_of(World& world);  ///< null: none
+const HapticTools* servos_of(const World& world);
+
+Feature held_tools_feature();
+
+}  // namespace viscera

@@ -1,0 +1,445 @@
+#include "engine/features/links/links.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/features/breathing/breathing.h"
+#include "engine/features/deformation/deformation.h"
+#include "engine/features/links/link_places.h"
+
+namespace viscera {
+namespace {
+
+/// Turns of all organs of a group that tools press, at most. Tools at two organs some centimetres
+/// apart settle to a thousandth in two.
+constexpr int kRounds = 5;
+/// Springs' forces that change less than this, over the greatest, are settled.
+constexpr double kSettled = 1e-5;
+
+/// Springs end on the drawn surface, up to round-off [m].
+constexpr double kOnSurface = 1e-3;
+
+Eigen::Index at(std::size_t tie) {
+  return static_cast<Eigen::Index>(3 * tie);
+}
+
+double sign_of(const OrganTies::Tie& tie) {
+  return tie.side == 0 ? 1.0 : -1.0;
+}
+
+LinkState::Spring& spring_of(World& world, const OrganTies::Tie& tie) {
+  return world.find<LinkState>(tie.link)->springs[tie.spring];
+}
+
+/// Gravity or shrinkage has moved the organ, though nothing touches it.
+bool sags(const World& world, Entity organ) {
+  const FreeShape* shape = world.find<FreeShape>(organ);
+  return shape && shape->moves;
+}
+
+/// How far breathing has taken an organ's frame from its pose [m].
+Vec3 frame_shift(const World& world, Entity organ) {
+  const OrganMotion* motion = world.find<OrganMotion>(organ);
+  if (!motion) return Vec3::Zero();
+  return pose_of(world, organ).position - motion->pose.position;
+}
+
+// --- set-up -------------------------------------------------------------------------------------
+
+/// The cell of a spring's end on an organ. Springs share the surface inside the region between
+/// them; a cell wider than its load's spreading would not be positive (patch_contact.cpp, lift).
+ContactCell link_cell(const OrganModel& model, const Pose& pose, const Vec3& position,
+                      const Vec3& normal, double area) {
+  ContactCell cell;
+  cell.held = true;
+  cell.position = pose.to_local(position);
+  cell.normal = pose.direction_to_local(normal);
+  const double sigma = PatchContact::spread_factor() * spacing_at(model.touchable, cell.position);
+  cell.area = std::min(area, std::numbers::pi * sigma * sigma);
+  return cell;
+}
+
+void add_link(const LinkDescription& description, const LinkPlaces& places,
+              const std::array<std::size_t, 2>& organs, SceneModel& model) {
+  Store& constants = model.constants();
+  const double count = static_cast<double>(places.springs.size());
+  Link link;
+  link.name = description.name;
+  link.softness = count / description.stiffness;
+  link.springs = places.springs.size();
+  const Entity entity = model.add_entity();
+  std::array<const OrganBody*, 2> bodies{};
+  for (std::size_t end = 0; end < 2; ++end) {
+    if (organs[end] >= model.organs().size()) continue;
+    link.ends[end] = model.organs()[organs[end]];
+    bodies[end] = constants.all<OrganBody>().find(link.ends[end]);
+    if (bodies[end]->model->touchable_anywhere() &&
+        !constants.all<OrganTies>().find(link.ends[end]))
+      constants.all<OrganTies>().add(link.ends[end], {});
+  }
+  std::array<OrganTies*, 2> ties{};
+  std::array<std::size_t, 2> first{};
+  for (std::size_t end = 0; end < 2; ++end) {
+    ties[end] = constants.all<OrganTies>().find(link.ends[end]);
+    if (ties[end]) first[end] = ties[end]->ties.size();
+  }
+  for (std::size_t end = 0; end < 2; ++end) {
+    if (!ties[end]) continue;
+    const OrganModel& organ = *bodies[end]->model;
+    const CollisionSurface surface(organ.surface, organ.rest_positions);
+    for (std::size_t s = 0; s < places.springs.size(); ++s) {
+      OrganTies::Tie tie{entity, s, static_cast<int>(end), {}, 0};
+      if (ties[1 - end]) {
+        tie.other = link.ends[1 - end];
+        tie.other_tie = first[1 - end] + s;
+      }
+      ties[end]->ties.push_back(tie);
+      ties[end]->cells.push_back(
+          link_cell(organ, model.scene().organs[organs[end]].pose, places.springs[s].positions[end],
+                    places.springs[s].normals[end], places.areas[end] / count));
+      ties[end]->points.push_back(
+          surface.closest(ties[end]->cells.back().position, kOnSurface)->point);
+    }
+  }
+  constants.all<Link>().add(entity, std::move(link));
+}
+
+/// Puts the ties' cells at the end of what a solver sees, and lets it see them once.
+void anchor_ties(PatchContact& solver, const OrganTies& ties) {
+  ContactSolution solution;
+  ContactResponse response;
+  const std::vector<Vec3> none(ties.cells.size(), Vec3::Zero());
+  solver.anchor(ties.cells);
+  solver.load(ties.cells, none, solution, response);
+}
+
+Mat3 turn_of(const SceneModel& model, Entity organ) {
+  return model.scene().organs[organ.index].pose_at(0.0).orientation.toRotationMatrix();
+}
+
+/// Displacement of an organ's ties per force on each; world.
+MatrixX tie_response(const SceneModel& model, Entity organ) {
+  const OrganModel& body = *model.constants().all<OrganBody>().find(organ)->model;
+  PatchContact solver(body.compliance, body.touchable, body.material);
+  anchor_ties(solver, *model.constants().all<OrganTies>().find(organ));
+  const Mat3 turn = turn_of(model, organ);
+  MatrixX response = solver.cell_response();
+  for (Eigen::Index i = 0; i < response.rows(); i += 3)
+    for (Eigen::Index j = 0; j < response.cols(); j += 3)
+      response.block<3, 3>(i, j) = (turn * response.block<3, 3>(i, j) * turn.transpose()).eval();
+  // What stands behind a spring must not make a symmetric problem unsymmetric.
+  return 0.5 * (response + response.transpose());
+}
+
+void put_compliances_behind(SceneModel& model) {
+  Pool<OrganTies>& all = model.constants().all<OrganTies>();
+  std::vector<MatrixX> responses;
+  for (std::size_t o = 0; o < all.size(); ++o)
+    responses.push_back(tie_response(model, all.owner(o)));
+  for (std::size_t o = 0; o < all.size(); ++o) {
+    OrganTies& ties = all[o];
+    const auto size = at(ties.ties.size());
+    ties.behind.setZero(size, size);
+    for (std::size_t p = 0; p < all.size(); ++p)
+      for (std::size_t i = 0; i < ties.ties.size(); ++i)
+        for (std::size_t j = 0; j < ties.ties.size(); ++j)
+          if (ties.ties[i].other == all.owner(p) && ties.ties[j].other == all.owner(p))
+            ties.behind.block<3, 3>(at(i), at(j)) =
+                responses[p].block<3, 3>(at(ties.ties[i].other_tie), at(ties.ties[j].other_tie));
+    const Mat3 turn = turn_of(model, all.owner(o));
+    ties.backing = ties.behind;
+    for (std::size_t i = 0; i < ties.ties.size(); ++i) {
+      for (std::size_t j = 0; j < ties.ties.size(); ++j)
+        ties.backing.block<3, 3>(at(i), at(j)) =
+            (turn.transpose() * ties.behind.block<3, 3>(at(i), at(j)) * turn).eval();
+      ties.backing.block<3, 3>(at(i), at(i)).diagonal().array() +=
+          model.constants().all<Link>().find(ties.ties[i].link)->softness;
+    }
+    ties.backing = (0.5 * (ties.backing + ties.backing.transpose())).eval();
+  }
+}
+
+/// Organs that links connect, over any number of others.
+std::vector<std::vector<Entity>> groups_of(const Pool<OrganTies>& all) {
+  std::vector<std::vector<Entity>> groups;
+  std::vector<Entity> seen;
+  const auto is_in = [](const std::vector<Entity>& some, Entity one) {
+    return std::find(some.begin(), some.end(), one) != some.end();
+  };
+  for (std::size_t o = 0; o < all.size(); ++o) {
+    if (is_in(seen, all.owner(o))) continue;
+    std::vector<Entity> group = {all.owner(o)};
+    for (std::size_t i = 0; i < group.size(); ++i)
+      for (const OrganTies::Tie& tie : all.find(group[i])->ties)
+        if (all.find(tie.other) && !is_in(group, tie.other)) group.push_back(tie.other);
+    seen.insert(seen.end(), group.begin(), group.end());
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+// --- a frame ------------------------------------------------------------------------------------
+
+bool is_frozen(const World& world, Entity organ) {
+  return world.find<OrganState>(organ)->frozen;
+}
+
+std::size_t first_link_cell(const OrganContact& contact, const OrganTies& ties) {
+  return contact.cells.size() - ties.ties.size();
+}
+
+/// One group in one frame.
+class GroupSolve {
+ public:
+  GroupSolve(World& world, const std::vector<Entity>& group) : world_(world), group_(group) {
+    for (std::size_t i = 0; i < group.size(); ++i) follows_.push_back(only_follows(i));
+  }
+
+  void run(const SolveContact& solve) {
+    const auto turns = std::count_if(group_.begin(), group_.end(), [&](Entity organ) {
+      return !is_frozen(world_, organ) && !follows(organ);
+    });
+    answered_.assign(group_.size(), false);
+    for (int round = 0; round < (turns > 1 ? kRounds : 1); ++round) {
+      double greatest = 0.0, change = 0.0;
+      for (std::size_t i = 0; i < group_.size(); ++i) {
+        if (is_frozen(world_, group_[i]) || follows_[i]) continue;
+        aim(group_[i]);
+        solve(group_[i], world_.find<OrganTies>(group_[i])->backing);
+        answered_[i] = world_.find<OrganContact>(group_[i])->solution.converged;
+        if (!answered_[i]) continue;
+        take_forces(group_[i], greatest, change);
+        for (std::size_t j = 0; j < group_.size(); ++j)
+          if (j != i && answered_[j]) load(group_[j]);
+      }
+      if (change <= kSettled * greatest) break;
+    }
+    for (std::size_t i = 0; i < group_.size(); ++i)
+      if (follows_[i]) load(group_[i]);
+  }
+
+ private:
+  /// No tool presses it, and all its links go to one organ that is solved: that solve holds its
+  /// answer.
+  bool only_follows(std::size_t i) const {
+    if (is_frozen(world_, group_[i])) return false;
+    if (!world_.find<OrganTouch>(group_[i])->ranges.empty()) return false;
+    const std::vector<OrganTies::Tie>& ties = world_.find<OrganTies>(group_[i])->ties;
+    const Entity leader = ties.front().other;
+    if (!world_.find<OrganTies>(leader) || is_frozen(world_, leader) || follows(leader))
+      return false;
+    return std::all_of(ties.begin(), ties.end(),
+                       [&](const OrganTies::Tie& tie) { return tie.other == leader; });
+  }
+
+  bool follows(Entity organ) const {
+    for (std::size_t i = 0; i < follows_.size(); ++i)
+      if (group_[i] == organ) return follows_[i];
+    return false;
+  }
+
+  /// Where each link cell would be held if the other ends felt nothing of its forces.
+  void aim(Entity organ) {
+    const OrganTies& ties = *world_.find<OrganTies>(organ);
+    const Pose& pose = pose_of(world_, organ);
+    OrganContact& contact = *world_.find<OrganContact>(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    VectorX forces(at(ties.ties.size()));
+    for (std::size_t i = 0; i < ties.ties.size(); ++i)
+      forces.segment<3>(at(i)) = sign_of(ties.ties[i]) * spring_of(world_, ties.ties[i]).force;
+    const VectorX given_way = ties.behind * forces;
+    for (std::size_t i = 0; i < ties.ties.size(); ++i) {
+      const OrganTies::Tie& tie = ties.ties[i];
+      Vec3 wanted = sign_of(tie) * world_.find<LinkState>(tie.link)->shift;
+      if (follows(tie.other))
+        wanted += free_end(tie);
+      else if (world_.find<OrganTies>(tie.other))
+        wanted += spring_of(world_, tie).displacements[static_cast<std::size_t>(1 - tie.side)] +
+                  given_way.segment<3>(at(i));
+      contact.cells[begin + i].displacement = pose.direction_to_local(wanted);
+    }
+  }
+
+  /// Where the other end of a tie would be without forces; world.
+  Vec3 free_end(const OrganTies::Tie& tie) const {
+    const OrganContact& contact = *world_.find<OrganContact>(tie.other);
+    const std::size_t begin = first_link_cell(contact, *world_.find<OrganTies>(tie.other));
+    return pose_of(world_, tie.other).direction_to_world(contact.cells[begin + tie.other_tie].free);
+  }
+
+  void take_forces(Entity organ, double& greatest, double& change) {
+    const OrganTies& ties = *world_.find<OrganTies>(organ);
+    const Pose& pose = pose_of(world_, organ);
+    const OrganContact& contact = *world_.find<OrganContact>(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    for (std::size_t i = 0; i < ties.ties.size(); ++i) {
+      Vec3& force = spring_of(world_, ties.ties[i]).force;
+      const Vec3 now =
+          sign_of(ties.ties[i]) * pose.direction_to_world(contact.solution.forces[begin + i]);
+      greatest = std::max(greatest, now.norm());
+      change = std::max(change, (now - force).norm());
+      force = now;
+    }
+    note_displacements(organ);
+  }
+
+  void note_displacements(Entity organ) {
+    const OrganTies& ties = *world_.find<OrganTies>(organ);
+    const Pose& pose = pose_of(world_, organ);
+    const OrganContact& contact = *world_.find<OrganContact>(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    for (std::size_t i = 0; i < ties.ties.size(); ++i)
+      spring_of(world_, ties.ties[i]).displacements[static_cast<std::size_t>(ties.ties[i].side)] =
+          pose.direction_to_world(
+              world_.find<OrganTouch>(organ)->solver->cell_displacements()[begin + i]);
+  }
+
+  /// The links' forces as they are now, beside the tools' of its last solve.
+  void load(Entity organ) {
+    const OrganTies& ties = *world_.find<OrganTies>(organ);
+    const Pose& pose = pose_of(world_, organ);
+    OrganContact& contact = *world_.find<OrganContact>(organ);
+    const std::size_t begin = first_link_cell(contact, ties);
+    std::vector<Vec3> forces = contact.solution.forces;
+    forces.resize(contact.cells.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < ties.ties.size(); ++i)
+      forces[begin + i] =
+          pose.direction_to_local(sign_of(ties.ties[i]) * spring_of(world_, ties.ties[i]).force);
+    world_.find<OrganTouch>(organ)->solver->load(contact.cells, forces, contact.solution,
+                                                 contact.response);
+    note_displacements(organ);
+  }
+
+  World& world_;
+  const std::vector<Entity>& group_;
+  std::vector<char> follows_, answered_;  // per organ of the group
+};
+
+/// A link's pull is spread this far around its springs, in spacings of nodes.
+constexpr double kSpreadSpacings = 2.6;
+
+void reach(const SceneDescription& scene, const OrganDescription& organ,
+           const std::vector<InstrumentBody>&, Reach& reach) {
+  for (const LinkDescription& link : scene.links)
+    if (link.stiffness > 0.0 && (link.between[0] == organ.name || link.between[1] == organ.name))
+      reach.attachments.push_back(
+          {link.region.grown(kSpreadSpacings * organ.resolution.finest), organ.pose});
+}
+
+/// The errors name the keys of the scene.
+Result<void> prepare(SceneModel& model) {
+  const SceneDescription& scene = model.scene();
+  if (scene.links.empty()) return {};
+  std::vector<const TriangleSurface*> surfaces;
+  for (const OrganBody& body : model.constants().all<OrganBody>())
+    surfaces.push_back(&body.model->surface);
+  Error error;
+  for (std::size_t l = 0; l < scene.links.size(); ++l) {
+    const LinkDescription& description = scene.links[l];
+    auto places = place_springs(scene, l, surfaces);
+    if (!places) {
+      error.messages.insert(error.messages.end(), places.error().messages.begin(),
+                            places.error().messages.end());
+      continue;
+    }
+    if (description.stiffness == 0.0) continue;
+    std::array<std::size_t, 2> organs{};
+    for (std::size_t end = 0; end < 2; ++end)
+      organs[end] =
+          static_cast<std::size_t>(std::find_if(scene.organs.begin(), scene.organs.end(),
+                                                [&](const OrganDescription& o) {
+                                                  return o.name == description.between[end];
+                                                }) -
+                                   scene.organs.begin());
+    add_link(description, *places, organs, model);
+  }
+  if (!error.messages.empty()) return std::unexpected(error);
+  put_compliances_behind(model);
+  model.constants().all<LinkGroups>().add(kWhole, {groups_of(model.constants().all<OrganTies>())});
+  return {};
+}
+
+/// LinkState.shift, and the link cells of every organ whose group a tool touches or breathing
+/// stretches: after those of the tools in OrganContact.cells. Other groups' links come to rest.
+void add_link_cells(World& world, const FrameContext&) {
+  const Pool<Link>& links = world.all<Link>();
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    LinkState& state = *world.find<LinkState>(links.owner(l));
+    state.shift = frame_shift(world, links[l].ends[1]) - frame_shift(world, links[l].ends[0]);
+    state.force = 0.0;
+  }
+  for (const std::vector<Entity>& group : world.one<LinkGroups>()->groups) {
+    bool loaded = false;
+    for (const Entity organ : group) {
+      loaded = loaded || !world.find<OrganContact>(organ)->cells.empty() ||
+               is_frozen(world, organ) || sags(world, organ);
+      for (const OrganTies::Tie& tie : world.find<OrganTies>(organ)->ties)
+        loaded = loaded || !world.find<LinkState>(tie.link)->shift.isZero(0.0);
+    }
+    for (const Entity organ : group) {
+      const OrganTies& ties = *world.find<OrganTies>(organ);
+      LoadedTies& here = *world.find<LoadedTies>(organ);
+      here.loaded = loaded && !is_frozen(world, organ);
+      OrganContact& contact = *world.find<OrganContact>(organ);
+      contact.held_points.clear();
+      if (!loaded)
+        for (const OrganTies::Tie& tie : ties.ties) spring_of(world, tie) = {};
+      if (!here.loaded) continue;
+      contact.held_points = ties.points;
+      contact.cells.insert(contact.cells.end(), ties.cells.begin(), ties.cells.end());
+      contact.solution.forces.assign(contact.cells.size(), Vec3::Zero());
+    }
+  }
+}
+
+void solve_linked(World& world, const SolveContact& solve) {
+  for (const std::vector<Entity>& group : world.one<LinkGroups>()->groups) {
+    const bool loaded = std::any_of(group.begin(), group.end(),
+                                    [&](Entity organ) { return is_link_loaded(world, organ); });
+    if (loaded) GroupSolve(world, group).run(solve);
+  }
+  for (LinkState& link : world.all<LinkState>()) {
+    Vec3 sum = Vec3::Zero();
+    for (const LinkState::Spring& spring : link.springs) sum += spring.force;
+    link.force = sum.norm();
+    link.greatest_force = std::max(link.greatest_force, link.force);
+  }
+}
+
+Result<void> start(World& world) {
+  const Pool<Link>& links = world.all<Link>();
+  for (std::size_t l = 0; l < links.size(); ++l)
+    world.all<LinkState>().add(
+        links.owner(l),
+        {.springs = std::vector<LinkState::Spring>(links[l].springs), .shift = Vec3::Zero()});
+  const Pool<OrganTies>& ties = world.all<OrganTies>();
+  for (std::size_t o = 0; o < ties.size(); ++o) {
+    world.all<LoadedTies>().add(ties.owner(o), {});
+    anchor_ties(*world.find<OrganTouch>(ties.owner(o))->solver, ties[o]);
+  }
+  if (ties.size() > 0) world.all<Binding>().add(kWhole, {solve_linked, is_link_loaded});
+  return {};
+}
+
+}  // namespace
+
+bool is_link_loaded(const World& world, Entity organ) {
+  const LoadedTies* ties = world.find<LoadedTies>(organ);
+  return ties && ties->loaded;
+}
+
+Feature links_feature() {
+  return {.name = "links",
+          .reach = reach,
+          .prepare = prepare,
+          .start = start,
+          .states = {state_type<LinkState>()},
+          .stages = {{.name = "tie organs",
+                      .reads = {"contact cells", "organ poses", "free shapes"},
+                      .writes = {"contact cells"},
+                      .needed = [](const World& world) { return world.has<OrganTies>(); },
+                      .run = add_link_cells}}};
+}
+
+}  // namespace viscera

@@ -1,0 +1,57 @@
+#include "engine/features/local/hive_settings.h"
+
+#include <algorithm>
+
+#include "engine/simulation/tool_shape.h"
+
+namespace viscera {
+namespace {
+
+/// The influence region of a hive whose scene doesn't say it: so many radii of the tool, and so
+/// many spacings of the nodes where a coupled field must be smooth on them.
+constexpr double kRadiiOfTool = 4.0, kSpacings = 3.0;
+constexpr int kNodes = 120;
+/// Of a tool's cells on tissue beyond linear: finite strains ask for a smoother pressure.
+constexpr int kRingsBeyondLinear = 3;
+HivePeriphery periphery_of(const HiveDescription& hive, bool global) {
+  if (!hive.periphery) return global ? HivePeriphery::kCoupled : HivePeriphery::kBoussinesq;
+  switch (*hive.periphery) {
+    case HiveDescription::Periphery::kCoupled:
+      return HivePeriphery::kCoupled;
+    case HiveDescription::Periphery::kBoussinesq:
+      return HivePeriphery::kBoussinesq;
+    case HiveDescription::Periphery::kFixed:
+      return HivePeriphery::kFixed;
+  }
+  return HivePeriphery::kBoussinesq;
+}
+
+}  // namespace
+
+Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument,
+                                         const OrganBody& organ, HiveBuilding building) {
+  const TipDescription& tip = instrument.tip;
+  if (tip.shape != TipDescription::Shape::kSphere && tip.shape != TipDescription::Shape::kPoint)
+    return failure(
+        "tip/shape: found a capsule or mesh where hives answer, expected sphere or point");
+  const HiveDescription wanted = instrument.haptic ? instrument.haptic->hive : HiveDescription();
+  const bool global = organ.model->touchable_anywhere();
+  HiveTissueSettings settings;
+  settings.tool_radius = tip.shape == TipDescription::Shape::kPoint ? kPointTipRadius : tip.radius;
+  settings.building = building;
+  HiveSettings& hive = settings.hive;
+  hive.material = organ.tissue.elastic;
+  hive.periphery = periphery_of(wanted, global);
+  hive.formulation = wanted.paper ? HiveFormulation::kPaper : HiveFormulation::kSubtracted;
+  const double nodes_apart = global ? organ.model->finest_spacing : 0.0;
+  hive.radius = wanted.radius > 0.0
+                    ? wanted.radius
+                    : std::max(kRadiiOfTool * settings.tool_radius, kSpacings * nodes_apart);
+  hive.nodes = wanted.nodes > 0 ? wanted.nodes : kNodes;
+  settings.model = organ.tissue.model;
+  settings.prony = organ.tissue.prony;
+  if (settings.model != HyperelasticModel::kLinear) settings.rings = kRingsBeyondLinear;
+  return settings;
+}
+
+}  // namespace viscera

@@ -1,0 +1,247 @@
+// Smoke: what comes from burns and from steady sources, and the gas that carries it.
+#include "engine/features/smoke/smoke.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "engine/features/cautery/cautery.h"
+#include "engine/features/gas/gas.h"
+#include "engine/features/smoke/smoke_setup.h"
+#include "kernels/smoke/gas_around.h"
+
+namespace viscera {
+namespace {
+
+/// Speed at which vapour leaves the tissue [m/s].
+constexpr double kJetSpeed = 0.12;
+/// And how far over it, it is seen first [m].
+constexpr double kOverTissue = 0.5e-3;
+/// Organs within this distance of a volume are looked at for its particles: more than tissue moves
+/// in a run [m].
+constexpr double kObstacleMargin = 30e-3;
+
+/// Whole particles go out with all the mass that is owed; a frame that owes none carries its mass
+/// to the next with it.
+void emit_owed(SmokeBody& smoke, SmokeDebt& emitter, SmokeEmission emission, double particles,
+               double mass, const FrameContext& context) {
+  emitter.particles_owed += particles;
+  emitter.mass_owed += mass;
+  emission.particles = static_cast<int>(emitter.particles_owed);
+  if (emission.particles == 0) return;
+  emitter.particles_owed -= emission.particles;
+  emission.mass = std::exchange(emitter.mass_owed, 0.0);
+  emission.duration = context.dt;
+  const std::uint64_t crowded_out = smoke.volume.counters().crowded_out;
+  smoke.volume.emit(emission);
+  if (smoke.volume.counters().crowded_out > crowded_out)
+    context.report->raise(FrameFlag::kSmokeFull);
+}
+
+struct Fed {
+  const SmokeSource* source;
+  SmokeBody* smoke;
+  SmokeDebt* debt;
+};
+
+/// The volumes into which a hook's burn at this place smokes: those that name it, or the first that
+/// takes any.
+std::vector<Fed> fed_by(World& world, Entity hook, const Vec3& place) {
+  std::vector<Fed> named, any;
+  const Pool<SmokeSource>& sources = world.all<SmokeSource>();
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    const SmokeSource& source = sources[s];
+    if (!source.description.domain.contains(place)) continue;
+    SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
+    for (std::size_t e = 0; e < source.emitters.size(); ++e)
+      if (source.emitters[e].instrument == hook)
+        (source.takes_any_hook ? any : named).push_back({&source, &smoke, &smoke.debts[e]});
+  }
+  if (named.empty() && !any.empty()) named.push_back(any.front());
+  return named;
+}
+
+/// What left one brick of tissue in this frame.
+struct Puff {
+  BrickIndex brick;
+  Vec3 place = Vec3::Zero();  ///< mean by mass, rest frame [m]
+  double mass = 0.0;          ///< of smoke [kg]
+  double temperature = 0.0;   ///< mean by mass [K]
+};
+
+std::vector<Puff> puffs_of(const Bioheat& heat) {
+  std::vector<Puff> puffs;
+  for (const Vapour& vapour : heat.vapour()) {
+    const double mass = heat.smoke(vapour);
+    if (mass <= 0.0) continue;
+    const BrickIndex brick = BrickField::brick_of(heat.bricks().voxel_of(vapour.position));
+    // Vapour comes in order of bricks.
+    if (puffs.empty() || puffs.back().brick != brick) puffs.push_back({.brick = brick});
+    Puff& puff = puffs.back();
+    puff.mass += mass;
+    puff.place += mass * vapour.position;
+    puff.temperature += mass * vapour.temperature;
+  }
+  for (Puff& puff : puffs) {
+    puff.place /= puff.mass;
+    puff.temperature /= puff.mass;
+  }
+  return puffs;
+}
+
+/// Where vapour from a place in the tissue at rest comes out of the surface as it is now.
+SmokeEmission outlet_of(const World& world, Entity organ, const Vec3& rest) {
+  const OrganBody& body = *world.find<OrganBody>(organ);
+  const std::vector<Vec3f>& now = world.find<OrganState>(organ)->positions;
+  const SurfacePoint at = world.find<BurnableOrgan>(organ)->surface->closest(rest).point;
+  const auto& corners = body.model->surface.triangles[static_cast<std::size_t>(at.triangle)];
+  std::array<Vec3, 3> corner;
+  Vec3 place = Vec3::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    corner[c] = now[static_cast<std::size_t>(corners[c])].cast<double>();
+    place += at.weights[static_cast<int>(c)] * corner[c];
+  }
+  const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+  SmokeEmission emission;
+  emission.direction = pose_of(world, organ)
+                           .direction_to_world(across.norm() > 0.0 ? Vec3(across.normalized())
+                                                                   : Vec3(Vec3::UnitZ()));
+  emission.position = pose_of(world, organ).to_world(place) + kOverTissue * emission.direction;
+  emission.speed = kJetSpeed;
+  return emission;
+}
+
+void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameContext& context) {
+  for (const Puff& puff : puffs_of(burn.heat)) {
+    SmokeEmission emission = outlet_of(world, organ, puff.place);
+    emission.temperature = puff.temperature - world.model().scene().gas.temperature;
+    const std::vector<Fed> volumes = fed_by(world, burn.hook, emission.position);
+    if (volumes.empty()) context.report->raise(FrameFlag::kSmokeOutside);
+    for (const auto& [source, smoke, debt] : volumes) {
+      const double mass = puff.mass / static_cast<double>(volumes.size());
+      emit_owed(*smoke, *debt, emission, mass / source->description.particle_mass, mass, context);
+    }
+  }
+}
+
+void emit_steadily(SmokeBody& smoke, SmokeDebt& emitter, const EmitterDescription& place,
+                   const FrameContext& context) {
+  if (!place.when.contains(context.time)) return;
+  SmokeEmission emission;
+  emission.position = place.position;
+  emission.direction = place.direction;
+  emission.speed = place.speed;
+  emission.radius = place.radius;
+  emission.temperature = place.excess;
+  emit_owed(smoke, emitter, emission, place.particles * context.dt, place.rate * context.dt,
+            context);
+}
+
+// --- what smoke meets ---------------------------------------------------------------------------
+
+std::vector<SmokeSurface> surfaces_near(const World& world, const Box& domain) {
+  std::vector<SmokeSurface> surfaces;
+  for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
+    const Entity organ = world.all<OrganBody>().owner(o);
+    const OrganBody& body = world.all<OrganBody>()[o];
+    const Pose& pose = pose_of(world, organ);
+    Box bounds;
+    for (int corner = 0; corner < 8; ++corner)
+      bounds.extend(
+          pose.to_world(body.model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
+    if (domain.exteriorDistance(bounds) > kObstacleMargin) continue;
+    const OrganState& state = *world.find<OrganState>(organ);
+    surfaces.push_back({organ.index,
+                        world.one<SmokeScenery>()->topologies.at(&body.model->surface).get(),
+                        state.positions, pose, state.version + 1});
+  }
+  return surfaces;
+}
+
+/// The instruments' shafts, each where it is and where it was a frame ago.
+std::vector<SmokeObstacle> tools_now(World& world) {
+  std::vector<SmokeObstacle> tools;
+  const std::vector<SmokeObstacle>& before = world.one<SmokeTools>()->tools;
+  for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i) {
+    const Entity instrument = world.all<InstrumentBody>().owner(i);
+    const InstrumentDescription& body = world.all<InstrumentBody>()[i].description;
+    const InstrumentState& state = *world.find<InstrumentState>(instrument);
+    SmokeObstacle tool;
+    tool.from = state.tip;
+    tool.to = body.trocar;
+    tool.from_before = i < before.size() ? before[i].from : tool.from;
+    tool.to_before = i < before.size() ? before[i].to : tool.to;
+    tool.radius = body.shaft_radius;
+    tools.push_back(tool);
+  }
+  world.one<SmokeTools>()->tools = tools;
+  return tools;
+}
+
+/// What left the tissue of OrganBurn, steady sources -> particles of the smoke volumes.
+void emit_smoke(World& world, const FrameContext& context) {
+  for (std::size_t b = 0; b < world.all<OrganBurn>().size(); ++b)
+    emit_burns(world, world.all<OrganBurn>().owner(b), world.all<OrganBurn>()[b], context);
+  const Pool<SmokeSource>& sources = world.all<SmokeSource>();
+  for (std::size_t s = 0; s < sources.size(); ++s)
+    for (std::size_t e = 0; e < sources[s].emitters.size(); ++e) {
+      SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
+      const EmitterDescription& place = sources[s].emitters[e].description;
+      if (place.instrument.empty()) emit_steadily(smoke, smoke.debts[e], place, context);
+    }
+}
+
+/// Smoke particles by [De2006] eq. 14, and the gas that they stir.
+void move_smoke(World& world, const FrameContext& context) {
+  const std::vector<SmokeObstacle> tools = tools_now(world);
+  const std::vector<SmokeOutlet> outlets = gas_outlets(world, context.time);
+  bool airborne = false;
+  for (const SmokeBody& smoke : world.all<SmokeBody>())
+    airborne |= smoke.volume.particles().size() > 0;
+  // Gas that carries nothing isn't moved: it costs nothing until the first smoke.
+  GasGrid* flow = airborne ? open_gas(world, outlets, context.time) : nullptr;
+  const Pool<SmokeSource>& sources = world.all<SmokeSource>();
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
+    SmokeSurroundings around;
+    around.outlets = outlets;
+    std::vector<SmokeSurface> surfaces;
+    std::optional<GasAround> gas;
+    if (smoke.volume.particles().size() > 0) {
+      surfaces = surfaces_near(world, sources[s].description.domain);
+      around.surfaces = surfaces;
+      around.obstacles = tools;
+      if (flow) around.gas = &gas.emplace(*flow, sources[s].description.domain.min());
+    }
+    smoke.volume.step(context.dt, around);
+    smoke.most_particles =
+        std::max<std::uint64_t>(smoke.most_particles, smoke.volume.particles().size());
+  }
+  if (flow) flow->step(context.dt);
+}
+
+bool smokes(const World& world) {
+  return world.has<SmokeBody>();
+}
+
+}  // namespace
+
+Feature smoke_feature() {
+  return {.name = "smoke",
+          .prepare = prepare_smoke,
+          .finish = load_sight,
+          .start = start_smoke,
+          .states = {state_type<SmokeBody>(), state_type<SmokeTools>()},
+          .stages = {{.name = "emit smoke",
+                      .reads = {"heat", "shapes", "organ poses"},
+                      .writes = {"emissions"},
+                      .needed = smokes,
+                      .run = emit_smoke},
+                     {.name = "move smoke",
+                      .reads = {"emissions", "shapes", "organ poses", "tool poses"},
+                      .writes = {"smoke", "gas"},
+                      .needed = smokes,
+                      .run = move_smoke}}};
+}
+
+}  // namespace viscera

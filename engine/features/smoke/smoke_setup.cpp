@@ -1,0 +1,115 @@
+#include "engine/features/smoke/smoke_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/io/report.h"
+#include "engine/scene/smoke_material.h"
+
+namespace viscera {
+namespace {
+
+/// Of a particle with the passes' arrays, and of a voxel of the written volume.
+constexpr std::size_t kBytesPerParticle = 320;
+constexpr std::size_t kBytesPerVoxel = (2 + 3) * sizeof(float) + 5 * sizeof(std::int64_t);
+/// More of the machine's memory than this is refused.
+constexpr double kMostMemory = 0.8;
+
+std::vector<SmokeSource::Emitter> emitters_of(const SmokeDescription& smoke,
+                                              const SceneModel& model) {
+  std::vector<SmokeSource::Emitter> emitters;
+  for (const EmitterDescription& emitter : smoke.emitters)
+    emitters.push_back({emitter, model.instrument_named(emitter.instrument)});
+  if (!smoke.emitters.empty()) return emitters;
+  for (std::size_t i = 0; i < model.instruments().size(); ++i) {
+    const InstrumentDescription& tool = model.scene().instruments[i];
+    if (!carries_current(tool)) continue;
+    EmitterDescription emitter;
+    emitter.instrument = tool.name;
+    emitters.push_back({emitter, model.instruments()[i]});
+  }
+  return emitters;
+}
+
+SmokeParameters parameters_of(const SceneDescription& scene, const SmokeDescription& smoke) {
+  SmokeParameters parameters;
+  parameters.domain = smoke.domain;
+  parameters.open_sides = kOpenAll;
+  parameters.spacing = smoke.spacing;
+  parameters.laplacian = smoke.laplacian;
+  parameters.lifetime = smoke.lifetime;
+  parameters.seed = scene.seed;
+  parameters.max_particles = static_cast<std::size_t>(smoke.max_particles);
+  parameters.gas_temperature = scene.gas.temperature;
+  parameters.gas_density = scene.gas.density();
+  parameters.cavity_volume = scene.gas.cavity;
+  return parameters;
+}
+
+void add_topologies(SceneModel& model) {
+  SmokeScenery scenery;
+  for (const OrganBody& body : model.constants().all<OrganBody>()) {
+    const TriangleSurface& surface = body.model->surface;
+    auto& topology = scenery.topologies[&surface];
+    if (topology) continue;
+    std::vector<Eigen::Vector3i> triangles;
+    triangles.reserve(surface.triangles.size());
+    for (const std::array<int, 3>& t : surface.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+    topology = std::make_shared<const SurfaceTopology>(std::move(triangles));
+  }
+  model.constants().all<SmokeScenery>().add(kWhole, std::move(scenery));
+}
+
+}  // namespace
+
+std::size_t smoke_memory(const SmokeDescription& smoke) {
+  const double voxels = (smoke.domain.sizes() / smoke.voxel).array().ceil().prod();
+  return static_cast<std::size_t>(smoke.max_particles) * kBytesPerParticle +
+         static_cast<std::size_t>(voxels) * kBytesPerVoxel;
+}
+
+Result<void> prepare_smoke(SceneModel& model) {
+  const SceneDescription& scene = model.scene();
+  if (scene.smoke.empty()) return {};
+  const double most = kMostMemory * static_cast<double>(this_machine().memory_bytes);
+  double needed = 0.0;
+  for (std::size_t s = 0; s < scene.smoke.size(); ++s) {
+    needed += static_cast<double>(smoke_memory(scene.smoke[s]));
+    if (needed > most)
+      return failure(fmt::format(
+          "{}: smoke/{} (\"{}\"): found volumes that need {:.1f} GB with those before it, expected "
+          "at most {:.1f} GB of this machine's memory: a greater voxel_mm, a smaller domain or "
+          "fewer max_particles",
+          scene.file.string(), s, scene.smoke[s].name, 1e-9 * needed, 1e-9 * most));
+  }
+  for (const SmokeDescription& smoke : scene.smoke)
+    model.constants().all<SmokeSource>().add(model.add_entity(),
+                                             {.description = smoke,
+                                              .parameters = parameters_of(scene, smoke),
+                                              .takes_any_hook = smoke.emitters.empty(),
+                                              .emitters = emitters_of(smoke, model)});
+  add_topologies(model);
+  return {};
+}
+
+Result<void> load_sight(SceneModel& model, const std::filesystem::path& assets,
+                        std::vector<std::string>&) {
+  if (model.scene().smoke.empty()) return {};
+  const auto optics = load_smoke_optics(assets / "smoke.json");
+  if (!optics) return std::unexpected(optics.error());
+  model.constants().all<SmokeSight>().add(kWhole, {*optics});
+  return {};
+}
+
+Result<void> start_smoke(World& world) {
+  const Pool<SmokeSource>& sources = world.all<SmokeSource>();
+  for (std::size_t s = 0; s < sources.size(); ++s)
+    world.all<SmokeBody>().add(
+        sources.owner(s), SmokeBody{.volume = SmokeVolume(sources[s].parameters),
+                                    .debts = std::vector<SmokeDebt>(sources[s].emitters.size())});
+  if (sources.size() > 0) world.all<SmokeTools>().add(kWhole, {});
+  return {};
+}
+
+}  // namespace viscera

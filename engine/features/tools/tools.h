@@ -1,0 +1,10 @@
+// Instruments: where controls put their tips.
+#pragma once
+
+#include "engine/simulation/feature.h"
+
+namespace viscera {
+
+Feature tools_feature();
+
+}  // namespace viscera

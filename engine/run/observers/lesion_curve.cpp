@@ -1,0 +1,109 @@
+#include "engine/run/observers/lesion_curve.h"
+
+#include <fmt/format.h>
+
+#include "engine/features/cautery/cautery.h"
+#include "engine/io/atomic_file.h"
+#include "engine/simulation/frame.h"
+
+namespace viscera {
+namespace {
+
+PlotSeries curve(const char* name, int colour) {
+  PlotSeries series;
+  series.name = name;
+  series.markers = false;
+  series.colour = colour;
+  return series;
+}
+
+/// An end of a range, over the whole time; the range has one name.
+PlotSeries limit(const char* name, int colour, double time, double size) {
+  PlotSeries series = curve(name, colour);
+  series.points = {Vec2(0.0, 1e3 * size), Vec2(time, 1e3 * size)};
+  series.dashed = true;
+  return series;
+}
+
+}  // namespace
+
+Plot lesion_plot(std::string title, std::string subtitle, std::span<const LesionRow> rows,
+                 const std::optional<PublishedLesion>& published) {
+  Plot plot;
+  plot.title = std::move(title);
+  plot.subtitle = std::move(subtitle);
+  plot.x = {"time (s)", false};
+  plot.y = {"size (mm)", false};
+  PlotSeries depth = curve("depth", 0), width = curve("width", 1);
+  for (const LesionRow& row : rows) {
+    depth.points.emplace_back(row.time, 1e3 * row.lesion.depth);
+    width.points.emplace_back(row.time, 1e3 * row.lesion.width);
+  }
+  plot.series = {depth, width};
+  if (!published || rows.empty()) return plot;
+  const double end = rows.back().time;
+  plot.subtitle = "dashed: published range, " + published->source;
+  plot.series.push_back(limit("published depth", 0, end, published->least_depth));
+  plot.series.push_back(limit("", 0, end, published->most_depth));
+  plot.series.push_back(limit("published width", 1, end, published->least_width));
+  plot.series.push_back(limit("", 1, end, published->most_width));
+  return plot;
+}
+
+LesionCurve::LesionCurve(const World& world, const SceneDescription& scene)
+    : Observer("lesion"), scene_(scene), organs_(world.all<OrganBody>().size()) {
+  for (std::size_t i = 0; i < world.all<BurnTrace>().size(); ++i) {
+    const Entity hook = world.all<BurnTrace>().owner(i);
+    if (world.find<InstrumentBody>(hook)->description.name == scene.heat.lesion_of) hook_ = hook;
+  }
+}
+
+Result<void> LesionCurve::open(const std::filesystem::path& folder) {
+  folder_ = folder;
+  return {};
+}
+
+void LesionCurve::add_frame(const World& world) {
+  if (!hook_) return;
+  const BurnTrace& trace = *world.find<BurnTrace>(*hook_);
+  if (state_.rows.empty()) {
+    if (trace.current.power <= 0.0) return;
+    const OrganBody* organ = world.find<OrganBody>(trace.organ);
+    state_.organ = static_cast<std::uint32_t>(organ - &world.all<OrganBody>()[0]);
+    state_.point = trace.contact.point;
+    state_.outward = trace.contact.outward;
+    state_.begun = world.time() - 1.0 / static_cast<double>(kFramesPerSecond);
+  }
+  const Bioheat& heat = world.find<OrganBurn>(world.all<OrganBody>().owner(state_.organ))->heat;
+  state_.rows.push_back({.time = world.time() - state_.begun,
+                         .lesion = lesion_at(heat, state_.point, state_.outward),
+                         .power = trace.current.power,
+                         .temperature = heat.options().body + heat.excess_now(),
+                         .vaporised = heat.vaporised_water() + heat.vaporised_tissue()});
+}
+
+Result<void> LesionCurve::close(const World&) {
+  if (rows().empty()) return {};
+  std::string table = "time_s,depth_m,width_m,power_W,hottest_K,vaporised_kg\n";
+  for (const LesionRow& row : rows())
+    table += fmt::format("{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
+                         row.power, row.temperature, row.vaporised);
+  if (auto written = write_file(folder_ / "lesion.csv", table); !written) return written;
+  const Plot plot =
+      lesion_plot("Lesion: " + (scene_.title.empty() ? scene_.name : scene_.title),
+                  "under the " + scene_.heat.lesion_of, rows(), scene_.heat.published);
+  return write_file(folder_ / "lesion.svg", to_svg(plot));
+}
+
+Result<void> LesionCurve::save_state(ByteWriter& writer) {
+  return save_whole(writer, state_);
+}
+
+Result<void> LesionCurve::load_state(ByteReader& reader) {
+  if (auto whole = load_whole(reader, state_); !whole) return whole;
+  if (!rows().empty() && (!hook_ || state_.organ >= organs_))
+    return failure("expected a lesion of this scene");
+  return {};
+}
+
+}  // namespace viscera

@@ -1,0 +1,162 @@
+#include "engine/run/observers/trainee.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/features/cautery/cautery.h"
+#include "engine/features/coagulation/coagulation.h"
+
+namespace viscera {
+namespace {
+
+/// Slower than this a tip rests [m/s].
+constexpr double kRests = 1e-5;
+
+/// How an organ's elasticity has followed what heat did to it.
+std::optional<TissueReport::Stiffening> stiffening_of(const World& world, Entity organ) {
+  const OrganChange* change = world.find<OrganChange>(organ);
+  const OrganUpdate* made = world.find<OrganUpdate>(organ);
+  if (!change || !made || !made->update) return std::nullopt;
+  const StiffnessUpdate& update = *made->update;
+  return TissueReport::Stiffening{.greatest_factor = update.greatest_stiffness,
+                                  .stiffened = change->stiffened,
+                                  .left_out = change->left_out,
+                                  .greatest_shrinkage = update.greatest_shift,
+                                  .updates = static_cast<int>(change->updates),
+                                  .nodes = update.nodes,
+                                  .rank = update.rank};
+}
+
+}  // namespace
+
+void Motion::add(double time, const Vec3& at) {
+  if (count_ > 0 && time <= last_[3].time) return;
+  std::rotate(last_.begin(), last_.begin() + 1, last_.end());
+  last_[3] = {time, at};
+  ++count_;
+  if (count_ < 2) {
+    begun_ = time;
+    return;
+  }
+  const double dt = last_[3].time - last_[2].time;
+  const double way = (last_[3].at - last_[2].at).norm();
+  path_ += way;
+  if (way > kRests * dt) {
+    fastest_ = std::max(fastest_, way / dt);
+    moved_ = time;
+  } else if (moved_ == 0.0) {
+    begun_ = time;
+  }
+  if (count_ < 4) return;
+  // Samples needn't be evenly apart: six times the divided difference is the third derivative.
+  std::array<Vec3, 4> d;
+  for (std::size_t i = 0; i < 4; ++i) d[i] = last_[i].at;
+  for (std::size_t order = 1; order < 4; ++order)
+    for (std::size_t i = 0; i + order < 4; ++i)
+      d[i] = (d[i + 1] - d[i]) / (last_[i + order].time - last_[i].time);
+  jerk_squares_ += 36.0 * d[0].squaredNorm() * dt;
+}
+
+std::optional<double> Motion::smoothness() const {
+  const double span = moved_ - begun_;
+  if (count_ < 4 || fastest_ <= 0.0 || span <= 0.0) return {};
+  const double jerk = jerk_squares_ * span * span * span / (fastest_ * fastest_);
+  return jerk > 0.0 ? std::optional(-std::log(jerk)) : std::nullopt;
+}
+
+Trainee::Trainee(const World& world, const SceneDescription& scene)
+    : Observer("trainee"),
+      state_{.tips = std::vector<Motion>(world.all<InstrumentState>().size()),
+             .forces = std::vector<Force>(world.all<OrganBody>().size()),
+             .time = world.time()} {
+  for (std::size_t i = 0; i < state_.tips.size(); ++i)
+    state_.tips[i].add(world.time(), world.all<InstrumentBody>()[i].tip.at(world.time()));
+  for (const OrganDescription& organ : scene.organs) spared_.push_back(organ.spared);
+}
+
+void Trainee::add_frame(const World& world) {
+  const double dt = world.time() - state_.time;
+  state_.time = world.time();
+  for (std::size_t i = 0; i < state_.tips.size(); ++i)
+    state_.tips[i].add(world.time(), world.all<InstrumentState>()[i].tip);
+  for (std::size_t o = 0; o < state_.forces.size(); ++o) {
+    const OrganTouch* touch = world.find<OrganTouch>(world.all<OrganBody>().owner(o));
+    if (!touch) continue;
+    double force = 0.0;
+    for (const CellRange& range : touch->ranges) force += range.force.norm();
+    if (force <= 0.0) continue;
+    state_.forces[o].peak = std::max(state_.forces[o].peak, force);
+    state_.forces[o].impulse += force * dt;
+    state_.forces[o].touched += dt;
+  }
+  bool idle = false;
+  for (const BurnTrace& trace : world.all<BurnTrace>()) {
+    idle = idle || trace.current.open;
+    state_.far += trace.current.far_power * dt;
+    state_.sparks += trace.current.spark_power * dt;
+  }
+  if (idle) state_.idle_current += dt;
+}
+
+void Trainee::describe(const World& world, RunReport& report) const {
+  TraineeReport& trainee = report.trainee;
+  CauteryReport cautery;
+  double residual = 0.0;
+  for (std::size_t b = 0; b < world.all<OrganBurn>().size(); ++b) {
+    const Bioheat& heat = world.all<OrganBurn>()[b].heat;
+    const OrganBody& body = *world.find<OrganBody>(world.all<OrganBurn>().owner(b));
+    const HeatBook book = heat.book();
+    cautery.delivered += book.delivered;
+    cautery.metabolic += book.metabolic;
+    cautery.stored += book.stored;
+    cautery.latent += book.latent;
+    cautery.perfused += book.perfused;
+    cautery.lost += book.vapour + book.pyrolysis + book.gas + book.instrument + book.boundary;
+    residual += book.residual();
+    const double greatest = heat.options().body + heat.greatest_excess();
+    const double coagulated = heat.harmed_volume();
+    report.tissue.push_back({.organ = body.name,
+                             .vaporised = heat.vaporised_water() + heat.vaporised_tissue(),
+                             .smoke = world.all<OrganBurn>()[b].smoke,
+                             .above_60 = world.all<OrganBurn>()[b].greatest_hot,
+                             .coagulated = coagulated,
+                             .greatest_temperature = greatest,
+                             .stiffening = stiffening_of(world, world.all<OrganBurn>().owner(b))});
+    trainee.greatest_temperature = std::max(trainee.greatest_temperature.value_or(0.0), greatest);
+    const auto organ = static_cast<std::size_t>(&body - &world.all<OrganBody>()[0]);
+    if (spared_[organ] && coagulated > 0.0) trainee.spared_burns.push_back({body.name, coagulated});
+  }
+  if (world.all<BurnTrace>().size() > 0) {
+    for (const BurnTrace& trace : world.all<BurnTrace>()) cautery.generated += trace.generated;
+    cautery.body = state_.far;
+    cautery.sparks = state_.sparks;
+    cautery.residual = cautery.delivered > 0.0 ? residual / cautery.delivered : 0.0;
+    report.cautery = cautery;
+  }
+  trainee.energy = cautery.delivered;
+  trainee.idle_current = state_.idle_current;
+  for (std::size_t o = 0; o < state_.forces.size(); ++o)
+    if (state_.forces[o].touched > 0.0)
+      trainee.organs.push_back({.name = world.all<OrganBody>()[o].name,
+                                .peak_force = state_.forces[o].peak,
+                                .mean_force = state_.forces[o].impulse / state_.forces[o].touched,
+                                .touched = state_.forces[o].touched});
+  for (std::size_t i = 0; i < state_.tips.size(); ++i)
+    trainee.tips.push_back({.name = world.all<InstrumentBody>()[i].description.name,
+                            .path = state_.tips[i].path(),
+                            .smoothness = state_.tips[i].smoothness()});
+}
+
+Result<void> Trainee::save_state(ByteWriter& writer) {
+  return save_whole(writer, state_);
+}
+
+Result<void> Trainee::load_state(ByteReader& reader) {
+  const std::size_t tips = state_.tips.size(), organs = state_.forces.size();
+  if (auto whole = load_whole(reader, state_); !whole) return whole;
+  if (state_.tips.size() != tips || state_.forces.size() != organs)
+    return failure("expected the scene's instruments and organs");
+  return {};
+}
+
+}  // namespace viscera

@@ -1,0 +1,60 @@
+#include "engine/run/run_book.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <utility>
+#include <vector>
+
+#include "kernels/base/archive.h"
+
+namespace viscera {
+namespace {
+
+struct Saved {
+  std::string options;
+  std::uint32_t flags = 0;
+  double wall_s = 0.0;
+  std::vector<Trace::Event> events;
+  static constexpr auto fields() {
+    return std::tuple(field("options", &Saved::options), field("flags", &Saved::flags),
+                      field("wall_s", &Saved::wall_s), field("events", &Saved::events));
+  }
+};
+static_assert(fields_cover<Saved>());
+
+/// What pictures and files at a picture's time depend on besides the scene. Which observers there
+/// are their own parts tell.
+std::string text_of(const RunOptions& options) {
+  if (!options.render) return "no pictures";
+  std::vector<int> passes;
+  for (const Pass pass : options.passes) passes.push_back(static_cast<int>(pass));
+  return fmt::format("pictures of {} x {}, quality {}, passes [{}], snapshots [{}]", options.width,
+                     options.height, name_of(options.quality), fmt::join(passes, ","),
+                     fmt::join(options.snapshots, ","));
+}
+
+}  // namespace
+
+CheckpointPart book_part(const RunBook& book, const Trace& trace, const RunOptions& options) {
+  return {kRunPart, saved(Saved{text_of(options), book.flags, book.wall_s, trace.events()})};
+}
+
+Result<void> load_book(const CheckpointPart& part, const RunOptions& options, RunBook& book,
+                       Trace& trace) {
+  Saved loaded;
+  ByteReader reader(part.bytes);
+  read(reader, loaded);
+  if (reader.failed() || !reader.at_end())
+    return failure(fmt::format("checkpoint: its part \"{}\": expected other contents", part.name));
+  if (loaded.options != text_of(options))
+    return failure(fmt::format("checkpoint: found one of a run with {}, expected {}",
+                               loaded.options, text_of(options)));
+  if (!trace.restore(std::move(loaded.events)))
+    return failure(
+        fmt::format("checkpoint: its part \"{}\": expected the stages of a step", part.name));
+  book = {loaded.flags, loaded.wall_s};
+  return {};
+}
+
+}  // namespace viscera

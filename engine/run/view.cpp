@@ -1,0 +1,237 @@
+#include "engine/run/view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/features/cautery/cautery.h"
+#include "engine/features/deformation/deformation.h"
+#include "engine/features/deformation/gpu_surfaces.h"
+#include "engine/features/smoke/smoke.h"
+#include "kernels/contact/deformation.h"
+#include "kernels/smoke/sight.h"
+
+namespace viscera {
+namespace {
+
+/// The shaft is drawn this far beyond its trocar: to a handle nobody sees [m].
+constexpr double kShaftBeyondTrocar = 0.15;
+/// What a surgeon looks at about a tip: a disc of this radius [m].
+constexpr double kAroundTip = 10e-3;
+
+template <class Value>
+KeyFrames camera_path(const CameraDescription& description, Value value) {
+  std::vector<double> times;
+  std::vector<Vec3> values;
+  for (const CameraKey& key : description.path) {
+    times.push_back(key.time);
+    values.push_back(value(key));
+  }
+  return KeyFrames(std::move(times), std::move(values));
+}
+
+InstrumentView instrument_view(const World& world, std::size_t i) {
+  const Entity instrument = world.all<InstrumentBody>().owner(i);
+  const InstrumentBody& body = world.all<InstrumentBody>()[i];
+  const InstrumentState& state = *world.find<InstrumentState>(instrument);
+  InstrumentView view;
+  view.id = instrument.index;
+  view.name = body.description.name;
+  switch (body.description.kind) {
+    case InstrumentKind::kProbe:
+      view.kind = InstrumentView::Kind::kProbe;
+      break;
+    case InstrumentKind::kGrasper:
+      view.kind = InstrumentView::Kind::kGrasper;
+      break;
+    case InstrumentKind::kHook:
+      view.kind = InstrumentView::Kind::kHook;
+      break;
+    case InstrumentKind::kSpatula:
+      view.kind = InstrumentView::Kind::kSpatula;
+      break;
+  }
+  if (!body.mesh.empty()) {
+    view.kind = InstrumentView::Kind::kMesh;
+    view.mesh = &body.mesh;
+  }
+  view.tip = state.tip;
+  view.shaft_direction = state.shaft_direction;
+  view.side_direction = state.side_direction;
+  view.shaft_radius = body.description.shaft_radius;
+  view.shaft_length = (body.description.trocar - state.tip).norm() + kShaftBeyondTrocar;
+  view.tip_radius = body.description.tip.radius;
+  view.jaw = std::clamp(state.jaw, 0.0, 1.0);
+  view.energised = state.power > 0.0;
+  return view;
+}
+
+/// Of what is mixed into the whole cavity [kg/m3].
+double background_density(const World& world, const SmokeBody& smoke) {
+  return smoke.volume.book().background / world.model().scene().gas.cavity;
+}
+
+const SmokeOptics& optics_of(const World& world) {
+  static const SmokeOptics kUnread;
+  const SmokeSight* sight = world.one<SmokeSight>();
+  return sight ? sight->optics : kUnread;
+}
+
+double background_of(const World& world) {
+  double density = 0.0;
+  for (const SmokeBody& smoke : world.all<SmokeBody>()) density += background_density(world, smoke);
+  return density;
+}
+
+}  // namespace
+
+Endoscope::Endoscope(const CameraDescription& description)
+    : description_(description),
+      tip_(camera_path(description, [](const CameraKey& key) { return key.tip; })),
+      target_(camera_path(description, [](const CameraKey& key) { return key.target; })),
+      roll_(camera_path(description,
+                        [](const CameraKey& key) { return Vec3(key.roll, 0.0, 0.0); })) {}
+
+CameraView Endoscope::at(double time) const {
+  CameraView view;
+  view.position = tip_.at(time);
+  const Vec3 axis = (target_.at(time) - view.position).normalized();
+  const Vec3 upright = std::abs(axis.z()) < 0.999 ? Vec3::UnitZ() : Vec3::UnitY();
+  const Vec3 right0 = axis.cross(upright).normalized();
+  const Eigen::AngleAxisd roll(roll_.at(time).x(), axis);
+  const Vec3 right = roll * right0;
+  view.forward = Eigen::AngleAxisd(-description_.optics, right) * axis;
+  view.up = right.cross(view.forward).normalized();
+  view.field_of_view = description_.field_of_view;
+  view.round_mask = description_.round_mask;
+  return view;
+}
+
+Vec3 light_colour(double temperature) {
+  // Planck's law at the peaks of the sRGB primaries; enough for a tint.
+  const Vec3 wavelengths(611e-9, 549e-9, 465e-9);
+  const double c2 = 1.438777e-2;  // second radiation constant [m K]
+  Vec3 colour;
+  for (int c = 0; c < 3; ++c)
+    colour[c] = std::expm1(c2 / (wavelengths[c] * 5600.0)) /
+                std::expm1(c2 / (wavelengths[c] * temperature));
+  return colour / colour.maxCoeff();
+}
+
+std::optional<double> sight_of_tips(const World& world, std::span<const ShownSmoke> smoke,
+                                    const CameraView& camera) {
+  SmokyCavity cavity;
+  std::vector<const SmokeGrid*> grids;
+  for (const ShownSmoke& shown : smoke)
+    if (!shown.grid.density.empty()) grids.push_back(&shown.grid);
+  cavity.grids = grids;
+  cavity.background = background_of(world);
+  cavity.optics = optics_of(world);
+  std::optional<double> least;
+  const auto look_at = [&](Entity instrument) {
+    const Vec3& tip = world.find<InstrumentState>(instrument)->tip;
+    const double seen = mean_transmittance(cavity, camera.position, tip, kAroundTip);
+    least = std::min(least.value_or(1.0), seen);
+  };
+  for (std::size_t i = 0; i < world.all<BurnTrace>().size(); ++i)
+    look_at(world.all<BurnTrace>().owner(i));
+  if (least) return least;
+  for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i)
+    look_at(world.all<InstrumentBody>().owner(i));
+  return least;
+}
+
+void splat_smoke(const World& world, std::vector<ShownSmoke>& shown) {
+  const Pool<SmokeSource>& sources = world.all<SmokeSource>();
+  shown.resize(sources.size());
+  for (std::size_t s = 0; s < shown.size(); ++s) {
+    const SmokeDescription& description = sources[s].description;
+    const SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
+    ShownSmoke& one = shown[s];
+    one.particle_places.clear();
+    one.particle_radii.clear();
+    if (smoke.most_particles == 0) {
+      one.grid = {};
+      continue;
+    }
+    splat(smoke.volume, description.voxel, one.grid);
+    if (description.look != SmokeLook::kSprites) continue;
+    const SmokeParticles& particles = smoke.volume.particles();
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      one.particle_places.push_back(particles.position(i));
+      one.particle_radii.push_back(spread_radius(smoke.volume.parameters(), particles.age(i)));
+    }
+  }
+}
+
+std::span<const Vec3f> ShownNormals::of(const World& world, std::size_t organ) {
+  const OrganState& state = *world.find<OrganState>(world.all<OrganBody>().owner(organ));
+  if (state.normals_fit || state.on_gpu) return state.normals;
+  made_.resize(std::max(made_.size(), world.all<OrganBody>().size()));
+  Made& made = made_[organ];
+  if (!made.fits || made.version != state.version) {
+    deformed_normals(world.all<OrganBody>()[organ].model->drawn, state.positions, made.normals);
+    made.version = state.version;
+    made.fits = true;
+  }
+  return made.normals;
+}
+
+FrameView make_view(const World& world, Shown& shown, const SceneDescription& scene,
+                    const Endoscope& endoscope, std::uint64_t picture) {
+  FrameView view;
+  view.camera = endoscope.at(world.time());
+  view.light_intensity = scene.light.intensity;
+  view.light_colour = light_colour(scene.light.colour_temperature);
+  view.frame = picture;
+  view.gas_temperature = scene.gas.temperature;
+  for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
+    const Entity organ = world.all<OrganBody>().owner(o);
+    const OrganBody& body = world.all<OrganBody>()[o];
+    const OrganState& state = *world.find<OrganState>(organ);
+    OrganView drawn;
+    drawn.id = organ.index;
+    drawn.name = body.name;
+    drawn.rest = &body.model->surface;
+    drawn.positions = state.positions;
+    drawn.normals = shown.normals.of(world, o);
+    if (state.on_gpu) drawn.device = world.one<GpuOrgans>()->surfaces->surface(organ);
+    drawn.surface_version = state.version;
+    drawn.pose = pose_of(world, organ);
+    drawn.look = body.tissue.look;
+    drawn.temperature = scene.gas.temperature;
+    if (const OrganBurn* burn = world.find<OrganBurn>(organ);
+        burn && burn->heat.bricks().count() > 0) {
+      drawn.burn = &burn->heat.bricks();
+      drawn.burn_version = burn->heat.version();
+      drawn.temperature = burn->heat.options().body;
+    }
+    view.organs.push_back(drawn);
+  }
+  for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i)
+    view.instruments.push_back(instrument_view(world, i));
+  const Pool<SmokeSource>& sources = world.all<SmokeSource>();
+  for (std::size_t s = 0; s < std::min(shown.smoke.size(), sources.size()); ++s) {
+    const SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
+    const ShownSmoke& as_shown = shown.smoke[s];
+    const SmokeGrid& grid = as_shown.grid;
+    if (grid.density.empty()) continue;
+    SmokeView drawn;
+    drawn.domain = grid.domain;
+    drawn.size = grid.size;
+    drawn.density = grid.density;
+    drawn.temperature = grid.temperature;
+    drawn.optics = optics_of(world);
+    drawn.background = background_density(world, smoke);
+    if (sources[s].description.look == SmokeLook::kSprites &&
+        as_shown.particle_radii.size() == smoke.volume.particles().size()) {
+      drawn.look = SmokeView::Look::kSprites;
+      drawn.particles = as_shown.particle_places;
+      drawn.particle_radii = as_shown.particle_radii;
+      drawn.particle_masses = smoke.volume.particles().masses;
+    }
+    view.smoke.push_back(drawn);
+  }
+  return view;
+}
+
+}  // namespace viscera

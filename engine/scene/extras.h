@@ -1,0 +1,28 @@
+// What the keys of features say of an organ, an instrument or a scene, by type.
+#pragma once
+
+#include <any>
+#include <map>
+#include <typeindex>
+#include <utility>
+
+namespace viscera {
+
+class Extras {
+ public:
+  template <class T>
+  void set(T value) {
+    values_[typeid(T)] = std::move(value);
+  }
+  /// Null where no key said anything of that kind.
+  template <class T>
+  const T* find() const {
+    const auto found = values_.find(typeid(T));
+    return found == values_.end() ? nullptr : std::any_cast<T>(&found->second);
+  }
+
+ private:
+  std::map<std::type_index, std::any> values_;
+};
+
+}  // namespace viscera

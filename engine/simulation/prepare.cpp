@@ -1,0 +1,147 @@
+#include "engine/simulation/prepare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/simulation/feature.h"
+#include "engine/simulation/instruments.h"
+#include "engine/simulation/tool_shape.h"
+
+namespace viscera {
+namespace {
+
+/// Tissue this far from a tip's path may be touched: the width of a contact and of its spreading.
+constexpr double kReachMargin = 8e-3;
+/// Of a jaw's travel while closed, the share that tissue elsewhere on the organs may follow, and
+/// the most that is allowed for.
+constexpr double kCarriedShare = 0.5;
+constexpr double kCarriedMost = 12e-3;
+/// Paths are sampled at the frame rate and thinned to this distance [m].
+constexpr double kPathPitch = 1e-3;
+constexpr double kSampleStep = 1.0 / 60.0;
+
+}  // namespace
+
+Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescription& scene,
+               const OrganDescription& organ, const std::vector<Feature>& features) {
+  Reach reach;
+  // What hives alone answer for has nothing to prepare.
+  if (organ.response == Response::kLocal) return reach;
+  double size = 0.0, carried = 0.0;
+  for (const InstrumentBody& body : instruments) {
+    const InstrumentDescription& instrument = body.description;
+    size = std::max(size, body.extent);
+    if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
+    bool closed = false;
+    Vec3 closed_at = Vec3::Zero();
+    Vec3 last = Vec3::Constant(std::numeric_limits<double>::infinity());
+    // The whole path, so that a shorter run takes the same model from the cache.
+    const double end = instrument.path.back().time + kSampleStep;
+    for (double time = 0.0; time <= end; time += kSampleStep) {
+      const Vec3 at = body.tip.at(time);
+      // Behind a jaw that has closed the tissue moves along; it is the closing place that counts.
+      const bool was_closed = closed;
+      closed = instrument.kind == InstrumentKind::kGrasper &&
+               jaw_closed(was_closed, body.jaw.at(time).x());
+      if (closed && !was_closed) closed_at = at;
+      if (closed) carried = std::max(carried, (at - closed_at).norm());
+      // In the organ's frame, which may move under a tip that rests.
+      const Vec3 local = organ.pose_at(time).to_local(at);
+      if ((local - last).norm() < kPathPitch) continue;
+      reach.points.push_back(local);
+      last = local;
+    }
+  }
+  reach.radius = kReachMargin + size + std::min(kCarriedMost, kCarriedShare * carried);
+  for (const Feature& feature : features)
+    if (feature.reach) feature.reach(scene, organ, instruments, reach);
+  return reach;
+}
+
+Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tissue>& tissues) {
+  Tissue tissue = tissues.at(organ.tissue);
+  if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
+  if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
+  tissue.model = organ.material.model;
+  if (!organ.material.relaxes) tissue.prony = organ.material.prony;
+  return tissue;
+}
+
+Result<OrganModels> prepare_organs(const SceneDescription& scene,
+                                   const std::vector<InstrumentBody>& instruments,
+                                   const std::map<std::string, Tissue>& tissues,
+                                   const PrepareOptions& options,
+                                   const std::vector<Feature>& features, const Progress& progress,
+                                   std::vector<std::string>& warnings) {
+  OrganModels models;
+  std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
+  const double organs = static_cast<double>(scene.organs.size());
+  for (std::size_t i = 0; i < scene.organs.size(); ++i) {
+    const OrganDescription& organ = scene.organs[i];
+    const Tissue tissue = tissue_of(organ, tissues);
+    const Reach reach = reach_of(instruments, scene, organ, features);
+    const SurfaceInspection tips_are_clear = [&](const TriangleSurface& surface) {
+      return check_tips(scene, instruments, organ, surface);
+    };
+    auto key = organ_key(organ, tissue, reach, options);
+    if (!key) return std::unexpected(key.error());
+    std::shared_ptr<const OrganModel>& model =
+        shared[fmt::format("{} {}", *key, static_cast<int>(organ.displacement_storage))];
+    if (model) {
+      if (auto clear = tips_are_clear(model->surface); !clear)
+        return std::unexpected(clear.error());
+      models.push_back(model);
+      continue;
+    }
+    const Progress part = [&](double fraction, std::string_view what) {
+      return progress((static_cast<double>(i) + fraction) / organs,
+                      fmt::format("{}: {}", organ.name, what));
+    };
+    auto prepared = prepare_organ(organ, tissue, reach, options, tips_are_clear, part, warnings);
+    if (!prepared) {
+      Error error = prepared.error();
+      if (error.messages.size() == 1 && error.messages[0] == kCancelled)
+        return std::unexpected(error);
+      for (std::string& message : error.messages)
+        if (!message.starts_with(scene.file.string()))
+          message = fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name,
+                                message);
+      return std::unexpected(error);
+    }
+    model = std::move(*prepared);
+    models.push_back(model);
+  }
+  for (const Feature& feature : features)
+    if (feature.warn_of_models) feature.warn_of_models(scene, models, warnings);
+  return models;
+}
+
+Result<std::shared_ptr<SceneModel>> make_model(const SceneDescription& scene,
+                                               std::vector<InstrumentBody> instruments,
+                                               const OrganModels& models,
+                                               const std::map<std::string, Tissue>& tissues,
+                                               const std::vector<Feature>& features,
+                                               const Schedule& schedule) {
+  auto model = std::make_shared<SceneModel>(scene, tissues, features, schedule);
+  for (std::size_t i = 0; i < scene.organs.size(); ++i)
+    model->add_organ({scene.organs[i].name, tissue_of(scene.organs[i], tissues), models[i]});
+  for (InstrumentBody& body : instruments) model->add_instrument(std::move(body));
+  for (const Feature& feature : features)
+    if (feature.prepare)
+      if (auto prepared = feature.prepare(*model); !prepared)
+        return std::unexpected(prepared.error());
+  return model;
+}
+
+Result<std::unique_ptr<World>> start_world(std::shared_ptr<const SceneModel> model) {
+  auto world = std::make_unique<World>(std::move(model));
+  for (const Feature& feature : world->model().features())
+    if (feature.start)
+      if (auto started = feature.start(*world); !started) return std::unexpected(started.error());
+  return world;
+}
+
+}  // namespace viscera

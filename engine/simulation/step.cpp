@@ -1,0 +1,45 @@
+#include <optional>
+
+#include "engine/simulation/feature.h"
+#include "engine/simulation/schedule.h"
+
+namespace viscera {
+namespace {
+
+/// Where the paths had the tools last, so that a step needs no new memory.
+struct PathControls {
+  Controls controls;
+};
+
+}  // namespace
+
+FrameReport step_frame(World& world, const Controls& controls, Trace* trace) {
+  FrameReport report;
+  FrameContext context;
+  context.frame = world.frame() + 1;
+  const std::uint64_t last_tick = last_tick_of_frame(context.frame);
+  context.dt = static_cast<double>(last_tick - world.tick()) * 1e-3;
+  context.time = static_cast<double>(last_tick) * 1e-3;
+  context.report = &report;
+  context.controls = &controls;
+
+  // A stage that the scene doesn't need isn't entered, and so isn't timed either.
+  const std::vector<Stage>& stages = world.model().schedule().stages();
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    if (stages[i].needed && !stages[i].needed(world)) continue;
+    std::optional<StageTimer> timer;
+    if (trace) timer.emplace(*trace, static_cast<int>(i), context.frame);
+    stages[i].run(world, context);
+  }
+  world.set_clock({last_tick, context.frame});
+  return report;
+}
+
+FrameReport step_frame(World& world, Trace& trace) {
+  Pool<PathControls>& kept = world.all<PathControls>();
+  if (kept.size() == 0) kept.add(kWhole, {});
+  controls_of_paths(world, end_of_step(world), kept[0].controls);
+  return step_frame(world, kept[0].controls, &trace);
+}
+
+}  // namespace viscera

@@ -1,0 +1,102 @@
+#include "engine/simulator/controls_file.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <fstream>
+#include <string_view>
+
+namespace viscera {
+namespace {
+
+/// Bytes of a line, and of a file: an hour of twenty tools.
+constexpr std::size_t kLongestLine = 1000;
+constexpr std::uintmax_t kLargestFile = std::uintmax_t{1} << 30;
+constexpr std::size_t kMostMistakes = 20;
+
+std::vector<std::string_view> cells_of(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    cells.push_back(line.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return cells;
+}
+
+bool number_of(std::string_view text, double& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// What is wrong with a row; empty: nothing, and `control` is what it says.
+std::string mistake_in(std::string_view line, std::uint64_t frame, const std::string& tool,
+                       ToolControl& control) {
+  const std::vector<std::string_view> cells = cells_of(line);
+  if (cells.size() != 7)
+    return fmt::format("found {} values, expected 7: {}", cells.size(), controls_header());
+  if (cells[0] != fmt::format("{}", frame) || cells[1] != tool)
+    return fmt::format("found frame and tool \"{:.40}\", \"{:.40}\", expected {}, \"{}\"", cells[0],
+                       cells[1], frame, tool);
+  double* const values[] = {&control.tip.x(), &control.tip.y(), &control.tip.z(), &control.jaw,
+                            &control.power};
+  for (std::size_t i = 0; i < 5; ++i)
+    if (!number_of(cells[i + 2], *values[i]))
+      return fmt::format("found \"{:.40}\", expected a number", cells[i + 2]);
+  return {};
+}
+
+}  // namespace
+
+std::string controls_header() {
+  return "frame,tool,tip_x_m,tip_y_m,tip_z_m,jaw,power_W";
+}
+
+std::string controls_rows(std::uint64_t frame, const std::vector<std::string>& tools,
+                          const Controls& controls) {
+  std::string rows;
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const ToolControl& one = controls.tools[i];
+    rows += fmt::format("{},{},{},{},{},{},{}\n", frame, tools[i], one.tip.x(), one.tip.y(),
+                        one.tip.z(), one.jaw, one.power);
+  }
+  return rows;
+}
+
+Result<std::vector<Controls>> read_controls(const std::filesystem::path& file,
+                                            const std::vector<std::string>& tools) {
+  const std::string name = file.string();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    return failure(name + ": found no such file, expected recorded controls");
+  if (std::filesystem::file_size(file, error) > kLargestFile || error)
+    return failure(name + ": found more than a gigabyte, expected recorded controls");
+  if (tools.empty()) return failure(name + ": found a scene without tools, expected some to move");
+  std::ifstream in(file);
+  std::string line;
+  if (!std::getline(in, line) || line != controls_header())
+    return failure(
+        fmt::format("{}:1: found another first line, expected {}", name, controls_header()));
+  std::vector<Controls> frames;
+  Error mistakes;
+  std::size_t row = 0;
+  for (; std::getline(in, line) && mistakes.messages.size() < kMostMistakes; ++row) {
+    const std::size_t tool = row % tools.size();
+    if (tool == 0) frames.push_back({std::vector<ToolControl>(tools.size())});
+    const std::string wrong =
+        line.size() > kLongestLine
+            ? "found a line of " + std::to_string(line.size()) + " bytes, expected a row"
+            : mistake_in(line, frames.size(), tools[tool], frames.back().tools[tool]);
+    if (!wrong.empty()) mistakes.messages.push_back(fmt::format("{}:{}: {}", name, row + 2, wrong));
+  }
+  if (mistakes.messages.empty() && row % tools.size() != 0)
+    mistakes.messages.push_back(
+        fmt::format("{}:{}: found the end within frame {}, expected {} tools", name, row + 2,
+                    frames.size(), tools.size()));
+  if (mistakes.messages.empty() && frames.empty())
+    mistakes.messages.push_back(name + ":2: found the end, expected the first frame");
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return frames;
+}
+
+}  // namespace viscera

@@ -1,0 +1,57 @@
+#include "engine/run/observers/sight.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/simulator/build.h"
+#include "tests/engine/run/watched_run.h"
+#include "tests/support/paths.h"
+
+namespace viscera::test {
+namespace {
+
+TEST(Sight, TellsTheShareOfLooksThroughThickSmokeAndTheTraineesTime) {
+  SceneDescription scene = watched_scene();
+  // Smoke that no light comes through, from 0.2 s on, right before the lens.
+  scene.smoke[0].emitters[0].rate = 1e-2;
+  scene.smoke[0].emitters[0].position = Vec3(0, -15e-3, 31e-3);
+  scene.smoke[0].emitters[0].speed = 0.0;
+  scene.smoke[0].emitters[0].when = {0.2, 10.0};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  StageClock clock;
+  FrameViews::Makers makers{.scene = scene, .clock = clock};
+  makers.endoscope.emplace(*scene.camera);
+  Sight sight;
+  RunReport report;
+  sight.describe(*world, report);
+  EXPECT_FALSE(report.smoke.time_in_smoke) << "nobody has looked";
+  Trace trace(stage_names());
+  for (std::uint64_t picture = 0; picture < 12; ++picture) {
+    step_frame(*world, trace);
+    step_frame(*world, trace);
+    FrameViews views(*world, makers, picture, picture);
+    ASSERT_TRUE(sight.add_picture(views));
+  }
+  report.duration_s = world->time();
+  sight.describe(*world, report);
+  ASSERT_TRUE(report.smoke.time_in_smoke && report.trainee.time_in_smoke);
+  EXPECT_GT(*report.smoke.time_in_smoke, 0.2);
+  EXPECT_LE(*report.smoke.time_in_smoke, 0.5);
+  EXPECT_NEAR(*report.trainee.time_in_smoke, *report.smoke.time_in_smoke * report.duration_s,
+              1e-12);
+}
+
+TEST(Sight, AsksForNothingWhereThereIsNoCamera) {
+  const SceneDescription scene = watched_scene();
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  StageClock clock;
+  FrameViews::Makers makers{.scene = scene, .clock = clock};
+  FrameViews views(*world, makers, 0, 0);
+  Sight sight;
+  ASSERT_TRUE(sight.add_picture(views));
+  EXPECT_FALSE(sight.time_in_smoke());
+}
+
+}  // namespace
+}  // namespace viscera::test

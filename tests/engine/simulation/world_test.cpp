@@ -1,0 +1,3 @@
+#include "engine/simulation/world.h"
+
+#include <gtest/gtest.h>

@@ -1,0 +1,253 @@
+#include "engine/simulator/simulation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <thread>
+
+#include "engine/features/coagulation/coagulation.h"
+#include "engine/simulator/build.h"
+#include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+
+namespace viscera {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kTop = 25e-3;  // pole of the ball [m]
+
+/// Two balls that a link ties; a grasper lifts one, a hook burns it, smoke rises into gas that
+/// flows; one breathes, and the table tilts.
+SceneDescription busy_scene() {
+  SceneDescription scene = soft_ball_scene(9e-3, 6e-3);
+  scene.name = "busy";
+  scene.source = "busy";
+  OrganDescription other = scene.organs[0];
+  other.name = "other";
+  other.pose.position = Vec3(52e-3, 0, 0);
+  other.motion.emplace();
+  other.motion->amplitude = 2e-3;
+  scene.organs.push_back(other);
+  LinkDescription link;
+  link.name = "band";
+  link.between = {scene.organs[0].name, "other"};
+  link.region.shape = Region::Shape::kSphere;
+  link.region.a = Vec3(26e-3, 0, 0);
+  link.region.radius = 8e-3;
+  link.stiffness = 50.0;
+  scene.links = {link};
+  scene.instruments = {test::straight_tool("hook", InstrumentKind::kHook, 1e-3,
+                                           {{0.0, Vec3(0, 0, kTop + 1.5e-3), 30.0, 1.0},
+                                            {0.2, Vec3(0, 0, kTop + 0.5e-3), 30.0, 1.0},
+                                            {1.5, Vec3(3e-3, 0, kTop - 0.3e-3), 30.0, 1.0}}),
+                       test::straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                                           {{0.0, Vec3(-20e-3, 0, 20e-3), 0.0, 1.0},
+                                            {0.3, Vec3(-17.5e-3, 0, 18e-3), 0.0, 0.0},
+                                            {1.5, Vec3(-22e-3, 0, 24e-3), 0.0, 0.0}})};
+  scene.instruments[0].friction = 0.2;
+  SmokeDescription smoke;
+  smoke.name = "plume";
+  smoke.domain = Box(Vec3(-30e-3, -30e-3, 15e-3), Vec3(30e-3, 30e-3, 60e-3));
+  EmitterDescription steady;
+  steady.position = Vec3(10e-3, 0, kTop + 5e-3);
+  steady.rate = 2e-6;
+  steady.particles = 900;
+  EmitterDescription burn;
+  burn.instrument = "hook";
+  smoke.emitters = {steady, burn};
+  scene.smoke = {smoke};
+  scene.gas.cells = 12;
+  scene.gas.inlets = {{Vec3(-25e-3, 0, 40e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
+  scene.gravity.emplace();
+  scene.gravity->table = {{0.0, 0.0, 0.0}, {1.0, 0.2, 0.1}};
+  scene.duration = 1.5;
+  return scene;
+}
+
+/// One model for all tests.
+const Model& busy_model() {
+  static const Model model = [] {
+    std::vector<std::string> warnings;
+    auto made = build_model(busy_scene(), test::test_tissues(),
+                            {test::project_file("assets"), false}, no_progress(), warnings);
+    EXPECT_TRUE(made) << made.error().text();
+    return Model(*made);
+  }();
+  return model;
+}
+
+Simulation busy_simulation() {
+  auto made = Simulation::create(busy_model());
+  EXPECT_TRUE(made) << made.error().text();
+  return *std::move(made);
+}
+
+void step_to(Simulation& simulation, std::uint64_t frame) {
+  while (simulation.frame() < frame) simulation.step();
+}
+
+TEST(Simulation, OfOneModelRepeatsItselfBitForBit) {
+  Simulation one = busy_simulation(), other = busy_simulation();
+  step_to(one, 40);
+  step_to(other, 40);
+  EXPECT_EQ(one.hash(), other.hash());
+  EXPECT_EQ(one.world().state_difference(other.world()), "");
+}
+
+TEST(Simulation, GoesOnFromASnapshotToTheSameHashAtAnyMoment) {
+  Simulation whole = busy_simulation();
+  std::vector<Snapshot> snapshots;
+  std::vector<std::string> hashes;
+  for (const std::uint64_t frame : {0, 1, 7, 19, 31, 46, 60, 75}) {
+    step_to(whole, frame);
+    auto snapshot = whole.snapshot();
+    ASSERT_TRUE(snapshot) << snapshot.error().text();
+    snapshots.push_back(*snapshot);
+    hashes.push_back(whole.hash());
+  }
+  step_to(whole, 90);
+  const std::string end = whole.hash();
+  Simulation other = busy_simulation();
+  step_to(other, 52);  // it has lived another life
+  for (const std::size_t i : {6, 2, 0, 4, 7, 1, 3, 5}) {
+    ASSERT_TRUE(other.restore(snapshots[i]));
+    EXPECT_EQ(other.hash(), hashes[i]) << i;
+    step_to(other, 90);
+    EXPECT_EQ(other.hash(), end) << "from frame " << i << ": "
+                                 << other.world().state_difference(whole.world());
+  }
+}
+
+TEST(Simulation, GoesOnFromAFileInANewSimulation) {
+  const test::TemporaryFolder folder;
+  Simulation one = busy_simulation();
+  step_to(one, 50);
+  ASSERT_TRUE(one.save(folder / "state.bin"));
+  step_to(one, 80);
+  Simulation other = busy_simulation();
+  const auto loaded = other.load(folder / "state.bin");
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  EXPECT_EQ(other.frame(), 50u);
+  step_to(other, 80);
+  EXPECT_EQ(one.hash(), other.hash()) << one.world().state_difference(other.world());
+}
+
+TEST(Simulation, RefusesAFileThatIsCutOffDamagedOrOfAnotherScene) {
+  const test::TemporaryFolder folder;
+  Simulation one = busy_simulation();
+  step_to(one, 5);
+  ASSERT_TRUE(one.save(folder / "state.bin"));
+  std::ifstream in(folder / "state.bin", std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  const std::string hash = one.hash();
+  const auto refused = [&](const std::string& text) {
+    std::ofstream(folder / "bad.bin", std::ios::binary) << text;
+    const auto loaded = one.load(folder / "bad.bin");
+    EXPECT_FALSE(loaded);
+    EXPECT_EQ(one.hash(), hash);
+    return loaded ? "" : loaded.error().text();
+  };
+  refused(bytes.substr(0, bytes.size() / 2));
+  std::string damaged = bytes;
+  damaged[bytes.size() / 3] ^= 4;
+  refused(damaged);
+  refused("");
+
+  SceneDescription scene = busy_scene();
+  scene.source = "another";
+  std::vector<std::string> warnings;
+  auto model = build_model(scene, test::test_tissues(), {test::project_file("assets"), false},
+                           no_progress(), warnings);
+  ASSERT_TRUE(model);
+  auto other = Simulation::create(Model(*model));
+  ASSERT_TRUE(other);
+  const auto loaded = other->load(folder / "state.bin");
+  ASSERT_FALSE(loaded);
+  EXPECT_THAT(loaded.error().text(), HasSubstr("another"));
+  EXPECT_THAT(loaded.error().text(), HasSubstr("busy"));
+  EXPECT_FALSE(other->restore(*one.snapshot()));
+}
+
+TEST(Simulation, RefusesControlsThatCannotBeAndStepsNothing) {
+  Simulation one = busy_simulation();
+  step_to(one, 3);
+  const std::string hash = one.hash();
+  const auto refused = [&](const auto& change) {
+    Controls controls = one.path_controls();
+    change(controls);
+    const auto stepped = one.step(controls);
+    EXPECT_FALSE(stepped);
+    EXPECT_EQ(one.hash(), hash);
+    return stepped ? "" : stepped.error().text();
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refused([](Controls& c) { c.tools[0].tip.x() = kNan; }), HasSubstr("\"hook\""));
+  EXPECT_THAT(refused([](Controls& c) { c.tools[1].jaw = kNan; }), HasSubstr("\"grasper\""));
+  EXPECT_THAT(refused([](Controls& c) { c.tools[1].jaw = 1.5; }), HasSubstr("0 (closed)"));
+  EXPECT_THAT(refused([](Controls& c) { c.tools[1].power = 10.0; }), HasSubstr("conducts"));
+  EXPECT_THAT(refused([](Controls& c) { c.tools[0].power = -1.0; }), HasSubstr("-1 W"));
+  EXPECT_THAT(refused([](Controls& c) { c.tools[0].tip.x() += 0.5; }), HasSubstr("jumps"));
+  EXPECT_THAT(refused([](Controls& c) { c.tools.pop_back(); }),
+              HasSubstr("expected the scene's 2"));
+  EXPECT_THAT(refused([](Controls& c) { c.tools[0].tip = Vec3(0, 0, kTop + 1.5e-3 + 0.2); }),
+              HasSubstr("trocar"));
+}
+
+TEST(Simulation, UnderThePathsOwnControlsIsTheRunAlongThePaths) {
+  Simulation along = busy_simulation(), told = busy_simulation();
+  step_to(along, 20);
+  while (told.frame() < 20) ASSERT_TRUE(told.step(told.path_controls()));
+  EXPECT_EQ(along.hash(), told.hash());
+}
+
+TEST(Simulation, FollowsControlsThatLeaveThePaths) {
+  Simulation along = busy_simulation(), away = busy_simulation();
+  while (away.frame() < 30) {
+    Controls controls = away.path_controls();
+    controls.tools[0].tip.z() += 10e-3;
+    controls.tools[0].power = 0.0;
+    ASSERT_TRUE(away.step(controls));
+  }
+  step_to(along, 30);
+  EXPECT_NE(along.hash(), away.hash());
+  EXPECT_EQ(away.heat(0).vaporised, 0.0);
+}
+
+TEST(Simulation, SharesItsModelBetweenThreads) {
+  const Simulation alone = [] {
+    Simulation one = busy_simulation();
+    step_to(one, 25);
+    return one;
+  }();
+  std::vector<std::string> hashes(3);
+  std::vector<std::thread> threads;
+  for (std::string& hash : hashes)
+    threads.emplace_back([&hash] {
+      auto one = Simulation::create(busy_model());
+      if (!one) return;
+      while (one->frame() < 25) one->step();
+      hash = one->hash();
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::string& hash : hashes) EXPECT_EQ(hash, alone.hash());
+}
+
+TEST(Simulation, ShowsWithoutChangingWhatItShows) {
+  Simulation one = busy_simulation();
+  step_to(one, 30);
+  const std::string before = one.hash();
+  EXPECT_FALSE(one.surface(0).positions.empty());
+  EXPECT_TRUE(one.force(0).allFinite());
+  EXPECT_TRUE(one.tip(1).allFinite());
+  EXPECT_GE(one.heat(0).greatest_temperature, 310.0);
+  EXPECT_GT(one.airborne_smoke(), 0.0);
+  EXPECT_GT(one.state_bytes(), 1000u);
+  EXPECT_EQ(one.hash(), before);
+}
+
+}  // namespace
+}  // namespace viscera

@@ -1,0 +1,128 @@
+// Cases of the stress run, in the process.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <sstream>
+
+#include "tools/stress/stress_run.h"
+
+namespace viscera {
+namespace {
+
+StressOutcome run(int number, StressFault fault = StressFault::kNone) {
+  auto outcome = run_stress_case(1, number, fault, no_progress());
+  EXPECT_TRUE(outcome.has_value());
+  return outcome ? *outcome : StressOutcome{};
+}
+
+std::string told(const StressOutcome& outcome) {
+  std::ostringstream text;
+  text << outcome.description << "; " << outcome.tools << "; " << outcome.refused;
+  for (const StressFigure& figure : outcome.figures)
+    text << "; " << figure.check << ' ' << figure.figure << " of " << figure.limit << ' '
+         << figure.detail;
+  return text.str();
+}
+
+/// The same bits, with infinity and what isn't a number as themselves.
+void expect_same(const StressOutcome& one, const StressOutcome& other) {
+  EXPECT_EQ(told(one), told(other));
+  ASSERT_EQ(one.figures.size(), other.figures.size());
+  for (std::size_t i = 0; i < one.figures.size(); ++i)
+    EXPECT_EQ(one.figures[i].figure, other.figures[i].figure) << one.figures[i].check;
+}
+
+TEST(StressCases, AreSoundOrRefusedWithAReason) {
+  StressOptions options;
+  options.cases = 4 * kStressKinds;
+  options.quiet = true;
+  std::ostringstream said;
+  const auto sound = run_stress(options, said);
+  ASSERT_TRUE(sound.has_value());
+  EXPECT_TRUE(*sound) << said.str();
+}
+
+TEST(StressCases, EveryKindIsThereAndMostAreAccepted) {
+  std::set<StressKind> kinds;
+  for (int number = 0; number < kStressKinds; ++number)
+    kinds.insert(make_stress_body(7, number).kind);
+  EXPECT_EQ(kinds.size(), static_cast<std::size_t>(kStressKinds));
+  // An ordinary body refused would make the run worthless.
+  const StressOutcome outcome = run(0);
+  EXPECT_EQ(outcome.refused, "");
+  EXPECT_GE(outcome.figures.size(), 8u);
+}
+
+TEST(StressCases, CoincidentNodesAndAPlaneOfNodesAreRefused) {
+  const StressOutcome coincident = run(static_cast<int>(StressKind::kCoincident));
+  EXPECT_NE(coincident.refused.find("apart"), std::string::npos) << told(coincident);
+  EXPECT_TRUE(coincident.passed());
+}
+
+TEST(StressCases, LinearFieldsAreKeptBySeveralPiecesAndNearlyPlaneNeighbourhoods) {
+  // Two pieces of few nodes with quadratic fields; touchable places where nodes nearly lie in a
+  // plane.
+  for (const int number : {1078, 1875}) {
+    const StressOutcome outcome = run(number);
+    EXPECT_TRUE(outcome.passed()) << told(outcome);
+    EXPECT_EQ(outcome.refused, "");
+    for (const StressFigure& figure : outcome.figures) {
+      if (figure.check == "linear field") {
+        EXPECT_LT(figure.figure, 1e-10) << told(outcome);
+      }
+    }
+  }
+}
+
+TEST(StressCases, SameSeedAndNumberGiveTheSameFigures) {
+  const StressOutcome first = run(7);
+  run(8);
+  expect_same(first, run(7));
+}
+
+TEST(StressCases, OtherSeedsGiveOtherBodies) {
+  EXPECT_NE(make_stress_body(1, 0).description, make_stress_body(2, 0).description);
+}
+
+TEST(StressCases, FlippedSignInTheComplianceIsFound) {
+  int found = 0, ran = 0;
+  for (const int number : {0, 1, 7, 10}) {
+    const StressOutcome outcome = run(number, StressFault::kCompliance);
+    if (!outcome.refused.empty()) continue;
+    ++ran;
+    found += !outcome.passed();
+  }
+  EXPECT_GE(ran, 3);
+  EXPECT_EQ(found, ran);
+}
+
+TEST(StressCases, FlippedSignOfAForceIsFound) {
+  int found = 0, ran = 0;
+  for (const int number : {0, 1, 7, 10}) {
+    const StressOutcome outcome = run(number, StressFault::kForce);
+    if (!outcome.refused.empty()) continue;
+    ++ran;
+    found += !outcome.passed();
+  }
+  EXPECT_GE(ran, 3);
+  EXPECT_EQ(found, ran);
+}
+
+TEST(StressCases, RunsAreToldAlikeWhateverTheThreads) {
+  StressOptions options;
+  options.seed = 3;
+  options.cases = 6;
+  options.fault = StressFault::kCompliance;
+  options.quiet = true;
+  std::ostringstream one, three;
+  options.threads = 1;
+  ASSERT_TRUE(run_stress(options, one).has_value());
+  options.threads = 3;
+  ASSERT_TRUE(run_stress(options, three).has_value());
+  // All but the time it took.
+  const auto without_time = [](const std::string& text) { return text.substr(0, text.rfind(';')); };
+  EXPECT_EQ(without_time(one.str()), without_time(three.str()));
+}
+
+}  // namespace
+}  // namespace viscera

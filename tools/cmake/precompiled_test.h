@@ -1,0 +1,6 @@
+// The same for test programs.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "tools/cmake/precompiled.h"
