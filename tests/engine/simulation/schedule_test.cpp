@@ -70,7 +70,7 @@ TEST(Schedule, OfTheSimulatorIsTheStepThatArchitectureTells) {
   EXPECT_EQ(order(step_schedule()),
             (std::vector<std::string>{
                 "read tools", "run servos", "move organs", "sag organs", "find contacts",
-                "stiffen organs", "shape organs", "tie organs", "free cells",
+                "stiffen organs", "beat", "shape organs", "tie organs", "free cells",
                 "deform organs", "deform local organs", "heat tissue", "emit smoke", "move smoke",
                 "fetch surfaces", "publish", "check", "follow coagulation"}));
   std::ifstream file(test::project_file("ARCHITECTURE.md"));
