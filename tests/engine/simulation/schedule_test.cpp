@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
@@ -67,12 +68,16 @@ TEST(Schedule, RefusesAStageThatReadsWhatNobodyWrites) {
 }
 
 TEST(Schedule, OfTheSimulatorIsTheStepThatArchitectureTells) {
-  EXPECT_EQ(order(step_schedule()),
-            (std::vector<std::string>{
-                "read tools", "run servos", "move organs", "sag organs", "find contacts",
-                "stiffen organs", "beat", "shape organs", "tie organs", "free cells",
-                "deform organs", "deform local organs", "heat tissue", "emit smoke", "move smoke",
-                "fetch surfaces", "publish", "check", "follow coagulation"}));
+  // Others may come between them.
+  const std::vector<std::string> backbone = {
+      "read tools",     "run servos",    "move organs", "find contacts", "shape organs",
+      "tie organs",     "deform organs", "heat tissue", "emit smoke",    "move smoke",
+      "fetch surfaces", "publish",       "check"};
+  std::vector<std::string> found;
+  for (const std::string& stage : order(step_schedule()))
+    if (std::find(backbone.begin(), backbone.end(), stage) != backbone.end())
+      found.push_back(stage);
+  EXPECT_EQ(found, backbone);
   std::ifstream file(test::project_file("ARCHITECTURE.md"));
   std::stringstream text;
   text << file.rdbuf();
