@@ -56,8 +56,8 @@ TEST(Pulsation, LeavesTissueThatIsHeldWhereItIs) {
       deep = deep || region.grown(-8e-3).contains(rest);
     if (!deep) continue;
     ++held;
-    // The drawn surface is carried by places that reach a little beyond the held part.
-    EXPECT_LT((now[v] - model.rest_positions[v]).norm(), 0.02f * 0.05f * 25e-3f);
+    // Of the greatest swelling a twentieth: nodes stand 10 mm apart, and carry it a little further.
+    EXPECT_LT((now[v] - model.rest_positions[v]).norm(), 0.05f * 0.05f * 25e-3f);
   }
   EXPECT_GT(held, 10u);
 }
