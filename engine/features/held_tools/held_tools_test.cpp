@@ -61,7 +61,8 @@ std::string hash_until(World& world, double time) {
   return hash.finish(world);
 }
 
-/// Of where tools are and what they feel alone: a recording is another device than the recorded.
+/// Of where tools are, what they feel and how organs yield: all but the device itself, as a
+/// recording is another one than the recorded.
 std::string forces_until(World& world, double time) {
   Hasher hasher;
   Trace trace(stage_names());
@@ -69,6 +70,8 @@ std::string forces_until(World& world, double time) {
     step_frame(world, trace);
     const Vec3 felt = tool_of(world).output.force, tip = world.all<InstrumentState>()[0].tip;
     hasher.bytes(felt.data(), sizeof(Vec3)).bytes(tip.data(), sizeof(Vec3));
+    for (const OrganState& organ : world.all<OrganState>())
+      hasher.bytes(organ.positions.data(), organ.positions.size() * sizeof(Vec3f));
   }
   return hasher.hex();
 }

@@ -11,6 +11,9 @@ namespace {
 constexpr double kGreatestStrain = 0.2;
 /// Near where the organ is held the beat fades over this share of its size.
 constexpr double kFade = 0.2;
+/// What a place does shows this far around it, in spacings of the nodes: so far from where the
+/// organ is held no place moves yet.
+constexpr double kShows = 2.0;
 
 FeatureKeys keys() {
   ObjectSpec spec{"A beat: the surface swells from the organ's middle and goes back.",
@@ -37,12 +40,12 @@ void reach(const SceneDescription&, const OrganDescription& organ,
   if (organ.extras.find<PulsationDescription>() && organ.deformable) reach.sags = true;
 }
 
-/// 0 where the organ is held, 1 farther than `fade` [m] from there.
-double freedom(const OrganDescription& organ, const Vec3& at, double fade) {
+/// 0 within `still` [m] of where the organ is held, 1 farther than `fade` [m] from there.
+double freedom(const OrganDescription& organ, const Vec3& at, double still, double fade) {
   constexpr int kSteps = 16;
   for (int step = 0; step < kSteps; ++step)
     for (const Region& region : organ.fixed)
-      if (region.grown(fade * step / kSteps).contains(at))
+      if (region.grown(still + fade * step / kSteps).contains(at))
         return static_cast<double>(step) / kSteps;
   return 1.0;
 }
@@ -51,8 +54,10 @@ std::vector<float> swelling(const OrganModel& model, const OrganDescription& org
   const double fade = kFade * model.rest_bounds.sizes().maxCoeff();
   const Vec3 middle = model.rest_bounds.center();
   std::vector<float> swell;
-  for (const Vec3& place : model.places.positions) {
-    const Vec3 way = freedom(organ, place, fade) * (place - middle);
+  for (std::size_t p = 0; p < model.places.size(); ++p) {
+    const Vec3& place = model.places.positions[p];
+    const double still = kShows * model.places.spacings[p];
+    const Vec3 way = freedom(organ, place, still, fade) * (place - middle);
     for (int axis = 0; axis < 3; ++axis) swell.push_back(static_cast<float>(way[axis]));
   }
   return swell;
