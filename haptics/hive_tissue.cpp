@@ -96,17 +96,6 @@ HiveTissue::HiveTissue(const HiveBody& body, const HiveTissueSettings& settings,
       nudged_(foot_.cells().size()),
       builder_(settings.building) {}
 
-Vec3 HiveTissue::free_displacement(const TissueSnapshot& scene,
-                                   const SurfacePoint& at) const noexcept {
-  if (scene.free.empty() || at.triangle < 0) return Vec3::Zero();
-  const auto& corners = body_.surface->surface().triangles[static_cast<std::size_t>(at.triangle)];
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t c = 0; c < 3; ++c)
-    sum += at.weights[static_cast<Eigen::Index>(c)] *
-           scene.free[static_cast<std::size_t>(corners[c])].cast<double>();
-  return sum;
-}
-
 /// How far the tissue went by its own velocity since the snapshot [m].
 Vec3 moved_since(const TissueSnapshot& scene, std::uint64_t tick, double dt) {
   const double ticks = static_cast<double>(tick) - static_cast<double>(scene.tick);
@@ -117,8 +106,7 @@ Vec3 moved_since(const TissueSnapshot& scene, std::uint64_t tick, double dt) {
 Vec3 HiveTissue::seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion,
                                 double dt) const noexcept {
   const Vec3 moved = moved_since(scene, motion.tick, dt);
-  return scene.pose.to_local(motion.pose.position - moved) -
-         free_displacement(scene, nearest_.point);
+  return scene.pose.to_local(motion.pose.position - moved);
 }
 
 /// Takes the newest snapshot, if there is one; says whether. Its frame may turn, but what it is
@@ -143,12 +131,9 @@ bool HiveTissue::take_snapshot(const ToolMotion& motion, double dt) noexcept {
 }
 
 bool HiveTissue::find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept {
-  const auto off = [&](const SurfaceSpot& spot, const SurfacePoint& at) {
-    return (tip - free_displacement(scene, at) - spot.position).norm();
-  };
+  const auto off = [&](const SurfaceSpot& spot) { return (tip - spot.position).norm(); };
   const auto walk = [&](SurfaceSpot& spot) {
-    return body_.surface->walk(tip - free_displacement(scene, spot.point), reach(), spot) ==
-           WalkEnd::kFound;
+    return body_.surface->walk(tip, reach(), spot) == WalkEnd::kFound;
   };
   const bool near = nearest_.on_surface() && walk(nearest_);
   if (!near) nearest_.point.triangle = -1;
@@ -157,7 +142,7 @@ bool HiveTissue::find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool
   if (scene.nearest.triangle < 0 || (near && (pressing || !fresh))) return near;
   SurfaceSpot other = body_.surface->at(scene.nearest);
   if (!walk(other)) return near;
-  if (near && off(other, other.point) > off(nearest_, nearest_.point) - kNearer) return true;
+  if (near && off(other) > off(nearest_) - kNearer) return true;
   ++figures_.searches;
   nearest_ = other;
   foot_.forget();
@@ -169,10 +154,7 @@ bool HiveTissue::find_foot(const TissueSnapshot& scene, const Vec3& tip, bool fr
     foot_.forget();
     return false;
   }
-  // What else moves the tissue moves what the tool meets: seen from the tissue at rest, the tool is
-  // that much elsewhere.
-  const Vec3 centre = tip - free_displacement(scene, nearest_.point);
-  const Vec3 away = centre - nearest_.position;
+  const Vec3 away = tip - nearest_.position;
   const double height = away.dot(nearest_.normal) < 0.0 ? -away.norm() : away.norm();
   const double depth = settings_.tool_radius - height;
   // In the air the nearest place will do; and where the smooth foot has left the tool (a fold, an
@@ -180,11 +162,11 @@ bool HiveTissue::find_foot(const TissueSnapshot& scene, const Vec3& tip, bool fr
   const bool close = depth > -kTouching;
   const double stray = settings_.tool_radius + std::max(0.0, depth);
   const auto followed = [&] {
-    return foot_.follow(*body_.surface, centre, reach()) && std::abs(foot_.depth() - depth) < stray;
+    return foot_.follow(*body_.surface, tip, reach()) && std::abs(foot_.depth() - depth) < stray;
   };
   if (close && foot_.standing() && followed()) return true;
-  foot_.start(nearest_, centre);
-  if (close && !followed()) foot_.start(nearest_, centre);
+  foot_.start(nearest_, tip);
+  if (close && !followed()) foot_.start(nearest_, tip);
   return true;
 }
 
@@ -233,7 +215,7 @@ Vec3 HiveTissue::displacement(const SurfaceSpot& spot) const noexcept {
 
 HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   HiveForce result;
-  result.verdict = hive.seat(foot_.cells());
+  result.verdict = hive.seat(foot_.cells(), snapshots_.front().hold);
   if (result.verdict != HiveVerdict::kSound) return result;
   const double nudge = kNudge * settings_.tool_radius;
   for (std::size_t k = 0; k < nudged_.size(); ++k) nudged_[k] = foot_.depths()[k] + nudge;
@@ -260,7 +242,8 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, do
   for (const auto& [which, weight] : {std::pair(before_, before), std::pair(now_, now)}) {
     if (which < 0 || weight <= 0.0) continue;
     Hive& hive = hives_[static_cast<std::size_t>(which)];
-    if (hive.seat(foot_.cells()) == HiveVerdict::kSound) shares[count++] = {&hive, weight};
+    if (hive.seat(foot_.cells(), snapshots_.front().hold) == HiveVerdict::kSound)
+      shares[count++] = {&hive, weight};
   }
   if (count == 0) return false;
   struct Deadline {
@@ -427,10 +410,8 @@ void HiveTissue::restore(State state) {
 }
 
 bool HiveTissue::fits(const State& state) const {
-  const std::size_t vertices = body_.surface->surface().vertices.size();
   for (const TissueSnapshot& one : state.snapshots.slots)
-    if (!body_.surface->has(one.nearest) || !(one.free.empty() || one.free.size() == vertices))
-      return false;
+    if (!body_.surface->has(one.nearest) || !one.hold.root.allFinite()) return false;
   for (std::size_t i = 0; i < kHives; ++i)
     if (!hives_[i].fits(state.hives[i])) return false;
   // No hive plays two parts.

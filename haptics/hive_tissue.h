@@ -148,7 +148,6 @@ class HiveTissue final : public TactileModel {
   bool take_snapshot(const ToolMotion& motion, double dt) noexcept;
   bool find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept;
   bool find_foot(const TissueSnapshot& scene, const Vec3& tip, bool fresh) noexcept;
-  Vec3 free_displacement(const TissueSnapshot& scene, const SurfacePoint& at) const noexcept;
   void renew_hive(const Vec3& velocity) noexcept;
   HiveForce press(Hive& hive, double& stiffness) noexcept;
   Vec3 push_of(std::span<const double> forces) const noexcept;

@@ -53,6 +53,8 @@ Json haptic_json(const HapticReport& tool) {
           {"greatest_force_N", tool.greatest_force},
           {"energy_J", tool.energy},
           {"passivity_violations", tool.passivity_violations},
+          {"frames_at_rest", tool.frames_at_rest},
+          {"frame_difference", tool.frame_difference},
           {"hives",
            {{"built", tool.hives_built},
             {"refused", tool.hives_refused},

@@ -50,6 +50,10 @@ struct HapticReport {
   std::uint64_t ticks_without = 0;  ///< a hive, in contact
   // Of tissue beyond linear (haptics/hive_tissue.h):
   std::uint64_t newton_steps = 0, tangent_answers = 0, deadline_misses = 0, linear_answers = 0;
+  /// Of what the hand felt, from what the frame's contact finds, over the frames in which the tool
+  /// touched and stood still (root of the mean square).
+  double frame_difference = 0.0;
+  std::uint64_t frames_at_rest = 0;
   std::vector<std::string> events;
 };
 

@@ -567,6 +567,8 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
   }
   if (organ.displacement_storage == DisplacementStorage::kHalf && model->touchable_anywhere())
     keep_in_half_precision(*model);
+  if (organ.response == Response::kLocal && organ.deformable)
+    model->drawn = carried_by_none(model->surface);
   for (const std::string& note : model->notes) warnings.push_back(organ.name + ": " + note);
   if (model->deformable()) {
     // Said once, however many organs use the formulation.

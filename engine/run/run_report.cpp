@@ -63,6 +63,8 @@ HapticReport haptic_report(const HapticTool& tool) {
   report.tangent_answers = figures.tangent_answers;
   report.deadline_misses = figures.deadline_misses;
   report.linear_answers = figures.linear_answers;
+  report.frame_difference = tool.agreement.ratio();
+  report.frames_at_rest = tool.agreement.frames;
   report.events = tool.events;
   return report;
 }

@@ -149,7 +149,7 @@ static_assert(fields_cover<Cling::Spot>() && fields_cover<Cling>());
 /// What an organ's contact remembers from frame to frame.
 struct OrganTouch {
   static constexpr std::string_view kName = "organ contacts";
-  std::unique_ptr<PatchContact> solver;
+  std::unique_ptr<TissueContact> solver;
   Box bounds;  ///< of the deformed surface, world [m]
   std::vector<CellRange> ranges;
   std::vector<Cling> clings;  ///< one a tool with friction that presses

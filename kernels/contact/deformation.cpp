@@ -113,10 +113,15 @@ void place_displacements(const SurfaceCompliance& compliance, const ContactRespo
 }
 
 DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places) {
+  DrawnSurface drawn = carried_by_none(surface);
+  drawn.carriers = surface_carriers(surface.vertices, drawn.rest_normals, places);
+  return drawn;
+}
+
+DrawnSurface carried_by_none(const TriangleSurface& surface) {
   DrawnSurface drawn;
   drawn.rest = &surface;
   drawn.rest_normals = vertex_normals(surface);
-  drawn.carriers = surface_carriers(surface.vertices, drawn.rest_normals, places);
   const std::size_t count = surface.vertices.size();
 
   drawn.triangle_begin.assign(count + 1, 0);

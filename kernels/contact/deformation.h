@@ -5,7 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "kernels/contact/patch_contact.h"
+#include "kernels/contact/contact_cells.h"
+#include "kernels/contact/surface_places.h"
+#include "kernels/paff/elasticity.h"
 
 namespace viscera {
 
@@ -27,6 +29,9 @@ struct DrawnSurface {
 /// Linear fields are carried exactly, smooth ones with an error of second order in h. `surface`
 /// outlives the result; `places` are of it or of a coarser picture of it.
 DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places);
+
+/// The same without carriers: of a surface that is moved otherwise, for its normals.
+DrawnSurface carried_by_none(const TriangleSurface& surface);
 
 /// What the displacements of the places make of those of the drawn vertices [m]. Parallel,
 /// deterministic.

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/contact/patch_contact.h"
+#include "kernels/contact/contact_cells.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {

@@ -1,6 +1,5 @@
 #include "kernels/contact/patch_contact.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
@@ -8,7 +7,9 @@
 #include "kernels/base/archive.h"
 #include "kernels/base/wide.h"
 #include "kernels/contact/column_sums.h"
+#include "kernels/contact/deformation.h"
 #include "kernels/contact/facing.h"
+#include "kernels/contact/half_columns.h"
 
 namespace viscera {
 namespace {
@@ -16,9 +17,6 @@ namespace {
 /// Weights of all cells are written in a common basis that misses none of them by more than this
 /// share: cells of one tip differ little, so the basis is several times smaller than their number.
 constexpr double kBasisTolerance = 5e-4;
-/// Added to the diagonal, relative: two tools may press the very same spot. Also the least
-/// eigenvalue of the scaled matrix, see lift().
-constexpr double kRidge = 1e-6;
 /// How far about a cell the tissue counts for its near field, in spacings of the nodes: as narrow
 /// as places allow, since what is wider is the compliance's part.
 constexpr double kFeltSpacings = 0.35;
@@ -76,8 +74,28 @@ double PatchContact::spread_factor() {
 
 PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                            const IsotropicMaterial& material)
-    : compliance_(compliance), surface_(surface), material_(material) {
+    : TissueContact(compliance.symmetric),
+      compliance_(compliance),
+      surface_(surface),
+      material_(material) {
   local_of_.assign(compliance.touchable.size(), -1);
+}
+
+void PatchContact::draw_on(const DrawnSurface& drawn, const HalfColumns* half) {
+  drawn_ = &drawn;
+  half_ = half;
+}
+
+TissueAbilities PatchContact::abilities() const {
+  return {.springs = compliance_.symmetric, .shapes = true, .stiffens = compliance_.symmetric};
+}
+
+bool PatchContact::touchable(const Vec3& place) const {
+  return is_touchable(surface_, place);
+}
+
+NearField PatchContact::any_near_field() const {
+  return {material_, surface_.spacings.front()};
 }
 
 IsotropicMaterial PatchContact::material_of(double stiffness) const {
@@ -267,18 +285,60 @@ void PatchContact::couple_nearby() {
       if (faces == 0.0) continue;
       // The tissue about each counts by its root, so that the whole stays positive.
       const double share = faces / std::sqrt(stiffness_[k] * stiffness_[l]);
-      // Spread by two Gaussians: their variances add.
-      const double one = near_fields_[k].sigma(), other = near_fields_[l].sigma();
-      const NearField near(material_, std::sqrt(0.5 * (one * one + other * other)));
-      const Mat3 response =
-          share * near.cell_response(cells[k].position - cells[l].position,
-                                     (cells[k].normal + cells[l].normal).normalized(),
-                                     0.5 * (cells[k].area + cells[l].area));
+      const Mat3 response = share * near_between(k, l);
       const auto row = static_cast<Eigen::Index>(3 * k), column = static_cast<Eigen::Index>(3 * l);
       response_.block<3, 3>(row, column) += response;
       if (k != l) response_.block<3, 3>(column, row) += response.transpose();
     }
   }
+}
+
+/// S V V^T S^T of these cells, and what their near field lost as the tissue about them stiffened.
+MatrixX PatchContact::taken_by_update(std::size_t begin, std::size_t end) const {
+  if (!update_ || end > moving_cells() || weights_.rows() < static_cast<Eigen::Index>(end))
+    return {};
+  const auto first = static_cast<Eigen::Index>(begin), m = static_cast<Eigen::Index>(end - begin);
+  MatrixX taken = MatrixX::Zero(3 * m, 3 * m);
+  if (update_->rank > 0) {
+    const auto rank = static_cast<Eigen::Index>(update_->rank);
+    const std::size_t height = 3 * surface_.size();
+    MatrixX modes(3 * m, rank);
+    MatrixX rows(weights_.cols(), rank);
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      for (Eigen::Index j = 0; j < weights_.cols(); ++j) {
+        const auto row = 3 * static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]) +
+                         static_cast<std::size_t>(a);
+        for (Eigen::Index r = 0; r < rank; ++r)
+          rows(j, r) =
+              static_cast<double>(update_->touchable[static_cast<std::size_t>(r) * height + row]);
+      }
+      modes(Eigen::seqN(a, m, 3), Eigen::all) = weights_.middleRows(first, m) * rows;
+    }
+    taken.noalias() += modes * modes.transpose();
+  }
+  const std::vector<Place>& cells = state_.places;
+  for (std::size_t k = begin; k < end; ++k)
+    for (std::size_t l = begin; l <= k; ++l) {
+      const double faces = facing(cells[k].normal.dot(cells[l].normal));
+      const double lost = faces * (1.0 - 1.0 / std::sqrt(stiffness_[k] * stiffness_[l]));
+      if (lost == 0.0) continue;
+      const Mat3 block = lost * near_between(k, l);
+      const auto row = static_cast<Eigen::Index>(3 * (k - begin));
+      const auto column = static_cast<Eigen::Index>(3 * (l - begin));
+      taken.block<3, 3>(row, column) += block;
+      if (k != l) taken.block<3, 3>(column, row) += block.transpose();
+    }
+  return taken;
+}
+
+/// Of sound tissue, between two cells that face the same way.
+Mat3 PatchContact::near_between(std::size_t k, std::size_t l) const {
+  const Place &one = state_.places[k], &other = state_.places[l];
+  // Spread by two Gaussians: their variances add.
+  const double a = near_fields_[k].sigma(), b = near_fields_[l].sigma();
+  const NearField near(material_, std::sqrt(0.5 * (a * a + b * b)));
+  return near.cell_response(one.position - other.position, (one.normal + other.normal).normalized(),
+                            0.5 * (one.area + other.area));
 }
 
 /// The rows and columns of the anchors: S_k (C S^T) with the other cells, and their own.
@@ -318,214 +378,7 @@ std::size_t PatchContact::moving_cells() const {
   return state_.places.size() - (anchored_ ? anchors_->places.size() : 0);
 }
 
-bool PatchContact::remember_places(std::span<const ContactCell> cells) {
-  std::vector<Place>& places = state_.places;
-  bool same = cells.size() == places.size();
-  places.resize(cells.size());
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    const Place place{cells[k].position, cells[k].normal, cells[k].area};
-    same = same && place == places[k];
-    places[k] = place;
-  }
-  return same;
-}
-
-bool PatchContact::remember_ways(std::span<const ContactCell> cells, const MatrixX& backing) {
-  std::vector<Way>& ways = state_.ways;
-  bool same = cells.size() == ways.size() && backing.rows() == backing_.rows() &&
-              (backing.array() == backing_.array()).all();
-  backing_ = backing;
-  ways.resize(cells.size());
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    const Way way{cells[k].direction, cells[k].friction, cells[k].held};
-    same = same && way == ways[k];
-    ways[k] = way;
-  }
-  return same;
-}
-
-/// One unknown a pressed cell, along its direction; two more across it with friction; three along
-/// the axes for a held one.
-void PatchContact::list_unknowns() {
-  unknowns_.clear();
-  bilateral_.clear();
-  conditions_.clear();
-  for (std::size_t k = 0; k < state_.ways.size(); ++k) {
-    const Way& cell = state_.ways[k];
-    const auto add = [&](const Vec3& direction) {
-      unknowns_.push_back({static_cast<int>(k), direction});
-      bilateral_.push_back(cell.held);
-    };
-    if (cell.held) {
-      for (int a = 0; a < 3; ++a) add(Vec3::Unit(a));
-      conditions_.insert(conditions_.end(), 3, {ContactCondition::Kind::kBilateral, 0.0});
-      continue;
-    }
-    add(cell.direction);
-    if (cell.friction == 0.0) {
-      conditions_.push_back({ContactCondition::Kind::kUnilateral, 0.0});
-      continue;
-    }
-    conditions_.push_back({ContactCondition::Kind::kFriction, cell.friction});
-    const Vec3 first = cell.direction.unitOrthogonal();
-    add(first);
-    add(cell.direction.cross(first));
-  }
-}
-
-void PatchContact::assemble(const MatrixX& backing) {
-  const auto count = static_cast<Eigen::Index>(unknowns_.size());
-  matrix_.resize(count, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Unknown& row = unknowns_[static_cast<std::size_t>(i)];
-    for (Eigen::Index j = 0; j < (compliance_.symmetric ? i + 1 : count); ++j) {
-      const Unknown& column = unknowns_[static_cast<std::size_t>(j)];
-      matrix_(i, j) = row.direction.dot(response_.block<3, 3>(3 * row.cell, 3 * column.cell) *
-                                        column.direction);
-      if (compliance_.symmetric) matrix_(j, i) = matrix_(i, j);
-    }
-  }
-  // A held cell's unknowns are its forces along the axes.
-  if (backing.rows() > 0) matrix_.bottomRightCorner(backing.rows(), backing.rows()) += backing;
-  matrix_.diagonal() *= 1.0 + kRidge;
-}
-
-void PatchContact::set_wanted(std::span<const ContactCell> cells) {
-  wanted_.resize(static_cast<Eigen::Index>(unknowns_.size()));
-  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-    const Unknown& unknown = unknowns_[i];
-    const ContactCell& cell = cells[static_cast<std::size_t>(unknown.cell)];
-    // The first unknown of a pressed cell is along its direction.
-    const bool pushes = !cell.held && (i == 0 || unknowns_[i - 1].cell != unknown.cell);
-    wanted_[static_cast<Eigen::Index>(i)] =
-        (pushes ? cell.depth : unknown.direction.dot(cell.displacement)) -
-        unknown.direction.dot(cell.free);
-  }
-}
-
-/// Amounts of the unknowns, by the solver that the conditions need.
-void PatchContact::solve_conditions(ContactSolution& solution) {
-  const bool rubs = std::any_of(conditions_.begin(), conditions_.end(), [](const auto& condition) {
-    return condition.kind == ContactCondition::Kind::kFriction;
-  });
-  if (rubs) {
-    const FrictionFigures figures =
-        solvers_->frictional.solve(matrix_, wanted_, conditions_, state_.amounts);
-    solution.pivots = figures.rounds;
-    solution.converged = figures.converged;
-    solution.residual = figures.residual;
-    std::vector<int> loaded;
-    for (Eigen::Index i = 0; i < state_.amounts.size(); ++i) {
-      if (state_.amounts[i] != 0.0) loaded.push_back(static_cast<int>(i));
-    }
-    if (!same_matrix_ || loaded != measured_ || loaded.empty()) {
-      const MatrixX part = matrix_(loaded, loaded);
-      measured_eigenvalue_ = compliance_.symmetric ? estimated_eigenvalue_ratio(part)
-                                                   : smallest_eigenvalue_ratio(part);
-      measured_ = loaded;
-    }
-    solution.smallest_eigenvalue = measured_eigenvalue_;
-    if (compliance_.symmetric && solution.smallest_eigenvalue <= 0.0) {
-      solution.converged = false;
-      state_.amounts.setZero();
-    }
-    return;
-  }
-  if (state_.active.size() != unknowns_.size()) {
-    state_.active.resize(unknowns_.size());
-    for (std::size_t i = 0; i < state_.active.size(); ++i) {
-      state_.active[i] = wanted_[static_cast<Eigen::Index>(i)] > 0.0;
-    }
-  }
-  const UnilateralFigures figures = solvers_->unilateral.solve(
-      matrix_, wanted_, bilateral_, state_.active, state_.amounts, compliance_.symmetric);
-  solution.pivots = figures.pivots;
-  solution.converged = figures.converged;
-  solution.smallest_eigenvalue = figures.smallest_eigenvalue;
-}
-
-/// Where the forces took each cell, and what that leaves.
-void PatchContact::measure(std::span<const ContactCell> cells, ContactSolution& solution) {
-  const Eigen::Map<const VectorX> forces(solution.forces.front().data(),
-                                         static_cast<Eigen::Index>(3 * cells.size()));
-  Eigen::Map<VectorX>(state_.displacements.front().data(), forces.size()).noalias() =
-      response_ * forces;
-  if (state_.lifted.size() > 0) {
-    const VectorX more = state_.lifted * state_.amounts;
-    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-      state_.displacements[static_cast<std::size_t>(unknowns_[i].cell)] +=
-          more[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
-    }
-  }
-  for (std::size_t k = 0; k < cells.size(); ++k) state_.displacements[k] += cells[k].free;
-  solution.slips.assign(cells.size(), Vec3::Zero());
-  solution.violation = 0.0;
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    const ContactCell& cell = cells[k];
-    if (cell.held) continue;
-    const Vec3& way = cell.direction;
-    solution.violation =
-        std::max(solution.violation, cell.depth - state_.displacements[k].dot(way));
-    if (cell.friction == 0.0) continue;
-    // Inside its cone a cell sticks; what is left between the two is round-off.
-    const Vec3& force = solution.forces[k];
-    const double pushed = force.dot(way);
-    const double dragged = (force - pushed * way).norm();
-    if (pushed > 0.0 && dragged < (1.0 - 1e-9) * cell.friction * pushed) continue;
-    const Vec3 off = state_.displacements[k] - cell.displacement;
-    solution.slips[k] = off - way.dot(off) * way;
-  }
-}
-
-// Why the matrix may be indefinite. With D_k the transform of cell k's pressure and g_k that of the
-// bell it's spread by, H the half-space's response and B the body's, A_kl is the integral of
-// H D_k D_l + (B - H) g_k g_l. Cells of one size on a plane have D and g in common, and D^2 H +
-// (B - H) g^2 is positive wherever D >= g. Where cells of several sizes meet at one spot and the
-// body is stiffer than a half-space (B < H: thin, or held nearby), two of them have the determinant
-// H (B - H) (D_k g_l - D_l g_k)^2 < 0; and around an edge the flat half-space is a guess anyway.
-// Such a contact could give energy away. The nearest matrix that can't is the one with its
-// eigenvalues lifted to the ridge [Higham1988], taken of the matrix scaled to a unit diagonal. It
-// is a continuous function of the cells and of nothing else, so the contact stays conservative.
-void PatchContact::lift() {
-  state_.lifted.resize(0, 0);
-  lifted_share_ = 0.0;
-  if (!compliance_.symmetric) return;
-  solvers_->whole_factor.compute(matrix_);
-  if (solvers_->whole_factor.info() == Eigen::Success) return;
-  if (!matrix_.allFinite() || (matrix_.diagonal().array() <= 0.0).any()) return;
-  const VectorX scale = matrix_.diagonal().cwiseSqrt();
-  const VectorX inverse = scale.cwiseInverse();
-  const MatrixX scaled = inverse.asDiagonal() * matrix_ * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixX> modes(scaled);
-  if (modes.info() != Eigen::Success) return;
-  // Well above what rounding may take from an eigenvalue again.
-  const VectorX missing = (kRidge - modes.eigenvalues().array()).max(0.0);
-  lifted_share_ = missing.maxCoeff() / modes.eigenvalues().maxCoeff();
-  const MatrixX rise =
-      modes.eigenvectors() * missing.asDiagonal() * modes.eigenvectors().transpose();
-  state_.lifted = scale.asDiagonal() * (0.5 * (rise + rise.transpose())) * scale.asDiagonal();
-  matrix_ += state_.lifted;
-}
-
-/// Remembers the cells, and makes what depends on their places alone.
-void PatchContact::see_places(std::span<const ContactCell> cells, bool one_of_several) {
-  same_matrix_ = remember_places(cells);
-  const bool counts = !one_of_several || !state_.counted;
-  state_.counted = one_of_several;
-  if (!same_matrix_) {
-    state_.stayed = 0;
-    state_.columns_built = 0;
-    columns_made_ = 0;
-    at_hand_ = false;
-  } else if (counts) {
-    ++state_.stayed;
-  }
-  make_response();
-}
-
 void PatchContact::make_response() {
-  if (at_hand_) return;
-  at_hand_ = true;
   anchored_ = ends_in_anchors(state_.places);
   spread_cells(std::span(state_.places).first(moving_cells()));
   gather_compliance();
@@ -537,9 +390,35 @@ void PatchContact::make_response() {
     couple_nearby();
 }
 
-const MatrixX& PatchContact::cell_response() {
-  if (!state_.places.empty()) make_response();
-  return response_;
+void PatchContact::places_changed() {
+  columns_made_ = 0;
+}
+
+void PatchContact::drop_response() {
+  // Assigning {} would keep a vector's memory.
+  const auto drop = [](auto&... vectors) {
+    (std::remove_reference_t<decltype(vectors)>().swap(vectors), ...);
+  };
+  drop(stiffness_, touched_, gathered_, spread_, cell_columns_);
+  columns_made_ = 0;
+  weights_ = basis_ = coefficients_ = MatrixX();
+  block_.fill(Eigen::MatrixXf());
+  anchored_ = ends_in_anchors(state_.places);
+}
+
+void PatchContact::spread_forces(std::span<const Vec3> forces, ContactResponse& response) {
+  const auto spread = [](std::span<const Vec3> by, const MatrixX& weights,
+                         const std::vector<int>& touched) {
+    ContactResponse one{touched, std::vector<Vec3>(touched.size(), Vec3::Zero())};
+    if (!touched.empty())
+      Eigen::Map<Eigen::Matrix3Xd>(one.loads.front().data(), 3, weights.cols()).noalias() =
+          Eigen::Map<const Eigen::Matrix3Xd>(by.front().data(), 3, weights.rows()) * weights;
+    return one;
+  };
+  state_.response = spread(forces.first(moving_cells()), weights_, touched_);
+  response = anchored_ ? merged(state_.response, spread(forces.subspan(moving_cells()),
+                                                        anchors_->weights, anchors_->touched))
+                       : state_.response;
 }
 
 void PatchContact::anchor(std::span<const ContactCell> cells) {
@@ -569,26 +448,6 @@ void PatchContact::anchor(std::span<const ContactCell> cells) {
   state_.places.clear();
 }
 
-void PatchContact::restore(State state) {
-  forget();
-  state_ = std::move(state);
-  anchored_ = ends_in_anchors(state_.places);
-  list_unknowns();
-}
-
-void PatchContact::forget() {
-  at_hand_ = matrix_at_hand_ = false;
-  // Assigning {} would keep a vector's memory.
-  const auto drop = [](auto&... vectors) {
-    (std::remove_reference_t<decltype(vectors)>().swap(vectors), ...);
-  };
-  drop(near_fields_, stiffness_, touched_, gathered_, spread_, cell_columns_, measured_);
-  columns_made_ = 0;
-  weights_ = basis_ = coefficients_ = response_ = backing_ = matrix_ = MatrixX();
-  block_.fill(Eigen::MatrixXf());
-  solvers_.reset();
-}
-
 bool PatchContact::fits(const State& state) const {
   return is_sound(state, compliance_.touchable.size(),
                   ends_in_anchors(state.places) ? anchors_->places.size() : 0);
@@ -599,13 +458,10 @@ std::size_t PatchContact::memory_bytes() const {
   const auto of_matrix = [](const auto& matrix) {
     return static_cast<std::size_t>(matrix.size()) * sizeof(*matrix.data());
   };
-  std::size_t bytes = saved_bytes(state_) + of(near_fields_) + of(stiffness_) + of(touched_) +
-                      of(gathered_) + of(local_of_) + of(spread_) + of(cell_columns_) +
-                      of(unknowns_) + of(conditions_);
+  std::size_t bytes = conditions_memory_bytes() + of(stiffness_) + of(touched_) + of(gathered_) +
+                      of(local_of_) + of(spread_) + of(cell_columns_);
   for (const auto& shares : spread_) bytes += of(shares);
-  for (const MatrixX* matrix :
-       {&weights_, &basis_, &coefficients_, &response_, &backing_, &matrix_})
-    bytes += of_matrix(*matrix);
+  for (const MatrixX* matrix : {&weights_, &basis_, &coefficients_}) bytes += of_matrix(*matrix);
   for (const Eigen::MatrixXf& block : block_) bytes += of_matrix(block);
   if (anchors_)
     bytes += of(anchors_->cells) + of(anchors_->places) + of(anchors_->columns) +
@@ -618,13 +474,7 @@ void PatchContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
   update_ = std::move(update);
   // All that was put together of the compliance until now is of another body.
   gathered_.clear();
-  state_.places.clear();
-  state_.ways.clear();
-  state_.lifted.resize(0, 0);
-  measured_.clear();
-  state_.columns_built = 0;
-  columns_made_ = 0;
-  state_.stayed = 0;
+  forget_conditions();
   if (const auto anchors = anchors_) anchor(anchors->cells);
 }
 
@@ -638,102 +488,6 @@ void PatchContact::take_off_columns(std::span<const double> weights, float* colu
     subtract_update(*update_, touched_, loads,
                     {columns + static_cast<std::size_t>(a) * rows, rows});
   }
-}
-
-/// What follows from solution.forces.
-void PatchContact::apply_forces(std::span<const ContactCell> cells, ContactSolution& solution,
-                                ContactResponse& response) {
-  solution.touching = 0;
-  for (const Vec3& force : solution.forces) solution.touching += force.isZero(0.0) ? 0 : 1;
-  if (solution.touching > 0) {
-    const std::span<const Vec3> forces(solution.forces);
-    const auto spread = [](std::span<const Vec3> by, const MatrixX& weights,
-                           const std::vector<int>& touched) {
-      ContactResponse one{touched, std::vector<Vec3>(touched.size(), Vec3::Zero())};
-      if (!touched.empty())
-        Eigen::Map<Eigen::Matrix3Xd>(one.loads.front().data(), 3, weights.cols()).noalias() =
-            Eigen::Map<const Eigen::Matrix3Xd>(by.front().data(), 3, weights.rows()) * weights;
-      return one;
-    };
-    state_.response = spread(forces.first(moving_cells()), weights_, touched_);
-    response = anchored_ ? merged(state_.response, spread(forces.subspan(moving_cells()),
-                                                          anchors_->weights, anchors_->touched))
-                         : state_.response;
-    state_.forces = solution.forces;
-  } else {
-    response.touched.clear();
-    response.loads.clear();
-    state_.response = response;
-    state_.forces.clear();
-  }
-  measure(cells, solution);
-}
-
-void PatchContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
-                         ContactResponse& response, const MatrixX& backing) {
-  solution.touching = solution.pivots = 0;
-  solution.violation = solution.residual = solution.lifted = 0.0;
-  solution.beyond_touchable = 0;
-  solution.converged = true;
-  solution.smallest_eigenvalue = 1.0;
-  solution.near_fields.clear();
-  solution.forces.assign(cells.size(), Vec3::Zero());
-  solution.slips.assign(cells.size(), Vec3::Zero());
-  response.touched.clear();
-  response.loads.clear();
-  state_.response = response;
-  state_.forces.clear();
-  state_.displacements.assign(cells.size(), Vec3::Zero());
-  if (cells.empty()) return;
-  if (!std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); })) {
-    solution.converged = false;
-    solution.smallest_eigenvalue = 0.0;
-    solution.near_fields.assign(cells.size(), NearField(material_, surface_.spacings.front()));
-    return;
-  }
-
-  if (!solvers_) solvers_.emplace();
-  see_places(cells, backing.rows() > 0);
-  same_matrix_ = remember_ways(cells, backing) && same_matrix_ && matrix_at_hand_;
-  if (!same_matrix_) {
-    list_unknowns();
-    assemble(backing);
-    lift();
-    matrix_at_hand_ = true;
-  }
-  set_wanted(cells);
-  solve_conditions(solution);
-
-  solution.lifted = lifted_share_;
-  solution.near_fields = near_fields_;
-  solution.beyond_touchable = beyond_touchable_;
-  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-    solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
-        state_.amounts[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
-  }
-  apply_forces(cells, solution, response);
-}
-
-void PatchContact::load(std::span<const ContactCell> cells, std::span<const Vec3> forces,
-                        ContactSolution& solution, ContactResponse& response) {
-  see_places(cells, true);
-  if (!same_matrix_) {
-    // The matrix of the conditions belongs to other places now.
-    state_.ways.clear();
-    unknowns_.clear();
-    state_.lifted.resize(0, 0);
-    lifted_share_ = 0.0;
-  }
-  if (state_.lifted.size() > 0)
-    for (std::size_t i = 0; i < unknowns_.size(); ++i)
-      state_.amounts[static_cast<Eigen::Index>(i)] =
-          unknowns_[i].direction.dot(forces[static_cast<std::size_t>(unknowns_[i].cell)]);
-  solution.forces.assign(forces.begin(), forces.end());
-  solution.converged = true;
-  solution.near_fields = near_fields_;
-  solution.beyond_touchable = beyond_touchable_;
-  state_.displacements.assign(cells.size(), Vec3::Zero());
-  apply_forces(cells, solution, response);
 }
 
 /// Columns of C S^T, what one cell does to every place: those that count as built and aren't here.
@@ -752,7 +506,7 @@ void PatchContact::make_columns() {
 
 void PatchContact::place_displacements(std::vector<float>& displacements) {
   state_.counted = false;
-  if (!state_.places.empty()) make_response();
+  if (!state_.places.empty()) ensure_response();
   const std::size_t rows = compliance_.rows(), moving = moving_cells();
   /// Columns times the forces on these cells, one triple a cell.
   const auto sum_cells = [&](const std::vector<float>& columns, std::span<const Vec3> forces,
@@ -783,6 +537,19 @@ void PatchContact::place_displacements(std::vector<float>& displacements) {
   std::vector<float> more;
   sum_cells(anchors_->columns, std::span(state_.forces).subspan(moving), more);
   for (std::size_t i = 0; i < displacements.size(); ++i) displacements[i] += more[i];
+}
+
+void PatchContact::place_displacements(const ContactResponse& response,
+                                       std::vector<float>& displacements) {
+  if (!half_) return place_displacements(displacements);
+  viscera::place_displacements(*half_, response, displacements);
+  if (update_) subtract_update(*update_, response.touched, response.loads, displacements);
+}
+
+void PatchContact::draw(std::span<const float> displacements, std::span<const ContactCell> cells,
+                        const ContactSolution& solution, std::vector<Vec3f>& positions) const {
+  deformed_positions(*drawn_, displacements, solution.near_fields, cells, solution.forces,
+                     positions);
 }
 
 }  // namespace viscera

@@ -226,4 +226,26 @@ bool spread_load(const TouchableSurface& surface, const Vec3& position, const Ve
   return true;
 }
 
+bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
+  if (touchable.positions.empty()) return false;
+  Eigen::Vector3i home;
+  for (int a = 0; a < 3; ++a)
+    home[a] = static_cast<int>(std::floor((x[a] - touchable.box.min()[a]) / touchable.cell));
+  for (int k = home.z() - 1; k <= home.z() + 1; ++k)
+    for (int j = home.y() - 1; j <= home.y() + 1; ++j)
+      for (int i = home.x() - 1; i <= home.x() + 1; ++i) {
+        if (i < 0 || j < 0 || k < 0 || i >= touchable.cells.x() || j >= touchable.cells.y() ||
+            k >= touchable.cells.z())
+          continue;
+        const auto cell =
+            static_cast<std::size_t>(i + touchable.cells.x() * (j + touchable.cells.y() * k));
+        for (int at = touchable.cell_begin[cell]; at < touchable.cell_begin[cell + 1]; ++at) {
+          const auto s =
+              static_cast<std::size_t>(touchable.cell_items[static_cast<std::size_t>(at)]);
+          if ((touchable.positions[s] - x).norm() < touchable.spacings[s]) return true;
+        }
+      }
+  return false;
+}
+
 }  // namespace viscera

@@ -31,6 +31,9 @@ struct TouchableSurface {
 Result<TouchableSurface> touchable_part(const SurfacePlaces& places,
                                         const std::function<bool(const Vec3&)>& is_touchable);
 
+/// True where `x` (rest, on the surface) lies among the touchable places.
+bool is_touchable(const TouchableSurface& touchable, const Vec3& x);
+
 /// A touchable place and its share of a load.
 struct LoadShare {
   int place;  ///< index into TouchableSurface

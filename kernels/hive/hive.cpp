@@ -96,6 +96,8 @@ struct Hive::Data {
   std::vector<ContactCell> cells;
   std::vector<double> cell_forces;   ///< of the last press [N]
   std::vector<PatternPlace> places;  ///< of the cells
+  FootHold hold;                     ///< of others, about them
+  MatrixX held;                      ///< shares of the cells in it, 9 x cells
   MatrixX images;                    ///< correction times the cells' weights, (3 n) x cells
   VectorX node_forces;               ///< of the last press, (3 m) [N]
 
@@ -116,6 +118,7 @@ struct Hive::Data {
     cell_forces.reserve(most);
     places.reserve(most);
     images.resize(3 * moved, most_cells);
+    held.resize(9, most_cells);
     node_forces = VectorX::Zero(3 * pattern.ring_nodes());
     usable = usable_share(pattern) * wanted.radius;
     figures.nodes = pattern.nodes();
@@ -124,6 +127,7 @@ struct Hive::Data {
   }
 
   bool condense_to_surface() noexcept;
+  void fill_compliance(bool with_hold) noexcept;
   PatternPlace locate(const Vec3& point) const noexcept;
 };
 
@@ -161,6 +165,34 @@ bool Hive::Data::condense_to_surface() noexcept {
     for (Eigen::Index i = 0; i <= j; ++i)
       correction(i, j) = correction(j, i) = 0.5 * (loads(i, j) + loads(j, i));
   return true;
+}
+
+/// The seated cells' compliance along their directions: lower triangle.
+void Hive::Data::fill_compliance(bool with_hold) noexcept {
+  const int n = static_cast<int>(cells.size());
+  Eigen::Ref<MatrixX> matrix = pressed.begin(n);
+  for (int k = 0; k < n; ++k) {
+    const ContactCell& one = cells[static_cast<std::size_t>(k)];
+    const PatternPlace& place = places[static_cast<std::size_t>(k)];
+    for (int l = 0; l <= k; ++l) {
+      const ContactCell& other = cells[static_cast<std::size_t>(l)];
+      double amount = 0.0;
+      for (std::size_t a = 0; a < 3; ++a)
+        if (place.nodes[a] < moved)
+          amount +=
+              place.weights[a] * one.direction.dot(images.col(l).segment<3>(3 * place.nodes[a]));
+      const double share = facing(one.normal.dot(other.normal));
+      if (share > 0.0) {
+        const Vec3 offset = one.position - other.position;
+        const double radius = disc_radius(0.5 * (one.area + other.area));
+        amount += share * one.direction.dot(half_space.displacement(
+                              disc_to_disc(offset.norm(), radius), offset,
+                              (one.normal + other.normal).normalized(), other.direction));
+      }
+      if (with_hold) amount -= held.col(k).dot(held.col(l));
+      matrix(k, l) = amount;
+    }
+  }
 }
 
 PatternPlace Hive::Data::locate(const Vec3& point) const noexcept {
@@ -262,7 +294,7 @@ HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
   return HiveVerdict::kSound;
 }
 
-HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
+HiveVerdict Hive::seat(std::span<const ContactCell> cells, const FootHold& hold) noexcept {
   Data& d = *data_;
   d.is_seated = false;
   if (!d.is_built) return HiveVerdict::kNotBuilt;
@@ -278,6 +310,7 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
   d.cells.assign(cells.begin(), cells.end());
   d.cell_forces.assign(cells.size(), 0.0);
   d.node_forces.setZero();
+  d.hold = hold;
   if (d.pinned) {
     d.pinned->seat(cells, d.nodes, d.pattern.free_nodes(), d.correction);
     d.is_seated = true;
@@ -297,29 +330,17 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells) noexcept {
             (place.weights[a] * cell.direction[c]) * d.correction.col(3 * place.nodes[a] + c);
     }
   }
-  Eigen::Ref<MatrixX> matrix = d.pressed.begin(n);
-  for (int k = 0; k < n; ++k) {
-    const ContactCell& one = cells[static_cast<std::size_t>(k)];
-    const PatternPlace& place = d.places[static_cast<std::size_t>(k)];
-    for (int l = 0; l <= k; ++l) {
-      const ContactCell& other = cells[static_cast<std::size_t>(l)];
-      double amount = 0.0;
-      for (std::size_t a = 0; a < 3; ++a)
-        if (place.nodes[a] < d.moved)
-          amount +=
-              place.weights[a] * one.direction.dot(d.images.col(l).segment<3>(3 * place.nodes[a]));
-      const double share = facing(one.normal.dot(other.normal));
-      if (share > 0.0) {
-        const Vec3 offset = one.position - other.position;
-        const double radius = disc_radius(0.5 * (one.area + other.area));
-        amount += share * one.direction.dot(d.half_space.displacement(
-                              disc_to_disc(offset.norm(), radius), offset,
-                              (one.normal + other.normal).normalized(), other.direction));
-      }
-      matrix(k, l) = amount;
-    }
+  for (int k = 0; k < n && !hold.none(); ++k) {
+    const ContactCell& cell = cells[static_cast<std::size_t>(k)];
+    d.held.col(k) = hold.share(cell.position, cell.direction);
   }
-  if (!d.pressed.check()) return HiveVerdict::kNotPositive;
+  d.fill_compliance(!hold.none());
+  bool positive = d.pressed.check();
+  if (!positive && !hold.none()) {
+    d.fill_compliance(false);
+    positive = d.pressed.check();
+  }
+  if (!positive) return HiveVerdict::kNotPositive;
   d.figures.lifted = d.pressed.lifted();
   d.figures.smallest_pivot = d.pressed.smallest_pivot();
   d.is_seated = true;
@@ -413,14 +434,51 @@ Vec3 Hive::displacement(const SurfaceSpot& spot) const noexcept {
                                      (cell.normal + spot.normal).normalized(),
                                      (share * forces[k]) * cell.direction);
   }
-  const PatternPlace place = d.locate(spot.position);
-  const auto forces_on = d.node_forces.head(3 * d.moved);
+  return sum + corrected(spot.position, d.node_forces);
+}
+
+Vec3 Hive::corrected(const Vec3& place, const VectorX& node_loads) const noexcept {
+  const Data& d = *data_;
+  const PatternPlace at = d.locate(place);
+  const auto forces_on = node_loads.head(3 * d.moved);
+  Vec3 sum = Vec3::Zero();
   for (std::size_t a = 0; a < 3; ++a) {
-    if (place.nodes[a] >= d.moved) continue;
+    if (at.nodes[a] >= d.moved) continue;
     for (int c = 0; c < 3; ++c)
-      sum[c] += place.weights[a] * d.correction.row(3 * place.nodes[a] + c).dot(forces_on);
+      sum[c] += at.weights[a] * d.correction.row(3 * at.nodes[a] + c).dot(forces_on);
   }
   return sum;
+}
+
+VectorX Hive::node_loads(std::span<const Vec3> places, std::span<const Vec3> forces) const {
+  const Data& d = *data_;
+  VectorX loads = VectorX::Zero(d.node_forces.size());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const PatternPlace at = d.locate(places[k]);
+    for (std::size_t a = 0; a < 3; ++a)
+      loads.segment<3>(3 * at.nodes[a]) += at.weights[a] * forces[k];
+  }
+  return loads;
+}
+
+MatrixX Hive::correction(std::span<const Vec3> places) const {
+  const Data& d = *data_;
+  const auto n = static_cast<Eigen::Index>(places.size());
+  std::vector<PatternPlace> at;
+  for (const Vec3& place : places) at.push_back(d.locate(place));
+  MatrixX weights = MatrixX::Zero(n, d.moved);
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (std::size_t a = 0; a < 3; ++a) {
+      const PatternPlace& one = at[static_cast<std::size_t>(k)];
+      if (one.nodes[a] < d.moved) weights(k, one.nodes[a]) += one.weights[a];
+    }
+  MatrixX out(3 * n, 3 * n);
+  for (Eigen::Index a = 0; a < 3; ++a)
+    for (Eigen::Index b = 0; b < 3; ++b) {
+      const MatrixX part = d.correction(Eigen::seqN(a, d.moved, 3), Eigen::seqN(b, d.moved, 3));
+      out(Eigen::seqN(a, n, 3), Eigen::seqN(b, n, 3)) = weights * part * weights.transpose();
+    }
+  return 0.5 * (out + out.transpose());
 }
 
 Eigen::Ref<const MatrixX> Hive::compliance() const noexcept {
@@ -449,6 +507,7 @@ Hive::State Hive::state() const {
   state.seated = d.is_seated;
   if (d.is_built) state.centre = d.nodes.centre.point;
   if (d.is_seated) state.cells = d.cells;
+  if (d.is_seated) state.hold = d.hold;
   state.cell_forces = d.cell_forces;
   state.node_forces.assign(d.node_forces.begin(), d.node_forces.end());
   state.pressed = d.pressed.state();
@@ -475,7 +534,7 @@ void Hive::restore(const State& state) {
   else if (!stands)
     build({.point = state.centre});
   d.is_seated = false;
-  if (state.seated) seat(state.cells);
+  if (state.seated) seat(state.cells, state.hold);
   d.pressed.restore(state.pressed);
   d.cell_forces.assign(state.cell_forces.begin(), state.cell_forces.end());
   std::copy(state.node_forces.begin(), state.node_forces.end(), d.node_forces.begin());

@@ -27,6 +27,7 @@
 
 #include "kernels/base/result.h"
 #include "kernels/contact/patch_contact.h"
+#include "kernels/hive/foot_hold.h"
 #include "kernels/hive/hive_verdict.h"
 #include "kernels/hive/pressed_cells.h"
 #include "kernels/hive/surface_walk.h"
@@ -95,7 +96,9 @@ class Hive {
 
   /// Condenses to these cells of a tool: at rest positions of the surface, pressed (not held) along
   /// their `direction`. Cheap beside build(): for every tick in which the tool has moved aside.
-  HiveVerdict seat(std::span<const ContactCell> cells) noexcept;
+  /// `hold`: what others take off the body's answer there; left out where the hive's own can't
+  /// bear it (a tool on the very tissue that a jaw holds).
+  HiveVerdict seat(std::span<const ContactCell> cells, const FootHold& hold = {}) noexcept;
 
   /// The tick: force of the seated cells pushed `depths` [m] along their directions (negative: a
   /// gap), no cell pulling. A tool that only goes up and down needs nothing else.
@@ -112,6 +115,14 @@ class Hive {
   /// Compliance of the seated cells along their directions [m/N]; (cells x cells), symmetric.
   Eigen::Ref<const MatrixX> compliance() const noexcept;
 
+  // For who puts cells together otherwise (hive_contact.h); of a built hive, `subtracted`.
+  /// w at these places per force on each, the mirror of itself, (3 n) x (3 n) [m/N].
+  MatrixX correction(std::span<const Vec3> places) const;
+  /// Forces at places as its surface nodes carry them [N], (3 m); what corrected() takes.
+  VectorX node_loads(std::span<const Vec3> places, std::span<const Vec3> forces) const;
+  /// w at a place under these [m].
+  Vec3 corrected(const Vec3& place, const VectorX& node_loads) const noexcept;
+
   const SurfaceSpot& centre() const noexcept;
   const HiveSettings& settings() const noexcept;
   /// How far from the centre cells may lie: beyond they touch the periphery [m].
@@ -126,6 +137,7 @@ class Hive {
     bool built = false, seated = false;
     SurfacePoint centre;                        ///< about which it was built
     std::vector<ContactCell> cells;             ///< seated; else none
+    FootHold hold;                              ///< that they were seated with
     std::vector<double> cell_forces;            ///< [N]  (cells)
     std::vector<double> node_forces;            ///< [N]  (3 surface nodes)
     PressedCells::State pressed;                ///< stays from seat to seat
@@ -134,9 +146,9 @@ class Hive {
       return std::tuple(
           field("built", &State::built), field("seated", &State::seated),
           field("centre", &State::centre), field("cells", &State::cells),
-          field("cell_forces", &State::cell_forces), field("node_forces", &State::node_forces),
-          field("pressed", &State::pressed), field("smallest_pivot", &State::smallest_pivot),
-          field("lifted", &State::lifted));
+          field("hold", &State::hold), field("cell_forces", &State::cell_forces),
+          field("node_forces", &State::node_forces), field("pressed", &State::pressed),
+          field("smallest_pivot", &State::smallest_pivot), field("lifted", &State::lifted));
     }
   };
   State state() const;

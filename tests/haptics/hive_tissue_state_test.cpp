@@ -2,6 +2,7 @@
 #include <malloc.h>
 
 #include <cmath>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -79,9 +80,10 @@ class Life {
     snapshot.pose.position = Vec3(0, 0, 1e-3 * std::sin(2e-3 * tick));
     // A writer that leaves some of a slot as it was: slots are state.
     if (tick % 2 == 0) snapshot.velocity = Vec3(0, 0, 2e-3 * std::cos(2e-3 * tick));
-    if (tick % 3 == 0)
-      snapshot.free.assign(surface_.surface().vertices.size(),
-                           Vec3f(0, 0, static_cast<float>(3e-4 * std::cos(1e-2 * tick))));
+    if (tick % 3 == 0) {
+      snapshot.hold.reach = 2e-3;
+      snapshot.hold.root(2, 2) = 0.1 * std::cos(1e-2 * tick);
+    }
     snapshot.nearest = surface_.nearest(place(tick, way)).point;
     tissue_->snapshots().publish();
   }
@@ -206,7 +208,9 @@ TEST(HiveTissueState, WhatIsCutShortOrOfAnotherTissueIsRefused) {
   };
   EXPECT_FALSE(fits([](State& s) { s.snapshots.front = s.snapshots.back; }));
   EXPECT_FALSE(fits([](State& s) { s.snapshots.middle = 9; }));
-  EXPECT_FALSE(fits([](State& s) { s.snapshots.slots[0].free.resize(7); }));
+  EXPECT_FALSE(fits([](State& s) {
+    s.snapshots.slots[0].hold.root(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  }));
   EXPECT_FALSE(fits([](State& s) { s.snapshots.slots[1].nearest.triangle = 1 << 20; }));
   EXPECT_FALSE(fits([](State& s) { s.nearest.point.triangle = 1 << 20; }));
   EXPECT_FALSE(fits([](State& s) { s.foot.cells.pop_back(); }));

@@ -145,7 +145,7 @@ TEST(HiveTissue, WhatElseMovesTheTissueMovesWhatTheToolMeets) {
   Organ still, moved;
   const Vec3 shift(3e-3, 0, 1e-3);
   TissueSnapshot& snapshot = moved.tissue->snapshots().back();
-  snapshot.free.assign(moved.surface.surface().vertices.size(), shift.cast<float>());
+  snapshot.pose.position = shift;
   snapshot.nearest = moved.surface.nearest(pressed(Vec3::UnitZ(), 0)).point;
   moved.tissue->snapshots().publish();
   still.tell({}, pressed(Vec3::UnitZ(), 0));
@@ -230,19 +230,18 @@ TEST(HiveTissue, AFreeDisplacementThatJumpsEasesTheForceToo) {
   Organ organ;
   const Vec3 tip = pressed(Vec3::UnitZ(), 1e-3);
   settle(organ, tip, 8);
-  const auto shift = [&](const Vec3f& by) {
+  const auto shift = [&](const Vec3& by) {
     TissueSnapshot& snapshot = organ.tissue->snapshots().back();
-    snapshot.pose = {};
+    snapshot.pose = {by, Quaternion::Identity()};
     snapshot.tick = organ.tick;
     snapshot.nearest = organ.surface.nearest(tip).point;
-    snapshot.free.assign(organ.surface.surface().vertices.size(), by);
     organ.tissue->snapshots().publish();
   };
-  shift(Vec3f(0, 0, 2e-3f));
+  shift(Vec3(0, 0, 2e-3));
   const Felt in = feel(organ, tip, 40);
   EXPECT_GT(in.after, 3.0 * in.before);
   EXPECT_LT(in.worst_step, 2.0 * even_step(in, kFrame));
-  shift(Vec3f(0, 0, -2e-3f));  // out of touch
+  shift(Vec3(0, 0, -2e-3));  // out of touch
   const Felt out = feel(organ, tip, 80);
   EXPECT_EQ(out.after, 0.0);
   EXPECT_LT(out.worst_step, 2.0 * out.before / kFrame);

@@ -58,7 +58,7 @@ Palpation palpate(const std::string& name) {
   out.hash = hash.finish(all);
   out.triangles = all.all<OrganBody>()[0].model->surface.triangles.size();
   out.global = all.all<OrganContact>().size() == 1;
-  out.local = all.all<LocalOrgan>().size() == 1;
+  out.local = all.all<LocalBody>().size() == 1;
   out.hives = probe.tissue->figures();
   out.passivity_violations = probe.servo->passivity_violations();
   return out;

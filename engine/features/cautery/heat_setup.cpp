@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/features/local/local.h"
 #include "engine/gpu/gpu_heat.h"
 #include "engine/io/report.h"
 #include "engine/simulation/tool_shape.h"
@@ -63,7 +64,8 @@ std::vector<Burnable> burnable_organs(const SceneModel& whole) {
   const Pool<OrganBody>& bodies = whole.constants().all<OrganBody>();
   for (std::size_t o = 0; o < bodies.size(); ++o) {
     const OrganModel& model = *bodies[o].model;
-    if (!model.touchable_anywhere()) continue;
+    const bool local = whole.constants().all<LocalBody>().find(bodies.owner(o)) != nullptr;
+    if (!model.touchable_anywhere() && !local) continue;
     const auto surface = std::make_shared<const SurfaceTree>(model.surface);
     bool near = false;
     for (std::size_t i = 0; i < hooks.size() && !near; ++i)

@@ -131,7 +131,7 @@ bool shape(const World& world, Entity organ, std::vector<float>& places) {
 
 /// Hands an update to an organ's contact, whose memory of its last solve stays.
 void use_update(World& world, Entity organ, const std::shared_ptr<const StiffnessUpdate>& update) {
-  PatchContact& solver = *world.find<OrganTouch>(organ)->solver;
+  TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
   if (solver.update() == update.get()) return;
   auto memory = solver.state();
   solver.stiffen(update);

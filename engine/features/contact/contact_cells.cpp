@@ -16,6 +16,8 @@ constexpr double kFrameReach = 6e-3;
 constexpr double kGreatestGap = 2e-3;
 /// Drags shorter than this say nothing about what the tissue follows [m].
 constexpr double kLeastDrag = 1e-7;
+/// Cells whose slopes are taken together are this near [pitches].
+constexpr double kNextCell = 1.3;
 /// Rings of the hexagonal pattern: 3 give 37 cells.
 constexpr int kPressRings = 3;
 constexpr int kGraspRings = 2;
@@ -82,28 +84,6 @@ Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own
 
 Vec3 jaw_travel(const Grasp& grasp, const InstrumentState& state, const Pose& organ) {
   return state.tip - grasp.tip_at_start - (organ.position - grasp.organ_at_start) - grasp.slipped;
-}
-
-bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
-  if (touchable.positions.empty()) return false;
-  Eigen::Vector3i home;
-  for (int a = 0; a < 3; ++a)
-    home[a] = static_cast<int>(std::floor((x[a] - touchable.box.min()[a]) / touchable.cell));
-  for (int k = home.z() - 1; k <= home.z() + 1; ++k)
-    for (int j = home.y() - 1; j <= home.y() + 1; ++j)
-      for (int i = home.x() - 1; i <= home.x() + 1; ++i) {
-        if (i < 0 || j < 0 || k < 0 || i >= touchable.cells.x() || j >= touchable.cells.y() ||
-            k >= touchable.cells.z())
-          continue;
-        const auto cell =
-            static_cast<std::size_t>(i + touchable.cells.x() * (j + touchable.cells.y() * k));
-        for (int at = touchable.cell_begin[cell]; at < touchable.cell_begin[cell + 1]; ++at) {
-          const auto s =
-              static_cast<std::size_t>(touchable.cell_items[static_cast<std::size_t>(at)]);
-          if ((touchable.positions[s] - x).norm() < touchable.spacings[s]) return true;
-        }
-      }
-  return false;
 }
 
 std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganModel& model,
@@ -228,6 +208,32 @@ Vec3 undrawn_drag(const Cling& cling, const OrganState& state, const OrganModel&
   return sum / static_cast<double>(cling.spots.size());
 }
 
+Vec3 push_on_tool(const CellRange& range, const std::vector<ContactCell>& cells,
+                  std::span<const Vec3> forces) {
+  const auto [e1, e2] = plane_across(range.outward);
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = range.begin; k < range.end; ++k) {
+    const double push = forces[k].norm();
+    if (push == 0.0) continue;
+    // The slope of the tissue at rest, from neighbours a pitch away.
+    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    Vec2 rise = Vec2::Zero();
+    for (std::size_t j = range.begin; j < range.end; ++j) {
+      const Vec3 apart = cells[j].position - cells[k].position;
+      const Vec2 beside(apart.dot(e1), apart.dot(e2));
+      if (j == k || beside.norm() > kNextCell * range.pitch) continue;
+      spread += beside * beside.transpose();
+      rise += apart.dot(range.outward) * beside;
+    }
+    Vec2 slope = Vec2::Zero();
+    // Cells in a row know nothing of what lies beside it.
+    if (spread.determinant() > 1e-2 * spread.trace() * spread.trace())
+      slope = spread.inverse() * rise;
+    sum += push * (range.outward - slope.x() * e1 - slope.y() * e2);
+  }
+  return sum;
+}
+
 Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,
                       const ContactSolution& solution, const Cling* last) {
   Cling cling;
@@ -255,7 +261,7 @@ Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& ce
 }
 
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
-                                     const CollisionSurface& surface,
+                                     const TissueContact& tissue, const CollisionSurface& surface,
                                      std::vector<SurfacePoint>& points) {
   const auto [e1, e2] = plane_across(foot.outward);
   // A jaw's edge is known: the pattern that answers as a flat disc of this radius.
@@ -272,7 +278,7 @@ std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const Orga
     cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
     cell.area = pattern.areas[i];
     cell.displacement = hit->position - cell.position;
-    if (!is_touchable(model.touchable, cell.position)) continue;
+    if (!tissue.touchable(cell.position)) continue;
     cells.push_back(cell);
     points.push_back(hit->point);
   }

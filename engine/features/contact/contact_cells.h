@@ -46,6 +46,12 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, con
                  const OrganModel& model, const CollisionSurface& surface,
                  std::vector<ContactCell>& cells, CellRange& range);
 
+/// On a tool without friction, by the forces of its cells after a solve [N]: each pushes it as the
+/// tissue under the cell is tilted, not along one common direction, since a tool that goes aside
+/// climbs that tissue. It is what the stored energy falls by.
+Vec3 push_on_tool(const CellRange& range, const std::vector<ContactCell>& cells,
+                  std::span<const Vec3> forces);
+
 /// What clings to the tool of `range` after `solution` of `cells`; no spots: nothing. `last` as in
 /// Rubbing.
 Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,
@@ -54,15 +60,12 @@ Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& ce
 /// The cells that a jaw closing at `foot` holds, each with its displacement at this moment;
 /// `points` of the drawn surface is where they are.
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
-                                     const CollisionSurface& surface,
+                                     const TissueContact& tissue, const CollisionSurface& surface,
                                      std::vector<SurfacePoint>& points);
 
 /// ContactCell::free of cells at these points of the surface.
 void let_move(const FreeShape& shape, const TriangleSurface& surface,
               std::span<const SurfacePoint> points, std::span<ContactCell> cells);
-
-/// True where `x` (rest, on the surface) belongs to the touchable region.
-bool is_touchable(const TouchableSurface& touchable, const Vec3& x);
 
 /// How far a jaw has carried what it holds, beyond what the organ itself has moved; world [m].
 Vec3 jaw_travel(const Grasp& grasp, const InstrumentState& state, const Pose& organ);

@@ -1,4 +1,5 @@
 #include "engine/features/contact/contact.h"
+#include "engine/features/contact/make_contact.h"
 
 namespace viscera {
 namespace {
@@ -17,10 +18,9 @@ Result<void> start(World& world) {
     const OrganModel& model = *world.find<OrganBody>(organ)->model;
     const Pose pose = scene.scene().organs[o].pose_at(0.0);
     world.all<OrganPose>().add(organ, {pose});
-    if (!model.touchable_anywhere()) continue;
     OrganTouch touch;
-    touch.solver =
-        std::make_unique<PatchContact>(model.compliance, model.touchable, model.material);
+    touch.solver = make_contact(scene, organ);
+    if (!touch.solver) continue;
     touch.bounds = bounds_at_rest(model, pose);
     world.all<OrganTouch>().add(organ, std::move(touch));
     OrganContact contact;

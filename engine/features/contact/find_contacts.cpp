@@ -38,7 +38,7 @@ void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& 
     if (!foot) continue;
     std::vector<SurfacePoint> points;
     auto cells = grasp_cells(*foot, body.description.grip_radius, *organ_body.model,
-                             *contact->surface, points);
+                             *world.find<OrganTouch>(organ)->solver, *contact->surface, points);
     if (cells.size() < 3) continue;
     nearest = foot->clearance;
     grip.grasp =
@@ -108,7 +108,7 @@ void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameCon
       if (!press_cells(tool, *foot, last_force_on(touch, instrument, rubbing.friction), rubbing,
                        *body.model, *contact.surface, contact.cells, range))
         continue;
-      if (!is_touchable(body.model->touchable, range.rest_centre)) {
+      if (!touch.solver->touchable(range.rest_centre)) {
         contact.cells.resize(range.begin);
         context.report->raise(FrameFlag::kOutOfReach);
         continue;

@@ -100,6 +100,7 @@ void take_free_shape(World& world, Entity organ) {
 }
 
 bool looks_the_same(const OrganState& state, const OrganDraft& draft) {
+  if (draft.displacements.empty()) return false;  // it has no places to tell by
   for (std::size_t i = 0; i < state.displacements.size(); ++i)
     if (!(std::abs(draft.displacements[i] - state.displacements[i]) < kUnseen)) return false;
   return state.pressed;
@@ -111,7 +112,7 @@ bool all_finite(const std::vector<Vec3f>& values) {
 
 void solve_contact(World& world, Entity organ, OrganContact& contact, const MatrixX& backing,
                    const FrameContext& context) {
-  PatchContact& solver = *world.find<OrganTouch>(organ)->solver;
+  TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
   solver.solve(contact.cells, contact.solution, contact.response, backing);
   for (int pass = 0; pass < kSlipPasses && slip_jaws(world, organ, contact); ++pass) {
     context.report->raise(FrameFlag::kGripSlipped);
@@ -125,6 +126,8 @@ void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contac
   const Pose& pose = pose_of(world, organ);
   for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
     range.force = sum_of(contact.solution.forces, range);
+    const bool slides = !range.held && contact.cells[range.begin].friction == 0.0;
+    if (slides) range.force = -push_on_tool(range, contact.cells, contact.solution.forces);
     InstrumentContact& tool = *world.find<InstrumentContact>(range.instrument);
     tool.force -= pose.direction_to_world(range.force);
     const double strength = range.force.norm();
@@ -172,22 +175,15 @@ void deform_here(World& world, Entity organ, Repeat repeat) {
   OrganContact& contact = *world.find<OrganContact>(organ);
   OrganState& state = *world.find<OrganState>(organ);
   OrganDraft& draft = *world.find<OrganDraft>(organ);
-  PatchContact& solver = *world.find<OrganTouch>(organ)->solver;
-  if (body.model->in_half_precision()) {
-    place_displacements(body.model->half_columns, contact.response, draft.displacements);
-    if (const StiffnessUpdate* update = solver.update())
-      subtract_update(*update, contact.response.touched, contact.response.loads,
-                      draft.displacements);
-  } else
-    solver.place_displacements(draft.displacements);
+  TissueContact& tissue = *world.find<OrganTouch>(organ)->solver;
+  tissue.place_displacements(contact.response, draft.displacements);
   if (const FreeShape* shape = world.find<FreeShape>(organ))
     for (std::size_t i = 0; i < shape->places.size(); ++i)
       draft.displacements[i] += shape->places[i];
   if (repeat == Repeat::kSkipped && world.find<OrganTouch>(organ)->ranges.empty() &&
       looks_the_same(state, draft))
     return;
-  deformed_positions(body.model->drawn, draft.displacements, contact.solution.near_fields,
-                     contact.cells, contact.solution.forces, draft.positions);
+  tissue.draw(draft.displacements, contact.cells, contact.solution, draft.positions);
   // A broken value must not reach the state: the organ stays where it was, without force.
   if (!all_finite(draft.positions)) {
     state.frozen = true;

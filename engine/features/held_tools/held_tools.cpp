@@ -7,9 +7,9 @@
 #include <map>
 
 #include "engine/features/breathing/breathing.h"
+#include "engine/features/contact/tissue_as_met.h"
 #include "engine/features/held_tools/haptic_devices.h"
 #include "engine/features/local/hive_settings.h"
-#include "engine/features/local/local.h"
 #include "engine/simulation/instruments.h"
 #include "engine/simulation/tool_shape.h"
 
@@ -18,6 +18,8 @@ namespace {
 
 /// Ticks that a recording may last beyond the run, while devices are let go.
 constexpr std::size_t kSpareTicks = 2000;
+/// A tool slower than this stands still: its forces have settled [m/s].
+constexpr double kStandsStill = 1e-3;
 /// An organ is felt where the path comes this near beyond the hive's radius [m].
 constexpr double kFarther = 10e-3;
 
@@ -27,21 +29,6 @@ bool may_touch(const InstrumentDescription& instrument, const OrganBody& organ, 
   Box box;
   for (const InstrumentKey& key : instrument.path) box.extend(pose.to_local(key.tip));
   return box.squaredExteriorDistance(Box(organ.model->rest_bounds)) < reach * reach;
-}
-
-/// The nearest place of an organ's surface as it is now, whatever it answers with; within `radius`
-/// [m] of a place of the world.
-std::optional<CollisionSurface::Hit> nearest_tissue(const World& world, Entity organ,
-                                                    const Vec3& at, double radius) {
-  const CollisionSurface* surface = nullptr;
-  if (const OrganContact* contact = world.find<OrganContact>(organ)) {
-    // Embree's boxes are fitted again by who asks: not for what is far.
-    if (world.find<OrganTouch>(organ)->bounds.exteriorDistance(at) > radius) return std::nullopt;
-    surface = contact->surface.get();
-  }
-  if (const LocalSurface* local = world.find<LocalSurface>(organ)) surface = local->surface.get();
-  if (!surface || world.find<OrganState>(organ)->frozen) return std::nullopt;
-  return surface->closest(pose_of(world, organ).to_local(at), radius);
 }
 
 }  // namespace
@@ -169,7 +156,7 @@ void HapticTools::stop() {
     if (tool.loop) tool.loop->stop();
 }
 
-void HapticTools::publish(const World& world, std::uint64_t frame) {
+void HapticTools::publish(World& world, std::uint64_t frame) {
   for (HapticTool& tool : tools_) {
     // On the wall clock a scene may be late: what it shows now is what is felt from now on.
     const std::uint64_t scene_tick = last_tick_of_frame(frame);
@@ -178,18 +165,10 @@ void HapticTools::publish(const World& world, std::uint64_t frame) {
       TissueSnapshot& snapshot = organ.tissue->snapshots().back();
       snapshot.frame = frame;
       snapshot.tick = tick;
-      snapshot.pose = pose_of(world, organ.entity);
+      meet_tissue(world, organ.entity, tool.instrument, organ.tissue->reach(), snapshot);
       snapshot.velocity = Vec3::Zero();
       if (const OrganMotion* motion = world.find<OrganMotion>(organ.entity))
         snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
-      const FreeShape* shape = world.find<FreeShape>(organ.entity);
-      if (shape && shape->moves)
-        snapshot.free = shape->vertices;
-      else
-        snapshot.free.clear();
-      const Vec3& tip = world.find<InstrumentState>(tool.instrument)->tip;
-      const auto hit = nearest_tissue(world, organ.entity, tip, organ.tissue->reach());
-      snapshot.nearest = hit ? hit->point : SurfacePoint();
       organ.tissue->snapshots().publish();
     }
   }
@@ -215,6 +194,30 @@ void HapticTools::place_tools(World& world) {
     InstrumentState& state = *world.find<InstrumentState>(tool.instrument);
     const InstrumentBody& body = *world.find<InstrumentBody>(tool.instrument);
     aim_tool(body, tool.output.tool.position, state);
+  }
+}
+
+void HapticTools::take_felt_forces(World& world, double dt) {
+  for (HapticTool& tool : tools_) {
+    if (!tool.met) continue;
+    InstrumentContact& contact = *world.find<InstrumentContact>(tool.instrument);
+    const Vec3 felt = tool.output.tissue, more = felt - contact.force;
+    const Vec3 way = tool.output.tool.position - tool.agreement.tip;
+    tool.agreement.tip = tool.output.tool.position;
+    if (contact.touching && tool.output.touching && way.norm() < kStandsStill * dt) {
+      ++tool.agreement.frames;
+      tool.agreement.felt += felt.squaredNorm();
+      tool.agreement.difference += more.squaredNorm();
+    }
+    contact.force = felt;
+    // Of several organs the one that it presses most takes what the sum lacks.
+    OrganTouch* touch = contact.touching ? world.find<OrganTouch>(contact.organ) : nullptr;
+    if (!touch) continue;
+    for (CellRange& range : touch->ranges) {
+      if (range.instrument != tool.instrument || range.held) continue;
+      range.force -= pose_of(world, contact.organ).direction_to_local(more);
+      contact.strongest = range.force.norm();
+    }
   }
 }
 
@@ -247,6 +250,7 @@ HapticTools::State HapticTools::state() const {
     one.device = tool.felt().state_bytes();
     one.events = tool.events;
     one.met = tool.met;
+    one.agreement = tool.agreement;
     state.tools.push_back(std::move(one));
   }
   return state;
@@ -278,6 +282,7 @@ void HapticTools::restore(State state) {
     tool.felt().restore_bytes(one.device);
     tool.events = std::move(one.events);
     tool.met = one.met;
+    tool.agreement = one.agreement;
   }
 }
 
@@ -318,6 +323,11 @@ void run_servos(World& world, const FrameContext& context) {
   servos.collect_events();
 }
 
+/// One tissue: curves, review and measures hold what the hand felt.
+void take_felt_forces(World& world, const FrameContext& context) {
+  servos_of(world)->take_felt_forces(world, context.dt);
+}
+
 /// Where tissue is now -> the servos' snapshots.
 void publish_to_servos(World& world, const FrameContext& context) {
   servos_of(world)->publish(world, context.frame);
@@ -330,23 +340,29 @@ bool held(const World& world) {
 }  // namespace
 
 Feature held_tools_feature() {
-  return {.name = "held tools",
-          .states = {state_type<Servos>()},
-          .stages = {{.name = "run servos",
-                      .reads = {"tool poses"},
-                      .reads_before = {"tissue snapshots"},
-                      .writes = {"tool poses"},
-                      .needed = held,
-                      .run = run_servos},
-                     {.name = "publish",
-                      .reads = {"surfaces", "organ poses", "free shapes", "tool poses"},
-                      .writes = {"tissue snapshots"},
-                      .needed = held,
-                      .run = publish_to_servos}},
-          .unsavable = [](const World& world) {
-            const HapticTools* servos = servos_of(world);
-            return servos ? servos->why_not_saved() : std::string();
-          }};
+  return {
+      .name = "held tools",
+      .states = {state_type<Servos>()},
+      .stages = {{.name = "run servos",
+                  .reads = {"tool poses"},
+                  .reads_before = {"tissue snapshots"},
+                  .writes = {"tool poses"},
+                  .needed = held,
+                  .run = run_servos},
+                 {.name = "take felt forces",
+                  .reads = {"tool poses", "organ poses", "forces"},
+                  .writes = {"forces"},
+                  .needed = held,
+                  .run = take_felt_forces},
+                 {.name = "publish",
+                  .reads = {"surfaces", "organ poses", "tool poses", "contact problem", "forces"},
+                  .writes = {"tissue snapshots"},
+                  .needed = held,
+                  .run = publish_to_servos}},
+      .unsavable = [](const World& world) {
+        const HapticTools* servos = servos_of(world);
+        return servos ? servos->why_not_saved() : std::string();
+      }};
 }
 
 }  // namespace viscera

@@ -5,6 +5,7 @@
 // before it, on the logical clock; in real time each device has a thread on the wall clock.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,6 +41,22 @@ class ToolTissue final : public TactileModel {
   HiveTissueFigures figures() const;
 };
 
+/// How far what the hand felt lies from what the frame's own contact finds for the same tool, over
+/// the frames in which it touched and stood still.
+struct Agreement {
+  double felt = 0.0, difference = 0.0;  ///< sums of squares [N2]
+  std::uint64_t frames = 0;
+  Vec3 tip = Vec3::Zero();  ///< a frame ago [m]
+
+  /// Of what was felt, in the root of the mean square; 0: it never stood still.
+  double ratio() const { return felt > 0.0 ? std::sqrt(difference / felt) : 0.0; }
+  static constexpr auto fields() {
+    return std::tuple(field("felt", &Agreement::felt), field("difference", &Agreement::difference),
+                      field("frames", &Agreement::frames), field("tip", &Agreement::tip));
+  }
+};
+static_assert(fields_cover<Agreement>());
+
 /// One held instrument.
 struct HapticTool {
   Entity instrument;
@@ -53,6 +70,7 @@ struct HapticTool {
   ServoOutput output;                       ///< of the last tick that the frame has seen
   std::vector<std::string> events;          ///< what happened, in sentences
   bool met = false;  ///< the device has been engaged: `output` says where it is
+  Agreement agreement;
 
   /// What the servo reads and writes.
   HapticDevice& felt() const { return recorder ? static_cast<HapticDevice&>(*recorder) : *device; }
@@ -67,9 +85,9 @@ class HapticTools {
                                                      const World& world, const ServoRun& run);
   ~HapticTools();  ///< stops
 
-  /// What the servos see of the scene as it is at the end of this frame: poses, what else moves the
-  /// tissue, the place nearest to each tool.
-  void publish(const World& world, std::uint64_t frame);
+  /// What the servos see of the scene as it is at the end of this frame: each organ as their tool
+  /// meets it, with all that others do to it (engine/features/contact/tissue_as_met.h).
+  void publish(World& world, std::uint64_t frame);
   /// Ticks up to and without `end` in lockstep; in real time it is the clock that ticks, and the
   /// first call starts it.
   void advance_to(std::uint64_t end);
@@ -80,6 +98,8 @@ class HapticTools {
   void stop();
   /// Where the tools are now -> InstrumentState.
   void place_tools(World& world);
+  /// What the hands feel -> InstrumentContact and CellRange, in place of what contact found.
+  void take_felt_forces(World& world, double dt);
 
   /// All of it in lockstep, between ticks, of devices that can be saved.
   struct State {
@@ -91,11 +111,12 @@ class HapticTools {
       std::vector<std::byte> device;
       std::vector<std::string> events;
       bool met = false;
+      Agreement agreement;
       static constexpr auto fields() {
         return std::tuple(field("servo", &Tool::servo), field("lockstep", &Tool::lockstep),
                           field("output", &Tool::output), field("tissue", &Tool::tissue),
                           field("device", &Tool::device), field("events", &Tool::events),
-                          field("met", &Tool::met));
+                          field("met", &Tool::met), field("agreement", &Tool::agreement));
       }
     };
     std::vector<Tool> tools;

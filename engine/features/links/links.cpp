@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/features/breathing/breathing.h"
+#include "engine/features/contact/make_contact.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/links/link_places.h"
 
@@ -55,6 +56,8 @@ ContactCell link_cell(const OrganModel& model, const Pose& pose, const Vec3& pos
   cell.held = true;
   cell.position = pose.to_local(position);
   cell.normal = pose.direction_to_local(normal);
+  cell.area = area;
+  if (!model.touchable_anywhere()) return cell;
   const double sigma = PatchContact::spread_factor() * spacing_at(model.touchable, cell.position);
   cell.area = std::min(area, std::numbers::pi * sigma * sigma);
   return cell;
@@ -74,8 +77,8 @@ void add_link(const LinkDescription& description, const LinkPlaces& places,
     if (organs[end] >= model.organs().size()) continue;
     link.ends[end] = model.organs()[organs[end]];
     bodies[end] = constants.all<OrganBody>().find(link.ends[end]);
-    if (bodies[end]->model->touchable_anywhere() &&
-        !constants.all<OrganTies>().find(link.ends[end]))
+    const auto contact = make_contact(model, link.ends[end]);
+    if (contact && contact->abilities().springs && !constants.all<OrganTies>().find(link.ends[end]))
       constants.all<OrganTies>().add(link.ends[end], {});
   }
   std::array<OrganTies*, 2> ties{};
@@ -106,7 +109,7 @@ void add_link(const LinkDescription& description, const LinkPlaces& places,
 }
 
 /// Puts the ties' cells at the end of what a solver sees, and lets it see them once.
-void anchor_ties(PatchContact& solver, const OrganTies& ties) {
+void anchor_ties(TissueContact& solver, const OrganTies& ties) {
   ContactSolution solution;
   ContactResponse response;
   const std::vector<Vec3> none(ties.cells.size(), Vec3::Zero());
@@ -120,11 +123,10 @@ Mat3 turn_of(const SceneModel& model, Entity organ) {
 
 /// Displacement of an organ's ties per force on each; world.
 MatrixX tie_response(const SceneModel& model, Entity organ) {
-  const OrganModel& body = *model.constants().all<OrganBody>().find(organ)->model;
-  PatchContact solver(body.compliance, body.touchable, body.material);
-  anchor_ties(solver, *model.constants().all<OrganTies>().find(organ));
+  const auto tissue = make_contact(model, organ);
+  anchor_ties(*tissue, *model.constants().all<OrganTies>().find(organ));
   const Mat3 turn = turn_of(model, organ);
-  MatrixX response = solver.cell_response();
+  MatrixX response = tissue->cell_response();
   for (Eigen::Index i = 0; i < response.rows(); i += 3)
     for (Eigen::Index j = 0; j < response.cols(); j += 3)
       response.block<3, 3>(i, j) = (turn * response.block<3, 3>(i, j) * turn.transpose()).eval();

@@ -54,4 +54,19 @@ Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument
   return settings;
 }
 
+HiveSettings contact_hive(std::span<const InstrumentDescription> instruments,
+                          const OrganBody& organ) {
+  HiveSettings hive;
+  hive.material = organ.tissue.elastic;
+  hive.nodes = kNodes;
+  double widest = kPointTipRadius;
+  for (const InstrumentDescription& instrument : instruments) {
+    widest = std::max(widest, instrument.tip.radius + 0.5 * instrument.tip.length);
+    if (instrument.kind == InstrumentKind::kGrasper)
+      widest = std::max(widest, instrument.grip_radius);
+  }
+  hive.radius = kRadiiOfTool * widest;
+  return hive;
+}
+
 }  // namespace viscera

@@ -100,7 +100,7 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
     curves.penetration.emplace_back(tool.name);
   }
   for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
-    if (!world.all<OrganBody>()[o].model->touchable_anywhere()) continue;
+    if (!world.find<OrganTouch>(world.all<OrganBody>().owner(o))) continue;
     curve_of_organ_[o] = curves.displacement.size();
     curves.displacement.emplace_back(world.all<OrganBody>()[o].name);
   }

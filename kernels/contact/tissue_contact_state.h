@@ -1,4 +1,4 @@
-// What PatchContact keeps from call to call.
+// What contact on one body keeps from call to call.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace viscera {
 
-/// Small: matrices and columns of the compliance follow from the cells' places, and are made from
-/// them again, to the last bit.
-struct PatchContactState {
+/// Small: matrices, columns of the compliance and hives follow from the cells' places, and are made
+/// from them again, to the last bit.
+struct TissueContactState {
   /// Where a cell is: all that its response depends on.
   struct Place {
     Vec3 position = Vec3::Zero(), normal = Vec3::UnitZ();
@@ -42,7 +42,7 @@ struct PatchContactState {
   std::vector<Vec3> forces;         ///< of the last solve or load; empty: none [N]       (cells)
   std::vector<Vec3> displacements;  ///< of its cells [m]                                 (cells)
   ContactResponse response;         ///< to the forces on cells that aren't anchors
-  std::uint64_t columns_built = 0;  ///< cells whose columns are put together
+  std::uint64_t columns_built = 0;  ///< cells whose columns are put together; hives have none
   int stayed = 0;                   ///< solves in a row at these places; several of one frame that
   bool counted = false;             ///< are told as such count once
 
@@ -54,7 +54,7 @@ struct PatchContactState {
   }
 
   static constexpr auto fields() {
-    using S = PatchContactState;
+    using S = TissueContactState;
     return std::tuple(field("places", &S::places), field("ways", &S::ways),
                       field("active", &S::active), field("amounts", &S::amounts),
                       field("lifted", &S::lifted), field("forces", &S::forces),
@@ -63,11 +63,11 @@ struct PatchContactState {
                       field("counted", &S::counted));
   }
 };
-static_assert(fields_cover<PatchContactState::Place>() && fields_cover<PatchContactState::Way>());
-static_assert(fields_cover<PatchContactState>());
+static_assert(fields_cover<TissueContactState::Place>() && fields_cover<TissueContactState::Way>());
+static_assert(fields_cover<TissueContactState>());
 
 /// Whether a body with so many touchable places can go on from it; the last `anchors` of its cells
 /// are anchors. Its sizes agree, indices are those of places, and all is finite.
-bool is_sound(const PatchContactState& state, std::size_t touchable, std::size_t anchors);
+bool is_sound(const TissueContactState& state, std::size_t touchable, std::size_t anchors);
 
 }  // namespace viscera

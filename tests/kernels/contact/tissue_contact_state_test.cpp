@@ -1,5 +1,5 @@
 // What contact keeps from call to call: written, read again, and gone on from to the same bits.
-#include "kernels/contact/patch_contact_state.h"
+#include "kernels/contact/tissue_contact_state.h"
 
 #include <gtest/gtest.h>
 
@@ -121,12 +121,12 @@ void give(const std::vector<std::byte>& bytes, PatchContact& to) {
   to.restore(std::move(state));
 }
 
-class PatchContactState : public testing::TestWithParam<int> {
+class TissueContactState : public testing::TestWithParam<int> {
  protected:
   void SetUp() override { ASSERT_TRUE(block().ready); }
 };
 
-TEST_P(PatchContactState, AnyMomentGoesOnToTheSameBits) {
+TEST_P(TissueContactState, AnyMomentGoesOnToTheSameBits) {
   Press first(GetParam());
   std::vector<std::vector<std::byte>> states;
   std::vector<std::string> hashes;
@@ -160,7 +160,7 @@ TEST_P(PatchContactState, AnyMomentGoesOnToTheSameBits) {
   }
 }
 
-TEST_P(PatchContactState, WhatIsMadeFromItMayBeForgottenAtAnyTime) {
+TEST_P(TissueContactState, WhatIsMadeFromItMayBeForgottenAtAnyTime) {
   Press first(GetParam()), forgetful(GetParam());
   std::size_t most_freed = 0;
   for (int i = 0; i < Press::kFrames; ++i) {
@@ -174,9 +174,9 @@ TEST_P(PatchContactState, WhatIsMadeFromItMayBeForgottenAtAnyTime) {
   EXPECT_GT(most_freed, 19 * 3 * block().compliance.rows() * sizeof(float));
 }
 
-INSTANTIATE_TEST_SUITE_P(Springs, PatchContactState, testing::Values(0, 3));
+INSTANTIATE_TEST_SUITE_P(Springs, TissueContactState, testing::Values(0, 3));
 
-TEST(PatchContactStateOf, APatchIsSmall) {
+TEST(TissueContactStateOf, APatchIsSmall) {
   Press press;
   for (int i = 0; i < 36; ++i) press.frame(i);
   std::printf("state of 19 cells: %zu bytes; with what is made of it: %zu\n",
@@ -185,7 +185,7 @@ TEST(PatchContactStateOf, APatchIsSmall) {
   EXPECT_LT(saved_bytes(press.contact), 20000u);
 }
 
-TEST(PatchContactStateOf, ALoadRightAfterKnowsWhatMadeTheMatrixPositive) {
+TEST(TissueContactStateOf, ALoadRightAfterKnowsWhatMadeTheMatrixPositive) {
   // A pad so thin that tools of several sizes at one spot need it.
   const double top = 1.5e-3;
   const test::PressedBody pad =
@@ -214,7 +214,7 @@ TEST(PatchContactStateOf, ALoadRightAfterKnowsWhatMadeTheMatrixPositive) {
   EXPECT_EQ(saved(contact), saved(other));
 }
 
-TEST(PatchContactStateOf, AnUpdateThatIsGivenBackFirstStays) {
+TEST(TissueContactStateOf, AnUpdateThatIsGivenBackFirstStays) {
   auto body = ChangedBody::prepare(
       [] {
         NodedBody cube = jittered_cube(6, 0.2);
@@ -266,7 +266,7 @@ TEST(PatchContactStateOf, AnUpdateThatIsGivenBackFirstStays) {
   }
 }
 
-TEST(PatchContactStateOf, WhatCannotBeItsOwnIsRefused) {
+TEST(TissueContactStateOf, WhatCannotBeItsOwnIsRefused) {
   Press press(3);
   for (int i = 0; i < 20; ++i) press.frame(i);
   const PatchContact& contact = press.contact;

@@ -1,4 +1,4 @@
-#include "kernels/contact/patch_contact_state.h"
+#include "kernels/contact/tissue_contact_state.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,16 +6,16 @@
 
 namespace viscera {
 
-bool is_sound(const PatchContactState& state, std::size_t touchable, std::size_t anchors) {
+bool is_sound(const TissueContactState& state, std::size_t touchable, std::size_t anchors) {
   const std::size_t cells = state.places.size(), unknowns = state.unknowns();
   const auto all_finite = [](const std::vector<Vec3>& values) {
     return std::ranges::all_of(values, [](const Vec3& v) { return v.allFinite(); });
   };
-  const auto is_place = [](const PatchContactState::Place& place) {
+  const auto is_place = [](const TissueContactState::Place& place) {
     return place.position.allFinite() && place.normal.allFinite() && std::isfinite(place.area) &&
            place.area > 0.0;
   };
-  const auto is_way = [](const PatchContactState::Way& way) {
+  const auto is_way = [](const TissueContactState::Way& way) {
     return way.direction.allFinite() && std::isfinite(way.friction) && way.friction >= 0.0;
   };
   const std::vector<int>& touched = state.response.touched;

@@ -1,0 +1,15 @@
+// Which kind of tissue answers for an organ.
+#pragma once
+
+#include <memory>
+
+#include "engine/simulation/model.h"
+#include "kernels/contact/tissue_contact.h"
+
+namespace viscera {
+
+/// By its prepared compliance; by hives alone where its response is local; null where nothing can
+/// touch it. The model outlives it.
+std::unique_ptr<TissueContact> make_contact(const SceneModel& model, Entity organ);
+
+}  // namespace viscera

@@ -1,0 +1,447 @@
+#include "kernels/contact/tissue_contact.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "kernels/base/archive.h"
+
+namespace viscera {
+namespace {
+
+/// Added to the diagonal, relative: two tools may press the very same spot. Also the least
+/// eigenvalue of the scaled matrix, see lift().
+constexpr double kRidge = 1e-6;
+
+}  // namespace
+
+bool TissueContact::remember_places(std::span<const ContactCell> cells) {
+  std::vector<Place>& places = state_.places;
+  bool same = cells.size() == places.size();
+  places.resize(cells.size());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const Place place{cells[k].position, cells[k].normal, cells[k].area};
+    same = same && place == places[k];
+    places[k] = place;
+  }
+  return same;
+}
+
+bool TissueContact::remember_ways(std::span<const ContactCell> cells, const MatrixX& backing) {
+  std::vector<Way>& ways = state_.ways;
+  bool same = cells.size() == ways.size() && backing.rows() == backing_.rows() &&
+              (backing.array() == backing_.array()).all();
+  backing_ = backing;
+  ways.resize(cells.size());
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const Way way{cells[k].direction, cells[k].friction, cells[k].held};
+    same = same && way == ways[k];
+    ways[k] = way;
+  }
+  return same;
+}
+
+/// One unknown a pressed cell, along its direction; two more across it with friction; three along
+/// the axes for a held one.
+void TissueContact::list_unknowns() {
+  unknowns_.clear();
+  bilateral_.clear();
+  conditions_.clear();
+  for (std::size_t k = 0; k < state_.ways.size(); ++k) {
+    const Way& cell = state_.ways[k];
+    const auto add = [&](const Vec3& direction) {
+      unknowns_.push_back({static_cast<int>(k), direction});
+      bilateral_.push_back(cell.held);
+    };
+    if (cell.held) {
+      for (int a = 0; a < 3; ++a) add(Vec3::Unit(a));
+      conditions_.insert(conditions_.end(), 3, {ContactCondition::Kind::kBilateral, 0.0});
+      continue;
+    }
+    add(cell.direction);
+    if (cell.friction == 0.0) {
+      conditions_.push_back({ContactCondition::Kind::kUnilateral, 0.0});
+      continue;
+    }
+    conditions_.push_back({ContactCondition::Kind::kFriction, cell.friction});
+    const Vec3 first = cell.direction.unitOrthogonal();
+    add(first);
+    add(cell.direction.cross(first));
+  }
+}
+
+void TissueContact::assemble(const MatrixX& backing) {
+  const auto count = static_cast<Eigen::Index>(unknowns_.size());
+  matrix_.resize(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Unknown& row = unknowns_[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; j < (symmetric_ ? i + 1 : count); ++j) {
+      const Unknown& column = unknowns_[static_cast<std::size_t>(j)];
+      matrix_(i, j) = row.direction.dot(response_.block<3, 3>(3 * row.cell, 3 * column.cell) *
+                                        column.direction);
+      if (symmetric_) matrix_(j, i) = matrix_(i, j);
+    }
+  }
+  // A held cell's unknowns are its forces along the axes.
+  if (backing.rows() > 0) matrix_.bottomRightCorner(backing.rows(), backing.rows()) += backing;
+  matrix_.diagonal() *= 1.0 + kRidge;
+}
+
+void TissueContact::set_wanted(std::span<const ContactCell> cells) {
+  wanted_.resize(static_cast<Eigen::Index>(unknowns_.size()));
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+    const Unknown& unknown = unknowns_[i];
+    const ContactCell& cell = cells[static_cast<std::size_t>(unknown.cell)];
+    // The first unknown of a pressed cell is along its direction.
+    const bool pushes = !cell.held && (i == 0 || unknowns_[i - 1].cell != unknown.cell);
+    wanted_[static_cast<Eigen::Index>(i)] =
+        (pushes ? cell.depth : unknown.direction.dot(cell.displacement)) -
+        unknown.direction.dot(cell.free);
+  }
+}
+
+/// Amounts of the unknowns, by the solver that the conditions need.
+void TissueContact::solve_conditions(ContactSolution& solution) {
+  const bool rubs = std::any_of(conditions_.begin(), conditions_.end(), [](const auto& condition) {
+    return condition.kind == ContactCondition::Kind::kFriction;
+  });
+  if (rubs) {
+    const FrictionFigures figures =
+        solvers_->frictional.solve(matrix_, wanted_, conditions_, state_.amounts);
+    solution.pivots = figures.rounds;
+    solution.converged = figures.converged;
+    solution.residual = figures.residual;
+    std::vector<int> loaded;
+    for (Eigen::Index i = 0; i < state_.amounts.size(); ++i) {
+      if (state_.amounts[i] != 0.0) loaded.push_back(static_cast<int>(i));
+    }
+    if (!same_matrix_ || loaded != measured_ || loaded.empty()) {
+      const MatrixX part = matrix_(loaded, loaded);
+      measured_eigenvalue_ =
+          symmetric_ ? estimated_eigenvalue_ratio(part) : smallest_eigenvalue_ratio(part);
+      measured_ = loaded;
+    }
+    solution.smallest_eigenvalue = measured_eigenvalue_;
+    if (symmetric_ && solution.smallest_eigenvalue <= 0.0) {
+      solution.converged = false;
+      state_.amounts.setZero();
+    }
+    return;
+  }
+  if (state_.active.size() != unknowns_.size()) {
+    state_.active.resize(unknowns_.size());
+    for (std::size_t i = 0; i < state_.active.size(); ++i) {
+      state_.active[i] = wanted_[static_cast<Eigen::Index>(i)] > 0.0;
+    }
+  }
+  const UnilateralFigures figures = solvers_->unilateral.solve(
+      matrix_, wanted_, bilateral_, state_.active, state_.amounts, symmetric_);
+  solution.pivots = figures.pivots;
+  solution.converged = figures.converged;
+  solution.smallest_eigenvalue = figures.smallest_eigenvalue;
+}
+
+/// Where the forces took each cell, and what that leaves.
+void TissueContact::measure(std::span<const ContactCell> cells, ContactSolution& solution) {
+  const Eigen::Map<const VectorX> forces(solution.forces.front().data(),
+                                         static_cast<Eigen::Index>(3 * cells.size()));
+  Eigen::Map<VectorX>(state_.displacements.front().data(), forces.size()).noalias() =
+      response_ * forces;
+  if (state_.lifted.size() > 0) {
+    const VectorX more = state_.lifted * state_.amounts;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      state_.displacements[static_cast<std::size_t>(unknowns_[i].cell)] +=
+          more[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
+    }
+  }
+  for (std::size_t k = 0; k < cells.size(); ++k) state_.displacements[k] += cells[k].free;
+  solution.slips.assign(cells.size(), Vec3::Zero());
+  solution.violation = 0.0;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const ContactCell& cell = cells[k];
+    if (cell.held) continue;
+    const Vec3& way = cell.direction;
+    solution.violation =
+        std::max(solution.violation, cell.depth - state_.displacements[k].dot(way));
+    if (cell.friction == 0.0) continue;
+    // Inside its cone a cell sticks; what is left between the two is round-off.
+    const Vec3& force = solution.forces[k];
+    const double pushed = force.dot(way);
+    const double dragged = (force - pushed * way).norm();
+    if (pushed > 0.0 && dragged < (1.0 - 1e-9) * cell.friction * pushed) continue;
+    const Vec3 off = state_.displacements[k] - cell.displacement;
+    solution.slips[k] = off - way.dot(off) * way;
+  }
+}
+
+// Why the matrix may be indefinite. With D_k the transform of cell k's pressure and g_k that of the
+// bell it's spread by, H the half-space's response and B the body's, A_kl is the integral of
+// H D_k D_l + (B - H) g_k g_l. Cells of one size on a plane have D and g in common, and D^2 H +
+// (B - H) g^2 is positive wherever D >= g. Where cells of several sizes meet at one spot and the
+// body is stiffer than a half-space (B < H: thin, or held nearby), two of them have the determinant
+// H (B - H) (D_k g_l - D_l g_k)^2 < 0; and around an edge the flat half-space is a guess anyway.
+// Such a contact could give energy away. The nearest matrix that can't is the one with its
+// eigenvalues lifted to the ridge [Higham1988], taken of the matrix scaled to a unit diagonal. It
+// is a continuous function of the cells and of nothing else, so the contact stays conservative.
+void TissueContact::lift() {
+  state_.lifted.resize(0, 0);
+  lifted_share_ = 0.0;
+  if (!symmetric_) return;
+  solvers_->whole_factor.compute(matrix_);
+  if (solvers_->whole_factor.info() == Eigen::Success) return;
+  if (!matrix_.allFinite() || (matrix_.diagonal().array() <= 0.0).any()) return;
+  const VectorX scale = matrix_.diagonal().cwiseSqrt();
+  const VectorX inverse = scale.cwiseInverse();
+  const MatrixX scaled = inverse.asDiagonal() * matrix_ * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixX> modes(scaled);
+  if (modes.info() != Eigen::Success) return;
+  // Well above what rounding may take from an eigenvalue again.
+  const VectorX missing = (kRidge - modes.eigenvalues().array()).max(0.0);
+  lifted_share_ = missing.maxCoeff() / modes.eigenvalues().maxCoeff();
+  const MatrixX rise =
+      modes.eigenvectors() * missing.asDiagonal() * modes.eigenvectors().transpose();
+  state_.lifted = scale.asDiagonal() * (0.5 * (rise + rise.transpose())) * scale.asDiagonal();
+  matrix_ += state_.lifted;
+}
+
+void TissueContact::see_places(std::span<const ContactCell> cells, bool one_of_several) {
+  same_matrix_ = remember_places(cells);
+  const bool counts = !one_of_several || !state_.counted;
+  state_.counted = one_of_several;
+  if (!same_matrix_) {
+    state_.stayed = 0;
+    state_.columns_built = 0;
+    at_hand_ = false;
+    places_changed();
+  } else if (counts) {
+    ++state_.stayed;
+  }
+  ensure_response();
+}
+
+void TissueContact::ensure_response() {
+  if (at_hand_) return;
+  at_hand_ = true;
+  make_response();
+}
+
+const MatrixX& TissueContact::cell_response() {
+  if (!state_.places.empty()) ensure_response();
+  return response_;
+}
+
+void TissueContact::restore(State state) {
+  forget();
+  state_ = std::move(state);
+  drop_response();
+  list_unknowns();
+}
+
+void TissueContact::forget() {
+  at_hand_ = matrix_at_hand_ = false;
+  // Assigning {} would keep a vector's memory.
+  std::vector<NearField>().swap(near_fields_);
+  std::vector<int>().swap(measured_);
+  response_ = backing_ = matrix_ = MatrixX();
+  solvers_.reset();
+  drop_response();
+}
+
+void TissueContact::forget_conditions() {
+  state_.places.clear();
+  state_.ways.clear();
+  state_.lifted.resize(0, 0);
+  measured_.clear();
+  state_.columns_built = 0;
+  state_.stayed = 0;
+  places_changed();
+}
+
+std::size_t TissueContact::conditions_memory_bytes() const {
+  const auto of = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
+  std::size_t bytes = saved_bytes(state_) + of(near_fields_) + of(unknowns_) + of(conditions_);
+  for (const MatrixX* matrix : {&response_, &backing_, &matrix_})
+    bytes += static_cast<std::size_t>(matrix->size()) * sizeof(double);
+  return bytes;
+}
+
+/// What follows from solution.forces.
+void TissueContact::apply_forces(std::span<const ContactCell> cells, ContactSolution& solution,
+                                 ContactResponse& response) {
+  solution.touching = 0;
+  for (const Vec3& force : solution.forces) solution.touching += force.isZero(0.0) ? 0 : 1;
+  if (solution.touching > 0) {
+    spread_forces(solution.forces, response);
+    state_.forces = solution.forces;
+  } else {
+    response.touched.clear();
+    response.loads.clear();
+    state_.response = response;
+    state_.forces.clear();
+  }
+  measure(cells, solution);
+}
+
+void TissueContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
+                          ContactResponse& response, const MatrixX& backing) {
+  solution.touching = solution.pivots = 0;
+  solution.violation = solution.residual = solution.lifted = 0.0;
+  solution.beyond_touchable = 0;
+  solution.converged = true;
+  solution.smallest_eigenvalue = 1.0;
+  solution.near_fields.clear();
+  solution.forces.assign(cells.size(), Vec3::Zero());
+  solution.slips.assign(cells.size(), Vec3::Zero());
+  response.touched.clear();
+  response.loads.clear();
+  state_.response = response;
+  state_.forces.clear();
+  state_.displacements.assign(cells.size(), Vec3::Zero());
+  if (cells.empty()) return;
+  if (!std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); })) {
+    solution.converged = false;
+    solution.smallest_eigenvalue = 0.0;
+    solution.near_fields.assign(cells.size(), any_near_field());
+    return;
+  }
+
+  if (!solvers_) solvers_.emplace();
+  see_places(cells, backing.rows() > 0);
+  same_matrix_ = remember_ways(cells, backing) && same_matrix_ && matrix_at_hand_;
+  if (!same_matrix_) {
+    list_unknowns();
+    assemble(backing);
+    lift();
+    matrix_at_hand_ = true;
+  }
+  set_wanted(cells);
+  solve_conditions(solution);
+
+  solution.lifted = lifted_share_;
+  solution.near_fields = near_fields_;
+  solution.beyond_touchable = beyond_touchable_;
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+    solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
+        state_.amounts[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
+  }
+  apply_forces(cells, solution, response);
+}
+
+void TissueContact::load(std::span<const ContactCell> cells, std::span<const Vec3> forces,
+                         ContactSolution& solution, ContactResponse& response) {
+  see_places(cells, true);
+  if (!same_matrix_) {
+    // The matrix of the conditions belongs to other places now.
+    state_.ways.clear();
+    unknowns_.clear();
+    state_.lifted.resize(0, 0);
+    lifted_share_ = 0.0;
+  }
+  if (state_.lifted.size() > 0)
+    for (std::size_t i = 0; i < unknowns_.size(); ++i)
+      state_.amounts[static_cast<Eigen::Index>(i)] =
+          unknowns_[i].direction.dot(forces[static_cast<std::size_t>(unknowns_[i].cell)]);
+  solution.forces.assign(forces.begin(), forces.end());
+  solution.converged = true;
+  solution.near_fields = near_fields_;
+  solution.beyond_touchable = beyond_touchable_;
+  state_.displacements.assign(cells.size(), Vec3::Zero());
+  apply_forces(cells, solution, response);
+}
+
+/// With A the response of everything that others hold, in the ways in which it is held, and B what
+/// forces there do to these cells: without this tool's forces f the others' would be g + A^-1 B^T
+/// f, so that these cells' response to f is R - B A^-1 B^T.
+std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactCell> cells,
+                                                        std::size_t begin, std::size_t end) {
+  const std::vector<Vec3>& moved = state_.displacements;
+  if (begin >= end || end > cells.size() || moved.size() != cells.size() ||
+      state_.places.size() != cells.size())
+    return std::nullopt;
+  ensure_response();
+  const auto m = static_cast<Eigen::Index>(3 * (end - begin));
+  const auto first = static_cast<Eigen::Index>(3 * begin);
+  VectorX forces = VectorX::Zero(m);
+  if (!state_.forces.empty())
+    for (std::size_t k = begin; k < end; ++k)
+      forces.segment<3>(static_cast<Eigen::Index>(3 * (k - begin))) = state_.forces[k];
+  OthersHold hold;
+  VectorX by_itself = response_.block(first, first, m, m) * forces;
+  VectorX given_back = VectorX::Zero(m);
+  // What made the matrix positive is part of the answer, as in measure().
+  const bool lifted = state_.lifted.rows() == static_cast<Eigen::Index>(unknowns_.size());
+  const auto is_mine = [&](const Unknown& one) {
+    const auto cell = static_cast<std::size_t>(one.cell);
+    return cell >= begin && cell < end;
+  };
+  const auto lift_by = [&](Eigen::Index unknown, double amount, Eigen::Ref<VectorX> moved_by) {
+    for (std::size_t i = 0; lifted && i < unknowns_.size(); ++i)
+      if (is_mine(unknowns_[i]))
+        moved_by.segment<3>(3 * unknowns_[i].cell - first) +=
+            state_.lifted(static_cast<Eigen::Index>(i), unknown) * amount * unknowns_[i].direction;
+  };
+  for (std::size_t i = 0; lifted && i < unknowns_.size(); ++i)
+    if (is_mine(unknowns_[i]))
+      lift_by(static_cast<Eigen::Index>(i), state_.amounts[static_cast<Eigen::Index>(i)],
+              by_itself);
+  const std::vector<int> held = held_by_others(cells, begin, end);
+  if (!held.empty()) {
+    const auto count = static_cast<Eigen::Index>(held.size());
+    MatrixX others(count, count), mixed(m, count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const auto unknown = static_cast<std::size_t>(held[static_cast<std::size_t>(j)]);
+      for (Eigen::Index i = 0; i < count; ++i)
+        others(i, j) =
+            matrix_(held[static_cast<std::size_t>(i)], held[static_cast<std::size_t>(j)]);
+      mixed.col(j) =
+          response_.block(first, 3 * unknowns_[unknown].cell, m, 3) * unknowns_[unknown].direction;
+      lift_by(static_cast<Eigen::Index>(unknown), 1.0, mixed.col(j));
+    }
+    const Eigen::LLT<MatrixX> factor(others);
+    if (factor.info() != Eigen::Success) return std::nullopt;
+    const MatrixX solved = factor.matrixL().solve(mixed.transpose());
+    hold.taken.noalias() = solved.transpose() * solved;
+    given_back = hold.taken * forces;
+  }
+  if (const MatrixX stiffened = taken_by_update(begin, end); stiffened.size() > 0) {
+    if (hold.taken.size() == 0) hold.taken.setZero(m, m);
+    hold.taken += stiffened;
+  }
+  for (std::size_t k = begin; k < end; ++k) {
+    const auto at = static_cast<Eigen::Index>(3 * (k - begin));
+    hold.free.push_back(moved[k] - by_itself.segment<3>(at) + given_back.segment<3>(at));
+  }
+  return hold;
+}
+
+/// Unknowns of other cells that keep what they touch: held ones, and where a pressed cell touches
+/// its push, its drag too where it sticks.
+std::vector<int> TissueContact::held_by_others(std::span<const ContactCell> cells,
+                                               std::size_t begin, std::size_t end) const {
+  std::vector<int> held;
+  if (matrix_.rows() != static_cast<Eigen::Index>(unknowns_.size()) ||
+      state_.amounts.size() != matrix_.rows())
+    return held;
+  for (std::size_t i = 0; i < unknowns_.size();) {
+    const auto cell = static_cast<std::size_t>(unknowns_[i].cell);
+    std::size_t next = i + 1;
+    while (next < unknowns_.size() && static_cast<std::size_t>(unknowns_[next].cell) == cell)
+      ++next;
+    const double push = state_.amounts[static_cast<Eigen::Index>(i)];
+    const bool mine = cell >= begin && cell < end;
+    std::size_t count = 0;
+    if (!mine && cells[cell].held)
+      count = next - i;
+    else if (!mine && push > 0.0) {
+      const double dragged =
+          next - i == 3 ? state_.amounts.segment<2>(static_cast<Eigen::Index>(i) + 1).norm() : 0.0;
+      count = next - i == 3 && dragged < (1.0 - 1e-9) * cells[cell].friction * push ? 3 : 1;
+    }
+    for (std::size_t u = i; u < i + count; ++u) held.push_back(static_cast<int>(u));
+    i = next;
+  }
+  return held;
+}
+
+}  // namespace viscera

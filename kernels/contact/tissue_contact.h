@@ -1,0 +1,177 @@
+// Contact of rigid tools with one body through small patches ("cells") at arbitrary places of its
+// surface: unilateral where a tool presses, with or without friction; bilateral where a closed jaw
+// or a spring holds. The same conditions and the same solvers for every kind of body; how a body
+// answers forces on its cells is what its kind brings (PatchContact: a prepared compliance;
+// HiveContact: hives alone).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "kernels/contact/frictional.h"
+#include "kernels/contact/tissue_contact_state.h"
+#include "kernels/contact/unilateral.h"
+
+namespace viscera {
+
+struct StiffnessUpdate;
+
+/// What a kind of tissue can do beyond being pressed and held; who needs more asks first.
+struct TissueAbilities {
+  bool springs = false;   ///< other bodies may hang on it by springs (`backing`, anchors)
+  bool shapes = false;    ///< it has places whose displacement without forces may be given
+  bool stiffens = false;  ///< it follows tissue that stiffens
+};
+
+/// The body as some of its cells meet it while everything else that touches it stays in touch.
+struct OthersHold {
+  /// Mean displacement of these cells if they weren't loaded [m]                         (m)
+  std::vector<Vec3> free;
+  /// What the others' hold, and tissue that has stiffened, take from these cells' response,
+  /// symmetric [m/N]; (3 m) x (3 m). Empty: nothing does.
+  MatrixX taken;
+};
+
+/// One object a body, one thread. Keeps its work arrays and the last active set between calls.
+class TissueContact {
+ public:
+  using State = TissueContactState;
+
+  virtual ~TissueContact() = default;
+
+  virtual TissueAbilities abilities() const = 0;
+  /// Whether tools may press it at `place` (rest, on the surface) [m].
+  virtual bool touchable(const Vec3& place) const = 0;
+
+  /// Held cells that never move over the body, as the ends of springs: what they do may be put
+  /// together here, once. Part of the state: before restore().
+  virtual void anchor(std::span<const ContactCell>) {}
+  /// From now on the body is stiffer by this (null: as it was). Where `abilities` say so. Part of
+  /// the state: before restore().
+  virtual void stiffen(std::shared_ptr<const StiffnessUpdate>) {}
+  virtual const StiffnessUpdate* update() const { return nullptr; }
+
+  /// Every tool's cells on this body together. u at cell k is free_k + sum_l response_kl f_l ;
+  /// pressed cells: f.direction >= 0, u.direction >= depth, complementary, the tangential force
+  /// within the cone of friction and against the slip; held cells: u = displacement. What holds the
+  /// last cells may yield: `backing`, symmetric, (3 n) x (3 n) for the last n cells, all held, is
+  /// what it gives way under their forces [m/N]; for these u + backing f = displacement.
+  void solve(std::span<const ContactCell> cells, ContactSolution& solution,
+             ContactResponse& response, const MatrixX& backing = {});
+
+  /// The body under these forces on its cells [N], with no condition asked: what the last solve
+  /// found, with some of the forces replaced, or forces known from elsewhere. Fills what the forces
+  /// alone decide of `solution`, and `response`.
+  void load(std::span<const ContactCell> cells, std::span<const Vec3> forces,
+            ContactSolution& solution, ContactResponse& response);
+
+  /// Mean displacement of each cell under the forces of the last solve, `free` with it [m]; size as
+  /// its `cells`.
+  const std::vector<Vec3>& cell_displacements() const { return state_.displacements; }
+
+  /// Mean displacement of each cell of the last solve or load per force on each [m/N]; (3 cells) x
+  /// (3 cells).
+  const MatrixX& cell_response();
+
+  /// Of the last solve's cells [begin, end), one tool's: what they would meet alone. Cells that
+  /// are held, and pressed ones that touch, stay as they are: the body's answer is linear about
+  /// this moment. Nothing where there was no solve.
+  std::optional<OthersHold> hold_of_others(std::span<const ContactCell> cells, std::size_t begin,
+                                           std::size_t end);
+
+  /// Displacements of the places of the surface under the last solve's forces, which `response`
+  /// holds [m]; none where its kind has no places.                                    (3 places)
+  virtual void place_displacements(const ContactResponse& response,
+                                   std::vector<float>& displacements) = 0;
+  /// The drawn surface where places are moved by `displacements` and the cells by the last solve's
+  /// forces [m].                                                                             (V)
+  virtual void draw(std::span<const float> displacements, std::span<const ContactCell> cells,
+                    const ContactSolution& solution, std::vector<Vec3f>& positions) const = 0;
+
+  const State& state() const { return state_; }
+  /// What is made from the state is made again by the first call that needs it.
+  void restore(State state);
+  /// Whether restore() may take it.
+  virtual bool fits(const State& state) const = 0;
+  /// Lets go of what is made from the state: the next call makes it again, with the same bits.
+  void forget();
+
+ protected:
+  using Place = State::Place;
+  using Way = State::Way;
+
+  /// `symmetric`: forces and displacements may change places.
+  explicit TissueContact(bool symmetric) : symmetric_(symmetric) {}
+  /// Fills `response_`, `near_fields_` and `beyond_touchable_` for the state's places.
+  virtual void make_response() = 0;
+  /// The state's places are others than before.
+  virtual void places_changed() {}
+  /// After restore() and forget(): drops what follows from the state's places.
+  virtual void drop_response() {}
+  /// What an update takes from the response of the state's cells [begin, end), (3 m) x (3 m) [m/N];
+  /// empty: there is none.
+  virtual MatrixX taken_by_update(std::size_t, std::size_t) const { return {}; }
+  /// What the cells' forces do to the body: the state's response, and the caller's.
+  virtual void spread_forces(std::span<const Vec3> forces, ContactResponse& response) = 0;
+  /// Stands for cells that aren't sound.
+  virtual NearField any_near_field() const = 0;
+
+  /// Remembers the cells, and makes what depends on their places alone.
+  void see_places(std::span<const ContactCell> cells, bool one_of_several);
+  /// Where they are at hand, that is all.
+  void ensure_response();
+  /// The body is another one since: neither places nor conditions hold.
+  void forget_conditions();
+  std::size_t conditions_memory_bytes() const;
+
+  State state_;
+  bool at_hand_ = false;  // response_ and the next two are made
+  std::vector<NearField> near_fields_;
+  int beyond_touchable_ = 0;
+  MatrixX response_;  // mean displacement of each cell per force on each: (3 cells) x (3 cells)
+
+ private:
+  /// One scalar unknown: the force on a cell along a unit vector.
+  struct Unknown {
+    int cell;
+    Vec3 direction;
+  };
+
+  bool remember_places(std::span<const ContactCell> cells);
+  bool remember_ways(std::span<const ContactCell> cells, const MatrixX& backing);
+  void list_unknowns();
+  void assemble(const MatrixX& backing);
+  void lift();
+  void set_wanted(std::span<const ContactCell> cells);
+  void solve_conditions(ContactSolution& solution);
+  void apply_forces(std::span<const ContactCell> cells, ContactSolution& solution,
+                    ContactResponse& response);
+  void measure(std::span<const ContactCell> cells, ContactSolution& solution);
+  std::vector<int> held_by_others(std::span<const ContactCell> cells, std::size_t begin,
+                                  std::size_t end) const;
+
+  bool symmetric_;
+  // What follows from the state's ways; `matrix_at_hand_`: is made.
+  bool matrix_at_hand_ = false;
+  bool same_matrix_ = false;  // as in the last solve
+  std::vector<Unknown> unknowns_;
+  std::vector<char> bilateral_;
+  std::vector<ContactCondition> conditions_;
+  MatrixX backing_, matrix_;
+  double lifted_share_ = 0.0;
+  std::vector<int> measured_;  // with friction: unknowns whose smallest eigenvalue is known
+  double measured_eigenvalue_ = 1.0;
+
+  /// Their work arrays; nothing in them outlasts a solve.
+  struct Solvers {
+    Eigen::LLT<MatrixX> whole_factor;
+    UnilateralSolver unilateral;
+    FrictionSolver frictional;
+  };
+  std::optional<Solvers> solvers_;  // from the first solve on
+  VectorX wanted_;
+};
+
+}  // namespace viscera

@@ -1,0 +1,39 @@
+// What everything else that holds a body (jaws, springs, other tools) takes off its compliance
+// about one tool's foot: such a body is stiffer there. To first order in place, which is enough
+// for holds that lie farther off than the foot is wide, and of constant size for a haptic tick.
+#pragma once
+
+#include "kernels/base/fields.h"
+
+namespace viscera {
+
+/// A force f at a place x moves a place y by P(y)^T root root^T P(x) f less than the body alone
+/// says, with P(x) = (1, a, b) (x) I, a and b the coordinates of x along two axes in the surface.
+struct FootHold {
+  using Vector9 = Eigen::Matrix<double, 9, 1>;
+
+  Vec3 centre = Vec3::Zero();                             ///< at rest [m]
+  Vec3 along_x = Vec3::UnitX(), along_y = Vec3::UnitY();  ///< unit, in the surface
+  double reach = 0.0;  ///< places farther from the centre count as that far [m]; 0: nothing holds
+  Eigen::Matrix<double, 9, 9> root = Eigen::Matrix<double, 9, 9>::Zero();  ///< [sqrt(m/N)]
+
+  bool none() const { return reach == 0.0; }
+
+  /// Of a place and a unit direction: the products of two such are what is taken off [sqrt(m/N)].
+  Vector9 share(const Vec3& place, const Vec3& direction) const {
+    Vec2 at((place - centre).dot(along_x), (place - centre).dot(along_y));
+    if (at.norm() > reach) at *= reach / at.norm();
+    Vector9 weights;
+    weights << direction, at.x() * direction, at.y() * direction;
+    return root.transpose() * weights;
+  }
+
+  static constexpr auto fields() {
+    return std::tuple(field("centre", &FootHold::centre), field("along_x", &FootHold::along_x),
+                      field("along_y", &FootHold::along_y), field("reach", &FootHold::reach),
+                      field("root", &FootHold::root));
+  }
+};
+static_assert(fields_cover<FootHold>());
+
+}  // namespace viscera
