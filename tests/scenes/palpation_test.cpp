@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
+#include <string>
 
 #include "engine/features/held_tools/held_tools.h"
 #include "engine/features/local/local.h"
@@ -22,10 +24,12 @@ struct Palpation {
   std::size_t triangles = 0;
   bool global = false, local = false;
   HiveTissueFigures hives;
+  Agreement agreement;
   std::uint64_t passivity_violations = 0;
 };
 
-Palpation palpate(const std::string& name) {
+Palpation palpate(const std::string& name,
+                  const std::function<void(SceneDescription&)>& change = {}) {
   Palpation out;
   SceneLoadOptions options;
   options.assets = project_file("assets");
@@ -35,6 +39,7 @@ Palpation palpate(const std::string& name) {
     ADD_FAILURE() << (scene ? tissues.error().text() : scene.error().text());
     return out;
   }
+  if (change) change(*scene);
   std::vector<std::string> warnings;
   auto world = build_world(*scene, *tissues, {options.assets, false}, no_progress(), warnings);
   if (!world) {
@@ -57,9 +62,10 @@ Palpation palpate(const std::string& name) {
   }
   out.hash = hash.finish(all);
   out.triangles = all.all<OrganBody>()[0].model->surface.triangles.size();
-  out.global = all.all<OrganContact>().size() == 1;
+  out.global = all.all<OrganBody>()[0].model->touchable_anywhere();
   out.local = all.all<LocalBody>().size() == 1;
   out.hives = probe.tissue->figures();
+  out.agreement = probe.agreement;
   out.passivity_violations = probe.servo->passivity_violations();
   return out;
 }
@@ -72,6 +78,9 @@ void expect_touched(const Palpation& one) {
   EXPECT_EQ(one.hives.refused, 0u);
   EXPECT_EQ(one.hives.uncovered, 0u);
   EXPECT_EQ(one.passivity_violations, 0u);
+  // Hand and picture meet one tissue.
+  EXPECT_GT(one.agreement.frames, 5u);
+  EXPECT_LT(one.agreement.ratio(), 0.03);
 }
 
 TEST(Palpation, TheKidneyIsFeltBesideItsGlobalModelAndRepeats) {
@@ -88,6 +97,24 @@ TEST(Palpation, TheLungIsFeltAndDentedByHivesAloneAndRepeats) {
   EXPECT_TRUE(first.local && !first.global);
   expect_touched(first);
   EXPECT_EQ(palpate("lung_palpation").hash, first.hash);
+}
+
+// Beside the gallbladder's bed, while a jaw lifts the gallbladder, links pull at the liver and all
+// of it breathes.
+TEST(Palpation, AHookThatRestsOnTheLiverFeelsThePicturesLiver) {
+  const Palpation rests = palpate("laparoscopic_cautery", [](SceneDescription& scene) {
+    for (InstrumentDescription& tool : scene.instruments) {
+      if (!tool.haptic) continue;
+      tool.path.resize(4);
+      tool.path.push_back(tool.path.back());
+      tool.path.back().time = 5.0;
+    }
+    scene.duration = 5.0;
+  });
+  EXPECT_GT(rests.felt, 0.005);
+  EXPECT_GT(rests.agreement.frames, 20u);
+  EXPECT_LT(rests.agreement.ratio(), 0.03);
+  RecordProperty("difference", std::to_string(rests.agreement.ratio()));
 }
 
 }  // namespace
