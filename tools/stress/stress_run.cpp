@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
 
 #include "kernels/contact/deformation.h"
+#include "kernels/contact/patch_contact.h"
+#include "kernels/hive/hive_contact.h"
 #include "tools/stress/stress_tools.h"
 
 namespace viscera {
@@ -83,31 +86,37 @@ void flip_compliance(Prepared& ready) {
   entry = -entry;
 }
 
-/// Contact on one body with everything that came of it.
+/// A kind of tissue that answers for the body, without memory of what was before.
+using MakeTissue = std::function<std::unique_ptr<TissueContact>()>;
+
+MakeTissue prepared_tissue(const Prepared& ready, const IsotropicMaterial& material) {
+  return [&ready, material] {
+    auto tissue = std::make_unique<PatchContact>(ready.compliance, ready.touch, material);
+    tissue->draw_on(ready.drawn, nullptr);
+    return tissue;
+  };
+}
+
+/// Contact on one body with everything that came of it, whatever kind of tissue answers.
 class Contact {
  public:
-  Contact(const Prepared& ready, const IsotropicMaterial& material, StressFault fault)
-      : ready_(ready),
-        material_(material),
-        fault_(fault),
-        solver_(ready.compliance, ready.touch, material) {}
+  Contact(MakeTissue make, const DrawnSurface& drawn, StressFault fault)
+      : make_(std::move(make)), drawn_(drawn), fault_(fault), solver_(make_()) {}
 
   ContactMoment solve(std::vector<ContactCell> cells) {
-    return solve_with(solver_, std::move(cells));
+    return solve_with(*solver_, std::move(cells));
   }
-  /// Without memory of what was before.
   ContactMoment solve_afresh(std::vector<ContactCell> cells) {
-    PatchContact fresh(ready_.compliance, ready_.touch, material_);
-    return solve_with(fresh, std::move(cells));
+    return solve_with(*make_(), std::move(cells));
   }
 
   /// Positions and normals of the drawn surface under the last solve that aren't finite.
   StressFigure check_drawn(const ContactMoment& moment) {
     std::vector<float> displacements;
     std::vector<Vec3f> positions, normals;
-    place_displacements(ready_.compliance, response_, displacements);
-    deform_drawn_surface(ready_.drawn, displacements, solution_.near_fields, moment.cells,
-                         moment.forces, positions, normals);
+    solver_->place_displacements(response_, displacements);
+    solver_->draw(displacements, moment.cells, solution_, positions);
+    deformed_normals(drawn_, positions, normals);
     double broken = 0.0;
     for (std::size_t v = 0; v < positions.size(); ++v)
       broken += !positions[v].allFinite() || !normals[v].allFinite();
@@ -115,7 +124,7 @@ class Contact {
   }
 
  private:
-  ContactMoment solve_with(PatchContact& solver, std::vector<ContactCell> cells) {
+  ContactMoment solve_with(TissueContact& solver, std::vector<ContactCell> cells) {
     std::vector<double> softness;
     for (const ContactCell& cell : cells) softness.push_back(softness_of(cell));
     solver.solve(cells, solution_, response_);
@@ -136,7 +145,7 @@ class Contact {
     const auto [known, fresh] = softness_.try_emplace(
         {cell.position.x(), cell.position.y(), cell.position.z(), cell.area}, 0.0);
     if (!fresh || !cell.position.allFinite()) return known->second;
-    PatchContact alone(ready_.compliance, ready_.touch, material_);
+    const auto alone = make_();
     Mat3 stiffness;
     for (int a = 0; a < 3; ++a) {
       ContactCell held = cell;
@@ -144,17 +153,17 @@ class Contact {
       held.friction = 0.0;
       held.depth = 0.0;
       held.displacement = Vec3::Unit(a);
-      alone.solve(std::span(&held, 1), solution_, response_);
+      alone->solve(std::span(&held, 1), solution_, response_);
       if (!solution_.converged) return 0.0;
       stiffness.col(a) = solution_.forces[0];
     }
     return known->second = stiffness.inverse().norm();
   }
 
-  const Prepared& ready_;
-  IsotropicMaterial material_;
+  MakeTissue make_;
+  const DrawnSurface& drawn_;
   StressFault fault_;
-  PatchContact solver_;
+  std::unique_ptr<TissueContact> solver_;
   std::map<std::array<double, 4>, double> softness_;
   ContactSolution solution_;
   ContactResponse response_;
@@ -387,6 +396,32 @@ StressFigure check_bad_cells(Contact& contact, const StressTool& tool) {
   return figure;
 }
 
+/// The same tools on the same surface where hives alone answer. Surfaces that can't be walked over
+/// are refused by scenes, too.
+void press_hives(const StressBody& body, const std::vector<StressTool>& tools,
+                 const DrawnSurface& drawn, StressFault fault, Draws& draws, Figures& figures) {
+  const auto walkable = WalkableSurface::make(body.surface);
+  if (!walkable) return;
+  HiveSettings settings;
+  settings.material = body.material;
+  settings.nodes = 80;
+  for (const StressTool& tool : tools)
+    for (const ContactCell& cell : tool.cells)
+      settings.radius =
+          std::max(settings.radius, 4.0 * (cell.position - tool.cells.front().position).norm());
+  if (!HiveContact::create(*walkable, settings)) return;
+  Contact contact([&] { return std::move(*HiveContact::create(*walkable, settings)); }, drawn,
+                  fault);
+  Figures own;
+  press_together(contact, tools, draws, own);
+  drag_alone(contact, tools, draws, own);
+  own.add(check_bad_cells(contact, tools.front()));
+  for (StressFigure figure : own.take()) {
+    figure.check = "hives: " + figure.check;
+    figures.add(figure);
+  }
+}
+
 Result<StressFigure> check_stiffness_ratio(const StressBody& body, const Prepared& ready,
                                            const std::vector<StressTool>& tools,
                                            const Progress& progress) {
@@ -464,7 +499,7 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
     outcome.tools +=
         fmt::format("{}, {} cells, {:.3g} m", tool.place, tool.cells.size(), tool.greatest_depth);
   }
-  Contact contact(ready, body.material, fault);
+  Contact contact(prepared_tissue(ready, body.material), ready.drawn, fault);
   // The force of an unsymmetric compliance has no energy: it promises none of what follows.
   if (!ready.compliance.symmetric) {
     press_without_energy(contact, tools, figures);
@@ -484,6 +519,7 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
     if (!ratio) return refuse(ratio.error());
     figures.add(*ratio);
   }
+  press_hives(body, tools, ready.drawn, fault, draws, figures);
   outcome.figures = figures.take();
   return outcome;
 }

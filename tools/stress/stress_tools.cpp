@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/contact/cell_pattern.h"
+
 namespace viscera {
 namespace {
 
@@ -18,16 +20,6 @@ Vec3 normal_at(const TriangleSurface& surface, std::span<const Vec3> vertex_norm
         point.weights[static_cast<int>(c)] * vertex_normals[static_cast<std::size_t>(corners[c])];
   if (sum.norm() > 1e-9) return sum.normalized();
   return area_vector(surface, point.triangle).stableNormalized();
-}
-
-/// Offsets of a hexagonal pattern of unit pitch, the centre first.
-std::vector<Vec2> hexagon(int rings) {
-  std::vector<Vec2> offsets{Vec2::Zero()};
-  for (int q = -rings; q <= rings; ++q)
-    for (int r = -rings; r <= rings; ++r)
-      if (std::abs(q + r) <= rings && (q != 0 || r != 0))
-        offsets.emplace_back(q + 0.5 * r, std::sqrt(0.75) * r);
-  return offsets;
 }
 
 }  // namespace
@@ -53,7 +45,7 @@ StressTool tool_at(const StressBody& body, const SurfaceTree& tree,
   const Vec3 up = normal_at(body.surface, vertex_normals, foot.point);
   const Vec3 e1 = up.unitOrthogonal(), e2 = up.cross(e1);
   const double pitch = 0.9 * radius / (rings + 0.1);
-  for (const Vec2& o : hexagon(rings)) {
+  for (const Vec2& o : hexagonal_grid(1.0, rings).places) {
     const Vec3 offset = pitch * (o.x() * e1 + o.y() * e2);
     const SurfaceTree::Closest under = tree.closest(foot.position + offset);
     ContactCell cell;
