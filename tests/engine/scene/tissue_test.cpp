@@ -82,7 +82,7 @@ TEST(Tissues, AnOrganRelaxesByItsTissuesSeriesOnlyWhereThereIsOne) {
   const auto& liver = tissues->at("liver").prony;
   ASSERT_EQ(liver.size(), 2u);
   EXPECT_EQ(liver[1].g, 0.2);
-  EXPECT_EQ(liver[1].tau, 10.0);
+  EXPECT_EQ(liver[1].tau, 51.3);
   SceneDescription scene;
   scene.file = "some.json";
   scene.organs.resize(2);
