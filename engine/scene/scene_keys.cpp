@@ -127,9 +127,16 @@ ObjectSpec region() {
 ObjectSpec resolution() {
   return {"Where the nodes of the organ lie.",
           {number("spacing_mm", "Greatest node spacing.").between(0.1, 100).otherwise(8.0),
-           number("finest_spacing_mm", "Node spacing where instruments reach.")
+           number("finest_spacing_mm", "Node spacing in the fine part of the surface.")
                .between(0.1, 100)
                .otherwise(3.0),
+           list("fine",
+                "Regions whose union holds the fine part of the surface, wherever tools come. Left "
+                "out: bricks of 20 mm that paths and links come near, so that a key frame moved "
+                "far enough means another preparation.",
+                region())
+               .items(0, 100)
+               .otherwise(Json::array()),
            number("gradient", "Growth of the spacing per distance from there.")
                .between(0.01, 2)
                .otherwise(0.25)},
