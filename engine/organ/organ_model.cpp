@@ -9,6 +9,7 @@
 #include <map>
 #include <span>
 
+#include "engine/io/factor_file.h"
 #include "engine/io/report.h"
 #include "engine/io/response_cache.h"
 #include "engine/organ/shape.h"
@@ -17,6 +18,7 @@
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/compliance_checks.h"
 #include "kernels/paff/compliance_columns.h"
+#include "kernels/paff/stiffness_factor.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
 
@@ -111,13 +113,13 @@ std::size_t preparation_bytes(std::size_t nodes, std::size_t places, std::size_t
 }
 
 /// Refuses what this machine can't hold, before minutes are spent on it.
-Result<void> check_memory(const OrganModel& model) {
-  const std::size_t nodes = model.cloud.size(), touchable = model.touchable.size();
+Result<void> check_memory(const OrganModel& model, std::size_t touchable) {
+  const std::size_t nodes = model.cloud.size();
   const std::size_t needed = preparation_bytes(nodes, model.places.size(), touchable);
   const std::uint64_t present = this_machine().memory_bytes;
   if (needed <= present) return {};
   return failure(fmt::format(
-      "resolution: found spacings that make {} nodes and {} touchable places, and need {:.1f} GB "
+      "resolution: found spacings that make {} nodes and columns for {} places, and need {:.1f} GB "
       "while preparing, expected at most this machine's {:.1f} GB: raise finest_spacing_mm",
       nodes, touchable, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(present)));
 }
@@ -141,6 +143,55 @@ std::vector<Vec3> vectors(const std::vector<double>& numbers) {
   for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
     all.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
   return all;
+}
+
+/// The columns that are there, packed.
+SurfaceCompliance made_part(const SurfaceCompliance& compliance) {
+  SurfaceCompliance part;
+  part.places = compliance.places;
+  part.symmetric = compliance.symmetric;
+  part.touchable = compliance.on_demand->made();
+  const auto three = static_cast<std::ptrdiff_t>(3 * compliance.rows());
+  part.columns.reserve(part.touchable.size() * static_cast<std::size_t>(three));
+  for (const int place : part.touchable) {
+    const auto from = compliance.columns.begin() + place * three;
+    part.columns.insert(part.columns.end(), from, from + three);
+  }
+  return part;
+}
+
+/// Room for all columns of the whole surface, which that factor will make.
+SurfaceCompliance columns_to_come(const OrganModel& model,
+                                  std::shared_ptr<const StiffnessFactor> factor) {
+  SurfaceCompliance compliance;
+  compliance.places = model.places.size();
+  compliance.touchable = model.touchable.places;
+  compliance.columns.resize(compliance.rows() * compliance.rows());
+  compliance.on_demand = std::make_shared<ColumnsOnDemand>(
+      StiffnessFactor::columns(std::move(factor), model.places.fields),
+      compliance.touchable.size());
+  return compliance;
+}
+
+/// Whether columns are left to be made when they are asked for.
+bool comes_on_demand(const OrganModel& model, const OrganDescription& organ,
+                     std::size_t column_budget) {
+  // Half precision needs the greatest entry of all.
+  return compliance_bytes(model.places.size(), model.touchable.size()) > column_budget &&
+         organ.displacement_storage == DisplacementStorage::kSingle &&
+         find_formulation(organ.formulation)->keeps_factor();
+}
+
+/// Touchable places whose columns preparation makes, by their indices.
+std::vector<int> prepared_places(const OrganModel& model, const OrganDescription& organ,
+                                 const BodyDemand& demand, std::size_t column_budget) {
+  const bool all = !comes_on_demand(model, organ, column_budget);
+  std::vector<Region> fine;
+  for (const Region& region : demand.fine) fine.push_back(region.grown(organ.resolution.finest));
+  std::vector<int> places;
+  for (std::size_t t = 0; t < model.touchable.size(); ++t)
+    if (all || in_any(fine, model.touchable.positions[t])) places.push_back(static_cast<int>(t));
+  return places;
 }
 
 using CacheArrays = std::map<std::string, CacheData::Array>;
@@ -220,7 +271,7 @@ ChangeableRegion changeable_from_cache(CacheArrays& arrays) {
 PreparedResponse to_cache(const OrganModel& model, std::span<const std::string> said) {
   PreparedResponse stored;
   stored.cloud = model.cloud;
-  stored.compliance = model.compliance;
+  stored.compliance = model.compliance.on_demand ? made_part(model.compliance) : model.compliance;
   stored.figures = model.figures;
   if (!model.sag.empty()) stored.extra["sag"] = model.sag;
   if (!model.changeable.empty()) keep_changeable(model.changeable, stored.extra);
@@ -252,9 +303,25 @@ std::vector<std::string> notes_from_cache(PreparedResponse& stored) {
   return notes;
 }
 
+std::filesystem::path factor_file(const ResponseCache& cache, const std::string& key) {
+  return cache.file(key).replace_extension(".factor");
+}
+
+/// Only where columns are left to be made from it.
+Result<void> save_factor(const ResponseCache& cache, const OrganModel& model,
+                         const StiffnessFactor* factor) {
+  if (!factor) return {};
+  const std::filesystem::path file = factor_file(cache, model.key);
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  if (error) return failure(file.parent_path().string() + ": can't be created: " + error.message());
+  return write_factor(file, model.key, *factor);
+}
+
 /// Fills `model` from the cache; false when there is nothing usable there.
 bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescription& organ,
-                 const BodyDemand& demand, std::vector<std::string>& warnings) {
+                 const BodyDemand& demand, const PrepareOptions& options,
+                 std::vector<std::string>& warnings) {
   CachedResponse cached = cache.load(model.key);
   if (!cached.warning.empty()) warnings.push_back(organ.name + ": cache " + cached.warning);
   if (!cached.response) return false;
@@ -269,6 +336,28 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   if (!model.deformable() || !finish(model, organ, demand)) return false;
   if (model.sag.size() != (demand.sags ? 9 * model.places.size() : 0)) return false;
   if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
+  if (comes_on_demand(model, organ, options.column_budget)) {
+    auto factor = read_factor(factor_file(cache, model.key), model.key);
+    if (!factor || factor->nodes() != model.cloud.size()) {
+      const Error why =
+          factor ? failure("it was made for other nodes").error() : std::move(factor.error());
+      warnings.push_back(fmt::format("{}: cache {}: rebuilt because {}", organ.name,
+                                     factor_file(cache, model.key).string(), why.text()));
+      return false;
+    }
+    const SurfaceCompliance made = std::move(model.compliance);
+    if (made.places != model.places.size()) return false;
+    model.compliance =
+        columns_to_come(model, std::make_shared<const StiffnessFactor>(std::move(*factor)));
+    const std::size_t three = 3 * made.rows();
+    for (std::size_t t = 0; t < made.touchable.size(); ++t)
+      std::copy_n(
+          made.columns.begin() + static_cast<std::ptrdiff_t>(t * three), three,
+          model.compliance.columns.begin() +
+              static_cast<std::ptrdiff_t>(made.touchable[t]) * static_cast<std::ptrdiff_t>(three));
+    model.compliance.on_demand->take_as_made(made.touchable);
+    model.compliance.on_demand->end_preparation();
+  }
   return model.touchable.places == model.compliance.touchable &&
          model.places.size() == model.compliance.places;
 }
@@ -357,14 +446,17 @@ Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Body
   }
 }
 
+/// `kept` becomes the factor where columns are left to be made from it.
 Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tissue& tissue,
-                     const BodyDemand& demand, const Progress& progress) {
+                     const BodyDemand& demand, const PrepareOptions& options,
+                     const Progress& progress, std::shared_ptr<const StiffnessFactor>& kept) {
   auto cloud = place_cloud(organ, model.surface, demand, part_of(progress, kShapeDone, kCloudDone));
   if (!cloud) return std::unexpected(cloud.error());
   model.cloud = std::move(*cloud);
 
   if (auto done = finish(model, organ, demand); !done) return done;
-  if (auto fits = check_memory(model); !fits) return fits;
+  const std::vector<int> prepared = prepared_places(model, organ, demand, options.column_budget);
+  if (auto fits = check_memory(model, prepared.size()); !fits) return fits;
 
   ElasticProblem problem;
   problem.surface = &model.surface;
@@ -376,7 +468,17 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   if (!solver) return std::unexpected(solver.error());
   if (demand.sags)
     if (auto weighed = weigh(model, **solver, tissue.density); !weighed) return weighed;
-  if (model.touchable.size() > 0) {
+  double smallest_eigenvalue = 0.0;
+  const bool on_demand = comes_on_demand(model, organ, options.column_budget);
+  if (on_demand) {
+    kept = (*solver)->factor();
+    model.compliance = columns_to_come(model, kept);
+    model.compliance.need(prepared);
+    model.compliance.on_demand->end_preparation();
+    // That of the whole is no greater than that of a part. But it is positive all the same: a
+    // factor in real numbers is there only where the stiffness is.
+    smallest_eigenvalue = smallest_compliance_eigenvalue(made_part(model.compliance));
+  } else if (model.touchable.size() > 0) {
     auto compliance = (*solver)->compliance(model.places.fields, model.touchable.places,
                                             part_of(progress, kFactorDone, kComplianceDone));
     if (!compliance) return std::unexpected(compliance.error());
@@ -385,6 +487,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
     model.compliance.places = model.places.size();
   }
   model.figures = (*solver)->figures();
+  if (on_demand) model.figures.smallest_compliance_eigenvalue = smallest_eigenvalue;
   if (!demand.burnt.empty())
     return add_changeable(model, **solver, demand, part_of(progress, kComplianceDone, 1.0));
   return {};
@@ -400,22 +503,33 @@ std::ptrdiff_t OrganModel::saved_bytes() const {
          square * static_cast<std::ptrdiff_t>(sizeof(float));
 }
 
+ColumnFigures OrganModel::column_figures() const {
+  if (compliance.on_demand) return compliance.on_demand->figures();
+  return {3 * compliance.touchable.size(), 0, 0.0};
+}
+
 std::size_t OrganModel::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
+  std::size_t columns = of(compliance.columns);
+  if (compliance.on_demand) {
+    const ColumnFigures made = compliance.on_demand->figures();
+    columns = (made.prepared + made.on_demand) * compliance.rows() * sizeof(float) +
+              compliance.on_demand->source().memory_bytes();
+  }
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
-         of(cloud.positions) + of(cloud.spacings) + of(compliance.columns) +
-         of(half_columns.entries) + of(compliance.touchable) + of(sag) + changeable.memory_bytes() +
-         of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
-         of(touchable.spacings) + of(touchable.places) + of(places.positions) + of(places.normals) +
-         of(places.areas) + of(places.spacings) + of(places.fields.nodes) +
-         of(places.fields.values) + of(places.fields.row_begin) + of(touchable.cell_begin) +
-         of(touchable.cell_items) + of(drawn.carriers.nodes) + of(drawn.carriers.values) +
-         of(drawn.carriers.row_begin) + of(drawn.triangle_begin) + of(drawn.triangle_items) +
-         of(drawn.rest_normals);
+         of(cloud.positions) + of(cloud.spacings) + columns + of(half_columns.entries) +
+         of(compliance.touchable) + of(sag) + changeable.memory_bytes() + of(touchable.positions) +
+         of(touchable.normals) + of(touchable.areas) + of(touchable.spacings) +
+         of(touchable.places) + of(places.positions) + of(places.normals) + of(places.areas) +
+         of(places.spacings) + of(places.fields.nodes) + of(places.fields.values) +
+         of(places.fields.row_begin) + of(touchable.cell_begin) + of(touchable.cell_items) +
+         of(drawn.carriers.nodes) + of(drawn.carriers.values) + of(drawn.carriers.row_begin) +
+         of(drawn.triangle_begin) + of(drawn.triangle_items) + of(drawn.rest_normals);
 }
 
 Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
-                              const PreparedShape& shape, const BodyDemand& demand) {
+                              const PreparedShape& shape, const BodyDemand& demand,
+                              const PrepareOptions& options) {
   if (!demand.elastic()) return shape.key;
   const Formulation* formulation = find_formulation(organ.formulation);
   if (!formulation) return failure("formulation: " + unknown_formulation(organ.formulation));
@@ -426,7 +540,8 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
   for (const Region& region : organ.fixed) hash_region(hasher, region);
   hasher.value(organ.resolution.spacing).value(organ.resolution.finest);
   hasher.value(organ.resolution.gradient).value(demand.touched);
-  hasher.text("fine");
+  // Columns made one by one have other last digits than all at once.
+  hasher.value(options.column_budget).text("fine");
   for (const Region& region : demand.fine) hash_region(hasher, region);
   if (demand.sags) hasher.text("sags").value(tissue.density);
   if (!demand.burnt.empty()) {
@@ -443,7 +558,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
                                                         const Progress& progress,
                                                         std::vector<std::string>& warnings) {
   const Stopwatch watch;
-  auto key = organ_key(organ, tissue, shape, demand);
+  auto key = organ_key(organ, tissue, shape, demand, options);
   if (!key) return std::unexpected(key.error());
   auto model = std::make_shared<OrganModel>();
   model->notes = shape.notes;
@@ -458,12 +573,16 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
       set_surface(*model, shape.surface);
     };
     restart();
-    model->cache_hit = options.use_cache && load_cached(cache, *model, organ, demand, warnings);
+    model->cache_hit =
+        options.use_cache && load_cached(cache, *model, organ, demand, options, warnings);
     if (!model->cache_hit) {
       restart();
-      if (auto done = compute(*model, organ, tissue, demand, progress); !done)
+      std::shared_ptr<const StiffnessFactor> factor;
+      if (auto done = compute(*model, organ, tissue, demand, options, progress, factor); !done)
         return std::unexpected(done.error());
       if (options.use_cache) {
+        if (auto saved = save_factor(cache, *model, factor.get()); !saved)
+          warn_once(warnings, "cache not written: " + saved.error().text());
         const auto said = std::span(model->notes).subspan(shape.notes.size());
         if (auto saved = cache.save(model->key, to_cache(*model, said)); !saved)
           warn_once(warnings, "cache not written: " + saved.error().text());
@@ -504,9 +623,9 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   if (!surface) return std::unexpected(surface.error());
   const auto demand = demand_on(organ, tissue, reach, *surface);
   if (!demand) return std::unexpected(demand.error());
-  auto key = organ_key(organ, tissue, shape, *demand);
+  auto key = organ_key(organ, tissue, shape, *demand, options);
   if (!key) return std::unexpected(key.error());
-  auto plan = plan_surface(std::move(*surface), organ, *demand);
+  auto plan = plan_surface(std::move(*surface), organ, *demand, options.column_budget);
   if (!plan) return plan;
   std::error_code ignored;
   const ResponseCache cache(ResponseCache::default_folder());
@@ -517,7 +636,7 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
 }
 
 Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& organ,
-                               const BodyDemand& demand) {
+                               const BodyDemand& demand, std::size_t column_budget) {
   OrganPlan plan;
   OrganModel model;
   set_surface(model, std::move(surface));
@@ -529,27 +648,31 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& 
   if (!cloud) return std::unexpected(cloud.error());
   model.cloud = std::move(*cloud);
   if (auto done = finish(model, organ, demand); !done) return std::unexpected(done.error());
-  if (auto fits = check_memory(model); !fits) return std::unexpected(fits.error());
+  plan.prepared_places = prepared_places(model, organ, demand, column_budget).size();
+  if (auto fits = check_memory(model, plan.prepared_places); !fits)
+    return std::unexpected(fits.error());
   plan.nodes = model.cloud.size();
   plan.surface_nodes = model.cloud.surface_count;
   plan.places = model.places.size();
   plan.touchable_places = model.touchable.size();
-  plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.touchable_places);
+  const double n = static_cast<double>(plan.nodes);
+  plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.prepared_places);
+  if (plan.prepared_places < plan.touchable_places)
+    plan.memory_bytes += static_cast<std::size_t>(sizeof(float) * factor_entries(n));
   if (demand.sags) plan.memory_bytes += 9 * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
     plan.memory_bytes = plan.memory_bytes -
                         compliance_bytes(plan.places, plan.touchable_places) / 2 +
                         compliance_bytes(plan.touchable_places, plan.touchable_places);
   plan.preparation_bytes =
-      model.memory_bytes() + preparation_bytes(plan.nodes, plan.places, plan.touchable_places);
+      model.memory_bytes() + preparation_bytes(plan.nodes, plan.places, plan.prepared_places);
 
   // Operations counted, at 1e11 a second (two cores, single precision): factoring goes as N^2, the
   // columns of a touchable place as a share of the factor. Assembly is linear in the nodes.
-  const double n = static_cast<double>(plan.nodes);
   constexpr double kPerSecond = 1e11;
   plan.prepare_s =
       0.1 + 4.5e-4 * n +
-      (3.8e3 * n * n + 2.5 * static_cast<double>(plan.touchable_places) * factor_entries(n)) /
+      (3.8e3 * n * n + 2.5 * static_cast<double>(plan.prepared_places) * factor_entries(n)) /
           kPerSecond;
   plan.cloud = std::move(model.cloud);
   return plan;

@@ -58,13 +58,16 @@ struct OrganModel {
   /// square, kept besides, is more than half of it all. 0 in single precision.
   std::ptrdiff_t saved_bytes() const;
   bool touchable_anywhere() const { return !compliance.touchable.empty(); }
+  /// Of its columns: what was prepared, and what has been made since, by whoever shares the model.
+  ColumnFigures column_figures() const;
   std::size_t memory_bytes() const;
 };
 
 /// Cache key of an organ: a hash of everything that goes into its model. That of the shape alone
 /// where nothing is demanded of it.
 Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
-                              const PreparedShape& shape, const BodyDemand& demand);
+                              const PreparedShape& shape, const BodyDemand& demand,
+                              const PrepareOptions& options);
 
 /// Loads the model from the cache or computes and stores it. `warnings` gets what a person should
 /// know (a broken cache that was rebuilt, a cache that could not be written).
@@ -78,6 +81,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
 /// What preparation would build and cost, without factoring anything.
 struct OrganPlan {
   std::size_t triangles = 0, nodes = 0, surface_nodes = 0, places = 0, touchable_places = 0;
+  std::size_t prepared_places = 0;    ///< of the touchable ones, those with columns from the start
   std::size_t memory_bytes = 0;       ///< of the prepared model
   std::size_t preparation_bytes = 0;  ///< peak while preparing
   double prepare_s = 0.0;             ///< expected on this machine's kind, no cache
@@ -90,6 +94,6 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
                              const Reach& reach, const PrepareOptions& options);
 /// The same for a surface that is there already; the organ's geometry isn't read, nor the cache.
 Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& organ,
-                               const BodyDemand& demand);
+                               const BodyDemand& demand, std::size_t column_budget = kColumnBudget);
 
 }  // namespace viscera

@@ -105,7 +105,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
       return with_place(clear.error());
     const auto demand = demand_on(organ, tissue, reach, shape->surface);
     if (!demand) return with_place(demand.error());
-    auto key = organ_key(organ, tissue, *shape, *demand);
+    auto key = organ_key(organ, tissue, *shape, *demand, options);
     if (!key) return with_place(key.error());
     std::shared_ptr<const OrganModel>& model =
         shared[fmt::format("{} {}", *key, static_cast<int>(organ.displacement_storage))];
