@@ -15,7 +15,7 @@ namespace viscera {
 
 /// Where all columns of an organ's compliance take no more than this, they are made at preparation;
 /// above it, those of the fine part, and the others when they are asked for. Chosen: 1,885 places,
-/// more than any organ of the shipped scenes has, and their products take seconds [bytes].
+/// more than the recipes' organs have in shipped scenes, and their products take seconds [bytes].
 inline constexpr std::size_t kColumnBudget = 128'000'000;
 
 struct PrepareOptions {

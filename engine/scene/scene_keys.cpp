@@ -227,8 +227,8 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
           "though nothing touches it. Scenery never sags.")
           .otherwise(true),
       boolean("stiffens",
-              "Whether tissue that a hook coagulates becomes stiffer and shrinks; what is near the "
-              "hook's path with current is prepared for it.")
+              "Whether tissue that a hook coagulates becomes stiffer and shrinks; what is under "
+              "the fine part of its surface is prepared for it where hooks carry current.")
           .otherwise(true),
       boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
           .otherwise(false),

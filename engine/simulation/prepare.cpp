@@ -79,6 +79,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
                                    const std::vector<Feature>& features, const Progress& progress,
                                    std::vector<std::string>& warnings) {
   OrganModels models;
+  std::map<std::string, PreparedShape> shapes;                      // by key
   std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
   const double organs = static_cast<double>(scene.organs.size());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
@@ -99,13 +100,19 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
                       fmt::format("{}: {}", organ.name, what));
     };
     if (!part(0.0, "shaping")) return failure(kCancelled);
-    auto shape = prepare_shape(organ, options, warnings);
-    if (!shape) return with_place(shape.error());
-    if (auto clear = check_tips(scene, instruments, organ, shape->surface); !clear)
+    auto name = shape_key(organ.geometry, options.assets);
+    if (!name) return with_place(name.error());
+    auto shape = shapes.find(*name);
+    if (shape == shapes.end()) {
+      auto made = prepare_shape(organ, options, warnings);
+      if (!made) return with_place(made.error());
+      shape = shapes.emplace(*name, std::move(*made)).first;
+    }
+    if (auto clear = check_tips(scene, instruments, organ, shape->second.surface); !clear)
       return with_place(clear.error());
-    const auto demand = demand_on(organ, tissue, reach, shape->surface);
+    const auto demand = demand_on(organ, tissue, reach, shape->second.surface);
     if (!demand) return with_place(demand.error());
-    auto key = organ_key(organ, tissue, *shape, *demand, options);
+    auto key = organ_key(organ, tissue, shape->second, *demand, options);
     if (!key) return with_place(key.error());
     std::shared_ptr<const OrganModel>& model =
         shared[fmt::format("{} {}", *key, static_cast<int>(organ.displacement_storage))];
@@ -113,8 +120,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
       models.push_back(model);
       continue;
     }
-    auto prepared =
-        prepare_organ(organ, tissue, std::move(*shape), *demand, options, part, warnings);
+    auto prepared = prepare_organ(organ, tissue, shape->second, *demand, options, part, warnings);
     if (!prepared) return with_place(prepared.error());
     model = std::move(*prepared);
     models.push_back(model);

@@ -133,8 +133,11 @@ TEST(Preparation, AToolOffItsPathFeelsWhatItWouldFeelHadItBeenAnnounced) {
 }
 
 TEST(Preparation, ColumnsMadeOnDemandAreThoseMadeBefore) {
-  const Built late = built_with_budget(probed_ball(), kNoBudget);
-  const Built early = built_with_budget(probed_ball(), kNoBudget);
+  auto scene = probed_ball();
+  scene.organs[0].resolution.spacing = 3.5e-3;  // a dozen blocks
+  scene.organs[0].resolution.finest = 3e-3;
+  const Built late = built_with_budget(scene, kNoBudget);
+  const Built early = built_with_budget(scene, kNoBudget);
   ASSERT_TRUE(late.world && early.world);
   early.model().compliance.need_all();
   const std::size_t prepared = late.model().column_figures().prepared;
