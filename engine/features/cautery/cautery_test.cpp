@@ -21,7 +21,8 @@ constexpr double kTop = 25e-3;
 /// A hook that presses the pole of a ball and carries `power` [W] from 0.2 s on.
 SceneDescription burning_scene(double power) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  scene.organs[0].resolution.fine = {ball_region(Vec3(1e-3, 0, kTop), 10e-3)};
+  for (const double x : {0.0, 1e-3, 2e-3, 3e-3})
+    scene.organs[0].resolution.fine.push_back(ball_region(Vec3(x, 0, kTop), 9e-3));
   scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
                                      {{0.0, Vec3(0, 0, kTop + 3e-3), 0.0, 1.0},
                                       {0.2, Vec3(0, 0, kTop + 0.2e-3), power, 1.0},
@@ -242,6 +243,14 @@ TEST(Cautery, SkippedPartsSayWhy) {
   }
 }
 
+/// A burn that contact doesn't follow: tissue that stiffens and shrinks moves under the tip by what
+/// the kernels' rounding leaves, and the spark with it, so that twins part.
+SceneDescription twin_scene() {
+  auto scene = burning_scene(30.0);
+  scene.organs[0].stiffens = false;
+  return scene;
+}
+
 /// The same scene, its heat once on the CPU and once by the compute kernels.
 class CauteryOnTheGpu : public testing::Test {
  protected:
@@ -297,7 +306,7 @@ class CauteryOnTheGpu : public testing::Test {
 };
 
 TEST_F(CauteryOnTheGpu, TemperaturesWaterDamageAndSmokeAreTheCpus) {
-  const auto scene = burning_scene(30.0);
+  const auto scene = twin_scene();
   auto cpu = build(scene), gpu = build_on_gpu(scene, 1);
   ASSERT_TRUE(cpu && gpu);
   EXPECT_EQ(step_until(*gpu, 1.0), step_until(*cpu, 1.0));
@@ -309,7 +318,7 @@ TEST_F(CauteryOnTheGpu, TemperaturesWaterDamageAndSmokeAreTheCpus) {
 }
 
 TEST_F(CauteryOnTheGpu, OrgansBurnBesideEachOther) {
-  auto scene = burning_scene(30.0);
+  auto scene = twin_scene();
   scene.organs.push_back(scene.organs[0]);
   scene.organs[1].name = "other";
   const Vec3 beside(80e-3, 0, 0);
@@ -328,7 +337,7 @@ TEST_F(CauteryOnTheGpu, OrgansBurnBesideEachOther) {
 }
 
 TEST_F(CauteryOnTheGpu, AfterALostContextTheBurnGoesOnOnTheCpuWithoutAStepLost) {
-  const auto scene = burning_scene(30.0);
+  const auto scene = twin_scene();
   auto cpu = build(scene), gpu = build_on_gpu(scene, 1);
   ASSERT_TRUE(cpu && gpu);
   step_until(*gpu, 0.4);
