@@ -21,8 +21,6 @@ constexpr double kTop = 25e-3;
 /// A hook that presses the pole of a ball and carries `power` [W] from 0.2 s on.
 SceneDescription burning_scene(double power) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
-  for (const double x : {0.0, 1e-3, 2e-3, 3e-3})
-    scene.organs[0].resolution.fine.push_back(ball_region(Vec3(x, 0, kTop), 9e-3));
   scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
                                      {{0.0, Vec3(0, 0, kTop + 3e-3), 0.0, 1.0},
                                       {0.2, Vec3(0, 0, kTop + 0.2e-3), power, 1.0},
