@@ -118,15 +118,21 @@ bool HiveTissue::take_snapshot(const ToolMotion& motion, double dt) noexcept {
   if (ease) before = seen_from_rest(snapshots_.front(), motion, dt) + unshown_;
   const bool fresh = snapshots_.update();
   if (fresh) {
+    // Half of a blend is told from neither: what it had come nearer to stands for it.
+    if (hold_.share > 0.5) hold_.from = hold_.to;
+    hold_.to = snapshots_.front().hold;
+    if (!ease) hold_.from = hold_.to;
     unshown_ = ease ? Vec3(before - seen_from_rest(snapshots_.front(), motion, dt)) : Vec3::Zero();
     // A frame that follows soon after a late one doesn't hurry what that one began.
     easing_left_ = std::clamp(std::max(since_told_, easing_left_), kShortestEasing, kLongestEasing);
+    easing_ = easing_left_;
     since_told_ = 0.0;
   }
   told_ = fresh || told_;
   shown_now_ = easing_left_ > dt ? Vec3(dt / easing_left_ * unshown_) : unshown_;
   unshown_ -= shown_now_;
   easing_left_ -= dt;
+  hold_.share = easing_ > 0.0 ? std::clamp(1.0 - easing_left_ / easing_, 0.0, 1.0) : 1.0;
   return fresh;
 }
 
@@ -215,7 +221,7 @@ Vec3 HiveTissue::displacement(const SurfaceSpot& spot) const noexcept {
 
 HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   HiveForce result;
-  result.verdict = hive.seat(foot_.cells(), snapshots_.front().hold);
+  result.verdict = hive.seat(foot_.cells(), hold_);
   if (result.verdict != HiveVerdict::kSound) return result;
   const double nudge = kNudge * settings_.tool_radius;
   for (std::size_t k = 0; k < nudged_.size(); ++k) nudged_[k] = foot_.depths()[k] + nudge;
@@ -242,8 +248,7 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, do
   for (const auto& [which, weight] : {std::pair(before_, before), std::pair(now_, now)}) {
     if (which < 0 || weight <= 0.0) continue;
     Hive& hive = hives_[static_cast<std::size_t>(which)];
-    if (hive.seat(foot_.cells(), snapshots_.front().hold) == HiveVerdict::kSound)
-      shares[count++] = {&hive, weight};
+    if (hive.seat(foot_.cells(), hold_) == HiveVerdict::kSound) shares[count++] = {&hive, weight};
   }
   if (count == 0) return false;
   struct Deadline {
@@ -369,6 +374,8 @@ HiveTissue::State HiveTissue::state() const {
   state.unshown = unshown_;
   state.shown_now = shown_now_;
   state.easing_left = easing_left_;
+  state.easing = easing_;
+  state.hold = hold_;
   state.nearest = nearest_;
   state.foot = foot_.state();
   for (int i = 0; i < static_cast<int>(kHives); ++i) {
@@ -395,6 +402,8 @@ void HiveTissue::restore(State state) {
   unshown_ = state.unshown;
   shown_now_ = state.shown_now;
   easing_left_ = state.easing_left;
+  easing_ = state.easing;
+  hold_ = state.hold;
   nearest_ = state.nearest;
   foot_.restore(std::move(state.foot));
   for (std::size_t i = 0; i < kHives; ++i) hives_[i].restore(state.hives[i]);
@@ -411,7 +420,7 @@ void HiveTissue::restore(State state) {
 
 bool HiveTissue::fits(const State& state) const {
   for (const TissueSnapshot& one : state.snapshots.slots)
-    if (!body_.surface->has(one.nearest) || !one.hold.root.allFinite()) return false;
+    if (!body_.surface->has(one.nearest) || !one.hold.is_sound()) return false;
   for (std::size_t i = 0; i < kHives; ++i)
     if (!hives_[i].fits(state.hives[i])) return false;
   // No hive plays two parts.
@@ -422,7 +431,7 @@ bool HiveTissue::fits(const State& state) const {
   }
   if (state.nonlinear.has_value() != nonlinear_.has_value()) return false;
   if (nonlinear_ && !nonlinear_->fits(*state.nonlinear)) return false;
-  return TripleBuffer<TissueSnapshot>::fits(state.snapshots) &&
+  return TripleBuffer<TissueSnapshot>::fits(state.snapshots) && state.hold.is_sound() &&
          body_.surface->has(state.nearest.point) && foot_.fits(state.foot, *body_.surface) &&
          prony_.fits(state.prony) && builder_.fits(state.builder) &&
          state.builder.busy == (state.next >= 0) &&

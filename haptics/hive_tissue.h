@@ -96,7 +96,8 @@ class HiveTissue final : public TactileModel {
     /// What a new snapshot changed at the tool and hasn't been shown yet: it goes to zero over the
     /// time that frames take, so that a scene that jumps or is late isn't felt as a blow.
     Vec3 unshown = Vec3::Zero(), shown_now = Vec3::Zero();  ///< [m] in the organ's frame
-    double easing_left = 0.0;                               ///< [s]
+    double easing_left = 0.0, easing = 0.0;                 ///< of how much [s]
+    HoldBlend hold;                                         ///< of others, eased likewise
     SurfaceSpot nearest;                                    ///< to the tool
     ToolFoot::State foot;
     std::array<Hive::State, kHives> hives;
@@ -111,13 +112,14 @@ class HiveTissue final : public TactileModel {
       return std::tuple(field("snapshots", &State::snapshots), field("told", &State::told),
                         field("since_told", &State::since_told), field("unshown", &State::unshown),
                         field("shown_now", &State::shown_now),
-                        field("easing_left", &State::easing_left),
-                        field("nearest", &State::nearest), field("foot", &State::foot),
-                        field("hives", &State::hives), field("now", &State::now),
-                        field("before", &State::before), field("next", &State::next),
-                        field("share", &State::share), field("covered", &State::covered),
-                        field("nonlinear", &State::nonlinear), field("prony", &State::prony),
-                        field("figures", &State::figures), field("builder", &State::builder));
+                        field("easing_left", &State::easing_left), field("easing", &State::easing),
+                        field("hold", &State::hold), field("nearest", &State::nearest),
+                        field("foot", &State::foot), field("hives", &State::hives),
+                        field("now", &State::now), field("before", &State::before),
+                        field("next", &State::next), field("share", &State::share),
+                        field("covered", &State::covered), field("nonlinear", &State::nonlinear),
+                        field("prony", &State::prony), field("figures", &State::figures),
+                        field("builder", &State::builder));
     }
   };
   /// In lockstep, between ticks. On the wall clock there is no going back: nothing fits then.
@@ -158,7 +160,8 @@ class HiveTissue final : public TactileModel {
   bool told_ = false;  // this and the next: see State
   double since_told_ = 0.0;
   Vec3 unshown_ = Vec3::Zero(), shown_now_ = Vec3::Zero();
-  double easing_left_ = 0.0;
+  double easing_left_ = 0.0, easing_ = 0.0;
+  HoldBlend hold_;
   SurfaceSpot nearest_;
   ToolFoot foot_;
   std::vector<Hive> hives_;

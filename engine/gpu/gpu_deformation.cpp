@@ -298,6 +298,8 @@ Result<void> GpuDeformation::upload(const Shape& shape) {
     if (model.half) {
       upload_columns(model, model.source->half->entries.data());
     } else {
+      // The shaders can't ask for columns: all are made now.
+      model.source->compliance->need_all();
       upload_columns(model, model.source->compliance->columns.data());
     }
     model.source = nullptr;

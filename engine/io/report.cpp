@@ -38,6 +38,9 @@ Json organ_json(const OrganReport& organ) {
           {"prepare_s", organ.prepare_s},
           {"cache_hit", organ.cache_hit},
           {"memory_bytes", organ.memory_bytes},
+          {"columns_prepared", organ.columns_prepared},
+          {"columns_on_demand", organ.columns_on_demand},
+          {"on_demand_s", organ.on_demand_s},
           {"preparation", organ.preparation ? preparation_json(*organ.preparation) : Json(nullptr)},
           {"displacement_storage", organ.half_precision ? "half" : "single"},
           {"storage_error", organ.storage_error},
@@ -258,6 +261,9 @@ std::string preparation_line(const OrganReport& organ) {
       figures.gradient_correction, 1e-6 * static_cast<double>(figures.factor_bytes),
       figures.smallest_compliance_eigenvalue, figures.assemble_s, figures.factor_s,
       figures.compliance_s, organ.cache_hit ? ", when it was cached" : "");
+  if (organ.columns_on_demand > 0)
+    line += fmt::format("; {} columns of its compliance made on demand, in {:.2f} s",
+                        organ.columns_on_demand, organ.on_demand_s);
   if (organ.half_precision)
     line += fmt::format("; displacements in half precision: error {:.1e}, {:.1f} MB saved",
                         organ.storage_error, 1e-6 * static_cast<double>(organ.saved_bytes));

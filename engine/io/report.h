@@ -23,6 +23,9 @@ struct OrganReport {
   double prepare_s = 0.0;
   bool cache_hit = false;
   std::size_t memory_bytes = 0;
+  std::size_t columns_prepared = 0;   ///< of its compliance, before the run
+  std::size_t columns_on_demand = 0;  ///< made since, where a tool came to the rest of the surface
+  double on_demand_s = 0.0;           ///< that took
   std::optional<PreparationFigures> preparation;  ///< none: the organ has no elasticity
   bool half_precision = false;     ///< of the displacements' storage; the two below are its price
   double storage_error = 0.0;      ///< greatest, over the greatest entry of the compliance

@@ -89,7 +89,7 @@ Result<PreparedResponse> unpack(CacheData data) {
   r.cloud.surface_count = static_cast<std::size_t>(surface_nodes);
   r.compliance.places = static_cast<std::size_t>(places);
   r.compliance.touchable = std::move(*touchable);
-  r.compliance.columns = std::move(*columns);
+  r.compliance.columns.assign(columns->begin(), columns->end());
   r.compliance.symmetric = symmetric->front() != 0;
   r.figures = to_figures(*figures);
   for (auto& [name, array] : data.arrays()) {
@@ -146,7 +146,7 @@ Result<void> ResponseCache::save(const std::string& key, const PreparedResponse&
   contents.array("surface_count", std::span<const int>(surface_count));
   contents.array("places", std::span<const int>(places));
   contents.array("touchable", response.compliance.touchable);
-  contents.array("columns", response.compliance.columns);
+  contents.array("columns", std::span<const float>(response.compliance.columns));
   contents.array("symmetric", std::span<const int>(symmetric));
   contents.array("figures", figures);
   for (const auto& [name, array] : response.extra) {

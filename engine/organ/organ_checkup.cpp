@@ -44,11 +44,16 @@ OrganCheckup check_organ(const TriangleSurface& surface, OrganDescription& organ
   reach.radius = kReach;
   reach.points.push_back(
       *std::ranges::max_element(surface.vertices, {}, [](const Vec3& x) { return x.z(); }));
+  const auto plan_it = [&]() -> Result<OrganPlan> {
+    const auto demand = demand_on(organ, Tissue{}, reach, surface);
+    if (!demand) return std::unexpected(demand.error());
+    return plan_surface(surface, organ, *demand);
+  };
   Resolution& resolution = organ.resolution;
   const Resolution suggested = resolution;
   std::string reason;
   for (int attempt = 0; attempt < 3; ++attempt) {
-    auto plan = plan_surface(surface, organ, reach);
+    auto plan = plan_it();
     if (plan) {
       checkup.plan = std::move(*plan);
       reason.clear();
@@ -65,7 +70,7 @@ OrganCheckup check_organ(const TriangleSurface& surface, OrganDescription& organ
     warnings.push_back(
         "it can't be deformed at spacings down to a fifth of " +
         fmt::format("{:.3g} mm ({}): its entry makes it scenery", 1e3 * suggested.spacing, reason));
-    auto plan = plan_surface(surface, organ, reach);
+    auto plan = plan_it();
     if (plan) checkup.plan = std::move(*plan);
   }
   checkup.quality = measure_quality(surface, 2.0 * resolution.spacing);

@@ -1,12 +1,12 @@
 // What pre-processing computes for one organ: constant, shared by its instances, kept in the cache.
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "engine/organ/prepared_shape.h"
+#include "engine/organ/reach.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/tissues.h"
 #include "kernels/base/progress.h"
@@ -18,25 +18,6 @@
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
-
-/// What acts on an organ, in the organ's frame: where instruments may press it (places along their
-/// paths, with how far the tissue may have moved when they come by), where links pull at it, and
-/// whether gravity does.
-struct Reach {
-  struct Attachment {
-    Region region;  ///< world, with room for the spreading of the load
-    Pose pose;      ///< of the organ in that world
-  };
-  std::vector<Vec3> points;  ///< [m]
-  double radius = 0.0;       ///< touchable within this distance of a point [m]
-  std::vector<Attachment> attachments;
-  bool sags = false;  ///< under gravity that changes; places its whole body in reach of a force
-  std::vector<Vec3> burns;   ///< where hooks pass with current; tissue near may coagulate [m]
-  double burn_radius = 0.0;  ///< within this distance of one [m]
-
-  bool covers(const Vec3& x) const;
-  bool may_burn(const Vec3& x) const;
-};
 
 /// Immutable. All geometry in the organ's own frame.
 struct OrganModel {
@@ -77,33 +58,30 @@ struct OrganModel {
   /// square, kept besides, is more than half of it all. 0 in single precision.
   std::ptrdiff_t saved_bytes() const;
   bool touchable_anywhere() const { return !compliance.touchable.empty(); }
+  /// Of its columns: what was prepared, and what has been made since, by whoever shares the model.
+  ColumnFigures column_figures() const;
   std::size_t memory_bytes() const;
 };
 
-struct PrepareOptions {
-  std::filesystem::path assets;
-  bool use_cache = true;
-};
-
-/// Cache key of an organ: a hash of everything that goes into its model.
+/// Cache key of an organ: a hash of everything that goes into its model. That of the shape alone
+/// where nothing is demanded of it.
 Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
-                              const Reach& reach, const PrepareOptions& options);
-
-/// Asked about an organ's surface as soon as it is known, before anything is computed from it.
-using SurfaceInspection = std::function<Result<void>(const TriangleSurface&)>;
+                              const PreparedShape& shape, const BodyDemand& demand,
+                              const PrepareOptions& options);
 
 /// Loads the model from the cache or computes and stores it. `warnings` gets what a person should
 /// know (a broken cache that was rebuilt, a cache that could not be written).
 Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& organ,
-                                                        const Tissue& tissue, const Reach& reach,
+                                                        const Tissue& tissue, PreparedShape shape,
+                                                        const BodyDemand& demand,
                                                         const PrepareOptions& options,
-                                                        const SurfaceInspection& inspect,
                                                         const Progress& progress,
                                                         std::vector<std::string>& warnings);
 
 /// What preparation would build and cost, without factoring anything.
 struct OrganPlan {
   std::size_t triangles = 0, nodes = 0, surface_nodes = 0, places = 0, touchable_places = 0;
+  std::size_t prepared_places = 0;    ///< of the touchable ones, those with columns from the start
   std::size_t memory_bytes = 0;       ///< of the prepared model
   std::size_t preparation_bytes = 0;  ///< peak while preparing
   double prepare_s = 0.0;             ///< expected on this machine's kind, no cache
@@ -116,6 +94,6 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
                              const Reach& reach, const PrepareOptions& options);
 /// The same for a surface that is there already; the organ's geometry isn't read, nor the cache.
 Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& organ,
-                               const Reach& reach);
+                               const BodyDemand& demand, std::size_t column_budget = kColumnBudget);
 
 }  // namespace viscera

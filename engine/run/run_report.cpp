@@ -25,7 +25,9 @@ std::string flag_text(FrameFlag flag) {
       return "contact had no solution in some frame, without force there: smaller tool steps, or "
              "fewer tools on one spot";
     case FrameFlag::kOutOfReach:
-      return "a tip touched tissue that its path had not announced, without response";
+      return "a tip touched tissue where no place of the surface was near enough to take its "
+             "force: a "
+             "smaller spacing_mm";
     case FrameFlag::kGripSlipped:
       return "a closed jaw slid over the tissue: the pull passed its grip limit";
     case FrameFlag::kSmokeFull:
@@ -81,6 +83,10 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     one.prepare_s = model.prepare_s;
     one.cache_hit = model.cache_hit;
     one.memory_bytes = model.memory_bytes();
+    const ColumnFigures columns = model.column_figures();
+    one.columns_prepared = columns.prepared;
+    one.columns_on_demand = columns.on_demand;
+    one.on_demand_s = columns.on_demand_s;
     if (model.deformable()) one.preparation = model.figures;
     one.half_precision = model.in_half_precision();
     one.storage_error = model.half_columns.error;

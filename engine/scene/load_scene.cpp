@@ -132,7 +132,10 @@ OrganDescription organ_of(const Json& values) {
   if (values["response"] == "local") organ.response = Response::kLocal;
   const Json& resolution = values["resolution"];
   organ.resolution = {from_milli(resolution["spacing_mm"]),
-                      from_milli(resolution["finest_spacing_mm"]), resolution["gradient"]};
+                      from_milli(resolution["finest_spacing_mm"]),
+                      resolution["gradient"],
+                      {}};
+  for (const Json& region : resolution["fine"]) organ.resolution.fine.push_back(region_of(region));
   if (values["displacement_storage"] == "half")
     organ.displacement_storage = DisplacementStorage::kHalf;
   organ.deformable = values["deformable"];

@@ -66,8 +66,10 @@ struct Region {
 
 struct Resolution {
   double spacing = 8e-3;   ///< greatest node spacing [m]
-  double finest = 3e-3;    ///< spacing where instruments reach [m]
-  double gradient = 0.25;  ///< growth of the spacing per distance
+  double finest = 3e-3;    ///< least, in the fine part of the surface [m]
+  double gradient = 0.25;  ///< growth of the spacing per distance from there
+  /// Union; the fine part of the surface lies in it. Empty: it follows from where tools come.
+  std::vector<Region> fine = {};
 };
 
 /// Breathing: the organ's frame moves from its pose along a line and back, again and again.
@@ -87,8 +89,8 @@ struct MotionDescription {
 /// single.
 enum class DisplacementStorage { kSingle, kHalf };
 
-/// What an organ answers forces with: its precomputed compliance (GPAFF), or hives about the tips
-/// of haptic tools alone (LPAFF).
+/// What an organ answers forces with: its precomputed compliance (GPAFF), or hives about
+/// whatever touches it (LPAFF).
 enum class Response { kGlobal, kLocal };
 
 /// How held tools feel tissue beyond small, slow strains.

@@ -127,9 +127,16 @@ ObjectSpec region() {
 ObjectSpec resolution() {
   return {"Where the nodes of the organ lie.",
           {number("spacing_mm", "Greatest node spacing.").between(0.1, 100).otherwise(8.0),
-           number("finest_spacing_mm", "Node spacing where instruments reach.")
+           number("finest_spacing_mm", "Node spacing in the fine part of the surface.")
                .between(0.1, 100)
                .otherwise(3.0),
+           list("fine",
+                "Regions whose union holds the fine part of the surface, wherever tools come. Left "
+                "out: bricks of 20 mm that paths and links come near, so that a key frame moved "
+                "far enough means another preparation.",
+                region())
+               .items(0, 100)
+               .otherwise(Json::array()),
            number("gradient", "Growth of the spacing per distance from there.")
                .between(0.01, 2)
                .otherwise(0.25)},
@@ -203,7 +210,7 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       text("response",
            "What it answers forces with: a compliance computed before the run (global), or hives "
            "about "
-           "the tips of haptic tools alone (local), with nothing to prepare.")
+           "whatever touches it (local), with nothing to prepare.")
           .one_of({"global", "local"})
           .otherwise("global"),
       object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),
@@ -220,8 +227,8 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
           "though nothing touches it. Scenery never sags.")
           .otherwise(true),
       boolean("stiffens",
-              "Whether tissue that a hook coagulates becomes stiffer and shrinks; what is near the "
-              "hook's path with current is prepared for it.")
+              "Whether tissue that a hook coagulates becomes stiffer and shrinks; what is under "
+              "the fine part of its surface is prepared for it where hooks carry current.")
           .otherwise(true),
       boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
           .otherwise(false),

@@ -103,6 +103,7 @@ struct CellRange {
   Vec3 centre = Vec3::Zero();        ///< the same tissue, deformed, a frame ago [m]
   Vec3 outward = Vec3::UnitZ();      ///< unit, away from the tissue
   Vec3 force = Vec3::Zero();         ///< on the tissue, after the solve [N]
+  Vec3 felt = Vec3::Zero();          ///< the same as the hand felt it; else as `force` [N]
   Vec3 tip = Vec3::Zero();           ///< of the tool [m]
   Vec3 moved = Vec3::Zero();         ///< with friction: the tip, since tissue clung to it [m]
   double pitch = 0.0;                ///< between neighbouring cells [m]
@@ -113,9 +114,9 @@ struct CellRange {
     return std::tuple(field("instrument", &S::instrument), field("begin", &S::begin),
                       field("end", &S::end), field("rest_centre", &S::rest_centre),
                       field("centre", &S::centre), field("outward", &S::outward),
-                      field("force", &S::force), field("tip", &S::tip), field("moved", &S::moved),
-                      field("pitch", &S::pitch), field("points", &S::points),
-                      field("held", &S::held));
+                      field("force", &S::force), field("felt", &S::felt), field("tip", &S::tip),
+                      field("moved", &S::moved), field("pitch", &S::pitch),
+                      field("points", &S::points), field("held", &S::held));
   }
 };
 static_assert(fields_cover<CellRange>());

@@ -23,8 +23,8 @@ enum class FrameFlag : std::uint32_t {
   /// The contact problem had no solution: the organ kept its last shape and gave no force in that
   /// frame. Remedy: smaller steps of the tool, or fewer instruments on one spot.
   kContactNotConverged = 1u << 1,
-  /// A tip touched tissue outside the touchable region that its path announced: no response there.
-  /// Remedy: key frames must pass where the tool will be.
+  /// A tip touched tissue where no place of the surface is near enough to take its force: no
+  /// response there. Remedy: a smaller spacing_mm.
   kOutOfReach = 1u << 2,
   /// A closed jaw slid over the tissue because the pull passed its grip limit. Remedy: none needed,
   /// or raise grip_limit_N.

@@ -34,6 +34,8 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescri
   for (const InstrumentBody& body : instruments) {
     const InstrumentDescription& instrument = body.description;
     size = std::max(size, body.extent);
+    // Only the hand knows where it takes a tool that it holds.
+    reach.anywhere = reach.anywhere || instrument.haptic.has_value();
     if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
     bool closed = false;
     Vec3 closed_at = Vec3::Zero();
@@ -77,32 +79,14 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
                                    const std::vector<Feature>& features, const Progress& progress,
                                    std::vector<std::string>& warnings) {
   OrganModels models;
+  std::map<std::string, PreparedShape> shapes;                      // by key
   std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
   const double organs = static_cast<double>(scene.organs.size());
   for (std::size_t i = 0; i < scene.organs.size(); ++i) {
     const OrganDescription& organ = scene.organs[i];
     const Tissue tissue = tissue_of(organ, tissues);
     const Reach reach = reach_of(instruments, scene, organ, features);
-    const SurfaceInspection tips_are_clear = [&](const TriangleSurface& surface) {
-      return check_tips(scene, instruments, organ, surface);
-    };
-    auto key = organ_key(organ, tissue, reach, options);
-    if (!key) return std::unexpected(key.error());
-    std::shared_ptr<const OrganModel>& model =
-        shared[fmt::format("{} {}", *key, static_cast<int>(organ.displacement_storage))];
-    if (model) {
-      if (auto clear = tips_are_clear(model->surface); !clear)
-        return std::unexpected(clear.error());
-      models.push_back(model);
-      continue;
-    }
-    const Progress part = [&](double fraction, std::string_view what) {
-      return progress((static_cast<double>(i) + fraction) / organs,
-                      fmt::format("{}: {}", organ.name, what));
-    };
-    auto prepared = prepare_organ(organ, tissue, reach, options, tips_are_clear, part, warnings);
-    if (!prepared) {
-      Error error = prepared.error();
+    const auto with_place = [&](Error error) {
       if (error.messages.size() == 1 && error.messages[0] == kCancelled)
         return std::unexpected(error);
       for (std::string& message : error.messages)
@@ -110,7 +94,34 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
           message = fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name,
                                 message);
       return std::unexpected(error);
+    };
+    const Progress part = [&](double fraction, std::string_view what) {
+      return progress((static_cast<double>(i) + fraction) / organs,
+                      fmt::format("{}: {}", organ.name, what));
+    };
+    if (!part(0.0, "shaping")) return failure(kCancelled);
+    auto name = shape_key(organ.geometry, options.assets);
+    if (!name) return with_place(name.error());
+    auto shape = shapes.find(*name);
+    if (shape == shapes.end()) {
+      auto made = prepare_shape(organ, options, warnings);
+      if (!made) return with_place(made.error());
+      shape = shapes.emplace(*name, std::move(*made)).first;
     }
+    if (auto clear = check_tips(scene, instruments, organ, shape->second.surface); !clear)
+      return with_place(clear.error());
+    const auto demand = demand_on(organ, tissue, reach, shape->second.surface);
+    if (!demand) return with_place(demand.error());
+    auto key = organ_key(organ, tissue, shape->second, *demand, options);
+    if (!key) return with_place(key.error());
+    std::shared_ptr<const OrganModel>& model =
+        shared[fmt::format("{} {}", *key, static_cast<int>(organ.displacement_storage))];
+    if (model) {
+      models.push_back(model);
+      continue;
+    }
+    auto prepared = prepare_organ(organ, tissue, shape->second, *demand, options, part, warnings);
+    if (!prepared) return with_place(prepared.error());
     model = std::move(*prepared);
     models.push_back(model);
   }

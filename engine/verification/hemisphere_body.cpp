@@ -91,8 +91,8 @@ Result<double> spacing_for(const HemisphereOptions& options, const Progress& pro
       fmt::format("hemisphere: found no cloud of at most {} nodes, expected more", nodes));
 }
 
-template <class T>
-std::size_t bytes_of(const std::vector<T>& values) {
+template <class T, class Allocator>
+std::size_t bytes_of(const std::vector<T, Allocator>& values) {
   return values.size() * sizeof(T);
 }
 

@@ -108,6 +108,7 @@ Vec3f carried(const SparseWeights& carriers, std::span<const float> displacement
 
 void place_displacements(const SurfaceCompliance& compliance, const ContactResponse& response,
                          std::vector<float>& displacements) {
+  compliance.need(response.touched);
   sum_column_triples(compliance.columns.data(), compliance.rows(), response.touched, response.loads,
                      displacements);
 }

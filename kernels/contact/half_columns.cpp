@@ -91,6 +91,7 @@ float from_half(std::uint16_t half) {
 
 HalfColumns half_precision(const SurfaceCompliance& compliance) {
   HalfColumns half;
+  compliance.need_all();
   half.rows = compliance.rows();
   const std::size_t count = compliance.columns.size();
   half.entries.resize(count);
@@ -121,6 +122,7 @@ HalfColumns half_precision(const SurfaceCompliance& compliance) {
 }
 
 SurfaceCompliance force_part(const SurfaceCompliance& compliance) {
+  compliance.need_all();
   SurfaceCompliance part;
   part.places = compliance.touchable.size();
   for (std::size_t t = 0; t < part.places; ++t) part.touchable.push_back(static_cast<int>(t));

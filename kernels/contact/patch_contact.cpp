@@ -139,6 +139,7 @@ void PatchContact::spread_cells(std::span<const Place> cells) {
     }
   }
   std::sort(touched_.begin(), touched_.end());
+  compliance_.need(touched_);
   for (std::size_t i = 0; i < touched_.size(); ++i) {
     local_of_[static_cast<std::size_t>(touched_[i])] = static_cast<int>(i);
   }
@@ -525,6 +526,7 @@ void PatchContact::place_displacements(std::vector<float>& displacements) {
     state_.columns_built = std::min(state_.columns_built + kCellsPerCall, moving);
   if (state_.columns_built > 0) make_columns();
   if (state_.forces.empty() || state_.columns_built < moving || moving == 0) {
+    compliance_.need(state_.response.touched);  // a state may come from another process
     sum_column_triples(compliance_.columns.data(), rows, state_.response.touched,
                        state_.response.loads, displacements);
     if (update_) {

@@ -14,6 +14,27 @@ namespace {
 /// eigenvalue of the scaled matrix, see lift().
 constexpr double kRidge = 1e-6;
 
+/// Where a tool presses the very tissue that a jaw holds, hardly any of its compliance is left, and
+/// a hive's own, which differs by per cents, would turn negative: at most this share is taken.
+constexpr double kMostTaken = 0.85;
+
+/// How much of `taken` leaves the response positive enough, at most 1: by a few steps of the power
+/// method on R^-1 T.
+double bearable(const MatrixX& response, const MatrixX& taken) {
+  const Eigen::LLT<MatrixX> factor(response);
+  if (factor.info() != Eigen::Success) return 1.0;
+  constexpr int kSteps = 8;
+  VectorX x = taken.diagonal();
+  double most = 0.0;
+  for (int i = 0; i < kSteps && x.norm() > 0.0; ++i) {
+    x.normalize();
+    const VectorX next = factor.solve(taken * x);
+    most = next.norm();
+    x = next;
+  }
+  return most > kMostTaken ? kMostTaken / most : 1.0;
+}
+
 }  // namespace
 
 bool TissueContact::remember_places(std::span<const ContactCell> cells) {
@@ -402,6 +423,7 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
     if (factor.info() != Eigen::Success) return std::nullopt;
     const MatrixX solved = factor.matrixL().solve(mixed.transpose());
     hold.taken.noalias() = solved.transpose() * solved;
+    hold.taken *= bearable(response_.block(first, first, m, m), hold.taken);
     given_back = hold.taken * forces;
   }
   if (const MatrixX stiffened = taken_by_update(begin, end); stiffened.size() > 0) {

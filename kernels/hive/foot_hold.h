@@ -3,6 +3,8 @@
 // for holds that lie farther off than the foot is wide, and of constant size for a haptic tick.
 #pragma once
 
+#include <cmath>
+
 #include "kernels/base/fields.h"
 
 namespace viscera {
@@ -17,6 +19,10 @@ struct FootHold {
   double reach = 0.0;  ///< places farther from the centre count as that far [m]; 0: nothing holds
   Eigen::Matrix<double, 9, 9> root = Eigen::Matrix<double, 9, 9>::Zero();  ///< [sqrt(m/N)]
 
+  bool is_sound() const {
+    return centre.allFinite() && along_x.allFinite() && along_y.allFinite() && reach >= 0.0 &&
+           reach < 1e3 && root.allFinite();
+  }
   bool none() const { return reach == 0.0; }
 
   /// Of a place and a unit direction: the products of two such are what is taken off [sqrt(m/N)].
@@ -35,5 +41,29 @@ struct FootHold {
   }
 };
 static_assert(fields_cover<FootHold>());
+
+/// One hold passing into another: what either takes off, by its share.
+struct HoldBlend {
+  using Vector18 = Eigen::Matrix<double, 18, 1>;
+
+  FootHold from, to;
+  double share = 1.0;  ///< of `to`
+
+  bool none() const { return (from.none() || share >= 1.0) && (to.none() || share <= 0.0); }
+  bool is_sound() const { return from.is_sound() && to.is_sound() && share >= 0.0 && share <= 1.0; }
+  /// As FootHold::share.
+  Vector18 share_at(const Vec3& place, const Vec3& direction) const {
+    Vector18 both;
+    both << std::sqrt(1.0 - share) * from.share(place, direction),
+        std::sqrt(share) * to.share(place, direction);
+    return both;
+  }
+
+  static constexpr auto fields() {
+    return std::tuple(field("from", &HoldBlend::from), field("to", &HoldBlend::to),
+                      field("share", &HoldBlend::share));
+  }
+};
+static_assert(fields_cover<HoldBlend>());
 
 }  // namespace viscera

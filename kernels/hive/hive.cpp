@@ -96,8 +96,8 @@ struct Hive::Data {
   std::vector<ContactCell> cells;
   std::vector<double> cell_forces;   ///< of the last press [N]
   std::vector<PatternPlace> places;  ///< of the cells
-  FootHold hold;                     ///< of others, about them
-  MatrixX held;                      ///< shares of the cells in it, 9 x cells
+  HoldBlend hold;                    ///< of others, about them
+  MatrixX held;                      ///< shares of the cells in it, 18 x cells
   MatrixX images;                    ///< correction times the cells' weights, (3 n) x cells
   VectorX node_forces;               ///< of the last press, (3 m) [N]
 
@@ -118,7 +118,7 @@ struct Hive::Data {
     cell_forces.reserve(most);
     places.reserve(most);
     images.resize(3 * moved, most_cells);
-    held.resize(9, most_cells);
+    held.resize(18, most_cells);
     node_forces = VectorX::Zero(3 * pattern.ring_nodes());
     usable = usable_share(pattern) * wanted.radius;
     figures.nodes = pattern.nodes();
@@ -294,7 +294,7 @@ HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
   return HiveVerdict::kSound;
 }
 
-HiveVerdict Hive::seat(std::span<const ContactCell> cells, const FootHold& hold) noexcept {
+HiveVerdict Hive::seat(std::span<const ContactCell> cells, const HoldBlend& hold) noexcept {
   Data& d = *data_;
   d.is_seated = false;
   if (!d.is_built) return HiveVerdict::kNotBuilt;
@@ -332,7 +332,7 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells, const FootHold& hold)
   }
   for (int k = 0; k < n && !hold.none(); ++k) {
     const ContactCell& cell = cells[static_cast<std::size_t>(k)];
-    d.held.col(k) = hold.share(cell.position, cell.direction);
+    d.held.col(k) = hold.share_at(cell.position, cell.direction);
   }
   d.fill_compliance(!hold.none());
   bool positive = d.pressed.check();
@@ -551,6 +551,7 @@ bool Hive::fits(const State& state) const noexcept {
   if (state.seated && (!state.built || state.cells.size() != state.cell_forces.size()))
     return false;
   if (state.node_forces.size() != static_cast<std::size_t>(d.node_forces.size())) return false;
+  if (!state.hold.is_sound()) return false;
   if (!d.pressed.fits(state.pressed)) return false;
   // A factor is of the seated cells' matrix.
   if (!state.pressed.factored.empty() && (!state.seated || d.pinned)) return false;

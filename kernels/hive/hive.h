@@ -98,7 +98,7 @@ class Hive {
   /// their `direction`. Cheap beside build(): for every tick in which the tool has moved aside.
   /// `hold`: what others take off the body's answer there; left out where the hive's own can't
   /// bear it (a tool on the very tissue that a jaw holds).
-  HiveVerdict seat(std::span<const ContactCell> cells, const FootHold& hold = {}) noexcept;
+  HiveVerdict seat(std::span<const ContactCell> cells, const HoldBlend& hold = {}) noexcept;
 
   /// The tick: force of the seated cells pushed `depths` [m] along their directions (negative: a
   /// gap), no cell pulling. A tool that only goes up and down needs nothing else.
@@ -137,7 +137,7 @@ class Hive {
     bool built = false, seated = false;
     SurfacePoint centre;                        ///< about which it was built
     std::vector<ContactCell> cells;             ///< seated; else none
-    FootHold hold;                              ///< that they were seated with
+    HoldBlend hold;                             ///< that they were seated with
     std::vector<double> cell_forces;            ///< [N]  (cells)
     std::vector<double> node_forces;            ///< [N]  (3 surface nodes)
     PressedCells::State pressed;                ///< stays from seat to seat

@@ -32,6 +32,7 @@ double fading(double distance, double radius) {
 HiveContact::HiveContact(const WalkableSurface& surface, const HiveSettings& settings, Hive first)
     : TissueContact(true), surface_(surface), settings_(settings), half_space_(settings.material) {
   hives_.push_back(std::move(first));
+  stands_.push_back(0);
 }
 
 Result<std::unique_ptr<HiveContact>> HiveContact::create(const WalkableSurface& surface,
@@ -75,25 +76,46 @@ void HiveContact::gather_clusters() {
     auto more = Hive::create({&surface_, nullptr, nullptr}, settings_, 1);
     if (!more) break;
     hives_.push_back(std::move(*more));
+    stands_.push_back(0);
   }
+  std::vector<char> taken(hives_.size(), 0);
   for (std::size_t c = 0; c < clusters_.size(); ++c) {
     clusters_[c].centre = surface_.nearest(seeds[c]);
-    clusters_[c].hive = build_hive(c);
-    if (!clusters_[c].hive) without_hive_ += static_cast<int>(clusters_[c].cells.size());
+    clusters_[c].hive = find_hive(clusters_[c].centre, taken);
+  }
+  for (Cluster& cluster : clusters_) {
+    if (!cluster.hive) cluster.hive = build_hive(cluster.centre, taken);
+    if (!cluster.hive) without_hive_ += static_cast<int>(cluster.cells.size());
   }
 }
 
+/// One that stands there already: built anew it would be the same to the bit.
+Hive* HiveContact::find_hive(const SurfaceSpot& centre, std::vector<char>& taken) {
+  for (std::size_t h = 0; h < hives_.size(); ++h) {
+    const SurfaceSpot& there = hives_[h].centre();
+    if (taken[h] || !stands_[h] || there.point.triangle != centre.point.triangle ||
+        there.position != centre.position)
+      continue;
+    taken[h] = 1;
+    return &hives_[h];
+  }
+  return nullptr;
+}
+
 /// Null where none can stand.
-Hive* HiveContact::build_hive(std::size_t cluster) {
-  if (cluster >= hives_.size()) return nullptr;
-  return hives_[cluster].build(clusters_[cluster].centre) == HiveVerdict::kSound ? &hives_[cluster]
-                                                                                 : nullptr;
+Hive* HiveContact::build_hive(const SurfaceSpot& centre, std::vector<char>& taken) {
+  const auto free = std::find(taken.begin(), taken.end(), 0);
+  if (free == taken.end()) return nullptr;
+  const auto h = static_cast<std::size_t>(free - taken.begin());
+  taken[h] = 1;
+  stands_[h] = hives_[h].build(centre) == HiveVerdict::kSound;
+  return stands_[h] ? &hives_[h] : nullptr;
 }
 
 void HiveContact::make_response() {
   gather_clusters();
   near_fields_.clear();
-  beyond_touchable_ = 0;
+  beyond_touchable_ = without_hive_;
   const std::vector<Place>& places = state_.places;
   const auto n = static_cast<Eigen::Index>(places.size());
   response_.setZero(3 * n, 3 * n);

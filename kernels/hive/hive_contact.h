@@ -2,7 +2,7 @@
 // together, as those of one tool, stand on a hive of their own; cells of two hives feel each other
 // as on a half-space.
 //
-// Hives are built about where the cells are, anew whenever these move, so that what a frame answers
+// Hives are built about where the cells are whenever these move, so that what a frame answers
 // depends on that frame's cells and on nothing before.
 #pragma once
 
@@ -50,12 +50,14 @@ class HiveContact final : public TissueContact {
   void spread_forces(std::span<const Vec3> forces, ContactResponse& response) override;
   NearField any_near_field() const override;
   void gather_clusters();
-  Hive* build_hive(std::size_t cluster);
+  Hive* find_hive(const SurfaceSpot& centre, std::vector<char>& taken);
+  Hive* build_hive(const SurfaceSpot& centre, std::vector<char>& taken);
 
   const WalkableSurface& surface_;
   HiveSettings settings_;
   HalfSpace half_space_;
   std::vector<Hive> hives_;
+  std::vector<char> stands_;  // each is built about its centre
   std::vector<Cluster> clusters_;
   int without_hive_ = 0;
 };

@@ -96,6 +96,7 @@ bool SpreadResponse::gather(std::span<const Vec3> positions, std::span<const Vec
   }
   for (const int place : touched_) local_of_[static_cast<std::size_t>(place)] = -1;
   if (!room) return false;
+  compliance_.need(touched_);
 
   std::sort(shares_.begin(), shares_.end(), [](const Share& a, const Share& b) {
     return a.local != b.local ? a.local < b.local : a.node < b.node;

@@ -63,7 +63,10 @@ Result<SurfaceCompliance> empty_compliance(std::size_t node_count, const SparseW
         "compliance: expected places whose nodes are below " + std::to_string(node_count) +
         ", and touchable places ascending, each once, below " + std::to_string(places.rows()));
   }
-  SurfaceCompliance compliance{places.rows(), std::move(touchable), {}, symmetric};
+  SurfaceCompliance compliance;
+  compliance.places = places.rows();
+  compliance.touchable = std::move(touchable);
+  compliance.symmetric = symmetric;
   compliance.columns.resize(compliance.rows() * 3 * compliance.touchable.size());
   return compliance;
 }

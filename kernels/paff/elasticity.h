@@ -10,6 +10,8 @@
 
 #include "kernels/base/progress.h"
 #include "kernels/base/result.h"
+#include "kernels/base/zeroed_pages.h"
+#include "kernels/paff/columns_on_demand.h"
 #include "kernels/paff/shape_functions.h"
 #include "kernels/points/cloud.h"
 #include "kernels/points/surface.h"
@@ -64,14 +66,30 @@ struct PreparationFigures {
 struct SurfaceCompliance {
   std::size_t places = 0;
   std::vector<int> touchable;  ///< place of each column triple, ascending
-  std::vector<float> columns;  ///< column-major, (3 places) x (3 touchable) [m/N]
+  /// Column-major, (3 places) x (3 touchable) [m/N]. Those that aren't made yet are zero, and take
+  /// no memory.
+  std::vector<float, ZeroedPages<float>> columns;
   /// False: the square of the touchable places isn't its own mirror (strong forms), and must not be
   /// made so: a force could change its sign.
   bool symmetric = true;
+  /// Makes columns when they are asked for; null: all are there. It belongs to these columns: a
+  /// compliance that has one may be moved, not copied.
+  std::shared_ptr<ColumnsOnDemand> on_demand;
+
   std::size_t rows() const { return 3 * places; }
+  /// To be called before columns of these are read, by their indices among the touchable ones.
+  /// Makes those that are missing. From any thread.
+  void need(std::span<const int> places_needed) const {
+    if (on_demand) on_demand->need(places_needed, const_cast<float*>(columns.data()));
+  }
+  void need_all() const {
+    if (on_demand) on_demand->need_all(const_cast<float*>(columns.data()));
+  }
   /// Row of each touchable unknown: the rows of the touchable square    (3 touchable).
   std::vector<std::size_t> touchable_rows() const;
 };
+
+class StiffnessFactor;
 
 /// A prepared (assembled and factored) body: answers loads, many at a time. Not thread-safe.
 class ElasticSolver {
@@ -88,6 +106,9 @@ class ElasticSolver {
   virtual Result<SurfaceCompliance> compliance(const SparseWeights& places,
                                                std::vector<int> touchable,
                                                const Progress& progress) = 0;
+  /// The factor that answers, from which columns can be made later; null where there is none to
+  /// keep.
+  virtual std::shared_ptr<const StiffnessFactor> factor() const { return nullptr; }
   virtual const PreparationFigures& figures() const = 0;
 };
 
@@ -103,6 +124,8 @@ class Formulation {
   virtual bool interpolates() const { return false; }
   /// Materials above it are refused: its error would grow without bound. 0.5: none is.
   virtual double highest_poisson_ratio() const { return 0.5; }
+  /// Whether its solver gives a factor() that columns can be made from later.
+  virtual bool keeps_factor() const { return false; }
   /// What its user should know, said once; empty: nothing.
   virtual std::string_view warning() const { return {}; }
   /// The fields that carry displacement to any place, and loads back to the nodes.

@@ -164,6 +164,25 @@ Result<FrontalCholesky<Real>> FrontalCholesky<Real>::factor(
 }
 
 template <class Real>
+Result<FrontalCholesky<Real>> FrontalCholesky<Real>::of_panels(
+    std::shared_ptr<const Dissection> dissection, std::span<const Real> panels) {
+  FrontalCholesky out;
+  const auto width = static_cast<std::size_t>(out.width_);
+  out.entries_ = dissection->factor_entries(out.width_);
+  std::size_t at = 0;
+  for (const Dissection::Front& front : dissection->fronts) {
+    const std::size_t size = width * front.size() * width * front.own();
+    if (size > panels.size() - at) return failure("its panels end too early");
+    const auto from = panels.begin() + static_cast<std::ptrdiff_t>(at);
+    out.panels_.emplace_back(from, from + static_cast<std::ptrdiff_t>(size));
+    at += size;
+  }
+  if (at != panels.size()) return failure("it has more panels than fronts");
+  out.dissection_ = std::move(dissection);
+  return out;
+}
+
+template <class Real>
 void FrontalCholesky<Real>::solve(std::vector<Real>& block, int columns, const FrontMask& active,
                                   const FrontMask& wanted) const {
   // Stored by unknown, the block is (columns x order) column-major: X^T. With A = L L^T,

@@ -25,6 +25,11 @@ class FrontalCholesky {
                                         std::shared_ptr<const Dissection> dissection,
                                         std::string_view what);
 
+  /// From panels that were kept, one after another. Fails, in words that complete "rebuilt
+  /// because", for another number of them than the fronts ask for.
+  static Result<FrontalCholesky> of_panels(std::shared_ptr<const Dissection> dissection,
+                                           std::span<const Real> panels);
+
   /// Which part of a solution is wanted or not zero, by front.
   using FrontMask = std::vector<char>;
 
@@ -42,6 +47,7 @@ class FrontalCholesky {
   /// Columns of the factor at a front: (width * size) x (width * own), column-major, on and below
   /// the diagonal.
   const Real* panel(std::size_t front) const { return panels_[front].data(); }
+  std::size_t panel_size(std::size_t front) const { return panels_[front].size(); }
   std::size_t factor_bytes() const { return entries_ * sizeof(Real); }
 
  private:

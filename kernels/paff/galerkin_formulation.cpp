@@ -10,15 +10,17 @@ namespace {
 class GalerkinSolver final : public ElasticSolver, public RegionSolver {
  public:
   GalerkinSolver(GalerkinSystem system, StiffnessFactor factor, const PreparationFigures& figures)
-      : system_(std::move(system)), factor_(std::move(factor)), figures_(figures) {}
+      : system_(std::move(system)),
+        factor_(std::make_shared<const StiffnessFactor>(std::move(factor))),
+        figures_(figures) {}
 
   Result<void> solve(std::span<double> loads, int columns) override {
-    return factor_.solve(system_.stiffness(), loads, columns);
+    return factor_->solve(system_.stiffness(), loads, columns);
   }
 
   Result<std::vector<double>> solve_static(const StaticLoads& loads) override {
     std::vector<double> unknowns = system_.loads(loads);
-    if (const Result<void> solved = factor_.solve(system_.stiffness(), unknowns, 1); !solved) {
+    if (const Result<void> solved = factor_->solve(system_.stiffness(), unknowns, 1); !solved) {
       return std::unexpected(solved.error());
     }
     return unknowns;
@@ -27,7 +29,7 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
   Result<SurfaceCompliance> compliance(const SparseWeights& places, std::vector<int> touchable,
                                        const Progress& progress) override {
     const Stopwatch watch;
-    auto compliance = factor_.compliance(places, std::move(touchable), progress);
+    auto compliance = factor_->compliance(places, std::move(touchable), progress);
     if (compliance) {
       figures_.smallest_compliance_eigenvalue = smallest_compliance_eigenvalue(*compliance);
       const auto positive = expect_positive_compliance(figures_.smallest_compliance_eigenvalue);
@@ -37,6 +39,8 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
     return compliance;
   }
 
+  std::shared_ptr<const StiffnessFactor> factor() const override { return factor_; }
+
   const PreparationFigures& figures() const override { return figures_; }
 
   Result<ElasticRegion> region(const std::function<bool(const Vec3&)>& wanted) const override {
@@ -45,7 +49,7 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
 
  private:
   GalerkinSystem system_;
-  StiffnessFactor factor_;
+  std::shared_ptr<const StiffnessFactor> factor_;
   PreparationFigures figures_;
 };
 
@@ -59,6 +63,7 @@ class GalerkinFormulation final : public Formulation {
   int version() const override { return SparseCholesky::is_by_mumps() ? 4 : 104; }
   double support_factor() const override { return support_factor_; }
   Basis basis() const override { return basis_; }
+  bool keeps_factor() const override { return true; }
 
   Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                  const Progress& progress) const override {

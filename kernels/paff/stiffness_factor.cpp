@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <type_traits>
 
 #include "kernels/base/parallel.h"
+#include "kernels/paff/blas.h"
 #include "kernels/paff/compliance_columns.h"
 #include "kernels/paff/inverse_products.h"
 
@@ -133,14 +135,14 @@ template <class Real>
 class ColumnBlocks {
  public:
   ColumnBlocks(const FrontalCholesky<Real>& factor, const SparseWeights& places,
-               SurfaceCompliance& compliance)
+               std::span<const int> touchable)
       : factor_(factor),
         dissection_(factor.dissection()),
         places_(places),
-        compliance_(compliance),
+        touchable_(touchable.begin(), touchable.end()),
         unit_of_(places.rows(), kNoUnit) {
-    for (std::size_t t = 0; t < compliance.touchable.size(); ++t) {
-      const auto place = static_cast<std::size_t>(compliance.touchable[t]);
+    for (std::size_t t = 0; t < touchable_.size(); ++t) {
+      const auto place = static_cast<std::size_t>(touchable_[t]);
       int first = std::numeric_limits<int>::max();
       for_each_entry(place, [&](int position, Real) { first = std::min(first, position); });
       units_.push_back({first, place, t});
@@ -164,28 +166,33 @@ class ColumnBlocks {
     }
     // Forward and back; the mirror of the touchable square and loads that act late save a quarter.
     solving *= 0.75 * 2.0 * 27.0 * static_cast<double>(units_.size());
-    return inverse_products_cost(dissection_, 3, places_, compliance_.touchable) < solving;
+    return inverse_products_cost(dissection_, 3, places_, touchable_) < solving;
   }
 
-  void compute_by_product() const {
-    const std::vector<Real> products =
-        inverse_products<Real>(factor_, places_, compliance_.touchable);
+  void compute_by_product(float* columns) const {
+    const std::vector<Real> products = inverse_products<Real>(factor_, places_, touchable_);
     parallel_for_each_index((products.size() + kCopied - 1) / kCopied, 1, [&](std::size_t part) {
       const std::size_t end = std::min(products.size(), (part + 1) * kCopied);
       for (std::size_t i = part * kCopied; i < end; ++i) {
-        compliance_.columns[i] = static_cast<float>(products[i]);
+        columns[i] = static_cast<float>(products[i]);
       }
     });
   }
 
   std::size_t count() const { return (units_.size() + kPlacesAtOnce - 1) / kPlacesAtOnce; }
 
-  void compute(std::size_t index) const {
+  std::size_t block_of(std::size_t place) const { return unit_of_[place] / kPlacesAtOnce; }
+
+  /// Which rows of a block are made: those that `mirror` doesn't fill, or all.
+  enum class Rows { kUnmirrored, kAll };
+
+  void compute(std::size_t index, Rows rows, float* to) const {
     const std::size_t first = index * kPlacesAtOnce;
     const std::size_t last = std::min(units_.size(), first + kPlacesAtOnce);
     const std::size_t columns = 3 * (last - first);
     typename FrontalCholesky<Real>::FrontMask active(dissection_.fronts.size(), 0);
-    auto wanted = always_wanted_;
+    auto wanted =
+        rows == Rows::kAll ? std::vector<char>(dissection_.fronts.size(), 1) : always_wanted_;
     std::vector<Real> block(3 * dissection_.order.size() * columns, Real(0));
     for (std::size_t u = first; u < last; ++u) {
       mark(units_[u].place, active);
@@ -197,12 +204,14 @@ class ColumnBlocks {
       });
     }
     // Rows of touchable places of earlier blocks are the mirror of columns of theirs.
-    for (std::size_t u = first; u < units_.size(); ++u) mark(units_[u].place, wanted);
+    if (rows == Rows::kUnmirrored)
+      for (std::size_t u = first; u < units_.size(); ++u) mark(units_[u].place, wanted);
     factor_.solve(block, static_cast<int>(columns), active, wanted);
 
     std::vector<Real> row(3 * columns);
     for (std::size_t place = 0; place < places_.rows(); ++place) {
-      if (unit_of_[place] != kNoUnit && unit_of_[place] < first) continue;
+      if (rows == Rows::kUnmirrored && unit_of_[place] != kNoUnit && unit_of_[place] < first)
+        continue;
       std::fill(row.begin(), row.end(), Real(0));
       for_each_entry(place, [&](int position, Real weight) {
         const Real* in = block.data() + 3 * static_cast<std::size_t>(position) * columns;
@@ -210,7 +219,7 @@ class ColumnBlocks {
       });
       for (std::size_t c = 0; c < columns; ++c) {
         const std::size_t column = 3 * units_[first + c / 3].column + c % 3;
-        float* out = compliance_.columns.data() + column * compliance_.rows() + 3 * place;
+        float* out = to + column * 3 * places_.rows() + 3 * place;
         for (std::size_t k = 0; k < 3; ++k) out[k] = static_cast<float>(row[k * columns + c]);
       }
     }
@@ -218,12 +227,12 @@ class ColumnBlocks {
 
   /// The touchable square, from the columns of the place that comes first of each pair in the order
   /// of the blocks.
-  void mirror() const {
-    mirror_square([&](std::size_t i) { return units_[i].column; });
+  void mirror(float* columns) const {
+    mirror_square(columns, [&](std::size_t i) { return units_[i].column; });
   }
   /// The same where places come first in their own order.
-  void mirror_product() const {
-    mirror_square([](std::size_t i) { return i; });
+  void mirror_product(float* columns) const {
+    mirror_square(columns, [](std::size_t i) { return i; });
   }
 
  private:
@@ -246,13 +255,12 @@ class ColumnBlocks {
   }
 
   template <class ColumnOf>
-  void mirror_square(const ColumnOf& column_of) const {
+  void mirror_square(float* columns, const ColumnOf& column_of) const {
     constexpr std::size_t kTile = 32;
-    const std::size_t rows = compliance_.rows();
+    const std::size_t rows = 3 * places_.rows();
     const auto row_of = [&](std::size_t column) {
-      return 3 * static_cast<std::size_t>(compliance_.touchable[column]);
+      return 3 * static_cast<std::size_t>(touchable_[column]);
     };
-    float* columns = compliance_.columns.data();
     parallel_chunks(units_.size(), kTile, [&](std::size_t later_begin, std::size_t later_end) {
       for (std::size_t earlier_begin = 0; earlier_begin < later_end; earlier_begin += kTile) {
         for (std::size_t later = later_begin; later < later_end; ++later) {
@@ -285,13 +293,152 @@ class ColumnBlocks {
   const FrontalCholesky<Real>& factor_;
   const Dissection& dissection_;
   const SparseWeights& places_;
-  SurfaceCompliance& compliance_;
+  std::vector<int> touchable_;
   std::vector<Unit> units_;           // in the order of elimination
   std::vector<std::size_t> unit_of_;  // of each place
   std::vector<char> always_wanted_;
 };
 
+std::vector<int> all_of(const SparseWeights& places) {
+  std::vector<int> all(places.rows());
+  for (std::size_t p = 0; p < all.size(); ++p) all[p] = static_cast<int>(p);
+  return all;
+}
+
+/// Whole blocks, from a factor that it keeps.
+template <class Real>
+class FactorColumns final : public ColumnSource {
+ public:
+  FactorColumns(std::shared_ptr<const StiffnessFactor> owner, const FrontalCholesky<Real>& factor,
+                const SparseWeights& places)
+      : owner_(std::move(owner)), places_(places), blocks_(factor, places_, all_of(places_)) {
+    prepare_blas();
+  }
+
+  std::size_t blocks() const override { return blocks_.count(); }
+  std::size_t block_of(int touchable) const override {
+    return blocks_.block_of(static_cast<std::size_t>(touchable));
+  }
+  void make(std::size_t block, float* columns) const override {
+    blocks_.compute(block, ColumnBlocks<Real>::Rows::kAll, columns);
+  }
+  std::size_t memory_bytes() const override { return owner_->factor_bytes(); }
+
+ private:
+  std::shared_ptr<const StiffnessFactor> owner_;
+  SparseWeights places_;
+  ColumnBlocks<Real> blocks_;
+};
+
+/// Panels of fronts, one after another.
+template <class Real>
+std::vector<Real> packed_panels(const FrontalCholesky<Real>& factor) {
+  std::vector<Real> packed;
+  packed.reserve(factor.factor_bytes() / sizeof(Real));
+  for (std::size_t f = 0; f < factor.dissection().fronts.size(); ++f)
+    packed.insert(packed.end(), factor.panel(f), factor.panel(f) + factor.panel_size(f));
+  return packed;
+}
+
+/// Fails for what is no dissection.
+Result<Dissection> dissection_of(const PackedFactor& packed) {
+  const Error broken = failure("its fronts don't fit each other").error();
+  Dissection dissection;
+  dissection.order = packed.order;
+  const std::size_t nodes = packed.order.size();
+  dissection.position.assign(nodes, -1);
+  dissection.front_of.assign(nodes, -1);
+  for (std::size_t p = 0; p < nodes; ++p) {
+    const int node = packed.order[p];
+    if (node < 0 || static_cast<std::size_t>(node) >= nodes) return std::unexpected(broken);
+    int& position = dissection.position[static_cast<std::size_t>(node)];
+    if (position >= 0) return std::unexpected(broken);
+    position = static_cast<int>(p);
+  }
+  std::size_t border = 0;
+  int next = 0;
+  const std::size_t count = packed.fronts.size() / PackedFactor::kNumbersAFront;
+  for (std::size_t f = 0; f < count; ++f) {
+    const int* numbers = packed.fronts.data() + PackedFactor::kNumbersAFront * f;
+    Dissection::Front front;
+    front.first = numbers[0];
+    front.last = numbers[1];
+    front.parent = numbers[2];
+    const int size = numbers[3];
+    // A root is its own end; any other front comes before its parent.
+    const bool placed = front.first == next && front.last >= front.first &&
+                        static_cast<std::size_t>(front.last) <= nodes &&
+                        (front.parent == -1 || (front.parent > static_cast<int>(f) &&
+                                                front.parent < static_cast<int>(count)));
+    if (!placed || size < 0 || static_cast<std::size_t>(size) > packed.borders.size() - border)
+      return std::unexpected(broken);
+    front.border.assign(packed.borders.begin() + static_cast<std::ptrdiff_t>(border),
+                        packed.borders.begin() + static_cast<std::ptrdiff_t>(border) + size);
+    int before = front.last - 1;
+    for (const int position : front.border) {
+      if (position <= before || static_cast<std::size_t>(position) >= nodes)
+        return std::unexpected(broken);
+      before = position;
+    }
+    for (int p = front.first; p < front.last; ++p)
+      dissection.front_of[static_cast<std::size_t>(p)] = static_cast<int>(f);
+    next = front.last;
+    border += static_cast<std::size_t>(size);
+    dissection.fronts.push_back(std::move(front));
+  }
+  for (std::size_t f = 0; f < count; ++f)
+    if (const int parent = dissection.fronts[f].parent; parent >= 0)
+      dissection.fronts[static_cast<std::size_t>(parent)].children.push_back(static_cast<int>(f));
+  if (static_cast<std::size_t>(next) != nodes || border != packed.borders.size() || nodes == 0)
+    return std::unexpected(broken);
+  return dissection;
+}
+
 }  // namespace
+
+std::shared_ptr<const ColumnSource> StiffnessFactor::columns(
+    std::shared_ptr<const StiffnessFactor> factor, const SparseWeights& places) {
+  return std::visit(
+      [&]<class Real>(const FrontalCholesky<Real>& fronts) -> std::shared_ptr<const ColumnSource> {
+        return std::make_shared<FactorColumns<Real>>(factor, fronts, places);
+      },
+      factor->factor_);
+}
+
+PackedFactor StiffnessFactor::pack() const {
+  PackedFactor packed;
+  std::visit(
+      [&]<class Real>(const FrontalCholesky<Real>& factor) {
+        const Dissection& dissection = factor.dissection();
+        packed.order = dissection.order;
+        for (const Dissection::Front& front : dissection.fronts) {
+          const int size = static_cast<int>(front.border.size());
+          for (const int number : {front.first, front.last, front.parent, size})
+            packed.fronts.push_back(number);
+          packed.borders.insert(packed.borders.end(), front.border.begin(), front.border.end());
+        }
+        if constexpr (std::is_same_v<Real, float>)
+          packed.single_panels = packed_panels(factor);
+        else
+          packed.full_panels = packed_panels(factor);
+      },
+      factor_);
+  return packed;
+}
+
+Result<StiffnessFactor> StiffnessFactor::unpack(const PackedFactor& packed) {
+  auto dissection = dissection_of(packed);
+  if (!dissection) return std::unexpected(dissection.error());
+  const auto shared = std::make_shared<const Dissection>(std::move(*dissection));
+  if (!packed.single_panels.empty()) {
+    auto single = FrontalCholesky<float>::of_panels(shared, packed.single_panels);
+    if (!single) return std::unexpected(single.error());
+    return StiffnessFactor(std::move(*single));
+  }
+  auto full = FrontalCholesky<double>::of_panels(shared, packed.full_panels);
+  if (!full) return std::unexpected(full.error());
+  return StiffnessFactor(std::move(*full));
+}
 
 Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stiffness,
                                                 std::span<const Vec3> positions,
@@ -345,12 +492,14 @@ Result<SurfaceCompliance> StiffnessFactor::compliance(const SparseWeights& place
       empty_compliance(nodes, places, std::move(touchable), true);
   if (!compliance) return compliance;
   const Result<void> filled = std::visit(
-      [&](const auto& factor) -> Result<void> {
-        const ColumnBlocks blocks(factor, places, *compliance);
+      [&]<class Real>(const FrontalCholesky<Real>& factor) -> Result<void> {
+        using Blocks = ColumnBlocks<Real>;
+        const Blocks blocks(factor, places, compliance->touchable);
+        float* columns = compliance->columns.data();
         if (blocks.product_is_cheaper()) {
           if (!progress(0.0, "computing compliance")) return failure(kCancelled);
-          blocks.compute_by_product();
-          blocks.mirror_product();
+          blocks.compute_by_product(columns);
+          blocks.mirror_product(columns);
           return {};
         }
         for (std::size_t first = 0; first < blocks.count(); first += kBlocksAtOnce) {
@@ -359,16 +508,21 @@ Result<SurfaceCompliance> StiffnessFactor::compliance(const SparseWeights& place
             return failure(kCancelled);
           }
           const std::size_t last = std::min(blocks.count(), first + kBlocksAtOnce);
-          parallel_for_each_index(last - first, 1,
-                                  [&](std::size_t b) { blocks.compute(first + b); });
+          parallel_for_each_index(last - first, 1, [&](std::size_t b) {
+            blocks.compute(first + b, Blocks::Rows::kUnmirrored, columns);
+          });
         }
-        blocks.mirror();
+        blocks.mirror(columns);
         return {};
       },
       factor_);
   if (!filled) return std::unexpected(filled.error());
   if (!progress(1.0, "computing compliance")) return failure(kCancelled);
   return compliance;
+}
+
+std::size_t StiffnessFactor::nodes() const {
+  return std::visit([](const auto& factor) { return factor.dissection().order.size(); }, factor_);
 }
 
 std::size_t StiffnessFactor::factor_bytes() const {

@@ -1,11 +1,13 @@
 // A factored stiffness: in single precision where that is enough, solving in double all the same.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <variant>
 #include <vector>
 
 #include "kernels/base/progress.h"
+#include "kernels/paff/columns_on_demand.h"
 #include "kernels/paff/elasticity.h"
 #include "kernels/paff/frontal_cholesky.h"
 
@@ -15,6 +17,17 @@ namespace viscera {
 /// 1e-5 of the answer or a pivot isn't positive in it (bodies near incompressible, or hardly held);
 /// then double.
 enum class FactorPrecision { kMeasured, kSingle, kFull };
+
+/// A factor as a file keeps it.
+struct PackedFactor {
+  static constexpr std::size_t kNumbersAFront = 4;
+  std::vector<int> order;    ///< node at each position                                      (N)
+  std::vector<int> fronts;   ///< first and last position, parent, size of border        (F x 4)
+  std::vector<int> borders;  ///< positions, front after front
+  // Panels, front after front; those of one precision alone.
+  std::vector<float> single_panels;
+  std::vector<double> full_panels;
+};
 
 class StiffnessFactor {
  public:
@@ -36,6 +49,18 @@ class StiffnessFactor {
   Result<SurfaceCompliance> compliance(const SparseWeights& places, std::vector<int> touchable,
                                        const Progress& progress) const;
 
+  /// Columns of all these places among themselves, in blocks of 64 places that act near each other,
+  /// which take that factor with them. A block skips no row: it is symmetric with others to single
+  /// precision, not exactly.
+  static std::shared_ptr<const ColumnSource> columns(std::shared_ptr<const StiffnessFactor> factor,
+                                                     const SparseWeights& places);
+
+  PackedFactor pack() const;
+  /// The same factor, to the last bit. Fails, in words that complete "rebuilt because", for what
+  /// no factor can be.
+  static Result<StiffnessFactor> unpack(const PackedFactor& packed);
+
+  std::size_t nodes() const;
   bool is_single() const { return std::holds_alternative<FrontalCholesky<float>>(factor_); }
   std::size_t factor_bytes() const;
 

@@ -480,5 +480,27 @@ TEST(HiveTissue, AToolWithoutSizeIsRefused) {
   EXPECT_NE(refused.error().text().find("expected a ball"), std::string::npos);
 }
 
+TEST(HiveTissue, AHoldThatBeginsEasesTheForceToo) {
+  Organ organ;
+  const Vec3 tip = pressed(Vec3::UnitZ(), 1e-3);
+  settle(organ, tip, 8);
+  TissueSnapshot& snapshot = organ.tissue->snapshots().back();
+  snapshot.pose = {};
+  snapshot.tick = organ.tick;
+  snapshot.nearest = organ.surface.nearest(tip).point;
+  snapshot.hold.centre = kBody * Vec3::UnitZ();
+  snapshot.hold.along_x = Vec3::UnitX();
+  snapshot.hold.along_y = Vec3::UnitY();
+  snapshot.hold.reach = kBall;
+  // A fifth of what a flat punch as wide as the contact would give.
+  const double give = 1.0 / (2.0 * kSoft.contact_modulus() * std::sqrt(kBall * 1e-3));
+  snapshot.hold.root(2, 2) = std::sqrt(0.2 * give);
+  organ.tissue->snapshots().publish();
+  const Felt felt = feel(organ, tip, 40);
+  EXPECT_GT(felt.after, 1.1 * felt.before);
+  EXPECT_LT(felt.after, 2.0 * felt.before);
+  EXPECT_LT(felt.worst_step, 2.0 * even_step(felt, kFrame));
+}
+
 }  // namespace
 }  // namespace viscera::test

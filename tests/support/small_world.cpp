@@ -18,6 +18,14 @@ InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind
   return tool;
 }
 
+Region ball_region(const Vec3& centre, double radius) {
+  Region ball;
+  ball.shape = Region::Shape::kSphere;
+  ball.a = centre;
+  ball.radius = radius;
+  return ball;
+}
+
 std::map<std::string, Tissue> test_tissues() {
   Tissue rubber;
   rubber.name = "rubber";

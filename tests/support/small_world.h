@@ -17,6 +17,9 @@ namespace viscera::test {
 InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind, double radius,
                                     std::vector<InstrumentKey> keys);
 
+/// A ball as a region: of a fine part.
+Region ball_region(const Vec3& centre, double radius);
+
 /// Tissues "rubber" (10 kPa, 0.45): what soft_ball_scene() uses. Heat finds it to be like liver.
 std::map<std::string, Tissue> test_tissues();
 

@@ -37,8 +37,8 @@ Result<void> check_scene(const SceneDescription& scene,
                          const std::map<std::string, Tissue>& tissues, std::ostream& out) {
   out << fmt::format("{}: {}\n{:g} s, seed {}\n\n", scene.name, scene.title, scene.duration,
                      scene.seed);
-  out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>12}{:>14}  {}\n", "organ", "triangles",
-                     "nodes", "surface", "touchable", "memory", "preparation", "cache");
+  out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>10}{:>12}{:>14}  {}\n", "organ", "triangles",
+                     "nodes", "surface", "touchable", "prepared", "memory", "preparation", "cache");
   PrepareOptions options;
   options.assets = assets_folder();
   double seconds = 0.0;
@@ -77,9 +77,16 @@ Result<void> check_scene(const SceneDescription& scene,
     seconds += expected;
     memory += plan->memory_bytes;
     if (!plan->cached) peak = std::max(peak, plan->preparation_bytes);
-    out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>12}{:>12.1f} s  {}\n", organ.name,
+    if (plan->prepared_places < plan->touchable_places)
+      notes.push_back(fmt::format(
+          "{}: columns of {} of its {} touchable places are prepared, the others made on demand "
+          "(all would take {})",
+          organ.name, plan->prepared_places, plan->touchable_places,
+          megabytes(9 * sizeof(float) * plan->places * plan->touchable_places)));
+    out << fmt::format("{:<16}{:>10}{:>8}{:>9}{:>10}{:>10}{:>12}{:>12.1f} s  {}\n", organ.name,
                        plan->triangles, plan->nodes, plan->surface_nodes, plan->touchable_places,
-                       megabytes(plan->memory_bytes), expected, plan->cached ? "yes" : "no");
+                       plan->prepared_places, megabytes(plan->memory_bytes), expected,
+                       plan->cached ? "yes" : "no");
     surfaces[i] = std::move(plan->surface);
   }
   std::vector<LinkPlaces> places;

@@ -22,7 +22,7 @@ constexpr double kSampleStep = 1.0 / 60.0;
 constexpr double kBurnSize = 20e-3;
 /// More of the machine's memory than this is refused.
 constexpr double kMostMemory = 0.5;
-/// Tissue this far from a hook's path with current may coagulate: half of a wide lesion and what
+/// Tissue this far below a surface that a hook burns may coagulate: half of a wide lesion and what
 /// the tip has carried along.
 constexpr double kBurnMargin = 6e-3;
 /// Paths are thinned to this distance [m].

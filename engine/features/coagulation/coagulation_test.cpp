@@ -25,6 +25,7 @@ constexpr double kTop = 25e-3;
 /// presses there.
 SceneDescription burn_and_press(double power) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
+  scene.organs[0].resolution.fine = {ball_region(Vec3(0, 0, kTop), 10e-3)};
   scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
                                      {{0.0, Vec3(0, 0, kTop + 3e-3), 0.0, 1.0},
                                       {0.2, Vec3(0, 0, kTop + 0.2e-3), power, 1.0},

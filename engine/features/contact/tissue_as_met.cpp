@@ -100,20 +100,18 @@ Pose composed(const Pose& outer, const Pose& inner) {
   return {outer.to_world(inner.position), (outer.orientation * inner.orientation).normalized()};
 }
 
-/// Under a tool that presses: from its cells, since the drawn surface shows its own dent.
-bool meet_pressed(World& world, Entity organ, Entity instrument, TissueSnapshot& snapshot) {
-  OrganTouch& touch = *world.find<OrganTouch>(organ);
+/// Under a tool that presses or holds: from its cells, since the drawn surface shows its own dent.
+/// False: this frame's contact has no answer.
+bool meet_touched(World& world, Entity organ, const CellRange& range, TissueSnapshot& snapshot) {
   const OrganContact& contact = *world.find<OrganContact>(organ);
-  const auto range = std::ranges::find_if(touch.ranges, [&](const CellRange& one) {
-    return one.instrument == instrument && !one.held;
-  });
-  if (range == touch.ranges.end() || !contact.solution.converged) return false;
-  const auto others = touch.solver->hold_of_others(contact.cells, range->begin, range->end);
+  if (!contact.solution.converged) return false;
+  const auto others =
+      world.find<OrganTouch>(organ)->solver->hold_of_others(contact.cells, range.begin, range.end);
   if (!others) return false;
   if (others->taken.size() == 0 && !world.find<FreeShape>(organ)) return true;  // it is alone
   std::vector<Vec3> places;
   Vec3 normal = Vec3::Zero();
-  for (std::size_t k = range->begin; k < range->end; ++k) {
+  for (std::size_t k = range.begin; k < range.end; ++k) {
     places.push_back(contact.cells[k].position);
     normal += contact.cells[k].normal;
   }
@@ -154,21 +152,23 @@ void meet_drawn(const World& world, Entity organ, const SurfacePoint& nearest, d
 
 }  // namespace
 
-void meet_tissue(World& world, Entity organ, Entity instrument, double reach,
+bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
                  TissueSnapshot& snapshot) {
   snapshot.pose = pose_of(world, organ);
   snapshot.hold = {};
   snapshot.nearest = {};
   const OrganContact* contact = world.find<OrganContact>(organ);
-  if (!contact || world.find<OrganState>(organ)->frozen) return;
+  if (!contact || world.find<OrganState>(organ)->frozen) return true;
   const Vec3& tip = world.find<InstrumentState>(instrument)->tip;
   // Embree's boxes are fitted again by who asks: not for what is far.
-  if (world.find<OrganTouch>(organ)->bounds.exteriorDistance(tip) > reach) return;
+  if (world.find<OrganTouch>(organ)->bounds.exteriorDistance(tip) > reach) return true;
   const auto hit = contact->surface->closest(pose_of(world, organ).to_local(tip), reach);
-  if (!hit) return;
+  if (!hit) return true;
   snapshot.nearest = hit->point;
-  if (meet_pressed(world, organ, instrument, snapshot)) return;
+  for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
+    if (range.instrument == instrument) return meet_touched(world, organ, range, snapshot);
   meet_drawn(world, organ, hit->point, world.find<InstrumentBody>(instrument)->extent, snapshot);
+  return true;
 }
 
 }  // namespace viscera

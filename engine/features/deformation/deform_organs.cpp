@@ -128,6 +128,7 @@ void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contac
     range.force = sum_of(contact.solution.forces, range);
     const bool slides = !range.held && contact.cells[range.begin].friction == 0.0;
     if (slides) range.force = -push_on_tool(range, contact.cells, contact.solution.forces);
+    range.felt = range.force;
     InstrumentContact& tool = *world.find<InstrumentContact>(range.instrument);
     tool.force -= pose.direction_to_world(range.force);
     const double strength = range.force.norm();
@@ -162,7 +163,7 @@ void take_forces_back(World& world, Entity organ) {
     InstrumentContact& tool = *world.find<InstrumentContact>(range.instrument);
     tool.force += pose.direction_to_world(range.force);
     tool.touching = false;
-    range.force = Vec3::Zero();
+    range.force = range.felt = Vec3::Zero();
   }
 }
 

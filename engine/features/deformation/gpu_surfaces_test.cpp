@@ -233,5 +233,20 @@ TEST_F(GpuSurfacesTest, OrgansThatNothingTouchesNeedNone) {
   EXPECT_EQ(*made, nullptr);
 }
 
+TEST_F(GpuSurfacesTest, OrgansThatHivesAnswerForStayOnTheCpuBesideOthers) {
+  auto scene = pressed_and_lifted();
+  scene.organs.push_back(scene.organs[0]);
+  scene.organs[1].name = "local";
+  scene.organs[1].response = Response::kLocal;
+  scene.organs[1].pose.position.x() = 0.2;
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  ASSERT_EQ(world->all<OrganContact>().size(), 2u);
+  const auto surfaces = surfaces_of(*world);
+  ASSERT_TRUE(surfaces);
+  EXPECT_TRUE(surfaces->holds(world->all<OrganBody>().owner(0)));
+  EXPECT_FALSE(surfaces->holds(world->all<OrganBody>().owner(1)));
+}
+
 }  // namespace
 }  // namespace viscera::test

@@ -20,15 +20,16 @@ namespace {
 constexpr std::size_t kSpareTicks = 2000;
 /// A tool slower than this stands still: its forces have settled [m/s].
 constexpr double kStandsStill = 1e-3;
-/// An organ is felt where the path comes this near beyond the hive's radius [m].
-constexpr double kFarther = 10e-3;
 
-/// The reach of a path: an organ that no key comes near is not felt.
-bool may_touch(const InstrumentDescription& instrument, const OrganBody& organ, const Pose& pose,
-               double reach) {
-  Box box;
-  for (const InstrumentKey& key : instrument.path) box.extend(pose.to_local(key.tip));
-  return box.squaredExteriorDistance(Box(organ.model->rest_bounds)) < reach * reach;
+/// Of everything that a tool's jaw holds on the tool; world [N].
+Vec3 pull_on(const World& world, Entity instrument) {
+  Vec3 sum = Vec3::Zero();
+  const Pool<OrganTouch>& touches = world.all<OrganTouch>();
+  for (std::size_t o = 0; o < touches.size(); ++o)
+    for (const CellRange& range : touches[o].ranges)
+      if (range.instrument == instrument && range.held)
+        sum -= pose_of(world, touches.owner(o)).direction_to_world(range.force);
+  return sum;
 }
 
 }  // namespace
@@ -98,9 +99,6 @@ Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription&
         wrong("", settings.error().text());
         break;
       }
-      if (!may_touch(instrument, organ, pose_of(world, world.all<OrganBody>().owner(o)),
-                     settings->tool_radius + settings->hive.radius + kFarther))
-        continue;
       auto& surface = surfaces[organ.model.get()];
       if (!surface) {
         auto walkable = WalkableSurface::make(organ.model->surface);
@@ -165,7 +163,8 @@ void HapticTools::publish(World& world, std::uint64_t frame) {
       TissueSnapshot& snapshot = organ.tissue->snapshots().back();
       snapshot.frame = frame;
       snapshot.tick = tick;
-      meet_tissue(world, organ.entity, tool.instrument, organ.tissue->reach(), snapshot);
+      if (!meet_tissue(world, organ.entity, tool.instrument, organ.tissue->reach(), snapshot))
+        continue;
       snapshot.velocity = Vec3::Zero();
       if (const OrganMotion* motion = world.find<OrganMotion>(organ.entity))
         snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
@@ -201,7 +200,9 @@ void HapticTools::take_felt_forces(World& world, double dt) {
   for (HapticTool& tool : tools_) {
     if (!tool.met) continue;
     InstrumentContact& contact = *world.find<InstrumentContact>(tool.instrument);
-    const Vec3 felt = tool.output.tissue, more = felt - contact.force;
+    // What a jaw holds pulls at it through the frame: the hand's tissue is only what it presses.
+    const Vec3 pull = pull_on(world, tool.instrument);
+    const Vec3 felt = tool.output.tissue, more = felt - (contact.force - pull);
     const Vec3 way = tool.output.tool.position - tool.agreement.tip;
     tool.agreement.tip = tool.output.tool.position;
     if (contact.touching && tool.output.touching && way.norm() < kStandsStill * dt) {
@@ -209,14 +210,14 @@ void HapticTools::take_felt_forces(World& world, double dt) {
       tool.agreement.felt += felt.squaredNorm();
       tool.agreement.difference += more.squaredNorm();
     }
-    contact.force = felt;
+    contact.force = felt + pull;
     // Of several organs the one that it presses most takes what the sum lacks.
     OrganTouch* touch = contact.touching ? world.find<OrganTouch>(contact.organ) : nullptr;
     if (!touch) continue;
     for (CellRange& range : touch->ranges) {
       if (range.instrument != tool.instrument || range.held) continue;
-      range.force -= pose_of(world, contact.organ).direction_to_local(more);
-      contact.strongest = range.force.norm();
+      range.felt = range.force - pose_of(world, contact.organ).direction_to_local(more);
+      contact.strongest = range.felt.norm();
     }
   }
 }

@@ -283,5 +283,28 @@ TEST(HapticTools, MistakesNameTheInstrument) {
   EXPECT_NE(capsule.error().text().find("expected sphere or point"), std::string::npos);
 }
 
+// What a jaw holds pulls at its tool through the frame, whatever the hand's own tissue says.
+TEST(HapticTools, AHeldGraspersPullStaysInWhatIsRecorded) {
+  SceneDescription scene = held_probe(Response::kGlobal);
+  const Vec3 top(0, 0, kTop + 2.2e-3), high = top + Vec3(0, 0, 4e-3);
+  scene.instruments[0] = straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                                       {{0.0, top, 0.0, 1.0},
+                                        {0.2, top, 0.0, 1.0},
+                                        {0.3, top, 0.0, 0.0},
+                                        {0.8, high, 0.0, 0.0},
+                                        {3.0, high, 0.0, 0.0}});
+  scene.instruments[0].grip_limit = 100.0;
+  scene.instruments[0].haptic.emplace();
+  scene.instruments[0].haptic->grip = HapticDescription::Grip::kFirm;
+  auto world = held(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 1.5);
+  ASSERT_TRUE(world->all<InstrumentContact>()[0].grasp);
+  const Vec3 pull = force_on(*world, 0) - tool_of(*world).output.tissue;
+  EXPECT_LT(pull.z(), -0.05);
+  EXPECT_EQ(world->all<OrganTouch>()[0].ranges.front().felt,
+            world->all<OrganTouch>()[0].ranges.front().force);
+}
+
 }  // namespace
 }  // namespace viscera::test

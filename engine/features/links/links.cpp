@@ -49,7 +49,7 @@ Vec3 frame_shift(const World& world, Entity organ) {
 // --- set-up -------------------------------------------------------------------------------------
 
 /// The cell of a spring's end on an organ. Springs share the surface inside the region between
-/// them; a cell wider than its load's spreading would not be positive (patch_contact.cpp, lift).
+/// them; a cell wider than its load's spreading would not be positive (tissue_contact.cpp, lift).
 ContactCell link_cell(const OrganModel& model, const Pose& pose, const Vec3& position,
                       const Vec3& normal, double area) {
   ContactCell cell;

@@ -358,5 +358,17 @@ TEST(Links, ARegionWithoutSurfaceIsRefused) {
       << world.error().text();
 }
 
+TEST(Links, ALocalOrganIsTiedLikeAnyOther) {
+  auto scene = two_balls(400.0);
+  scene.organs[1].response = Response::kLocal;
+  scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, 6e-3)})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_EQ(step_until(*world, 0.25), 0u);
+  EXPECT_GT(world->all<LinkState>()[0].force, 0.01);
+  EXPECT_LT(misfit(*world), 1e-3);
+  EXPECT_GT(moved_near(*world, 1, Vec3(-kRadius, 0, 0)).z(), 0.05e-3);
+}
+
 }  // namespace
 }  // namespace viscera::test

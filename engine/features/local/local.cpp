@@ -88,8 +88,8 @@ void feel(World& world, Entity organ, LocalFeel::Touch& touch, const FrameContex
   TissueSnapshot& snapshot = touch.tissue->snapshots().back();
   snapshot.frame = context.frame;
   snapshot.tick = last_tick_of_frame(context.frame);
-  meet_tissue(world, organ, touch.instrument, touch.tissue->reach(), snapshot);
-  touch.tissue->snapshots().publish();
+  if (meet_tissue(world, organ, touch.instrument, touch.tissue->reach(), snapshot))
+    touch.tissue->snapshots().publish();
   const ToolMotion motion{
       {state.tip, Quaternion::Identity()}, (state.tip - touch.tip) / context.dt, 0, snapshot.tick};
   const TactileForce felt = touch.tissue->respond(motion, context.dt);
@@ -97,8 +97,10 @@ void feel(World& world, Entity organ, LocalFeel::Touch& touch, const FrameContex
   InstrumentContact& tool = *world.find<InstrumentContact>(touch.instrument);
   for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
     if (range.instrument != touch.instrument || range.held) continue;
-    const Vec3 linear = -pose_of(world, organ).direction_to_world(range.force);
-    tool.force += felt.force - linear;
+    const Pose& pose = pose_of(world, organ);
+    tool.force += felt.force + pose.direction_to_world(range.force);
+    range.felt = -pose.direction_to_local(felt.force);
+    if (tool.touching && tool.organ == organ) tool.strongest = range.felt.norm();
   }
 }
 

@@ -83,7 +83,7 @@ void Trainee::add_frame(const World& world) {
     const OrganTouch* touch = world.find<OrganTouch>(world.all<OrganBody>().owner(o));
     if (!touch) continue;
     double force = 0.0;
-    for (const CellRange& range : touch->ranges) force += range.force.norm();
+    for (const CellRange& range : touch->ranges) force += range.felt.norm();
     if (force <= 0.0) continue;
     state_.forces[o].peak = std::max(state_.forces[o].peak, force);
     state_.forces[o].impulse += force * dt;

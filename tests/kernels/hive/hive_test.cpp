@@ -303,5 +303,48 @@ TEST(Hive, ThePapersSchemeRunsAndIsFarOff) {
   EXPECT_EQ(hive.figures().unknowns, 84);
 }
 
+// What jaws, springs and other tools hold is taken off between any two cells, half of each of two
+// holds while one passes into the other.
+TEST(Hive, WhatOthersHoldIsTakenOffTheCellsCompliance) {
+  const double nu = 0.45;
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, 0.4, 80), 0.0);
+  const auto cells = tool(nu);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
+  const MatrixX alone = hive.compliance();
+  const double alone_force = hive.press(depths_of(cells)).force.z();
+  HoldBlend blend;
+  blend.to.centre = on_dome(0.0);
+  blend.to.along_x = Vec3::UnitX();
+  blend.to.along_y = Vec3::UnitY();
+  blend.to.reach = kRadius;
+  // Less up and down, by a third of what the pattern gives in the mean, and less so on one side.
+  const double third = std::sqrt(alone.mean() / 3.0);
+  blend.to.root(2, 0) = third;
+  blend.to.root(5, 0) = -0.5 * third / (kTool * kRadius);
+  ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
+  const auto taken = [&](const ContactCell& cell) {
+    return third * cell.direction.z() *
+           (1.0 - 0.5 * (cell.position.x() - blend.to.centre.x()) / (kTool * kRadius));
+  };
+  double worst = 0.0;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    for (std::size_t l = 0; l < cells.size(); ++l) {
+      const auto i = static_cast<Eigen::Index>(k), j = static_cast<Eigen::Index>(l);
+      const double wanted = alone(i, j) - taken(cells[k]) * taken(cells[l]);
+      worst = std::max(worst, std::abs(hive.compliance()(i, j) - wanted));
+    }
+  EXPECT_LT(worst, 1e-12 * alone.maxCoeff());
+  EXPECT_GT(hive.press(depths_of(cells)).force.z(), 1.2 * alone_force);
+  blend.share = 0.5;
+  ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
+  EXPECT_NEAR(hive.compliance()(0, 0), alone(0, 0) - 0.5 * taken(cells[0]) * taken(cells[0]),
+              1e-12 * alone(0, 0));
+  // More than the tissue has to give: it answers by itself.
+  blend.share = 1.0;
+  blend.to.root *= 10.0;
+  ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
+  EXPECT_EQ(hive.compliance()(0, 0), alone(0, 0));
+}
+
 }  // namespace
 }  // namespace viscera

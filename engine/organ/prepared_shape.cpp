@@ -1,0 +1,170 @@
+#include "engine/organ/prepared_shape.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "engine/io/cache_file.h"
+#include "engine/io/response_cache.h"
+#include "engine/organ/recipe.h"
+#include "engine/organ/shape.h"
+#include "kernels/base/hash.h"
+#include "kernels/base/stopwatch.h"
+
+namespace viscera {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Raised when shapes change in a way that their inputs don't show.
+constexpr int kShapeVersion = 1;
+constexpr int kFormat = 1;  // of the names below
+
+void hash_vector(Hasher& hasher, const Vec3& v) {
+  for (int c = 0; c < 3; ++c) hasher.value(v[c]);
+}
+
+Result<void> hash_file(Hasher& hasher, const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return failure(fmt::format("{}: can't be read", file.string()));
+  std::vector<char> block(1 << 20);
+  while (in.read(block.data(), static_cast<std::streamsize>(block.size())) || in.gcount() > 0)
+    hasher.bytes(block.data(), static_cast<std::size_t>(in.gcount()));
+  return {};
+}
+
+bool is_built_in(const std::string& recipe) {
+  return recipe == "sphere" || recipe == "hemisphere" || recipe == "block";
+}
+
+/// A .gltf names its buffers as files of their own: they are part of the surface.
+Result<void> hash_gltf_buffers(Hasher& hasher, const fs::path& file) {
+  std::ifstream in(file);
+  const nlohmann::json gltf = nlohmann::json::parse(in, nullptr, false);
+  if (!gltf.is_object() || !gltf.contains("buffers") || !gltf["buffers"].is_array()) return {};
+  for (const nlohmann::json& buffer : gltf["buffers"]) {
+    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
+    const std::string uri = buffer["uri"];
+    if (uri.starts_with("data:")) continue;
+    if (auto hashed = hash_file(hasher, file.parent_path() / uri); !hashed) return hashed;
+  }
+  return {};
+}
+
+Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry, const fs::path& assets) {
+  if (const auto* recipe = std::get_if<RecipeGeometry>(&geometry)) {
+    hasher.text("recipe").text(recipe->recipe);
+    hasher.value(recipe->seed).value(recipe->edge).value(recipe->triangles.value_or(0));
+    hasher.value(recipe->radius).value(recipe->scale);
+    hash_vector(hasher, recipe->size);
+    if (is_built_in(recipe->recipe)) return {};
+    for (const fs::path& part : recipe_files(assets, recipe->recipe))
+      if (auto hashed = hash_file(hasher, part); !hashed) return hashed;
+    return {};
+  }
+  const auto& file = std::get<FileGeometry>(geometry);
+  hasher.text("file").value(file.unit).value(file.recentre).value(file.edge);
+  if (file.wrap) hasher.text("wrap").value(file.wrap->voxel).value(file.wrap->close);
+  if (file.file.extension() == ".gltf")
+    if (auto hashed = hash_gltf_buffers(hasher, file.file); !hashed) return hashed;
+  return hash_file(hasher, file.file);
+}
+
+/// Fails, in words that complete "rebuilt because", for a file that can't be used.
+Result<void> read_shape(const fs::path& file, PreparedShape& shape) {
+  auto data = read_cache_file(file, kFormat, shape.key);
+  if (!data) return std::unexpected(data.error());
+  const auto vertices = data->take<double>("vertices");
+  if (!vertices) return std::unexpected(vertices.error());
+  const auto triangles = data->take<int>("triangles");
+  if (!triangles) return std::unexpected(triangles.error());
+  auto notes = data->text("notes");
+  if (!notes) return std::unexpected(notes.error());
+  TriangleSurface surface;
+  for (std::size_t v = 0; v + 2 < vertices->size(); v += 3)
+    surface.vertices.emplace_back((*vertices)[v], (*vertices)[v + 1], (*vertices)[v + 2]);
+  const int count = static_cast<int>(surface.vertices.size());
+  for (std::size_t t = 0; t + 2 < triangles->size(); t += 3) {
+    surface.triangles.push_back({(*triangles)[t], (*triangles)[t + 1], (*triangles)[t + 2]});
+    for (const int corner : surface.triangles.back())
+      if (corner < 0 || corner >= count) return failure("it names vertices that it doesn't have");
+  }
+  if (count == 0) return failure("it holds no vertices");
+  shape.surface = std::move(surface);
+  shape.notes.clear();
+  for (std::size_t from = 0, to; (to = notes->find('\n', from)) != std::string::npos; from = to + 1)
+    shape.notes.push_back(notes->substr(from, to - from));
+  return {};
+}
+
+Result<void> write_shape(const fs::path& file, const PreparedShape& shape) {
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);
+  if (error) return failure(file.parent_path().string() + ": can't be created: " + error.message());
+  std::vector<double> vertices;
+  for (const Vec3& v : shape.surface.vertices)
+    vertices.insert(vertices.end(), v.data(), v.data() + 3);
+  std::vector<int> triangles;
+  for (const auto& t : shape.surface.triangles)
+    triangles.insert(triangles.end(), t.begin(), t.end());
+  std::string notes;
+  for (const std::string& note : shape.notes) notes += note + '\n';
+  CacheContents contents;
+  contents.array("vertices", vertices);
+  contents.array("triangles", triangles);
+  contents.text("notes", std::move(notes));
+  return write_cache_file(file, kFormat, shape.key, contents);
+}
+
+}  // namespace
+
+void warn_once(std::vector<std::string>& warnings, std::string warning) {
+  if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
+    warnings.push_back(std::move(warning));
+}
+
+fs::path shape_file(const std::string& key) {
+  return ResponseCache::default_folder() / (key + ".shape");
+}
+
+Result<std::string> shape_key(const OrganGeometry& geometry, const fs::path& assets) {
+  Hasher hasher;
+  hasher.text("viscera shape").value(kShapeVersion);
+  if (auto hashed = hash_geometry(hasher, geometry, assets); !hashed)
+    return std::unexpected(hashed.error());
+  return hasher.hex();
+}
+
+Result<PreparedShape> prepare_shape(const OrganDescription& organ, const PrepareOptions& options,
+                                    std::vector<std::string>& warnings) {
+  const Stopwatch watch;
+  auto key = shape_key(organ.geometry, options.assets);
+  if (!key) return std::unexpected(key.error());
+  PreparedShape shape;
+  shape.key = std::move(*key);
+  const fs::path file = shape_file(shape.key);
+  std::error_code ignored;
+  if (options.use_cache && fs::exists(file, ignored)) {
+    const auto read = read_shape(file, shape);
+    shape.cache_hit = read.has_value();
+    if (!read)
+      warnings.push_back(fmt::format("{}: cache {}: rebuilt because {}", organ.name, file.string(),
+                                     read.error().text()));
+  }
+  if (!shape.cache_hit) {
+    auto surface = build_shape(organ.geometry, options.assets, shape.notes);
+    if (!surface) return std::unexpected(surface.error());
+    shape.surface = std::move(*surface);
+    if (options.use_cache)
+      if (auto saved = write_shape(file, shape); !saved)
+        warn_once(warnings, "cache not written: " + saved.error().text());
+  }
+  shape.seconds = watch.seconds();
+  return shape;
+}
+
+}  // namespace viscera
