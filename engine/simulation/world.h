@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/simulation/components.h"
@@ -38,21 +39,11 @@ class World {
   /// All components of a type. Constant ones can only be looked at.
   template <class T>
   decltype(auto) all() {
-    if constexpr (ConstantComponent<T>)
-      return model_->constants().template all<T>();
-    else if constexpr (StateComponent<T>)
-      return state_.all<T>();
-    else
-      return runtime_.all<T>();
+    return pool_of<T>(*this);
   }
   template <class T>
   const Pool<T>& all() const {
-    if constexpr (ConstantComponent<T>)
-      return model_->constants().template all<T>();
-    else if constexpr (StateComponent<T>)
-      return state_.all<T>();
-    else
-      return runtime_.all<T>();
+    return pool_of<T>(*this);
   }
   /// An entity's; null where it has none.
   template <class T>
@@ -98,6 +89,16 @@ class World {
   std::string state_difference(const World& other) const;
 
  private:
+  template <class T, class Self>
+  static decltype(auto) pool_of(Self& self) {
+    if constexpr (ConstantComponent<T>)
+      return std::as_const(*self.model_).constants().template all<T>();
+    else if constexpr (StateComponent<T>)
+      return self.state_.template all<T>();
+    else
+      return self.runtime_.template all<T>();
+  }
+
   std::shared_ptr<const SceneModel> model_;
   std::vector<StateType> types_;  ///< all states that the model's features have, by name
   Store state_, runtime_;

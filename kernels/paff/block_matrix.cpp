@@ -1,6 +1,8 @@
 #include "kernels/paff/block_matrix.h"
 
 #include <algorithm>
+#include <limits>
+#include <string>
 
 namespace viscera {
 
@@ -65,6 +67,14 @@ void SymmetricBlockMatrix::multiply(std::span<const double> x, std::span<double>
 std::size_t SymmetricBlockMatrix::nonzeros() const {
   const std::size_t blocks_both = 2 * pattern.columns.size() - pattern.rows();
   return blocks_both * static_cast<std::size_t>(width) * static_cast<std::size_t>(width);
+}
+
+Result<int> checked_order(const SymmetricBlockMatrix& matrix, std::string_view what) {
+  const std::size_t order = static_cast<std::size_t>(matrix.width) * matrix.pattern.rows();
+  if (order > 0 && order <= static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    return static_cast<int>(order);
+  return failure(std::string(what) + ": the matrix has " + std::to_string(order) +
+                 " rows; expected 1 to 2^31 - 1");
 }
 
 }  // namespace viscera

@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <initializer_list>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "kernels/base/parallel.h"
+#include "kernels/base/result.h"
 #include "kernels/paff/point_fields.h"
 
 namespace viscera {
@@ -39,6 +41,29 @@ struct SymmetricBlockMatrix {
   /// Stored numbers if both triangles were.
   std::size_t nonzeros() const;
 };
+
+/// Rows of the matrix as solvers count them. Fails, naming `what`, unless there are 1 to 2^31 - 1.
+Result<int> checked_order(const SymmetricBlockMatrix& matrix, std::string_view what);
+
+/// The upper triangle with its diagonal, row by row of blocks: visit(row, column, value) of single
+/// numbers, `shift` added to the diagonal.
+template <class Visit>
+void each_upper_entry(const SymmetricBlockMatrix& matrix, double shift, const Visit& visit) {
+  const SymmetricPattern& pattern = matrix.pattern;
+  const auto w = static_cast<std::size_t>(matrix.width);
+  for (std::size_t row = 0; row < pattern.rows(); ++row) {
+    for (std::size_t e = pattern.row_begin[row]; e < pattern.row_begin[row + 1]; ++e) {
+      const auto column = static_cast<std::size_t>(pattern.columns[e]);
+      for (std::size_t i = 0; i < w; ++i) {
+        for (std::size_t j = column == row ? i : 0; j < w; ++j) {
+          const bool diagonal = column == row && i == j;
+          visit(row * w + i, column * w + j,
+                matrix.blocks[e * w * w + i * w + j] + (diagonal ? shift : 0.0));
+        }
+      }
+    }
+  }
+}
 
 /// Rows as fixed chunks in parallel: body(row, slot) with slot[J] the place of column J in the
 /// pattern, for the columns of that row. Each row is summed by one thread in the order of the

@@ -1,6 +1,5 @@
 #include "kernels/paff/sparse_cholesky.h"
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,30 +22,16 @@ bool SparseCholesky::is_by_mumps() {
 
 Result<SparseCholesky> SparseCholesky::factor(const SymmetricBlockMatrix& matrix, double shift,
                                               std::string_view what) {
-  const SymmetricPattern& pattern = matrix.pattern;
-  const std::size_t w = static_cast<std::size_t>(matrix.width);
-  const std::size_t order = w * pattern.rows();
-  if (order == 0 || order > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    return failure(std::string(what) + ": the matrix has " + std::to_string(order) +
-                   " rows; expected 1 to 2^31 - 1");
-  }
+  const Result<int> order = checked_order(matrix, what);
+  if (!order) return std::unexpected(order.error());
   CoordinateMatrix upper;
-  upper.order = static_cast<int>(order);
-  upper.rows.reserve(pattern.columns.size() * w * w);
+  upper.order = *order;
+  upper.rows.reserve(matrix.blocks.size());
   upper.columns.reserve(upper.rows.capacity());
   upper.values.reserve(upper.rows.capacity());
-  for (std::size_t row = 0; row < pattern.rows(); ++row) {
-    for (std::size_t e = pattern.row_begin[row]; e < pattern.row_begin[row + 1]; ++e) {
-      const std::size_t column = static_cast<std::size_t>(pattern.columns[e]);
-      for (std::size_t i = 0; i < w; ++i) {
-        for (std::size_t j = column == row ? i : 0; j < w; ++j) {
-          const bool diagonal = column == row && i == j;
-          upper.add(row * w + i, column * w + j,
-                    matrix.blocks[e * w * w + i * w + j] + (diagonal ? shift : 0.0));
-        }
-      }
-    }
-  }
+  each_upper_entry(matrix, shift, [&](std::size_t row, std::size_t column, double value) {
+    upper.add(row, column, value);
+  });
   Result<MumpsFactor> factor =
       MumpsFactor::factor(upper, MatrixKind::kPositiveDefinite, matrix.width, what);
   if (!factor) return std::unexpected(factor.error());

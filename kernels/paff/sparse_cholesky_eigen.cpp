@@ -1,6 +1,5 @@
 // SparseCholesky in a build without MUMPS.
 #include <Eigen/SparseCholesky>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -30,29 +29,15 @@ bool SparseCholesky::is_by_mumps() {
 
 Result<SparseCholesky> SparseCholesky::factor(const SymmetricBlockMatrix& matrix, double shift,
                                               std::string_view what) {
-  const SymmetricPattern& pattern = matrix.pattern;
-  const std::size_t w = static_cast<std::size_t>(matrix.width);
-  const std::size_t order = w * pattern.rows();
-  if (order == 0 || order > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    return failure(std::string(what) + ": the matrix has " + std::to_string(order) +
-                   " rows; expected 1 to 2^31 - 1");
-  }
+  const Result<int> order = checked_order(matrix, what);
+  if (!order) return std::unexpected(order.error());
   // The upper triangle's rows are the lower one's columns.
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(pattern.columns.size() * w * w);
-  for (std::size_t row = 0; row < pattern.rows(); ++row) {
-    for (std::size_t e = pattern.row_begin[row]; e < pattern.row_begin[row + 1]; ++e) {
-      const std::size_t column = static_cast<std::size_t>(pattern.columns[e]);
-      for (std::size_t i = 0; i < w; ++i) {
-        for (std::size_t j = column == row ? i : 0; j < w; ++j) {
-          const bool diagonal = column == row && i == j;
-          entries.emplace_back(static_cast<int>(column * w + j), static_cast<int>(row * w + i),
-                               matrix.blocks[e * w * w + i * w + j] + (diagonal ? shift : 0.0));
-        }
-      }
-    }
-  }
-  Matrix lower(static_cast<Eigen::Index>(order), static_cast<Eigen::Index>(order));
+  entries.reserve(matrix.blocks.size());
+  each_upper_entry(matrix, shift, [&](std::size_t row, std::size_t column, double value) {
+    entries.emplace_back(static_cast<int>(column), static_cast<int>(row), value);
+  });
+  Matrix lower(*order, *order);
   lower.setFromTriplets(entries.begin(), entries.end());
   auto factor = std::make_unique<Factor>();
   factor->what = what;

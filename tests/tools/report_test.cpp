@@ -215,6 +215,8 @@ TEST(RunReport, TellsWhatAHeldToolFelt) {
                {"greatest_force_N", Type::number_float},
                {"energy_J", Type::number_float},
                {"passivity_violations", Type::number_unsigned},
+               {"frames_at_rest", Type::number_unsigned},
+               {"frame_difference", Type::number_float},
                {"hives", Type::object},
                {"beyond_linear", Type::object},
                {"events", Type::array}},

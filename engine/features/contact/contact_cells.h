@@ -48,7 +48,8 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, con
 
 /// On a tool without friction, by the forces of its cells after a solve [N]: each pushes it as the
 /// tissue under the cell is tilted, not along one common direction, since a tool that goes aside
-/// climbs that tissue. It is what the stored energy falls by.
+/// climbs that tissue. It is what the stored energy falls by, and what a hand feels
+/// (haptics/tool_foot.h); what the cells load the organ with goes along their common direction.
 Vec3 push_on_tool(const CellRange& range, const std::vector<ContactCell>& cells,
                   std::span<const Vec3> forces);
 

@@ -126,8 +126,6 @@ void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contac
   const Pose& pose = pose_of(world, organ);
   for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
     range.force = sum_of(contact.solution.forces, range);
-    const bool slides = !range.held && contact.cells[range.begin].friction == 0.0;
-    if (slides) range.force = -push_on_tool(range, contact.cells, contact.solution.forces);
     range.felt = range.force;
     InstrumentContact& tool = *world.find<InstrumentContact>(range.instrument);
     tool.force -= pose.direction_to_world(range.force);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "engine/features/breathing/breathing.h"
+#include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/tissue_as_met.h"
 #include "engine/features/held_tools/haptic_devices.h"
 #include "engine/features/local/hive_settings.h"
@@ -29,6 +30,20 @@ Vec3 pull_on(const World& world, Entity instrument) {
     for (const CellRange& range : touches[o].ranges)
       if (range.instrument == instrument && range.held)
         sum -= pose_of(world, touches.owner(o)).direction_to_world(range.force);
+  return sum;
+}
+
+/// What the frame's contact pushes a tool by, tilted as its tissue is, as a hand's is; world [N].
+Vec3 push_on(const World& world, Entity instrument) {
+  Vec3 sum = Vec3::Zero();
+  const Pool<OrganTouch>& touches = world.all<OrganTouch>();
+  for (std::size_t o = 0; o < touches.size(); ++o) {
+    const OrganContact& contact = *world.find<OrganContact>(touches.owner(o));
+    for (const CellRange& range : touches[o].ranges)
+      if (range.instrument == instrument && !range.held)
+        sum += pose_of(world, touches.owner(o))
+                   .direction_to_world(push_on_tool(range, contact.cells, contact.solution.forces));
+  }
   return sum;
 }
 
@@ -208,7 +223,7 @@ void HapticTools::take_felt_forces(World& world, double dt) {
     if (contact.touching && tool.output.touching && way.norm() < kStandsStill * dt) {
       ++tool.agreement.frames;
       tool.agreement.felt += felt.squaredNorm();
-      tool.agreement.difference += more.squaredNorm();
+      tool.agreement.difference += (felt - push_on(world, tool.instrument)).squaredNorm();
     }
     contact.force = felt + pull;
     // Of several organs the one that it presses most takes what the sum lacks.

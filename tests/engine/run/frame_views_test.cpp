@@ -56,7 +56,10 @@ TEST(FrameViews, DrawOnePictureHoweverManyAsk) {
   EXPECT_EQ(first->picture.rgb.size(), 64u * 48u * 3u);
   EXPECT_EQ(first->view.frame, 8u);
   ASSERT_TRUE(first->passes);
-  EXPECT_FALSE(first->passes->depth.empty());
+  // A draft's passes have half the picture's width and height.
+  EXPECT_EQ(first->passes->width, 32);
+  EXPECT_EQ(first->passes->height, 24);
+  EXPECT_EQ(first->passes->depth.size(), 32u * 24u);
   const auto second = views.shot();
   ASSERT_TRUE(second);
   EXPECT_EQ(first->passes, second->passes) << "it wasn't drawn again";

@@ -66,6 +66,11 @@ PressedBody prepare_block(const Vec3& edges, double spacing, double reach,
       });
 }
 
+const PressedBody& block() {
+  static const PressedBody body = prepare_block(Vec3(0.04, 0.04, 2.0 * kTop), 4e-3, 0.016, kTissue);
+  return body;
+}
+
 std::vector<ContactCell> plane_cells(const Vec3& centre, double pitch, int rings, double radius,
                                      double depth) {
   std::vector<ContactCell> cells;

@@ -36,6 +36,12 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
 PressedBody prepare_block(const Vec3& edges, double spacing, double reach,
                           const IsotropicMaterial& material);
 
+/// What most tests of contact press: a block of 40 x 40 x 24 mm on its bottom with nodes 4 mm
+/// apart, touchable within 16 mm of its axis, prepared once; not `ready` where that failed.
+inline const IsotropicMaterial kTissue{1e4, 0.45};
+inline constexpr double kTop = 0.012;  ///< height of its top [m]
+const PressedBody& block();
+
 /// Hexagonal grid of cells `pitch` apart about `centre` on the plane z = centre.z, pressed straight
 /// down by a ball of this radius whose lowest point is `depth` below that plane (radius 0: a flat
 /// punch). 1 + 3 rings (rings + 1) cells.

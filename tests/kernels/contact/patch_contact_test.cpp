@@ -13,15 +13,7 @@
 namespace viscera {
 namespace {
 
-const IsotropicMaterial kTissue{1e4, 0.45};
-constexpr double kTop = 0.012;
-
-/// A block of 40 x 40 x 24 mm on its bottom with nodes 4 mm apart, prepared once.
-const test::PressedBody& block() {
-  static const test::PressedBody body =
-      test::prepare_block(Vec3(0.04, 0.04, 2.0 * kTop), 4e-3, 0.016, kTissue);
-  return body;
-}
+using test::block, test::kTissue, test::kTop;
 
 class OnABlock : public ::testing::Test {
  protected:
