@@ -162,20 +162,21 @@ void expect_whole_files(const fs::path& folder) {
     const std::string extension = file.extension().string();
     EXPECT_NE(extension, ".tmp") << file << " was left behind";
     EXPECT_EQ(file.filename().string().find("probe"), std::string::npos) << file;
-    if (extension == ".json")
+    if (extension == ".json") {
       EXPECT_TRUE(nlohmann::json::accept(file_text(file))) << file << " isn't whole";
-    else if (extension == ".png")
+    } else if (extension == ".png") {
       expect_ends_with(file, std::string("IEND\xae\x42\x60\x82"));
-    else if (extension == ".html")
+    } else if (extension == ".html") {
       expect_ends_with(file, "</html>\n");
-    else if (extension == ".vtu" || extension == ".pvd")
+    } else if (extension == ".vtu" || extension == ".pvd") {
       expect_ends_with(file, "</VTKFile>\n");
-    else if (extension == ".csv")
+    } else if (extension == ".csv") {
       expect_whole_table(file);
-    else if (extension == ".vdb")
+    } else if (extension == ".vdb") {
       EXPECT_EQ(run_program({.arguments = {"smoke-info", file.string()}}).code, 0) << file;
-    else if (extension == ".mp4")
+    } else if (extension == ".mp4") {
       EXPECT_EQ(run_command({"ffprobe", "-v", "error", file.string()}).code, 0) << file;
+    }
   }
 }
 

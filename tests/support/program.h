@@ -11,10 +11,10 @@
 namespace viscera::test {
 
 struct ProgramCall {
-  std::vector<std::string> arguments;          ///< after the program's name
-  std::filesystem::path cache;                 ///< becomes VISCERA_CACHE
-  std::optional<std::size_t> greatest_file;    ///< bytes; no file may grow beyond: a full disk
-  std::optional<std::size_t> greatest_memory;  ///< bytes of address space
+  std::vector<std::string> arguments = {};          ///< after the program's name
+  std::filesystem::path cache = {};                 ///< becomes VISCERA_CACHE
+  std::optional<std::size_t> greatest_file = {};    ///< bytes; no file may grow beyond: a full disk
+  std::optional<std::size_t> greatest_memory = {};  ///< bytes of address space
   /// Asked with what stderr has said so far; once it is true, the program gets a SIGINT.
   std::function<bool(const std::string&)> interrupt_when = {};
   double timeout = 300.0;  ///< [s]; then the program is killed
