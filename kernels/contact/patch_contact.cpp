@@ -206,20 +206,19 @@ void PatchContact::take_off_blocks() {
   const auto m = static_cast<Eigen::Index>(touched_.size());
   const auto rank = static_cast<Eigen::Index>(update_->rank);
   const std::size_t height = 3 * surface_.size();
-  std::array<Eigen::MatrixXf, 3> rows;  // of V^T, by component: a column a place
   for (std::size_t a = 0; a < 3; ++a) {
-    rows[a].resize(rank, m);
+    modes_[a].resize(rank, m);
     for (Eigen::Index j = 0; j < m; ++j) {
       const std::size_t row =
           3 * static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]) + a;
       for (Eigen::Index k = 0; k < rank; ++k) {
-        rows[a](k, j) = update_->touchable[static_cast<std::size_t>(k) * height + row];
+        modes_[a](k, j) = update_->touchable[static_cast<std::size_t>(k) * height + row];
       }
     }
   }
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = a; b < 3; ++b)
-      block_[3 * a + b].noalias() -= rows[a].transpose() * rows[b];
+      block_[3 * a + b].noalias() -= modes_[a].transpose() * modes_[b];
   }
 }
 
@@ -280,13 +279,17 @@ void PatchContact::couple_cells() {
 /// anchors they have in them.
 void PatchContact::couple_nearby() {
   const std::vector<Place>& cells = state_.places;
+  const std::size_t moving = moving_cells();
+  sound_near_.assign(update_ ? moving * (moving + 1) / 2 : 0, Mat3::Zero());
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    for (std::size_t l = 0; l < std::min(k + 1, moving_cells()); ++l) {
+    for (std::size_t l = 0; l < std::min(k + 1, moving); ++l) {
       const double faces = facing(cells[k].normal.dot(cells[l].normal));
       if (faces == 0.0) continue;
       // The tissue about each counts by its root, so that the whole stays positive.
       const double share = faces / std::sqrt(stiffness_[k] * stiffness_[l]);
-      const Mat3 response = share * near_between(k, l);
+      const Mat3 near = near_between(k, l);
+      if (update_ && k < moving) sound_near_[k * (k + 1) / 2 + l] = faces * near;
+      const Mat3 response = share * near;
       const auto row = static_cast<Eigen::Index>(3 * k), column = static_cast<Eigen::Index>(3 * l);
       response_.block<3, 3>(row, column) += response;
       if (k != l) response_.block<3, 3>(column, row) += response.transpose();
@@ -295,39 +298,34 @@ void PatchContact::couple_nearby() {
 }
 
 /// S V V^T S^T of these cells, and what their near field lost as the tissue about them stiffened.
-MatrixX PatchContact::taken_by_update(std::size_t begin, std::size_t end) const {
+MatrixX PatchContact::taken_by_update(std::size_t begin, const MatrixX& shares) const {
+  const Eigen::Index count = shares.rows(), m = shares.cols();
+  const std::size_t end = begin + static_cast<std::size_t>(m);
   if (!update_ || end > moving_cells() || weights_.rows() < static_cast<Eigen::Index>(end))
     return {};
-  const auto first = static_cast<Eigen::Index>(begin), m = static_cast<Eigen::Index>(end - begin);
-  MatrixX taken = MatrixX::Zero(3 * m, 3 * m);
+  MatrixX taken = MatrixX::Zero(3 * count, 3 * count);
   if (update_->rank > 0) {
-    const auto rank = static_cast<Eigen::Index>(update_->rank);
-    const std::size_t height = 3 * surface_.size();
-    MatrixX modes(3 * m, rank);
-    MatrixX rows(weights_.cols(), rank);
-    for (Eigen::Index a = 0; a < 3; ++a) {
-      for (Eigen::Index j = 0; j < weights_.cols(); ++j) {
-        const auto row = 3 * static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]) +
-                         static_cast<std::size_t>(a);
-        for (Eigen::Index r = 0; r < rank; ++r)
-          rows(j, r) =
-              static_cast<double>(update_->touchable[static_cast<std::size_t>(r) * height + row]);
-      }
-      modes(Eigen::seqN(a, m, 3), Eigen::all) = weights_.middleRows(first, m) * rows;
-    }
+    const MatrixX loads = shares * weights_.middleRows(static_cast<Eigen::Index>(begin), m);
+    MatrixX modes(3 * count, static_cast<Eigen::Index>(update_->rank));
+    for (Eigen::Index a = 0; a < 3; ++a)
+      modes(Eigen::seqN(a, count, 3), Eigen::all) =
+          loads * modes_[static_cast<std::size_t>(a)].transpose().cast<double>();
     taken.noalias() += modes * modes.transpose();
   }
-  const std::vector<Place>& cells = state_.places;
   for (std::size_t k = begin; k < end; ++k)
     for (std::size_t l = begin; l <= k; ++l) {
-      const double faces = facing(cells[k].normal.dot(cells[l].normal));
-      const double lost = faces * (1.0 - 1.0 / std::sqrt(stiffness_[k] * stiffness_[l]));
+      const double lost = 1.0 - 1.0 / std::sqrt(stiffness_[k] * stiffness_[l]);
       if (lost == 0.0) continue;
-      const Mat3 block = lost * near_between(k, l);
-      const auto row = static_cast<Eigen::Index>(3 * (k - begin));
-      const auto column = static_cast<Eigen::Index>(3 * (l - begin));
-      taken.block<3, 3>(row, column) += block;
-      if (k != l) taken.block<3, 3>(column, row) += block.transpose();
+      const Mat3 block = lost * sound_near_[k * (k + 1) / 2 + l];
+      const auto row = static_cast<Eigen::Index>(k - begin);
+      const auto column = static_cast<Eigen::Index>(l - begin);
+      for (Eigen::Index c = 0; c < count; ++c)
+        for (Eigen::Index d = 0; d < count; ++d) {
+          taken.block<3, 3>(3 * c, 3 * d) += shares(c, row) * shares(d, column) * block;
+          if (k != l)
+            taken.block<3, 3>(3 * c, 3 * d) +=
+                shares(c, column) * shares(d, row) * block.transpose();
+        }
     }
   return taken;
 }
@@ -400,10 +398,11 @@ void PatchContact::drop_response() {
   const auto drop = [](auto&... vectors) {
     (std::remove_reference_t<decltype(vectors)>().swap(vectors), ...);
   };
-  drop(stiffness_, touched_, gathered_, spread_, cell_columns_);
+  drop(stiffness_, touched_, gathered_, spread_, cell_columns_, sound_near_);
   columns_made_ = 0;
   weights_ = basis_ = coefficients_ = MatrixX();
   block_.fill(Eigen::MatrixXf());
+  modes_.fill(Eigen::MatrixXf());
   anchored_ = ends_in_anchors(state_.places);
 }
 
@@ -460,10 +459,11 @@ std::size_t PatchContact::memory_bytes() const {
     return static_cast<std::size_t>(matrix.size()) * sizeof(*matrix.data());
   };
   std::size_t bytes = conditions_memory_bytes() + of(stiffness_) + of(touched_) + of(gathered_) +
-                      of(local_of_) + of(spread_) + of(cell_columns_);
+                      of(local_of_) + of(spread_) + of(cell_columns_) + of(sound_near_);
   for (const auto& shares : spread_) bytes += of(shares);
   for (const MatrixX* matrix : {&weights_, &basis_, &coefficients_}) bytes += of_matrix(*matrix);
   for (const Eigen::MatrixXf& block : block_) bytes += of_matrix(block);
+  for (const Eigen::MatrixXf& modes : modes_) bytes += of_matrix(modes);
   if (anchors_)
     bytes += of(anchors_->cells) + of(anchors_->places) + of(anchors_->columns) +
              of_matrix(anchors_->weights) + of_matrix(anchors_->response);

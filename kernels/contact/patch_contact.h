@@ -66,7 +66,7 @@ class PatchContact final : public TissueContact {
   void drop_response() override;
   void spread_forces(std::span<const Vec3> forces, ContactResponse& response) override;
   NearField any_near_field() const override;
-  MatrixX taken_by_update(std::size_t begin, std::size_t end) const override;
+  MatrixX taken_by_update(std::size_t begin, const MatrixX& shares) const override;
   void make_columns();
   void spread_cells(std::span<const Place> places);
   void gather_compliance();
@@ -101,6 +101,10 @@ class PatchContact final : public TissueContact {
   // Components xx, xy, xz, yx, ... of C on touched places, m x m each; yx, zx and zy stay empty
   // where C is symmetric, being the transposes of xy, xz and yz.
   std::array<Eigen::MatrixXf, 9> block_;
+  // Of an update: V^T of the touched places, by component (rank x m), and the near field of sound
+  // tissue between moving cells k and l <= k, at k (k + 1) / 2 + l.
+  std::array<Eigen::MatrixXf, 3> modes_;
+  std::vector<Mat3> sound_near_;
   std::vector<float> cell_columns_;  // C S^T: rows x (3 cells), where the patch has stayed
   std::size_t columns_made_ = 0;     // of those that count as built
 };

@@ -18,21 +18,31 @@ constexpr double kRidge = 1e-6;
 /// a hive's own, which differs by per cents, would turn negative: at most this share is taken.
 constexpr double kMostTaken = 0.85;
 
-/// How much of `taken` leaves the response positive enough, at most 1: by a few steps of the power
-/// method on R^-1 T.
-double bearable(const MatrixX& response, const MatrixX& taken) {
+/// How much of what a hold takes, mixed others^-1 mixed^T, leaves the response positive enough, at
+/// most 1: by a few steps of the power method on R^-1 T.
+double bearable(const MatrixX& response, const MatrixX& mixed, const Eigen::LLT<MatrixX>& others) {
   const Eigen::LLT<MatrixX> factor(response);
   if (factor.info() != Eigen::Success) return 1.0;
   constexpr int kSteps = 8;
-  VectorX x = taken.diagonal();
+  VectorX x = mixed.rowwise().squaredNorm();
   double most = 0.0;
   for (int i = 0; i < kSteps && x.norm() > 0.0; ++i) {
     x.normalize();
-    const VectorX next = factor.solve(taken * x);
+    const VectorX forces = others.solve(mixed.transpose() * x);
+    const VectorX next = factor.solve(mixed * forces);
     most = next.norm();
     x = next;
   }
   return most > kMostTaken ? kMostTaken / most : 1.0;
+}
+
+/// Rows of single cells put together by `shares`, the same for each axis.
+MatrixX shared_rows(const MatrixX& shares, const MatrixX& rows) {
+  MatrixX sums = MatrixX::Zero(3 * shares.rows(), rows.cols());
+  for (Eigen::Index c = 0; c < shares.rows(); ++c)
+    for (Eigen::Index k = 0; k < shares.cols(); ++k)
+      sums.middleRows<3>(3 * c) += shares(c, k) * rows.middleRows<3>(3 * k);
+  return sums;
 }
 
 }  // namespace
@@ -375,10 +385,12 @@ void TissueContact::load(std::span<const ContactCell> cells, std::span<const Vec
 /// forces there do to these cells: without this tool's forces f the others' would be g + A^-1 B^T
 /// f, so that these cells' response to f is R - B A^-1 B^T.
 std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactCell> cells,
-                                                        std::size_t begin, std::size_t end) {
+                                                        std::size_t begin, std::size_t end,
+                                                        const MatrixX& shares) {
   const std::vector<Vec3>& moved = state_.displacements;
   if (begin >= end || end > cells.size() || moved.size() != cells.size() ||
-      state_.places.size() != cells.size())
+      state_.places.size() != cells.size() ||
+      shares.cols() != static_cast<Eigen::Index>(end - begin))
     return std::nullopt;
   ensure_response();
   const auto m = static_cast<Eigen::Index>(3 * (end - begin));
@@ -421,13 +433,14 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
     }
     const Eigen::LLT<MatrixX> factor(others);
     if (factor.info() != Eigen::Success) return std::nullopt;
-    const MatrixX solved = factor.matrixL().solve(mixed.transpose());
-    hold.taken.noalias() = solved.transpose() * solved;
-    hold.taken *= bearable(response_.block(first, first, m, m), hold.taken);
-    given_back = hold.taken * forces;
+    const double share = bearable(response_.block(first, first, m, m), mixed, factor);
+    const MatrixX solved = factor.matrixL().solve(shared_rows(shares, mixed).transpose());
+    hold.taken.noalias() = share * (solved.transpose() * solved);
+    const VectorX answers = factor.solve(mixed.transpose() * forces);
+    given_back.noalias() = share * (mixed * answers);
   }
-  if (const MatrixX stiffened = taken_by_update(begin, end); stiffened.size() > 0) {
-    if (hold.taken.size() == 0) hold.taken.setZero(m, m);
+  if (const MatrixX stiffened = taken_by_update(begin, shares); stiffened.size() > 0) {
+    if (hold.taken.size() == 0) hold.taken.setZero(3 * shares.rows(), 3 * shares.rows());
     hold.taken += stiffened;
   }
   for (std::size_t k = begin; k < end; ++k) {

@@ -29,8 +29,8 @@ struct TissueAbilities {
 struct OthersHold {
   /// Mean displacement of these cells if they weren't loaded [m]                         (m)
   std::vector<Vec3> free;
-  /// What the others' hold, and tissue that has stiffened, take from these cells' response,
-  /// symmetric [m/N]; (3 m) x (3 m). Empty: nothing does.
+  /// What the others' hold, and tissue that has stiffened, take from these cells' response, put
+  /// together by shares, symmetric [m/N]; (3 c) x (3 c). Empty: nothing does.
   MatrixX taken;
 };
 
@@ -77,9 +77,10 @@ class TissueContact {
 
   /// Of the last solve's cells [begin, end), one tool's: what they would meet alone. Cells that
   /// are held, and pressed ones that touch, stay as they are: the body's answer is linear about
-  /// this moment. Nothing where there was no solve.
+  /// this moment. Of what is taken only c sums over the cells are found, each with its `shares` of
+  /// their displacements; c x m. Nothing where there was no solve.
   std::optional<OthersHold> hold_of_others(std::span<const ContactCell> cells, std::size_t begin,
-                                           std::size_t end);
+                                           std::size_t end, const MatrixX& shares);
 
   /// Displacements of the places of the surface under the last solve's forces, which `response`
   /// holds [m]; none where its kind has no places.                                    (3 places)
@@ -110,9 +111,11 @@ class TissueContact {
   virtual void places_changed() {}
   /// After restore() and forget(): drops what follows from the state's places.
   virtual void drop_response() {}
-  /// What an update takes from the response of the state's cells [begin, end), (3 m) x (3 m) [m/N];
-  /// empty: there is none.
-  virtual MatrixX taken_by_update(std::size_t, std::size_t) const { return {}; }
+  /// What an update takes from the response of the state's cells from `begin` on, put together by
+  /// shares (c x m): (3 c) x (3 c) [m/N]; empty: there is none.
+  virtual MatrixX taken_by_update(std::size_t /*begin*/, const MatrixX& /*shares*/) const {
+    return {};
+  }
   /// What the cells' forces do to the body: the state's response, and the caller's.
   virtual void spread_forces(std::span<const Vec3> forces, ContactResponse& response) = 0;
   /// Stands for cells that aren't sound.

@@ -11,6 +11,8 @@ namespace {
 
 using test::block, test::kTissue, test::kTop;
 
+const MatrixX kEach = MatrixX::Identity(19, 19);
+
 /// A flat punch of 19 cells, then what else touches the block.
 std::vector<ContactCell> punch(double depth, const std::vector<ContactCell>& others) {
   auto cells = test::plane_cells(Vec3(-2e-3, 0, kTop), 0.5e-3, 2, 0.0, depth);
@@ -64,7 +66,7 @@ class OthersHoldOf : public testing::Test {
 TEST_F(OthersHoldOf, AloneAToolMeetsTheBodyItself) {
   const auto cells = punch(0.4e-3, {});
   solve(cells);
-  const auto hold = contact.hold_of_others(cells, 0, 19);
+  const auto hold = contact.hold_of_others(cells, 0, 19, kEach);
   ASSERT_TRUE(hold);
   EXPECT_EQ(hold->taken.size(), 0);
   for (const Vec3& free : hold->free) EXPECT_LT(free.norm(), 1e-12);
@@ -74,7 +76,7 @@ TEST_F(OthersHoldOf, ToldWhereTheTissueGoesWithoutTheToolAndHowStiffAJawMakesIt)
   const auto others = jaw(Vec3(0, 0.2e-3, 0.8e-3));
   const auto cells = punch(0.4e-3, others);
   solve(cells);
-  const auto hold = contact.hold_of_others(cells, 0, 19);
+  const auto hold = contact.hold_of_others(cells, 0, 19, kEach);
   ASSERT_TRUE(hold);
   const MatrixX body = contact.cell_response().topLeftCorner(57, 57);
   // Other depths are solved as foretold from this one.
@@ -98,7 +100,7 @@ TEST_F(OthersHoldOf, AToolThatPressesHoldsOnlyWhereItTouches) {
   auto others = test::plane_cells(Vec3(4e-3, 0, kTop), 0.5e-3, 2, 0.0, 0.5e-3);
   const auto cells = punch(0.4e-3, others);
   solve(cells);
-  const auto hold = contact.hold_of_others(cells, 0, 19);
+  const auto hold = contact.hold_of_others(cells, 0, 19, kEach);
   ASSERT_TRUE(hold);
   const MatrixX body = contact.cell_response().topLeftCorner(57, 57);
   const double force = push(solve(punch(0.41e-3, others)));
@@ -108,17 +110,17 @@ TEST_F(OthersHoldOf, AToolThatPressesHoldsOnlyWhereItTouches) {
   for (ContactCell& cell : others) cell.depth = -1e-3;
   const auto apart = punch(0.4e-3, others);
   solve(apart);
-  const auto none = contact.hold_of_others(apart, 0, 19);
+  const auto none = contact.hold_of_others(apart, 0, 19, kEach);
   ASSERT_TRUE(none);
   EXPECT_EQ(none->taken.size(), 0);
 }
 
 TEST_F(OthersHoldOf, WithoutASolveThereIsNothingToTell) {
   const auto cells = punch(0.4e-3, {});
-  EXPECT_FALSE(contact.hold_of_others(cells, 0, 19));
+  EXPECT_FALSE(contact.hold_of_others(cells, 0, 19, kEach));
   solve(cells);
-  EXPECT_FALSE(contact.hold_of_others(cells, 5, 5));
-  EXPECT_FALSE(contact.hold_of_others(cells, 0, 20));
+  EXPECT_FALSE(contact.hold_of_others(cells, 5, 5, kEach));
+  EXPECT_FALSE(contact.hold_of_others(cells, 0, 20, MatrixX::Identity(20, 20)));
 }
 
 }  // namespace

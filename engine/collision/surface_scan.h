@@ -1,0 +1,36 @@
+// The nearest place of a moving surface without a hierarchy: for single questions, where fitting
+// one would cost more than looking through the surface once.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "kernels/points/surface.h"
+
+namespace viscera {
+
+class SurfaceScan {
+ public:
+  explicit SurfaceScan(const TriangleSurface& rest);
+
+  struct Found {
+    int triangle = -1;
+    Vec3 weights = Vec3::Zero();
+    double distance = 0.0;  ///< [m]
+  };
+  /// Of the surface at these vertices, within `radius` [m]; ties go to the lower triangle.
+  std::optional<Found> closest(std::span<const Vec3f> positions, const Vec3& query,
+                               double radius) const;
+
+ private:
+  static constexpr std::size_t kTriangles = 32;  ///< that lie together, looked through as one
+
+  std::vector<std::array<int, 3>> corners_;  ///< of the triangles, group by group
+  std::vector<int> triangles_;               ///< their indices
+  std::vector<int> vertices_;                ///< of the groups, each once
+  std::vector<std::uint32_t> begins_;        ///< of each group among these, and their end
+};
+
+}  // namespace viscera
