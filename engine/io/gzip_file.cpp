@@ -3,8 +3,9 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <fstream>
 #include <limits>
+
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace {
@@ -58,26 +59,11 @@ Result<std::string> unpacked(std::string_view packed, const std::string& name) {
 }
 
 Result<std::string> read_bytes(const std::filesystem::path& file, bool unpack) {
-  namespace fs = std::filesystem;
   const std::string name = file.string();
-  std::error_code failed;
-  const fs::file_status status = fs::status(file, failed);
-  if (!fs::exists(status)) return failure(name + ": found no such file");
-  if (!fs::is_regular_file(status)) {
-    return failure(name + ": found something other than a regular file");
-  }
-  const std::uintmax_t size = fs::file_size(file, failed);
-  if (failed) return failure(name + ": can't be read: " + failed.message());
-  if (size == 0) return failure(name + ": found an empty file");
-  if (size > kMostUnpacked) {
-    return failure(name + ": found " + std::to_string(size >> 20) + " MiB, expected at most " +
-                   std::to_string(kMostUnpacked >> 20) + " MiB");
-  }
-  std::ifstream stream(file, std::ios::binary);
-  std::string bytes(size, '\0');
-  if (!stream || !stream.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    return failure(name + ": can't be read");
-  }
+  auto input = read_input(file, "a file", kMostUnpacked);
+  if (!input) return std::unexpected(input.error());
+  std::string bytes = *std::move(input);
+  if (bytes.empty()) return failure(name + ": found an empty file");
   const bool packed = bytes.size() > 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b';
   return unpack && packed ? unpacked(bytes, name) : Result<std::string>(std::move(bytes));
 }

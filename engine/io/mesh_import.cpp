@@ -10,61 +10,35 @@
 #include <cmath>
 #include <cstdint>
 #include <exception>
-#include <fstream>
 #include <limits>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "engine/scene/geometry_formats.h"
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = 2ull << 30;
-
 // Corners nearer than this share of the body's size are one vertex.
 constexpr double kWeld = 1e-6;
 
-Result<std::uintmax_t> check_file(const fs::path& file) {
-  const std::string name = file.string();
-  std::error_code failed;
-  const fs::file_status status = fs::status(file, failed);
-  if (!fs::exists(status)) return failure(name + ": found no such file, expected a surface");
-  if (!fs::is_regular_file(status)) {
-    return failure(name + ": found something other than a regular file, expected a surface");
-  }
-  if (!is_geometry_file(file)) {
-    return failure(name + ": found the format \"" + geometry_extension(file) +
-                   "\", expected OBJ, STL, PLY, glTF or GLB");
-  }
-  const std::uintmax_t bytes = fs::file_size(file, failed);
-  if (failed) return failure(name + ": cannot be read: " + failed.message());
-  if (bytes == 0) return failure(name + ": found an empty file, expected a surface");
-  if (bytes > kMostBytes) {
-    return failure(name + ": found " + std::to_string(bytes >> 20) + " MiB, expected at most " +
-                   std::to_string(kMostBytes >> 20) + " MiB");
-  }
-  if (!std::ifstream(file, std::ios::binary)) {
-    return failure(name + ": cannot be opened for reading");
-  }
-  return bytes;
-}
-
 // A binary STL says how many triangles follow; assimp reads what there is. Text begins with
 // "solid", but so do the headers of some binary files.
-Result<void> check_stl(const fs::path& file, std::uintmax_t bytes) {
-  std::ifstream stream(file, std::ios::binary);
+Result<void> check_stl(const std::string& name, InputFile& file) {
+  const std::uintmax_t bytes = file.size();
   std::array<char, 84> header{};
-  stream.read(header.data(), header.size());
-  const auto got = static_cast<std::size_t>(stream.gcount());
+  const auto read = file.read(header.data(), header.size());
+  if (!read) return std::unexpected(read.error());
+  const std::size_t got = *read;
   const bool text = got >= 5 && std::equal(header.begin(), header.begin() + 5, "solid") &&
                     std::find(header.begin(), header.begin() + got, '\0') == header.begin() + got;
   if (text) return {};
   if (got < header.size()) {
-    return failure(file.string() + ": found " + std::to_string(bytes) +
+    return failure(name + ": found " + std::to_string(bytes) +
                    " bytes, expected the header of a binary STL (84 bytes) or text");
   }
   std::uint32_t count = 0;
@@ -73,9 +47,23 @@ Result<void> check_stl(const fs::path& file, std::uintmax_t bytes) {
   }
   const std::uintmax_t expected = 84 + std::uintmax_t{50} * count;
   if (bytes >= expected) return {};
-  return failure(file.string() + ": found " + std::to_string(bytes) + " bytes, expected " +
+  return failure(name + ": found " + std::to_string(bytes) + " bytes, expected " +
                  std::to_string(expected) + " for the " + std::to_string(count) +
                  " triangles of its header: the file looks truncated");
+}
+
+Result<void> check_file(const fs::path& file) {
+  const std::string name = file.string();
+  auto input = InputFile::open(file, "a surface", kMostGeometryBytes);
+  if (!input) return std::unexpected(input.error());
+  if (!is_geometry_file(file)) {
+    return failure(name + ": found the format \"" + geometry_extension(file) +
+                   "\", expected OBJ, STL, PLY, glTF or GLB");
+  }
+  if (input->size() == 0) return failure(name + ": found an empty file, expected a surface");
+  if (geometry_extension(file) == ".stl")
+    if (const auto whole = check_stl(name, *input); !whole) return whole;
+  return {};
 }
 
 // Triangles that share nothing.
@@ -184,13 +172,7 @@ Result<TriangleSurface> welded(const fs::path& file, const Soup& soup, double un
 }  // namespace
 
 Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
-  const Result<std::uintmax_t> bytes = check_file(file);
-  if (!bytes) return std::unexpected(bytes.error());
-  if (geometry_extension(file) == ".stl") {
-    if (const auto whole = check_stl(file, *bytes); !whole) {
-      return std::unexpected(whole.error());
-    }
-  }
+  if (const auto sound = check_file(file); !sound) return std::unexpected(sound.error());
   try {
     Assimp::Importer importer;
     const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "engine/io/gzip_file.h"
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace {
@@ -230,8 +231,9 @@ Result<std::string> voxel_bytes(const Header& header, const std::string& bytes,
     if (name->starts_with("LIST") || name->find('%') != std::string::npos) {
       return failure("found voxels in several files, expected one");
     }
-    const std::filesystem::path named(*name);
-    const auto read = read_bytes(named.is_absolute() ? named : file.parent_path() / named, false);
+    const auto named = path_inside(file.parent_path(), *name);
+    if (!named) return std::unexpected(named.error());
+    const auto read = read_bytes(*named, false);
     if (!read) return std::unexpected(read.error());
     data = *read;
   } else {
@@ -241,10 +243,10 @@ Result<std::string> voxel_bytes(const Header& header, const std::string& bytes,
   const auto skip = whole_number(header, "byte skip", "byteskip");
   if (!lines) return std::unexpected(lines.error());
   if (!skip) return std::unexpected(skip.error());
-  for (long long line = 0; line < *lines; ++line) {
-    const std::size_t newline = data.find('\n');
-    data.erase(0, newline == std::string::npos ? newline : newline + 1);
-  }
+  std::size_t first = 0;
+  for (long long line = 0; line < *lines && first < data.size(); ++line)
+    first = std::min(data.find('\n', first), data.size() - 1) + 1;
+  data.erase(0, first);
   if (packed) {
     auto inflated = unpacked(data, "voxels");
     if (!inflated) return inflated;

@@ -8,13 +8,13 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <mutex>
 #include <sstream>
 #include <string_view>
 #include <vector>
 
 #include "kernels/base/hash.h"
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace {
@@ -60,6 +60,7 @@ class MemoryArchive : public openvdb::io::Archive {
 // OpenVDB believes what a file says: of one that was cut or damaged it reads sizes from anywhere,
 // and asks for that much memory. So a volume ends with a mark of ours behind its last grid, which
 // readers of .vdb files don't look at: the length of what is before it and its hash.
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{4} << 30;
 constexpr std::string_view kMark = "viscera whole ";
 constexpr std::size_t kLengthDigits = 16, kHashDigits = 32;
 constexpr std::size_t kMarkBytes = kMark.size() + kLengthDigits + 1 + kHashDigits + 1;
@@ -82,15 +83,6 @@ std::string damage(std::string_view bytes) {
   if (bytes.substr(volume.size()) == end_mark(volume)) return "";
   return "damaged: found bytes that differ from those written, expected a whole volume that "
          "viscera wrote";
-}
-
-Result<std::string> read_bytes(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string bytes(std::filesystem::file_size(file), '\0');
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    return failure("can't be read");
-  }
-  return bytes;
 }
 
 openvdb::math::Transform::Ptr cell_centres(const SmokeGrid& grid) {
@@ -254,13 +246,9 @@ Result<std::string> encode_volume(const SmokeGrid& grid, double time,
 
 Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file) {
   const std::string where = file.string() + ": ";
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) {
-    return failure(where + "not found, expected a .vdb file");
-  }
+  const auto bytes = read_input(file, "a .vdb file", kMostBytes);
+  if (!bytes) return std::unexpected(bytes.error());
   try {
-    const Result<std::string> bytes = read_bytes(file);
-    if (!bytes) return failure(where + bytes.error().text());
     if (const std::string found = damage(*bytes); !found.empty()) return failure(where + found);
     ensure_openvdb();
     openvdb::io::File archive(file.string());

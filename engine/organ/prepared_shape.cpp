@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -12,7 +11,9 @@
 #include "engine/io/response_cache.h"
 #include "engine/organ/recipe.h"
 #include "engine/organ/shape.h"
+#include "engine/scene/geometry_formats.h"
 #include "kernels/base/hash.h"
+#include "kernels/base/input_file.h"
 #include "kernels/base/stopwatch.h"
 
 namespace viscera {
@@ -29,12 +30,15 @@ void hash_vector(Hasher& hasher, const Vec3& v) {
 }
 
 Result<void> hash_file(Hasher& hasher, const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return failure(fmt::format("{}: can't be read", file.string()));
+  auto in = InputFile::open(file, "part of a surface", kMostGeometryBytes);
+  if (!in) return std::unexpected(in.error());
   std::vector<char> block(1 << 20);
-  while (in.read(block.data(), static_cast<std::streamsize>(block.size())) || in.gcount() > 0)
-    hasher.bytes(block.data(), static_cast<std::size_t>(in.gcount()));
-  return {};
+  for (;;) {
+    const auto got = in->read(block.data(), block.size());
+    if (!got) return std::unexpected(got.error());
+    if (*got == 0) return {};
+    hasher.bytes(block.data(), *got);
+  }
 }
 
 bool is_built_in(const std::string& recipe) {
@@ -43,14 +47,17 @@ bool is_built_in(const std::string& recipe) {
 
 /// A .gltf names its buffers as files of their own: they are part of the surface.
 Result<void> hash_gltf_buffers(Hasher& hasher, const fs::path& file) {
-  std::ifstream in(file);
-  const nlohmann::json gltf = nlohmann::json::parse(in, nullptr, false);
+  const auto text = read_input(file, "a surface", kMostGeometryBytes);
+  if (!text) return std::unexpected(text.error());
+  const nlohmann::json gltf = nlohmann::json::parse(*text, nullptr, false);
   if (!gltf.is_object() || !gltf.contains("buffers") || !gltf["buffers"].is_array()) return {};
   for (const nlohmann::json& buffer : gltf["buffers"]) {
     if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
     const std::string uri = buffer["uri"];
     if (uri.starts_with("data:")) continue;
-    if (auto hashed = hash_file(hasher, file.parent_path() / uri); !hashed) return hashed;
+    const auto inside = path_inside(file.parent_path(), uri);
+    if (!inside) return failure(file.string() + ": " + inside.error().text());
+    if (auto hashed = hash_file(hasher, *inside); !hashed) return hashed;
   }
   return {};
 }

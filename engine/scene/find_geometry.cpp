@@ -38,6 +38,20 @@ std::string listed(const std::vector<fs::path>& folders) {
   return joined(words);
 }
 
+/// Links followed: a scene of somebody else's reads nothing that its user didn't lay there.
+bool lies_in_a_root(const fs::path& file, const GeometrySearch& search) {
+  std::vector<fs::path> roots = search.extra;
+  roots.push_back(search.scene_folder.empty() ? fs::path(".") : search.scene_folder);
+  roots.push_back(search.assets);
+  std::error_code failed;
+  const fs::path target = fs::canonical(file, failed);
+  if (failed) return false;
+  return std::ranges::any_of(roots, [&](const fs::path& folder) {
+    const fs::path root = fs::canonical(folder, failed);
+    return !failed && std::ranges::mismatch(root, target).in1 == root.end();
+  });
+}
+
 }  // namespace
 
 std::vector<fs::path> search_folders(const GeometrySearch& search) {
@@ -54,6 +68,8 @@ std::vector<fs::path> search_folders(const GeometrySearch& search) {
 }
 
 Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& search) {
+  if (file.find('\0') != std::string::npos)
+    return failure("found a NUL in a file's name, expected the name of a surface's file");
   if (!is_geometry_file(file)) {
     return failure("found the file \"" + file + "\", expected one that ends in " +
                    joined({kGeometryExtensions.begin(), kGeometryExtensions.end()}));
@@ -67,7 +83,12 @@ Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& se
   std::error_code ignored;
   for (const fs::path& folder : folders) {
     const fs::path candidate = (folder / file).lexically_normal();
-    if (fs::is_regular_file(candidate, ignored)) return candidate;
+    if (fs::is_regular_file(candidate, ignored)) {
+      if (lies_in_a_root(candidate, search)) return candidate;
+      return failure("found " + candidate.string() +
+                     ", which leads out of the scene's folder and those of assets, expected a file "
+                     "in one of them (--assets FOLDER adds one)");
+    }
     if (fs::exists(candidate, ignored))
       return failure("found " + candidate.string() + ", which is no regular file, expected one");
   }

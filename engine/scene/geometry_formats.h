@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
 namespace viscera {
+
+/// Of a surface's file, and of each that it names.
+inline constexpr std::uintmax_t kMostGeometryBytes = 2ull << 30;
 
 inline constexpr std::array kGeometryExtensions = {".obj", ".stl", ".ply", ".gltf", ".glb"};
 

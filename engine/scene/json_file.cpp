@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "engine/scene/spelling.h"
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace {
@@ -200,27 +198,13 @@ Result<Json> parse_json(const std::string& text, const std::string& source) {
 }
 
 Result<Json> read_json(const fs::path& file) {
-  const std::string source = file.string();
-  std::error_code failed;
-  const fs::file_status status = fs::status(file, failed);
-  if (!fs::exists(status)) {
-    return failure(source + ": found no such file, expected a JSON file" +
-                   did_you_mean(file.filename().string(), files_beside(file)));
-  }
-  if (fs::is_directory(status)) return failure(source + ": found a folder, expected a JSON file");
-  if (!fs::is_regular_file(status))
-    return failure(source + ": found something other than a regular file, expected a JSON file");
-  const std::uintmax_t bytes = fs::file_size(file, failed);
-  if (failed) return failure(source + ": cannot be read: " + failed.message());
-  if (bytes > kMaxJsonBytes) {
-    return failure(source + ": found " + std::to_string(bytes) + " bytes, expected at most " +
-                   std::to_string(kMaxJsonBytes));
-  }
-  std::ifstream stream(file, std::ios::binary);
-  std::string text(bytes, '\0');
-  if (!stream || !stream.read(text.data(), static_cast<std::streamsize>(bytes)))
-    return failure(source + ": cannot be read: " + std::strerror(errno));
-  return parse_json(text, source);
+  const auto text = read_input(file, "a JSON file", kMaxJsonBytes);
+  if (text) return parse_json(*text, file.string());
+  std::error_code ignored;
+  Error error = text.error();
+  if (!fs::exists(file, ignored))
+    error.messages.front() += did_you_mean(file.filename().string(), files_beside(file));
+  return std::unexpected(error);
 }
 
 }  // namespace viscera

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <fstream>
-#include <iterator>
 #include <span>
 
 #include "engine/io/atomic_file.h"
 #include "engine/io/report.h"
 #include "kernels/base/archive.h"
 #include "kernels/base/hash.h"
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
@@ -20,6 +19,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic = {'v', 'i', 's', 'c', 'h', 'e', 'c', 'k'};
 constexpr std::uint32_t kFormat = 1;
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{16} << 30;
 
 /// The file's first bytes; after them comes the body, by archive.h.
 struct Head {
@@ -110,10 +110,9 @@ Result<void> write_checkpoint(const fs::path& file, const Checkpoint& checkpoint
 }
 
 Result<Checkpoint> read_checkpoint(const fs::path& file, const CheckpointIdentity& expected) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return failure(file.string() + ": found no file, expected the checkpoint of a run");
-  const std::string content{std::istreambuf_iterator<char>(in), {}};
-  const std::span<const std::byte> all = std::as_bytes(std::span(content));
+  const auto content = read_input(file, "the checkpoint of a run", kMostBytes);
+  if (!content) return std::unexpected(content.error());
+  const std::span<const std::byte> all = std::as_bytes(std::span(*content));
   Head head;
   ByteReader reader(all);
   read(reader, head);

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
+#include <sstream>
 #include <string_view>
+
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace {
@@ -66,13 +68,10 @@ std::string controls_rows(std::uint64_t frame, const std::vector<std::string>& t
 Result<std::vector<Controls>> read_controls(const std::filesystem::path& file,
                                             const std::vector<std::string>& tools) {
   const std::string name = file.string();
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error))
-    return failure(name + ": found no such file, expected recorded controls");
-  if (std::filesystem::file_size(file, error) > kLargestFile || error)
-    return failure(name + ": found more than a gigabyte, expected recorded controls");
   if (tools.empty()) return failure(name + ": found a scene without tools, expected some to move");
-  std::ifstream in(file);
+  auto text = read_input(file, "recorded controls", kLargestFile);
+  if (!text) return std::unexpected(text.error());
+  std::istringstream in(*std::move(text));
   std::string line;
   if (!std::getline(in, line) || line != controls_header())
     return failure(

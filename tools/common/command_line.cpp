@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 #include <exception>
 #include <filesystem>
@@ -10,16 +11,32 @@
 
 #include "engine/features/features.h"
 #include "engine/io/interrupt.h"
+#include "kernels/base/printable.h"
 #include "tools/common/project_paths.h"
 
 namespace viscera {
+namespace {
+
+constexpr std::size_t kMostMessages = 20, kLongestMessage = 2000;
+
+/// Of very many mistakes the first are enough to begin with.
+Error few_of(const Error& error) {
+  Error few;
+  for (std::size_t i = 0; i < std::min(kMostMessages, error.messages.size()); ++i)
+    few.messages.push_back(shortened(error.messages[i], kLongestMessage));
+  if (const std::size_t more = error.messages.size() - few.messages.size(); more > 0)
+    few.messages.push_back(fmt::format("and {} more", more));
+  return few;
+}
+
+}  // namespace
 
 int fail(const Error& error) {
   if (error.messages.size() == 1 && error.messages[0] == kCancelled) {
     std::cerr << "stopped; what was written is whole\n";
     return 128 + interrupt_signal();
   }
-  std::cerr << error.text() << '\n';
+  std::cerr << printable(few_of(error).text()) << '\n';
   return kBadInput;
 }
 
@@ -37,7 +54,7 @@ int run_to_the_end(int (*work)(int argc, char** argv), int argc, char** argv) {
                  "`viscera check` says how much\n";
     return kBadInput;
   } catch (const std::exception& error) {
-    std::cerr << "internal error: " << error.what() << '\n';
+    std::cerr << "internal error: " << printable(error.what()) << '\n';
     return kInternalError;
   }
 }

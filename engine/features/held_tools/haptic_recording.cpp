@@ -5,14 +5,13 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <span>
 #include <string_view>
 
 #include "engine/io/atomic_file.h"
 #include "engine/io/cache_file.h"
+#include "kernels/base/input_file.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
@@ -20,6 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kFormat = 1;
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
 constexpr const char* kTitle = "viscera haptic recording";
 constexpr std::string_view kColumns =
     "time_s,x_m,y_m,z_m,qw,qx,qy,qz,buttons,sample,connected,fx_N,fy_N,fz_N";
@@ -288,11 +288,12 @@ Result<void> save_recording(const fs::path& file, const HapticRecording& recordi
 
 Result<HapticRecording> load_recording(const fs::path& file) {
   if (file.extension() != ".csv" && file.extension() != ".h5") return unknown_extension(file);
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return failure(fmt::format("{}: can't be read", file.string()));
+  auto in = InputFile::open(file, "a recording", kMostBytes);
+  if (!in) return std::unexpected(in.error());
   if (file.extension() == ".h5") return load_hdf5(file);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  return CsvReader(file.string(), text).read();
+  const auto text = in->rest();
+  if (!text) return std::unexpected(text.error());
+  return CsvReader(file.string(), *text).read();
 }
 
 }  // namespace viscera

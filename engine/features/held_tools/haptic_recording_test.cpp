@@ -141,7 +141,7 @@ TEST(RecordingCsv, EachBrokenLineIsNamedWithWhatWasExpected) {
 TEST(RecordingFile, AnUnknownExtensionAndAMissingFileAreNamed) {
   const TemporaryFolder folder;
   expect_refused(folder / "touch.xml", {"touch.xml", ".csv or .h5", "\".xml\""});
-  expect_refused(folder / "touch.csv", {"touch.csv", "can't be read"});
+  expect_refused(folder / "touch.csv", {"touch.csv", "found no such file, expected a recording"});
   EXPECT_FALSE(save_recording(folder / "touch.xml", short_recording()));
 }
 
