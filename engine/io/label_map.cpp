@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::size_t kMostLabels = 1000;
 constexpr double kLeastExtent = 5e-3, kGreatestExtent = 3.0;  // of a volume [m]
+// A label map may be made of slices: half a millimetre wide, some millimetres thick.
+constexpr double kLongestVoxel = 100.0;
 constexpr double kSkew = 1e-3;  // cosine between axes that are still at right angles
 
 std::string lower_name(const std::filesystem::path& file) {
@@ -69,6 +71,10 @@ Result<void> check_axes(const LabelVolume& volume) {
   if (!(steps.minCoeff() > 0.0)) {
     return failure("found an orientation with an axis of no length, expected three");
   }
+  if (steps.maxCoeff() > kLongestVoxel * steps.minCoeff()) {
+    return failure("found voxels " + digits(steps.maxCoeff() / steps.minCoeff(), "times") +
+                   " as long as wide, expected at most " + digits(kLongestVoxel, "times"));
+  }
   for (int a = 0; a < 3; ++a) {
     const int b = (a + 1) % 3;
     const double cosine = volume.axes.col(a).dot(volume.axes.col(b)) / (steps[a] * steps[b]);
@@ -103,6 +109,10 @@ std::string LabelMap::orientation() const {
   return found;
 }
 
+Result<LabelVolume> read_label_volume_here(const std::filesystem::path& file) {
+  return is_nifti(file) ? read_nifti(file) : read_nrrd(file);
+}
+
 bool is_label_map_file(const std::filesystem::path& file) {
   return is_nifti(file) || is_nrrd(file);
 }
@@ -112,7 +122,7 @@ Result<LabelMap> read_label_map(const std::filesystem::path& file, const LabelMa
   if (!is_label_map_file(file)) {
     return failure(name + "found another format, expected .nii, .nii.gz, .nrrd or .nhdr");
   }
-  auto volume = is_nifti(file) ? read_nifti(file) : read_nrrd(file);
+  auto volume = read_label_volume(file);
   if (!volume) return std::unexpected(volume.error());
 
   LabelMap map;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/io/label_volume.h"
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 
@@ -50,6 +51,9 @@ struct LabelMapOptions {
 /// at right angles, unknown units, and units that make the volume shorter than 5 mm or longer than
 /// 3 m (with the unit that would fit).
 Result<LabelMap> read_label_map(const std::filesystem::path& file, const LabelMapOptions& options);
+
+/// The volume alone. In this process, which a damaged file may end: read_label_map() asks another.
+Result<LabelVolume> read_label_volume_here(const std::filesystem::path& file);
 
 /// Whether the file's name ends as one of the formats that read_label_map() reads.
 bool is_label_map_file(const std::filesystem::path& file);

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 
@@ -21,7 +22,14 @@ struct LabelVolume {
   Vec3 origin;
   std::optional<double> unit;  ///< metres per unit, where the file says it
   std::map<std::int32_t, std::string> names;
+
+  static constexpr auto fields() {
+    return std::tuple(field("size", &LabelVolume::size), field("labels", &LabelVolume::labels),
+                      field("axes", &LabelVolume::axes), field("origin", &LabelVolume::origin),
+                      field("unit", &LabelVolume::unit), field("names", &LabelVolume::names));
+  }
 };
+static_assert(fields_cover<LabelVolume>());
 
 enum class ValueType {
   kInt8,

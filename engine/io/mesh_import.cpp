@@ -11,8 +11,10 @@
 #include <cstdint>
 #include <exception>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "engine/scene/geometry_formats.h"
@@ -71,25 +73,41 @@ struct Soup {
   std::vector<Vec3> corners;  // three a triangle, in the file's units
 };
 
-void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above, Soup& soup) {
-  const aiMatrix4x4 placement = above * node.mTransformation;
+void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& placement, Soup& soup) {
   // A mirroring node turns triangles over.
   const bool mirrored = placement.Determinant() < 0;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    if (node.mMeshes[m] >= scene.mNumMeshes) throw std::runtime_error("a node names no mesh");
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
       if (face.mNumIndices != 3) continue;
       for (int i = 0; i < 3; ++i) {
         const unsigned corner = face.mIndices[mirrored ? 2 - i : i];
+        if (corner >= mesh.mNumVertices)
+          throw std::runtime_error("found vertex " + std::to_string(corner) +
+                                   " in a face, expected less than " +
+                                   std::to_string(mesh.mNumVertices));
         const aiVector3D x = placement * mesh.mVertices[corner];
         soup.corners.emplace_back(x.x, x.y, x.z);
       }
     }
   }
-  for (unsigned c = 0; c < node.mNumChildren; ++c) {
-    collect(scene, *node.mChildren[c], placement, soup);
+}
+
+// All nodes, however deep they lie.
+Soup soup_of(const aiScene& scene) {
+  Soup soup;
+  std::vector<std::pair<const aiNode*, aiMatrix4x4>> left;
+  if (scene.mRootNode) left.emplace_back(scene.mRootNode, scene.mRootNode->mTransformation);
+  while (!left.empty()) {
+    const auto [node, placement] = left.back();
+    left.pop_back();
+    collect(scene, *node, placement, soup);
+    for (unsigned c = node->mNumChildren; c-- > 0;)
+      left.emplace_back(node->mChildren[c], placement * node->mChildren[c]->mTransformation);
   }
+  return soup;
 }
 
 // One vertex for all corners at a place, by a hash of cells; the first corner there gives it its
@@ -171,7 +189,7 @@ Result<TriangleSurface> welded(const fs::path& file, const Soup& soup, double un
 
 }  // namespace
 
-Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
+Result<TriangleSurface> import_surface_here(const fs::path& file, double unit) {
   if (const auto sound = check_file(file); !sound) return std::unexpected(sound.error());
   try {
     Assimp::Importer importer;
@@ -184,8 +202,7 @@ Result<TriangleSurface> import_surface(const fs::path& file, double unit) {
       return failure(file.string() + ": cannot be read as " + geometry_extension(file).substr(1) +
                      ": " + reason);
     }
-    Soup soup;
-    if (scene->mRootNode) collect(*scene, *scene->mRootNode, aiMatrix4x4(), soup);
+    const Soup soup = soup_of(*scene);
     if (soup.corners.empty()) {
       return failure(file.string() +
                      ": found no triangles (only points or lines, or a truncated "

@@ -12,6 +12,7 @@ namespace viscera {
 /// vertices at the same place (STL and per-corner attributes split them), multiplies by `unit`
 /// (metres per unit of the file). Doesn't judge the surface: surface_defects() does.
 /// Fails for files that are missing, empty, truncated, of unknown format, or without triangles.
-Result<TriangleSurface> import_surface(const std::filesystem::path& file, double unit);
+/// In this process, which a damaged file may end: import_surface() (foreign_files.h) asks another.
+Result<TriangleSurface> import_surface_here(const std::filesystem::path& file, double unit);
 
 }  // namespace viscera

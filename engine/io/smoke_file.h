@@ -33,23 +33,6 @@ class SmokeWriter {
   FileWorker worker_;
 };
 
-/// What a written file holds: for `viscera smoke-info` and tests.
-struct SmokeFileInfo {
-  std::string volume;
-  double time = 0.0;  ///< [s]
-  double mass = 0.0;  ///< integral of density [kg]
-  Box active_bounds;  ///< [m]
-  std::size_t active_voxels = 0;
-  double voxel = 0.0;  ///< [m]
-  struct Grid {
-    std::string name;
-    std::string type;  ///< of its values, as OpenVDB calls it: "float", "vec3s"
-    std::string unit;
-  };
-  std::vector<Grid> grids;
-};
-Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file);
-
 /// How often OpenVDB was initialised in this process (0 or 1): proves that a scene without smoke
 /// doesn't.
 int openvdb_initialisations();

@@ -244,7 +244,7 @@ Result<std::string> encode_volume(const SmokeGrid& grid, double time,
   }
 }
 
-Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file) {
+Result<SmokeFileInfo> read_smoke_info_here(const std::filesystem::path& file) {
   const std::string where = file.string() + ": ";
   const auto bytes = read_input(file, "a .vdb file", kMostBytes);
   if (!bytes) return std::unexpected(bytes.error());
@@ -282,16 +282,20 @@ Result<SmokeFileInfo> read_smoke_info(const std::filesystem::path& file) {
       sum += static_cast<double>(*value) * static_cast<double>(value.getVoxelCount());
     }
     info.mass = sum * std::pow(info.voxel, 3);
-    const openvdb::CoordBBox bounds = density->evalActiveVoxelBoundingBox();
+    const openvdb::CoordBBox active = density->evalActiveVoxelBoundingBox();
     if (info.active_voxels > 0) {
-      for (const openvdb::Coord& corner : {bounds.min(), bounds.max()}) {
+      Box bounds;
+      for (const openvdb::Coord& corner : {active.min(), active.max()}) {
         const openvdb::Vec3d centre = density->indexToWorld(corner);
         const Vec3 at(centre.x(), centre.y(), centre.z());
-        info.active_bounds.extend(Vec3(at.array() - 0.5 * info.voxel));
-        info.active_bounds.extend(Vec3(at.array() + 0.5 * info.voxel));
+        bounds.extend(Vec3(at.array() - 0.5 * info.voxel));
+        bounds.extend(Vec3(at.array() + 0.5 * info.voxel));
       }
+      info.least = bounds.min();
+      info.greatest = bounds.max();
     }
-    if (!std::isfinite(info.mass)) return failure(where + "damaged: the density isn't finite");
+    if (!std::isfinite(info.mass) || !info.least.allFinite() || !info.greatest.allFinite())
+      return failure(where + "damaged: the density isn't finite");
     return info;
   } catch (const std::exception& error) {
     return failure(where + "not a whole .vdb file: " + error.what());

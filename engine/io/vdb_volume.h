@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/io/smoke_file.h"
+#include "engine/io/smoke_info.h"
 
 namespace viscera {
 
@@ -18,5 +19,9 @@ void ensure_openvdb();
 /// size, or what OpenVDB reports.
 Result<std::string> encode_volume(const SmokeGrid& grid, double time,
                                   const std::string& volume_name, const std::string& scene_name);
+
+/// What a file that encode_volume() made holds; its end mark is looked for first. In this process,
+/// which a forged file may end: read_smoke_info() (foreign_files.h) asks another.
+Result<SmokeFileInfo> read_smoke_info_here(const std::filesystem::path& file);
 
 }  // namespace viscera

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
 #include "engine/io/cache_file.h"
+#include "engine/io/foreign_files.h"
 #include "engine/io/response_cache.h"
 #include "engine/organ/recipe.h"
 #include "engine/organ/shape.h"
@@ -47,18 +47,10 @@ bool is_built_in(const std::string& recipe) {
 
 /// A .gltf names its buffers as files of their own: they are part of the surface.
 Result<void> hash_gltf_buffers(Hasher& hasher, const fs::path& file) {
-  const auto text = read_input(file, "a surface", kMostGeometryBytes);
-  if (!text) return std::unexpected(text.error());
-  const nlohmann::json gltf = nlohmann::json::parse(*text, nullptr, false);
-  if (!gltf.is_object() || !gltf.contains("buffers") || !gltf["buffers"].is_array()) return {};
-  for (const nlohmann::json& buffer : gltf["buffers"]) {
-    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
-    const std::string uri = buffer["uri"];
-    if (uri.starts_with("data:")) continue;
-    const auto inside = path_inside(file.parent_path(), uri);
-    if (!inside) return failure(file.string() + ": " + inside.error().text());
-    if (auto hashed = hash_file(hasher, *inside); !hashed) return hashed;
-  }
+  const auto buffers = gltf_buffers(file);
+  if (!buffers) return std::unexpected(buffers.error());
+  for (const fs::path& buffer : *buffers)
+    if (auto hashed = hash_file(hasher, buffer); !hashed) return hashed;
   return {};
 }
 

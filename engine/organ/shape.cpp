@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/io/mesh_import.h"
+#include "engine/io/foreign_files.h"
 #include "engine/organ/built_in_bodies.h"
 #include "engine/organ/recipe.h"
 #include "engine/organ/wrap.h"

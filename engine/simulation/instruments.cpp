@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/io/mesh_import.h"
+#include "engine/io/foreign_files.h"
 #include "engine/simulation/tool_shape.h"
 #include "kernels/base/thin_out.h"
 #include "kernels/points/surface_tree.h"

@@ -16,7 +16,12 @@ struct TriangleSurface {
   std::vector<std::array<int, 3>> triangles;  ///< indices into vertices
 
   bool empty() const { return triangles.empty(); }
+  static constexpr auto fields() {
+    return std::tuple(field("vertices", &TriangleSurface::vertices),
+                      field("triangles", &TriangleSurface::triangles));
+  }
 };
+static_assert(fields_cover<TriangleSurface>());
 
 /// A place on a surface: triangle and barycentric weights of its three corners.
 struct SurfacePoint {

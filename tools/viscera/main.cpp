@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/io/interrupt.h"
+#include "engine/io/foreign_files.h"
 #include "engine/io/smoke_file.h"
 #include "engine/run/run.h"
 #include "tools/common/command_line.h"
@@ -238,7 +239,7 @@ class SmokeInfoCommand {
   int run() const {
     auto info = read_smoke_info(file_);
     if (!info) return fail(info.error());
-    const Vec3 low = 1e3 * info->active_bounds.min(), high = 1e3 * info->active_bounds.max();
+    const Vec3 low = 1e3 * info->active_bounds().min(), high = 1e3 * info->active_bounds().max();
     std::cout << fmt::format(
         "volume {}\ntime {:.3f} s\nmass {:.4g} mg\nactive voxels {} of {:.2f} mm\n"
         "bounds ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm\n",

@@ -11,6 +11,7 @@
 
 #include "engine/io/atomic_file.h"
 #include "engine/io/cache_file.h"
+#include "engine/io/foreign_files.h"
 #include "kernels/base/input_file.h"
 
 namespace viscera {
@@ -248,7 +249,7 @@ Result<HapticRecording> load_hdf5(const fs::path& file) {
   const auto wrong = [&](const std::string& what) {
     return failure(fmt::format("{}: {}", file.string(), what));
   };
-  auto data = read_cache_file(file, kFormat, kTitle);
+  auto data = read_sealed_file(file, kFormat, kTitle);
   if (!data) return wrong(data.error().text());
   HapticRecording recording;
   const auto device = data->text("device");

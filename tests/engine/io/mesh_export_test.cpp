@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "engine/io/mesh_import.h"
+#include "engine/io/foreign_files.h"
 #include "tests/support/paths.h"
 #include "tests/support/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "engine/io/mesh_import.h"
+#include "engine/io/foreign_files.h"
 
 #include <gtest/gtest.h>
 

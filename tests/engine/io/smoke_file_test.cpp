@@ -1,3 +1,4 @@
+#include "engine/io/foreign_files.h"
 #include "engine/io/smoke_file.h"
 
 #include <gtest/gtest.h>
@@ -84,8 +85,8 @@ TEST(SmokeFile, HoldsTheGridsMassTimePlaceAndName) {
     ++cells;
   }
   EXPECT_EQ(info->active_voxels, cells);
-  EXPECT_LT((info->active_bounds.min() - filled.min()).norm(), 1e-9);
-  EXPECT_LT((info->active_bounds.max() - filled.max()).norm(), 1e-9);
+  EXPECT_LT((info->active_bounds().min() - filled.min()).norm(), 1e-9);
+  EXPECT_LT((info->active_bounds().max() - filled.max()).norm(), 1e-9);
 }
 
 TEST(SmokeFile, TheSameSmokeIsTheSameFile) {
@@ -165,7 +166,7 @@ TEST(SmokeFile, AVolumeWithoutSmokeIsAWholeEmptyFile) {
   ASSERT_TRUE(info) << info.error().text();
   EXPECT_EQ(info->active_voxels, 0u);
   EXPECT_EQ(info->mass, 0.0);
-  EXPECT_TRUE(info->active_bounds.isEmpty());
+  EXPECT_TRUE(info->active_bounds().isEmpty());
 }
 
 TEST(SmokeFile, AMissingFolderIsReportedWithTheFile) {

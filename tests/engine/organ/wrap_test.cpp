@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/io/mesh_import.h"
+#include "engine/io/foreign_files.h"
 #include "kernels/points/surface_checks.h"
 #include "tests/support/paths.h"
 #include "tests/support/shapes.h"
