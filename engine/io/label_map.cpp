@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "engine/io/foreign_files.h"
 #include "engine/io/nifti_file.h"
 #include "engine/io/nrrd_file.h"
 
