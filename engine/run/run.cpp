@@ -146,7 +146,9 @@ class Checkpoints {
     const CheckpointPart* run = checkpoint->find(kRunPart);
     if (!state || !run)
       return failure(file_.string() + ": found a checkpoint without a run, expected a run's");
-    if (auto loaded = load_book(*run, options_, book, trace); !loaded) return loaded;
+    if (auto loaded = load_book(*run, options_, flags_of(world.model().features()), book, trace);
+        !loaded)
+      return loaded;
     if (auto loaded = world.load_state(state->bytes); !loaded) return loaded;
     return watch.load(*checkpoint, {kRunPart, kWorldPart});
   }
@@ -267,7 +269,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     return !interrupted();
   };
   loop.look = [&](Simulation& one, const StepReport& step) -> Result<void> {
-    book.flags |= step.flags;
+    book.flags.raise(step.flags);
     {
       const StageTimer timer(trace, stage_index(RunStage::kRecord), one.frame());
       watch.add_frame(world);

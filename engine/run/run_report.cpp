@@ -17,38 +17,6 @@
 namespace viscera {
 namespace {
 
-std::string flag_text(FrameFlag flag) {
-  switch (flag) {
-    case FrameFlag::kOrganFrozen:
-      return "an organ's displacement was not finite; it is frozen: prepare it afresh (--no-cache)";
-    case FrameFlag::kContactNotConverged:
-      return "contact had no solution in some frame, without force there: smaller tool steps, or "
-             "fewer tools on one spot";
-    case FrameFlag::kOutOfReach:
-      return "a tip touched tissue where no place of the surface was near enough to take its "
-             "force: a "
-             "smaller spacing_mm";
-    case FrameFlag::kGripSlipped:
-      return "a closed jaw slid over the tissue: the pull passed its grip limit";
-    case FrameFlag::kSmokeFull:
-      return "a smoke volume was full; its oldest particles ended: raise max_particles";
-    case FrameFlag::kSmokeOutside:
-      return "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a "
-             "domain";
-    case FrameFlag::kHeatFull:
-      return "heat found no room for more of an organ's voxels; tissue beyond them counted as "
-             "cold: "
-             "a greater heat/voxel_mm";
-    case FrameFlag::kNotHeated:
-      return "a hook gave current to an organ that isn't heated: its tissue lacks thermal values, "
-             "or "
-             "its path had not announced that it comes there";
-    case FrameFlag::kGripMissed:
-      return "a jaw closed on nothing: move its closing key nearer to the tissue";
-  }
-  return {};
-}
-
 HapticReport haptic_report(const HapticTool& tool) {
   const HiveTissueFigures figures = tool.tissue->figures();
   HapticReport report;
@@ -193,7 +161,7 @@ std::string backend_line(const RunReport& report) {
 }
 
 void finish_report(const World& world, const SceneDescription& scene, const Trace& trace,
-                   std::uint32_t flags, RunReport& report) {
+                   const FlagSet& flags, RunReport& report) {
   report.duration_s = world.time();
   report.frames = world.frame();
   // Everything but the pictures counts: steps, smoke grids, writing, waiting for the writer.
@@ -222,8 +190,9 @@ void finish_report(const World& world, const SceneDescription& scene, const Trac
     if (feature.report)
       for (ReportSection& section : feature.report(world))
         report.sections.emplace_back(std::move(section.key), std::move(section.json));
-  for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
-    if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
+  FlagSet raised = flags;
+  raised.order(flags_of(world.model().features()));
+  for (const FrameFlag& flag : raised) report.flags.emplace_back(flag.text);
 }
 
 }  // namespace viscera

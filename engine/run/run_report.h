@@ -6,6 +6,7 @@
 
 #include "engine/io/report.h"
 #include "engine/run/run.h"
+#include "engine/simulation/frame_flag.h"
 #include "engine/simulation/world.h"
 
 namespace viscera {
@@ -22,6 +23,6 @@ std::string backend_line(const RunReport& report);
 /// What the world and the trace tell of it afterwards; `report` knows its wall time already.
 /// `flags`: all that its frames raised.
 void finish_report(const World& world, const SceneDescription& scene, const Trace& trace,
-                   std::uint32_t flags, RunReport& report);
+                   const FlagSet& flags, RunReport& report);
 
 }  // namespace viscera

@@ -49,6 +49,8 @@ struct Feature {
   /// The types of state that it has: state_type<T>().
   std::vector<StateType> states = {};
   std::vector<Stage> stages = {};
+  /// That its stages raise.
+  std::vector<FrameFlag> flags = {};
   /// Adds its part to an organ's FreeShape::places [m]; false: it moves nothing.
   bool (*shape)(const World&, Entity organ, std::vector<float>& places) = nullptr;
   /// After a state has been loaded: makes what follows from it.
@@ -57,5 +59,8 @@ struct Feature {
   std::string (*unsavable)(const World&) = nullptr;
   std::vector<ReportSection> (*report)(const World&) = nullptr;
 };
+
+/// All that they may raise, in their order.
+std::vector<FrameFlag> flags_of(const std::vector<Feature>& features);
 
 }  // namespace viscera

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "engine/features/deformation/deformation_flags.h"
 #include "engine/simulation/feature.h"
 
 namespace viscera {
