@@ -46,7 +46,7 @@ enum : std::size_t {
   kVoxOffset = 108,
   kSlope = 112,
   kIntercept = 116,
-  kUnits = 123,
+  kXyztUnits = 123,
   kQformCode = 252,
   kSformCode = 254,
   kQuaternion = 256,
@@ -201,7 +201,7 @@ Result<LabelVolume> read(std::string_view bytes) {
   turn << -1, 0, 0, 0, 0, 1, 0, 1, 0;
   volume.axes = turn * placement.axes;
   volume.origin = turn * placement.origin;
-  volume.unit = unit_of(header->byte(kUnits));
+  volume.unit = unit_of(header->byte(kXyztUnits));
 
   const double offset = header->real(kVoxOffset);
   if (!(offset >= 352.0) || offset > static_cast<double>(bytes.size())) {

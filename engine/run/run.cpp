@@ -12,6 +12,7 @@
 #include <set>
 
 #include "engine/features/deformation/deformation.h"
+#include "engine/features/smoke/smoke.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/progress_bar.h"
 #include "engine/run/move_to_gpu.h"
@@ -204,7 +205,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
                             const RunOptions& options) {
   const Stopwatch whole;
   SceneDescription scene = scene_in;
-  if (!smokes(scene)) scene.smoke.clear();
+  if (!anything_smokes(scene)) scene.smoke.clear();
   const bool drawn = options.render && scene.camera.has_value();
 
   std::optional<oneapi::tbb::global_control> threads;

@@ -11,9 +11,6 @@
 
 namespace viscera {
 
-/// True when something gives smoke to one of the scene's volumes.
-bool smokes(const SceneDescription& scene);
-
 /// What is known of a run before anything is prepared.
 RunReport begun_report(const SceneDescription& scene, const RunOptions& options);
 

@@ -136,7 +136,10 @@ Feature cautery_feature() {
                       .writes = {"heat"},
                       .needed = [](const World& world) { return world.has<BurnTrace>(); },
                       .run = heat_tissue}},
-          .flags = {kHeatFull, kNotHeated}};
+          .flags = {kHeatFull, kNotHeated},
+          .report = cautery_report,
+          .warnings = cautery_warnings,
+          .skipped = cautery_skipped};
 }
 
 }  // namespace viscera

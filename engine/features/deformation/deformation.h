@@ -32,6 +32,10 @@ void leave_gpu(World& world, const std::string& why);
 /// Shapes whose displacements lie on a device count as the CPU's, without them.
 void forget_device_shapes(World& world);
 
+/// That and why an organ's elasticity isn't prepared.
+SkippedReport skipped_elasticity(const OrganDescription& organ);
+std::vector<std::string> deformation_warnings(const World& world);
+
 Feature deformation_feature();
 
 }  // namespace viscera

@@ -65,7 +65,8 @@ Feature deformation_feature() {
                   .run = fetch_surfaces},
                  {.name = "check", .reads = {"surfaces"}, .writes = {"flags"}, .run = check_world}},
       .flags = {kOrganFrozen, kContactNotConverged, kGripSlipped},
-      .restored = forget_device_shapes};
+      .restored = forget_device_shapes,
+      .warnings = deformation_warnings};
 }
 
 }  // namespace viscera

@@ -241,7 +241,10 @@ Feature smoke_feature() {
                       .writes = {"smoke", "gas"},
                       .needed = smokes,
                       .run = move_smoke}},
-          .flags = {kSmokeFull, kSmokeOutside}};
+          .flags = {kSmokeFull, kSmokeOutside},
+          .report = smoke_report,
+          .warnings = smoke_warnings,
+          .skipped = smoke_skipped};
 }
 
 }  // namespace viscera
