@@ -20,9 +20,9 @@ SceneDescription tied_ball() {
   link.stiffness = 300.0;
   scene.links = {link};
   scene.instruments = {straight_tool("jaw", InstrumentKind::kGrasper, 2e-3,
-                                     {{0.0, Vec3(0, 0, kRadius + 1e-3), 0.0, 1.0},
-                                      {0.05, Vec3(0, 0, kRadius + 1e-3), 0.0, 0.0},
-                                      {0.2, Vec3(0, 0, kRadius + 5e-3), 0.0, 0.0}})};
+                                     {{0.0, Vec3(0, 0, kRadius + 4e-3), 0.0, 1.0},
+                                      {0.1, Vec3(0, 0, kRadius + 1e-3), 0.0, 0.0},
+                                      {0.3, Vec3(0, 0, kRadius + 5e-3), 0.0, 0.0}})};
   return scene;
 }
 
@@ -30,7 +30,7 @@ TEST(LinksReport, TellsEachLinksEndsSpringsAndGreatestForce) {
   const SceneDescription scene = tied_ball();
   const auto world = build(scene);
   ASSERT_TRUE(world);
-  step_until(*world, 0.2);
+  step_until(*world, 0.3);
   const std::vector<LinkFigures> figures = link_figures(*world);
   ASSERT_EQ(figures.size(), 1u);
   EXPECT_GT(figures[0].springs, 0u);
