@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "engine/features/deformation/deformation.h"
 #include "engine/features/links/link_places.h"
 #include "engine/organ/elasticity_checks.h"
 #include "engine/run/run.h"

@@ -88,7 +88,7 @@ void give_current(World& world, Entity instrument, BurnTrace& trace, const Frame
   const InstrumentContact& touch = *world.find<InstrumentContact>(instrument);
   trace.current = {};
   if (power > 0.0 && touch.touching && !world.find<OrganBurn>(touch.organ))
-    context.report->raise(FrameFlag::kNotHeated);
+    context.report->raise(kNotHeated);
   const double gap = power > 0.0 ? spark_gap(waveform_of(hook.mode).peak_voltage) : 0.0;
   const auto meeting = meet(world, instrument, gap);
   if (!meeting) {
@@ -116,7 +116,7 @@ void heat_tissue(World& world, const FrameContext& context) {
   for (OrganBurn& burn : world.all<OrganBurn>()) {
     burn.heat.step(context.dt);
     if (burn.heat.warm_bricks() == 0) continue;
-    if (burn.heat.bricks().overflowed()) context.report->raise(FrameFlag::kHeatFull);
+    if (burn.heat.bricks().overflowed()) context.report->raise(kHeatFull);
     for (const Vapour& vapour : burn.heat.vapour()) burn.smoke += burn.heat.smoke(vapour);
     burn.greatest_hot = std::max(burn.greatest_hot, burn.heat.tissue_above(kHot));
   }
@@ -135,7 +135,11 @@ Feature cautery_feature() {
                       .reads = {"forces", "shapes", "tool poses", "organ poses"},
                       .writes = {"heat"},
                       .needed = [](const World& world) { return world.has<BurnTrace>(); },
-                      .run = heat_tissue}}};
+                      .run = heat_tissue}},
+          .flags = {kHeatFull, kNotHeated},
+          .report = cautery_report,
+          .warnings = cautery_warnings,
+          .skipped = cautery_skipped};
 }
 
 }  // namespace viscera

@@ -116,9 +116,9 @@ TEST(Cautery, ATissueWithoutThermalValuesStaysColdAndIsNamed) {
   auto world = build_world(burning_scene(30.0), tissues, {project_file("assets"), false},
                            no_progress(), warnings);
   ASSERT_TRUE(world) << world.error().text();
-  const std::uint32_t flags = step_until(**world, 0.6);
+  const FlagSet flags = step_until(**world, 0.6);
   EXPECT_EQ((*world)->all<OrganBurn>().size(), 0u);
-  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kNotHeated));
+  EXPECT_TRUE(flags.has(kNotHeated));
   ASSERT_FALSE(warnings.empty());
   for (const char* part : {"rubber", "specific_heat, perfusion", "tissues.json"})
     EXPECT_NE(warnings.back().find(part), std::string::npos) << warnings.back();
@@ -211,8 +211,8 @@ TEST(Cautery, SmokeOutsideEveryVolumeIsReported) {
   scene.smoke[0].domain = Box(Vec3(0.1, 0.1, 0.1), Vec3(0.2, 0.2, 0.2));
   auto world = build(scene);
   ASSERT_TRUE(world);
-  const std::uint32_t flags = step_until(*world, 0.5);
-  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kSmokeOutside));
+  const FlagSet flags = step_until(*world, 0.5);
+  EXPECT_TRUE(flags.has(kSmokeOutside));
 }
 
 TEST(Cautery, AFullVolumeIsReported) {
@@ -220,8 +220,8 @@ TEST(Cautery, AFullVolumeIsReported) {
   scene.smoke[0].max_particles = 100;
   auto world = build(scene);
   ASSERT_TRUE(world);
-  const std::uint32_t flags = step_until(*world, 1.0);
-  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kSmokeFull));
+  const FlagSet flags = step_until(*world, 1.0);
+  EXPECT_TRUE(flags.has(kSmokeFull));
   EXPECT_LE(world->all<SmokeBody>()[0].volume.particles().size(), 100u);
 }
 

@@ -178,7 +178,8 @@ Feature coagulation_feature() {
                       .needed = [](const World& world) { return world.has<OrganBurn>(); },
                       .run = follow_changes}},
           .shape = shape,
-          .restored = restored};
+          .restored = restored,
+          .report = coagulation_report};
 }
 
 }  // namespace viscera

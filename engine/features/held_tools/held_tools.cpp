@@ -375,10 +375,13 @@ Feature held_tools_feature() {
                   .writes = {"tissue snapshots"},
                   .needed = held,
                   .run = publish_to_servos}},
-      .unsavable = [](const World& world) {
-        const HapticTools* servos = servos_of(world);
-        return servos ? servos->why_not_saved() : std::string();
-      }};
+      .unsavable =
+          [](const World& world) {
+            const HapticTools* servos = servos_of(world);
+            return servos ? servos->why_not_saved() : std::string();
+          },
+      .report = held_tools_report,
+      .skipped = held_tools_skipped};
 }
 
 }  // namespace viscera

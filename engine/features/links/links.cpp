@@ -441,7 +441,8 @@ Feature links_feature() {
                       .reads = {"contact cells", "organ poses", "free shapes"},
                       .writes = {"contact cells"},
                       .needed = [](const World& world) { return world.has<OrganTies>(); },
-                      .run = add_link_cells}}};
+                      .run = add_link_cells}},
+          .report = links_report};
 }
 
 }  // namespace viscera

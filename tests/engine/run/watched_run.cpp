@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "engine/run/observers/film_maker.h"
 #include "engine/run/observers/force_curves.h"
 #include "engine/run/observers/frame_pictures.h"
@@ -113,9 +115,8 @@ Result<RunReport> WatchedRun::end() {
   if (auto closed = watch_.close(*world_); !closed) return std::unexpected(closed.error());
   RunReport report;
   report.duration_s = world_->time();
-  report.organs.resize(world_->all<OrganBody>().size());
   watch_.describe(*world_, report);
-  report.smoke.writing_s = 0.0;
+  report.sections.push_back(report_section("smoke", {{"writing_s", 0.0}}));
   if (auto shown = watch_.present(report); !shown) return std::unexpected(shown.error());
   return report;
 }

@@ -56,9 +56,9 @@ Built built_with_budget(const SceneDescription& scene, std::size_t budget) {
 std::string press_the_side(World& world) {
   Controls controls = controls_of_paths(world, 0.0);
   controls.tools[0].tip = kAtTheSide;
-  std::uint32_t flags = 0;
-  for (int frame = 0; frame < 6; ++frame) flags |= step_frame(world, controls, nullptr).flags;
-  EXPECT_EQ(flags, 0u);
+  FlagSet flags;
+  for (int frame = 0; frame < 6; ++frame) flags.raise(step_frame(world, controls, nullptr).flags);
+  EXPECT_TRUE(flags.empty());
   EXPECT_GT(force_on(world, 0).x(), 1e-3);
   return StateHash().finish(world);
 }
