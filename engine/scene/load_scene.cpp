@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -11,6 +10,7 @@
 #include "engine/scene/overrides.h"
 #include "engine/scene/scene_keys.h"
 #include "engine/scene/tissues.h"
+#include "engine/scene/to_si.h"
 #include "engine/scene/validate.h"
 #include "kernels/base/hash.h"
 #include "kernels/formulations/formulations.h"
@@ -25,27 +25,8 @@ namespace fs = std::filesystem;
 
 constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
 
-// Division rounds correctly where a product with 1e-3 doesn't: 2.5 mm is exactly 2.5e-3 m.
-double from_milli(const Json& value) {
-  return value.get<double>() / 1000.0;
-}
-double radians(const Json& degrees) {
-  return degrees.get<double>() * std::numbers::pi / 180.0;
-}
-
-Vec3 vector_of(const Json& value) {
-  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
-}
-Vec3 from_milli_vector(const Json& value) {
-  return vector_of(value) / 1000.0;
-}
-
 double metres_per(const Json& unit) {
   return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1.0;
-}
-
-Box box_of(const Json& box) {
-  return {from_milli_vector(box["min_mm"]), from_milli_vector(box["max_mm"])};
 }
 
 Pose pose_of(const Json& pose) {
@@ -87,35 +68,6 @@ OrganGeometry geometry_of(const Json& values) {
   return geometry;
 }
 
-MotionDescription motion_of(const Json& values) {
-  MotionDescription motion;
-  motion.amplitude = from_milli(values["amplitude_mm"]);
-  motion.direction = vector_of(values["direction"]).normalized();
-  motion.period = values["period_s"];
-  motion.phase = radians(values["phase_deg"]);
-  return motion;
-}
-
-Region region_of(const Json& values) {
-  Region region;
-  if (values.contains("half_space")) {
-    const Json& plane = values["half_space"];
-    region.shape = Region::Shape::kHalfSpace;
-    region.a = from_milli_vector(plane["point_mm"]);
-    region.b = vector_of(plane["normal"]).normalized();
-  } else if (values.contains("sphere")) {
-    region.shape = Region::Shape::kSphere;
-    region.a = from_milli_vector(values["sphere"]["centre_mm"]);
-    region.radius = from_milli(values["sphere"]["radius_mm"]);
-  } else {
-    const Box box = box_of(values["box"]);
-    region.shape = Region::Shape::kBox;
-    region.a = box.min();
-    region.b = box.max();
-  }
-  return region;
-}
-
 OrganDescription organ_of(const Json& values) {
   OrganDescription organ;
   organ.name = values["name"];
@@ -126,7 +78,6 @@ OrganDescription organ_of(const Json& values) {
   if (values.contains("poisson_ratio")) organ.poisson_ratio = values["poisson_ratio"].get<double>();
   organ.material = material_of(values["material"]);
   organ.pose = pose_of(values["pose"]);
-  if (values.contains("motion")) organ.motion = motion_of(values["motion"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
   organ.formulation = values["formulation"];
   if (values["response"] == "local") organ.response = Response::kLocal;
@@ -252,13 +203,6 @@ CameraDescription camera_of(const Json& values) {
   return camera;
 }
 
-Interval interval_of(const Json& values) {
-  Interval when;
-  when.from = values["from_s"];
-  if (values.contains("to_s")) when.to = values["to_s"];
-  return when;
-}
-
 EmitterDescription emitter_of(const Json& values) {
   constexpr double kKilogram = 1e-6;  // of one mg
   EmitterDescription emitter;
@@ -267,7 +211,7 @@ EmitterDescription emitter_of(const Json& values) {
     return emitter;
   }
   emitter.position = from_milli_vector(values["position_mm"]);
-  emitter.direction = vector_of(values["direction"]).normalized();
+  emitter.direction = direction_of(values["direction"]);
   emitter.radius = from_milli(values["radius_mm"]);
   emitter.rate = values["rate_mg_per_s"].get<double>() * kKilogram;
   emitter.particles = values["particles_per_s"];
@@ -307,8 +251,7 @@ GasDescription gas_of(const Json& values) {
   if (values.contains("domain")) gas.domain = box_of(values["domain"]);
   gas.cavity = from_milli(values["cavity_L"]);  // a litre is a thousandth of a cubic metre
   for (const Json& inlet : values["inlets"])
-    gas.inlets.push_back({from_milli_vector(inlet["position_mm"]),
-                          vector_of(inlet["direction"]).normalized(),
+    gas.inlets.push_back({from_milli_vector(inlet["position_mm"]), direction_of(inlet["direction"]),
                           from_milli(inlet["radius_mm"]), flow_of(inlet), interval_of(inlet)});
   for (const Json& leak : values["leaks"])
     gas.leaks.push_back({from_milli_vector(leak["position_mm"]), from_milli(leak["radius_mm"])});
@@ -343,7 +286,7 @@ HeatDescription heat_of(const Json& values) {
 GravityDescription gravity_of(const Json& values) {
   GravityDescription gravity;
   gravity.acceleration = values["acceleration_m_per_s2"];
-  gravity.rest_direction = vector_of(values["rest_direction"]).normalized();
+  gravity.rest_direction = direction_of(values["rest_direction"]);
   for (const Json& key : values["table"])
     gravity.table.push_back(
         {key["time_s"], radians(key["head_up_deg"]), radians(key["left_side_down_deg"])});
@@ -351,26 +294,33 @@ GravityDescription gravity_of(const Json& values) {
 }
 
 void read_extras(const std::vector<FeatureKeys>& features, FeatureKeys::Part FeatureKeys::*part,
-                 const Json& values, Extras& extras) {
-  for (const FeatureKeys& feature : features)
+                 const Json& values, const fs::path& folder, Extras& extras) {
+  for (const FeatureKeys& feature : features) {
     if ((feature.*part).read) (feature.*part).read(values, extras);
+    if ((feature.*part).locate) (feature.*part).locate(folder, extras);
+  }
 }
 
-SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& features) {
+SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& features,
+                          const fs::path& file) {
+  const auto read = [&](FeatureKeys::Part FeatureKeys::*part, const Json& object, Extras& extras) {
+    read_extras(features, part, object, file.parent_path(), extras);
+  };
   SceneDescription scene;
+  scene.file = file;
   scene.name = values["name"];
   scene.title = values["title"];
   scene.duration = values["duration_s"];
   scene.seed = values["seed"];
-  read_extras(features, &FeatureKeys::scene, values, scene.extras);
+  read(&FeatureKeys::scene, values, scene.extras);
   for (const Json& organ : values["organs"]) {
     scene.organs.push_back(organ_of(organ));
-    read_extras(features, &FeatureKeys::organ, organ, scene.organs.back().extras);
+    read(&FeatureKeys::organ, organ, scene.organs.back().extras);
   }
   for (const Json& link : values["links"]) scene.links.push_back(link_of(link));
   for (const Json& instrument : values["instruments"]) {
     scene.instruments.push_back(instrument_of(instrument));
-    read_extras(features, &FeatureKeys::instrument, instrument, scene.instruments.back().extras);
+    read(&FeatureKeys::instrument, instrument, scene.instruments.back().extras);
   }
   if (values.contains("camera")) scene.camera = camera_of(values["camera"]);
   const Json& light = values["light"];
@@ -396,7 +346,7 @@ std::vector<std::string> recipe_names(const fs::path& assets) {
 
 /// The names in a list of named objects, after `first`; nothing where some name is a mistake of its
 /// own, so that it isn't reported twice. The file isn't checked yet.
-std::optional<std::vector<std::string>> names_of(const Json& root, const char* list,
+std::optional<std::vector<std::string>> names_of(const Json& root, const std::string& list,
                                                  std::vector<std::string> first) {
   if (!root.is_object()) return {};
   std::vector<std::string> names = std::move(first);
@@ -411,6 +361,17 @@ std::optional<std::vector<std::string>> names_of(const Json& root, const char* l
     names.push_back(name);
   }
   return names;
+}
+
+/// What stands for an object of this kind without being its name.
+std::vector<std::string> words_for(const std::string& kind,
+                                   const std::vector<FeatureKeys>& features) {
+  std::vector<std::string> words;
+  if (kind == "organ") words.push_back(LinkDescription::kGround);
+  for (const FeatureKeys& feature : features)
+    if (const auto found = feature.words.find(kind); found != feature.words.end())
+      words.insert(words.end(), found->second.begin(), found->second.end());
+  return words;
 }
 
 ReadContext context_for(const fs::path& file, const SceneLoadOptions& options, Error& error) {
@@ -452,10 +413,9 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
       error.messages.push_back(resolved.error().text());
   }
 
-  if (auto names = names_of(*root, "organs", {LinkDescription::kGround}))
-    context.vocabularies["organ"] = std::move(*names);
-  if (auto names = names_of(*root, "instruments", {}))
-    context.vocabularies["instrument"] = std::move(*names);
+  for (const char* kind : {"organ", "instrument"})
+    if (auto names = names_of(*root, std::string(kind) + "s", words_for(kind, options.features)))
+      context.vocabularies[kind] = std::move(*names);
   for (const Mistake& mistake : validate(*root, scene_keys(options.features), context)) {
     const auto from = std::find_if(overridden.rbegin(), overridden.rend(), [&](const auto& entry) {
       return mistake.path == entry.first || mistake.path.starts_with(entry.first + "/");
@@ -466,8 +426,7 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
   }
   if (!error.messages.empty()) return std::unexpected(error);
 
-  SceneDescription scene = scene_of(*root, options.features);
-  scene.file = file;
+  SceneDescription scene = scene_of(*root, options.features, file);
   Hasher hasher;
   hasher.text(root->dump());
   scene.source = hasher.hex();

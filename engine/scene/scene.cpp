@@ -1,54 +1,12 @@
 #include "engine/scene/scene.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 namespace viscera {
 
-bool Region::contains(const Vec3& x) const {
-  switch (shape) {
-    case Shape::kHalfSpace:
-      return (x - a).dot(b) <= 0.0;
-    case Shape::kSphere:
-      return (x - a).squaredNorm() <= radius * radius;
-    case Shape::kBox:
-      return (x.array() >= a.array()).all() && (x.array() <= b.array()).all();
-  }
-  return false;
-}
-
-Region Region::grown(double margin) const {
-  Region larger = *this;
-  switch (shape) {
-    case Shape::kHalfSpace:
-      larger.a += margin * b;
-      break;
-    case Shape::kSphere:
-      larger.radius += margin;
-      break;
-    case Shape::kBox:
-      larger.a.array() -= margin;
-      larger.b.array() += margin;
-      break;
-  }
-  return larger;
-}
-
-Vec3 MotionDescription::displacement(double time) const {
-  const double s = std::sin(std::numbers::pi * time / period + 0.5 * phase);
-  return amplitude * (s * s) * (s * s) * direction;
-}
-
-Vec3 MotionDescription::velocity(double time) const {
-  const double angle = std::numbers::pi * time / period + 0.5 * phase;
-  const double s = std::sin(angle);
-  return 4.0 * std::numbers::pi / period * amplitude * (s * s * s) * std::cos(angle) * direction;
-}
-
 Pose OrganDescription::pose_at(double time) const {
   Pose now = pose;
-  if (motion) now.position += motion->displacement(time);
+  if (const auto* motion = extras.find<FrameMotion>()) now.position += motion->displacement(time);
   return now;
 }
 

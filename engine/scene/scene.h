@@ -5,13 +5,15 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "engine/scene/extras.h"
+#include "engine/scene/interval.h"
+#include "engine/scene/region.h"
 #include "kernels/base/types.h"
 #include "kernels/heat/electrode.h"
 #include "kernels/hive/hyperelastic_model.h"
@@ -51,19 +53,6 @@ struct FileGeometry {
 
 using OrganGeometry = std::variant<RecipeGeometry, FileGeometry>;
 
-/// A part of space, in the organ's own frame before its pose.
-struct Region {
-  enum class Shape { kHalfSpace, kSphere, kBox };
-  Shape shape = Shape::kHalfSpace;
-  Vec3 a = Vec3::Zero();   ///< point of the plane, centre, least corner [m]
-  Vec3 b = Vec3::UnitZ();  ///< normal (inside where (x-a).b <= 0), unused, greatest corner
-  double radius = 0.0;     ///< of the sphere [m]
-
-  bool contains(const Vec3& x) const;
-  /// The same with its border moved out by `margin` [m].
-  Region grown(double margin) const;
-};
-
 struct Resolution {
   double spacing = 8e-3;   ///< greatest node spacing [m]
   double finest = 3e-3;    ///< least, in the fine part of the surface [m]
@@ -72,17 +61,9 @@ struct Resolution {
   std::vector<Region> fine = {};
 };
 
-/// Breathing: the organ's frame moves from its pose along a line and back, again and again.
-struct MotionDescription {
-  double amplitude = 0.0;           ///< greatest way [m]
-  Vec3 direction = -Vec3::UnitY();  ///< unit, world
-  double period = 4.0;              ///< [s]
-  double phase = 0.0;               ///< of the breath at time 0 [rad]; a whole breath is 2 pi
-
-  /// amplitude sin^4(pi t / period + phase / 2) along the direction: a breath with its pause after
-  /// expiration [Lujan1999].
-  Vec3 displacement(double time) const;
-  Vec3 velocity(double time) const;  ///< its rate [m/s]
+/// An extra of organs whose frames leave their poses: how far, at a time [s].
+struct FrameMotion {
+  std::function<Vec3(double time)> displacement;  ///< world [m]
 };
 
 /// How the displacement of the visible nodes under forces is kept; what gives the forces stays
@@ -108,7 +89,6 @@ struct OrganDescription {
   std::optional<double> poisson_ratio;
   MaterialDescription material;
   Pose pose;
-  std::optional<MotionDescription> motion;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";
   Response response = Response::kGlobal;
@@ -227,13 +207,6 @@ struct LightDescription {
 };
 
 // --- smoke --------------------------------------------------------------------------------------
-
-/// When something flows; times in seconds of the scene.
-struct Interval {
-  double from = 0.0;
-  double to = std::numeric_limits<double>::infinity();
-  bool contains(double time) const { return time >= from && time < to; }
-};
 
 /// A hook whose burns give smoke, by its name, or a place that gives smoke steadily.
 struct EmitterDescription {

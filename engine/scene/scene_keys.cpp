@@ -13,10 +13,6 @@ constexpr double kGreatestSeed =
     9007199254740991.0;  // 2^53 - 1: what every JSON reader keeps exactly
 constexpr double kShortestShaft_mm = 1.0;
 
-KeySpec time(std::string description) {
-  return number("time_s", std::move(description)).needed().between(0, kLongest_s);
-}
-
 KeySpec file_unit(std::string beside) {
   return text("unit", "Length that one unit of the file stands for.")
       .needed()
@@ -100,14 +96,6 @@ ObjectSpec geometry() {
   return spec;
 }
 
-ObjectSpec ball() {
-  return {"A ball.",
-          {position("centre_mm", "Its centre.").needed(),
-           number("radius_mm", "Its radius.").needed().between(0.01, 5000)},
-          {},
-          {}};
-}
-
 ObjectSpec region() {
   const ObjectSpec half_space{"All that lies behind a plane.",
                               {position("point_mm", "A point of the plane.").needed(),
@@ -161,27 +149,13 @@ ObjectSpec pose() {
           {}};
 }
 
-ObjectSpec motion() {
-  return {
-      "Breathing: the organ goes from its pose along a line and back, with a pause there.",
-      {number("amplitude_mm", "Greatest way.").needed().between(0, 100),
-       vector("direction", "Of the way; its length doesn't matter.")
-           .between(-1000, 1000)
-           .otherwise({0, -1, 0}),
-       number("period_s", "Of one breath.").between(0.2, 1000).otherwise(4.0),
-       number("phase_deg", "Of the breath at time 0, at 0 at its pose, at 180 farthest from it.")
-           .between(-360, 360)
-           .otherwise(0.0)},
-      {},
-      {has_direction("direction")}};
-}
-
 /// What features add to one kind of object.
-void add_keys(ObjectSpec& spec, const std::vector<FeatureKeys>& features,
+void add_part(ObjectSpec& spec, const std::vector<FeatureKeys>& features,
               FeatureKeys::Part FeatureKeys::*part) {
   for (const FeatureKeys& feature : features) {
-    const std::vector<KeySpec>& keys = (feature.*part).keys;
-    spec.keys.insert(spec.keys.end(), keys.begin(), keys.end());
+    const FeatureKeys::Part& added = feature.*part;
+    spec.keys.insert(spec.keys.end(), added.keys.begin(), added.keys.end());
+    spec.checks.insert(spec.checks.end(), added.checks.begin(), added.checks.end());
   }
 }
 
@@ -197,7 +171,6 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       object("material", "How held tools feel it beyond small, slow strains.", material_keys())
           .otherwise(Json::object()),
       object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
-      object("motion", "How breathing moves it; without it, it stays.", motion()),
       list("fixed",
            "Regions whose union holds the surface that doesn't move; a deformable organ "
            "needs at least one.",
@@ -233,7 +206,6 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
           .otherwise(false),
   };
-  add_keys(spec, features, &FeatureKeys::organ);
   spec.checks = {
       {{"deformable", "fixed"},
        [](const Json& values) -> Finding {
@@ -246,6 +218,7 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
          {{"not",
            {{"properties", {{"deformable", {{"const", false}}}}}, {"required", {"deformable"}}}}}},
         {"then", {{"properties", {{"fixed", {{"minItems", 1}}}}}, {"required", {"fixed"}}}}}}};
+  add_part(spec, features, &FeatureKeys::organ);
   return spec;
 }
 
@@ -349,7 +322,7 @@ Finding path_fits_instrument(const Json& instrument) {
 ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
   const ObjectSpec key{
       "State at one time.",
-      {time("When; ascending along the path."),
+      {time_key("When; ascending along the path."),
        position("tip_mm",
                 "Where the tip is: the centre of its sphere, the end of a capsule's axis.")
            .needed(),
@@ -400,8 +373,8 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
           .ascending_by("time_s"),
       object("haptic", "Makes it a held tool; without it, the path moves the tip.", haptic_keys()),
   };
-  add_keys(spec, features, &FeatureKeys::instrument);
   spec.checks = {{{"kind", "trocar_mm", "path"}, path_fits_instrument, nullptr}};
+  add_part(spec, features, &FeatureKeys::instrument);
   return spec;
 }
 
@@ -410,7 +383,8 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
 ObjectSpec camera() {
   const ObjectSpec key{
       "Pose at one time.",
-      {time("When; ascending along the path."), position("tip_mm", "Where the lens is.").needed(),
+      {time_key("When; ascending along the path."),
+       position("tip_mm", "Where the lens is.").needed(),
        position("target_mm", "A point on the shaft's axis beyond the lens.").needed(),
        number("roll_deg", "About the shaft's axis.").between(-360, 360).otherwise(0.0)},
       {},
@@ -470,7 +444,7 @@ ObjectSpec heat() {
 ObjectSpec gravity() {
   const ObjectSpec key{
       "How the table lies at one time.",
-      {time("When; ascending along the table's keys."),
+      {time_key("When; ascending along the table's keys."),
        number("head_up_deg",
               "About the patient's x axis: the head rises over the feet (reverse Trendelenburg); "
               "below 0 it sinks (Trendelenburg).")
@@ -537,9 +511,9 @@ ObjectSpec scene(const std::vector<FeatureKeys>& features) {
       object("gravity", "How gravity changes as the table tilts; without it, organs weigh nothing.",
              gravity()),
   };
-  add_keys(spec, features, &FeatureKeys::scene);
   spec.checks = {
       {{"organs", "links"}, links_tie_tissue, nullptr}, emitters_burn(), openings_in_domain()};
+  add_part(spec, features, &FeatureKeys::scene);
   return spec;
 }
 

@@ -1,52 +1,15 @@
 #include "engine/scene/smoke_keys.h"
 
 #include "engine/scene/common_keys.h"
+#include "engine/scene/interval.h"
 
 namespace viscera {
 namespace {
 
 constexpr double kMostVoxels = 512.0 * 512.0 * 512.0;
 
-KeySpec direction(std::string description, Json otherwise) {
-  return vector("direction", std::move(description))
-      .between(-1e6, 1e6)
-      .otherwise(std::move(otherwise));
-}
-
 KeySpec flow(std::string description) {
   return number("flow_L_per_min", std::move(description)).needed().between(0, 200);
-}
-
-// When something flows: all the time where both keys are left out.
-std::vector<KeySpec> interval() {
-  return {number("from_s", "When it starts.").between(0, kLongest_s).otherwise(0.0),
-          number("to_s", "When it ends; the end of the scene where it is left out.")
-              .between(0, kLongest_s)};
-}
-
-ObjectCheck interval_in_order() {
-  return {{"from_s", "to_s"},
-          [](const Json& values) -> Finding {
-            if (values["from_s"] <= values["to_s"]) return {};
-            return {{"to_s", "found " + values["to_s"].dump() + ", expected at least from_s, " +
-                                 "which is " + values["from_s"].dump()}};
-          },
-          nullptr};
-}
-
-// The first of a list's places that doesn't lie in a box.
-Finding outside(const Json& list, const std::string& path, const Json& low, const Json& high,
-                const std::string& box) {
-  for (std::size_t k = 0; k < list.size(); ++k) {
-    if (!list[k].contains("position_mm")) continue;
-    const Json& at = list[k]["position_mm"];
-    for (int i = 0; i < 3; ++i)
-      if (component(at, i) < component(low, i) || component(at, i) > component(high, i))
-        return {{path + "/" + std::to_string(k) + "/position_mm",
-                 "found " + at.dump() + ", expected a place inside " + box + ", " + low.dump() +
-                     " to " + high.dump()}};
-  }
-  return {};
 }
 
 ObjectSpec emitter() {
@@ -56,7 +19,7 @@ ObjectSpec emitter() {
   spec.keys = {
       text("instrument", "A hook: smoke where it burns.").known_as("instrument"),
       position("position_mm", "Centre of a ball that gives off smoke steadily."),
-      direction("Of the jet; its length doesn't matter.", {0, 0, 1}).only_beside("position_mm"),
+      direction_key("Of the jet; its length doesn't matter.", {0, 0, 1}).only_beside("position_mm"),
       number("radius_mm", "Of the ball.")
           .between(0.1, 50)
           .otherwise(1.5)
@@ -78,7 +41,7 @@ ObjectSpec emitter() {
           .otherwise(60)
           .only_beside("position_mm"),
   };
-  for (KeySpec& key : interval()) spec.keys.push_back(key.only_beside("position_mm"));
+  for (KeySpec& key : interval_keys()) spec.keys.push_back(key.only_beside("position_mm"));
   spec.checks = {has_direction("direction"), interval_in_order()};
   return spec;
 }
@@ -87,10 +50,10 @@ ObjectSpec inlet() {
   ObjectSpec spec;
   spec.description = "Where the insufflator lets gas in.";
   spec.keys = {position("position_mm", "Centre of the opening.").needed(),
-               direction("Of the jet; its length doesn't matter.", {0, 0, -1}),
+               direction_key("Of the jet; its length doesn't matter.", {0, 0, -1}),
                number("radius_mm", "Of the opening.").between(0.1, 50).otherwise(3.0),
                flow("Volume of gas at the cavity's pressure.")};
-  for (KeySpec& key : interval()) spec.keys.push_back(std::move(key));
+  for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
   spec.checks = {has_direction("direction"), interval_in_order()};
   return spec;
 }
@@ -112,7 +75,7 @@ ObjectSpec evacuator() {
       position("position_mm", "Centre of the opening."),
       number("radius_mm", "What comes this near is taken away.").between(0.1, 50).otherwise(5.0),
       flow("Volume of gas at the cavity's pressure.")};
-  for (KeySpec& key : interval()) spec.keys.push_back(std::move(key));
+  for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
   spec.checks = {interval_in_order()};
   return spec;
 }
@@ -169,8 +132,8 @@ ObjectSpec smoke_keys() {
                  {{"domain", "emitters"},
                   [](const Json& values) -> Finding {
                     const Json& box = values["domain"];
-                    return outside(values["emitters"], "emitters", box["min_mm"], box["max_mm"],
-                                   "the domain");
+                    return first_outside(values["emitters"], "emitters", box["min_mm"],
+                                         box["max_mm"], "the domain");
                   },
                   nullptr}};
   return spec;
@@ -253,8 +216,8 @@ ObjectCheck openings_in_domain() {
             }
             if (low.is_null()) return {};
             for (const char* list : {"inlets", "leaks", "evacuators"})
-              if (Finding found =
-                      outside(gas[list], std::string("gas/") + list, low, high, "the gas's domain"))
+              if (Finding found = first_outside(gas[list], std::string("gas/") + list, low, high,
+                                                "the gas's domain"))
                 return found;
             return {};
           },

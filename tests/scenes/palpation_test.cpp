@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "engine/features/features.h"
 #include "engine/features/held_tools/held_tools.h"
 #include "engine/features/local/local.h"
 #include "engine/run/state_hash.h"
@@ -33,6 +34,7 @@ Palpation palpate(const std::string& name,
   Palpation out;
   SceneLoadOptions options;
   options.assets = project_file("assets");
+  options.features = feature_keys();
   auto scene = load_scene(project_file("scenes/" + name + ".json"), options);
   const auto tissues = load_tissues(project_file("assets/tissues.json"));
   if (!scene || !tissues) {

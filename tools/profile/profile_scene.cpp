@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/features/breathing/breathing_keys.h"
 #include "engine/run/view.h"
 
 namespace viscera {
@@ -43,8 +44,8 @@ Box occupied_by(const SceneDescription& scene, const std::vector<InstrumentBody>
     const OrganDescription& organ = scene.organs[i];
     const Box rest = in_world(models[i]->rest_bounds, organ.pose);
     box.extend(rest);
-    if (organ.motion)
-      box.extend(rest.translated(organ.motion->amplitude * organ.motion->direction));
+    if (const MotionDescription* motion = motion_of(organ))
+      box.extend(rest.translated(motion->amplitude * motion->direction));
   }
   for (const InstrumentBody& tool : instruments)
     for (const InstrumentKey& key : tool.description.path) {

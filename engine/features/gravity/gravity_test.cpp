@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/features/links/links.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -123,7 +124,7 @@ TEST(Gravity, TheTurnOfAnOrgansFrameAndItsBreathDoNotMatter) {
   scene.organs[1].pose.position.x() = 0.1;
   scene.organs[1].pose.orientation =
       Quaternion(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitZ()));
-  scene.organs[1].motion = {4e-3, -Vec3::UnitY(), 1.0, 0.0};
+  set_motion(scene.organs[1], {4e-3, -Vec3::UnitY(), 1.0, 0.0});
   const auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.55);

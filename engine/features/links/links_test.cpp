@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/run/state_hash.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -262,7 +263,7 @@ TEST(Links, ATieToTheGroundHoldsAnOrganThatBreathes) {
   auto scene = two_balls(1e5);
   scene.organs.pop_back();
   scene.links[0].between = {"ground", "one"};
-  scene.organs[0].motion = {kWay, Vec3::UnitY(), 1.0, 0.0};
+  set_motion(scene.organs[0], {kWay, Vec3::UnitY(), 1.0, 0.0});
   const auto world = build(scene);
   ASSERT_TRUE(world);
   EXPECT_EQ(step_until(*world, 0.5), 0u);
@@ -276,7 +277,7 @@ TEST(Links, ATieToTheGroundHoldsAnOrganThatBreathes) {
 
 TEST(Links, AnOrganThatLinksAlonePullAtIsDrawnWithinFiveMicrometresOfItsPlace) {
   auto scene = two_balls(400.0);
-  scene.organs[0].motion = {1e-3, Vec3::UnitY(), 1.0, 0.0};
+  set_motion(scene.organs[0], {1e-3, Vec3::UnitY(), 1.0, 0.0});
   const auto world = build(scene);
   ASSERT_TRUE(world);
   const OrganState& state = world->all<OrganState>()[1];
@@ -303,9 +304,9 @@ TEST(Links, AnOrganThatLinksAlonePullAtIsDrawnWithinFiveMicrometresOfItsPlace) {
 
 TEST(Links, OrgansThatBreatheTogetherFeelNothingAndOneThatBreathesPullsTheOther) {
   auto scene = two_balls(400.0);
-  scene.organs[0].motion = {3e-3, Vec3::UnitY(), 1.0, 0.0};
+  set_motion(scene.organs[0], {3e-3, Vec3::UnitY(), 1.0, 0.0});
   auto together = scene;
-  together.organs[1].motion = together.organs[0].motion;
+  set_motion(together.organs[1], *motion_of(together.organs[0]));
   const auto alone = build(scene), both = build(together);
   ASSERT_TRUE(alone && both);
   EXPECT_EQ(step_until(*alone, 0.5) | step_until(*both, 0.5), 0u);

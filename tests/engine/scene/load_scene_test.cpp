@@ -32,12 +32,6 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_FALSE(recipe.triangles);
   EXPECT_EQ(liver.youngs_modulus, 6000.0);
   EXPECT_EQ(liver.poisson_ratio, 0.4);
-  ASSERT_TRUE(liver.motion);
-  EXPECT_EQ(liver.motion->amplitude, 0.006);
-  EXPECT_EQ(liver.motion->direction, Vec3(0, -1, 0));
-  EXPECT_EQ(liver.motion->period, 5.0);
-  EXPECT_DOUBLE_EQ(liver.motion->phase, 90 * kDegree);
-  EXPECT_FALSE(scene.organs[1].motion);
   EXPECT_EQ(liver.resolution.spacing, 0.01);
   EXPECT_EQ(liver.resolution.finest, 0.0025);
   EXPECT_EQ(liver.resolution.gradient, 0.3);

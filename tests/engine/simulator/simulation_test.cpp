@@ -8,6 +8,7 @@
 #include <limits>
 #include <thread>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/features/coagulation/coagulation.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -29,8 +30,7 @@ SceneDescription busy_scene() {
   OrganDescription other = scene.organs[0];
   other.name = "other";
   other.pose.position = Vec3(52e-3, 0, 0);
-  other.motion.emplace();
-  other.motion->amplitude = 2e-3;
+  set_motion(other, {.amplitude = 2e-3});
   scene.organs.push_back(other);
   LinkDescription link;
   link.name = "band";
