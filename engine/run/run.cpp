@@ -12,6 +12,7 @@
 #include <set>
 
 #include "engine/features/deformation/deformation.h"
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/progress_bar.h"
 #include "engine/run/move_to_gpu.h"
@@ -100,7 +101,7 @@ Watch watch_of(const World& world, const SceneDescription& scene, const RunOptio
   watch.add(std::make_unique<Trainee>(world, scene));
   watch.add(std::make_unique<LesionCurve>(world, scene));
   watch.add(std::make_unique<RunHash>());
-  if (!scene.smoke.empty()) {
+  if (!smoke_of(scene).empty()) {
     if (scene.camera) watch.add(std::make_unique<Sight>());
     watch.add(std::make_unique<SmokeSeries>(scene.name));
   }
@@ -202,7 +203,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
                             const RunOptions& options) {
   const Stopwatch whole;
   SceneDescription scene = scene_in;
-  if (!smokes(scene)) scene.smoke.clear();
+  if (!smokes(scene)) scene.extras.remove<SmokeDescriptions>();
   const bool drawn = options.render && scene.camera.has_value();
 
   std::optional<oneapi::tbb::global_control> threads;

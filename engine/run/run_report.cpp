@@ -95,10 +95,11 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     if (!model.deformable()) report.skipped.push_back(skipped_elasticity(scene.organs[o]));
   }
   const Pool<Link>& links = world.all<Link>();
+  const std::span<const LinkDescription> described_links = links_of(scene);
   for (std::size_t l = 0; l < links.size(); ++l) {
     const Link& link = links[l];
     const auto described =
-        std::find_if(scene.links.begin(), scene.links.end(),
+        std::find_if(described_links.begin(), described_links.end(),
                      [&](const LinkDescription& one) { return one.name == link.name; });
     report.links.push_back({link.name, described->between, described->stiffness, link.springs,
                             world.find<LinkState>(links.owner(l))->greatest_force});
@@ -126,9 +127,10 @@ bool burns(const SceneDescription& scene) {
 }  // namespace
 
 bool smokes(const SceneDescription& scene) {
-  if (scene.smoke.empty()) return false;
+  const std::span<const SmokeDescription> volumes = smoke_of(scene);
+  if (volumes.empty()) return false;
   return burns(scene) ||
-         std::any_of(scene.smoke.begin(), scene.smoke.end(), [](const SmokeDescription& smoke) {
+         std::any_of(volumes.begin(), volumes.end(), [](const SmokeDescription& smoke) {
            return std::any_of(
                smoke.emitters.begin(), smoke.emitters.end(),
                [](const EmitterDescription& emitter) { return emitter.instrument.empty(); });
@@ -148,13 +150,11 @@ std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool ren
   else if (!scene.camera)
     skipped.push_back({"rendering", "the scene has no camera"});
   if (!burns(scene)) skipped.push_back({"heat", "no hook carries current"});
-  if (scene.smoke.empty())
+  if (smoke_of(scene).empty())
     skipped.push_back({"smoke", "the scene has no smoke volume"});
   else if (!smokes(scene))
     skipped.push_back({"smoke", "nothing burns: no hook carries current"});
-  if (std::none_of(scene.instruments.begin(), scene.instruments.end(),
-                   [](const InstrumentDescription& one) { return one.haptic.has_value(); }))
-    skipped.push_back({"haptics", "no instrument is a haptic tool"});
+  if (!holds_tools(scene)) skipped.push_back({"haptics", "no instrument is a haptic tool"});
   return skipped;
 }
 

@@ -23,8 +23,6 @@ namespace fs = std::filesystem;
 
 // --- to SI --------------------------------------------------------------------------------------
 
-constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
-
 double metres_per(const Json& unit) {
   return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1.0;
 }
@@ -90,21 +88,7 @@ OrganDescription organ_of(const Json& values) {
   if (values["displacement_storage"] == "half")
     organ.displacement_storage = DisplacementStorage::kHalf;
   organ.deformable = values["deformable"];
-  organ.sags = values["sags"];
-  organ.stiffens = values["stiffens"];
-  organ.spared = values["spared"];
   return organ;
-}
-
-// --- links --------------------------------------------------------------------------------------
-
-LinkDescription link_of(const Json& values) {
-  LinkDescription link;
-  link.name = values["name"];
-  link.between = {values["between"][0], values["between"][1]};
-  link.region = region_of(values["region"]);
-  link.stiffness = values["stiffness_N_per_m"];
-  return link;
 }
 
 // --- instruments --------------------------------------------------------------------------------
@@ -125,44 +109,6 @@ TipDescription tip_of(const Json& values) {
   return tip;
 }
 
-HiveDescription hive_of(const Json& values) {
-  using Periphery = HiveDescription::Periphery;
-  HiveDescription hive;
-  if (values.contains("radius_mm")) hive.radius = from_milli(values["radius_mm"]);
-  if (values.contains("nodes")) hive.nodes = values["nodes"];
-  if (values.contains("periphery"))
-    hive.periphery = values["periphery"] == "coupled"      ? Periphery::kCoupled
-                     : values["periphery"] == "boussinesq" ? Periphery::kBoussinesq
-                                                           : Periphery::kFixed;
-  hive.paper = values["formulation"] == "paper";
-  return hive;
-}
-
-HapticDescription haptic_of(const Json& values) {
-  using Device = HapticDescription::Device;
-  using Grip = HapticDescription::Grip;
-  HapticDescription haptic;
-  haptic.device = values["device"] == "simulated"  ? Device::kSimulated
-                  : values["device"] == "recorded" ? Device::kRecorded
-                                                   : Device::kNetwork;
-  if (values.contains("recording")) haptic.recording = values["recording"].get<std::string>();
-  if (values.contains("port")) haptic.port = values["port"];
-  if (values.contains("grip"))
-    haptic.grip = values["grip"] == "loose"  ? Grip::kLoose
-                  : values["grip"] == "firm" ? Grip::kFirm
-                                             : Grip::kMedium;
-  if (values.contains("coupling_N_per_m")) haptic.coupling_stiffness = values["coupling_N_per_m"];
-  haptic.hive = hive_of(values["hive"]);
-  return haptic;
-}
-
-CurrentMode mode_of(const Json& name) {
-  return name == "cut"         ? CurrentMode::kCut
-         : name == "blend"     ? CurrentMode::kBlend
-         : name == "coagulate" ? CurrentMode::kCoagulate
-                               : CurrentMode::kFulgurate;
-}
-
 InstrumentDescription instrument_of(const Json& values) {
   const Json& kind = values["kind"];
   InstrumentDescription instrument;
@@ -179,17 +125,15 @@ InstrumentDescription instrument_of(const Json& values) {
     instrument.grip_limit = values["grip_limit_N"];
     instrument.grip_radius = from_milli(values["grip_radius_mm"]);
   }
-  if (values.contains("mode")) instrument.mode = mode_of(values["mode"]);
   instrument.friction = values["friction"];
   for (const Json& key : values["path"]) {
     instrument.path.push_back(
         {key["time_s"], from_milli_vector(key["tip_mm"]), key["power_W"], key["jaw"]});
   }
-  if (values.contains("haptic")) instrument.haptic = haptic_of(values["haptic"]);
   return instrument;
 }
 
-// --- picture, smoke, gas ------------------------------------------------------------------------
+// --- picture ------------------------------------------------------------------------------------
 
 CameraDescription camera_of(const Json& values) {
   CameraDescription camera;
@@ -201,96 +145,6 @@ CameraDescription camera_of(const Json& values) {
                            from_milli_vector(key["target_mm"]), radians(key["roll_deg"])});
   }
   return camera;
-}
-
-EmitterDescription emitter_of(const Json& values) {
-  constexpr double kKilogram = 1e-6;  // of one mg
-  EmitterDescription emitter;
-  if (values.contains("instrument")) {
-    emitter.instrument = values["instrument"];
-    return emitter;
-  }
-  emitter.position = from_milli_vector(values["position_mm"]);
-  emitter.direction = direction_of(values["direction"]);
-  emitter.radius = from_milli(values["radius_mm"]);
-  emitter.rate = values["rate_mg_per_s"].get<double>() * kKilogram;
-  emitter.particles = values["particles_per_s"];
-  emitter.speed = from_milli(values["speed_mm_per_s"]);
-  emitter.excess = values["excess_K"];
-  emitter.when = interval_of(values);
-  return emitter;
-}
-
-SmokeDescription smoke_of(const Json& values) {
-  constexpr double kKilogram = 1e-9;  // of one ug
-  SmokeDescription smoke;
-  smoke.name = values["name"];
-  smoke.domain = box_of(values["domain"]);
-  smoke.voxel = from_milli(values["voxel_mm"]);
-  smoke.max_particles = values["max_particles"];
-  smoke.spacing = from_milli(values["spacing_mm"]);
-  if (values["laplacian"] == "paper") smoke.laplacian = Laplacian::kPaper;
-  smoke.lifetime = values["lifetime_s"];
-  smoke.particle_mass = values["particle_mass_ug"].get<double>() * kKilogram;
-  smoke.look = values["look"] == "sprites" ? SmokeLook::kSprites : SmokeLook::kMarch;
-  if (values.contains("emitters"))
-    for (const Json& emitter : values["emitters"]) smoke.emitters.push_back(emitter_of(emitter));
-  return smoke;
-}
-
-double flow_of(const Json& values) {
-  constexpr double kLitrePerMinute = 1e-3 / 60.0;  // [m3/s]
-  return values["flow_L_per_min"].get<double>() * kLitrePerMinute;
-}
-
-GasDescription gas_of(const Json& values) {
-  GasDescription gas;
-  gas.pressure = values["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury;
-  gas.temperature = values["temperature_C"].get<double>() + kZeroCelsius;
-  gas.cells = values["cells"];
-  if (values.contains("domain")) gas.domain = box_of(values["domain"]);
-  gas.cavity = from_milli(values["cavity_L"]);  // a litre is a thousandth of a cubic metre
-  for (const Json& inlet : values["inlets"])
-    gas.inlets.push_back({from_milli_vector(inlet["position_mm"]), direction_of(inlet["direction"]),
-                          from_milli(inlet["radius_mm"]), flow_of(inlet), interval_of(inlet)});
-  for (const Json& leak : values["leaks"])
-    gas.leaks.push_back({from_milli_vector(leak["position_mm"]), from_milli(leak["radius_mm"])});
-  for (const Json& suction : values["evacuators"]) {
-    EvacuatorDescription evacuator;
-    if (suction.contains("instrument"))
-      evacuator.instrument = suction["instrument"];
-    else
-      evacuator.position = from_milli_vector(suction["position_mm"]);
-    evacuator.radius = from_milli(suction["radius_mm"]);
-    evacuator.flow = flow_of(suction);
-    evacuator.when = interval_of(suction);
-    gas.evacuators.push_back(std::move(evacuator));
-  }
-  return gas;
-}
-
-HeatDescription heat_of(const Json& values) {
-  HeatDescription heat;
-  heat.voxel = from_milli(values["voxel_mm"]);
-  if (values.contains("lesion_of")) heat.lesion_of = values["lesion_of"];
-  if (values.contains("published")) {
-    const Json& published = values["published"];
-    heat.published = {from_milli(published["least_depth_mm"]),
-                      from_milli(published["most_depth_mm"]),
-                      from_milli(published["least_width_mm"]),
-                      from_milli(published["most_width_mm"]), published["source"]};
-  }
-  return heat;
-}
-
-GravityDescription gravity_of(const Json& values) {
-  GravityDescription gravity;
-  gravity.acceleration = values["acceleration_m_per_s2"];
-  gravity.rest_direction = direction_of(values["rest_direction"]);
-  for (const Json& key : values["table"])
-    gravity.table.push_back(
-        {key["time_s"], radians(key["head_up_deg"]), radians(key["left_side_down_deg"])});
-  return gravity;
 }
 
 void read_extras(const std::vector<FeatureKeys>& features, FeatureKeys::Part FeatureKeys::*part,
@@ -317,7 +171,6 @@ SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& fe
     scene.organs.push_back(organ_of(organ));
     read(&FeatureKeys::organ, organ, scene.organs.back().extras);
   }
-  for (const Json& link : values["links"]) scene.links.push_back(link_of(link));
   for (const Json& instrument : values["instruments"]) {
     scene.instruments.push_back(instrument_of(instrument));
     read(&FeatureKeys::instrument, instrument, scene.instruments.back().extras);
@@ -325,10 +178,6 @@ SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& fe
   if (values.contains("camera")) scene.camera = camera_of(values["camera"]);
   const Json& light = values["light"];
   scene.light = {light["intensity"], light["colour_temperature_K"]};
-  for (const Json& smoke : values["smoke"]) scene.smoke.push_back(smoke_of(smoke));
-  scene.gas = gas_of(values["gas"]);
-  scene.heat = heat_of(values["heat"]);
-  if (values.contains("gravity")) scene.gravity = gravity_of(values["gravity"]);
   return scene;
 }
 
@@ -367,7 +216,6 @@ std::optional<std::vector<std::string>> names_of(const Json& root, const std::st
 std::vector<std::string> words_for(const std::string& kind,
                                    const std::vector<FeatureKeys>& features) {
   std::vector<std::string> words;
-  if (kind == "organ") words.push_back(LinkDescription::kGround);
   for (const FeatureKeys& feature : features)
     if (const auto found = feature.words.find(kind); found != feature.words.end())
       words.insert(words.end(), found->second.begin(), found->second.end());
@@ -430,9 +278,6 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
   Hasher hasher;
   hasher.text(root->dump());
   scene.source = hasher.hex();
-  for (InstrumentDescription& instrument : scene.instruments)
-    if (instrument.haptic && !instrument.haptic->recording.empty())
-      instrument.haptic->recording = file.parent_path() / instrument.haptic->recording;
   return scene;
 }
 

@@ -106,7 +106,7 @@ TEST(Palpation, TheLungIsFeltAndDentedByHivesAloneAndRepeats) {
 TEST(Palpation, AHookThatRestsOnTheLiverFeelsThePicturesLiver) {
   const Palpation rests = palpate("laparoscopic_cautery", [](SceneDescription& scene) {
     for (InstrumentDescription& tool : scene.instruments) {
-      if (!tool.haptic) continue;
+      if (!haptic_of(tool)) continue;
       tool.path.resize(4);
       tool.path.push_back(tool.path.back());
       tool.path.back().time = 5.0;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/links/links_keys.h"
 #include "engine/run/view.h"
 
 namespace viscera {
@@ -59,7 +60,7 @@ SceneDescription fill_berths(const SceneDescription& scene, const Berths& berths
                              const Occupancy& wanted) {
   SceneDescription filled = scene;
   filled.organs.clear();
-  filled.links.clear();  // what they tie isn't side by side in the berths
+  filled.extras.remove<LinkDescriptions>();  // what they tie isn't side by side in the berths
   filled.instruments.clear();
   for (std::size_t berth = 0; berth < wanted.organs; ++berth) {
     OrganDescription organ = scene.organs[berths.organ_at(berth)];

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "engine/features/cautery/cautery_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/heat/electrode.h"
 #include "kernels/points/surface_tree.h"

@@ -7,6 +7,7 @@
 
 #include <future>
 
+#include "engine/features/coagulation/coagulation_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/contact/stiffness_update.h"
 #include "kernels/heat/coagulated_points.h"

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/smoke/smoke.h"
 #include "kernels/smoke/smoke_optics.h"

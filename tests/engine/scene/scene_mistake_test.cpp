@@ -83,8 +83,6 @@ TEST(SceneMistake, NegativeAndAbsurdValuesAreRefusedWithTheRange) {
                      "found 0.5", "from 0 to below 0.5");
   EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/pose/position_mm/1", 1e30),
                      "organs/0/pose/position_mm", "from -10000 to 10000 [mm]");
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/max_particles", 1e12), "smoke/0/max_particles",
-                     "a whole number from 1 to 10000000");
   EXPECT_ONE_MISTAKE(mistakes_with("/seed", -1), "seed", "found -1", "a whole number from 0");
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/1/path/0/power_W", 1e6),
                      "instruments/1/path/0/power_W", "from 0 to 400 [W]");
@@ -92,25 +90,6 @@ TEST(SceneMistake, NegativeAndAbsurdValuesAreRefusedWithTheRange) {
                      "organs/0/resolution/spacing_mm", "found 1e-09", "from 0.1 to 100 [mm]");
   EXPECT_ONE_MISTAKE(mistakes_with("/organs/1/geometry/triangles", 501),
                      "organs/1/geometry/triangles", "found 501, expected an even number");
-}
-
-TEST(SceneMistake, GravityThatCannotBeIsRefused) {
-  EXPECT_ONE_MISTAKE(mistakes_with("/gravity/rest_direction", {0, 0, 0}), "gravity/rest_direction",
-                     "found [0,0,0], expected a direction");
-  EXPECT_ONE_MISTAKE(mistakes_with("/gravity/acceleration_m_per_s2", -9.81),
-                     "gravity/acceleration_m_per_s2",
-                     "found -9.81, expected a number from 0 to 100 [m_per_s2]");
-  EXPECT_ONE_MISTAKE(mistakes_with("/gravity/acceleration", 9.81), "gravity/acceleration",
-                     "found no unit, expected the unit m_per_s2");
-  EXPECT_ONE_MISTAKE(mistakes_with("/gravity/table/1/head_up_deg", 120),
-                     "gravity/table/1/head_up_deg",
-                     "found 120, expected a number from -90 to 90 [deg]");
-  EXPECT_ONE_MISTAKE(mistakes_with("/gravity/table/1/time_s", 0), "gravity/table/1/time_s",
-                     "found 0 after 0, expected values that ascend");
-  EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/sags", "yes"), "organs/0/sags",
-                     "found the text \"yes\", expected true or false");
-  EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/stiffens", 4), "organs/0/stiffens",
-                     "found 4, expected true or false");
 }
 
 TEST(SceneMistake, NotANumberIsRefusedWithLineAndColumn) {
@@ -157,29 +136,6 @@ TEST(SceneMistake, RegionsAreExactlyOneShapeOfSomeExtent) {
                      "organs/0/fixed/2/box/max_mm", "found [-5,2,3]", "above that of min_mm");
   EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/fixed/0/half_space/normal", {0, 0, 0}),
                      "organs/0/fixed/0/half_space/normal", "found [0,0,0], expected a direction");
-}
-
-TEST(SceneMistake, LinksTieTwoKnownOrgansOfWhichOneDeforms) {
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/between/1", "bal"), "links/0/between/1",
-                     "found the text \"bal\", expected the name of an organ: one of ",
-                     "did you mean \"ball\"");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/between", {"liver"}), "links/0/between",
-                     "expected an array of 2 names of organs");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/between", {"liver", 3}), "links/0/between",
-                     "expected an array of 2 names of organs");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/between/1", "liver"), "links/0/between/1",
-                     "found \"liver\" again, expected another than between/0");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/between/0", "brick"), "links/0/between",
-                     "found [\"brick\",\"ball\"], expected at least one deformable organ");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/stiffness_N_per_m", -5), "links/0/stiffness_N_per_m",
-                     "found -5, expected a number from 0 to 1000000000");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/stiffness_N_per_mm", 5), "links/0/stiffness_N_per_mm",
-                     "found");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/0/region/half_space", 3), "links/0/region/half_space",
-                     "found an unknown key, expected one of");
-  EXPECT_ONE_MISTAKE(mistakes_with("/links/1/name", "bed"), "links/1/name", "again");
-  EXPECT_ONE_MISTAKE(mistakes_with("/organs/2/name", "ground"), "organs/2/name",
-                     "found \"ground\", expected another name");
 }
 
 TEST(SceneMistake, TimesMustAscend) {
@@ -280,53 +236,6 @@ TEST(SceneMistake, ValuesThatDontFitTogetherAreRefused) {
                      "camera/path/0/target_mm", "at least 1 mm from tip_mm");
   EXPECT_ONE_MISTAKE(mistakes_with("/camera/optics_deg", 45), "camera/optics_deg",
                      "found 45, expected 0 or 30");
-  for (const char* key : {"spacing_mm", "voxel_mm"})
-    for (const double length : {0.0, -2.0})
-      EXPECT_ONE_MISTAKE(mistakes_with(std::string("/smoke/0/") + key, length),
-                         std::string("smoke/0/") + key, "expected a number from");
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/voxel_mm", 0.15), "smoke/0/voxel_mm",
-                     "more than 512 x 512 x 512 voxels");
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/domain/max_mm", {0, 100, 100}),
-                     "smoke/0/domain/max_mm", "above that of min_mm");
-}
-
-TEST(SceneMistake, SmokeComesFromHooksAndFromPlacesInItsDomain) {
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/emitters/0/instrument", "holder"),
-                     "smoke/0/emitters/0/instrument", "which is a grasper, expected a hook");
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/emitters/0/instrument", "burnr"),
-                     "smoke/0/emitters/0/instrument", "burner");
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/emitters/1/position_mm", {50, 50, 101}),
-                     "smoke/0/emitters/1/position_mm", "expected a place inside the domain");
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/emitters/1/to_s", 0.5), "smoke/0/emitters/1/to_s",
-                     "found 0.5, expected at least from_s, which is 1");
-  EXPECT_ONE_MISTAKE(mistakes_with("/smoke/0/emitters/1/direction", {0, 0, 0}),
-                     "smoke/0/emitters/1/direction", "expected a direction");
-}
-
-TEST(SceneMistake, GasFlowsInsideItsDomainWhichHoldsAllSmoke) {
-  EXPECT_ONE_MISTAKE(mistakes_with("/gas/domain/max_mm", {90, 110, 100}), "gas/domain",
-                     "expected a box that holds the smoke volume \"plume\"");
-  EXPECT_ONE_MISTAKE(mistakes_with("/gas/inlets/0/position_mm", {10, 10, 101}),
-                     "gas/inlets/0/position_mm", "expected a place inside the gas's domain");
-  Json scene = whole_scene();
-  scene["gas"].erase("domain");
-  EXPECT_TRUE(SceneFolder().mistakes(scene).empty());
-  scene["gas"]["leaks"][0]["position_mm"] = {101, 10, 50};
-  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "gas/leaks/0/position_mm",
-                     "[0,0,0] to [100,100,100]");
-}
-
-TEST(SceneMistake, AHapticToolNeedsADeviceThatExistsAndWhatThatDeviceNeeds) {
-  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/1/haptic/device", "omega"),
-                     "instruments/1/haptic/device", "found the text \"omega\"", "simulated",
-                     "recorded", "network");
-  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/2/haptic/port", 70000),
-                     "instruments/2/haptic/port", "found 70000", "1 to 65535");
-  Json scene = whole_scene();
-  scene["instruments"][0]["haptic"].erase("recording");
-  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "instruments/0/haptic/recording", "expected");
-  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/haptic/hive/nodes", 3),
-                     "instruments/0/haptic/hive/nodes", "found 3", "12 to 1000");
 }
 
 TEST(SceneMistake, AllAreReportedInOneGo) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/features/cautery/cautery_keys.h"
 #include "engine/simulator/build.h"
 #include "tests/support/small_world.h"
 
@@ -101,7 +102,7 @@ TEST(Trainee, EnergyHeatAndForcesAreTold) {
 TEST(Trainee, BurningASparedOrganIsAMistakeBurningAnotherIsNot) {
   auto scene = burning_scene();
   EXPECT_TRUE(watch(scene, 1.0).trainee.spared_burns.empty());
-  scene.organs[0].spared = true;
+  scene.organs[0].extras.set(Spared());
   const RunReport report = watch(scene, 1.0);
   ASSERT_EQ(report.trainee.spared_burns.size(), 1u);
   EXPECT_EQ(report.trainee.spared_burns[0].organ, scene.organs[0].name);

@@ -1,16 +1,12 @@
-#include "engine/scene/smoke_keys.h"
+#include "engine/features/smoke/smoke_keys.h"
 
 #include "engine/scene/common_keys.h"
-#include "engine/scene/interval.h"
+#include "engine/scene/to_si.h"
 
 namespace viscera {
 namespace {
 
 constexpr double kMostVoxels = 512.0 * 512.0 * 512.0;
-
-KeySpec flow(std::string description) {
-  return number("flow_L_per_min", std::move(description)).needed().between(0, 200);
-}
 
 ObjectSpec emitter() {
   ObjectSpec spec;
@@ -46,43 +42,7 @@ ObjectSpec emitter() {
   return spec;
 }
 
-ObjectSpec inlet() {
-  ObjectSpec spec;
-  spec.description = "Where the insufflator lets gas in.";
-  spec.keys = {position("position_mm", "Centre of the opening.").needed(),
-               direction_key("Of the jet; its length doesn't matter.", {0, 0, -1}),
-               number("radius_mm", "Of the opening.").between(0.1, 50).otherwise(3.0),
-               flow("Volume of gas at the cavity's pressure.")};
-  for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
-  spec.checks = {has_direction("direction"), interval_in_order()};
-  return spec;
-}
-
-ObjectSpec leak() {
-  return {"Where gas finds its way out, past a trocar: as much as comes in and isn't drawn off.",
-          {position("position_mm", "Centre of the opening.").needed(),
-           number("radius_mm", "Of the opening.").between(0.1, 50).otherwise(3.0)},
-          {},
-          {}};
-}
-
-ObjectSpec evacuator() {
-  ObjectSpec spec;
-  spec.description = "Suction that takes gas and smoke away, at a place or an instrument's tip.";
-  spec.exactly_one_of = {"instrument", "position_mm"};
-  spec.keys = {
-      text("instrument", "Draws in at this instrument's tip.").known_as("instrument"),
-      position("position_mm", "Centre of the opening."),
-      number("radius_mm", "What comes this near is taken away.").between(0.1, 50).otherwise(5.0),
-      flow("Volume of gas at the cavity's pressure.")};
-  for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
-  spec.checks = {interval_in_order()};
-  return spec;
-}
-
-}  // namespace
-
-ObjectSpec smoke_keys() {
+ObjectSpec smoke_spec() {
   ObjectSpec spec;
   spec.description = "A volume that smoke may fill.";
   spec.keys = {
@@ -139,29 +99,7 @@ ObjectSpec smoke_keys() {
   return spec;
 }
 
-ObjectSpec gas_keys() {
-  return {
-      "The gas that holds the cavity open (CO2).",
-      {number("pressure_mmHg", "Over atmosphere.").between(0, 50).otherwise(12.0),
-       number("temperature_C", "Of the gas.").between(0, 60).otherwise(37.0),
-       integer("cells",
-               "Cells of the flow along the longest side of its domain; 0: the gas stands still.")
-           .between(0, 96)
-           .otherwise(32),
-       object("domain", "Of the flow; left out: what holds all smoke volumes.",
-              box("An axis-aligned box of the world.")),
-       number("cavity_L", "Volume of the whole cavity, into which smoke mixes in the end.")
-           .between(0.01, 100)
-           .otherwise(3.0),
-       list("inlets", "Where gas comes in.", inlet()).items(0, 8).otherwise(Json::array()),
-       list("leaks", "Where gas may leave.", leak()).items(0, 8).otherwise(Json::array()),
-       list("evacuators", "What draws gas and smoke off.", evacuator())
-           .items(0, 8)
-           .otherwise(Json::array())},
-      {},
-      {}};
-}
-
+// An emitter that names an instrument names a hook.
 ObjectCheck emitters_burn() {
   return {{"smoke", "instruments"},
           [](const Json& scene) -> Finding {
@@ -184,44 +122,61 @@ ObjectCheck emitters_burn() {
           nullptr};
 }
 
-ObjectCheck openings_in_domain() {
-  return {{"smoke", "gas"},
-          [](const Json& scene) -> Finding {
-            const Json& gas = scene["gas"];
-            if (gas["cells"] == 0) return {};
-            Json low, high;
-            if (gas.contains("domain")) {
-              low = gas["domain"]["min_mm"];
-              high = gas["domain"]["max_mm"];
-            }
-            for (const Json& smoke : scene["smoke"]) {
-              const Json& box = smoke["domain"];
-              if (gas.contains("domain")) {
-                for (int i = 0; i < 3; ++i)
-                  if (component(box["min_mm"], i) < component(low, i) ||
-                      component(box["max_mm"], i) > component(high, i))
-                    return {{"gas/domain", "found " + low.dump() + " to " + high.dump() +
-                                               ", expected a box that holds the smoke volume " +
-                                               smoke["name"].dump()}};
-                continue;
-              }
-              if (low.is_null()) {
-                low = box["min_mm"];
-                high = box["max_mm"];
-              }
-              for (int i = 0; i < 3; ++i) {
-                if (component(box["min_mm"], i) < component(low, i)) low[i] = box["min_mm"][i];
-                if (component(box["max_mm"], i) > component(high, i)) high[i] = box["max_mm"][i];
-              }
-            }
-            if (low.is_null()) return {};
-            for (const char* list : {"inlets", "leaks", "evacuators"})
-              if (Finding found = first_outside(gas[list], std::string("gas/") + list, low, high,
-                                                "the gas's domain"))
-                return found;
-            return {};
-          },
-          nullptr};
+EmitterDescription read_emitter(const Json& values) {
+  constexpr double kKilogram = 1e-6;  // of one mg
+  EmitterDescription emitter;
+  if (values.contains("instrument")) {
+    emitter.instrument = values["instrument"];
+    return emitter;
+  }
+  emitter.position = from_milli_vector(values["position_mm"]);
+  emitter.direction = direction_of(values["direction"]);
+  emitter.radius = from_milli(values["radius_mm"]);
+  emitter.rate = values["rate_mg_per_s"].get<double>() * kKilogram;
+  emitter.particles = values["particles_per_s"];
+  emitter.speed = from_milli(values["speed_mm_per_s"]);
+  emitter.excess = values["excess_K"];
+  emitter.when = interval_of(values);
+  return emitter;
+}
+
+SmokeDescription read_volume(const Json& values) {
+  constexpr double kKilogram = 1e-9;  // of one ug
+  SmokeDescription smoke;
+  smoke.name = values["name"];
+  smoke.domain = box_of(values["domain"]);
+  smoke.voxel = from_milli(values["voxel_mm"]);
+  smoke.max_particles = values["max_particles"];
+  smoke.spacing = from_milli(values["spacing_mm"]);
+  if (values["laplacian"] == "paper") smoke.laplacian = Laplacian::kPaper;
+  smoke.lifetime = values["lifetime_s"];
+  smoke.particle_mass = values["particle_mass_ug"].get<double>() * kKilogram;
+  smoke.look = values["look"] == "sprites" ? SmokeLook::kSprites : SmokeLook::kMarch;
+  if (values.contains("emitters"))
+    for (const Json& emitter : values["emitters"]) smoke.emitters.push_back(read_emitter(emitter));
+  return smoke;
+}
+
+}  // namespace
+
+std::span<const SmokeDescription> smoke_of(const SceneDescription& scene) {
+  const auto* smoke = scene.extras.find<SmokeDescriptions>();
+  return smoke ? std::span<const SmokeDescription>(*smoke) : std::span<const SmokeDescription>();
+}
+
+FeatureKeys smoke_keys() {
+  FeatureKeys keys;
+  keys.scene.keys = {list("smoke", "Volumes that smoke may fill; none: no smoke.", smoke_spec())
+                         .items(0, 8)
+                         .unique_by("name")
+                         .otherwise(Json::array())};
+  keys.scene.checks = {emitters_burn()};
+  keys.scene.read = [](const Json& scene, Extras& extras) {
+    SmokeDescriptions volumes;
+    for (const Json& smoke : scene["smoke"]) volumes.push_back(read_volume(smoke));
+    extras.set(std::move(volumes));
+  };
+  return keys;
 }
 
 }  // namespace viscera
