@@ -101,7 +101,7 @@ Watch watch_of(const World& world, const SceneDescription& scene, const RunOptio
   watch.add(std::make_unique<Trainee>(world, scene));
   watch.add(std::make_unique<LesionCurve>(world, scene));
   watch.add(std::make_unique<RunHash>());
-  if (!scene.smoke.empty()) {
+  if (!smoke_of(scene).empty()) {
     if (scene.camera) watch.add(std::make_unique<Sight>());
     watch.add(std::make_unique<SmokeSeries>(scene.name));
   }
@@ -205,7 +205,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
                             const RunOptions& options) {
   const Stopwatch whole;
   SceneDescription scene = scene_in;
-  if (!anything_smokes(scene)) scene.smoke.clear();
+  if (!anything_smokes(scene)) scene.extras.remove<SmokeDescriptions>();
   const bool drawn = options.render && scene.camera.has_value();
 
   std::optional<oneapi::tbb::global_control> threads;

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string>
 
+#include "engine/features/features.h"
 #include "engine/run/run.h"
 #include "engine/scene/load_scene.h"
 #include "tests/support/paths.h"
@@ -27,6 +28,7 @@ class LostContext : public testing::Test {
   Result<RunReport> run(Backend backend, bool render) const {
     SceneLoadOptions load;
     load.assets = project_file("assets");
+    load.features = feature_keys();
     const auto scene = load_scene(folder_.scene(), load);
     EXPECT_TRUE(scene) << scene.error().text();
     const auto tissues = load_tissues(load.assets / "tissues.json");

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "engine/features/cautery/cautery_flags.h"
+#include "engine/features/cautery/cautery_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/heat/electrode.h"
 #include "kernels/points/surface_tree.h"

@@ -8,6 +8,7 @@
 #include <future>
 #include <optional>
 
+#include "engine/features/coagulation/coagulation_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/contact/stiffness_update.h"
 #include "kernels/heat/coagulated_points.h"

@@ -43,7 +43,7 @@ SceneDescription burn_and_press(double power) {
 TEST(TissueChanges, ABurntPlaceSinksAndIsStiffer) {
   auto scene = burn_and_press(30.0);
   auto world = build(scene);
-  scene.organs[0].stiffens = false;
+  scene.organs[0].extras.set(NeverStiffens());
   auto soft = build(scene);
   ASSERT_TRUE(world && soft);
   step_until(*world, 1.9);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/simulation/feature.h"
 #include "haptics/device.h"
 #include "haptics/devices/recording.h"

@@ -6,10 +6,6 @@
 namespace viscera {
 namespace {
 
-bool is_held(const InstrumentDescription& tool) {
-  return tool.haptic.has_value();
-}
-
 HapticFigures figures_of(const HapticTool& tool) {
   return {.tool = tool.name,
           .device = tool.device->name(),
@@ -57,7 +53,7 @@ std::vector<ReportSection> held_tools_report(const World& world) {
 }
 
 std::vector<SkippedReport> held_tools_skipped(const SceneDescription& scene) {
-  if (std::ranges::any_of(scene.instruments, is_held)) return {};
+  if (holds_tools(scene)) return {};
   return {{"haptics", "no instrument is a haptic tool"}};
 }
 

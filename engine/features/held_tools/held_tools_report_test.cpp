@@ -17,7 +17,7 @@ SceneDescription held_probe() {
   InstrumentDescription probe = straight_tool("probe", InstrumentKind::kProbe, kTip,
                                               {{0.0, Vec3(0, 0, kTop + kTip + 5e-3), 0.0, 1.0},
                                                {0.3, Vec3(0, 0, kTop + kTip - 2e-3), 0.0, 1.0}});
-  probe.haptic.emplace();
+  probe.extras.set(HapticDescription());
   scene.instruments = {probe};
   return scene;
 }
@@ -51,7 +51,7 @@ TEST(HeldToolsReport, TellsWhatAHandFelt) {
 TEST(HeldToolsReport, ASceneThatNobodyHoldsSaysThatHapticsWereSkipped) {
   SceneDescription scene = held_probe();
   EXPECT_TRUE(held_tools_skipped(scene).empty());
-  scene.instruments[0].haptic.reset();
+  scene.instruments[0].extras.remove<HapticDescription>();
   ASSERT_EQ(held_tools_skipped(scene).size(), 1u);
   EXPECT_EQ(held_tools_skipped(scene)[0].what, "haptics");
   const auto world = build(scene);

@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/links/links_keys.h"
 #include "engine/simulation/feature.h"
 
 namespace viscera {

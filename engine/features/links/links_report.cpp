@@ -4,16 +4,9 @@
 #include "engine/features/links/links.h"
 
 namespace viscera {
-namespace {
-
-const std::vector<LinkDescription>& links_of(const SceneDescription& scene) {
-  return scene.links;
-}
-
-}  // namespace
 
 std::vector<LinkFigures> link_figures(const World& world) {
-  const std::vector<LinkDescription>& described = links_of(world.model().scene());
+  const std::span<const LinkDescription> described = links_of(world.model().scene());
   const Pool<Link>& links = world.all<Link>();
   std::vector<LinkFigures> all;
   for (std::size_t l = 0; l < links.size(); ++l) {

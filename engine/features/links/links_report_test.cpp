@@ -18,7 +18,7 @@ SceneDescription tied_ball() {
   link.between = {scene.organs[0].name, LinkDescription::kGround};
   link.region = ball_region(Vec3(kRadius, 0, 0), 8e-3);
   link.stiffness = 300.0;
-  scene.links = {link};
+  scene.extras.set(LinkDescriptions{link});
   scene.instruments = {straight_tool("jaw", InstrumentKind::kGrasper, 2e-3,
                                      {{0.0, Vec3(0, 0, kRadius + 4e-3), 0.0, 1.0},
                                       {0.1, Vec3(0, 0, kRadius + 1e-3), 0.0, 0.0},

@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/run/state_hash.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -34,7 +35,7 @@ SceneDescription two_balls(double stiffness) {
   region.shape = Region::Shape::kSphere;
   region.a = Vec3(kRadius + 0.5 * kGap, 0.0, 0.0);
   region.radius = 8e-3;
-  scene.links = {{"bed", {"one", "other"}, region, stiffness}};
+  scene.extras.set(LinkDescriptions{{"bed", {"one", "other"}, region, stiffness}});
   return scene;
 }
 
@@ -56,7 +57,7 @@ struct TiedAndLoose {
     auto scene = two_balls(stiffness);
     scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, lift)})};
     tied = build(scene);
-    scene.links.clear();
+    scene.extras.remove<LinkDescriptions>();
     loose = build(scene);
   }
   std::unique_ptr<World> tied, loose;
@@ -262,8 +263,8 @@ TEST(Links, ATieToTheGroundHoldsAnOrganThatBreathes) {
   constexpr double kWay = 4e-3;
   auto scene = two_balls(1e5);
   scene.organs.pop_back();
-  scene.links[0].between = {"ground", "one"};
-  scene.organs[0].motion = {kWay, Vec3::UnitY(), 1.0, 0.0};
+  scene.extras.get<LinkDescriptions>()[0].between = {"ground", "one"};
+  set_motion(scene.organs[0], {kWay, Vec3::UnitY(), 1.0, 0.0});
   const auto world = build(scene);
   ASSERT_TRUE(world);
   EXPECT_EQ(step_until(*world, 0.5), FlagSet());
@@ -277,7 +278,7 @@ TEST(Links, ATieToTheGroundHoldsAnOrganThatBreathes) {
 
 TEST(Links, AnOrganThatLinksAlonePullAtIsDrawnWithinFiveMicrometresOfItsPlace) {
   auto scene = two_balls(400.0);
-  scene.organs[0].motion = {1e-3, Vec3::UnitY(), 1.0, 0.0};
+  set_motion(scene.organs[0], {1e-3, Vec3::UnitY(), 1.0, 0.0});
   const auto world = build(scene);
   ASSERT_TRUE(world);
   const OrganState& state = world->all<OrganState>()[1];
@@ -304,9 +305,9 @@ TEST(Links, AnOrganThatLinksAlonePullAtIsDrawnWithinFiveMicrometresOfItsPlace) {
 
 TEST(Links, OrgansThatBreatheTogetherFeelNothingAndOneThatBreathesPullsTheOther) {
   auto scene = two_balls(400.0);
-  scene.organs[0].motion = {3e-3, Vec3::UnitY(), 1.0, 0.0};
+  set_motion(scene.organs[0], {3e-3, Vec3::UnitY(), 1.0, 0.0});
   auto together = scene;
-  together.organs[1].motion = together.organs[0].motion;
+  set_motion(together.organs[1], *motion_of(together.organs[0]));
   const auto alone = build(scene), both = build(together);
   ASSERT_TRUE(alone && both);
   EXPECT_EQ(step_until(*alone, 0.5), FlagSet());
@@ -322,10 +323,11 @@ TEST(Links, AChainOfThreePassesAPullOn) {
   scene.organs.push_back(scene.organs[1]);
   scene.organs[2].name = "third";
   scene.organs[2].pose.position.x() = 2.0 * kApart;
-  scene.links.push_back(scene.links[0]);
-  scene.links[1].name = "second_bed";
-  scene.links[1].between = {"third", "other"};
-  scene.links[1].region.a.x() += kApart;
+  LinkDescription second_bed = links_of(scene)[0];
+  second_bed.name = "second_bed";
+  second_bed.between = {"third", "other"};
+  second_bed.region.a.x() += kApart;
+  scene.extras.get<LinkDescriptions>().push_back(second_bed);
   scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, 4e-3), Vec3(0, 0, 4e-3)})};
   const auto world = build(scene);
   ASSERT_TRUE(world);
@@ -351,7 +353,7 @@ TEST(Links, TwoRunsAgreeBitForBit) {
 
 TEST(Links, ARegionWithoutSurfaceIsRefused) {
   auto scene = two_balls(1e3);
-  scene.links[0].region.a.z() = 0.1;
+  scene.extras.get<LinkDescriptions>()[0].region.a.z() = 0.1;
   std::vector<std::string> warnings;
   const auto world =
       build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);

@@ -113,7 +113,7 @@ SmokeEmission outlet_of(const World& world, Entity organ, const Vec3& rest) {
 void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameContext& context) {
   for (const Puff& puff : puffs_of(burn.heat)) {
     SmokeEmission emission = outlet_of(world, organ, puff.place);
-    emission.temperature = puff.temperature - world.model().scene().gas.temperature;
+    emission.temperature = puff.temperature - gas_of(world.model().scene()).temperature;
     const std::vector<Fed> volumes = fed_by(world, burn.hook, emission.position);
     if (volumes.empty()) context.report->raise(kSmokeOutside);
     for (const auto& [source, smoke, debt] : volumes) {
@@ -227,6 +227,7 @@ bool smokes(const World& world) {
 
 Feature smoke_feature() {
   return {.name = "smoke",
+          .keys = smoke_keys(),
           .prepare = prepare_smoke,
           .finish = load_sight,
           .start = start_smoke,

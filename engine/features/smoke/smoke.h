@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/features/smoke/smoke_flags.h"
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/smoke/smoke.h"
 #include "kernels/smoke/smoke_optics.h"

@@ -7,10 +7,6 @@
 namespace viscera {
 namespace {
 
-const std::vector<SmokeDescription>& volumes_of(const SceneDescription& scene) {
-  return scene.smoke;
-}
-
 bool smokes_steadily(const SmokeDescription& smoke) {
   return std::ranges::any_of(
       smoke.emitters, [](const EmitterDescription& emitter) { return emitter.instrument.empty(); });
@@ -19,7 +15,7 @@ bool smokes_steadily(const SmokeDescription& smoke) {
 }  // namespace
 
 bool anything_smokes(const SceneDescription& scene) {
-  const std::vector<SmokeDescription>& volumes = volumes_of(scene);
+  const std::span<const SmokeDescription> volumes = smoke_of(scene);
   return !volumes.empty() &&
          (anything_burns(scene) || std::ranges::any_of(volumes, smokes_steadily));
 }
@@ -63,7 +59,7 @@ std::vector<std::string> smoke_warnings(const World& world) {
 }
 
 std::vector<SkippedReport> smoke_skipped(const SceneDescription& scene) {
-  if (volumes_of(scene).empty()) return {{"smoke", "the scene has no smoke volume"}};
+  if (smoke_of(scene).empty()) return {{"smoke", "the scene has no smoke volume"}};
   if (!anything_smokes(scene)) return {{"smoke", "nothing burns: no hook carries current"}};
   return {};
 }

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/features/gas/gas_keys.h"
 #include "engine/features/smoke/smoke.h"
 #include "tests/support/small_world.h"
 
@@ -19,8 +20,8 @@ SceneDescription smoking_scene() {
   smoke.name = "plume";
   smoke.domain = Box(Vec3(-40e-3, -40e-3, -30e-3), Vec3(40e-3, 40e-3, 90e-3));
   smoke.emitters = {emitter};
-  scene.smoke = {smoke};
-  scene.gas.cells = 16;
+  scene.extras.set(SmokeDescriptions{smoke});
+  scene.extras.get<GasDescription>().cells = 16;
   return scene;
 }
 
@@ -55,11 +56,11 @@ TEST(SmokeReport, SaysWhyThereIsNoSmoke) {
   SceneDescription scene = smoking_scene();
   EXPECT_TRUE(anything_smokes(scene));
   EXPECT_TRUE(smoke_skipped(scene).empty());
-  scene.smoke[0].emitters.clear();  // and no hook burns
+  scene.extras.find<SmokeDescriptions>()->front().emitters.clear();  // and no hook burns
   EXPECT_FALSE(anything_smokes(scene));
   ASSERT_EQ(smoke_skipped(scene).size(), 1u);
   EXPECT_EQ(smoke_skipped(scene)[0].why, "nothing burns: no hook carries current");
-  scene.smoke.clear();
+  scene.extras.remove<SmokeDescriptions>();
   EXPECT_EQ(smoke_skipped(scene)[0].why, "the scene has no smoke volume");
 }
 

@@ -82,7 +82,7 @@ Trainee::Trainee(const World& world, const SceneDescription& scene)
              .time = world.time()} {
   for (std::size_t i = 0; i < state_.tips.size(); ++i)
     state_.tips[i].add(world.time(), world.all<InstrumentBody>()[i].tip.at(world.time()));
-  for (const OrganDescription& organ : scene.organs) spared_.push_back(organ.spared);
+  for (const OrganDescription& organ : scene.organs) spared_.push_back(is_spared(organ));
 }
 
 void Trainee::add_frame(const World& world) {

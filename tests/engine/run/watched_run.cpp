@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/features/cautery/cautery_keys.h"
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/run/observers/film_maker.h"
 #include "engine/run/observers/force_curves.h"
 #include "engine/run/observers/frame_pictures.h"
@@ -32,7 +34,7 @@ SceneDescription watched_scene() {
                                      {{0.0, Vec3(0, 0, kTop + 1.5e-3), 30.0, 1.0},
                                       {0.2, Vec3(0, 0, kTop + 0.1e-3), 30.0, 1.0},
                                       {0.5, Vec3(2e-3, 0, kTop - 0.5e-3), 30.0, 1.0}})};
-  scene.heat.lesion_of = "hook";
+  scene.extras.get<HeatDescription>().lesion_of = "hook";
   SmokeDescription smoke;
   smoke.name = "plume";
   smoke.domain = Box(Vec3(-30e-3, -30e-3, 15e-3), Vec3(30e-3, 30e-3, 60e-3));
@@ -42,7 +44,7 @@ SceneDescription watched_scene() {
   steady.particles = 600;
   steady.when = {0.15, 10.0};
   smoke.emitters = {steady};
-  scene.smoke = {smoke};
+  scene.extras.set(SmokeDescriptions{smoke});
   CameraDescription camera;
   CameraKey key;
   key.tip = Vec3(0, -0.1, 40e-3);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <thread>
 
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/run/state_hash.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -117,7 +118,7 @@ TEST(Preparation, AHeldToolReachesOrgansThatNoPathLeadsTo) {
   auto scene = probed_ball();
   move_key_frames(scene, Vec3(0, 0, 0.2));
   EXPECT_FALSE(built_with_budget(scene, kColumnBudget).model().deformable());
-  scene.instruments[0].haptic.emplace();
+  scene.instruments[0].extras.set(HapticDescription());
   EXPECT_TRUE(built_with_budget(scene, kColumnBudget).model().touchable_anywhere());
 }
 

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/simulator/build.h"
 #include "tests/engine/run/watched_run.h"
 #include "tests/support/paths.h"
@@ -14,10 +15,11 @@ namespace {
 TEST(Sight, TellsTheShareOfLooksThroughThickSmokeAndTheTraineesTime) {
   SceneDescription scene = watched_scene();
   // Smoke that no light comes through, from 0.2 s on, right before the lens.
-  scene.smoke[0].emitters[0].rate = 1e-2;
-  scene.smoke[0].emitters[0].position = Vec3(0, -15e-3, 31e-3);
-  scene.smoke[0].emitters[0].speed = 0.0;
-  scene.smoke[0].emitters[0].when = {0.2, 10.0};
+  EmitterDescription& emitter = scene.extras.get<SmokeDescriptions>()[0].emitters[0];
+  emitter.rate = 1e-2;
+  emitter.position = Vec3(0, -15e-3, 31e-3);
+  emitter.speed = 0.0;
+  emitter.when = {0.2, 10.0};
   auto world = build(scene);
   ASSERT_TRUE(world);
   StageClock clock;

@@ -116,7 +116,7 @@ TEST(Trainee, HasASectionOfTheReport) {
 TEST(Trainee, BurningASparedOrganIsAMistakeBurningAnotherIsNot) {
   auto scene = burning_scene();
   EXPECT_TRUE(watch(scene, 1.0).trainee.spared_burns.empty());
-  scene.organs[0].spared = true;
+  scene.organs[0].extras.set(Spared());
   const Watched seen = watch(scene, 1.0);
   ASSERT_EQ(seen.trainee.spared_burns.size(), 1u);
   EXPECT_EQ(seen.trainee.spared_burns[0].organ, scene.organs[0].name);
