@@ -44,96 +44,7 @@ Json organ_json(const OrganReport& organ) {
           {"preparation", organ.preparation ? preparation_json(*organ.preparation) : Json(nullptr)},
           {"displacement_storage", organ.half_precision ? "half" : "single"},
           {"storage_error", organ.storage_error},
-          {"saved_bytes", organ.saved_bytes},
-          {"greatest_displacement_m", organ.greatest_displacement},
-          {"greatest_displacement_time_s", organ.greatest_displacement_time}};
-}
-
-Json haptic_json(const HapticReport& tool) {
-  return {{"tool", tool.tool},
-          {"device", tool.device},
-          {"ticks", tool.ticks},
-          {"greatest_force_N", tool.greatest_force},
-          {"energy_J", tool.energy},
-          {"passivity_violations", tool.passivity_violations},
-          {"frames_at_rest", tool.frames_at_rest},
-          {"frame_difference", tool.frame_difference},
-          {"hives",
-           {{"built", tool.hives_built},
-            {"refused", tool.hives_refused},
-            {"ticks_without", tool.ticks_without}}},
-          {"beyond_linear",
-           {{"newton_steps", tool.newton_steps},
-            {"tangent_answers", tool.tangent_answers},
-            {"deadline_misses", tool.deadline_misses},
-            {"linear_answers", tool.linear_answers}}},
-          {"events", tool.events}};
-}
-
-Json link_json(const LinkReport& link) {
-  return {{"name", link.name},
-          {"between", {link.between[0], link.between[1]}},
-          {"stiffness_N_per_m", link.stiffness},
-          {"springs", link.springs},
-          {"greatest_force_N", link.greatest_force}};
-}
-
-Json cautery_json(const CauteryReport& cautery) {
-  return {{"energy_generated_J", cautery.generated},
-          {"energy_delivered_J", cautery.delivered},
-          {"body_J", cautery.body},
-          {"sparks_J", cautery.sparks},
-          {"metabolic_J", cautery.metabolic},
-          {"stored_J", cautery.stored},
-          {"latent_J", cautery.latent},
-          {"perfused_J", cautery.perfused},
-          {"lost_J", cautery.lost},
-          {"residual", cautery.residual}};
-}
-
-Json tissue_json(const TissueReport& tissue) {
-  Json stiffening;
-  if (const auto& s = tissue.stiffening)
-    stiffening = {{"greatest_factor", s->greatest_factor},
-                  {"volume_stiffened_m3", s->stiffened},
-                  {"volume_left_out_m3", s->left_out},
-                  {"greatest_shrinkage_m", s->greatest_shrinkage},
-                  {"updates", s->updates},
-                  {"nodes", s->nodes},
-                  {"rank", s->rank}};
-  return {{"organ", tissue.organ},
-          {"stiffening", std::move(stiffening)},
-          {"vaporised_kg", tissue.vaporised},
-          {"smoke_kg", tissue.smoke},
-          {"volume_above_60C_m3", tissue.above_60},
-          {"volume_coagulated_m3", tissue.coagulated},
-          {"greatest_temperature_K", tissue.greatest_temperature}};
-}
-
-Json optional_json(const std::optional<double>& value) {
-  return value ? Json(*value) : Json();
-}
-
-Json trainee_json(const TraineeReport& trainee) {
-  Json spared = Json::array(), organs = Json::array(), tips = Json::array();
-  for (const TraineeReport::SparedBurn& burn : trainee.spared_burns)
-    spared.push_back({{"organ", burn.organ}, {"volume_coagulated_m3", burn.coagulated}});
-  for (const TraineeReport::Organ& organ : trainee.organs)
-    organs.push_back({{"name", organ.name},
-                      {"peak_force_N", organ.peak_force},
-                      {"mean_force_N", organ.mean_force},
-                      {"touched_s", organ.touched}});
-  for (const TraineeReport::Tip& tip : trainee.tips)
-    tips.push_back({{"name", tip.name},
-                    {"path_length_m", tip.path},
-                    {"smoothness", optional_json(tip.smoothness)}});
-  return {{"energy_delivered_J", trainee.energy},
-          {"current_without_contact_s", trainee.idle_current},
-          {"greatest_temperature_K", optional_json(trainee.greatest_temperature)},
-          {"spared_organs_burnt", spared},
-          {"organs", organs},
-          {"tips", tips},
-          {"time_in_smoke_s", optional_json(trainee.time_in_smoke)}};
+          {"saved_bytes", organ.saved_bytes}};
 }
 
 Json stage_json(const StageReport& stage) {
@@ -188,15 +99,9 @@ std::vector<StageReport> stage_reports(const Trace& trace) {
 }
 
 std::string to_json(const RunReport& report) {
-  Json haptics = Json::array();
-  for (const HapticReport& tool : report.haptics) haptics.push_back(haptic_json(tool));
-  Json organs = Json::array(), links = Json::array(), stages = Json::array(),
-       skipped = Json::array();
+  Json organs = Json::array(), stages = Json::array(), skipped = Json::array();
   for (const OrganReport& organ : report.organs) organs.push_back(organ_json(organ));
-  for (const LinkReport& link : report.links) links.push_back(link_json(link));
   for (const StageReport& stage : report.stages) stages.push_back(stage_json(stage));
-  Json tissue = Json::array();
-  for (const TissueReport& one : report.tissue) tissue.push_back(tissue_json(one));
   for (const SkippedReport& s : report.skipped) {
     skipped.push_back({{"what", s.what}, {"why", s.why}});
   }
@@ -224,28 +129,12 @@ std::string to_json(const RunReport& report) {
                 {"cores", report.machine.cores},
                 {"memory_bytes", report.machine.memory_bytes}}},
               {"organs", organs},
-              {"links", links},
-              {"haptics", haptics},
-              {"stages", stages},
-              {"smoke",
-               {{"particles_max", report.smoke.particles_max},
-                {"volumes", report.smoke.volumes},
-                {"writing_s", report.smoke.writing_s},
-                {"emitted_kg", report.smoke.emitted_kg},
-                {"airborne_kg", report.smoke.airborne_kg},
-                {"background_kg", report.smoke.background_kg},
-                {"evacuated_kg", report.smoke.evacuated_kg},
-                {"leaked_kg", report.smoke.leaked_kg},
-                {"deposited_kg", report.smoke.deposited_kg},
-                {"time_in_smoke",
-                 report.smoke.time_in_smoke ? Json(*report.smoke.time_in_smoke) : Json()}}},
-              {"cautery", report.cautery ? cautery_json(*report.cautery) : Json(nullptr)},
-              {"tissue", tissue},
-              {"trainee", trainee_json(report.trainee)},
-              {"skipped", skipped},
-              {"flags", report.flags},
-              {"warnings", report.warnings}};
-  for (const auto& [key, text] : report.sections) all[key] = Json::parse(text, nullptr, false);
+              {"stages", stages}};
+  for (const ReportSection& section : report.sections)
+    merge_section(all[section.key], Json::parse(section.json, nullptr, false));
+  all["skipped"] = skipped;
+  all["flags"] = report.flags;
+  all["warnings"] = report.warnings;
   return all.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -96,7 +96,7 @@ Result<BodyDemand> demand_on(const OrganDescription& organ, const Tissue& tissue
   if (!demand.elastic()) return demand;
   demand.fine =
       fine.empty() ? bricks_of(surface, [&](const Vec3& x) { return reach.covers(x); }) : fine;
-  if (!demand.touched || !organ.stiffens || !tissue.thermal || reach.burn_radius == 0.0)
+  if (!demand.touched || !reach.stiffens || !tissue.thermal || reach.burn_radius == 0.0)
     return demand;
   demand.burnt =
       fine.empty()

@@ -28,6 +28,7 @@ struct Reach {
   bool sags = false;  ///< under gravity that changes; places its whole body in reach of a force
   std::vector<Vec3> burns;   ///< where hooks pass with current [m]
   double burn_radius = 0.0;  ///< tissue within this distance of one may coagulate [m]
+  bool stiffens = false;     ///< and becomes stiffer then
 
   bool covers(const Vec3& x) const;
 };

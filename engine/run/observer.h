@@ -54,7 +54,8 @@ class Observer {
 
   /// Ends its files; the world is as after the last frame.
   virtual Result<void> close(const World&) { return {}; }
-  /// Fills in its part of the report, whose organs and times are known.
+  /// Fills in its part of the report, whose organs, times and features' sections are known; what it
+  /// adds to those goes into sections of the same keys.
   virtual void describe(const World&, RunReport&) const {}
   /// The report is whole, every file is closed.
   virtual Result<void> present(const RunReport&) { return {}; }

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "engine/features/deformation/deformation.h"
+#include "engine/features/smoke/smoke.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/progress_bar.h"
 #include "engine/run/move_to_gpu.h"
@@ -100,7 +101,7 @@ Watch watch_of(const World& world, const SceneDescription& scene, const RunOptio
   watch.add(std::make_unique<Trainee>(world, scene));
   watch.add(std::make_unique<LesionCurve>(world, scene));
   watch.add(std::make_unique<RunHash>());
-  if (!scene.smoke.empty()) {
+  if (!smoke_of(scene).empty()) {
     if (scene.camera) watch.add(std::make_unique<Sight>());
     watch.add(std::make_unique<SmokeSeries>(scene.name));
   }
@@ -146,7 +147,9 @@ class Checkpoints {
     const CheckpointPart* run = checkpoint->find(kRunPart);
     if (!state || !run)
       return failure(file_.string() + ": found a checkpoint without a run, expected a run's");
-    if (auto loaded = load_book(*run, options_, book, trace); !loaded) return loaded;
+    if (auto loaded = load_book(*run, options_, flags_of(world.model().features()), book, trace);
+        !loaded)
+      return loaded;
     if (auto loaded = world.load_state(state->bytes); !loaded) return loaded;
     return watch.load(*checkpoint, {kRunPart, kWorldPart});
   }
@@ -202,7 +205,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
                             const RunOptions& options) {
   const Stopwatch whole;
   SceneDescription scene = scene_in;
-  if (!smokes(scene)) scene.smoke.clear();
+  if (!anything_smokes(scene)) scene.extras.remove<SmokeDescriptions>();
   const bool drawn = options.render && scene.camera.has_value();
 
   std::optional<oneapi::tbb::global_control> threads;
@@ -267,7 +270,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     return !interrupted();
   };
   loop.look = [&](Simulation& one, const StepReport& step) -> Result<void> {
-    book.flags |= step.flags;
+    book.flags.raise(step.flags);
     {
       const StageTimer timer(trace, stage_index(RunStage::kRecord), one.frame());
       watch.add_frame(world);

@@ -47,7 +47,5 @@ Result<RunReport> run_scene(const SceneDescription& scene,
 
 /// What this scene doesn't need, and why; the same words in `check` and in report.json.
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render);
-/// The same for an organ whose elasticity isn't prepared.
-SkippedReport skipped_elasticity(const OrganDescription& organ);
 
 }  // namespace viscera

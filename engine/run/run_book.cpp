@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,7 +15,7 @@ namespace {
 
 struct Saved {
   std::string options;
-  std::uint32_t flags = 0;
+  std::vector<std::string> flags;  ///< names
   double wall_s = 0.0;
   std::vector<Trace::Event> events;
   static constexpr auto fields() {
@@ -37,11 +39,13 @@ std::string text_of(const RunOptions& options) {
 }  // namespace
 
 CheckpointPart book_part(const RunBook& book, const Trace& trace, const RunOptions& options) {
-  return {kRunPart, saved(Saved{text_of(options), book.flags, book.wall_s, trace.events()})};
+  Saved all{.options = text_of(options), .wall_s = book.wall_s, .events = trace.events()};
+  for (const FrameFlag& flag : book.flags) all.flags.emplace_back(flag.name);
+  return {kRunPart, saved(all)};
 }
 
-Result<void> load_book(const CheckpointPart& part, const RunOptions& options, RunBook& book,
-                       Trace& trace) {
+Result<void> load_book(const CheckpointPart& part, const RunOptions& options,
+                       std::span<const FrameFlag> known, RunBook& book, Trace& trace) {
   Saved loaded;
   ByteReader reader(part.bytes);
   read(reader, loaded);
@@ -50,10 +54,20 @@ Result<void> load_book(const CheckpointPart& part, const RunOptions& options, Ru
   if (loaded.options != text_of(options))
     return failure(fmt::format("checkpoint: found one of a run with {}, expected {}",
                                loaded.options, text_of(options)));
+  RunBook read_book{.wall_s = loaded.wall_s};
+  for (const std::string& name : loaded.flags) {
+    const auto flag = std::ranges::find(known, name, &FrameFlag::name);
+    if (flag == known.end())
+      return failure(
+          fmt::format("checkpoint: its part \"{}\": found the flag \"{}\", expected one that a "
+                      "feature raises",
+                      part.name, name));
+    read_book.flags.raise(*flag);
+  }
   if (!trace.restore(std::move(loaded.events)))
     return failure(
         fmt::format("checkpoint: its part \"{}\": expected the stages of a step", part.name));
-  book = {loaded.flags, loaded.wall_s};
+  book = std::move(read_book);
   return {};
 }
 

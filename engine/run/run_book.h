@@ -1,11 +1,11 @@
 // What a run knows of itself, over all processes that have worked at it.
 #pragma once
 
-#include <cstdint>
-#include <string>
+#include <span>
 
 #include "engine/io/trace.h"
 #include "engine/run/run.h"
+#include "engine/simulation/frame_flag.h"
 #include "engine/simulator/checkpoint_file.h"
 
 namespace viscera {
@@ -14,14 +14,15 @@ namespace viscera {
 inline constexpr const char* kRunPart = "run";
 
 struct RunBook {
-  std::uint32_t flags = 0;  ///< all that frames have raised
-  double wall_s = 0.0;      ///< spent in the loop by processes before this one
+  FlagSet flags;        ///< all that frames have raised
+  double wall_s = 0.0;  ///< spent in the loop by processes before this one
 };
 
 /// With the trace's events so far, and the options that its files depend on.
 CheckpointPart book_part(const RunBook& book, const Trace& trace, const RunOptions& options);
-/// Fails where the run was started with other such options, telling both.
-Result<void> load_book(const CheckpointPart& part, const RunOptions& options, RunBook& book,
-                       Trace& trace);
+/// `known`: flags that there are. Fails where the run was started with other such options, telling
+/// both, and for a flag that isn't known.
+Result<void> load_book(const CheckpointPart& part, const RunOptions& options,
+                       std::span<const FrameFlag> known, RunBook& book, Trace& trace);
 
 }  // namespace viscera

@@ -3,75 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <thread>
 
-#include "engine/features/cautery/cautery.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
-#include "engine/features/held_tools/held_tools.h"
-#include "engine/features/links/links.h"
-#include "engine/features/smoke/smoke.h"
 #include "engine/simulation/feature.h"
 #include "engine/simulator/build.h"
 
 namespace viscera {
 namespace {
 
-std::string flag_text(FrameFlag flag) {
-  switch (flag) {
-    case FrameFlag::kOrganFrozen:
-      return "an organ's displacement was not finite; it is frozen: prepare it afresh (--no-cache)";
-    case FrameFlag::kContactNotConverged:
-      return "contact had no solution in some frame, without force there: smaller tool steps, or "
-             "fewer tools on one spot";
-    case FrameFlag::kOutOfReach:
-      return "a tip touched tissue where no place of the surface was near enough to take its "
-             "force: a "
-             "smaller spacing_mm";
-    case FrameFlag::kGripSlipped:
-      return "a closed jaw slid over the tissue: the pull passed its grip limit";
-    case FrameFlag::kSmokeFull:
-      return "a smoke volume was full; its oldest particles ended: raise max_particles";
-    case FrameFlag::kSmokeOutside:
-      return "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a "
-             "domain";
-    case FrameFlag::kHeatFull:
-      return "heat found no room for more of an organ's voxels; tissue beyond them counted as "
-             "cold: "
-             "a greater heat/voxel_mm";
-    case FrameFlag::kNotHeated:
-      return "a hook gave current to an organ that isn't heated: its tissue lacks thermal values, "
-             "or "
-             "its path had not announced that it comes there";
-    case FrameFlag::kGripMissed:
-      return "a jaw closed on nothing: move its closing key nearer to the tissue";
-  }
-  return {};
+template <class T>
+void append(std::vector<T>& all, std::vector<T> more) {
+  all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-HapticReport haptic_report(const HapticTool& tool) {
-  const HiveTissueFigures figures = tool.tissue->figures();
-  HapticReport report;
-  report.tool = tool.name;
-  report.device = tool.device->name();
-  report.ticks = tool.lockstep->next();
-  report.greatest_force = tool.servo->greatest_force();
-  report.energy = tool.servo->energy_given();
-  report.passivity_violations = tool.servo->passivity_violations();
-  report.hives_built = figures.hives;
-  report.hives_refused = figures.refused;
-  report.ticks_without = figures.uncovered;
-  report.newton_steps = figures.newton_steps;
-  report.tangent_answers = figures.tangent_answers;
-  report.deadline_misses = figures.deadline_misses;
-  report.linear_answers = figures.linear_answers;
-  report.frame_difference = tool.agreement.ratio();
-  report.frames_at_rest = tool.agreement.frames;
-  report.events = tool.events;
-  return report;
-}
-
-void describe_world(const World& world, const SceneDescription& scene, RunReport& report) {
+void describe_organs(const World& world, const SceneDescription& scene, RunReport& report) {
   for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
     const OrganBody& organ = world.all<OrganBody>()[o];
     const OrganModel& model = *organ.model;
@@ -94,52 +42,20 @@ void describe_world(const World& world, const SceneDescription& scene, RunReport
     report.organs.push_back(std::move(one));
     if (!model.deformable()) report.skipped.push_back(skipped_elasticity(scene.organs[o]));
   }
-  const Pool<Link>& links = world.all<Link>();
-  for (std::size_t l = 0; l < links.size(); ++l) {
-    const Link& link = links[l];
-    const auto described =
-        std::find_if(scene.links.begin(), scene.links.end(),
-                     [&](const LinkDescription& one) { return one.name == link.name; });
-    report.links.push_back({link.name, described->between, described->stiffness, link.springs,
-                            world.find<LinkState>(links.owner(l))->greatest_force});
-  }
-  if (const HapticTools* servos = servos_of(world))
-    for (const HapticTool& tool : servos->tools()) report.haptics.push_back(haptic_report(tool));
-  for (const SmokeBody& smoke : world.all<SmokeBody>()) {
-    const SmokeBook& book = smoke.volume.book();
-    report.smoke.particles_max =
-        std::max<std::size_t>(report.smoke.particles_max, smoke.most_particles);
-    report.smoke.emitted_kg += book.emitted;
-    report.smoke.airborne_kg += smoke.volume.airborne();
-    report.smoke.background_kg += book.background;
-    report.smoke.evacuated_kg += book.evacuated;
-    report.smoke.leaked_kg += book.leaked;
-    report.smoke.deposited_kg += book.deposited;
-  }
 }
 
-/// True when some hook carries current at some time.
-bool burns(const SceneDescription& scene) {
-  return std::any_of(scene.instruments.begin(), scene.instruments.end(), carries_current);
+/// The features, in the order in which a step is done with them.
+std::vector<const Feature*> features_by_step() {
+  std::vector<const Feature*> features;
+  for (const Feature& feature : all_features()) features.push_back(&feature);
+  const std::vector<std::string_view>& owners = step_schedule().owners();
+  std::ranges::stable_sort(features, {}, [&](const Feature* feature) {
+    return owners.rend() - std::ranges::find(owners.rbegin(), owners.rend(), feature->name);
+  });
+  return features;
 }
 
 }  // namespace
-
-bool smokes(const SceneDescription& scene) {
-  if (scene.smoke.empty()) return false;
-  return burns(scene) ||
-         std::any_of(scene.smoke.begin(), scene.smoke.end(), [](const SmokeDescription& smoke) {
-           return std::any_of(
-               smoke.emitters.begin(), smoke.emitters.end(),
-               [](const EmitterDescription& emitter) { return emitter.instrument.empty(); });
-         });
-}
-
-SkippedReport skipped_elasticity(const OrganDescription& organ) {
-  return {"elasticity of " + organ.name, organ.deformable
-                                             ? "no instrument, link or change of gravity reaches it"
-                                             : "scenery: deformable is false"};
-}
 
 std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool render) {
   std::vector<SkippedReport> skipped;
@@ -147,14 +63,8 @@ std::vector<SkippedReport> skipped_parts(const SceneDescription& scene, bool ren
     skipped.push_back({"rendering", "--no-render: no pictures, no film"});
   else if (!scene.camera)
     skipped.push_back({"rendering", "the scene has no camera"});
-  if (!burns(scene)) skipped.push_back({"heat", "no hook carries current"});
-  if (scene.smoke.empty())
-    skipped.push_back({"smoke", "the scene has no smoke volume"});
-  else if (!smokes(scene))
-    skipped.push_back({"smoke", "nothing burns: no hook carries current"});
-  if (std::none_of(scene.instruments.begin(), scene.instruments.end(),
-                   [](const InstrumentDescription& one) { return one.haptic.has_value(); }))
-    skipped.push_back({"haptics", "no instrument is a haptic tool"});
+  for (const Feature* feature : features_by_step())
+    if (feature->skipped) append(skipped, feature->skipped(scene));
   return skipped;
 }
 
@@ -193,7 +103,7 @@ std::string backend_line(const RunReport& report) {
 }
 
 void finish_report(const World& world, const SceneDescription& scene, const Trace& trace,
-                   std::uint32_t flags, RunReport& report) {
+                   const FlagSet& flags, RunReport& report) {
   report.duration_s = world.time();
   report.frames = world.frame();
   // Everything but the pictures counts: steps, smoke grids, writing, waiting for the writer.
@@ -206,24 +116,14 @@ void finish_report(const World& world, const SceneDescription& scene, const Trac
   if (gpu)
     for (const GpuSurfaces::Pass& pass : gpu->surfaces->passes())
       report.gpu->passes.push_back(stage_report(pass.name, quantiles(pass.seconds)));
-  if (gpu && !gpu->surfaces->trouble().empty())
-    report.warnings.push_back(gpu->surfaces->trouble() + ": they went on on the CPU");
-  for (const SmokeBody& smoke : world.all<SmokeBody>())
-    if (const std::string& failed = smoke.volume.device_failure(); !failed.empty())
-      report.warnings.push_back(failed + ": that smoke went on on the CPU");
-  for (std::size_t b = 0; b < world.all<OrganBurn>().size(); ++b)
-    if (const std::string& failed = world.all<OrganBurn>()[b].heat.device_failure();
-        !failed.empty())
-      report.warnings.push_back(
-          fmt::format("{}: that of organ \"{}\" went on on the CPU", failed,
-                      world.find<OrganBody>(world.all<OrganBurn>().owner(b))->name));
-  describe_world(world, scene, report);
-  for (const Feature& feature : world.model().features())
-    if (feature.report)
-      for (ReportSection& section : feature.report(world))
-        report.sections.emplace_back(std::move(section.key), std::move(section.json));
-  for (std::uint32_t bit = 1; bit != 0 && bit <= flags; bit <<= 1)
-    if (flags & bit) report.flags.push_back(flag_text(static_cast<FrameFlag>(bit)));
+  describe_organs(world, scene, report);
+  for (const Feature& feature : world.model().features()) {
+    if (feature.report) append(report.sections, feature.report(world));
+    if (feature.warnings) append(report.warnings, feature.warnings(world));
+  }
+  FlagSet raised = flags;
+  raised.order(flags_of(world.model().features()));
+  for (const FrameFlag& flag : raised) report.flags.emplace_back(flag.text);
 }
 
 }  // namespace viscera

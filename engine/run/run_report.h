@@ -6,12 +6,10 @@
 
 #include "engine/io/report.h"
 #include "engine/run/run.h"
+#include "engine/simulation/frame_flag.h"
 #include "engine/simulation/world.h"
 
 namespace viscera {
-
-/// True when something gives smoke to one of the scene's volumes.
-bool smokes(const SceneDescription& scene);
 
 /// What is known of a run before anything is prepared.
 RunReport begun_report(const SceneDescription& scene, const RunOptions& options);
@@ -22,6 +20,6 @@ std::string backend_line(const RunReport& report);
 /// What the world and the trace tell of it afterwards; `report` knows its wall time already.
 /// `flags`: all that its frames raised.
 void finish_report(const World& world, const SceneDescription& scene, const Trace& trace,
-                   std::uint32_t flags, RunReport& report);
+                   const FlagSet& flags, RunReport& report);
 
 }  // namespace viscera

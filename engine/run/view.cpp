@@ -6,6 +6,7 @@
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
+#include "engine/features/gas/gas_keys.h"
 #include "engine/features/smoke/smoke.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/smoke/sight.h"
@@ -67,7 +68,7 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
 
 /// Of what is mixed into the whole cavity [kg/m3].
 double background_density(const World& world, const SmokeBody& smoke) {
-  return smoke.volume.book().background / world.model().scene().gas.cavity;
+  return smoke.volume.book().background / gas_of(world.model().scene()).cavity;
 }
 
 const SmokeOptics& optics_of(const World& world) {
@@ -183,7 +184,7 @@ FrameView make_view(const World& world, Shown& shown, const SceneDescription& sc
   view.light_intensity = scene.light.intensity;
   view.light_colour = light_colour(scene.light.colour_temperature);
   view.frame = picture;
-  view.gas_temperature = scene.gas.temperature;
+  view.gas_temperature = gas_of(scene).temperature;
   for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
     const Entity organ = world.all<OrganBody>().owner(o);
     const OrganBody& body = world.all<OrganBody>()[o];
@@ -198,7 +199,7 @@ FrameView make_view(const World& world, Shown& shown, const SceneDescription& sc
     drawn.surface_version = state.version;
     drawn.pose = pose_of(world, organ);
     drawn.look = body.tissue.look;
-    drawn.temperature = scene.gas.temperature;
+    drawn.temperature = view.gas_temperature;
     if (const OrganBurn* burn = world.find<OrganBurn>(organ);
         burn && burn->heat.bricks().count() > 0) {
       drawn.burn = &burn->heat.bricks();

@@ -33,6 +33,16 @@ KeySpec position(std::string name, std::string description) {
   return vector(std::move(name), std::move(description)).between(-kFarthest_mm, kFarthest_mm);
 }
 
+KeySpec time_key(std::string description) {
+  return number("time_s", std::move(description)).needed().between(0, kLongest_s);
+}
+
+KeySpec direction_key(std::string description, Json otherwise) {
+  return vector("direction", std::move(description))
+      .between(-1e6, 1e6)
+      .otherwise(std::move(otherwise));
+}
+
 ObjectCheck has_direction(std::string name) {
   return {{name},
           [name](const Json& values) -> Finding {
@@ -49,6 +59,28 @@ ObjectSpec box(std::string description) {
            position("max_mm", "Greatest corner.").needed()},
           {},
           {corners_in_order()}};
+}
+
+ObjectSpec ball() {
+  return {"A ball.",
+          {position("centre_mm", "Its centre.").needed(),
+           number("radius_mm", "Its radius.").needed().between(0.01, 5000)},
+          {},
+          {}};
+}
+
+Finding first_outside(const Json& list, const std::string& path, const Json& low, const Json& high,
+                      const std::string& box) {
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    if (!list[k].contains("position_mm")) continue;
+    const Json& at = list[k]["position_mm"];
+    for (int i = 0; i < 3; ++i)
+      if (component(at, i) < component(low, i) || component(at, i) > component(high, i))
+        return {{path + "/" + std::to_string(k) + "/position_mm",
+                 "found " + at.dump() + ", expected a place inside " + box + ", " + low.dump() +
+                     " to " + high.dump()}};
+  }
+  return {};
 }
 
 }  // namespace viscera

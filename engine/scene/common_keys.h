@@ -15,9 +15,19 @@ double component(const Json& vector, int i);
 double distance(const Json& a, const Json& b);
 
 KeySpec position(std::string name, std::string description);
+/// "time_s" of a key frame.
+KeySpec time_key(std::string description);
+/// "direction": its length doesn't count.
+KeySpec direction_key(std::string description, Json otherwise);
 /// A vector whose length doesn't count isn't zero.
 ObjectCheck has_direction(std::string name);
 /// An axis-aligned box: min_mm and max_mm, in order.
 ObjectSpec box(std::string description);
+/// centre_mm and radius_mm.
+ObjectSpec ball();
+
+/// The first of a list's places (position_mm) that doesn't lie in a box, below `path`.
+Finding first_outside(const Json& list, const std::string& path, const Json& low, const Json& high,
+                      const std::string& box);
 
 }  // namespace viscera

@@ -20,6 +20,20 @@ class Extras {
     const auto found = values_.find(typeid(T));
     return found == values_.end() ? nullptr : std::any_cast<T>(&found->second);
   }
+  template <class T>
+  T* find() {
+    return const_cast<T*>(std::as_const(*this).find<T>());
+  }
+  /// Made by default where there is none.
+  template <class T>
+  T& get() {
+    if (!find<T>()) set(T());
+    return *find<T>();
+  }
+  template <class T>
+  void remove() {
+    values_.erase(typeid(T));
+  }
 
  private:
   std::map<std::type_index, std::any> values_;

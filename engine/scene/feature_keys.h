@@ -2,7 +2,10 @@
 // are read.
 #pragma once
 
+#include <filesystem>
 #include <functional>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "engine/scene/extras.h"
@@ -11,13 +14,19 @@
 namespace viscera {
 
 struct FeatureKeys {
-  /// Of one kind of object: keys that are checked, and what makes values of them, all keys that
-  /// have a fallback being there.
+  /// Of one kind of object.
   struct Part {
     std::vector<KeySpec> keys;
+    std::vector<ObjectCheck> checks;  ///< mistakes that show only beside other keys of the object
+    /// What makes values of them, all keys that have a fallback being there.
     std::function<void(const Json&, Extras&)> read;
+    /// Afterwards: seeks files that keys name from the scene's folder.
+    std::function<void(const std::filesystem::path& folder, Extras&)> locate;
   };
   Part scene, organ, instrument;
+  /// Where a key names an "organ" or an "instrument" (KeySpec::known_as): words that may stand for
+  /// one.
+  std::map<std::string, std::vector<std::string>> words;
 };
 
 }  // namespace viscera

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -11,6 +10,7 @@
 #include "engine/scene/overrides.h"
 #include "engine/scene/scene_keys.h"
 #include "engine/scene/tissues.h"
+#include "engine/scene/to_si.h"
 #include "engine/scene/validate.h"
 #include "kernels/base/hash.h"
 #include "kernels/formulations/formulations.h"
@@ -23,29 +23,8 @@ namespace fs = std::filesystem;
 
 // --- to SI --------------------------------------------------------------------------------------
 
-constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
-
-// Division rounds correctly where a product with 1e-3 doesn't: 2.5 mm is exactly 2.5e-3 m.
-double from_milli(const Json& value) {
-  return value.get<double>() / 1000.0;
-}
-double radians(const Json& degrees) {
-  return degrees.get<double>() * std::numbers::pi / 180.0;
-}
-
-Vec3 vector_of(const Json& value) {
-  return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
-}
-Vec3 from_milli_vector(const Json& value) {
-  return vector_of(value) / 1000.0;
-}
-
 double metres_per(const Json& unit) {
   return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1.0;
-}
-
-Box box_of(const Json& box) {
-  return {from_milli_vector(box["min_mm"]), from_milli_vector(box["max_mm"])};
 }
 
 Pose pose_of(const Json& pose) {
@@ -87,35 +66,6 @@ OrganGeometry geometry_of(const Json& values) {
   return geometry;
 }
 
-MotionDescription motion_of(const Json& values) {
-  MotionDescription motion;
-  motion.amplitude = from_milli(values["amplitude_mm"]);
-  motion.direction = vector_of(values["direction"]).normalized();
-  motion.period = values["period_s"];
-  motion.phase = radians(values["phase_deg"]);
-  return motion;
-}
-
-Region region_of(const Json& values) {
-  Region region;
-  if (values.contains("half_space")) {
-    const Json& plane = values["half_space"];
-    region.shape = Region::Shape::kHalfSpace;
-    region.a = from_milli_vector(plane["point_mm"]);
-    region.b = vector_of(plane["normal"]).normalized();
-  } else if (values.contains("sphere")) {
-    region.shape = Region::Shape::kSphere;
-    region.a = from_milli_vector(values["sphere"]["centre_mm"]);
-    region.radius = from_milli(values["sphere"]["radius_mm"]);
-  } else {
-    const Box box = box_of(values["box"]);
-    region.shape = Region::Shape::kBox;
-    region.a = box.min();
-    region.b = box.max();
-  }
-  return region;
-}
-
 OrganDescription organ_of(const Json& values) {
   OrganDescription organ;
   organ.name = values["name"];
@@ -126,7 +76,6 @@ OrganDescription organ_of(const Json& values) {
   if (values.contains("poisson_ratio")) organ.poisson_ratio = values["poisson_ratio"].get<double>();
   organ.material = material_of(values["material"]);
   organ.pose = pose_of(values["pose"]);
-  if (values.contains("motion")) organ.motion = motion_of(values["motion"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
   organ.formulation = values["formulation"];
   if (values["response"] == "local") organ.response = Response::kLocal;
@@ -139,21 +88,7 @@ OrganDescription organ_of(const Json& values) {
   if (values["displacement_storage"] == "half")
     organ.displacement_storage = DisplacementStorage::kHalf;
   organ.deformable = values["deformable"];
-  organ.sags = values["sags"];
-  organ.stiffens = values["stiffens"];
-  organ.spared = values["spared"];
   return organ;
-}
-
-// --- links --------------------------------------------------------------------------------------
-
-LinkDescription link_of(const Json& values) {
-  LinkDescription link;
-  link.name = values["name"];
-  link.between = {values["between"][0], values["between"][1]};
-  link.region = region_of(values["region"]);
-  link.stiffness = values["stiffness_N_per_m"];
-  return link;
 }
 
 // --- instruments --------------------------------------------------------------------------------
@@ -174,44 +109,6 @@ TipDescription tip_of(const Json& values) {
   return tip;
 }
 
-HiveDescription hive_of(const Json& values) {
-  using Periphery = HiveDescription::Periphery;
-  HiveDescription hive;
-  if (values.contains("radius_mm")) hive.radius = from_milli(values["radius_mm"]);
-  if (values.contains("nodes")) hive.nodes = values["nodes"];
-  if (values.contains("periphery"))
-    hive.periphery = values["periphery"] == "coupled"      ? Periphery::kCoupled
-                     : values["periphery"] == "boussinesq" ? Periphery::kBoussinesq
-                                                           : Periphery::kFixed;
-  hive.paper = values["formulation"] == "paper";
-  return hive;
-}
-
-HapticDescription haptic_of(const Json& values) {
-  using Device = HapticDescription::Device;
-  using Grip = HapticDescription::Grip;
-  HapticDescription haptic;
-  haptic.device = values["device"] == "simulated"  ? Device::kSimulated
-                  : values["device"] == "recorded" ? Device::kRecorded
-                                                   : Device::kNetwork;
-  if (values.contains("recording")) haptic.recording = values["recording"].get<std::string>();
-  if (values.contains("port")) haptic.port = values["port"];
-  if (values.contains("grip"))
-    haptic.grip = values["grip"] == "loose"  ? Grip::kLoose
-                  : values["grip"] == "firm" ? Grip::kFirm
-                                             : Grip::kMedium;
-  if (values.contains("coupling_N_per_m")) haptic.coupling_stiffness = values["coupling_N_per_m"];
-  haptic.hive = hive_of(values["hive"]);
-  return haptic;
-}
-
-CurrentMode mode_of(const Json& name) {
-  return name == "cut"         ? CurrentMode::kCut
-         : name == "blend"     ? CurrentMode::kBlend
-         : name == "coagulate" ? CurrentMode::kCoagulate
-                               : CurrentMode::kFulgurate;
-}
-
 InstrumentDescription instrument_of(const Json& values) {
   const Json& kind = values["kind"];
   InstrumentDescription instrument;
@@ -228,17 +125,15 @@ InstrumentDescription instrument_of(const Json& values) {
     instrument.grip_limit = values["grip_limit_N"];
     instrument.grip_radius = from_milli(values["grip_radius_mm"]);
   }
-  if (values.contains("mode")) instrument.mode = mode_of(values["mode"]);
   instrument.friction = values["friction"];
   for (const Json& key : values["path"]) {
     instrument.path.push_back(
         {key["time_s"], from_milli_vector(key["tip_mm"]), key["power_W"], key["jaw"]});
   }
-  if (values.contains("haptic")) instrument.haptic = haptic_of(values["haptic"]);
   return instrument;
 }
 
-// --- picture, smoke, gas ------------------------------------------------------------------------
+// --- picture ------------------------------------------------------------------------------------
 
 CameraDescription camera_of(const Json& values) {
   CameraDescription camera;
@@ -252,133 +147,37 @@ CameraDescription camera_of(const Json& values) {
   return camera;
 }
 
-Interval interval_of(const Json& values) {
-  Interval when;
-  when.from = values["from_s"];
-  if (values.contains("to_s")) when.to = values["to_s"];
-  return when;
-}
-
-EmitterDescription emitter_of(const Json& values) {
-  constexpr double kKilogram = 1e-6;  // of one mg
-  EmitterDescription emitter;
-  if (values.contains("instrument")) {
-    emitter.instrument = values["instrument"];
-    return emitter;
-  }
-  emitter.position = from_milli_vector(values["position_mm"]);
-  emitter.direction = vector_of(values["direction"]).normalized();
-  emitter.radius = from_milli(values["radius_mm"]);
-  emitter.rate = values["rate_mg_per_s"].get<double>() * kKilogram;
-  emitter.particles = values["particles_per_s"];
-  emitter.speed = from_milli(values["speed_mm_per_s"]);
-  emitter.excess = values["excess_K"];
-  emitter.when = interval_of(values);
-  return emitter;
-}
-
-SmokeDescription smoke_of(const Json& values) {
-  constexpr double kKilogram = 1e-9;  // of one ug
-  SmokeDescription smoke;
-  smoke.name = values["name"];
-  smoke.domain = box_of(values["domain"]);
-  smoke.voxel = from_milli(values["voxel_mm"]);
-  smoke.max_particles = values["max_particles"];
-  smoke.spacing = from_milli(values["spacing_mm"]);
-  if (values["laplacian"] == "paper") smoke.laplacian = Laplacian::kPaper;
-  smoke.lifetime = values["lifetime_s"];
-  smoke.particle_mass = values["particle_mass_ug"].get<double>() * kKilogram;
-  smoke.look = values["look"] == "sprites" ? SmokeLook::kSprites : SmokeLook::kMarch;
-  if (values.contains("emitters"))
-    for (const Json& emitter : values["emitters"]) smoke.emitters.push_back(emitter_of(emitter));
-  return smoke;
-}
-
-double flow_of(const Json& values) {
-  constexpr double kLitrePerMinute = 1e-3 / 60.0;  // [m3/s]
-  return values["flow_L_per_min"].get<double>() * kLitrePerMinute;
-}
-
-GasDescription gas_of(const Json& values) {
-  GasDescription gas;
-  gas.pressure = values["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury;
-  gas.temperature = values["temperature_C"].get<double>() + kZeroCelsius;
-  gas.cells = values["cells"];
-  if (values.contains("domain")) gas.domain = box_of(values["domain"]);
-  gas.cavity = from_milli(values["cavity_L"]);  // a litre is a thousandth of a cubic metre
-  for (const Json& inlet : values["inlets"])
-    gas.inlets.push_back({from_milli_vector(inlet["position_mm"]),
-                          vector_of(inlet["direction"]).normalized(),
-                          from_milli(inlet["radius_mm"]), flow_of(inlet), interval_of(inlet)});
-  for (const Json& leak : values["leaks"])
-    gas.leaks.push_back({from_milli_vector(leak["position_mm"]), from_milli(leak["radius_mm"])});
-  for (const Json& suction : values["evacuators"]) {
-    EvacuatorDescription evacuator;
-    if (suction.contains("instrument"))
-      evacuator.instrument = suction["instrument"];
-    else
-      evacuator.position = from_milli_vector(suction["position_mm"]);
-    evacuator.radius = from_milli(suction["radius_mm"]);
-    evacuator.flow = flow_of(suction);
-    evacuator.when = interval_of(suction);
-    gas.evacuators.push_back(std::move(evacuator));
-  }
-  return gas;
-}
-
-HeatDescription heat_of(const Json& values) {
-  HeatDescription heat;
-  heat.voxel = from_milli(values["voxel_mm"]);
-  if (values.contains("lesion_of")) heat.lesion_of = values["lesion_of"];
-  if (values.contains("published")) {
-    const Json& published = values["published"];
-    heat.published = {from_milli(published["least_depth_mm"]),
-                      from_milli(published["most_depth_mm"]),
-                      from_milli(published["least_width_mm"]),
-                      from_milli(published["most_width_mm"]), published["source"]};
-  }
-  return heat;
-}
-
-GravityDescription gravity_of(const Json& values) {
-  GravityDescription gravity;
-  gravity.acceleration = values["acceleration_m_per_s2"];
-  gravity.rest_direction = vector_of(values["rest_direction"]).normalized();
-  for (const Json& key : values["table"])
-    gravity.table.push_back(
-        {key["time_s"], radians(key["head_up_deg"]), radians(key["left_side_down_deg"])});
-  return gravity;
-}
-
 void read_extras(const std::vector<FeatureKeys>& features, FeatureKeys::Part FeatureKeys::*part,
-                 const Json& values, Extras& extras) {
-  for (const FeatureKeys& feature : features)
+                 const Json& values, const fs::path& folder, Extras& extras) {
+  for (const FeatureKeys& feature : features) {
     if ((feature.*part).read) (feature.*part).read(values, extras);
+    if ((feature.*part).locate) (feature.*part).locate(folder, extras);
+  }
 }
 
-SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& features) {
+SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& features,
+                          const fs::path& file) {
+  const auto read = [&](FeatureKeys::Part FeatureKeys::*part, const Json& object, Extras& extras) {
+    read_extras(features, part, object, file.parent_path(), extras);
+  };
   SceneDescription scene;
+  scene.file = file;
   scene.name = values["name"];
   scene.title = values["title"];
   scene.duration = values["duration_s"];
   scene.seed = values["seed"];
-  read_extras(features, &FeatureKeys::scene, values, scene.extras);
+  read(&FeatureKeys::scene, values, scene.extras);
   for (const Json& organ : values["organs"]) {
     scene.organs.push_back(organ_of(organ));
-    read_extras(features, &FeatureKeys::organ, organ, scene.organs.back().extras);
+    read(&FeatureKeys::organ, organ, scene.organs.back().extras);
   }
-  for (const Json& link : values["links"]) scene.links.push_back(link_of(link));
   for (const Json& instrument : values["instruments"]) {
     scene.instruments.push_back(instrument_of(instrument));
-    read_extras(features, &FeatureKeys::instrument, instrument, scene.instruments.back().extras);
+    read(&FeatureKeys::instrument, instrument, scene.instruments.back().extras);
   }
   if (values.contains("camera")) scene.camera = camera_of(values["camera"]);
   const Json& light = values["light"];
   scene.light = {light["intensity"], light["colour_temperature_K"]};
-  for (const Json& smoke : values["smoke"]) scene.smoke.push_back(smoke_of(smoke));
-  scene.gas = gas_of(values["gas"]);
-  scene.heat = heat_of(values["heat"]);
-  if (values.contains("gravity")) scene.gravity = gravity_of(values["gravity"]);
   return scene;
 }
 
@@ -396,7 +195,7 @@ std::vector<std::string> recipe_names(const fs::path& assets) {
 
 /// The names in a list of named objects, after `first`; nothing where some name is a mistake of its
 /// own, so that it isn't reported twice. The file isn't checked yet.
-std::optional<std::vector<std::string>> names_of(const Json& root, const char* list,
+std::optional<std::vector<std::string>> names_of(const Json& root, const std::string& list,
                                                  std::vector<std::string> first) {
   if (!root.is_object()) return {};
   std::vector<std::string> names = std::move(first);
@@ -411,6 +210,16 @@ std::optional<std::vector<std::string>> names_of(const Json& root, const char* l
     names.push_back(name);
   }
   return names;
+}
+
+/// What stands for an object of this kind without being its name.
+std::vector<std::string> words_for(const std::string& kind,
+                                   const std::vector<FeatureKeys>& features) {
+  std::vector<std::string> words;
+  for (const FeatureKeys& feature : features)
+    if (const auto found = feature.words.find(kind); found != feature.words.end())
+      words.insert(words.end(), found->second.begin(), found->second.end());
+  return words;
 }
 
 ReadContext context_for(const fs::path& file, const SceneLoadOptions& options, Error& error) {
@@ -452,10 +261,9 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
       error.messages.push_back(resolved.error().text());
   }
 
-  if (auto names = names_of(*root, "organs", {LinkDescription::kGround}))
-    context.vocabularies["organ"] = std::move(*names);
-  if (auto names = names_of(*root, "instruments", {}))
-    context.vocabularies["instrument"] = std::move(*names);
+  for (const char* kind : {"organ", "instrument"})
+    if (auto names = names_of(*root, std::string(kind) + "s", words_for(kind, options.features)))
+      context.vocabularies[kind] = std::move(*names);
   for (const Mistake& mistake : validate(*root, scene_keys(options.features), context)) {
     const auto from = std::find_if(overridden.rbegin(), overridden.rend(), [&](const auto& entry) {
       return mistake.path == entry.first || mistake.path.starts_with(entry.first + "/");
@@ -466,14 +274,10 @@ Result<SceneDescription> load_scene(const fs::path& file, const SceneLoadOptions
   }
   if (!error.messages.empty()) return std::unexpected(error);
 
-  SceneDescription scene = scene_of(*root, options.features);
-  scene.file = file;
+  SceneDescription scene = scene_of(*root, options.features, file);
   Hasher hasher;
   hasher.text(root->dump());
   scene.source = hasher.hex();
-  for (InstrumentDescription& instrument : scene.instruments)
-    if (instrument.haptic && !instrument.haptic->recording.empty())
-      instrument.haptic->recording = file.parent_path() / instrument.haptic->recording;
   return scene;
 }
 

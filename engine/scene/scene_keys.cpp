@@ -1,10 +1,7 @@
 #include "engine/scene/scene_keys.h"
 
 #include "engine/scene/common_keys.h"
-#include "engine/scene/haptic_keys.h"
 #include "engine/scene/material_keys.h"
-#include "engine/scene/scene.h"
-#include "engine/scene/smoke_keys.h"
 
 namespace viscera {
 namespace {
@@ -12,10 +9,6 @@ namespace {
 constexpr double kGreatestSeed =
     9007199254740991.0;  // 2^53 - 1: what every JSON reader keeps exactly
 constexpr double kShortestShaft_mm = 1.0;
-
-KeySpec time(std::string description) {
-  return number("time_s", std::move(description)).needed().between(0, kLongest_s);
-}
 
 KeySpec file_unit(std::string beside) {
   return text("unit", "Length that one unit of the file stands for.")
@@ -100,14 +93,6 @@ ObjectSpec geometry() {
   return spec;
 }
 
-ObjectSpec ball() {
-  return {"A ball.",
-          {position("centre_mm", "Its centre.").needed(),
-           number("radius_mm", "Its radius.").needed().between(0.01, 5000)},
-          {},
-          {}};
-}
-
 ObjectSpec region() {
   const ObjectSpec half_space{"All that lies behind a plane.",
                               {position("point_mm", "A point of the plane.").needed(),
@@ -161,27 +146,13 @@ ObjectSpec pose() {
           {}};
 }
 
-ObjectSpec motion() {
-  return {
-      "Breathing: the organ goes from its pose along a line and back, with a pause there.",
-      {number("amplitude_mm", "Greatest way.").needed().between(0, 100),
-       vector("direction", "Of the way; its length doesn't matter.")
-           .between(-1000, 1000)
-           .otherwise({0, -1, 0}),
-       number("period_s", "Of one breath.").between(0.2, 1000).otherwise(4.0),
-       number("phase_deg", "Of the breath at time 0, at 0 at its pose, at 180 farthest from it.")
-           .between(-360, 360)
-           .otherwise(0.0)},
-      {},
-      {has_direction("direction")}};
-}
-
 /// What features add to one kind of object.
-void add_keys(ObjectSpec& spec, const std::vector<FeatureKeys>& features,
+void add_part(ObjectSpec& spec, const std::vector<FeatureKeys>& features,
               FeatureKeys::Part FeatureKeys::*part) {
   for (const FeatureKeys& feature : features) {
-    const std::vector<KeySpec>& keys = (feature.*part).keys;
-    spec.keys.insert(spec.keys.end(), keys.begin(), keys.end());
+    const FeatureKeys::Part& added = feature.*part;
+    spec.keys.insert(spec.keys.end(), added.keys.begin(), added.keys.end());
+    spec.checks.insert(spec.checks.end(), added.checks.begin(), added.checks.end());
   }
 }
 
@@ -197,7 +168,6 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       object("material", "How held tools feel it beyond small, slow strains.", material_keys())
           .otherwise(Json::object()),
       object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
-      object("motion", "How breathing moves it; without it, it stays.", motion()),
       list("fixed",
            "Regions whose union holds the surface that doesn't move; a deformable organ "
            "needs at least one.",
@@ -221,19 +191,7 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
           .one_of({"single", "half"})
           .otherwise("single"),
       boolean("deformable", "false: scenery that nothing touches or moves.").otherwise(true),
-      boolean(
-          "sags",
-          "Whether gravity moves it where the scene has gravity that changes; then it is prepared "
-          "though nothing touches it. Scenery never sags.")
-          .otherwise(true),
-      boolean("stiffens",
-              "Whether tissue that a hook coagulates becomes stiffer and shrinks; what is under "
-              "the fine part of its surface is prepared for it where hooks carry current.")
-          .otherwise(true),
-      boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
-          .otherwise(false),
   };
-  add_keys(spec, features, &FeatureKeys::organ);
   spec.checks = {
       {{"deformable", "fixed"},
        [](const Json& values) -> Finding {
@@ -246,62 +204,8 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
          {{"not",
            {{"properties", {{"deformable", {{"const", false}}}}}, {"required", {"deformable"}}}}}},
         {"then", {{"properties", {{"fixed", {{"minItems", 1}}}}}, {"required", {"fixed"}}}}}}};
+  add_part(spec, features, &FeatureKeys::organ);
   return spec;
-}
-
-// --- links --------------------------------------------------------------------------------------
-
-ObjectSpec link() {
-  const ObjectSpec region{"A part of the world, where the organs stand at their poses.",
-                          {object("sphere", "A ball.", ball()),
-                           object("box", "An axis-aligned box.", box("An axis-aligned box."))},
-                          {"sphere", "box"},
-                          {}};
-  ObjectSpec spec;
-  spec.description = "Springs that tie two organs: a ligament, the gallbladder's bed.";
-  spec.keys = {
-      name_key("Its name in reports and --set; unique among links."),
-      texts("between",
-            "The two organs that it ties; in the place of one, \"ground\": what never moves.", 2)
-          .known_as("organ")
-          .needed(),
-      object("region", "Holds the surface on which its springs end, of both organs.", region)
-          .needed(),
-      number("stiffness_N_per_m",
-             "Of all its springs together, in every direction; without tension where both organs "
-             "stand undeformed at their poses. 0: nothing is tied.")
-          .needed()
-          .between(0, 1e9),
-  };
-  spec.checks = {{{"between"},
-                  [](const Json& values) -> Finding {
-                    const Json& between = values["between"];
-                    if (between[0] != between[1]) return {};
-                    return {{"between/1", "found " + between[1].dump() +
-                                              " again, expected another than between/0"}};
-                  },
-                  {{"properties", {{"between", {{"uniqueItems", true}}}}}}}};
-  return spec;
-}
-
-// Both ends on what never deforms: nothing would come of it.
-Finding links_tie_tissue(const Json& scene) {
-  const auto deforms = [&](const Json& name) {
-    for (const Json& organ : scene["organs"])
-      if (organ["name"] == name) return organ["deformable"].get<bool>();
-    return false;
-  };
-  for (std::size_t i = 0; i < scene["organs"].size() && !scene["links"].empty(); ++i)
-    if (scene["organs"][i]["name"] == LinkDescription::kGround)
-      return {{"organs/" + std::to_string(i) + "/name",
-               "found \"ground\", expected another name: links mean by it what never moves"}};
-  for (std::size_t i = 0; i < scene["links"].size(); ++i) {
-    const Json& between = scene["links"][i]["between"];
-    if (deforms(between[0]) || deforms(between[1])) continue;
-    return {{"links/" + std::to_string(i) + "/between",
-             "found " + between.dump() + ", expected at least one deformable organ"}};
-  }
-  return {};
 }
 
 // --- instruments --------------------------------------------------------------------------------
@@ -349,7 +253,7 @@ Finding path_fits_instrument(const Json& instrument) {
 ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
   const ObjectSpec key{
       "State at one time.",
-      {time("When; ascending along the path."),
+      {time_key("When; ascending along the path."),
        position("tip_mm",
                 "Where the tip is: the centre of its sphere, the end of a capsule's axis.")
            .needed(),
@@ -381,13 +285,6 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
           .between(0.1, 50)
           .otherwise(4.0)
           .only_where("kind", {"grasper"}),
-      text("mode",
-           "Of the generator of a hook or spatula: cut, a steady wave of low voltage; blend; "
-           "coagulate, short waves "
-           "for a touching tip; fulgurate, short waves of high voltage that spark over a gap.")
-          .one_of({"cut", "blend", "coagulate", "fulgurate"})
-          .otherwise("blend")
-          .only_where("kind", {"hook", "spatula"}),
       number("friction",
              "Coulomb's coefficient between its tip and tissue: tissue clings to the tip until the "
              "drag passes this share of the pressing force. 0 slides freely; from some 10 on, what "
@@ -398,10 +295,9 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
           .needed()
           .items(1, 100000)
           .ascending_by("time_s"),
-      object("haptic", "Makes it a held tool; without it, the path moves the tip.", haptic_keys()),
   };
-  add_keys(spec, features, &FeatureKeys::instrument);
   spec.checks = {{{"kind", "trocar_mm", "path"}, path_fits_instrument, nullptr}};
+  add_part(spec, features, &FeatureKeys::instrument);
   return spec;
 }
 
@@ -410,7 +306,8 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
 ObjectSpec camera() {
   const ObjectSpec key{
       "Pose at one time.",
-      {time("When; ascending along the path."), position("tip_mm", "Where the lens is.").needed(),
+      {time_key("When; ascending along the path."),
+       position("tip_mm", "Where the lens is.").needed(),
        position("target_mm", "A point on the shaft's axis beyond the lens.").needed(),
        number("roll_deg", "About the shaft's axis.").between(-360, 360).otherwise(0.0)},
       {},
@@ -444,64 +341,6 @@ ObjectSpec light() {
       {}};
 }
 
-ObjectSpec heat() {
-  return {"Where nothing is warm, nothing is kept or computed.",
-          {number("voxel_mm", "Edge of the voxels in which heat spreads.")
-               .between(0.001, 2)
-               .otherwise(0.5),
-           text("lesion_of",
-                "A hook: depth and width of the lesion under the place where it first burns go to "
-                "lesion.csv and lesion.svg.")
-               .known_as("instrument"),
-           object("published", "What is known of burns like it, for lesion.svg.",
-                  {"Of tissue that has coagulated.",
-                   {number("least_depth_mm", "Under the electrode.").needed().between(0, 100),
-                    number("most_depth_mm", "Under the electrode.").needed().between(0, 100),
-                    number("least_width_mm", "At the surface.").needed().between(0, 100),
-                    number("most_width_mm", "At the surface.").needed().between(0, 100),
-                    text("source", "And whether it was read there or recalled.").needed()},
-                   {},
-                   {}})
-               .only_beside("lesion_of")},
-          {},
-          {}};
-}
-
-ObjectSpec gravity() {
-  const ObjectSpec key{
-      "How the table lies at one time.",
-      {time("When; ascending along the table's keys."),
-       number("head_up_deg",
-              "About the patient's x axis: the head rises over the feet (reverse Trendelenburg); "
-              "below 0 it sinks (Trendelenburg).")
-           .between(-90, 90)
-           .otherwise(0.0),
-       number("left_side_down_deg",
-              "About the table's long axis: the patient's left side sinks; below 0 the right one.")
-           .between(-180, 180)
-           .otherwise(0.0)},
-      {},
-      {}};
-  return {
-      "Organs have their rest shapes under the gravity in which they were imaged; what gravity "
-      "differs from that, as the table tilts, moves them.",
-      {number("acceleration_m_per_s2", "Of free fall.").between(0, 100).otherwise(9.81),
-       vector("rest_direction",
-              "Of gravity while the organs were imaged, in the patient's frame; its length "
-              "doesn't matter. On the back it is [0, 0, -1].")
-           .between(-1000, 1000)
-           .otherwise({0, 0, -1}),
-       list("table",
-            "Key frames of the table's tilt; between them the angles change smoothly. None: "
-            "level.",
-            key)
-           .items(0, 100000)
-           .ascending_by("time_s")
-           .otherwise(Json::array())},
-      {},
-      {has_direction("rest_direction")}};
-}
-
 ObjectSpec scene(const std::vector<FeatureKeys>& features) {
   ObjectSpec spec;
   spec.description =
@@ -516,30 +355,14 @@ ObjectSpec scene(const std::vector<FeatureKeys>& features) {
       number("duration_s", "Simulated time.").between(0.001, kLongest_s).otherwise(10.0),
       integer("seed", "Of everything random.").between(0, kGreatestSeed).otherwise(1),
       list("organs", "Bodies of tissue.", organ(features)).needed().items(0, 200).unique_by("name"),
-      list("links", "What ties organs to each other: ligaments, the gallbladder's bed.", link())
-          .items(0, 200)
-          .unique_by("name")
-          .otherwise(Json::array()),
       list("instruments", "What the surgeon holds.", instrument(features))
           .items(0, 20)
           .unique_by("name")
           .otherwise(Json::array()),
       object("camera", "The endoscope; without one, nothing can be rendered.", camera()),
       object("light", "The light at the lens.", light()).otherwise(Json::object()),
-      list("smoke", "Volumes that smoke may fill; none: no smoke.", smoke_keys())
-          .items(0, 8)
-          .unique_by("name")
-          .otherwise(Json::array()),
-      object("gas", "The gas that holds the cavity open (CO2).", gas_keys())
-          .otherwise(Json::object()),
-      object("heat", "How heat is followed in organs that hooks burn.", heat())
-          .otherwise(Json::object()),
-      object("gravity", "How gravity changes as the table tilts; without it, organs weigh nothing.",
-             gravity()),
   };
-  add_keys(spec, features, &FeatureKeys::scene);
-  spec.checks = {
-      {{"organs", "links"}, links_tie_tissue, nullptr}, emitters_burn(), openings_in_domain()};
+  add_part(spec, features, &FeatureKeys::scene);
   return spec;
 }
 

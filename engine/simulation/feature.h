@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/io/report_section.h"
 #include "engine/scene/feature_keys.h"
 #include "engine/simulation/frame.h"
 #include "engine/simulation/prepare.h"
@@ -23,11 +24,6 @@ struct Stage {
   std::vector<std::string_view> writes = {};        ///< in both: changes what others have written
   bool (*needed)(const World&) = nullptr;  ///< null: always; else a scene may do without it
   void (*run)(World&, const FrameContext&) = nullptr;
-};
-
-/// A section of report.json of a feature's own.
-struct ReportSection {
-  std::string key, json;
 };
 
 struct Feature {
@@ -49,13 +45,23 @@ struct Feature {
   /// The types of state that it has: state_type<T>().
   std::vector<StateType> states = {};
   std::vector<Stage> stages = {};
+  /// That its stages raise.
+  std::vector<FrameFlag> flags = {};
   /// Adds its part to an organ's FreeShape::places [m]; false: it moves nothing.
   bool (*shape)(const World&, Entity organ, std::vector<float>& places) = nullptr;
   /// After a state has been loaded: makes what follows from it.
   void (*restored)(World&) = nullptr;
   /// Why a world with it can't be saved; empty: it can.
   std::string (*unsavable)(const World&) = nullptr;
+  /// Its sections of report.json.
   std::vector<ReportSection> (*report)(const World&) = nullptr;
+  /// What a person should know of a run that is over.
+  std::vector<std::string> (*warnings)(const World&) = nullptr;
+  /// What of it this scene doesn't need, and why.
+  std::vector<SkippedReport> (*skipped)(const SceneDescription&) = nullptr;
 };
+
+/// All that they may raise, in their order.
+std::vector<FrameFlag> flags_of(const std::vector<Feature>& features);
 
 }  // namespace viscera

@@ -34,8 +34,6 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescri
   for (const InstrumentBody& body : instruments) {
     const InstrumentDescription& instrument = body.description;
     size = std::max(size, body.extent);
-    // Only the hand knows where it takes a tool that it holds.
-    reach.anywhere = reach.anywhere || instrument.haptic.has_value();
     if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
     bool closed = false;
     Vec3 closed_at = Vec3::Zero();

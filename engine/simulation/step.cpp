@@ -31,6 +31,7 @@ FrameReport step_frame(World& world, const Controls& controls, Trace* trace) {
     if (trace) timer.emplace(*trace, static_cast<int>(i), context.frame);
     stages[i].run(world, context);
   }
+  if (report.flags.size() > 1) report.flags.order(flags_of(world.model().features()));
   world.set_clock({last_tick, context.frame});
   return report;
 }

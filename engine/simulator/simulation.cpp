@@ -78,12 +78,12 @@ Controls Simulation::path_controls() const {
 }
 
 StepReport Simulation::step() {
-  return {step_frame(*world_, path_controls(), trace_).flags};
+  return {.flags = step_frame(*world_, path_controls(), trace_).flags};
 }
 
 Result<StepReport> Simulation::step(const Controls& controls) {
   if (auto sound = check_controls(*world_, controls); !sound) return std::unexpected(sound.error());
-  return StepReport{step_frame(*world_, controls, trace_).flags};
+  return StepReport{.flags = step_frame(*world_, controls, trace_).flags};
 }
 
 Result<Snapshot> Simulation::snapshot() const {

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "engine/simulation/controls.h"
+#include "engine/simulation/frame_flag.h"
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 
@@ -86,7 +87,10 @@ struct SimulationOptions {
 
 /// What a step has to tell.
 struct StepReport {
-  std::uint32_t flags = 0;  ///< FrameFlag bits (engine/simulation/frame.h)
+  FlagSet flags;  ///< that were raised, in the order of the features
+
+  /// Features declare their flags in engine/features/NAME/NAME_flags.h.
+  bool has(const FrameFlag& flag) const { return flags.has(flag); }
 };
 
 /// A surface as it is now; holds until the next step.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "engine/features/features.h"
 #include "engine/features/held_tools/held_tools.h"
 #include "engine/features/local/local.h"
 #include "engine/run/state_hash.h"
@@ -33,6 +34,7 @@ Palpation palpate(const std::string& name,
   Palpation out;
   SceneLoadOptions options;
   options.assets = project_file("assets");
+  options.features = feature_keys();
   auto scene = load_scene(project_file("scenes/" + name + ".json"), options);
   const auto tissues = load_tissues(project_file("assets/tissues.json"));
   if (!scene || !tissues) {
@@ -104,7 +106,7 @@ TEST(Palpation, TheLungIsFeltAndDentedByHivesAloneAndRepeats) {
 TEST(Palpation, AHookThatRestsOnTheLiverFeelsThePicturesLiver) {
   const Palpation rests = palpate("laparoscopic_cautery", [](SceneDescription& scene) {
     for (InstrumentDescription& tool : scene.instruments) {
-      if (!tool.haptic) continue;
+      if (!haptic_of(tool)) continue;
       tool.path.resize(4);
       tool.path.push_back(tool.path.back());
       tool.path.back().time = 5.0;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/features/features.h"
 #include "engine/features/local/hive_settings.h"
 #include "engine/organ/shape.h"
 #include "engine/scene/load_scene.h"
@@ -87,6 +88,7 @@ std::unique_ptr<Kidney> kidney(const std::string& model = "linear") {
   SceneLoadOptions options;
   options.overrides = {{"organs/kidney/material/model", '"' + model + '"'}};
   options.assets = project_file("assets");
+  options.features = feature_keys();
   auto scene = load_scene(project_file("scenes/kidney_palpation.json"), options);
   if (!scene) {
     ADD_FAILURE() << scene.error().text();

@@ -2,8 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include <ostream>
+
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
+
+namespace viscera {
+
+void PrintTo(const FlagSet& flags, std::ostream* out) {
+  *out << '{';
+  for (const FrameFlag& flag : flags) *out << ' ' << flag.name;
+  *out << " }";
+}
+
+}  // namespace viscera
 
 namespace viscera::test {
 
@@ -45,10 +57,10 @@ std::unique_ptr<World> build(const SceneDescription& scene) {
   return std::move(*world);
 }
 
-std::uint32_t step_until(World& world, double time) {
+FlagSet step_until(World& world, double time) {
   Trace trace(stage_names());
-  std::uint32_t flags = 0;
-  while (world.time() < time - 1e-9) flags |= step_frame(world, trace).flags;
+  FlagSet flags;
+  while (world.time() < time - 1e-9) flags.raise(step_frame(world, trace).flags);
   return flags;
 }
 

@@ -1,6 +1,7 @@
 // A body and tools in a world of their own, without files: for tests of contact and stages.
 #pragma once
 
+#include <iosfwd>
 #include <map>
 #include <memory>
 #include <string>
@@ -10,6 +11,13 @@
 #include "engine/scene/soft_ball.h"
 #include "engine/simulation/frame.h"
 #include "engine/simulation/world.h"
+
+namespace viscera {
+
+/// For messages of tests.
+void PrintTo(const FlagSet& flags, std::ostream* out);
+
+}  // namespace viscera
 
 namespace viscera::test {
 
@@ -27,7 +35,7 @@ std::map<std::string, Tissue> test_tissues();
 std::unique_ptr<World> build(const SceneDescription& scene);
 
 /// Steps until the world's time reaches `time` [s]; all flags raised on the way.
-std::uint32_t step_until(World& world, double time);
+FlagSet step_until(World& world, double time);
 
 /// Force on the i-th instrument now [N].
 Vec3 force_on(const World& world, std::size_t instrument);

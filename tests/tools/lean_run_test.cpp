@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/features/features.h"
 #include "engine/gpu/egl_context.h"
 #include "engine/io/smoke_file.h"
 #include "engine/run/run.h"
@@ -16,6 +17,7 @@ TEST(LeanRun, SpherePressWithoutPicturesMakesNoEglAndNoOpenVdbCall) {
   const TemporaryFolder folder;
   SceneLoadOptions load;
   load.assets = project_file("assets");
+  load.features = feature_keys();
   // The probe arrives after half a second; the rest of the scene adds time, not calls.
   load.overrides = {{"duration_s", "0.7"}};
   const auto scene = load_scene(project_file("scenes/sphere_press.json"), load);

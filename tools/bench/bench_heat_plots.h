@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/cautery/cautery_keys.h"
 #include "engine/gpu/backend.h"
-#include "engine/scene/scene.h"
 #include "engine/verification/standard_burn.h"
 
 namespace viscera {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "engine/features/features.h"
 #include "engine/io/interrupt.h"
 #include "engine/scene/load_scene.h"
 #include "kernels/base/random.h"
@@ -140,6 +141,7 @@ Result<void> add_scene_rows(std::vector<BenchRow>& rows, std::ostream& out) {
   const fs::path file = scenes_folder() / "laparoscopic_cautery.json";
   SceneLoadOptions load;
   load.assets = assets_folder();
+  load.features = feature_keys();
   const auto scene = load_scene(file, load);
   const auto tissues = load_tissues(load.assets / "tissues.json");
   if (!scene || !tissues) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/links/links_keys.h"
 #include "engine/run/view.h"
 
 namespace viscera {
@@ -43,8 +45,8 @@ Box occupied_by(const SceneDescription& scene, const std::vector<InstrumentBody>
     const OrganDescription& organ = scene.organs[i];
     const Box rest = in_world(models[i]->rest_bounds, organ.pose);
     box.extend(rest);
-    if (organ.motion)
-      box.extend(rest.translated(organ.motion->amplitude * organ.motion->direction));
+    if (const MotionDescription* motion = motion_of(organ))
+      box.extend(rest.translated(motion->amplitude * motion->direction));
   }
   for (const InstrumentBody& tool : instruments)
     for (const InstrumentKey& key : tool.description.path) {
@@ -58,7 +60,7 @@ SceneDescription fill_berths(const SceneDescription& scene, const Berths& berths
                              const Occupancy& wanted) {
   SceneDescription filled = scene;
   filled.organs.clear();
-  filled.links.clear();  // what they tie isn't side by side in the berths
+  filled.extras.remove<LinkDescriptions>();  // what they tie isn't side by side in the berths
   filled.instruments.clear();
   for (std::size_t berth = 0; berth < wanted.organs; ++berth) {
     OrganDescription organ = scene.organs[berths.organ_at(berth)];

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <ostream>
 
+#include "engine/features/deformation/deformation.h"
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/link_places.h"
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/organ/elasticity_checks.h"
 #include "engine/run/run.h"
 #include "engine/simulator/build.h"
@@ -19,14 +22,15 @@ std::string megabytes(std::size_t bytes) {
 }
 
 std::string held_through(const InstrumentDescription& tool) {
-  if (!tool.haptic) return "";
-  switch (tool.haptic->device) {
+  const HapticDescription* haptic = haptic_of(tool);
+  if (!haptic) return "";
+  switch (haptic->device) {
     case HapticDescription::Device::kSimulated:
       return ", held through a simulated device";
     case HapticDescription::Device::kRecorded:
-      return ", moved by the recording " + tool.haptic->recording.string();
+      return ", moved by the recording " + haptic->recording.string();
     case HapticDescription::Device::kNetwork:
-      return fmt::format(", held through a device at port {}", tool.haptic->port);
+      return fmt::format(", held through a device at port {}", haptic->port);
   }
   return "";
 }
@@ -89,11 +93,12 @@ Result<void> check_scene(const SceneDescription& scene,
                        plan->cached ? "yes" : "no");
     surfaces[i] = std::move(plan->surface);
   }
+  const std::span<const LinkDescription> links = links_of(scene);
   std::vector<LinkPlaces> places;
   std::vector<const TriangleSurface*> all;
   for (const TriangleSurface& surface : surfaces) all.push_back(&surface);
   if (mistakes.messages.empty())
-    for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    for (std::size_t i = 0; i < links.size(); ++i) {
       auto placed = place_springs(scene, i, all);
       if (placed)
         places.push_back(std::move(*placed));
@@ -104,14 +109,14 @@ Result<void> check_scene(const SceneDescription& scene,
 
   out << fmt::format("\nmodels {}, most while preparing {}, expected preparation {:.0f} s\n",
                      megabytes(memory), megabytes(peak), seconds);
-  for (std::size_t i = 0; i < scene.links.size(); ++i)
-    out << fmt::format("link {}: {} springs, {:g} N/m in all, from {} to {}\n", scene.links[i].name,
-                       places[i].springs.size(), scene.links[i].stiffness,
-                       scene.links[i].between[0], scene.links[i].between[1]);
+  for (std::size_t i = 0; i < links.size(); ++i)
+    out << fmt::format("link {}: {} springs, {:g} N/m in all, from {} to {}\n", links[i].name,
+                       places[i].springs.size(), links[i].stiffness, links[i].between[0],
+                       links[i].between[1]);
   for (const InstrumentDescription& tool : scene.instruments)
     out << fmt::format("instrument {}: {} key frames{}\n", tool.name, tool.path.size(),
                        held_through(tool));
-  for (const SmokeDescription& smoke : scene.smoke) {
+  for (const SmokeDescription& smoke : smoke_of(scene)) {
     const Vec3 cells = smoke.domain.sizes() / smoke.voxel;
     out << fmt::format("smoke {}: up to {} particles, volume {:.0f} x {:.0f} x {:.0f} voxels, {}\n",
                        smoke.name, smoke.max_particles, cells.x(), cells.y(), cells.z(),

@@ -45,14 +45,15 @@ Result<void> take_device(SceneDescription& scene, const HapticsOptions& options)
                     kMostSeconds));
   std::size_t held = 0;
   for (InstrumentDescription& tool : scene.instruments) {
-    if (!tool.haptic) continue;
+    auto* haptic = tool.extras.find<HapticDescription>();
+    if (!haptic) continue;
     ++held;
-    if (options.device == "simulated") tool.haptic->device = Device::kSimulated;
-    if (options.device == "recorded") tool.haptic->device = Device::kRecorded;
-    if (options.device == "network") tool.haptic->device = Device::kNetwork;
-    if (!options.recording.empty()) tool.haptic->recording = options.recording;
+    if (options.device == "simulated") haptic->device = Device::kSimulated;
+    if (options.device == "recorded") haptic->device = Device::kRecorded;
+    if (options.device == "network") haptic->device = Device::kNetwork;
+    if (!options.recording.empty()) haptic->recording = options.recording;
     // Each tool behind a port of its own.
-    if (options.port > 0) tool.haptic->port = options.port + static_cast<int>(held) - 1;
+    if (options.port > 0) haptic->port = options.port + static_cast<int>(held) - 1;
   }
   if (held == 0)
     mistakes.messages.push_back(

@@ -6,9 +6,9 @@ namespace {
 Result<void> prepare(SceneModel& model) {
   for (std::size_t o = 0; o < model.organs().size(); ++o) {
     const OrganDescription& organ = model.scene().organs[o];
-    if (organ.motion)
+    if (const MotionDescription* motion = motion_of(organ))
       model.constants().all<OrganMotion>().add(model.organs()[o],
-                                               {.pose = organ.pose, .motion = *organ.motion});
+                                               {.pose = organ.pose, .motion = *motion});
   }
   return {};
 }
@@ -30,6 +30,7 @@ void move_organs(World& world, const FrameContext& context) {
 
 Feature breathing_feature() {
   return {.name = "breathing",
+          .keys = breathing_keys(),
           .prepare = prepare,
           .stages = {{.name = "move organs",
                       .writes = {"organ poses"},

@@ -1,6 +1,7 @@
 // Breathing: an organ's frame goes from its pose along a line and back.
 #pragma once
 
+#include "engine/features/breathing/breathing_keys.h"
 #include "engine/simulation/feature.h"
 
 namespace viscera {

@@ -88,8 +88,8 @@ void give_current(World& world, Entity instrument, BurnTrace& trace, const Frame
   const InstrumentContact& touch = *world.find<InstrumentContact>(instrument);
   trace.current = {};
   if (power > 0.0 && touch.touching && !world.find<OrganBurn>(touch.organ))
-    context.report->raise(FrameFlag::kNotHeated);
-  const double gap = power > 0.0 ? spark_gap(waveform_of(hook.mode).peak_voltage) : 0.0;
+    context.report->raise(kNotHeated);
+  const double gap = power > 0.0 ? spark_gap(waveform_of(mode_of(hook)).peak_voltage) : 0.0;
   const auto meeting = meet(world, instrument, gap);
   if (!meeting) {
     trace.current.open = power > 0.0 && !touch.touching;
@@ -100,9 +100,9 @@ void give_current(World& world, Entity instrument, BurnTrace& trace, const Frame
   const bool continues = trace.organ == meeting->organ &&
                          (trace.contact.point - meeting->contact.point).norm() < kTraceBreak;
   OrganBurn& burn = *world.find<OrganBurn>(meeting->organ);
-  trace.current =
-      trace.tip.energise(burn.heat, hook.mode, power, continues ? trace.contact : meeting->contact,
-                         meeting->contact, context.dt);
+  trace.current = trace.tip.energise(burn.heat, mode_of(hook), power,
+                                     continues ? trace.contact : meeting->contact, meeting->contact,
+                                     context.dt);
   trace.generated +=
       context.dt * (trace.current.power + trace.current.far_power + trace.current.spark_power);
   if (power > 0.0) burn.hook = instrument;
@@ -116,7 +116,7 @@ void heat_tissue(World& world, const FrameContext& context) {
   for (OrganBurn& burn : world.all<OrganBurn>()) {
     burn.heat.step(context.dt);
     if (burn.heat.warm_bricks() == 0) continue;
-    if (burn.heat.bricks().overflowed()) context.report->raise(FrameFlag::kHeatFull);
+    if (burn.heat.bricks().overflowed()) context.report->raise(kHeatFull);
     for (const Vapour& vapour : burn.heat.vapour()) burn.smoke += burn.heat.smoke(vapour);
     burn.greatest_hot = std::max(burn.greatest_hot, burn.heat.tissue_above(kHot));
   }
@@ -126,6 +126,7 @@ void heat_tissue(World& world, const FrameContext& context) {
 
 Feature cautery_feature() {
   return {.name = "cautery",
+          .keys = cautery_keys(),
           .reach = burn_reach,
           .prepare = prepare_heat,
           .finish = warn_of_cold_organs,
@@ -135,7 +136,11 @@ Feature cautery_feature() {
                       .reads = {"forces", "shapes", "tool poses", "organ poses"},
                       .writes = {"heat"},
                       .needed = [](const World& world) { return world.has<BurnTrace>(); },
-                      .run = heat_tissue}}};
+                      .run = heat_tissue}},
+          .flags = {kHeatFull, kNotHeated},
+          .report = cautery_report,
+          .warnings = cautery_warnings,
+          .skipped = cautery_skipped};
 }
 
 }  // namespace viscera

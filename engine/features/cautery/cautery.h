@@ -2,7 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
+#include "engine/features/cautery/cautery_flags.h"
+#include "engine/features/cautery/cautery_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/heat/electrode.h"
 #include "kernels/points/surface_tree.h"
@@ -55,6 +58,39 @@ static_assert(fields_cover<BurnTrace>());
 /// kernels don't compile it fails, and all stays on the CPU. What goes wrong later,
 /// Bioheat::device_failure() says.
 Result<std::size_t> move_heat_to_gpu(World& world, std::shared_ptr<EglContext> context);
+
+/// True when some hook carries current at some time.
+bool anything_burns(const SceneDescription& scene);
+
+/// Where the energy of all hooks' generators went: generated = delivered + what went beyond the
+/// tissue that is followed, and delivered + metabolic = stored + latent + perfused + lost + what
+/// the residual says.
+struct CauteryFigures {
+  double generated = 0.0;  ///< [J]
+  double delivered = 0.0;  ///< heat in tissue that is followed [J]
+  double metabolic = 0.0;  ///< [J]
+  double stored = 0.0;     ///< in tissue that is still warm [J]
+  double latent = 0.0;     ///< of water that left [J]
+  double perfused = 0.0;   ///< carried away by blood [J]
+  double lost = 0.0;       ///< to gas, instruments, vapour's warmth, char and cold tissue [J]
+  double residual = 0.0;   ///< over what was delivered
+};
+/// None: no hook carries current.
+std::optional<CauteryFigures> cautery_figures(const World& world);
+
+/// What heat did to an organ that it is followed in.
+struct BurnFigures {
+  Entity organ;
+  double vaporised = 0.0;             ///< water and solids [kg]
+  double smoke = 0.0;                 ///< of that [kg]
+  double above_60 = 0.0;              ///< volume above 60 C at its greatest [m3]
+  double coagulated = 0.0;            ///< volume with damage of at least 1 [m3]
+  double greatest_temperature = 0.0;  ///< [K]
+};
+std::vector<BurnFigures> burn_figures(const World& world);
+std::vector<ReportSection> cautery_report(const World& world);  ///< "cautery", "tissue"
+std::vector<std::string> cautery_warnings(const World& world);
+std::vector<SkippedReport> cautery_skipped(const SceneDescription& scene);
 
 Feature cautery_feature();
 

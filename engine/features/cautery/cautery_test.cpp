@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "engine/features/cautery/heat_setup.h"
+#include "engine/features/coagulation/coagulation_keys.h"
+#include "engine/features/gas/gas_keys.h"
 #include "engine/features/smoke/smoke.h"
 #include "engine/gpu/backend.h"
 #include "engine/run/run.h"
@@ -28,7 +30,7 @@ SceneDescription burning_scene(double power) {
   SmokeDescription smoke;
   smoke.name = "plume";
   smoke.domain = Box(Vec3(-30e-3, -30e-3, -30e-3), Vec3(30e-3, 30e-3, 60e-3));
-  scene.smoke = {smoke};
+  scene.extras.set(SmokeDescriptions{smoke});
   return scene;
 }
 
@@ -96,9 +98,9 @@ TEST(Cautery, EnergyIsBooked) {
 TEST(Cautery, FulgurateSparksOverAGapThatCutDoesNot) {
   auto scene = burning_scene(30.0);
   for (InstrumentKey& key : scene.instruments[0].path) key.tip = Vec3(0, 0, kTop + 1.5e-3);
-  scene.instruments[0].mode = CurrentMode::kFulgurate;
+  scene.instruments[0].extras.set(CurrentMode::kFulgurate);
   auto sparks = build(scene);
-  scene.instruments[0].mode = CurrentMode::kCut;
+  scene.instruments[0].extras.set(CurrentMode::kCut);
   auto none = build(scene);
   ASSERT_TRUE(sparks && none);
   step_until(*sparks, 0.5);
@@ -116,9 +118,9 @@ TEST(Cautery, ATissueWithoutThermalValuesStaysColdAndIsNamed) {
   auto world = build_world(burning_scene(30.0), tissues, {project_file("assets"), false},
                            no_progress(), warnings);
   ASSERT_TRUE(world) << world.error().text();
-  const std::uint32_t flags = step_until(**world, 0.6);
+  const FlagSet flags = step_until(**world, 0.6);
   EXPECT_EQ((*world)->all<OrganBurn>().size(), 0u);
-  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kNotHeated));
+  EXPECT_TRUE(flags.has(kNotHeated));
   ASSERT_FALSE(warnings.empty());
   for (const char* part : {"rubber", "specific_heat, perfusion", "tissues.json"})
     EXPECT_NE(warnings.back().find(part), std::string::npos) << warnings.back();
@@ -139,7 +141,7 @@ TEST(Cautery, AnElectrodeThatCannotBeIsRefused) {
 
 TEST(Cautery, AVoxelTooFineForTheMachineIsRefusedWithItsSize) {
   auto scene = burning_scene(30.0);
-  scene.heat.voxel = 5e-6;
+  scene.extras.get<HeatDescription>().voxel = 5e-6;
   std::vector<std::string> warnings;
   const auto world =
       build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
@@ -196,7 +198,7 @@ TEST(Cautery, SmokeIsAsWarmAsWhatItComesFrom) {
     step_until(*world, time += 1.0 / 60.0);
   const SmokeParticles& particles = world->all<SmokeBody>()[0].volume.particles();
   ASSERT_GT(particles.size(), 0u);
-  const double boiling = 373.15 - world->model().scene().gas.temperature;
+  const double boiling = 373.15 - gas_of(world->model().scene()).temperature;
   EXPECT_GT(particles.temperature(0), 0.3 * boiling);
   EXPECT_LT(particles.temperature(0), 10.0 * boiling);
   const Vec3 place =
@@ -208,20 +210,20 @@ TEST(Cautery, SmokeIsAsWarmAsWhatItComesFrom) {
 
 TEST(Cautery, SmokeOutsideEveryVolumeIsReported) {
   auto scene = burning_scene(20.0);
-  scene.smoke[0].domain = Box(Vec3(0.1, 0.1, 0.1), Vec3(0.2, 0.2, 0.2));
+  scene.extras.get<SmokeDescriptions>()[0].domain = Box(Vec3(0.1, 0.1, 0.1), Vec3(0.2, 0.2, 0.2));
   auto world = build(scene);
   ASSERT_TRUE(world);
-  const std::uint32_t flags = step_until(*world, 0.5);
-  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kSmokeOutside));
+  const FlagSet flags = step_until(*world, 0.5);
+  EXPECT_TRUE(flags.has(kSmokeOutside));
 }
 
 TEST(Cautery, AFullVolumeIsReported) {
   auto scene = burning_scene(40.0);
-  scene.smoke[0].max_particles = 100;
+  scene.extras.get<SmokeDescriptions>()[0].max_particles = 100;
   auto world = build(scene);
   ASSERT_TRUE(world);
-  const std::uint32_t flags = step_until(*world, 1.0);
-  EXPECT_TRUE(flags & static_cast<std::uint32_t>(FrameFlag::kSmokeFull));
+  const FlagSet flags = step_until(*world, 1.0);
+  EXPECT_TRUE(flags.has(kSmokeFull));
   EXPECT_LE(world->all<SmokeBody>()[0].volume.particles().size(), 100u);
 }
 
@@ -245,7 +247,7 @@ TEST(Cautery, SkippedPartsSayWhy) {
 /// the kernels' rounding leaves, and the spark with it, so that twins part.
 SceneDescription twin_scene() {
   auto scene = burning_scene(30.0);
-  scene.organs[0].stiffens = false;
+  scene.organs[0].extras.set(NeverStiffens());
   return scene;
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/local/local.h"
 #include "engine/gpu/gpu_heat.h"
 #include "engine/io/report.h"
@@ -33,7 +34,7 @@ bool burns_near(const InstrumentBody& hook, const OrganDescription& organ, const
                 const SurfaceTree& surface) {
   const std::vector<InstrumentKey>& path = hook.description.path;
   // A hand that only its device knows may take it anywhere.
-  const std::optional<HapticDescription>& held = hook.description.haptic;
+  const HapticDescription* held = haptic_of(hook.description);
   if (held && held->device != HapticDescription::Device::kSimulated)
     return carries_current(hook.description);
   const double reach = kBurnReach + hook.extent;
@@ -120,17 +121,18 @@ Result<void> prepare_heat(SceneModel& model) {
   const SceneDescription& scene = model.scene();
   const std::vector<Burnable> organs = burnable_organs(model);
   Error refused = refused_electrodes(scene);
-  const std::size_t needed = HeatBricks::bytes_for(Vec3::Constant(kBurnSize), scene.heat.voxel);
+  const double voxel = heat_of(scene).voxel;
+  const std::size_t needed = HeatBricks::bytes_for(Vec3::Constant(kBurnSize), voxel);
   const double most = kMostMemory * static_cast<double>(this_machine().memory_bytes);
   if (!organs.empty() && static_cast<double>(needed) > most)
     refused.messages.push_back(fmt::format(
         "{}: heat/voxel_mm: found {:g}, with which a burn {:.0f} mm wide needs {:.1f} GB, expected "
         "one that needs at most {:.1f} GB of this machine's memory",
-        scene.file.string(), 1e3 * scene.heat.voxel, 1e3 * kBurnSize,
-        1e-9 * static_cast<double>(needed), 1e-9 * most));
+        scene.file.string(), 1e3 * voxel, 1e3 * kBurnSize, 1e-9 * static_cast<double>(needed),
+        1e-9 * most));
   if (!refused.messages.empty()) return std::unexpected(refused);
   BioheatOptions options;
-  options.voxel = scene.heat.voxel;
+  options.voxel = voxel;
   for (const auto& [o, surface] : organs) {
     const OrganBody& body = *model.constants().all<OrganBody>().find(model.organs()[o]);
     if (!body.tissue.thermal) continue;

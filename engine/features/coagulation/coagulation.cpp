@@ -162,10 +162,17 @@ void restored(World& world) {
   }
 }
 
+void reach(const SceneDescription&, const OrganDescription& organ,
+           const std::vector<InstrumentBody>&, Reach& reach) {
+  reach.stiffens = stiffens(organ);
+}
+
 }  // namespace
 
 Feature coagulation_feature() {
   return {.name = "coagulation",
+          .keys = coagulation_keys(),
+          .reach = reach,
           .states = {state_type<OrganChange>()},
           .stages = {{.name = "stiffen organs",
                       .reads_before = {"stiffness updates"},
@@ -178,7 +185,8 @@ Feature coagulation_feature() {
                       .needed = [](const World& world) { return world.has<OrganBurn>(); },
                       .run = follow_changes}},
           .shape = shape,
-          .restored = restored};
+          .restored = restored,
+          .report = coagulation_report};
 }
 
 }  // namespace viscera

@@ -6,7 +6,9 @@
 #pragma once
 
 #include <future>
+#include <optional>
 
+#include "engine/features/coagulation/coagulation_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/contact/stiffness_update.h"
 #include "kernels/heat/coagulated_points.h"
@@ -40,6 +42,19 @@ struct OrganUpdate {
   TissueChange made_of;                           ///< what `update` was made of
   std::shared_future<StiffnessUpdate> next;       ///< of OrganChange::asked
 };
+
+/// How an organ's elasticity followed its burns.
+struct StiffeningFigures {
+  double greatest_factor = 1.0;     ///< of Young's modulus
+  double stiffened = 0.0;           ///< volume at least half as stiff again [m3]
+  double left_out = 0.0;            ///< like it, but too far from the hooks' paths [m3]
+  double greatest_shrinkage = 0.0;  ///< of the surface, by shrinkage alone [m]
+  int updates = 0;
+  std::size_t nodes = 0, rank = 0;  ///< of the last update
+};
+/// None: nothing coagulated, or it isn't followed.
+std::optional<StiffeningFigures> stiffening_of(const World& world, Entity organ);
+std::vector<ReportSection> coagulation_report(const World& world);  ///< part of "tissue"
 
 Feature coagulation_feature();
 

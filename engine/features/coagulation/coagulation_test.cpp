@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "engine/features/gravity/gravity.h"
 #include "engine/run/run.h"
@@ -42,7 +43,7 @@ SceneDescription burn_and_press(double power) {
 TEST(TissueChanges, ABurntPlaceSinksAndIsStiffer) {
   auto scene = burn_and_press(30.0);
   auto world = build(scene);
-  scene.organs[0].stiffens = false;
+  scene.organs[0].extras.set(NeverStiffens());
   auto soft = build(scene);
   ASSERT_TRUE(world && soft);
   step_until(*world, 1.9);
@@ -56,6 +57,13 @@ TEST(TissueChanges, ABurntPlaceSinksAndIsStiffer) {
       "shrunk %.3f mm\n",
       static_cast<long>(change.updates), update->nodes, update->rank, update->greatest_stiffness,
       1e9 * change.stiffened, 1e9 * change.left_out, 1e3 * update->greatest_shift);
+  const auto told = stiffening_of(*world, world->all<OrganBody>().owner(0));
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->updates, change.updates);
+  EXPECT_EQ(told->greatest_factor, update->greatest_stiffness);
+  const Json tissue = Json::parse(coagulation_report(*world).front().json);
+  EXPECT_EQ(tissue[0]["stiffening"]["rank"], update->rank);
+  EXPECT_EQ(tissue[0]["stiffening"]["volume_stiffened_m3"], change.stiffened);
   EXPECT_GT(change.updates, 1);
   EXPECT_GT(change.stiffened, 1e-9);
   EXPECT_EQ(change.left_out, 0.0);

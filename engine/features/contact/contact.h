@@ -1,6 +1,7 @@
 // Contact of tools with organs: whose tissue lies under which tip.
 #pragma once
 
+#include "engine/features/contact/contact_flags.h"
 #include "engine/simulation/feature.h"
 
 namespace viscera {

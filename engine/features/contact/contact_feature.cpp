@@ -52,6 +52,7 @@ Feature contact_feature() {
                       .writes = {"contact problem"},
                       .needed = [](const World& world) { return world.has<FreeShape>(); },
                       .run = [](World& world, const FrameContext&) { let_cells_move(world); }}},
+          .flags = {kOutOfReach, kGripMissed},
           .restored = restored};
 }
 

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <limits>
 
+#include "engine/features/contact/contact_flags.h"
+#include "engine/features/deformation/deformation_flags.h"
 #include "engine/run/state_hash.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -14,10 +16,6 @@ namespace viscera::test {
 namespace {
 
 constexpr double kTop = 25e-3;  // pole of the ball [m]
-
-bool has(std::uint32_t flags, FrameFlag flag) {
-  return (flags & static_cast<std::uint32_t>(flag)) != 0;
-}
 
 InstrumentKey key(double time, Vec3 tip, double jaw = 1.0) {
   return {time, tip, 0.0, jaw};
@@ -57,8 +55,8 @@ TEST(Contact, PressingPushesTheToolBackAndTheTissueOutOfItsWay) {
   const double radius = 4e-3, depth = 3e-3;
   auto world = build(pressed_ball_scene(6e-3, 3e-3, radius, depth));
   ASSERT_TRUE(world);
-  const std::uint32_t flags = step_until(*world, 0.7);
-  EXPECT_EQ(flags, 0u);
+  const FlagSet flags = step_until(*world, 0.7);
+  EXPECT_TRUE(flags.empty());
   const Vec3 force = force_on(*world, 0);
   EXPECT_GT(force.z(), 0.01);
   EXPECT_LT(force.head<2>().norm(), 0.05 * force.z());
@@ -120,8 +118,8 @@ TEST(Contact, AJawSlipsAboveItsGripLimit) {
   scene.instruments = {grasper};
   auto world = build(scene);
   ASSERT_TRUE(world);
-  const std::uint32_t flags = step_until(*world, 1.0);
-  EXPECT_TRUE(has(flags, FrameFlag::kGripSlipped));
+  const FlagSet flags = step_until(*world, 1.0);
+  EXPECT_TRUE(flags.has(kGripSlipped));
   EXPECT_NEAR(force_on(*world, 0).norm(), 0.1, 0.005);
 }
 
@@ -296,9 +294,9 @@ TEST(Contact, AJawThatClosesWithinItsGripRadiusHoldsAndOneFartherOffIsReported) 
   auto near = closing_at(3e-3);
   auto far = closing_at(5e-3);
   ASSERT_TRUE(near && far);
-  EXPECT_FALSE(has(step_until(*near, 0.5), FrameFlag::kGripMissed));
+  EXPECT_FALSE(step_until(*near, 0.5).has(kGripMissed));
   EXPECT_TRUE(near->all<InstrumentContact>()[0].grasp.has_value());
-  EXPECT_TRUE(has(step_until(*far, 0.5), FrameFlag::kGripMissed));
+  EXPECT_TRUE(step_until(*far, 0.5).has(kGripMissed));
   EXPECT_FALSE(far->all<InstrumentContact>()[0].grasp.has_value());
 }
 
@@ -316,10 +314,10 @@ TEST(Contact, ANonFiniteDisplacementFreezesTheOrganAtItsLastShape) {
   const auto row = static_cast<std::size_t>(lowest - model.places.positions.begin());
   for (std::size_t c = 0; c < 3 * compliance.touchable.size(); ++c)
     compliance.columns[c * compliance.rows() + 3 * row] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(has(step_until(*world, 0.45), FrameFlag::kOrganFrozen));
+  EXPECT_TRUE(step_until(*world, 0.45).has(kOrganFrozen));
   EXPECT_EQ(world->all<OrganState>()[0].positions, shape);
   EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
-  EXPECT_TRUE(has(step_until(*world, 0.6), FrameFlag::kOrganFrozen));
+  EXPECT_TRUE(step_until(*world, 0.6).has(kOrganFrozen));
 }
 
 TEST(Contact, HalfPrecisionMovesTheSurfaceWithinItsErrorAndLeavesTheForce) {
@@ -369,7 +367,7 @@ TEST(Contact, AContactWithoutSolutionKeepsTheShapeAndGivesNoForce) {
   const auto shape = world->all<OrganState>()[0].positions;
   auto& columns = const_cast<OrganModel&>(*world->all<OrganBody>()[0].model).compliance.columns;
   for (float& value : columns) value = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(has(step_until(*world, 0.4), FrameFlag::kContactNotConverged));
+  EXPECT_TRUE(step_until(*world, 0.4).has(kContactNotConverged));
   EXPECT_EQ(world->all<OrganState>()[0].positions, shape);
   EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
 }
@@ -384,9 +382,9 @@ TEST(Contact, ATipThatLeavesItsPathIsAnswered) {
   // The tool goes where its key frames never led it.
   Controls controls = controls_of_paths(*world, 0.0);
   controls.tools[0].tip = Vec3(kTop + 1e-3, 0, 0);
-  std::uint32_t flags = 0;
-  for (int frame = 0; frame < 6; ++frame) flags |= step_frame(*world, controls, nullptr).flags;
-  EXPECT_EQ(flags, 0u);
+  FlagSet flags;
+  for (int frame = 0; frame < 6; ++frame) flags.raise(step_frame(*world, controls, nullptr).flags);
+  EXPECT_TRUE(flags.empty());
   EXPECT_GT(force_on(*world, 0).x(), 1e-3);
 }
 

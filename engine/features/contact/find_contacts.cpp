@@ -77,7 +77,7 @@ void look_at_jaws(World& world, const FrameContext& context) {
     if (!grip.jaw_closed) grip.grasp.reset();
     if (!grip.jaw_closed || held) continue;
     try_grasp(world, body, state, grip);
-    if (!grip.grasp) context.report->raise(FrameFlag::kGripMissed);
+    if (!grip.grasp) context.report->raise(kGripMissed);
   }
 }
 
@@ -110,7 +110,7 @@ void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameCon
         continue;
       if (!touch.solver->touchable(range.rest_centre)) {
         contact.cells.resize(range.begin);
-        context.report->raise(FrameFlag::kOutOfReach);
+        context.report->raise(kOutOfReach);
         continue;
       }
       ranges.push_back(range);

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "engine/features/contact/contact_cells.h"
+#include "engine/features/contact/contact_flags.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/deformation/stages.h"
@@ -115,11 +116,11 @@ void solve_contact(World& world, Entity organ, OrganContact& contact, const Matr
   TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
   solver.solve(contact.cells, contact.solution, contact.response, backing);
   for (int pass = 0; pass < kSlipPasses && slip_jaws(world, organ, contact); ++pass) {
-    context.report->raise(FrameFlag::kGripSlipped);
+    context.report->raise(kGripSlipped);
     solver.solve(contact.cells, contact.solution, contact.response, backing);
   }
-  if (contact.solution.beyond_touchable > 0) context.report->raise(FrameFlag::kOutOfReach);
-  if (!contact.solution.converged) context.report->raise(FrameFlag::kContactNotConverged);
+  if (contact.solution.beyond_touchable > 0) context.report->raise(kOutOfReach);
+  if (!contact.solution.converged) context.report->raise(kContactNotConverged);
 }
 
 void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contact) {

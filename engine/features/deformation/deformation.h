@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "engine/features/deformation/deformation_flags.h"
 #include "engine/simulation/feature.h"
 
 namespace viscera {
@@ -30,6 +31,10 @@ struct Binding {
 void leave_gpu(World& world, const std::string& why);
 /// Shapes whose displacements lie on a device count as the CPU's, without them.
 void forget_device_shapes(World& world);
+
+/// That and why an organ's elasticity isn't prepared.
+SkippedReport skipped_elasticity(const OrganDescription& organ);
+std::vector<std::string> deformation_warnings(const World& world);
 
 Feature deformation_feature();
 

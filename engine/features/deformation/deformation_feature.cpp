@@ -39,7 +39,7 @@ void shape_organs(World& world, const FrameContext&) {
 /// Flags organs that are frozen, every frame.
 void check_world(World& world, const FrameContext& context) {
   for (const OrganState& state : world.all<OrganState>())
-    if (state.frozen) context.report->raise(FrameFlag::kOrganFrozen);
+    if (state.frozen) context.report->raise(kOrganFrozen);
 }
 
 }  // namespace
@@ -64,7 +64,9 @@ Feature deformation_feature() {
                   .needed = [](const World& world) { return world.has<GpuOrgans>(); },
                   .run = fetch_surfaces},
                  {.name = "check", .reads = {"surfaces"}, .writes = {"flags"}, .run = check_world}},
-      .restored = forget_device_shapes};
+      .flags = {kOrganFrozen, kContactNotConverged, kGripSlipped},
+      .restored = forget_device_shapes,
+      .warnings = deformation_warnings};
 }
 
 }  // namespace viscera

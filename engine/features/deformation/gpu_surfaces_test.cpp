@@ -70,7 +70,7 @@ TEST_F(GpuSurfacesTest, ForcesAndSurfacesAreTheCpusButForRounding) {
   };
   double scale = 0.0, force_apart = 0.0, apart = 0.0;
   for (std::uint64_t frame = 1; frame <= 36; ++frame) {
-    const std::uint32_t flags = step_until(*cpu, end_of(frame));
+    const FlagSet flags = step_until(*cpu, end_of(frame));
     EXPECT_EQ(step_until(*gpu, end_of(frame)), flags) << frame;
     scale = std::max(scale, greatest_force(*cpu));
     for (std::size_t i = 0; i < 2; ++i)
@@ -163,8 +163,8 @@ TEST_F(GpuSurfacesTest, ABrokenValueFreezesTheOrganInItsLastShapeWithoutForce) {
   const auto other = place_entities(scene, *make_instruments(scene), {broken}, test_tissues());
   ASSERT_TRUE(other);
   world->one<GpuOrgans>()->surfaces = surfaces_of(**other);
-  const std::uint32_t flags = step_until(*world, 0.45);
-  EXPECT_NE(flags & static_cast<std::uint32_t>(FrameFlag::kOrganFrozen), 0u);
+  const FlagSet flags = step_until(*world, 0.45);
+  EXPECT_TRUE(flags.has(kOrganFrozen));
   const OrganState& state = world->all<OrganState>()[0];
   EXPECT_TRUE(state.frozen);
   EXPECT_FALSE(state.on_gpu);
@@ -185,7 +185,7 @@ TEST_F(GpuSurfacesTest, AfterALostContextTheOrgansAreTheCpusWithoutAFrameLost) {
   double scale = 0.0;
   for (std::uint64_t frame = 1; frame <= 36; ++frame) {
     if (frame == 18) context_->declare_lost();
-    const std::uint32_t flags = step_until(*cpu, end_of(frame));
+    const FlagSet flags = step_until(*cpu, end_of(frame));
     EXPECT_EQ(step_until(*gpu, end_of(frame)), flags) << frame;
     const OrganState &a = cpu->all<OrganState>()[0], &b = gpu->all<OrganState>()[0];
     ASSERT_FALSE(b.frozen) << frame;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/features/smoke/smoke_keys.h"
 #include "kernels/smoke/solid_cells.h"
 
 namespace viscera {
@@ -36,19 +37,20 @@ void mark_organs(World& world, GasBody& gas) {
 
 Result<void> prepare(SceneModel& model) {
   const SceneDescription& scene = model.scene();
-  if (scene.smoke.empty()) return {};
+  if (smoke_of(scene).empty()) return {};
+  const GasDescription& description = gas_of(scene);
   GasSetup setup;
-  for (const EvacuatorDescription& evacuator : scene.gas.evacuators)
+  for (const EvacuatorDescription& evacuator : description.evacuators)
     setup.evacuators.push_back({evacuator, model.instrument_named(evacuator.instrument)});
-  if (scene.gas.cells > 0) {
+  if (description.cells > 0) {
     GasParameters& parameters = setup.parameters.emplace();
-    if (scene.gas.domain) {
-      parameters.domain = *scene.gas.domain;
+    if (description.domain) {
+      parameters.domain = *description.domain;
     } else {
-      for (const SmokeDescription& smoke : scene.smoke) parameters.domain.extend(smoke.domain);
+      for (const SmokeDescription& smoke : smoke_of(scene)) parameters.domain.extend(smoke.domain);
     }
-    parameters.cells = scene.gas.cells;
-    parameters.density = scene.gas.density();
+    parameters.cells = description.cells;
+    parameters.density = description.density();
     parameters.kinematic_viscosity = SmokeParameters().gas_viscosity / parameters.density;
     parameters.eddy_viscosity = SmokeParameters().eddy_viscosity;
     if (auto sound = check_gas(parameters); !sound) return sound;
@@ -64,7 +66,7 @@ Result<void> start(World& world) {
   if (setup->parameters) {
     gas.grid = std::make_unique<GasGrid>(*setup->parameters);
     std::vector<GasLeak> leaks;
-    for (const LeakDescription& leak : world.model().scene().gas.leaks)
+    for (const LeakDescription& leak : gas_of(world.model().scene()).leaks)
       leaks.push_back({leak.position, leak.radius});
     gas.grid->set_leaks(leaks);
   }
@@ -79,7 +81,7 @@ GasGrid* open_gas(World& world, std::span<const SmokeOutlet> outlets, double tim
   if (!gas.grid) return nullptr;
   mark_organs(world, gas);
   std::vector<GasInlet> inlets;
-  for (const InletDescription& inlet : world.model().scene().gas.inlets)
+  for (const InletDescription& inlet : gas_of(world.model().scene()).inlets)
     inlets.push_back({inlet.position, inlet.direction, inlet.radius,
                       inlet.when.contains(time) ? inlet.flow : 0.0});
   gas.grid->set_inlets(inlets);
@@ -94,7 +96,7 @@ GasGrid* open_gas(World& world, std::span<const SmokeOutlet> outlets, double tim
 std::vector<SmokeOutlet> gas_outlets(const World& world, double time) {
   const GasBody& gas = *world.one<GasBody>();
   const GasSetup& setup = *world.one<GasSetup>();
-  const GasDescription& description = world.model().scene().gas;
+  const GasDescription& description = gas_of(world.model().scene());
   std::vector<SmokeOutlet> outlets;
   double balance = 0.0;
   for (const InletDescription& inlet : description.inlets)
@@ -118,7 +120,11 @@ std::vector<SmokeOutlet> gas_outlets(const World& world, double time) {
 }
 
 Feature gas_feature() {
-  return {.name = "gas", .prepare = prepare, .start = start, .states = {state_type<GasBody>()}};
+  return {.name = "gas",
+          .keys = gas_keys(),
+          .prepare = prepare,
+          .start = start,
+          .states = {state_type<GasBody>()}};
 }
 
 }  // namespace viscera

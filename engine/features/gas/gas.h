@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/features/gas/gas_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/smoke/gas_grid.h"
 #include "kernels/smoke/smoke.h"

@@ -1,6 +1,7 @@
 // Gravity in the patient's frame as the table tilts, and how far that moves organs.
 #pragma once
 
+#include "engine/features/gravity/gravity_keys.h"
 #include "engine/simulation/feature.h"
 #include "engine/simulation/key_frames.h"
 

@@ -11,13 +11,14 @@ constexpr double kLongSag = 0.1;
 
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
-  reach.sags = scene.gravity && scene.gravity->changes() && organ.deformable && organ.sags;
+  const GravityDescription* gravity = gravity_of(scene);
+  if (gravity && gravity->changes() && organ.deformable && sags(organ)) reach.sags = true;
 }
 
 void warn_of_long_sags(const SceneDescription& scene, const OrganModels& models,
                        std::vector<std::string>& warnings) {
-  if (!scene.gravity) return;
-  const Gravity gravity(*scene.gravity);
+  if (!gravity_of(scene)) return;
+  const Gravity gravity(*gravity_of(scene));
   for (std::size_t o = 0; o < models.size(); ++o) {
     const double size = models[o]->rest_bounds.sizes().maxCoeff();
     const double sag = greatest_sag(*models[o], scene.organs[o].pose, gravity, scene.duration);
@@ -31,8 +32,8 @@ void warn_of_long_sags(const SceneDescription& scene, const OrganModels& models,
 }
 
 Result<void> prepare(SceneModel& model) {
-  if (model.scene().gravity)
-    model.constants().all<TableGravity>().add(kWhole, {Gravity(*model.scene().gravity)});
+  if (const GravityDescription* gravity = gravity_of(model.scene()))
+    model.constants().all<TableGravity>().add(kWhole, {Gravity(*gravity)});
   return {};
 }
 
@@ -70,6 +71,7 @@ bool shape(const World& world, Entity organ, std::vector<float>& places) {
 
 Feature gravity_feature() {
   return {.name = "gravity",
+          .keys = gravity_keys(),
           .reach = reach,
           .warn_of_models = warn_of_long_sags,
           .prepare = prepare,

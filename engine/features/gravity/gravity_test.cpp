@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/features/links/links.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -30,7 +31,7 @@ GravityDescription head_up(double degrees) {
 
 SceneDescription tilted_ball(double degrees) {
   SceneDescription scene = soft_ball_scene(8e-3, 5e-3);
-  scene.gravity = head_up(degrees);
+  scene.extras.set(head_up(degrees));
   return scene;
 }
 
@@ -66,14 +67,14 @@ TEST(Gravity, ATiltedTableMovesOrgansAndTiltingBackReturnsThemExactly) {
   const auto world = build(tilted_ball(30.0));
   ASSERT_TRUE(world);
   const OrganModel& model = *world->all<OrganBody>()[0].model;
-  EXPECT_EQ(step_until(*world, 0.55), 0u);
+  EXPECT_EQ(step_until(*world, 0.55), FlagSet());
   const Vec3 top = moved_at(*world, 0, Vec3(0, 0, kRadius));
   EXPECT_LT(top.y(), -0.5e-3);
   EXPECT_LT(std::abs(top.x()), 0.05 * std::abs(top.y()));
   EXPECT_LT(moved_at(*world, 0, Vec3(0, 0, -kRadius)).norm(), 0.05 * top.norm());
   EXPECT_GE(world->all<OrganState>()[0].greatest_displacement, top.norm());
   EXPECT_TRUE(world->all<OrganState>()[0].deformed);
-  EXPECT_EQ(step_until(*world, 1.1), 0u);
+  EXPECT_EQ(step_until(*world, 1.1), FlagSet());
   EXPECT_EQ(world->all<OrganState>()[0].positions, model.rest_positions);
   EXPECT_EQ(world->all<OrganState>()[0].normals, model.rest_normals);
   EXPECT_FALSE(world->all<OrganState>()[0].deformed);
@@ -93,8 +94,7 @@ TEST(Gravity, ABlockThatHangsWhereItStoodStretchesAsABarUnderTwiceItsWeight) {
   top.a = Vec3(0, 0, 0.5 * kLength - 1e-6);
   top.b = -Vec3::UnitZ();
   block.fixed = {top};
-  scene.gravity.emplace();
-  scene.gravity->rest_direction = Vec3::UnitZ();
+  scene.extras.get<GravityDescription>().rest_direction = Vec3::UnitZ();
   const auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.05);
@@ -105,7 +105,7 @@ TEST(Gravity, ABlockThatHangsWhereItStoodStretchesAsABarUnderTwiceItsWeight) {
 TEST(Gravity, OnlyWhatItMovesIsPrepared) {
   const auto tilted = build(tilted_ball(30.0)), level = build(tilted_ball(0.0));
   auto scene = tilted_ball(30.0);
-  scene.organs[0].sags = false;
+  scene.organs[0].extras.set(NeverSags());
   const auto stiff = build(scene);
   ASSERT_TRUE(tilted && level && stiff);
   EXPECT_FALSE(tilted->all<OrganBody>()[0].model->sag.empty());
@@ -123,7 +123,7 @@ TEST(Gravity, TheTurnOfAnOrgansFrameAndItsBreathDoNotMatter) {
   scene.organs[1].pose.position.x() = 0.1;
   scene.organs[1].pose.orientation =
       Quaternion(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitZ()));
-  scene.organs[1].motion = {4e-3, -Vec3::UnitY(), 1.0, 0.0};
+  set_motion(scene.organs[1], {4e-3, -Vec3::UnitY(), 1.0, 0.0});
   const auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.55);
@@ -143,7 +143,7 @@ TEST(Gravity, ATipFeelsTheTissueThatComesToItAsItFeelsIndentation) {
   scene.instruments = {straight_tool("tip", InstrumentKind::kProbe, kTip, {{0.0, at, 0.0, 1.0}})};
   const auto world = build(scene);
   ASSERT_TRUE(world);
-  EXPECT_EQ(step_until(*world, 0.55), 0u);
+  EXPECT_EQ(step_until(*world, 0.55), FlagSet());
   auto alone = scene;
   alone.instruments.clear();
   const auto free = build(alone);
@@ -191,18 +191,19 @@ TEST(Gravity, AnOrganThatSagsDrawsTheOneThatItIsTiedTo) {
   auto scene = tilted_ball(40.0);
   scene.organs.push_back(scene.organs[0]);
   scene.organs[1].name = "stiff";
-  scene.organs[1].sags = false;
+  scene.organs[1].extras.set(NeverSags());
   scene.organs[1].pose.position.x() = 2.0 * kRadius + kGap;
   Region region;
   region.shape = Region::Shape::kSphere;
   region.a = Vec3(kRadius + 0.5 * kGap, 0.0, 0.0);
   region.radius = 8e-3;
   for (const bool turned : {false, true}) {
-    scene.links = {{"bed", {"ball", "stiff"}, region, 300.0}};
-    if (turned) std::swap(scene.links[0].between[0], scene.links[0].between[1]);
+    LinkDescription bed{"bed", {"ball", "stiff"}, region, 300.0};
+    if (turned) std::swap(bed.between[0], bed.between[1]);
+    scene.extras.set(LinkDescriptions{bed});
     const auto world = build(scene);
     ASSERT_TRUE(world);
-    EXPECT_EQ(step_until(*world, 0.55), 0u);
+    EXPECT_EQ(step_until(*world, 0.55), FlagSet());
     EXPECT_LT(moved_at(*world, 1, Vec3(-kRadius, 0, 0)).y(), -0.02e-3);
     EXPECT_GT(world->all<LinkState>()[0].force, 1e-3);
     for (const LinkState::Spring& spring : world->all<LinkState>()[0].springs) {

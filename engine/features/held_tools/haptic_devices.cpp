@@ -70,7 +70,7 @@ HandPath hand_path(const std::vector<InstrumentKey>& keys, const KeyFrames& path
 }
 
 Result<OpenedDevice> open_recorded(const InstrumentDescription& instrument) {
-  auto recording = load_recording(instrument.haptic->recording);
+  auto recording = load_recording(haptic_of(instrument)->recording);
   if (!recording) return std::unexpected(recording.error());
   OpenedDevice opened;
   opened.placement = placement_of(instrument, recording->limits.work_space);
@@ -81,7 +81,7 @@ Result<OpenedDevice> open_recorded(const InstrumentDescription& instrument) {
 Result<OpenedDevice> open_simulated(const InstrumentDescription& instrument, const KeyFrames& path,
                                     double seconds) {
   SimulatedDeviceSettings settings;
-  settings.hand = Hand::with_grip(strength_of(instrument.haptic->grip));
+  settings.hand = Hand::with_grip(strength_of(haptic_of(instrument)->grip));
   OpenedDevice opened;
   opened.placement = placement_of(instrument, settings.limits.work_space);
   if (auto fits = check_path(instrument, settings.limits, opened.placement); !fits)
@@ -93,7 +93,7 @@ Result<OpenedDevice> open_simulated(const InstrumentDescription& instrument, con
 
 Result<OpenedDevice> open_network(const InstrumentDescription& instrument) {
   NetworkDeviceSettings settings;
-  settings.port = instrument.haptic->port;
+  settings.port = haptic_of(instrument)->port;
   auto device = NetworkDevice::open(settings);
   if (!device) return std::unexpected(device.error());
   OpenedDevice opened;
@@ -106,7 +106,7 @@ Result<OpenedDevice> open_network(const InstrumentDescription& instrument) {
 
 Result<OpenedDevice> open_device(const InstrumentDescription& instrument, const KeyFrames& path,
                                  double seconds) {
-  switch (instrument.haptic->device) {
+  switch (haptic_of(instrument)->device) {
     case HapticDescription::Device::kSimulated:
       return open_simulated(instrument, path, seconds);
     case HapticDescription::Device::kRecorded:

@@ -88,15 +88,14 @@ Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription&
   const ServoClock clock = run.clock;
   const HiveBuilding building =
       clock == ServoClock::kLockstep ? HiveBuilding::kInLockstep : HiveBuilding::kOnAThread;
-  if (std::none_of(scene.instruments.begin(), scene.instruments.end(),
-                   [](const InstrumentDescription& one) { return one.haptic.has_value(); }))
-    return std::unique_ptr<HapticTools>();
+  if (!holds_tools(scene)) return std::unique_ptr<HapticTools>();
   auto all = std::unique_ptr<HapticTools>(new HapticTools(clock));
   std::map<const OrganModel*, std::shared_ptr<const WalkableSurface>> surfaces;
   Error error;
   for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
     const InstrumentDescription& instrument = scene.instruments[i];
-    if (!instrument.haptic) continue;
+    const HapticDescription* haptic = haptic_of(instrument);
+    if (!haptic) continue;
     const auto wrong = [&](const std::string& key, const std::string& what) {
       error.messages.push_back(fmt::format("{}: instruments/{}/{}{}{}", scene.file.string(), i, key,
                                            key.empty() ? "" : ": ", what));
@@ -141,8 +140,7 @@ Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription&
     tool.device = std::move(device->device);
     ServoSettings servo;
     servo.placement = device->placement;
-    if (instrument.haptic->coupling_stiffness > 0.0)
-      servo.coupling.stiffness = instrument.haptic->coupling_stiffness;
+    if (haptic->coupling_stiffness > 0.0) servo.coupling.stiffness = haptic->coupling_stiffness;
     if (run.record)
       tool.recorder = std::make_unique<RecordingDevice>(
           *tool.device, servo.dt,
@@ -349,6 +347,12 @@ void publish_to_servos(World& world, const FrameContext& context) {
   servos_of(world)->publish(world, context.frame);
 }
 
+/// Only the hand knows where it takes a tool that it holds.
+void reach(const SceneDescription& scene, const OrganDescription&,
+           const std::vector<InstrumentBody>&, Reach& reach) {
+  if (holds_tools(scene)) reach.anywhere = true;
+}
+
 bool held(const World& world) {
   return world.has<Servos>();
 }
@@ -358,6 +362,8 @@ bool held(const World& world) {
 Feature held_tools_feature() {
   return {
       .name = "held tools",
+      .keys = held_tools_keys(),
+      .reach = reach,
       .states = {state_type<Servos>()},
       .stages = {{.name = "run servos",
                   .reads = {"tool poses"},
@@ -375,10 +381,13 @@ Feature held_tools_feature() {
                   .writes = {"tissue snapshots"},
                   .needed = held,
                   .run = publish_to_servos}},
-      .unsavable = [](const World& world) {
-        const HapticTools* servos = servos_of(world);
-        return servos ? servos->why_not_saved() : std::string();
-      }};
+      .unsavable =
+          [](const World& world) {
+            const HapticTools* servos = servos_of(world);
+            return servos ? servos->why_not_saved() : std::string();
+          },
+      .report = held_tools_report,
+      .skipped = held_tools_skipped};
 }
 
 }  // namespace viscera

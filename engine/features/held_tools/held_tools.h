@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/simulation/feature.h"
 #include "haptics/device.h"
 #include "haptics/devices/recording.h"
@@ -153,6 +154,23 @@ static_assert(fields_cover<Servos>());
 Result<void> hold_tools(World& world, const ServoRun& run);
 HapticTools* servos_of(World& world);  ///< null: none
 const HapticTools* servos_of(const World& world);
+
+/// An instrument that was held, and what its device felt.
+struct HapticFigures {
+  std::string tool, device;
+  std::uint64_t ticks = 0;
+  double greatest_force = 0.0;  ///< on the hand [N]
+  double energy = 0.0;          ///< net to the hand [J]
+  std::uint64_t passivity_violations = 0;
+  HiveTissueFigures tissue;
+  double frame_difference = 0.0;  ///< of what was felt (Agreement)
+  std::uint64_t frames_at_rest = 0;
+  std::vector<std::string> events;
+};
+/// Between ticks.
+std::vector<HapticFigures> haptic_figures(const World& world);
+std::vector<ReportSection> held_tools_report(const World& world);  ///< "haptics"
+std::vector<SkippedReport> held_tools_skipped(const SceneDescription& scene);
 
 Feature held_tools_feature();
 

@@ -31,8 +31,7 @@ SceneDescription held_probe(Response response) {
       {key(0.0, Vec3(0, 0, kTop + kTip + 5e-3)), key(0.6, Vec3(1e-3, 0, kTop + kTip + 5e-3)),
        key(1.0, Vec3(1e-3, 0, kTop + kTip - 3e-3)), key(1.5, Vec3(1e-3, 0, kTop + kTip - 3e-3)),
        key(1.9, Vec3(1e-3, 0, kTop + kTip + 5e-3))});
-  probe.haptic.emplace();
-  probe.haptic->grip = HapticDescription::Grip::kFirm;
+  probe.extras.get<HapticDescription>().grip = HapticDescription::Grip::kFirm;
   scene.instruments = {probe};
   return scene;
 }
@@ -79,7 +78,7 @@ std::string forces_until(World& world, double time) {
 
 TEST(HapticTools, ASceneWithoutOneHasNone) {
   SceneDescription scene = held_probe(Response::kGlobal);
-  scene.instruments[0].haptic.reset();
+  scene.instruments[0].extras.remove<HapticDescription>();
   auto world = build(scene);
   ASSERT_TRUE(world);
   const auto haptics = HapticTools::create(scene, *world, {});
@@ -251,8 +250,9 @@ TEST(HapticTools, ARecordingReplaysToTheSameForces) {
     const auto saved = save_recording(folder / "hand.h5", tool_of(*world).recorder->recording());
     ASSERT_TRUE(saved) << saved.error().text();
   }
-  scene.instruments[0].haptic->device = HapticDescription::Device::kRecorded;
-  scene.instruments[0].haptic->recording = folder / "hand.h5";
+  scene.instruments[0].extras.get<HapticDescription>().device =
+      HapticDescription::Device::kRecorded;
+  scene.instruments[0].extras.get<HapticDescription>().recording = folder / "hand.h5";
   auto world = held(scene);
   ASSERT_TRUE(world);
   EXPECT_EQ(forces_until(*world, 2.0), hash);
@@ -270,8 +270,9 @@ TEST(HapticTools, MistakesNameTheInstrument) {
   EXPECT_NE(far.error().text().find("work space"), std::string::npos);
 
   scene = held_probe(Response::kGlobal);
-  scene.instruments[0].haptic->device = HapticDescription::Device::kRecorded;
-  scene.instruments[0].haptic->recording = "/nowhere/hand.csv";
+  scene.instruments[0].extras.get<HapticDescription>().device =
+      HapticDescription::Device::kRecorded;
+  scene.instruments[0].extras.get<HapticDescription>().recording = "/nowhere/hand.csv";
   const auto missing = HapticTools::create(scene, *world, {});
   ASSERT_FALSE(missing);
   EXPECT_NE(missing.error().text().find("hand.csv"), std::string::npos);
@@ -294,8 +295,7 @@ TEST(HapticTools, AHeldGraspersPullStaysInWhatIsRecorded) {
                                         {0.8, high, 0.0, 0.0},
                                         {3.0, high, 0.0, 0.0}});
   scene.instruments[0].grip_limit = 100.0;
-  scene.instruments[0].haptic.emplace();
-  scene.instruments[0].haptic->grip = HapticDescription::Grip::kFirm;
+  scene.instruments[0].extras.get<HapticDescription>().grip = HapticDescription::Grip::kFirm;
   auto world = held(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.5);

@@ -164,7 +164,7 @@ std::string region_text(const Region& region) {
 /// The error of a region that holds no surface of an organ: how far away that is.
 Error nothing_there(const SceneDescription& scene, std::size_t link, std::size_t organ,
                     const TriangleSurface& surface) {
-  const LinkDescription& tie = scene.links[link];
+  const LinkDescription& tie = links_of(scene)[link];
   const Box box = box_of(tie.region);
   Vec3 nearest = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();
@@ -188,7 +188,7 @@ Error nothing_there(const SceneDescription& scene, std::size_t link, std::size_t
 
 Result<LinkPlaces> place_springs(const SceneDescription& scene, std::size_t link,
                                  std::span<const TriangleSurface* const> surfaces) {
-  const LinkDescription& tie = scene.links[link];
+  const LinkDescription& tie = links_of(scene)[link];
   std::array<Patch, 2> patches;
   Error missing;
   for (std::size_t end = 0; end < 2; ++end)

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/features/links/links_keys.h"
 #include "kernels/base/result.h"
 #include "kernels/points/surface.h"
 

@@ -26,7 +26,7 @@ class TwoBalls : public ::testing::Test {
     region.shape = Region::Shape::kSphere;
     region.a = Vec3(kRadius + 0.5 * kGap, 0.0, 0.0);
     region.radius = 8e-3;
-    scene.links = {{"bed", {"one", "other"}, region, 100.0}};
+    scene.extras.set(LinkDescriptions{{"bed", {"one", "other"}, region, 100.0}});
     for (std::size_t o = 0; o < 2; ++o) {
       std::vector<std::string> notes;
       auto surface = build_shape(scene.organs[o].geometry, project_file("assets"), notes);
@@ -48,7 +48,7 @@ TEST_F(TwoBalls, SpringsEndOnBothSurfacesInsideTheRegionApartFromEachOther) {
   ASSERT_EQ(places->springs.size(), kMostSprings);
   for (const LinkPlaces::Spring& spring : places->springs) {
     for (std::size_t end = 0; end < 2; ++end) {
-      EXPECT_TRUE(scene.links[0].region.contains(spring.positions[end]));
+      EXPECT_TRUE(links_of(scene)[0].region.contains(spring.positions[end]));
       const Vec3 out = spring.positions[end] - scene.organs[end].pose.position;
       EXPECT_NEAR(out.norm(), kRadius, 0.2e-3);
       EXPECT_GT(out.normalized().dot(spring.normals[end]), 0.99);
@@ -66,7 +66,7 @@ TEST_F(TwoBalls, SpringsEndOnBothSurfacesInsideTheRegionApartFromEachOther) {
 }
 
 TEST_F(TwoBalls, TheGroundTakesThePlacesOfTheOrgan) {
-  scene.links[0].between = {"one", "ground"};
+  scene.extras.get<LinkDescriptions>()[0].between = {"one", "ground"};
   const auto places = place();
   ASSERT_TRUE(places);
   EXPECT_EQ(places->springs.size(), kMostSprings);
@@ -75,7 +75,7 @@ TEST_F(TwoBalls, TheGroundTakesThePlacesOfTheOrgan) {
 }
 
 TEST_F(TwoBalls, ARegionWithoutSurfaceIsRefusedWithTheNearestPlace) {
-  scene.links[0].region.a = Vec3(0, 0, 60e-3);
+  scene.extras.get<LinkDescriptions>()[0].region.a = Vec3(0, 0, 60e-3);
   const auto places = place();
   ASSERT_FALSE(places);
   ASSERT_EQ(places.error().messages.size(), 2u);
@@ -93,7 +93,7 @@ TEST_F(TwoBalls, ARegionWithoutSurfaceIsRefusedWithTheNearestPlace) {
 }
 
 TEST_F(TwoBalls, ARegionSmallerThanATriangleStillHoldsSurface) {
-  scene.links[0].region.radius = 0.8e-3;
+  scene.extras.get<LinkDescriptions>()[0].region.radius = 0.8e-3;
   const auto places = place();
   ASSERT_TRUE(places);
   EXPECT_GE(places->springs.size(), 1u);

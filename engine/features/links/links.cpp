@@ -323,7 +323,7 @@ constexpr double kSpreadSpacings = 2.6;
 
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
-  for (const LinkDescription& link : scene.links)
+  for (const LinkDescription& link : links_of(scene))
     if (link.stiffness > 0.0 && (link.between[0] == organ.name || link.between[1] == organ.name))
       reach.attachments.push_back(
           {link.region.grown(kSpreadSpacings * organ.resolution.finest), organ.pose});
@@ -332,13 +332,14 @@ void reach(const SceneDescription& scene, const OrganDescription& organ,
 /// The errors name the keys of the scene.
 Result<void> prepare(SceneModel& model) {
   const SceneDescription& scene = model.scene();
-  if (scene.links.empty()) return {};
+  const std::span<const LinkDescription> links = links_of(scene);
+  if (links.empty()) return {};
   std::vector<const TriangleSurface*> surfaces;
   for (const OrganBody& body : model.constants().all<OrganBody>())
     surfaces.push_back(&body.model->surface);
   Error error;
-  for (std::size_t l = 0; l < scene.links.size(); ++l) {
-    const LinkDescription& description = scene.links[l];
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    const LinkDescription& description = links[l];
     auto places = place_springs(scene, l, surfaces);
     if (!places) {
       error.messages.insert(error.messages.end(), places.error().messages.begin(),
@@ -433,6 +434,7 @@ bool is_link_loaded(const World& world, Entity organ) {
 
 Feature links_feature() {
   return {.name = "links",
+          .keys = links_keys(),
           .reach = reach,
           .prepare = prepare,
           .start = start,
@@ -441,7 +443,8 @@ Feature links_feature() {
                       .reads = {"contact cells", "organ poses", "free shapes"},
                       .writes = {"contact cells"},
                       .needed = [](const World& world) { return world.has<OrganTies>(); },
-                      .run = add_link_cells}}};
+                      .run = add_link_cells}},
+          .report = links_report};
 }
 
 }  // namespace viscera

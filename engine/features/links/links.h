@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/links/links_keys.h"
 #include "engine/simulation/feature.h"
 
 namespace viscera {
@@ -84,6 +85,17 @@ struct LoadedTies {
 
 /// True for an organ that the links' solve answers for in this frame.
 bool is_link_loaded(const World& world, Entity organ);
+
+/// What became of a link in a run.
+struct LinkFigures {
+  std::string name;
+  std::array<std::string, 2> between;
+  double stiffness = 0.0;  ///< [N/m]
+  std::size_t springs = 0;
+  double greatest_force = 0.0;  ///< of all springs together [N]
+};
+std::vector<LinkFigures> link_figures(const World& world);
+std::vector<ReportSection> links_report(const World& world);  ///< "links"
 
 Feature links_feature();
 

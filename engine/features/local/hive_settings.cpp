@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/simulation/tool_shape.h"
 
 namespace viscera {
@@ -34,7 +35,8 @@ Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument
   if (tip.shape != TipDescription::Shape::kSphere && tip.shape != TipDescription::Shape::kPoint)
     return failure(
         "tip/shape: found a capsule or mesh where hives answer, expected sphere or point");
-  const HiveDescription wanted = instrument.haptic ? instrument.haptic->hive : HiveDescription();
+  const HapticDescription* haptic = haptic_of(instrument);
+  const HiveDescription wanted = haptic ? haptic->hive : HiveDescription();
   const bool global = organ.model->touchable_anywhere();
   HiveTissueSettings settings;
   settings.tool_radius = tip.shape == TipDescription::Shape::kPoint ? kPointTipRadius : tip.radius;

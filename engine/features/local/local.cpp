@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "engine/features/contact/tissue_as_met.h"
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/local/hive_settings.h"
 #include "kernels/hive/hive_contact.h"
 
@@ -58,7 +59,7 @@ Result<void> start(World& world) {
     if (is_linear(body.tissue)) continue;
     LocalFeel feel;
     for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
-      if (scene.instruments[i].haptic) continue;
+      if (haptic_of(scene.instruments[i])) continue;
       const auto wrong = [&](const std::string& what) {
         error.messages.push_back(
             fmt::format("{}: instruments/{}/{}", scene.file.string(), i, what));

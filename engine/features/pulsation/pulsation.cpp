@@ -114,7 +114,7 @@ std::vector<ReportSection> report(const World& world) {
     list.push_back({{"organ", world.find<OrganBody>(organs.owner(o))->name},
                     {"strain", organs[o].description.strain},
                     {"beats", organs[o].description.rate * world.time()}});
-  return {{"pulsation", list.dump()}};
+  return {report_section("pulsation", list)};
 }
 
 }  // namespace

@@ -34,8 +34,7 @@ void emit_owed(SmokeBody& smoke, SmokeDebt& emitter, SmokeEmission emission, dou
   emission.duration = context.dt;
   const std::uint64_t crowded_out = smoke.volume.counters().crowded_out;
   smoke.volume.emit(emission);
-  if (smoke.volume.counters().crowded_out > crowded_out)
-    context.report->raise(FrameFlag::kSmokeFull);
+  if (smoke.volume.counters().crowded_out > crowded_out) context.report->raise(kSmokeFull);
 }
 
 struct Fed {
@@ -114,9 +113,9 @@ SmokeEmission outlet_of(const World& world, Entity organ, const Vec3& rest) {
 void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameContext& context) {
   for (const Puff& puff : puffs_of(burn.heat)) {
     SmokeEmission emission = outlet_of(world, organ, puff.place);
-    emission.temperature = puff.temperature - world.model().scene().gas.temperature;
+    emission.temperature = puff.temperature - gas_of(world.model().scene()).temperature;
     const std::vector<Fed> volumes = fed_by(world, burn.hook, emission.position);
-    if (volumes.empty()) context.report->raise(FrameFlag::kSmokeOutside);
+    if (volumes.empty()) context.report->raise(kSmokeOutside);
     for (const auto& [source, smoke, debt] : volumes) {
       const double mass = puff.mass / static_cast<double>(volumes.size());
       emit_owed(*smoke, *debt, emission, mass / source->description.particle_mass, mass, context);
@@ -228,6 +227,7 @@ bool smokes(const World& world) {
 
 Feature smoke_feature() {
   return {.name = "smoke",
+          .keys = smoke_keys(),
           .prepare = prepare_smoke,
           .finish = load_sight,
           .start = start_smoke,
@@ -241,7 +241,11 @@ Feature smoke_feature() {
                       .reads = {"emissions", "shapes", "organ poses", "tool poses"},
                       .writes = {"smoke", "gas"},
                       .needed = smokes,
-                      .run = move_smoke}}};
+                      .run = move_smoke}},
+          .flags = {kSmokeFull, kSmokeOutside},
+          .report = smoke_report,
+          .warnings = smoke_warnings,
+          .skipped = smoke_skipped};
 }
 
 }  // namespace viscera

@@ -5,6 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "engine/features/smoke/smoke_flags.h"
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/simulation/feature.h"
 #include "kernels/smoke/smoke.h"
 #include "kernels/smoke/smoke_optics.h"
@@ -65,6 +67,23 @@ struct SmokeTools {
   std::vector<SmokeObstacle> tools;
   static constexpr auto fields() { return std::tuple(field("tools", &SmokeTools::tools)); }
 };
+
+/// True when something gives smoke to one of the scene's volumes.
+bool anything_smokes(const SceneDescription& scene);
+
+/// Of all volumes together: emitted = airborne + background + evacuated + leaked + deposited.
+struct SmokeFigures {
+  std::uint64_t most_particles = 0;  ///< in one of them
+  double emitted = 0.0;              ///< [kg]
+  double airborne = 0.0;             ///< carried by particles [kg]
+  double background = 0.0;           ///< mixed into the whole cavity's gas [kg]
+  double evacuated = 0.0, leaked = 0.0;
+  double deposited = 0.0;  ///< on surfaces [kg]
+};
+SmokeFigures smoke_figures(const World& world);
+std::vector<ReportSection> smoke_report(const World& world);  ///< "smoke"
+std::vector<std::string> smoke_warnings(const World& world);
+std::vector<SkippedReport> smoke_skipped(const SceneDescription& scene);
 
 Feature smoke_feature();
 

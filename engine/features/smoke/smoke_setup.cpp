@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "engine/features/cautery/cautery_keys.h"
+#include "engine/features/gas/gas_keys.h"
 #include "engine/io/report.h"
 #include "engine/scene/smoke_material.h"
 
@@ -41,9 +43,10 @@ SmokeParameters parameters_of(const SceneDescription& scene, const SmokeDescript
   parameters.lifetime = smoke.lifetime;
   parameters.seed = scene.seed;
   parameters.max_particles = static_cast<std::size_t>(smoke.max_particles);
-  parameters.gas_temperature = scene.gas.temperature;
-  parameters.gas_density = scene.gas.density();
-  parameters.cavity_volume = scene.gas.cavity;
+  const GasDescription& gas = gas_of(scene);
+  parameters.gas_temperature = gas.temperature;
+  parameters.gas_density = gas.density();
+  parameters.cavity_volume = gas.cavity;
   return parameters;
 }
 
@@ -71,19 +74,20 @@ std::size_t smoke_memory(const SmokeDescription& smoke) {
 
 Result<void> prepare_smoke(SceneModel& model) {
   const SceneDescription& scene = model.scene();
-  if (scene.smoke.empty()) return {};
+  const std::span<const SmokeDescription> volumes = smoke_of(scene);
+  if (volumes.empty()) return {};
   const double most = kMostMemory * static_cast<double>(this_machine().memory_bytes);
   double needed = 0.0;
-  for (std::size_t s = 0; s < scene.smoke.size(); ++s) {
-    needed += static_cast<double>(smoke_memory(scene.smoke[s]));
+  for (std::size_t s = 0; s < volumes.size(); ++s) {
+    needed += static_cast<double>(smoke_memory(volumes[s]));
     if (needed > most)
       return failure(fmt::format(
           "{}: smoke/{} (\"{}\"): found volumes that need {:.1f} GB with those before it, expected "
           "at most {:.1f} GB of this machine's memory: a greater voxel_mm, a smaller domain or "
           "fewer max_particles",
-          scene.file.string(), s, scene.smoke[s].name, 1e-9 * needed, 1e-9 * most));
+          scene.file.string(), s, volumes[s].name, 1e-9 * needed, 1e-9 * most));
   }
-  for (const SmokeDescription& smoke : scene.smoke)
+  for (const SmokeDescription& smoke : volumes)
     model.constants().all<SmokeSource>().add(model.add_entity(),
                                              {.description = smoke,
                                               .parameters = parameters_of(scene, smoke),
@@ -95,7 +99,7 @@ Result<void> prepare_smoke(SceneModel& model) {
 
 Result<void> load_sight(SceneModel& model, const std::filesystem::path& assets,
                         std::vector<std::string>&) {
-  if (model.scene().smoke.empty()) return {};
+  if (smoke_of(model.scene()).empty()) return {};
   const auto optics = load_smoke_optics(assets / "smoke.json");
   if (!optics) return std::unexpected(optics.error());
   model.constants().all<SmokeSight>().add(kWhole, {*optics});

@@ -30,8 +30,8 @@ SceneDescription smoking_scene(std::vector<EmitterDescription> emitters) {
   smoke.name = "plume";
   smoke.domain = Box(Vec3(-40e-3, -40e-3, -30e-3), Vec3(40e-3, 40e-3, 90e-3));
   smoke.emitters = std::move(emitters);
-  scene.smoke = {smoke};
-  scene.gas.cells = 16;
+  scene.extras.set(SmokeDescriptions{smoke});
+  scene.extras.get<GasDescription>().cells = 16;
   return scene;
 }
 
@@ -58,10 +58,12 @@ TEST(SmokeStages, WhatWasEmittedIsSomewhere) {
   at_the_ball.direction = -Vec3::UnitZ();
   at_the_ball.speed = 0.5;
   SceneDescription scene = smoking_scene({steady(2e-6), at_the_ball});
-  scene.smoke[0].lifetime = 0.8;
-  scene.gas.inlets = {{Vec3(-30e-3, 0, 60e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
-  scene.gas.leaks = {{Vec3(35e-3, 35e-3, 80e-3), 3e-3}};
-  scene.gas.evacuators = {{"", Vec3(20e-3, 0, 40e-3), 6e-3, 2e-4, {1.0, 10.0}}};
+  scene.extras.get<SmokeDescriptions>()[0].lifetime = 0.8;
+  scene.extras.get<GasDescription>().inlets = {
+      {Vec3(-30e-3, 0, 60e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
+  scene.extras.get<GasDescription>().leaks = {{Vec3(35e-3, 35e-3, 80e-3), 3e-3}};
+  scene.extras.get<GasDescription>().evacuators = {
+      {"", Vec3(20e-3, 0, 40e-3), 6e-3, 2e-4, {1.0, 10.0}}};
   auto world = build(scene);
   ASSERT_TRUE(world);
   for (const double time : {0.5, 1.0, 1.5, 2.5}) {
@@ -78,7 +80,7 @@ TEST(SmokeStages, WhatWasEmittedIsSomewhere) {
 TEST(SmokeStages, AnEvacuatorThatDrawsLeavesLessSmokeInTheAir) {
   const SceneDescription open = smoking_scene({steady(2e-6)});
   SceneDescription drawn = open;
-  drawn.gas.evacuators = {{"", Vec3(8e-3, 0, 45e-3), 8e-3, 4e-4, {}}};
+  drawn.extras.get<GasDescription>().evacuators = {{"", Vec3(8e-3, 0, 45e-3), 8e-3, 4e-4, {}}};
   auto without = build(open), with = build(drawn);
   ASSERT_TRUE(without && with);
   step_until(*without, 1.5);
@@ -93,7 +95,7 @@ TEST(SmokeStages, AnEvacuatorDrawsAtTheTipOfItsInstrument) {
   SceneDescription scene = smoking_scene({steady(2e-6)});
   scene.instruments = {straight_tool("suction", InstrumentKind::kProbe, 1e-3,
                                      {{0.0, Vec3(6e-3, 0, kRadius + 20e-3), 0.0, 1.0}})};
-  scene.gas.evacuators = {{"suction", Vec3::Zero(), 8e-3, 3e-4, {}}};
+  scene.extras.get<GasDescription>().evacuators = {{"suction", Vec3::Zero(), 8e-3, 3e-4, {}}};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.0);
@@ -122,7 +124,8 @@ TEST(SmokeStages, OrgansAreSolidToTheGasAndItRestsUntilThereIsSmoke) {
   EmitterDescription source = steady(2e-6);
   source.when.from = 0.3;
   SceneDescription scene = smoking_scene({source});
-  scene.gas.inlets = {{Vec3(-30e-3, 0, 60e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
+  scene.extras.get<GasDescription>().inlets = {
+      {Vec3(-30e-3, 0, 60e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.25);
@@ -156,7 +159,7 @@ TEST(SmokeStages, SmokeCarriesTheGasAlong) {
 
 TEST(SmokeStages, GasWithoutCellsStandsStillAndSmokeStillMoves) {
   SceneDescription scene = smoking_scene({steady(2e-6)});
-  scene.gas.cells = 0;
+  scene.extras.get<GasDescription>().cells = 0;
   auto world = build(scene);
   ASSERT_TRUE(world);
   EXPECT_FALSE(world->one<GasBody>()->grid);
@@ -166,12 +169,12 @@ TEST(SmokeStages, GasWithoutCellsStandsStillAndSmokeStillMoves) {
 
 TEST(SmokeStages, VolumesMayOverlapAndEachHasItsEmitters) {
   SceneDescription scene = smoking_scene({steady(2e-6)});
-  SmokeDescription second = scene.smoke[0];
+  SmokeDescription second = scene.extras.get<SmokeDescriptions>()[0];
   second.name = "second";
   second.domain = Box(Vec3(-20e-3, -20e-3, 0), Vec3(60e-3, 40e-3, 80e-3));
   second.emitters[0].rate = 1e-6;
   second.emitters[0].position.x() = 10e-3;
-  scene.smoke.push_back(second);
+  scene.extras.get<SmokeDescriptions>().push_back(second);
   auto world = build(scene);
   ASSERT_TRUE(world);
   step_until(*world, 0.5);
@@ -181,7 +184,7 @@ TEST(SmokeStages, VolumesMayOverlapAndEachHasItsEmitters) {
 
 TEST(SmokeStages, ManyThreadsGiveTheSameSmoke) {
   SceneDescription scene = smoking_scene({steady(2e-6)});
-  scene.gas.evacuators = {{"", Vec3(8e-3, 0, 45e-3), 8e-3, 4e-4, {}}};
+  scene.extras.get<GasDescription>().evacuators = {{"", Vec3(8e-3, 0, 45e-3), 8e-3, 4e-4, {}}};
   auto one = build(scene), other = build(scene);
   ASSERT_TRUE(one && other);
   step_until(*one, 0.8);
@@ -202,7 +205,7 @@ TEST(SmokeStages, ManyThreadsGiveTheSameSmoke) {
 TEST(SmokeStages, VolumesBeyondTheMemoryAreRefusedWithTheirSize) {
   SceneDescription scene = smoking_scene({steady(2e-6)});
   scene.file = "scene.json";
-  scene.smoke[0].voxel = 2e-6;
+  scene.extras.get<SmokeDescriptions>()[0].voxel = 2e-6;
   SceneModel model(scene, {}, all_features(), step_schedule());
   const Result<void> added = prepare_smoke(model);
   ASSERT_FALSE(added);

@@ -54,7 +54,8 @@ LesionCurve::LesionCurve(const World& world, const SceneDescription& scene)
     : Observer("lesion"), scene_(scene), organs_(world.all<OrganBody>().size()) {
   for (std::size_t i = 0; i < world.all<BurnTrace>().size(); ++i) {
     const Entity hook = world.all<BurnTrace>().owner(i);
-    if (world.find<InstrumentBody>(hook)->description.name == scene.heat.lesion_of) hook_ = hook;
+    if (world.find<InstrumentBody>(hook)->description.name == heat_of(scene).lesion_of)
+      hook_ = hook;
   }
 }
 
@@ -89,9 +90,9 @@ Result<void> LesionCurve::close(const World&) {
     table += fmt::format("{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
                          row.power, row.temperature, row.vaporised);
   if (auto written = write_file(folder_ / "lesion.csv", table); !written) return written;
-  const Plot plot =
-      lesion_plot("Lesion: " + (scene_.title.empty() ? scene_.name : scene_.title),
-                  "under the " + scene_.heat.lesion_of, rows(), scene_.heat.published);
+  const HeatDescription& heat = heat_of(scene_);
+  const Plot plot = lesion_plot("Lesion: " + (scene_.title.empty() ? scene_.name : scene_.title),
+                                "under the " + heat.lesion_of, rows(), heat.published);
   return write_file(folder_ / "lesion.svg", to_svg(plot));
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/cautery/cautery_keys.h"
 #include "engine/io/svg_plot.h"
 #include "engine/run/observer.h"
 #include "engine/scene/scene.h"

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/run/observer.h"
 #include "engine/run/observers/pass_writer.h"
 
@@ -14,7 +15,7 @@ class PassSeries : public StatelessObserver {
   PassSeries(const SceneDescription& scene, std::set<Pass> passes)
       : StatelessObserver("passes", Looks::kWanted, RunStage::kEncode),
         scene_(scene.name),
-        with_smoke_(!scene.smoke.empty()),
+        with_smoke_(!smoke_of(scene).empty()),
         writer_(std::move(passes)) {}
 
   Result<void> open(const std::filesystem::path& folder) override;

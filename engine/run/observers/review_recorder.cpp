@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "engine/features/cautery/cautery.h"
@@ -198,11 +199,13 @@ void ReviewRecorder::take(const World& world, const Picture& picture) {
   }
 }
 
-void ReviewRecorder::describe(const World&, RunReport& report) const {
-  for (std::size_t o = 0; o < report.organs.size() && o < state_.greatest.size(); ++o) {
-    report.organs[o].greatest_displacement = state_.greatest[o];
-    report.organs[o].greatest_displacement_time = state_.greatest_time[o];
-  }
+void ReviewRecorder::describe(const World& world, RunReport& report) const {
+  Json organs = Json::array();
+  for (std::size_t o = 0; o < state_.greatest.size(); ++o)
+    organs.push_back({{"name", world.all<OrganBody>()[o].name},
+                      {"greatest_displacement_m", state_.greatest[o]},
+                      {"greatest_displacement_time_s", state_.greatest_time[o]}});
+  report.sections.push_back(report_section("organs", organs));
 }
 
 Result<Review> ReviewRecorder::review(const RunReport& report) const {

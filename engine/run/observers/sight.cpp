@@ -1,5 +1,7 @@
 #include "engine/run/observers/sight.h"
 
+#include <nlohmann/json.hpp>
+
 namespace viscera {
 namespace {
 
@@ -23,9 +25,11 @@ std::optional<double> Sight::time_in_smoke() const {
 }
 
 void Sight::describe(const World&, RunReport& report) const {
-  report.smoke.time_in_smoke = time_in_smoke();
-  if (report.smoke.time_in_smoke)
-    report.trainee.time_in_smoke = *report.smoke.time_in_smoke * report.duration_s;
+  const std::optional<double> share = time_in_smoke();
+  if (!share) return;
+  report.sections.push_back(report_section("smoke", {{"time_in_smoke", *share}}));
+  report.sections.push_back(
+      report_section("trainee", {{"time_in_smoke_s", *share * report.duration_s}}));
 }
 
 Result<void> Sight::save_state(ByteWriter& writer) {

@@ -13,7 +13,7 @@ class Sight : public Observer {
   Sight() : Observer("sight", Looks::kAlways, RunStage::kSplatSmoke) {}
 
   Result<void> add_picture(FrameViews& views) override;
-  /// Fills in time_in_smoke, of the smoke and of the trainee.
+  /// Adds the time in smoke to "smoke" and "trainee".
   void describe(const World& world, RunReport& report) const override;
   Result<void> save_state(ByteWriter& writer) override;
   Result<void> load_state(ByteReader& reader) override;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "engine/features/smoke/smoke.h"
 #include "engine/io/atomic_file.h"
 
@@ -38,8 +40,9 @@ SmokeSeries::State SmokeSeries::so_far() const {
 }
 
 void SmokeSeries::describe(const World&, RunReport& report) const {
-  report.smoke.volumes = so_far().written;
-  report.smoke.writing_s = so_far().seconds;
+  const State all = so_far();
+  report.sections.push_back(
+      report_section("smoke", {{"volumes", all.written}, {"writing_s", all.seconds}}));
 }
 
 Result<void> SmokeSeries::save_state(ByteWriter& writer) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "engine/features/cautery/cautery.h"
-#include "engine/features/coagulation/coagulation.h"
 
 namespace viscera {
 namespace {
@@ -12,19 +12,30 @@ namespace {
 /// Slower than this a tip rests [m/s].
 constexpr double kRests = 1e-5;
 
-/// How an organ's elasticity has followed what heat did to it.
-std::optional<TissueReport::Stiffening> stiffening_of(const World& world, Entity organ) {
-  const OrganChange* change = world.find<OrganChange>(organ);
-  const OrganUpdate* made = world.find<OrganUpdate>(organ);
-  if (!change || !made || !made->update) return std::nullopt;
-  const StiffnessUpdate& update = *made->update;
-  return TissueReport::Stiffening{.greatest_factor = update.greatest_stiffness,
-                                  .stiffened = change->stiffened,
-                                  .left_out = change->left_out,
-                                  .greatest_shrinkage = update.greatest_shift,
-                                  .updates = static_cast<int>(change->updates),
-                                  .nodes = update.nodes,
-                                  .rank = update.rank};
+Json optional_json(const std::optional<double>& value) {
+  return value ? Json(*value) : Json();
+}
+
+Json json_of(const TraineeFigures& trainee) {
+  Json spared = Json::array(), organs = Json::array(), tips = Json::array();
+  for (const TraineeFigures::SparedBurn& burn : trainee.spared_burns)
+    spared.push_back({{"organ", burn.organ}, {"volume_coagulated_m3", burn.coagulated}});
+  for (const TraineeFigures::Organ& organ : trainee.organs)
+    organs.push_back({{"name", organ.name},
+                      {"peak_force_N", organ.peak_force},
+                      {"mean_force_N", organ.mean_force},
+                      {"touched_s", organ.touched}});
+  for (const TraineeFigures::Tip& tip : trainee.tips)
+    tips.push_back({{"name", tip.name},
+                    {"path_length_m", tip.path},
+                    {"smoothness", optional_json(tip.smoothness)}});
+  return {{"energy_delivered_J", trainee.energy},
+          {"current_without_contact_s", trainee.idle_current},
+          {"greatest_temperature_K", optional_json(trainee.greatest_temperature)},
+          {"spared_organs_burnt", spared},
+          {"organs", organs},
+          {"tips", tips},
+          {"time_in_smoke_s", nullptr}};  // for whoever looks through the smoke
 }
 
 }  // namespace
@@ -71,7 +82,7 @@ Trainee::Trainee(const World& world, const SceneDescription& scene)
              .time = world.time()} {
   for (std::size_t i = 0; i < state_.tips.size(); ++i)
     state_.tips[i].add(world.time(), world.all<InstrumentBody>()[i].tip.at(world.time()));
-  for (const OrganDescription& organ : scene.organs) spared_.push_back(organ.spared);
+  for (const OrganDescription& organ : scene.organs) spared_.push_back(is_spared(organ));
 }
 
 void Trainee::add_frame(const World& world) {
@@ -98,53 +109,36 @@ void Trainee::add_frame(const World& world) {
   if (idle) state_.idle_current += dt;
 }
 
-void Trainee::describe(const World& world, RunReport& report) const {
-  TraineeReport& trainee = report.trainee;
-  CauteryReport cautery;
-  double residual = 0.0;
-  for (std::size_t b = 0; b < world.all<OrganBurn>().size(); ++b) {
-    const Bioheat& heat = world.all<OrganBurn>()[b].heat;
-    const OrganBody& body = *world.find<OrganBody>(world.all<OrganBurn>().owner(b));
-    const HeatBook book = heat.book();
-    cautery.delivered += book.delivered;
-    cautery.metabolic += book.metabolic;
-    cautery.stored += book.stored;
-    cautery.latent += book.latent;
-    cautery.perfused += book.perfused;
-    cautery.lost += book.vapour + book.pyrolysis + book.gas + book.instrument + book.boundary;
-    residual += book.residual();
-    const double greatest = heat.options().body + heat.greatest_excess();
-    const double coagulated = heat.harmed_volume();
-    report.tissue.push_back({.organ = body.name,
-                             .vaporised = heat.vaporised_water() + heat.vaporised_tissue(),
-                             .smoke = world.all<OrganBurn>()[b].smoke,
-                             .above_60 = world.all<OrganBurn>()[b].greatest_hot,
-                             .coagulated = coagulated,
-                             .greatest_temperature = greatest,
-                             .stiffening = stiffening_of(world, world.all<OrganBurn>().owner(b))});
-    trainee.greatest_temperature = std::max(trainee.greatest_temperature.value_or(0.0), greatest);
+TraineeFigures Trainee::figures(const World& world) const {
+  TraineeFigures figures;
+  figures.idle_current = state_.idle_current;
+  if (const auto cautery = cautery_figures(world)) figures.energy = cautery->delivered;
+  for (const BurnFigures& burn : burn_figures(world)) {
+    const OrganBody& body = *world.find<OrganBody>(burn.organ);
+    figures.greatest_temperature =
+        std::max(figures.greatest_temperature.value_or(0.0), burn.greatest_temperature);
     const auto organ = static_cast<std::size_t>(&body - &world.all<OrganBody>()[0]);
-    if (spared_[organ] && coagulated > 0.0) trainee.spared_burns.push_back({body.name, coagulated});
+    if (spared_[organ] && burn.coagulated > 0.0)
+      figures.spared_burns.push_back({body.name, burn.coagulated});
   }
-  if (world.all<BurnTrace>().size() > 0) {
-    for (const BurnTrace& trace : world.all<BurnTrace>()) cautery.generated += trace.generated;
-    cautery.body = state_.far;
-    cautery.sparks = state_.sparks;
-    cautery.residual = cautery.delivered > 0.0 ? residual / cautery.delivered : 0.0;
-    report.cautery = cautery;
-  }
-  trainee.energy = cautery.delivered;
-  trainee.idle_current = state_.idle_current;
   for (std::size_t o = 0; o < state_.forces.size(); ++o)
     if (state_.forces[o].touched > 0.0)
-      trainee.organs.push_back({.name = world.all<OrganBody>()[o].name,
+      figures.organs.push_back({.name = world.all<OrganBody>()[o].name,
                                 .peak_force = state_.forces[o].peak,
                                 .mean_force = state_.forces[o].impulse / state_.forces[o].touched,
                                 .touched = state_.forces[o].touched});
   for (std::size_t i = 0; i < state_.tips.size(); ++i)
-    trainee.tips.push_back({.name = world.all<InstrumentBody>()[i].description.name,
+    figures.tips.push_back({.name = world.all<InstrumentBody>()[i].description.name,
                             .path = state_.tips[i].path(),
                             .smoothness = state_.tips[i].smoothness()});
+  return figures;
+}
+
+void Trainee::describe(const World& world, RunReport& report) const {
+  report.sections.push_back(report_section("trainee", json_of(figures(world))));
+  if (world.has<BurnTrace>())
+    report.sections.push_back(
+        report_section("cautery", {{"body_J", state_.far}, {"sparks_J", state_.sparks}}));
 }
 
 Result<void> Trainee::save_state(ByteWriter& writer) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/run/observer.h"
@@ -17,7 +18,7 @@ class Motion {
   void add(double time, const Vec3& at);
 
   double path() const { return path_; }  ///< [m]
-  /// See TraineeReport::Tip.
+  /// See TraineeFigures::Tip.
   std::optional<double> smoothness() const;
 
   static constexpr auto fields() {
@@ -46,12 +47,40 @@ class Motion {
 
 static_assert(fields_cover<Motion>());
 
+/// Measures of the trainee's work.
+struct TraineeFigures {
+  struct Organ {
+    std::string name;
+    double peak_force = 0.0;  ///< of all instruments together [N]
+    double mean_force = 0.0;  ///< while touched [N]
+    double touched = 0.0;     ///< [s]
+  };
+  struct Tip {
+    std::string name;
+    double path = 0.0;  ///< [m]
+    /// -ln(T^3 / v^2 times the integral of jerk^2), v the greatest speed [Hogan2009]; greater is
+    /// smoother. None: it never moved, or for too short.
+    std::optional<double> smoothness;
+  };
+  struct SparedBurn {
+    std::string organ;
+    double coagulated = 0.0;  ///< [m3]
+  };
+  double energy = 0.0;                         ///< that hooks delivered [J]
+  double idle_current = 0.0;                   ///< current asked for with no tissue to take it [s]
+  std::optional<double> greatest_temperature;  ///< of tissue [K]
+  std::vector<SparedBurn> spared_burns;        ///< of organs that the scene spares
+  std::vector<Organ> organs;                   ///< that were touched
+  std::vector<Tip> tips;
+};
+
 class Trainee : public Observer {
  public:
   Trainee(const World& world, const SceneDescription& scene);
 
   void add_frame(const World& world) override;
-  /// Fills in cautery, tissue and trainee.
+  TraineeFigures figures(const World& world) const;
+  /// Adds "trainee", and to "cautery" what went beyond the tissue that is followed.
   void describe(const World& world, RunReport& report) const override;
   Result<void> save_state(ByteWriter& writer) override;
   Result<void> load_state(ByteReader& reader) override;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -26,12 +27,10 @@ TEST(Report, HasTheKeysThatWerePromised) {
   report.skipped.resize(1);
   const json all = json::parse(to_json(report));
   for (const char* key :
-       {"scene",    "seed",           "threads", "backend",          "duration_s",
-        "frames",   "state_hash",     "wall_s",  "real_time_factor", "peak_memory_bytes",
-        "organs",   "stages",         "smoke",   "skipped",          "flags",
-        "warnings", "renderer",       "machine", "version",          "command",
-        "gpu",      "backend_reason", "haptics", "cautery",          "tissue",
-        "trainee"}) {
+       {"scene",      "seed",   "threads",          "backend",           "duration_s", "frames",
+        "state_hash", "wall_s", "real_time_factor", "peak_memory_bytes", "organs",     "stages",
+        "skipped",    "flags",  "warnings",         "renderer",          "machine",    "version",
+        "command",    "gpu",    "backend_reason"}) {
     EXPECT_TRUE(all.contains(key)) << key;
   }
   const auto keys = [](const json& object) {
@@ -43,39 +42,43 @@ TEST(Report, HasTheKeysThatWerePromised) {
             (std::set<std::string>{"name", "nodes", "surface_nodes", "triangles", "prepare_s",
                                    "cache_hit", "memory_bytes", "preparation", "columns_prepared",
                                    "columns_on_demand", "on_demand_s", "displacement_storage",
-                                   "storage_error", "saved_bytes", "greatest_displacement_m",
-                                   "greatest_displacement_time_s"}));
+                                   "storage_error", "saved_bytes"}));
   EXPECT_EQ(keys(all["stages"][0]),
             (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
-  EXPECT_EQ(keys(all["smoke"]),
-            (std::set<std::string>{"particles_max", "volumes", "writing_s", "emitted_kg",
-                                   "airborne_kg", "background_kg", "evacuated_kg", "leaked_kg",
-                                   "deposited_kg", "time_in_smoke"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));
   EXPECT_EQ(keys(all["machine"]), (std::set<std::string>{"cpu", "cores", "memory_bytes"}));
 }
 
-TEST(Report, TellsWhereTheEnergyWentAndWhatTheTraineeDid) {
+TEST(Report, HoldsSectionsBetweenItsStagesAndWhatWasSkipped) {
   RunReport report;
-  EXPECT_TRUE(json::parse(to_json(report))["cautery"].is_null()) << "no hook, no book";
-  report.cautery = CauteryReport{.generated = 110.0, .delivered = 100.0, .latent = 40.0};
-  report.tissue.push_back({.organ = "liver", .vaporised = 1e-5, .smoke = 1e-7, .above_60 = 2e-8});
-  report.trainee.idle_current = 1.5;
-  report.trainee.greatest_temperature = 500.0;
-  report.trainee.spared_burns.push_back({"bile_ducts", 3e-9});
-  report.trainee.organs.push_back({"liver", 1.0, 0.5, 4.0});
-  report.trainee.tips.push_back({"hook", 0.4, {}});
+  report.sections = {report_section("beats", {{"count", 3}})};
+  const auto all = nlohmann::ordered_json::parse(to_json(report));
+  EXPECT_EQ(all["beats"]["count"], 3);
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : all.items()) keys.push_back(key);
+  const auto at = [&](const char* key) { return std::ranges::find(keys, key) - keys.begin(); };
+  EXPECT_EQ(at("beats"), at("stages") + 1);
+  EXPECT_EQ(at("skipped"), at("beats") + 1);
+}
+
+TEST(Report, JoinsWhatSeveralTellUnderOneKey) {
+  RunReport report;
+  report.organs.resize(2);
+  report.organs[0].name = "liver";
+  report.organs[1].name = "stomach";
+  report.sections = {
+      report_section("organs",
+                     {{{"name", "stomach"}, {"moved", 2}}, {{"name", "liver"}, {"moved", 1}}}),
+      report_section("smoke", {{"volumes", 0}, {"seen", nullptr}}),
+      report_section("heat", nullptr),
+      report_section("smoke", {{"volumes", 7}}),
+  };
   const json all = json::parse(to_json(report));
-  EXPECT_EQ(all["cautery"]["energy_delivered_J"], 100.0);
-  EXPECT_EQ(all["cautery"]["latent_J"], 40.0);
-  for (const char* key : {"stored_J", "perfused_J", "lost_J", "residual"})
-    EXPECT_TRUE(all["cautery"].contains(key)) << key;
-  EXPECT_EQ(all["tissue"][0]["smoke_kg"], 1e-7);
-  EXPECT_EQ(all["tissue"][0]["volume_above_60C_m3"], 2e-8);
-  EXPECT_EQ(all["trainee"]["current_without_contact_s"], 1.5);
-  EXPECT_EQ(all["trainee"]["spared_organs_burnt"][0]["organ"], "bile_ducts");
-  EXPECT_EQ(all["trainee"]["organs"][0]["peak_force_N"], 1.0);
-  EXPECT_TRUE(all["trainee"]["tips"][0]["smoothness"].is_null());
+  ASSERT_EQ(all["organs"].size(), 2u);
+  EXPECT_EQ(all["organs"][0]["moved"], 1);
+  EXPECT_EQ(all["organs"][1]["moved"], 2);
+  EXPECT_EQ(all["smoke"], json::parse(R"({"volumes": 7, "seen": null})"));
+  EXPECT_TRUE(all["heat"].is_null());
 }
 
 TEST(Report, TellsOfTheGpuWhereItWasUsed) {

@@ -3,6 +3,8 @@
 
 #include <memory>
 
+#include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/features.h"
 #include "engine/organ/shape.h"
 #include "engine/scene/load_scene.h"
 #include "kernels/points/surface_tree.h"
@@ -62,8 +64,8 @@ std::vector<Organ> organs_of(const SceneDescription& scene) {
     Organ organ;
     organ.name = described.name;
     organ.surface = std::move(*surface);
-    if (described.motion)
-      organ.breath = described.motion->displacement(0.5 * described.motion->period);
+    if (const MotionDescription* motion = motion_of(described))
+      organ.breath = motion->displacement(0.5 * motion->period);
     organ.box = bounds(organ.surface);
     organ.tree = std::make_unique<SurfaceTree>(organ.surface);
     organs.push_back(std::move(organ));
@@ -86,6 +88,7 @@ double clearance(const Organ& one, const Organ& other, const Vec3& shift, Vec3& 
 TEST(Anatomy, OrgansOfTheMainSceneAreHumanInSizeAndNoTwoInterpenetrate) {
   SceneLoadOptions options;
   options.assets = project_file("assets");
+  options.features = feature_keys();
   const auto scene = load_scene(project_file("scenes/laparoscopic_cautery.json"), options);
   ASSERT_TRUE(scene) << scene.error().text();
   const std::vector<Organ> organs = organs_of(*scene);

@@ -7,6 +7,10 @@
 namespace viscera {
 namespace {
 
+constexpr FrameFlag kSparks{"sparks", "it sparked: less power", "less power"};
+constexpr FrameFlag kHoles{"holes", "it leaks: mend it", "mend it"};
+const std::vector<FrameFlag> kFlags = {kSparks, kHoles};
+
 Trace stages() {
   return Trace(stage_names());
 }
@@ -16,12 +20,15 @@ TEST(RunBook, GoesOnWithFlagsTimeAndTheTraceOfWhatWasBefore) {
   const auto now = Trace::Clock::now();
   before.add(stage_index(RunStage::kDraw), 2, now, now + std::chrono::milliseconds(5));
   const RunOptions options;
-  const CheckpointPart part = book_part({5u, 12.5}, before, options);
+  RunBook book_before{.wall_s = 12.5};
+  book_before.flags.raise(kHoles);
+  book_before.flags.raise(kSparks);
+  const CheckpointPart part = book_part(book_before, before, options);
   RunBook book;
   Trace after = stages();
-  const Result<void> loaded = load_book(part, options, book, after);
+  const Result<void> loaded = load_book(part, options, kFlags, book, after);
   ASSERT_TRUE(loaded) << loaded.error().text();
-  EXPECT_EQ(book.flags, 5u);
+  EXPECT_EQ(book.flags, book_before.flags);
   EXPECT_EQ(book.wall_s, 12.5);
   ASSERT_EQ(after.size(), 1u);
   EXPECT_EQ(after.events()[0].frame, 2u);
@@ -38,7 +45,7 @@ TEST(RunBook, OtherOptionsAreRefusedWithBoth) {
   options.height = 360;
   RunBook book;
   Trace trace = stages();
-  const Result<void> refused = load_book(part, options, book, trace);
+  const Result<void> refused = load_book(part, options, kFlags, book, trace);
   ASSERT_FALSE(refused);
   for (const char* words : {"found one of a run with pictures of 1280 x 720",
                             "expected pictures "
@@ -48,7 +55,18 @@ TEST(RunBook, OtherOptionsAreRefusedWithBoth) {
   options = {};
   options.quiet = true;
   options.threads = 1;
-  EXPECT_TRUE(load_book(part, options, book, trace));
+  EXPECT_TRUE(load_book(part, options, kFlags, book, trace));
+}
+
+TEST(RunBook, AFlagThatNoFeatureRaisesIsRefusedByItsName) {
+  RunBook book;
+  book.flags.raise(kHoles);
+  Trace trace = stages();
+  const CheckpointPart part = book_part(book, trace, {});
+  const Result<void> refused = load_book(part, {}, std::vector<FrameFlag>{kSparks}, book, trace);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("found the flag \"holes\""), std::string::npos)
+      << refused.error().text();
 }
 
 TEST(RunBook, CutOffAtAnyLengthIsRefused) {
@@ -62,7 +80,7 @@ TEST(RunBook, CutOffAtAnyLengthIsRefused) {
     cut.bytes.resize(length);
     RunBook book;
     Trace trace = stages();
-    EXPECT_FALSE(load_book(cut, options, book, trace)) << length;
+    EXPECT_FALSE(load_book(cut, options, kFlags, book, trace)) << length;
   }
 }
 
@@ -72,7 +90,7 @@ TEST(RunBook, EventsOfUnknownStagesAreRefused) {
   before.add(1, 1, now, now);
   RunBook book;
   Trace trace({"one"});
-  EXPECT_FALSE(load_book(book_part({}, before, {}), {}, book, trace));
+  EXPECT_FALSE(load_book(book_part({}, before, {}), {}, kFlags, book, trace));
   EXPECT_EQ(trace.size(), 0u);
 }
 

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
+#include "engine/features/cautery/cautery_keys.h"
+#include "engine/features/smoke/smoke_keys.h"
 #include "engine/run/observers/film_maker.h"
 #include "engine/run/observers/force_curves.h"
 #include "engine/run/observers/frame_pictures.h"
@@ -30,7 +34,7 @@ SceneDescription watched_scene() {
                                      {{0.0, Vec3(0, 0, kTop + 1.5e-3), 30.0, 1.0},
                                       {0.2, Vec3(0, 0, kTop + 0.1e-3), 30.0, 1.0},
                                       {0.5, Vec3(2e-3, 0, kTop - 0.5e-3), 30.0, 1.0}})};
-  scene.heat.lesion_of = "hook";
+  scene.extras.get<HeatDescription>().lesion_of = "hook";
   SmokeDescription smoke;
   smoke.name = "plume";
   smoke.domain = Box(Vec3(-30e-3, -30e-3, 15e-3), Vec3(30e-3, 30e-3, 60e-3));
@@ -40,7 +44,7 @@ SceneDescription watched_scene() {
   steady.particles = 600;
   steady.when = {0.15, 10.0};
   smoke.emitters = {steady};
-  scene.smoke = {smoke};
+  scene.extras.set(SmokeDescriptions{smoke});
   CameraDescription camera;
   CameraKey key;
   key.tip = Vec3(0, -0.1, 40e-3);
@@ -113,9 +117,8 @@ Result<RunReport> WatchedRun::end() {
   if (auto closed = watch_.close(*world_); !closed) return std::unexpected(closed.error());
   RunReport report;
   report.duration_s = world_->time();
-  report.organs.resize(world_->all<OrganBody>().size());
   watch_.describe(*world_, report);
-  report.smoke.writing_s = 0.0;
+  report.sections.push_back(report_section("smoke", {{"writing_s", 0.0}}));
   if (auto shown = watch_.present(report); !shown) return std::unexpected(shown.error());
   return report;
 }

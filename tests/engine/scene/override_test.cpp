@@ -24,11 +24,11 @@ TEST(SceneOverride, ReplacesValuesByIndexAndByName) {
 TEST(SceneOverride, MakesObjectsThatTheFileLeavesOut) {
   SceneFolder folder;
   folder.options.overrides = {{"organs/ball/resolution/finest_spacing_mm", "2"},
-                              {"gas/pressure_mmHg", "0"}};
+                              {"light/intensity", "0"}};
   const Result<SceneDescription> scene = folder.load(least_scene());
   ASSERT_TRUE(scene) << scene.error().text();
   EXPECT_EQ(scene->organs[0].resolution.finest, 0.002);
-  EXPECT_EQ(scene->gas.pressure, 0.0);
+  EXPECT_EQ(scene->light.intensity, 0.0);
 }
 
 TEST(SceneOverride, IsValidatedLikeTheFileAndNamed) {

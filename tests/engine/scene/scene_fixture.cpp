@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <fstream>
 
+#include "engine/features/features.h"
+
 namespace viscera::test {
 
 namespace fs = std::filesystem;
@@ -27,7 +29,8 @@ Json whole_scene() {
                                {"sphere": {"centre_mm": [0, 0, 5], "radius_mm": 5}},
                                {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}]},
        "displacement_storage": "half", "deformable": true, "sags": false,
-       "response": "local", "stiffens": false, "spared": true},
+       "response": "local", "stiffens": false, "spared": true,
+       "pulsation": {"strain": 0.05, "rate_per_min": 72}},
       {"name": "ball", "geometry": {"recipe": "sphere", "radius_mm": 25, "triangles": 500},
        "tissue": "rubber", "deformable": false},
       {"name": "brick", "geometry": {"recipe": "block", "size_mm": [10, 20, 30]},
@@ -94,6 +97,7 @@ SceneFolder::SceneFolder() {
   write("assets/organs/kidney.json", "{}");
   write("ball.obj", "v 0 0 0\n");
   options.assets = path() / "assets";
+  options.features = feature_keys();
 }
 
 fs::path SceneFolder::write(const std::string& name, const std::string& text) const {
@@ -115,6 +119,18 @@ std::vector<std::string> SceneFolder::mistakes(const Json& scene) const {
   for (std::string& message : messages)
     if (message.starts_with(prefix)) message = message.substr(prefix.size());
   return messages;
+}
+
+std::vector<std::string> mistakes_with(const std::string& pointer, const Json& value) {
+  Json scene = whole_scene();
+  scene[Json::json_pointer(pointer)] = value;
+  return SceneFolder().mistakes(scene);
+}
+
+std::string all(const std::vector<std::string>& messages) {
+  std::string text;
+  for (const std::string& message : messages) text += message + "\n";
+  return text;
 }
 
 bool mentions(const std::vector<std::string>& messages, const std::string& path,

@@ -30,7 +30,7 @@ class SceneFolder {
   /// The messages without the file's name in front; empty when it loads.
   std::vector<std::string> mistakes(const Json& scene) const;
 
-  SceneLoadOptions options;
+  SceneLoadOptions options;  ///< with the keys of all features
 
   std::filesystem::path path() const { return folder_.path(); }
 
@@ -38,8 +38,22 @@ class SceneFolder {
   TemporaryFolder folder_;
 };
 
+/// The messages for the whole scene with one value put in (the path as a JSON pointer).
+std::vector<std::string> mistakes_with(const std::string& pointer, const Json& value);
+
+/// A line each.
+std::string all(const std::vector<std::string>& messages);
+
 /// Whether exactly one message starts with `path` + ": " and contains each of `parts`.
 bool mentions(const std::vector<std::string>& messages, const std::string& path,
               const std::vector<std::string>& parts);
+
+#define EXPECT_ONE_MISTAKE(messages, path, ...)                       \
+  do {                                                                \
+    const std::vector<std::string> found_ = (messages);               \
+    EXPECT_EQ(found_.size(), 1u) << viscera::test::all(found_);       \
+    EXPECT_TRUE(viscera::test::mentions(found_, path, {__VA_ARGS__})) \
+        << viscera::test::all(found_);                                \
+  } while (false)
 
 }  // namespace viscera::test

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/features.h"
 #include "engine/scene/scene_keys.h"
 
 namespace viscera::test {
@@ -43,7 +44,7 @@ FeatureKeys of_organs(KeySpec key) {
 }
 
 TEST(SceneReference, EveryObjectHasASectionWithARowForEachOfItsKeys) {
-  const std::string text = scene_reference({});
+  const std::string text = scene_reference(feature_keys());
   int keys = 0;
   const std::function<void(const ObjectSpec&, const std::string&)> visit =
       [&](const ObjectSpec& spec, const std::string& path) {
@@ -59,7 +60,7 @@ TEST(SceneReference, EveryObjectHasASectionWithARowForEachOfItsKeys) {
           if (key.object) visit(*key.object, below);
         }
       };
-  const ObjectSpec scene = scene_keys({});
+  const ObjectSpec scene = scene_keys(feature_keys());
   for (const KeySpec& key : scene.keys) {
     if (!key.object) continue;
     const std::string suffix = key.type != KeyType::kList ? ""
@@ -71,7 +72,7 @@ TEST(SceneReference, EveryObjectHasASectionWithARowForEachOfItsKeys) {
 }
 
 TEST(SceneReference, TellsWhatIsNeededWhatIsOptionalAndWhere) {
-  const std::string text = scene_reference({});
+  const std::string text = scene_reference(feature_keys());
   const std::vector<std::string> organ = section_of(text, "organs/NAME");
   EXPECT_THAT(row_of(organ, "tissue"), HasSubstr("| needed |"));
   EXPECT_THAT(row_of(organ, "formulation"), HasSubstr("| `\"galerkin\"` |"));
@@ -96,7 +97,7 @@ TEST(SceneReference, KeysOfAFeatureStandInTheTableOfWhatTheyBelongTo) {
 }
 
 TEST(SceneReference, LinksLeadToSectionsThatAreThere) {
-  const std::string text = scene_reference({});
+  const std::string text = scene_reference(feature_keys());
   int links = 0;
   for (std::size_t at = text.find("](#"); at != std::string::npos; at = text.find("](#", at + 1)) {
     const std::string name = text.substr(at + 3, text.find(')', at) - at - 3);

@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "engine/features/features.h"
 #include "tests/engine/scene/scene_fixture.h"
 
 namespace viscera::test {
@@ -18,7 +19,7 @@ namespace {
 // Walks the schema along a valid scene and asks the loader about each statement.
 class Walk {
  public:
-  Walk() : whole_(whole_scene()), schema_(*parse_json(scene_schema(), "schema")) {}
+  Walk() : whole_(whole_scene()), schema_(*parse_json(scene_schema(feature_keys()), "schema")) {}
 
   void run() { visit_object(schema_, Json::json_pointer()); }
   int questions() const { return questions_; }
@@ -155,7 +156,7 @@ void collect(const Json& schema, const Json& value, std::set<std::string>& missi
 
 TEST(SceneSchema, TheWalkMeetsEveryKey) {
   std::set<std::string> missing, present;
-  collect(*parse_json(scene_schema(), "schema"), whole_scene(), missing, present, "");
+  collect(*parse_json(scene_schema(feature_keys()), "schema"), whole_scene(), missing, present, "");
   for (const std::string& key : missing) EXPECT_TRUE(present.contains(key)) << key;
 }
 
@@ -167,7 +168,7 @@ TEST(SceneSchema, EveryKeyIsDescribed) {
       if (about["type"] == "array" && about["items"]["type"] == "object") visit(about["items"]);
     }
   };
-  visit(*parse_json(scene_schema(), "schema"));
+  visit(*parse_json(scene_schema(feature_keys()), "schema"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "engine/features/features.h"
 #include "engine/scene/load_scene.h"
 #include "tests/support/paths.h"
 
@@ -10,6 +11,7 @@ Result<SceneDescription> load_shipped(const std::string& name,
                                       std::vector<std::filesystem::path> search = {}) {
   SceneLoadOptions options;
   options.assets = project_file("assets");
+  options.features = feature_keys();
   options.search = std::move(search);
   return load_scene(project_file("scenes/" + name + ".json"), options);
 }

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <thread>
 
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/run/state_hash.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
@@ -56,9 +57,9 @@ Built built_with_budget(const SceneDescription& scene, std::size_t budget) {
 std::string press_the_side(World& world) {
   Controls controls = controls_of_paths(world, 0.0);
   controls.tools[0].tip = kAtTheSide;
-  std::uint32_t flags = 0;
-  for (int frame = 0; frame < 6; ++frame) flags |= step_frame(world, controls, nullptr).flags;
-  EXPECT_EQ(flags, 0u);
+  FlagSet flags;
+  for (int frame = 0; frame < 6; ++frame) flags.raise(step_frame(world, controls, nullptr).flags);
+  EXPECT_TRUE(flags.empty());
   EXPECT_GT(force_on(world, 0).x(), 1e-3);
   return StateHash().finish(world);
 }
@@ -117,7 +118,7 @@ TEST(Preparation, AHeldToolReachesOrgansThatNoPathLeadsTo) {
   auto scene = probed_ball();
   move_key_frames(scene, Vec3(0, 0, 0.2));
   EXPECT_FALSE(built_with_budget(scene, kColumnBudget).model().deformable());
-  scene.instruments[0].haptic.emplace();
+  scene.instruments[0].extras.set(HapticDescription());
   EXPECT_TRUE(built_with_budget(scene, kColumnBudget).model().touchable_anywhere());
 }
 

@@ -8,7 +8,12 @@
 #include <limits>
 #include <thread>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/features/coagulation/coagulation.h"
+#include "engine/features/gas/gas.h"
+#include "engine/features/gravity/gravity.h"
+#include "engine/features/links/links.h"
+#include "engine/features/smoke/smoke.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
@@ -29,8 +34,7 @@ SceneDescription busy_scene() {
   OrganDescription other = scene.organs[0];
   other.name = "other";
   other.pose.position = Vec3(52e-3, 0, 0);
-  other.motion.emplace();
-  other.motion->amplitude = 2e-3;
+  set_motion(other, {.amplitude = 2e-3});
   scene.organs.push_back(other);
   LinkDescription link;
   link.name = "band";
@@ -39,7 +43,7 @@ SceneDescription busy_scene() {
   link.region.a = Vec3(26e-3, 0, 0);
   link.region.radius = 8e-3;
   link.stiffness = 50.0;
-  scene.links = {link};
+  scene.extras.set(LinkDescriptions{link});
   scene.instruments = {test::straight_tool("hook", InstrumentKind::kHook, 1e-3,
                                            {{0.0, Vec3(0, 0, kTop + 1.5e-3), 30.0, 1.0},
                                             {0.2, Vec3(0, 0, kTop + 0.5e-3), 30.0, 1.0},
@@ -59,11 +63,11 @@ SceneDescription busy_scene() {
   EmitterDescription burn;
   burn.instrument = "hook";
   smoke.emitters = {steady, burn};
-  scene.smoke = {smoke};
-  scene.gas.cells = 12;
-  scene.gas.inlets = {{Vec3(-25e-3, 0, 40e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
-  scene.gravity.emplace();
-  scene.gravity->table = {{0.0, 0.0, 0.0}, {1.0, 0.2, 0.1}};
+  scene.extras.set(SmokeDescriptions{smoke});
+  GasDescription& gas = scene.extras.get<GasDescription>();
+  gas.cells = 12;
+  gas.inlets = {{Vec3(-25e-3, 0, 40e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
+  scene.extras.get<GravityDescription>().table = {{0.0, 0.0, 0.0}, {1.0, 0.2, 0.1}};
   scene.duration = 1.5;
   return scene;
 }

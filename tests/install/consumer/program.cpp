@@ -1,4 +1,5 @@
 // Somebody else's program: two simulations of one model under different controls.
+#include <engine/features/contact/contact_flags.h>
 #include <viscera.h>
 
 #include <cstdio>
@@ -16,7 +17,11 @@ int main(int, char** argv) {
   auto calm = need(viscera::Simulation::create(model));
   auto deep = need(viscera::Simulation::create(model));
   for (int frame = 0; frame < 60; ++frame) {
-    calm.step();
+    const viscera::StepReport report = calm.step();
+    if (report.has(viscera::kOutOfReach) || !report.flags.names().empty()) {
+      std::printf("a calm step raised a flag\n");
+      return 1;
+    }
     viscera::Controls controls = deep.path_controls();
     controls.tools[0].tip.z() -= 0.5e-3;
     need(deep.step(controls));

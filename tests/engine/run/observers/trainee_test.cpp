@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "engine/features/cautery/cautery.h"
 #include "engine/simulator/build.h"
 #include "tests/support/small_world.h"
 
@@ -60,33 +62,35 @@ SceneDescription burning_scene() {
   return scene;
 }
 
-RunReport watch(const SceneDescription& scene, double time) {
-  RunReport report;
+struct Watched {
+  TraineeFigures trainee;
+  std::optional<CauteryFigures> cautery;
+  Json report;
+};
+
+Watched watch(const SceneDescription& scene, double time) {
   auto world = build(scene);
-  if (!world) return report;
+  if (!world) return {};
   Trainee trainee(*world, scene);
   Trace trace(stage_names());
   while (world->time() < time) {
     step_frame(*world, trace);
     trainee.add_frame(*world);
   }
-  report.duration_s = world->time();
+  RunReport report;
   trainee.describe(*world, report);
-  return report;
+  return {trainee.figures(*world), cautery_figures(*world), Json::parse(to_json(report))};
 }
 
 TEST(Trainee, EnergyHeatAndForcesAreTold) {
-  const RunReport report = watch(burning_scene(), 1.0);
-  ASSERT_TRUE(report.cautery);
-  EXPECT_GT(report.cautery->delivered, 3.0);
-  EXPECT_NEAR(report.cautery->generated,
-              report.cautery->delivered + report.cautery->body + report.cautery->sparks,
-              0.02 * report.cautery->generated);
-  EXPECT_LT(std::abs(report.cautery->residual), 0.01);
-  ASSERT_EQ(report.tissue.size(), 1u);
-  EXPECT_GT(report.tissue[0].vaporised, 0.0);
-  EXPECT_GT(report.tissue[0].above_60, 0.0);
-  const TraineeReport& trainee = report.trainee;
+  const auto [trainee, cautery, report] = watch(burning_scene(), 1.0);
+  ASSERT_TRUE(cautery);
+  EXPECT_GT(cautery->delivered, 3.0);
+  EXPECT_EQ(trainee.energy, cautery->delivered);
+  EXPECT_NEAR(cautery->generated,
+              cautery->delivered + report["cautery"]["body_J"].get<double>() +
+                  report["cautery"]["sparks_J"].get<double>(),
+              0.02 * cautery->generated);
   EXPECT_GT(trainee.idle_current, 0.2) << "on the way down";
   EXPECT_LT(trainee.idle_current, 0.5);
   EXPECT_GT(*trainee.greatest_temperature, 373.0);
@@ -98,25 +102,37 @@ TEST(Trainee, EnergyHeatAndForcesAreTold) {
   EXPECT_NEAR(trainee.tips[0].path, 5.8e-3, 1e-4);
 }
 
+TEST(Trainee, HasASectionOfTheReport) {
+  const auto [trainee, cautery, report] = watch(burning_scene(), 0.3);
+  const Json& section = report["trainee"];
+  EXPECT_EQ(section["current_without_contact_s"], trainee.idle_current);
+  EXPECT_TRUE(section["organs"].empty()) << "it is still on its way";
+  EXPECT_EQ(section["tips"][0]["name"], "hook");
+  EXPECT_EQ(section["tips"][0]["path_length_m"], trainee.tips[0].path);
+  EXPECT_TRUE(section["spared_organs_burnt"].is_array());
+  EXPECT_TRUE(section["time_in_smoke_s"].is_null()) << "nobody looks through smoke";
+}
+
 TEST(Trainee, BurningASparedOrganIsAMistakeBurningAnotherIsNot) {
   auto scene = burning_scene();
   EXPECT_TRUE(watch(scene, 1.0).trainee.spared_burns.empty());
-  scene.organs[0].spared = true;
-  const RunReport report = watch(scene, 1.0);
-  ASSERT_EQ(report.trainee.spared_burns.size(), 1u);
-  EXPECT_EQ(report.trainee.spared_burns[0].organ, scene.organs[0].name);
-  EXPECT_GT(report.trainee.spared_burns[0].coagulated, 0.0);
+  scene.organs[0].extras.set(Spared());
+  const Watched seen = watch(scene, 1.0);
+  ASSERT_EQ(seen.trainee.spared_burns.size(), 1u);
+  EXPECT_EQ(seen.trainee.spared_burns[0].organ, scene.organs[0].name);
+  EXPECT_GT(seen.trainee.spared_burns[0].coagulated, 0.0);
+  EXPECT_EQ(seen.report["trainee"]["spared_organs_burnt"][0]["organ"], scene.organs[0].name);
 }
 
 TEST(Trainee, WithoutAHookThereIsNoBook) {
   auto scene = burning_scene();
   scene.instruments[0].kind = InstrumentKind::kProbe;
   for (InstrumentKey& key : scene.instruments[0].path) key.power = 0.0;
-  const RunReport report = watch(scene, 0.3);
-  EXPECT_FALSE(report.cautery);
-  EXPECT_TRUE(report.tissue.empty());
-  EXPECT_EQ(report.trainee.idle_current, 0.0);
-  EXPECT_FALSE(report.trainee.greatest_temperature);
+  const Watched seen = watch(scene, 0.3);
+  EXPECT_FALSE(seen.cautery);
+  EXPECT_FALSE(seen.report.contains("cautery"));
+  EXPECT_EQ(seen.trainee.idle_current, 0.0);
+  EXPECT_FALSE(seen.trainee.greatest_temperature);
 }
 
 }  // namespace

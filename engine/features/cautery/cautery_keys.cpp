@@ -1,0 +1,103 @@
+#include "engine/features/cautery/cautery_keys.h"
+
+#include <algorithm>
+
+#include "engine/scene/to_si.h"
+
+namespace viscera {
+namespace {
+
+ObjectSpec heat_spec() {
+  return {"Where nothing is warm, nothing is kept or computed.",
+          {number("voxel_mm", "Edge of the voxels in which heat spreads.")
+               .between(0.001, 2)
+               .otherwise(0.5),
+           text("lesion_of",
+                "A hook: depth and width of the lesion under the place where it first burns go to "
+                "lesion.csv and lesion.svg.")
+               .known_as("instrument"),
+           object("published", "What is known of burns like it, for lesion.svg.",
+                  {"Of tissue that has coagulated.",
+                   {number("least_depth_mm", "Under the electrode.").needed().between(0, 100),
+                    number("most_depth_mm", "Under the electrode.").needed().between(0, 100),
+                    number("least_width_mm", "At the surface.").needed().between(0, 100),
+                    number("most_width_mm", "At the surface.").needed().between(0, 100),
+                    text("source", "And whether it was read there or recalled.").needed()},
+                   {},
+                   {}})
+               .only_beside("lesion_of")},
+          {},
+          {}};
+}
+
+void read_heat(const Json& scene, Extras& extras) {
+  const Json& values = scene["heat"];
+  HeatDescription heat;
+  heat.voxel = from_milli(values["voxel_mm"]);
+  if (values.contains("lesion_of")) heat.lesion_of = values["lesion_of"];
+  if (values.contains("published")) {
+    const Json& published = values["published"];
+    heat.published = {from_milli(published["least_depth_mm"]),
+                      from_milli(published["most_depth_mm"]),
+                      from_milli(published["least_width_mm"]),
+                      from_milli(published["most_width_mm"]), published["source"]};
+  }
+  extras.set(std::move(heat));
+}
+
+void read_mode(const Json& instrument, Extras& extras) {
+  if (!instrument.contains("mode")) return;
+  const Json& name = instrument["mode"];
+  extras.set(name == "cut"         ? CurrentMode::kCut
+             : name == "blend"     ? CurrentMode::kBlend
+             : name == "coagulate" ? CurrentMode::kCoagulate
+                                   : CurrentMode::kFulgurate);
+}
+
+}  // namespace
+
+const HeatDescription& heat_of(const SceneDescription& scene) {
+  static const HeatDescription plain;
+  const auto* heat = scene.extras.find<HeatDescription>();
+  return heat ? *heat : plain;
+}
+
+bool is_spared(const OrganDescription& organ) {
+  return organ.extras.find<Spared>() != nullptr;
+}
+
+CurrentMode mode_of(const InstrumentDescription& hook) {
+  const auto* mode = hook.extras.find<CurrentMode>();
+  return mode ? *mode : CurrentMode::kBlend;
+}
+
+bool carries_current(const InstrumentDescription& tool) {
+  return (tool.kind == InstrumentKind::kHook || tool.kind == InstrumentKind::kSpatula) &&
+         std::any_of(tool.path.begin(), tool.path.end(),
+                     [](const InstrumentKey& key) { return key.power > 0.0; });
+}
+
+FeatureKeys cautery_keys() {
+  FeatureKeys keys;
+  keys.scene.keys = {object("heat", "How heat is followed in organs that hooks burn.", heat_spec())
+                         .otherwise(Json::object())};
+  keys.scene.read = read_heat;
+  keys.organ.keys = {
+      boolean("spared", "Burning it is a mistake of the trainee's, which report.json counts.")
+          .otherwise(false)};
+  keys.organ.read = [](const Json& organ, Extras& extras) {
+    if (organ["spared"].get<bool>()) extras.set(Spared());
+  };
+  keys.instrument.keys = {
+      text("mode",
+           "Of the generator of a hook or spatula: cut, a steady wave of low voltage; blend; "
+           "coagulate, short waves "
+           "for a touching tip; fulgurate, short waves of high voltage that spark over a gap.")
+          .one_of({"cut", "blend", "coagulate", "fulgurate"})
+          .otherwise("blend")
+          .only_where("kind", {"hook", "spatula"})};
+  keys.instrument.read = read_mode;
+  return keys;
+}
+
+}  // namespace viscera

@@ -1,0 +1,37 @@
+// What a scene says of current and heat.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "engine/scene/feature_keys.h"
+#include "engine/scene/scene.h"
+#include "kernels/heat/electrode.h"
+
+namespace viscera {
+
+/// What is published of burns like the one that a scene makes.
+struct PublishedLesion {
+  double least_depth = 0.0, most_depth = 0.0, least_width = 0.0, most_width = 0.0;  ///< [m]
+  std::string source;
+};
+
+struct HeatDescription {
+  double voxel = 0.5e-3;  ///< of the bricks in which heat spreads [m]
+  std::string lesion_of;  ///< a hook whose first burn is measured; empty: none is
+  std::optional<PublishedLesion> published;  ///< beside that
+};
+
+/// Of organs whose burning is a mistake of the trainee's, which reports count.
+struct Spared {};
+
+const HeatDescription& heat_of(const SceneDescription& scene);
+bool is_spared(const OrganDescription& organ);
+/// Of the generator of a hook or spatula; an extra of instruments.
+CurrentMode mode_of(const InstrumentDescription& hook);
+/// True for a hook that carries current at some time.
+bool carries_current(const InstrumentDescription& tool);
+
+FeatureKeys cautery_keys();
+
+}  // namespace viscera

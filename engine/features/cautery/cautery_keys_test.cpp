@@ -1,0 +1,49 @@
+#include "engine/features/cautery/cautery_keys.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/scene/scene_fixture.h"
+
+namespace viscera::test {
+namespace {
+
+TEST(CauteryKeys, ArriveInSiUnits) {
+  const Result<SceneDescription> scene = SceneFolder().load(whole_scene());
+  ASSERT_TRUE(scene) << scene.error().text();
+  const HeatDescription& heat = heat_of(*scene);
+  EXPECT_EQ(heat.voxel, 0.00025);
+  EXPECT_EQ(heat.lesion_of, "burner");
+  ASSERT_TRUE(heat.published);
+  EXPECT_EQ(heat.published->most_width, 0.004);
+  EXPECT_EQ(heat.published->source, "recalled");
+  EXPECT_EQ(mode_of(scene->instruments.at(1)), CurrentMode::kCoagulate);
+  EXPECT_TRUE(is_spared(scene->organs[0]));
+  EXPECT_FALSE(is_spared(scene->organs[1]));
+}
+
+TEST(CauteryKeys, LeftOutAreAsInTheStructures) {
+  Json text = least_scene();
+  text["instruments"] = Json::parse(R"([{"name": "h", "kind": "hook", "trocar_mm": [0, 0, 200],
+      "path": [{"time_s": 0, "tip_mm": [0, 0, 100]}]}])");
+  const Result<SceneDescription> scene = SceneFolder().load(text);
+  ASSERT_TRUE(scene) << scene.error().text();
+  EXPECT_EQ(heat_of(*scene).voxel, HeatDescription().voxel);
+  EXPECT_TRUE(heat_of(*scene).lesion_of.empty());
+  EXPECT_EQ(mode_of(scene->instruments[0]), mode_of(InstrumentDescription()));
+  EXPECT_FALSE(is_spared(scene->organs[0]));
+}
+
+TEST(CauteryKeys, AModeThatIsNoneSaysWhichIsMeant) {
+  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/1/mode", "cutt"), "instruments/1/mode",
+                     "did you mean \"cut\"?");
+  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/mode", "cut"), "instruments/0/mode",
+                     "expected this key only where kind is \"hook\" or \"spatula\"");
+}
+
+TEST(CauteryKeys, ALesionIsOfAnInstrument) {
+  EXPECT_ONE_MISTAKE(mistakes_with("/heat/lesion_of", "burnr"), "heat/lesion_of",
+                     "did you mean \"burner\"");
+}
+
+}  // namespace
+}  // namespace viscera::test

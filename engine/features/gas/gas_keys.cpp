@@ -1,0 +1,169 @@
+#include "engine/features/gas/gas_keys.h"
+
+#include "engine/scene/common_keys.h"
+#include "engine/scene/to_si.h"
+#include "kernels/heat/tissue_thermal.h"
+
+namespace viscera {
+namespace {
+
+constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
+
+KeySpec flow(std::string description) {
+  return number("flow_L_per_min", std::move(description)).needed().between(0, 200);
+}
+
+ObjectSpec inlet() {
+  ObjectSpec spec;
+  spec.description = "Where the insufflator lets gas in.";
+  spec.keys = {position("position_mm", "Centre of the opening.").needed(),
+               direction_key("Of the jet; its length doesn't matter.", {0, 0, -1}),
+               number("radius_mm", "Of the opening.").between(0.1, 50).otherwise(3.0),
+               flow("Volume of gas at the cavity's pressure.")};
+  for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
+  spec.checks = {has_direction("direction"), interval_in_order()};
+  return spec;
+}
+
+ObjectSpec leak() {
+  return {"Where gas finds its way out, past a trocar: as much as comes in and isn't drawn off.",
+          {position("position_mm", "Centre of the opening.").needed(),
+           number("radius_mm", "Of the opening.").between(0.1, 50).otherwise(3.0)},
+          {},
+          {}};
+}
+
+ObjectSpec evacuator() {
+  ObjectSpec spec;
+  spec.description = "Suction that takes gas and smoke away, at a place or an instrument's tip.";
+  spec.exactly_one_of = {"instrument", "position_mm"};
+  spec.keys = {
+      text("instrument", "Draws in at this instrument's tip.").known_as("instrument"),
+      position("position_mm", "Centre of the opening."),
+      number("radius_mm", "What comes this near is taken away.").between(0.1, 50).otherwise(5.0),
+      flow("Volume of gas at the cavity's pressure.")};
+  for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
+  spec.checks = {interval_in_order()};
+  return spec;
+}
+
+ObjectSpec gas_spec() {
+  return {
+      "The gas that holds the cavity open (CO2).",
+      {number("pressure_mmHg", "Over atmosphere.").between(0, 50).otherwise(12.0),
+       number("temperature_C", "Of the gas.").between(0, 60).otherwise(37.0),
+       integer("cells",
+               "Cells of the flow along the longest side of its domain; 0: the gas stands still.")
+           .between(0, 96)
+           .otherwise(32),
+       object("domain", "Of the flow; left out: what holds all smoke volumes.",
+              box("An axis-aligned box of the world.")),
+       number("cavity_L", "Volume of the whole cavity, into which smoke mixes in the end.")
+           .between(0.01, 100)
+           .otherwise(3.0),
+       list("inlets", "Where gas comes in.", inlet()).items(0, 8).otherwise(Json::array()),
+       list("leaks", "Where gas may leave.", leak()).items(0, 8).otherwise(Json::array()),
+       list("evacuators", "What draws gas and smoke off.", evacuator())
+           .items(0, 8)
+           .otherwise(Json::array())},
+      {},
+      {}};
+}
+
+// Where gas comes and goes lies in the flow's domain.
+ObjectCheck openings_in_domain() {
+  return {{"smoke", "gas"},
+          [](const Json& scene) -> Finding {
+            const Json& gas = scene["gas"];
+            if (gas["cells"] == 0) return {};
+            Json low, high;
+            if (gas.contains("domain")) {
+              low = gas["domain"]["min_mm"];
+              high = gas["domain"]["max_mm"];
+            }
+            for (const Json& smoke : scene["smoke"]) {
+              const Json& box = smoke["domain"];
+              if (gas.contains("domain")) {
+                for (int i = 0; i < 3; ++i)
+                  if (component(box["min_mm"], i) < component(low, i) ||
+                      component(box["max_mm"], i) > component(high, i))
+                    return {{"gas/domain", "found " + low.dump() + " to " + high.dump() +
+                                               ", expected a box that holds the smoke volume " +
+                                               smoke["name"].dump()}};
+                continue;
+              }
+              if (low.is_null()) {
+                low = box["min_mm"];
+                high = box["max_mm"];
+              }
+              for (int i = 0; i < 3; ++i) {
+                if (component(box["min_mm"], i) < component(low, i)) low[i] = box["min_mm"][i];
+                if (component(box["max_mm"], i) > component(high, i)) high[i] = box["max_mm"][i];
+              }
+            }
+            if (low.is_null()) return {};
+            for (const char* list : {"inlets", "leaks", "evacuators"})
+              if (Finding found = first_outside(gas[list], std::string("gas/") + list, low, high,
+                                                "the gas's domain"))
+                return found;
+            return {};
+          },
+          nullptr};
+}
+
+double flow_of(const Json& values) {
+  constexpr double kLitrePerMinute = 1e-3 / 60.0;  // [m3/s]
+  return values["flow_L_per_min"].get<double>() * kLitrePerMinute;
+}
+
+GasDescription read_gas(const Json& values) {
+  GasDescription gas;
+  gas.pressure = values["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury;
+  gas.temperature = values["temperature_C"].get<double>() + kZeroCelsius;
+  gas.cells = values["cells"];
+  if (values.contains("domain")) gas.domain = box_of(values["domain"]);
+  gas.cavity = from_milli(values["cavity_L"]);  // a litre is a thousandth of a cubic metre
+  for (const Json& inlet : values["inlets"])
+    gas.inlets.push_back({from_milli_vector(inlet["position_mm"]), direction_of(inlet["direction"]),
+                          from_milli(inlet["radius_mm"]), flow_of(inlet), interval_of(inlet)});
+  for (const Json& leak : values["leaks"])
+    gas.leaks.push_back({from_milli_vector(leak["position_mm"]), from_milli(leak["radius_mm"])});
+  for (const Json& suction : values["evacuators"]) {
+    EvacuatorDescription evacuator;
+    if (suction.contains("instrument"))
+      evacuator.instrument = suction["instrument"];
+    else
+      evacuator.position = from_milli_vector(suction["position_mm"]);
+    evacuator.radius = from_milli(suction["radius_mm"]);
+    evacuator.flow = flow_of(suction);
+    evacuator.when = interval_of(suction);
+    gas.evacuators.push_back(std::move(evacuator));
+  }
+  return gas;
+}
+
+}  // namespace
+
+double GasDescription::density() const {
+  constexpr double kAtmosphere = 101325.0;      // [Pa]
+  constexpr double kMolarMass = 0.04401;        // of CO2 [kg/mol]
+  constexpr double kGasConstant = 8.314462618;  // [J/mol/K]
+  return (kAtmosphere + pressure) * kMolarMass / (kGasConstant * temperature);
+}
+
+const GasDescription& gas_of(const SceneDescription& scene) {
+  static const GasDescription plain;
+  const auto* gas = scene.extras.find<GasDescription>();
+  return gas ? *gas : plain;
+}
+
+FeatureKeys gas_keys() {
+  FeatureKeys keys;
+  keys.scene.keys = {object("gas", "The gas that holds the cavity open (CO2).", gas_spec())
+                         .otherwise(Json::object())};
+  keys.scene.checks = {openings_in_domain()};
+  keys.scene.read = [](const Json& scene, Extras& extras) { extras.set(read_gas(scene["gas"])); };
+  return keys;
+}
+
+}  // namespace viscera

@@ -1,0 +1,53 @@
+// What a scene says of the gas that holds the cavity open.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/scene/feature_keys.h"
+#include "engine/scene/interval.h"
+#include "engine/scene/scene.h"
+
+namespace viscera {
+
+struct InletDescription {
+  Vec3 position = Vec3::Zero();     ///< [m]
+  Vec3 direction = -Vec3::UnitZ();  ///< unit
+  double radius = 3e-3;             ///< [m]
+  double flow = 0.0;                ///< [m3/s]
+  Interval when;
+};
+
+struct LeakDescription {
+  Vec3 position = Vec3::Zero();  ///< [m]
+  double radius = 3e-3;          ///< [m]
+};
+
+struct EvacuatorDescription {
+  std::string instrument;        ///< draws at its tip; empty: at `position`
+  Vec3 position = Vec3::Zero();  ///< [m]
+  double radius = 5e-3;          ///< within which particles are taken [m]
+  double flow = 0.0;             ///< [m3/s]
+  Interval when;
+};
+
+struct GasDescription {
+  double pressure = 1600.0;     ///< over atmosphere [Pa]
+  double temperature = 310.15;  ///< [K]
+  int cells = 32;               ///< along the longest side; 0: the gas stands still
+  std::optional<Box> domain;    ///< none: what holds all smoke volumes [m]
+  double cavity = 3e-3;         ///< volume of the whole cavity [m3]
+  std::vector<InletDescription> inlets;
+  std::vector<LeakDescription> leaks;
+  std::vector<EvacuatorDescription> evacuators;
+
+  /// CO2 as an ideal gas at this temperature and this pressure over atmosphere [kg/m3].
+  double density() const;
+};
+
+const GasDescription& gas_of(const SceneDescription& scene);
+
+FeatureKeys gas_keys();
+
+}  // namespace viscera
