@@ -1,5 +1,3 @@
-#include "engine/io/foreign_files.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -7,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/io/foreign_files.h"
 #include "kernels/points/surface_checks.h"
 #include "tests/support/paths.h"
 #include "tests/support/shapes.h"

@@ -1,4 +1,3 @@
-#include "engine/io/foreign_files.h"
 #include "engine/io/smoke_file.h"
 
 #include <gtest/gtest.h>
@@ -14,6 +13,7 @@
 #include <numeric>
 #include <string>
 
+#include "engine/io/foreign_files.h"
 #include "kernels/base/stopwatch.h"
 #include "tests/engine/io/file_size_limit.h"
 #include "tests/support/paths.h"
