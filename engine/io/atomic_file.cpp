@@ -37,6 +37,12 @@ int write_all(int descriptor, const char* data, std::size_t size) {
   return 0;
 }
 
+/// A file that nobody else has, nor has laid a link in the place of.
+int open_new(const PendingFile& pending) {
+  const int exclusive = pending.in_place() ? 0 : O_CREAT | O_EXCL;
+  return ::open(pending.temporary().c_str(), O_WRONLY | O_CLOEXEC | exclusive, 0666);
+}
+
 /// fsync by name: the library that wrote the file has closed its own descriptor. errno, or 0.
 int sync_path(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -68,8 +74,10 @@ PendingFile::PendingFile(fs::path file) : file_(std::move(file)) {
     return;
   }
   static std::atomic<unsigned> counter = 0;
-  temporary_ = file_;
-  temporary_ += "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
+  do {  // another process of this number may have left one behind
+    temporary_ = file_;
+    temporary_ += "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
+  } while (fs::exists(fs::symlink_status(temporary_, ignored)));
 }
 
 PendingFile::~PendingFile() {
@@ -130,8 +138,7 @@ Result<AtomicFile> AtomicFile::create(const fs::path& file) {
   std::error_code ignored;
   if (fs::is_directory(file, ignored)) return std::unexpected(write_error(file, EISDIR));
   PendingFile pending(file);
-  const int descriptor =
-      ::open(pending.temporary().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int descriptor = open_new(pending);
   if (descriptor < 0) return std::unexpected(write_error(file, errno));
   return AtomicFile(std::move(pending), descriptor);
 }
@@ -187,8 +194,7 @@ Result<void> check_out_folder(const fs::path& folder) {
   }
   if (error) return failure(where + "the folder can't be created: " + error.message());
   const PendingFile probe(folder / "probe");
-  const int descriptor =
-      ::open(probe.temporary().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int descriptor = open_new(probe);
   if (descriptor < 0) return failure(where + "files can't be written to it: " + reason(errno));
   const int failed = write_all(descriptor, "viscera", 7);
   ::close(descriptor);

@@ -166,7 +166,7 @@ std::vector<std::string> text_names(hid_t group) {
 /// Asks the file system for the room before HDF5 starts, which leaves open objects behind when a
 /// write fails. errno, or 0.
 int reserve_room(const fs::path& file, std::size_t bytes) {
-  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) return errno;
   int error = ::posix_fallocate(descriptor, 0, static_cast<off_t>(bytes));
   if (error == EOPNOTSUPP || error == EINVAL) error = 0;  // devices and some file systems

@@ -8,6 +8,7 @@
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <iostream>
 #include <optional>
 #include <set>
 
@@ -129,7 +130,7 @@ Result<Simulation> prepare(const SceneDescription& scene,
   if (!simulation) return simulation;
   if (auto moved = move_world_to_gpu(simulation->world(), device, options.backend, report); !moved)
     return std::unexpected(moved.error());
-  if (!options.quiet) fmt::print(stderr, "{}\n", backend_line(report));
+  if (!options.quiet) std::cerr << backend_line(report) << '\n';
   return simulation;
 }
 

@@ -47,6 +47,8 @@ int code_of(const Result<void>& done) {
 int run_to_the_end(int (*work)(int argc, char** argv), int argc, char** argv) {
   // A file that passes a limit of its size is then an error of its write, like a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
+  // A reader of our output that goes is no reason to leave a run without its files.
+  std::signal(SIGPIPE, SIG_IGN);
   try {
     return work(argc, argv);
   } catch (const std::bad_alloc&) {
