@@ -67,7 +67,8 @@ function(viscera_joined_sources result name)
 endfunction()
 
 # viscera_joined_targets(): joins the sources of every library and program below the current folder
-# but the tests', which join their own.
+# but the tests', which join their own, and targets with the property VISCERA_APART: libraries of
+# which a program links some sources, without what the others need.
 function(viscera_joined_targets)
   if(VISCERA_JOINED_SOURCES)
     viscera_joined_folder("${PROJECT_SOURCE_DIR}")
@@ -107,7 +108,8 @@ function(viscera_joined_target target)
     endif()
   endforeach()
   list(LENGTH ours count)
-  if(count GREATER 1)
+  get_target_property(apart ${target} VISCERA_APART)
+  if(count GREATER 1 AND NOT apart)
     viscera_joined_sources(joined ${target} ${ours})
     set_property(TARGET ${target} PROPERTY SOURCES ${joined} ${others})
   endif()
