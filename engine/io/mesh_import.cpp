@@ -1,16 +1,21 @@
 #include "engine/io/mesh_import.h"
 
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <algorithm>
 #include <array>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <exception>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
@@ -67,6 +72,37 @@ Result<void> check_file(const fs::path& file) {
     if (const auto whole = check_stl(name, *input); !whole) return whole;
   return {};
 }
+
+// What an importer may open: regular files of the surface's own folder, through the door for files.
+// Of materials nothing is used.
+class FolderFiles : public Assimp::IOSystem {
+ public:
+  explicit FolderFiles(const fs::path& file) : folder_(file.parent_path()) {}
+
+  bool Exists(const char* file) const override { return path_of(file).has_value(); }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* file, const char*) override {
+    const auto path = path_of(file);
+    const auto bytes = path ? read_input(*path, "part of a surface", kMostGeometryBytes)
+                            : Result<std::string>(failure("it isn't read"));
+    if (!bytes) return nullptr;
+    auto* copy = new std::uint8_t[bytes->size() + 1];  // the stream's, with its end
+    std::memcpy(copy, bytes->data(), bytes->size());
+    return new Assimp::MemoryIOStream(copy, bytes->size(), /*own=*/true);
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  std::optional<fs::path> path_of(const fs::path& file) const {
+    if (file.extension() == ".mtl") return std::nullopt;
+    const auto inside = path_inside(folder_, file.lexically_relative(folder_).string());
+    std::error_code failed;
+    if (!inside || !fs::is_regular_file(*inside, failed)) return std::nullopt;
+    return *inside;
+  }
+
+  fs::path folder_;
+};
 
 // Triangles that share nothing.
 struct Soup {
@@ -193,7 +229,9 @@ Result<TriangleSurface> import_surface_here(const fs::path& file, double unit) {
   if (const auto sound = check_file(file); !sound) return std::unexpected(sound.error());
   try {
     Assimp::Importer importer;
-    const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
+    const fs::path whole = fs::canonical(file);
+    importer.SetIOHandler(new FolderFiles(whole));  // which it deletes
+    const aiScene* scene = importer.ReadFile(whole.string(), aiProcess_Triangulate);
     if (!scene) {
       std::string reason = importer.GetErrorString();
       while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) {

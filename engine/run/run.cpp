@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iostream>
 #include <iterator>
 #include <memory>
-#include <iostream>
 #include <optional>
 #include <set>
 

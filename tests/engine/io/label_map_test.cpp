@@ -147,7 +147,7 @@ TEST_F(LabelMapFile, EmptyMapsTiltedAxesAndOtherFilesAreRefused) {
   EXPECT_NE(refusal(folder_ / "absent.nii").find("found no such file"), std::string::npos);
   EXPECT_NE(refusal(write("empty.nii", "")).find("found an empty file"), std::string::npos);
   std::filesystem::create_directory(folder_ / "folder.nii");
-  EXPECT_NE(refusal(folder_ / "folder.nii").find("other than a regular file"), std::string::npos);
+  EXPECT_NE(refusal(folder_ / "folder.nii").find("found a folder"), std::string::npos);
 }
 
 TEST_F(LabelMapFile, TheExampleOfTheDataFolderHasItsFortyOneLabelsAndTheirNames) {
