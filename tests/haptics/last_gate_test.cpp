@@ -229,6 +229,43 @@ TEST(LastGate, TissueIsNotAskedAtAPlaceThatIsNone) {
   EXPECT_TRUE(has_event(take_events(servo.events()), ServoEventKind::kForceNotFinite));
 }
 
+TEST(LastGate, OfAForceThatIsForgottenNothingIsLeft) {
+  SimulatedDevice device(pressing());
+  VirtualWall wall = wall_at_zero(500.0);
+  ServoTick servo(device, wall, {});
+  ASSERT_GT(run_ticks(servo, 0, 1000).back().force.z(), 1.0);
+  servo.forget_force();
+  const ServoTick::State state = servo.state();
+  EXPECT_EQ(state.coupling.stretch, Vec3::Zero());
+  EXPECT_EQ(state.coupling.force, Vec3::Zero());
+  EXPECT_EQ(state.limits.force, Vec3::Zero());
+  EXPECT_GT(state.limits.mean_square, 0.0) << "motors stay hot";
+  EXPECT_EQ(state.fading, Vec3::Zero());
+  EXPECT_LT(state.passivity.stored, 0.0);
+  EXPECT_EQ(state.output.force, Vec3::Zero());
+}
+
+TEST(LastGate, ATickThatFindsTheWatchdogShowsNothingAndEngagesAsAfterAFault) {
+  SimulatedDevice inner(pressing());
+  WatchedDevice device(inner);
+  VirtualWall wall = wall_at_zero(500.0);
+  ServoTick servo(device, wall, {});
+  ASSERT_GT(run_ticks(servo, 0, 1000).back().force.z(), 1.0);
+  take_events(servo.events());
+  ASSERT_TRUE(servo.pen().take());
+  const std::uint64_t writes = device.writes;
+  EXPECT_EQ(servo.run(1000).force, Vec3::Zero());
+  EXPECT_EQ(servo.state().fading, Vec3::Zero());
+  EXPECT_EQ(device.writes, writes);
+  EXPECT_TRUE(has_event(take_events(servo.events()), ServoEventKind::kTicksMissing));
+  servo.pen().let_go();
+  device.greatest_rise = 0.0;
+  const auto after = run_ticks(servo, 1001, 2000);
+  EXPECT_EQ(after[90].force, Vec3::Zero());
+  EXPECT_GT(after.back().force.z(), 1.0);
+  EXPECT_LT(device.greatest_rise, 0.1);
+}
+
 TEST(ServoTick, AForceThatLimitsHoldBackFadesFromWhatWasShown) {
   SimulatedDeviceSettings settings = pressing();
   settings.limits.peak_force = settings.limits.continuous_force = 1.0;

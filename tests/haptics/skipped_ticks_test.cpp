@@ -113,6 +113,45 @@ TEST(SkippedTicks, MotorsHeatForAsLongAsTheForceWasHeld) {
   EXPECT_NEAR(some.state().mean_square, each.state().mean_square, 1e-12);
 }
 
+/// Pushes with one force, wherever the tool is.
+class SteadyPush : public TactileModel {
+ public:
+  TactileForce respond(const ToolMotion&, double) noexcept override {
+    TactileForce felt;
+    felt.force.z() = 1.0;
+    return felt;
+  }
+};
+
+TEST(SkippedTicks, MotorsOfALateLoopAreAsHotAsOfOneInTime) {
+  const auto heat = [](std::uint64_t step) {
+    SteadyDevice device(-0.02, kSpeed);
+    SteadyPush push;
+    ServoSettings settings;
+    settings.guard.settle_time = settings.guard.engage_time = 1e-3;
+    settings.passivity.control = false;
+    ServoTick servo(device, push, settings);
+    run_every(servo, step, 2000);
+    return servo.state().limits.mean_square;
+  };
+  EXPECT_NEAR(heat(10), heat(1), 0.05 * heat(1));
+}
+
+TEST(EnergyWatch, WhatTheDeviceDidWhileItWasAwayIsNoWork) {
+  SteadyDevice inner(-0.03, 0.05);
+  const auto away = [](std::uint64_t tick) { return tick >= 1000 && tick < 1020; };
+  WatchedDevice device(
+      inner, [&](DeviceState& state, std::uint64_t tick) { state.connected = !away(tick); });
+  SteadyPush push;
+  ServoSettings settings;
+  settings.passivity.control = false;
+  ServoTick servo(device, push, settings);
+  run_ticks(servo, 0, 1020);
+  const double before = servo.energy_given();
+  EXPECT_GT(servo.run(1020).force.z(), 0.4) << "it still fades";
+  EXPECT_LT(servo.energy_given() - before, 0.1e-3);
+}
+
 TEST(SkippedTicks, AFadingForceFallsByTheTimeThatHasPassed) {
   SimulatedDeviceSettings settings;
   settings.path = path_along_z({{0.2, 0.01}, {0.5, -0.01}});
