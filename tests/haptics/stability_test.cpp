@@ -225,6 +225,17 @@ TEST(Passivity, AForceThatFadesOutGivesBackWhatWasStoredAndNotMuchMore) {
   EXPECT_LT(with, 0.7 * without) << without;
 }
 
+TEST(Passivity, AForceThatIsHeldBackEarnsNothingForLater) {
+  const Vec3 held(1.0, 0.0, 0.0), pushed(-1e-3, 0.0, 0.0);  // the hand does a millijoule
+  for (const bool full : {true, false}) {
+    PassivityGuard guard({}, phantom_premium_1_0a(), 1e-3);
+    guard.reset(Vec3::Zero());
+    guard.update(Vec3::Zero(), {Vec3::Zero(), 0.0, 0.0, 1e-3, full});
+    guard.update(held, {pushed, 0.0, 0.0, 1e-3, full});
+    EXPECT_EQ(guard.state().budget > 0.0, full);
+  }
+}
+
 TEST(Passivity, WhileNobodyKnowsWhereTheDeviceIsNothingIsBooked) {
   PassivityGuard guard({}, phantom_premium_1_0a(), 1e-3);
   guard.reset(Vec3::Zero());

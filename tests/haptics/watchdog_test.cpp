@@ -89,7 +89,7 @@ TEST(DevicePen, TwoThreadsAreNeverInADevicesWriteAtOnce) {
   WatchedDevice device(inner);
   DevicePen pen(device);
   std::atomic<bool> end{false};
-  std::uint64_t taken = 0;
+  std::atomic<std::uint64_t> taken{0};
   std::thread watchdog([&] {
     while (!end) {
       if (!pen.take()) continue;
