@@ -43,6 +43,12 @@ static_assert(fields_cover<DeviceState>());
 
 /// One device, read and written once a tick by one thread. read() and write() neither wait nor
 /// allocate nor throw; what is slow (sockets, USB) happens on a thread of the device's own.
+///
+/// On the wall clock write() may also come from a watchdog's thread, where no tick has ended for a
+/// while (servo_loop.h). Then a read() may be under way on the tick's thread, or stuck there: the
+/// device must allow one read() and one write() at once. Two are never in write() at once, and what
+/// one wrote the next sees. A write() that doesn't return leaves the device its last force: nobody
+/// else can take that back, so let the hardware have a watchdog of its own where it can.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;

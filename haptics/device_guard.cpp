@@ -55,10 +55,12 @@ void DeviceGuard::fade() {
   state_.sound_ticks = 0;
 }
 
-void DeviceGuard::judge(const DeviceState& state, std::uint64_t tick, ServoEventRing& events) {
+void DeviceGuard::judge(const DeviceState& state, std::uint64_t tick, double elapsed,
+                        ServoEventRing& events) {
   state_.just_engaged = false;
   ServoEvent event;
-  if (sound(state, tick, event)) {
+  sound_ = sound(state, tick, event);
+  if (sound_) {
     state_.reading = state;
     ++state_.sound_ticks;
   } else {
@@ -83,7 +85,7 @@ void DeviceGuard::judge(const DeviceState& state, std::uint64_t tick, ServoEvent
 
   switch (state_.phase) {
     case Phase::kFading:
-      state_.authority = std::max(0.0, state_.authority - dt_ / settings_.fade_time);
+      state_.authority = std::max(0.0, state_.authority - elapsed / settings_.fade_time);
       if (state_.authority == 0.0) state_.phase = Phase::kAway;
       break;
     case Phase::kAway:
@@ -99,9 +101,10 @@ void DeviceGuard::judge(const DeviceState& state, std::uint64_t tick, ServoEvent
   }
 }
 
-void DeviceGuard::fault(ServoEventKind kind, std::uint64_t tick, ServoEventRing& events) {
+void DeviceGuard::fault(ServoEventKind kind, std::uint64_t tick, ServoEventRing& events,
+                        double value) {
   if (!state_.faulty || kind != state_.fault) {
-    events.push({tick, kind, 0.0});
+    events.push({tick, kind, value});
     state_.fault = kind;
     state_.faulty = true;
   }

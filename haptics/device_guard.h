@@ -12,6 +12,9 @@ struct GuardSettings {
   double engage_time = 0.2;      ///< [s] from none to full force
   double greatest_speed = 3.0;   ///< [m/s] of a hand; faster is a jump
   double outside_margin = 0.02;  ///< [m] around the work space in which a reading is still believed
+  /// [s] without a tick after which force goes to zero, by the watchdog where there is one. Longer
+  /// than a busy machine keeps an ordinary thread waiting, shorter than a hand takes to notice.
+  double tick_timeout = 0.03;
 };
 
 /// After a fault the force fades, stays away until readings have been sound for a while, and then
@@ -23,10 +26,11 @@ class DeviceGuard {
 
   enum class Phase { kAway, kEngaged, kFading };
 
-  /// Judges this tick's reading; reports a fault once, when it begins.
-  void judge(const DeviceState& state, std::uint64_t tick, ServoEventRing& events);
+  /// Judges this tick's reading; reports a fault once, when it begins. `elapsed` [s] since the last
+  /// tick: force falls by it, but rises by a tick's share alone.
+  void judge(const DeviceState& state, std::uint64_t tick, double elapsed, ServoEventRing& events);
   /// Something else than the device failed, or the loop ends: the same path.
-  void fault(ServoEventKind kind, std::uint64_t tick, ServoEventRing& events);
+  void fault(ServoEventKind kind, std::uint64_t tick, ServoEventRing& events, double value = 0.0);
   /// Once released, force doesn't come back.
   void release(std::uint64_t tick, ServoEventRing& events);
 
@@ -35,6 +39,8 @@ class DeviceGuard {
   double authority() const { return state_.authority; }
   /// Has just begun to engage: forget what was before.
   bool just_engaged() const { return state_.just_engaged; }
+  /// The reading that was judged last is sound.
+  bool sound() const { return sound_; }
   /// The last sound reading.
   const DeviceState& reading() const { return state_.reading; }
 
@@ -73,6 +79,7 @@ class DeviceGuard {
   DeviceLimits limits_;
   double dt_;
   std::uint64_t settle_ticks_;
+  bool sound_ = false;  // of this tick alone: no state
   State state_;
 };
 static_assert(fields_cover<DeviceGuard::State>() && StateOwner<DeviceGuard>);

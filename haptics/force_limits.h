@@ -15,8 +15,18 @@ class ForceLimits {
  public:
   ForceLimits(const ForceLimitSettings& settings, const DeviceLimits& limits, double dt);
 
-  /// The nearest force to the wanted one that is allowed now.
-  Vec3 apply(const Vec3& wanted);
+  /// The nearest force to the wanted one that is allowed now; what isn't finite comes back as it
+  /// is. The last force was held for `ticks`.
+  Vec3 apply(const Vec3& wanted, std::uint64_t ticks = 1);
+
+  enum class Verdict { kSound, kNotFinite, kTooLarge };
+  /// Whether the device may be given this force [N], whoever made it: finite, not above the peak,
+  /// and where motors are hot not above what they bear for any time.
+  Verdict judge(const Vec3& force) const;
+
+  /// The device holds no force. What heated its motors stays; a heat that is no number counts as
+  /// what the continuous force makes them.
+  void reset();
   /// The last apply() changed the force.
   bool limited() const { return state_.limited; }
 
@@ -33,7 +43,7 @@ class ForceLimits {
   void restore(const State& state) { state_ = state; }
 
  private:
-  double peak_, continuous_, step_, heating_;
+  double peak_, continuous_, step_, heating_, ticks_to_heat_;
   State state_;
 };
 static_assert(fields_cover<ForceLimits::State>() && StateOwner<ForceLimits>);

@@ -96,7 +96,12 @@ HiveTissue::HiveTissue(const HiveBody& body, const HiveTissueSettings& settings,
       nudged_(foot_.cells().size()),
       builder_(settings.building) {}
 
-/// How far the tissue went by its own velocity since the snapshot [m].
+/// [s] of one tick.
+double tick_of(const ToolMotion& motion, double dt) {
+  return dt / static_cast<double>(motion.ticks);
+}
+
+/// How far the tissue went by its own velocity since the snapshot, in ticks of `dt` [m].
 Vec3 moved_since(const TissueSnapshot& scene, std::uint64_t tick, double dt) {
   const double ticks = static_cast<double>(tick) - static_cast<double>(scene.tick);
   return std::clamp(ticks, 0.0, kLongestFrames) * dt * scene.velocity;
@@ -105,7 +110,7 @@ Vec3 moved_since(const TissueSnapshot& scene, std::uint64_t tick, double dt) {
 /// The tip as it is from tissue at rest, by this snapshot alone.
 Vec3 HiveTissue::seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion,
                                 double dt) const noexcept {
-  const Vec3 moved = moved_since(scene, motion.tick, dt);
+  const Vec3 moved = moved_since(scene, motion.tick, tick_of(motion, dt));
   return scene.pose.to_local(motion.pose.position - moved);
 }
 
@@ -332,7 +337,7 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   const bool fresh = take_snapshot(motion, dt);
   if (!told_) return felt;
   const TissueSnapshot& scene = snapshots_.front();
-  const Vec3 moved = moved_since(scene, motion.tick, dt);
+  const Vec3 moved = moved_since(scene, motion.tick, tick_of(motion, dt));
   const Vec3 tip = scene.pose.to_local(motion.pose.position - moved) + unshown_;
   const Vec3 velocity = scene.pose.direction_to_local(motion.velocity - scene.velocity);
   share_ = before_ < 0 && now_ < 0 ? 1.0 : std::min(1.0, share_ + dt / kBlend);
@@ -358,7 +363,7 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   felt.force = scene.pose.direction_to_world(all.force);
   const Vec3 up = scene.pose.direction_to_world(foot_.up());
   felt.stiffness = all.stiffness * up * up.transpose();
-  const bool moving = moved_since(scene, motion.tick + 1, dt) != moved;
+  const bool moving = moved_since(scene, motion.tick + 1, tick_of(motion, dt)) != moved;
   const Vec3 shift =
       (moving ? dt : 0.0) * scene.velocity + scene.pose.direction_to_world(shown_now_);
   felt.supplied = std::max(0.0, felt.force.dot(shift));

@@ -26,6 +26,10 @@ struct PassivitySettings {
 /// well, but costs a sixth of the stable stiffness under loose hands; this costs none there. The
 /// budget never exceeds a small sum, or an honest dissipation now would pay for a rattle later.
 /// Below zero, a damper along the motion takes what is missing within the next tick.
+///
+/// Of a force that is fading in or held back by limits the hand feels a share: so much of what is
+/// stored and supplied counts. Such ticks earn nothing. A force that fades out knows no tissue any
+/// more; it may give back what was stored when it began to.
 class PassivityGuard {
  public:
   PassivityGuard(const PassivitySettings& settings, const DeviceLimits& limits, double dt);
@@ -34,11 +38,18 @@ class PassivityGuard {
     Vec3 device;            ///< [m] where the device is now
     double stored = 0.0;    ///< [J] in tissue and coupling; negative: unknown
     double supplied = 0.0;  ///< [J] by the scene's own motion
-    bool judged = true;     ///< false while force is being limited or faded
+    double dt = 0.0;        ///< [s] since the last
+    bool full = true;       ///< false while force is being limited or faded in
   };
   /// Books the tick that ends now; `held` is the force that acted during it. Returns the force to
   /// add [N].
   Vec3 update(const Vec3& held, const Step& step);
+  /// What of the coupling's force the hand is given until the next update [0, 1].
+  void show(double share) { state_.share = share; }
+  /// Likewise for a tick of `dt` [s] in which force fades out.
+  Vec3 fade(const Vec3& held, const Vec3& device, double dt);
+  /// Nobody knows where the device is in this tick.
+  void lose_sight();
   /// Forgets motion and budget: the device has been away.
   void reset(const Vec3& device);
 
@@ -48,12 +59,14 @@ class PassivityGuard {
 
   struct State {
     Vec3 device = Vec3::Zero(), velocity = Vec3::Zero();
-    double stored = -1.0, budget = 0.0, given = 0.0, damping = 0.0;
+    double stored = -1.0, budget = 0.0, given = 0.0, damping = 0.0, share = 1.0;
+    bool seen = true;  ///< `device` is where it was a tick ago
     std::uint64_t violations = 0;
     static constexpr auto fields() {
       return std::tuple(field("device", &State::device), field("velocity", &State::velocity),
                         field("stored", &State::stored), field("budget", &State::budget),
                         field("given", &State::given), field("damping", &State::damping),
+                        field("share", &State::share), field("seen", &State::seen),
                         field("violations", &State::violations));
     }
   };
@@ -61,6 +74,9 @@ class PassivityGuard {
   void restore(const State& state) { state_ = state; }
 
  private:
+  double book(const Vec3& held, const Vec3& device, double dt);
+  Vec3 damp(double dt);
+
   PassivitySettings settings_;
   double dt_, smoothing_, friction_, one_step_, greatest_damping_, tolerance_;
   State state_;

@@ -49,6 +49,23 @@ std::string what(const ServoEvent& event) {
                          value);
     case ServoEventKind::kFlood:
       return fmt::format("the client floods with {:.0f} messages a second; it is cut off", value);
+    case ServoEventKind::kForceNotFinite:
+      return "the force on the hand isn't finite; force goes to zero";
+    case ServoEventKind::kForceTooLarge:
+      return fmt::format("a force of {:.1f} N is more than the device bears; zero is shown instead",
+                         value);
+    case ServoEventKind::kTicksMissing:
+      return fmt::format("no tick for {:.0f} ms; force goes to zero", 1e3 * value);
+    case ServoEventKind::kWatchdog:
+      return fmt::format("no tick has ended for {:.0f} ms; the watchdog takes the force to zero",
+                         1e3 * value);
+    case ServoEventKind::kAlwaysLate:
+      return fmt::format(
+          "ticks have left no time to other threads for {:.0f} ms; the loop rests after each now, "
+          "and misses ticks",
+          1e3 * value);
+    case ServoEventKind::kTickStuck:
+      return "the loop should end, but a tick doesn't; its device is held at zero force";
   }
   return "an event without a name";
 }

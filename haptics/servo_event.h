@@ -28,6 +28,12 @@ enum class ServoEventKind : std::uint8_t {
   kMessageNotAPose,   ///< a TRANSFORM with NaN, or that isn't a rigid motion
   kMessageStalled,    ///< a message that wasn't finished in time; value: bytes missing
   kFlood,             ///< more messages than any device sends; value: [1/s]
+  kForceNotFinite,    ///< what tissue and device made a force of isn't one
+  kForceTooLarge,     ///< above what the device bears, after all limits; value: [N]
+  kTicksMissing,      ///< too long between two ticks, or the watchdog came; value: [s]
+  kWatchdog,          ///< no tick has ended; value: [s] since the last. From the watchdog's thread
+  kAlwaysLate,        ///< ticks leave no time to others; value: [s] without a rest
+  kTickStuck,         ///< asked to stop, a tick doesn't end. From the watchdog's thread
 };
 
 struct ServoEvent {
@@ -43,7 +49,7 @@ struct ServoEvent {
 static_assert(fields_cover<ServoEvent>());
 
 constexpr bool is_kind(ServoEventKind kind) {
-  return kind <= ServoEventKind::kFlood;
+  return kind <= ServoEventKind::kTickStuck;
 }
 
 /// One sentence for the log: what happened and what was done about it.

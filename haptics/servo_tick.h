@@ -6,6 +6,7 @@
 
 #include "haptics/device.h"
 #include "haptics/device_guard.h"
+#include "haptics/device_pen.h"
 #include "haptics/force_limits.h"
 #include "haptics/passivity.h"
 #include "haptics/tactile_model.h"
@@ -55,6 +56,9 @@ static_assert(fields_cover<ServoOutput>());
 
 /// Reads the device, asks the tissue, couples, limits, writes. Nothing in run() waits, locks,
 /// allocates or throws; whoever calls it decides which clock ticks.
+///
+/// Whatever went wrong before, a force that isn't finite or that the device doesn't bear isn't
+/// written: zero is, an event tells, and all that such a number may have got into begins anew.
 class ServoTick {
  public:
   ServoTick(HapticDevice& device, TactileModel& tissue, const ServoSettings& settings);
@@ -65,6 +69,10 @@ class ServoTick {
   /// Lets go: force fades over the next ticks and stays away.
   void release() noexcept { guard_.release(output_.tick, events_); }
   bool released() const { return guard_.phase() == DeviceGuard::Phase::kAway; }
+  /// Who may write to the device; for a watchdog.
+  DevicePen& pen() { return pen_; }
+  /// The device was let go of by another thread; between ticks.
+  void forget_force() noexcept;
 
   const ServoOutput& output() const { return output_; }
   const HapticDevice& device() const { return device_; }
@@ -102,9 +110,12 @@ class ServoTick {
     TactileForce tissue;
     Vec3 force = Vec3::Zero();  // on the hand
   };
-  Felt feel(const DeviceState& state, std::uint64_t tick, class TickClock& clock) noexcept;
+  Felt feel(const DeviceState& state, const ToolMotion& now, double dt,
+            class TickClock& clock) noexcept;
+  Vec3 watch_fading(double dt) noexcept;
 
   HapticDevice& device_;
+  DevicePen pen_;
   TactileModel& tissue_;
   ServoSettings settings_;
   DeviceGuard guard_;

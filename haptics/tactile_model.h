@@ -13,6 +13,7 @@ struct ToolMotion {
   Vec3 velocity = Vec3::Zero();  ///< [m/s] of the tip
   std::uint32_t buttons = 0;     ///< of the device
   std::uint64_t tick = 0;
+  std::uint64_t ticks = 1;  ///< since it was asked last: above 1 where a late loop has missed some
 };
 
 /// What the tissue does to the tool there.
@@ -35,6 +36,7 @@ struct TactileForce {
 class TactileModel {
  public:
   virtual ~TactileModel() = default;
+  /// `dt` [s] since it was asked last: motion.ticks of them.
   virtual TactileForce respond(const ToolMotion& motion, double dt) noexcept = 0;
 };
 

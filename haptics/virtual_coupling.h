@@ -23,14 +23,14 @@ struct CouplingSettings {
 
 class VirtualCoupling {
  public:
-  VirtualCoupling(const CouplingSettings& settings, double dt);
+  explicit VirtualCoupling(const CouplingSettings& settings);
 
   /// The tool goes to the device, without force.
   void reset(const Vec3& device);
-  /// Where to ask the tissue: where the tool would be if it were as at the last tick.
-  Vec3 predict(const Vec3& device) const;
+  /// Where to ask the tissue: where the tool would be if it were as at the last tick, `dt` [s] ago.
+  Vec3 predict(const Vec3& device, double dt) const;
   /// Takes the tissue's answer at the predicted place; returns the force on the hand [N].
-  Vec3 settle(const Vec3& device, const Vec3& asked_at, const TactileForce& tissue);
+  Vec3 settle(const Vec3& device, const Vec3& asked_at, const TactileForce& tissue, double dt);
 
   const Vec3& tool() const { return state_.tool; }  ///< [m]
   double energy() const;                            ///< [J] in the spring
@@ -50,10 +50,9 @@ class VirtualCoupling {
   void restore(const State& state) { state_ = state; }
 
  private:
-  Vec3 stretch(const Vec3& device) const;
+  Vec3 stretch(const Vec3& device, double dt) const;
 
   CouplingSettings settings_;
-  double dt_;
   State state_;
 };
 static_assert(fields_cover<VirtualCoupling::State>() && StateOwner<VirtualCoupling>);

@@ -23,8 +23,8 @@ RecordingDevice::RecordingDevice(HapticDevice& inner, double dt, std::size_t mos
 
 DeviceState RecordingDevice::read(std::uint64_t tick) noexcept {
   const DeviceState state = inner_.read(tick);
-  kept_ = recording_.samples.size() < most_;
-  if (!kept_) {
+  last_.store(nullptr, std::memory_order_relaxed);
+  if (recording_.samples.size() >= most_) {
     ++dropped_;
     return state;
   }
@@ -40,23 +40,24 @@ DeviceState RecordingDevice::read(std::uint64_t tick) noexcept {
     sample.state.connected = false;
   }
   recording_.samples.push_back(sample);
+  last_.store(&recording_.samples.back(), std::memory_order_release);
   return state;
 }
 
 void RecordingDevice::write(const Vec3& force) noexcept {
-  if (kept_) recording_.samples.back().force = force;
+  if (HapticSample* last = last_.load(std::memory_order_acquire)) last->force = force;
   inner_.write(force);
 }
 
 RecordingDevice::State RecordingDevice::state() const {
-  return {inner_.state_bytes(), recording_.samples, finite_, kept_, dropped_};
+  return {inner_.state_bytes(), recording_.samples, finite_, last_.load() != nullptr, dropped_};
 }
 
 void RecordingDevice::restore(const State& state) {
   inner_.restore_bytes(state.inner);
   recording_.samples.assign(state.samples.begin(), state.samples.end());
   finite_ = state.finite;
-  kept_ = state.kept;
+  last_ = state.kept ? &recording_.samples.back() : nullptr;
   dropped_ = state.dropped;
 }
 

@@ -2,6 +2,7 @@
 // back in its place. The files are engine/features/held_tools/haptic_recording.h.
 #pragma once
 
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -71,7 +72,8 @@ class RecordingDevice : public HapticDevice {
   HapticRecording recording_;
   std::size_t most_;
   Pose finite_;
-  bool kept_ = false;
+  /// Of the last reading, which write() completes, from another thread too; null: it isn't kept.
+  std::atomic<HapticSample*> last_{nullptr};
   std::uint64_t dropped_ = 0;
 };
 static_assert(fields_cover<RecordingDevice::State>() && StateOwner<RecordingDevice>);

@@ -33,10 +33,30 @@ SimulatedDevice::SimulatedDevice(SimulatedDeviceSettings settings)
 }
 
 void SimulatedDevice::write(const Vec3& force) noexcept {
-  state_.force = force;
   // Amplifiers give no more.
-  const double size = state_.force.norm();
-  if (size > settings_.limits.peak_force) state_.force *= settings_.limits.peak_force / size;
+  const double size = force.norm(), peak = settings_.limits.peak_force;
+  hold(size > peak ? Vec3(force * (peak / size)) : force);
+}
+
+void SimulatedDevice::hold(const Vec3& given) {
+  for (int axis = 0; axis < 3; ++axis)
+    written_[static_cast<std::size_t>(axis)].store(given[axis], std::memory_order_relaxed);
+}
+
+Vec3 SimulatedDevice::written() const {
+  return {written_[0].load(std::memory_order_relaxed), written_[1].load(std::memory_order_relaxed),
+          written_[2].load(std::memory_order_relaxed)};
+}
+
+SimulatedDevice::State SimulatedDevice::state() const {
+  State state = state_;
+  state.force = written();
+  return state;
+}
+
+void SimulatedDevice::restore(const State& state) {
+  state_ = state;
+  hold(state.force);
 }
 
 /// One tick under the held force.
@@ -65,6 +85,7 @@ void SimulatedDevice::advance(double from) {
 }
 
 DeviceState SimulatedDevice::read(std::uint64_t tick) noexcept {
+  state_.force = written();
   if (!state_.started || tick > state_.tick + kMostMissed) state_.tick = tick;
   state_.started = true;
   for (; state_.tick < tick; ++state_.tick)

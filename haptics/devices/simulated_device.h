@@ -1,6 +1,9 @@
 // A PHANToM Premium 1.0A and the hand that holds it, by their equations of motion.
 #pragma once
 
+#include <array>
+#include <atomic>
+
 #include "haptics/device.h"
 #include "haptics/devices/hand.h"
 
@@ -47,8 +50,8 @@ class SimulatedDevice : public HapticDevice {
                         field("tick", &State::tick));
     }
   };
-  const State& state() const { return state_; }
-  void restore(const State& state) { state_ = state; }
+  State state() const;
+  void restore(const State& state);
   bool fits(const State& state) const;
 
   std::string why_not_saved() const override { return {}; }
@@ -58,10 +61,14 @@ class SimulatedDevice : public HapticDevice {
 
  private:
   void advance(double from);
+  void hold(const Vec3& given);
+  Vec3 written() const;
 
   std::string name_ = "simulated";
   SimulatedDeviceSettings settings_;
   State state_;
+  /// state_.force from the next read() on: that may be under way on another thread.
+  std::array<std::atomic<double>, 3> written_{};
 };
 static_assert(fields_cover<SimulatedDevice::State>() && StateOwner<SimulatedDevice>);
 

@@ -67,6 +67,24 @@ Vec3 on_arc(double angle) {
   return {std::sin(angle), 0.1, std::cos(angle)};
 }
 
+TEST(HiveTissue, AToolThatIsAskedForLessOftenMeetsTheSameMovingTissue) {
+  const auto felt_every = [](std::uint64_t step) {
+    Organ organ;
+    organ.tissue->snapshots().back().velocity = Vec3(0, 0, 0.02);
+    organ.tell({}, pressed(Vec3::UnitZ(), 0));
+    ToolMotion motion;
+    motion.pose.position = pressed(Vec3::UnitZ(), 1e-3);
+    motion.ticks = step;
+    double force = 0.0;
+    for (motion.tick = step; motion.tick <= 30; motion.tick += step)
+      force = organ.tissue->respond(motion, kTick * static_cast<double>(step)).force.z();
+    return force;
+  };
+  const double each = felt_every(1);
+  EXPECT_GT(each, 0.01);
+  EXPECT_NEAR(felt_every(5), each, 0.03 * each);
+}
+
 TEST(HiveTissue, SaysNothingUntilTheSceneHasSpoken) {
   Organ organ;
   EXPECT_FALSE(organ.at(pressed(Vec3::UnitZ(), 2e-3)).touching);

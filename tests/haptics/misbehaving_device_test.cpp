@@ -140,7 +140,7 @@ TEST(ServoEvents, AFullRingCountsWhatItDrops) {
 }
 
 TEST(ServoEvents, EachKindHasASentence) {
-  for (int kind = 0; kind <= static_cast<int>(ServoEventKind::kFlood); ++kind) {
+  for (int kind = 0; kind <= static_cast<int>(ServoEventKind::kTickStuck); ++kind) {
     const std::string text = describe({12, static_cast<ServoEventKind>(kind), 1.0});
     EXPECT_EQ(text.find("without a name"), std::string::npos) << kind;
     EXPECT_TRUE(text.starts_with("tick 12: ")) << text;

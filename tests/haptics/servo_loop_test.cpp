@@ -128,11 +128,15 @@ TEST(ServoLoop, AStoppedLoopStartsAgain) {
   loop.start();
   wait_for_ticks(loop, 10);
   loop.stop();
-  const std::uint64_t ticks = loop.statistics().ticks;
+  const std::uint64_t ticks = loop.statistics().ticks, last = tick.output().tick;
   loop.start();
   wait_for_ticks(loop, ticks + 10);
-  loop.stop();
-  loop.stop();
+  EXPECT_TRUE(loop.stop());
+  const std::uint64_t after = loop.statistics().ticks;
+  EXPECT_GE(after, ticks + 10);
+  EXPECT_GE(tick.output().tick, last + 10) << "ticks go on where they ended";
+  EXPECT_TRUE(loop.stop()) << "a second time there is nothing to do";
+  EXPECT_EQ(loop.statistics().ticks, after);
 }
 
 TEST(LockstepServo, ItRunsTheTicksThatAreDueOnce) {

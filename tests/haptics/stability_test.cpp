@@ -161,6 +161,92 @@ TEST(Passivity, AnActiveWallIsSeenAndItsEnergyTaken) {
   EXPECT_LT(left, seen);
 }
 
+/// What a hand that goes in and out of an active wall is given [J].
+double given_by_active_wall(bool control, const ServoSettings& base, double peak) {
+  SimulatedDeviceSettings settings;
+  settings.limits.peak_force = peak;
+  for (int i = 0; i < 10; ++i) {
+    HandPath::Key key;
+    key.time = 0.4 + 0.2 * i;
+    key.pose.position.z() = i % 2 ? -0.01 : 0.005;
+    settings.path.keys.push_back(key);
+  }
+  SimulatedDevice device(settings);
+  ActiveWall wall;
+  wall.stiffness = 300.0;
+  ServoSettings servo_settings = base;
+  servo_settings.passivity.control = control;
+  ServoTick servo(device, wall, servo_settings);
+  run_ticks(servo, 0, 2600);
+  return servo.energy_given();
+}
+
+TEST(Passivity, AForceThatFadesInIsWatchedToo) {
+  ServoSettings settings;
+  settings.guard.engage_time = 5.0;  // never all of it
+  const double without = given_by_active_wall(false, settings, 8.5);
+  EXPECT_GT(without, 0.0);
+  EXPECT_LT(given_by_active_wall(true, settings, 8.5), 0.5 * without);
+}
+
+TEST(Passivity, AForceThatIsLimitedIsWatchedToo) {
+  ServoSettings settings;
+  settings.force.rise_time = 0.5;  // it follows slowly, and so gives back what it never got
+  const double without = given_by_active_wall(false, settings, 4.0);
+  EXPECT_GT(without, 0.0);
+  EXPECT_LT(given_by_active_wall(true, settings, 4.0), 0.7 * without);
+}
+
+TEST(Passivity, AForceThatFadesOutGivesBackWhatWasStoredAndNotMuchMore) {
+  const auto given = [](bool control) {
+    SimulatedDeviceSettings settings;
+    settings.hand = Hand::with_grip(0.0);
+    settings.path = path_along_z({{0.2, 0.01}, {0.6, -0.02}, {1.0, -0.02}, {1.4, 0.02}});
+    SimulatedDevice device(settings);
+    VirtualWall wall = wall_at_zero(5000.0);
+    ServoSettings servo_settings;
+    servo_settings.guard.fade_time = 2.0;
+    servo_settings.passivity.control = control;
+    ServoTick servo(device, wall, servo_settings);
+    run_ticks(servo, 0, 1000);
+    const double before = servo.energy_given();
+    servo.release();
+    // The hand goes out while the force still pushes it.
+    double most = 0.0;
+    for (std::uint64_t tick = 1000; tick < 3100; ++tick) {
+      servo.run(tick);
+      most = std::max(most, servo.energy_given() - before);
+    }
+    EXPECT_EQ(servo.output().force, Vec3::Zero());
+    return most;
+  };
+  const double without = given(false), with = given(true);
+  EXPECT_GT(without, 0.0);
+  EXPECT_LT(with, 0.7 * without) << without;
+}
+
+TEST(Passivity, AForceThatIsHeldBackEarnsNothingForLater) {
+  const Vec3 held(1.0, 0.0, 0.0), pushed(-1e-3, 0.0, 0.0);  // the hand does a millijoule
+  for (const bool full : {true, false}) {
+    PassivityGuard guard({}, phantom_premium_1_0a(), 1e-3);
+    guard.reset(Vec3::Zero());
+    guard.update(Vec3::Zero(), {Vec3::Zero(), 0.0, 0.0, 1e-3, full});
+    guard.update(held, {pushed, 0.0, 0.0, 1e-3, full});
+    EXPECT_EQ(guard.state().budget > 0.0, full);
+  }
+}
+
+TEST(Passivity, WhileNobodyKnowsWhereTheDeviceIsNothingIsBooked) {
+  PassivityGuard guard({}, phantom_premium_1_0a(), 1e-3);
+  guard.reset(Vec3::Zero());
+  const Vec3 held(1.0, 0.0, 0.0);
+  guard.fade(held, Vec3(1e-3, 0.0, 0.0), 1e-3);
+  EXPECT_DOUBLE_EQ(guard.given(), 1e-3);
+  guard.lose_sight();
+  EXPECT_EQ(guard.fade(held, Vec3(0.5, 0.0, 0.0), 1e-3), Vec3::Zero());
+  EXPECT_DOUBLE_EQ(guard.given(), 1e-3) << "a jump is no work";
+}
+
 TEST(Passivity, TissueThatTheSceneMovesMayPushTheHand) {
   // A breath of 4 mm against a hand at rest: work is done on it, and nothing is wrong.
   class BreathingWall : public VirtualWall {

@@ -121,7 +121,6 @@ Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription&
           continue;
         }
         surface = std::make_shared<const WalkableSurface>(std::move(*walkable));
-        all->surfaces_.push_back(surface);
       }
       const HiveBody body{surface.get(), &organ.model->compliance, &organ.model->touchable};
       auto tissue = HiveTissue::create(body, *settings);
@@ -129,7 +128,7 @@ Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription&
         wrong("haptic/hive", fmt::format("organ \"{}\": {}", organ.name, tissue.error().text()));
         continue;
       }
-      tool.tissue->organs.push_back({world.all<OrganBody>().owner(o), std::move(*tissue)});
+      tool.tissue->organs.push_back({world.all<OrganBody>().owner(o), surface, std::move(*tissue)});
     }
     const double seconds = std::max(scene.duration, run.seconds);
     auto device = open_device(instrument, world.all<InstrumentBody>()[i].tip, seconds);
@@ -248,6 +247,7 @@ void HapticTools::collect_events() {
     };
     ServoEvent event;
     while (tool.servo->events().pop(event)) note(event);
+    while (tool.loop && tool.loop->watchdog_events().pop(event)) note(event);
     while (tool.device->next_event(event)) note(event);
   }
 }

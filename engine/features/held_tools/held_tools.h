@@ -33,6 +33,8 @@ class ToolTissue final : public TactileModel {
  public:
   struct Organ {
     Entity entity;
+    std::shared_ptr<const WalkableSurface> surface;  ///< that the hives stand on, also while a
+                                                     ///< thread builds one: it goes after them
     std::unique_ptr<HiveTissue> tissue;
   };
   std::vector<Organ> organs;
@@ -139,7 +141,6 @@ class HapticTools {
   ServoClock clock_;
   bool started_ = false;
   std::vector<HapticTool> tools_;
-  std::vector<std::shared_ptr<const WalkableSurface>> surfaces_;  ///< that the hives stand on
 };
 
 /// A world's held tools; none: none is held, paths move them.
