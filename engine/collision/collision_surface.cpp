@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "engine/collision/surface_scan.h"
 #include "kernels/points/closest_on_triangle.h"
 
 namespace viscera {
@@ -44,9 +43,6 @@ void commit(RTCScene scene) {
 }  // namespace
 
 struct CollisionSurface::Data {
-  explicit Data(const TriangleSurface& rest) : scan(rest) {}
-
-  SurfaceScan scan;
   std::vector<std::array<int, 3>> triangles;
   std::vector<Vec3f> positions;
   RTCScene scene = nullptr;
@@ -92,7 +88,7 @@ struct CollisionSurface::Data {
 };
 
 CollisionSurface::CollisionSurface(const TriangleSurface& rest, std::span<const Vec3f> positions)
-    : data_(std::make_unique<Data>(rest)) {
+    : data_(std::make_unique<Data>()) {
   Data& d = *data_;
   d.triangles = rest.triangles;
   d.scene = rtcNewScene(device());
@@ -169,14 +165,6 @@ std::optional<CollisionSurface::Hit> CollisionSurface::closest(const Vec3& query
       &search);
   if (search.triangle < 0) return std::nullopt;
   return data_->hit_at(search.triangle, search.weights, search.best);
-}
-
-std::optional<CollisionSurface::Hit> CollisionSurface::closest_once(const Vec3& query,
-                                                                    double radius) const {
-  if (!data_->moved.load(std::memory_order_acquire)) return closest(query, radius);
-  const auto found = data_->scan.closest(data_->positions, query, radius);
-  if (!found) return std::nullopt;
-  return data_->hit_at(found->triangle, found->weights, found->distance);
 }
 
 std::optional<CollisionSurface::Hit> CollisionSurface::cast(const Vec3& origin,

@@ -28,9 +28,6 @@ class CollisionSurface {
   };
   /// The nearest point of the surface within `radius` [m].
   std::optional<Hit> closest(const Vec3& query, double radius) const;
-  /// The same, for who asks this surface a single time between two updates: without fitting the
-  /// hierarchy for that.
-  std::optional<Hit> closest_once(const Vec3& query, double radius) const;
   /// The first crossing along the unit `direction` within `length` [m] where the surface faces the
   /// ray (outward normal against it) or, with `exits`, where the ray leaves the body.
   std::optional<Hit> cast(const Vec3& origin, const Vec3& direction, double length,

@@ -10,9 +10,8 @@
 namespace viscera {
 
 struct FrameFlag {
-  std::string_view name;    ///< for programs and checkpoints: "grip_slipped"; unique
-  std::string_view text;    ///< for people: what happened, as report.json says it
-  std::string_view remedy;  ///< what to do about it
+  std::string_view name;  ///< for programs and checkpoints: "grip_slipped"; unique
+  std::string_view text;  ///< for people: what happened and what to do, as report.json says it
 };
 
 /// Flags that were raised, each once, told apart by name. An empty one takes no memory.

@@ -8,12 +8,10 @@ namespace viscera {
 inline constexpr FrameFlag kHeatFull{
     "heat_full",
     "heat found no room for more of an organ's voxels; tissue beyond them counted as cold: a "
-    "greater heat/voxel_mm",
-    "a greater heat/voxel_mm"};
+    "greater heat/voxel_mm"};
 inline constexpr FrameFlag kNotHeated{
     "not_heated",
     "a hook gave current to an organ that isn't heated: its tissue lacks thermal values, or its "
-    "path had not announced that it comes there",
-    "give its tissue the thermal values that it lacks, or the hook a path that comes there"};
+    "path had not announced that it comes there"};
 
 }  // namespace viscera

@@ -3,8 +3,15 @@
 
 #include "engine/features/contact/contact_flags.h"
 #include "engine/simulation/feature.h"
+#include "kernels/points/surface_scan.h"
 
 namespace viscera {
+
+/// Of an organ that may be touched: for places on it that are asked for once a step.
+struct ScannedSurface {
+  static constexpr bool kConstant = true;
+  SurfaceScan scan;
+};
 
 /// InstrumentState, deformed surfaces -> OrganContact.cells, OrganTouch.ranges,
 /// InstrumentContact.grasp.

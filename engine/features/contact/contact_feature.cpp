@@ -11,6 +11,16 @@ Box bounds_at_rest(const OrganModel& model, const Pose& pose) {
   return bounds;
 }
 
+Result<void> prepare(SceneModel& model) {
+  for (std::size_t o = 0; o < model.organs().size(); ++o) {
+    if (!model.scene().organs[o].deformable) continue;
+    const Entity organ = model.organs()[o];
+    const OrganModel& body = *model.constants().all<OrganBody>().find(organ)->model;
+    model.constants().all<ScannedSurface>().add(organ, {SurfaceScan(body.surface)});
+  }
+  return {};
+}
+
 Result<void> start(World& world) {
   const SceneModel& scene = world.model();
   for (std::size_t o = 0; o < scene.organs().size(); ++o) {
@@ -40,6 +50,7 @@ void restored(World& world) {
 
 Feature contact_feature() {
   return {.name = "contact",
+          .prepare = prepare,
           .start = start,
           .states = {state_type<OrganPose>(), state_type<OrganTouch>()},
           .stages = {{.name = "find contacts",

@@ -9,11 +9,9 @@ namespace viscera {
 inline constexpr FrameFlag kOutOfReach{
     "out_of_reach",
     "a tip touched tissue where no place of the surface was near enough to take its force: a "
-    "smaller spacing_mm",
-    "a smaller spacing_mm"};
+    "smaller spacing_mm"};
 /// No tissue lay within its grip radius.
 inline constexpr FrameFlag kGripMissed{
-    "grip_missed", "a jaw closed on nothing: move its closing key nearer to the tissue",
-    "move the closing key nearer"};
+    "grip_missed", "a jaw closed on nothing: move its closing key nearer to the tissue"};
 
 }  // namespace viscera

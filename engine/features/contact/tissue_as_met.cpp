@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/features/contact/contact.h"
 #include "engine/features/contact/first_order.h"
 
 namespace viscera {
@@ -77,18 +78,24 @@ bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
   const OrganContact* contact = world.find<OrganContact>(organ);
   if (!contact || world.find<OrganState>(organ)->frozen) return true;
   const Vec3& tip = world.find<InstrumentState>(instrument)->tip;
-  // Embree's boxes are fitted again by who asks: not for what is far.
   if (world.find<OrganTouch>(organ)->bounds.exteriorDistance(tip) > reach) return true;
   const std::vector<CellRange>& ranges = world.find<OrganTouch>(organ)->ranges;
   const auto mine = std::ranges::find(ranges, instrument, &CellRange::instrument);
   const Vec3 from = pose_of(world, organ).to_local(tip);
-  // What it touches is asked again by the next step's contact; for the rest nobody fits a tree.
-  const auto hit = mine != ranges.end() ? contact->surface->closest(from, reach)
-                                        : contact->surface->closest_once(from, reach);
-  if (!hit) return true;
-  snapshot.nearest = hit->point;
-  if (mine != ranges.end()) return meet_touched(world, organ, *mine, snapshot);
-  meet_drawn(world, organ, hit->point, world.find<InstrumentBody>(instrument)->extent, snapshot);
+  if (mine != ranges.end()) {
+    // The next step's contact asks the fitted tree again.
+    const auto hit = contact->surface->closest(from, reach);
+    if (!hit) return true;
+    snapshot.nearest = hit->point;
+    return meet_touched(world, organ, *mine, snapshot);
+  }
+  const auto found = world.find<ScannedSurface>(organ)->scan.closest(
+      world.find<OrganBody>(organ)->model->surface.triangles,
+      world.find<OrganState>(organ)->positions, from, reach);
+  if (!found) return true;
+  snapshot.nearest = {found->triangle, found->weights};
+  meet_drawn(world, organ, snapshot.nearest, world.find<InstrumentBody>(instrument)->extent,
+             snapshot);
   return true;
 }
 

@@ -6,11 +6,9 @@
 namespace viscera {
 
 inline constexpr FrameFlag kSmokeFull{
-    "smoke_full", "a smoke volume was full; its oldest particles ended: raise max_particles",
-    "raise max_particles"};
+    "smoke_full", "a smoke volume was full; its oldest particles ended: raise max_particles"};
 inline constexpr FrameFlag kSmokeOutside{
     "smoke_outside",
-    "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a domain",
-    "enlarge a smoke domain"};
+    "tissue burnt outside every smoke volume; that smoke was not followed: enlarge a domain"};
 
 }  // namespace viscera

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "kernels/base/random.h"
+#include "kernels/points/surface_scan.h"
 #include "kernels/points/surface_tree.h"
 #include "tests/support/shapes.h"
 
@@ -37,24 +38,23 @@ TEST(CollisionSurface, ClosestPointsAgreeWithTheTreeOfSetUp) {
   }
 }
 
-TEST(CollisionSurface, ASingleQuestionAfterAnUpdateIsAnsweredTheSame) {
+TEST(CollisionSurface, AScanWithoutAHierarchyFindsTheSame) {
   TriangleSurface ball = test::icosphere(25e-3, 4);
-  CollisionSurface asked_once(ball, positions_of(ball));
+  const SurfaceScan scan(ball);
   CollisionSurface fitted(ball, positions_of(ball));
   const Random random(8, 0);
   for (std::uint64_t i = 0; i < 200; ++i) {
     for (Vec3& vertex : ball.vertices) vertex.z() += 1e-3 * std::sin(1e3 * vertex.x() + i);
-    asked_once.update(positions_of(ball));
     fitted.update(positions_of(ball));
     const Vec3 query = random.direction(i) * (50e-3 * random.uniform(1000 + i));
     const double radius = i % 2 ? 0.1 : 8e-3;
-    const auto once = asked_once.closest_once(query, radius);
+    const auto found = scan.closest(ball.triangles, positions_of(ball), query, radius);
     const auto hit = fitted.closest(query, radius);
-    ASSERT_EQ(once.has_value(), hit.has_value()) << i;
+    ASSERT_EQ(found.has_value(), hit.has_value()) << i;
     if (!hit) continue;
-    EXPECT_EQ(once->point.triangle, hit->point.triangle) << i;
-    EXPECT_EQ(once->point.weights, hit->point.weights) << i;
-    EXPECT_EQ(once->distance, hit->distance) << i;
+    EXPECT_EQ(found->triangle, hit->point.triangle) << i;
+    EXPECT_EQ(found->weights, hit->point.weights) << i;
+    EXPECT_EQ(found->distance, hit->distance) << i;
   }
 }
 

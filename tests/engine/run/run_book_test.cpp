@@ -7,8 +7,8 @@
 namespace viscera {
 namespace {
 
-constexpr FrameFlag kSparks{"sparks", "it sparked: less power", "less power"};
-constexpr FrameFlag kHoles{"holes", "it leaks: mend it", "mend it"};
+constexpr FrameFlag kSparks{"sparks", "it sparked: less power"};
+constexpr FrameFlag kHoles{"holes", "it leaks: mend it"};
 const std::vector<FrameFlag> kFlags = {kSparks, kHoles};
 
 Trace stages() {
@@ -20,7 +20,8 @@ TEST(RunBook, GoesOnWithFlagsTimeAndTheTraceOfWhatWasBefore) {
   const auto now = Trace::Clock::now();
   before.add(stage_index(RunStage::kDraw), 2, now, now + std::chrono::milliseconds(5));
   const RunOptions options;
-  RunBook book_before{.wall_s = 12.5};
+  RunBook book_before;
+  book_before.wall_s = 12.5;
   book_before.flags.raise(kHoles);
   book_before.flags.raise(kSparks);
   const CheckpointPart part = book_part(book_before, before, options);

@@ -1,4 +1,4 @@
-#include "engine/collision/surface_scan.h"
+#include "kernels/points/surface_scan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,15 +8,12 @@
 
 namespace viscera {
 
-SurfaceScan::SurfaceScan(const TriangleSurface& rest) {
-  for (const std::size_t t : triangles_along_curve(rest)) {
-    triangles_.push_back(static_cast<int>(t));
-    corners_.push_back(rest.triangles[t]);
-  }
+SurfaceScan::SurfaceScan(const TriangleSurface& rest) : triangles_(triangles_along_curve(rest)) {
   std::vector<int> mine;
-  for (std::size_t t = 0; t < corners_.size(); ++t) {
-    mine.insert(mine.end(), corners_[t].begin(), corners_[t].end());
-    if ((t + 1) % kTriangles != 0 && t + 1 != corners_.size()) continue;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const auto& corners = rest.triangles[triangles_[t]];
+    mine.insert(mine.end(), corners.begin(), corners.end());
+    if ((t + 1) % kTriangles != 0 && t + 1 != triangles_.size()) continue;
     std::ranges::sort(mine);
     mine.erase(std::ranges::unique(mine).begin(), mine.end());
     begins_.push_back(static_cast<std::uint32_t>(vertices_.size()));
@@ -26,8 +23,9 @@ SurfaceScan::SurfaceScan(const TriangleSurface& rest) {
   begins_.push_back(static_cast<std::uint32_t>(vertices_.size()));
 }
 
-std::optional<SurfaceScan::Found> SurfaceScan::closest(std::span<const Vec3f> positions,
-                                                       const Vec3& query, double radius) const {
+std::optional<SurfaceScan::Found> SurfaceScan::closest(
+    std::span<const std::array<int, 3>> triangles, std::span<const Vec3f> positions,
+    const Vec3& query, double radius) const {
   struct Group {
     float distance;
     std::size_t index;
@@ -51,15 +49,16 @@ std::optional<SurfaceScan::Found> SurfaceScan::closest(std::span<const Vec3f> po
   for (const Group& group : groups) {
     if (group.distance > best.distance + margin) break;
     const std::size_t begin = group.index * kTriangles;
-    for (std::size_t t = begin; t < std::min(begin + kTriangles, corners_.size()); ++t) {
+    for (std::size_t t = begin; t < std::min(begin + kTriangles, triangles_.size()); ++t) {
+      const auto index = static_cast<int>(triangles_[t]);
       const auto corner = [&](std::size_t c) -> Vec3 {
-        return positions[static_cast<std::size_t>(corners_[t][c])].cast<double>();
+        return positions[static_cast<std::size_t>(triangles[triangles_[t]][c])].cast<double>();
       };
       const Vec3 a = corner(0), b = corner(1), c = corner(2);
       const Vec3 weights = closest_weights(query, a, b, c);
       const double distance = (weights[0] * a + weights[1] * b + weights[2] * c - query).norm();
-      if (distance < best.distance || (distance == best.distance && triangles_[t] < best.triangle))
-        best = {triangles_[t], weights, distance};
+      if (distance < best.distance || (distance == best.distance && index < best.triangle))
+        best = {index, weights, distance};
     }
   }
   if (best.triangle < 0) return std::nullopt;

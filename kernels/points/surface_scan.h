@@ -2,6 +2,7 @@
 // one would cost more than looking through the surface once.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -20,17 +21,18 @@ class SurfaceScan {
     Vec3 weights = Vec3::Zero();
     double distance = 0.0;  ///< [m]
   };
-  /// Of the surface at these vertices, within `radius` [m]; ties go to the lower triangle.
-  std::optional<Found> closest(std::span<const Vec3f> positions, const Vec3& query,
+  /// Of the surface of these triangles, those of `rest`, with its vertices at `positions` [m]:
+  /// within `radius` [m]; ties go to the lower triangle.                                      (V)
+  std::optional<Found> closest(std::span<const std::array<int, 3>> triangles,
+                               std::span<const Vec3f> positions, const Vec3& query,
                                double radius) const;
 
  private:
   static constexpr std::size_t kTriangles = 32;  ///< that lie together, looked through as one
 
-  std::vector<std::array<int, 3>> corners_;  ///< of the triangles, group by group
-  std::vector<int> triangles_;               ///< their indices
-  std::vector<int> vertices_;                ///< of the groups, each once
-  std::vector<std::uint32_t> begins_;        ///< of each group among these, and their end
+  std::vector<std::size_t> triangles_;  ///< group by group
+  std::vector<int> vertices_;           ///< of the groups, each once
+  std::vector<std::uint32_t> begins_;   ///< of each group among these, and their end
 };
 
 }  // namespace viscera
