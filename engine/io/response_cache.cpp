@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/io/cache_quota.h"
+
 namespace viscera {
 namespace fs = std::filesystem;
 
@@ -123,9 +125,11 @@ CachedResponse ResponseCache::load(const std::string& key) const {
     return CachedResponse{{}, path.string() + ": rebuilt because " + error.text()};
   };
   auto data = read_cache_file(path, kFormat, key);
+  if (!data && !fs::exists(path, ignored)) return {};  // another process has just forgotten it
   if (!data) return unusable(data.error());
   auto response = unpack(std::move(*data));
   if (!response) return unusable(response.error());
+  mark_used(path);
   return {std::move(*response), ""};
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/io/cache_file.h"
+#include "engine/io/cache_quota.h"
 #include "engine/io/foreign_files.h"
 #include "engine/io/response_cache.h"
 #include "engine/organ/recipe.h"
@@ -150,7 +151,9 @@ Result<PreparedShape> prepare_shape(const OrganDescription& organ, const Prepare
   if (options.use_cache && fs::exists(file, ignored)) {
     const auto read = read_shape(file, shape);
     shape.cache_hit = read.has_value();
-    if (!read)
+    if (read)
+      mark_used(file);
+    else if (fs::exists(file, ignored))
       warnings.push_back(fmt::format("{}: cache {}: rebuilt because {}", organ.name, file.string(),
                                      read.error().text()));
   }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/io/cache_quota.h"
+#include "engine/io/response_cache.h"
 #include "engine/simulation/feature.h"
 #include "engine/simulation/instruments.h"
 #include "engine/simulation/tool_shape.h"
@@ -122,6 +124,11 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
     if (!prepared) return with_place(prepared.error());
     model = std::move(*prepared);
     models.push_back(model);
+  }
+  if (options.use_cache) {
+    CacheQuota quota = cache_quota();
+    if (!quota.warning.empty()) warnings.push_back(std::move(quota.warning));
+    forget_least_used(ResponseCache::default_folder(), quota.bytes);
   }
   for (const Feature& feature : features)
     if (feature.warn_of_models) feature.warn_of_models(scene, models, warnings);
