@@ -25,16 +25,29 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// errno, or 0.
-int write_all(int descriptor, const char* data, std::size_t size) {
-  while (size > 0) {
-    const ssize_t written = ::write(descriptor, data, size);
+/// Takes what it has written off the front of `bytes`. errno, or 0.
+int write_all(int descriptor, std::string_view& bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return errno;
-    data += written;
-    size -= static_cast<std::size_t>(written);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
   }
   return 0;
+}
+
+/// How many bytes of a file its whole lines have.
+std::size_t bytes_of_whole_lines(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::size_t read = 0, whole = 0;
+  std::vector<char> part(kBuffer);
+  while (in.read(part.data(), static_cast<std::streamsize>(part.size())), in.gcount() > 0) {
+    const std::string_view text(part.data(), static_cast<std::size_t>(in.gcount()));
+    if (const std::size_t end = text.rfind('\n'); end != std::string_view::npos)
+      whole = read + end + 1;
+    read += text.size();
+  }
+  return whole;
 }
 
 /// A file that nobody else has, nor has laid a link in the place of.
@@ -145,18 +158,17 @@ Result<AtomicFile> AtomicFile::create(const fs::path& file) {
 
 void AtomicFile::write(const void* data, std::size_t size) {
   if (error_ != 0) return;
-  const char* bytes = static_cast<const char*>(data);
+  std::string_view bytes(static_cast<const char*>(data), size);
   if (buffer_.size() + size > kBuffer) flush();
-  if (size >= kBuffer) {
-    if (error_ == 0) error_ = write_all(descriptor_, bytes, size);
-  } else {
-    buffer_.insert(buffer_.end(), bytes, bytes + size);
-  }
+  if (error_ == 0 && size >= kBuffer) error_ = write_all(descriptor_, bytes);
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
 void AtomicFile::flush() {
-  if (error_ == 0) error_ = write_all(descriptor_, buffer_.data(), buffer_.size());
-  buffer_.clear();
+  if (error_ != 0) return;
+  std::string_view bytes(buffer_.data(), buffer_.size());
+  error_ = write_all(descriptor_, bytes);
+  buffer_.erase(buffer_.begin(), buffer_.end() - static_cast<std::ptrdiff_t>(bytes.size()));
 }
 
 Result<std::string> AtomicFile::content() {
@@ -168,12 +180,30 @@ Result<std::string> AtomicFile::content() {
   return text;
 }
 
+Result<void> AtomicFile::status() const {
+  if (error_ != 0) return std::unexpected(write_error(pending_.file(), error_));
+  return {};
+}
+
 Result<void> AtomicFile::commit(Durable durable) {
   flush();
   const bool closed = ::close(std::exchange(descriptor_, -1)) == 0;
   if (error_ == 0 && !closed) error_ = errno;
   if (error_ != 0) return std::unexpected(write_error(pending_.file(), error_));
   return pending_.commit(durable);
+}
+
+Result<void> AtomicFile::commit_lines(Durable durable) {
+  error_ = 0;
+  flush();
+  if (error_ == 0 || pending_.in_place()) return commit(durable);
+  const int error = error_;
+  const auto whole = static_cast<off_t>(bytes_of_whole_lines(pending_.temporary()));
+  const bool cut = whole > 0 && ::ftruncate(descriptor_, whole) == 0;
+  ::close(std::exchange(descriptor_, -1));
+  if (!cut) return std::unexpected(write_error(pending_.file(), error));
+  if (auto kept = pending_.commit(durable); !kept) return kept;
+  return failure(write_error(pending_.file(), error).text() + "; its lines up to there are kept");
 }
 
 Result<void> write_file(const fs::path& file, std::string_view content, Durable durable) {
@@ -196,7 +226,8 @@ Result<void> check_out_folder(const fs::path& folder) {
   const PendingFile probe(folder / "probe");
   const int descriptor = open_new(probe);
   if (descriptor < 0) return failure(where + "files can't be written to it: " + reason(errno));
-  const int failed = write_all(descriptor, "viscera", 7);
+  std::string_view word = "viscera";
+  const int failed = write_all(descriptor, word);
   ::close(descriptor);
   if (failed != 0) return failure(where + "files can't be written to it: " + reason(failed));
   return {};

@@ -42,7 +42,7 @@ class PendingFile {
 };
 
 /// A buffered stream into a pending file. The first failure is kept and reported by commit(), so
-/// that a loop may write without asking each time.
+/// that a loop may write without asking each time; what is written after it is lost.
 class AtomicFile {
  public:
   /// Fails where the folder is missing or can't be written.
@@ -54,9 +54,15 @@ class AtomicFile {
   void write(std::string_view text) { write(text.data(), text.size()); }
   void write(const void* data, std::size_t size);
   bool failed() const { return error_ != 0; }
+  /// The first failure so far.
+  Result<void> status() const;
   /// All that was written so far, read back.
   Result<std::string> content();
   Result<void> commit(Durable durable = Durable::kYes);
+  /// For a table, of which a part is better than nothing. What couldn't be written is tried once
+  /// more, as a disk may have room again; where it still has none, the whole lines up to there take
+  /// the file's name, and it fails all the same.
+  Result<void> commit_lines(Durable durable = Durable::kYes);
 
  private:
   AtomicFile(PendingFile pending, int descriptor);

@@ -59,7 +59,7 @@ void ForcesCsv::add(double time, std::span<const TipSample> samples) {
 }
 
 Result<void> ForcesCsv::finish() {
-  return out_.commit();
+  return out_.commit_lines();
 }
 
 }  // namespace viscera

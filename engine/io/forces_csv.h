@@ -34,6 +34,9 @@ class ForcesCsv {
 
   /// One sample an instrument, in the order of the names; `time` in seconds.
   void add(double time, std::span<const TipSample> samples);
+  /// The first failure so far.
+  Result<void> status() const { return out_.status(); }
+  /// Where a row couldn't be written, those before it are the file; it fails then.
   Result<void> finish();
 
  private:

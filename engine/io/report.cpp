@@ -100,6 +100,9 @@ std::vector<StageReport> stage_reports(const Trace& trace) {
 
 std::string to_json(const RunReport& report) {
   Json organs = Json::array(), stages = Json::array(), skipped = Json::array();
+  Json failures = Json::array();
+  for (const FailureReport& failure : report.failures)
+    failures.push_back({{"what", failure.what}, {"time_s", failure.time_s}, {"why", failure.why}});
   for (const OrganReport& organ : report.organs) organs.push_back(organ_json(organ));
   for (const StageReport& stage : report.stages) stages.push_back(stage_json(stage));
   for (const SkippedReport& s : report.skipped) {
@@ -108,6 +111,8 @@ std::string to_json(const RunReport& report) {
   Json all = {{"version", report.version},
               {"command", report.command},
               {"complete", report.complete},
+              {"reason", report.reason.empty() ? Json(nullptr) : Json(report.reason)},
+              {"failures", failures},
               {"scene", report.scene},
               {"title", report.title},
               {"seed", report.seed},

@@ -48,6 +48,13 @@ struct GpuReport {
   std::vector<StageReport> passes;  ///< times on the device, of frames that deform something
 };
 
+/// Something that went wrong after a run had begun.
+struct FailureReport {
+  std::string what;     ///< the output, or "simulation", "checkpoint"
+  double time_s = 0.0;  ///< simulated up to there
+  std::string why;
+};
+
 struct MachineReport {
   std::string cpu;
   int cores = 0;  ///< that this process may use
@@ -81,7 +88,9 @@ struct RunReport {
   std::vector<ReportSection> sections;
   std::vector<SkippedReport> skipped;
   std::vector<std::string> flags, warnings;
-  bool complete = true;  ///< false: ended early by Ctrl-C or an error
+  bool complete = true;                 ///< false: ended early, or something is missing
+  std::string reason;                   ///< why it isn't complete
+  std::vector<FailureReport> failures;  ///< in the order in which they were noticed
 };
 
 /// Durations [s] of one stage or pass.

@@ -20,7 +20,8 @@ namespace viscera {
 ///
 /// Calls come as: open, then begin or load_state, then add_frame after every frame of simulation
 /// with add_picture at the times of pictures, then close, describe, present. A phase has called all
-/// observers before the next one starts.
+/// observers before the next one starts. One that has failed at a frame sees no further one, but is
+/// closed: close() keeps what it has.
 class Observer {
  public:
   /// Which pictures' times it is called at.
@@ -48,11 +49,14 @@ class Observer {
   /// A run from its start; begins files.
   virtual Result<void> begin() { return {}; }
 
-  /// After every frame. What goes wrong with a file is kept for close().
+  /// After every frame. What goes wrong with a file is kept for status().
   virtual void add_frame(const World&) {}
   virtual Result<void> add_picture(FrameViews&) { return {}; }
+  /// What has gone wrong since it began, without waiting. Asked after every frame.
+  virtual Result<void> status() const { return {}; }
 
-  /// Ends its files; the world is as after the last frame.
+  /// Ends its files; the world is as after the last frame. Whatever went wrong before, here or
+  /// elsewhere, what it has is made a file as far as it goes.
   virtual Result<void> close(const World&) { return {}; }
   /// Fills in its part of the report, whose organs, times and features' sections are known; what it
   /// adds to those goes into sections of the same keys.

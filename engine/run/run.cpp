@@ -2,15 +2,18 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <iostream>
 #include <iterator>
 #include <memory>
 #include <optional>
 #include <set>
+#include <stdexcept>
 
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/smoke/smoke.h"
@@ -40,6 +43,7 @@
 #include "engine/simulator/controls_file.h"
 #include "engine/simulator/loop.h"
 #include "engine/simulator/state_file.h"
+#include "kernels/base/caught.h"
 #include "kernels/base/stopwatch.h"
 
 namespace viscera {
@@ -160,11 +164,14 @@ class Checkpoints {
   }
   bool wanted() const { return options_.checkpoint_s > 0.0; }
 
-  Result<void> write(const World& world, Watch& watch, const RunBook& book, const Trace& trace) {
+  /// What it refers to is on the disk before it is.
+  Result<void> write(const World& world, Watch& watch, const RunBook& book, const Trace& trace,
+                     const RunFolder& folder) {
     Checkpoint checkpoint{.identity = identity_of(world, computing_), .parts = {}};
     checkpoint.parts.push_back(book_part(book, trace, options_));
     checkpoint.parts.push_back({kWorldPart, world.save_state()});
     if (auto saved = watch.save(checkpoint.parts); !saved) return saved;
+    if (auto synced = folder.sync(); !synced) return synced;
     auto written = write_checkpoint(file_, checkpoint);
     since_ = Stopwatch();
     return written;
@@ -182,6 +189,50 @@ class Checkpoints {
   std::string computing_;
   Stopwatch since_;
 };
+
+/// What goes wrong in a run besides its observers, and whether it may go on.
+class Course {
+ public:
+  Course(const World& world, const Watch& watch) : world_(world), watch_(watch) {}
+
+  /// Does a part of the run. What it fails with, or throws, is kept; false then.
+  template <class Work>
+  bool part(const char* what, const Work& work) {
+    const Result<void> done = caught(work);
+    if (!done) own_.push_back({what, world_.time(), done.error().text()});
+    return done.has_value();
+  }
+  bool sound() const { return own_.empty() && watch_.failures().empty(); }
+
+  /// Says how the run has ended. What goes wrong afterwards needs another call.
+  void tell(std::uint64_t frames, RunReport& report) const {
+    report.failures = watch_.failures();
+    report.failures.insert(report.failures.end(), own_.begin(), own_.end());
+    std::ranges::stable_sort(report.failures, {}, &FailureReport::time_s);
+    report.complete = world_.frame() == frames && report.failures.empty();
+    report.reason.clear();
+    if (report.complete) return;
+    const int signal = interrupt_signal();
+    if (report.failures.empty())
+      report.reason = fmt::format("stopped by a signal ({}) at {:.2f} s",
+                                  signal > 0 ? ::strsignal(signal) : "unknown", world_.time());
+    else
+      report.reason = fmt::format("{} at {:.2f} s: {}", report.failures[0].what,
+                                  report.failures[0].time_s, report.failures[0].why);
+  }
+
+ private:
+  const World& world_;
+  const Watch& watch_;
+  std::vector<FailureReport> own_;
+};
+
+/// As an exception of a step's parallel work.
+void throw_in_a_thread() {
+  oneapi::tbb::parallel_for(0, 64, [](int i) {
+    if (i == 63) throw std::runtime_error("thrown for a test");
+  });
+}
 
 /// What moves the tools: a recording, or nothing but their paths.
 Result<std::function<Result<Controls>(const Simulation&)>> replay_of(const RunOptions& options,
@@ -218,6 +269,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   }
   auto folder = RunFolder::take(options.out);
   if (!folder) return std::unexpected(folder.error());
+  if (auto room = folder->reserve(); !room) return std::unexpected(room.error());
 
   RunReport report = begun_report(scene_in, options);
   auto device = open_compute_device(options.backend, drawn);
@@ -264,11 +316,17 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   const WantedPictures wanted(options.snapshots, frames);
   const double before_s = book.wall_s;
   const Stopwatch watched;
+  Course course(world, watch);
+  const auto write_checkpoint = [&] {
+    book.wall_s = before_s + watched.seconds();
+    return checkpoints.write(world, watch, book, trace, *folder);
+  };
   Loop loop{.until = frames};
   loop.controls = *std::move(replayed);
   loop.pace = [&](Simulation& one) {
     if (one.frame() + 1 == options.lose_context_at && context) context->declare_lost();
-    return !interrupted();
+    if (one.frame() + 1 == options.throw_at) throw_in_a_thread();
+    return course.sound() && !interrupted();
   };
   loop.look = [&](Simulation& one, const StepReport& step) -> Result<void> {
     book.flags.raise(step.flags);
@@ -279,35 +337,36 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
     if (one.frame() % kFramesPerPicture == 0) {
       const std::uint64_t number = one.frame() / kFramesPerPicture - 1;
       FrameViews views(world, makers, number, wanted.before(number));
-      if (auto seen = watch.add_picture(views, clock, wanted.contains(number)); !seen) return seen;
+      watch.add_picture(views, clock, wanted.contains(number));
       clock.tell(trace, one.frame());
     }
-    if (!checkpoints.due()) return {};
-    book.wall_s = before_s + watched.seconds();
-    return checkpoints.write(world, watch, book, trace);
+    if (course.sound() && checkpoints.due()) course.part("checkpoint", write_checkpoint);
+    return {};
   };
   simulation->trace(&trace);
-  if (auto stepped = step_through(*simulation, loop); !stepped)
-    return std::unexpected(stepped.error());
+  const bool stepped = course.part("simulation", [&] { return step_through(*simulation, loop); });
+  // Stopped from outside: what is done can be gone on with. After a failure the last one stands.
+  if (course.sound() && world.frame() < frames && checkpoints.wanted())
+    course.part("checkpoint", write_checkpoint);
   book.wall_s = before_s + watched.seconds();
-  // Stopped from outside: what is done can be gone on with.
-  if (world.frame() < frames && checkpoints.wanted())
-    if (auto written = checkpoints.write(world, watch, book, trace); !written)
-      return std::unexpected(written.error());
-  if (auto closed = watch.close(world); !closed) return std::unexpected(closed.error());
 
-  report.complete = world.frame() == frames;
+  folder->release(RunFolder::Room::kFiles);
+  watch.close(world);
   report.wall_s = book.wall_s;
   if (studio)
     report.warnings.insert(report.warnings.end(), studio->warnings().begin(),
                            studio->warnings().end());
-  finish_report(world, scene, trace, book.flags, report);
+  course.part("report", [&] { finish_report(world, scene, trace, book.flags, report); });
   watch.describe(world, report);
-  if (auto written = trace.write(options.out / "profile.json", "viscera"); !written)
-    return std::unexpected(written.error());
-  if (auto written = write_report(options.out / "report.json", report); !written)
-    return std::unexpected(written.error());
-  if (auto presented = watch.present(report); !presented) return std::unexpected(presented.error());
+  if (!stepped) report.state_hash.clear();  // a step that was left in the middle is no state
+  course.part("profile", [&] { return trace.write(options.out / "profile.json", "viscera"); });
+  course.tell(frames, report);
+  watch.present(report);
+  course.part("disk", [&] { return folder->sync(); });
+  folder->release(RunFolder::Room::kReport);
+  course.tell(frames, report);
+  if (!course.part("report", [&] { return write_report(options.out / "report.json", report); }))
+    course.tell(frames, report);
   if (report.complete) checkpoints.forget();
   return report;
 }

@@ -38,9 +38,15 @@ struct RunOptions {
   std::filesystem::path replay;           ///< and comes from there; empty: from the scene's paths
   /// For tests: the OpenGL context is as if lost from this frame of simulation on; 0: never.
   std::uint64_t lose_context_at = 0;
+  /// For tests: a thread throws in this frame; 0: none.
+  std::uint64_t throw_at = 0;
 };
 
-/// Runs the scene to its end or to Ctrl-C. Whatever happens, files in `out` are whole.
+/// Runs the scene to its end, to Ctrl-C, or to the first output that can't be written: what is
+/// asked for is all of them, and what follows would be without. Fails where the run can't begin.
+/// From then on there is a report, which says whether it is complete, and if not why; every other
+/// output is ended as far as it goes. Whatever happens, files in `out` are whole; what they hold is
+/// on the disk before the report says so, and that before the checkpoint goes.
 Result<RunReport> run_scene(const SceneDescription& scene,
                             const std::map<std::string, Tissue>& tissues,
                             const RunOptions& options);

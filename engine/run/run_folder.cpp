@@ -3,9 +3,12 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <string>
 #include <string_view>
@@ -21,6 +24,10 @@ namespace {
 /// Marks a folder as a run's, whose files a later run may replace; the run that writes to it holds
 /// a lock on this file. The kernel lets go of that when a process ends, by SIGKILL too.
 constexpr const char* kMarker = ".viscera-run";
+
+/// Enough for an encoder's last frames, buffered rows, the profile and the page of a long run; and
+/// for a report of hundreds of organs.
+constexpr off_t kRoomForFiles = 4 << 20, kRoomForReport = 1 << 18;
 
 /// Numbered files of an older run in a folder and the folders right under it.
 std::vector<fs::path> numbered_files(const fs::path& folder, const std::string& extension) {
@@ -66,20 +73,39 @@ void remove_abandoned(const fs::path& out) {
   for (const fs::path& file : files) fs::remove(file, ignored);
 }
 
-/// What a run writes and a later run into the same folder replaces.
+/// What a run writes and a later run into the same folder replaces. In the order in which they go:
+/// without the report the rest doesn't look whole, without the checkpoint nobody goes on with it.
 std::vector<fs::path> older_files(const fs::path& out) {
   std::vector<fs::path> files;
+  for (const char* name : {"report.json", kCheckpointName, "review.html", "vtk/organs.pvd",
+                           "film.mp4", "forces.csv", "lesion.csv", "lesion.svg", "profile.json"}) {
+    std::error_code error;
+    if (fs::is_regular_file(out / name, error)) files.push_back(out / name);
+  }
   for (const auto& [folder, extension] :
        {std::pair("frames", ".png"), {"smoke", ".vdb"}, {"vtk", ".vtu"}, {"passes", ".exr"}}) {
     const std::vector<fs::path> some = numbered_files(out / folder, extension);
     files.insert(files.end(), some.begin(), some.end());
   }
-  for (const char* name : {"vtk/organs.pvd", "film.mp4", "forces.csv", "lesion.csv", "lesion.svg",
-                           "profile.json", "report.json", "review.html", kCheckpointName}) {
-    std::error_code error;
-    if (fs::is_regular_file(out / name, error)) files.push_back(out / name);
-  }
   return files;
+}
+
+/// A file that has no name any more and goes with its descriptor. Takes as much as a file of this
+/// process may hold. errno, or 0.
+int take_room(const fs::path& out, off_t bytes, int& descriptor) {
+  const PendingFile name(out / "room");
+  descriptor = ::open(name.temporary().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (descriptor < 0) return errno;
+  ::unlink(name.temporary().c_str());
+  rlimit limit = {};
+  if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur < static_cast<rlim_t>(bytes))
+    bytes = static_cast<off_t>(limit.rlim_cur);
+  const int error = bytes > 0 ? ::posix_fallocate(descriptor, 0, bytes) : 0;
+  return error == EOPNOTSUPP || error == EINVAL ? 0 : error;  // devices and some file systems
+}
+
+std::string megabytes(double bytes) {
+  return fmt::format("{:.1f} MB", 1e-6 * bytes);
 }
 
 /// Locks the marker, which is made where it's absent. A run that ends before it begins takes its
@@ -125,9 +151,14 @@ Result<RunFolder> RunFolder::take(const fs::path& out) {
 }
 
 RunFolder::RunFolder(RunFolder&& other) noexcept
-    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)), ours_(other.ours_) {}
+    : path_(std::move(other.path_)),
+      lock_(std::exchange(other.lock_, -1)),
+      ours_(other.ours_),
+      rooms_(std::exchange(other.rooms_, {-1, -1})) {}
 
 RunFolder::~RunFolder() {
+  release(Room::kFiles);
+  release(Room::kReport);
   if (lock_ < 0) return;
   std::error_code ignored;
   if (!ours_) fs::remove(path_ / kMarker, ignored);
@@ -144,6 +175,36 @@ void RunFolder::clear() {
 void RunFolder::keep() {
   ours_ = true;
   remove_abandoned(path_);
+}
+
+Result<void> RunFolder::reserve() {
+  int error = take_room(path_, kRoomForFiles, rooms_[static_cast<std::size_t>(Room::kFiles)]);
+  if (error == 0)
+    error = take_room(path_, kRoomForReport, rooms_[static_cast<std::size_t>(Room::kReport)]);
+  if (error == 0) return {};
+  release(Room::kFiles);
+  release(Room::kReport);
+  if (error != ENOSPC && error != EDQUOT)
+    return std::unexpected(write_error(path_ / "room", error));
+  struct statvfs disk = {};
+  ::statvfs(path_.c_str(), &disk);
+  return failure(fmt::format(
+      "--out {}: found room for {}, expected at least {}, which a run needs to end properly when "
+      "its disk is full",
+      path_.string(),
+      megabytes(static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize)),
+      megabytes(static_cast<double>(kRoomForFiles + kRoomForReport))));
+}
+
+void RunFolder::release(Room room) {
+  int& descriptor = rooms_[static_cast<std::size_t>(room)];
+  if (descriptor >= 0) ::close(std::exchange(descriptor, -1));
+}
+
+Result<void> RunFolder::sync() const {
+  // One call for all files: a call each waits for the disk as many times.
+  if (::syncfs(lock_) != 0) return std::unexpected(write_error(path_, errno));
+  return {};
 }
 
 }  // namespace viscera

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/run/observer.h"
@@ -9,19 +10,24 @@
 
 namespace viscera {
 
-/// Calls them phase by phase (observer.h). The first failure ends a phase.
+/// Calls them phase by phase (observer.h). Before a run has begun the first failure ends a phase.
+/// From then on none keeps the others from being called, whether it fails or throws.
 class Watch {
  public:
-  void add(std::unique_ptr<Observer> observer) { observers_.push_back(std::move(observer)); }
+  void add(std::unique_ptr<Observer> observer) { watching_.push_back({std::move(observer)}); }
 
   Result<void> open(const std::filesystem::path& folder);
   Result<void> begin();
-  void add_frame(const World& world);
+  /// These four give the first failure of theirs and keep all for failures().
+  Result<void> add_frame(const World& world);
   /// `wanted`: the person asked for a picture of this time.
   Result<void> add_picture(FrameViews& views, StageClock& clock, bool wanted);
   Result<void> close(const World& world);
-  void describe(const World& world, RunReport& report) const;
   Result<void> present(const RunReport& report);
+  Result<void> describe(const World& world, RunReport& report);
+
+  /// Of frames, pictures and the end. Of what several tell in the same words, one.
+  const std::vector<FailureReport>& failures() const { return failures_; }
 
   /// A part each, by its name.
   Result<void> save(std::vector<CheckpointPart>& parts);
@@ -30,14 +36,23 @@ class Watch {
   Result<void> load(const Checkpoint& checkpoint, const std::vector<std::string>& others);
 
  private:
+  struct Watching {
+    std::unique_ptr<Observer> observer;
+    bool failed = false;  ///< at a frame or a picture
+  };
+
   template <class Call>
-  Result<void> each(const Call& call) {
-    for (const std::unique_ptr<Observer>& observer : observers_)
-      if (Result<void> done = call(*observer); !done) return done;
+  Result<void> until_one_fails(const Call& call) {
+    for (const Watching& one : watching_)
+      if (Result<void> done = call(*one.observer); !done) return done;
     return {};
   }
+  /// `call` takes an observer and may throw. `failed_too`: those that failed before are called.
+  template <class Call>
+  Result<void> each(double time, bool failed_too, const Call& call);
 
-  std::vector<std::unique_ptr<Observer>> observers_;
+  std::vector<Watching> watching_;
+  std::vector<FailureReport> failures_;
 };
 
 }  // namespace viscera

@@ -29,11 +29,12 @@ double stage_median_us(const RunReport& report, std::string_view name) {
   return 0.0;
 }
 
-/// A run that Ctrl-C didn't cut short.
+/// A run that neither Ctrl-C nor a full disk cut short.
 Result<RunReport> whole_run(const SceneDescription& scene,
                             const std::map<std::string, Tissue>& tissues,
                             const RunOptions& options) {
   auto report = run_scene(scene, tissues, options);
+  if (report && !report->failures.empty()) return failure(report->reason);
   if (report && !report->complete) return failure(kCancelled);
   return report;
 }

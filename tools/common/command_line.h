@@ -12,8 +12,10 @@
 
 namespace viscera {
 
-/// Exit code of bad input, a full disk, a missing driver: the person can mend it.
+/// Exit code of bad input, no room to begin, a missing driver: the person can mend it.
 inline constexpr int kBadInput = 2;
+/// Exit code of a run that had begun and then failed: its report says why.
+inline constexpr int kFailed = 1;
 /// Exit code of a mistake of the program.
 inline constexpr int kInternalError = 1;
 

@@ -8,10 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/interrupt.h"
 #include "engine/io/foreign_files.h"
+#include "engine/io/interrupt.h"
 #include "engine/io/smoke_file.h"
 #include "engine/run/run.h"
+#include "kernels/base/printable.h"
 #include "tools/common/command_line.h"
 #include "tools/common/measuring_commands.h"
 #include "tools/common/project_paths.h"
@@ -93,6 +94,7 @@ class RunCommand {
     auto report = run_scene(*scene, *known, options_);
     if (!report) return fail(report.error());
     tell(*scene, *report);
+    if (!report->failures.empty()) return kFailed;
     return report->complete ? 0 : 128 + interrupt_signal();
   }
 
@@ -103,6 +105,13 @@ class RunCommand {
       if (const std::string line = preparation_line(organ); !line.empty())
         std::cerr << line << '\n';
     for (const std::string& flag : report.flags) std::cerr << "note: " << flag << '\n';
+    for (const FailureReport& failure : report.failures)
+      std::cerr << printable(fmt::format("error: {} at {:.2f} s: {}", failure.what, failure.time_s,
+                                         failure.why))
+                << '\n';
+    if (!report.failures.empty())
+      std::cerr << fmt::format("stopped at {:.2f} s of {:.2f} s; what was written is whole\n",
+                               report.duration_s, scene.duration);
     std::cerr << fmt::format(
         "{}: {:.1f} s simulated, {:.1f} x real time without rendering, {:.1f} s in all; see {}\n",
         scene.name, report.duration_s, report.real_time_factor, report.prepare_s + report.wall_s,

@@ -24,7 +24,7 @@ void ControlsRecorder::add_frame(const World& world) {
 }
 
 Result<void> ControlsRecorder::close(const World&) {
-  return out_->commit();
+  return out_->commit_lines();
 }
 
 Result<void> ControlsRecorder::save_state(ByteWriter& writer) {

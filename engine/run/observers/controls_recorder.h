@@ -18,6 +18,7 @@ class ControlsRecorder : public Observer {
 
   Result<void> begin() override;
   void add_frame(const World& world) override;
+  Result<void> status() const override { return out_->status(); }
   Result<void> close(const World& world) override;
   Result<void> save_state(ByteWriter& writer) override;
   Result<void> load_state(ByteReader& reader) override;

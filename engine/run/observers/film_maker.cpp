@@ -9,7 +9,9 @@ Result<std::unique_ptr<FilmMaker>> FilmMaker::start(const std::filesystem::path&
                                                     int height) {
   auto film = Film::start(folder / kFilmName, width, height);
   if (!film) return std::unexpected(film.error());
-  return std::unique_ptr<FilmMaker>(new FilmMaker(folder, *std::move(film)));
+  std::unique_ptr<FilmMaker> maker(new FilmMaker(folder, width, height));
+  maker->film_ = *std::move(film);
+  return maker;
 }
 
 Result<void> FilmMaker::add_picture(FrameViews& views) {
@@ -24,7 +26,23 @@ Result<void> FilmMaker::close(const World&) {
     film_.reset();
     return {};
   }
-  return film_->finish();
+  if (film_->finish()) return {};
+  film_.reset();  // what there is of its file leaves its room to the next
+  return film_again();
+}
+
+Result<void> FilmMaker::film_again() {
+  auto film = Film::start(folder_ / kFilmName, width_, height_);
+  if (!film) return std::unexpected(film.error());
+  std::error_code error;
+  for (std::uint64_t number = 0; number < pictures_; ++number) {
+    const std::filesystem::path file = frame_file(folder_, number);
+    if (number > 0 && !std::filesystem::exists(file, error)) break;
+    const auto picture = read_png(file);
+    if (!picture) return std::unexpected(picture.error());
+    if (auto added = (*film)->add(picture->rgb); !added) return added;
+  }
+  return (*film)->finish();
 }
 
 Result<void> FilmMaker::save_state(ByteWriter& writer) {

@@ -21,18 +21,23 @@ class FilmMaker : public Observer {
                                                   int height);
 
   Result<void> add_picture(FrameViews& views) override;
-  /// Shorter than two frames, or stopped before: there is nothing to film.
+  /// Shorter than two frames, or stopped before: there is nothing to film. Where the encoder has
+  /// gone, or its disk was full, another one makes the film of the pictures in frames/ up to there;
+  /// fails where that can't be either.
   Result<void> close(const World& world) override;
   Result<void> save_state(ByteWriter& writer) override;
   Result<void> load_state(ByteReader& reader) override;
 
  private:
-  FilmMaker(std::filesystem::path folder, std::unique_ptr<Film> film)
+  FilmMaker(std::filesystem::path folder, int width, int height)
       : Observer("film", Looks::kWanted, RunStage::kEncode),
         folder_(std::move(folder)),
-        film_(std::move(film)) {}
+        width_(width),
+        height_(height) {}
+  Result<void> film_again();
 
   std::filesystem::path folder_;
+  int width_, height_;
   std::unique_ptr<Film> film_;
   std::uint64_t pictures_ = 0;
 };

@@ -18,6 +18,7 @@ class ForceCurves : public Observer {
   Result<void> open(const std::filesystem::path& folder) override;
   Result<void> begin() override;
   void add_frame(const World& world) override;
+  Result<void> status() const override { return table_->status(); }
   Result<void> close(const World& world) override;
   /// The rows themselves: what a killed run has left of its file isn't asked.
   Result<void> save_state(ByteWriter& writer) override;

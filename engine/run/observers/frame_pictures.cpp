@@ -19,9 +19,11 @@ Result<void> FramePictures::open(const std::filesystem::path& folder) {
 Result<void> FramePictures::add_picture(FrameViews& views) {
   const auto shot = views.shot();
   if (!shot) return std::unexpected(shot.error());
-  ++pictures_;
   const Picture& picture = shot->picture;
-  return write_png(frame_file(folder_, views.number()), picture.width, picture.height, picture.rgb);
+  auto written =
+      write_png(frame_file(folder_, views.number()), picture.width, picture.height, picture.rgb);
+  if (written) ++pictures_;
+  return written;
 }
 
 void FramePictures::describe(const World&, RunReport& report) const {

@@ -12,7 +12,6 @@ Result<void> PassSeries::open(const std::filesystem::path& folder) {
 }
 
 Result<void> PassSeries::add_picture(FrameViews& views) {
-  if (auto sound = writer_.status(); !sound) return sound;
   const auto shot = views.shot();
   if (!shot) return std::unexpected(shot.error());
   writer_.write(folder_ / fmt::format("{:04}.exr", views.number()), shot->passes,

@@ -20,6 +20,7 @@ class PassSeries : public StatelessObserver {
 
   Result<void> open(const std::filesystem::path& folder) override;
   Result<void> add_picture(FrameViews& views) override;
+  Result<void> status() const override { return writer_.status(); }
   Result<void> close(const World& world) override;
   Result<void> save_state(ByteWriter& writer) override;
 

@@ -16,6 +16,7 @@ class SmokeSeries : public Observer {
 
   Result<void> open(const std::filesystem::path& folder) override;
   Result<void> add_picture(FrameViews& views) override;
+  Result<void> status() const override { return writer_.status(); }
   Result<void> close(const World& world) override;
   void describe(const World& world, RunReport& report) const override;
   Result<void> save_state(ByteWriter& writer) override;
