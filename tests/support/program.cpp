@@ -60,7 +60,13 @@ void drain(int& descriptor, std::string& into) {
 }
 
 ProgramResult run(std::vector<std::string> words, const ProgramCall& call) {
-  std::vector<std::string> variables = environment(call.cache);
+  std::vector<std::string> variables = call.variables;
+  for (const std::string& one : environment(call.cache)) {
+    const std::string name = one.substr(0, one.find('=') + 1);
+    if (std::ranges::none_of(call.variables,
+                             [&](const std::string& own) { return own.starts_with(name); }))
+      variables.push_back(one);
+  }
   const std::vector<char*> argv = pointers(words), envp = pointers(variables);
   ProgramResult result;
   int out[2], err[2];
@@ -94,7 +100,7 @@ ProgramResult run(std::vector<std::string> words, const ProgramCall& call) {
     if (waits[0].revents != 0) drain(out[0], result.out);
     if (waits[1].revents != 0) drain(err[0], result.err);
     if (!result.interrupted && call.interrupt_when && call.interrupt_when(result.err)) {
-      ::kill(process, SIGINT);
+      ::kill(process, call.interrupt_signal);
       result.interrupted = true;
     }
     if (!killed && seconds() > call.timeout) {

@@ -1,6 +1,7 @@
 // Runs the built `viscera` program as a person would, with its own cache, and keeps what it said.
 #pragma once
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -15,8 +16,11 @@ struct ProgramCall {
   std::filesystem::path cache = {};                 ///< becomes VISCERA_CACHE
   std::optional<std::size_t> greatest_file = {};    ///< bytes; no file may grow beyond: a full disk
   std::optional<std::size_t> greatest_memory = {};  ///< bytes of address space
-  /// Asked with what stderr has said so far; once it is true, the program gets a SIGINT.
+  /// Asked with what stderr has said so far; once it is true, the program gets a signal.
   std::function<bool(const std::string&)> interrupt_when = {};
+  int interrupt_signal = SIGINT;  ///< what it gets in its place
+  /// Variables of its environment besides, "NAME=VALUE"; they come before ours.
+  std::vector<std::string> variables = {};
   double timeout = 300.0;  ///< [s]; then the program is killed
 };
 
@@ -25,7 +29,7 @@ struct ProgramResult {
   int signal = 0;  ///< that ended it
   std::string out, err;
   double wall_s = 0.0;
-  bool interrupted = false;  ///< the SIGINT was sent
+  bool interrupted = false;  ///< the signal was sent
 
   /// For failed expectations.
   std::string told() const;

@@ -110,6 +110,15 @@ TEST(OutFolder, ASecondRunIntoItIsRefusedWithinASecondAndTouchesNothing) {
   ASSERT_EQ(folder.run({"--no-render", "--duration", "0.1"}).code, 0) << "it is free again";
 }
 
+TEST(OutFolder, ADiskWithoutAnyRoomIsNamedAndNothingBegins) {
+  const SceneFolder folder;
+  ProgramCall call = folder.call({"--no-render", "--no-cache"});
+  call.greatest_file = 0;
+  expect_refused(run_program(call), {folder.out().string(), "File too large"});
+  EXPECT_FALSE(fs::exists(folder.out() / "report.json"));
+  expect_whole_files(folder.out());
+}
+
 class FullDisk : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(FullDisk, IsNamedAndLeavesWholeFilesOnly) {
@@ -120,12 +129,21 @@ TEST_P(FullDisk, IsNamedAndLeavesWholeFilesOnly) {
   ProgramCall call = folder.call({"--no-render"});
   call.greatest_file = GetParam();
   const ProgramResult result = run_program(call);
-  expect_refused(result, {folder.out().string(), "File too large"});
-  EXPECT_FALSE(fs::exists(folder.out() / "report.json"));
+  EXPECT_EQ(result.code, 1) << result.told();
+  for (const std::string& part : {folder.out().string(), std::string("File too large")})
+    EXPECT_NE(result.err.find(part), std::string::npos) << result.told();
   expect_whole_files(folder.out());
+  EXPECT_TRUE(fs::exists(folder.out() / "forces.csv"));
+  if (GetParam() < 12000) {
+    EXPECT_FALSE(fs::exists(folder.out() / "report.json")) << "not even that fits";
+    return;
+  }
+  const Json report = folder.report();
+  EXPECT_EQ(report["complete"], false);
+  EXPECT_NE(report["reason"].get<std::string>().find("File too large"), std::string::npos);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bytes, FullDisk, testing::Values(0, 600, 12000),
+INSTANTIATE_TEST_SUITE_P(Bytes, FullDisk, testing::Values(700, 5000, 12000),
                          [](const auto& bytes) { return std::to_string(bytes.param); });
 
 }  // namespace

@@ -50,6 +50,56 @@ TEST(AtomicFile, KeepsTheOldFileUntilTheNewOneIsWhole) {
   EXPECT_EQ(file_text(folder / "a.txt"), "new");
 }
 
+TEST(AtomicFile, ATableOnAFullDiskKeepsItsWholeLinesAndStillFails) {
+  const TemporaryFolder folder;
+  {
+    const FileSizeLimit limit(100'005);
+    auto out = AtomicFile::create(folder / "a.csv");
+    ASSERT_TRUE(out);
+    for (int line = 0; line < 20'000; ++line) out->write("12345678\n");  // 9 bytes
+    EXPECT_FALSE(out->status());
+    const auto kept = out->commit_lines();
+    ASSERT_FALSE(kept);
+    for (const char* part : {"a.csv: can't be written: File too large", "lines up to there"})
+      EXPECT_NE(kept.error().text().find(part), std::string::npos) << kept.error().text();
+  }
+  const std::string text = file_text(folder / "a.csv");
+  EXPECT_EQ(text.size(), 100'005u / 9 * 9);
+  EXPECT_TRUE(text.ends_with("\n12345678\n"));
+  EXPECT_EQ(entries(folder.path()), 1);
+}
+
+TEST(AtomicFile, ATableThatGetsRoomAtItsEndIsWhole) {
+  const TemporaryFolder folder;
+  auto out = AtomicFile::create(folder / "a.csv");
+  ASSERT_TRUE(out);
+  std::string all;
+  {
+    const FileSizeLimit limit(30'000);
+    while (!out->failed()) {
+      const std::string line = "row " + std::to_string(all.size()) + "\n";
+      out->write(line);
+      all += line;
+    }
+    EXPECT_FALSE(out->status());
+  }
+  const auto committed = out->commit_lines();
+  ASSERT_TRUE(committed) << committed.error().text();
+  EXPECT_EQ(file_text(folder / "a.csv"), all) << "also the line at which it failed";
+}
+
+TEST(AtomicFile, ATableOfWhichNoLineFitsLeavesNothing) {
+  const TemporaryFolder folder;
+  {
+    const FileSizeLimit limit(5);
+    auto out = AtomicFile::create(folder / "a.csv");
+    ASSERT_TRUE(out);
+    out->write("time_s,x_m\n");
+    EXPECT_FALSE(out->commit_lines());
+  }
+  EXPECT_EQ(entries(folder.path()), 0);
+}
+
 TEST(AtomicFile, WritesMoreThanItsBufferInOrder) {
   const TemporaryFolder folder;
   auto out = AtomicFile::create(folder / "a.txt");

@@ -102,6 +102,20 @@ TEST(RunFolder, WhatAKillHasCutOffGoesAndNothingElse) {
   for (const char* name : others) EXPECT_EQ(file_text(folder / name), "mine") << name;
 }
 
+TEST(RunFolder, TheRoomThatItKeepsGoesWithItAndIsNeverSeen) {
+  const TemporaryFolder folder;
+  auto run = RunFolder::take(folder.path());
+  ASSERT_TRUE(run);
+  const auto reserved = run->reserve();
+  ASSERT_TRUE(reserved) << reserved.error().text();
+  EXPECT_EQ(test::entries(folder.path()), 1) << "the marker";
+  run->release(RunFolder::Room::kFiles);
+  run->release(RunFolder::Room::kFiles);
+  RunFolder moved = *std::move(run);
+  moved.release(RunFolder::Room::kReport);
+  EXPECT_TRUE(moved.sync());
+}
+
 TEST(RunFolder, AnOlderRunStaysUntilThisOneBeginsAndWhenItGoesOn) {
   const TemporaryFolder folder;
   {
