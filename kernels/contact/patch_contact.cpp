@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <type_traits>
 
 #include "kernels/base/archive.h"
@@ -25,6 +26,12 @@ constexpr double kFeltSpacings = 0.35;
 /// costs.
 constexpr int kStaysAfter = 3;
 constexpr std::size_t kCellsPerCall = 2;
+/// The narrowest bell that spreads the load of a cell, over its disc's radius a: 3 pi^(3/2) / 32,
+/// with which a half-space answers itself as softly as with the disc, 16 / (3 pi a) = sqrt(pi) / (2
+/// sigma). A narrower one takes more off a cell's own response than a body that is stiffer there
+/// than a half-space has given, and the response turns negative: seen where two nodes at random
+/// stand so near each other that the spacing there is a third of a wide cell's radius.
+constexpr double kNarrowestBell = 0.5220;
 
 /// C += A B for A (m x m), B and C (m x columns), column-major: four columns of A at a time, read
 /// once.
@@ -125,7 +132,8 @@ void PatchContact::spread_cells(std::span<const Place> cells) {
   touched_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const Place& cell = cells[k];
-    const double sigma = spread_factor() * spacing_at(surface_, cell.position);
+    const double sigma = std::max(spread_factor() * spacing_at(surface_, cell.position),
+                                  kNarrowestBell * std::sqrt(cell.area / std::numbers::pi));
     if (!spread_load(surface_, cell.position, cell.normal, sigma, spread_[k])) {
       ++beyond_touchable_;
     }

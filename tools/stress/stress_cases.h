@@ -66,6 +66,9 @@ struct StressBody {
   /// Of a second body that differs by this alone; 1: there is none.
   double second_stiffness = 1.0;
   std::string refused;  ///< why node placement declined; empty: it did not
+  /// Made so that nobody could answer: nodes at one place, a plane of nodes, a ratio beyond what
+  /// the formulation takes.
+  bool to_be_refused = false;
 };
 
 /// The body of this case. The kind goes round with the number, so that few cases have all of them;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "kernels/paff/local_spacing.h"
 #include "kernels/paff/surface_quadrature.h"
@@ -342,7 +343,28 @@ StressFigure check_honest(const ContactMoment& moment) {
 // the force, W is convex in a further advance s and never negative: F s <= W(depth + s), best at
 // s = depth: F <= 2 k depth. Held cells have F.d = 2 W <= k |d|^2 (the shift alone moves them
 // exactly alike).
-EnergyBound::EnergyBound(const StressBody& body, const TouchableSurface& touch) {
+//
+// From below by Thomson's principle: W is the greatest of f.d - f.A f / 2 over all forces f that
+// push, so any single one is a bound. A force on one cell alone, at its best, gives d^2 / (2 A_kk).
+// A_kk is the compliance's mean over the places that carry the cell, as positive weights of sum 1,
+// hence at most the softest place's (a convex function of the weights); and its near field, at most
+// the response of a half-space to the cell's disc, 16 (1 - nu^2) / (3 pi^2 E a), 1.5 times that
+// across. Where the tool's cells go to d at most, F d >= 2 W. Lifting (tissue_contact.cpp) may make
+// a cell twice as soft: its scaled diagonal rises by at most the eigenvalue that was negative.
+EnergyBound::EnergyBound(const StressBody& body, const TouchableSurface& touch,
+                         const SurfaceCompliance& compliance)
+    : material_(body.material) {
+  const std::vector<std::size_t> rows = compliance.touchable_rows();
+  for (std::size_t t = 0; t < rows.size(); t += 3) {
+    Mat3 own;
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b < 3; ++b)
+        own(static_cast<int>(b), static_cast<int>(a)) =
+            static_cast<double>(compliance.columns[(t + a) * compliance.rows() + rows[t + b]]);
+    const Eigen::SelfAdjointEigenSolver<Mat3> modes(0.5 * (own + own.transpose()),
+                                                    Eigen::EigenvaluesOnly);
+    softest_ = std::max(softest_, modes.eigenvalues()[2]);
+  }
   const double modulus = body.material.lame_lambda() + 2.0 * body.material.shear_modulus();
   const LocalSpacing spacing(body.cloud);
   const SurfaceQuadrature held = surface_quadrature(body.surface, spacing, body.is_fixed);
@@ -384,6 +406,26 @@ StressFigure EnergyBound::held(const ContactMoment& moment) const {
   StressFigure figure{"force against its bound", 0.0, 1.0 + 1e-6, "energy over its bound"};
   const double way2 = moment.cells.front().displacement.squaredNorm();
   if (way2 > 0.0) figure.figure = work(moment, moment) / (shift_ * way2);
+  return figure;
+}
+
+StressFigure EnergyBound::least(const ContactMoment& moment) const {
+  StressFigure figure{"force from below", 0.0, 2.0, "least force or energy over what was found"};
+  const double nu = material_.poisson_ratio, pi = std::numbers::pi;
+  double least = 0.0, deepest = 0.0;  // of the energy, twice [J]; of the ways [m]
+  for (const ContactCell& cell : moment.cells) {
+    const double way = cell.held ? cell.displacement.norm() : std::max(0.0, cell.depth);
+    const double disc = 16.0 * (1.0 - nu * nu) /
+                        (3.0 * pi * pi * material_.youngs_modulus * std::sqrt(cell.area / pi));
+    least = std::max(least, way * way / (softest_ + 1.5 * disc));
+    deepest = std::max(deepest, way);
+  }
+  if (deepest == 0.0) return figure;
+  Vec3 force = Vec3::Zero();
+  for (const Vec3& one : moment.forces) force += one;
+  const double energy = work(moment, moment);
+  figure.figure =
+      std::max(energy > 0.0 ? least / energy : kInfinite, least / (deepest * force.norm()));
   return figure;
 }
 

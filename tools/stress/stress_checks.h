@@ -79,18 +79,23 @@ StressFigure check_friction(std::span<const ContactMoment> path, std::span<const
 StressFigure check_honest(const ContactMoment& moment);
 
 /// The greatest stored energy that pushing any of the touchable surface by `depth` can need, from a
-/// displacement field that does it (Dirichlet's principle) [J]; see the source. For symmetric
-/// formulations held by Nitsche's method.
+/// displacement field that does it (Dirichlet's principle) [J], and the least, from a force that
+/// does less (Thomson's); see the source. For symmetric formulations held by Nitsche's method.
 class EnergyBound {
  public:
-  EnergyBound(const StressBody& body, const TouchableSurface& touch);
+  EnergyBound(const StressBody& body, const TouchableSurface& touch,
+              const SurfaceCompliance& compliance);
   /// A tool whose cells share one direction, alone.
   StressFigure pressed(const ContactMoment& moment) const;
   /// Held cells that all move by the same displacement.
   StressFigure held(const ContactMoment& moment) const;
+  /// Either of these: their force and energy from below.
+  StressFigure least(const ContactMoment& moment) const;
 
  private:
-  double shift_ = 0.0;  ///< energy of moving the whole body through its hold, x 2 [J/m2]
+  IsotropicMaterial material_;
+  double softest_ = 0.0;  ///< greatest displacement of a touchable place under its own force [m/N]
+  double shift_ = 0.0;    ///< energy of moving the whole body through its hold, x 2 [J/m2]
   double stretch_ =
       0.0;  ///< of stretching it linearly from its plane base; infinite without [J/m2]
 };

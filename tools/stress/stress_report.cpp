@@ -19,6 +19,7 @@
 #include "engine/io/interrupt.h"
 #include "engine/io/progress_bar.h"
 #include "kernels/base/stopwatch.h"
+#include "tools/stress/refusals.h"
 #include "tools/stress/stress_run.h"
 
 namespace viscera {
@@ -125,6 +126,8 @@ void tell_failure(const StressOptions& options, const StressOutcome& outcome, st
   if (!outcome.tools.empty()) out << "  " << outcome.tools << '\n';
   if (!outcome.refused.empty())
     out << "  refused, but " << unclear_refusal(outcome.refused) << '\n';
+  else if (outcome.to_be_refused)
+    out << "  answered, though nobody can answer for such a body\n";
   tell_figures(outcome, false, out);
   out << "  " << replay_command(options, outcome.number) << '\n' << std::flush;
 }
@@ -144,9 +147,20 @@ class Summary {
       ++tally->cases;
       ++(!passed ? tally->failed : refused ? tally->refused : tally->passed);
     }
+    const bool galerkin = outcome.formulation == "galerkin";
+    if (galerkin) {
+      Tally& own = galerkin_[static_cast<std::size_t>(outcome.kind)];
+      ++own.cases;
+      ++(!passed ? own.failed : refused ? own.refused : own.passed);
+    }
+    count_refusal(all_refusals_, outcome);
+    if (galerkin) count_refusal(galerkin_refusals_, outcome);
     if (refused && passed) {
       auto& reason = reasons_[sort_of(outcome.refused)];
-      if (reason.count++ == 0) reason.example = outcome.number;
+      if (reason.count++ == 0) {
+        reason.example = outcome.number;
+        reason.text = outcome.refused;
+      }
       ++reason.kinds[std::string(stress_kind_name(outcome.kind))];
     }
     for (const StressFigure& figure : outcome.figures) {
@@ -165,6 +179,13 @@ class Summary {
   }
 
   const Tally& total() const { return total_; }
+
+  /// More refusals of a kind than there may be.
+  std::vector<std::string> too_many() const {
+    std::vector<std::string> messages = all_refusals_.over(false);
+    for (std::string& message : galerkin_refusals_.over(true)) messages.push_back(message);
+    return messages;
+  }
 
   void print(std::ostream& out) const {
     out << fmt::format("{:<20}{:>8}{:>8}{:>9}{:>8}\n", "kind", "cases", "passed", "refused",
@@ -187,7 +208,22 @@ class Summary {
           "say that they found no forces\n",
           name);
     }
-    if (!reasons_.empty()) out << "refused, each with its first case:\n";
+    out << fmt::format("\n{:<20}{:>8}{:>8}{:>9}{:>8}\n", "galerkin alone", "cases", "passed",
+                       "refused", "failed");
+    for (std::size_t k = 0; k < galerkin_.size(); ++k)
+      row(stress_kind_name(static_cast<StressKind>(k)), galerkin_[k]);
+    out << fmt::format("\n{:<20}{:>8}{:>9}{:>12}{:>9}\n", "refused because", "all", "at most",
+                       "galerkin", "at most");
+    for (int k = 0; k < kRefusalKinds; ++k) {
+      const auto kind = static_cast<RefusalKind>(k);
+      const auto at = static_cast<std::size_t>(k);
+      out << fmt::format("{:<20}{:>8}{:>9}{:>12}{:>9}\n", refusal_kind_name(kind),
+                         all_refusals_.of_kind[at], all_refusals_.ceiling(kind, false),
+                         galerkin_refusals_.of_kind[at], galerkin_refusals_.ceiling(kind, true));
+    }
+    out << fmt::format("{} of {} refused cases were made to be refused\n", all_refusals_.meant,
+                       all_refusals_.all());
+    if (!reasons_.empty()) out << "each reason with its first case:\n";
     for (const auto& [reason, said] : reasons_)
       out << fmt::format("{:>6} (case {}) {}\n", said.count, said.example, reason);
     out << "worst figure of each check:\n";
@@ -215,9 +251,24 @@ class Summary {
     all["refusals"] = nlohmann::json::array();
     for (const auto& [reason, said] : reasons_)
       all["refusals"].push_back({{"reason", reason},
+                                 {"kind", refusal_kind_name(refusal_kind(said.text))},
                                  {"count", said.count},
                                  {"example_case", said.example},
                                  {"kinds", said.kinds}});
+    const auto refusals_json = [](const Refusals& refusals, bool galerkin) {
+      nlohmann::json json = {{"cases", refusals.cases},
+                             {"refused", refusals.all()},
+                             {"made_to_be_refused", refusals.meant}};
+      for (int k = 0; k < kRefusalKinds; ++k) {
+        const auto kind = static_cast<RefusalKind>(k);
+        json["kinds"][std::string(refusal_kind_name(kind))] = {
+            {"refused", refusals.of_kind[static_cast<std::size_t>(k)]},
+            {"at_most", refusals.ceiling(kind, galerkin)}};
+      }
+      return json;
+    };
+    all["refused_because"] = {{"all", refusals_json(all_refusals_, false)},
+                              {"galerkin", refusals_json(galerkin_refusals_, true)}};
     all["worst"] = nlohmann::json::array();
     for (const auto& [check, worst] : worst_) {
       nlohmann::json figure = to_json(worst.first);
@@ -229,14 +280,23 @@ class Summary {
   }
 
  private:
-  struct Refusals {
+  static void count_refusal(Refusals& refusals, const StressOutcome& outcome) {
+    ++refusals.cases;
+    if (outcome.refused.empty()) return;
+    ++refusals.of_kind[static_cast<std::size_t>(refusal_kind(outcome.refused))];
+    refusals.meant += outcome.to_be_refused;
+  }
+
+  struct Reason {
     int count = 0, example = 0;
+    std::string text;  ///< of the first
     std::map<std::string, int> kinds;
   };
-  std::array<Tally, kStressKinds> kinds_;
+  std::array<Tally, kStressKinds> kinds_, galerkin_;
+  Refusals all_refusals_, galerkin_refusals_;
   std::map<std::string, Tally> formulations_;
   Tally total_;
-  std::map<std::string, Refusals> reasons_;
+  std::map<std::string, Reason> reasons_;
   std::map<std::string, std::pair<StressFigure, int>> worst_;
   nlohmann::json failures_ = nlohmann::json::array();
 };
@@ -281,7 +341,10 @@ Result<bool> run_stress(const StressOptions& options, std::ostream& out) {
     if (auto written = write_file(options.json, text); !written)
       return std::unexpected(written.error());
   }
-  return total.failed == 0;
+  const std::vector<std::string> too_many =
+      options.only ? std::vector<std::string>() : summary.too_many();
+  for (const std::string& message : too_many) out << message << '\n';
+  return total.failed == 0 && too_many.empty();
 }
 
 }  // namespace viscera

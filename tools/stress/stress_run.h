@@ -25,6 +25,7 @@ struct StressOutcome {
   StressKind kind = StressKind::kPlaced;
   std::string formulation, description, tools;
   std::string refused;                ///< the reason; empty: it was not
+  bool to_be_refused = false;         ///< StressBody::to_be_refused
   std::vector<StressFigure> figures;  ///< greatest of each check, in the order of the checks
   bool passed() const;
 };
@@ -51,7 +52,7 @@ std::string replay_command(const StressOptions& options, int number);
 
 /// Runs the cases on some threads (each case on one), prints failures as they are found in the
 /// order of their numbers, then a summary; writes the JSON file. True: all passed or were refused
-/// clearly.
+/// clearly, no more of a kind than its ceiling (refusals.h).
 Result<bool> run_stress(const StressOptions& options, std::ostream& out);
 
 }  // namespace viscera

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "engine/collision/collision_surface.h"
 #include "kernels/contact/patch_contact.h"
-#include "kernels/points/surface_tree.h"
 #include "tools/stress/stress_cases.h"
 
 namespace viscera {
@@ -24,16 +24,26 @@ struct StressTool {
   /// The cells with the tip advanced by this share of its depth (negative: clear of the tissue);
   /// a jaw's moved by `share` of its pull, turned by the angle about the outward direction [rad].
   void add_cells(double share, double angle, std::vector<ContactCell>& cells) const;
+  /// How far a tip has to be drawn back from its foot until none of its cells touches [m]: on a
+  /// bent surface some do before its lowest point.
+  double clearance() const;
 };
 
-/// A tool whose foot is the place of the touchable surface nearest to `place`.
-StressTool tool_at(const StressBody& body, const SurfaceTree& tree,
-                   std::span<const Vec3> vertex_normals, const Vec3& place, double radius,
-                   int rings, bool held);
+/// What tools are laid on.
+struct StressSurface {
+  explicit StressSurface(const StressBody& body);
+  const StressBody& body;
+  std::vector<Vec3> normals;  ///< of vertices
+  CollisionSurface search;
+};
+
+/// A tool whose foot is the place of the surface nearest to `place`, its cells where the engine
+/// lays them (contact_cells.cpp): its direction the mean normal about it, cells sought along that.
+StressTool tool_at(const StressSurface& surface, const Vec3& place, double radius, int rings,
+                   bool held);
 
 /// One to three tools: inside triangles, exactly on vertices and on edges, or exactly where the one
 /// before stands (then of its kind: a jaw can't hold still what a tip presses in at one place).
-std::vector<StressTool> random_tools(const StressBody& body, const SurfaceTree& tree,
-                                     std::span<const Vec3> vertex_normals, Draws& draws);
+std::vector<StressTool> random_tools(const StressSurface& surface, Draws& draws);
 
 }  // namespace viscera

@@ -263,6 +263,26 @@ TEST(PatchContact, ToolsOfSeveralSizesAtOneSpotOfAThinPadGiveNoEnergyAway) {
   EXPECT_TRUE(lifted);
 }
 
+TEST(WideCell, OnFineNodesOverAStiffBaseAnswersPositively) {
+  // A pad of 2 mm, bonded: far stiffer than a half-space under a cell that is 6 mm across. A bell
+  // as narrow as the nodes are near each other would take more off its response than there is.
+  const double top = 1e-3;
+  const test::PressedBody pad = test::prepare_block(Vec3(24e-3, 24e-3, 2e-3), 1e-3, 10e-3, kTissue);
+  ASSERT_TRUE(pad.ready);
+  PatchContact contact(pad.compliance, pad.touch, kTissue);
+  for (const double radius : {0.5e-3, 3e-3, 5e-3}) {
+    std::vector<ContactCell> cells = test::plane_cells(Vec3(0, 0, top), 1e-3, 0, 0.0, 0.1e-3);
+    cells[0].area = std::numbers::pi * radius * radius;
+    ContactSolution solution;
+    ContactResponse response;
+    contact.solve(cells, solution, response);
+    EXPECT_TRUE(solution.converged) << radius;
+    EXPECT_GT(solution.smallest_eigenvalue, 0.0) << radius;
+    EXPECT_EQ(solution.lifted, 0.0) << radius;
+    EXPECT_GT(contact.cell_response().diagonal().minCoeff(), 0.0) << radius;
+  }
+}
+
 TEST_F(OnABlock, ASingleToolNeedsNoLift) {
   EXPECT_EQ(solve(test::plane_cells(Vec3(0, 0, kTop), 0.26e-3, 3, 1e-3, 0.5e-3)).lifted, 0.0);
 }

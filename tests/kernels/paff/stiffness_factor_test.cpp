@@ -229,19 +229,41 @@ TEST_F(CubeStiffness, DissectionOrdersEveryNodeOnceAndParentsLast) {
   EXPECT_GT(dissection.fronts.size(), 3u);
 }
 
-TEST(StiffnessFactor, NodesInOnePlaceAreSolvedToo) {
-  // Sixty nodes nowhere in particular, tied in a chain: dissection has nothing to go by.
+/// Nodes tied in a chain along each axis, with this on the diagonal and that beside it.
+SymmetricBlockMatrix tied_in_a_chain(int nodes, const Vec3& own, const Vec3& beside) {
   SymmetricBlockMatrix chain;
   chain.width = 3;
-  for (int i = 0; i < 60; ++i) {
-    for (int j = i; j < std::min(60, i + 2); ++j) {
+  for (int i = 0; i < nodes; ++i) {
+    for (int j = i; j < std::min(nodes, i + 2); ++j) {
       chain.pattern.columns.push_back(j);
-      for (int k = 0; k < 9; ++k) {
-        chain.blocks.push_back(k % 4 == 0 ? (i == j ? 2.5 : -1.0) : 0.0);
-      }
+      const Mat3 block = (i == j ? own : beside).asDiagonal();
+      chain.blocks.insert(chain.blocks.end(), block.data(), block.data() + 9);
     }
     chain.pattern.row_begin.push_back(chain.pattern.columns.size());
   }
+  return chain;
+}
+
+TEST(StiffnessFactor, ABodyThatErrsUnderAnEvenPullAloneIsFactoredInDouble) {
+  // Along z hardly anything holds the chain but its ends, and a factor in single precision is wrong
+  // by 4e-4; along x each node is on a spring so soft that under a load along all axes nobody sees
+  // what goes wrong along z.
+  constexpr int kNodes = 600;
+  std::vector<Vec3> row;
+  for (int i = 0; i < kNodes; ++i) row.emplace_back(i, 0, 0);
+  const auto soft = StiffnessFactor::factor(
+      tied_in_a_chain(kNodes, Vec3(1e-4, 2.5, 2.0), Vec3(0.0, -1.0, -1.0)), row);
+  ASSERT_TRUE(soft) << soft.error().text();
+  EXPECT_FALSE(soft->is_single());
+  const auto held = StiffnessFactor::factor(
+      tied_in_a_chain(kNodes, Vec3(1e-4, 2.5, 2.5), Vec3(0.0, -1.0, -1.0)), row);
+  ASSERT_TRUE(held) << held.error().text();
+  EXPECT_TRUE(held->is_single());
+}
+
+TEST(StiffnessFactor, NodesInOnePlaceAreSolvedToo) {
+  // They stand nowhere in particular: dissection has nothing to go by.
+  const SymmetricBlockMatrix chain = tied_in_a_chain(60, Vec3::Constant(2.5), Vec3::Constant(-1.0));
   const auto factored = StiffnessFactor::factor(chain, std::vector<Vec3>(60, Vec3(1, 2, 3)));
   ASSERT_TRUE(factored) << factored.error().text();
   std::vector<double> solution(180, 1.0), product(180);

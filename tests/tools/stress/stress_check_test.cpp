@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "tools/stress/refusals.h"
 #include "tools/stress/stress_checks.h"
 
 namespace viscera {
@@ -312,6 +313,52 @@ TEST(StressChecks, RefusalMustSayWhatToChange) {
   EXPECT_EQ(unclear_refusal("nodes: found 3, expected 4: use a smaller node spacing"), "");
   EXPECT_NE(unclear_refusal(""), "");
   EXPECT_NE(unclear_refusal("failed"), "");
+}
+
+/// Of a body whose places are springs of 100 N/m.
+StressFigure least_of(const ContactMoment& moment) {
+  StressBody body = make_stress_body(1, 0);
+  body.material = {1e9, 0.3};  // its near field is nothing beside the springs
+  return EnergyBound(body, {}, diagonal(3, 0.01f)).least(moment);
+}
+
+TEST(StressChecks, ForceAndEnergyTooSmallForTheSoftestPlaceAreFound) {
+  EXPECT_TRUE(least_of(pressed(1e-3)).sound());
+  EXPECT_NEAR(least_of(pressed(1e-3)).figure, 1.0, 1e-3);
+  EXPECT_TRUE(least_of(pressed(-1e-3)).sound());
+  ContactMoment weak = pressed(1e-3);
+  weak.forces[0] *= 0.4;
+  EXPECT_FALSE(least_of(weak).sound());
+  weak.forces[0].setZero();
+  EXPECT_FALSE(least_of(weak).sound());
+  EXPECT_TRUE(least_of(held({1e-3, 0, 0})).sound());
+}
+
+TEST(StressRefusals, AreOfTheKindThatTheirWordsSay) {
+  EXPECT_EQ(
+      refusal_kind("nodes: 2 and 55 at (1 2 3) mm are 5.9 mm apart, with a spacing of 122 mm"),
+      RefusalKind::kNodesTooNear);
+  EXPECT_EQ(refusal_kind("compliance: its smallest eigenvalue is -0.1 of its largest"),
+            RefusalKind::kNotPositive);
+  EXPECT_EQ(refusal_kind("nodes: 3 nodes reach (1 2 3) mm and carry no linear field there"),
+            RefusalKind::kTooFewNodes);
+  EXPECT_EQ(refusal_kind("something nobody has thought of"), RefusalKind::kOther);
+}
+
+TEST(StressRefusals, MoreOfAKindThanItsCeilingAreTold) {
+  Refusals refusals;
+  refusals.cases = 10000;
+  const auto positive = static_cast<std::size_t>(RefusalKind::kNotPositive);
+  refusals.of_kind[positive] = refusals.ceiling(RefusalKind::kNotPositive, false);
+  EXPECT_TRUE(refusals.over(false).empty());
+  ++refusals.of_kind[positive];
+  ASSERT_EQ(refusals.over(false).size(), 1u);
+  EXPECT_NE(refusals.over(false)[0].find("\"not positive\": 1095 of 10000"), std::string::npos)
+      << refusals.over(false)[0];
+  // By galerkin there may be none at all.
+  refusals.of_kind[positive] = 1;
+  EXPECT_TRUE(refusals.over(false).empty());
+  EXPECT_EQ(refusals.over(true).size(), 1u);
 }
 
 }  // namespace

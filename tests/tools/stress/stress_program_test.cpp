@@ -27,13 +27,9 @@ std::vector<std::string> words_of(const std::string& command) {
   return words;
 }
 
-fs::path json_file(const std::string& name) {
-  return fs::path(::testing::TempDir()) / ("viscera_" + name + ".json");
-}
-
 TEST(StressCommand, FewCasesPassAndTheSummaryCountsThem) {
-  const fs::path file = json_file("stress");
-  fs::remove(file);
+  const TemporaryFolder folder;
+  const fs::path file = folder / "stress.json";
   const ProgramResult result =
       stress({"--seed", "5", "--cases", "12", "--quiet", "--json", file.string()});
   EXPECT_EQ(result.code, 0) << result.told();
@@ -47,7 +43,8 @@ TEST(StressCommand, FewCasesPassAndTheSummaryCountsThem) {
 }
 
 TEST(StressCommand, InjectedFaultFailsAndItsReplayGivesTheSameFigures) {
-  const fs::path file = json_file("fault"), again = json_file("fault_again");
+  const TemporaryFolder folder;
+  const fs::path file = folder / "fault.json", again = folder / "fault_again.json";
   const ProgramResult result =
       stress({"--cases", "3", "--quiet", "--inject-fault", "--json", file.string()});
   EXPECT_EQ(result.code, 1) << result.told();
@@ -95,7 +92,8 @@ TEST(StressCommand, SummaryThatCannotBeWrittenIsRefused) {
 }
 
 TEST(StressCommand, InterruptStopsIt) {
-  const fs::path file = json_file("interrupted");
+  const TemporaryFolder folder;
+  const fs::path file = folder / "interrupted.json";
   fs::remove(file);
   ProgramCall call;
   call.arguments = {"stress", "--cases", "100000", "--json", file.string()};
