@@ -53,7 +53,9 @@ bool indices_of(const std::vector<int>& indices, std::size_t count) {
                      [&](int i) { return i >= 0 && static_cast<std::size_t>(i) < count; });
 }
 
-Result<PreparedResponse> unpack(CacheData data) {
+}  // namespace
+
+Result<PreparedResponse> response_of(CacheData data) {
   PreparedResponse r;
   auto positions = data.take<double>("positions");
   if (!positions) return std::unexpected(positions.error());
@@ -98,8 +100,6 @@ Result<PreparedResponse> unpack(CacheData data) {
   return r;
 }
 
-}  // namespace
-
 fs::path ResponseCache::default_folder() {
   const auto variable = [](const char* name) -> fs::path {
     const char* value = std::getenv(name);
@@ -124,7 +124,7 @@ CachedResponse ResponseCache::load(const std::string& key) const {
   };
   auto data = read_cache_file(path, kFormat, key);
   if (!data) return unusable(data.error());
-  auto response = unpack(std::move(*data));
+  auto response = response_of(std::move(*data));
   if (!response) return unusable(response.error());
   return {std::move(*response), ""};
 }
