@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <span>
 #include <system_error>
@@ -47,6 +48,18 @@ PreparationFigures to_figures(std::span<const double> v) {
 }
 
 constexpr std::size_t kFigures = 10;
+constexpr double kExactInteger = 9007199254740992.0;  // 2^53
+
+/// Whether figures that are counts can be such.
+bool counts_of(std::span<const double> figures) {
+  return std::ranges::all_of(std::array<std::size_t, 4>{0, 1, 2, 8}, [&](std::size_t at) {
+    return figures[at] >= 0.0 && figures[at] <= kExactInteger;
+  });
+}
+
+bool all_finite(std::span<const double> values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
 
 bool indices_of(const std::vector<int>& indices, std::size_t count) {
   return std::all_of(indices.begin(), indices.end(),
@@ -84,6 +97,9 @@ Result<PreparedResponse> response_of(CacheData data) {
       !indices_of(*touchable, static_cast<std::size_t>(places))) {
     return failure("it names nodes or places that it doesn't have");
   }
+  if (!counts_of(*figures)) return failure("it has figures that are no counts");
+  if (!all_finite(*positions) || !all_finite(*spacings))
+    return failure("it has nodes whose places aren't finite numbers");
 
   r.cloud.positions.resize(nodes);
   for (std::size_t i = 0; i < nodes; ++i) r.cloud.positions[i] = Vec3(positions->data() + 3 * i);

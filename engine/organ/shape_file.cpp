@@ -29,6 +29,8 @@ Result<void> shape_of(CacheData data, PreparedShape& shape) {
       if (corner < 0 || corner >= count) return failure("it names vertices that it doesn't have");
   }
   if (count == 0) return failure("it holds no vertices");
+  for (const Vec3& vertex : surface.vertices)
+    if (!vertex.allFinite()) return failure("it has a vertex that isn't finite numbers");
   shape.surface = std::move(surface);
   shape.notes.clear();
   for (std::size_t from = 0, to; (to = notes->find('\n', from)) != std::string::npos; from = to + 1)

@@ -148,7 +148,8 @@ class Validator {
   }
 
   bool acceptable(const KeySpec& key, Json& value) const {
-    if (!key.choices.empty()) return is_among(key.choices, value);
+    if (!key.choices.empty())
+      return std::find(key.choices.begin(), key.choices.end(), value) != key.choices.end();
     switch (key.type) {
       case KeyType::kText:
         return value.is_string() && value.get<std::string>().size() <= kLongestText;

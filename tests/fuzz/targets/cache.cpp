@@ -43,6 +43,8 @@ bool is_response(CacheData data) {
   if (!response) return false;
   const SurfaceCompliance& compliance = response->compliance;
   expect(response->cloud.spacings.size() == response->cloud.positions.size(), "a spacing a node");
+  for (const Vec3& position : response->cloud.positions)
+    expect(position.allFinite(), "a node is somewhere");
   expect(response->cloud.surface_count <= response->cloud.positions.size(), "nodes of a surface");
   for (const int place : compliance.touchable)
     expect(place >= 0 && static_cast<std::size_t>(place) < compliance.places, "a place is there");
