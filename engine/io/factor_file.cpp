@@ -28,10 +28,14 @@ Result<StiffnessFactor> read_factor(const std::filesystem::path& file, const std
   if (!std::filesystem::exists(file, ignored)) return failure("there is no such file");
   auto data = read_cache_file(file, kFormat, key);
   if (!data) return std::unexpected(data.error());
+  return factor_of(*std::move(data));
+}
+
+Result<StiffnessFactor> factor_of(CacheData data) {
   PackedFactor packed;
   Error missing;
   const auto take = [&]<class T>(const char* name, std::vector<T>& into) {
-    auto values = data->take<T>(name);
+    auto values = data.take<T>(name);
     if (values)
       into = std::move(*values);
     else

@@ -119,37 +119,42 @@ bool is_label_map_file(const std::filesystem::path& file) {
 }
 
 Result<LabelMap> read_label_map(const std::filesystem::path& file, const LabelMapOptions& options) {
-  const std::string name = file.string() + ": ";
   if (!is_label_map_file(file)) {
-    return failure(name + "found another format, expected .nii, .nii.gz, .nrrd or .nhdr");
+    return failure(file.string() +
+                   ": found another format, expected .nii, .nii.gz, .nrrd or .nhdr");
   }
   auto volume = read_label_volume(file);
   if (!volume) return std::unexpected(volume.error());
+  return label_map_of(file, *std::move(volume), options);
+}
 
+Result<LabelMap> label_map_of(const std::filesystem::path& file, LabelVolume volume,
+                              const LabelMapOptions& options) {
+  const std::string name = file.string() + ": ";
   LabelMap map;
   map.file = file;
   map.format = is_nifti(file) ? "NIfTI-1" : "NRRD";
-  if (const auto sound = check_axes(*volume); !sound) {
+  if (const auto sound = check_axes(volume); !sound) {
     return failure(name + sound.error().text());
   }
-  if (!options.unit && !volume->unit && !options.assumed) {
-    const std::string words = guess(*volume);
+  if (!options.unit && !volume.unit && !options.assumed) {
+    const std::string words = guess(volume);
     return failure(name + "found no unit of length in the file, expected it from --unit" +
                    (words.empty() ? "" : " (" + words + ")"));
   }
-  map.unit = options.unit ? *options.unit : volume->unit ? *volume->unit : *options.assumed;
-  map.unit_assumed = !options.unit && !volume->unit;
-  if (options.unit && volume->unit && *options.unit != *volume->unit) {
-    map.unit_overridden = *volume->unit;
+  map.unit = options.unit ? *options.unit : volume.unit ? *volume.unit : *options.assumed;
+  map.unit_assumed = !options.unit && !volume.unit;
+  if (options.unit && volume.unit && *options.unit != *volume.unit) {
+    map.unit_overridden = *volume.unit;
   }
-  if (const auto fits = check_extent(*volume, map.unit); !fits) {
+  if (const auto fits = check_extent(volume, map.unit); !fits) {
     return failure(name + fits.error().text());
   }
-  map.size = volume->size;
-  map.axes = map.unit * volume->axes;
-  map.origin = map.unit * volume->origin;
-  map.names = std::move(volume->names);
-  map.labels = std::move(volume->labels);
+  map.size = volume.size;
+  map.axes = map.unit * volume.axes;
+  map.origin = map.unit * volume.origin;
+  map.names = std::move(volume.names);
+  map.labels = std::move(volume.labels);
 
   std::set<std::int32_t> found;
   std::int32_t previous = 0;

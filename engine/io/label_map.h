@@ -52,6 +52,10 @@ struct LabelMapOptions {
 /// 3 m (with the unit that would fit).
 Result<LabelMap> read_label_map(const std::filesystem::path& file, const LabelMapOptions& options);
 
+/// What read_label_map() makes of the volume that it was handed; its indices and sizes are sound.
+Result<LabelMap> label_map_of(const std::filesystem::path& file, LabelVolume volume,
+                              const LabelMapOptions& options);
+
 /// The volume alone. In this process, which a damaged file may end: read_label_map() asks another.
 Result<LabelVolume> read_label_volume_here(const std::filesystem::path& file);
 

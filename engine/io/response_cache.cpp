@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <span>
 #include <system_error>
@@ -49,13 +50,27 @@ PreparationFigures to_figures(std::span<const double> v) {
 }
 
 constexpr std::size_t kFigures = 10;
+constexpr double kExactInteger = 9007199254740992.0;  // 2^53
+
+/// Whether figures that are counts can be such.
+bool counts_of(std::span<const double> figures) {
+  return std::ranges::all_of(std::array<std::size_t, 4>{0, 1, 2, 8}, [&](std::size_t at) {
+    return figures[at] >= 0.0 && figures[at] <= kExactInteger;
+  });
+}
+
+bool all_finite(std::span<const double> values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
 
 bool indices_of(const std::vector<int>& indices, std::size_t count) {
   return std::all_of(indices.begin(), indices.end(),
                      [&](int i) { return i >= 0 && static_cast<std::size_t>(i) < count; });
 }
 
-Result<PreparedResponse> unpack(CacheData data) {
+}  // namespace
+
+Result<PreparedResponse> response_of(CacheData data) {
   PreparedResponse r;
   auto positions = data.take<double>("positions");
   if (!positions) return std::unexpected(positions.error());
@@ -84,6 +99,9 @@ Result<PreparedResponse> unpack(CacheData data) {
       !indices_of(*touchable, static_cast<std::size_t>(places))) {
     return failure("it names nodes or places that it doesn't have");
   }
+  if (!counts_of(*figures)) return failure("it has figures that are no counts");
+  if (!all_finite(*positions) || !all_finite(*spacings))
+    return failure("it has nodes whose places aren't finite numbers");
 
   r.cloud.positions.resize(nodes);
   for (std::size_t i = 0; i < nodes; ++i) r.cloud.positions[i] = Vec3(positions->data() + 3 * i);
@@ -99,8 +117,6 @@ Result<PreparedResponse> unpack(CacheData data) {
   }
   return r;
 }
-
-}  // namespace
 
 fs::path ResponseCache::default_folder() {
   const auto variable = [](const char* name) -> fs::path {
@@ -127,7 +143,7 @@ CachedResponse ResponseCache::load(const std::string& key) const {
   auto data = read_cache_file(path, kFormat, key);
   if (!data && !fs::exists(path, ignored)) return {};  // another process has just forgotten it
   if (!data) return unusable(data.error());
-  auto response = unpack(std::move(*data));
+  auto response = response_of(std::move(*data));
   if (!response) return unusable(response.error());
   mark_used(path);
   return {std::move(*response), ""};

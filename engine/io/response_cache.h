@@ -21,6 +21,9 @@ struct PreparedResponse {
   std::map<std::string, CacheData::Array> extra;  ///< whatever else its owner keeps, by name
 };
 
+/// What the cache's files hold; fails where its arrays don't fit together.
+Result<PreparedResponse> response_of(CacheData data);
+
 /// What a look into the cache gave: nothing and no warning when there is no such file, nothing and
 /// a warning ("rebuilt because ...") when there is one that can't be used.
 struct CachedResponse {

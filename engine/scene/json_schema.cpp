@@ -87,8 +87,10 @@ Json key_schema(const KeySpec& key) {
 Json conditional(const KeySpec& key, const ObjectSpec& spec) {
   const Condition& condition = *key.condition;
   const Json& fallback = spec.find(condition.key)->fallback;
-  const bool holds_by_default = std::find(condition.values.begin(), condition.values.end(),
-                                          fallback) != condition.values.end();
+  const bool holds_by_default =
+      fallback.is_string() &&
+      std::find(condition.values.begin(), condition.values.end(),
+                fallback.get_ref<const std::string&>()) != condition.values.end();
   Json schema;
   schema["if"]["properties"][condition.key]["enum"] = condition.values;
   if (!holds_by_default) schema["if"]["required"] = Json::array({condition.key});

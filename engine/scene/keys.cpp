@@ -96,8 +96,9 @@ bool applies(const KeySpec& key, const Json& siblings, const ObjectSpec& spec) {
   const auto at = siblings.find(key.condition->key);
   const KeySpec* sibling = spec.find(key.condition->key);
   const Json value = at != siblings.end() ? *at : sibling->fallback;
-  return std::find(key.condition->values.begin(), key.condition->values.end(), value) !=
-         key.condition->values.end();
+  const std::vector<std::string>& values = key.condition->values;
+  return value.is_string() && std::find(values.begin(), values.end(),
+                                        value.get_ref<const std::string&>()) != values.end();
 }
 
 std::string where_applies(const KeySpec& key) {

@@ -9,6 +9,11 @@
 namespace viscera {
 namespace {
 
+bool is_among(const std::vector<std::string>& words, const Json& value) {
+  return value.is_string() &&
+         std::find(words.begin(), words.end(), value.get_ref<const std::string&>()) != words.end();
+}
+
 constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kLongestText = 200;
 constexpr double kGreatestWhole = 9007199254740992.0;  // 2^53: every whole double below is exact
@@ -208,8 +213,7 @@ class Validator {
 
   bool is_known(const KeySpec& key, const Json& value) const {
     const auto list = context_.vocabularies.find(key.vocabulary);
-    return list == context_.vocabularies.end() ||
-           std::find(list->second.begin(), list->second.end(), value) != list->second.end();
+    return list == context_.vocabularies.end() || is_among(list->second, value);
   }
 
   void check_texts(const KeySpec& key, const Json& value, const std::string& path) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -246,30 +247,9 @@ Result<void> save_hdf5(const fs::path& file, const HapticRecording& recording) {
 }
 
 Result<HapticRecording> load_hdf5(const fs::path& file) {
-  const auto wrong = [&](const std::string& what) {
-    return failure(fmt::format("{}: {}", file.string(), what));
-  };
   auto data = read_sealed_file(file, kFormat, kTitle);
-  if (!data) return wrong(data.error().text());
-  HapticRecording recording;
-  const auto device = data->text("device");
-  if (!device) return wrong(device.error().text());
-  recording.device = *device;
-  const auto header = data->take<double>("header", 7 + kLimits.size());
-  if (!header) return wrong(header.error().text());
-  if (auto bad = take_header(*header, recording)) return wrong("header: " + *bad);
-  const auto rows = data->take<double>("rows");
-  if (!rows) return wrong(rows.error().text());
-  if (rows->size() % kNumbers != 0)
-    return wrong(
-        fmt::format("expected rows of {} numbers, found {} in all", kNumbers, rows->size()));
-  recording.samples.reserve(rows->size() / kNumbers);
-  for (std::size_t at = 0; at < rows->size(); at += kNumbers) {
-    Row row;
-    std::copy_n(rows->begin() + static_cast<std::ptrdiff_t>(at), kNumbers, row.begin());
-    if (auto bad = take_row(row, recording))
-      return wrong(fmt::format("row {}: {}", at / kNumbers + 1, *bad));
-  }
+  auto recording = data ? recording_of(*std::move(data)) : std::unexpected(data.error());
+  if (!recording) return failure(fmt::format("{}: {}", file.string(), recording.error().text()));
   return recording;
 }
 
@@ -285,6 +265,29 @@ Result<void> save_recording(const fs::path& file, const HapticRecording& recordi
   if (file.extension() == ".csv") return write_file(file, csv_text(recording));
   if (file.extension() == ".h5") return save_hdf5(file, recording);
   return unknown_extension(file);
+}
+
+Result<HapticRecording> recording_of(CacheData data) {
+  HapticRecording recording;
+  const auto device = data.text("device");
+  if (!device) return std::unexpected(device.error());
+  recording.device = *device;
+  const auto header = data.take<double>("header", 7 + kLimits.size());
+  if (!header) return std::unexpected(header.error());
+  if (auto bad = take_header(*header, recording)) return failure("header: " + *bad);
+  const auto rows = data.take<double>("rows");
+  if (!rows) return std::unexpected(rows.error());
+  if (rows->size() % kNumbers != 0)
+    return failure(
+        fmt::format("expected rows of {} numbers, found {} in all", kNumbers, rows->size()));
+  recording.samples.reserve(rows->size() / kNumbers);
+  for (std::size_t at = 0; at < rows->size(); at += kNumbers) {
+    Row row;
+    std::copy_n(rows->begin() + static_cast<std::ptrdiff_t>(at), kNumbers, row.begin());
+    if (auto bad = take_row(row, recording))
+      return failure(fmt::format("row {}: {}", at / kNumbers + 1, *bad));
+  }
+  return recording;
 }
 
 Result<HapticRecording> load_recording(const fs::path& file) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "engine/io/cache_file.h"
 #include "haptics/devices/recording.h"
 #include "kernels/base/result.h"
 
@@ -26,5 +27,8 @@ Result<void> save_recording(const std::filesystem::path& file, const HapticRecor
 /// Refuses, with file and line or row: what isn't such a file, is truncated, holds a number that is
 /// missing or not finite, an orientation that is none, or time that doesn't rise.
 Result<HapticRecording> load_recording(const std::filesystem::path& file);
+
+/// What the sealed container of such a file holds.
+Result<HapticRecording> recording_of(CacheData data);
 
 }  // namespace viscera

@@ -7,16 +7,10 @@
 
 #include "engine/scene/json_file.h"
 #include "engine/scene/load_scene.h"
+#include "tests/engine/scene/whole_scene.h"
 #include "tests/support/paths.h"
 
 namespace viscera::test {
-
-/// A scene that has every key of the format at least once. Needs ball.obj beside it and the recipes
-/// of SceneFolder.
-Json whole_scene();
-
-/// The least that loads.
-Json least_scene();
 
 class SceneFolder {
  public:
