@@ -12,9 +12,9 @@
 #include <set>
 
 #include "engine/io/atomic_file.h"
+#include "engine/io/foreign_files.h"
 #include "engine/io/label_map.h"
 #include "engine/io/mesh_export.h"
-#include "engine/io/foreign_files.h"
 #include "engine/io/organ_page.h"
 #include "engine/organ/figures_text.h"
 #include "engine/organ/label_surface.h"

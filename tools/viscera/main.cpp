@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/interrupt.h"
 #include "engine/io/foreign_files.h"
+#include "engine/io/interrupt.h"
 #include "engine/io/smoke_file.h"
 #include "engine/run/run.h"
 #include "tools/common/command_line.h"
