@@ -42,10 +42,22 @@ std::vector<std::string> names_in(const Json& list) {
   return names;
 }
 
+/// Json takes any bytes as a text, and throws where it is to be written.
+bool is_utf8(const std::string& text) {
+  try {
+    (void)Json(text).dump();
+    return true;
+  } catch (const Json::exception&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 Result<std::string> apply_override(Json& root, const std::string& path, const std::string& value) {
   const std::string option = "--set " + path + "=" + value + ": ";
+  if (!is_utf8(path) || !is_utf8(value))
+    return failure("--set: found bytes that are no text in UTF-8, expected KEY/PATH=VALUE");
   const std::vector<std::string> steps = steps_of(path);
   if (steps.empty()) return failure(option + "found no key, expected KEY/PATH=VALUE");
 
