@@ -2,6 +2,7 @@
 // never in the way.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 
@@ -74,6 +75,25 @@ TEST(Cache, OneOfAnotherTissueIsntTaken) {
   ASSERT_EQ(folder.run({"--no-render", "--set", "organs/ball/youngs_modulus_kPa=9"}).code, 0);
   EXPECT_EQ(folder.report()["organs"][0]["cache_hit"], false);
   EXPECT_EQ(files_of(folder.cache(), ".h5").size(), 2u);
+}
+
+TEST(Cache, ForgetsWhatItsQuotaHasNoRoomForAndKeepsWhatThisRunUses) {
+  const SceneFolder folder;
+  prepare(folder);
+  const fs::path older = only_cache_file(folder);
+  const auto hours_ago = fs::file_time_type::clock::now() - std::chrono::hours(3);
+  for (const auto& entry : fs::directory_iterator(folder.cache()))
+    fs::last_write_time(entry.path(), hours_ago);
+  ProgramCall call = folder.call({"--no-render", "--set", "organs/ball/youngs_modulus_kPa=9"});
+  call.variables = {"VISCERA_CACHE_GB=0"};
+  const ProgramResult result = run_program(call);
+  ASSERT_EQ(result.code, 0) << result.told();
+  EXPECT_FALSE(fs::exists(older));
+  EXPECT_TRUE(fs::exists(only_cache_file(folder)));
+  EXPECT_EQ(files_of(folder.cache(), ".shape").size(), 1u) << "read by this run";
+  call.variables = {"VISCERA_CACHE_GB=much"};
+  EXPECT_NE(run_program(call).err.find("warning: VISCERA_CACHE_GB: found \"much\""),
+            std::string::npos);
 }
 
 TEST(Cache, TruncatedIsRebuiltWithAWarning) {

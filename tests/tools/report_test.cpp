@@ -70,6 +70,8 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"version", Type::string},
                {"command", Type::string},
                {"complete", Type::boolean},
+               {"reason", Type::null},
+               {"failures", Type::array},
                {"title", Type::string},
                {"renderer", Type::string},
                {"pictures", Type::number_unsigned},
