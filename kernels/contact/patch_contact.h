@@ -33,7 +33,8 @@ class PatchContact final : public TissueContact {
   bool fits(const State& state) const override;
   std::size_t memory_bytes() const;  ///< of the state, what is made from it, and anchors; about
 
-  /// sigma = spread_factor() * (local spacing at the cell); where it comes from: see the source.
+  /// sigma = spread_factor() * (local spacing at the cell), but no less than half the radius of a
+  /// wide cell's disc; where it comes from: see the source.
   static double spread_factor();
 
   /// What they do to every place and to each other. Wherever a later solve's last cells are these,

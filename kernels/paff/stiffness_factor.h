@@ -13,9 +13,9 @@
 
 namespace viscera {
 
-/// The precision of a factor. `measured`: single, unless a test solve with it is wrong by more than
-/// 1e-5 of the answer or a pivot isn't positive in it (bodies near incompressible, or hardly held);
-/// then double.
+/// The precision of a factor. `measured`: single, unless test solves with it are wrong by more than
+/// 1e-5 of the answer (7e-5 under an even pull) or a pivot isn't positive in it (bodies near
+/// incompressible, or hardly held); then double.
 enum class FactorPrecision { kMeasured, kSingle, kFull };
 
 /// A factor as a file keeps it.

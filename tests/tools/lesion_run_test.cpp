@@ -26,10 +26,10 @@ TEST(LesionRun, TheStandardBurnIsAsLargeAsPublishedOnes) {
     ++rows;
   }
   EXPECT_GT(rows, 180);
-  EXPECT_GT(depth, 1.5e-3);
-  EXPECT_LT(depth, 5.0e-3);
-  EXPECT_GT(width, 3.0e-3);
-  EXPECT_LT(width, 9.3e-3);
+  // Published ones are 1.5 to 5 mm deep and 3 to 9.3 mm wide; this one is near the small end. What
+  // moves it by more says so here.
+  EXPECT_NEAR(depth, 1.54e-3, 0.05e-3);
+  EXPECT_NEAR(width, 3.32e-3, 0.1e-3);
   const std::string plot = file_text(folder / "out" / "lesion.svg");
   for (const char* part : {"depth", "width", "published depth", "recalled"})
     EXPECT_NE(plot.find(part), std::string::npos) << part;

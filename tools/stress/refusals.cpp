@@ -20,7 +20,7 @@ constexpr std::array<Kind, kRefusalKinds> kKinds = {{
     {"no normal", 0.05, 0.0},
     {"ratio too high", 0.09, 0.0},
     {"not positive", 0.10, 0.0},
-    {"other", 0.01, 0.0},
+    {"other", 0.01, 0.02},
 }};
 
 constexpr std::array kWords = {

@@ -37,7 +37,8 @@ struct ContactMoment {
 std::string unclear_refusal(const std::string& reason);
 
 /// The body under loads that stretch it linearly answers with that linear field: relative error of
-/// the displacement at the touchable places. Limit 1e-9. Also finds rigid motions that cost force.
+/// the displacement at the touchable places. Limit 1e-9, more for bodies that move far under little
+/// (see the source). Also finds rigid motions that cost force.
 Result<StressFigure> check_linear_field(const StressBody& body, const Formulation& formulation,
                                         ElasticSolver& solver, const TouchableSurface& touch);
 

@@ -134,9 +134,8 @@ TEST(TissueChanges, FormulationsThatCantFollowSaySo) {
 }
 
 TEST(TissueChanges, TheCacheKeepsWhatMayChange) {
-  const auto folder = std::filesystem::temp_directory_path() / "viscera_tissue_changes_test";
-  std::filesystem::remove_all(folder);
-  setenv("VISCERA_CACHE", folder.c_str(), 1);
+  const TemporaryFolder folder;
+  setenv("VISCERA_CACHE", folder.path().c_str(), 1);
   const auto scene = burn_and_press(30.0);
   std::vector<std::string> warnings;
   const auto make = [&] {
@@ -145,7 +144,6 @@ TEST(TissueChanges, TheCacheKeepsWhatMayChange) {
   };
   auto fresh = make(), cached = make();
   unsetenv("VISCERA_CACHE");
-  std::filesystem::remove_all(folder);
   ASSERT_TRUE(fresh && cached);
   const OrganModel& one = *(*fresh)->all<OrganBody>()[0].model;
   const OrganModel& other = *(*cached)->all<OrganBody>()[0].model;

@@ -214,19 +214,24 @@ TEST_F(MeshImport, TruncatedFilesAreRefused) {
 TEST_F(MeshImport, BinaryGarbageIsRefused) {
   std::string garbage;
   for (int i = 0; i < 5000; ++i) garbage += static_cast<char>((i * 7919 + i * i * 31) >> 3);
-  for (const char* name : {"g.obj", "g.stl", "g.ply", "g.gltf", "g.glb"}) {
-    expect_refused(name, garbage, "");
+  for (const auto& [name, reason] : {std::pair{"g.obj", "found no triangles"},
+                                     {"g.stl", "the file looks truncated"},
+                                     {"g.ply", "cannot be read as ply"},
+                                     {"g.gltf", "cannot be read as gltf"},
+                                     {"g.glb", "cannot be read as glb"}}) {
+    expect_refused(name, garbage, reason);
   }
 }
 
 TEST_F(MeshImport, PointsAloneAreRefused) {
-  expect_refused("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "");
-  expect_refused("points.ply", ply(ball_, false), "");
+  expect_refused("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "found no triangles");
+  expect_refused("points.ply", ply(ball_, false), "found no triangles");
   expect_refused("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\n", "no triangles");
 }
 
 TEST_F(MeshImport, NumbersThatArentFiniteAreRefused) {
-  expect_refused("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "");
+  expect_refused("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+                 "found a coordinate that isn't a finite number");
   expect_refused("point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "at one place");
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "kernels/contact/deformation.h"
@@ -40,7 +41,9 @@ TEST(Endoscope, RollTurnsTheOpticsAboutTheShaft) {
   camera.path[0].roll = std::numbers::pi / 2.0;
   const CameraView view = Endoscope(camera).at(0.0);
   EXPECT_NEAR(view.forward.z(), 0.0, 1e-12);
-  EXPECT_NEAR(std::abs(view.forward.x()), 0.5, 1e-12);
+  // Right-handed about the way the shaft points, +y: what looked down looks to -x.
+  EXPECT_NEAR(view.forward.x(), -0.5, 1e-12);
+  EXPECT_NEAR(view.up.x(), std::cos(std::numbers::pi / 6.0), 1e-12);
 }
 
 TEST(View, LightOfTheReferenceTemperatureIsWhiteAndCoolerLightIsRed) {

@@ -9,6 +9,12 @@ namespace viscera {
 namespace {
 
 constexpr double kFrame = 1.0 / 60.0;
+// Of liver, worked out apart from the program.
+constexpr double kWet = 1079.0 * 3540.0;                    // heat capacity [J/(m3 K)]
+constexpr double kDry = 1079.0 * (3540.0 - 0.72 * 4180.0);  // of what water leaves
+constexpr double kWater = 1079.0 * 0.72;                    // [kg/m3]
+constexpr double kSolids = 1079.0 * 0.28;                   // [kg/m3]
+constexpr double kLatent = 2.26e6;                          // [J/kg]
 
 // A brick that is alone: no gas, nothing beside it.
 SignedDistance lone_brick() {
@@ -25,10 +31,9 @@ TEST(Vapour, WaterKeepsTissueAtAHundredDegreesUntilItHasGone) {
   const ThermalTissue tissue = plain_tissue();
   Bioheat heat(tissue, insulated(), lone_brick());
   heat.bricks().warm_up({0, 0, 0});
-  const double volume = tissue_volume(heat);
-  const double to_boiling = 63.0 * heat_capacity(tissue, 1.0) * volume;
-  const double whole = tissue.density * tissue.water_fraction * volume;
-  const double to_dry = to_boiling + whole * water::kLatentHeat;
+  const double volume = tissue_volume(heat), whole = kWater * volume;
+  const double to_boiling = 63.0 * kWet * volume;
+  const double to_dry = to_boiling + whole * kLatent;
   const double power = 30.0;
   double energy = 0.0;
   while (energy < 1.2 * to_dry) {
@@ -46,10 +51,9 @@ TEST(Vapour, WaterKeepsTissueAtAHundredDegreesUntilItHasGone) {
     }
   }
   EXPECT_EQ(heat.bricks().water_at({3, 4, 5}), 0.0);
-  EXPECT_NEAR(heat.bricks().excess_at({3, 4, 5}),
-              63.0 + (energy - to_dry) / (heat_capacity(tissue, 0.0) * volume), 0.5);
+  EXPECT_NEAR(heat.bricks().excess_at({3, 4, 5}), 63.0 + (energy - to_dry) / (kDry * volume), 0.5);
   EXPECT_NEAR(heat.vaporised_water(), whole, 1e-4 * whole);
-  EXPECT_NEAR(heat.book().latent, whole * water::kLatentHeat, 1e-4 * heat.book().latent);
+  EXPECT_NEAR(heat.book().latent, whole * kLatent, 1e-4 * whole * kLatent);
 }
 
 TEST(Vapour, SaysWhereItComesFromAndHowHotItIs) {
@@ -63,9 +67,13 @@ TEST(Vapour, SaysWhereItComesFromAndHowHotItIs) {
   const Vapour& vapour = heat.vapour()[0];
   EXPECT_NEAR((vapour.position - heat.bricks().centre(*brick, voxel)).norm(), 0.0, 1e-9);
   EXPECT_NEAR(vapour.temperature, 373.15, 1e-3);
-  EXPECT_GT(vapour.water, 0.0);
+  // 3 W for a frame, less what takes a voxel of half a millimetre from 62.9 K to 63 K; some 3 %
+  // goes to its neighbours.
+  const double water = (3.0 * kFrame - 0.1 * kWet * 0.125e-9) / kLatent;
+  EXPECT_LT(vapour.water, water);
+  EXPECT_GT(vapour.water, 0.95 * water);
   EXPECT_EQ(vapour.tissue, 0.0);
-  EXPECT_NEAR(heat.smoke(vapour), heat.tissue().smoke_yield * vapour.water, 1e-18);
+  EXPECT_NEAR(heat.smoke(vapour), 0.05 * vapour.water, 1e-18);
   heat.step(kFrame);
   EXPECT_TRUE(heat.vapour().empty());
 }
@@ -81,14 +89,14 @@ TEST(Vapour, DryTissueCharsWhereItIsHotAndLeavesItsShare) {
       brick->warm->excess.fill(static_cast<float>(celsius - 37.0));
       heat.step(kFrame);
     }
-    const double solids = tissue.density * (1.0 - tissue.water_fraction) * tissue_volume(heat);
-    EXPECT_NEAR(heat.vaporised_tissue(),
-                solids * (1.0 - tissue.char_share) * heat.bricks().charred_at({1, 2, 3}),
+    const double solids = kSolids * tissue_volume(heat);
+    EXPECT_NEAR(heat.vaporised_tissue(), solids * 0.75 * heat.bricks().charred_at({1, 2, 3}),
                 1e-4 * solids);
     return heat.bricks().charred_at({1, 2, 3});
   };
   EXPECT_LT(charred_after(150.0, 2.0), 0.02);
-  EXPECT_NEAR(charred_after(250.0, 1.0), 1.0 - std::exp(-tissue.pyrolysis.rate(523.15)), 0.02);
+  EXPECT_NEAR(charred_after(250.0, 1.0), 1.0 - std::exp(-0.7073),
+              0.02);  // 6.8e10 exp(-1.1e5 / R T)
   EXPECT_GT(charred_after(350.0, 1.0), 0.99);
 }
 
