@@ -64,6 +64,9 @@ class GalerkinFormulation final : public Formulation {
   double support_factor() const override { return support_factor_; }
   Basis basis() const override { return basis_; }
   bool keeps_factor() const override { return true; }
+  Coupling coupling(const IsotropicMaterial& material) const override {
+    return {.support_factor = support_factor_, .averaged = averages_dilatation(material)};
+  }
 
   Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                  const Progress& progress) const override {
