@@ -24,7 +24,7 @@ class MemoryBudget {
 
   /// Stays to the command's end.
   void keep(std::uint64_t bytes) { kept_ += bytes; }
-  std::uint64_t kept() const { return kept_; }
+  std::uint64_t left() const { return limit_.bytes > kept_ ? limit_.bytes - kept_ : 0; }
   /// So much more beside what is kept, for a while or to the end. Fails, with what to change
   /// ("raise finest_spacing_mm"), as "found SUBJECT that need 3.1 GB beside 1.2 GB of what comes
   /// before, expected at most 4.0 GB of this machine's memory: CHANGE".

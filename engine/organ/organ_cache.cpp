@@ -7,6 +7,8 @@
 
 #include "engine/io/factor_file.h"
 #include "engine/organ/organ_parts.h"
+#include "kernels/base/hash.h"
+#include "kernels/formulations/formulations.h"
 
 namespace viscera {
 namespace {

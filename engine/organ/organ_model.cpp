@@ -140,6 +140,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   problem.cloud = &model.cloud;
   problem.material = model.material;
   problem.is_fixed = [&](const Vec3& x) { return in_any(organ.fixed, x); };
+  problem.most_memory = options.most_memory;
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());

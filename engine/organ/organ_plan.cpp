@@ -14,11 +14,11 @@ namespace viscera {
 namespace {
 
 /// Columns in the order of elimination and in that of the nodes, with the copy of their square that
-/// is checked, beside the factor in double precision.
+/// is checked, beside the factor.
 std::size_t columns_bytes(const OrganPlan& plan, const PreparationCost& cost) {
   return 2 * compliance_bytes(plan.places, plan.prepared_places) +
          compliance_bytes(plan.prepared_places, plan.prepared_places) +
-         cost.factor_entries * sizeof(double) + cost.assembling_bytes;
+         cost.factor_entries * sizeof(float) + cost.assembling_bytes;
 }
 
 /// Operations at 1e11 a second (two cores, single precision): factoring, and for each touchable

@@ -154,6 +154,8 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
     if (mine.demand.elastic()) mine.cloud = std::move(plan->cloud);
   }
 
+  PrepareOptions within = options;
+  within.most_memory = std::min(options.most_memory, memory.left());
   OrganModels models;
   std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
   for (std::size_t i = 0; i < count; ++i) {
@@ -164,7 +166,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
     if (!model) {
       auto prepared =
           prepare_organ(organ, mine.tissue, *mine.shape, mine.demand, std::move(mine.cloud),
-                        options, part_of(i, kPlanned, 1.0), warnings);
+                        within, part_of(i, kPlanned, 1.0), warnings);
       if (!prepared) return std::unexpected(with_place(prepared.error(), scene, i));
       model = std::move(*prepared);
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -37,6 +38,8 @@ struct ElasticProblem {
   const PointCloud* cloud = nullptr;
   IsotropicMaterial material;
   std::function<bool(const Vec3&)> is_fixed;  ///< asked at points of the surface
+  /// What eliminating its equations may take [bytes].
+  std::size_t most_memory = std::numeric_limits<std::size_t>::max();
 };
 
 /// What acts on a body at rest; an empty function means none of it.

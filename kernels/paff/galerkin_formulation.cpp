@@ -79,7 +79,8 @@ class GalerkinFormulation final : public Formulation {
     if (!progress(kAssemblyShare, "factoring")) return failure(kCancelled);
     const Stopwatch watch;
     Result<StiffnessFactor> factor =
-        StiffnessFactor::factor(system->stiffness(), problem.cloud->positions);
+        StiffnessFactor::factor(system->stiffness(), problem.cloud->positions,
+                                FactorPrecision::kMeasured, problem.most_memory);
     if (!factor) return std::unexpected(factor.error());
     PreparationFigures figures = system->figures();
     figures.factor_s = watch.seconds();

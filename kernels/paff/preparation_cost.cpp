@@ -117,12 +117,12 @@ PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupli
   cost.assembling_bytes = stiffness + static_cast<std::size_t>(kQuadratureBytes * seen * seen *
                                                                seen *
                                                                static_cast<double>(cloud.size()));
-  // In single precision, then, where that isn't enough, in double. Beside the matrix stand its
+  // In single precision; where that isn't enough, twice as much. Beside the matrix stand its
   // entries by column of the factor and the body's quadrature.
   const int threads = oneapi::tbb::this_task_arena::max_concurrency();
   cost.factoring_bytes = cost.assembling_bytes + cost.stiffness_blocks * 24 +
                          static_cast<std::size_t>(sides) *
-                             elimination_bytes(dissection, sizeof(double), threads);
+                             elimination_bytes(dissection, sizeof(float), threads);
   return cost;
 }
 

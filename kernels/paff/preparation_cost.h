@@ -12,7 +12,7 @@ struct PreparationCost {
   std::size_t stiffness_blocks = 0;   ///< of 3 x 3, the upper triangle with its diagonal
   std::size_t factor_entries = 0;     ///< numbers
   std::size_t assembling_bytes = 0;   ///< peak of quadrature, fields and stiffness
-  std::size_t factoring_bytes = 0;    ///< peak of stiffness, factor and fronts that wait
+  std::size_t factoring_bytes = 0;    ///< peak of that, factor and fronts, in single precision
   double factoring_operations = 0.0;  ///< multiplications and additions
 };
 
