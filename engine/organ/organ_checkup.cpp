@@ -16,6 +16,8 @@ constexpr double kVolumeError = 0.03;
 constexpr double kSliver = 8.0;            // least angle [deg]
 constexpr double kThinShare = 0.02;        // of the area that may be thin
 constexpr double kLongPreparation = 60.0;  // [s]
+/// As nearly incompressible as organs are: that decides what preparation takes.
+constexpr IsotropicMaterial kSoftTissue{.youngs_modulus = 1e3, .poisson_ratio = 0.45};
 
 }  // namespace
 
@@ -47,7 +49,7 @@ OrganCheckup check_organ(const TriangleSurface& surface, OrganDescription& organ
   const auto plan_it = [&]() -> Result<OrganPlan> {
     const auto demand = demand_on(organ, Tissue{}, reach, surface);
     if (!demand) return std::unexpected(demand.error());
-    return plan_surface(surface, organ, *demand);
+    return plan_surface(surface, {organ, kSoftTissue, *demand});
   };
   Resolution& resolution = organ.resolution;
   const Resolution suggested = resolution;

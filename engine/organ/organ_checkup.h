@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/organ/organ_model.h"
+#include "engine/organ/organ_plan.h"
 #include "engine/organ/surface_quality.h"
 
 namespace viscera {

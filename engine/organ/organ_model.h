@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,37 +64,15 @@ struct OrganModel {
   std::size_t memory_bytes() const;
 };
 
-/// Cache key of an organ: a hash of everything that goes into its model. That of the shape alone
-/// where nothing is demanded of it.
-Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
-                              const PreparedShape& shape, const BodyDemand& demand,
-                              const PrepareOptions& options);
-
-/// Loads the model from the cache or computes and stores it. `warnings` gets what a person should
-/// know (a broken cache that was rebuilt, a cache that could not be written).
+/// Loads the model from the cache or computes and stores it, of these nodes where they are placed
+/// already. `warnings` gets what a person should know (a broken cache that was rebuilt, a cache that
+/// could not be written).
 Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& organ,
                                                         const Tissue& tissue, PreparedShape shape,
                                                         const BodyDemand& demand,
+                                                        std::optional<PointCloud> cloud,
                                                         const PrepareOptions& options,
                                                         const Progress& progress,
                                                         std::vector<std::string>& warnings);
-
-/// What preparation would build and cost, without factoring anything.
-struct OrganPlan {
-  std::size_t triangles = 0, nodes = 0, surface_nodes = 0, places = 0, touchable_places = 0;
-  std::size_t prepared_places = 0;    ///< of the touchable ones, those with columns from the start
-  std::size_t memory_bytes = 0;       ///< of the prepared model
-  std::size_t preparation_bytes = 0;  ///< peak while preparing
-  double prepare_s = 0.0;             ///< expected on this machine's kind, no cache
-  bool cached = false;
-  TriangleSurface surface;
-  PointCloud cloud;
-  std::vector<std::string> notes;  ///< of the surface
-};
-Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue,
-                             const Reach& reach, const PrepareOptions& options);
-/// The same for a surface that is there already; the organ's geometry isn't read, nor the cache.
-Result<OrganPlan> plan_surface(TriangleSurface surface, const OrganDescription& organ,
-                               const BodyDemand& demand, std::size_t column_budget = kColumnBudget);
 
 }  // namespace viscera

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct PrepareOptions {
   std::filesystem::path assets;
   bool use_cache = true;
   std::size_t column_budget = kColumnBudget;  ///< [bytes]
+  /// What factoring an organ may take beside what is kept [bytes].
+  std::size_t most_memory = std::numeric_limits<std::size_t>::max();
 };
 
 struct PreparedShape {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/io/memory_limit.h"
 #include "engine/simulation/components.h"
 #include "engine/simulation/store.h"
 
@@ -35,6 +36,8 @@ class SceneModel {
 
   // --- while it is made ---
   Store& constants() { return constants_; }
+  /// From which features set aside what they will take.
+  MemoryBudget& memory() { return memory_; }
   Entity add_organ(OrganBody body) {
     organs_.push_back(ids_.create());
     constants_.all<OrganBody>().add(organs_.back(), std::move(body));
@@ -56,6 +59,7 @@ class SceneModel {
  private:
   SceneDescription scene_;
   std::map<std::string, Tissue> tissues_;
+  MemoryBudget memory_;
   const std::vector<Feature>* features_;
   const Schedule* schedule_;
   EntityIds ids_;

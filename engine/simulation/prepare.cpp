@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <set>
 
 #include "engine/io/cache_quota.h"
 #include "engine/io/response_cache.h"
+#include "engine/organ/organ_cache.h"
+#include "engine/organ/organ_plan.h"
 #include "engine/simulation/feature.h"
 #include "engine/simulation/instruments.h"
 #include "engine/simulation/tool_shape.h"
@@ -72,57 +76,102 @@ Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tiss
   return tissue;
 }
 
+namespace {
+
+/// An organ on its way to a model.
+struct OrganInHand {
+  Tissue tissue;
+  const PreparedShape* shape;
+  BodyDemand demand;
+  std::string key;
+  std::optional<PointCloud> cloud;  ///< of the first with this key, where nothing is in the cache
+};
+
+Error with_place(Error error, const SceneDescription& scene, std::size_t organ) {
+  if (error.messages.size() == 1 && error.messages[0] == kCancelled) return error;
+  for (std::string& message : error.messages)
+    if (!message.starts_with(scene.file.string()))
+      message = fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), organ,
+                            scene.organs[organ].name, message);
+  return error;
+}
+
+}  // namespace
+
 Result<OrganModels> prepare_organs(const SceneDescription& scene,
                                    const std::vector<InstrumentBody>& instruments,
                                    const std::map<std::string, Tissue>& tissues,
                                    const PrepareOptions& options,
                                    const std::vector<Feature>& features, const Progress& progress,
                                    std::vector<std::string>& warnings) {
-  OrganModels models;
-  std::map<std::string, PreparedShape> shapes;                      // by key
-  std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
-  const double organs = static_cast<double>(scene.organs.size());
-  for (std::size_t i = 0; i < scene.organs.size(); ++i) {
+  const std::size_t count = scene.organs.size();
+  const auto part_of = [&](std::size_t i, double from, double to) {
+    return [&, i, from, to](double fraction, std::string_view what) {
+      const double done = (static_cast<double>(i) + fraction) / static_cast<double>(count);
+      return progress(from + (to - from) * done,
+                      fmt::format("{}: {}", scene.organs[i].name, what));
+    };
+  };
+  // All of them are shaped and planned before the first is factored: what can't be, or wouldn't fit
+  // together, shows in seconds.
+  constexpr double kPlanned = 0.2;
+  std::map<std::string, PreparedShape> shapes;  // by key
+  std::set<std::string> planned;                // by key
+  std::vector<OrganInHand> organs;
+  MemoryBudget memory;
+  for (std::size_t i = 0; i < count; ++i) {
     const OrganDescription& organ = scene.organs[i];
     const Tissue tissue = tissue_of(organ, tissues);
     const Reach reach = reach_of(instruments, scene, organ, features);
-    const auto with_place = [&](Error error) {
-      if (error.messages.size() == 1 && error.messages[0] == kCancelled)
-        return std::unexpected(error);
-      for (std::string& message : error.messages)
-        if (!message.starts_with(scene.file.string()))
-          message = fmt::format("{}: organs/{} (\"{}\"): {}", scene.file.string(), i, organ.name,
-                                message);
-      return std::unexpected(error);
+    const auto failed = [&](const Error& error) {
+      return std::unexpected(with_place(error, scene, i));
     };
-    const Progress part = [&](double fraction, std::string_view what) {
-      return progress((static_cast<double>(i) + fraction) / organs,
-                      fmt::format("{}: {}", organ.name, what));
-    };
-    if (!part(0.0, "shaping")) return failure(kCancelled);
+    if (!part_of(i, 0.0, kPlanned)(0.0, "shaping")) return failure(kCancelled);
     auto name = shape_key(organ.geometry, options.assets);
-    if (!name) return with_place(name.error());
+    if (!name) return failed(name.error());
     auto shape = shapes.find(*name);
     if (shape == shapes.end()) {
       auto made = prepare_shape(organ, options, warnings);
-      if (!made) return with_place(made.error());
+      if (!made) return failed(made.error());
       shape = shapes.emplace(*name, std::move(*made)).first;
     }
     if (auto clear = check_tips(scene, instruments, organ, shape->second.surface); !clear)
-      return with_place(clear.error());
-    const auto demand = demand_on(organ, tissue, reach, shape->second.surface);
-    if (!demand) return with_place(demand.error());
+      return failed(clear.error());
+    auto demand = demand_on(organ, tissue, reach, shape->second.surface);
+    if (!demand) return failed(demand.error());
     auto key = organ_key(organ, tissue, shape->second, *demand, options);
-    if (!key) return with_place(key.error());
-    std::shared_ptr<const OrganModel>& model =
-        shared[fmt::format("{} {}", *key, static_cast<int>(organ.displacement_storage))];
-    if (model) {
-      models.push_back(model);
+    if (!key) return failed(key.error());
+    OrganInHand& mine =
+        organs.emplace_back(tissue, &shape->second, *std::move(demand), *key, std::nullopt);
+    if (!planned.insert(*key).second) continue;
+    const std::uint64_t cached = options.use_cache ? cached_bytes(mine.demand, *key) : 0;
+    if (cached > 0) {
+      memory.keep(cached);
       continue;
     }
-    auto prepared = prepare_organ(organ, tissue, shape->second, *demand, options, part, warnings);
-    if (!prepared) return with_place(prepared.error());
-    model = std::move(*prepared);
+    auto plan = plan_surface(shape->second.surface,
+                             {organ, tissue.elastic, mine.demand, options.column_budget});
+    if (!plan) return failed(plan.error());
+    if (auto fits = set_aside(*plan, memory); !fits) return failed(fits.error());
+    if (mine.demand.elastic()) mine.cloud = std::move(plan->cloud);
+  }
+
+  PrepareOptions within = options;
+  within.most_memory = std::min(options.most_memory, memory.left());
+  OrganModels models;
+  std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
+  for (std::size_t i = 0; i < count; ++i) {
+    const OrganDescription& organ = scene.organs[i];
+    OrganInHand& mine = organs[i];
+    std::shared_ptr<const OrganModel>& model =
+        shared[fmt::format("{} {}", mine.key, static_cast<int>(organ.displacement_storage))];
+    if (!model) {
+      auto prepared =
+          prepare_organ(organ, mine.tissue, *mine.shape, mine.demand, std::move(mine.cloud),
+                        within, part_of(i, kPlanned, 1.0), warnings);
+      if (!prepared) return std::unexpected(with_place(prepared.error(), scene, i));
+      model = std::move(*prepared);
+    }
     models.push_back(model);
   }
   if (options.use_cache) {
@@ -145,6 +194,8 @@ Result<std::shared_ptr<SceneModel>> make_model(const SceneDescription& scene,
   for (std::size_t i = 0; i < scene.organs.size(); ++i)
     model->add_organ({scene.organs[i].name, tissue_of(scene.organs[i], tissues), models[i]});
   for (InstrumentBody& body : instruments) model->add_instrument(std::move(body));
+  const std::set<std::shared_ptr<const OrganModel>> distinct(models.begin(), models.end());
+  for (const auto& one : distinct) model->memory().keep(one->memory_bytes());
   for (const Feature& feature : features)
     if (feature.prepare)
       if (auto prepared = feature.prepare(*model); !prepared)

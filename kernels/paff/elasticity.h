@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,6 +13,7 @@
 #include "kernels/base/result.h"
 #include "kernels/base/zeroed_pages.h"
 #include "kernels/paff/columns_on_demand.h"
+#include "kernels/paff/preparation_cost.h"
 #include "kernels/paff/shape_functions.h"
 #include "kernels/points/cloud.h"
 #include "kernels/points/surface.h"
@@ -36,6 +38,8 @@ struct ElasticProblem {
   const PointCloud* cloud = nullptr;
   IsotropicMaterial material;
   std::function<bool(const Vec3&)> is_fixed;  ///< asked at points of the surface
+  /// What eliminating its equations may take [bytes].
+  std::size_t most_memory = std::numeric_limits<std::size_t>::max();
 };
 
 /// What acts on a body at rest; an empty function means none of it.
@@ -124,6 +128,10 @@ class Formulation {
   virtual bool interpolates() const { return false; }
   /// Materials above it are refused: its error would grow without bound. 0.5: none is.
   virtual double highest_poisson_ratio() const { return 0.5; }
+  /// Which nodes of a body of that material its equations couple; for preparation_cost.
+  virtual Coupling coupling(const IsotropicMaterial&) const {
+    return {.support_factor = support_factor()};
+  }
   /// Whether its solver gives a factor() that columns can be made from later.
   virtual bool keeps_factor() const { return false; }
   /// What its user should know, said once; empty: nothing.

@@ -78,7 +78,7 @@ struct SplitLambda {
 
 SplitLambda split_lambda(const IsotropicMaterial& material) {
   const double lambda = material.lame_lambda();
-  if (material.poisson_ratio < kAveragedFrom) return {lambda, 0.0};
+  if (!averages_dilatation(material)) return {lambda, 0.0};
   const double pointwise = 2.0 * material.shear_modulus() * kPointwisePoissonRatio /
                            (1.0 - 2.0 * kPointwisePoissonRatio);
   return {pointwise, lambda - pointwise};
@@ -177,6 +177,10 @@ void add(std::vector<double>& loads, int node, const Vec3& force) {
 
 }  // namespace
 
+bool averages_dilatation(const IsotropicMaterial& material) {
+  return material.poisson_ratio >= kAveragedFrom;
+}
+
 Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, Basis basis,
                                                 double support_factor, const Progress& progress) {
   const Stopwatch watch;
@@ -221,7 +225,7 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   system.multipliers_ = std::move(correction->multipliers);
 
   if (!progress(0.7, "assembling")) return failure(kCancelled);
-  if (split_lambda(problem.material).averaged > 0.0) {
+  if (averages_dilatation(problem.material)) {
     system.dilatation_ =
         mean_dilatation(spacing, n, system.volume_, *inside,
                         {system.surface_, fixed->points, fixed->fields, fixed->rate});

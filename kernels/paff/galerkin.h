@@ -27,6 +27,9 @@
 
 namespace viscera {
 
+/// Whether part of lambda acts on averaged dilatation.
+bool averages_dilatation(const IsotropicMaterial& material);
+
 /// The assembled equations K alpha = f of one body. Benchmarks with known solutions use it
 /// directly; scenes go through the Formulation.
 class GalerkinSystem {

@@ -64,6 +64,9 @@ class GalerkinFormulation final : public Formulation {
   double support_factor() const override { return support_factor_; }
   Basis basis() const override { return basis_; }
   bool keeps_factor() const override { return true; }
+  Coupling coupling(const IsotropicMaterial& material) const override {
+    return {.support_factor = support_factor_, .averaged = averages_dilatation(material)};
+  }
 
   Result<std::unique_ptr<ElasticSolver>> prepare(const ElasticProblem& problem,
                                                  const Progress& progress) const override {
@@ -76,7 +79,8 @@ class GalerkinFormulation final : public Formulation {
     if (!progress(kAssemblyShare, "factoring")) return failure(kCancelled);
     const Stopwatch watch;
     Result<StiffnessFactor> factor =
-        StiffnessFactor::factor(system->stiffness(), problem.cloud->positions);
+        StiffnessFactor::factor(system->stiffness(), problem.cloud->positions,
+                                FactorPrecision::kMeasured, problem.most_memory);
     if (!factor) return std::unexpected(factor.error());
     PreparationFigures figures = system->figures();
     figures.factor_s = watch.seconds();

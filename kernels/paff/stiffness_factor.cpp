@@ -1,8 +1,12 @@
 #include "kernels/paff/stiffness_factor.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <type_traits>
 
@@ -10,6 +14,7 @@
 #include "kernels/paff/blas.h"
 #include "kernels/paff/compliance_columns.h"
 #include "kernels/paff/inverse_products.h"
+#include "kernels/paff/preparation_cost.h"
 
 namespace viscera {
 namespace {
@@ -23,6 +28,12 @@ constexpr std::size_t kBlocksAtOnce = 8;
 constexpr double kSingleIsEnough = 1e-5;
 /// Of the answer to an even pull, which errs about as much as the compliance: that may err by 1e-4.
 constexpr double kEnoughForPulls = 7e-5;
+
+std::string gigabytes(std::size_t bytes) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << 1e-9 * static_cast<double>(bytes) << " GB";
+  return text.str();
+}
 
 double norm(std::span<const double> x) {
   double sum = 0.0;
@@ -461,7 +472,8 @@ Result<StiffnessFactor> StiffnessFactor::unpack(const PackedFactor& packed) {
 
 Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stiffness,
                                                 std::span<const Vec3> positions,
-                                                FactorPrecision precision) {
+                                                FactorPrecision precision,
+                                                std::size_t most_memory) {
   constexpr const char* kWhat = "stiffness";
   if (stiffness.width != 3 || stiffness.pattern.rows() != positions.size() || positions.empty()) {
     return failure("stiffness: " + std::to_string(stiffness.pattern.rows()) +
@@ -469,7 +481,17 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
                    " nodes; expected as many, of width 3, and at least one");
   }
   const auto dissection = std::make_shared<const Dissection>(dissect(positions, stiffness.pattern));
+  const auto fits = [&](std::size_t real_bytes, const char* what) -> Result<void> {
+    const std::size_t needed = elimination_bytes(*dissection, real_bytes,
+                                                 oneapi::tbb::this_task_arena::max_concurrency());
+    if (needed <= most_memory) return {};
+    return failure("stiffness: found " + std::to_string(positions.size()) + " nodes that need " +
+                   gigabytes(needed) + " to be factored in " + what +
+                   " precision, expected at most " + gigabytes(most_memory) +
+                   ": fewer nodes, or a lower Poisson's ratio");
+  };
   if (precision != FactorPrecision::kFull) {
+    if (auto small = fits(sizeof(float), "single"); !small) return std::unexpected(small.error());
     auto single = FrontalCholesky<float>::factor(stiffness, dissection, kWhat);
     const bool asked_for = precision == FactorPrecision::kSingle;
     if (!single && asked_for) return std::unexpected(single.error());
@@ -477,6 +499,7 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
       return StiffnessFactor(std::move(*single));
     }
   }
+  if (auto small = fits(sizeof(double), "double"); !small) return std::unexpected(small.error());
   auto full = FrontalCholesky<double>::factor(stiffness, dissection, kWhat);
   if (!full) return std::unexpected(full.error());
   return StiffnessFactor(std::move(*full));

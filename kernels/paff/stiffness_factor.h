@@ -1,6 +1,7 @@
 // A factored stiffness: in single precision where that is enough, solving in double all the same.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <variant>
@@ -32,10 +33,11 @@ struct PackedFactor {
 class StiffnessFactor {
  public:
   /// K with blocks of 3, and where its nodes are. Fails on a matrix that is singular or not
-  /// positive definite.
-  static Result<StiffnessFactor> factor(const SymmetricBlockMatrix& stiffness,
-                                        std::span<const Vec3> positions,
-                                        FactorPrecision precision = FactorPrecision::kMeasured);
+  /// positive definite, and before it takes more than `most_memory` [bytes].
+  static Result<StiffnessFactor> factor(
+      const SymmetricBlockMatrix& stiffness, std::span<const Vec3> positions,
+      FactorPrecision precision = FactorPrecision::kMeasured,
+      std::size_t most_memory = std::numeric_limits<std::size_t>::max());
 
   /// K x = b in place, column-major (3 N x columns), to double precision: conjugate gradients
   /// preconditioned by the factor, with the residual of `stiffness`, the matrix factored.

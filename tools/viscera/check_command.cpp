@@ -10,6 +10,7 @@
 #include "engine/features/links/link_places.h"
 #include "engine/features/smoke/smoke_keys.h"
 #include "engine/organ/elasticity_checks.h"
+#include "engine/organ/organ_plan.h"
 #include "engine/run/run.h"
 #include "engine/simulator/build.h"
 #include "tools/common/project_paths.h"
@@ -47,6 +48,7 @@ Result<void> check_scene(const SceneDescription& scene,
   options.assets = assets_folder();
   double seconds = 0.0;
   std::size_t memory = 0, peak = 0;
+  MemoryBudget budget;
   Error mistakes;
   if (auto sound = check_materials(scene, tissues); !sound) mistakes = sound.error();
   std::vector<std::string> notes;
@@ -75,6 +77,7 @@ Result<void> check_scene(const SceneDescription& scene,
       auto elastic = check_elasticity(organ, tissue_of(organ, tissues).elastic, plan->surface);
       if (!elastic) add_mistakes(elastic.error());
     }
+    if (auto fits = set_aside(*plan, budget); !fits) add_mistakes(fits.error());
     for (const std::string& note : plan->notes) notes.push_back(organ.name + ": " + note);
     if (plan->nodes == 0) skipped.push_back(skipped_elasticity(organ));
     const double expected = plan->cached ? 0.0 : plan->prepare_s;

@@ -21,8 +21,6 @@ constexpr double kBurnReach = 15e-3;
 constexpr double kSampleStep = 1.0 / 60.0;
 /// What one burn warms, for the memory that a voxel asks for [m].
 constexpr double kBurnSize = 20e-3;
-/// More of the machine's memory than this is refused.
-constexpr double kMostMemory = 0.5;
 /// Tissue this far below a surface that a hook burns may coagulate: half of a wide lesion and what
 /// the tip has carried along.
 constexpr double kBurnMargin = 6e-3;
@@ -123,13 +121,16 @@ Result<void> prepare_heat(SceneModel& model) {
   Error refused = refused_electrodes(scene);
   const double voxel = heat_of(scene).voxel;
   const std::size_t needed = HeatBricks::bytes_for(Vec3::Constant(kBurnSize), voxel);
-  const double most = kMostMemory * static_cast<double>(this_machine().memory_bytes);
-  if (!organs.empty() && static_cast<double>(needed) > most)
-    refused.messages.push_back(fmt::format(
-        "{}: heat/voxel_mm: found {:g}, with which a burn {:.0f} mm wide needs {:.1f} GB, expected "
-        "one that needs at most {:.1f} GB of this machine's memory",
-        scene.file.string(), 1e3 * voxel, 1e3 * kBurnSize, 1e-9 * static_cast<double>(needed),
-        1e-9 * most));
+  if (!organs.empty()) {
+    const auto fits = model.memory().check(
+        needed, fmt::format("{:g}, with which a burn {:.0f} mm wide has voxels", 1e3 * voxel, 1e3 * kBurnSize),
+        "a greater voxel_mm");
+    if (fits)
+      model.memory().keep(needed);
+    else
+      refused.messages.push_back(
+          fmt::format("{}: heat/voxel_mm: {}", scene.file.string(), fits.error().text()));
+  }
   if (!refused.messages.empty()) return std::unexpected(refused);
   BioheatOptions options;
   options.voxel = voxel;

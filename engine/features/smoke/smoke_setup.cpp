@@ -15,8 +15,6 @@ namespace {
 /// Of a particle with the passes' arrays, and of a voxel of the written volume.
 constexpr std::size_t kBytesPerParticle = 320;
 constexpr std::size_t kBytesPerVoxel = (2 + 3) * sizeof(float) + 5 * sizeof(std::int64_t);
-/// More of the machine's memory than this is refused.
-constexpr double kMostMemory = 0.8;
 
 std::vector<SmokeSource::Emitter> emitters_of(const SmokeDescription& smoke,
                                               const SceneModel& model) {
@@ -76,16 +74,15 @@ Result<void> prepare_smoke(SceneModel& model) {
   const SceneDescription& scene = model.scene();
   const std::span<const SmokeDescription> volumes = smoke_of(scene);
   if (volumes.empty()) return {};
-  const double most = kMostMemory * static_cast<double>(this_machine().memory_bytes);
-  double needed = 0.0;
   for (std::size_t s = 0; s < volumes.size(); ++s) {
-    needed += static_cast<double>(smoke_memory(volumes[s]));
-    if (needed > most)
-      return failure(fmt::format(
-          "{}: smoke/{} (\"{}\"): found volumes that need {:.1f} GB with those before it, expected "
-          "at most {:.1f} GB of this machine's memory: a greater voxel_mm, a smaller domain or "
-          "fewer max_particles",
-          scene.file.string(), s, volumes[s].name, 1e-9 * needed, 1e-9 * most));
+    const std::size_t needed = smoke_memory(volumes[s]);
+    auto fits = model.memory().check(
+        needed, fmt::format("a volume of {} particles", volumes[s].max_particles),
+        "a greater voxel_mm, a smaller domain or fewer max_particles");
+    if (!fits)
+      return failure(fmt::format("{}: smoke/{} (\"{}\"): {}", scene.file.string(), s,
+                                 volumes[s].name, fits.error().text()));
+    model.memory().keep(needed);
   }
   for (const SmokeDescription& smoke : volumes)
     model.constants().all<SmokeSource>().add(model.add_entity(),

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "engine/features/held_tools/held_tools_keys.h"
+#include "engine/organ/organ_cache.h"
 #include "engine/run/state_hash.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"

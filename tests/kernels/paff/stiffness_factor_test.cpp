@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "kernels/base/random.h"
+#include "kernels/paff/preparation_cost.h"
 #include "tests/kernels/paff/elastic_bodies.h"
 
 namespace viscera {
@@ -179,6 +180,25 @@ TEST_F(CubeStiffness, RefusesMatricesThatAreNotPositiveDefinite) {
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().text().find("not positive definite"), std::string::npos);
   }
+}
+
+TEST_F(CubeStiffness, RefusesWhatWouldTakeMoreMemoryThanItMay) {
+  const auto& positions = body.cloud.positions;
+  const std::size_t single = factor(FactorPrecision::kSingle).factor_bytes();
+  const auto refused = [&](const SymmetricBlockMatrix& matrix, FactorPrecision precision,
+                           std::size_t most) {
+    const auto made = StiffnessFactor::factor(matrix, positions, precision, most);
+    return made ? "" : made.error().text();
+  };
+  EXPECT_NE(refused(stiffness, FactorPrecision::kSingle, single).find("single precision"),
+            std::string::npos);
+  EXPECT_EQ(refused(stiffness, FactorPrecision::kMeasured, 3 * single), "");
+  // Where single precision isn't enough, double is asked for.
+  const GalerkinSystem stiff = cube_system(body, 0.49999);
+  const std::size_t half =
+      elimination_bytes(dissect(positions, stiff.stiffness().pattern), sizeof(float), 64);
+  EXPECT_NE(refused(stiff.stiffness(), FactorPrecision::kMeasured, half).find("double precision"),
+            std::string::npos);
 }
 
 TEST_F(CubeStiffness, RefusesWrongSizesAndLoadsThatAreNotFinite) {

@@ -1,0 +1,246 @@
+#include "engine/organ/organ_cache.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "engine/io/factor_file.h"
+#include "engine/organ/organ_parts.h"
+#include "kernels/base/hash.h"
+#include "kernels/formulations/formulations.h"
+
+namespace viscera {
+namespace {
+
+/// Raised when pre-processing changes in a way that its inputs don't show: node placement,
+/// sampling.
+constexpr int kPreparationVersion = 3;
+
+void hash_vector(Hasher& hasher, const Vec3& v) {
+  for (int c = 0; c < 3; ++c) hasher.value(v[c]);
+}
+
+void hash_region(Hasher& hasher, const Region& region) {
+  hasher.value(region.shape).value(region.radius);
+  hash_vector(hasher, region.a);
+  hash_vector(hasher, region.b);
+}
+
+/// Vectors and indices as the cache keeps them, and back.
+std::vector<double> flat(const std::vector<Vec3>& vectors) {
+  std::vector<double> numbers;
+  for (const Vec3& v : vectors) numbers.insert(numbers.end(), v.data(), v.data() + 3);
+  return numbers;
+}
+std::vector<Vec3> vectors(const std::vector<double>& numbers) {
+  std::vector<Vec3> all;
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+    all.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+  return all;
+}
+
+using CacheArrays = std::map<std::string, CacheData::Array>;
+
+void keep_changeable(const ChangeableRegion& region, CacheArrays& arrays) {
+  const ElasticRegion& tissue = region.tissue;
+  arrays["change_moduli"] =
+      std::vector<double>{tissue.shear_modulus, tissue.pointwise_lambda, tissue.averaged_lambda};
+  arrays["change_nodes"] = tissue.nodes;
+  arrays["change_positions"] = flat(tissue.positions);
+  arrays["change_weights"] = tissue.weights;
+  arrays["change_begin"] = std::vector<int>(tissue.begin.begin(), tissue.begin.end());
+  arrays["change_point_nodes"] = tissue.point_nodes;
+  arrays["change_gradients"] = flat(tissue.gradients);
+  arrays["change_cell"] = tissue.cell;
+  arrays["change_psi"] = tissue.psi;
+  arrays["change_cell_begin"] =
+      std::vector<int>(tissue.cell_begin.begin(), tissue.cell_begin.end());
+  arrays["change_cell_nodes"] = tissue.cell_nodes;
+  arrays["change_cell_gradients"] = flat(tissue.cell_gradients);
+  arrays["change_places"] = region.places;
+  arrays["change_compliance"] = region.nodes;
+}
+
+/// Empty where there is none, or not of a piece.
+ChangeableRegion changeable_from_cache(CacheArrays& arrays) {
+  ChangeableRegion region;
+  bool whole = true;
+  const auto take = [&](const char* name, auto& into) {
+    using Into = std::remove_reference_t<decltype(into)>;
+    const auto found = arrays.find(name);
+    auto* values = found == arrays.end() ? nullptr : std::get_if<Into>(&found->second);
+    if (values) into = std::move(*values);
+    whole = whole && values;
+  };
+  ElasticRegion& tissue = region.tissue;
+  std::vector<double> moduli, positions, gradients, cell_gradients;
+  std::vector<int> begin, cell_begin;
+  take("change_moduli", moduli);
+  take("change_nodes", tissue.nodes);
+  take("change_positions", positions);
+  take("change_weights", tissue.weights);
+  take("change_begin", begin);
+  take("change_point_nodes", tissue.point_nodes);
+  take("change_gradients", gradients);
+  take("change_cell", tissue.cell);
+  take("change_psi", tissue.psi);
+  take("change_cell_begin", cell_begin);
+  take("change_cell_nodes", tissue.cell_nodes);
+  take("change_cell_gradients", cell_gradients);
+  take("change_places", region.places);
+  take("change_compliance", region.nodes);
+  if (!whole || moduli.size() != 3) return {};
+  tissue.shear_modulus = moduli[0];
+  tissue.pointwise_lambda = moduli[1];
+  tissue.averaged_lambda = moduli[2];
+  tissue.positions = vectors(positions);
+  tissue.gradients = vectors(gradients);
+  tissue.cell_gradients = vectors(cell_gradients);
+  tissue.begin.assign(begin.begin(), begin.end());
+  tissue.cell_begin.assign(cell_begin.begin(), cell_begin.end());
+  const std::size_t columns = 3 * tissue.nodes.size(), points = tissue.size();
+  if (columns == 0 || tissue.weights.size() != points || tissue.begin.size() != points + 1 ||
+      tissue.begin.back() != tissue.gradients.size() ||
+      tissue.point_nodes.size() != tissue.gradients.size() || tissue.cell_begin.empty() ||
+      ElasticRegion::kTerms * tissue.cell_begin.back() != tissue.cell_gradients.size() ||
+      tissue.cell_nodes.size() != tissue.cell_begin.back() ||
+      (!tissue.cell.empty() && tissue.cell.size() != points) ||
+      tissue.psi.size() != ElasticRegion::kTerms * tissue.cell.size() ||
+      region.nodes.size() != columns * columns || region.places.size() % columns != 0)
+    return {};
+  region.rows = region.places.size() / columns;
+  return region;
+}
+
+std::vector<std::string> notes_from_cache(PreparedResponse& stored) {
+  std::vector<std::string> notes;
+  const auto found = stored.extra.find("notes");
+  if (found == stored.extra.end()) return notes;
+  const auto* letters = std::get_if<std::vector<int>>(&found->second);
+  if (!letters) return notes;
+  std::string note;
+  for (const int c : *letters) {
+    if (c != '\n') {
+      note += static_cast<char>(c);
+    } else {
+      notes.push_back(std::move(note));
+      note.clear();
+    }
+  }
+  return notes;
+}
+
+std::filesystem::path factor_file(const ResponseCache& cache, const std::string& key) {
+  return cache.file(key).replace_extension(".factor");
+}
+
+}  // namespace
+
+std::uint64_t cached_bytes(const BodyDemand& demand, const std::string& key) {
+  const auto size = [](const std::filesystem::path& file) -> std::uint64_t {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+    return error ? 0 : bytes;
+  };
+  if (!demand.elastic()) return size(shape_file(key));
+  const ResponseCache cache(ResponseCache::default_folder());
+  const std::uint64_t response = size(cache.file(key));
+  return response > 0 ? response + size(factor_file(cache, key)) : 0;
+}
+
+PreparedResponse to_cache(const OrganModel& model, std::span<const std::string> said) {
+  PreparedResponse stored;
+  stored.cloud = model.cloud;
+  stored.compliance = model.compliance.on_demand ? made_part(model.compliance) : model.compliance;
+  stored.figures = model.figures;
+  if (!model.sag.empty()) stored.extra["sag"] = model.sag;
+  if (!model.changeable.empty()) keep_changeable(model.changeable, stored.extra);
+  // Text, as the numbers of its characters; one note a line.
+  std::vector<int> notes;
+  for (const std::string& note : said) {
+    notes.insert(notes.end(), note.begin(), note.end());
+    notes.push_back('\n');
+  }
+  if (!notes.empty()) stored.extra["notes"] = std::move(notes);
+  return stored;
+}
+
+Result<void> save_factor(const ResponseCache& cache, const OrganModel& model,
+                         const StiffnessFactor* factor) {
+  if (!factor) return {};
+  const std::filesystem::path file = factor_file(cache, model.key);
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  if (error) return failure(file.parent_path().string() + ": can't be created: " + error.message());
+  return write_factor(file, model.key, *factor);
+}
+
+bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescription& organ,
+                 const BodyDemand& demand, const PrepareOptions& options,
+                 std::vector<std::string>& warnings) {
+  CachedResponse cached = cache.load(model.key);
+  if (!cached.warning.empty()) warnings.push_back(organ.name + ": cache " + cached.warning);
+  if (!cached.response) return false;
+  const std::vector<std::string> said = notes_from_cache(*cached.response);
+  model.notes.insert(model.notes.end(), said.begin(), said.end());
+  model.cloud = std::move(cached.response->cloud);
+  model.compliance = std::move(cached.response->compliance);
+  model.figures = cached.response->figures;
+  if (auto* sag = std::get_if<std::vector<float>>(&cached.response->extra["sag"]))
+    model.sag = std::move(*sag);
+  model.changeable = changeable_from_cache(cached.response->extra);
+  if (!model.deformable() || !add_places(model, organ, demand)) return false;
+  if (model.sag.size() != (demand.sags ? 9 * model.places.size() : 0)) return false;
+  if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
+  if (comes_on_demand(model, organ, options.column_budget)) {
+    auto factor = read_factor(factor_file(cache, model.key), model.key);
+    if (!factor || factor->nodes() != model.cloud.size()) {
+      const Error why =
+          factor ? failure("it was made for other nodes").error() : std::move(factor.error());
+      warnings.push_back(fmt::format("{}: cache {}: rebuilt because {}", organ.name,
+                                     factor_file(cache, model.key).string(), why.text()));
+      return false;
+    }
+    const SurfaceCompliance made = std::move(model.compliance);
+    if (made.places != model.places.size()) return false;
+    model.compliance =
+        columns_to_come(model, std::make_shared<const StiffnessFactor>(std::move(*factor)));
+    const std::size_t three = 3 * made.rows();
+    for (std::size_t t = 0; t < made.touchable.size(); ++t)
+      std::copy_n(
+          made.columns.begin() + static_cast<std::ptrdiff_t>(t * three), three,
+          model.compliance.columns.begin() +
+              static_cast<std::ptrdiff_t>(made.touchable[t]) * static_cast<std::ptrdiff_t>(three));
+    model.compliance.on_demand->take_as_made(made.touchable);
+    model.compliance.on_demand->end_preparation();
+  }
+  return model.touchable.places == model.compliance.touchable &&
+         model.places.size() == model.compliance.places;
+}
+
+Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissue,
+                              const PreparedShape& shape, const BodyDemand& demand,
+                              const PrepareOptions& options) {
+  if (!demand.elastic()) return shape.key;
+  const Formulation* formulation = find_formulation(organ.formulation);
+  if (!formulation) return failure("formulation: " + unknown_formulation(organ.formulation));
+  Hasher hasher;
+  hasher.text("viscera organ").value(kPreparationVersion).text(shape.key);
+  hasher.text(organ.formulation).value(formulation->version());
+  hasher.value(tissue.elastic.youngs_modulus).value(tissue.elastic.poisson_ratio);
+  for (const Region& region : organ.fixed) hash_region(hasher, region);
+  hasher.value(organ.resolution.spacing).value(organ.resolution.finest);
+  hasher.value(organ.resolution.gradient).value(demand.touched);
+  // Columns made one by one have other last digits than all at once.
+  hasher.value(options.column_budget).text("fine");
+  for (const Region& region : demand.fine) hash_region(hasher, region);
+  if (demand.sags) hasher.text("sags").value(tissue.density);
+  if (!demand.burnt.empty()) {
+    hasher.text("burnt").value(demand.burn_depth);
+    for (const Region& region : demand.burnt) hash_region(hasher, region);
+  }
+  return hasher.hex();
+}
+
+}  // namespace viscera

@@ -1,0 +1,42 @@
+// What an organ's model is made of, step by step: for its preparation, its plan and its cache.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/organ/organ_model.h"
+#include "kernels/paff/stiffness_factor.h"
+
+namespace viscera {
+
+void set_surface(OrganModel& model, TriangleSurface surface);
+
+/// Nodes as its resolution asks for them.
+Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurface& surface,
+                               const BodyDemand& demand, const Progress& progress);
+
+/// Fills what follows from surface and cloud alone: kept out of the cache because it takes less
+/// time to compute than to read.
+Result<void> add_places(OrganModel& model, const OrganDescription& organ, const BodyDemand& demand);
+
+bool in_any(const std::vector<Region>& regions, const Vec3& x);
+
+/// Of columns in single precision.
+std::size_t compliance_bytes(std::size_t places, std::size_t touchable);
+
+/// Whether columns are left to be made when they are asked for.
+bool comes_on_demand(const OrganModel& model, const OrganDescription& organ,
+                     std::size_t column_budget);
+
+/// Touchable places whose columns preparation makes, by their indices.
+std::vector<int> prepared_places(const OrganModel& model, const OrganDescription& organ,
+                                 const BodyDemand& demand, std::size_t column_budget);
+
+/// The columns that are there, packed.
+SurfaceCompliance made_part(const SurfaceCompliance& compliance);
+
+/// Room for all columns of the whole surface, which that factor will make.
+SurfaceCompliance columns_to_come(const OrganModel& model,
+                                  std::shared_ptr<const StiffnessFactor> factor);
+
+}  // namespace viscera

@@ -1,0 +1,129 @@
+#include "kernels/paff/preparation_cost.h"
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "kernels/points/neighbours.h"
+
+namespace viscera {
+namespace {
+
+/// Two fields meet at a point of the quadrature where their nodes are no farther apart than this
+/// share of the sum of their radii: two balls that only just touch share no point. Fitted to the
+/// entries of balls of 600 to 1,900 nodes, for both bases.
+constexpr double kMeeting = 0.955;
+/// A cell of averaged dilatation brings together nodes this much farther apart, in spacings: cells
+/// are some two spacings wide. Fitted likewise.
+constexpr double kCellReach = 0.75;
+/// Quadrature points, the fields at them and what makes their gradients consistent [bytes a node];
+/// measured with the linear basis. It goes with the nodes that a point sees.
+constexpr double kQuadratureBytes = 66e3;
+constexpr double kLinearSupport = 1.8;
+
+/// Ascending, the diagonal first.
+SymmetricPattern coupled_nodes(const PointCloud& cloud, const Coupling& coupling) {
+  const double radius = kMeeting * coupling.support_factor + (coupling.averaged ? kCellReach : 0.0);
+  double widest = 0.0;
+  for (const double spacing : cloud.spacings) widest = std::max(widest, spacing);
+  std::vector<double> reach;
+  for (const double spacing : cloud.spacings) reach.push_back(radius * (spacing + widest));
+  const InfluenceGrid nodes(cloud.positions, reach);
+  SymmetricPattern pattern;
+  std::vector<int> near;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    nodes.reaching(cloud.positions[i], near);
+    for (const int other : near) {
+      const auto j = static_cast<std::size_t>(other);
+      if (j < i) continue;
+      const double distance = (cloud.positions[i] - cloud.positions[j]).norm();
+      if (distance < radius * (cloud.spacings[i] + cloud.spacings[j]))
+        pattern.columns.push_back(other);
+    }
+    pattern.row_begin.push_back(pattern.columns.size());
+  }
+  return pattern;
+}
+
+/// Numbers of a front: what it keeps, and what it leaves to its parent.
+struct FrontSize {
+  double panel, rest;
+};
+
+FrontSize size_of(const Dissection::Front& front) {
+  const double own = 3.0 * static_cast<double>(front.own());
+  const double size = 3.0 * static_cast<double>(front.size());
+  return {own * size, (size - own) * (size - own)};
+}
+
+}  // namespace
+
+std::size_t elimination_bytes(const Dissection& dissection, std::size_t real_bytes, int threads) {
+  // Of the fronts below and at each: what they keep, what is alive at most besides what they keep.
+  struct Subtree {
+    double kept, peak;
+    int threads;
+  };
+  const std::vector<Dissection::Front>& fronts = dissection.fronts;
+  std::vector<Subtree> trees(fronts.size(), Subtree{0.0, 0.0, 1});
+  // Parents come last: threads are dealt out from them downwards.
+  for (std::size_t f = fronts.size(); f-- > 0;) {
+    if (fronts[f].parent < 0) trees[f].threads = threads;
+    const int children = static_cast<int>(fronts[f].children.size());
+    for (const int child : fronts[f].children)
+      trees[static_cast<std::size_t>(child)].threads =
+          std::max(1, trees[f].threads / std::max(1, children));
+  }
+  double kept = 0.0, peak = 0.0;
+  for (std::size_t f = 0; f < fronts.size(); ++f) {
+    const auto [panel, rest] = size_of(fronts[f]);
+    double waiting = 0.0, side_by_side = 0.0, one_by_one = 0.0;
+    for (const int child : fronts[f].children) {
+      const Subtree& below = trees[static_cast<std::size_t>(child)];
+      one_by_one = std::max(one_by_one, waiting + below.peak);
+      side_by_side += below.peak;
+      waiting += size_of(fronts[static_cast<std::size_t>(child)]).rest;
+      trees[f].kept += below.kept;
+    }
+    const double below = trees[f].threads > 1 ? side_by_side : one_by_one;
+    trees[f].peak = std::max(below, waiting + rest);
+    trees[f].kept += panel;
+    if (fronts[f].parent >= 0) continue;
+    kept += trees[f].kept;
+    peak = std::max(peak, trees[f].peak);
+  }
+  return static_cast<std::size_t>((kept + peak) * static_cast<double>(real_bytes));
+}
+
+PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupling) {
+  const SymmetricPattern pattern = coupled_nodes(cloud, coupling);
+  const Dissection dissection = dissect(cloud.positions, pattern);
+  PreparationCost cost;
+  cost.stiffness_blocks = pattern.columns.size();
+  cost.factor_entries = dissection.factor_entries(3);
+  for (const Dissection::Front& front : dissection.fronts) {
+    const double own = 3.0 * static_cast<double>(front.own());
+    const double rest = 3.0 * static_cast<double>(front.border.size());
+    cost.factoring_operations += own * own * own / 3.0 + own * own * rest + own * rest * rest;
+  }
+  const double sides = coupling.symmetric ? 1.0 : 2.0;
+  cost.factoring_operations *= sides;
+  cost.factor_entries *= static_cast<std::size_t>(sides);
+
+  constexpr std::size_t kBlock = 9 * sizeof(double) + sizeof(int);
+  const std::size_t stiffness = cost.stiffness_blocks * kBlock;
+  const double seen = coupling.support_factor / kLinearSupport;  // nodes: as the cube
+  cost.assembling_bytes = stiffness + static_cast<std::size_t>(kQuadratureBytes * seen * seen *
+                                                               seen *
+                                                               static_cast<double>(cloud.size()));
+  // In single precision; where that isn't enough, twice as much. Beside the matrix stand its
+  // entries by column of the factor and the body's quadrature.
+  const int threads = oneapi::tbb::this_task_arena::max_concurrency();
+  cost.factoring_bytes = cost.assembling_bytes + cost.stiffness_blocks * 24 +
+                         static_cast<std::size_t>(sides) *
+                             elimination_bytes(dissection, sizeof(float), threads);
+  return cost;
+}
+
+}  // namespace viscera

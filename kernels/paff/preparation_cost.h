@@ -1,0 +1,34 @@
+// What preparing a body will take, from its nodes alone: the equations are eliminated on paper.
+#pragma once
+
+#include <cstddef>
+
+#include "kernels/paff/dissection.h"
+#include "kernels/points/cloud.h"
+
+namespace viscera {
+
+struct PreparationCost {
+  std::size_t stiffness_blocks = 0;   ///< of 3 x 3, the upper triangle with its diagonal
+  std::size_t factor_entries = 0;     ///< numbers
+  std::size_t assembling_bytes = 0;   ///< peak of quadrature, fields and stiffness
+  std::size_t factoring_bytes = 0;    ///< peak of that, factor and fronts, in single precision
+  double factoring_operations = 0.0;  ///< multiplications and additions
+};
+
+/// How far apart nodes may be that have an entry of the stiffness in common.
+struct Coupling {
+  double support_factor = 0.0;  ///< rho of the fields
+  bool averaged = false;        ///< the dilatation is averaged over cells of several nodes
+  bool symmetric = true;        ///< half of the factor is kept
+};
+
+/// Takes the time of ordering the nodes, a hundredth of that of preparing them. Counts are within
+/// 15 % of what preparation makes (tested); bytes err to the high side.
+PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupling);
+
+/// Peak while a matrix of blocks of 3 is eliminated in that order with numbers of `real_bytes` on
+/// `threads` threads: the factor and the fronts that wait for their parents, without the matrix.
+std::size_t elimination_bytes(const Dissection& dissection, std::size_t real_bytes, int threads);
+
+}  // namespace viscera
