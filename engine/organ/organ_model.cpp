@@ -205,13 +205,10 @@ std::size_t OrganModel::memory_bytes() const {
          of(drawn.triangle_begin) + of(drawn.triangle_items) + of(drawn.rest_normals);
 }
 
-Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& organ,
-                                                        const Tissue& tissue, PreparedShape shape,
-                                                        const BodyDemand& demand,
-                                                        std::optional<PointCloud> cloud,
-                                                        const PrepareOptions& options,
-                                                        const Progress& progress,
-                                                        std::vector<std::string>& warnings) {
+Result<std::shared_ptr<const OrganModel>> prepare_organ(
+    const OrganDescription& organ, const Tissue& tissue, PreparedShape shape,
+    const BodyDemand& demand, std::optional<PointCloud> cloud, const PrepareOptions& options,
+    const Progress& progress, std::vector<std::string>& warnings) {
   const Stopwatch watch;
   auto key = organ_key(organ, tissue, shape, demand, options);
   if (!key) return std::unexpected(key.error());
@@ -233,7 +230,9 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& 
     if (!model->cache_hit) {
       restart();
       std::shared_ptr<const StiffnessFactor> factor;
-      if (auto done = compute(*model, organ, tissue, demand, std::move(cloud), options, progress, factor); !done)
+      if (auto done =
+              compute(*model, organ, tissue, demand, std::move(cloud), options, progress, factor);
+          !done)
         return std::unexpected(done.error());
       if (options.use_cache) {
         if (auto saved = save_factor(cache, *model, factor.get()); !saved)

@@ -65,14 +65,11 @@ struct OrganModel {
 };
 
 /// Loads the model from the cache or computes and stores it, of these nodes where they are placed
-/// already. `warnings` gets what a person should know (a broken cache that was rebuilt, a cache that
-/// could not be written).
-Result<std::shared_ptr<const OrganModel>> prepare_organ(const OrganDescription& organ,
-                                                        const Tissue& tissue, PreparedShape shape,
-                                                        const BodyDemand& demand,
-                                                        std::optional<PointCloud> cloud,
-                                                        const PrepareOptions& options,
-                                                        const Progress& progress,
-                                                        std::vector<std::string>& warnings);
+/// already. `warnings` gets what a person should know (a broken cache that was rebuilt, a cache
+/// that could not be written).
+Result<std::shared_ptr<const OrganModel>> prepare_organ(
+    const OrganDescription& organ, const Tissue& tissue, PreparedShape shape,
+    const BodyDemand& demand, std::optional<PointCloud> cloud, const PrepareOptions& options,
+    const Progress& progress, std::vector<std::string>& warnings);
 
 }  // namespace viscera

@@ -31,7 +31,8 @@ Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurf
       progress);
 }
 
-Result<void> add_places(OrganModel& model, const OrganDescription& organ, const BodyDemand& demand) {
+Result<void> add_places(OrganModel& model, const OrganDescription& organ,
+                        const BodyDemand& demand) {
   const Formulation* formulation = find_formulation(organ.formulation);
   const ShapeFunctions fields = formulation->fields(model.cloud);
   auto places = place_on_surface(model.surface, fields);

@@ -26,9 +26,8 @@ std::size_t columns_bytes(const OrganPlan& plan, const PreparationCost& cost) {
 double expected_time(const OrganPlan& plan, const PreparationCost& cost) {
   constexpr double kPerSecond = 1e11, kAssembly = 4.5e-4, kColumns = 2.5;
   return 0.1 + kAssembly * static_cast<double>(plan.nodes) +
-         (2.0 * cost.factoring_operations +
-          kColumns * static_cast<double>(plan.prepared_places) *
-              static_cast<double>(cost.factor_entries)) /
+         (2.0 * cost.factoring_operations + kColumns * static_cast<double>(plan.prepared_places) *
+                                                static_cast<double>(cost.factor_entries)) /
              kPerSecond;
 }
 
@@ -46,14 +45,13 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   if (!demand) return std::unexpected(demand.error());
   auto key = organ_key(organ, tissue, shape, *demand, options);
   if (!key) return std::unexpected(key.error());
-  auto plan = plan_surface(std::move(*surface),
-                           {organ, tissue.elastic, *demand, options.column_budget});
+  auto plan =
+      plan_surface(std::move(*surface), {organ, tissue.elastic, *demand, options.column_budget});
   if (!plan) return plan;
   plan->cached = cached_bytes(*demand, *key) > 0;
   plan->notes = std::move(shape.notes);
   return plan;
 }
-
 
 Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& request) {
   const auto& [organ, material, demand, column_budget] = request;

@@ -108,8 +108,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
   const auto part_of = [&](std::size_t i, double from, double to) {
     return [&, i, from, to](double fraction, std::string_view what) {
       const double done = (static_cast<double>(i) + fraction) / static_cast<double>(count);
-      return progress(from + (to - from) * done,
-                      fmt::format("{}: {}", scene.organs[i].name, what));
+      return progress(from + (to - from) * done, fmt::format("{}: {}", scene.organs[i].name, what));
     };
   };
   // All of them are shaped and planned before the first is factored: what can't be, or wouldn't fit
@@ -167,8 +166,8 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
         shared[fmt::format("{} {}", mine.key, static_cast<int>(organ.displacement_storage))];
     if (!model) {
       auto prepared =
-          prepare_organ(organ, mine.tissue, *mine.shape, mine.demand, std::move(mine.cloud),
-                        within, part_of(i, kPlanned, 1.0), warnings);
+          prepare_organ(organ, mine.tissue, *mine.shape, mine.demand, std::move(mine.cloud), within,
+                        part_of(i, kPlanned, 1.0), warnings);
       if (!prepared) return std::unexpected(with_place(prepared.error(), scene, i));
       model = std::move(*prepared);
     }

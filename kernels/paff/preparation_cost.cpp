@@ -3,6 +3,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "kernels/points/neighbours.h"
@@ -25,22 +26,26 @@ constexpr double kLinearSupport = 1.8;
 /// Ascending, the diagonal first.
 SymmetricPattern coupled_nodes(const PointCloud& cloud, const Coupling& coupling) {
   const double radius = kMeeting * coupling.support_factor + (coupling.averaged ? kCellReach : 0.0);
-  double widest = 0.0;
-  for (const double spacing : cloud.spacings) widest = std::max(widest, spacing);
   std::vector<double> reach;
-  for (const double spacing : cloud.spacings) reach.push_back(radius * (spacing + widest));
+  for (const double spacing : cloud.spacings) reach.push_back(2.0 * radius * spacing);
   const InfluenceGrid nodes(cloud.positions, reach);
-  SymmetricPattern pattern;
+  // A pair is found from the node of the narrower spacing: the wider one's ball holds it.
+  std::vector<std::vector<int>> rows(cloud.size());
   std::vector<int> near;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     nodes.reaching(cloud.positions[i], near);
     for (const int other : near) {
       const auto j = static_cast<std::size_t>(other);
-      if (j < i) continue;
+      if (std::pair(cloud.spacings[j], j) < std::pair(cloud.spacings[i], i)) continue;
       const double distance = (cloud.positions[i] - cloud.positions[j]).norm();
       if (distance < radius * (cloud.spacings[i] + cloud.spacings[j]))
-        pattern.columns.push_back(other);
+        rows[std::min(i, j)].push_back(static_cast<int>(std::max(i, j)));
     }
+  }
+  SymmetricPattern pattern;
+  for (std::vector<int>& row : rows) {
+    std::ranges::sort(row);
+    pattern.columns.insert(pattern.columns.end(), row.begin(), row.end());
     pattern.row_begin.push_back(pattern.columns.size());
   }
   return pattern;
@@ -114,15 +119,15 @@ PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupli
   constexpr std::size_t kBlock = 9 * sizeof(double) + sizeof(int);
   const std::size_t stiffness = cost.stiffness_blocks * kBlock;
   const double seen = coupling.support_factor / kLinearSupport;  // nodes: as the cube
-  cost.assembling_bytes = stiffness + static_cast<std::size_t>(kQuadratureBytes * seen * seen *
-                                                               seen *
-                                                               static_cast<double>(cloud.size()));
+  cost.assembling_bytes =
+      stiffness + static_cast<std::size_t>(kQuadratureBytes * seen * seen * seen *
+                                           static_cast<double>(cloud.size()));
   // In single precision; where that isn't enough, twice as much. Beside the matrix stand its
   // entries by column of the factor and the body's quadrature.
   const int threads = oneapi::tbb::this_task_arena::max_concurrency();
-  cost.factoring_bytes = cost.assembling_bytes + cost.stiffness_blocks * 24 +
-                         static_cast<std::size_t>(sides) *
-                             elimination_bytes(dissection, sizeof(float), threads);
+  cost.factoring_bytes =
+      cost.assembling_bytes + cost.stiffness_blocks * 24 +
+      static_cast<std::size_t>(sides) * elimination_bytes(dissection, sizeof(float), threads);
   return cost;
 }
 

@@ -482,8 +482,8 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
   }
   const auto dissection = std::make_shared<const Dissection>(dissect(positions, stiffness.pattern));
   const auto fits = [&](std::size_t real_bytes, const char* what) -> Result<void> {
-    const std::size_t needed = elimination_bytes(*dissection, real_bytes,
-                                                 oneapi::tbb::this_task_arena::max_concurrency());
+    const std::size_t needed =
+        elimination_bytes(*dissection, real_bytes, oneapi::tbb::this_task_arena::max_concurrency());
     if (needed <= most_memory) return {};
     return failure("stiffness: found " + std::to_string(positions.size()) + " nodes that need " +
                    gigabytes(needed) + " to be factored in " + what +

@@ -253,8 +253,8 @@ TEST(BadSceneFile, AModelBeyondTheMachinesMemoryIsRefusedBeforeItIsFactored) {
       {"spacing_mm", 7}, {"finest_spacing_mm", 0.1}, {"gradient", 0.1}};
   const SceneFolder folder(scene);
   expect_refused(folder.run({"--no-render"}),
-                 {"organs/0 (\"ball\"): resolution: found spacings that make", "GB while preparing",
-                  "raise finest_spacing_mm"});
+                 {"organs/0 (\"ball\"): resolution: found spacings that make",
+                  "GB, expected at most", "raise finest_spacing_mm"});
   EXPECT_TRUE(files_of(folder.out(), ".json").empty());
 }
 
@@ -316,7 +316,7 @@ TEST(BadSceneFile, FewerNodesThanTheBasisNeedsAreRefused) {
                        {"expected at least 4", "finer spacing"});
 }
 
-TEST(BadSceneFile, MemoryThatRunsOutIsAMessage) {
+TEST(BadSceneFile, MoreMemoryThanUlimitAllowsIsRefused) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need the address space";
 #endif
@@ -325,7 +325,7 @@ TEST(BadSceneFile, MemoryThatRunsOutIsAMessage) {
   const SceneFolder folder(scene);
   ProgramCall call = folder.call({"--no-render"});
   call.greatest_memory = 900u << 20;
-  expect_refused(run_program(call), {"out of memory"});
+  expect_refused(run_program(call), {"smoke/0", "GB of ulimit -v", "a greater voxel_mm"});
 }
 
 struct WrongOption {

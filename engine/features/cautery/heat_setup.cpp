@@ -122,9 +122,11 @@ Result<void> prepare_heat(SceneModel& model) {
   const double voxel = heat_of(scene).voxel;
   const std::size_t needed = HeatBricks::bytes_for(Vec3::Constant(kBurnSize), voxel);
   if (!organs.empty()) {
-    const auto fits = model.memory().check(
-        needed, fmt::format("{:g}, with which a burn {:.0f} mm wide has voxels", 1e3 * voxel, 1e3 * kBurnSize),
-        "a greater voxel_mm");
+    const auto fits =
+        model.memory().check(needed,
+                             fmt::format("{:g}, with which a burn {:.0f} mm wide has voxels",
+                                         1e3 * voxel, 1e3 * kBurnSize),
+                             "a greater voxel_mm");
     if (fits)
       model.memory().keep(needed);
     else

@@ -102,7 +102,7 @@ TEST(CheckpointFile, OfAnotherVersionSceneMachineOrLayoutIsRefusedWithAllThatDif
 
 TEST(CheckpointFile, NoFileAndAForeignOneAreToldApart) {
   const TemporaryFolder folder;
-  EXPECT_NE(refusal(folder / "none", example().identity).find("found no file"), std::string::npos);
+  EXPECT_NE(refusal(folder / "none", example().identity).find("no such file"), std::string::npos);
   put_text(folder / "foreign", std::string(200, 'a'));
   EXPECT_NE(refusal(folder / "foreign", example().identity).find("found no checkpoint"),
             std::string::npos);

@@ -35,13 +35,11 @@ TEST(PreparationCost, CountsWhatPreparationMakes) {
   for (const Case& one : cases) {
     const test::Body body = ball(one.spacing);
     const IsotropicMaterial material{1e4, one.poisson_ratio};
-    const auto system =
-        GalerkinSystem::assemble(body.problem(material, at_bottom), one.basis,
-                                 one.formulation.support_factor(), no_progress());
+    const auto system = GalerkinSystem::assemble(body.problem(material, at_bottom), one.basis,
+                                                 one.formulation.support_factor(), no_progress());
     ASSERT_TRUE(system) << one.what;
     const SymmetricPattern& made = system->stiffness().pattern;
-    const PreparationCost cost =
-        preparation_cost(body.cloud, one.formulation.coupling(material));
+    const PreparationCost cost = preparation_cost(body.cloud, one.formulation.coupling(material));
     const double blocks = static_cast<double>(made.columns.size());
     const double entries =
         static_cast<double>(dissect(body.cloud.positions, made).factor_entries(3));
@@ -70,11 +68,11 @@ TEST(PreparationCost, EliminationHoldsWhatItKeepsAndWhatWaits) {
 
 TEST(PreparationCost, MoreThreadsHaveMoreWaiting) {
   const test::Body body = ball(4e-3);
-  const Dissection dissection = dissect(
-      body.cloud.positions, GalerkinSystem::assemble(body.problem({1e4, 0.3}, at_bottom), 1.8,
-                                                     no_progress())
-                                ->stiffness()
-                                .pattern);
+  const Dissection dissection =
+      dissect(body.cloud.positions,
+              GalerkinSystem::assemble(body.problem({1e4, 0.3}, at_bottom), 1.8, no_progress())
+                  ->stiffness()
+                  .pattern);
   const std::size_t one = elimination_bytes(dissection, 8, 1);
   EXPECT_GT(elimination_bytes(dissection, 8, 16), one);
   EXPECT_GT(one, 8 * dissection.factor_entries(3));
