@@ -54,12 +54,12 @@ std::optional<std::uint64_t> group_limit(const fs::path& root) {
   return least;
 }
 
+}  // namespace
+
 std::uint64_t machine_memory() {
   return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
          static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
-
-}  // namespace
 
 MemoryLimit memory_limit(const fs::path& root) {
   MemoryLimit limit{machine_memory(), "this machine's memory"};
@@ -78,13 +78,14 @@ MemoryLimit memory_limit(const fs::path& root) {
 
 Result<void> MemoryBudget::check(std::uint64_t bytes, const std::string& subject,
                                  const std::string& change) const {
-  if (kept_ + bytes <= limit_.bytes) return {};
+  if (bytes <= left()) return {};
   const auto gigabytes = [](std::uint64_t n) { return 1e-9 * static_cast<double>(n); };
   const std::string beside =
       kept_ > 0 ? fmt::format(" beside {:.1f} GB of what comes before", gigabytes(kept_)) : "";
-  return failure(fmt::format("found {} that need {:.1f} GB{}, expected at most {:.1f} GB of {}: {}",
-                             subject, gigabytes(bytes), beside, gigabytes(limit_.bytes),
-                             limit_.source, change));
+  return failure(fmt::format(
+      "found {} that need {:.1f} GB{}, expected at most {:.1f} GB, {:.0f} % "
+      "of {}: {}",
+      subject, gigabytes(bytes), beside, gigabytes(most()), 100.0 * kShare, limit_.source, change));
 }
 
 }  // namespace viscera

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "engine/io/atomic_file.h"
+#include "engine/io/memory_limit.h"
 
 namespace viscera {
 namespace {
@@ -139,6 +140,7 @@ std::string to_json(const RunReport& report) {
     merge_section(all[section.key], Json::parse(section.json, nullptr, false));
   all["skipped"] = skipped;
   all["flags"] = report.flags;
+  all["not_finite"] = report.not_finite;
   all["warnings"] = report.warnings;
   return all.dump(2, ' ', false, Json::error_handler_t::replace);
 }
@@ -185,8 +187,7 @@ MachineReport this_machine() {
   machine.cores = sched_getaffinity(0, sizeof allowed, &allowed) == 0
                       ? CPU_COUNT(&allowed)
                       : static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN));
-  machine.memory_bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                         static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  machine.memory_bytes = machine_memory();
   return machine;
 }
 

@@ -88,6 +88,7 @@ struct RunReport {
   std::vector<ReportSection> sections;
   std::vector<SkippedReport> skipped;
   std::vector<std::string> flags, warnings;
+  std::vector<std::string> not_finite;  ///< numbers that weren't: stage, what, value, time
   bool complete = true;                 ///< false: ended early, or something is missing
   std::string reason;                   ///< why it isn't complete
   std::vector<FailureReport> failures;  ///< in the order in which they were noticed

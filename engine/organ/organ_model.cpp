@@ -121,18 +121,15 @@ Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Body
 
 /// `kept` becomes the factor where columns are left to be made from it.
 Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tissue& tissue,
-                     const BodyDemand& demand, std::optional<PointCloud> cloud,
-                     const PrepareOptions& options, const Progress& progress,
-                     std::shared_ptr<const StiffnessFactor>& kept) {
-  if (!cloud) {
+                     const BodyDemand& demand, const PrepareOptions& options,
+                     const Progress& progress, std::shared_ptr<const StiffnessFactor>& kept) {
+  if (!model.deformable()) {
     auto placed =
         place_cloud(organ, model.surface, demand, part_of(progress, kShapeDone, kCloudDone));
     if (!placed) return std::unexpected(placed.error());
-    cloud = std::move(*placed);
+    model.cloud = std::move(*placed);
+    if (auto done = add_places(model, organ, demand); !done) return done;
   }
-  model.cloud = *std::move(cloud);
-
-  if (auto done = add_places(model, organ, demand); !done) return done;
   const std::vector<int> prepared = prepared_places(model, organ, demand, options.column_budget);
 
   ElasticProblem problem;
@@ -206,33 +203,29 @@ std::size_t OrganModel::memory_bytes() const {
 }
 
 Result<std::shared_ptr<const OrganModel>> prepare_organ(
-    const OrganDescription& organ, const Tissue& tissue, PreparedShape shape,
-    const BodyDemand& demand, std::optional<PointCloud> cloud, const PrepareOptions& options,
+    const OrganDescription& organ, const Tissue& tissue, const PreparedShape& shape,
+    const BodyDemand& demand, std::shared_ptr<OrganModel> begun, const PrepareOptions& options,
     const Progress& progress, std::vector<std::string>& warnings) {
   const Stopwatch watch;
   auto key = organ_key(organ, tissue, shape, demand, options);
   if (!key) return std::unexpected(key.error());
-  auto model = std::make_shared<OrganModel>();
-  model->notes = shape.notes;
-  model->cache_hit = shape.cache_hit;
+  const auto start = [&](std::shared_ptr<OrganModel> from) {
+    auto started = from ? std::move(from) : std::make_shared<OrganModel>();
+    started->key = *key;
+    started->material = tissue.elastic;
+    started->notes = shape.notes;
+    if (started->surface.triangles.empty()) set_surface(*started, shape.surface);
+    return started;
+  };
+  std::shared_ptr<OrganModel> model = start(nullptr);
   if (demand.elastic()) {
     const ResponseCache cache(ResponseCache::default_folder());
-    const auto restart = [&] {
-      *model = OrganModel{};
-      model->key = *key;
-      model->material = tissue.elastic;
-      model->notes = shape.notes;
-      set_surface(*model, shape.surface);
-    };
-    restart();
     model->cache_hit =
         options.use_cache && load_cached(cache, *model, organ, demand, options, warnings);
     if (!model->cache_hit) {
-      restart();
+      model = start(std::move(begun));
       std::shared_ptr<const StiffnessFactor> factor;
-      if (auto done =
-              compute(*model, organ, tissue, demand, std::move(cloud), options, progress, factor);
-          !done)
+      if (auto done = compute(*model, organ, tissue, demand, options, progress, factor); !done)
         return std::unexpected(done.error());
       if (options.use_cache) {
         if (auto saved = save_factor(cache, *model, factor.get()); !saved)
@@ -243,9 +236,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(
       }
     }
   } else {
-    model->key = *key;
-    model->material = tissue.elastic;
-    set_surface(*model, std::move(shape.surface));
+    model->cache_hit = shape.cache_hit;
   }
   if (organ.displacement_storage == DisplacementStorage::kHalf && model->touchable_anywhere())
     keep_in_half_precision(*model);

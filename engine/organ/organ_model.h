@@ -20,14 +20,19 @@
 
 namespace viscera {
 
-/// Immutable. All geometry in the organ's own frame.
+/// Immutable, and stays where it is made: its drawn surface points at its triangles. All geometry
+/// in the organ's own frame.
 struct OrganModel {
+  OrganModel() = default;
+  OrganModel(const OrganModel&) = delete;
+  OrganModel& operator=(const OrganModel&) = delete;
+
   TriangleSurface surface;            ///< drawn surface at rest
   std::vector<Vec3f> rest_positions;  ///< the same, as the state holds it
   std::vector<Vec3f> rest_normals;
   Box rest_bounds;
-  std::vector<std::string>
-      notes;  ///< how a wrapped surface differs from its file, what can't change
+  /// How a wrapped surface differs from its file, what can't change.
+  std::vector<std::string> notes;
 
   // Deformable organs only (cloud empty otherwise):
   PointCloud cloud;
@@ -35,8 +40,7 @@ struct OrganModel {
   SurfaceCompliance compliance;  ///< its touchable square alone where `half_columns` holds all
   HalfColumns half_columns;      ///< empty: displacements are kept in single precision
   /// Displacements of the places of the surface per change of gravity along x, y and z [m per
-  /// m/s2]; empty: it doesn't sag.                                                     (3 places x
-  /// 3)
+  /// m/s2]; empty: it doesn't sag.                                              (3 places x 3)
   std::vector<float> sag;
   ChangeableRegion changeable;  ///< tissue that may coagulate; empty: none may, or none is followed
   SurfacePlaces places;
@@ -64,12 +68,12 @@ struct OrganModel {
   std::size_t memory_bytes() const;
 };
 
-/// Loads the model from the cache or computes and stores it, of these nodes where they are placed
-/// already. `warnings` gets what a person should know (a broken cache that was rebuilt, a cache
-/// that could not be written).
+/// Loads the model from the cache or computes and stores it, from what its plan began (null: it
+/// wasn't planned). `warnings` gets what a person should know (a broken cache that was rebuilt, a
+/// cache that could not be written).
 Result<std::shared_ptr<const OrganModel>> prepare_organ(
-    const OrganDescription& organ, const Tissue& tissue, PreparedShape shape,
-    const BodyDemand& demand, std::optional<PointCloud> cloud, const PrepareOptions& options,
+    const OrganDescription& organ, const Tissue& tissue, const PreparedShape& shape,
+    const BodyDemand& demand, std::shared_ptr<OrganModel> begun, const PrepareOptions& options,
     const Progress& progress, std::vector<std::string>& warnings);
 
 }  // namespace viscera

@@ -56,10 +56,10 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
 Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& request) {
   const auto& [organ, material, demand, column_budget] = request;
   OrganPlan plan;
-  OrganModel model;
+  plan.begun = std::make_shared<OrganModel>();
+  OrganModel& model = *plan.begun;
   set_surface(model, std::move(surface));
   plan.triangles = model.surface.triangles.size();
-  plan.surface = model.surface;
   plan.memory_bytes = plan.preparation_bytes = model.memory_bytes();
   if (!demand.elastic()) return plan;
   const Formulation* formulation = find_formulation(organ.formulation);
@@ -85,7 +85,6 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   plan.preparation_bytes =
       model.memory_bytes() + std::max(cost.factoring_bytes, columns_bytes(plan, cost));
   plan.prepare_s = expected_time(plan, cost);
-  plan.cloud = std::move(model.cloud);
   return plan;
 }
 

@@ -16,9 +16,8 @@ struct OrganPlan {
   std::size_t preparation_bytes = 0;  ///< peak while preparing, the model included
   double prepare_s = 0.0;             ///< expected on this machine's kind, no cache
   bool cached = false;
-  TriangleSurface surface;
-  PointCloud cloud;
-  std::vector<std::string> notes;  ///< of the surface
+  std::shared_ptr<OrganModel> begun;  ///< the model as far as it stands before its equations
+  std::vector<std::string> notes;     ///< of the surface
 };
 
 /// What an organ is planned from and for.

@@ -330,6 +330,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   };
   loop.look = [&](Simulation& one, const StepReport& step) -> Result<void> {
     book.flags.raise(step.flags);
+    book.strays.add(step.strays, one.time());
     {
       const StageTimer timer(trace, stage_index(RunStage::kRecord), one.frame());
       watch.add_frame(world);
@@ -356,7 +357,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   if (studio)
     report.warnings.insert(report.warnings.end(), studio->warnings().begin(),
                            studio->warnings().end());
-  course.part("report", [&] { finish_report(world, scene, trace, book.flags, report); });
+  course.part("report", [&] { finish_report(world, scene, trace, book, report); });
   watch.describe(world, report);
   if (!stepped) report.state_hash.clear();  // a step that was left in the middle is no state
   course.part("profile", [&] { return trace.write(options.out / "profile.json", "viscera"); });

@@ -16,11 +16,13 @@ namespace {
 struct Saved {
   std::string options;
   std::vector<std::string> flags;  ///< names
+  RunBook::Strays strays;
   double wall_s = 0.0;
   std::vector<Trace::Event> events;
   static constexpr auto fields() {
     return std::tuple(field("options", &Saved::options), field("flags", &Saved::flags),
-                      field("wall_s", &Saved::wall_s), field("events", &Saved::events));
+                      field("strays", &Saved::strays), field("wall_s", &Saved::wall_s),
+                      field("events", &Saved::events));
   }
 };
 static_assert(fields_cover<Saved>());
@@ -38,8 +40,17 @@ std::string text_of(const RunOptions& options) {
 
 }  // namespace
 
+void RunBook::Strays::add(const std::vector<std::string>& more, double time) {
+  count += more.size();
+  for (const std::string& one : more)
+    if (first.size() < kMost) first.push_back(fmt::format("{}, at {:.3f} s", one, time));
+}
+
 CheckpointPart book_part(const RunBook& book, const Trace& trace, const RunOptions& options) {
-  Saved all{.options = text_of(options), .wall_s = book.wall_s, .events = trace.events()};
+  Saved all{.options = text_of(options),
+            .strays = book.strays,
+            .wall_s = book.wall_s,
+            .events = trace.events()};
   for (const FrameFlag& flag : book.flags) all.flags.emplace_back(flag.name);
   return {kRunPart, saved(all)};
 }
@@ -54,7 +65,7 @@ Result<void> load_book(const CheckpointPart& part, const RunOptions& options,
   if (loaded.options != text_of(options))
     return failure(fmt::format("checkpoint: found one of a run with {}, expected {}",
                                loaded.options, text_of(options)));
-  RunBook read_book{.wall_s = loaded.wall_s};
+  RunBook read_book{.strays = std::move(loaded.strays), .wall_s = loaded.wall_s};
   for (const std::string& name : loaded.flags) {
     const auto flag = std::ranges::find(known, name, &FrameFlag::name);
     if (flag == known.end())

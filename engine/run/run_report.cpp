@@ -103,7 +103,7 @@ std::string backend_line(const RunReport& report) {
 }
 
 void finish_report(const World& world, const SceneDescription& scene, const Trace& trace,
-                   const FlagSet& flags, RunReport& report) {
+                   const RunBook& book, RunReport& report) {
   report.duration_s = world.time();
   report.frames = world.frame();
   // Everything but the pictures counts: steps, smoke grids, writing, waiting for the writer.
@@ -121,9 +121,13 @@ void finish_report(const World& world, const SceneDescription& scene, const Trac
     if (feature.report) append(report.sections, feature.report(world));
     if (feature.warnings) append(report.warnings, feature.warnings(world));
   }
-  FlagSet raised = flags;
+  FlagSet raised = book.flags;
   raised.order(flags_of(world.model().features()));
   for (const FrameFlag& flag : raised) report.flags.emplace_back(flag.text);
+  report.not_finite = book.strays.first;
+  if (book.strays.count > report.not_finite.size())
+    report.not_finite.push_back(
+        fmt::format("and {} more", book.strays.count - report.not_finite.size()));
 }
 
 }  // namespace viscera

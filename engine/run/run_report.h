@@ -6,6 +6,7 @@
 
 #include "engine/io/report.h"
 #include "engine/run/run.h"
+#include "engine/run/run_book.h"
 #include "engine/simulation/frame_flag.h"
 #include "engine/simulation/world.h"
 
@@ -18,8 +19,8 @@ RunReport begun_report(const SceneDescription& scene, const RunOptions& options)
 std::string backend_line(const RunReport& report);
 
 /// What the world and the trace tell of it afterwards; `report` knows its wall time already.
-/// `flags`: all that its frames raised.
+/// `book`: what its frames raised.
 void finish_report(const World& world, const SceneDescription& scene, const Trace& trace,
-                   const FlagSet& flags, RunReport& report);
+                   const RunBook& book, RunReport& report);
 
 }  // namespace viscera

@@ -86,11 +86,7 @@ Json key_schema(const KeySpec& key) {
 // if the sibling has one of the values then the key may (or must) stand, else it must not.
 Json conditional(const KeySpec& key, const ObjectSpec& spec) {
   const Condition& condition = *key.condition;
-  const Json& fallback = spec.find(condition.key)->fallback;
-  const bool holds_by_default =
-      fallback.is_string() &&
-      std::find(condition.values.begin(), condition.values.end(),
-                fallback.get_ref<const std::string&>()) != condition.values.end();
+  const bool holds_by_default = is_among(condition.values, spec.find(condition.key)->fallback);
   Json schema;
   schema["if"]["properties"][condition.key]["enum"] = condition.values;
   if (!holds_by_default) schema["if"]["required"] = Json::array({condition.key});

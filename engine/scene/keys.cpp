@@ -90,15 +90,17 @@ const KeySpec* ObjectSpec::find(std::string_view name) const {
   return at == keys.end() ? nullptr : &*at;
 }
 
+bool is_among(const std::vector<std::string>& words, const Json& value) {
+  return value.is_string() &&
+         std::find(words.begin(), words.end(), value.get_ref<const std::string&>()) != words.end();
+}
+
 bool applies(const KeySpec& key, const Json& siblings, const ObjectSpec& spec) {
   if (!key.beside.empty() && !siblings.contains(key.beside)) return false;
   if (!key.condition) return true;
   const auto at = siblings.find(key.condition->key);
   const KeySpec* sibling = spec.find(key.condition->key);
-  const Json value = at != siblings.end() ? *at : sibling->fallback;
-  const std::vector<std::string>& values = key.condition->values;
-  return value.is_string() && std::find(values.begin(), values.end(),
-                                        value.get_ref<const std::string&>()) != values.end();
+  return is_among(key.condition->values, at != siblings.end() ? *at : sibling->fallback);
 }
 
 std::string where_applies(const KeySpec& key) {

@@ -36,6 +36,9 @@ struct Condition {
   std::vector<std::string> values;
 };
 
+/// Whether it is a text and one of those words.
+bool is_among(const std::vector<std::string>& words, const Json& value);
+
 struct KeySpec {
   std::string name;  ///< with its unit: "radius_mm"
   KeyType type = KeyType::kText;

@@ -9,11 +9,6 @@
 namespace viscera {
 namespace {
 
-bool is_among(const std::vector<std::string>& words, const Json& value) {
-  return value.is_string() &&
-         std::find(words.begin(), words.end(), value.get_ref<const std::string&>()) != words.end();
-}
-
 constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kLongestText = 200;
 constexpr double kGreatestWhole = 9007199254740992.0;  // 2^53: every whole double below is exact

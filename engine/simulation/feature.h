@@ -22,6 +22,7 @@ struct Stage {
   std::vector<std::string_view> reads = {};  ///< as this step has made it
   std::vector<std::string_view> reads_before = {};  ///< as the last step left it
   std::vector<std::string_view> writes = {};        ///< in both: changes what others have written
+  std::vector<std::string_view> changes = {};       ///< states, by their types' kName
   bool (*needed)(const World&) = nullptr;  ///< null: always; else a scene may do without it
   void (*run)(World&, const FrameContext&) = nullptr;
 };
@@ -61,7 +62,7 @@ struct Feature {
   std::vector<SkippedReport> (*skipped)(const SceneDescription&) = nullptr;
 };
 
-/// All that they may raise, in their order.
+/// All that a step may raise: the sentinel's, then theirs in their order.
 std::vector<FrameFlag> flags_of(const std::vector<Feature>& features);
 
 }  // namespace viscera

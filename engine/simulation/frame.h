@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "engine/io/trace.h"
 #include "engine/simulation/controls.h"
@@ -18,6 +20,9 @@ constexpr std::uint64_t last_tick_of_frame(std::uint64_t frame) {
 
 struct FrameReport {
   FlagSet flags;  ///< in the order of the model's features
+  /// Numbers that weren't finite: "heat tissue: burns of liver: found heat.bricks[3].water[7] =
+  /// nan, expected finite numbers".
+  std::vector<std::string> strays;
   void raise(const FrameFlag& flag) { flags.raise(flag); }
 };
 

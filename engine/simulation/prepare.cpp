@@ -84,7 +84,7 @@ struct OrganInHand {
   const PreparedShape* shape;
   BodyDemand demand;
   std::string key;
-  std::optional<PointCloud> cloud;  ///< of the first with this key, where nothing is in the cache
+  std::shared_ptr<OrganModel> begun;  ///< of the first with this key, where nothing is in the cache
 };
 
 Error with_place(Error error, const SceneDescription& scene, std::size_t organ) {
@@ -141,7 +141,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
     auto key = organ_key(organ, tissue, shape->second, *demand, options);
     if (!key) return failed(key.error());
     OrganInHand& mine =
-        organs.emplace_back(tissue, &shape->second, *std::move(demand), *key, std::nullopt);
+        organs.emplace_back(tissue, &shape->second, *std::move(demand), *key, nullptr);
     if (!planned.insert(*key).second) continue;
     const std::uint64_t cached = options.use_cache ? cached_bytes(mine.demand, *key) : 0;
     if (cached > 0) {
@@ -152,7 +152,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
                              {organ, tissue.elastic, mine.demand, options.column_budget});
     if (!plan) return failed(plan.error());
     if (auto fits = set_aside(*plan, memory); !fits) return failed(fits.error());
-    if (mine.demand.elastic()) mine.cloud = std::move(plan->cloud);
+    if (mine.demand.elastic()) mine.begun = std::move(plan->begun);
   }
 
   PrepareOptions within = options;
@@ -166,7 +166,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
         shared[fmt::format("{} {}", mine.key, static_cast<int>(organ.displacement_storage))];
     if (!model) {
       auto prepared =
-          prepare_organ(organ, mine.tissue, *mine.shape, mine.demand, std::move(mine.cloud), within,
+          prepare_organ(organ, mine.tissue, *mine.shape, mine.demand, std::move(mine.begun), within,
                         part_of(i, kPlanned, 1.0), warnings);
       if (!prepared) return std::unexpected(with_place(prepared.error(), scene, i));
       model = std::move(*prepared);

@@ -1,16 +1,34 @@
-// What a world can do with all states of one type: save, load, hash, count and compare them. All of
-// it follows from the type's table of fields, here and nowhere else; a feature lists its types in
-// Feature::states.
+// What a world can do with all states of one type: save, load, hash, count and compare them, and
+// look for numbers that aren't finite. All of it follows from the type's table of fields, here and
+// nowhere else; a feature lists its types in Feature::states.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "engine/simulation/store.h"
 #include "kernels/base/archive.h"
+#include "kernels/base/finite.h"
 
 namespace viscera {
+
+class World;
+
+/// What becomes of numbers in a state that aren't finite (sentinel.h).
+struct Strays {
+  enum class Become {
+    kZero,
+    kAsBefore,   ///< all states of the type are those of the step's start: small ones, that mean
+                 ///< something by themselves
+    kUnwatched,  ///< who owns the state sees to it
+  };
+  Become become = Become::kZero;
+  /// What has to be done besides, before; null: nothing.
+  void (*contain)(World&, Entity owner) = nullptr;
+};
 
 struct StateType {
   using AnyPool = store_detail::AnyPool;
@@ -25,6 +43,10 @@ struct StateType {
   void (*load)(AnyPool&, ByteReader&) = nullptr;
   /// As first_difference(); both of this type.
   std::string (*difference)(const AnyPool&, const AnyPool&) = nullptr;
+  /// The first number that isn't finite of each owner that has one.
+  std::vector<std::pair<Entity, StrayNumber>> (*first_strays)(const AnyPool&) = nullptr;
+  void (*zero_strays)(AnyPool&, Entity owner) = nullptr;
+  Strays strays = {};
 };
 
 namespace state_detail {
@@ -80,7 +102,7 @@ std::string difference(const Pool<T>& one, const Pool<T>& other) {
 }  // namespace state_detail
 
 template <StateComponent T>
-StateType state_type() {
+StateType state_type(Strays strays = {}) {
   using Any = store_detail::AnyPool;
   return {
       .name = T::kName,
@@ -105,7 +127,20 @@ StateType state_type() {
           [](const Any& one, const Any& other) {
             return state_detail::difference(state_detail::pool_of<T>(one),
                                             state_detail::pool_of<T>(other));
-          }};
+          },
+      .first_strays =
+          [](const Any& any) {
+            const Pool<T>& pool = state_detail::pool_of<T>(any);
+            std::vector<std::pair<Entity, StrayNumber>> found;
+            for (std::size_t i = 0; i < pool.size(); ++i)
+              if (auto stray = first_stray(pool[i])) found.emplace_back(pool.owner(i), *stray);
+            return found;
+          },
+      .zero_strays =
+          [](Any& any, Entity owner) {
+            zero_strays(*static_cast<store_detail::PoolOf<T>&>(any).pool.find(owner));
+          },
+      .strays = strays};
 }
 
 }  // namespace viscera

@@ -2,6 +2,7 @@
 
 #include "engine/simulation/feature.h"
 #include "engine/simulation/schedule.h"
+#include "engine/simulation/sentinel.h"
 
 namespace viscera {
 namespace {
@@ -25,11 +26,15 @@ FrameReport step_frame(World& world, const Controls& controls, Trace* trace) {
 
   // A stage that the scene doesn't need isn't entered, and so isn't timed either.
   const std::vector<Stage>& stages = world.model().schedule().stages();
+  Pool<Sentinel>& sentinels = world.all<Sentinel>();
+  if (sentinels.size() == 0) sentinels.add(kWhole, {});
+  sentinels[0].keep(world);
   for (std::size_t i = 0; i < stages.size(); ++i) {
     if (stages[i].needed && !stages[i].needed(world)) continue;
     std::optional<StageTimer> timer;
     if (trace) timer.emplace(*trace, static_cast<int>(i), context.frame);
     stages[i].run(world, context);
+    sentinels[0].look(world, stages[i], report);
   }
   if (report.flags.size() > 1) report.flags.order(flags_of(world.model().features()));
   world.set_clock({last_tick, context.frame});

@@ -27,6 +27,14 @@ World::World(std::shared_ptr<const SceneModel> model) : model_(std::move(model))
 World::World(World&&) noexcept = default;
 World::~World() = default;
 
+store_detail::AnyPool& World::states_of(const StateType& type) {
+  return *state_.at(type.number);
+}
+
+const store_detail::AnyPool& World::states_of(const StateType& type) const {
+  return state_.at(type.number);
+}
+
 std::vector<std::byte> World::save_state() const {
   ByteWriter writer;
   writer.reserve(state_bytes());

@@ -73,6 +73,11 @@ class World {
   double time() const { return static_cast<double>(clock_.tick) * 1e-3; }
   void set_clock(const Clock& clock) { clock_ = clock; }
 
+  /// The types that its states have, by name, and all states of one of them.
+  const std::vector<StateType>& state_types() const { return types_; }
+  store_detail::AnyPool& states_of(const StateType& type);
+  const store_detail::AnyPool& states_of(const StateType& type) const;
+
   // --- state as a whole ---
 
   /// All of it, as bytes for load_state() of a world of the same model.

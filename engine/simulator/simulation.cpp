@@ -60,6 +60,14 @@ Result<Simulation> Simulation::create(const Model& model, const SimulationOption
   return Simulation(*std::move(world));
 }
 
+namespace {
+
+StepReport report_of(FrameReport frame) {
+  return {.flags = std::move(frame.flags), .strays = std::move(frame.strays)};
+}
+
+}  // namespace
+
 Simulation::Simulation(std::unique_ptr<World> world) : world_(std::move(world)) {}
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -78,12 +86,12 @@ Controls Simulation::path_controls() const {
 }
 
 StepReport Simulation::step() {
-  return {.flags = step_frame(*world_, path_controls(), trace_).flags};
+  return report_of(step_frame(*world_, path_controls(), trace_));
 }
 
 Result<StepReport> Simulation::step(const Controls& controls) {
   if (auto sound = check_controls(*world_, controls); !sound) return std::unexpected(sound.error());
-  return StepReport{.flags = step_frame(*world_, controls, trace_).flags};
+  return report_of(step_frame(*world_, controls, trace_));
 }
 
 Result<Snapshot> Simulation::snapshot() const {

@@ -87,7 +87,8 @@ struct SimulationOptions {
 
 /// What a step has to tell.
 struct StepReport {
-  FlagSet flags;  ///< that were raised, in the order of the features
+  FlagSet flags;                    ///< that were raised, in the order of the features
+  std::vector<std::string> strays;  ///< numbers that weren't finite, each with its place
 
   /// Features declare their flags in engine/features/NAME/NAME_flags.h.
   bool has(const FrameFlag& flag) const { return flags.has(flag); }

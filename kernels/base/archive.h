@@ -19,6 +19,9 @@ namespace viscera {
 /// Takes bytes into memory.
 class ByteWriter {
  public:
+  ByteWriter() = default;
+  /// Takes over memory that isn't needed any more.
+  explicit ByteWriter(std::vector<std::byte> memory) : all_(std::move(memory)) { all_.clear(); }
   void bytes(const void* data, std::size_t size) {
     const auto* begin = static_cast<const std::byte*>(data);
     all_.insert(all_.end(), begin, begin + size);

@@ -13,7 +13,6 @@
 #include "kernels/base/result.h"
 #include "kernels/base/zeroed_pages.h"
 #include "kernels/paff/columns_on_demand.h"
-#include "kernels/paff/preparation_cost.h"
 #include "kernels/paff/shape_functions.h"
 #include "kernels/points/cloud.h"
 #include "kernels/points/surface.h"
@@ -114,6 +113,12 @@ class ElasticSolver {
   /// keep.
   virtual std::shared_ptr<const StiffnessFactor> factor() const { return nullptr; }
   virtual const PreparationFigures& figures() const = 0;
+};
+
+/// How far apart nodes may be that have an entry of the stiffness in common.
+struct Coupling {
+  double support_factor = 0.0;  ///< rho of the fields
+  bool averaged = false;        ///< the dilatation is averaged over cells of several nodes
 };
 
 /// A way to discretise the elastic problem; immutable, one object each.

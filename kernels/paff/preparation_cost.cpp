@@ -65,13 +65,13 @@ FrontSize size_of(const Dissection::Front& front) {
 }  // namespace
 
 std::size_t elimination_bytes(const Dissection& dissection, std::size_t real_bytes, int threads) {
-  // Of the fronts below and at each: what they keep, what is alive at most besides what they keep.
+  // Of the fronts below and at each: what is alive at most besides what they keep.
   struct Subtree {
-    double kept, peak;
-    int threads;
+    double peak = 0.0;
+    int threads = 1;
   };
   const std::vector<Dissection::Front>& fronts = dissection.fronts;
-  std::vector<Subtree> trees(fronts.size(), Subtree{0.0, 0.0, 1});
+  std::vector<Subtree> trees(fronts.size());
   // Parents come last: threads are dealt out from them downwards.
   for (std::size_t f = fronts.size(); f-- > 0;) {
     if (fronts[f].parent < 0) trees[f].threads = threads;
@@ -89,14 +89,11 @@ std::size_t elimination_bytes(const Dissection& dissection, std::size_t real_byt
       one_by_one = std::max(one_by_one, waiting + below.peak);
       side_by_side += below.peak;
       waiting += size_of(fronts[static_cast<std::size_t>(child)]).rest;
-      trees[f].kept += below.kept;
     }
     const double below = trees[f].threads > 1 ? side_by_side : one_by_one;
     trees[f].peak = std::max(below, waiting + rest);
-    trees[f].kept += panel;
-    if (fronts[f].parent >= 0) continue;
-    kept += trees[f].kept;
-    peak = std::max(peak, trees[f].peak);
+    kept += panel;
+    if (fronts[f].parent < 0) peak = std::max(peak, trees[f].peak);
   }
   return static_cast<std::size_t>((kept + peak) * static_cast<double>(real_bytes));
 }
@@ -112,9 +109,6 @@ PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupli
     const double rest = 3.0 * static_cast<double>(front.border.size());
     cost.factoring_operations += own * own * own / 3.0 + own * own * rest + own * rest * rest;
   }
-  const double sides = coupling.symmetric ? 1.0 : 2.0;
-  cost.factoring_operations *= sides;
-  cost.factor_entries *= static_cast<std::size_t>(sides);
 
   constexpr std::size_t kBlock = 9 * sizeof(double) + sizeof(int);
   const std::size_t stiffness = cost.stiffness_blocks * kBlock;
@@ -125,9 +119,8 @@ PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupli
   // In single precision; where that isn't enough, twice as much. Beside the matrix stand its
   // entries by column of the factor and the body's quadrature.
   const int threads = oneapi::tbb::this_task_arena::max_concurrency();
-  cost.factoring_bytes =
-      cost.assembling_bytes + cost.stiffness_blocks * 24 +
-      static_cast<std::size_t>(sides) * elimination_bytes(dissection, sizeof(float), threads);
+  cost.factoring_bytes = cost.assembling_bytes + cost.stiffness_blocks * 24 +
+                         elimination_bytes(dissection, sizeof(float), threads);
   return cost;
 }
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "kernels/paff/dissection.h"
-#include "kernels/points/cloud.h"
+#include "kernels/paff/elasticity.h"
 
 namespace viscera {
 
@@ -16,15 +16,8 @@ struct PreparationCost {
   double factoring_operations = 0.0;  ///< multiplications and additions
 };
 
-/// How far apart nodes may be that have an entry of the stiffness in common.
-struct Coupling {
-  double support_factor = 0.0;  ///< rho of the fields
-  bool averaged = false;        ///< the dilatation is averaged over cells of several nodes
-  bool symmetric = true;        ///< half of the factor is kept
-};
-
-/// Takes the time of ordering the nodes, a hundredth of that of preparing them. Counts are within
-/// 15 % of what preparation makes (tested); bytes err to the high side.
+/// Takes little more than ordering the nodes. Counts are within 15 % of what preparation makes
+/// (tested).
 PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupling);
 
 /// Peak while a matrix of blocks of 3 is eliminated in that order with numbers of `real_bytes` on

@@ -491,7 +491,8 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
                    ": fewer nodes, or a lower Poisson's ratio");
   };
   if (precision != FactorPrecision::kFull) {
-    if (auto small = fits(sizeof(float), "single"); !small) return std::unexpected(small.error());
+    if (auto has_room = fits(sizeof(float), "single"); !has_room)
+      return std::unexpected(has_room.error());
     auto single = FrontalCholesky<float>::factor(stiffness, dissection, kWhat);
     const bool asked_for = precision == FactorPrecision::kSingle;
     if (!single && asked_for) return std::unexpected(single.error());
@@ -499,7 +500,8 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
       return StiffnessFactor(std::move(*single));
     }
   }
-  if (auto small = fits(sizeof(double), "double"); !small) return std::unexpected(small.error());
+  if (auto has_room = fits(sizeof(double), "double"); !has_room)
+    return std::unexpected(has_room.error());
   auto full = FrontalCholesky<double>::factor(stiffness, dissection, kWhat);
   if (!full) return std::unexpected(full.error());
   return StiffnessFactor(std::move(*full));

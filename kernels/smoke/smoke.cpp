@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/base/finite.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/random.h"
 
@@ -280,6 +281,18 @@ void SmokeVolume::end_aged_and_gone() {
              ((parameters_.open_sides & kOpenHighX << 2 * axis) && at[axis] > extent[axis]);
     }
     if (gone) fates_[i] = SmokeFate::kBackground;
+  }
+  remove_ended();
+}
+
+void SmokeVolume::end_strays() {
+  SmokeParticles& particles = state_.particles;
+  fates_.assign(particles.size(), SmokeFate::kAirborne);
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const bool carries = std::isfinite(particles.masses[i]);
+    if (!carries) particles.masses[i] = 0.0f;
+    if (!carries || first_stray(particles.positions[i]) || first_stray(particles.velocities[i]))
+      fates_[i] = SmokeFate::kBackground;
   }
   remove_ended();
 }

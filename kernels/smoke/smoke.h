@@ -174,6 +174,9 @@ class SmokeVolume {
   /// the surfaces move in substeps of at most h (at most 64).
   void step(double dt, const SmokeSurroundings& surroundings = {});
 
+  /// Ends particles with a number that isn't finite; what they carried joins the background.
+  void end_strays();
+
   const SmokeParticles& particles() const { return state_.particles; }
   const SmokeParameters& parameters() const { return parameters_; }
   const SmokeCounters& counters() const { return state_.counters; }

@@ -107,19 +107,23 @@ TEST(DevicePen, TwoThreadsAreNeverInADevicesWriteAtOnce) {
   EXPECT_EQ(device.together, 0u);
 }
 
-// In the tissue, or in the device's read().
-class Watchdog : public testing::TestWithParam<bool> {};
+/// A loop whose ticks can be held up, in the device's read() (true) or in the tissue.
+class Watchdog : public testing::TestWithParam<bool> {
+ protected:
+  Watchdog() { loop.start(); }
+  ~Watchdog() override { gate.closed = false; }
+
+  Gate gate, open;
+  SimulatedDevice inner{pressing()};
+  WatchedDevice device{inner, [this](DeviceState&, std::uint64_t) {
+                         if (GetParam()) gate.pass();
+                       }};
+  BlockingWall wall{GetParam() ? open : gate};
+  ServoTick tick{device, wall, {}};
+  ServoLoop loop{tick, gentle()};
+};
 
 TEST_P(Watchdog, ForceFadesWhereATickDoesNotEndAndComesBackAsAfterAFault) {
-  Gate gate, open;
-  SimulatedDevice inner(pressing());
-  WatchedDevice device(inner, [&](DeviceState&, std::uint64_t) {
-    if (GetParam()) gate.pass();
-  });
-  BlockingWall wall(GetParam() ? open : gate);
-  ServoTick tick(device, wall, {});
-  ServoLoop loop(tick, gentle());
-  loop.start();
   const auto shown = [&] {
     loop.outputs().update();
     return loop.outputs().front();
@@ -150,15 +154,6 @@ TEST_P(Watchdog, ForceFadesWhereATickDoesNotEndAndComesBackAsAfterAFault) {
 }
 
 TEST_P(Watchdog, StopReturnsWhereATickIsStuckAndSaysSo) {
-  Gate gate, open;
-  SimulatedDevice inner(pressing());
-  WatchedDevice device(inner, [&](DeviceState&, std::uint64_t) {
-    if (GetParam()) gate.pass();
-  });
-  BlockingWall wall(GetParam() ? open : gate);
-  ServoTick tick(device, wall, {});
-  ServoLoop loop(tick, gentle());
-  loop.start();
   ASSERT_TRUE(comes_true([&] { return device.last > 1.0; }));
   gate.closed = true;
   ASSERT_TRUE(comes_true([&] { return gate.waited.load(); }));

@@ -325,7 +325,7 @@ TEST(BadSceneFile, MoreMemoryThanUlimitAllowsIsRefused) {
   const SceneFolder folder(scene);
   ProgramCall call = folder.call({"--no-render"});
   call.greatest_memory = 900u << 20;
-  expect_refused(run_program(call), {"smoke/0", "GB of ulimit -v", "a greater voxel_mm"});
+  expect_refused(run_program(call), {"smoke/0", "80 % of ulimit -v", "a greater voxel_mm"});
 }
 
 struct WrongOption {

@@ -69,12 +69,13 @@ Result<void> check_scene(const SceneDescription& scene,
       add_mistakes(plan.error());
       continue;
     }
-    if (auto clear = check_tips(scene, *instruments, organ, plan->surface); !clear)
+    if (auto clear = check_tips(scene, *instruments, organ, plan->begun->surface); !clear)
       mistakes.messages.insert(mistakes.messages.end(), clear.error().messages.begin(),
                                clear.error().messages.end());
     // An organ that nothing reaches has no nodes: its elasticity isn't prepared.
     if (plan->nodes > 0) {
-      auto elastic = check_elasticity(organ, tissue_of(organ, tissues).elastic, plan->surface);
+      auto elastic =
+          check_elasticity(organ, tissue_of(organ, tissues).elastic, plan->begun->surface);
       if (!elastic) add_mistakes(elastic.error());
     }
     if (auto fits = set_aside(*plan, budget); !fits) add_mistakes(fits.error());
@@ -94,7 +95,7 @@ Result<void> check_scene(const SceneDescription& scene,
                        plan->triangles, plan->nodes, plan->surface_nodes, plan->touchable_places,
                        plan->prepared_places, megabytes(plan->memory_bytes), expected,
                        plan->cached ? "yes" : "no");
-    surfaces[i] = std::move(plan->surface);
+    surfaces[i] = std::move(plan->begun->surface);
   }
   const std::span<const LinkDescription> links = links_of(scene);
   std::vector<LinkPlaces> places;

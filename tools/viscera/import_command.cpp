@@ -405,7 +405,7 @@ Result<void> write_all(const std::vector<Imported>& organs, const fs::path& fold
     files.emplace_back(folder / (organ.name + ".obj"),
                        obj_text(organ.surface, organ.name + ": " + organ.source + "\n" + kFrame));
     files.emplace_back(folder / (organ.name + "_nodes.ply"),
-                       nodes_ply_text(organ.checkup.plan.cloud));
+                       nodes_ply_text(organ.checkup.plan.begun->cloud));
     files.emplace_back(folder / (organ.name + ".html"), page_text(page_of(organ)));
     files.emplace_back(folder / (organ.name + ".json"), entry_json(organ).dump(2) + "\n");
   }

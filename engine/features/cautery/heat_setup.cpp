@@ -10,7 +10,6 @@
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/local/local.h"
 #include "engine/gpu/gpu_heat.h"
-#include "engine/io/report.h"
 #include "engine/simulation/tool_shape.h"
 
 namespace viscera {

@@ -7,6 +7,8 @@
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/deformation/stages.h"
+#include "engine/simulation/sentinel.h"
+#include "kernels/base/finite.h"
 
 namespace viscera {
 namespace {
@@ -107,10 +109,6 @@ bool looks_the_same(const OrganState& state, const OrganDraft& draft) {
   return state.pressed;
 }
 
-bool all_finite(const std::vector<Vec3f>& values) {
-  return std::all_of(values.begin(), values.end(), [](const Vec3f& v) { return v.allFinite(); });
-}
-
 void solve_contact(World& world, Entity organ, OrganContact& contact, const MatrixX& backing,
                    const FrameContext& context) {
   TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
@@ -118,6 +116,11 @@ void solve_contact(World& world, Entity organ, OrganContact& contact, const Matr
   for (int pass = 0; pass < kSlipPasses && slip_jaws(world, organ, contact); ++pass) {
     context.report->raise(kGripSlipped);
     solver.solve(contact.cells, contact.solution, contact.response, backing);
+  }
+  if (const auto stray = first_stray(contact.solution.forces)) {
+    tell_stray(world, *context.report, {"deform organs", "forces", organ, *stray});
+    contact.solution.converged = false;
+    std::ranges::fill(contact.solution.forces, Vec3::Zero());
   }
   if (contact.solution.beyond_touchable > 0) context.report->raise(kOutOfReach);
   if (!contact.solution.converged) context.report->raise(kContactNotConverged);
@@ -169,9 +172,20 @@ void take_forces_back(World& world, Entity organ) {
 /// Whether a shape that looks as before is made again.
 enum class Repeat { kSkipped, kMade };
 
+/// A broken value must not reach the state: the organ stays where it was, without force.
+bool draft_is_sound(World& world, Entity organ, std::string_view stage,
+                    const FrameContext& context) {
+  const auto stray = first_stray(world.find<OrganDraft>(organ)->positions);
+  if (!stray) return true;
+  tell_stray(world, *context.report, {stage, "surface", organ, *stray});
+  world.find<OrganState>(organ)->frozen = true;
+  take_forces_back(world, organ);
+  return false;
+}
+
 /// The drawn surface under this frame's forces, by the CPU.
-void deform_here(World& world, Entity organ, Repeat repeat) {
-  const OrganBody& body = *world.find<OrganBody>(organ);
+void deform_here(World& world, Entity organ, Repeat repeat, std::string_view stage,
+                 const FrameContext& context) {
   OrganContact& contact = *world.find<OrganContact>(organ);
   OrganState& state = *world.find<OrganState>(organ);
   OrganDraft& draft = *world.find<OrganDraft>(organ);
@@ -184,12 +198,7 @@ void deform_here(World& world, Entity organ, Repeat repeat) {
       looks_the_same(state, draft))
     return;
   tissue.draw(draft.displacements, contact.cells, contact.solution, draft.positions);
-  // A broken value must not reach the state: the organ stays where it was, without force.
-  if (!all_finite(draft.positions)) {
-    state.frozen = true;
-    take_forces_back(world, organ);
-    return;
-  }
+  if (!draft_is_sound(world, organ, stage, context)) return;
   state.displacements.swap(draft.displacements);
   state.positions.swap(draft.positions);
   state.normals_fit = false;
@@ -239,7 +248,7 @@ void deform_organs(World& world, const FrameContext& context) {
       gpu->surfaces->add(organ, world.find<OrganBody>(organ)->model->drawn, contact);
       continue;
     }
-    deform_here(world, organ, Repeat::kSkipped);
+    deform_here(world, organ, Repeat::kSkipped, "deform organs", context);
   }
   if (gpu) gpu->surfaces->start();
   const Pool<FreeShape>& shapes = world.all<FreeShape>();
@@ -247,28 +256,38 @@ void deform_organs(World& world, const FrameContext& context) {
     if (!world.find<OrganContact>(shapes.owner(o))) take_free_shape(world, shapes.owner(o));
 }
 
-void fetch_surfaces(World& world, const FrameContext&) {
+void fetch_surfaces(World& world, const FrameContext& context) {
   GpuSurfaces& gpu = *world.one<GpuOrgans>()->surfaces;
   gpu.finish([&](Entity organ, std::span<const Vec3f> positions) {
     OrganState& state = *world.find<OrganState>(organ);
     OrganDraft& draft = *world.find<OrganDraft>(organ);
     if (positions.empty()) {
       bring_normals_home(state);
-      return deform_here(world, organ, Repeat::kMade);
+      return deform_here(world, organ, Repeat::kMade, "fetch surfaces", context);
     }
     draft.positions.assign(positions.begin(), positions.end());
-    if (!all_finite(draft.positions)) {
-      bring_normals_home(state);
-      state.frozen = true;
-      take_forces_back(world, organ);
-      return;
-    }
+    if (!draft_is_sound(world, organ, "fetch surfaces", context)) return bring_normals_home(state);
     state.positions.swap(draft.positions);
     state.pressed = true;
     state.on_gpu = true;
     note_new_shape(world, organ);
   });
   if (!gpu.trouble().empty()) leave_gpu(world, std::string(gpu.trouble()));
+}
+
+void freeze_organ(World& world, Entity organ) {
+  OrganState& state = *world.find<OrganState>(organ);
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  const auto mend = [](std::vector<Vec3f>& values, const std::vector<Vec3f>& rest) {
+    for (std::size_t v = 0; v < values.size(); ++v)
+      if (!values[v].allFinite()) values[v] = rest[v];
+  };
+  mend(state.positions, model.rest_positions);
+  mend(state.normals, model.rest_normals);
+  zero_strays(state);
+  state.frozen = true;
+  if (world.find<OrganTouch>(organ)) take_forces_back(world, organ);
+  note_new_shape(world, organ);
 }
 
 void leave_gpu(World& world, const std::string& why) {
@@ -283,7 +302,7 @@ void forget_device_shapes(World& world) {
     if (!state.on_gpu) continue;
     bring_normals_home(state);
     // The CPU's are of an older shape: none that comes may be taken for this one.
-    std::ranges::fill(state.displacements, std::numeric_limits<float>::infinity());
+    std::ranges::fill(state.displacements, std::numeric_limits<float>::max());
   }
 }
 

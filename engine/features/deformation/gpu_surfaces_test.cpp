@@ -156,13 +156,11 @@ TEST_F(GpuSurfacesTest, ABrokenValueFreezesTheOrganInItsLastShapeWithoutForce) {
   step_until(*world, 0.4);
   const std::vector<Vec3f> last = world->all<OrganState>()[0].positions;
   // The same organ with a rest shape that no number describes any more.
-  const auto broken = std::make_shared<OrganModel>(*world->all<OrganBody>()[0].model);
-  broken->surface.vertices[3].x() = std::numeric_limits<double>::quiet_NaN();
-  broken->drawn.rest = &broken->surface;
-  const SceneDescription scene = pressed_and_lifted();
-  const auto other = place_entities(scene, *make_instruments(scene), {broken}, test_tissues());
+  const auto other = build(pressed_and_lifted());
   ASSERT_TRUE(other);
-  world->one<GpuOrgans>()->surfaces = surfaces_of(**other);
+  auto& broken = const_cast<OrganModel&>(*other->all<OrganBody>()[0].model);
+  broken.surface.vertices[3].x() = std::numeric_limits<double>::quiet_NaN();
+  world->one<GpuOrgans>()->surfaces = surfaces_of(*other);
   const FlagSet flags = step_until(*world, 0.45);
   EXPECT_TRUE(flags.has(kOrganFrozen));
   const OrganState& state = world->all<OrganState>()[0];

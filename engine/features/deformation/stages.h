@@ -10,5 +10,7 @@ namespace viscera {
 void deform_organs(World& world, const FrameContext& context);
 /// What the GPU made of this frame's loads -> OrganState, deformed surfaces.
 void fetch_surfaces(World& world, const FrameContext& context);
+/// An organ whose shape isn't finite is at rest where it isn't, stays so and answers no force.
+void freeze_organ(World& world, Entity organ);
 
 }  // namespace viscera

@@ -80,6 +80,7 @@ Feature gravity_feature() {
           .stages = {{.name = "sag organs",
                       .reads = {"organ poses"},
                       .writes = {"parts of free shapes"},
+                      .changes = {"sagging organs", "free shapes"},
                       .needed = [](const World& world) { return world.has<OrganSag>(); },
                       .run = sag_organs}},
           .shape = shape};

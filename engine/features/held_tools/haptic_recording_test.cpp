@@ -86,7 +86,7 @@ TEST_P(RecordingFile, OneCutShortAnywhereIsRefused) {
   ASSERT_TRUE(save_recording(whole, short_recording(5)));
   const std::string text = text_of(whole);
   const auto cut = folder / (std::string("cut_") + GetParam());
-  const std::size_t step = std::max<std::size_t>(1, text.size() / 40);
+  const std::size_t step = std::max<std::size_t>(1, text.size() / 300);
   for (std::size_t size = 0; size + 1 < text.size(); size += step) {
     put(cut, text.substr(0, size));
     EXPECT_FALSE(load_recording(cut)) << size << " of " << text.size() << " bytes";

@@ -442,6 +442,7 @@ Feature links_feature() {
           .stages = {{.name = "tie organs",
                       .reads = {"contact cells", "organ poses", "free shapes"},
                       .writes = {"contact cells"},
+                      .changes = {"links"},
                       .needed = [](const World& world) { return world.has<OrganTies>(); },
                       .run = add_link_cells}},
           .report = links_report};

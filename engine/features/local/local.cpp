@@ -123,6 +123,7 @@ Feature local_feature() {
           .stages = {{.name = "feel local organs",
                       .reads = {"tool poses", "organ poses", "shapes", "forces"},
                       .writes = {"forces"},
+                      .changes = {"feel of local organs", "organ contacts", "tool forces"},
                       .needed = [](const World& world) { return world.has<LocalFeel>(); },
                       .run = feel_local_organs}}};
 }

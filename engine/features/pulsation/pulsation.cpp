@@ -132,6 +132,7 @@ Feature pulsation_feature() {
           .states = {state_type<Pulse>()},
           .stages = {{.name = "beat",
                       .writes = {"parts of free shapes"},
+                      .changes = {"pulses", "free shapes"},
                       .needed = [](const World& world) { return world.has<PulsatingOrgan>(); },
                       .run = beat}},
           .shape = shape,

@@ -219,6 +219,11 @@ void move_smoke(World& world, const FrameContext& context) {
   if (flow) flow->step(context.dt);
 }
 
+/// Before what else isn't finite becomes zero.
+void end_stray_smoke(World& world, Entity volume) {
+  world.find<SmokeBody>(volume)->volume.end_strays();
+}
+
 bool smokes(const World& world) {
   return world.has<SmokeBody>();
 }
@@ -231,15 +236,17 @@ Feature smoke_feature() {
           .prepare = prepare_smoke,
           .finish = load_sight,
           .start = start_smoke,
-          .states = {state_type<SmokeBody>(), state_type<SmokeTools>()},
+          .states = {state_type<SmokeBody>({.contain = end_stray_smoke}), state_type<SmokeTools>()},
           .stages = {{.name = "emit smoke",
                       .reads = {"heat", "shapes", "organ poses"},
                       .writes = {"emissions"},
+                      .changes = {"smoke"},
                       .needed = smokes,
                       .run = emit_smoke},
                      {.name = "move smoke",
                       .reads = {"emissions", "shapes", "organ poses", "tool poses"},
                       .writes = {"smoke", "gas"},
+                      .changes = {"smoke", "smoke tools", "gas"},
                       .needed = smokes,
                       .run = move_smoke}},
           .flags = {kSmokeFull, kSmokeOutside},

@@ -6,7 +6,6 @@
 
 #include "engine/features/cautery/cautery_keys.h"
 #include "engine/features/gas/gas_keys.h"
-#include "engine/io/report.h"
 #include "engine/scene/smoke_material.h"
 
 namespace viscera {

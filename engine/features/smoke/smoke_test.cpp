@@ -210,7 +210,7 @@ TEST(SmokeStages, VolumesBeyondTheMemoryAreRefusedWithTheirSize) {
   const Result<void> added = prepare_smoke(model);
   ASSERT_FALSE(added);
   EXPECT_NE(added.error().text().find("smoke/0 (\"plume\")"), std::string::npos);
-  EXPECT_NE(added.error().text().find("GB of this machine's memory"), std::string::npos);
+  EXPECT_NE(added.error().text().find("80 % of this machine's memory"), std::string::npos);
 }
 
 TEST(SmokeStages, SmokeBetweenLensAndTipHidesIt) {

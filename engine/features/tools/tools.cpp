@@ -30,15 +30,26 @@ void read_tools(World& world, const FrameContext& context) {
   }
 }
 
+/// A hold that isn't finite begins where the jaw is: with places of zero it would pull from afar.
+void grasp_anew(World& world, Entity instrument) {
+  std::optional<Grasp>& grasp = world.find<InstrumentContact>(instrument)->grasp;
+  if (!grasp || !first_stray(*grasp)) return;
+  grasp->tip_at_start = world.find<InstrumentState>(instrument)->tip;
+  grasp->organ_at_start = pose_of(world, grasp->organ).position;
+  grasp->slipped = Vec3::Zero();
+}
+
 }  // namespace
 
 Feature tools_feature() {
   return {.name = "tools",
           .start = start,
-          .states = {state_type<InstrumentState>(), state_type<InstrumentContact>()},
+          .states = {state_type<InstrumentState>({Strays::Become::kAsBefore}),
+                     state_type<InstrumentContact>({.contain = grasp_anew})},
           .stages = {{.name = "read tools",
                       .reads = {"controls"},
                       .writes = {"tool poses"},
+                      .changes = {"tool poses"},
                       .run = read_tools}}};
 }
 

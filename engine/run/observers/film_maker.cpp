@@ -34,15 +34,20 @@ Result<void> FilmMaker::close(const World&) {
 Result<void> FilmMaker::film_again() {
   auto film = Film::start(folder_ / kFilmName, width_, height_);
   if (!film) return std::unexpected(film.error());
+  if (auto added = add_frames(**film, 1); !added) return added;
+  return (*film)->finish();
+}
+
+Result<void> FilmMaker::add_frames(Film& film, std::uint64_t least) const {
   std::error_code error;
   for (std::uint64_t number = 0; number < pictures_; ++number) {
     const std::filesystem::path file = frame_file(folder_, number);
-    if (number > 0 && !std::filesystem::exists(file, error)) break;
+    if (number >= least && !std::filesystem::exists(file, error)) break;
     const auto picture = read_png(file);
     if (!picture) return std::unexpected(picture.error());
-    if (auto added = (*film)->add(picture->rgb); !added) return added;
+    if (auto added = film.add(picture->rgb); !added) return added;
   }
-  return (*film)->finish();
+  return {};
 }
 
 Result<void> FilmMaker::save_state(ByteWriter& writer) {
@@ -52,12 +57,7 @@ Result<void> FilmMaker::save_state(ByteWriter& writer) {
 Result<void> FilmMaker::load_state(ByteReader& reader) {
   if (auto whole = load_whole(reader, pictures_); !whole) return whole;
   // All pictures are filmed, so that they are numbered without a gap.
-  for (std::uint64_t number = 0; number < pictures_; ++number) {
-    const auto picture = read_png(frame_file(folder_, number));
-    if (!picture) return std::unexpected(picture.error());
-    if (auto added = film_->add(picture->rgb); !added) return added;
-  }
-  return {};
+  return add_frames(*film_, pictures_);
 }
 
 }  // namespace viscera

@@ -35,6 +35,9 @@ class FilmMaker : public Observer {
         width_(width),
         height_(height) {}
   Result<void> film_again();
+  /// Adds the pictures in frames/, in their order, up to the first that isn't there; fails where
+  /// that is one of the first `least`.
+  Result<void> add_frames(Film& film, std::uint64_t least) const;
 
   std::filesystem::path folder_;
   int width_, height_;

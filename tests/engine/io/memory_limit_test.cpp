@@ -63,14 +63,14 @@ TEST_F(MemoryLimitTest, IsThatOfUlimit) {
 }
 
 TEST(MemoryBudget, RefusesWhatNoLongerFitsWithFigureAndWhatToChange) {
-  MemoryBudget budget({4'000'000'000, "this machine's memory"});
+  MemoryBudget budget({5'000'000'000, "this machine's memory"});
   EXPECT_TRUE(budget.check(3'900'000'000, "nodes", "fewer"));
   budget.keep(1'500'000'000);
   const auto refused = budget.check(2'600'000'000, "nodes", "fewer of them");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().text(),
             "found nodes that need 2.6 GB beside 1.5 GB of what comes before, expected at most "
-            "4.0 GB of this machine's memory: fewer of them");
+            "4.0 GB, 80 % of this machine's memory: fewer of them");
   EXPECT_TRUE(budget.check(2'500'000'000, "nodes", "fewer"));
 }
 
