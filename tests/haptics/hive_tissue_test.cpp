@@ -336,12 +336,12 @@ TEST(HiveTissue, ATickTakesNoMemory) {
 TEST(HiveTissue, TheNextHiveIsBuiltBesideWithoutATickInContactGoingWithout) {
   Organ organ(HiveBuilding::kOnAThread);
   organ.tell({}, pressed(on_arc(0.0), 0));
-  for (int i = 0; i < 2000 && organ.tissue->figures().hives == 0; ++i) {
+  for (int i = 0; i < 20'000 && organ.tissue->figures().hives == 0; ++i) {
     organ.at(pressed(on_arc(0.0), -3e-3));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   ASSERT_GT(organ.tissue->figures().hives, 0u);
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 20'000 && organ.tissue->figures().hives <= 1; ++i) {
     organ.at(pressed(on_arc(3e-3 * i), 1e-3));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -463,10 +463,11 @@ TEST(HiveTissueBeyondLinear, ADeadlineThatHasPassedIsAnsweredByTheTangentAndCoun
   settings.deadline = 1e-9;
   Organ organ(settings);
   organ.tell({}, pressed(Vec3::UnitZ(), 0));
-  for (int i = 0; i < 2000 && organ.tissue->figures().hives == 0; ++i) {
+  for (int i = 0; i < 20'000 && organ.tissue->figures().hives == 0; ++i) {
     organ.at(pressed(Vec3::UnitZ(), -3e-3));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+  ASSERT_GT(organ.tissue->figures().hives, 0u);
   for (int i = 0; i < 50; ++i) organ.at(pressed(Vec3::UnitZ(), 1e-3 + 1e-5 * i));
   const HiveTissueFigures& figures = organ.tissue->figures();
   EXPECT_GE(figures.deadline_misses, 40u);

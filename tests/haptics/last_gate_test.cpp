@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "tests/haptics/servo_world.h"
 #include "tests/haptics/watched_device.h"
+#include "tests/support/all_finite.h"
 
 namespace viscera::test {
 namespace {
@@ -13,36 +15,13 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-SimulatedDeviceSettings pressing() {
-  SimulatedDeviceSettings settings;
-  settings.path = path_along_z({{0.2, 0.01}, {0.5, -0.01}});
-  return settings;
-}
-
 /// Everything that goes from tick to tick and becomes a force.
 bool clean(const ServoTick& servo) {
   const ServoTick::State state = servo.state();
-  return state.coupling.tool.allFinite() && state.coupling.stretch.allFinite() &&
-         state.coupling.asked_at.allFinite() && state.coupling.force.allFinite() &&
-         state.coupling.stiffness.allFinite() && state.passivity.device.allFinite() &&
-         state.passivity.velocity.allFinite() && std::isfinite(state.passivity.stored) &&
-         std::isfinite(state.passivity.budget) && std::isfinite(state.passivity.given) &&
-         std::isfinite(state.passivity.damping) && std::isfinite(state.limits.mean_square) &&
-         state.limits.force.allFinite() && state.fading.allFinite() &&
-         state.tool_before.allFinite() && state.output.force.allFinite() &&
-         state.output.tool.position.allFinite() && state.output.device.position.allFinite() &&
-         std::isfinite(state.output.damping) && std::isfinite(state.greatest_force);
+  return all_finite(state.coupling) && all_finite(state.passivity) && all_finite(state.limits) &&
+         all_finite(state.output) && all_finite(state.greatest_force) &&
+         all_finite(state.tool_before) && all_finite(state.fading);
 }
-
-/// Pushes with one force, wherever the tool is.
-class SteadyPush : public TactileModel {
- public:
-  explicit SteadyPush(const Vec3& force) { felt_.force = force; }
-  TactileForce respond(const ToolMotion&, double) noexcept override { return felt_; }
-
- private:
-  TactileForce felt_;
-};
 
 /// A wall whose answer a test may break.
 class BrokenWall : public VirtualWall {
@@ -54,6 +33,20 @@ class BrokenWall : public VirtualWall {
     return felt;
   }
 };
+
+TEST(AllFinite, SeesWhatIsNoNumberWhereverItStands) {
+  ServoTick::State state;
+  EXPECT_TRUE(all_finite(state));
+  state.coupling.stiffness(1, 2) = kNaN;
+  EXPECT_FALSE(all_finite(state.coupling));
+  state.passivity.damping = kInfinity;
+  EXPECT_FALSE(all_finite(state.passivity));
+  state.output.tool.orientation.y() = -kInfinity;
+  EXPECT_FALSE(all_finite(state.output));
+  state.events.waiting.push_back({1, ServoEventKind::kEngaged, kNaN});
+  EXPECT_FALSE(all_finite(state.events));
+  EXPECT_TRUE(all_finite(state.limits));
+}
 
 TEST(LastGate, AForceThatIsNoNumberIsNotWrittenButZeroAndAnEventTells) {
   SimulatedDevice inner(pressing());

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tests/haptics/servo_world.h"
+#include "tests/haptics/watched_device.h"
 
 namespace viscera::test {
 namespace {
@@ -14,7 +15,7 @@ constexpr std::uint64_t kFault = 1500, kMended = 1700, kEnd = 3000;
 struct Case {
   const char* name;
   ServoEventKind kind;
-  BrokenDevice::Break how;
+  WatchedDevice::InRead how;
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
@@ -27,7 +28,7 @@ TEST_P(MisbehavingDevice, ForceGoesToZeroSmoothlyItIsReportedAndTheLoopLives) {
   SimulatedDeviceSettings settings;
   settings.path = path_along_z({{0.4, 0.02}, {0.9, -0.02}});
   SimulatedDevice inner(settings);
-  BrokenDevice device(inner, GetParam().how);
+  WatchedDevice device(inner, GetParam().how);
   VirtualWall wall = wall_at_zero(300.0);
   ServoTick servo(device, wall, {});
 
@@ -119,7 +120,7 @@ TEST(MisbehavingDevice, ASpikeOfOneTickIsReportedAndNotFollowed) {
   SimulatedDeviceSettings settings;
   settings.path = path_along_z({{0.4, 0.02}, {0.9, -0.02}});
   SimulatedDevice inner(settings);
-  BrokenDevice device(inner, [](DeviceState& state, std::uint64_t tick) {
+  WatchedDevice device(inner, [](DeviceState& state, std::uint64_t tick) {
     if (tick == kFault) state.pose.position.z() -= 0.03;
   });
   VirtualWall wall = wall_at_zero(300.0);

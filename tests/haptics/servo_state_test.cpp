@@ -9,13 +9,14 @@
 #include "kernels/base/archive.h"
 #include "kernels/base/random.h"
 #include "tests/haptics/servo_world.h"
+#include "tests/haptics/watched_device.h"
 
 namespace viscera::test {
 namespace {
 
 constexpr std::uint64_t kEnd = 2600;
 
-SimulatedDeviceSettings pressing() {
+SimulatedDeviceSettings touching_now_and_then() {
   SimulatedDeviceSettings settings;
   settings.path = path_along_z(
       {{0.2, 0.02}, {0.6, -0.012}, {1.0, 0.0}, {1.3, -0.03}, {1.7, 0.02}, {2.4, -0.01}});
@@ -38,7 +39,7 @@ class FailingWall final : public TactileModel {
 
 // A device, a recorder, a servo on the logical clock.
 struct Rig {
-  std::unique_ptr<HapticDevice> device = std::make_unique<SimulatedDevice>(pressing());
+  std::unique_ptr<HapticDevice> device = std::make_unique<SimulatedDevice>(touching_now_and_then());
   RecordingDevice recorder{*device, 1e-3, 2500};
   FailingWall wall;
   ServoTick servo{recorder, wall, {}};
@@ -111,7 +112,7 @@ void goes_on_bit_for_bit(const std::function<std::unique_ptr<HapticDevice>()>& d
 }
 
 TEST(ServoState, AHandThatIsModelledAndItsLoopGoOnBitForBitFromAnyTick) {
-  goes_on_bit_for_bit([] { return std::make_unique<SimulatedDevice>(pressing()); }, 1);
+  goes_on_bit_for_bit([] { return std::make_unique<SimulatedDevice>(touching_now_and_then()); }, 1);
 }
 
 TEST(ServoState, AReplayAndItsLoopGoOnBitForBitFromAnyTick) {
@@ -130,8 +131,8 @@ TEST(ServoState, WhatItHeldIsPartOfTheDynamicsThatAreRestored) {
 }
 
 TEST(ServoState, ADeviceThatIsMovedFromOutsideSaysThatItCannotBeSaved) {
-  SimulatedDevice simulated{pressing()};
-  BrokenDevice outside(simulated, [](DeviceState&, std::uint64_t) {});
+  SimulatedDevice simulated{touching_now_and_then()};
+  WatchedDevice outside(simulated);
   RecordingDevice recorder(outside, 1e-3, 10);
   EXPECT_EQ(simulated.why_not_saved(), "");
   for (const HapticDevice* device :
@@ -142,7 +143,7 @@ TEST(ServoState, ADeviceThatIsMovedFromOutsideSaysThatItCannotBeSaved) {
 }
 
 TEST(ServoState, BytesOfAnotherDeviceAreRefused) {
-  SimulatedDevice simulated{pressing()};
+  SimulatedDevice simulated{touching_now_and_then()};
   RecordingDevice recorder(simulated, 1e-3, 20);
   for (std::uint64_t tick = 0; tick < 30; ++tick) {
     recorder.read(tick);

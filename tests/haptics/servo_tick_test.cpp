@@ -6,6 +6,7 @@
 
 #include "tests/haptics/allocations.h"
 #include "tests/haptics/servo_world.h"
+#include "tests/haptics/watched_device.h"
 
 namespace viscera::test {
 namespace {
@@ -80,7 +81,7 @@ TEST(ServoTick, ATickTakesNothingFromTheHeap) {
   if (!allocations_are_counted()) GTEST_SKIP() << "sanitizers have a heap of their own";
   SimulatedDevice inner = pressing_device(0.01);
   // With a fault on the way, so that events are written too.
-  BrokenDevice device(inner, [](DeviceState& state, std::uint64_t tick) {
+  WatchedDevice device(inner, [](DeviceState& state, std::uint64_t tick) {
     if (tick > 1500 && tick < 1600) state.connected = false;
   });
   VirtualWall wall = wall_at_zero(800.0);

@@ -15,11 +15,30 @@ HandPath path_along_z(const std::vector<std::pair<double, double>>& keys) {
   return path;
 }
 
+SimulatedDeviceSettings pressing(double from, double until) {
+  SimulatedDeviceSettings settings;
+  settings.path = path_along_z({{from, 0.01}, {until, -0.01}});
+  return settings;
+}
+
 VirtualWall wall_at_zero(double stiffness, double damping) {
   VirtualWall wall;
   wall.stiffness = stiffness;
   wall.damping = damping;
   return wall;
+}
+
+ServoSettings patient() {
+  ServoSettings settings;
+  settings.guard.tick_timeout = 60.0;
+  return settings;
+}
+
+ServoLoopSettings gentle() {
+  ServoLoopSettings settings;
+  settings.priority = 0;
+  settings.lock_memory = false;
+  return settings;
 }
 
 std::vector<ServoOutput> run_ticks(ServoTick& servo, std::uint64_t from, std::uint64_t to) {

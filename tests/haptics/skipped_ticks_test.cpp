@@ -113,20 +113,10 @@ TEST(SkippedTicks, MotorsHeatForAsLongAsTheForceWasHeld) {
   EXPECT_NEAR(some.state().mean_square, each.state().mean_square, 1e-12);
 }
 
-/// Pushes with one force, wherever the tool is.
-class SteadyPush : public TactileModel {
- public:
-  TactileForce respond(const ToolMotion&, double) noexcept override {
-    TactileForce felt;
-    felt.force.z() = 1.0;
-    return felt;
-  }
-};
-
 TEST(SkippedTicks, MotorsOfALateLoopAreAsHotAsOfOneInTime) {
   const auto heat = [](std::uint64_t step) {
     SteadyDevice device(-0.02, kSpeed);
-    SteadyPush push;
+    SteadyPush push(Vec3::UnitZ());
     ServoSettings settings;
     settings.guard.settle_time = settings.guard.engage_time = 1e-3;
     settings.passivity.control = false;
@@ -142,7 +132,7 @@ TEST(EnergyWatch, WhatTheDeviceDidWhileItWasAwayIsNoWork) {
   const auto away = [](std::uint64_t tick) { return tick >= 1000 && tick < 1020; };
   WatchedDevice device(
       inner, [&](DeviceState& state, std::uint64_t tick) { state.connected = !away(tick); });
-  SteadyPush push;
+  SteadyPush push(Vec3::UnitZ());
   ServoSettings settings;
   settings.passivity.control = false;
   ServoTick servo(device, push, settings);
@@ -153,9 +143,7 @@ TEST(EnergyWatch, WhatTheDeviceDidWhileItWasAwayIsNoWork) {
 }
 
 TEST(SkippedTicks, AFadingForceFallsByTheTimeThatHasPassed) {
-  SimulatedDeviceSettings settings;
-  settings.path = path_along_z({{0.2, 0.01}, {0.5, -0.01}});
-  SimulatedDevice device(settings);
+  SimulatedDevice device(pressing());
   VirtualWall wall = wall_at_zero(500.0);
   ServoTick servo(device, wall, {});
   run_ticks(servo, 0, 1000);

@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <thread>
 
@@ -16,19 +17,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-
-ServoLoopSettings gentle() {
-  ServoLoopSettings settings;
-  settings.priority = 0;
-  settings.lock_memory = false;
-  return settings;
-}
-
-SimulatedDeviceSettings pressing() {
-  SimulatedDeviceSettings settings;
-  settings.path = path_along_z({{0.1, 0.01}, {0.3, -0.01}});
-  return settings;
-}
 
 /// False: it didn't come true for ever so long.
 template <class Condition>
@@ -44,11 +32,11 @@ bool comes_true(Condition condition) {
 /// Something to be stuck in.
 struct Gate {
   std::atomic<bool> closed{false}, waited{false};
+  std::function<bool()> waits;  ///< asked by who finds it closed, before it waits; false: it passes
   void pass() {
-    while (closed) {
-      waited = true;
-      std::this_thread::sleep_for(1ms);
-    }
+    if (!closed || (waits && !waits())) return;
+    waited = true;
+    while (closed) std::this_thread::sleep_for(1ms);
   }
 };
 
@@ -65,7 +53,7 @@ class BlockingWall : public VirtualWall {
 };
 
 TEST(DevicePen, ATickThatComesAfterTheWatchdogWritesNothingButZero) {
-  SimulatedDevice inner(pressing());
+  SimulatedDevice inner(pressing_soon());
   WatchedDevice device(inner);
   DevicePen pen(device);
   EXPECT_TRUE(pen.write(Vec3(2.0, 0.0, 0.0)));
@@ -85,7 +73,7 @@ TEST(DevicePen, ATickThatComesAfterTheWatchdogWritesNothingButZero) {
 }
 
 TEST(DevicePen, TwoThreadsAreNeverInADevicesWriteAtOnce) {
-  SimulatedDevice inner(pressing());
+  SimulatedDevice inner(pressing_soon());
   WatchedDevice device(inner);
   DevicePen pen(device);
   std::atomic<bool> end{false};
@@ -100,7 +88,8 @@ TEST(DevicePen, TwoThreadsAreNeverInADevicesWriteAtOnce) {
   });
   std::uint64_t written = 0;
   const auto until = Clock::now() + 300ms;
-  while (Clock::now() < until || taken == 0) written += pen.write(Vec3(1.0, 0.0, 0.0));
+  while (Clock::now() < until || taken == 0 || written == 0)
+    written += pen.write(Vec3(1.0, 0.0, 0.0));
   end = true;
   watchdog.join();
   EXPECT_GT(written, 0u);
@@ -110,11 +99,24 @@ TEST(DevicePen, TwoThreadsAreNeverInADevicesWriteAtOnce) {
 /// A loop whose ticks can be held up, in the device's read() (true) or in the tissue.
 class Watchdog : public testing::TestWithParam<bool> {
  protected:
-  Watchdog() { loop.start(); }
+  Watchdog() {
+    // Only a tick that holds some force gets stuck, and what it holds is noted by its own thread:
+    // the test's may be away until the force is gone.
+    gate.waits = [this] {
+      if (device.last < 1.0) return false;
+      held = device.last.load();
+      falls = device.falls.load();
+      device.greatest_rise = 0.0;
+      return true;
+    };
+    loop.start();
+  }
   ~Watchdog() override { gate.closed = false; }
 
   Gate gate, open;
-  SimulatedDevice inner{pressing()};
+  std::atomic<double> held{0.0};  ///< [N] by the device when its tick got stuck
+  std::atomic<std::uint64_t> falls{0};
+  SimulatedDevice inner{pressing_soon()};
   WatchedDevice device{inner, [this](DeviceState&, std::uint64_t) {
                          if (GetParam()) gate.pass();
                        }};
@@ -128,28 +130,30 @@ TEST_P(Watchdog, ForceFadesWhereATickDoesNotEndAndComesBackAsAfterAFault) {
     loop.outputs().update();
     return loop.outputs().front();
   };
-  ASSERT_TRUE(comes_true([&] { return shown().authority == 1.0 && shown().force.norm() > 1.0; }));
-  gate.closed = true;
-  ASSERT_TRUE(comes_true([&] { return gate.waited.load(); }));
-  const double held = device.last;
-  device.greatest_rise = 0.0;
-  const std::uint64_t falls = device.falls;
-  ASSERT_TRUE(comes_true([&] { return device.last == 0.0; })) << "nobody else can take it away";
-  EXPECT_GT(held, 0.5);
-  EXPECT_GT(device.falls, falls) << "by and by";
-  ASSERT_TRUE(comes_true(
-      [&] { return has_event(take_events(loop.watchdog_events()), ServoEventKind::kWatchdog); }));
-  std::this_thread::sleep_for(20ms);
-  EXPECT_EQ(device.last, 0.0);
+  // A watchdog that is away for as long as its fade lasts takes the force at once: then again.
+  bool by_and_by = false;
+  for (int i = 0; i < 20 && !by_and_by; ++i) {
+    ASSERT_TRUE(comes_true([&] { return shown().authority == 1.0 && shown().force.norm() > 1.0; }));
+    take_events(loop.events());
+    gate.waited = false;
+    gate.closed = true;
+    ASSERT_TRUE(comes_true([&] { return gate.waited.load(); }));
+    ASSERT_TRUE(comes_true([&] { return device.last == 0.0; })) << "nobody else can take it away";
+    by_and_by = device.falls > falls;
+    ASSERT_TRUE(comes_true(
+        [&] { return has_event(take_events(loop.watchdog_events()), ServoEventKind::kWatchdog); }));
+    std::this_thread::sleep_for(20ms);
+    EXPECT_EQ(device.last, 0.0);
 
-  take_events(loop.events());
-  gate.closed = false;
-  ASSERT_TRUE(comes_true([&] { return device.last > 0.5 * held; }));
-  EXPECT_LT(device.greatest_rise, 0.2 * held);
-  const auto events = take_events(loop.events());
-  EXPECT_TRUE(has_event(events, ServoEventKind::kTicksMissing));
-  EXPECT_TRUE(has_event(events, ServoEventKind::kEngaged));
-  EXPECT_TRUE(loop.stop());
+    gate.closed = false;
+    ASSERT_TRUE(comes_true([&] { return device.last > 0.5 * held; }));
+    EXPECT_LT(device.greatest_rise, 0.2 * held);
+    const auto events = take_events(loop.events());
+    EXPECT_TRUE(has_event(events, ServoEventKind::kTicksMissing));
+    EXPECT_TRUE(has_event(events, ServoEventKind::kEngaged));
+  }
+  EXPECT_TRUE(by_and_by);
+  EXPECT_TRUE(comes_true([&] { return loop.stop(); }));
   EXPECT_EQ(device.together, 0u);
 }
 
@@ -171,10 +175,10 @@ INSTANTIATE_TEST_SUITE_P(Haptics, Watchdog, testing::Bool(), [](const auto& info
 });
 
 TEST(ServoLoopEnd, AForceThatDoesNotFadeIsTakenAwayAndZeroIsWrittenLast) {
-  SimulatedDevice inner(pressing());
+  SimulatedDevice inner(pressing_soon());
   WatchedDevice device(inner);
   VirtualWall wall = wall_at_zero(500.0);
-  ServoSettings settings;
+  ServoSettings settings = patient();
   settings.guard.fade_time = 1e9;
   ServoTick tick(device, wall, settings);
   ServoLoop loop(tick, gentle());
@@ -188,7 +192,7 @@ TEST(ServoLoopEnd, AForceThatDoesNotFadeIsTakenAwayAndZeroIsWrittenLast) {
 }
 
 TEST(ServoLoopEnd, ForcesThatAreNoNumbersDoNotKeepItFromEnding) {
-  SimulatedDevice inner(pressing());
+  SimulatedDevice inner(pressing_soon());
   WatchedDevice device(inner);
   device.limits_.friction = std::numeric_limits<double>::quiet_NaN();
   VirtualWall wall = wall_at_zero(500.0);
@@ -204,16 +208,16 @@ TEST(ServoLoopEnd, ForcesThatAreNoNumbersDoNotKeepItFromEnding) {
 }
 
 TEST(ServoLoopEnd, ZeroIsWrittenLastWhereNothingIsWrong) {
-  SimulatedDevice inner(pressing());
+  SimulatedDevice inner(pressing_soon());
   WatchedDevice device(inner);
   VirtualWall wall = wall_at_zero(500.0);
-  ServoTick tick(device, wall, {});
+  ServoTick tick(device, wall, patient());
   ServoLoop loop(tick, gentle());
   loop.start();
   ASSERT_TRUE(comes_true([&] { return device.last > 1.0; }));
   EXPECT_TRUE(comes_true([&] { return loop.stop(); }));
   EXPECT_EQ(device.last, 0.0);
-  EXPECT_TRUE(take_events(loop.watchdog_events()).empty());
+  EXPECT_FALSE(has_event(take_events(loop.watchdog_events()), ServoEventKind::kWatchdog));
 }
 
 TEST(ServoLoop, TicksThatAreAlwaysLateRestAndSaySoOnce) {
@@ -223,21 +227,22 @@ TEST(ServoLoop, TicksThatAreAlwaysLateRestAndSaySoOnce) {
       rusage usage{};
       getrusage(RUSAGE_THREAD, &usage);
       gave_away = static_cast<std::uint64_t>(usage.ru_nvcsw);
+      ++asked;
       const auto until = Clock::now() + 1500us;
       while (Clock::now() < until) {
       }
       return VirtualWall::respond(motion, dt);
     }
+    std::atomic<std::uint64_t> asked{0};
     std::atomic<std::uint64_t> gave_away{0};  // the processor, of its own will
   } wall;
-  SimulatedDevice device(pressing());
-  ServoTick tick(device, wall, {});
+  SimulatedDevice device(pressing_soon());
+  ServoTick tick(device, wall, patient());
   ServoLoop loop(tick, gentle());
   loop.start();
   ASSERT_TRUE(comes_true([&] { return loop.statistics().rests > 0; }));
-  const std::uint64_t before = wall.gave_away;
-  const std::uint64_t ticks = loop.statistics().ticks;
-  ASSERT_TRUE(comes_true([&] { return loop.statistics().ticks > ticks + 100; }));
+  const std::uint64_t before = wall.gave_away, asked = wall.asked;
+  ASSERT_TRUE(comes_true([&] { return wall.asked > asked + 100; }));
   EXPECT_GT(wall.gave_away, before + 50);
   EXPECT_TRUE(comes_true([&] { return loop.stop(); }));
   int told = 0;

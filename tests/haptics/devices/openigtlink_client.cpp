@@ -1,11 +1,16 @@
 // A program of its own that drives a tool over OpenIGTLink through the library alone: it dips below
-// z = 0 once a second and counts the forces that come back.
-//   openigtlink_client PORT SECONDS
+// z = 0 and listens to the forces that come back. It ends above, after a dip, once it has felt more
+// than NEWTONS and heard more than FORCES; with 1 where it hasn't within a minute, with 2 where it
+// can't begin.
+//   openigtlink_client PORT NEWTONS FORCES STEPS
+// A dip has so many STEPS, and the hand takes one for each force that it hears: a busy machine
+// slows it down, where a hand on the clock would jump from one late pose to the next.
 #include <igtlClientSocket.h>
 #include <igtlMessageHeader.h>
 #include <igtlSensorMessage.h>
 #include <igtlTransformMessage.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -18,9 +23,17 @@
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kLongest{60};
+/// Forces that come together move the hand by no more steps than these.
+constexpr int kMostSteps = 4;
+
 struct Received {
-  int forces = 0, bad = 0;
-  double greatest = 0.0, sideways = 0.0, least = 0.0;
+  std::atomic<int> forces{0};
+  std::atomic<double> greatest{0.0};
+  int bad = 0;
+  double sideways = 0.0, least = 0.0;
   std::string name;
   bool newton = false;
 };
@@ -45,7 +58,6 @@ void receive(igtl::ClientSocket& socket, const std::atomic<bool>& stop, Received
       ++out.bad;
       continue;
     }
-    ++out.forces;
     out.name = sensor->GetDeviceName();
     const auto unit = igtl::Unit::New();
     const auto newton = igtl::Unit::New();
@@ -53,7 +65,8 @@ void receive(igtl::ClientSocket& socket, const std::atomic<bool>& stop, Received
     newton->Init();
     newton->Append(igtl::Unit::SI_DERIVED_NEWTON, 1);
     out.newton = unit->Pack() == newton->Pack();
-    out.greatest = std::fmax(out.greatest, sensor->GetValue(2));
+    out.greatest = std::fmax(out.greatest.load(), sensor->GetValue(2));
+    ++out.forces;
     out.least = std::fmin(out.least, sensor->GetValue(2));
     out.sideways = std::fmax(out.sideways, std::hypot(sensor->GetValue(0), sensor->GetValue(1)));
   }
@@ -62,8 +75,8 @@ void receive(igtl::ClientSocket& socket, const std::atomic<bool>& stop, Received
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 3) {
-    std::fprintf(stderr, "expected PORT SECONDS\n");
+  if (count != 5) {
+    std::fprintf(stderr, "expected PORT NEWTONS FORCES STEPS\n");
     return 2;
   }
   const auto socket = igtl::ClientSocket::New();
@@ -72,21 +85,20 @@ int main(int count, char** arguments) {
     return 2;
   }
   socket->SetReceiveTimeout(50);
-  const double lasts = std::atof(arguments[2]);
+  const double newtons = std::atof(arguments[2]);
+  const int forces = std::atoi(arguments[3]), steps = std::atoi(arguments[4]);
 
   std::atomic<bool> stop{false};
   Received received;
   std::thread listening([&] { receive(*socket, stop, received); });
-  int sent = 0;
-  const auto start = std::chrono::steady_clock::now();
-  while (true) {
-    const double time =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (time >= lasts) break;
+  int sent = 0, heard = 0, step = 0;
+  bool felt = false;
+  const auto end = Clock::now() + kLongest;
+  while (!felt && Clock::now() < end) {
     igtl::Matrix4x4 matrix;
     igtl::IdentityMatrix(matrix);
     // From 10 mm above to 10 mm below, in millimetres.
-    matrix[2][3] = static_cast<float>(10.0 * std::cos(2.0 * std::numbers::pi * time));
+    matrix[2][3] = static_cast<float>(10.0 * std::cos(2.0 * std::numbers::pi * step / steps));
     const auto message = igtl::TransformMessage::New();
     message->SetDeviceName("Stylus");
     message->SetMatrix(matrix);
@@ -94,13 +106,19 @@ int main(int count, char** arguments) {
     if (socket->Send(message->GetPackPointer(), message->GetPackSize()) == 0) break;
     ++sent;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const int before = heard;
+    heard = received.forces;
+    step += std::min(heard - before, kMostSteps);
+    if (step < steps) continue;
+    step = 0;
+    felt = received.greatest > newtons && heard > forces;
   }
   stop = true;
   listening.join();
   socket->CloseSocket();
   std::printf(
       "sent %d\nforces %d\nbad %d\ngreatest %.6f\nleast %.6f\nsideways %.6f\nname %s\nnewton %d\n",
-      sent, received.forces, received.bad, received.greatest, received.least, received.sideways,
-      received.name.c_str(), received.newton ? 1 : 0);
-  return 0;
+      sent, received.forces.load(), received.bad, received.greatest.load(), received.least,
+      received.sideways, received.name.c_str(), received.newton ? 1 : 0);
+  return felt ? 0 : 1;
 }

@@ -6,20 +6,21 @@
 
 #include "tests/haptics/allocations.h"
 #include "tests/haptics/servo_world.h"
+#include "tests/haptics/watched_device.h"
 
 namespace viscera::test {
 namespace {
 
-SimulatedDeviceSettings pressing() {
+SimulatedDeviceSettings dipping() {
   SimulatedDeviceSettings settings;
   settings.path = path_along_z({{0.2, 0.02}, {0.6, -0.01}, {1.0, 0.02}});
   return settings;
 }
 
 TEST(RecordedDevice, AReplayGivesTheSameForcesBitForBit) {
-  SimulatedDevice simulated{pressing()};
+  SimulatedDevice simulated{dipping()};
   // A fault on the way: that comes back too.
-  BrokenDevice broken(simulated, [](DeviceState& state, std::uint64_t tick) {
+  WatchedDevice broken(simulated, [](DeviceState& state, std::uint64_t tick) {
     if (tick >= 700 && tick < 720)
       state.pose.position.x() = std::numeric_limits<double>::quiet_NaN();
   });
@@ -41,7 +42,7 @@ TEST(RecordedDevice, AReplayGivesTheSameForcesBitForBit) {
 }
 
 TEST(RecordedDevice, AfterItsLastReadingTheDeviceIsGone) {
-  SimulatedDevice simulated{pressing()};
+  SimulatedDevice simulated{dipping()};
   RecordingDevice recorder(simulated, 1e-3, 600);
   VirtualWall wall = wall_at_zero(600.0);
   ServoTick live(recorder, wall, {});
@@ -78,7 +79,7 @@ TEST(RecordedDevice, AnEmptyRecordingIsADeviceThatIsNotThere) {
 }
 
 TEST(RecordingDevice, ItTakesNoMemoryWhileItRecordsAndCountsWhatDoesNotFit) {
-  SimulatedDevice simulated{pressing()};
+  SimulatedDevice simulated{dipping()};
   RecordingDevice recorder(simulated, 1e-3, 100);
   const std::uint64_t before = allocations();
   for (std::uint64_t tick = 0; tick < 150; ++tick) {
