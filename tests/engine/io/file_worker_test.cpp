@@ -59,7 +59,7 @@ TEST(FileWorker, TheQueueIsBoundedAndTheCallerWaitsOnlyForRoom) {
     }
   });
   // One runs, two wait; the fourth has no room while the gate is shut.
-  for (int i = 0; i < 1000 && added < 3; ++i) std::this_thread::sleep_for(1ms);
+  for (int i = 0; i < 20'000 && added < 3; ++i) std::this_thread::sleep_for(1ms);
   std::this_thread::sleep_for(20ms);
   EXPECT_EQ(added, 3);
   gate.open();

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "kernels/base/stopwatch.h"
@@ -102,17 +104,38 @@ TEST(RunFolder, WhatAKillHasCutOffGoesAndNothingElse) {
   for (const char* name : others) EXPECT_EQ(file_text(folder / name), "mine") << name;
 }
 
+/// Bytes on the disk that this process holds by files of the folder which have no name any more.
+std::uintmax_t nameless_bytes(const fs::path& folder) {
+  const std::string begins = fs::canonical(folder).string() + "/";
+  std::uintmax_t bytes = 0;
+  for (const fs::directory_entry& open : fs::directory_iterator("/proc/self/fd")) {
+    std::error_code gone;
+    const std::string file = fs::read_symlink(open.path(), gone).string();
+    struct stat status = {};
+    if (file.starts_with(begins) && file.ends_with(" (deleted)") &&
+        ::stat(open.path().c_str(), &status) == 0)
+      bytes += 512 * static_cast<std::uintmax_t>(status.st_blocks);
+  }
+  return bytes;
+}
+
 TEST(RunFolder, TheRoomThatItKeepsGoesWithItAndIsNeverSeen) {
+  constexpr std::uintmax_t kForFiles = 4 << 20, kForReport = 256 << 10;
   const TemporaryFolder folder;
   auto run = RunFolder::take(folder.path());
   ASSERT_TRUE(run);
   const auto reserved = run->reserve();
   ASSERT_TRUE(reserved) << reserved.error().text();
   EXPECT_EQ(test::entries(folder.path()), 1) << "the marker";
+  EXPECT_GE(nameless_bytes(folder.path()), kForFiles + kForReport);
   run->release(RunFolder::Room::kFiles);
+  EXPECT_GE(nameless_bytes(folder.path()), kForReport);
+  EXPECT_LT(nameless_bytes(folder.path()), kForFiles);
   run->release(RunFolder::Room::kFiles);
   RunFolder moved = *std::move(run);
+  EXPECT_GE(nameless_bytes(folder.path()), kForReport);
   moved.release(RunFolder::Room::kReport);
+  EXPECT_EQ(nameless_bytes(folder.path()), 0u);
   EXPECT_TRUE(moved.sync());
 }
 
