@@ -11,7 +11,8 @@ namespace {
 
 struct Kind {
   std::string_view name;
-  double most, most_of_galerkin;  ///< of all cases, of those by galerkin
+  /// Of all cases, of those by galerkin, which are a quarter of all.
+  double most, most_of_galerkin;
 };
 constexpr std::array<Kind, kRefusalKinds> kKinds = {{
     {"nodes too near", 0.18, 0.18},

@@ -31,7 +31,7 @@ struct Refusals {
 
   int all() const;
   /// Of this kind at most, with what chance may add (three standard deviations) to a run as short
-  /// as this one. The shares were measured over 2,000 cases and have a quarter to spare.
+  /// as this one. What the shares are beside those measured: docs/verification.md.
   int ceiling(RefusalKind kind, bool galerkin) const;
   /// Kinds that have more, one message each.
   std::vector<std::string> over(bool galerkin) const;

@@ -300,6 +300,7 @@ void slide(Contact& contact, const StressSurface& surface, const std::vector<Str
     for (const double steps : {0.0, 0.3, 1.1, 4.0}) {
       StressTool moved =
           tool_at(surface, foot.position + steps * radius * across, radius, 1, false);
+      if (moved.cells.empty()) continue;  // as random_tools() does
       moved.greatest_depth = tool.greatest_depth;
       std::vector<ContactCell> cells;
       moved.add_cells(0.5, 0.0, cells);
@@ -498,6 +499,10 @@ Result<StressOutcome> run_stress_case(std::uint64_t seed, int number, StressFaul
   figures.add(*agreed);
   const StressSurface surface(body);
   const std::vector<StressTool> tools = random_tools(surface, draws);
+  if (tools.empty())
+    return refuse(
+        Error("tools: found no place with tissue straight under it; expected one: make the "
+              "touchable part wider"));
   for (const StressTool& tool : tools) {
     if (!outcome.tools.empty()) outcome.tools += "; ";
     outcome.tools +=

@@ -134,8 +134,10 @@ std::vector<StressTool> random_tools(const StressSurface& surface, Draws& draws)
   if (reachable.empty()) return tools;
 
   const int count = 1 + draws.below(3);
+  // Where none of those has anything under it, until one has.
+  constexpr int kTries = 100;
   Vec3 place = Vec3::Zero();
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count || (tools.empty() && i < kTries); ++i) {
     const std::size_t t =
         reachable[static_cast<std::size_t>(draws.below(static_cast<int>(reachable.size())))];
     const auto c = static_cast<std::size_t>(draws.below(3));

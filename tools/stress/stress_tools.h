@@ -39,11 +39,13 @@ struct StressSurface {
 
 /// A tool whose foot is the place of the surface nearest to `place`, its cells where the engine
 /// lays them (contact_cells.cpp): its direction the mean normal about it, cells sought along that.
+/// It may find none: a ridge may have nothing straight under its foot.
 StressTool tool_at(const StressSurface& surface, const Vec3& place, double radius, int rings,
                    bool held);
 
 /// One to three tools: inside triangles, exactly on vertices and on edges, or exactly where the one
 /// before stands (then of its kind: a jaw can't hold still what a tip presses in at one place).
+/// Each has cells. None, where nothing may be touched or no foot had anything under it.
 std::vector<StressTool> random_tools(const StressSurface& surface, Draws& draws);
 
 }  // namespace viscera

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tools/stress/stress_run.h"
+#include "tools/stress/stress_tools.h"
 
 namespace viscera {
 namespace {
@@ -105,6 +106,29 @@ TEST(StressCases, BodiesThatNobodyCanAnswerForAreSaidToBeSo) {
   EXPECT_TRUE(answered.passed());
   answered.to_be_refused = true;
   EXPECT_FALSE(answered.passed()) << "an answer where there can be none";
+}
+
+TEST(StressTools, HaveCellsAndThereAreNoneWhereNothingMayBeTouched) {
+  int with_tools = 0;
+  for (int number = 0; number < 2 * kStressKinds; ++number) {
+    StressBody body = make_stress_body(1, number);
+    if (!body.refused.empty()) continue;
+    const StressSurface surface(body);
+    Draws draws(1, static_cast<std::uint64_t>(number));
+    const std::vector<StressTool> tools = random_tools(surface, draws);
+    with_tools += !tools.empty();
+    for (const StressTool& tool : tools) EXPECT_FALSE(tool.cells.empty()) << tool.place;
+    body.is_touchable = [](const Vec3&) { return false; };
+    EXPECT_TRUE(random_tools(surface, draws).empty());
+  }
+  EXPECT_GE(with_tools, kStressKinds);
+}
+
+TEST(StressTools, FarFromEverythingTheyHaveNoCells) {
+  const StressBody body = make_stress_body(1, 0);
+  const StressSurface surface(body);
+  const Vec3 far = body.cloud.positions.front() + Vec3(10.0 * body.size, 0, 0);
+  EXPECT_TRUE(tool_at(surface, far, 0.1 * body.size, 1, false).cells.empty());
 }
 
 TEST(StressCases, SameSeedAndNumberGiveTheSameFigures) {
