@@ -37,7 +37,7 @@ double median_call_s(const std::function<void()>& call, double for_about_s);
 /// holds, all threads together [bytes/s].
 double read_bandwidth();
 
-/// A folder that goes with the benchmark.
+/// A folder for temporary files, which goes with the object.
 class ScratchFolder {
  public:
   static Result<std::unique_ptr<ScratchFolder>> create();

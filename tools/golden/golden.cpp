@@ -29,8 +29,10 @@ std::string text_of(const std::filesystem::path& file) {
 struct Table {
   std::vector<std::string> names;
   std::vector<std::vector<double>> rows;
-  std::size_t column(const std::string& name) const {
-    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  std::optional<std::size_t> column(const std::string& name) const {
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end()) return std::nullopt;
+    return static_cast<std::size_t>(at - names.begin());
   }
 };
 
@@ -54,14 +56,21 @@ Table read_table(const std::filesystem::path& file) {
 
 /// Of every tool of forces.csv: its greatest force, and the work its tip put into the tissue. What
 /// it got back isn't taken off: of a palpation hardly anything would be left.
-void add_tools(const Table& table, std::map<std::string, double>& figures) {
+Result<void> add_tools(const std::filesystem::path& file, std::map<std::string, double>& figures) {
+  const Table table = read_table(file);
   for (const std::string& name : table.names) {
     if (!name.ends_with("_x_m")) continue;
     const std::string tool = name.substr(0, name.size() - 4);
     std::array<std::size_t, 3> place{}, force{};
     for (std::size_t a = 0; a < 3; ++a) {
-      place[a] = table.column(fmt::format("{}_{}_m", tool, "xyz"[a]));
-      force[a] = table.column(fmt::format("{}_f{}_N", tool, "xyz"[a]));
+      const auto at = table.column(fmt::format("{}_{}_m", tool, "xyz"[a]));
+      const auto pushed = table.column(fmt::format("{}_f{}_N", tool, "xyz"[a]));
+      if (!at || !pushed)
+        return failure(fmt::format(
+            "{}: found {} without all its columns, expected _x_m to _z_m and _fx_N to _fz_N",
+            file.string(), tool));
+      place[a] = *at;
+      force[a] = *pushed;
     }
     double greatest = 0.0, work = 0.0;
     for (std::size_t i = 0; i < table.rows.size(); ++i) {
@@ -79,6 +88,71 @@ void add_tools(const Table& table, std::map<std::string, double>& figures) {
     figures[tool + ": greatest force, N"] = greatest;
     figures[tool + ": work put in, J"] = work;
   }
+  return {};
+}
+
+Result<void> add_lesion(const std::filesystem::path& file, std::map<std::string, double>& figures) {
+  const Table table = read_table(file);
+  if (table.rows.empty()) return {};
+  const auto depth = table.column("depth_m"), width = table.column("width_m");
+  if (!depth || !width)
+    return failure(file.string() + ": found no column depth_m or no width_m, expected both");
+  figures["lesion: depth, m"] = table.rows.back()[*depth];
+  figures["lesion: width, m"] = table.rows.back()[*width];
+  return {};
+}
+
+/// Null: there is no such key, or this is no object.
+const Json* member(const Json& object, const char* key) {
+  if (!object.is_object()) return nullptr;
+  const auto at = object.find(key);
+  return at == object.end() ? nullptr : &*at;
+}
+
+std::optional<double> number(const Json& object, const char* key) {
+  const Json* const found = member(object, key);
+  if (!found || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+std::optional<std::string> word(const Json& object, const char* key) {
+  const Json* const found = member(object, key);
+  if (!found || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
+/// Nothing where it isn't one.
+std::optional<GoldenScene> golden_scene(const Json& one) {
+  const auto name = word(one, "scene");
+  const auto duration = number(one, "duration_s");
+  const Json* const figures = member(one, "figures");
+  if (!name || !duration || !figures || !figures->is_object()) return std::nullopt;
+  GoldenScene scene{*name, *duration, {}};
+  for (const auto& [key, figure] : figures->items()) {
+    const auto value = number(figure, "value"), tolerance = number(figure, "tolerance");
+    if (!value || !tolerance) return std::nullopt;
+    scene.figures[key] = {*value, *tolerance};
+  }
+  return scene;
+}
+
+/// A list of the report: the key under which an entry has its name, its figures and their names.
+struct ReportList {
+  const char *key, *name;
+  std::vector<std::pair<const char*, const char*>> figures;
+};
+
+const std::vector<ReportList>& report_lists() {
+  static const std::vector<ReportList> lists = {
+      {"organs", "name", {{"greatest_displacement_m", "greatest displacement, m"}}},
+      {"tissue",
+       "organ",
+       {{"greatest_temperature_K", "greatest temperature, K"},
+        {"volume_coagulated_m3", "coagulated, m3"},
+        {"vaporised_kg", "vaporised, kg"}}},
+      {"haptics", "tool", {{"energy_J", "energy of its hand, J"}}},
+      {"links", "name", {{"greatest_force_N", "greatest force, N"}}}};
+  return lists;
 }
 
 double tolerance_of(const std::string& name) {
@@ -92,15 +166,19 @@ double tolerance_of(const std::string& name) {
 
 Result<std::vector<GoldenScene>> read_golden(const std::filesystem::path& file) {
   const Json all = Json::parse(text_of(file), nullptr, false);
-  if (!all.is_object() || !all.contains("scenes"))
+  const Json* const list = member(all, "scenes");
+  if (!list || !list->is_array())
     return failure(file.string() + ": found no golden figures, expected {\"scenes\": [...]}");
   std::vector<GoldenScene> scenes;
-  for (const Json& one : all["scenes"]) {
-    GoldenScene& scene = scenes.emplace_back();
-    scene.name = one["scene"];
-    scene.duration_s = one["duration_s"];
-    for (const auto& [name, figure] : one["figures"].items())
-      scene.figures[name] = {figure["value"], figure["tolerance"]};
+  for (const Json& one : *list) {
+    auto scene = golden_scene(one);
+    if (!scene)
+      return failure(
+          fmt::format("{}: scenes/{}: found no golden scene, expected {{\"scene\": NAME, "
+                      "\"duration_s\": SECONDS, \"figures\": {{NAME: {{\"value\": NUMBER, "
+                      "\"tolerance\": SHARE}}}}}}",
+                      file.string(), scenes.size()));
+    scenes.push_back(std::move(*scene));
   }
   return scenes;
 }
@@ -120,35 +198,39 @@ std::string golden_text(const std::vector<GoldenScene>& scenes) {
 }
 
 Result<std::map<std::string, double>> figures_of_run(const std::filesystem::path& folder) {
-  const Json report = Json::parse(text_of(folder / "report.json"), nullptr, false);
-  if (!report.is_object())
-    return failure((folder / "report.json").string() + ": found no report of a run");
+  const std::string file = (folder / "report.json").string();
+  const Json report = Json::parse(text_of(file), nullptr, false);
+  if (!report.is_object()) return failure(file + ": found no report of a run");
+  const Json* const complete = member(report, "complete");
+  if (!complete || *complete != true)
+    return failure(file + ": found a run that ended early: " +
+                   word(report, "reason").value_or("it doesn't say why"));
   std::map<std::string, double> figures;
-  add_tools(read_table(folder / "forces.csv"), figures);
+  if (auto added = add_tools(folder / "forces.csv", figures); !added)
+    return std::unexpected(added.error());
   const auto add = [&](const std::string& name, const Json& of, const char* key) {
-    if (of.is_object() && of.contains(key) && of[key].is_number()) figures[name] = of[key];
+    if (const auto value = number(of, key)) figures[name] = *value;
   };
-  for (const Json& organ : report["organs"])
-    add(organ["name"].get<std::string>() + ": greatest displacement, m", organ,
-        "greatest_displacement_m");
-  for (const Json& tissue : report["tissue"]) {
-    const std::string organ = tissue["organ"];
-    add(organ + ": greatest temperature, K", tissue, "greatest_temperature_K");
-    add(organ + ": coagulated, m3", tissue, "volume_coagulated_m3");
-    add(organ + ": vaporised, kg", tissue, "vaporised_kg");
+  for (const ReportList& list : report_lists()) {
+    const Json* const entries = member(report, list.key);
+    if (!entries || !entries->is_array())
+      return failure(fmt::format("{}: found no list \"{}\", expected one", file, list.key));
+    for (const Json& entry : *entries) {
+      const auto name = word(entry, list.name);
+      if (!name)
+        return failure(fmt::format("{}: {}: found an entry without \"{}\", expected its name", file,
+                                   list.key, list.name));
+      for (const auto& [key, said] : list.figures)
+        add(fmt::format("{}: {}", *name, said), entry, key);
+    }
   }
-  for (const Json& hand : report["haptics"])
-    add(hand["tool"].get<std::string>() + ": energy of its hand, J", hand, "energy_J");
-  for (const Json& link : report["links"])
-    add(link["name"].get<std::string>() + ": greatest force, N", link, "greatest_force_N");
-  add("delivered to tissue, J", report["cautery"], "energy_delivered_J");
-  for (const char* what : {"emitted", "airborne", "evacuated", "deposited"})
-    add(fmt::format("smoke {}, kg", what), report["smoke"], fmt::format("{}_kg", what).c_str());
-  const Table lesion = read_table(folder / "lesion.csv");
-  if (!lesion.rows.empty()) {
-    figures["lesion: depth, m"] = lesion.rows.back()[lesion.column("depth_m")];
-    figures["lesion: width, m"] = lesion.rows.back()[lesion.column("width_m")];
-  }
+  if (const Json* const cautery = member(report, "cautery"))
+    add("delivered to tissue, J", *cautery, "energy_delivered_J");
+  if (const Json* const smoke = member(report, "smoke"))
+    for (const char* what : {"emitted", "airborne", "evacuated", "deposited"})
+      add(fmt::format("smoke {}, kg", what), *smoke, fmt::format("{}_kg", what).c_str());
+  if (auto added = add_lesion(folder / "lesion.csv", figures); !added)
+    return std::unexpected(added.error());
   std::erase_if(figures, [](const auto& figure) { return figure.second == 0.0; });
   return figures;
 }

@@ -1,16 +1,17 @@
 // viscera_golden [--write] [SCENE...]: runs the shipped scenes of tests/scenes/golden.json (or
 // those named) and prints each figure that has changed, old -> new. With --write the file is
 // written anew; the diff of it belongs into the change that caused it. Exit code 1: a figure left
-// its tolerance.
+// its tolerance; 2: there is no such scene, or a run or a file failed.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 
 #include "engine/io/atomic_file.h"
+#include "tools/common/bench_figures.h"
 #include "tools/golden/golden.h"
 
 int main(int count, char** words) {
@@ -30,7 +31,21 @@ int main(int count, char** words) {
     std::cerr << scenes.error().text() << '\n';
     return 2;
   }
-  const fs::path out = fs::temp_directory_path() / fmt::format("viscera_golden_{}", getpid());
+  for (const std::string& name : names) {
+    if (std::ranges::find(*scenes, name, &viscera::GoldenScene::name) != scenes->end()) continue;
+    std::cerr << fmt::format("{}: found no scene \"{}\", expected one of:", file.string(), name);
+    for (const viscera::GoldenScene& scene : *scenes) std::cerr << ' ' << scene.name;
+    std::cerr << '\n';
+    return 2;
+  }
+  const auto scratch = viscera::ScratchFolder::create();
+  if (!scratch) {
+    std::cerr << scratch.error().text() << '\n';
+    return 2;
+  }
+  const fs::path out = (*scratch)->path();
+  // What an older program has prepared says nothing of this one.
+  setenv("VISCERA_CACHE", (out / "cache").c_str(), 1);
   bool beyond = false;
   for (viscera::GoldenScene& scene : *scenes) {
     if (!names.empty() && std::ranges::find(names, scene.name) == names.end()) continue;
@@ -49,7 +64,6 @@ int main(int count, char** words) {
     std::cout << std::flush;
     if (write) scene = viscera::with_figures(scene, *found);
   }
-  fs::remove_all(out);
   if (!write) return beyond ? 1 : 0;
   if (auto written = viscera::write_file(file, viscera::golden_text(*scenes)); !written) {
     std::cerr << written.error().text() << '\n';

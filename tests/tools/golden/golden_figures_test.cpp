@@ -21,7 +21,7 @@ TEST(GoldenFigures, AreTakenFromForcesReportAndLesion) {
       << "0.2,0.001,0,-0.001,-3,0,4\n"
       << "0.3,0,0,-0.001,-3,0,4\n";
   std::ofstream(folder / "lesion.csv") << "time_s,depth_m,width_m\n0,0,0\n1,0.002,0.005\n";
-  std::ofstream(folder / "report.json") << R"({
+  std::ofstream(folder / "report.json") << R"({ "complete": true,
     "organs": [{"name": "liver", "greatest_displacement_m": 0.004}], "haptics": [], "links": [],
     "tissue": [{"organ": "liver", "greatest_temperature_K": 400, "volume_coagulated_m3": 0}],
     "cautery": {"energy_delivered_J": 30}, "smoke": {"emitted_kg": 1e-6, "evacuated_kg": 0}})";
@@ -49,6 +49,68 @@ TEST(GoldenFigures, AFolderWithoutAReportIsRefused) {
   const auto figures = figures_of_run(folder.path());
   ASSERT_FALSE(figures);
   EXPECT_NE(figures.error().text().find("found no report"), std::string::npos);
+}
+
+/// The least that a whole run's report says.
+nlohmann::ordered_json least_report() {
+  nlohmann::ordered_json report = {{"complete", true}};
+  for (const char* list : {"organs", "haptics", "links", "tissue"})
+    report[list] = nlohmann::ordered_json::array();
+  return report;
+}
+
+/// What is said of a folder with these files; empty where it has figures.
+std::string refusal(const std::string& report, const std::string& forces = "",
+                    const std::string& lesion = "") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "report.json") << report;
+  if (!forces.empty()) std::ofstream(folder / "forces.csv") << forces;
+  if (!lesion.empty()) std::ofstream(folder / "lesion.csv") << lesion;
+  const auto figures = figures_of_run(folder.path());
+  return figures ? "" : figures.error().text();
+}
+
+void expect_words(const std::string& text, const std::vector<std::string>& words) {
+  for (const std::string& word : words)
+    EXPECT_NE(text.find(word), std::string::npos) << word << " isn't in: " << text;
+}
+
+TEST(GoldenFigures, OfARunThatEndedEarlyThereAreNone) {
+  auto report = least_report();
+  ASSERT_EQ(refusal(report.dump()), "");
+  report["complete"] = false;
+  report["reason"] = "smoke at 0.3 s: No space left on device";
+  expect_words(refusal(report.dump()),
+               {"report.json: found a run that ended early: smoke at 0.3 s"});
+  report.erase("complete");
+  expect_words(refusal(report.dump()), {"found a run that ended early"});
+}
+
+TEST(GoldenFigures, OfReportsThatLackWhatTheyHaveThereAreNone) {
+  for (const char* list : {"organs", "haptics", "links", "tissue"}) {
+    auto report = least_report();
+    report.erase(list);
+    expect_words(refusal(report.dump()), {"report.json: found no list", list});
+    report[list] = 3;
+    expect_words(refusal(report.dump()), {"report.json: found no list", list});
+    for (const char* entry : {"{}", "7", R"({"name": 1, "organ": 1, "tool": 1})"}) {
+      report[list] = nlohmann::ordered_json::array({nlohmann::ordered_json::parse(entry)});
+      expect_words(refusal(report.dump()), {list, "found an entry without"});
+    }
+  }
+  auto report = least_report();
+  report["cautery"] = nullptr;
+  report["smoke"] = "none";
+  EXPECT_EQ(refusal(report.dump()), "") << "nothing burns";
+}
+
+TEST(GoldenFigures, TablesWithoutAColumnAreRefused) {
+  const std::string report = least_report().dump();
+  expect_words(
+      refusal(report, "time_s,hook_x_m,hook_y_m,hook_z_m,hook_fx_N,hook_fy_N\n0,0,0,0,0,0\n"),
+      {"forces.csv: found hook without all its columns"});
+  expect_words(refusal(report, "", "time_s,depth_m\n0,0\n"),
+               {"lesion.csv: found no column", "width_m"});
 }
 
 TEST(GoldenChanges, OfTheSameFiguresThereAreNone) {
@@ -87,8 +149,31 @@ TEST(GoldenFile, IsReadAsItWasWrittenAndKeepsItsTolerances) {
   EXPECT_EQ(read->front().figures.at("force, N").value, 3.25);
   EXPECT_EQ(read->front().figures.at("force, N").tolerance, 0.01);
   EXPECT_EQ(read->front().figures.at("hot, K").tolerance, 0.005);
-  std::ofstream(folder / "golden.json") << "[1";
-  EXPECT_FALSE(read_golden(folder / "golden.json"));
+}
+
+TEST(GoldenFile, ThatIsNoneIsRefusedWithThePlace) {
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& text) {
+    std::ofstream(folder / "golden.json") << text;
+    const auto read = read_golden(folder / "golden.json");
+    return read ? "" : read.error().text();
+  };
+  ASSERT_EQ(said(golden_text({kOld})), "");
+  for (const char* text : {"[1", "[]", "{}", R"({"scenes": {}})"})
+    expect_words(said(text), {"golden.json: found no golden figures"});
+  const auto whole = nlohmann::ordered_json::parse(golden_text({kOld, kOld}));
+  for (const char* key : {"scene", "duration_s", "figures"}) {
+    auto broken = whole;
+    broken["scenes"][1].erase(key);
+    expect_words(said(broken.dump()), {"golden.json: scenes/1: found no golden scene"});
+    broken["scenes"][1][key] = nlohmann::ordered_json::array({1});
+    expect_words(said(broken.dump()), {"golden.json: scenes/1: found no golden scene"});
+  }
+  for (const char* key : {"value", "tolerance"}) {
+    auto broken = whole;
+    broken["scenes"][1]["figures"]["heat, J"][key] = "much";
+    expect_words(said(broken.dump()), {"golden.json: scenes/1: found no golden scene"});
+  }
 }
 
 }  // namespace
