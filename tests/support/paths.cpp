@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 
 namespace viscera::test {
 namespace fs = std::filesystem;
@@ -19,10 +21,15 @@ std::optional<fs::path> shared_data(const std::string& path) {
   return wanted;
 }
 
+std::string file_text(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 TemporaryFolder::TemporaryFolder() {
   std::string name = (fs::temp_directory_path() / "viscera_test_XXXXXX").string();
   if (!mkdtemp(name.data())) std::abort();
-  path_ = name;
+  path_ = fs::canonical(name);
 }
 
 TemporaryFolder::~TemporaryFolder() {

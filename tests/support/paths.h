@@ -14,7 +14,10 @@ std::filesystem::path project_file(const std::string& path);
 /// nothing where it is absent: the test then says skipped.
 std::optional<std::filesystem::path> shared_data(const std::string& path);
 
-/// A fresh empty folder for one test, removed with the object.
+/// A whole file as it stands; empty where it can't be read.
+std::string file_text(const std::filesystem::path& file);
+
+/// A fresh empty folder for one test, without links in its name, removed with the object.
 class TemporaryFolder {
  public:
   TemporaryFolder();

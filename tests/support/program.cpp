@@ -13,7 +13,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 extern char** environ;
@@ -149,8 +148,8 @@ ProgramResult run_command(const std::vector<std::string>& words) {
   return run(words, {});
 }
 
-void expect_refused(const ProgramResult& result, const std::vector<std::string>& words) {
-  EXPECT_EQ(result.code, 2) << result.told();
+void expect_failed(const ProgramResult& result, int code, const std::vector<std::string>& words) {
+  EXPECT_EQ(result.code, code) << result.told();
   for (const std::string& word : words)
     EXPECT_NE(result.err.find(word), std::string::npos)
         << "missing \"" << word << "\" in " << result.told();
@@ -158,6 +157,10 @@ void expect_refused(const ProgramResult& result, const std::vector<std::string>&
     EXPECT_EQ(result.err.find(trace), std::string::npos) << result.told();
   EXPECT_FALSE(result.err.empty());
   EXPECT_LT(result.err.size(), 2000u) << "that isn't one clear message: " << result.told();
+}
+
+void expect_refused(const ProgramResult& result, const std::vector<std::string>& words) {
+  expect_failed(result, 2, words);
 }
 
 void expect_whole_files(const fs::path& folder) {
@@ -184,11 +187,6 @@ void expect_whole_files(const fs::path& folder) {
       EXPECT_EQ(run_command({"ffprobe", "-v", "error", file.string()}).code, 0) << file;
     }
   }
-}
-
-std::string file_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 std::vector<fs::path> files_of(const fs::path& folder, const std::string& extension) {

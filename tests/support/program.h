@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths.h"
+
 namespace viscera::test {
 
 struct ProgramCall {
@@ -40,14 +42,14 @@ ProgramResult run_program(const ProgramCall& call);
 /// Any program of the PATH; for looking at what viscera wrote.
 ProgramResult run_command(const std::vector<std::string>& words);
 
-/// Expects exit code 2, one message with all `words`, and none of a crash's traces.
+/// Expects this exit code, one message with all `words`, and none of a crash's traces.
+void expect_failed(const ProgramResult& result, int code, const std::vector<std::string>& words);
+/// With exit code 2.
 void expect_refused(const ProgramResult& result, const std::vector<std::string>& words);
 
 /// Expects that nothing in the folder has a temporary name and that every file in it reads to its
 /// end: JSON parses, pictures and pages end, volumes open, tables have whole rows.
 void expect_whole_files(const std::filesystem::path& folder);
-
-std::string file_text(const std::filesystem::path& file);
 
 /// Files below the folder with this extension (".png").
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder,

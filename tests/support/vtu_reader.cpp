@@ -5,17 +5,12 @@
 
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <regex>
+
+#include "tests/support/paths.h"
 
 namespace viscera::test {
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::string attribute(const std::string& element, const std::string& name) {
   std::smatch match;
@@ -77,7 +72,7 @@ std::vector<Vec3f> vectors_at(const std::string& data, std::size_t offset) {
 VtuContent read_vtu(const std::filesystem::path& file) {
   SCOPED_TRACE(file.string());
   VtuContent content;
-  const std::string text = text_of(file);
+  const std::string text = file_text(file);
   const std::string open = "<AppendedData encoding=\"raw\">";
   const std::size_t appended = text.find(open);
   const std::size_t mark = text.find('_', appended);
@@ -123,7 +118,7 @@ VtuContent read_vtu(const std::filesystem::path& file) {
 }
 
 std::vector<PvdContent> read_pvd(const std::filesystem::path& file) {
-  const std::string xml = text_of(file);
+  const std::string xml = file_text(file);
   EXPECT_NE(xml.find("<VTKFile type=\"Collection\""), std::string::npos);
   EXPECT_TRUE(xml.ends_with("</VTKFile>\n"));
   std::vector<PvdContent> all;

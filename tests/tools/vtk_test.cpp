@@ -163,10 +163,8 @@ TEST(VtkSeries, AFileInTheWayOfAnOrgansFolderEndsTheRunAndStays) {
   const SceneFolder folder;
   fs::create_directories(folder.out() / "vtk");
   std::ofstream(folder.out() / "vtk" / "ball") << "mine";
-  const ProgramResult result = folder.run({"--no-render", "--vtk"});
-  EXPECT_EQ(result.code, 1) << result.told();
-  EXPECT_NE(result.err.find((folder.out() / "vtk" / "ball").string()), std::string::npos);
-  EXPECT_NE(result.err.find("found a file"), std::string::npos) << result.told();
+  expect_failed(folder.run({"--no-render", "--vtk"}), 1,
+                {(folder.out() / "vtk" / "ball").string(), "found a file"});
   EXPECT_EQ(file_text(folder.out() / "vtk" / "ball"), "mine");
 }
 

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <functional>
 
+#include "tests/support/paths.h"
+
 namespace viscera {
 namespace {
 
@@ -30,14 +32,10 @@ bool kernel_has_landlock() {
 class Confined : public testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "viscera_confine_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder = fs::canonical(name);
     fs::create_directory(folder / "mine");
     std::ofstream(folder / "mine/file") << "mine";
     std::ofstream(folder / "secret") << "secret";
   }
-  void TearDown() override { fs::remove_all(folder); }
 
   /// Whether `work` succeeds in a confined child; false also where the child is killed.
   bool works(const std::function<bool()>& work, double seconds = 5.0) const {
@@ -55,7 +53,8 @@ class Confined : public testing::Test {
     return descriptor >= 0;
   }
 
-  fs::path folder;
+  const test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path();
 };
 
 TEST_F(Confined, MayReadItsFolder) {

@@ -1,4 +1,4 @@
-// Whole files as strings, for tests of what was written.
+// What was written: whole files as strings, and how many there are.
 #pragma once
 
 #include <filesystem>
@@ -6,12 +6,9 @@
 #include <iterator>
 #include <string>
 
-namespace viscera::test {
+#include "tests/support/paths.h"
 
-inline std::string file_text(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
+namespace viscera::test {
 
 inline void put_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;

@@ -2,7 +2,6 @@
 // goes on.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstring>
@@ -10,6 +9,7 @@
 
 #include "engine/io/foreign_files.h"
 #include "engine/io/label_map.h"
+#include "tests/support/paths.h"
 
 namespace viscera {
 namespace {
@@ -21,16 +21,10 @@ class HostileFiles : public testing::Test {
   /// On a busy machine; alone each takes less than two seconds beyond a second a MiB.
   static constexpr double kSlow_s = 30.0;
 
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "viscera_hostile_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder = fs::canonical(name);
-    begin = std::chrono::steady_clock::now();
-  }
+  void SetUp() override { begin = std::chrono::steady_clock::now(); }
   void TearDown() override {
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     EXPECT_LT(took.count(), kSlow_s);
-    fs::remove_all(folder);
   }
 
   fs::path written(const std::string& name, const std::string& bytes) const {
@@ -54,7 +48,8 @@ class HostileFiles : public testing::Test {
            std::to_string(vertex) + "\n";
   }
 
-  fs::path folder;
+  const test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path();
   std::chrono::steady_clock::time_point begin;
 };
 

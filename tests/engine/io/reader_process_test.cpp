@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "engine/io/foreign_files.h"
+#include "tests/support/paths.h"
 
 namespace viscera {
 namespace {
@@ -14,17 +15,8 @@ namespace fs = std::filesystem;
 
 class ReaderProcess : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "viscera_reader_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder = fs::canonical(name);
-    file = folder / "one.obj";
-    std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-  }
-  void TearDown() override {
-    fs::remove_all(folder);
-    ::unsetenv("VISCERA_READER");
-  }
+  void SetUp() override { std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"; }
+  void TearDown() override { ::unsetenv("VISCERA_READER"); }
   Result<TriangleSurface> read(const ReadLimits& limits, std::string_view reader = kSurfaceReader) {
     return read_by_child<TriangleSurface>({reader, file, {"0.001"}, limits});
   }
@@ -36,7 +28,8 @@ class ReaderProcess : public testing::Test {
     EXPECT_NE(read.error().text().find(words), std::string::npos) << read.error().text();
   }
 
-  fs::path folder, file;
+  const test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path(), file = folder / "one.obj";
 };
 
 TEST_F(ReaderProcess, HandsBackWhatItRead) {

@@ -210,21 +210,14 @@ TEST(Preparation, AFinePartBesideTheSurfaceIsRefusedWithItsPlace) {
 /// A cache of its own.
 class KeptFactor : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("viscera_kept_factor_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    setenv("VISCERA_CACHE", folder_.c_str(), 1);
-  }
-  void TearDown() override {
-    unsetenv("VISCERA_CACHE");
-    fs::remove_all(folder_);
-  }
+  void SetUp() override { setenv("VISCERA_CACHE", folder_.path().c_str(), 1); }
+  void TearDown() override { unsetenv("VISCERA_CACHE"); }
 
   Built build(SceneDescription scene = probed_ball()) const {
     return build_with(scene, {.assets = {}, .use_cache = true, .column_budget = kNoBudget});
   }
   fs::path factor_file() const {
-    for (const auto& entry : fs::directory_iterator(folder_))
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
       if (entry.path().extension() == ".factor") return entry.path();
     return {};
   }
@@ -243,7 +236,7 @@ class KeptFactor : public testing::Test {
     EXPECT_TRUE(after.warnings.empty());
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 TEST_F(KeptFactor, ServesASecondRunToTheSameBits) {

@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <fstream>
+
+#include "tests/support/paths.h"
 
 namespace viscera {
 namespace {
@@ -13,13 +14,6 @@ namespace fs = std::filesystem;
 
 class InputFileTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "viscera_input_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder = fs::canonical(name);
-  }
-  void TearDown() override { fs::remove_all(folder); }
-
   fs::path written(const std::string& name, const std::string& text) const {
     std::ofstream(folder / name) << text;
     return folder / name;
@@ -32,7 +26,8 @@ class InputFileTest : public testing::Test {
     return text.find(part) != std::string::npos;
   }
 
-  fs::path folder;
+  const test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path();
 };
 
 TEST_F(InputFileTest, GivesTheBytesOfARegularFile) {

@@ -1,18 +1,17 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
 #include "engine/gpu/egl_context.h"
+#include "tests/support/paths.h"
 
 namespace viscera {
 namespace {
@@ -21,12 +20,6 @@ namespace fs = std::filesystem;
 
 class GpuBench : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("viscera_gpu_bench_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// Exit code; what it said is in text().
   int run(const std::string& command) const {
     const int status =
@@ -36,12 +29,9 @@ class GpuBench : public testing::Test {
   int bench(const std::string& arguments) const {
     return run(std::string("'") + VISCERA_GPU_BENCH + "' " + arguments);
   }
-  std::string text() const {
-    std::ifstream file(folder_ / "said");
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string text() const { return test::file_text(folder_ / "said"); }
 
-  fs::path folder_;
+  const test::TemporaryFolder folder_;
 };
 
 TEST_F(GpuBench, SpeedsStandBesideErrorsAndTheMachinesOwnBandwidth) {

@@ -94,7 +94,6 @@ TEST(StressCommand, SummaryThatCannotBeWrittenIsRefused) {
 TEST(StressCommand, InterruptStopsIt) {
   const TemporaryFolder folder;
   const fs::path file = folder / "interrupted.json";
-  fs::remove(file);
   ProgramCall call;
   call.arguments = {"stress", "--cases", "100000", "--json", file.string()};
   call.interrupt_when = [](const std::string& err) {
