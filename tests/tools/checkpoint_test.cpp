@@ -16,11 +16,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The tiny scene for so long that it can be killed in the middle.
-Json longer_scene() {
+/// The tiny scene for so long that it can be stopped in the middle, and ends all the same.
+Json longer_scene(double seconds = 3.0) {
   Json scene = tiny_scene();
-  scene["duration_s"] = 3.0;
+  scene["duration_s"] = seconds;
   return scene;
+}
+
+/// For a run that is only to be met: it doesn't end before, however late that is.
+Json endless_scene() {
+  return longer_scene(600.0);
 }
 
 const std::vector<std::string> kNoPictures = {"--no-render"};
@@ -91,22 +96,24 @@ TEST(Checkpoint, OfARunThatWasKilledThreeTimesLeadsToTheSameFiles) {
 }
 
 TEST(Checkpoint, GoesOnAfterCtrlC) {
-  const SceneFolder whole(longer_scene()), folder(longer_scene());
+  const Json scene = longer_scene(6.0);
+  const SceneFolder whole(scene), folder(scene);
   ASSERT_EQ(whole.run(kNoPictures).code, 0);
   ProgramCall call = folder.call(with(kNoPictures, {"--checkpoint", "1000"}));
-  call.interrupt_when = [&](const std::string&) { return fs::exists(folder.out() / "smoke"); };
+  const fs::path first = folder.out() / "smoke" / "0000.vdb";
+  call.interrupt_when = [first](const std::string&) { return fs::exists(first); };
   const ProgramResult stopped = run_program(call);
-  EXPECT_EQ(stopped.code, 130) << stopped.told();
+  ASSERT_EQ(stopped.code, 130) << stopped.told();
   const ProgramResult last = folder.run(with(kNoPictures, {"--checkpoint", "1000", "--resume"}));
   ASSERT_EQ(last.code, 0) << last.told();
   EXPECT_EQ(whole.report()["state_hash"], folder.report()["state_hash"]);
 }
 
 TEST(Checkpoint, OfAnotherSceneIsRefusedWithWhatDiffers) {
-  const SceneFolder folder(longer_scene());
+  const SceneFolder folder(endless_scene());
   ASSERT_TRUE(run_killed(folder, with(kNoPictures, {"--checkpoint", "0.1"}),
                          [&] { return fs::exists(folder.out() / "checkpoint.bin"); }));
-  Json other = longer_scene();
+  Json other = endless_scene();
   other["seed"] = 7;
   folder.write(other.dump(2));
   expect_refused(folder.run(with(kNoPictures, {"--resume"})), {"checkpoint.bin", "scene"});
@@ -117,17 +124,16 @@ TEST(Checkpoint, ThatIsNotThereIsMissed) {
   expect_refused(folder.run(with(kNoPictures, {"--resume"})), {"checkpoint.bin"});
 }
 
-TEST(RunFolder, ThatARunHoldsIsRefusedToASecondWithinASecond) {
-  const SceneFolder folder(longer_scene());
-  std::string forces;
+TEST(RunFolder, ThatARunHoldsIsRefusedToASecond) {
+  const SceneFolder folder(endless_scene());
   ProgramResult second;
-  run_killed(folder, kNoPictures, [&] {
+  ASSERT_TRUE(run_killed(folder, kNoPictures, [&] {
     if (!fs::exists(folder.out() / "smoke")) return false;
     second = folder.run(kNoPictures);
     return true;
-  });
+  }));
   expect_refused(second, {"--out"});
-  EXPECT_LT(second.wall_s, 1.0);
+  EXPECT_LT(second.wall_s, 60.0) << "it waited for the first";
 }
 
 TEST(Controls, RecordedAndReplayedAreTheSameRun) {
