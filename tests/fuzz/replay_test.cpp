@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
+#include <set>
 
 #include "tests/fuzz/scratch.h"
 #include "tests/fuzz/target.h"
@@ -18,6 +21,10 @@ struct Named {
   const char* name;
   Target (*target)();
 };
+
+#define VISCERA_NAMED(name) Named{#name, name},
+const Named kTargets[] = {VISCERA_FUZZ_TARGETS(VISCERA_NAMED)};
+#undef VISCERA_NAMED
 
 void PrintTo(const Named& named, std::ostream* out) {
   *out << named.name;
@@ -39,9 +46,10 @@ class FuzzTarget : public testing::TestWithParam<Named> {};
 
 TEST_P(FuzzTarget, EverySeedIsRead) {
   const Target target = GetParam().target();
-  int number = 0;
-  for (const std::string& seed : target.seeds())
-    EXPECT_TRUE(reads(target, seed)) << "seed " << number++;
+  const std::vector<std::string> seeds = target.seeds();
+  EXPECT_FALSE(seeds.empty());
+  for (std::size_t number = 0; number < seeds.size(); ++number)
+    EXPECT_TRUE(reads(target, seeds[number])) << "seed " << number;
 }
 
 TEST_P(FuzzTarget, WhatBrokeItOnceNoLongerDoes) {
@@ -51,7 +59,7 @@ TEST_P(FuzzTarget, WhatBrokeItOnceNoLongerDoes) {
   for (const auto& entry : fs::directory_iterator(
            project_file(std::string("tests/fuzz/crashes/") + GetParam().name), none)) {
     SCOPED_TRACE(entry.path().filename());
-    const std::string input = bytes_of_file(entry.path());
+    const std::string input = file_text(entry.path());
     const auto begin = std::chrono::steady_clock::now();
     reads(target, input);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
@@ -60,20 +68,36 @@ TEST_P(FuzzTarget, WhatBrokeItOnceNoLongerDoes) {
   }
 }
 
-#define VISCERA_TARGET(name) \
-  Named {                    \
-#name, name              \
+INSTANTIATE_TEST_SUITE_P(Every, FuzzTarget, testing::ValuesIn(kTargets),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+std::set<std::string> target_names() {
+  std::set<std::string> names;
+  for (const Named& target : kTargets) names.insert(target.name);
+  return names;
+}
+
+TEST(FuzzTargets, AreTheFilesOfTheirFolder) {
+  std::set<std::string> files;
+  for (const auto& entry : fs::directory_iterator(project_file("tests/fuzz/targets")))
+    if (entry.path().extension() == ".cpp") files.insert(entry.path().stem().string());
+  EXPECT_EQ(files, target_names());
+}
+
+TEST(FuzzTargets, EachFolderOfCrashesIsOnesAndHasFiles) {
+  const std::set<std::string> names = target_names();
+  int folders = 0;
+  for (const auto& entry : fs::directory_iterator(project_file("tests/fuzz/crashes"))) {
+    ++folders;
+    const std::string name = entry.path().filename().string();
+    EXPECT_TRUE(names.contains(name)) << name << " is no target";
+    ASSERT_TRUE(entry.is_directory()) << name;
+    const auto is_file = [](const auto& file) { return file.is_regular_file(); };
+    EXPECT_TRUE(std::any_of(fs::directory_iterator(entry), fs::directory_iterator(), is_file))
+        << name;
   }
-INSTANTIATE_TEST_SUITE_P(
-    Every, FuzzTarget,
-    testing::Values(VISCERA_TARGET(archive), VISCERA_TARGET(cache), VISCERA_TARGET(checkpoint),
-                    VISCERA_TARGET(controls), VISCERA_TARGET(gltf), VISCERA_TARGET(igtl),
-                    VISCERA_TARGET(json), VISCERA_TARGET(nifti), VISCERA_TARGET(nrrd),
-                    VISCERA_TARGET(obj), VISCERA_TARGET(ply), VISCERA_TARGET(recording),
-                    VISCERA_TARGET(scene), VISCERA_TARGET(sealed), VISCERA_TARGET(set),
-                    VISCERA_TARGET(stl), VISCERA_TARGET(vdb)),
-    [](const auto& one) { return std::string(one.param.name); });
-#undef VISCERA_TARGET
+  EXPECT_GT(folders, 0);
+}
 
 }  // namespace
 }  // namespace viscera::fuzz

@@ -19,7 +19,7 @@ namespace {
 
 /// Assets of these few tissues: a short table is soon read. The folder of the scene, too.
 std::filesystem::path small_assets() {
-  Json table = *parse_json(bytes_of_file(project_file("assets/tissues.json")), "tissues.json");
+  Json table = *parse_json(file_text(project_file("assets/tissues.json")), "tissues.json");
   Json few = Json::object();
   for (const char* name : {"liver", "rubber", "kidney"}) few[name] = table["tissues"][name];
   table["tissues"] = few;
@@ -56,8 +56,8 @@ std::vector<std::string> scenes() {
   Json whole = test::whole_scene();
   whole["organs"][0].erase("pulsation");  // whose keys stand among its stages
   return {whole.dump(1), test::least_scene().dump(),
-          bytes_of_file(project_file("scenes/sphere_press.json")),
-          bytes_of_file(project_file("scenes/kidney_palpation.json"))};
+          file_text(project_file("scenes/sphere_press.json")),
+          file_text(project_file("scenes/kidney_palpation.json"))};
 }
 
 }  // namespace viscera::fuzz

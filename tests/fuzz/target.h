@@ -18,24 +18,14 @@ struct Target {
   bool (*by_child)(std::string_view input) = nullptr;
 };
 
-// A file of targets/ each; CMakeLists.txt has the list.
-Target archive();
-Target cache();
-Target checkpoint();
-Target controls();
-Target gltf();
-Target igtl();
-Target json();
-Target nifti();
-Target nrrd();
-Target obj();
-Target ply();
-Target recording();
-Target scene();
-Target sealed();
-Target set();
-Target stl();
-Target vdb();
+// A file of targets/ each.
+#define VISCERA_FUZZ_TARGETS(each)                                                           \
+  each(archive) each(cache) each(checkpoint) each(controls) each(gltf) each(igtl) each(json) \
+      each(nifti) each(nrrd) each(obj) each(ply) each(recording) each(scene) each(sealed)    \
+          each(set) each(stl) each(vdb)
+#define VISCERA_FUZZ_TARGET(name) Target name();
+VISCERA_FUZZ_TARGETS(VISCERA_FUZZ_TARGET)
+#undef VISCERA_FUZZ_TARGET
 
 /// Ends the process, saying what doesn't hold.
 inline void expect(bool holds, const char* what) {

@@ -52,7 +52,7 @@ std::vector<std::string> seeds() {
     const auto file = scratch("written.bin", "");
     checkpoint.parts.push_back({"part", std::vector<std::byte>(size, std::byte{7})});
     expect(write_checkpoint(file, checkpoint).has_value(), "a checkpoint is written");
-    all.push_back(bytes_of_file(file));
+    all.push_back(file_text(file));
   }
   return all;
 }

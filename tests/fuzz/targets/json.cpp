@@ -11,8 +11,8 @@ bool read(std::string_view input) {
 
 std::vector<std::string> seeds() {
   return {"{\"a\": [1, 2.5e-3, null, true], // said\n \"b\": {\"c\": \"\\u00e9\"}}",
-          bytes_of_file(project_file("scenes/hemisphere.json")),
-          bytes_of_file(project_file("scenes/sphere_press.json"))};
+          file_text(project_file("scenes/hemisphere.json")),
+          file_text(project_file("scenes/sphere_press.json"))};
 }
 
 }  // namespace

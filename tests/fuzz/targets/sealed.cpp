@@ -42,7 +42,7 @@ std::vector<std::string> seeds() {
   contents.array("order", integers);
   const auto file = scratch("written.h5", "");
   expect(write_cache_file(file, kFormat, kKey, contents).has_value(), "a container is written");
-  return {bytes_of_file(file)};
+  return {file_text(file)};
 }
 
 }  // namespace

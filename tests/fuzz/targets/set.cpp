@@ -9,7 +9,7 @@ namespace viscera::fuzz {
 namespace {
 
 bool read(std::string_view input) {
-  static const std::string scene = bytes_of_file(project_file("scenes/sphere_press.json"));
+  static const std::string scene = file_text(project_file("scenes/sphere_press.json"));
   std::vector<std::pair<std::string, std::string>> overrides;
   std::istringstream lines{std::string(input)};
   for (std::string line; std::getline(lines, line) && overrides.size() < 20;) {
