@@ -4,14 +4,17 @@
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -97,12 +100,33 @@ struct Film::Data {
   std::size_t frames = 0;
   Descriptor input, messages;
   pid_t process = -1;
+  std::chrono::milliseconds patience{};
+  bool gave_up = false;
 
   explicit Data(fs::path file) : pending(std::move(file)) {}
 
   ~Data() {
     if (process > 0) ::kill(process, SIGKILL);
     wait();
+  }
+
+  /// What has no end within the patience is ended.
+  int wait_patiently() {
+    using Clock = std::chrono::steady_clock;
+    constexpr auto kLook = std::chrono::milliseconds(5);
+    siginfo_t ended = {};
+    for (const auto until = Clock::now() + patience; Clock::now() < until;
+         std::this_thread::sleep_for(kLook))
+      if (::waitid(P_PID, static_cast<id_t>(process), &ended, WEXITED | WNOWAIT | WNOHANG) == 0 &&
+          ended.si_pid == process)
+        return wait();
+    return give_up();
+  }
+
+  int give_up() {
+    gave_up = true;
+    if (process > 0) ::kill(process, SIGKILL);
+    return wait();
   }
 
   /// The exit status as waitpid gives it; 0 when nothing runs any more.
@@ -129,8 +153,12 @@ struct Film::Data {
 
   Error failed(int status) const {
     std::string text = pending.file().string() + ": ffmpeg couldn't make the film";
-    if (WIFEXITED(status)) text += " (exit code " + std::to_string(WEXITSTATUS(status)) + ")";
-    if (WIFSIGNALED(status)) text += " (ended by signal " + std::to_string(WTERMSIG(status)) + ")";
+    if (gave_up)
+      text += " (it did nothing for " + std::to_string(patience.count()) + " ms)";
+    else if (WIFEXITED(status))
+      text += " (exit code " + std::to_string(WEXITSTATUS(status)) + ")";
+    else if (WIFSIGNALED(status))
+      text += " (ended by signal " + std::to_string(WTERMSIG(status)) + ")";
     const std::string words = last_words();
     return Error(words.empty() ? text : text + ":\n" + words);
   }
@@ -140,7 +168,8 @@ Film::Film(std::unique_ptr<Data> data) : data_(std::move(data)) {}
 Film::~Film() = default;
 
 Result<std::unique_ptr<Film>> Film::start(const fs::path& file, int width, int height,
-                                          int frames_per_second) {
+                                          const Settings& settings) {
+  const int frames_per_second = settings.frames_per_second;
   if (width < 2 || height < 2 || width % 2 != 0 || height % 2 != 0 || frames_per_second < 1) {
     return failure(file.string() + ": a film needs an even width and height and at least 1 frame " +
                    "a second, found " + std::to_string(width) + " x " + std::to_string(height) +
@@ -151,11 +180,16 @@ Result<std::unique_ptr<Film>> Film::start(const fs::path& file, int width, int h
 
   auto data = std::make_unique<Data>(file);
   data->frame_bytes = 3ull * width * height;
+  data->patience = settings.patience;
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     return failure(file.string() + ": no pipe to ffmpeg: " + reason(errno));
   }
   data->input = Descriptor(ends[0]);
+  const auto microseconds =
+      std::chrono::duration_cast<std::chrono::microseconds>(settings.patience).count();
+  const timeval longest{microseconds / 1'000'000, microseconds % 1'000'000};
+  ::setsockopt(ends[0], SOL_SOCKET, SO_SNDTIMEO, &longest, sizeof longest);
   const Descriptor child_input(ends[1]);
   // Messages go to memory, so that a talkative ffmpeg never waits for a reader.
   data->messages = Descriptor(::memfd_create("ffmpeg", MFD_CLOEXEC));
@@ -186,8 +220,10 @@ Result<void> Film::add(std::span<const std::uint8_t> rgb) {
     const ssize_t sent = ::send(data.input.get(), rgb.data(), rgb.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) continue;
     if (sent < 0) {
+      const bool waited = errno == EAGAIN || errno == EWOULDBLOCK;
       data.input.close();
-      return std::unexpected(data.failed(data.wait()));
+      if (waited) return std::unexpected(data.failed(data.give_up()));
+      return std::unexpected(data.failed(data.wait_patiently()));
     }
     rgb = rgb.subspan(static_cast<std::size_t>(sent));
   }
@@ -199,7 +235,7 @@ Result<void> Film::finish() {
   Data& data = *data_;
   if (data.process < 0) return failure(data.pending.file().string() + ": the film has ended");
   data.input.close();
-  const int status = data.wait();
+  const int status = data.wait_patiently();
   if (data.frames == 0) return failure(data.pending.file().string() + ": a film without frames");
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     return std::unexpected(data.failed(status));

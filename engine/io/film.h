@@ -1,6 +1,7 @@
 // The film of a run: raw frames piped into ffmpeg, which runs as a program of its own.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -14,10 +15,19 @@ namespace viscera {
 /// dropped unfinished leaves nothing.
 class Film {
  public:
+  struct Settings {
+    int frames_per_second = 30;
+    /// An encoder that takes nothing for so long, or doesn't end, is given up.
+    std::chrono::milliseconds patience = std::chrono::minutes(2);
+  };
   /// Fails for odd sizes (yuv420p halves them), a folder that is missing, and where there is no
   /// ffmpeg on the PATH.
   static Result<std::unique_ptr<Film>> start(const std::filesystem::path& file, int width,
-                                             int height, int frames_per_second = 30);
+                                             int height, const Settings& settings);
+  static Result<std::unique_ptr<Film>> start(const std::filesystem::path& file, int width,
+                                             int height) {
+    return start(file, width, height, Settings());
+  }
   ~Film();
   Film(const Film&) = delete;
   Film& operator=(const Film&) = delete;

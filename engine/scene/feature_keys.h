@@ -2,7 +2,6 @@
 // are read.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
@@ -20,8 +19,6 @@ struct FeatureKeys {
     std::vector<ObjectCheck> checks;  ///< mistakes that show only beside other keys of the object
     /// What makes values of them, all keys that have a fallback being there.
     std::function<void(const Json&, Extras&)> read;
-    /// Afterwards: seeks files that keys name from the scene's folder.
-    std::function<void(const std::filesystem::path& folder, Extras&)> locate;
   };
   Part scene, organ, instrument;
   /// Where a key names an "organ" or an "instrument" (KeySpec::known_as): words that may stand for

@@ -74,6 +74,9 @@ KeySpec texts(std::string name, std::string description, std::size_t count) {
 KeySpec file_key(std::string name, std::string description) {
   return key(std::move(name), KeyType::kFile, std::move(description));
 }
+KeySpec neighbour_key(std::string name, std::string description) {
+  return key(std::move(name), KeyType::kNeighbour, std::move(description));
+}
 KeySpec object(std::string name, std::string description, ObjectSpec spec) {
   return nested(std::move(name), KeyType::kObject, std::move(description), std::move(spec));
 }
@@ -135,6 +138,8 @@ std::string expected_value(const KeySpec& key) {
       return "an array of three numbers" + range(key);
     case KeyType::kFile:
       return "the name of a geometry file";
+    case KeyType::kNeighbour:
+      return "the name of a file in the scene's folder";
     case KeyType::kObject:
     case KeyType::kMap:
       return "an object";

@@ -22,9 +22,11 @@ enum class KeyType {
   kNumber,
   kInteger,
   kBoolean,
-  kVector,  ///< three numbers
-  kTexts,   ///< as many lines of text as least_items says
-  kFile,    ///< a file that ReadContext::find_file knows; replaced by the path that it found
+  kVector,     ///< three numbers
+  kTexts,      ///< as many lines of text as least_items says
+  kFile,       ///< a file that ReadContext::find_file knows; replaced by the path that it found
+  kNeighbour,  ///< a file in the scene's folder (ReadContext::find_neighbour), there or not;
+               ///< likewise
   kObject,
   kList,  ///< of objects
   kMap,   ///< names of the author's choice to objects
@@ -131,6 +133,7 @@ KeySpec vector(std::string name, std::string description);
 /// Exactly `count` texts.
 KeySpec texts(std::string name, std::string description, std::size_t count);
 KeySpec file_key(std::string name, std::string description);
+KeySpec neighbour_key(std::string name, std::string description);
 KeySpec object(std::string name, std::string description, ObjectSpec spec);
 KeySpec list(std::string name, std::string description, ObjectSpec spec);
 KeySpec map(std::string name, std::string description, ObjectSpec spec);

@@ -13,6 +13,7 @@
 #include "engine/scene/to_si.h"
 #include "engine/scene/validate.h"
 #include "kernels/base/hash.h"
+#include "kernels/base/input_file.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/elasticity.h"
 
@@ -148,17 +149,15 @@ CameraDescription camera_of(const Json& values) {
 }
 
 void read_extras(const std::vector<FeatureKeys>& features, FeatureKeys::Part FeatureKeys::*part,
-                 const Json& values, const fs::path& folder, Extras& extras) {
-  for (const FeatureKeys& feature : features) {
+                 const Json& values, Extras& extras) {
+  for (const FeatureKeys& feature : features)
     if ((feature.*part).read) (feature.*part).read(values, extras);
-    if ((feature.*part).locate) (feature.*part).locate(folder, extras);
-  }
 }
 
 SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& features,
                           const fs::path& file) {
   const auto read = [&](FeatureKeys::Part FeatureKeys::*part, const Json& object, Extras& extras) {
-    read_extras(features, part, object, file.parent_path(), extras);
+    read_extras(features, part, object, extras);
   };
   SceneDescription scene;
   scene.file = file;
@@ -238,6 +237,12 @@ ReadContext context_for(const fs::path& file, const SceneLoadOptions& options, E
   const GeometrySearch search{file.parent_path(), options.search, options.assets};
   context.find_file = [search](const std::string& wanted) -> Result<std::string> {
     const Result<fs::path> found = find_geometry(wanted, search);
+    if (!found) return std::unexpected(found.error());
+    return found->string();
+  };
+  context.find_neighbour =
+      [folder = file.parent_path()](const std::string& wanted) -> Result<std::string> {
+    const Result<fs::path> found = path_inside(folder, wanted);
     if (!found) return std::unexpected(found.error());
     return found->string();
   };

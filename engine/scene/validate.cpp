@@ -174,6 +174,7 @@ class Validator {
                  return item.is_string() && item.get<std::string>().size() <= kLongestText;
                });
       case KeyType::kFile:
+      case KeyType::kNeighbour:
         return value.is_string() && !value.get<std::string>().empty();
       case KeyType::kObject:
       case KeyType::kMap:
@@ -197,13 +198,17 @@ class Validator {
     if (key.type == KeyType::kObject) check_object(value, *key.object, path);
     if (key.type == KeyType::kMap) check_map(key, value, path);
     if (key.type == KeyType::kList) check_list(key, value, path);
-    if (key.type == KeyType::kFile && context_.find_file) {
-      Result<std::string> found = context_.find_file(value);
-      if (found)
-        value = *found;
-      else
-        add(path, found.error().text());
-    }
+    if (key.type == KeyType::kFile) find(context_.find_file, value, path);
+    if (key.type == KeyType::kNeighbour) find(context_.find_neighbour, value, path);
+  }
+
+  void find(const ReadContext::Find& where, Json& value, const std::string& path) {
+    if (!where) return;
+    const Result<std::string> found = where(value);
+    if (found)
+      value = *found;
+    else
+      add(path, found.error().text());
   }
 
   bool is_known(const KeySpec& key, const Json& value) const {

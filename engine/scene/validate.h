@@ -13,7 +13,8 @@ namespace viscera {
 /// What a table of keys can't know by itself.
 struct ReadContext {
   std::map<std::string, std::vector<std::string>> vocabularies;  ///< an absent one isn't checked
-  std::function<Result<std::string>(const std::string&)> find_file;
+  using Find = std::function<Result<std::string>(const std::string&)>;
+  Find find_file, find_neighbour;
   /// By list: names that this build lacks, and why; said where one is found.
   std::map<std::string, std::map<std::string, std::string>> left_out;
 };

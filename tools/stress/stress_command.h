@@ -7,6 +7,7 @@
 
 #include "kernels/base/result.h"
 #include "tools/stress/stress_run.h"
+#include "tools/stress/whole_run.h"
 
 namespace viscera {
 
@@ -23,8 +24,12 @@ class StressCommand {
   Result<bool> run(std::ostream& out);
 
  private:
+  Result<bool> run_whole(std::ostream& out);
+
   CLI::App* command_;
   StressOptions options_;
+  WholeOptions whole_options_;
+  bool whole_ = false;
   int only_ = -1;
   std::string json_, fault_;
 };

@@ -34,7 +34,7 @@ Feature breathing_feature() {
           .prepare = prepare,
           .stages = {{.name = "move organs",
                       .writes = {"organ poses"},
-                      .changes = {"organ poses"},
+                      .changes = {"organ poses", "organ contacts"},
                       .needed = [](const World& world) { return world.has<OrganMotion>(); },
                       .run = move_organs}}};
 }

@@ -177,7 +177,7 @@ Feature coagulation_feature() {
           .stages = {{.name = "stiffen organs",
                       .reads_before = {"stiffness updates"},
                       .writes = {"parts of free shapes", "stiffness"},
-                      .changes = {"coagulated organs", "free shapes"},
+                      .changes = {"coagulated organs", "free shapes", "organ contacts"},
                       .needed = [](const World& world) { return world.has<OrganChange>(); },
                       .run = stiffen_organs},
                      {.name = "follow coagulation",

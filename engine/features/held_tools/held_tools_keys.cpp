@@ -35,9 +35,9 @@ ObjectSpec haptic_spec() {
             "behind the network (OpenIGTLink).")
            .one_of({"simulated", "recorded", "network"})
            .otherwise("simulated"),
-       text("recording",
-            "Its file, sought from the scene's folder: CSV or HDF5, as `viscera haptics --record` "
-            "writes it.")
+       neighbour_key("recording",
+                     "Its file, in the scene's folder: CSV or HDF5, as `viscera haptics --record` "
+                     "writes it.")
            .needed()
            .only_where("device", {"recorded"}),
        integer("port", "TCP port on which the device's program connects.")
@@ -104,10 +104,6 @@ FeatureKeys held_tools_keys() {
       object("haptic", "Makes it a held tool; without it, the path moves the tip.", haptic_spec())};
   keys.instrument.read = [](const Json& instrument, Extras& extras) {
     if (instrument.contains("haptic")) extras.set(read_haptic(instrument["haptic"]));
-  };
-  keys.instrument.locate = [](const std::filesystem::path& folder, Extras& extras) {
-    auto* haptic = extras.find<HapticDescription>();
-    if (haptic && !haptic->recording.empty()) haptic->recording = folder / haptic->recording;
   };
   return keys;
 }

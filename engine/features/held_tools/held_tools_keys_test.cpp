@@ -51,6 +51,11 @@ TEST(HeldToolsKeys, AToolNeedsADeviceThatExistsAndWhatThatDeviceNeeds) {
   Json scene = whole_scene();
   scene["instruments"][0]["haptic"].erase("recording");
   EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "instruments/0/haptic/recording", "expected");
+  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/haptic/recording", "../hand.csv"),
+                     "instruments/0/haptic/recording", "found ../hand.csv",
+                     "expected the name of a file in");
+  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/haptic/recording", "/etc/passwd"),
+                     "instruments/0/haptic/recording", "found the absolute path");
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/haptic/hive/nodes", 3),
                      "instruments/0/haptic/hive/nodes", "found 3", "12 to 1000");
 }

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -90,8 +91,8 @@ TEST_F(Confined, MayNeitherConnectNorStartAProcess) {
 TEST_F(Confined, EndsWhenItsTimeIsOver) {
   EXPECT_FALSE(works(
       [] {
-        for (volatile unsigned long i = 0;; i = i + 1) {
-        }
+        std::atomic<unsigned long> i = 0;
+        while (true) ++i;
         return true;
       },
       1.0));

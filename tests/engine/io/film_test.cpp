@@ -142,6 +142,29 @@ TEST(Film, QuotesAnFfmpegThatGivesUpWithoutDyingOfSigpipe) {
   EXPECT_EQ(entries(folder.path()), 1);
 }
 
+TEST(Film, GivesUpAnEncoderThatTakesNothingAndOneThatDoesNotEnd) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "bin");
+  const SearchPath path((folder / "bin").string() + ":" + std::getenv("PATH"));
+  const Film::Settings settings{.patience = std::chrono::milliseconds(300)};
+  for (const bool takes : {false, true}) {
+    test::put_text(folder / "bin/ffmpeg", takes ? "#!/bin/sh\ncat >/dev/null; exec sleep 1000\n"
+                                                : "#!/bin/sh\nexec sleep 1000\n");
+    chmod((folder / "bin/ffmpeg").c_str(), 0755);
+    auto film = Film::start(folder / "film.mp4", 1280, 720, settings);
+    ASSERT_TRUE(film);
+    const std::vector<std::uint8_t> frame(3 * 1280 * 720);
+    Result<void> done;
+    for (int i = 0; i < 5 && done; ++i) done = (*film)->add(frame);
+    EXPECT_EQ(done.has_value(), takes);
+    if (done) done = (*film)->finish();
+    ASSERT_FALSE(done);
+    EXPECT_NE(done.error().text().find("did nothing for 300 ms"), std::string::npos)
+        << done.error().text();
+  }
+  EXPECT_EQ(entries(folder.path()), 1);
+}
+
 TEST(Film, WithoutFramesIsAnError) {
   const TemporaryFolder folder;
   auto film = Film::start(folder / "film.mp4", kWidth, kHeight);

@@ -1,0 +1,166 @@
+#include "tools/stress/whole_run.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "engine/features/cautery/cautery.h"
+#include "engine/features/contact/contact_flags.h"
+#include "engine/features/deformation/deformation_flags.h"
+#include "engine/features/smoke/smoke.h"
+#include "engine/simulation/sentinel.h"
+#include "engine/simulator/simulation.h"
+#include "kernels/base/caught.h"
+#include "kernels/base/finite.h"
+#include "tools/common/project_paths.h"
+#include "tools/stress/whole_scene.h"
+
+namespace viscera {
+namespace {
+
+/// Masses of particles are single precision, and added up particle by particle.
+constexpr double kSmokeResidual = 1e-4;
+/// The bound of the feature's own test (engine/features/cautery/cautery_report_test.cpp).
+constexpr double kHeatResidual = 0.01;
+/// Steps whose contact may find no forces.
+constexpr double kNotConverged = 0.05;
+
+/// One simulation to the scene's end.
+struct Course {
+  std::string hash;
+  FlagSet flags;
+  std::uint64_t not_converged = 0;  ///< steps
+  std::vector<std::string> failures;
+};
+
+void look_at(const Simulation& simulation, const StepReport& report, Course& course) {
+  course.flags.raise(report.flags);
+  course.not_converged += report.has(kContactNotConverged);
+  for (const std::string& stray : report.strays)
+    course.failures.push_back(fmt::format("frame {}: {}", simulation.frame(), stray));
+  const Pool<InstrumentContact>& tools = simulation.world().all<InstrumentContact>();
+  for (std::size_t t = 0; t < tools.size(); ++t)
+    if (first_stray(tools[t].force))
+      course.failures.push_back(
+          fmt::format("frame {}: the force on tool {} isn't finite", simulation.frame(), t));
+}
+
+/// Controls with a number that isn't finite are refused and change nothing.
+void try_impossible_controls(Simulation& simulation, Course& course) {
+  Controls controls = simulation.path_controls();
+  if (controls.tools.empty()) return;
+  const std::string before = simulation.hash();
+  controls.tools[0].tip.y() = std::numeric_limits<double>::quiet_NaN();
+  if (simulation.step(controls)) course.failures.push_back("controls with NaN were stepped");
+  if (simulation.hash() != before) course.failures.push_back("refused controls changed the state");
+}
+
+void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course) {
+  while (simulation.frame() < scene.frames) look_at(simulation, simulation.step(), course);
+  course.hash = simulation.hash();
+}
+
+/// What the scene has that may raise a flag.
+bool is_explained(const FrameFlag& flag, const World& world) {
+  if (flag.name == kNotFinite.name || flag.name == kOrganFrozen.name) return false;
+  if (flag.name.starts_with("smoke")) return world.has<SmokeBody>();
+  if (flag.name.starts_with("grip"))
+    return std::ranges::any_of(world.model().scene().instruments, [](const auto& tool) {
+      return tool.kind == InstrumentKind::kGrasper;
+    });
+  if (flag.name == kHeatFull.name || flag.name == kNotHeated.name) return world.has<BurnTrace>();
+  return true;
+}
+
+void check_books(const World& world, WholeOutcome& outcome) {
+  const SmokeFigures smoke = smoke_figures(world);
+  if (smoke.emitted > 0.0) {
+    const double told =
+        smoke.airborne + smoke.background + smoke.evacuated + smoke.leaked + smoke.deposited;
+    outcome.smoke_residual = std::abs(smoke.emitted - told) / smoke.emitted;
+    if (!(outcome.smoke_residual < kSmokeResidual))
+      outcome.failures.push_back(
+          fmt::format("smoke's book is off by {:.1e} of what was emitted", outcome.smoke_residual));
+  }
+  if (const auto heat = cautery_figures(world)) {
+    outcome.heat_residual = std::abs(heat->residual);
+    if (!(outcome.heat_residual < kHeatResidual))
+      outcome.failures.push_back(
+          fmt::format("heat's book is off by {:.1e} of what was delivered", outcome.heat_residual));
+  }
+}
+
+Result<void> step_case(const WholeScene& scene, const Model& model, bool fault,
+                       WholeOutcome& outcome) {
+  Course one, two, resumed;
+  std::optional<Snapshot> snapshot;
+  {
+    const oneapi::tbb::global_control by_one(oneapi::tbb::global_control::max_allowed_parallelism,
+                                             1);
+    auto simulation = Simulation::create(model);
+    if (!simulation) return std::unexpected(simulation.error());
+    while (simulation->frame() < scene.snapshot_at) look_at(*simulation, simulation->step(), one);
+    auto taken = simulation->snapshot();
+    if (!taken) return std::unexpected(taken.error());
+    snapshot = std::move(*taken);
+    try_impossible_controls(*simulation, one);
+    step_to_end(*simulation, scene, one);
+    check_books(simulation->world(), outcome);
+    for (const FrameFlag& flag : one.flags)
+      if (!is_explained(flag, simulation->world()))
+        one.failures.push_back(fmt::format("nothing explains the flag {}", flag.name));
+  }
+  const oneapi::tbb::global_control by_two(oneapi::tbb::global_control::max_allowed_parallelism, 2);
+  {
+    auto simulation = Simulation::create(model);
+    if (!simulation) return std::unexpected(simulation.error());
+    if (fault)
+      simulation->world().all<OrganState>()[0].positions[0].x() =
+          std::numeric_limits<float>::quiet_NaN();
+    step_to_end(*simulation, scene, two);
+  }
+  {
+    auto simulation = Simulation::create(model);
+    if (!simulation) return std::unexpected(simulation.error());
+    if (auto restored = simulation->restore(*snapshot); !restored) return restored;
+    step_to_end(*simulation, scene, resumed);
+  }
+  for (const std::string_view name : one.flags.names()) outcome.flags.emplace_back(name);
+  for (const Course* course : {&one, &two, &resumed})
+    outcome.failures.insert(outcome.failures.end(), course->failures.begin(),
+                            course->failures.end());
+  if (two.hash != one.hash) outcome.failures.push_back("two threads come to another hash than one");
+  if (resumed.hash != one.hash)
+    outcome.failures.push_back(
+        fmt::format("from the snapshot at frame {} it comes to another hash", scene.snapshot_at));
+  if (static_cast<double>(one.not_converged) >
+      kNotConverged * static_cast<double>(scene.frames) + 1)
+    outcome.failures.push_back(
+        fmt::format("contact found no forces in {} of {} steps", one.not_converged, scene.frames));
+  return {};
+}
+
+}  // namespace
+
+WholeOutcome run_whole_case(const WholeCase& whole, const std::filesystem::path& folder) {
+  WholeOutcome outcome{.number = whole.number};
+  const auto done = caught([&]() -> Result<void> {
+    const auto scene = write_whole_scene(whole.seed, whole.number, folder);
+    if (!scene) return std::unexpected(scene.error());
+    outcome.description = scene->description;
+    const auto model = Model::load(scene->file, {.assets = assets_folder(), .use_cache = false});
+    if (!model) {
+      outcome.refused = model.error().text();
+      return {};
+    }
+    return step_case(*scene, *model, whole.fault, outcome);
+  });
+  if (!done) outcome.failures.push_back(done.error().text());
+  return outcome;
+}
+
+}  // namespace viscera
