@@ -30,6 +30,8 @@ struct Stage {
 struct Feature {
   std::string_view name;
   FeatureKeys keys = {};
+  /// What can't be as only the scene's parts together show, before anything is prepared.
+  Result<void> (*check)(const SceneDescription&, const std::map<std::string, Tissue>&) = nullptr;
   /// Where it needs an organ's elasticity: adds to the organ's reach.
   void (*reach)(const SceneDescription&, const OrganDescription&,
                 const std::vector<InstrumentBody>&, Reach&) = nullptr;

@@ -17,12 +17,27 @@ int stage_index(RunStage stage) {
   return static_cast<int>(step_schedule().stages().size()) + static_cast<int>(stage);
 }
 
+Result<void> check_together(const SceneDescription& scene,
+                            const std::map<std::string, Tissue>& tissues) {
+  Error mistakes;
+  const auto take = [&](const Result<void>& sound) {
+    if (sound) return;
+    const std::vector<std::string>& found = sound.error().messages;
+    mistakes.messages.insert(mistakes.messages.end(), found.begin(), found.end());
+  };
+  take(check_materials(scene, tissues));
+  for (const Feature& feature : all_features())
+    if (feature.check) take(feature.check(scene, tissues));
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return {};
+}
+
 Result<std::shared_ptr<const SceneModel>> build_model(const SceneDescription& scene,
                                                       const std::map<std::string, Tissue>& tissues,
                                                       const PrepareOptions& options,
                                                       const Progress& progress,
                                                       std::vector<std::string>& warnings) {
-  if (auto sound = check_materials(scene, tissues); !sound) return std::unexpected(sound.error());
+  if (auto sound = check_together(scene, tissues); !sound) return std::unexpected(sound.error());
   auto instruments = make_instruments(scene);
   if (!instruments) return std::unexpected(instruments.error());
   auto organs = prepare_organs(scene, *instruments, tissues, options, progress, warnings);

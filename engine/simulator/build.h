@@ -14,6 +14,11 @@ namespace viscera {
 std::vector<std::string> stage_names();
 int stage_index(RunStage stage);
 
+/// Every mistake that only a scene's parts together show (a tissue that lacks what an organ asks
+/// for, a tip that nothing answers): before anything is prepared.
+Result<void> check_together(const SceneDescription& scene,
+                            const std::map<std::string, Tissue>& tissues);
+
 /// Prepares every organ (from the cache where possible) and places all entities. Tips that start
 /// inside an organ are refused as soon as its surface is known. `warnings` gets what a person
 /// should know besides.

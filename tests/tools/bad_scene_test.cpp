@@ -56,6 +56,17 @@ TEST(BadSceneFile, BinaryIsSaidToBeBinary) {
   expect_scene_refused(folder, {"found binary data", "expected JSON text"});
 }
 
+TEST(BadSceneFile, AHeldToolWhoseTipHivesDoNotKnowIsRefusedBeforeAnythingIsPrepared) {
+  Json scene = tiny_scene();
+  scene["instruments"][1]["haptic"] = Json::object();
+  scene["instruments"][1]["tip"] = {{"shape", "capsule"}, {"radius_mm", 2}, {"length_mm", 5}};
+  const SceneFolder folder(scene);
+  for (const ProgramResult& result : {run_program(folder.call({})), folder.check({})}) {
+    expect_refused(result, {"instruments/1/tip/shape", "capsule", "expected sphere or point"});
+    EXPECT_EQ(result.err.find("preparing"), std::string::npos) << result.told();
+  }
+}
+
 TEST(BadSceneFile, EnormousIsRefusedUnread) {
   const SceneFolder folder;
   fs::resize_file(folder.scene(), 4ull << 30);  // sparse

@@ -66,6 +66,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"trainee", Type::object},
                {"skipped", Type::array},
                {"flags", Type::array},
+               {"not_finite", Type::array},
                {"warnings", Type::array},
                {"version", Type::string},
                {"command", Type::string},

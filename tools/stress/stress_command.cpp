@@ -41,6 +41,8 @@ StressCommand::StressCommand(CLI::App& program)
       ->expected(0, 1)
       ->default_str("compliance")
       ->check(CLI::IsMember({"compliance", "force"}));
+  command_->add_option("--keep", whole_options_.keep, "leave the last whole scene in this folder")
+      ->needs(whole);
   for (const char* other : {"--json", "--threads"}) whole->excludes(command_->get_option(other));
 }
 

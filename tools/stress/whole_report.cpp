@@ -9,6 +9,7 @@
 #include <ostream>
 #include <regex>
 
+#include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/progress_bar.h"
 #include "kernels/base/stopwatch.h"
@@ -127,6 +128,8 @@ Result<bool> run_whole_stress(const WholeOptions& options, std::ostream& out) {
   const Stopwatch watch;
   const auto folder = ScratchFolder::create();
   if (!folder) return std::unexpected(folder.error());
+  const std::filesystem::path where = options.keep.empty() ? (*folder)->path() : options.keep;
+  if (auto usable = check_out_folder(where); !usable) return std::unexpected(usable.error());
   WholeSummary summary;
   std::optional<ProgressBar> bar;
   if (!options.quiet && options.cases != 1) bar.emplace("stress");
@@ -138,7 +141,7 @@ Result<bool> run_whole_stress(const WholeOptions& options, std::ostream& out) {
     const double by_time = options.minutes > 0.0 ? watch.seconds() / most_seconds : 0.0;
     if (bar) bar->update(std::max(by_cases, by_time), "running whole scenes");
     const WholeOutcome outcome =
-        run_whole_case({options.seed, options.first + done, options.fault}, (*folder)->path());
+        run_whole_case({options.seed, options.first + done, options.fault}, where);
     summary.add(outcome);
     if (options.cases == 1) {
       out << fmt::format("case {}: {}\n", outcome.number, outcome.description);

@@ -13,6 +13,7 @@
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/smoke/smoke.h"
 #include "engine/simulation/sentinel.h"
+#include "engine/simulation/state_type.h"
 #include "engine/simulator/simulation.h"
 #include "kernels/base/caught.h"
 #include "kernels/base/finite.h"
@@ -42,11 +43,12 @@ void look_at(const Simulation& simulation, const StepReport& report, Course& cou
   course.not_converged += report.has(kContactNotConverged);
   for (const std::string& stray : report.strays)
     course.failures.push_back(fmt::format("frame {}: {}", simulation.frame(), stray));
-  const Pool<InstrumentContact>& tools = simulation.world().all<InstrumentContact>();
-  for (std::size_t t = 0; t < tools.size(); ++t)
-    if (first_stray(tools[t].force))
-      course.failures.push_back(
-          fmt::format("frame {}: the force on tool {} isn't finite", simulation.frame(), t));
+  const World& world = simulation.world();
+  for (const StateType& type : world.state_types())
+    if (type.strays.become != Strays::Become::kUnwatched)
+      for (const auto& [owner, stray] : type.first_strays(world.states_of(type)))
+        course.failures.push_back(fmt::format("frame {}: {}: found {} = {}", simulation.frame(),
+                                              type.name, stray.field, stray.value));
 }
 
 /// Controls with a number that isn't finite are refused and change nothing.
@@ -59,8 +61,16 @@ void try_impossible_controls(Simulation& simulation, Course& course) {
   if (simulation.hash() != before) course.failures.push_back("refused controls changed the state");
 }
 
-void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course) {
-  while (simulation.frame() < scene.frames) look_at(simulation, simulation.step(), course);
+/// `fault`: the last frame leaves a number that isn't finite.
+void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course,
+                 bool fault = false) {
+  while (simulation.frame() < scene.frames) {
+    const StepReport report = simulation.step();
+    if (fault && simulation.frame() == scene.frames)
+      simulation.world().all<OrganState>()[0].positions[0].x() =
+          std::numeric_limits<float>::quiet_NaN();
+    look_at(simulation, report, course);
+  }
   course.hash = simulation.hash();
 }
 
@@ -98,6 +108,12 @@ Result<void> step_case(const WholeScene& scene, const Model& model, bool fault,
                        WholeOutcome& outcome) {
   Course one, two, resumed;
   std::optional<Snapshot> snapshot;
+  std::optional<Simulation> whole;
+  const auto compare = [&](const Simulation& other, Course& course, const std::string& who) {
+    if (course.hash != one.hash)
+      course.failures.push_back(who + " to another hash; the first difference: " +
+                                whole->world().state_difference(other.world()));
+  };
   {
     const oneapi::tbb::global_control by_one(oneapi::tbb::global_control::max_allowed_parallelism,
                                              1);
@@ -113,30 +129,27 @@ Result<void> step_case(const WholeScene& scene, const Model& model, bool fault,
     for (const FrameFlag& flag : one.flags)
       if (!is_explained(flag, simulation->world()))
         one.failures.push_back(fmt::format("nothing explains the flag {}", flag.name));
+    whole.emplace(*std::move(simulation));
   }
   const oneapi::tbb::global_control by_two(oneapi::tbb::global_control::max_allowed_parallelism, 2);
   {
     auto simulation = Simulation::create(model);
     if (!simulation) return std::unexpected(simulation.error());
-    if (fault)
-      simulation->world().all<OrganState>()[0].positions[0].x() =
-          std::numeric_limits<float>::quiet_NaN();
-    step_to_end(*simulation, scene, two);
+    step_to_end(*simulation, scene, two, fault);
+    compare(*simulation, two, "two threads come");
   }
   {
     auto simulation = Simulation::create(model);
     if (!simulation) return std::unexpected(simulation.error());
     if (auto restored = simulation->restore(*snapshot); !restored) return restored;
     step_to_end(*simulation, scene, resumed);
+    compare(*simulation, resumed,
+            fmt::format("from the snapshot at frame {} it comes", scene.snapshot_at));
   }
   for (const std::string_view name : one.flags.names()) outcome.flags.emplace_back(name);
   for (const Course* course : {&one, &two, &resumed})
     outcome.failures.insert(outcome.failures.end(), course->failures.begin(),
                             course->failures.end());
-  if (two.hash != one.hash) outcome.failures.push_back("two threads come to another hash than one");
-  if (resumed.hash != one.hash)
-    outcome.failures.push_back(
-        fmt::format("from the snapshot at frame {} it comes to another hash", scene.snapshot_at));
   if (static_cast<double>(one.not_converged) >
       kNotConverged * static_cast<double>(scene.frames) + 1)
     outcome.failures.push_back(

@@ -41,6 +41,7 @@ struct WholeOptions {
   int cases = 0;         ///< 0: as many as the time allows
   double minutes = 0.0;  ///< 0: as many as there are cases
   bool fault = false;    ///< a test of the checks themselves: every case that is stepped must fail
+  std::filesystem::path keep;  ///< where the last case's scene stays; empty: nowhere
   bool quiet = false;
 };
 

@@ -142,6 +142,7 @@ class Draft {
     if (dice_.chance(0.25)) {
       organ["response"] = "local";
       organ.erase("pulsation");
+      travels_ |= organ.contains("material");
       ++local_;
     } else if (i > 0 && dice_.chance(0.15)) {
       organ["deformable"] = false;
@@ -184,7 +185,8 @@ class Draft {
                  {"trocar_mm", vector(middle(organ) +
                                       Vec3(dice_.between(-60, 60), dice_.between(-60, 60), 150))},
                  {"path", path(organ, current)}};
-    if (dice_.chance(0.3)) {
+    const bool held = dice_.chance(0.4);
+    if (!held && !travels_ && dice_.chance(0.4)) {
       tool["tip"]["shape"] = "capsule";
       tool["tip"]["length_mm"] = dice_.between(2.0, 12.0);
     } else if (dice_.chance(0.2)) {
@@ -193,7 +195,7 @@ class Draft {
     if (dice_.chance(0.4)) tool["friction"] = dice_.between(0.0, 2.0);
     if (current && dice_.chance(0.5))
       tool["mode"] = dice_.one_of(std::array{"cut", "blend", "coagulate", "fulgurate"});
-    if (dice_.chance(0.4)) {
+    if (held) {
       ++held_;
       if (dice_.chance(0.5)) {
         tool["haptic"] = {{"device", "simulated"},
@@ -303,6 +305,7 @@ class Draft {
   Dice dice_;
   std::filesystem::path folder_;
   std::uint64_t frames_ = 0;
+  bool travels_ = false;  ///< hives do, with each tool: they know round tips alone
   int organs_ = 0, local_ = 0, rigid_ = 0, held_ = 0, links_ = 0, smoke_ = 0;
   Json scene_;
 };

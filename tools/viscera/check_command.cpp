@@ -50,7 +50,7 @@ Result<void> check_scene(const SceneDescription& scene,
   std::size_t memory = 0, peak = 0;
   MemoryBudget budget;
   Error mistakes;
-  if (auto sound = check_materials(scene, tissues); !sound) mistakes = sound.error();
+  if (auto sound = check_together(scene, tissues); !sound) mistakes = sound.error();
   std::vector<std::string> notes;
   std::vector<SkippedReport> skipped = skipped_parts(scene, true);
   auto instruments = make_instruments(scene);

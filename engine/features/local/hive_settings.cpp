@@ -29,12 +29,16 @@ HivePeriphery periphery_of(const HiveDescription& hive, bool global) {
 
 }  // namespace
 
+Result<void> check_round(const TipDescription& tip) {
+  if (tip.shape == TipDescription::Shape::kSphere || tip.shape == TipDescription::Shape::kPoint)
+    return {};
+  return failure("tip/shape: found a capsule or mesh where hives answer, expected sphere or point");
+}
+
 Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument,
                                          const OrganBody& organ, HiveBuilding building) {
   const TipDescription& tip = instrument.tip;
-  if (tip.shape != TipDescription::Shape::kSphere && tip.shape != TipDescription::Shape::kPoint)
-    return failure(
-        "tip/shape: found a capsule or mesh where hives answer, expected sphere or point");
+  if (auto round = check_round(tip); !round) return std::unexpected(round.error());
   const HapticDescription* haptic = haptic_of(instrument);
   const HiveDescription wanted = haptic ? haptic->hive : HiveDescription();
   const bool global = organ.model->touchable_anywhere();

@@ -8,6 +8,9 @@
 
 namespace viscera {
 
+/// Hives know round tips alone. Fails, with the key, for any other.
+Result<void> check_round(const TipDescription& tip);
+
 /// For an instrument without `haptic`, the default hive. Fails, with key and reason, where its tip
 /// isn't a ball.
 Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument,

@@ -20,6 +20,24 @@ bool is_linear(const Tissue& tissue) {
   return tissue.model == HyperelasticModel::kLinear && tissue.prony.empty();
 }
 
+/// Where hives travel with each tool, all of them must be such as hives know; a held tool always.
+Result<void> check(const SceneDescription& scene, const std::map<std::string, Tissue>& tissues) {
+  const bool travel = std::ranges::any_of(scene.organs, [&](const OrganDescription& organ) {
+    return is_local(organ) && !is_linear(tissue_of(organ, tissues));
+  });
+  const bool yields = std::ranges::any_of(scene.organs, &OrganDescription::deformable);
+  Error mistakes;
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+    const InstrumentDescription& tool = scene.instruments[i];
+    if (!(travel || (yields && haptic_of(tool)))) continue;
+    if (auto round = check_round(tool.tip); !round)
+      mistakes.messages.push_back(
+          fmt::format("{}: instruments/{}/{}", scene.file.string(), i, round.error().text()));
+  }
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return {};
+}
+
 Result<void> prepare(SceneModel& model) {
   const SceneDescription& scene = model.scene();
   Error error;
@@ -117,6 +135,7 @@ void feel_local_organs(World& world, const FrameContext& context) {
 
 Feature local_feature() {
   return {.name = "local",
+          .check = check,
           .prepare = prepare,
           .start = start,
           .states = {state_type<LocalFeel>()},
