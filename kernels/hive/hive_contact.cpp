@@ -1,5 +1,7 @@
 #include "kernels/hive/hive_contact.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -25,6 +27,22 @@ double disc_radius(double area) {
 double fading(double distance, double radius) {
   const double s = std::clamp((kFadesTo - distance / radius) / (kFadesTo - kFadesFrom), 0.0, 1.0);
   return s * s * (3.0 - 2.0 * s);
+}
+
+/// The least compliance of any pattern of forces, over the greatest: a tenth of what cells side by
+/// side have. Chosen by eye.
+constexpr double kLeastCompliance = 1e-2;
+
+/// Forces must do work on what they press. Half-spaces under normals that turn, each cut off where
+/// the surface faces away, promise it for a few cells alone: patterns of forces that would be given
+/// work, or next to none asked for, become as stiff as may be.
+void make_positive(MatrixX& response) {
+  const MatrixX symmetric = 0.5 * (response + response.transpose());
+  if (symmetric.llt().info() == Eigen::Success) return;
+  const Eigen::SelfAdjointEigenSolver<MatrixX> modes(symmetric);
+  const double least = kLeastCompliance * modes.eigenvalues().maxCoeff();
+  response = modes.eigenvectors() * modes.eigenvalues().cwiseMax(least).asDiagonal() *
+             modes.eigenvectors().transpose();
 }
 
 }  // namespace
@@ -144,6 +162,7 @@ void HiveContact::make_response() {
         response_.block<3, 3>(3 * cluster.cells[i], 3 * cluster.cells[j]) +=
             more.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
   }
+  make_positive(response_);
 }
 
 void HiveContact::drop_response() {

@@ -121,12 +121,10 @@ Mat3 turn_of(const SceneModel& model, Entity organ) {
   return model.scene().organs[organ.index].pose_at(0.0).orientation.toRotationMatrix();
 }
 
-/// Displacement of an organ's ties per force on each; world.
-MatrixX tie_response(const SceneModel& model, Entity organ) {
-  const auto tissue = make_contact(model, organ);
-  anchor_ties(*tissue, *model.constants().all<OrganTies>().find(organ));
-  const Mat3 turn = turn_of(model, organ);
-  MatrixX response = tissue->cell_response();
+/// Displacement of the last `ties` cells per force on each; world.
+MatrixX tie_response(TissueContact& tissue, std::size_t ties, const Mat3& turn) {
+  const Eigen::Index size = at(ties);
+  MatrixX response = tissue.cell_response().bottomRightCorner(size, size);
   for (Eigen::Index i = 0; i < response.rows(); i += 3)
     for (Eigen::Index j = 0; j < response.cols(); j += 3)
       response.block<3, 3>(i, j) = (turn * response.block<3, 3>(i, j) * turn.transpose()).eval();
@@ -137,8 +135,11 @@ MatrixX tie_response(const SceneModel& model, Entity organ) {
 void put_compliances_behind(SceneModel& model) {
   Pool<OrganTies>& all = model.constants().all<OrganTies>();
   std::vector<MatrixX> responses;
-  for (std::size_t o = 0; o < all.size(); ++o)
-    responses.push_back(tie_response(model, all.owner(o)));
+  for (std::size_t o = 0; o < all.size(); ++o) {
+    const auto tissue = make_contact(model, all.owner(o));
+    anchor_ties(*tissue, all[o]);
+    responses.push_back(tie_response(*tissue, all[o].ties.size(), turn_of(model, all.owner(o))));
+  }
   for (std::size_t o = 0; o < all.size(); ++o) {
     OrganTies& ties = all[o];
     const auto size = at(ties.ties.size());
@@ -199,6 +200,7 @@ class GroupSolve {
   }
 
   void run(const SolveContact& solve) {
+    meet_hives();
     const auto turns = std::count_if(group_.begin(), group_.end(), [&](Entity organ) {
       return !is_frozen(world_, organ) && !follows(organ);
     });
@@ -207,8 +209,9 @@ class GroupSolve {
       double greatest = 0.0, change = 0.0;
       for (std::size_t i = 0; i < group_.size(); ++i) {
         if (is_frozen(world_, group_[i]) || follows_[i]) continue;
-        aim(group_[i]);
-        solve(group_[i], world_.find<OrganTies>(group_[i])->backing);
+        const Behind behind = behind_of(group_[i]);
+        aim(group_[i], behind.compliance);
+        solve(group_[i], behind.backing);
         answered_[i] = world_.find<OrganContact>(group_[i])->solution.converged;
         if (!answered_[i]) continue;
         take_forces(group_[i], greatest, change);
@@ -241,8 +244,52 @@ class GroupSolve {
     return false;
   }
 
+  /// What stands behind an organ's springs.
+  struct Behind {
+    const MatrixX &compliance, &backing;  ///< as OrganTies::behind and backing
+  };
+
+  /// A local organ's answer depends on where its hives stand, and so on the tools of this frame.
+  bool is_local(Entity organ) const {
+    const OrganBody* body = world_.find<OrganBody>(organ);
+    return body && !body->model->touchable_anywhere();
+  }
+
+  /// Local organs see this frame's cells before anybody asks what they yield.
+  void meet_hives() {
+    for (const Entity organ : group_)
+      if (is_local(organ) && !is_frozen(world_, organ)) load(organ);
+  }
+
+  /// As prepared, or, where the other end is local, as it is now: turns of organs that hold each
+  /// other for stiffer or softer than they are needn't come to an end.
+  Behind behind_of(Entity organ) {
+    const OrganTies& ties = *world_.find<OrganTies>(organ);
+    if (std::ranges::none_of(group_, [&](Entity other) { return is_local(other); }))
+      return {ties.behind, ties.backing};
+    compliance_ = ties.behind;
+    backing_ = ties.backing;
+    const Mat3 turn = pose_of(world_, organ).orientation.toRotationMatrix();
+    for (const Entity other : group_) {
+      if (other == organ || !is_local(other) || is_frozen(world_, other)) continue;
+      const MatrixX response = tie_response(*world_.find<OrganTouch>(other)->solver,
+                                            world_.find<OrganTies>(other)->ties.size(),
+                                            pose_of(world_, other).orientation.toRotationMatrix());
+      for (std::size_t i = 0; i < ties.ties.size(); ++i)
+        for (std::size_t j = 0; j < ties.ties.size(); ++j) {
+          if (ties.ties[i].other != other || ties.ties[j].other != other) continue;
+          const Mat3 block =
+              response.block<3, 3>(at(ties.ties[i].other_tie), at(ties.ties[j].other_tie));
+          const Mat3 more = block - compliance_.block<3, 3>(at(i), at(j));
+          compliance_.block<3, 3>(at(i), at(j)) = block;
+          backing_.block<3, 3>(at(i), at(j)) += turn.transpose() * more * turn;
+        }
+    }
+    return {compliance_, backing_};
+  }
+
   /// Where each link cell would be held if the other ends felt nothing of its forces.
-  void aim(Entity organ) {
+  void aim(Entity organ, const MatrixX& behind) {
     const OrganTies& ties = *world_.find<OrganTies>(organ);
     const Pose& pose = pose_of(world_, organ);
     OrganContact& contact = *world_.find<OrganContact>(organ);
@@ -250,7 +297,7 @@ class GroupSolve {
     VectorX forces(at(ties.ties.size()));
     for (std::size_t i = 0; i < ties.ties.size(); ++i)
       forces.segment<3>(at(i)) = sign_of(ties.ties[i]) * spring_of(world_, ties.ties[i]).force;
-    const VectorX given_way = ties.behind * forces;
+    const VectorX given_way = behind * forces;
     for (std::size_t i = 0; i < ties.ties.size(); ++i) {
       const OrganTies::Tie& tie = ties.ties[i];
       Vec3 wanted = sign_of(tie) * world_.find<LinkState>(tie.link)->shift;
@@ -316,6 +363,7 @@ class GroupSolve {
   World& world_;
   const std::vector<Entity>& group_;
   std::vector<char> follows_, answered_;  // per organ of the group
+  MatrixX compliance_, backing_;          // of behind_of(), where some organ is local
 };
 
 /// A link's pull is spread this far around its springs, in spacings of nodes.

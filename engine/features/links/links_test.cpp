@@ -374,5 +374,24 @@ TEST(Links, ALocalOrganIsTiedLikeAnyOther) {
   EXPECT_GT(moved_near(*world, 1, Vec3(-kRadius, 0, 0)).z(), 0.05e-3);
 }
 
+TEST(Links, LocalOrgansTiedStifflyOverAWideRegionSettleAndMoveNoFartherThanTheJaw) {
+  for (const bool both : {false, true}) {
+    auto scene = two_balls(1e5);
+    LinkDescription link = links_of(scene)[0];
+    link.region.radius *= 1.6;
+    scene.extras.set(LinkDescriptions{link});
+    scene.organs[1].response = Response::kLocal;
+    if (both) scene.organs[0].response = Response::kLocal;
+    scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, 6e-3)})};
+    auto world = build(scene);
+    ASSERT_TRUE(world);
+    EXPECT_EQ(step_until(*world, 0.4), FlagSet()) << both;
+    for (const OrganState& state : world->all<OrganState>()) {
+      EXPECT_LT(state.greatest_displacement, 9e-3) << both;
+      EXPECT_GT(state.greatest_displacement, 0.0) << both;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace viscera::test
