@@ -502,18 +502,20 @@ std::span<const Vec3> Hive::nodes() const noexcept {
 
 Hive::State Hive::state() const {
   const Data& d = *data_;
-  State state;
+  // What is left of an earlier seat means nothing: one that was restored hasn't got it.
+  State state = idle_state();
   state.built = d.is_built;
   state.seated = d.is_seated;
   if (d.is_built) state.centre = d.nodes.centre.point;
-  if (d.is_seated) state.cells = d.cells;
-  if (d.is_seated) state.hold = d.hold;
-  state.cell_forces = d.cell_forces;
-  state.node_forces.assign(d.node_forces.begin(), d.node_forces.end());
-  state.pressed = d.pressed.state();
-  if (!d.is_seated) state.pressed.factored.clear();
-  state.smallest_pivot = d.figures.smallest_pivot;
-  state.lifted = d.figures.lifted;
+  if (d.is_seated) {
+    state.smallest_pivot = d.figures.smallest_pivot;
+    state.lifted = d.figures.lifted;
+    state.cells = d.cells;
+    state.hold = d.hold;
+    state.cell_forces = d.cell_forces;
+    state.node_forces.assign(d.node_forces.begin(), d.node_forces.end());
+    state.pressed = d.pressed.state();
+  }
   return state;
 }
 

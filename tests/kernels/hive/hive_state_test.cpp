@@ -130,6 +130,26 @@ TEST(HiveState, AHiveThatWasBuiltInVainIsRestoredAsOneThatIsNot) {
   EXPECT_EQ(other.seat(cells_at(0.0)), HiveVerdict::kNotBuilt);
 }
 
+TEST(HiveState, OneThatIsBuiltAnewKeepsNothingButWhereItsSearchStarts) {
+  for (const Kind& kind : kKinds) {
+    Hive used = hive_of(kind), fresh = hive_of(kind);
+    const SurfaceSpot first = ground().surface->nearest(Vec3(0.0, 0.0, kRadius)),
+                      second = ground().surface->nearest(Vec3(2e-3, 0.0, kRadius));
+    ASSERT_EQ(used.build(first), HiveVerdict::kSound);
+    ContactCell cell;
+    cell.position = first.position;
+    cell.normal = Vec3::UnitZ();
+    cell.direction = -Vec3::UnitZ();
+    cell.area = 1e-6;
+    ASSERT_EQ(used.seat(std::vector<ContactCell>{cell}, {}), HiveVerdict::kSound);
+    ASSERT_EQ(used.build(second), HiveVerdict::kSound);
+    ASSERT_EQ(fresh.build(second), HiveVerdict::kSound);
+    Hive::State anew = used.state();
+    anew.pressed.active = fresh.state().pressed.active;
+    EXPECT_EQ(first_difference(anew, fresh.state()), "");
+  }
+}
+
 TEST(HiveState, HivesThatShareTheirMemoryOfBuildingAnswerAsOthersDo) {
   for (const Kind& kind : kKinds) {
     auto some = Hive::create_some(ground().on(), settings_of(kind), kMostCells, 3).value();
