@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdlib>
 #include <span>
 #include <system_error>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "engine/io/cache_quota.h"
+#include "kernels/base/finite.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
@@ -57,10 +57,6 @@ bool counts_of(std::span<const double> figures) {
   return std::ranges::all_of(std::array<std::size_t, 4>{0, 1, 2, 8}, [&](std::size_t at) {
     return figures[at] >= 0.0 && figures[at] <= kExactInteger;
   });
-}
-
-bool all_finite(std::span<const double> values) {
-  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
 bool indices_of(const std::vector<int>& indices, std::size_t count) {

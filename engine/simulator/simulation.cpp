@@ -8,6 +8,13 @@
 #include "engine/simulator/state_file.h"
 
 namespace viscera {
+namespace {
+
+StepReport report_of(FrameReport frame) {
+  return {.flags = std::move(frame.flags), .strays = std::move(frame.strays)};
+}
+
+}  // namespace
 
 Model::Model(std::shared_ptr<const SceneModel> scene, std::vector<std::string> warnings)
     : scene_(std::move(scene)), warnings_(std::move(warnings)) {}
@@ -59,14 +66,6 @@ Result<Simulation> Simulation::create(const Model& model, const SimulationOption
     if (auto held = hold_tools(**world, {}); !held) return std::unexpected(held.error());
   return Simulation(*std::move(world));
 }
-
-namespace {
-
-StepReport report_of(FrameReport frame) {
-  return {.flags = std::move(frame.flags), .strays = std::move(frame.strays)};
-}
-
-}  // namespace
 
 Simulation::Simulation(std::unique_ptr<World> world) : world_(std::move(world)) {}
 Simulation::Simulation(Simulation&&) noexcept = default;

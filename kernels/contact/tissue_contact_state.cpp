@@ -4,13 +4,12 @@
 #include <cmath>
 #include <functional>
 
+#include "kernels/base/finite.h"
+
 namespace viscera {
 
 bool is_sound(const TissueContactState& state, std::size_t touchable, std::size_t anchors) {
   const std::size_t cells = state.places.size(), unknowns = state.unknowns();
-  const auto all_finite = [](const std::vector<Vec3>& values) {
-    return std::ranges::all_of(values, [](const Vec3& v) { return v.allFinite(); });
-  };
   const auto is_place = [](const TissueContactState::Place& place) {
     return place.position.allFinite() && place.normal.allFinite() && std::isfinite(place.area) &&
            place.area > 0.0;
@@ -26,9 +25,9 @@ bool is_sound(const TissueContactState& state, std::size_t touchable, std::size_
          (state.lifted.size() == 0 ||
           (state.lifted.rows() == order && state.lifted.cols() == order &&
            state.amounts.size() == order)) &&
-         all_finite(state.forces) && all_finite(state.displacements) &&
+         !first_stray(state.forces) && !first_stray(state.displacements) &&
          (state.forces.empty() || cells == 0 || state.forces.size() == cells) &&
-         all_finite(state.response.loads) && state.response.loads.size() == touched.size() &&
+         !first_stray(state.response.loads) && state.response.loads.size() == touched.size() &&
          std::ranges::adjacent_find(touched, std::ranges::greater_equal()) == touched.end() &&
          (touched.empty() ||
           (touched.front() >= 0 && static_cast<std::size_t>(touched.back()) < touchable)) &&

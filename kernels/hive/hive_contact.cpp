@@ -29,8 +29,7 @@ double fading(double distance, double radius) {
   return s * s * (3.0 - 2.0 * s);
 }
 
-/// The least compliance of any pattern of forces, over the greatest: a tenth of what cells side by
-/// side have. Chosen by eye.
+/// The least compliance of any pattern of forces, over the greatest; chosen by eye.
 constexpr double kLeastCompliance = 1e-2;
 
 /// Forces must do work on what they press. Half-spaces under normals that turn, each cut off where

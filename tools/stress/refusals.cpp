@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <regex>
 #include <utility>
 
 namespace viscera {
@@ -35,6 +36,13 @@ constexpr std::array kWords = {
 };
 
 }  // namespace
+
+std::string refusal_sort(const std::string& reason) {
+  static const std::regex kNumber(R"([-+]?[0-9]+(\.[0-9]*)?(e[-+]?[0-9]+)?)");
+  static const std::regex kPlace(R"(\(\s*#(,?\s+#)*\s*\))");
+  const std::string plain = std::regex_replace(reason.substr(0, reason.find('\n')), kNumber, "#");
+  return std::regex_replace(plain, kPlace, "(#)");
+}
 
 std::string_view refusal_kind_name(RefusalKind kind) {
   return kKinds[static_cast<std::size_t>(kind)].name;

@@ -23,6 +23,9 @@ std::string_view refusal_kind_name(RefusalKind kind);
 /// By the words of the reason.
 RefusalKind refusal_kind(const std::string& reason);
 
+/// What refusals of one sort share: the first line of the reason with # for its numbers.
+std::string refusal_sort(const std::string& reason);
+
 /// Refused cases of a run, of all formulations or of one.
 struct Refusals {
   int cases = 0;  ///< that were run

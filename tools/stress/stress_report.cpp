@@ -12,7 +12,6 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <ostream>
-#include <regex>
 #include <thread>
 
 #include "engine/io/atomic_file.h"
@@ -24,14 +23,6 @@
 
 namespace viscera {
 namespace {
-
-/// The first line with its numbers taken out: what refusals of one sort share.
-std::string sort_of(const std::string& reason) {
-  static const std::regex kNumber(R"([-+]?[0-9]+(\.[0-9]*)?(e[-+]?[0-9]+)?)");
-  static const std::regex kPlace(R"(\(\s*#(,?\s+#)*\s*\))");
-  const std::string plain = std::regex_replace(reason.substr(0, reason.find('\n')), kNumber, "#");
-  return std::regex_replace(plain, kPlace, "(#)");
-}
 
 double share_of_limit(const StressFigure& figure) {
   if (std::isnan(figure.figure)) return std::numeric_limits<double>::infinity();
@@ -156,7 +147,7 @@ class Summary {
     count_refusal(all_refusals_, outcome);
     if (galerkin) count_refusal(galerkin_refusals_, outcome);
     if (refused && passed) {
-      auto& reason = reasons_[sort_of(outcome.refused)];
+      auto& reason = reasons_[refusal_sort(outcome.refused)];
       if (reason.count++ == 0) {
         reason.example = outcome.number;
         reason.text = outcome.refused;

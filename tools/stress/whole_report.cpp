@@ -7,13 +7,13 @@
 #include <map>
 #include <optional>
 #include <ostream>
-#include <regex>
 
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
 #include "engine/io/progress_bar.h"
 #include "kernels/base/stopwatch.h"
 #include "tools/common/bench_figures.h"
+#include "tools/stress/refusals.h"
 #include "tools/stress/whole_run.h"
 
 namespace viscera {
@@ -23,6 +23,7 @@ namespace {
 /// refused.
 constexpr double kMostRefused = 0.25;
 /// Memory is looked at from so many cases on; it may grow by this and a share of itself [bytes].
+/// All chosen by eye.
 constexpr std::size_t kFewestForMemory = 20;
 constexpr double kMostGrowth = 48e6, kMostGrowthShare = 0.1;
 
@@ -48,11 +49,10 @@ double growth(const std::vector<double>& memory) {
   return median(after) - median(before);
 }
 
-/// What refusals of one sort share: the first message without its place, with # for numbers.
-std::string sort_of(const std::string& reason) {
-  static const std::regex kNumber(R"([-+]?[0-9]+(\.[0-9]*)?)");
-  const std::string first = reason.substr(0, reason.find('\n'));
-  return std::regex_replace(first.substr(first.rfind(": ") + 2), kNumber, "#");
+/// Without the file that every message begins with.
+std::string without_file(const std::string& reason) {
+  const std::size_t colon = reason.find(": ");
+  return colon == std::string::npos ? reason : reason.substr(colon + 2);
 }
 
 /// What was seen of all cases.
@@ -62,7 +62,7 @@ class WholeSummary {
     ++cases_;
     refused_ += !outcome.refused.empty();
     failed_ += !outcome.passed();
-    if (!outcome.refused.empty()) ++reasons_[sort_of(outcome.refused)];
+    if (!outcome.refused.empty()) ++reasons_[refusal_sort(without_file(outcome.refused))];
     for (const std::string& flag : outcome.flags) ++flags_[flag];
     smoke_residual_ = std::max(smoke_residual_, outcome.smoke_residual);
     heat_residual_ = std::max(heat_residual_, outcome.heat_residual);

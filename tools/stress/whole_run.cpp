@@ -27,7 +27,7 @@ namespace {
 constexpr double kSmokeResidual = 1e-4;
 /// The bound of the feature's own test (engine/features/cautery/cautery_report_test.cpp).
 constexpr double kHeatResidual = 0.01;
-/// Steps whose contact may find no forces.
+/// Steps whose contact may find no forces; chosen by eye.
 constexpr double kNotConverged = 0.05;
 
 /// One simulation to the scene's end.

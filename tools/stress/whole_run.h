@@ -49,7 +49,7 @@ struct WholeOptions {
 std::string replay_whole(const WholeOptions& options, int number);
 
 /// One case after the other; failures are printed as they are found, each with its command, then a
-/// summary. True: all passed, no more than a fifth was refused, and memory didn't grow.
+/// summary. True: all passed, no more than a quarter was refused, and memory didn't grow.
 Result<bool> run_whole_stress(const WholeOptions& options, std::ostream& out);
 
 }  // namespace viscera
