@@ -1,8 +1,8 @@
 # Sources of one target are compiled together, so that what they all include is read once.
 # OFF compiles each alone, which is quicker while one is being edited.
 option(VISCERA_JOINED_SOURCES "Compile sources of one target together" ON)
-# Enough to share, few enough to compile beside each other.
-set(most_joined 6)
+# More share more, fewer are compiled beside each other and again after an edit.
+set(VISCERA_MOST_JOINED 16 CACHE STRING "At most so many sources are compiled together")
 
 # viscera_names(declared used a.cpp): the names that a source declares at file scope, and those that
 # it takes from elsewhere by `using`; roughly.
@@ -44,7 +44,7 @@ function(viscera_joined_sources result name)
       list(LENGTH apart together)
       list(REMOVE_DUPLICATES apart)
       list(LENGTH apart distinct)
-      if(length LESS most_joined AND distinct EQUAL together)
+      if(length LESS VISCERA_MOST_JOINED AND distinct EQUAL together)
         set(joined ${group})
         break()
       endif()
