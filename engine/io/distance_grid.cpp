@@ -18,24 +18,27 @@ using openvdb::Coord;
 using openvdb::CoordBBox;
 using openvdb::FloatGrid;
 
-// What OpenVDB asks of a mesh, in grid units.
-class GridMesh {
- public:
-  GridMesh(const TriangleSurface& surface, const DistanceGrid& grid)
-      : surface_(surface), grid_(grid) {}
-  std::size_t polygonCount() const { return surface_.triangles.size(); }
-  std::size_t pointCount() const { return surface_.vertices.size(); }
-  std::size_t vertexCount(std::size_t) const { return 3; }
-  void getIndexSpacePoint(std::size_t triangle, std::size_t corner, openvdb::Vec3d& point) const {
-    const Vec3 x =
-        (surface_.vertices[surface_.triangles[triangle][corner]] - grid_.origin) / grid_.voxel;
-    point = openvdb::Vec3d(x.x(), x.y(), x.z());
-  }
-
- private:
-  const TriangleSurface& surface_;
-  const DistanceGrid& grid_;
+// A mesh as OpenVDB's own library is compiled for, which takes a minute to compile for another
+// kind.
+struct GridMesh {
+  std::vector<openvdb::Vec3s> points;     ///< in grid units
+  std::vector<openvdb::Vec3I> triangles;  ///< as indices of points
 };
+
+GridMesh grid_mesh(const TriangleSurface& surface, const DistanceGrid& grid) {
+  GridMesh mesh;
+  mesh.points.reserve(surface.vertices.size());
+  for (const Vec3& vertex : surface.vertices) {
+    const Eigen::Vector3f x = ((vertex - grid.origin) / grid.voxel).cast<float>();
+    mesh.points.emplace_back(x.x(), x.y(), x.z());
+  }
+  mesh.triangles.reserve(surface.triangles.size());
+  for (const auto& corners : surface.triangles)
+    mesh.triangles.emplace_back(static_cast<openvdb::Index32>(corners[0]),
+                                static_cast<openvdb::Index32>(corners[1]),
+                                static_cast<openvdb::Index32>(corners[2]));
+  return mesh;
+}
 
 CoordBBox box_of(const DistanceGrid& grid) {
   return {Coord(0), Coord(grid.size.x() - 1, grid.size.y() - 1, grid.size.z() - 1)};
@@ -86,8 +89,13 @@ Result<DistanceGrid> unsigned_distance(const TriangleSurface& surface, double vo
     ensure_openvdb();
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
     const auto width = static_cast<float>(std::ceil(band / voxel) + 1.0);
-    const FloatGrid::Ptr distance = openvdb::tools::meshToVolume<FloatGrid>(
-        GridMesh(surface, grid), *transform, width, width, openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+    const GridMesh mesh = grid_mesh(surface, grid);
+    const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(
+        mesh.points, mesh.triangles);
+    openvdb::util::NullInterrupter uninterrupted;
+    const FloatGrid::Ptr distance =
+        openvdb::tools::meshToVolume<FloatGrid>(uninterrupted, adapter, *transform, width, width,
+                                                openvdb::tools::UNSIGNED_DISTANCE_FIELD, nullptr);
     copy_values(*distance, grid);
   } catch (const std::exception& error) {
     return failure(std::string("OpenVDB: ") + error.what());

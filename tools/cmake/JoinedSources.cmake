@@ -1,8 +1,9 @@
 # Sources of one target are compiled together, so that what they all include is read once.
 # OFF compiles each alone, which is quicker while one is being edited.
 option(VISCERA_JOINED_SOURCES "Compile sources of one target together" ON)
-# More share more, fewer are compiled beside each other and again after an edit.
-set(VISCERA_MOST_JOINED 16 CACHE STRING "At most so many sources are compiled together")
+# Enough to share, few enough to compile beside each other; of sixteen the largest took 2.1 GB, and
+# all together were no quicker.
+set(VISCERA_MOST_JOINED 6 CACHE STRING "At most so many sources are compiled together")
 
 # viscera_names(declared used a.cpp): the names that a source declares at file scope, and those that
 # it takes from elsewhere by `using`; roughly.
