@@ -18,10 +18,12 @@
 #include <cstddef>
 #include <vector>
 
+#include "kernels/base/sanitized.h"
+
 namespace viscera {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(VISCERA_SANITIZED)
 constexpr bool kSanitized = true;  // whose shadow is memory of its own
 #else
 constexpr bool kSanitized = false;
