@@ -23,18 +23,13 @@
 namespace viscera {
 namespace {
 
-#if defined(VISCERA_SANITIZED)
-constexpr bool kSanitized = true;  // whose shadow is memory of its own
-#else
-constexpr bool kSanitized = false;
-#endif
-
 void limit(int what, rlim_t most) {
   const rlimit both{most, most};
   ::setrlimit(static_cast<__rlimit_resource_t>(what), &both);
 }
 
 void limit_resources(std::uintmax_t memory, double seconds) {
+  // A sanitizer's shadow is memory of its own.
   if (!kSanitized) limit(RLIMIT_DATA, static_cast<rlim_t>(memory));
   limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(seconds)));
   limit(RLIMIT_FSIZE, 0);

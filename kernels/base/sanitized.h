@@ -9,3 +9,13 @@
 #define VISCERA_SANITIZED
 #endif
 #endif
+
+namespace viscera {
+
+#ifdef VISCERA_SANITIZED
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
+}  // namespace viscera

@@ -102,9 +102,7 @@ bool forget_greatest() {
 }
 
 TEST(PreparationCost, FactoringTakesWhatEliminationOnPaperSays) {
-#ifdef VISCERA_SANITIZED
-  GTEST_SKIP() << "a sanitizer keeps memory that was given back";
-#endif
+  if (kSanitized) GTEST_SKIP() << "a sanitizer keeps memory that was given back";
   const test::Body body = ball(2.8e-3);
   const auto system =
       GalerkinSystem::assemble(body.problem({1e4, 0.45}, at_bottom), 1.8, no_progress());
