@@ -43,10 +43,11 @@ VISCERA_INLINE double dot(const Lanes& a, const Lanes& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Of a point: columns of F and its determinant.
+/// Of a point: columns of F, its determinant, and how the strain has changed within the step.
 struct PointStrain {
   Quad f[3];
   double j = 1.0;
+  double strain_change[6];
 };
 
 /// What evaluating a cell reads.
@@ -58,7 +59,19 @@ struct CellView {
   const double* weights;
   const std::array<double, 4>* psi;  // null: nothing is averaged
   double mu, lambda, averaged;
+  double viscous;        // time mu / dt [Pa]; 0: none
+  const double* before;  // strains of its points, six each
 };
+
+/// E = (F^T F - 1) / 2 as xx, yy, zz, xy, yz, zx.
+VISCERA_INLINE void green_strain(const Lanes& f0, const Lanes& f1, const Lanes& f2, double* e) {
+  e[0] = 0.5 * (dot(f0, f0) - 1.0);
+  e[1] = 0.5 * (dot(f1, f1) - 1.0);
+  e[2] = 0.5 * (dot(f2, f2) - 1.0);
+  e[3] = 0.5 * dot(f0, f1);
+  e[4] = 0.5 * dot(f1, f2);
+  e[5] = 0.5 * dot(f2, f0);
+}
 
 /// Energy of a cell; adds forces to `forces` unless that is null. `strains` has room for its
 /// points.
@@ -87,6 +100,14 @@ VISCERA_WIDE double add_cell(const CellView& cell, const Quad* displacements, Po
     const double length = dot(f0, f0) + dot(f1, f1) + dot(f2, f2);
     energy += cell.weights[q] * (0.5 * cell.mu * (length - 3.0) - cell.mu * grown +
                                  0.5 * (cell.lambda + cell.mu) * grown * grown);
+    if (cell.viscous > 0.0) {
+      double* e = at.strain_change;
+      green_strain(f0, f1, f2, e);
+      for (std::size_t k = 0; k < 6; ++k) e[k] -= cell.before[6 * q + k];
+      energy += cell.weights[q] * cell.viscous *
+                (e[0] * e[0] + e[1] * e[1] + e[2] * e[2] +
+                 2.0 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]));
+    }
     if (cell.psi != nullptr)
       for (std::size_t k = 0; k < kTerms; ++k) theta[k] += cell.weights[q] * cell.psi[q][k] * grown;
   }
@@ -107,9 +128,16 @@ VISCERA_WIDE double add_cell(const CellView& cell, const Quad* displacements, Po
     cross(f1, f2, a0);
     cross(f2, f0, a1);
     cross(f0, f1, a2);
-    const Lanes p0 = w * (cell.mu * f0 + pressure * a0);
-    const Lanes p1 = w * (cell.mu * f1 + pressure * a1);
-    const Lanes p2 = w * (cell.mu * f2 + pressure * a2);
+    Lanes p0 = w * (cell.mu * f0 + pressure * a0);
+    Lanes p1 = w * (cell.mu * f1 + pressure * a1);
+    Lanes p2 = w * (cell.mu * f2 + pressure * a2);
+    if (cell.viscous > 0.0) {
+      const double* e = at.strain_change;
+      const double rate = 2.0 * w * cell.viscous;
+      p0 += rate * (e[0] * f0 + e[3] * f1 + e[5] * f2);
+      p1 += rate * (e[3] * f0 + e[1] * f1 + e[4] * f2);
+      p2 += rate * (e[5] * f0 + e[4] * f1 + e[2] * f2);
+    }
     for (std::size_t e = cell.begin[q]; e < cell.begin[q + 1]; ++e) {
       const std::array<double, 3>& g = cell.gradients[e];
       Lanes force;
@@ -262,7 +290,8 @@ Result<FiniteBody> FiniteBody::create(const ElasticRegion& region,
 }
 
 double FiniteBody::add_piece(const Piece& piece, std::span<const double> displacements,
-                             bool with_forces, std::vector<Quad>& forces) const {
+                             bool with_forces, const Viscosity& viscosity,
+                             std::vector<Quad>& forces) const {
   std::vector<Quad> own(piece.nodes.size());
   for (std::size_t i = 0; i < own.size(); ++i) own[i] = quad_of(displacements, piece.nodes[i]);
   if (with_forces) forces.assign(own.size(), Quad{});
@@ -273,27 +302,31 @@ double FiniteBody::add_piece(const Piece& piece, std::span<const double> displac
   double energy = 0.0;
   for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c) {
     const std::size_t first = cell_begin_[c];
-    const CellView cell = {.points = cell_begin_[c + 1] - first,
-                           .begin = begin_.data() + first,
-                           .nodes = entry_nodes_.data(),
-                           .gradients = gradients_.data(),
-                           .weights = weights_.data() + first,
-                           .psi = psi_.empty() ? nullptr : psi_.data() + first,
-                           .mu = mu_,
-                           .lambda = lambda_,
-                           .averaged = averaged_};
+    const CellView cell = {
+        .points = cell_begin_[c + 1] - first,
+        .begin = begin_.data() + first,
+        .nodes = entry_nodes_.data(),
+        .gradients = gradients_.data(),
+        .weights = weights_.data() + first,
+        .psi = psi_.empty() ? nullptr : psi_.data() + first,
+        .mu = mu_,
+        .lambda = lambda_,
+        .averaged = averaged_,
+        .viscous = viscosity.over_step * mu_,
+        .before = viscosity.before.empty() ? nullptr : viscosity.before.data() + 6 * first};
     energy += add_cell(cell, own.data(), strains.data(), with_forces ? forces.data() : nullptr);
   }
   return energy;
 }
 
 double FiniteBody::energy(std::span<const double> displacements, std::span<double> gradient,
-                          Workspace& workspace) const {
+                          Workspace& workspace, const Viscosity& viscosity) const {
   const bool with_forces = !gradient.empty();
   workspace.forces.resize(pieces_.size());
   workspace.energies.assign(pieces_.size(), 0.0);
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
-    workspace.energies[p] = add_piece(pieces_[p], displacements, with_forces, workspace.forces[p]);
+    workspace.energies[p] =
+        add_piece(pieces_[p], displacements, with_forces, viscosity, workspace.forces[p]);
   });
   double sum = 0.0;
   for (const double energy : workspace.energies) sum += energy;
@@ -333,6 +366,20 @@ Mat3 FiniteBody::gradient_at(std::size_t point, const Piece& piece,
     f += Vec3::Map(displacements.data() + 3 * node) * Vec3::Map(gradients_[e].data()).transpose();
   }
   return f;
+}
+
+Strains FiniteBody::strains(std::span<const double> displacements) const {
+  Strains all(6 * points());
+  parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
+    const Piece& piece = pieces_[p];
+    for (std::size_t q = cell_begin_[piece.first_cell]; q < cell_begin_[piece.last_cell]; ++q) {
+      const Mat3 f = gradient_at(q, piece, displacements);
+      const Mat3 e = 0.5 * (f.transpose() * f - Mat3::Identity());
+      const double six[6] = {e(0, 0), e(1, 1), e(2, 2), e(0, 1), e(1, 2), e(2, 0)};
+      std::copy(std::begin(six), std::end(six), all.begin() + static_cast<std::ptrdiff_t>(6 * q));
+    }
+  });
+  return all;
 }
 
 double FiniteBody::volume(std::span<const double> displacements) const {

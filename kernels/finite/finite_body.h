@@ -27,6 +27,16 @@ namespace viscera {
 /// A vector of space and a zero: four numbers that one instruction adds.
 using Quad = std::array<double, 4>;
 
+/// Green strains of a body's points, each as xx, yy, zz, xy, yz, zx                        (6 Q)
+using Strains = std::vector<double>;
+
+/// What resists change of strain within a step of dt: it adds (time mu / dt) |E - E_before|^2, time
+/// being the ratio of viscosity to shear modulus.
+struct Viscosity {
+  double over_step = 0.0;          ///< time / dt; 0: none
+  std::span<const double> before;  ///< Strains at the step's start
+};
+
 /// The constant part, shared between simulations and threads.
 class FiniteBody {
  public:
@@ -43,13 +53,16 @@ class FiniteBody {
   /// Elastic energy [J] of displacements (3 N, node-major) [m]; its derivative [N] is added to
   /// `gradient` unless that is empty. The same bits for any number of threads.
   double energy(std::span<const double> displacements, std::span<double> gradient,
-                Workspace& workspace) const;
+                Workspace& workspace, const Viscosity& viscosity = {}) const;
 
   /// Deformation gradients averaged over the cells about each node                          (N)
   std::vector<Mat3> mean_gradients(std::span<const double> displacements) const;
 
-  /// The second derivative [N/m], exact; indefinite under strong compression.
-  SymmetricBlockMatrix tangent(std::span<const double> displacements) const;
+  Strains strains(std::span<const double> displacements) const;
+
+  /// The second derivative [N/m], exact; indefinite under strong compression. `shear`: as if mu
+  /// were so many times as great.
+  SymmetricBlockMatrix tangent(std::span<const double> displacements, double shear = 1.0) const;
 
   std::size_t nodes() const { return nodes_; }
   std::size_t points() const { return weights_.size(); }
@@ -68,7 +81,7 @@ class FiniteBody {
   };
 
   double add_piece(const Piece& piece, std::span<const double> displacements, bool with_forces,
-                   std::vector<Quad>& forces) const;
+                   const Viscosity& viscosity, std::vector<Quad>& forces) const;
   void add_hold(std::span<const double> displacements, std::span<double> gradient,
                 double& energy) const;
   Mat3 gradient_at(std::size_t point, const Piece& piece,

@@ -36,7 +36,9 @@ std::size_t slot_of(const SymmetricPattern& pattern, int row, int column) {
 
 }  // namespace
 
-SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements) const {
+SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
+                                         double shear) const {
+  const double mu = shear * mu_;
   // Each cell, and each row of the hold, couples all nodes that it reaches.
   PointFields groups;
   const auto add_group = [&](std::vector<int> nodes) {
@@ -87,7 +89,7 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements) 
       for (std::size_t q = first; q < last; ++q) {
         const Mat3& at = f[q - first];
         const Mat3 cof = cofactor(at);
-        double pressure = -mu_ + (lambda_ + mu_) * (at.determinant() - 1.0);
+        double pressure = -mu + (lambda_ + mu) * (at.determinant() - 1.0);
         if (!psi_.empty()) pressure += averaged_ * theta.dot(Vec4::Map(psi_[q].data()));
         const double w = weights_[q];
         struct Entry {
@@ -106,9 +108,9 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements) 
         }
         for (const Entry& one : entries)
           for (const Entry& other : entries) {
-            Mat3 block = (lambda_ + mu_) * one.a * other.a.transpose() -
+            Mat3 block = (lambda_ + mu) * one.a * other.a.transpose() -
                          pressure * cross_matrix(at * one.g.cross(other.g));
-            block.diagonal().array() += mu_ * one.g.dot(other.g);
+            block.diagonal().array() += mu * one.g.dot(other.g);
             dense.block<3, 3>(one.row, other.row) += w * block;
           }
       }
