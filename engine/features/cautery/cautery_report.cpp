@@ -39,7 +39,8 @@ std::vector<BurnFigures> burn_figures(const World& world) {
                    .vaporised = heat.vaporised_water() + heat.vaporised_tissue(),
                    .smoke = burns[b].smoke,
                    .above_60 = burns[b].greatest_hot,
-                   .coagulated = heat.harmed_volume(),
+                   .coagulated = heat.coagulated_volume(),
+                   .dead = heat.dead_volume(),
                    .greatest_temperature = heat.options().body + heat.greatest_excess()});
   }
   return all;
@@ -66,6 +67,7 @@ std::vector<ReportSection> cautery_report(const World& world) {
                       {"smoke_kg", burn.smoke},
                       {"volume_above_60C_m3", burn.above_60},
                       {"volume_coagulated_m3", burn.coagulated},
+                      {"volume_dead_m3", burn.dead},
                       {"greatest_temperature_K", burn.greatest_temperature}});
   return {report_section("cautery", cautery), report_section("tissue", tissue)};
 }

@@ -55,6 +55,9 @@ TEST(CauteryReport, TellsWhereTheEnergyWentAndWhatItDidToTissue) {
   ASSERT_EQ(tissue.size(), 1u);
   EXPECT_EQ(tissue[0]["organ"], scene.organs[0].name);
   EXPECT_EQ(tissue[0]["volume_above_60C_m3"], burns[0].above_60);
+  EXPECT_EQ(tissue[0]["volume_coagulated_m3"], burns[0].coagulated);
+  EXPECT_EQ(tissue[0]["volume_dead_m3"], burns[0].dead);
+  EXPECT_GT(burns[0].dead, burns[0].coagulated) << "the dose kills where nothing blanches yet";
   EXPECT_EQ(tissue[0]["greatest_temperature_K"], burns[0].greatest_temperature);
 }
 

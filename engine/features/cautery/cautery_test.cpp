@@ -69,9 +69,9 @@ TEST(Cautery, ABurnGrowsUnderTheTipInRestSpace) {
   step_until(*world, 1.0);
   ASSERT_EQ(world->all<OrganBurn>().size(), 1u);
   const HeatBricks& bricks = world->all<OrganBurn>()[0].heat.bricks();
-  EXPECT_GT(bricks.damage_at(bricks.voxel_of(Vec3(1e-3, 0, kTop - 0.8e-3))), 1.0);
-  EXPECT_EQ(bricks.damage_at(bricks.voxel_of(Vec3(-8e-3, 0, kTop - 2e-3))), 0.0);
-  EXPECT_LT(bricks.damage_at(bricks.voxel_of(Vec3(0, 0, kTop - 8e-3))), 0.01);
+  EXPECT_GT(bricks.coagulation_at(bricks.voxel_of(Vec3(1e-3, 0, kTop - 0.8e-3))), 1.0);
+  EXPECT_EQ(bricks.dose_at(bricks.voxel_of(Vec3(-8e-3, 0, kTop - 2e-3))), 0.0);
+  EXPECT_LT(bricks.dose_at(bricks.voxel_of(Vec3(0, 0, kTop - 8e-3))), 0.01);
   EXPECT_GT(world->all<OrganBurn>()[0].greatest_hot, 1e-9);
 }
 
