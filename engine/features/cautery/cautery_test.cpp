@@ -80,7 +80,7 @@ TEST(Cautery, TheTipGivesThePowerThatItsGeneratorIsSetTo) {
   ASSERT_TRUE(world);
   step_until(*world, 0.5);
   const CurrentReport& current = world->all<BurnTrace>()[0].current;
-  EXPECT_NEAR(current.power + current.far_power + current.spark_power, 10.0, 0.01);
+  EXPECT_NEAR(current.generated(), 10.0, 0.01);
   EXPECT_GT(current.radius, 0.2e-3);
   EXPECT_LT(current.radius, 1.1e-3) << "the tip is a millimetre";
 }

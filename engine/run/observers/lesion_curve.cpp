@@ -35,11 +35,14 @@ Plot lesion_plot(std::string title, std::string subtitle, std::span<const Lesion
   plot.x = {"time (s)", false};
   plot.y = {"size (mm)", false};
   PlotSeries depth = curve("depth", 0), width = curve("width", 1);
+  PlotSeries dead_depth = curve("depth, dead", 2), dead_width = curve("width, dead", 3);
   for (const LesionRow& row : rows) {
     depth.points.emplace_back(row.time, 1e3 * row.lesion.depth);
     width.points.emplace_back(row.time, 1e3 * row.lesion.width);
+    dead_depth.points.emplace_back(row.time, 1e3 * row.dead.depth);
+    dead_width.points.emplace_back(row.time, 1e3 * row.dead.width);
   }
-  plot.series = {depth, width};
+  plot.series = {depth, width, dead_depth, dead_width};
   if (!published || rows.empty()) return plot;
   const double end = rows.back().time;
   plot.subtitle = "dashed: published range, " + published->source;
@@ -78,6 +81,7 @@ void LesionCurve::add_frame(const World& world) {
   const Bioheat& heat = world.find<OrganBurn>(world.all<OrganBody>().owner(state_.organ))->heat;
   state_.rows.push_back({.time = world.time() - state_.begun,
                          .lesion = lesion_at(heat, state_.point, state_.outward),
+                         .dead = lesion_at(heat, state_.point, state_.outward, LesionOf::kDead),
                          .power = trace.current.power,
                          .temperature = heat.options().body + heat.excess_now(),
                          .vaporised = heat.vaporised_water() + heat.vaporised_tissue()});
@@ -85,10 +89,11 @@ void LesionCurve::add_frame(const World& world) {
 
 Result<void> LesionCurve::close(const World&) {
   if (rows().empty()) return {};
-  std::string table = "time_s,depth_m,width_m,power_W,hottest_K,vaporised_kg\n";
+  std::string table =
+      "time_s,depth_m,width_m,power_W,hottest_K,vaporised_kg,dead_depth_m,dead_width_m\n";
   for (const LesionRow& row : rows())
-    table += fmt::format("{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
-                         row.power, row.temperature, row.vaporised);
+    table += fmt::format("{},{},{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
+                         row.power, row.temperature, row.vaporised, row.dead.depth, row.dead.width);
   if (auto written = write_file(folder_ / "lesion.csv", table); !written) return written;
   const HeatDescription& heat = heat_of(scene_);
   const Plot plot = lesion_plot("Lesion: " + (scene_.title.empty() ? scene_.name : scene_.title),
