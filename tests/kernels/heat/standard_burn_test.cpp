@@ -74,7 +74,7 @@ TEST(StandardBurn, WithAllPowerForHalfAMinuteIsNoWiderThanPublished) {
     burn.seconds = 30.0;
     burn.ball_radius = ball;
     burn.depth = 0.5 * ball;
-    burn.dt = 1.0 / 30.0;
+    burn.dt = 0.1;
     return end_of(burn).lesion.width;
   };
   // Balls of 2 and 5 mm, as they are made.
