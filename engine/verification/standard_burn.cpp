@@ -3,6 +3,11 @@
 #include <cmath>
 
 namespace viscera {
+namespace {
+
+constexpr double kFarthest = 15e-3;  // that temperatures are read [m]
+
+}  // namespace
 
 ThermalTissue muscle_outside() {
   ThermalTissue muscle;
@@ -33,28 +38,41 @@ BurnResult make_burn(const StandardBurn& burn) {
   Bioheat heat(burn.tissue, options, [](const Vec3& p) { return p.z(); });
   Electrode ball;
   ball.tip_radius = burn.ball_radius;
-  ElectrodeTip tip(ball);
-  ElectrodeContact contact;
-  contact.depth = burn.depth;
+  const bool two = burn.apart > 0.0;
+  Generator generator;
+  if (two) generator.body_resistance = 0.0;
+  std::vector<ElectrodeTip> tips(two ? 2 : 1, ElectrodeTip(ball, generator));
+  std::vector<ElectrodeContact> contacts(tips.size());
+  for (ElectrodeContact& contact : contacts) contact.depth = burn.depth;
+  contacts.front().point.x() -= 0.5 * burn.apart;
+  contacts.back().point.x() += two ? 0.5 * burn.apart : 0.0;
+  const ElectrodeContact& contact = contacts.front();
   BurnResult result;
   const int steps = static_cast<int>(std::lround(burn.seconds / burn.dt));
   for (int step = 0; step < steps; ++step) {
     BurnRow row;
-    row.current = tip.energise(heat, burn.mode, burn.power, contact, contact, burn.dt);
+    for (std::size_t t = tips.size(); t-- > 0;) {
+      row.current = tips[t].energise(heat, burn.mode, burn.power / static_cast<double>(tips.size()),
+                                     contacts[t], contacts[t], burn.dt);
+      result.generated += row.current.generated() * burn.dt;
+    }
     heat.step(burn.dt);
     row.time = (step + 1) * burn.dt;
     row.lesion = lesion_at(heat, contact.point, contact.outward);
     row.dead = lesion_at(heat, contact.point, contact.outward, LesionOf::kDead);
     row.greatest = heat.greatest_excess() + options.body;
     row.water = heat.vaporised_water();
-    result.generated += row.current.generated() * burn.dt;
     result.rows.push_back(row);
   }
   result.book = heat.book();
   result.warm_voxels = heat.warm_voxels();
-  constexpr double kFarthest = 15e-3;  // [m]
-  for (int x = 0; x * burn.voxel < kFarthest; ++x)
+  const int reach = static_cast<int>(std::ceil(kFarthest / burn.voxel));
+  for (int x = 0; x < reach; ++x)
     result.surface.push_back(options.body + heat.bricks().excess_at({x, 0, -1}));
+  for (int x = -reach; x < reach; ++x)
+    for (int y = -reach; y < reach; ++y)
+      if (options.body + heat.bricks().excess_at({x, y, -1}) > kCritical)
+        result.warm_area += burn.voxel * burn.voxel;
   return result;
 }
 

@@ -17,12 +17,13 @@ PlotSeries curve(const char* name, int colour) {
   return series;
 }
 
-/// An end of a range, over the whole time; the range has one name.
-PlotSeries limit(const char* name, int colour, double time, double size) {
+/// An end of what is published, over the whole time.
+void add_limit(Plot& plot, const char* name, int colour, double time, std::optional<double> size) {
+  if (!size) return;
   PlotSeries series = curve(name, colour);
-  series.points = {Vec2(0.0, 1e3 * size), Vec2(time, 1e3 * size)};
+  series.points = {Vec2(0.0, 1e3 * *size), Vec2(time, 1e3 * *size)};
   series.dashed = true;
-  return series;
+  plot.series.push_back(series);
 }
 
 }  // namespace
@@ -45,11 +46,11 @@ Plot lesion_plot(std::string title, std::string subtitle, std::span<const Lesion
   plot.series = {depth, width, dead_depth, dead_width};
   if (!published || rows.empty()) return plot;
   const double end = rows.back().time;
-  plot.subtitle = "dashed: published range, " + published->source;
-  plot.series.push_back(limit("published depth", 0, end, published->least_depth));
-  plot.series.push_back(limit("", 0, end, published->most_depth));
-  plot.series.push_back(limit("published width", 1, end, published->least_width));
-  plot.series.push_back(limit("", 1, end, published->most_width));
+  plot.subtitle = "dashed: published, " + published->source;
+  add_limit(plot, "least depth", 0, end, published->least_depth);
+  add_limit(plot, "greatest depth", 0, end, published->most_depth);
+  add_limit(plot, "least width", 1, end, published->least_width);
+  add_limit(plot, "greatest width", 1, end, published->most_width);
   return plot;
 }
 

@@ -1,5 +1,5 @@
 // Burns: what is published of them, what their values leave open, and that they aren't the voxels'
-// making. Areas after bipolar currents [Siracusano2023] can't be held against a single electrode.
+// making.
 #include "engine/verification/standard_burn.h"
 
 #include <gtest/gtest.h>
@@ -96,7 +96,7 @@ TEST(StandardBurn, WarmsMuscleAsFarAsPublished) {
     burn.ball_radius = tip;
     burn.depth = 0.5 * tip;
     const BurnResult result = make_burn(burn);
-    EXPECT_NEAR(result.reach_of(kZeroCelsius + 45.0, burn.voxel), 3.5e-3, 2.3e-3) << tip;
+    EXPECT_NEAR(result.reach_of(kCritical, burn.voxel), 3.5e-3, 2.3e-3) << tip;
   }
 }
 
@@ -126,6 +126,35 @@ TEST(StandardBurn, ACentimetreAwayItWarmsNothingAndNoHeldElectrodeCan) {
   const auto there = static_cast<std::size_t>(r / burn.voxel);
   EXPECT_GT(result.surface[there], kRoom);
   EXPECT_LT(result.surface[there], kRoom + by_current + by_conduction);
+}
+
+// Bipolar forceps on pig muscle and fascia ex vivo: an infrared camera saw a "thermal spread area"
+// of 18 mm2 after 2 s with 30 W and of 28 mm2 after 4 s; with 60 W of 19 and 21 mm2
+// [Siracusano2023]. The abstract tells neither tips nor temperature; taken are 45 C, as in
+// [Hefermehl2014], and two balls that share the power.
+TEST(StandardBurn, TwoTipsThatShareThePowerWarmAsMuchSurfaceAsBipolarOnes) {
+  const auto warmed = [](double power, double seconds, double ball, double apart) {
+    StandardBurn burn;
+    burn.tissue = muscle_outside();
+    burn.rest = kRoom;
+    burn.mode = CurrentMode::kCut;
+    burn.power = power;
+    burn.seconds = seconds;
+    burn.ball_radius = ball;
+    burn.depth = 0.5 * ball;
+    burn.apart = apart;
+    return 1e6 * make_burn(burn).warm_area;
+  };
+  struct Published {
+    double power, seconds, area;
+  };
+  for (const auto& [power, seconds, area] :
+       {Published{30.0, 2.0, 18.0}, {30.0, 4.0, 28.0}, {60.0, 2.0, 19.0}, {60.0, 4.0, 21.0}}) {
+    EXPECT_NEAR(warmed(power, seconds, 1e-3, 2e-3), area, 0.25 * area) << power << ", " << seconds;
+    // Half as wide, and twice as far apart: what is published lies between.
+    EXPECT_LT(warmed(power, seconds, 0.5e-3, 2e-3), area) << power << ", " << seconds;
+    EXPECT_GT(warmed(power, seconds, 1e-3, 4e-3), area) << power << ", " << seconds;
+  }
 }
 
 TEST(StandardBurn, GrowsWithTimeAndEverMoreSlowly) {
