@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kVoxels = BrickField::kVoxels;
 constexpr std::size_t kValues = sizeof(HeatBrick::Values);
-constexpr int kMostBuffers = 10;  // that a kernel binds
+constexpr int kMostBuffers = 11;  // that a kernel binds
 constexpr std::size_t kFewestSlots = 64;
 
 static_assert(std::tuple_size_v<decltype(BrickGeometry::open_x)> == kBrickFaces);
@@ -91,7 +91,7 @@ bool GpuHeat::reserve(Buffer& buffer, std::size_t bytes, bool keep, const char* 
 bool GpuHeat::reserve_slots() {
   const std::size_t slots = std::max(slot_numbers_.count(), kFewestSlots);
   const std::size_t values = slots * kValues;
-  for (Buffer* field : {&excess_, &water_, &damage_, &charred_})
+  for (Buffer* field : {&excess_, &water_, &charred_, &dose_, &coagulation_, &collagen_})
     if (!reserve(*field, values, true, "a field of heat")) return false;
   for (Buffer* field : {&source_, &before_, &rate_, &conductivity_, &inverse_capacity_, &living_})
     if (!reserve(*field, values, false, "a field of heat")) return false;
@@ -156,8 +156,10 @@ void GpuHeat::upload_fields(HeatBrick& brick, bool fresh) {
   };
   send(excess_, brick.warm->excess);
   send(water_, brick.water);
-  send(damage_, brick.damage);
   send(charred_, brick.charred);
+  send(dose_, brick.dose);
+  send(coagulation_, brick.coagulation);
+  send(collagen_, brick.collagen);
   slots_[s].stale = 0;
   brick.warm->altered = false;
   ++uploaded_;
@@ -236,10 +238,14 @@ GpuHeat::Range GpuHeat::slots_of(std::span<HeatBrick* const> bricks, std::uint32
 HeatFlows GpuHeat::prepare() {
   if (!trouble().empty()) return {};
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, pass_.id());
-  queue_.dispatch(
-      kernels_->prepare, warm_.size(),
-      {{0, &table_}, {1, &excess_}, {2, &geometry_}, {3, &water_}, {4, &damage_}, {5, &charred_}},
-      {{6, &conductivity_}, {7, &inverse_capacity_}, {8, &living_}});
+  queue_.dispatch(kernels_->prepare, warm_.size(),
+                  {{0, &table_},
+                   {1, &excess_},
+                   {2, &geometry_},
+                   {3, &water_},
+                   {4, &coagulation_},
+                   {5, &charred_}},
+                  {{6, &conductivity_}, {7, &inverse_capacity_}, {8, &living_}});
   return rates();
 }
 
@@ -309,9 +315,15 @@ void GpuHeat::settle(double dt) {
   if (!trouble().empty()) return;
   kernels_->settle.set("dt", static_cast<float>(dt));
   kernels_->settle.set("first", first_ ? 1 : 0);
-  queue_.dispatch(
-      kernels_->settle, warm_.size(), {{0, &table_}, {1, &geometry_}, {2, &before_}},
-      {{3, &excess_}, {4, &water_}, {5, &damage_}, {6, &charred_}, {7, &sums_}, {8, &lost_}});
+  queue_.dispatch(kernels_->settle, warm_.size(), {{0, &table_}, {1, &geometry_}, {2, &before_}},
+                  {{3, &excess_},
+                   {4, &water_},
+                   {5, &charred_},
+                   {6, &dose_},
+                   {7, &coagulation_},
+                   {8, &collagen_},
+                   {9, &sums_},
+                   {10, &lost_}});
   first_ = false;
   mark("settle");
 }
@@ -336,7 +348,7 @@ bool GpuHeat::finish(bool fields) {
     warm.vapour.clear();
     brick->harmed = brick->harmed || (one.changed & kHarmedForGood) != 0;
     slots_[static_cast<std::size_t>(warm.slot)].stale |=
-        kExcessChanged | (one.changed & (kWaterChanged | kDamageChanged));
+        kExcessChanged | (one.changed & (kWaterChanged | kHarmChanged));
     vapours.push_back(one.vapours);
   }
   read_vapour(volume, vapours);
@@ -372,14 +384,17 @@ bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
     std::uint32_t stale;
     HeatBrick::Values& (*of)(HeatBrick&);
   };
-  const std::array<Field, 4> fields = {{
+  const std::array<Field, 6> fields = {{
       {&excess_, kExcessChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.warm->excess; }},
       {&water_, kWaterChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.water; }},
       {&charred_, kWaterChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.charred; }},
-      {&damage_, kDamageChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.damage; }},
+      {&dose_, kHarmChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.dose; }},
+      {&coagulation_, kHarmChanged,
+       [](HeatBrick& b) -> HeatBrick::Values& { return b.coagulation; }},
+      {&collagen_, kHarmChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.collagen; }},
   }};
-  std::array<Range, 4> ranges;
-  std::array<std::vector<HeatBrick::Values>, 4> values;
+  std::array<Range, fields.size()> ranges;
+  std::array<std::vector<HeatBrick::Values>, fields.size()> values;
   for (std::size_t f = 0; f < fields.size(); ++f) {
     ranges[f] = slots_of(bricks, fields[f].stale);
     values[f] =
@@ -404,9 +419,10 @@ bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
 
 std::size_t GpuHeat::bytes() const {
   std::size_t sum = 0;
-  for (const Buffer* buffer : {&table_, &excess_, &water_, &damage_, &charred_, &source_,
-                               &geometry_, &before_, &rate_, &conductivity_, &inverse_capacity_,
-                               &living_, &first_rate_, &older_, &flows_, &sums_, &lost_})
+  for (const Buffer* buffer :
+       {&table_, &excess_, &water_, &charred_, &dose_, &coagulation_, &collagen_, &source_,
+        &geometry_, &before_, &rate_, &conductivity_, &inverse_capacity_, &living_, &first_rate_,
+        &older_, &flows_, &sums_, &lost_})
     sum += buffer->size();
   return sum;
 }

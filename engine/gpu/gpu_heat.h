@@ -112,7 +112,7 @@ class GpuHeat final : public HeatPasses {
   std::vector<Slot> slots_;
   Numbers slot_numbers_, places_;   // of slots; of geometries, 0 being BrickGeometry::whole()
   std::vector<HeatEntry> entries_;  // as uploaded
-  Buffer table_, excess_, water_, damage_, charred_, source_, geometry_;
+  Buffer table_, excess_, water_, charred_, dose_, coagulation_, collagen_, source_, geometry_;
   Buffer before_, rate_, conductivity_, inverse_capacity_, living_, first_rate_, older_;
   Buffer flows_, sums_, lost_, pass_;
   std::size_t uploaded_ = 0, fetched_ = 0;

@@ -32,7 +32,7 @@ SeenBrick seen_of(const HeatBrick& brick) {
     seen[i] = {0, 0, stored(excess / BurnAtlas::kHottest), 65535};
     if (!brick.harmed) continue;
     const TissueState state =
-        tissue_state(static_cast<double>(brick.damage[i]), static_cast<double>(brick.water[i]),
+        tissue_state(static_cast<double>(brick.coagulation[i]), static_cast<double>(brick.water[i]),
                      static_cast<double>(brick.charred[i]));
     seen[i][0] = stored(state.coagulated);
     seen[i][1] = stored(0.5 * (state.seared + 2.0 * state.charred));

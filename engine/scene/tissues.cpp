@@ -89,8 +89,8 @@ ObjectSpec tissue() {
       quantity("thermal_conductivity", "W/(m K)", 0.001, 10, "Fourier's."),
       quantity("perfusion", "mL/(min kg)", 0, 10000, "Blood flow."),
       quantity("water_fraction", "1", 0, 1, "Mass fraction of water."),
-      quantity("damage_frequency", "1/s", 0, 1e120, "Arrhenius A."),
-      quantity("damage_energy", "J/mol", 0, 1e7, "Arrhenius Ea."),
+      quantity("coagulation_frequency", "1/s", 0, 1e120, "Arrhenius A of half of the whitening."),
+      quantity("coagulation_energy", "J/mol", 0, 1e7, "Its Arrhenius Ea."),
       quantity("smoke_yield", "1", 0, 1, "Share of the vaporised mass that is seen as smoke."),
       object("look", "How the renderer paints it.", look()).needed(),
   };
@@ -155,9 +155,10 @@ constexpr std::array kThermalKeys = {
     ThermalKey{"perfusion", [](ThermalTissue& t,
                                double value) { t.perfusion = perfusion_rate(value, t.density); }},
     ThermalKey{"water_fraction", [](ThermalTissue& t, double value) { t.water_fraction = value; }},
-    ThermalKey{"damage_frequency",
-               [](ThermalTissue& t, double value) { t.damage.frequency = value; }},
-    ThermalKey{"damage_energy", [](ThermalTissue& t, double value) { t.damage.energy = value; }},
+    ThermalKey{"coagulation_frequency",
+               [](ThermalTissue& t, double value) { t.coagulation.frequency = value; }},
+    ThermalKey{"coagulation_energy",
+               [](ThermalTissue& t, double value) { t.coagulation.energy = value; }},
     ThermalKey{"smoke_yield", [](ThermalTissue& t, double value) { t.smoke_yield = value; }},
 };
 

@@ -1,5 +1,5 @@
 // Tissue values of assets/tissues.json, each with unit, source and its mark: [V] verified in the
-// named source, [R] recalled and to be checked.
+// named source, [A] read in its abstract, [R] recalled and to be checked.
 #pragma once
 
 #include <filesystem>

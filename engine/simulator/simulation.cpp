@@ -141,7 +141,7 @@ Vec3 Simulation::tip(std::size_t tool) const {
 HeatView Simulation::heat(std::size_t organ) const {
   const OrganBurn* burn = world_->find<OrganBurn>(world_->model().organs().at(organ));
   if (!burn) return {};
-  return {burn->heat.options().body + burn->heat.greatest_excess(), burn->heat.harmed_volume(),
+  return {burn->heat.options().body + burn->heat.greatest_excess(), burn->heat.coagulated_volume(),
           burn->heat.vaporised_water() + burn->heat.vaporised_tissue()};
 }
 

@@ -7,11 +7,11 @@
 namespace viscera {
 namespace {
 
-constexpr double kDamage = 0.2;        // of the half-cooked tissue
-constexpr double kDepth = 0.2e-3;      // of the source's middle, and of the surface over z = 0 [m]
-constexpr double kWidth = 0.5e-3;      // of the source [m]
-constexpr double kPower = 15.0;        // [W]
-constexpr float kLeastDamage = 1e-3f;  // below which differences are absolute
+constexpr double kCooked = 0.2;      // Omega of the half-cooked tissue
+constexpr double kDepth = 0.2e-3;    // of the source's middle, and of the surface over z = 0 [m]
+constexpr double kWidth = 0.5e-3;    // of the source [m]
+constexpr double kPower = 15.0;      // [W]
+constexpr float kLeastHarm = 1e-3f;  // below which differences are absolute
 
 double edge_of(int edge_bricks, const Bioheat& heat) {
   return edge_bricks * HeatBricks::kEdge * heat.options().voxel;
@@ -34,7 +34,7 @@ HeatCase::HeatCase(int edge_bricks, std::shared_ptr<HeatPasses> passes, HeatRetu
     return 12.0 + 8.0 * std::sin(2e3 * p.x()) * std::sin(3e3 * p.y()) + 5.0 * std::sin(1e3 * p.z());
   });
   for (std::size_t b = 0; b < heat_.bricks().count(); ++b)
-    heat_.bricks().brick(b).damage.fill(static_cast<float>(kDamage));
+    heat_.bricks().brick(b).coagulation.fill(static_cast<float>(kCooked));
   heat_.compute_on(std::move(passes), fields);
 }
 
@@ -85,7 +85,11 @@ HeatDifference heat_difference(const Bioheat& a, const Bioheat& b) {
       }
       keep_worse(difference.water, p.water[i], q.water[i], 1.0);
       keep_worse(difference.charred, p.charred[i], q.charred[i], 1.0);
-      keep_worse(difference.damage, p.damage[i], q.damage[i], std::max(kLeastDamage, p.damage[i]));
+      for (const auto field :
+           {&BrickTissue::dose, &BrickTissue::coagulation, &BrickTissue::collagen}) {
+        const float harm = (p.*field)[i];
+        keep_worse(difference.damage, harm, (q.*field)[i], std::max(kLeastHarm, harm));
+      }
     }
   }
   difference.same_bricks = true;

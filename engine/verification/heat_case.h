@@ -35,7 +35,8 @@ struct HeatDifference {
   double excess = 0.0;       ///< over the greatest excess there is
   double water = 0.0;        ///< of what a voxel holds wet
   double charred = 0.0;      ///< of its solids
-  double damage = 0.0;       ///< over Omega, or over a thousandth where that is less
+  /// Of dose, coagulation and collagen: over the value, or a thousandth where that is less.
+  double damage = 0.0;
 };
 HeatDifference heat_difference(const Bioheat& a, const Bioheat& b);
 

@@ -26,7 +26,8 @@ ThermalTissue plain_tissue() {
   tissue.perfusion = 0.0;
   tissue.metabolic_heat = 0.0;
   tissue.conductivity_slope = 0.0;
-  tissue.damage.frequency = 0.0;
+  tissue.coagulation.frequency = 0.0;
+  tissue.collagen.frequency = 0.0;
   tissue.pyrolysis.frequency = 0.0;
   return tissue;
 }

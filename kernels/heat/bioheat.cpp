@@ -29,9 +29,10 @@ BioheatNumbers numbers_of(const ThermalTissue& tissue, const BioheatOptions& opt
   n.drain = f(tissue.perfusion * water::kBloodDensity * water::kBloodHeat -
               tissue.metabolic_heat * tissue.metabolic_slope);
   n.inverse_square = f(1.0 / (options.voxel * options.voxel));
-  n.damage_exponent = f(std::log(std::max(tissue.damage.frequency, 1e-300)));
-  n.damage_kelvin = f(tissue.damage.energy / kGasConstant);
-  n.resting_rate = f(tissue.damage.rate(options.body));
+  n.coagulation_exponent = f(std::log(std::max(tissue.coagulation.frequency, 1e-300)));
+  n.coagulation_kelvin = f(tissue.coagulation.energy / kGasConstant);
+  n.collagen_exponent = f(std::log(std::max(tissue.collagen.frequency, 1e-300)));
+  n.collagen_kelvin = f(tissue.collagen.energy / kGasConstant);
   n.body = f(options.body);
   n.voxel = f(options.voxel);
   n.followed = f(options.followed);
@@ -308,15 +309,27 @@ double Bioheat::tissue_above(double kelvin) const {
   return volume * voxel_volume();
 }
 
-double Bioheat::harmed_volume(double damage) const {
+template <class Is>
+double Bioheat::volume_that(const Is& is) const {
   double volume = 0.0;
   for (std::size_t i = 0; i < bricks_.count(); ++i) {
     const HeatBrick& brick = bricks_.brick(i);
     if (!brick.harmed) continue;
-    for (int v = 0; v < BrickField::kVoxels; ++v)
-      if (brick.damage[v] >= damage) volume += brick.geometry->fraction[v];
+    for (std::size_t v = 0; v < BrickField::kVoxels; ++v)
+      if (is(brick, v)) volume += brick.geometry->fraction[v];
   }
   return volume * voxel_volume();
+}
+
+double Bioheat::coagulated_volume() const {
+  return volume_that(
+      [](const HeatBrick& brick, std::size_t v) { return brick.coagulation[v] >= 1.0f; });
+}
+
+double Bioheat::dead_volume() const {
+  return volume_that([](const HeatBrick& brick, std::size_t v) {
+    return std::max(brick.dose[v], brick.coagulation[v]) >= 1.0f;
+  });
 }
 
 }  // namespace viscera

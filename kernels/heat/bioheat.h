@@ -134,10 +134,11 @@ class Bioheat {
 
   std::size_t warm_bricks() const { return warm_.size(); }
   std::size_t warm_voxels() const { return warm_.size() * BrickField::kVoxels; }
-  double greatest_excess() const { return state_->totals.greatest; }      ///< so far [K]
-  double excess_now() const;                                              ///< greatest there is [K]
-  double tissue_above(double kelvin) const;                               ///< volume now [m3]
-  double harmed_volume(double damage = 1.0) const;                        ///< Omega >= this [m3]
+  double greatest_excess() const { return state_->totals.greatest; }  ///< so far [K]
+  double excess_now() const;                                          ///< greatest there is [K]
+  double tissue_above(double kelvin) const;                           ///< volume now [m3]
+  double coagulated_volume() const;                                   ///< Omega >= 1 [m3]
+  double dead_volume() const;  ///< by the lethal dose of heat, or coagulated [m3]
   double vaporised_water() const { return state_->totals.water_lost; }    ///< so far, boiled [kg]
   double vaporised_tissue() const { return state_->totals.tissue_lost; }  ///< so far [kg]
   std::uint64_t version() const { return state_->version; }   ///< raised by steps that change it
@@ -155,6 +156,8 @@ class Bioheat {
   void let_go();
   void list_warm();
   double stored() const;
+  template <class Is>
+  double volume_that(const Is& is) const;
 
   ThermalTissue tissue_;
   BioheatOptions options_;

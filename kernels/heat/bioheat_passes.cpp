@@ -82,7 +82,7 @@ void gather(const HeatBrick& brick, const BioheatNumbers& numbers, float* excess
 }
 
 VISCERA_WIDE void prepare_rows(const BioheatNumbers& numbers, const float* fraction,
-                               const float* water, const float* damage, const float* charred,
+                               const float* water, const float* coagulation, const float* charred,
                                const float* excess, float* conductivity, float* inverse,
                                float* living) {
   const BioheatNumbers n = numbers;
@@ -90,7 +90,7 @@ VISCERA_WIDE void prepare_rows(const BioheatNumbers& numbers, const float* fract
   for (int i = 0; i < kVoxels; i += kLanes) {
     Lanes w, d, c, t, f;
     load(w, water + i);
-    load(d, damage + i);
+    load(d, coagulation + i);
     load(c, charred + i);
     load(t, excess + i);
     load(f, fraction + i);
@@ -188,38 +188,66 @@ VISCERA_WIDE void stage_rows(float* excess, float* older, const float* first, co
   }
 }
 
-// Omega grows by A exp(-Ea / RT), less what living tissue at rest repairs (the liver's published
-// coefficients would kill it at 37 C within the hour). Over a step the exponent goes linearly from
-// one end's to the other's; the integral of e to the power of that is the difference of the ends'
-// rates over the difference of their exponents, exact for any length of the step. Near equal
+// Mean of e^x over a step in which x goes linearly from one end's value to the other's: the
+// difference of the powers over that of the exponents, exact for any length of the step. Near equal
 // exponents, the series.
-VISCERA_WIDE void damage_rows(const BioheatNumbers& numbers, const float* before,
-                              const float* excess, const float* fraction, float* damage, float dt) {
+VISCERA_INLINE void mean_exponential(Lanes& mean, const Lanes& from, const Lanes& to) {
+  const Lanes zero = {}, most = zero + kFastestHarm;
+  const Lanes x0 = from < most ? from : most, x1 = to < most ? to : most;
+  Lanes e0, e1;
+  exponential(e0, x0);
+  exponential(e1, x1);
+  const Lanes d = x1 - x0, size = d < 0.0f ? -d : d;
+  Lanes series = 1.0f + d * (1.0f / 7.0f);
+  for (int k = 6; k > 1; --k) series = 1.0f + d * (1.0f / static_cast<float>(k)) * series;
+  mean = size < 0.5f ? e0 * series : (e1 - e0) / d;
+}
+
+// What a law A exp(-Ea / (R T)) does in a step between two temperatures [1/s].
+VISCERA_INLINE void arrhenius(Lanes& mean, float exponent, float kelvin, const Lanes& from,
+                              const Lanes& to) {
+  mean_exponential(mean, exponent - kelvin / from, exponent - kelvin / to);
+}
+
+// Adds where it is hot enough, up to a limit.
+VISCERA_INLINE void grow(float* field, const Lanes& gain, const Lanes& hottest, float counts,
+                         float limit) {
+  const Lanes zero = {}, most = zero + limit;
+  Lanes value;
+  load(value, field);
+  const Lanes next = value + (hottest > counts ? gain : zero);
+  store(field, next < most ? next : most);
+}
+
+// Three processes of their own (damage.h). Most rows are too cold for any.
+VISCERA_WIDE void harm_rows(const BioheatNumbers& numbers, const float* before, const float* excess,
+                            const float* fraction, float* dose, float* coagulation, float* collagen,
+                            float dt) {
   const BioheatNumbers n = numbers;
-  const Lanes zero = {}, most = zero + kMostDamage;
+  const Lanes zero = {};
   for (int i = 0; i < kVoxels; i += kLanes) {
-    Lanes t0, t1, d, f;
-    load(t0, before + i);
-    load(t1, excess + i);
-    load(d, damage + i);
+    Lanes from, to, f, gain;
+    load(from, before + i);
+    load(to, excess + i);
     load(f, fraction + i);
-    const Lanes x0 = n.damage_exponent - n.damage_kelvin / (n.body + t0);
-    const Lanes x1 = n.damage_exponent - n.damage_kelvin / (n.body + t1);
-    const Lanes middle = 0.5f * (x0 + x1), half = 0.5f * (x1 - x0);
-    // Mean of e^x between the ends: e^middle sinh(half) / half.
-    Lanes centre, e0, e1;
-    exponential(centre, middle);
-    exponential(e0, x0);
-    exponential(e1, x1);
-    const Lanes square = half * half;
-    const Lanes near = centre * (1.0f + square * (1.0f / 6.0f + square * (1.0f / 120.0f)));
-    const Lanes far = (e1 - e0) / (x1 - x0);
-    Lanes gain = (square < 0.25f ? near : far) - n.resting_rate;
-    gain = gain > 0.0f ? gain : zero;
-    gain = f > 0.0f ? gain : zero;
-    Lanes next = d + dt * gain;
-    next = next < most ? next : most;
-    store(damage + i, next);
+    from += n.body;
+    to += n.body;
+    Lanes hottest = from > to ? from : to;
+    hottest = f > 0.0f ? hottest : zero;
+    const float most = greatest(hottest);
+    if (!(most > kDoseCounts)) continue;
+    // In powers of two above the knee and of four below.
+    Lanes x0 = kDoseSlope * (from - kDoseKnee), x1 = kDoseSlope * (to - kDoseKnee);
+    x0 = x0 < 0.0f ? kDoseColdSlope * x0 : x0;
+    x1 = x1 < 0.0f ? kDoseColdSlope * x1 : x1;
+    mean_exponential(gain, x0, x1);
+    grow(dose + i, gain * (dt / kLethalTime), hottest, kDoseCounts, kMostDose);
+    if (!(most > kCoagulates)) continue;
+    arrhenius(gain, n.coagulation_exponent, n.coagulation_kelvin, from, to);
+    grow(coagulation + i, gain * dt, hottest, kCoagulates, kMostCoagulation);
+    if (!(most > kCollagenShrinks)) continue;
+    arrhenius(gain, n.collagen_exponent, n.collagen_kelvin, from, to);
+    grow(collagen + i, gain * dt, hottest, kCollagenShrinks, kMostCollagen);
   }
 }
 
@@ -403,9 +431,9 @@ HeatParameters heat_parameters(const BioheatNumbers& numbers, const ThermalTissu
 
 void prepare_brick(HeatBrick& brick, const BioheatNumbers& numbers) {
   HeatBrick::Warm& warm = *brick.warm;
-  prepare_rows(numbers, brick.geometry->fraction.data(), brick.water.data(), brick.damage.data(),
-               brick.charred.data(), warm.excess.data(), warm.conductivity.data(),
-               warm.inverse_capacity.data(), warm.living.data());
+  prepare_rows(numbers, brick.geometry->fraction.data(), brick.water.data(),
+               brick.coagulation.data(), brick.charred.data(), warm.excess.data(),
+               warm.conductivity.data(), warm.inverse_capacity.data(), warm.living.data());
 }
 
 void find_rates(HeatBrick& brick, const BioheatNumbers& numbers) {
@@ -468,10 +496,12 @@ void settle_brick(HeatBrick& brick, const BioheatNumbers& numbers, const Thermal
   }
   find_borders(brick);
   // A voxel that was hot at the start and isn't now counts too.
-  if (std::max(warm.greatest, greatest_value(warm.before.data())) > kDamageFelt) {
-    damage_rows(numbers, warm.before.data(), warm.excess.data(), brick.geometry->fraction.data(),
-                brick.damage.data(), static_cast<float>(dt));
-    brick.harmed = brick.harmed || greatest_value(brick.damage.data()) > kHarmedDamage;
+  if (numbers.body + std::max(warm.greatest, greatest_value(warm.before.data())) > kDoseCounts) {
+    harm_rows(numbers, warm.before.data(), warm.excess.data(), brick.geometry->fraction.data(),
+              brick.dose.data(), brick.coagulation.data(), brick.collagen.data(),
+              static_cast<float>(dt));
+    brick.harmed = brick.harmed || greatest_value(brick.dose.data()) > kHarmedDose ||
+                   greatest_value(brick.coagulation.data()) > kHarmedCoagulation;
   }
 }
 

@@ -7,7 +7,7 @@ layout(std430, binding = 2) readonly buffer Geometry { float geometry[]; };
 
 #ifdef PREPARE
 layout(std430, binding = 3) readonly buffer Water { float water[]; };
-layout(std430, binding = 4) readonly buffer Damage { float damage[]; };
+layout(std430, binding = 4) readonly buffer Coagulation { float coagulation[]; };
 layout(std430, binding = 5) readonly buffer Charred { float charred[]; };
 layout(std430, binding = 6) writeonly buffer Conductivity { float conductivity[]; };
 layout(std430, binding = 7) writeonly buffer InverseCapacity { float inverse_capacity[]; };
@@ -31,7 +31,7 @@ void main() {
       fraction * (pass.numbers.solids_capacity * (1.0 - pass.numbers.lost_solids * charred[i]) +
                   pass.numbers.water_capacity * w);
   inverse_capacity[i] = capacity > 0.0 ? 1.0 / capacity : 0.0;
-  living[i] = fraction * exponential(-damage[i]);
+  living[i] = fraction * exponential(-coagulation[i]);
 }
 #endif
 

@@ -6,10 +6,12 @@ layout(std430, binding = 1) readonly buffer Geometry { float geometry[]; };
 layout(std430, binding = 2) readonly buffer Before { float before[]; };
 layout(std430, binding = 3) buffer Excess { float excess[]; };
 layout(std430, binding = 4) buffer Water { float water[]; };
-layout(std430, binding = 5) buffer Damage { float damage[]; };
-layout(std430, binding = 6) buffer Charred { float charred[]; };
-layout(std430, binding = 7) buffer Sums { HeatSums sums[]; };
-layout(std430, binding = 8) buffer Lost { VoxelLoss lost[]; };
+layout(std430, binding = 5) buffer Charred { float charred[]; };
+layout(std430, binding = 6) buffer Dose { float dose[]; };
+layout(std430, binding = 7) buffer Coagulation { float coagulation[]; };
+layout(std430, binding = 8) buffer Collagen { float collagen[]; };
+layout(std430, binding = 9) buffer Sums { HeatSums sums[]; };
+layout(std430, binding = 10) buffer Lost { VoxelLoss lost[]; };
 
 uniform float dt;
 uniform int first;  // substep of its step: sums begin anew
@@ -115,17 +117,42 @@ void char_solids(inout Voxel v) {
   v.pyrolysis += heat;
 }
 
-/// Of Omega, as damage_rows has it.
-float damage_gain(float t0, float t1) {
-  float exponent = pass.numbers.damage_exponent, kelvin = pass.numbers.damage_kelvin;
-  float x0 = exponent - kelvin / (pass.numbers.body + t0);
-  float x1 = exponent - kelvin / (pass.numbers.body + t1);
-  float half_way = 0.5 * (x1 - x0), square = half_way * half_way;
-  float mean = square < 0.25
-                   ? exponential(0.5 * (x0 + x1)) *
-                         (1.0 + square * (1.0 / 6.0 + square * (1.0 / 120.0)))
-                   : (exponential(x1) - exponential(x0)) / (x1 - x0);
-  return max(0.0, mean - pass.numbers.resting_rate);
+/// Of e^x between two ends, as mean_exponential has it.
+float mean_exponential(float from, float to) {
+  float x0 = min(from, kFastestHarm), x1 = min(to, kFastestHarm), d = x1 - x0;
+  float e0 = exponential(x0);
+  if (abs(d) >= 0.5) return (exponential(x1) - e0) / d;
+  float series = 1.0 + d * (1.0 / 7.0);
+  for (int k = 6; k > 1; --k) series = 1.0 + d * (1.0 / float(k)) * series;
+  return e0 * series;
+}
+
+float arrhenius(float exponent, float kelvin, float from, float to) {
+  return mean_exponential(exponent - kelvin / from, exponent - kelvin / to);
+}
+
+float dose_exponent(float kelvin) {
+  float x = kDoseSlope * (kelvin - kDoseKnee);
+  return x < 0.0 ? kDoseColdSlope * x : x;
+}
+
+/// As harm_rows; whether it is to be kept.
+bool harm(uint i, float from, float to) {
+  float hottest = max(from, to);
+  if (hottest > kDoseCounts) {
+    float gain = mean_exponential(dose_exponent(from), dose_exponent(to));
+    dose[i] = min(dose[i] + gain * (dt / kLethalTime), kMostDose);
+  }
+  if (hottest > kCoagulates) {
+    float gain =
+        arrhenius(pass.numbers.coagulation_exponent, pass.numbers.coagulation_kelvin, from, to);
+    coagulation[i] = min(coagulation[i] + gain * dt, kMostCoagulation);
+  }
+  if (hottest > kCollagenShrinks) {
+    float gain = arrhenius(pass.numbers.collagen_exponent, pass.numbers.collagen_kelvin, from, to);
+    collagen[i] = min(collagen[i] + gain * dt, kMostCollagen);
+  }
+  return dose[i] > kHarmedDose || coagulation[i] > kHarmedCoagulation;
 }
 
 void main() {
@@ -178,12 +205,9 @@ void main() {
       vec4(capacity(v) * v.t, size, max(0.0, start), gives ? 1.0 : 0.0));
 
   // A voxel that was hot at the start and isn't now counts too.
-  bool felt = max(state.y, state.z) > kDamageFelt;
-  if (felt && v.fraction > 0.0) {
-    float omega = min(damage[i] + dt * damage_gain(start, v.t), kMostDamage);
-    damage[i] = omega;
-    if (omega > kHarmedDamage) harmed = 1u;
-  }
+  bool felt = pass.numbers.body + max(state.y, state.z) > kDoseCounts;
+  if (felt && v.fraction > 0.0 && harm(i, pass.numbers.body + start, pass.numbers.body + v.t))
+    harmed = 1u;
   uint vapours = uint(state.w), vapours_before = first != 0 ? 0u : earlier.vapours;
   if (vapours > 0u) {
     VoxelLoss lost_before = VoxelLoss(0.0, 0.0, 0.0, 0.0);
@@ -195,7 +219,7 @@ void main() {
   vec4 energies = vec4(0.0);
   if (dried != 0u) energies = sum_of_brick(vec4(v.latent, v.vapour, v.pyrolysis, v.gas));
   if (lane != 0u) return;
-  uint flags = (dried != 0u ? kWaterChanged : 0u) | (felt ? kDamageChanged : 0u) |
+  uint flags = (dried != 0u ? kWaterChanged : 0u) | (felt ? kHarmChanged : 0u) |
                (harmed != 0u ? kHarmedForGood : 0u);
   if (first == 0) {
     energies += vec4(earlier.latent, earlier.vapour, earlier.pyrolysis, earlier.gas);

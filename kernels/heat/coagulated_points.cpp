@@ -13,10 +13,20 @@ namespace {
 constexpr double kNearEnough = 1.5;
 /// What has stiffened by less counts as sound: nobody feels it, and each point costs.
 constexpr double kSlightest = 0.02;
-/// Where so little has coagulated nothing is asked further.
-constexpr float kLeastDamage = 1e-3f;
+/// Omega of coagulation and of collagen: where there is so little nothing is asked further.
+constexpr float kLeastCoagulation = 1e-3f, kLeastCollagen = 1e-5f;
 /// Tissue from which volumes are counted.
 constexpr double kHalfAgain = 1.5;
+
+bool has_changed(const HeatBrick& brick, std::size_t voxel) {
+  return brick.coagulation[voxel] >= kLeastCoagulation || brick.collagen[voxel] >= kLeastCollagen;
+}
+
+bool has_changed(const HeatBrick& brick) {
+  for (std::size_t v = 0; v < BrickField::kVoxels; ++v)
+    if (has_changed(brick, v)) return true;
+  return false;
+}
 
 }  // namespace
 
@@ -54,27 +64,25 @@ CoagulatedPoints CoagulationGauge::read(const HeatBricks& bricks, double water_f
   const double voxel = std::pow(bricks.voxel(), 3);
   for (std::size_t b = 0; b < bricks.count(); ++b) {
     const HeatBrick& brick = bricks.brick(b);
-    if (!brick.harmed) continue;
-    const bool somewhere = std::any_of(brick.damage.begin(), brick.damage.end(),
-                                       [](float damage) { return damage >= kLeastDamage; });
-    if (!somewhere) continue;
+    if (!brick.harmed || !has_changed(brick)) continue;
     const Nearest& nearest = nearest_points(bricks, brick);
     for (std::size_t v = 0; v < nearest.size(); ++v) {
       const double volume = voxel * static_cast<double>(brick.geometry->fraction[v]);
       if (volume <= 0.0) continue;
-      const bool harmed = brick.damage[v] >= kLeastDamage;
+      const bool changed = has_changed(brick, v);
       const TissueState state =
-          harmed ? tissue_state(brick.damage[v], brick.water[v], brick.charred[v]) : TissueState{};
-      const double factor = harmed ? stiffness_factor(state) : 1.0;
+          changed ? tissue_state(brick.coagulation[v], brick.water[v], brick.charred[v])
+                  : TissueState{};
+      const double factor = changed ? stiffness_factor(state) : 1.0;
       if (nearest[v] < 0) {
         if (factor >= kHalfAgain) points.left_out += volume;
         continue;
       }
       const auto q = static_cast<std::size_t>(nearest[v]);
       seen[q] += volume;
-      if (!harmed) continue;
+      if (!changed) continue;
       gain[q] += volume * (factor - 1.0);
-      loss[q] += volume * (1.0 - shrinkage(state, water_fraction));
+      loss[q] += volume * (1.0 - remaining_length(state, brick.collagen[v], water_fraction));
     }
   }
   for (std::size_t q = 0; q < volumes_.size(); ++q) {

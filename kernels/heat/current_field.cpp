@@ -69,6 +69,9 @@ VISCERA_WIDE void find_drive(const std::vector<Shares>& shares,
 CurrentField::CurrentField(Bioheat& heat, const Vec3& point, const Vec3& outward, double radius,
                            double gap, double dt)
     : disc_(point, outward, radius, reach_of(radius), heat.options().voxel),
+      point_(point),
+      outward_(outward),
+      voxel_(heat.options().voxel),
       gap_(gap),
       dt_(dt),
       whole_(2.0 * kPi * radius * heat.tissue().electric_conductivity),
@@ -95,6 +98,9 @@ CurrentField::CurrentField(Bioheat& heat, const Vec3& point, const Vec3& outward
     voxels_.state.insert(voxels_.state.end(), voxels.state.begin(), voxels.state.end());
     voxels_.shares.insert(voxels_.shares.end(), voxels.shares.begin(), voxels.shares.end());
   }
+  double struck = 0.0;
+  for (const Voxel& voxel : voxels_.state) struck += voxel.struck;
+  for (Voxel& voxel : voxels_.state) voxel.struck = struck > 0.0 ? voxel.struck / struck : 0.0;
   conductivity_.resize(voxels_.state.size());
   if_wet_.resize(voxels_.state.size());
   drive_.resize(voxels_.state.size());
@@ -135,7 +141,7 @@ void CurrentField::conduct() {
   // Sparks fail gradually: not everywhere is the layer equally thick.
   const double crossed =
       gap_ > 0.0 ? kSparkShare * std::clamp(2.0 * (1.0 - dried / gap_), 0.0, 1.0) : 0.0;
-  near_ = sparks_ = 0.0;
+  near_ = outside_ = 0.0;
   for (int s = 0; s < disc_.shells(); ++s) {
     with_sparks[s] = std::max({tissue[s], crossed * wet[s], kLeastShare * whole_});
     near_ += shell / with_sparks[s];
@@ -145,9 +151,19 @@ void CurrentField::conduct() {
     if (wet[s] > 0.0)
       spark[s] = between / (wet[s] * shell);
     else
-      sparks_ += between;
+      outside_ += between;
   }
   find_drive(voxels_.shares, conductivity_, if_wet_, slope.data(), spark.data(), drive_.data());
+}
+
+/// Of the voxel with this middle, if it were all tissue: the outermost layer, as far as the disc
+/// reaches, blurred over a voxel so that it doesn't matter where the voxels are.
+double CurrentField::struck_share(const Vec3& centre) const {
+  const Vec3 from = centre - point_;
+  const double depth = -from.dot(outward_);
+  const double aside = (from + depth * outward_).norm();
+  return std::max(0.0, 1.0 - std::abs(depth / voxel_ - 0.5)) *
+         std::clamp((disc_.radius() - aside) / voxel_ + 0.5, 0.0, 1.0);
 }
 
 CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat) const {
@@ -180,6 +196,7 @@ CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat
                        std::max(0.0, kHottest - std::max(voxel.kelvin, water::kBoiling));
       // Of other tips, or of this one at other places.
       voxel.taken = static_cast<double>(warm.source[i]) * edge * dt_;
+      voxel.struck = fraction * struck_share(heat.bricks().centre(brick, i));
       voxels.state.push_back(voxel);
       voxels.shares.push_back(share);
     }
@@ -187,27 +204,36 @@ CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat
   return voxels;
 }
 
-double CurrentField::lasts(double current) const {
-  double most = 0.0;  // of the heat that a voxel takes, over what it may
-  for (std::size_t v = 0; v < drive_.size(); ++v)
-    most = std::max(most, drive_[v] / voxels_.state[v].fraction);
-  const double power = current * current * most;
-  return power > 0.0 ? bite_ / power : dt_;
+double CurrentField::lasts(double current, double sparks) const {
+  double most = 0.0;  // power that a voxel takes, over what of it is tissue [W]
+  const double square = current * current;
+  for (std::size_t v = 0; v < drive_.size(); ++v) {
+    const Voxel& voxel = voxels_.state[v];
+    most = std::max(most, (drive_[v] * square + voxel.struck * sparks) / voxel.fraction);
+  }
+  return most > 0.0 ? bite_ / most : dt_;
 }
 
-CurrentField::Heating CurrentField::heat_with(Bioheat& heat, double current, double time) {
+CurrentField::Heating CurrentField::heat_with(Bioheat& heat, double current, double time,
+                                              double sparks) {
   Heating given;
-  const double square = current * current * time;
-  given.sparks = square * sparks_;
+  const double square = current * current * time, struck = sparks * time;
+  given.gas = square * outside_;
+  double landed = 0.0;
   for (std::size_t v = 0; v < drive_.size(); ++v) {
     Voxel& voxel = voxels_.state[v];
-    const double energy = drive_[v] * square;
+    const double by_sparks = voxel.struck * struck, energy = drive_[v] * square + by_sparks;
+    landed += by_sparks;
     const double taken = std::clamp(voxel.room - voxel.taken, 0.0, energy);
-    if (taken > 0.0) heat.heat_voxel(*voxel.brick, voxel.index, taken / dt_);
+    if (taken > 0.0) {
+      heat.heat_voxel(*voxel.brick, voxel.index, taken / dt_);
+      given.sparks += taken * (by_sparks / energy);
+    }
     voxel.taken += taken;
     given.tissue += taken;
-    given.sparks += energy - taken;
+    given.gas += energy - taken;
   }
+  given.gas += struck - landed;  // rounding, and all of it where no tissue lies under the spot
   return given;
 }
 

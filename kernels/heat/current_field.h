@@ -31,19 +31,23 @@ class CurrentField {
 
   double near_resistance() const {
     return near_;
-  }  ///< of the tissue that is heated, with its sparks [Ohm]
-  double far_resistance() const { return far_; }  ///< of the body beyond, at rest [Ohm]
+  }  ///< of the tissue that is heated, with what crosses its dried layers [Ohm]
+  double far_resistance() const { return far_; }  ///< of the organ beyond, at rest [Ohm]
   bool any_tissue() const { return !voxels_.state.empty(); }
 
-  /// For how long `current` [A] may flow before some voxel isn't what it was [s].
-  double lasts(double current) const;
+  /// For how long `current` [A], and `sparks` [W] that end on the spot, may go on before some voxel
+  /// isn't what it was [s].
+  double lasts(double current, double sparks = 0.0) const;
 
   struct Heating {
-    double tissue = 0.0, sparks = 0.0;  ///< [J]
+    double tissue = 0.0;  ///< [J]
+    double sparks = 0.0;  ///< of that, what sparks from the gap gave it [J]
+    double gas = 0.0;     ///< what no tissue is left to take: it goes off with steam and fumes [J]
   };
-  /// What `current` [A] makes of `time` [s] of the step: heat in tissue, also of the sparks that
-  /// cross it where it has dried; and the rest, in sparks where no tissue is left to take it.
-  Heating heat_with(Bioheat& heat, double current, double time);
+  /// What these make of `time` [s] of the step. Where the tissue has dried, sparks that cross it
+  /// heat it as part of what current does; those from the gap heat the outermost voxels under the
+  /// disc, evenly.
+  Heating heat_with(Bioheat& heat, double current, double time, double sparks = 0.0);
   /// Conductivities and resistance after what the tissue has taken.
   void follow(const ThermalTissue& tissue);
 
@@ -58,6 +62,7 @@ class CurrentField {
     double capacity;               ///< [J/K]
     double to_boil, latent, room;  ///< heat until it boils, of its water, until kHottest [J]
     double taken;                  ///< of the step's heat so far [J]
+    double struck;                 ///< share of the sparks that end here
   };
   struct Voxels {
     std::vector<Voxel> state;
@@ -65,14 +70,17 @@ class CurrentField {
   };
 
   Voxels collect(HeatBrick& brick, const Bioheat& heat) const;
+  double struck_share(const Vec3& centre) const;
   void conduct();
 
   DiscField disc_;
+  Vec3 point_, outward_;
+  double voxel_;
   double gap_, dt_, whole_, bite_;
   Voxels voxels_;
-  std::vector<double> conductivity_, if_wet_;     ///< [S/m]
-  std::vector<double> drive_;                     ///< heat by a unit of current squared [Ohm]
-  double near_ = 0.0, far_ = 0.0, sparks_ = 0.0;  ///< sparks_: of near_, outside the tissue [Ohm]
+  std::vector<double> conductivity_, if_wet_;      ///< [S/m]
+  std::vector<double> drive_;                      ///< heat by a unit of current squared [Ohm]
+  double near_ = 0.0, far_ = 0.0, outside_ = 0.0;  ///< outside_: of near_, not in tissue [Ohm]
 };
 
 }  // namespace viscera

@@ -13,16 +13,14 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 /// A moist tip that just touches draws a meniscus: current has this much to go through [m].
 constexpr double kLeastRadius = 0.2e-3;
-constexpr double kLeastSpark = 450.0;  // [V]
-constexpr double kBreakdown = 2.7e6;   // [V/m]
-/// What a burning spark keeps of the voltage, between metal and tissue [V]. [R]
-constexpr double kSparkDrop = 100.0;
 /// Gas and steam in a dried layer are hot, some 800 K: so much thinner than in the gap, and broken
 /// through over so much further (Paschen). [R]
 constexpr double kThinGas = 2.5;
-constexpr double kMostPower = 500.0;  // of any generator [W]
-constexpr int kMostPlaces = 6;        // along the way of one step
-constexpr int kMostParts = 64;        // of the time at one place, as tissue dries
+constexpr double kMostPower = 500.0;        // of any generator [W]
+constexpr double kRadiation = 5.670374e-8;  // Stefan and Boltzmann's [W/(m2 K4)]
+constexpr double kBody = kZeroCelsius + 37.0;
+constexpr int kMostPlaces = 6;  // along the way of one step
+constexpr int kMostParts = 64;  // of the time at one place, as tissue dries
 
 bool usable(const ElectrodeContact& contact) {
   return contact.point.allFinite() && contact.outward.allFinite() &&
@@ -42,19 +40,6 @@ ElectrodeContact between(const ElectrodeContact& from, const ElectrodeContact& t
 
 }  // namespace
 
-Waveform waveform_of(CurrentMode mode) {
-  switch (mode) {
-    case CurrentMode::kCut:
-      return {1150.0, 1.42};
-    case CurrentMode::kBlend:
-      return {1650.0, 2.7};
-    case CurrentMode::kCoagulate:
-      return {1750.0, 5.0};
-    default:
-      return {4250.0, 7.0};
-  }
-}
-
 Result<void> check(const Electrode& electrode, double power) {
   Error error;
   const auto within = [&](const char* name, double value, double low, double high) {
@@ -67,12 +52,11 @@ Result<void> check(const Electrode& electrode, double power) {
   within("heat capacity of the tip [J/K]", electrode.heat_capacity, 1e-6, 10.0);
   within("conductance of the shaft [W/K]", electrode.shaft_conductance, 0.0, 10.0);
   within("contact conductance [W/(m2 K)]", electrode.contact_conductance, 0.0, 1e6);
+  within("surface of the tip [m2]", electrode.surface, 0.0, 1e-2);
+  within("transfer from the tip to the gas [W/(m2 K)]", electrode.gas_transfer, 0.0, 1e4);
+  within("emissivity of the tip", electrode.emissivity, 0.0, 1.0);
   if (!error.messages.empty()) return std::unexpected(error);
   return {};
-}
-
-double spark_gap(double peak_voltage) {
-  return std::max(0.0, (peak_voltage - kLeastSpark) / kBreakdown);
 }
 
 double contact_radius(const Electrode& electrode, const ElectrodeContact& contact,
@@ -106,7 +90,8 @@ CurrentReport ElectrodeTip::energise(Bioheat& heat, CurrentMode mode, double pow
   if (power > 0.0 && radius > 0.0) {
     const double way = (to.point - from.point).norm();
     const int places = std::clamp(static_cast<int>(std::ceil(2.0 * way / radius)), 1, kMostPlaces);
-    double squares = 0.0;
+    const SparkDrop drop = report.sparks ? spark_drop(-to.depth) : SparkDrop{};
+    double currents = 0.0, voltages = 0.0;  // squares
     for (int p = 0; p < places; ++p) {
       const ElectrodeContact at = between(from, to, (p + 0.5) / places);
       CurrentField field(heat, at.point, at.outward, radius,
@@ -118,29 +103,32 @@ CurrentReport ElectrodeTip::energise(Bioheat& heat, CurrentMode mode, double pow
       // The tip is at each place for its part of the step.
       const double least = dt / (places * kMostParts);
       for (double left = dt / places; left > 0.0;) {
-        const double resistance = field.near_resistance() + field.far_resistance();
-        const double drop = report.sparks ? kSparkDrop : 0.0;
-        // The current that makes `power` of resistance and spark; the voltage may not last for it.
-        const double wanted =
-            (std::sqrt(drop * drop + 4.0 * resistance * power) - drop) / (2.0 * resistance);
-        const double most = std::max(0.0, (wave.greatest_voltage() - drop) / resistance);
-        const double current = std::min(wanted, most);
-        report.limited = report.limited || wanted > most;
-        const double lasts = std::max(least, field.lasts(current));
+        const double beyond = field.far_resistance() + generator_.body_resistance;
+        const GeneratorOutput output =
+            output_of(generator_, wave, power, field.near_resistance() + beyond, drop.whole());
+        const double size = output.current * wave.mean_share();  // mean of the current's
+        const double lasts = std::max(least, field.lasts(output.current, drop.tissue * size));
         const double time = lasts < left - least ? lasts : left;
         const double part = time / dt;
-        const CurrentField::Heating given = field.heat_with(heat, current, time);
+        const CurrentField::Heating given =
+            field.heat_with(heat, output.current, time, drop.tissue * size);
         report.power += given.tissue / dt;
-        report.spark_power += given.sparks / dt + drop * current * part;
-        report.far_power += current * current * field.far_resistance() * part;
-        report.resistance += resistance * part;
-        report.voltage += (current * resistance + drop) * part;
-        squares += current * current * part;
+        report.spark_power += given.sparks / dt;
+        report.body_power += output.current * output.current * beyond * part;
+        report.metal_power += drop.metal * size * part;
+        report.gas_power += given.gas / dt + drop.column * size * part;
+        report.by_current += output.limit == GeneratorOutput::Limit::kCurrent ? part : 0.0;
+        report.by_voltage += output.limit == GeneratorOutput::Limit::kVoltage ? part : 0.0;
+        currents += output.current * output.current * part;
+        voltages += output.voltage * output.voltage * part;
         left -= time;
         if (left > 0.0) field.follow(heat.tissue());
       }
     }
-    report.current = std::sqrt(squares);
+    report.current = std::sqrt(currents);
+    report.voltage = std::sqrt(voltages);
+    if (report.current > 0.0) report.resistance = report.voltage / report.current;
+    state_.excess += report.metal_power * dt / electrode_.heat_capacity;
   }
   // Sparks don't carry the metal's warmth.
   if (!report.sparks && radius > 0.0) trade_heat(heat, to, radius, dt);
@@ -149,7 +137,12 @@ CurrentReport ElectrodeTip::energise(Bioheat& heat, CurrentMode mode, double pow
 }
 
 void ElectrodeTip::cool(double dt) {
-  state_.excess *= std::exp(-dt * electrode_.shaft_conductance / electrode_.heat_capacity);
+  const double hot = kBody + state_.excess;
+  const double radiation = electrode_.emissivity * kRadiation * (hot * hot + kBody * kBody) *
+                           (hot + kBody);  // exact for the difference [W/(m2 K)]
+  const double conductance =
+      electrode_.shaft_conductance + electrode_.surface * (electrode_.gas_transfer + radiation);
+  state_.excess *= std::exp(-dt * conductance / electrode_.heat_capacity);
 }
 
 // Each spot of the contact in turn: two bodies that even out, exactly, so no step is too long.

@@ -5,19 +5,9 @@
 #include <cmath>
 
 #include "kernels/heat/bioheat.h"
+#include "kernels/heat/generator.h"
 
 namespace viscera {
-
-/// Waveforms by their two numbers that matter to heat. Open-circuit peaks and crest factors are
-/// those of a common generator's pure cut, blend, desiccate and fulgurate. [R]
-enum class CurrentMode { kCut, kBlend, kCoagulate, kFulgurate };
-
-struct Waveform {
-  double peak_voltage = 0.0;  ///< open circuit [V]
-  double crest = 1.0;         ///< peak over root mean square; duty is about 2 / crest^2
-  double greatest_voltage() const { return peak_voltage / crest; }  ///< root mean square [V]
-};
-Waveform waveform_of(CurrentMode mode);
 
 /// Metal and how it conducts heat. A stainless wire 1 mm thick, 5 mm of it the tip. [R]
 struct Electrode {
@@ -25,6 +15,9 @@ struct Electrode {
   double heat_capacity = 1.55e-2;     ///< of the tip [J/K]
   double shaft_conductance = 1.3e-3;  ///< from the tip up the shaft [W/K]
   double contact_conductance = 5e3;   ///< between metal and tissue [W/(m2 K)]
+  double surface = 1.6e-5;            ///< of the tip, by which it cools in the gas [m2]
+  double gas_transfer = 40.0;         ///< to the gas about a thin wire [W/(m2 K)]
+  double emissivity = 0.8;            ///< of oxidised steel
 };
 
 /// Every value that can't be, by its name.
@@ -50,32 +43,37 @@ static_assert(fields_cover<ElectrodeContact>());
 double contact_radius(const Electrode& electrode, const ElectrodeContact& contact,
                       double peak_voltage);
 
-/// The widest gap that a peak breaks through [m]: some 450 V for any gap and then 2.7 MV/m in
-/// carbon dioxide near the atmosphere's pressure. [R]
-double spark_gap(double peak_voltage);
-
-/// What a step's current was; means over the step.
+/// What a step's current was; means over the step. What the generator gave is found again to
+/// rounding: see generated().
 struct CurrentReport {
-  double power = 0.0;        ///< into tissue that is heated [W]
-  double far_power = 0.0;    ///< spread over the body beyond [W]
-  double spark_power = 0.0;  ///< in sparks, through gas, steam and dried tissue [W]
-  double current = 0.0;      ///< root mean square [A]
-  double voltage = 0.0;      ///< root mean square [V]
-  double resistance = 0.0;   ///< of contact and body [Ohm]
-  double radius = 0.0;       ///< of the contact [m]
-  bool open = false;         ///< power was asked for, and no tissue was near enough
-  bool sparks = false;       ///< the metal doesn't touch
-  bool limited = false;      ///< by the generator's voltage
-  bool refused = false;      ///< power, place or time can't be; nothing happened
+  double power = 0.0;        ///< into tissue that is heated, by current and by sparks [W]
+  double spark_power = 0.0;  ///< of that, by sparks from the gap [W]
+  double body_power = 0.0;   ///< in the rest of the body and under the return pad [W]
+  double metal_power = 0.0;  ///< of sparks, into the tip [W]
+  /// Into gas, steam and fumes: sparks' columns, and what no tissue was left to take [W]. It is a
+  /// figure only: the gas's own energy doesn't have it yet.
+  double gas_power = 0.0;
+  double current = 0.0;     ///< root mean square [A]
+  double voltage = 0.0;     ///< of the generator, root mean square [V]
+  double resistance = 0.0;  ///< voltage over current, of all that the generator sees [Ohm]
+  double radius = 0.0;      ///< of the contact [m]
+  double by_current = 0.0;  ///< share of the step in which the generator's current limited it
+  double by_voltage = 0.0;  ///< and its voltage
+  bool open = false;        ///< power was asked for, and no tissue was near enough
+  bool sparks = false;      ///< the metal doesn't touch
+  bool refused = false;     ///< power, place or time can't be; nothing happened
+
+  double generated() const { return power + body_power + metal_power + gas_power; }  ///< [W]
 
   static constexpr auto fields() {
     using C = CurrentReport;
-    return std::tuple(field("power", &C::power), field("far_power", &C::far_power),
-                      field("spark_power", &C::spark_power), field("current", &C::current),
+    return std::tuple(field("power", &C::power), field("spark_power", &C::spark_power),
+                      field("body_power", &C::body_power), field("metal_power", &C::metal_power),
+                      field("gas_power", &C::gas_power), field("current", &C::current),
                       field("voltage", &C::voltage), field("resistance", &C::resistance),
-                      field("radius", &C::radius), field("open", &C::open),
-                      field("sparks", &C::sparks), field("limited", &C::limited),
-                      field("refused", &C::refused));
+                      field("radius", &C::radius), field("by_current", &C::by_current),
+                      field("by_voltage", &C::by_voltage), field("open", &C::open),
+                      field("sparks", &C::sparks), field("refused", &C::refused));
   }
 };
 static_assert(fields_cover<CurrentReport>());
@@ -88,7 +86,8 @@ class ElectrodeTip {
     static constexpr auto fields() { return std::tuple(field("excess", &State::excess)); }
   };
 
-  explicit ElectrodeTip(const Electrode& electrode = {}) : electrode_(electrode) {}
+  explicit ElectrodeTip(const Electrode& electrode = {}, const Generator& generator = {})
+      : electrode_(electrode), generator_(generator) {}
 
   const State& state() const { return state_; }
   void restore(State state) { state_ = state; }
@@ -102,13 +101,14 @@ class ElectrodeTip {
   /// power 0 only the latter. Call it once a step for each tip on an organ.
   CurrentReport energise(Bioheat& heat, CurrentMode mode, double power,
                          const ElectrodeContact& from, const ElectrodeContact& to, double dt);
-  /// A step away from tissue.
+  /// A step away from tissue: up the shaft, to the gas, and by radiation.
   void cool(double dt);
 
  private:
   void trade_heat(Bioheat& heat, const ElectrodeContact& contact, double radius, double dt);
 
   Electrode electrode_;
+  Generator generator_;
   State state_;
 };
 static_assert(fields_cover<ElectrodeTip::State>());

@@ -7,7 +7,7 @@ namespace viscera {
 
 /// All [J], since the book was begun. What tissue holds is taken over its resting state.
 struct HeatBook {
-  double delivered = 0.0;   ///< by current
+  double delivered = 0.0;   ///< by current, and by sparks that end on the tissue
   double metabolic = 0.0;   ///< by tissue that is warmer than at rest
   double stored = 0.0;      ///< in warm tissue now, beyond what was there at the start
   double latent = 0.0;      ///< of water that boiled or evaporated

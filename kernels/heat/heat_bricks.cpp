@@ -99,7 +99,8 @@ bool HeatBricks::fits(const State& state) const {
   constexpr float kMost = std::numeric_limits<float>::max();
   for (const auto& brick : state.bricks) {
     if (!brick || !is_new(brick->index) || !within(brick->water, 0.0f, 1.0f) ||
-        !within(brick->damage, 0.0f, kMost) || !within(brick->charred, 0.0f, 1.0f))
+        !within(brick->charred, 0.0f, 1.0f) || !within(brick->dose, 0.0f, kMost) ||
+        !within(brick->coagulation, 0.0f, kMost) || !within(brick->collagen, 0.0f, kMost))
       return false;
     if (!brick->warm) continue;
     const BrickWarmth& warm = *brick->warm;
@@ -156,8 +157,9 @@ HeatBrick* HeatBricks::warm_up(const BrickIndex& index,
     made->index = index;
     made->geometry = std::move(geometry);
     made->water.fill(1.0f);
-    made->damage.fill(0.0f);
-    made->charred.fill(0.0f);
+    for (BrickField::Values* field :
+         {&made->charred, &made->dose, &made->coagulation, &made->collagen})
+      field->fill(0.0f);
     for (int side = 0; side < 6; ++side) {
       const int other = numbers_.find(beside(index, side));
       if (other < 0) continue;
@@ -201,22 +203,31 @@ double HeatBricks::excess_at(const BrickIndex& voxel) const {
                               : 0.0;
 }
 
-double HeatBricks::damage_at(const BrickIndex& voxel) const {
+double HeatBricks::lasting_at(const BrickIndex& voxel, BrickField::Values BrickTissue::*field,
+                              double sound) const {
   const BrickIndex index = BrickField::brick_of(voxel);
   const HeatBrick* brick = find(index);
-  return brick ? static_cast<double>(brick->damage[within(voxel, index)]) : 0.0;
+  return brick ? static_cast<double>((brick->*field)[within(voxel, index)]) : sound;
 }
 
 double HeatBricks::water_at(const BrickIndex& voxel) const {
-  const BrickIndex index = BrickField::brick_of(voxel);
-  const HeatBrick* brick = find(index);
-  return brick ? static_cast<double>(brick->water[within(voxel, index)]) : 1.0;
+  return lasting_at(voxel, &BrickTissue::water, 1.0);
 }
 
 double HeatBricks::charred_at(const BrickIndex& voxel) const {
-  const BrickIndex index = BrickField::brick_of(voxel);
-  const HeatBrick* brick = find(index);
-  return brick ? static_cast<double>(brick->charred[within(voxel, index)]) : 0.0;
+  return lasting_at(voxel, &BrickTissue::charred, 0.0);
+}
+
+double HeatBricks::dose_at(const BrickIndex& voxel) const {
+  return lasting_at(voxel, &BrickTissue::dose, 0.0);
+}
+
+double HeatBricks::coagulation_at(const BrickIndex& voxel) const {
+  return lasting_at(voxel, &BrickTissue::coagulation, 0.0);
+}
+
+double HeatBricks::collagen_at(const BrickIndex& voxel) const {
+  return lasting_at(voxel, &BrickTissue::collagen, 0.0);
 }
 
 std::size_t HeatBricks::memory_bytes() const {

@@ -29,13 +29,17 @@ struct BrickTissue {
   using Values = BrickField::Values;
 
   BrickIndex index = BrickIndex::Zero();
-  Values water, damage, charred;  ///< 1 wet ... 0 dry; Omega; share of the solids, 0 ... 1
-  bool harmed = false;            ///< differs from sound tissue for good
+  Values water, charred;  ///< 1 wet ... 0 dry; share of the solids, 0 ... 1
+  Values dose;            ///< of heat, over the one that kills
+  Values coagulation;     ///< Omega of the proteins
+  Values collagen;        ///< Omega of its shrinkage
+  bool harmed = false;    ///< differs from sound tissue for good
 
   static constexpr auto fields() {
     using B = BrickTissue;
     return std::tuple(field("index", &B::index), field("water", &B::water),
-                      field("damage", &B::damage), field("charred", &B::charred),
+                      field("charred", &B::charred), field("dose", &B::dose),
+                      field("coagulation", &B::coagulation), field("collagen", &B::collagen),
                       field("harmed", &B::harmed));
   }
 };
@@ -159,9 +163,11 @@ class HeatBricks {
   Vec3 centre(const HeatBrick& brick, int voxel) const;
   /// One voxel's value; what is sound and at body temperature where no brick is.
   double excess_at(const BrickIndex& voxel) const;
-  double damage_at(const BrickIndex& voxel) const;
   double water_at(const BrickIndex& voxel) const;
   double charred_at(const BrickIndex& voxel) const;
+  double dose_at(const BrickIndex& voxel) const;
+  double coagulation_at(const BrickIndex& voxel) const;
+  double collagen_at(const BrickIndex& voxel) const;
 
   std::size_t memory_bytes() const;
   /// Of a field that fills a box of this size: for those who choose the voxel.
@@ -169,6 +175,8 @@ class HeatBricks {
 
  private:
   HeatBrick* warm_up(const BrickIndex& index, std::shared_ptr<const BrickGeometry> geometry);
+  double lasting_at(const BrickIndex& voxel, BrickField::Values BrickTissue::*field,
+                    double sound) const;
   void find_geometry(State& state) const;
   void link_neighbours();
 

@@ -20,7 +20,7 @@ struct HeatEntry {
 /// What has changed in a brick, as bits.
 enum HeatChange : std::uint32_t {
   kWaterChanged = 1,
-  kDamageChanged = 2,
+  kHarmChanged = 2,  ///< dose, coagulation or collagen
   kHarmedForGood = 4,
   kExcessChanged = 8
 };

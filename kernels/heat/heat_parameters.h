@@ -10,26 +10,38 @@ struct BioheatNumbers {
   float boiling;                          ///< excess at which water boils [K]
   float solids_capacity, water_capacity;  ///< of wet tissue's solids and of its water [J/(m3 K)]
   float lost_solids;                      ///< share of the solids that leaves as they char
-  float drain;            ///< of living tissue: perfusion less metabolism [W/(m3 K)]
-  float inverse_square;   ///< of the voxel's edge [1/m2]
-  float damage_exponent;  ///< ln A, A in 1/s
-  float damage_kelvin;    ///< Ea / R [K]
-  float resting_rate;     ///< of damage at body temperature, which tissue repairs [1/s]
-  float body;             ///< temperature [K]
-  float voxel;            ///< its edge [m]
-  float followed;         ///< excess beyond which heat leaves a side without a brick [K]
-  float unused = 0.0f;    ///< a struct in a block fills whole vectors
+  float drain;                 ///< of living tissue: perfusion less metabolism [W/(m3 K)]
+  float inverse_square;        ///< of the voxel's edge [1/m2]
+  float coagulation_exponent;  ///< ln A, A in 1/s
+  float coagulation_kelvin;    ///< Ea / R [K]
+  float collagen_exponent;     ///< likewise
+  float collagen_kelvin;
+  float body;      ///< temperature [K]
+  float voxel;     ///< its edge [m]
+  float followed;  ///< excess beyond which heat leaves a side without a brick [K]
 };
 
 // What both twins decide by.
 inline constexpr float kAtBoiling = 0.99999f;   ///< of boiling's excess: where fronts of drying are
-inline constexpr float kMostDamage = 1e3f;      ///< exp(-1000) is nothing
-inline constexpr float kDamageFelt = 2.0f;      ///< excess below which damage isn't counted [K]
-inline constexpr float kHarmedDamage = 1e-3f;   ///< Omega that is kept
 inline constexpr double kDriedWater = 0.999;    ///< below it the loss is kept
 inline constexpr double kLeastWater = 1e-6;     ///< less is none
 inline constexpr double kLeastCharring = 1e-9;  ///< share of the solids in a step
 inline constexpr float kFeltAtSurface = 1e-3f;  ///< excess below which surfaces don't cool [K]
+// How heat harms; what is meant stands in damage.h.
+inline constexpr float kDoseCounts = 312.15f;       ///< no dose below, 39 C [K]               [R]
+inline constexpr float kDoseKnee = 316.15f;         ///< 43 C [K]
+inline constexpr float kDoseSlope = 0.69314718f;    ///< ln 2 a kelvin above the knee          [R]
+inline constexpr float kDoseColdSlope = 2.0f;       ///< so many times that below: ln 4        [R]
+inline constexpr float kLethalTime = 14400.0f;      ///< at the knee: 240 minutes [s]          [R]
+inline constexpr float kCoagulates = 318.0f;        ///< it was measured from 45 C on [K]
+inline constexpr float kCollagenShrinks = 323.15f;  ///< 50 C, as the measurements' authors say [K]
+/// Beyond it a rate is as good as any [ln 1/s]; and a single step does all there is to do.
+inline constexpr float kFastestHarm = 60.0f;
+inline constexpr float kMostDose = 1e3f;            ///< of the lethal one
+inline constexpr float kMostCoagulation = 1e3f;     ///< exp(-1000) is nothing
+inline constexpr float kMostCollagen = 1e9f;        ///< it counts by its logarithm
+inline constexpr float kHarmedDose = 1e-2f;         ///< that is kept
+inline constexpr float kHarmedCoagulation = 1e-3f;  ///< likewise
 /// Drying goes at one rate while water still comes up to the surface, and falls with what is left
 /// then. [R]
 inline constexpr float kWetSurface = 0.25f;

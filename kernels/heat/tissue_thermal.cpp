@@ -65,8 +65,10 @@ Result<void> check(const ThermalTissue& tissue) {
   within("metabolic heat [W/m3]", tissue.metabolic_heat, 0.0, 1e6);
   within("water_fraction", tissue.water_fraction, 0.0, 0.99);
   within("electrical_conductivity [S/m]", tissue.electric_conductivity, 1e-6, 10.0);
-  within("damage_frequency [1/s]", tissue.damage.frequency, 0.0, 1e120);
-  within("damage_energy [J/mol]", tissue.damage.energy, 0.0, 1e7);
+  within("coagulation_frequency [1/s]", tissue.coagulation.frequency, 0.0, 1e120);
+  within("coagulation_energy [J/mol]", tissue.coagulation.energy, 0.0, 1e7);
+  within("frequency of collagen [1/s]", tissue.collagen.frequency, 0.0, 1e120);
+  within("energy of collagen [J/mol]", tissue.collagen.energy, 0.0, 1e7);
   within("smoke yield", tissue.smoke_yield, 0.0, 1.0);
   within("share of char", tissue.char_share, 0.01, 1.0);
   if (error.messages.empty()) {

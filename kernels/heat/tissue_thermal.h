@@ -21,14 +21,17 @@ struct ArrheniusLaw {
 /// Marks as in assets/tissues.json: [V] read in a source, [R] recalled. The values that stand here
 /// are those of liver.
 struct ThermalTissue {
-  double density = 1079.0;                ///< [kg/m3]                                         [R]
-  double specific_heat = 3540.0;          ///< of wet tissue [J/(kg K)]                        [R]
-  double conductivity = 0.52;             ///< of wet tissue at body temperature [W/(m K)]     [R]
-  double perfusion = 0.01547;             ///< blood through a volume of tissue [1/s]          [R]
-  double metabolic_heat = 1.2e4;          ///< at body temperature [W/m3]                      [R]
-  double water_fraction = 0.72;           ///< by mass                                         [R]
-  double electric_conductivity = 0.148;   ///< at body temperature [S/m]                       [V]
-  ArrheniusLaw damage{7.39e39, 2.577e5};  // [V]
+  double density = 1079.0;               ///< [kg/m3]                                         [R]
+  double specific_heat = 3540.0;         ///< of wet tissue [J/(kg K)]                        [R]
+  double conductivity = 0.52;            ///< of wet tissue at body temperature [W/(m K)]     [R]
+  double perfusion = 0.01547;            ///< blood through a volume of tissue [1/s]          [R]
+  double metabolic_heat = 1.2e4;         ///< at body temperature [W/m3]                      [R]
+  double water_fraction = 0.72;          ///< by mass                                         [R]
+  double electric_conductivity = 0.148;  ///< at body temperature [S/m]                       [V]
+  /// Of the proteins, which blanches and stiffens: half of liver's whitening, from its enthalpy
+  /// 2.768e5 J/mol and entropy 553.5 J/(mol K) by k T / h exp(entropy / R) at 52 C
+  /// [Jacques2006]. [V]
+  ArrheniusLaw coagulation{5.53e41, 2.768e5};
   /// Share of what vaporises that is seen as smoke: particles, the rest being clear vapour. Of
   /// surgical smoke as reviews have it; no source gave a mass rate. [R]
   double smoke_yield = 0.05;
@@ -40,6 +43,9 @@ struct ThermalTissue {
   double electric_peak = 358.15;       ///< where it stops rising [K]
   double dry_electric_share = 0.01;    ///< of electric conductivity that is left without water
   double metabolic_slope = 0.1;        ///< rise of metabolic heat [1/K]
+
+  /// How fast collagen shrinks: ln A and Ea / R are 152.35 and 53,256 K, of tendon [Chen1998]. [R]
+  ArrheniusLaw collagen{1.4614e66, 4.42795e5};
 
   // What happens to the solids once the water has gone: char in about a second at 250 C. All [R].
   ArrheniusLaw pyrolysis{6.8e10, 1.1e5};

@@ -138,14 +138,25 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
   expect_keys(report["cautery"],
               {{"energy_generated_J", Type::number_float},
                {"energy_delivered_J", Type::number_float},
+               {"by_sparks_J", Type::number_float},
                {"body_J", Type::number_float},
-               {"sparks_J", Type::number_float},
+               {"sparks_metal_J", Type::number_float},
+               {"sparks_gas_J", Type::number_float},
                {"metabolic_J", Type::number_float},
                {"stored_J", Type::number_float},
                {"latent_J", Type::number_float},
                {"perfused_J", Type::number_float},
                {"lost_J", Type::number_float},
-               {"residual", Type::number_float}},
+               {"residual", Type::number_float},
+               {"time_with_current_s", Type::number_float},
+               {"impedance", Type::object},
+               {"limited_by_current", Type::number_float},
+               {"limited_by_voltage", Type::number_float}},
+              true);
+  expect_keys(report["cautery"]["impedance"],
+              {{"least_Ohm", Type::number_float},
+               {"mean_Ohm", Type::number_float},
+               {"greatest_Ohm", Type::number_float}},
               true);
   EXPECT_GT(report["cautery"]["energy_delivered_J"], 0.1);
   EXPECT_LT(std::abs(report["cautery"]["residual"].get<double>()), 0.01);
@@ -157,6 +168,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"smoke_kg", Type::number_float},
                {"volume_above_60C_m3", Type::number_float},
                {"volume_coagulated_m3", Type::number_float},
+               {"volume_dead_m3", Type::number_float},
                {"greatest_temperature_K", Type::number_float}},
               true);
   expect_keys(report["trainee"],

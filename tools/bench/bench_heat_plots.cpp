@@ -72,7 +72,7 @@ Result<void> draw_heat_plots(const std::vector<HeatError>& errors,
   if (auto written = write_file(folder / "heat_time.svg", to_svg(time_plot(times))); !written)
     return written;
   std::vector<LesionRow> rows;
-  for (const BurnRow& row : burn.rows) rows.push_back({row.time, row.lesion});
+  for (const BurnRow& row : burn.rows) rows.push_back({row.time, row.lesion, row.dead});
   const Plot lesion =
       lesion_plot("Lesion of the standard burn", "liver, 30 W, ball of 2 mm", rows, published);
   return write_file(folder / "heat_lesion.svg", to_svg(lesion));

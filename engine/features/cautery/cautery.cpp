@@ -103,8 +103,7 @@ void give_current(World& world, Entity instrument, BurnTrace& trace, const Frame
   trace.current = trace.tip.energise(burn.heat, mode_of(hook), power,
                                      continues ? trace.contact : meeting->contact, meeting->contact,
                                      context.dt);
-  trace.generated +=
-      context.dt * (trace.current.power + trace.current.far_power + trace.current.spark_power);
+  trace.book.add(trace.current, context.dt);
   if (power > 0.0) burn.hook = instrument;
   trace.organ = meeting->organ;
   trace.contact = meeting->contact;
@@ -123,6 +122,21 @@ void heat_tissue(World& world, const FrameContext& context) {
 }
 
 }  // namespace
+
+void GeneratorBook::add(const CurrentReport& current, double dt) {
+  if (!(current.current > 0.0)) return;
+  generated += current.generated() * dt;
+  body += current.body_power * dt;
+  metal += current.metal_power * dt;
+  gas += current.gas_power * dt;
+  sparks += current.spark_power * dt;
+  least = time > 0.0 ? std::min(least, current.resistance) : current.resistance;
+  greatest = std::max(greatest, current.resistance);
+  time += dt;
+  by_current += current.by_current * dt;
+  by_voltage += current.by_voltage * dt;
+  impedance += current.resistance * dt;
+}
 
 Feature cautery_feature() {
   return {.name = "cautery",

@@ -36,6 +36,32 @@ struct OrganBurn {
 };
 static_assert(fields_cover<OrganBurn>());
 
+/// What a hook's generator has done so far.
+struct GeneratorBook {
+  double generated = 0.0;              ///< [J]; of that:
+  double body = 0.0;                   ///< in the body beyond the tissue that is followed [J]
+  double metal = 0.0;                  ///< of sparks, in the hook's tip [J]
+  double gas = 0.0;                    ///< in gas, steam and fumes [J]
+  double sparks = 0.0;                 ///< what tissue got of sparks [J]
+  double time = 0.0;                   ///< with current [s]
+  double by_current = 0.0;             ///< of that: limited by the generator's current [s]
+  double by_voltage = 0.0;             ///< and by its voltage [s]
+  double impedance = 0.0;              ///< over the time with current, its integral [Ohm s]
+  double least = 0.0, greatest = 0.0;  ///< impedance of a frame; 0: none yet [Ohm]
+
+  void add(const CurrentReport& current, double dt);
+
+  static constexpr auto fields() {
+    using S = GeneratorBook;
+    return std::tuple(field("generated", &S::generated), field("body", &S::body),
+                      field("metal", &S::metal), field("gas", &S::gas), field("sparks", &S::sparks),
+                      field("time", &S::time), field("by_current", &S::by_current),
+                      field("by_voltage", &S::by_voltage), field("impedance", &S::impedance),
+                      field("least", &S::least), field("greatest", &S::greatest));
+  }
+};
+static_assert(fields_cover<GeneratorBook>());
+
 /// A hook's metal, and the end of the trace that it burns, so that the next frame's heat continues
 /// it.
 struct BurnTrace {
@@ -44,12 +70,12 @@ struct BurnTrace {
   Entity organ;              ///< that it is on, or sparks to; a stale one: none
   ElectrodeContact contact;  ///< there
   CurrentReport current;     ///< of this frame
-  double generated = 0.0;    ///< by its generator so far [J]
+  GeneratorBook book;
   static constexpr auto fields() {
     using S = BurnTrace;
     return std::tuple(field("tip", &S::tip), field("organ", &S::organ),
                       field("contact", &S::contact), field("current", &S::current),
-                      field("generated", &S::generated));
+                      field("book", &S::book));
   }
 };
 static_assert(fields_cover<BurnTrace>());
@@ -62,18 +88,27 @@ Result<std::size_t> move_heat_to_gpu(World& world, std::shared_ptr<EglContext> c
 /// True when some hook carries current at some time.
 bool anything_burns(const SceneDescription& scene);
 
-/// Where the energy of all hooks' generators went: generated = delivered + what went beyond the
-/// tissue that is followed, and delivered + metabolic = stored + latent + perfused + lost + what
-/// the residual says.
+/// Where the energy of all hooks' generators went: generated = delivered + body + metal + gas, and
+/// delivered + metabolic = stored + latent + perfused + lost + what the residual says.
 struct CauteryFigures {
   double generated = 0.0;  ///< [J]
   double delivered = 0.0;  ///< heat in tissue that is followed [J]
+  double sparks = 0.0;     ///< of that, what sparks from the gap brought [J]
+  double body = 0.0;       ///< in the body beyond, and under the return pad [J]
+  double metal = 0.0;      ///< of sparks, in the hooks' tips [J]
+  double gas = 0.0;        ///< of sparks and of char that took no more, in gas [J]
   double metabolic = 0.0;  ///< [J]
   double stored = 0.0;     ///< in tissue that is still warm [J]
   double latent = 0.0;     ///< of water that left [J]
   double perfused = 0.0;   ///< carried away by blood [J]
   double lost = 0.0;       ///< to gas, instruments, vapour's warmth, char and cold tissue [J]
   double residual = 0.0;   ///< over what was delivered
+
+  double time = 0.0;  ///< with current, of all hooks together [s]
+  /// What the generators saw in it [Ohm], and the shares of it in which their current and their
+  /// voltage limited them.
+  double least_impedance = 0.0, mean_impedance = 0.0, greatest_impedance = 0.0;
+  double by_current = 0.0, by_voltage = 0.0;
 };
 /// None: no hook carries current.
 std::optional<CauteryFigures> cautery_figures(const World& world);
@@ -84,7 +119,8 @@ struct BurnFigures {
   double vaporised = 0.0;             ///< water and solids [kg]
   double smoke = 0.0;                 ///< of that [kg]
   double above_60 = 0.0;              ///< volume above 60 C at its greatest [m3]
-  double coagulated = 0.0;            ///< volume with damage of at least 1 [m3]
+  double coagulated = 0.0;            ///< volume that has blanched, Omega at least 1 [m3]
+  double dead = 0.0;                  ///< that, or with the lethal dose of heat [m3]
   double greatest_temperature = 0.0;  ///< [K]
 };
 std::vector<BurnFigures> burn_figures(const World& world);

@@ -16,12 +16,12 @@ ObjectSpec heat_spec() {
                 "A hook: depth and width of the lesion under the place where it first burns go to "
                 "lesion.csv and lesion.svg.")
                .known_as("instrument"),
-           object("published", "What is known of burns like it, for lesion.svg.",
+           object("published", "What is known of burns like it, as far as it is, for lesion.svg.",
                   {"Of tissue that has coagulated.",
-                   {number("least_depth_mm", "Under the electrode.").needed().between(0, 100),
-                    number("most_depth_mm", "Under the electrode.").needed().between(0, 100),
-                    number("least_width_mm", "At the surface.").needed().between(0, 100),
-                    number("most_width_mm", "At the surface.").needed().between(0, 100),
+                   {number("least_depth_mm", "Under the electrode.").between(0, 100),
+                    number("most_depth_mm", "Under the electrode.").between(0, 100),
+                    number("least_width_mm", "At the surface.").between(0, 100),
+                    number("most_width_mm", "At the surface.").between(0, 100),
                     text("source", "And whether it was read there or recalled.").needed()},
                    {},
                    {}})
@@ -37,10 +37,12 @@ void read_heat(const Json& scene, Extras& extras) {
   if (values.contains("lesion_of")) heat.lesion_of = values["lesion_of"];
   if (values.contains("published")) {
     const Json& published = values["published"];
-    heat.published = {from_milli(published["least_depth_mm"]),
-                      from_milli(published["most_depth_mm"]),
-                      from_milli(published["least_width_mm"]),
-                      from_milli(published["most_width_mm"]), published["source"]};
+    const auto size = [&](const char* key) -> std::optional<double> {
+      if (!published.contains(key)) return {};
+      return from_milli(published[key]);
+    };
+    heat.published = {size("least_depth_mm"), size("most_depth_mm"), size("least_width_mm"),
+                      size("most_width_mm"), published["source"]};
   }
   extras.set(std::move(heat));
 }

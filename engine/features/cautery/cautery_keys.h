@@ -10,9 +10,9 @@
 
 namespace viscera {
 
-/// What is published of burns like the one that a scene makes.
+/// What is published of burns like the one that a scene makes; as far as it is.
 struct PublishedLesion {
-  double least_depth = 0.0, most_depth = 0.0, least_width = 0.0, most_width = 0.0;  ///< [m]
+  std::optional<double> least_depth, most_depth, least_width, most_width;  ///< [m]
   std::string source;
 };
 

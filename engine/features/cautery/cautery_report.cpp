@@ -7,6 +7,34 @@
 
 namespace viscera {
 
+namespace {
+
+/// Integrals as yet, where figures are means.
+void add(const GeneratorBook& book, CauteryFigures& figures) {
+  if (!(book.time > 0.0)) return;
+  figures.generated += book.generated;
+  figures.body += book.body;
+  figures.metal += book.metal;
+  figures.gas += book.gas;
+  figures.sparks += book.sparks;
+  figures.least_impedance =
+      figures.time > 0.0 ? std::min(figures.least_impedance, book.least) : book.least;
+  figures.greatest_impedance = std::max(figures.greatest_impedance, book.greatest);
+  figures.mean_impedance += book.impedance;
+  figures.by_current += book.by_current;
+  figures.by_voltage += book.by_voltage;
+  figures.time += book.time;
+}
+
+Json impedance(const CauteryFigures& figures) {
+  if (!(figures.time > 0.0)) return {};
+  return {{"least_Ohm", figures.least_impedance},
+          {"mean_Ohm", figures.mean_impedance},
+          {"greatest_Ohm", figures.greatest_impedance}};
+}
+
+}  // namespace
+
 bool anything_burns(const SceneDescription& scene) {
   return std::ranges::any_of(scene.instruments, carries_current);
 }
@@ -15,7 +43,12 @@ std::optional<CauteryFigures> cautery_figures(const World& world) {
   if (!world.has<BurnTrace>()) return {};
   CauteryFigures figures;
   double residual = 0.0;
-  for (const BurnTrace& trace : world.all<BurnTrace>()) figures.generated += trace.generated;
+  for (const BurnTrace& trace : world.all<BurnTrace>()) add(trace.book, figures);
+  if (figures.time > 0.0) {
+    figures.mean_impedance /= figures.time;
+    figures.by_current /= figures.time;
+    figures.by_voltage /= figures.time;
+  }
   for (const OrganBurn& burn : world.all<OrganBurn>()) {
     const HeatBook book = burn.heat.book();
     figures.delivered += book.delivered;
@@ -39,26 +72,32 @@ std::vector<BurnFigures> burn_figures(const World& world) {
                    .vaporised = heat.vaporised_water() + heat.vaporised_tissue(),
                    .smoke = burns[b].smoke,
                    .above_60 = burns[b].greatest_hot,
-                   .coagulated = heat.harmed_volume(),
+                   .coagulated = heat.coagulated_volume(),
+                   .dead = heat.dead_volume(),
                    .greatest_temperature = heat.options().body + heat.greatest_excess()});
   }
   return all;
 }
 
-/// What went beyond the tissue that is followed is for whoever watches every step to fill in.
 std::vector<ReportSection> cautery_report(const World& world) {
   Json cautery;
   if (const auto figures = cautery_figures(world))
     cautery = {{"energy_generated_J", figures->generated},
                {"energy_delivered_J", figures->delivered},
-               {"body_J", nullptr},
-               {"sparks_J", nullptr},
+               {"by_sparks_J", figures->sparks},
+               {"body_J", figures->body},
+               {"sparks_metal_J", figures->metal},
+               {"sparks_gas_J", figures->gas},
                {"metabolic_J", figures->metabolic},
                {"stored_J", figures->stored},
                {"latent_J", figures->latent},
                {"perfused_J", figures->perfused},
                {"lost_J", figures->lost},
-               {"residual", figures->residual}};
+               {"residual", figures->residual},
+               {"time_with_current_s", figures->time},
+               {"impedance", impedance(*figures)},
+               {"limited_by_current", figures->by_current},
+               {"limited_by_voltage", figures->by_voltage}};
   Json tissue = Json::array();
   for (const BurnFigures& burn : burn_figures(world))
     tissue.push_back({{"organ", world.find<OrganBody>(burn.organ)->name},
@@ -66,6 +105,7 @@ std::vector<ReportSection> cautery_report(const World& world) {
                       {"smoke_kg", burn.smoke},
                       {"volume_above_60C_m3", burn.above_60},
                       {"volume_coagulated_m3", burn.coagulated},
+                      {"volume_dead_m3", burn.dead},
                       {"greatest_temperature_K", burn.greatest_temperature}});
   return {report_section("cautery", cautery), report_section("tissue", tissue)};
 }

@@ -50,12 +50,66 @@ TEST(CauteryReport, TellsWhereTheEnergyWentAndWhatItDidToTissue) {
   EXPECT_EQ(cautery["energy_delivered_J"], figures->delivered);
   for (const char* key : {"metabolic_J", "stored_J", "latent_J", "perfused_J", "lost_J"})
     EXPECT_TRUE(cautery[key].is_number()) << key;
-  for (const char* key : {"body_J", "sparks_J"})
-    EXPECT_TRUE(cautery[key].is_null()) << key << ": nobody has watched every step";
+  EXPECT_NEAR(cautery["energy_delivered_J"].get<double>() + cautery["body_J"].get<double>() +
+                  cautery["sparks_metal_J"].get<double>() + cautery["sparks_gas_J"].get<double>(),
+              figures->generated, 1e-4 * figures->generated);
   ASSERT_EQ(tissue.size(), 1u);
   EXPECT_EQ(tissue[0]["organ"], scene.organs[0].name);
   EXPECT_EQ(tissue[0]["volume_above_60C_m3"], burns[0].above_60);
+  EXPECT_EQ(tissue[0]["volume_coagulated_m3"], burns[0].coagulated);
+  EXPECT_EQ(tissue[0]["volume_dead_m3"], burns[0].dead);
+  EXPECT_GT(burns[0].dead, burns[0].coagulated) << "the dose kills where nothing blanches yet";
   EXPECT_EQ(tissue[0]["greatest_temperature_K"], burns[0].greatest_temperature);
+}
+
+TEST(CauteryReport, EveryJouleOfSparksIsInItToo) {
+  SceneDescription scene = hook_on_ball(40.0);
+  for (InstrumentKey& key : scene.instruments[0].path) key.tip = Vec3(0, 0, kTop + 1.6e-3);
+  scene.instruments[0].extras.set(CurrentMode::kFulgurate);
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.5);
+  const auto figures = cautery_figures(*world);
+  ASSERT_TRUE(figures);
+  EXPECT_GT(figures->sparks, 0.01 * figures->generated);
+  EXPECT_LT(figures->sparks, figures->delivered);
+  EXPECT_GT(figures->metal, 0.01 * figures->generated);
+  EXPECT_GT(figures->gas, 0.0);
+  EXPECT_NEAR(figures->delivered + figures->body + figures->metal + figures->gas,
+              figures->generated, 1e-4 * figures->generated);
+  const Json cautery = section(cautery_report(*world), "cautery");
+  EXPECT_EQ(cautery["by_sparks_J"], figures->sparks);
+  EXPECT_EQ(cautery["sparks_metal_J"], figures->metal);
+  EXPECT_EQ(cautery["sparks_gas_J"], figures->gas);
+}
+
+TEST(CauteryReport, TellsTheImpedanceAndHowLongTheGeneratorWasAtItsLimits) {
+  const auto world = build(hook_on_ball(30.0));
+  ASSERT_TRUE(world);
+  EXPECT_TRUE(section(cautery_report(*world), "cautery")["impedance"].is_null())
+      << "no current has flowed";
+  double time = 0.0, least = 1e9, greatest = 0.0, limited = 0.0;
+  for (int frame = 1; frame <= 60; ++frame) {
+    step_until(*world, frame / 60.0);
+    const CurrentReport& current = world->all<BurnTrace>()[0].current;
+    if (!(current.current > 0.0)) continue;
+    time += 1.0;
+    limited += current.by_voltage;
+    least = std::min(least, current.resistance);
+    greatest = std::max(greatest, current.resistance);
+  }
+  ASSERT_GT(time, 30.0);
+  const Json cautery = section(cautery_report(*world), "cautery");
+  const Json& impedance = cautery["impedance"];
+  EXPECT_EQ(impedance["least_Ohm"], least);
+  EXPECT_EQ(impedance["greatest_Ohm"], greatest);
+  EXPECT_GT(impedance["mean_Ohm"], least);
+  EXPECT_LT(impedance["mean_Ohm"], greatest);
+  EXPECT_GT(least, Generator{}.body_resistance);
+  EXPECT_NEAR(cautery["time_with_current_s"].get<double>(), time / 60.0, 0.02);
+  // Frames end at whole milliseconds, so they aren't evenly long.
+  EXPECT_NEAR(cautery["limited_by_voltage"].get<double>(), limited / time, 0.02);
+  EXPECT_EQ(cautery["limited_by_current"], 0.0);
 }
 
 TEST(CauteryReport, StandsBesideWhatCoagulationTellsOfTheSameOrgan) {

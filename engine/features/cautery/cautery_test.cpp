@@ -69,9 +69,9 @@ TEST(Cautery, ABurnGrowsUnderTheTipInRestSpace) {
   step_until(*world, 1.0);
   ASSERT_EQ(world->all<OrganBurn>().size(), 1u);
   const HeatBricks& bricks = world->all<OrganBurn>()[0].heat.bricks();
-  EXPECT_GT(bricks.damage_at(bricks.voxel_of(Vec3(1e-3, 0, kTop - 0.8e-3))), 1.0);
-  EXPECT_EQ(bricks.damage_at(bricks.voxel_of(Vec3(-8e-3, 0, kTop - 2e-3))), 0.0);
-  EXPECT_LT(bricks.damage_at(bricks.voxel_of(Vec3(0, 0, kTop - 8e-3))), 0.01);
+  EXPECT_GT(bricks.coagulation_at(bricks.voxel_of(Vec3(1e-3, 0, kTop - 0.8e-3))), 1.0);
+  EXPECT_EQ(bricks.dose_at(bricks.voxel_of(Vec3(-8e-3, 0, kTop - 2e-3))), 0.0);
+  EXPECT_LT(bricks.dose_at(bricks.voxel_of(Vec3(0, 0, kTop - 8e-3))), 0.01);
   EXPECT_GT(world->all<OrganBurn>()[0].greatest_hot, 1e-9);
 }
 
@@ -80,7 +80,7 @@ TEST(Cautery, TheTipGivesThePowerThatItsGeneratorIsSetTo) {
   ASSERT_TRUE(world);
   step_until(*world, 0.5);
   const CurrentReport& current = world->all<BurnTrace>()[0].current;
-  EXPECT_NEAR(current.power + current.far_power + current.spark_power, 10.0, 0.01);
+  EXPECT_NEAR(current.generated(), 10.0, 0.01);
   EXPECT_GT(current.radius, 0.2e-3);
   EXPECT_LT(current.radius, 1.1e-3) << "the tip is a millimetre";
 }

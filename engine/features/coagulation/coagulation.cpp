@@ -11,25 +11,33 @@ namespace {
 
 /// A quarter of a second between looks [frames].
 constexpr std::uint64_t kLookEvery = 15;
-/// An update is started where stiffness times volume has changed by this share of what it was, or
-/// by so much: what nobody feels waits.
+/// An update is started where stiffness or lost length, times volume, has changed by this share of
+/// what it was, or by so much: what nobody feels waits.
 constexpr double kNoticed = 0.02;
-constexpr double kLeastNoticed = 0.5e-9;  // [m3]
+constexpr double kLeastStiffened = 0.5e-9, kLeastShrunk = 0.05e-9;  // [m3]
 /// Multiplications that a thread beside the frames does in one of them, at the least.
 constexpr double kPerFrame = 1e8;
 /// And the frames that handing over takes at the least.
 constexpr std::uint64_t kSoonest = 2;
 
-/// Whether the tissue is far enough from what the last update was made from.
-bool worth_an_update(const OrganChange& change, const ElasticRegion& tissue,
-                     const std::vector<double>& stiffness) {
-  double difference = 0.0, before = 0.0;
-  for (std::size_t q = 0; q < stiffness.size(); ++q) {
-    const double was = change.asked.stiffness.empty() ? 1.0 : change.asked.stiffness[q];
-    difference += tissue.weights[q] * std::abs(stiffness[q] - was);
-    before += tissue.weights[q] * (was - 1.0);
+/// Whether values are far enough from what they were; those of sound tissue where they are empty.
+bool have_changed(const std::vector<double>& now, const std::vector<double>& before, double sound,
+                  double least, const ElasticRegion& tissue) {
+  double difference = 0.0, size = 0.0;
+  for (std::size_t q = 0; q < now.size(); ++q) {
+    const double was = before.empty() ? sound : before[q];
+    difference += tissue.weights[q] * std::abs(now[q] - was);
+    size += tissue.weights[q] * (was - sound);
   }
-  return difference > std::max(kLeastNoticed, kNoticed * before);
+  return difference > std::max(least, kNoticed * size);
+}
+
+/// Whether the tissue is far enough from what the last update was made from. Collagen goes on
+/// shrinking where all has coagulated.
+bool worth_an_update(const OrganChange& change, const ElasticRegion& tissue,
+                     const CoagulatedPoints& now) {
+  return have_changed(now.stiffness, change.asked.stiffness, 1.0, kLeastStiffened, tissue) ||
+         have_changed(now.shrinkage, change.asked.shrinkage, 0.0, kLeastShrunk, tissue);
 }
 
 bool anything_harmed(const HeatBricks& bricks) {
@@ -67,7 +75,7 @@ void look_at(World& world, Entity organ, const Bioheat& heat, std::uint64_t fram
   CoagulatedPoints points = update.gauge->read(heat.bricks(), heat.tissue().water_fraction);
   change->stiffened = points.stiffened;
   change->left_out = points.left_out;
-  if (!worth_an_update(*change, region.tissue, points.stiffness)) return;
+  if (!worth_an_update(*change, region.tissue, points)) return;
   change->asked = {std::move(points.stiffness), std::move(points.shrinkage)};
   change->due = frame + kSoonest +
                 static_cast<std::uint64_t>(

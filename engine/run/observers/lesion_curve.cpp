@@ -17,12 +17,13 @@ PlotSeries curve(const char* name, int colour) {
   return series;
 }
 
-/// An end of a range, over the whole time; the range has one name.
-PlotSeries limit(const char* name, int colour, double time, double size) {
+/// An end of what is published, over the whole time.
+void add_limit(Plot& plot, const char* name, int colour, double time, std::optional<double> size) {
+  if (!size) return;
   PlotSeries series = curve(name, colour);
-  series.points = {Vec2(0.0, 1e3 * size), Vec2(time, 1e3 * size)};
+  series.points = {Vec2(0.0, 1e3 * *size), Vec2(time, 1e3 * *size)};
   series.dashed = true;
-  return series;
+  plot.series.push_back(series);
 }
 
 }  // namespace
@@ -35,18 +36,21 @@ Plot lesion_plot(std::string title, std::string subtitle, std::span<const Lesion
   plot.x = {"time (s)", false};
   plot.y = {"size (mm)", false};
   PlotSeries depth = curve("depth", 0), width = curve("width", 1);
+  PlotSeries dead_depth = curve("depth, dead", 2), dead_width = curve("width, dead", 3);
   for (const LesionRow& row : rows) {
     depth.points.emplace_back(row.time, 1e3 * row.lesion.depth);
     width.points.emplace_back(row.time, 1e3 * row.lesion.width);
+    dead_depth.points.emplace_back(row.time, 1e3 * row.dead.depth);
+    dead_width.points.emplace_back(row.time, 1e3 * row.dead.width);
   }
-  plot.series = {depth, width};
+  plot.series = {depth, width, dead_depth, dead_width};
   if (!published || rows.empty()) return plot;
   const double end = rows.back().time;
-  plot.subtitle = "dashed: published range, " + published->source;
-  plot.series.push_back(limit("published depth", 0, end, published->least_depth));
-  plot.series.push_back(limit("", 0, end, published->most_depth));
-  plot.series.push_back(limit("published width", 1, end, published->least_width));
-  plot.series.push_back(limit("", 1, end, published->most_width));
+  plot.subtitle = "dashed: published, " + published->source;
+  add_limit(plot, "least depth", 0, end, published->least_depth);
+  add_limit(plot, "greatest depth", 0, end, published->most_depth);
+  add_limit(plot, "least width", 1, end, published->least_width);
+  add_limit(plot, "greatest width", 1, end, published->most_width);
   return plot;
 }
 
@@ -78,6 +82,7 @@ void LesionCurve::add_frame(const World& world) {
   const Bioheat& heat = world.find<OrganBurn>(world.all<OrganBody>().owner(state_.organ))->heat;
   state_.rows.push_back({.time = world.time() - state_.begun,
                          .lesion = lesion_at(heat, state_.point, state_.outward),
+                         .dead = lesion_at(heat, state_.point, state_.outward, LesionOf::kDead),
                          .power = trace.current.power,
                          .temperature = heat.options().body + heat.excess_now(),
                          .vaporised = heat.vaporised_water() + heat.vaporised_tissue()});
@@ -85,10 +90,11 @@ void LesionCurve::add_frame(const World& world) {
 
 Result<void> LesionCurve::close(const World&) {
   if (rows().empty()) return {};
-  std::string table = "time_s,depth_m,width_m,power_W,hottest_K,vaporised_kg\n";
+  std::string table =
+      "time_s,depth_m,width_m,power_W,hottest_K,vaporised_kg,dead_depth_m,dead_width_m\n";
   for (const LesionRow& row : rows())
-    table += fmt::format("{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
-                         row.power, row.temperature, row.vaporised);
+    table += fmt::format("{},{},{},{},{},{},{},{}\n", row.time, row.lesion.depth, row.lesion.width,
+                         row.power, row.temperature, row.vaporised, row.dead.depth, row.dead.width);
   if (auto written = write_file(folder_ / "lesion.csv", table); !written) return written;
   const HeatDescription& heat = heat_of(scene_);
   const Plot plot = lesion_plot("Lesion: " + (scene_.title.empty() ? scene_.name : scene_.title),

@@ -17,21 +17,23 @@
 namespace viscera {
 
 struct LesionRow {
-  double time = 0.0;  ///< since current first flowed [s]
-  Lesion lesion;
+  double time = 0.0;         ///< since current first flowed [s]
+  Lesion lesion;             ///< of what has blanched
+  Lesion dead;               ///< of what won't live
   double power = 0.0;        ///< into tissue that is heated [W]
   double temperature = 0.0;  ///< of the hottest tissue [K]
   double vaporised = 0.0;    ///< so far [kg]
   static constexpr auto fields() {
     return std::tuple(field("time", &LesionRow::time), field("lesion", &LesionRow::lesion),
-                      field("power", &LesionRow::power),
+                      field("dead", &LesionRow::dead), field("power", &LesionRow::power),
                       field("temperature", &LesionRow::temperature),
                       field("vaporised", &LesionRow::vaporised));
   }
 };
 static_assert(fields_cover<LesionRow>());
 
-/// Depth and width against time; the published ranges at the end.
+/// Depth and width against time, of what has blanched and of what is dead; the published ranges at
+/// the end.
 Plot lesion_plot(std::string title, std::string subtitle, std::span<const LesionRow> rows,
                  const std::optional<PublishedLesion>& published);
 

@@ -19,7 +19,9 @@ Json optional_json(const std::optional<double>& value) {
 Json json_of(const TraineeFigures& trainee) {
   Json spared = Json::array(), organs = Json::array(), tips = Json::array();
   for (const TraineeFigures::SparedBurn& burn : trainee.spared_burns)
-    spared.push_back({{"organ", burn.organ}, {"volume_coagulated_m3", burn.coagulated}});
+    spared.push_back({{"organ", burn.organ},
+                      {"volume_coagulated_m3", burn.coagulated},
+                      {"volume_dead_m3", burn.dead}});
   for (const TraineeFigures::Organ& organ : trainee.organs)
     organs.push_back({{"name", organ.name},
                       {"peak_force_N", organ.peak_force},
@@ -103,8 +105,6 @@ void Trainee::add_frame(const World& world) {
   bool idle = false;
   for (const BurnTrace& trace : world.all<BurnTrace>()) {
     idle = idle || trace.current.open;
-    state_.far += trace.current.far_power * dt;
-    state_.sparks += trace.current.spark_power * dt;
   }
   if (idle) state_.idle_current += dt;
 }
@@ -118,8 +118,8 @@ TraineeFigures Trainee::figures(const World& world) const {
     figures.greatest_temperature =
         std::max(figures.greatest_temperature.value_or(0.0), burn.greatest_temperature);
     const auto organ = static_cast<std::size_t>(&body - &world.all<OrganBody>()[0]);
-    if (spared_[organ] && burn.coagulated > 0.0)
-      figures.spared_burns.push_back({body.name, burn.coagulated});
+    if (spared_[organ] && burn.dead > 0.0)
+      figures.spared_burns.push_back({body.name, burn.coagulated, burn.dead});
   }
   for (std::size_t o = 0; o < state_.forces.size(); ++o)
     if (state_.forces[o].touched > 0.0)
@@ -136,9 +136,6 @@ TraineeFigures Trainee::figures(const World& world) const {
 
 void Trainee::describe(const World& world, RunReport& report) const {
   report.sections.push_back(report_section("trainee", json_of(figures(world))));
-  if (world.has<BurnTrace>())
-    report.sections.push_back(
-        report_section("cautery", {{"body_J", state_.far}, {"sparks_J", state_.sparks}}));
 }
 
 Result<void> Trainee::save_state(ByteWriter& writer) {

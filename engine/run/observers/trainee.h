@@ -64,7 +64,7 @@ struct TraineeFigures {
   };
   struct SparedBurn {
     std::string organ;
-    double coagulated = 0.0;  ///< [m3]
+    double coagulated = 0.0, dead = 0.0;  ///< of that the coagulated is a part [m3]
   };
   double energy = 0.0;                         ///< that hooks delivered [J]
   double idle_current = 0.0;                   ///< current asked for with no tissue to take it [s]
@@ -80,7 +80,7 @@ class Trainee : public Observer {
 
   void add_frame(const World& world) override;
   TraineeFigures figures(const World& world) const;
-  /// Adds "trainee", and to "cautery" what went beyond the tissue that is followed.
+  /// Adds "trainee".
   void describe(const World& world, RunReport& report) const override;
   Result<void> save_state(ByteWriter& writer) override;
   Result<void> load_state(ByteReader& reader) override;
@@ -95,14 +95,12 @@ class Trainee : public Observer {
   };
   struct State {
     std::vector<Motion> tips;
-    std::vector<Force> forces;       ///< of each organ body
-    double time = 0.0;               ///< of the last frame [s]
-    double idle_current = 0.0;       ///< [s]
-    double far = 0.0, sparks = 0.0;  ///< [J]
+    std::vector<Force> forces;  ///< of each organ body
+    double time = 0.0;          ///< of the last frame [s]
+    double idle_current = 0.0;  ///< [s]
     static constexpr auto fields() {
       return std::tuple(field("tips", &State::tips), field("forces", &State::forces),
-                        field("time", &State::time), field("idle_current", &State::idle_current),
-                        field("far", &State::far), field("sparks", &State::sparks));
+                        field("time", &State::time), field("idle_current", &State::idle_current));
     }
   };
 

@@ -211,7 +211,7 @@ TEST_F(RendererTest, BurnDarkensTheTissueWhereItIs) {
         const auto at = static_cast<std::size_t>(inside.x() + 8 * (inside.y() + 8 * inside.z()));
         HeatBrick& brick = *bricks.warm_up(index);
         brick.harmed = true;
-        brick.damage[at] = 10.0f;
+        brick.coagulation[at] = 10.0f;
         brick.water[at] = static_cast<float>(std::max(0.0, 1.0 - (5e-3 - apart) / 1.5e-3));
         brick.charred[at] = static_cast<float>(std::clamp((4e-3 - apart) / 1.5e-3, 0.0, 1.0));
       }
@@ -238,7 +238,7 @@ TEST_F(RendererTest, CoagulatedTissueIsPaleAndHotTissueGlows) {
       for (int x = -3; x < 5; ++x) {
         HeatBrick& brick = *bricks.warm_up({x, y, z});
         brick.harmed = true;
-        brick.damage.fill(5.0f);
+        brick.coagulation.fill(5.0f);
       }
   view_.organs[0].burn = &bricks;
   view_.organs[0].burn_version = 1;

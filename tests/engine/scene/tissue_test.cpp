@@ -40,8 +40,8 @@ TEST(Tissues, ThermalValuesArriveInSiUnits) {
   EXPECT_NEAR(liver->perfusion, 860e-6 / 60.0 * 1060.0, 1e-9) << "mL/(min kg) -> 1/s";
   EXPECT_EQ(liver->water_fraction, 0.72);
   EXPECT_EQ(liver->electric_conductivity, 0.148);
-  EXPECT_EQ(liver->damage.frequency, 7.39e39);
-  EXPECT_EQ(liver->damage.energy, 257700.0);
+  EXPECT_EQ(liver->coagulation.frequency, 5.53e41);
+  EXPECT_EQ(liver->coagulation.energy, 276800.0);
   EXPECT_EQ(liver->smoke_yield, 0.05);
   EXPECT_LT(tissues->at("fat").thermal->smoke_yield, tissues->at("kidney").thermal->smoke_yield);
 }
@@ -169,7 +169,7 @@ TEST(Tissues, EveryMistakeIsReported) {
        {"tissues/liver/shear_modulus/unit: found the text \"kPa\", expected \"Pa\"",
         "tissues/liver/density/source: found nothing",
         "tissues/liver/poisson_ratio/value: found 0.5, expected a number from 0 to 0.4999",
-        "tissues/liver/poisson_ratio/mark: found the text \"X\", expected \"V\" or \"R\"",
+        "tissues/liver/poisson_ratio/mark: found the text \"X\", expected \"V\", \"A\" or \"R\"",
         "tissues/liver/look/colour: found [0.1,0.2,1.5]", "(did you mean \"density\"?)",
         "tissues/kidney: found youngs_modulus and shear_modulus, expected exactly one of",
         "tissues/Big Toe: found this key, expected a name"})

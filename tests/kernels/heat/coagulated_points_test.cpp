@@ -27,7 +27,7 @@ struct Points {
 
 /// Coagulates what `inside` says.
 template <class Inside>
-HeatBricks harmed(const Inside& inside, float damage, float water = 1.0f) {
+HeatBricks harmed(const Inside& inside, float coagulation, float water = 1.0f) {
   HeatBricks bricks(kVoxel, {}, 1000);
   for (int k = -1; k < 5; ++k)
     for (int j = 0; j < 4; ++j)
@@ -35,7 +35,8 @@ HeatBricks harmed(const Inside& inside, float damage, float water = 1.0f) {
         HeatBrick& brick = *bricks.warm_up(BrickIndex(i, j, k));
         for (int v = 0; v < BrickField::kVoxels; ++v) {
           if (!inside(bricks.centre(brick, v))) continue;
-          brick.damage[static_cast<std::size_t>(v)] = damage;
+          brick.coagulation[static_cast<std::size_t>(v)] = coagulation;
+          brick.collagen[static_cast<std::size_t>(v)] = coagulation / 3.0f;
           brick.water[static_cast<std::size_t>(v)] = water;
           brick.harmed = true;
         }
@@ -60,13 +61,13 @@ TEST(CoagulatedPoints, TissueCoagulatedThroughoutHasItsFactor) {
   const Points points;
   const auto bricks = harmed([](const Vec3& x) { return x.z() > 0.0; }, 3.0f, 0.5f);
   const CoagulatedPoints found = points.gauge().read(bricks, kWater);
-  // Worked out apart from the program. Coagulated 1 - e^-3, of the water 0.39 left to feel:
-  // fourfold by coagulation, fourfold again by drying, each by its share; a tenth shorter, and half
-  // of the lost water's volume closed.
+  // Worked out apart from the program. Coagulated by 0.7374, of the water 0.39 left to feel:
+  // sevenfold by coagulation, fourfold again by drying, each by its share; shorter by 0.1286, and
+  // half of the lost water's volume closed.
   for (std::size_t q = 0; q < points.positions.size(); ++q) {
     // Voxels beyond the cube are nearest to its border points, too: a mean over more of the same.
-    EXPECT_NEAR(found.stiffness[q], 10.507112, 1e-6);
-    EXPECT_NEAR(found.shrinkage[q], 1.0 - 0.8336493, 1e-6);
+    EXPECT_NEAR(found.stiffness[q], 12.7019330, 1e-5);
+    EXPECT_NEAR(found.shrinkage[q], 0.1972920, 1e-6);
   }
   EXPECT_NEAR(found.stiffened, std::pow(16e-3, 3), 1e-12);
 }
@@ -81,10 +82,10 @@ TEST(CoagulatedPoints, NothingFallsBetweenPoints) {
   for (std::size_t q = 0; q < points.positions.size(); ++q)
     gain += points.volumes[q] * (found.stiffness[q] - 1.0);
   for (std::size_t b = 0; b < bricks.count(); ++b)
-    for (const float damage : bricks.brick(b).damage)
-      volume += damage > 0.0f ? std::pow(kVoxel, 3) : 0.0;
+    for (const float coagulation : bricks.brick(b).coagulation)
+      volume += coagulation > 0.0f ? std::pow(kVoxel, 3) : 0.0;
   ASSERT_GT(volume, 0.0);
-  EXPECT_NEAR(gain, volume * 2.979786, 1e-6 * gain);  // 3 (1 - e^-5)
+  EXPECT_NEAR(gain, volume * 4.871133, 1e-6 * gain);  // 6 times the share, 0.8119
 }
 
 TEST(CoagulatedPoints, TissueFarFromAllPointsIsCountedAsLeftOut) {
@@ -98,7 +99,7 @@ TEST(CoagulatedPoints, TissueFarFromAllPointsIsCountedAsLeftOut) {
 TEST(CoagulatedPoints, HardlyAnyDamageIsNone) {
   const Points points;
   const CoagulatedPoints found =
-      points.gauge().read(harmed([](const Vec3&) { return true; }, 3e-3f), kWater);
+      points.gauge().read(harmed([](const Vec3&) { return true; }, 1.2e-3f), kWater);
   EXPECT_EQ(found.greatest_stiffness, 1.0);
 }
 

@@ -90,13 +90,14 @@ TEST(HeatBook, WarmTissueIsForgottenAndHarmedTissueKept) {
 
   Bioheat burnt(ThermalTissue{}, BioheatOptions{}, half_space());
   burn(burnt, 20.0, 0.5);
-  const double damage = burnt.bricks().damage_at({0, 0, -1});
-  EXPECT_GT(damage, 1.0);
+  const double coagulation = burnt.bricks().coagulation_at({0, 0, -1});
+  EXPECT_GT(coagulation, 1.0);
   wait(burnt, 900.0, 0.25);
   EXPECT_EQ(burnt.warm_bricks(), 0u);
   EXPECT_GT(burnt.bricks().count(), 0u);
-  EXPECT_GE(burnt.bricks().damage_at({0, 0, -1}), damage);
-  EXPECT_GT(burnt.harmed_volume(), 1e-9);
+  EXPECT_GE(burnt.bricks().coagulation_at({0, 0, -1}), coagulation);
+  EXPECT_GT(burnt.coagulated_volume(), 1e-9);
+  EXPECT_GT(burnt.dead_volume(), burnt.coagulated_volume());
 }
 
 TEST(HeatBook, HeatIsFollowedAcrossBricks) {

@@ -50,8 +50,10 @@ class KeepingPasses final : public HeatPasses {
       const Fields& mine = kept_[static_cast<std::size_t>(brick->warm->slot)];
       brick->warm->excess = mine.excess;
       brick->water = mine.water;
-      brick->damage = mine.damage;
       brick->charred = mine.charred;
+      brick->dose = mine.dose;
+      brick->coagulation = mine.coagulation;
+      brick->collagen = mine.collagen;
     }
     ++fetches_;
     return true;
@@ -61,7 +63,7 @@ class KeepingPasses final : public HeatPasses {
 
  private:
   struct Fields {
-    HeatBrick::Values excess, water, damage, charred;
+    HeatBrick::Values excess, water, charred, dose, coagulation, collagen;
   };
   bool fail() {
     trouble_ = "it broke";
@@ -70,13 +72,16 @@ class KeepingPasses final : public HeatPasses {
   static void exchange(HeatBrick& brick, Fields& fields) {
     std::swap(brick.warm->excess, fields.excess);
     std::swap(brick.water, fields.water);
-    std::swap(brick.damage, fields.damage);
     std::swap(brick.charred, fields.charred);
+    std::swap(brick.dose, fields.dose);
+    std::swap(brick.coagulation, fields.coagulation);
+    std::swap(brick.collagen, fields.collagen);
   }
   void swap_in() {
     for (HeatBrick* brick : warm_) {
       HeatBrick::Warm& warm = *brick->warm;
-      const Fields here{warm.excess, brick->water, brick->damage, brick->charred};
+      const Fields here{warm.excess, brick->water,       brick->charred,
+                        brick->dose, brick->coagulation, brick->collagen};
       if (warm.slot < 0) {
         warm.slot = static_cast<int>(kept_.size());
         kept_.push_back(here);

@@ -58,8 +58,8 @@ struct Burn {
     write(hasher, tip.state());
     write(hasher, heat.book());
     for (const double seen :
-         {heat.excess_now(), heat.tissue_above(330.0), heat.harmed_volume(), heat.greatest_excess(),
-          heat.vaporised_water(), heat.vaporised_tissue()})
+         {heat.excess_now(), heat.tissue_above(330.0), heat.coagulated_volume(), heat.dead_volume(),
+          heat.greatest_excess(), heat.vaporised_water(), heat.vaporised_tissue()})
       hasher.value(seen);
     hasher.value<std::uint64_t>(heat.warm_bricks()).value(heat.passes_of_last_step());
     return hasher.hex();
@@ -79,7 +79,7 @@ TEST(HeatState, AnyMomentGoesOnToTheSameBits) {
     least_after = std::min(i < 60 ? least_after : first.heat.bricks().count(), least_after);
   }
   // Bricks were made, harmed, and let go while others stayed: their order isn't that of making.
-  EXPECT_GT(first.heat.harmed_volume(), 0.0);
+  EXPECT_GT(first.heat.coagulated_volume(), 0.0);
   EXPECT_GT(first.heat.vaporised_water(), 0.0);
   EXPECT_LT(least_after, most);
   EXPECT_GT(least_after, 0u);
@@ -190,7 +190,9 @@ TEST(HeatState, WhatCannotBeItsOwnIsRefused) {
   EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[1]->index = s.bricks.bricks[0]->index; }));
   EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->index.x() = 1 << 20; }));
   EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0].reset(); }));
-  EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->damage[7] = kNone; }));
+  EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->dose[7] = kNone; }));
+  EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->coagulation[7] = -1.0f; }));
+  EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->collagen[7] = kNone; }));
   EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->water[7] = 1.5f; }));
   EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->charred[7] = -0.5f; }));
   EXPECT_FALSE(fits_with([](State& s) { s.bricks.bricks[0]->warm->excess[7] = kNone; }));
@@ -227,7 +229,7 @@ TEST(HeatState, ABrickIsItsFieldsAndLittleMore) {
   const std::size_t bricks = burn.heat.bricks().count(), warm = burn.heat.warm_bricks();
   constexpr std::size_t kField = sizeof(HeatBrick::Values);
   EXPECT_LT(saved_bytes(burn.heat.state().bricks),
-            (3 * bricks + warm) * kField + 64 * bricks + 512);
+            (5 * bricks + warm) * kField + 64 * bricks + 512);
 }
 
 }  // namespace

@@ -34,7 +34,8 @@ inline std::string state_of(const Bioheat& heat) {
   for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
     const HeatBrick& brick = heat.bricks().brick(b);
     for (const int index : brick.index) hasher.value(index);
-    for (const HeatBrick::Values* field : {&brick.water, &brick.damage, &brick.charred})
+    for (const HeatBrick::Values* field :
+         {&brick.water, &brick.charred, &brick.dose, &brick.coagulation, &brick.collagen})
       hasher.array<float>(*field);
     if (brick.warm) hasher.array<float>(brick.warm->excess);
   }
