@@ -6,6 +6,14 @@
 
 namespace viscera {
 
+/// What everything but this tool has moved the tissue under it by, from its rest; organ's frame.
+/// `tip` is the tool's there [m]. By the last frame's contact; of a tool that wasn't in it, by the
+/// surface as it is drawn.
+Pose motion_as_met(const World& world, Entity organ, Entity instrument, const Vec3& tip);
+
+/// To be called after contact was solved: CellRange.met of the tools that press this organ.
+void note_what_tools_meet(World& world, Entity organ);
+
 /// Fills `snapshot` (all but frame, tick and velocity) with the organ as it is at the end of this
 /// frame's step. About the tool's foot: the rigid motion of the tissue by other tools, springs,
 /// gravity and so on, and what their hold takes off its answer. Tissue farther than `reach` from
