@@ -13,6 +13,9 @@ namespace {
 constexpr double kGreatestGap = 2e-3;
 /// Drags shorter than this say nothing about what the tissue follows [m].
 constexpr double kLeastDrag = 1e-7;
+/// Walls steeper than this are met sideways: the cosine between the way out of the tissue and the
+/// tool's normal.
+constexpr double kSteepestWall = -0.1;
 /// Rings of the hexagonal pattern: 3 give 37 cells.
 constexpr int kPressRings = 3;
 constexpr int kGraspRings = 2;
@@ -33,6 +36,14 @@ Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own
     sum += spot.displacement / (near * near);
   }
   return sum / weights + moved;
+}
+
+/// What clings about a cell says where it was carried aside, not how far it lies down the tool's
+/// wall: that the tool's own surface says, or the wall would drag the cell along itself.
+void put_on_tool(const Vec3& up, ContactCell& cell) {
+  const double lowers = up.dot(cell.direction);
+  if (lowers > kSteepestWall) return;
+  cell.displacement += (cell.depth - cell.displacement.dot(cell.direction)) / lowers * up;
 }
 
 }  // namespace
@@ -105,6 +116,7 @@ bool press_cells(const ToolShape& tool, const Foot& foot, const Rubbing& rubbing
       cell.displacement =
           clinging_displacement(rubbing.cling, cell.position,
                                 hit->position + rubbing.undrawn - cell.position, range.moved);
+      put_on_tool(up, cell);
     }
     range.points.push_back(hit->point);
     cells.push_back(cell);

@@ -195,21 +195,3 @@ TEST(FrictionOfATip, TwoRunsGiveTheSameStateAndTheHashKnowsWhatClings) {
 
 }  // namespace
 }  // namespace viscera::test
-namespace viscera::test { namespace {
-TEST(DebugStick, Print) {
-  const double drag = 1.5e-3;
-  auto rough = build(dragging(50.0, drag));
-  for (double t : {kPressed + 0.1, 0.5, 0.6, 0.7}) {
-    step_until(*rough, t);
-    const OrganContact& contact = rough->all<OrganContact>()[0];
-    const CellRange& range = rough->all<OrganTouch>()[0].ranges.at(0);
-    printf("t %.2f tip %.4f mm n %zu outward %.4f %.4f %.4f\n", t, 1e3*range.tip.x(), contact.cells.size(), range.outward.x(), range.outward.y(), range.outward.z());
-    for (std::size_t k = 0; k < contact.cells.size(); ++k) {
-      if (contact.solution.forces[k].isZero(0.0)) continue;
-      const Vec3 u = rough->all<OrganTouch>()[0].solver->cell_displacements()[k];
-      const Vec3 x = contact.cells[k].position;
-      if (std::abs(x.y()) < 0.3e-3 || k==0) printf("  x %.3f z %.3f u %.4f %.4f %.4f now-tip %.4f dist %.4f f %.5f dir.x %.3f\n", 1e3*x.x(), 1e3*x.z(), 1e3*u.x(), 1e3*u.y(), 1e3*u.z(), 1e3*(x.x()+u.x()-range.tip.x()), 1e3*(x+u-range.tip).norm(), contact.solution.forces[k].norm(), contact.cells[k].direction.x());
-    }
-  }
-}
-} }
