@@ -99,14 +99,15 @@ FreeShape level_shape(const OrganModel& model);
 struct CellRange {
   Entity instrument;
   std::uint64_t begin = 0, end = 0;
-  Vec3 rest_centre = Vec3::Zero();   ///< tissue under the middle of the tool, at rest [m]
-  Vec3 centre = Vec3::Zero();        ///< the same tissue, deformed, a frame ago [m]
-  Vec3 outward = Vec3::UnitZ();      ///< unit, away from the tissue
-  Vec3 force = Vec3::Zero();         ///< on the tissue, after the solve [N]
-  Vec3 felt = Vec3::Zero();          ///< the same as the hand felt it; else as `force` [N]
-  Vec3 tip = Vec3::Zero();           ///< of the tool [m]
-  Vec3 moved = Vec3::Zero();         ///< with friction: the tip, since tissue clung to it [m]
-  Pose met;  ///< pressed: what everything but this tool has moved the tissue there, from its rest
+  Vec3 rest_centre = Vec3::Zero();  ///< tissue under the middle of the tool, at rest [m]
+  Vec3 centre = Vec3::Zero();       ///< the same tissue, deformed, a frame ago [m]
+  Vec3 outward = Vec3::UnitZ();     ///< unit, away from the tissue
+  Vec3 force = Vec3::Zero();        ///< on the tissue, after the solve [N]
+  Vec3 felt = Vec3::Zero();         ///< the same as the hand felt it; else as `force` [N]
+  Vec3 tip = Vec3::Zero();          ///< of the tool [m]
+  Vec3 moved = Vec3::Zero();        ///< with friction: the tip, since tissue clung to it [m]
+  /// Pressed: what others have moved the tissue there from its rest, and this tool aside.
+  Pose met;
   double pitch = 0.0;                ///< between neighbouring cells [m]
   std::vector<SurfacePoint> points;  ///< of the cells
   bool held = false;

@@ -4,8 +4,9 @@
 // ray finding the tissue that lies under it. Whatever the tool slides over, the pattern under it is
 // the same, so the force has no texture of nodes, triangles or cells.
 //
-// Without friction the tissue is sought as it would be without the tool, and the pattern is as wide
-// as the tool is deep: cells, and so forces, are a function of the tool's place. What clings to a
+// Without friction the tissue is sought as it would be without the tool's dent, and the pattern is
+// as wide as the tool is deep: cells, and so forces, are a function of the tool's place once it
+// stands still (tissue_as_met.h). What clings to a
 // tool with friction has been dragged by it, and is sought as it is drawn.
 //
 // Each cell pushes along the tool's own normal, on tissue and tool alike: there the pressure acts

@@ -31,6 +31,26 @@ std::optional<FirstOrder> about_cells(const OrganContact& contact, const CellRan
   return FirstOrder(places, normal);
 }
 
+/// How far a tool itself has carried the tissue that it presses aside, across the contact's
+/// direction: the mean over its forces [m]. By symmetry none on a half-space; near an edge, or
+/// where a body gives way as a whole, tissue leaves sideways from under the tool. `others` moved
+/// its cells by so much.
+Vec3 carried_aside(const OrganContact& contact, const CellRange& range,
+                   std::span<const Vec3> displacements, std::span<const Vec3> others) {
+  double pressed = 0.0;
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = range.begin; k < range.end; ++k) {
+    const double push = contact.solution.forces[k].dot(contact.cells[k].direction);
+    if (!(push > 0.0)) continue;
+    const Vec3 by_others = others.empty() ? Vec3::Zero() : others[k - range.begin];
+    sum += push * (displacements[k] - by_others);
+    pressed += push;
+  }
+  if (pressed == 0.0) return Vec3::Zero();
+  sum /= pressed;
+  return sum - sum.dot(range.outward) * range.outward;
+}
+
 /// Under a tool that presses or holds: from its cells, since the drawn surface shows its own dent.
 /// False: this frame's contact has no answer.
 bool meet_touched(World& world, Entity organ, const CellRange& range, TissueSnapshot& snapshot) {
@@ -91,13 +111,19 @@ void note_what_tools_meet(World& world, Entity organ) {
   for (CellRange& range : touch.ranges) {
     if (range.held) continue;
     range.met = {};
+    std::vector<Vec3> by_others;
     const std::size_t own = range.end - range.begin;
-    if (own == contact.cells.size() && !world.find<FreeShape>(organ)) continue;  // it is alone
-    const auto about = about_cells(contact, range);
-    if (!about) continue;
-    const auto others = touch.solver->hold_of_others(contact.cells, range.begin, range.end,
-                                                     MatrixX(0, static_cast<Eigen::Index>(own)));
-    if (others) range.met = about->motion(others->free);
+    if (own < contact.cells.size() || world.find<FreeShape>(organ)) {
+      const auto about = about_cells(contact, range);
+      auto others = touch.solver->hold_of_others(contact.cells, range.begin, range.end,
+                                                 MatrixX(0, static_cast<Eigen::Index>(own)));
+      if (about && others) {
+        range.met = about->motion(others->free);
+        by_others = std::move(others->free);
+      }
+    }
+    range.met.position +=
+        carried_aside(contact, range, touch.solver->cell_displacements(), by_others);
   }
 }
 

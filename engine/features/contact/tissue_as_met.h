@@ -6,9 +6,12 @@
 
 namespace viscera {
 
-/// What everything but this tool has moved the tissue under it by, from its rest; organ's frame.
-/// `tip` is the tool's there [m]. By the last frame's contact; of a tool that wasn't in it, by the
-/// surface as it is drawn.
+/// How the tissue under a tool would lie without its dent, from its rest; organ's frame: the rigid
+/// motion by everything but this tool, and how far this tool has carried it aside. Tissue leaves
+/// sideways from under a tool near an edge, or where a body gives way as a whole; cells that kept
+/// to the tissue which lay under the tool at rest would push it aside by that over its radius.
+/// `tip` is the tool's there [m]. By the last frame's contact, with which it settles by a factor of
+/// 2 a frame or faster; of a tool that wasn't in it, by the surface as it is drawn.
 Pose motion_as_met(const World& world, Entity organ, Entity instrument, const Vec3& tip);
 
 /// To be called after contact was solved: CellRange.met of the tools that press this organ.

@@ -17,8 +17,7 @@ class TissueSheet {
  public:
   /// As it is drawn: with the dents of all tools.
   TissueSheet(const OrganModel& model, const OrganState& state, const CollisionSurface& drawn);
-  /// As it would be without one tool: the surface at rest, where `moved` has taken it. It knows
-  /// nothing of that tool, so that what is found on it is a function of the tool's place.
+  /// As it would be without one tool's dent: the surface at rest, where `moved` has taken it.
   TissueSheet(const OrganModel& model, const CollisionSurface& rest, const Pose& moved);
 
   using Hit = CollisionSurface::Hit;
