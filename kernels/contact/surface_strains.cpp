@@ -93,7 +93,7 @@ SurfaceGradients::SurfaceGradients(std::span<const Vec3f> vertices,
     weights = root.operatorInverseSqrt() * weights;
     const Eigen::Matrix<double, 3, 2> frame = at * weights.transpose();
     frames_.push_back({frame.col(0).cast<float>(), frame.col(1).cast<float>(),
-                       frame.col(0).cross(frame.col(1)).cast<float>()});
+                       frame.col(0).cross(frame.col(1)).cast<float>(), middle.cast<float>()});
     double sum = 0.0;
     for (Eigen::Index k = 0; k < n; ++k) {
       vertices_.push_back(ring[static_cast<std::size_t>(k)]);
@@ -108,6 +108,7 @@ SurfaceGradients::SurfaceGradients(std::span<const Vec3f> vertices,
 SurfaceStrains SurfaceGradients::greatest(std::span<const Vec3f> vertices) const {
   // F^T F = U^2, and U = (U^2 + det U) / sqrt(tr U^2 + 2 det U) by Cayley and Hamilton.
   float least_trace = 3.0f, greatest_stretch = 0.0f;
+  SurfaceStrains strains;
   for (std::size_t s = 0; s < frames_.size(); ++s) {
     const auto first = static_cast<std::size_t>(begin_[s]);
     const auto last = static_cast<std::size_t>(begin_[s + 1]);
@@ -122,8 +123,13 @@ SurfaceStrains SurfaceGradients::greatest(std::span<const Vec3f> vertices) const
     }
     const float xx = fx.squaredNorm(), yy = fy.squaredNorm(), xy = fx.dot(fy);
     const float half = 0.5f * (xx + yy), apart = std::hypot(0.5f * (xx - yy), xy);
-    greatest_stretch = std::max({greatest_stretch, std::abs(std::sqrt(half + apart) - 1.0f),
-                                 std::abs(std::sqrt(std::max(0.0f, half - apart)) - 1.0f)});
+    const Frame& rest = frames_[s];
+    const float stretch = std::max(std::abs(std::sqrt(half + apart) - 1.0f),
+                                   std::abs(std::sqrt(std::max(0.0f, half - apart)) - 1.0f));
+    if (stretch > greatest_stretch) {
+      greatest_stretch = stretch;
+      strains.stretched = rest.middle.cast<double>();
+    }
     const float determinant = std::sqrt(std::max(0.0f, xx * yy - xy * xy));
     const float trace = std::sqrt(xx + yy + 2.0f * determinant);
     if (!(determinant > 0.0f)) continue;
@@ -131,11 +137,12 @@ SurfaceStrains SurfaceGradients::greatest(std::span<const Vec3f> vertices) const
     const float uxx = (xx + determinant) / trace, uyy = (yy + determinant) / trace,
                 uxy = xy / trace;
     const Vec3f rx = (uyy * fx - uxy * fy) / determinant, ry = (uxx * fy - uxy * fx) / determinant;
-    const Frame& rest = frames_[s];
-    least_trace =
-        std::min(least_trace, rx.dot(rest.x) + ry.dot(rest.y) + rx.cross(ry).dot(rest.normal));
+    const float turned = rx.dot(rest.x) + ry.dot(rest.y) + rx.cross(ry).dot(rest.normal);
+    if (turned < least_trace) {
+      least_trace = turned;
+      strains.rotated = rest.middle.cast<double>();
+    }
   }
-  SurfaceStrains strains;
   strains.rotation =
       std::acos(std::clamp(0.5 * (static_cast<double>(least_trace) - 1.0), -1.0, 1.0));
   strains.stretch = greatest_stretch;

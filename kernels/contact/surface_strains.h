@@ -12,6 +12,7 @@ namespace viscera {
 struct SurfaceStrains {
   double rotation = 0.0;  ///< of a piece of surface, from its rest [rad]
   double stretch = 0.0;   ///< | length over length at rest - 1 |, along the surface
+  Vec3 rotated = Vec3::Zero(), stretched = Vec3::Zero();  ///< where, at rest [m]
 };
 
 /// Displacement gradients at samples of a surface, each by least squares over a ring of its
@@ -40,6 +41,7 @@ class SurfaceGradients {
  private:
   struct Frame {
     Vec3f x, y, normal;  ///< orthonormal, of the piece at rest
+    Vec3f middle;        ///< of the ring at rest [m]
   };
   std::vector<Frame> frames_;
   std::vector<int> begin_{0}, vertices_;

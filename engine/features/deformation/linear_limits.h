@@ -20,16 +20,28 @@ struct OrganGradients {
   SurfaceGradients surface;
 };
 
-/// Of one organ since the start. Shapes whose displacements are too small for half of the limits
-/// aren't measured.
+/// The greatest of one measure since the start.
+struct GreatestStrain {
+  double value = 0.0;
+  double time = 0.0;          ///< [s]
+  Vec3 place = Vec3::Zero();  ///< at rest, organ's frame [m]
+  bool under_tool = false;    ///< a tool presses or holds within a node's spacing of it
+  static constexpr auto fields() {
+    using S = GreatestStrain;
+    return std::tuple(field("value", &S::value), field("time", &S::time), field("place", &S::place),
+                      field("under_tool", &S::under_tool));
+  }
+};
+static_assert(fields_cover<GreatestStrain>());
+
+/// Of one organ. Shapes whose displacements are too small for half of the limits aren't measured.
 struct GreatestStrains {
   static constexpr std::string_view kName = "greatest strains";
-  double rotation = 0.0, rotation_at = 0.0;  ///< [rad], and when [s]
-  double stretch = 0.0, stretch_at = 0.0;    ///< share of length, and when [s]
+  GreatestStrain rotation;  ///< [rad]
+  GreatestStrain stretch;   ///< share of length
   static constexpr auto fields() {
     using S = GreatestStrains;
-    return std::tuple(field("rotation", &S::rotation), field("rotation_at", &S::rotation_at),
-                      field("stretch", &S::stretch), field("stretch_at", &S::stretch_at));
+    return std::tuple(field("rotation", &S::rotation), field("stretch", &S::stretch));
   }
 };
 static_assert(fields_cover<GreatestStrains>());
@@ -43,8 +55,8 @@ struct StrainsNow {
 
 void prepare_linear_limits(SceneModel& model);
 void start_linear_limits(World& world);
-/// OrganState -> GreatestStrains; whether some organ is beyond the limits now.
-/// At `time` [s].
+/// OrganState, OrganContact -> GreatestStrains at `time` [s]; whether some organ is beyond the
+/// limits now.
 bool measure_strains(World& world, double time);
 /// To be called when the state is another one: what was measured isn't of it.
 void forget_strains(World& world);

@@ -61,8 +61,8 @@ TEST(LinearLimits, ABarThatIsLiftedFarIsBeyondThemAndTheReportSaysWhereAndWhen) 
   // A cantilever turns at its end by 3/2 of what it is lifted over its length, and by its jaw
   // somewhat more; it is thick, so shear takes part of the lift.
   const double turned = 1.5 * lift / (kBar.x() - kHeld - 8e-3);
-  EXPECT_NEAR(greatest.rotation / turned, 1.0, 0.25);
-  EXPECT_NEAR(greatest.rotation_at, kLifted, 0.05);
+  EXPECT_NEAR(greatest.rotation.value / turned, 1.0, 0.25);
+  EXPECT_NEAR(greatest.rotation.time, kLifted, 0.05);
   const std::vector<std::string> warnings = deformation_warnings(*world);
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_TRUE(warnings[0].starts_with("bar: turned by up to 0.")) << warnings[0];
@@ -83,6 +83,11 @@ TEST(LinearLimits, AGentlyPressedOrganIsWithinThemAndADeeplyPressedOneIsNot) {
   EXPECT_FALSE(step_until(*gentle, 0.7).has(kBeyondLinear));
   EXPECT_GT(force_on(*gentle, 0).z(), 0.0);
   EXPECT_TRUE(step_until(*deep, 0.7).has(kBeyondLinear));
+  // On the dent's wall, which the warning says.
+  const GreatestStrain& rotation = deep->all<GreatestStrains>()[0].rotation;
+  EXPECT_TRUE(rotation.under_tool);
+  EXPECT_LT((rotation.place - Vec3(0, 0, kTop)).norm(), 8e-3) << rotation.place.transpose();
+  EXPECT_NE(deformation_warnings(*deep).at(0).find("under a tool"), std::string::npos);
 }
 
 TEST(LinearLimits, MeasureWhatTheShapeIsTurnedAndStretchedBy) {
@@ -104,15 +109,15 @@ TEST(LinearLimits, MeasureWhatTheShapeIsTurnedAndStretchedBy) {
   const Mat3 turn = Eigen::AngleAxisd(0.18, Vec3(1, 1, 1).normalized()).toRotationMatrix();
   const GreatestStrains& greatest = world->all<GreatestStrains>()[0];
   EXPECT_FALSE(shape(turn));
-  EXPECT_NEAR(greatest.rotation, 0.18, 1e-3);
-  EXPECT_LT(greatest.stretch, 1e-4);
+  EXPECT_NEAR(greatest.rotation.value, 0.18, 1e-3);
+  EXPECT_LT(greatest.stretch.value, 1e-4);
   EXPECT_TRUE(shape(Eigen::AngleAxisd(0.22, Vec3(1, 1, 1).normalized()).toRotationMatrix()));
-  EXPECT_NEAR(greatest.rotation, 0.22, 1e-3);
-  EXPECT_EQ(greatest.rotation_at, 0.25);
+  EXPECT_NEAR(greatest.rotation.value, 0.22, 1e-3);
+  EXPECT_EQ(greatest.rotation.time, 0.25);
   EXPECT_FALSE(shape(Vec3(1.14, 0.95, 0.95).asDiagonal()));
   EXPECT_TRUE(shape(Vec3(1.17, 0.95, 0.95).asDiagonal()));
-  EXPECT_NEAR(greatest.stretch, 0.17, 3e-3);
-  EXPECT_NEAR(greatest.rotation, 0.22, 1e-3) << "the greatest since the start";
+  EXPECT_NEAR(greatest.stretch.value, 0.17, 3e-3);
+  EXPECT_NEAR(greatest.rotation.value, 0.22, 1e-3) << "the greatest since the start";
 }
 
 TEST(LinearLimits, AreMeasuredOnceForEachShape) {

@@ -91,6 +91,8 @@ TEST(SurfaceStrains, OfABentSurfaceTheGreatestAngleIsTold) {
     return Vec3(radius * std::sin(angle), x.y(), 1.0 / bend - radius * std::cos(angle));
   });
   EXPECT_NEAR(found.rotation, 0.3, 0.03);
+  EXPECT_NEAR(std::abs(found.rotated.x()), kRadius, 2e-3);
+  EXPECT_NEAR(std::abs(found.stretched.z()), kRadius, 2e-3);
   EXPECT_NEAR(found.stretch, 0.3, 0.03);  // where x = 0, at the poles: z / (bending radius)
 }
 
