@@ -50,6 +50,13 @@ Result<void> check_prony(std::span<const PronyTerm> terms) {
   return {};
 }
 
+CellWays ways_of(const HiveTissueSettings& settings) {
+  return settings.model == HyperelasticModel::kLinear &&
+                 settings.hive.formulation == HiveFormulation::kSubtracted
+             ? CellWays::kOwnNormals
+             : CellWays::kTogether;
+}
+
 double smooth(double share) {
   return share * share * (3.0 - 2.0 * share);
 }
@@ -89,7 +96,7 @@ HiveTissue::HiveTissue(const HiveBody& body, const HiveTissueSettings& settings,
                        std::vector<Hive> hives, std::optional<NonlinearHive> nonlinear)
     : body_(body),
       settings_(settings),
-      foot_(settings.tool_radius, settings.rings),
+      foot_(settings.tool_radius, settings.rings, ways_of(settings)),
       hives_(std::move(hives)),
       nonlinear_(std::move(nonlinear)),
       prony_(settings.prony),
@@ -229,7 +236,8 @@ HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   result.verdict = hive.seat(foot_.cells(), hold_);
   if (result.verdict != HiveVerdict::kSound) return result;
   const double nudge = kNudge * settings_.tool_radius;
-  for (std::size_t k = 0; k < nudged_.size(); ++k) nudged_[k] = foot_.depths()[k] + nudge;
+  for (std::size_t k = 0; k < nudged_.size(); ++k)
+    nudged_[k] = foot_.depths()[k] + foot_.deepening(k) * nudge;
   const HiveForce deeper = hive.press(nudged_);
   result = hive.press(foot_.depths());
   if (deeper.verdict == HiveVerdict::kSound && result.verdict == HiveVerdict::kSound)

@@ -28,8 +28,8 @@ Vec3 tangential(const Vec3& v, const Vec3& up) {
 
 }  // namespace
 
-ToolFoot::ToolFoot(double radius, int rings)
-    : radius_(radius), pattern_(hexagonal_grid(1.0, rings).places), rings_(rings) {
+ToolFoot::ToolFoot(double radius, int rings, CellWays ways)
+    : radius_(radius), ways_(ways), pattern_(hexagonal_grid(1.0, rings).places), rings_(rings) {
   state_.cells.resize(pattern_.size());
   state_.depths.resize(pattern_.size());
   state_.heights.resize(pattern_.size());
@@ -98,10 +98,7 @@ bool ToolFoot::follow(const WalkableSurface& surface, const Vec3& centre, double
 }
 
 void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
-  // [Hertz1882]: a ball that is d deep touches within sqrt(R d); the pattern is a little wider, and
-  // never narrower than a third of the ball.
-  const double touching = std::sqrt(radius_ * std::max(0.0, state_.depth));
-  state_.across = std::clamp(1.35 * touching + 0.15 * radius_, 0.3 * radius_, 0.97 * radius_);
+  state_.across = ball_pattern_radius(radius_, state_.depth);
   const double pitch = state_.across / (rings_ + 0.1);
   const double area = std::sqrt(0.75) * pitch * pitch;
   const Vec3 x = state_.side, y = state_.up.cross(state_.side);
@@ -121,8 +118,12 @@ void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
     const Vec3 beside = tangential(cell.position - state_.centre, state_.up);
     const double drop = radius_ * radius_ - beside.squaredNorm();
     const double lowest = -std::sqrt(std::max(0.0, drop));  // over the centre, along up
+    if (ways_ == CellWays::kOwnNormals && there && drop > 0.0)
+      cell.direction = (beside + lowest * state_.up) / radius_;
     state_.depths[k] =
-        there && drop > 0.0 ? (cell.position - state_.centre).dot(state_.up) - lowest : -kNowhere;
+        there && drop > 0.0
+            ? deepening(k) * ((cell.position - state_.centre).dot(state_.up) - lowest)
+            : -kNowhere;
     state_.heights[k] = there ? (cell.position - state_.centre).dot(state_.up) : kNoHeight;
     cell.depth = state_.depths[k];
   }
@@ -142,8 +143,8 @@ void ToolFoot::lean(std::size_t cell, double pitch) noexcept {
     for (const Neighbour& one : neighbours_[cell])
       if (state_.heights[one.cell] != kNoHeight)
         slope += (state_.heights[one.cell] - state_.heights[cell]) / pitch * one.weight;
-  state_.pushes[cell] =
-      state_.up - slope.x() * state_.side - slope.y() * state_.up.cross(state_.side);
+  state_.pushes[cell] = deepening(cell) * (state_.up - slope.x() * state_.side -
+                                           slope.y() * state_.up.cross(state_.side));
 }
 
 }  // namespace viscera

@@ -15,11 +15,18 @@
 
 namespace viscera {
 
+/// Which way cells push the tissue.
+enum class CellWays {
+  kOwnNormals,  ///< each along the ball's normal, as pressure without friction does
+  kTogether     ///< all along the foot's normal: what NonlinearHive is made of, and the published
+                ///< hive
+};
+
 class ToolFoot {
  public:
   /// `radius` [m] of the ball; `rings` of the hexagonal pattern of cells: 1 + 3 rings (rings + 1)
   /// of them. The only place that allocates.
-  ToolFoot(double radius, int rings);
+  ToolFoot(double radius, int rings, CellWays ways);
 
   /// Begins at this place, facing along its normal, under a ball about `centre`.
   void start(const SurfaceSpot& spot, const Vec3& centre) noexcept;
@@ -36,14 +43,16 @@ class ToolFoot {
   double depth() const { return state_.depth; }
 
   /// The pattern of cells for the present depth: rest places, directions, areas, and how far each
-  /// must go down along -up. A pure function of where the tool is.
+  /// must go along its direction. A pure function of where the tool is.
   void lay_cells(const WalkableSurface& surface) noexcept;
   std::span<const ContactCell> cells() const { return state_.cells; }
   std::span<const double> depths() const { return state_.depths; }
-  /// Which way each cell's tissue pushes the tool per force along `direction`, across it too: the
-  /// tissue under a cell may be tilted, and a tool without friction that goes aside climbs it. It
-  /// is the gradient of what the cells measure as depth, so that force is what the stored energy
-  /// falls by.
+  /// By how much the cells' depths grow per depth of the tool.
+  double deepening(std::size_t cell) const { return -state_.cells[cell].direction.dot(state_.up); }
+  /// Which way each cell's tissue pushes the tool per force along `direction`: the tissue under a
+  /// cell may be tilted, and a tool without friction that goes aside climbs it. It is the gradient
+  /// of what the cells measure as depth, so that force is what the stored energy falls by. Of all
+  /// cells together that is what they push the tissue by, turned round, to the pattern's accuracy.
   std::span<const Vec3> pushes() const { return state_.pushes; }
   double across() const { return state_.across; }  ///< radius of the pattern [m]
 
@@ -81,6 +90,7 @@ class ToolFoot {
   };
 
   double radius_;
+  CellWays ways_;
   std::vector<Vec2> pattern_;  ///< of pitch 1
   std::vector<std::vector<Neighbour>> neighbours_;
   int rings_;

@@ -99,13 +99,15 @@ FreeShape level_shape(const OrganModel& model);
 struct CellRange {
   Entity instrument;
   std::uint64_t begin = 0, end = 0;
-  Vec3 rest_centre = Vec3::Zero();   ///< tissue under the middle of the tool, at rest [m]
-  Vec3 centre = Vec3::Zero();        ///< the same tissue, deformed, a frame ago [m]
-  Vec3 outward = Vec3::UnitZ();      ///< unit, away from the tissue
-  Vec3 force = Vec3::Zero();         ///< on the tissue, after the solve [N]
-  Vec3 felt = Vec3::Zero();          ///< the same as the hand felt it; else as `force` [N]
-  Vec3 tip = Vec3::Zero();           ///< of the tool [m]
-  Vec3 moved = Vec3::Zero();         ///< with friction: the tip, since tissue clung to it [m]
+  Vec3 rest_centre = Vec3::Zero();  ///< tissue under the middle of the tool, at rest [m]
+  Vec3 centre = Vec3::Zero();       ///< the same tissue, deformed, a frame ago [m]
+  Vec3 outward = Vec3::UnitZ();     ///< unit, away from the tissue
+  Vec3 force = Vec3::Zero();        ///< on the tissue, after the solve [N]
+  Vec3 felt = Vec3::Zero();         ///< the same as the hand felt it; else as `force` [N]
+  Vec3 tip = Vec3::Zero();          ///< of the tool [m]
+  Vec3 moved = Vec3::Zero();        ///< with friction: the tip, since tissue clung to it [m]
+  /// Pressed: what others have moved the tissue there from its rest, and this tool aside.
+  Pose met;
   double pitch = 0.0;                ///< between neighbouring cells [m]
   std::vector<SurfacePoint> points;  ///< of the cells
   bool held = false;
@@ -115,7 +117,7 @@ struct CellRange {
                       field("end", &S::end), field("rest_centre", &S::rest_centre),
                       field("centre", &S::centre), field("outward", &S::outward),
                       field("force", &S::force), field("felt", &S::felt), field("tip", &S::tip),
-                      field("moved", &S::moved), field("pitch", &S::pitch),
+                      field("moved", &S::moved), field("met", &S::met), field("pitch", &S::pitch),
                       field("points", &S::points), field("held", &S::held));
   }
 };
@@ -164,6 +166,7 @@ struct OrganTouch {
 /// Contact of this frame, and the surface that is sought. None: nothing can touch the organ.
 struct OrganContact {
   std::unique_ptr<CollisionSurface> surface;  ///< deformed, organ frame
+  std::unique_ptr<CollisionSurface> rest;     ///< the same at rest; never changes
   std::vector<ContactCell> cells;             ///< of tools, then of what else holds the organ
   std::vector<SurfacePoint> held_points;      ///< of those latter, on the drawn surface
   ContactSolution solution;

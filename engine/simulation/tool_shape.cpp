@@ -7,18 +7,20 @@ namespace viscera {
 namespace {
 
 using Shape = TipDescription::Shape;
+using Lowest = ToolShape::Lowest;
 
-std::optional<double> lowest_of_ball(const Vec3& centre, double radius, const Vec3& at,
+std::optional<Lowest> lowest_of_ball(const Vec3& centre, double radius, const Vec3& at,
                                      const Vec3& up) {
   const Vec3 to_centre = centre - at;
-  const double along = to_centre.dot(up);
-  const double height2 = radius * radius - (to_centre - along * up).squaredNorm();
+  const double height = to_centre.dot(up);
+  const double height2 = radius * radius - (to_centre - height * up).squaredNorm();
   if (height2 < 0.0) return std::nullopt;
-  return along - std::sqrt(height2);
+  const double along = height - std::sqrt(height2);
+  return Lowest{along, (along * up - to_centre) / radius};
 }
 
 /// Where the line enters the open cylinder around the capsule's axis.
-std::optional<double> lowest_of_tube(const Vec3& foot, const Vec3& axis, double length,
+std::optional<Lowest> lowest_of_tube(const Vec3& foot, const Vec3& axis, double length,
                                      double radius, const Vec3& at, const Vec3& up) {
   const Vec3 m = at - foot;
   const Vec3 up_across = up - up.dot(axis) * axis;
@@ -32,12 +34,12 @@ std::optional<double> lowest_of_tube(const Vec3& foot, const Vec3& axis, double 
   const double s = (-b - std::sqrt(discriminant)) / a;
   const double along = (m + s * up).dot(axis);
   if (along < 0.0 || along > length) return std::nullopt;
-  return s;
+  return Lowest{s, (m_across + s * up_across) / radius};
 }
 
 }  // namespace
 
-std::optional<double> ToolShape::lowest(const Vec3& at, const Vec3& up) const {
+std::optional<Lowest> ToolShape::lowest(const Vec3& at, const Vec3& up) const {
   if (kind == Shape::kMesh) {
     // In the instrument's own frame: shaft along z, side along x.
     Mat3 frame;
@@ -48,13 +50,15 @@ std::optional<double> ToolShape::lowest(const Vec3& at, const Vec3& up) const {
     const Vec3 origin = frame.transpose() * (at - below * up - tip);
     const auto hit = body->mesh_surface->cast(origin, frame.transpose() * up, 2.0 * below);
     if (!hit) return std::nullopt;
-    return hit->distance - below;
+    const Vec3 facet = area_vector(body->mesh, hit->point.triangle);
+    const double size = facet.stableNorm();
+    return Lowest{hit->distance - below, size > 0.0 ? Vec3(frame * (facet / size)) : Vec3(-up)};
   }
-  std::optional<double> best = lowest_of_ball(tip, radius, at, up);
+  std::optional<Lowest> best = lowest_of_ball(tip, radius, at, up);
   if (kind == Shape::kCapsule) {
-    for (const std::optional<double>& s : {lowest_of_ball(tip + length * shaft, radius, at, up),
-                                           lowest_of_tube(tip, shaft, length, radius, at, up)})
-      if (s && (!best || *s < *best)) best = s;
+    for (const std::optional<Lowest>& other : {lowest_of_ball(tip + length * shaft, radius, at, up),
+                                               lowest_of_tube(tip, shaft, length, radius, at, up)})
+      if (other && (!best || other->along < best->along)) best = other;
   }
   return best;
 }

@@ -19,9 +19,13 @@ struct ToolShape {
   double length = 0.0;         ///< of a capsule's axis [m]
   const InstrumentBody* body = nullptr;
 
-  /// Parameter s of the lowest point `at + s * up` of the tool on the line through `at` along the
-  /// unit vector `up` [m]; nothing where the line misses the tool.
-  std::optional<double> lowest(const Vec3& at, const Vec3& up) const;
+  struct Lowest {
+    double along = 0.0;             ///< from where it was sought [m]
+    Vec3 outward = -Vec3::UnitZ();  ///< unit normal of the tool there
+  };
+  /// The lowest point `at + along * up` of the tool on the line through `at` along the unit vector
+  /// `up`; nothing where the line misses the tool.
+  std::optional<Lowest> lowest(const Vec3& at, const Vec3& up) const;
   /// Places of the tool from which the search for tissue starts, each with the radius of the tool
   /// around it [m]: the centre of a sphere, points along a capsule's axis, vertices of a mesh.
   std::vector<Vec3> probes() const;

@@ -53,7 +53,7 @@ Hive BallAndHive::another() const {
 }
 
 void BallAndHive::seat(double depth) {
-  across_ = std::clamp(1.35 * std::sqrt(depth / ball_) + 0.15, 0.3, 0.97) * ball_;
+  across_ = ball_pattern_radius(ball_, depth);
   const double pitch = across_ / (rings_ + 0.1);
   cells_.clear();
   depths_.clear();

@@ -1,6 +1,7 @@
 #include "kernels/contact/cell_pattern.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -83,6 +84,11 @@ CellPattern fitted_to_punch(CellPattern pattern, double radius, double poisson_r
   for (Vec2& place : pattern.places) place *= scale;
   for (double& area : pattern.areas) area *= scale * scale;
   return pattern;
+}
+
+double ball_pattern_radius(double radius, double depth) {
+  const double touching = std::sqrt(radius * std::max(0.0, depth));
+  return std::clamp(1.35 * touching + 0.15 * radius, 0.3 * radius, 0.97 * radius);
 }
 
 }  // namespace viscera

@@ -5,8 +5,8 @@
 // half-space the force of a flat punch is proportional to its radius, so a pattern has one radius
 // that fits its force, the same at every scale; it depends on the pattern, on Poisson's ratio and
 // on whether the punch sticks. Computed from the cells' own half-space response, it says how much
-// larger to make the pattern. A ball's contact ends where its pressure vanishes; it needs none of
-// this.
+// larger to make the pattern. A ball's contact ends where its pressure vanishes: its pattern need
+// only be wide enough (ball_pattern_radius).
 #pragma once
 
 #include <vector>
@@ -35,5 +35,12 @@ double punch_radius(const CellPattern& pattern, double poisson_ratio, bool stick
 
 /// `pattern` about its origin so scaled that its punch_radius is `radius`.
 CellPattern fitted_to_punch(CellPattern pattern, double radius, double poisson_ratio, bool sticks);
+
+/// Radius of the pattern for a ball whose lowest point is `depth` below the surface as it is
+/// without the ball [m]: a little wider than it touches by [Hertz1882], sqrt(radius depth), never
+/// narrower than a third of the ball and never as wide. A function of place alone: it doesn't ask
+/// for the force. Where the whole body gives way it is wider than need be, and where it hardly
+/// does the force depends on it.
+double ball_pattern_radius(double radius, double depth);
 
 }  // namespace viscera

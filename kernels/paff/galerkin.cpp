@@ -63,13 +63,14 @@ Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadr
   return fixed;
 }
 
-/// From this Poisson's ratio on the dilatation is averaged. Below, it changes little and would only
-/// cost: twice the entries of the stiffness.
-constexpr double kAveragedFrom = 0.4;
-
 /// The part of lambda that a body of this Poisson's ratio would have stays pointwise: these fields
-/// don't lock under it, and it resists what averages don't see, as under narrow loads.
+/// don't lock under it, and it resists what averages don't see, as under narrow loads. Below it
+/// averages would only cost: twice the entries of the stiffness.
 constexpr double kPointwisePoissonRatio = 0.3;
+/// From this one on all the rest is averaged. Between the two the averaged share grows, so that a
+/// body's answer has no jump over Poisson's ratio, nor has its slope: the rest is zero at the lower
+/// one, and the share stops growing at the upper one.
+constexpr double kAllAveragedFrom = 0.4;
 
 /// Lame's lambda of what is integrated point by point, and of what acts on averaged dilatation.
 struct SplitLambda {
@@ -81,7 +82,11 @@ SplitLambda split_lambda(const IsotropicMaterial& material) {
   if (!averages_dilatation(material)) return {lambda, 0.0};
   const double pointwise = 2.0 * material.shear_modulus() * kPointwisePoissonRatio /
                            (1.0 - 2.0 * kPointwisePoissonRatio);
-  return {pointwise, lambda - pointwise};
+  if (material.poisson_ratio >= kAllAveragedFrom) return {pointwise, lambda - pointwise};
+  const double s = (material.poisson_ratio - kPointwisePoissonRatio) /
+                   (kAllAveragedFrom - kPointwisePoissonRatio);
+  const double averaged = s * (2.0 - s) * (lambda - pointwise);
+  return {lambda - averaged, averaged};
 }
 
 /// K_IJ of an isotropic body is L(X_IJ) + B_IJ + Y_IJ with L(X) = lambda X + mu X^T + mu tr(X) I
@@ -182,7 +187,7 @@ void add(std::vector<double>& loads, int node, const Vec3& force) {
 }  // namespace
 
 bool averages_dilatation(const IsotropicMaterial& material) {
-  return material.poisson_ratio >= kAveragedFrom;
+  return material.poisson_ratio > kPointwisePoissonRatio;
 }
 
 Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, Basis basis,

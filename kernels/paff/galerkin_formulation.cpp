@@ -60,7 +60,7 @@ class GalerkinFormulation final : public Formulation {
 
   std::string_view name() const override { return name_; }
   /// What a build without MUMPS has stored, with other last digits, is of another version.
-  int version() const override { return SparseCholesky::is_by_mumps() ? 5 : 105; }
+  int version() const override { return SparseCholesky::is_by_mumps() ? 6 : 106; }
   double support_factor() const override { return support_factor_; }
   Basis basis() const override { return basis_; }
   bool keeps_factor() const override { return true; }

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/verification/pressed_block.h"
 #include "tests/haptics/allocations.h"
 #include "tests/support/shapes.h"
 
@@ -57,6 +58,21 @@ struct Organ {
   Vec3 last = Vec3::Zero();
   std::uint64_t tick = 0;
 };
+
+TriangleSurface flat_square(double half, int squares) {
+  TriangleSurface flat;
+  for (int i = 0; i <= squares; ++i)
+    for (int j = 0; j <= squares; ++j)
+      flat.vertices.emplace_back(half * (2.0 * i / squares - 1.0), half * (2.0 * j / squares - 1.0),
+                                 0.0);
+  for (int i = 0; i < squares; ++i)
+    for (int j = 0; j < squares; ++j) {
+      const int a = i * (squares + 1) + j, b = a + squares + 1;
+      flat.triangles.push_back({a, b, b + 1});
+      flat.triangles.push_back({a, b + 1, a + 1});
+    }
+  return flat;
+}
 
 // The ball's centre so deep into the organ along a direction.
 Vec3 pressed(const Vec3& direction, double depth) {
@@ -358,7 +374,7 @@ HiveTissueSettings beyond_linear(HyperelasticModel model, std::vector<PronyTerm>
   return settings;
 }
 
-TEST(HiveTissueBeyondLinear, ALightTouchIsLinearAndADeepOneIsSofter) {
+TEST(HiveTissueBeyondLinear, ALightTouchIsLinearAndADeepOneIsNot) {
   for (const HyperelasticModel model : {HyperelasticModel::kNeoHookean, HyperelasticModel::kStvk}) {
     Organ linear(beyond_linear(HyperelasticModel::kLinear)), organ(beyond_linear(model));
     for (Organ* one : {&linear, &organ}) one->tell({}, pressed(Vec3::UnitZ(), 0));
@@ -370,12 +386,54 @@ TEST(HiveTissueBeyondLinear, ALightTouchIsLinearAndADeepOneIsSofter) {
     };
     const double light = go(linear, 2e-6).force.norm();
     EXPECT_NEAR(go(organ, 2e-6).force.norm(), light, 2e-3 * light);
-    const TactileForce deep = go(linear, 2e-3), softer = go(organ, 2e-3);
-    EXPECT_LT(softer.force.norm(), 0.995 * deep.force.norm()) << name_of(model);
-    EXPECT_GT(softer.force.norm(), 0.6 * deep.force.norm()) << name_of(model);
+    const TactileForce deep = go(linear, 2e-3), other = go(organ, 2e-3);
+    // Linear tissue under the ball's own normals is a little too soft at half a radius.
+    const bool stvk = model == HyperelasticModel::kStvk;
+    EXPECT_LT(other.force.norm(), (stvk ? 0.98 : 1.05) * deep.force.norm()) << name_of(model);
+    EXPECT_GT(other.force.norm(), (stvk ? 0.6 : 0.98) * deep.force.norm()) << name_of(model);
     EXPECT_GT(organ.tissue->figures().newton_steps, 0u);
     EXPECT_EQ(organ.tissue->figures().linear_answers, 0u);
     EXPECT_EQ(linear.tissue->figures().newton_steps, 0u);
+  }
+}
+
+// What cells along the ball's own normals are worth: along one common direction linear tissue is
+// too stiff by 5 % at half a radius and by 19 % at two; along their own too soft by 10 % at most.
+TEST(HiveTissueBeyondLinear, LinearTissueIsNearItToDepthsBeyondTheBallsRadius) {
+  PressedBlockOptions options;
+  options.material = kSoft;
+  options.ball_radius = kBall;
+  options.depths = {0.2 * kBall, 0.5 * kBall, 1.0 * kBall, 1.5 * kBall};
+  options.elements = 6;
+  const std::vector<double> exact = press_block(options);
+  ASSERT_EQ(exact.size(), options.depths.size());
+
+  const double half = 10.0 * kBall;
+  WalkableSurface ground = WalkableSurface::make(flat_square(half, 20)).value();
+  HiveTissueSettings settings;
+  settings.building = HiveBuilding::kInLockstep;
+  settings.tool_radius = kBall;
+  settings.rings = 3;
+  settings.hive.material = kSoft;
+  settings.hive.radius = 4.0 * kBall;
+  auto tissue = HiveTissue::create({&ground, nullptr, nullptr}, settings).value();
+  const Vec3 foot(0.3 * kBall, 0.2 * kBall, 0.0);
+  TissueSnapshot& snapshot = tissue->snapshots().back();
+  snapshot.nearest = ground.nearest(foot).point;
+  tissue->snapshots().publish();
+  std::uint64_t tick = 0;
+  const auto at = [&](double depth) {
+    ToolMotion motion;
+    motion.pose.position = foot + Vec3(0, 0, kBall - depth);
+    motion.tick = tick++;
+    return tissue->respond(motion, kTick).force.z();
+  };
+  for (int i = 0; i < 60; ++i) at(-0.2 * kBall);
+  const std::vector<double> bounds{0.02, 0.02, 0.09, 0.11};
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const double error = at(options.depths[i]) / exact[i] - 1.0;
+    RecordProperty("error_at_" + std::to_string(options.depths[i] / kBall), std::to_string(error));
+    EXPECT_NEAR(error, 0.0, bounds[i]) << options.depths[i] / kBall << " radii deep";
   }
 }
 

@@ -3,64 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "kernels/contact/cell_pattern.h"
 
 namespace viscera {
 namespace {
 
-/// The tissue may move this far towards or away from a tool within a frame and still be found [m].
-constexpr double kFrameReach = 6e-3;
 /// Cells further than this from the tool can't be reached in one frame [m].
 constexpr double kGreatestGap = 2e-3;
 /// Drags shorter than this say nothing about what the tissue follows [m].
 constexpr double kLeastDrag = 1e-7;
-/// Cells whose slopes are taken together are this near [pitches].
-constexpr double kNextCell = 1.3;
+/// Walls steeper than this are met sideways: the cosine between the way out of the tissue and the
+/// tool's normal.
+constexpr double kSteepestWall = -0.1;
 /// Rings of the hexagonal pattern: 3 give 37 cells.
 constexpr int kPressRings = 3;
 constexpr int kGraspRings = 2;
-
-Vec3 corner_mean(const std::vector<Vec3f>& values, const TriangleSurface& surface,
-                 const SurfacePoint& point) {
-  const auto& corners = surface.triangles[static_cast<std::size_t>(point.triangle)];
-  Vec3 sum = Vec3::Zero();
-  for (int c = 0; c < 3; ++c)
-    sum += point.weights[c] *
-           values[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])].cast<double>();
-  return sum;
-}
-
-/// Unit normal of the deformed surface. Where its normals aren't here, those of the few triangles
-/// about a tool follow from the positions.
-Vec3 tissue_normal(const OrganModel& model, const OrganState& state, const SurfacePoint& point) {
-  if (state.normals_fit && !state.on_gpu)
-    return corner_mean(state.normals, model.surface, point).normalized();
-  const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
-  Vec3 sum = Vec3::Zero();
-  for (int c = 0; c < 3; ++c)
-    sum += point.weights[c] *
-           deformed_normal(model.drawn, state.positions,
-                           static_cast<std::size_t>(corners[static_cast<std::size_t>(c)]))
-               .cast<double>();
-  return sum.normalized();
-}
-
-/// Two unit vectors that span the plane across `up`.
-std::pair<Vec3, Vec3> plane_across(const Vec3& up) {
-  const Vec3 other = std::abs(up.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY();
-  const Vec3 e1 = up.cross(other).normalized();
-  return {e1, up.cross(e1)};
-}
-
-/// Finds the tissue sheet of `foot` on the line through `at` along foot.outward.
-std::optional<CollisionSurface::Hit> tissue_under(const Vec3& at, const Foot& foot, double span,
-                                                  const CollisionSurface& surface) {
-  const double height = (foot.position - at).dot(foot.outward);
-  const Vec3 origin = at + (height + span) * foot.outward;
-  return surface.cast(origin, -foot.outward, 2.0 * span);
-}
 
 /// The displacement that keeps tissue clinging to the tool, had it not slipped: what the spots
 /// around had, carried on with the tip; far from them, where no tissue has clung, its own. Weights
@@ -80,59 +38,30 @@ Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own
   return sum / weights + moved;
 }
 
+/// What clings about a cell says where it was carried aside, not how far it lies down the tool's
+/// wall: that the tool's own surface says, or the wall would drag the cell along itself.
+void put_on_tool(const Vec3& up, ContactCell& cell) {
+  const double lowers = up.dot(cell.direction);
+  if (lowers > kSteepestWall) return;
+  cell.displacement += (cell.depth - cell.displacement.dot(cell.direction)) / lowers * up;
+}
+
 }  // namespace
 
 Vec3 jaw_travel(const Grasp& grasp, const InstrumentState& state, const Pose& organ) {
   return state.tip - grasp.tip_at_start - (organ.position - grasp.organ_at_start) - grasp.slipped;
 }
 
-std::optional<Foot> find_foot(const ToolShape& tool, double margin, const OrganModel& model,
-                              const OrganState& state, const CollisionSurface& surface) {
-  const double radius = tool.probe_radius();
-  std::optional<Foot> best;
-  for (const Vec3& probe : tool.probes()) {
-    const auto hit = surface.closest(probe, radius + kFrameReach);
-    if (!hit) continue;
-    const Vec3 normal = tissue_normal(model, state, hit->point);
-    const double side = (probe - hit->position).dot(normal) >= 0.0 ? 1.0 : -1.0;
-    const double clearance = side * hit->distance - radius;
-    if (!best || clearance < best->clearance) best = Foot{probe, hit->position, normal, clearance};
-  }
-  if (!best || best->clearance > margin) return std::nullopt;
-
-  // The direction of contact is the mean normal of the tissue around the tool, wider than the
-  // tool's own dent, so that the dent's walls cancel. It is centred on the tool: where tissue hugs
-  // the tip, the nearest point is any of many. Two passes, since the first starts from that point's
-  // normal.
-  const double ring = std::max(2.0 * std::max(radius, tool.radius), 1.2 * model.finest_spacing);
-  for (int pass = 0; pass < 2; ++pass) {
-    const auto [e1, e2] = plane_across(best->outward);
-    Vec3 sum = Vec3::Zero();
-    for (int i = 0; i < 12; ++i) {
-      const double angle = std::numbers::pi * i / 6.0;
-      const double r = i % 2 == 0 ? ring : 0.6 * ring;
-      const Vec3 at = best->probe + r * (std::cos(angle) * e1 + std::sin(angle) * e2);
-      const auto hit = tissue_under(at, *best, 2.0 * ring + kFrameReach, surface);
-      if (hit) sum += tissue_normal(model, state, hit->point);
-    }
-    if (sum.norm() > 1.0) best->outward = sum.normalized();
-  }
-  return best;
-}
-
-bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, const Rubbing& rubbing,
-                 const OrganModel& model, const CollisionSurface& surface,
+bool press_cells(const ToolShape& tool, const Foot& foot, const Rubbing& rubbing,
+                 const OrganModel& model, const TissueSheet& drawn, const TissueSheet& met,
                  std::vector<ContactCell>& cells, CellRange& range) {
+  const TissueSheet& sheet = rubbing.friction > 0.0 ? drawn : met;
   const Vec3& up = foot.outward;
   const auto [e1, e2] = plane_across(up);
 
-  // [Hertz1882]: a force F on a ball of radius a touches within (3 F a / (4 E*))^(1/3). The pattern
-  // is a little wider, and never narrower than a third of the tool.
-  const double a = tool.radius;
-  const double touching = std::cbrt(0.75 * last_force * a / model.material.contact_modulus());
-  const double across = tool.kind == TipDescription::Shape::kMesh
-                            ? a
-                            : std::clamp(1.35 * touching + 0.15 * a, 0.3 * a, 0.97 * a);
+  const double a = tool.radius, depth = std::max(0.0, -foot.clearance);
+  const double across =
+      tool.kind == TipDescription::Shape::kMesh ? a : ball_pattern_radius(a, depth);
   // A capsule lying on the tissue needs a pattern as long as its shadow, in pitches of the same
   // size.
   Vec3 along = Vec3::Zero();
@@ -157,7 +86,7 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, con
   }
 
   const double hexagon_area = std::sqrt(0.75) * pitch * pitch;
-  const double span = 2.0 * a + kFrameReach;
+  const double span = 2.0 * a + kFrameReach + depth;
   range.begin = cells.size();
   range.outward = up;
   range.tip = tool.tip;
@@ -171,22 +100,23 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, con
   for (const Vec3& place : places) {
     const auto low = tool.lowest(place, up);
     if (!low) continue;
-    const auto hit = tissue_under(place - drag, foot, span, surface);
+    const auto hit = tissue_under(place - drag, foot, span, sheet);
     if (!hit) continue;
-    const Vec3 lowest = place + *low * up;
+    const Vec3 lowest = place + low->along * up;
     const double gap = (lowest - hit->position).dot(up);
     if (gap > kGreatestGap) continue;
     ContactCell cell;
     cell.position = position(model.surface, hit->point);
     cell.normal = corner_mean(model.rest_normals, model.surface, hit->point).normalized();
     cell.area = hexagon_area;
-    cell.direction = -up;
-    cell.depth = (cell.position - lowest).dot(up);
+    cell.direction = low->outward;
+    cell.depth = (lowest - cell.position).dot(cell.direction);
     cell.friction = rubbing.friction;
     if (rubbing.friction > 0.0) {
       cell.displacement =
           clinging_displacement(rubbing.cling, cell.position,
                                 hit->position + rubbing.undrawn - cell.position, range.moved);
+      put_on_tool(up, cell);
     }
     range.points.push_back(hit->point);
     cells.push_back(cell);
@@ -194,7 +124,7 @@ bool press_cells(const ToolShape& tool, const Foot& foot, double last_force, con
     if (off < nearest) {
       nearest = off;
       range.rest_centre = cell.position;
-      range.centre = hit->position;
+      range.centre = drawn.position(hit->point);
     }
   }
   range.end = cells.size();
@@ -206,32 +136,6 @@ Vec3 undrawn_drag(const Cling& cling, const OrganState& state, const OrganModel&
   for (const Cling::Spot& spot : cling.spots)
     sum += spot.rest + spot.displacement - corner_mean(state.positions, model.surface, spot.point);
   return sum / static_cast<double>(cling.spots.size());
-}
-
-Vec3 push_on_tool(const CellRange& range, const std::vector<ContactCell>& cells,
-                  std::span<const Vec3> forces) {
-  const auto [e1, e2] = plane_across(range.outward);
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = range.begin; k < range.end; ++k) {
-    const double push = forces[k].norm();
-    if (push == 0.0) continue;
-    // The slope of the tissue at rest, from neighbours a pitch away.
-    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-    Vec2 rise = Vec2::Zero();
-    for (std::size_t j = range.begin; j < range.end; ++j) {
-      const Vec3 apart = cells[j].position - cells[k].position;
-      const Vec2 beside(apart.dot(e1), apart.dot(e2));
-      if (j == k || beside.norm() > kNextCell * range.pitch) continue;
-      spread += beside * beside.transpose();
-      rise += apart.dot(range.outward) * beside;
-    }
-    Vec2 slope = Vec2::Zero();
-    // Cells in a row know nothing of what lies beside it.
-    if (spread.determinant() > 1e-2 * spread.trace() * spread.trace())
-      slope = spread.inverse() * rise;
-    sum += push * (range.outward - slope.x() * e1 - slope.y() * e2);
-  }
-  return sum;
 }
 
 Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,
@@ -261,7 +165,7 @@ Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& ce
 }
 
 std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const OrganModel& model,
-                                     const TissueContact& tissue, const CollisionSurface& surface,
+                                     const TissueContact& tissue, const TissueSheet& drawn,
                                      std::vector<SurfacePoint>& points) {
   const auto [e1, e2] = plane_across(foot.outward);
   // A jaw's edge is known: the pattern that answers as a flat disc of this radius.
@@ -270,7 +174,7 @@ std::vector<ContactCell> grasp_cells(const Foot& foot, double radius, const Orga
   std::vector<ContactCell> cells;
   for (std::size_t i = 0; i < pattern.places.size(); ++i) {
     const Vec3 place = foot.position + pattern.places[i].x() * e1 + pattern.places[i].y() * e2;
-    const auto hit = tissue_under(place, foot, 2.0 * radius, surface);
+    const auto hit = tissue_under(place, foot, 2.0 * radius, drawn);
     if (!hit) continue;
     ContactCell cell;
     cell.held = true;

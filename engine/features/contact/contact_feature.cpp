@@ -35,6 +35,7 @@ Result<void> start(World& world) {
     world.all<OrganTouch>().add(organ, std::move(touch));
     OrganContact contact;
     contact.surface = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
+    contact.rest = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
     world.all<OrganContact>().add(organ, std::move(contact));
   }
   return {};

@@ -3,18 +3,10 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/contact_cells.h"
+#include "engine/features/contact/tissue_as_met.h"
 
 namespace viscera {
 namespace {
-
-/// The force that pressed the tissue, without the drag of friction.
-double last_force_on(const OrganTouch& touch, Entity instrument, double friction) {
-  for (const CellRange& range : touch.ranges) {
-    if (range.instrument != instrument || range.held) continue;
-    return friction > 0.0 ? std::max(0.0, -range.force.dot(range.outward)) : range.force.norm();
-  }
-  return 0.0;
-}
 
 const Cling* cling_to(const OrganTouch& touch, Entity instrument) {
   for (const Cling& cling : touch.clings)
@@ -38,7 +30,8 @@ void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& 
     if (!foot) continue;
     std::vector<SurfacePoint> points;
     auto cells = grasp_cells(*foot, body.description.grip_radius, *organ_body.model,
-                             *world.find<OrganTouch>(organ)->solver, *contact->surface, points);
+                             *world.find<OrganTouch>(organ)->solver,
+                             {*organ_body.model, tissue, *contact->surface}, points);
     if (cells.size() < 3) continue;
     nearest = foot->clearance;
     grip.grasp =
@@ -81,6 +74,25 @@ void look_at_jaws(World& world, const FrameContext& context) {
   }
 }
 
+/// The cells of one tool that presses this organ; false when it doesn't.
+bool lay_pressed_cells(World& world, Entity organ, OrganContact& contact, std::size_t which,
+                       CellRange& range) {
+  const OrganTouch& touch = *world.find<OrganTouch>(organ);
+  const OrganState& tissue = *world.find<OrganState>(organ);
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  const InstrumentBody& body = world.all<InstrumentBody>()[which];
+  range.instrument = world.all<InstrumentBody>().owner(which);
+  const ToolShape tool =
+      tool_shape(body, *world.find<InstrumentState>(range.instrument), pose_of(world, organ));
+  range.met = motion_as_met(world, organ, range.instrument, tool.tip);
+  const TissueSheet drawn(model, tissue, *contact.surface), met(model, *contact.rest, range.met);
+  const auto foot = find_foot_as_met(tool, kContactMargin, model, drawn, met);
+  if (!foot) return false;
+  Rubbing rubbing{body.description.friction, cling_to(touch, range.instrument), Vec3::Zero()};
+  if (rubbing.cling) rubbing.undrawn = undrawn_drag(*rubbing.cling, tissue, model);
+  return press_cells(tool, *foot, rubbing, model, drawn, met, contact.cells, range);
+}
+
 /// The cells that tools press or hold on one organ.
 void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameContext& context) {
   OrganTouch& touch = *world.find<OrganTouch>(organ);
@@ -97,17 +109,8 @@ void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameCon
       if (touch.bounds.exteriorDistance(state.tip) > margin) continue;
       const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
       if (grip.grasp && grip.grasp->organ == organ) continue;
-      const OrganBody& body = *world.find<OrganBody>(organ);
-      const ToolShape tool = tool_shape(bodies[i], state, pose_of(world, organ));
-      const auto foot = find_foot(tool, kContactMargin, *body.model, tissue, *contact.surface);
-      if (!foot) continue;
       CellRange range;
-      range.instrument = instrument;
-      Rubbing rubbing{bodies[i].description.friction, cling_to(touch, instrument), Vec3::Zero()};
-      if (rubbing.cling) rubbing.undrawn = undrawn_drag(*rubbing.cling, tissue, *body.model);
-      if (!press_cells(tool, *foot, last_force_on(touch, instrument, rubbing.friction), rubbing,
-                       *body.model, *contact.surface, contact.cells, range))
-        continue;
+      if (!lay_pressed_cells(world, organ, contact, i, range)) continue;
       if (!touch.solver->touchable(range.rest_centre)) {
         contact.cells.resize(range.begin);
         context.report->raise(kOutOfReach);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/features/deformation/deformation_flags.h"
 #include "engine/run/state_hash.h"
 #include "tests/support/small_world.h"
 
@@ -95,7 +96,7 @@ TEST(FrictionOfATip, NoCellDragsMoreThanItsConeAllows) {
   auto world = build(dragging(0.3, 4e-3));
   ASSERT_TRUE(world);
   while (world->time() < 0.8) {
-    EXPECT_EQ(step_until(*world, world->time() + 1.0 / 60.0), FlagSet());
+    EXPECT_FALSE(step_until(*world, world->time() + 1.0 / 60.0).has(kContactNotConverged));
     EXPECT_LT(greatest_share_of_cone(*world, 0.3), 1.0 + 1e-6) << "at " << world->time() << " s";
   }
 }
@@ -156,7 +157,17 @@ TEST(FrictionOfATip, ALongDragSlidesAtTheLimitOfFriction) {
   ASSERT_TRUE(world);
   step_until(*world, 0.95);
   const Split force = split_force(*world);
-  EXPECT_LT(force.drag.norm(), friction * force.push * (1.0 + 1e-6));
+  // Cells lean as the ball does where they press, by so much at most: the whole may drag as steeply
+  // as a cone about the one that leans most.
+  const OrganContact& contact = world->all<OrganContact>()[0];
+  const Vec3& outward = world->all<OrganTouch>()[0].ranges.at(0).outward;
+  double steepest = 0.0;
+  for (std::size_t k = 0; k < contact.cells.size(); ++k)
+    if (!contact.solution.forces[k].isZero(0.0))
+      steepest = std::max(steepest, std::acos(-contact.cells[k].direction.dot(outward)));
+  RecordProperty("drag_over_push", std::to_string(force.drag.norm() / force.push));
+  EXPECT_LT(force.drag.norm(), std::tan(std::atan(friction) + steepest) * force.push);
+  EXPECT_LT(force.drag.norm(), 1.25 * friction * force.push);
   EXPECT_GT(force.drag.x(), 0.9 * friction * force.push);
 }
 

@@ -6,6 +6,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/first_order.h"
+#include "engine/features/contact/foot.h"
 
 namespace viscera {
 namespace {
@@ -18,34 +19,59 @@ Pose composed(const Pose& outer, const Pose& inner) {
   return {outer.to_world(inner.position), (outer.orientation * inner.orientation).normalized()};
 }
 
-/// Under a tool that presses or holds: from its cells, since the drawn surface shows its own dent.
-/// False: this frame's contact has no answer.
-bool meet_touched(World& world, Entity organ, const CellRange& range, TissueSnapshot& snapshot) {
-  const OrganContact& contact = *world.find<OrganContact>(organ);
-  if (!contact.solution.converged) return false;
+/// About a range of cells; nothing where they have no side.
+std::optional<FirstOrder> about_cells(const OrganContact& contact, const CellRange& range) {
   std::vector<Vec3> places;
   Vec3 normal = Vec3::Zero();
   for (std::size_t k = range.begin; k < range.end; ++k) {
     places.push_back(contact.cells[k].position);
     normal += contact.cells[k].normal;
   }
-  if (!(normal.norm() > 0.0)) return false;
-  const FirstOrder about(places, normal);
+  if (!(normal.norm() > 0.0)) return std::nullopt;
+  return FirstOrder(places, normal);
+}
+
+/// How far a tool itself has carried the tissue that it presses aside, across the contact's
+/// direction: the mean over its forces [m]. By symmetry none on a half-space; near an edge, or
+/// where a body gives way as a whole, tissue leaves sideways from under the tool. `others` moved
+/// its cells by so much.
+Vec3 carried_aside(const OrganContact& contact, const CellRange& range,
+                   std::span<const Vec3> displacements, std::span<const Vec3> others) {
+  double pressed = 0.0;
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = range.begin; k < range.end; ++k) {
+    const double push = contact.solution.forces[k].dot(contact.cells[k].direction);
+    if (!(push > 0.0)) continue;
+    const Vec3 by_others = others.empty() ? Vec3::Zero() : others[k - range.begin];
+    sum += push * (displacements[k] - by_others);
+    pressed += push;
+  }
+  if (pressed == 0.0) return Vec3::Zero();
+  sum /= pressed;
+  return sum - sum.dot(range.outward) * range.outward;
+}
+
+/// Under a tool that presses or holds: from its cells, since the drawn surface shows its own dent.
+/// False: this frame's contact has no answer.
+bool meet_touched(World& world, Entity organ, const CellRange& range, TissueSnapshot& snapshot) {
+  const OrganContact& contact = *world.find<OrganContact>(organ);
+  if (!contact.solution.converged) return false;
+  const auto about = about_cells(contact, range);
+  if (!about) return false;
   const auto others = world.find<OrganTouch>(organ)->solver->hold_of_others(
-      contact.cells, range.begin, range.end, about.shares());
+      contact.cells, range.begin, range.end, about->shares());
   if (!others) return false;
   if (others->taken.size() == 0 && !world.find<FreeShape>(organ)) return true;  // it is alone
-  const Pose motion = about.motion(others->free);
+  const Pose motion = about->motion(others->free);
   snapshot.pose = composed(snapshot.pose, motion);
-  if (others->taken.size() > 0) snapshot.hold = about.hold(others->taken, motion.orientation);
+  if (others->taken.size() > 0) snapshot.hold = about->hold(others->taken, motion.orientation);
   return true;
 }
 
 /// Under a tool that doesn't: as the surface is drawn.
-void meet_drawn(const World& world, Entity organ, const SurfacePoint& nearest, double radius,
-                TissueSnapshot& snapshot) {
+Pose motion_as_drawn(const World& world, Entity organ, const SurfacePoint& nearest, double radius) {
   const OrganState& state = *world.find<OrganState>(organ);
-  if (!state.deformed || nearest.triangle < 0) return;
+  if (!state.deformed || nearest.triangle < 0) return {};
   const TriangleSurface& rest = world.find<OrganBody>(organ)->model->surface;
   const Vec3 foot = position(rest, nearest);
   const auto& corners = rest.triangles[static_cast<std::size_t>(nearest.triangle)];
@@ -64,11 +90,42 @@ void meet_drawn(const World& world, Entity organ, const SurfacePoint& nearest, d
     places.push_back(rest.vertices[v]);
     displacements.push_back((state.positions[v] - model.rest_positions[v]).cast<double>());
   }
-  if (places.empty()) return;
-  snapshot.pose = composed(snapshot.pose, FirstOrder(places, across).motion(displacements));
+  if (places.empty()) return {};
+  return FirstOrder(places, across).motion(displacements);
 }
 
 }  // namespace
+
+Pose motion_as_met(const World& world, Entity organ, Entity instrument, const Vec3& tip) {
+  for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
+    if (range.instrument == instrument && !range.held) return range.met;
+  if (!world.find<OrganState>(organ)->deformed) return {};
+  const double extent = world.find<InstrumentBody>(instrument)->extent;
+  const auto nearest = world.find<OrganContact>(organ)->surface->closest(tip, extent + kFrameReach);
+  return nearest ? motion_as_drawn(world, organ, nearest->point, extent) : Pose();
+}
+
+void note_what_tools_meet(World& world, Entity organ) {
+  const OrganContact& contact = *world.find<OrganContact>(organ);
+  OrganTouch& touch = *world.find<OrganTouch>(organ);
+  for (CellRange& range : touch.ranges) {
+    if (range.held) continue;
+    range.met = {};
+    std::vector<Vec3> by_others;
+    const std::size_t own = range.end - range.begin;
+    if (own < contact.cells.size() || world.find<FreeShape>(organ)) {
+      const auto about = about_cells(contact, range);
+      auto others = touch.solver->hold_of_others(contact.cells, range.begin, range.end,
+                                                 MatrixX(0, static_cast<Eigen::Index>(own)));
+      if (about && others) {
+        range.met = about->motion(others->free);
+        by_others = std::move(others->free);
+      }
+    }
+    range.met.position +=
+        carried_aside(contact, range, touch.solver->cell_displacements(), by_others);
+  }
+}
 
 bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
                  TissueSnapshot& snapshot) {
@@ -94,8 +151,9 @@ bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
       world.find<OrganState>(organ)->positions, from, reach);
   if (!found) return true;
   snapshot.nearest = {found->triangle, found->weights};
-  meet_drawn(world, organ, snapshot.nearest, world.find<InstrumentBody>(instrument)->extent,
-             snapshot);
+  snapshot.pose =
+      composed(snapshot.pose, motion_as_drawn(world, organ, snapshot.nearest,
+                                              world.find<InstrumentBody>(instrument)->extent));
   return true;
 }
 

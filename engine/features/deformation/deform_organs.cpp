@@ -4,6 +4,7 @@
 
 #include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/contact_flags.h"
+#include "engine/features/contact/tissue_as_met.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/deformation/stages.h"
@@ -237,6 +238,7 @@ void deform_organs(World& world, const FrameContext& context) {
     if (!(binding && binding->solves(world, organ))) solve(organ, {});
     if (!contact.solution.converged) continue;
     hand_forces_to_tools(world, organ, contact);
+    note_what_tools_meet(world, organ);
     note_clinging_tissue(contact, touch);
     if (contact.solution.touching == 0) {
       take_free_shape(world, organ);

@@ -1,9 +1,15 @@
 #include "engine/features/deformation/deformation.h"
+#include "engine/features/deformation/linear_limits.h"
 #include "engine/features/deformation/stages.h"
 #include "kernels/contact/surface_carriers.h"
 
 namespace viscera {
 namespace {
+
+Result<void> prepare(SceneModel& model) {
+  prepare_linear_limits(model);
+  return {};
+}
 
 Result<void> start(World& world) {
   const Pool<OrganBody>& bodies = world.all<OrganBody>();
@@ -16,6 +22,7 @@ Result<void> start(World& world) {
     world.all<OrganState>().add(bodies.owner(o), std::move(state));
     world.all<OrganDraft>().add(bodies.owner(o), {});
   }
+  start_linear_limits(world);
   return {};
 }
 
@@ -36,40 +43,51 @@ void shape_organs(World& world, const FrameContext&) {
   }
 }
 
-/// Flags organs that are frozen, every frame.
+/// Flags organs that are frozen, and those that are moved too far, every frame.
 void check_world(World& world, const FrameContext& context) {
   for (const OrganState& state : world.all<OrganState>())
     if (state.frozen) context.report->raise(kOrganFrozen);
+  if (measure_strains(world, context.time)) context.report->raise(kBeyondLinear);
+}
+
+void restored(World& world) {
+  forget_device_shapes(world);
+  forget_strains(world);
 }
 
 }  // namespace
 
 Feature deformation_feature() {
-  return {
-      .name = "deformation",
-      .start = start,
-      .states = {state_type<OrganState>({.contain = freeze_organ}), state_type<FreeShape>()},
-      .stages = {{.name = "shape organs",
-                  .reads = {"parts of free shapes"},
-                  .writes = {"free shapes"},
-                  .changes = {"free shapes"},
-                  .needed = [](const World& world) { return world.has<FreeShape>(); },
-                  .run = shape_organs},
-                 {.name = "deform organs",
-                  .reads = {"contact cells", "contact problem", "free shapes", "stiffness"},
-                  .writes = {"forces", "shapes"},
-                  .changes = {"organ contacts", "organ shapes", "tool forces", "links"},
-                  .run = deform_organs},
-                 {.name = "fetch surfaces",
-                  .reads = {"shapes", "heat", "smoke"},
-                  .writes = {"surfaces"},
-                  .changes = {"organ shapes", "organ contacts", "tool forces"},
-                  .needed = [](const World& world) { return world.has<GpuOrgans>(); },
-                  .run = fetch_surfaces},
-                 {.name = "check", .reads = {"surfaces"}, .writes = {"flags"}, .run = check_world}},
-      .flags = {kOrganFrozen, kContactNotConverged, kGripSlipped},
-      .restored = forget_device_shapes,
-      .warnings = deformation_warnings};
+  return {.name = "deformation",
+          .prepare = prepare,
+          .start = start,
+          .states = {state_type<OrganState>({.contain = freeze_organ}), state_type<FreeShape>(),
+                     state_type<GreatestStrains>()},
+          .stages = {{.name = "shape organs",
+                      .reads = {"parts of free shapes"},
+                      .writes = {"free shapes"},
+                      .changes = {"free shapes"},
+                      .needed = [](const World& world) { return world.has<FreeShape>(); },
+                      .run = shape_organs},
+                     {.name = "deform organs",
+                      .reads = {"contact cells", "contact problem", "free shapes", "stiffness"},
+                      .writes = {"forces", "shapes"},
+                      .changes = {"organ contacts", "organ shapes", "tool forces", "links"},
+                      .run = deform_organs},
+                     {.name = "fetch surfaces",
+                      .reads = {"shapes", "heat", "smoke"},
+                      .writes = {"surfaces"},
+                      .changes = {"organ shapes", "organ contacts", "tool forces"},
+                      .needed = [](const World& world) { return world.has<GpuOrgans>(); },
+                      .run = fetch_surfaces},
+                     {.name = "check",
+                      .reads = {"surfaces"},
+                      .writes = {"flags"},
+                      .changes = {"greatest strains"},
+                      .run = check_world}},
+          .flags = {kOrganFrozen, kContactNotConverged, kBeyondLinear, kGripSlipped},
+          .restored = restored,
+          .warnings = deformation_warnings};
 }
 
 }  // namespace viscera

@@ -15,6 +15,13 @@ inline constexpr FrameFlag kContactNotConverged{
     "contact_not_converged",
     "contact had no solution in some frame, without force there: smaller tool steps, or fewer "
     "tools on one spot"};
+/// Where, and by how much, the report's warnings say. The dent right under a small tip counts by
+/// its mean over a node's spacing alone.
+inline constexpr FrameFlag kBeyondLinear{
+    "beyond_linear",
+    "an organ was turned by more than 0.2 rad or stretched by more than 15 % somewhere, which "
+    "linear tissue doesn't carry: its shape and force there are a guide only; press or lift it "
+    "less far"};
 /// Nothing need be done; a greater grip_limit_N holds more.
 inline constexpr FrameFlag kGripSlipped{
     "grip_slipped", "a closed jaw slid over the tissue: the pull passed its grip limit"};

@@ -1,5 +1,6 @@
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
+#include "engine/features/deformation/linear_limits.h"
 
 namespace viscera {
 
@@ -10,9 +11,11 @@ SkippedReport skipped_elasticity(const OrganDescription& organ) {
 }
 
 std::vector<std::string> deformation_warnings(const World& world) {
+  std::vector<std::string> warnings = linear_limit_warnings(world);
   const GpuOrgans* gpu = world.one<GpuOrgans>();
-  if (!gpu || gpu->surfaces->trouble().empty()) return {};
-  return {gpu->surfaces->trouble() + ": they went on on the CPU"};
+  if (gpu && !gpu->surfaces->trouble().empty())
+    warnings.push_back(gpu->surfaces->trouble() + ": they went on on the CPU");
+  return warnings;
 }
 
 }  // namespace viscera

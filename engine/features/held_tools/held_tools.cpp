@@ -33,20 +33,6 @@ Vec3 pull_on(const World& world, Entity instrument) {
   return sum;
 }
 
-/// What the frame's contact pushes a tool by, tilted as its tissue is, as a hand's is; world [N].
-Vec3 push_on(const World& world, Entity instrument) {
-  Vec3 sum = Vec3::Zero();
-  const Pool<OrganTouch>& touches = world.all<OrganTouch>();
-  for (std::size_t o = 0; o < touches.size(); ++o) {
-    const OrganContact& contact = *world.find<OrganContact>(touches.owner(o));
-    for (const CellRange& range : touches[o].ranges)
-      if (range.instrument == instrument && !range.held)
-        sum += pose_of(world, touches.owner(o))
-                   .direction_to_world(push_on_tool(range, contact.cells, contact.solution.forces));
-  }
-  return sum;
-}
-
 }  // namespace
 
 TactileForce ToolTissue::respond(const ToolMotion& motion, double dt) noexcept {
@@ -220,7 +206,7 @@ void HapticTools::take_felt_forces(World& world, double dt) {
     if (contact.touching && tool.output.touching && way.norm() < kStandsStill * dt) {
       ++tool.agreement.frames;
       tool.agreement.felt += felt.squaredNorm();
-      tool.agreement.difference += (felt - push_on(world, tool.instrument)).squaredNorm();
+      tool.agreement.difference += (felt - (contact.force - pull)).squaredNorm();
     }
     contact.force = felt + pull;
     // Of several organs the one that it presses most takes what the sum lacks.

@@ -24,22 +24,22 @@ TEST(ToolShape, TheLowestPointOfABallIsItsSouthPole) {
   ToolShape ball;
   ball.radius = 2e-3;
   ball.tip = Vec3(1e-3, 0, 5e-3);
-  EXPECT_NEAR(*ball.lowest(Vec3(1e-3, 0, 0), kUp), 3e-3, 1e-12);
-  EXPECT_NEAR(*ball.lowest(Vec3(2e-3, 0, 0), kUp), 5e-3 - std::sqrt(3.0) * 1e-3, 1e-12);
+  EXPECT_NEAR(ball.lowest(Vec3(1e-3, 0, 0), kUp)->along, 3e-3, 1e-12);
+  EXPECT_NEAR(ball.lowest(Vec3(2e-3, 0, 0), kUp)->along, 5e-3 - std::sqrt(3.0) * 1e-3, 1e-12);
   EXPECT_FALSE(ball.lowest(Vec3(4e-3, 0, 0), kUp));
 }
 
 TEST(ToolShape, ALyingCapsuleIsLevelAlongItsAxis) {
   const ToolShape bar = capsule(2e-3, 10e-3, Vec3::UnitX());
   for (double x = 0.0; x <= 10e-3; x += 1e-3)
-    EXPECT_NEAR(*bar.lowest(Vec3(x, 0, -1), kUp), 1.0 - 2e-3, 1e-9);
-  EXPECT_NEAR(*bar.lowest(Vec3(-1e-3, 0, -1), kUp), 1.0 - std::sqrt(3.0) * 1e-3, 1e-9);
+    EXPECT_NEAR(bar.lowest(Vec3(x, 0, -1), kUp)->along, 1.0 - 2e-3, 1e-9);
+  EXPECT_NEAR(bar.lowest(Vec3(-1e-3, 0, -1), kUp)->along, 1.0 - std::sqrt(3.0) * 1e-3, 1e-9);
   EXPECT_FALSE(bar.lowest(Vec3(13e-3, 0, -1), kUp));
 }
 
 TEST(ToolShape, AStandingCapsuleTouchesWithItsEnd) {
   const ToolShape bar = capsule(2e-3, 10e-3, Vec3::UnitZ());
-  EXPECT_NEAR(*bar.lowest(Vec3(0, 0, -1), kUp), 1.0 - 2e-3, 1e-12);
+  EXPECT_NEAR(bar.lowest(Vec3(0, 0, -1), kUp)->along, 1.0 - 2e-3, 1e-12);
 }
 
 TEST(ToolShape, ASlantedCapsuleIsTheHullOfItsBalls) {
@@ -59,9 +59,26 @@ TEST(ToolShape, ASlantedCapsuleIsTheHullOfItsBalls) {
     const auto lowest = bar.lowest(at, kUp);
     ASSERT_EQ(lowest.has_value(), met);
     if (met) {
-      EXPECT_NEAR(*lowest, expected, 2e-6);
+      EXPECT_NEAR(lowest->along, expected, 2e-6);
     }
   }
+}
+
+TEST(ToolShape, ItsLowestPointHasTheToolsOwnNormal) {
+  ToolShape ball;
+  ball.radius = 2e-3;
+  ball.tip = Vec3(1e-3, 0, 5e-3);
+  EXPECT_LT((ball.lowest(Vec3(1e-3, 0, 0), kUp)->outward + kUp).norm(), 1e-12);
+  const auto aside = ball.lowest(Vec3(2e-3, 0, 0), kUp);
+  EXPECT_LT((aside->outward - Vec3(0.5, 0, -std::sqrt(0.75))).norm(), 1e-12);
+
+  const ToolShape bar = capsule(2e-3, 10e-3, Vec3(1, 0, 1));
+  // Beside the middle of its axis, 1 mm off: across the axis, a unit.
+  const Vec3 outward = bar.lowest(Vec3(4e-3, 1e-3, -1), kUp)->outward;
+  EXPECT_NEAR(outward.norm(), 1.0, 1e-12);
+  EXPECT_NEAR(outward.dot(bar.shaft), 0.0, 1e-12);
+  EXPECT_NEAR(outward.y(), 0.5, 1e-12);
+  EXPECT_LT(outward.z(), 0.0);
 }
 
 TEST(ToolShape, AMeshTipFeelsLikeTheBallThatItIs) {
@@ -82,7 +99,9 @@ TEST(ToolShape, AMeshTipFeelsLikeTheBallThatItIs) {
   for (double x = -1.5e-3; x < 1.6e-3; x += 0.5e-3) {
     const Vec3 at = mesh.tip + Vec3(x, 0.2e-3, -15e-3);
     ASSERT_TRUE(mesh.lowest(at, kUp));
-    EXPECT_NEAR(*mesh.lowest(at, kUp), *ball.lowest(at, kUp), 2e-5);
+    EXPECT_NEAR(mesh.lowest(at, kUp)->along, ball.lowest(at, kUp)->along, 2e-5);
+    // A facet's normal is the ball's somewhere on it.
+    EXPECT_LT((mesh.lowest(at, kUp)->outward - ball.lowest(at, kUp)->outward).norm(), 0.1);
   }
 }
 
