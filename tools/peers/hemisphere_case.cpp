@@ -32,6 +32,7 @@ Targets targets_of(const HemisphereCase& one) {
 /// "force 3 %, preparation 1 s" of what misses its target, "met" where all do, "" without targets.
 std::string verdict(const HemisphereCase& one) {
   const Targets targets = targets_of(one);
+  if (!one.converged && (targets.force || targets.profile)) return "NOT MET: " + one.note;
   std::vector<std::string> missed;
   bool any = false;
   const auto check = [&](const std::optional<double>& value, const std::optional<double>& target,

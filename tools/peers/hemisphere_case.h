@@ -36,6 +36,7 @@ struct HemisphereCase {
   std::optional<std::size_t> factor_bytes;
   std::vector<Vec3> profile;       ///< rest and
   std::vector<Vec3> displacement;  ///< its displacement, over R; not in the JSON
+  bool converged = true;
   std::string note;
   bool in_plots = true;
 };

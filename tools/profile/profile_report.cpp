@@ -189,6 +189,9 @@ std::vector<BenchRow> ProfileReport::rows() const {
                                 touched.back().occupancy.organs, touched.front().occupancy.organs,
                                 touched.back().occupancy.touched),
                     "x", *ratio, 1.1});
+  else if (!not_touched.empty())
+    rows.push_back(
+        {"a frame of many organs over one of few", "x", std::nullopt, 1.1, false, {not_touched}});
   if (memory.size() > 1) {
     const Memory &last = memory.back(), &before = memory[memory.size() - 2];
     const double more = static_cast<double>(last.bytes) - static_cast<double>(before.bytes);
