@@ -89,6 +89,38 @@ HemisphereCase measure(HemisphereBody& body, HemisphereContact contact, double a
   return one;
 }
 
+/// Stuck contact by pinned nodes, as peers have it on meshes that know nothing of the contact.
+HemisphereCase measure_pinned(HemisphereBody& body, double a_over_R, const HemisphereCase& stuck,
+                              References& references) {
+  HemisphereCase one = stuck;
+  one.variant = "pinned";
+  one.profile.clear();
+  one.displacement.clear();
+  one.online_us = one.online_moving_us = one.smallest_eigenvalue = std::nullopt;
+  one.force_error = one.profile_error = one.own_force_error = one.own_profile_error = std::nullopt;
+  one.cells = 0;
+  const HemisphereAnswer answer = body.press_pinned(a_over_R);
+  one.note = "surface nodes within a are moved; nothing is finer than nodes";
+  one.converged = answer.converged;
+  if (!answer.converged) {
+    one.note = "no node within a";
+    one.force_over_ERdelta = std::nullopt;
+    return one;
+  }
+  one.force_over_ERdelta = answer.force / kForceUnit;
+  const auto errors = [&](const HemisphereReference& reference, std::optional<double>& force,
+                          std::optional<double>& profile) {
+    force = *one.force_over_ERdelta / reference.stick - 1.0;
+    profile =
+        body.profile_error(answer.displacements, reference.profile(HemisphereContact::kStick));
+  };
+  if (const auto* reference = find_reference(references.data, one.poisson, a_over_R))
+    errors(*reference, one.force_error, one.profile_error);
+  else if (const auto* own = references.own_of(one.poisson, a_over_R))
+    errors(*own, one.own_force_error, one.own_profile_error);
+  return one;
+}
+
 /// Prepares `runs` times; the one whose time is the median.
 Result<std::unique_ptr<HemisphereBody>> prepare_median(const HemisphereOptions& options, int runs) {
   std::vector<std::unique_ptr<HemisphereBody>> bodies;
@@ -197,7 +229,10 @@ Result<void> run_cases(Bench& bench) {
         }
         for (const HemisphereContact contact : *contacts) {
           for (const double a : radii) {
-            bench.add(measure(**body, contact, a, bench.references));
+            const HemisphereCase one = measure(**body, contact, a, bench.references);
+            bench.add(one);
+            if (options.peers && contact == HemisphereContact::kStick)
+              bench.add(measure_pinned(**body, a, one, bench.references));
             if (interrupted()) return failure(kCancelled);
           }
         }

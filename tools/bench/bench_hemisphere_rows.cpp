@@ -174,7 +174,7 @@ std::vector<BenchRow> hemisphere_error_rows(const std::vector<HemisphereCase>& c
     const auto worst = [&](const std::string& what, auto applies, auto value, double target) {
       WorstCase worst;
       for (const HemisphereCase& one : cases) {
-        if (one.formulation != name || one.nodes > kNodesToReach ||
+        if (one.formulation != name || !one.variant.empty() || one.nodes > kNodesToReach ||
             10 * one.nodes < 9 * kNodesToReach || !applies(one.poisson, one.contact))
           continue;
         worst.add(value(one),
