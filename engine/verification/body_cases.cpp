@@ -80,7 +80,9 @@ Grading turned_grading(int refinement) {
   if (refinement < 0) return {0.02, 1.8, 1.0};
   return refinement == 0 ? Grading{0.0025, 1.5, 0.5} : Grading{0.001, 1.3, 0.25};
 }
-Grading raised_grading(int refinement) {
+Grading raised_grading(BodyLoad load, int refinement) {
+  // A smooth pressure has no rim to be fine at.
+  if (load == BodyLoad::kPress) return {refinement > 0 ? 0.06 : 0.12, 1.6, 0.9};
   if (refinement < 0) return {0.06, 2.0, 2.0};
   return refinement == 0 ? Grading{0.015, 1.8, 1.2} : Grading{0.008, 1.6, 0.9};
 }
@@ -195,7 +197,7 @@ Result<BodyReference> solve_turned(const BodyCase& body, double thickness, BodyL
 
 Result<BodyReference> solve_raised(const BodyCase& body, const Raised& shape, BodyLoad load,
                                    double poisson_ratio, int refinement) {
-  const Grading grading = raised_grading(refinement);
+  const Grading grading = raised_grading(load, refinement);
   const QuadMesh mesh =
       disc_in_rectangle({shape.left, shape.right, shape.side, grading, refinement < 0 ? 8 : 16});
   return reference_of(

@@ -333,7 +333,10 @@ Result<void> draw(const std::vector<Case>& cases, const std::filesystem::path& f
 Result<void> write_references(const BodiesBenchOptions& options, std::ostream& out) {
   if (auto made = check_out_folder(options.references); !made) return made;
   std::vector<KnownBodyReference> all;
-  for (const BodyCase& body : body_cases())
+  for (const BodyCase& body : body_cases()) {
+    if (!options.bodies.empty() &&
+        std::ranges::find(options.bodies, body.name) == options.bodies.end())
+      continue;
     for (const BodyLoad load : body.loads)
       for (const double nu : kBodyPoissonRatios) {
         if (interrupted()) return failure(kCancelled);
@@ -345,6 +348,7 @@ Result<void> write_references(const BodiesBenchOptions& options, std::ostream& o
             << std::flush;
         all.push_back({body.name, load, nu, *std::move(reference)});
       }
+  }
   for (const auto& [name, text] : body_reference_files(all))
     if (auto written = write_file(options.references / name, text); !written) return written;
   return {};

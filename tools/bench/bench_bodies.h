@@ -15,13 +15,13 @@ struct BodiesBenchOptions {
   bool quick = false;                 ///< one number of nodes
   std::filesystem::path json, plots;  ///< empty: none is written
   // Named cases alone; empty: the benchmark's own choice.
-  std::vector<std::string>
-      bodies;  ///< names of body_cases(), and sphere_0.4, sphere_0.6, sphere_0.8
+  // Bodies are those of body_cases(), and sphere_0.4, sphere_0.6, sphere_0.8.
+  std::vector<std::string> bodies;
   std::vector<std::string> formulations;
   std::vector<std::size_t> nodes;
   std::vector<double> poisson_ratios;
-  /// Not empty: solves all references anew by finite elements and writes them here instead (minutes
-  /// to hours).
+  /// Not empty: solves the references anew by finite elements, of the named bodies or of all, and
+  /// writes them here instead (minutes to hours).
   std::filesystem::path references;
 
   bool names_cases() const {
