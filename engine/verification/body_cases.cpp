@@ -213,9 +213,12 @@ BodyCase ball() {
   const double radius = kBodyBallRadius;
   body.cap = radius;
   std::vector<Vec2> outline;
-  constexpr int kSteps = 42;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double angle = std::numbers::pi * i / kSteps;
+  // The cap's rim is one of the rings: what is held is asked within triangles.
+  constexpr int kFree = 36, kHeld = 6;
+  const double rim = std::numbers::pi - std::asin(kGlued);
+  for (int i = 0; i <= kFree + kHeld; ++i) {
+    const double angle =
+        i <= kFree ? rim * i / kFree : rim + (std::numbers::pi - rim) * (i - kFree) / kHeld;
     outline.emplace_back(radius * std::sin(angle), radius * (std::cos(angle) - 1.0));
   }
   outline.front().x() = outline.back().x() = 0.0;
