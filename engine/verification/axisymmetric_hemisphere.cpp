@@ -8,61 +8,31 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/verification/nine_node.h"
+
 namespace viscera {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kRightAngle = 0.5 * kPi;
 
-/// Places from 0 to `length`: steps from `finest` growing up to `coarsest`, the last shared out.
-std::vector<double> graded(double length, double finest, double growth, double coarsest) {
-  std::vector<double> places{0.0};
-  for (double step = finest; places.back() < length; step = std::min(coarsest, step * growth))
-    places.push_back(places.back() + step);
-  // The last step overshoots: all shrink a little.
-  const double scale = length / places.back();
-  for (double& place : places) place *= scale;
-  return places;
-}
-
-/// Every element's middle between its ends.
-std::vector<double> with_middles(const std::vector<double>& ends) {
-  std::vector<double> all{ends.front()};
-  for (std::size_t i = 1; i < ends.size(); ++i) {
-    all.push_back(0.5 * (ends[i - 1] + ends[i]));
-    all.push_back(ends[i]);
-  }
-  return all;
-}
-
-/// Lagrange's quadratic on -1, 0, 1 and its slope.
-std::array<double, 3> values(double t) {
-  return {0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)};
-}
-std::array<double, 3> slopes(double t) {
-  return {t - 0.5, -2.0 * t, t + 0.5};
-}
-
-const double kGauss3[3] = {-std::sqrt(0.6), 0.0, std::sqrt(0.6)};
-constexpr double kWeight3[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
-
 /// Displacements (radial, axial) at the nodes of a polar grid.
 class Meridian {
  public:
   Meridian(double poisson_ratio, double a_over_R, const AxisymmetricMesh& mesh)
       : poisson_ratio_(poisson_ratio), a_(a_over_R), edge_(std::asin(a_over_R)) {
-    const double finest = mesh.finest * a_over_R;
+    const Grading grading{mesh.finest * a_over_R, mesh.growth, mesh.coarsest};
     // Polar angles from the contact's edge to both sides, radii from the surface to the centre.
     std::vector<double> angles;
-    for (const double off : graded(edge_, finest, mesh.growth, mesh.coarsest))
+    for (const double off : graded_borders(edge_, grading))
       angles.insert(angles.begin(), edge_ - off);
     angles.front() = 0.0;
-    const auto beyond = graded(kRightAngle - edge_, finest, mesh.growth, mesh.coarsest);
+    const auto beyond = graded_borders(kRightAngle - edge_, grading);
     for (std::size_t i = 1; i < beyond.size(); ++i) angles.push_back(edge_ + beyond[i]);
     angles.back() = kRightAngle;
-    edge_element_ = graded(edge_, finest, mesh.growth, mesh.coarsest).size() - 1;
+    edge_element_ = graded_borders(edge_, grading).size() - 1;
     std::vector<double> radii;
-    for (const double depth : graded(1.0, finest, mesh.growth, mesh.coarsest))
+    for (const double depth : graded_borders(1.0, grading))
       radii.insert(radii.begin(), 1.0 - depth);
     radii.front() = 0.0;
     angles_ = with_middles(angles);
@@ -184,10 +154,11 @@ class Meridian {
     for (std::size_t i = 0; i + 2 < angles_.size(); i += 2) {
       for (std::size_t j = 0; j + 2 < radii_.size(); j += 2) {
         Eigen::Matrix<double, 18, 18> element = Eigen::Matrix<double, 18, 18>::Zero();
-        for (int p = 0; p < 3; ++p) {
-          for (int q = 0; q < 3; ++q) {
-            const auto na = values(kGauss3[p]), nr = values(kGauss3[q]);
-            const auto da = slopes(kGauss3[p]), dr = slopes(kGauss3[q]);
+        for (std::size_t p = 0; p < 3; ++p) {
+          for (std::size_t q = 0; q < 3; ++q) {
+            const auto na = quadratics(kGaussPlaces[p]), nr = quadratics(kGaussPlaces[q]);
+            const auto da = quadratic_slopes(kGaussPlaces[p]),
+                       dr = quadratic_slopes(kGaussPlaces[q]);
             Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();  // rows: d/dangle, d/dradius
             double r = 0.0;
             for (std::size_t a = 0; a < 3; ++a) {
@@ -199,8 +170,8 @@ class Meridian {
               }
             }
             const Eigen::Matrix2d inverse = jacobian.inverse();
-            const double weight =
-                2.0 * kPi * r * std::abs(jacobian.determinant()) * kWeight3[p] * kWeight3[q];
+            const double weight = 2.0 * kPi * r * std::abs(jacobian.determinant()) *
+                                  kGaussWeights[p] * kGaussWeights[q];
             // Strains: radial, axial, hoop, shear.
             Eigen::Matrix<double, 4, 18> strain = Eigen::Matrix<double, 4, 18>::Zero();
             for (std::size_t a = 0; a < 3; ++a) {
@@ -236,8 +207,8 @@ class Meridian {
   void add_pressure(VectorX& load) const {
     const std::size_t surface = radii_.size() - 1;
     for (std::size_t e = 0; e < edge_element_; ++e) {
-      for (int p = 0; p < 3; ++p) {
-        const auto n = values(kGauss3[p]), d = slopes(kGauss3[p]);
+      for (std::size_t p = 0; p < 3; ++p) {
+        const auto n = quadratics(kGaussPlaces[p]), d = quadratic_slopes(kGaussPlaces[p]);
         Vec2 x = Vec2::Zero(), along = Vec2::Zero();
         for (std::size_t a = 0; a < 3; ++a) {
           x += n[a] * place(2 * e + a, surface);
@@ -245,7 +216,7 @@ class Meridian {
         }
         const double fall = 1.0 - x[0] * x[0] / (a_ * a_);
         const Vec2 force =
-            -fall * fall * 2.0 * kPi * x[0] * along.norm() * kWeight3[p] * x.normalized();
+            -fall * fall * 2.0 * kPi * x[0] * along.norm() * kGaussWeights[p] * x.normalized();
         for (std::size_t a = 0; a < 3; ++a)
           load.segment<2>(static_cast<Eigen::Index>(2 * index(2 * e + a, surface))) += n[a] * force;
       }

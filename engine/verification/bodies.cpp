@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -116,6 +117,109 @@ TriangleSurface ringed_hemisphere(double radius, int rings) {
     }
   }
   return surface;
+}
+
+TriangleSurface lined_box(const std::vector<double>& x, const std::vector<double>& y,
+                          const std::vector<double>& z) {
+  const std::vector<double>* lines[3] = {&x, &y, &z};
+  TriangleSurface surface;
+  std::map<std::array<std::size_t, 3>, int> vertex_at;
+  const auto vertex = [&](const std::array<std::size_t, 3>& lattice) {
+    const auto [entry, fresh] =
+        vertex_at.try_emplace(lattice, static_cast<int>(surface.vertices.size()));
+    if (fresh) surface.vertices.emplace_back(x[lattice[0]], y[lattice[1]], z[lattice[2]]);
+    return entry->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t first = (axis + 1) % 3, second = (axis + 2) % 3;
+    for (const std::size_t side : {std::size_t{0}, lines[axis]->size() - 1}) {
+      for (std::size_t i = 0; i + 1 < lines[first]->size(); ++i) {
+        for (std::size_t j = 0; j + 1 < lines[second]->size(); ++j) {
+          const auto corner = [&](std::size_t di, std::size_t dj) {
+            std::array<std::size_t, 3> lattice{};
+            lattice[axis] = side;
+            lattice[first] = i + di;
+            lattice[second] = j + dj;
+            return vertex(lattice);
+          };
+          const int a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
+          if (side == 0) {
+            surface.triangles.push_back({a, c, b});
+            surface.triangles.push_back({a, d, c});
+          } else {
+            surface.triangles.push_back({a, b, c});
+            surface.triangles.push_back({a, c, d});
+          }
+        }
+      }
+    }
+  }
+  return surface;
+}
+
+TriangleSurface turned_surface(const std::vector<Vec2>& outline) {
+  TriangleSurface surface;
+  std::vector<int> first;   // vertex of each ring
+  std::vector<int> counts;  // vertices in it
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    const bool on_axis = k == 0 || k + 1 == outline.size();
+    const double step =
+        on_axis
+            ? 0.0
+            : 0.5 * ((outline[k + 1] - outline[k]).norm() + (outline[k] - outline[k - 1]).norm());
+    const double around = 2.0 * std::numbers::pi * outline[k].x();
+    first.push_back(static_cast<int>(surface.vertices.size()));
+    counts.push_back(on_axis ? 1 : 6 * std::max(1, static_cast<int>(around / (6.0 * step) + 0.5)));
+    for (int i = 0; i < counts.back(); ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / counts.back();
+      surface.vertices.emplace_back(outline[k].x() * std::cos(angle),
+                                    outline[k].x() * std::sin(angle), outline[k].y());
+    }
+  }
+  // Between two rings the next triangle stands on the one whose next vertex comes first.
+  for (std::size_t k = 0; k + 1 < outline.size(); ++k) {
+    const int upper = counts[k], lower = counts[k + 1];
+    const auto at = [&](std::size_t ring, int i) { return first[ring] + i % counts[ring]; };
+    int i = 0, j = 0;
+    while (i < upper || j < lower) {
+      const bool along_lower = upper == 1 || i == upper ||
+                               (lower != 1 && j < lower && (j + 1) * upper <= (i + 1) * lower);
+      if (along_lower && j < lower && lower > 1) {
+        surface.triangles.push_back({at(k, i), at(k + 1, j), at(k + 1, j + 1)});
+        ++j;
+      } else if (i < upper && upper > 1) {
+        surface.triangles.push_back({at(k, i), at(k + 1, j), at(k, i + 1)});
+        ++i;
+      } else {
+        break;
+      }
+    }
+  }
+  return surface;
+}
+
+double nodal_error(const std::function<Vec3(const Vec3&)>& exact, const Formulation& formulation,
+                   const PointCloud& cloud, const std::vector<double>& unknowns) {
+  const ShapeFunctions fields = formulation.fields(cloud);
+  ShapeValues at_node;
+  const auto unknown = [&](int node) {
+    return Vec3(Eigen::Map<const Vec3>(unknowns.data() + 3 * node));
+  };
+  double error = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vec3& x = cloud.positions[i];
+    Vec3 u = Vec3::Zero();
+    if (formulation.interpolates()) {
+      u = unknown(static_cast<int>(i));
+    } else {
+      if (!fields.evaluate(x, false, at_node)) return std::numeric_limits<double>::quiet_NaN();
+      for (std::size_t j = 0; j < at_node.nodes.size(); ++j)
+        u += at_node.values[j] * unknown(at_node.nodes[j]);
+    }
+    error += (u - exact(x)).squaredNorm();
+    size += exact(x).squaredNorm();
+  }
+  return std::sqrt(error / size);
 }
 
 std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern) {

@@ -34,8 +34,23 @@ NodedBody jittered_cube(int cells, double jitter);
 /// lie on the sphere.
 TriangleSurface ringed_hemisphere(double radius, int rings);
 
+/// A box between the first and the last of these lines, its faces split along them into two
+/// triangles a rectangle. Lines ascend.
+TriangleSurface lined_box(const std::vector<double>& x, const std::vector<double>& y,
+                          const std::vector<double>& z);
+
+/// A closed surface turned about the z axis from (distance from the axis, z) places, the first and
+/// the last on the axis, the first the uppermost. Triangles are about as wide as the places of the
+/// outline are apart.
+TriangleSurface turned_surface(const std::vector<Vec2>& outline);
+
 /// A pattern laid on a ball about the origin around its pole, areas kept. Outward normals; the tool
 /// is for the caller to fill in.
 std::vector<ContactCell> cap_cells(double radius, const CellPattern& pattern);
+
+/// Relative L2 error over the nodes of a body whose nodal unknowns (3 N) are these; NaN where a
+/// node isn't covered.
+double nodal_error(const std::function<Vec3(const Vec3&)>& exact, const Formulation& formulation,
+                   const PointCloud& cloud, const std::vector<double>& unknowns);
 
 }  // namespace viscera

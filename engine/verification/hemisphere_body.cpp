@@ -6,11 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "kernels/base/stopwatch.h"
 #include "kernels/contact/cell_pattern.h"
 #include "kernels/formulations/formulations.h"
-#include "kernels/points/node_placement.h"
-#include "kernels/points/surface_tree.h"
 
 namespace viscera {
 namespace {
@@ -91,54 +88,30 @@ Result<double> spacing_for(const HemisphereOptions& options, const Progress& pro
       fmt::format("hemisphere: found no cloud of at most {} nodes, expected more", nodes));
 }
 
-template <class T, class Allocator>
-std::size_t bytes_of(const std::vector<T, Allocator>& values) {
-  return values.size() * sizeof(T);
-}
-
 }  // namespace
 
 Result<std::unique_ptr<HemisphereBody>> HemisphereBody::prepare(const HemisphereOptions& options,
                                                                 const Progress& progress) {
   std::unique_ptr<HemisphereBody> body(new HemisphereBody);
-  body->formulation_ = find_formulation(options.formulation);
-  if (!body->formulation_) {
+  if (!find_formulation(options.formulation))
     return failure("formulation: " + unknown_formulation(options.formulation));
-  }
-  body->material_ = {kHemisphereModulus, options.poisson_ratio};
   const auto finest = spacing_for(options, progress);
   if (!finest) return std::unexpected(finest.error());
   body->finest_ = *finest;
-  body->body_.surface = ringed_hemisphere(kRadius, rings_for(*finest));
-  const TriangleSurface& surface = body->body_.surface;
-
-  const Stopwatch watch;
-  auto cloud = place_nodes(surface, SurfaceTree(surface), spacing_field(*finest, options), {},
-                           no_progress());
-  if (!cloud) return std::unexpected(cloud.error());
-  body->body_.cloud = std::move(*cloud);
-  body->fields_ = std::make_unique<ShapeFunctions>(body->formulation_->fields(body->body_.cloud));
-  auto places = place_on_surface(surface, *body->fields_);
-  if (!places) return std::unexpected(places.error());
-  body->places_ = std::move(*places);
   const double zone = options.touchable_zone;
-  auto touch = touchable_part(body->places_, [&](const Vec3& x) {
-    return zone >= 1.0 || (x.z() > 0.0 && std::hypot(x.x(), x.y()) < zone * kRadius);
-  });
-  if (!touch) return std::unexpected(touch.error());
-  body->touch_ = std::move(*touch);
-  body->drawn_ = carry_surface(surface, body->places_);
-
-  auto solver = body->formulation_->prepare(
-      body->body_.problem(body->material_, [](const Vec3& x) { return x.z() < 1e-9; }), progress);
-  if (!solver) return std::unexpected(solver.error());
-  auto compliance = (*solver)->compliance(body->places_.fields, body->touch_.places, progress);
-  if (!compliance) return std::unexpected(compliance.error());
-  body->compliance_ = std::move(*compliance);
-  body->prepare_s_ = watch.seconds();
-  body->figures_ = (*solver)->figures();
-  body->contact_ = std::make_unique<PatchContact>(body->compliance_, body->touch_, body->material_);
-
+  auto prepared = PressedBody::prepare(
+      {ringed_hemisphere(kRadius, rings_for(*finest)),
+       {kHemisphereModulus, options.poisson_ratio},
+       spacing_field(*finest, options),
+       [](const Vec3& x) { return x.z() < 1e-9; },
+       [zone](const Vec3& x) {
+         return zone >= 1.0 || (x.z() > 0.0 && std::hypot(x.x(), x.y()) < zone * kRadius);
+       },
+       options.formulation},
+      progress);
+  if (!prepared) return std::unexpected(prepared.error());
+  body->body_ = std::move(*prepared);
+  const TriangleSurface& surface = body->surface();
   body->dome_areas_.assign(surface.vertices.size(), 0.0);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const Vec3 area = area_vector(surface, static_cast<int>(t));
@@ -175,7 +148,7 @@ HemispherePressure HemisphereBody::pressure(double a_over_R) const {
   constexpr int kRings = 16;
   const double a = a_over_R * kRadius;
   HemispherePressure pressure;
-  std::vector<Vec3> load(compliance_.touchable.size(), Vec3::Zero());
+  std::vector<Vec3> load(compliance().touchable.size(), Vec3::Zero());
   std::vector<LoadShare> shares;
   const double reach = 2.0 * kRadius * std::sin(0.5 * std::asin(a_over_R));
   pressure.cells = cap_cells(kRadius, ringed_disc(reach, kRings));
@@ -183,12 +156,12 @@ HemispherePressure HemisphereBody::pressure(double a_over_R) const {
     const double across = std::hypot(cell.position.x(), cell.position.y());
     const double fall = std::max(0.0, 1.0 - across * across / (a * a));
     const Vec3 force = -kHemisphereModulus * fall * fall * cell.area * cell.normal;
-    const double sigma = PatchContact::spread_factor() * spacing_at(touch_, cell.position);
-    spread_load(touch_, cell.position, cell.normal, sigma, shares);
+    const double sigma = PatchContact::spread_factor() * spacing_at(touchable(), cell.position);
+    spread_load(touchable(), cell.position, cell.normal, sigma, shares);
     for (const LoadShare& share : shares) {
       load[static_cast<std::size_t>(share.place)] += share.share * force;
     }
-    pressure.near_fields.emplace_back(material_, sigma);
+    pressure.near_fields.emplace_back(material(), sigma);
     pressure.forces.push_back(force);
   }
   for (std::size_t j = 0; j < load.size(); ++j) {
@@ -200,41 +173,28 @@ HemispherePressure HemisphereBody::pressure(double a_over_R) const {
 }
 
 HemisphereAnswer HemisphereBody::press(HemisphereContact contact, double a_over_R, int rings) {
-  HemisphereAnswer answer;
   if (contact == HemisphereContact::kPress) {
-    const HemispherePressure load = pressure(a_over_R);
+    HemispherePressure load = pressure(a_over_R);
+    HemisphereAnswer answer;
     for (const Vec3& force : load.forces) answer.force -= force.z();
-    answer.displacements =
-        drawn_displacements(load.response, load.near_fields, load.cells, load.forces);
+    ContactSolution solution;
+    solution.near_fields = std::move(load.near_fields);
+    solution.forces = std::move(load.forces);
+    answer.displacements = body_->displacements(solution, load.response, load.cells);
     answer.converged = true;
     return answer;
   }
-  const std::vector<ContactCell> patch =
-      cells(contact, material_.poisson_ratio, a_over_R, rings, 0.0);
-  ContactSolution solution;
-  ContactResponse response;
-  contact_->solve(patch, solution, response);
-  answer.converged = solution.converged;
-  answer.smallest_eigenvalue = solution.smallest_eigenvalue;
-  for (const Vec3& force : solution.forces) answer.force -= force.z();
-  answer.displacements =
-      drawn_displacements(response, solution.near_fields, patch, solution.forces);
-  return answer;
+  PressedAnswer pressed =
+      body_->press(cells(contact, material().poisson_ratio, a_over_R, rings, 0.0));
+  return {-pressed.force.z(), std::move(pressed.displacements), pressed.converged,
+          pressed.smallest_eigenvalue};
 }
 
-std::vector<Vec3> HemisphereBody::drawn_displacements(const ContactResponse& response,
-                                                      std::span<const NearField> near_fields,
-                                                      std::span<const ContactCell> cells,
-                                                      std::span<const Vec3> forces) {
-  std::vector<float> carried;
-  place_displacements(compliance_, response, carried);
-  std::vector<Vec3f> positions, normals;
-  deform_drawn_surface(drawn_, carried, near_fields, cells, forces, positions, normals);
-  std::vector<Vec3> displacements;
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    displacements.push_back(positions[v].cast<double>() - body_.surface.vertices[v]);
-  }
-  return displacements;
+HemisphereAnswer HemisphereBody::press_pinned(double a_over_R) {
+  PressedAnswer pinned = body_->pin(
+      [&](const Vec3& x) { return x.z() > 0.0 && std::hypot(x.x(), x.y()) <= a_over_R * kRadius; },
+      Vec3(0.0, 0.0, -kHemisphereDepth * kRadius));
+  return {-pinned.force.z(), std::move(pinned.displacements), pinned.converged, 1.0};
 }
 
 double HemisphereBody::profile_error(const std::vector<Vec3>& displacements,
@@ -242,19 +202,11 @@ double HemisphereBody::profile_error(const std::vector<Vec3>& displacements,
   double error = 0.0, size = 0.0;
   for (std::size_t v = 0; v < displacements.size(); ++v) {
     if (dome_areas_[v] <= 0.0) continue;
-    const Vec3 exact = kRadius * reference.at(body_.surface.vertices[v].normalized());
+    const Vec3 exact = kRadius * reference.at(surface().vertices[v].normalized());
     error += dome_areas_[v] * (displacements[v] - exact).squaredNorm();
     size += dome_areas_[v] * exact.squaredNorm();
   }
   return std::sqrt(error / size);
-}
-
-std::size_t HemisphereBody::memory_bytes() const {
-  return bytes_of(compliance_.columns) + bytes_of(compliance_.touchable) +
-         bytes_of(touch_.positions) + bytes_of(touch_.normals) + bytes_of(touch_.areas) +
-         bytes_of(touch_.spacings) + bytes_of(drawn_.carriers.nodes) +
-         bytes_of(drawn_.carriers.values) + bytes_of(drawn_.triangle_items) +
-         bytes_of(drawn_.rest_normals);
 }
 
 }  // namespace viscera

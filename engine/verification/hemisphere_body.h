@@ -5,10 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "engine/verification/bodies.h"
 #include "engine/verification/hemisphere_reference.h"
-#include "kernels/contact/deformation.h"
-#include "kernels/contact/patch_contact.h"
+#include "engine/verification/pressed_body.h"
 
 namespace viscera {
 
@@ -57,6 +55,9 @@ class HemisphereBody {
   HemisphereBody& operator=(const HemisphereBody&) = delete;
 
   HemisphereAnswer press(HemisphereContact contact, double a_over_R, int rings);
+  /// As stuck contact, but by moving the surface nodes within a of the axis: as finite elements do
+  /// whose mesh knows nothing of the contact.
+  HemisphereAnswer press_pinned(double a_over_R);
 
   /// 1 + 3 rings (rings + 1) cells that press as one tool of radius a (kernels/contact/
   /// cell_pattern.h), moved down as a whole. `tilt` [rad] turns the patch off the pole. Not for
@@ -72,38 +73,25 @@ class HemisphereBody {
   double profile_error(const std::vector<Vec3>& displacements,
                        const HemisphereProfile& reference) const;
 
-  const Formulation& formulation() const { return *formulation_; }
-  const IsotropicMaterial& material() const { return material_; }
-  const TriangleSurface& surface() const { return body_.surface; }
-  const PointCloud& cloud() const { return body_.cloud; }
-  const SurfaceCompliance& compliance() const { return compliance_; }
-  const TouchableSurface& touchable() const { return touch_; }
-  PatchContact& contact() { return *contact_; }
-  const PreparationFigures& figures() const { return figures_; }
-  double prepare_s() const { return prepare_s_; }    ///< nodes, matrices, compliance; all of it [s]
+  const Formulation& formulation() const { return body_->formulation(); }
+  const IsotropicMaterial& material() const { return body_->material(); }
+  const TriangleSurface& surface() const { return body_->surface(); }
+  const PointCloud& cloud() const { return body_->cloud(); }
+  const SurfaceCompliance& compliance() const { return body_->compliance(); }
+  const TouchableSurface& touchable() const { return body_->touchable(); }
+  PatchContact& contact() { return body_->contact(); }
+  const PreparationFigures& figures() const { return body_->figures(); }
+  /// Nodes, matrices, compliance; all of it [s].
+  double prepare_s() const { return body_->prepare_s(); }
   double finest_spacing() const { return finest_; }  ///< asked for [m]
-  /// What stays for running: compliance, touchable and drawn surface.
-  std::size_t memory_bytes() const;
+  std::size_t memory_bytes() const { return body_->memory_bytes(); }
 
  private:
   HemisphereBody() = default;
-  std::vector<Vec3> drawn_displacements(const ContactResponse& response,
-                                        std::span<const NearField> near_fields,
-                                        std::span<const ContactCell> cells,
-                                        std::span<const Vec3> forces);
 
-  const Formulation* formulation_ = nullptr;
-  IsotropicMaterial material_;
-  NodedBody body_;
-  std::unique_ptr<ShapeFunctions> fields_;
-  SurfacePlaces places_;
-  TouchableSurface touch_;
-  DrawnSurface drawn_;
-  SurfaceCompliance compliance_;
-  std::unique_ptr<PatchContact> contact_;
-  PreparationFigures figures_;
+  std::unique_ptr<PressedBody> body_;
   std::vector<double> dome_areas_;  // of the vertices; 0 on the base
-  double prepare_s_ = 0.0, finest_ = 0.0;
+  double finest_ = 0.0;
 };
 
 }  // namespace viscera

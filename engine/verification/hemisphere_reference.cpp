@@ -4,36 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
+
+#include "engine/verification/number_table.h"
 
 namespace viscera {
 namespace {
 
-/// Rows of numbers after one line of headings.
-Result<std::vector<std::vector<double>>> read_table(const std::filesystem::path& path,
-                                                    std::size_t columns) {
-  std::ifstream file(path);
-  if (!file) return failure(path.string() + ": can't be read");
-  std::vector<std::vector<double>> rows;
-  std::string line;
-  std::getline(file, line);
-  for (int number = 2; std::getline(file, line); ++number) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream words(line);
-    std::vector<double> row;
-    for (double value = 0.0; words >> value;) row.push_back(value);
-    if (row.size() != columns || !words.eof()) {
-      return failure(fmt::format("{}:{}: found \"{}\", expected {} numbers", path.string(), number,
-                                 line, columns));
-    }
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
 Result<HemisphereProfile> read_profile(const std::filesystem::path& path) {
-  const auto table = read_table(path, 3);
+  const auto table = read_number_table(path, 3);
   if (!table) return std::unexpected(table.error());
   if (table->size() < 2) return failure(path.string() + ": found fewer than two rows");
   std::vector<HemisphereProfile::Row> rows;
@@ -85,7 +63,7 @@ double HemisphereReference::force(HemisphereContact contact) const {
 
 Result<std::vector<HemisphereReference>> read_hemisphere_references(
     const std::filesystem::path& folder) {
-  const auto forces = read_table(folder / "forces.csv", 6);
+  const auto forces = read_number_table(folder / "forces.csv", 6);
   if (!forces) return std::unexpected(forces.error());
   std::vector<HemisphereReference> references;
   for (const auto& row : *forces) {

@@ -1,7 +1,8 @@
 #include "engine/verification/smooth_solution.h"
 
 #include <cmath>
-#include <limits>
+
+#include "engine/verification/bodies.h"
 
 namespace viscera {
 namespace {
@@ -65,27 +66,8 @@ StaticLoads SmoothSolution::loads() const {
 
 double smooth_solution_error(const SmoothSolution& exact, const Formulation& formulation,
                              const PointCloud& cloud, const std::vector<double>& unknowns) {
-  const ShapeFunctions fields = formulation.fields(cloud);
-  ShapeValues at_node;
-  const auto unknown = [&](int node) {
-    return Vec3(Eigen::Map<const Vec3>(unknowns.data() + 3 * node));
-  };
-  double error = 0.0, size = 0.0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Vec3& x = cloud.positions[i];
-    Vec3 u = Vec3::Zero();
-    if (formulation.interpolates()) {
-      u = unknown(static_cast<int>(i));
-    } else {
-      if (!fields.evaluate(x, false, at_node)) return std::numeric_limits<double>::quiet_NaN();
-      for (std::size_t j = 0; j < at_node.nodes.size(); ++j) {
-        u += at_node.values[j] * unknown(at_node.nodes[j]);
-      }
-    }
-    error += (u - exact.displacement(x)).squaredNorm();
-    size += exact.displacement(x).squaredNorm();
-  }
-  return std::sqrt(error / size);
+  return nodal_error([&](const Vec3& x) { return exact.displacement(x); }, formulation, cloud,
+                     unknowns);
 }
 
 }  // namespace viscera

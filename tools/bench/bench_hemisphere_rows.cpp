@@ -7,7 +7,6 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <ostream>
 
 #include "engine/features/features.h"
 #include "engine/io/interrupt.h"
@@ -100,7 +99,7 @@ void add_bandwidth_row(std::vector<BenchRow>& rows) {
 }
 
 /// A preparation by a process of its own, whose peak memory is that of nothing else.
-Result<void> add_large_rows(std::vector<BenchRow>& rows, std::ostream& out) {
+Result<void> add_large_rows(std::vector<BenchRow>& rows) {
   const auto scratch = ScratchFolder::create();
   if (!scratch) return std::unexpected(scratch.error());
   struct Large {
@@ -119,91 +118,110 @@ Result<void> add_large_rows(std::vector<BenchRow>& rows, std::ostream& out) {
          "0.45", "--formulation", "galerkin", "--contact", "press", "--quick", "--json",
          json.string()});
     if (interrupted()) return failure(kCancelled);
-    if (done.code != 0) {
-      out << fmt::format("{} nodes, {}: failed with code {}\n", large.nodes, large.what, done.code);
-      continue;
-    }
     std::ifstream file(json);
     const auto found = nlohmann::json::parse(file, nullptr, false);
-    if (!found.is_object() || found["cases"].empty()) continue;
-    const auto& one = found["cases"][0];
-    const std::string what =
-        fmt::format("{} nodes, {}", one["nodes"].get<std::size_t>(), large.what);
-    rows.push_back({what + ", no cache", "s", one["prepare_s"], large.seconds});
-    rows.push_back({what + ", peak memory", "GB",
-                    1e-9 * static_cast<double>(done.peak_memory_bytes), large.gigabytes});
+    BenchRow time{
+        fmt::format("{} nodes, {}, no cache", large.nodes, large.what), "s", {}, large.seconds};
+    BenchRow memory{fmt::format("{} nodes, {}, peak memory", large.nodes, large.what),
+                    "GB",
+                    {},
+                    large.gigabytes};
+    if (done.code != 0 || !found.is_object() || found["cases"].empty()) {
+      time.dropped =
+          memory.dropped = {fmt::format("its preparation ended with exit code {}", done.code)};
+    } else {
+      const auto& one = found["cases"][0];
+      time.value = one["prepare_s"].get<double>();
+      memory.value = 1e-9 * static_cast<double>(done.peak_memory_bytes);
+    }
+    rows.push_back(std::move(time));
+    rows.push_back(std::move(memory));
   }
   return {};
 }
 
 /// The main scene against itself on half the node spacing.
-Result<void> add_scene_rows(std::vector<BenchRow>& rows, std::ostream& out) {
+Result<void> add_scene_rows(std::vector<BenchRow>& rows) {
   const fs::path file = scenes_folder() / "laparoscopic_cautery.json";
   SceneLoadOptions load;
   load.assets = assets_folder();
   load.features = feature_keys();
   const auto scene = load_scene(file, load);
   const auto tissues = load_tissues(load.assets / "tissues.json");
+  BenchRow force{"main scene: tool forces against half the node spacing", "%", {}, 5.0};
+  BenchRow shape{"main scene: organs' shapes against half the node spacing", "%", {}, 5.0};
   if (!scene || !tissues) {
-    out << (scene ? tissues.error() : scene.error()).text() << '\n';
-    return {};
+    force.dropped = shape.dropped = {(scene ? tissues.error() : scene.error()).text()};
+  } else if (const auto accuracy = compare_with_half_spacing(*scene, *tissues)) {
+    force.value = 100.0 * accuracy->force_error;
+    shape.value = 100.0 * accuracy->profile_error;
+  } else {
+    force.dropped = shape.dropped = {accuracy.error().text()};
   }
-  const auto accuracy = compare_with_half_spacing(*scene, *tissues);
   if (interrupted()) return failure(kCancelled);
-  if (!accuracy) {
-    out << "main scene on half the spacing: " << accuracy.error().text() << '\n';
-    return {};
-  }
-  rows.push_back({"main scene: tool forces against half the node spacing", "%",
-                  100.0 * accuracy->force_error, 5.0});
-  rows.push_back({"main scene: organs' shapes against half the node spacing", "%",
-                  100.0 * accuracy->profile_error, 5.0});
+  rows.push_back(std::move(force));
+  rows.push_back(std::move(shape));
   return {};
-}
-
-/// The worst of each error that has a target, over all cases with a reference.
-void add_error_rows(const std::vector<HemisphereCase>& cases, std::vector<BenchRow>& rows) {
-  for (const std::string& name : formulation_names()) {
-    if (!name.starts_with("galerkin")) continue;
-    const auto worst = [&](const std::string& what, auto applies, auto value, double target) {
-      double most = -1.0;
-      for (const HemisphereCase& one : cases) {
-        if (one.formulation != name || one.nodes > kNodesToReach ||
-            10 * one.nodes < 9 * kNodesToReach)
-          continue;
-        const std::optional<double> error = value(one);
-        if (applies(one) && error) most = std::max(most, std::abs(*error));
-      }
-      if (most >= 0.0)
-        rows.push_back({fmt::format("{}, at most 1,100 nodes: worst {}", name, what), "%",
-                        100.0 * most, target});
-    };
-    const auto force = [](const HemisphereCase& one) { return any_force_error(one); };
-    const auto profile = [](const HemisphereCase& one) { return any_profile_error(one); };
-    const auto soft = [](const HemisphereCase& one) { return one.poisson < 0.451; };
-    worst(
-        "pressure profile, nu .30 and .45",
-        [&](const auto& one) { return soft(one) && one.contact == "press"; }, profile, 2.0);
-    worst("reaction, stick or frictionless, nu .30 and .45", soft, force, 3.0);
-    worst(
-        "stick profile, nu .30 and .45",
-        [&](const auto& one) { return soft(one) && one.contact == "stick"; }, profile, 4.0);
-    worst(
-        "reaction, nu .49", [&](const auto& one) { return !soft(one); }, force, 10.0);
-  }
 }
 
 }  // namespace
 
-Result<std::vector<BenchRow>> hemisphere_rows(const std::vector<HemisphereCase>& cases, bool quick,
-                                              std::ostream& out) {
+std::vector<BenchRow> hemisphere_error_rows(const std::vector<HemisphereCase>& cases,
+                                            const std::vector<RefusedHemisphere>& refused) {
   std::vector<BenchRow> rows;
-  add_error_rows(cases, rows);
+  for (const std::string& name : formulation_names()) {
+    if (!name.starts_with("galerkin")) continue;
+    const auto worst = [&](const std::string& what, auto applies, auto value, double target) {
+      WorstCase worst;
+      for (const HemisphereCase& one : cases) {
+        if (one.formulation != name || !one.variant.empty() || one.nodes > kNodesToReach ||
+            10 * one.nodes < 9 * kNodesToReach || !applies(one.poisson, one.contact))
+          continue;
+        worst.add(value(one),
+                  fmt::format("nu {:.2f}, a {:.2f} R, {}: {}", one.poisson, one.a_over_R,
+                              one.contact, one.note.empty() ? "no error is known" : one.note));
+      }
+      for (const RefusedHemisphere& one : refused)
+        for (const HemisphereContact contact : kHemisphereContacts)
+          if (one.formulation == name && one.nodes == kNodesToReach &&
+              applies(one.poisson, std::string(name_of(contact))))
+            worst.add(std::nullopt,
+                      fmt::format("nu {:.2f}, {}: {}", one.poisson, name_of(contact), one.reason));
+      if (!worst.empty())
+        rows.push_back(worst.row(fmt::format("{}, at most 1,100 nodes: worst {}", name, what), "%",
+                                 target, 100.0));
+    };
+    const auto force = [](const HemisphereCase& one) { return any_force_error(one); };
+    const auto profile = [](const HemisphereCase& one) { return any_profile_error(one); };
+    const auto soft = [](double poisson) { return poisson < 0.451; };
+    worst(
+        "pressure profile, nu .30 and .45",
+        [&](double nu, const auto& contact) { return soft(nu) && contact == "press"; }, profile,
+        2.0);
+    worst(
+        "reaction, stick or frictionless, nu .30 and .45",
+        [&](double nu, const auto& contact) { return soft(nu) && contact != "press"; }, force, 3.0);
+    worst(
+        "stick profile, nu .30 and .45",
+        [&](double nu, const auto& contact) { return soft(nu) && contact == "stick"; }, profile,
+        4.0);
+    worst(
+        "reaction, nu .49",
+        [&](double nu, const auto& contact) { return !soft(nu) && contact != "press"; }, force,
+        10.0);
+  }
+  return rows;
+}
+
+Result<std::vector<BenchRow>> hemisphere_rows(const std::vector<HemisphereCase>& cases,
+                                              const std::vector<RefusedHemisphere>& refused,
+                                              bool quick) {
+  std::vector<BenchRow> rows = hemisphere_error_rows(cases, refused);
   if (auto done = add_online_rows(rows); !done) return std::unexpected(done.error());
   add_bandwidth_row(rows);
   if (quick) return rows;
-  if (auto done = add_scene_rows(rows, out); !done) return std::unexpected(done.error());
-  if (auto done = add_large_rows(rows, out); !done) return std::unexpected(done.error());
+  if (auto done = add_scene_rows(rows); !done) return std::unexpected(done.error());
+  if (auto done = add_large_rows(rows); !done) return std::unexpected(done.error());
   return rows;
 }
 

@@ -137,10 +137,16 @@ nlohmann::json to_json(const MovingHiveCase& one) {
 }
 
 std::vector<BenchRow> rows_of(const MovingHiveCase& one) {
+  std::optional<double> p99;
+  std::vector<std::string> dropped;
+  if (one.ticks > 0 && one.nodes > 0)
+    p99 = one.compute.p99;
+  else
+    dropped = {"no tick was answered by a hive"};
   const auto without = static_cast<double>(one.missed + one.tissue.uncovered + one.tissue.refused);
   return {
       {fmt::format("moving hive of {} nodes, tick beside the next hive's building, p99", one.nodes),
-       "us", one.compute.p99, 200.0},
+       "us", p99, 200.0, false, dropped},
       {"ticks of it missed or without an answer", "", without, 0.0}};
 }
 

@@ -29,8 +29,11 @@ struct NonlinearBenchOutcome {
     double steps = 0.0;                     ///< Newton's, in a tick
     double tick_p50 = 0.0, tick_p99 = 0.0;  ///< seated and pressed [us]
     int ticks = 0, tangent_answers = 0, deadline_misses = 0;
+    bool settled = true;  ///< the answer whose error is told; else along its last tangent
   };
   std::vector<Case> all;
+  /// Of neo-Hookean tissue, depths without a reference: no equilibrium was found there.
+  std::vector<std::string> without_reference;
 };
 
 /// A ball goes in at 25 mm/s to each depth and out again; times with the servo's deadline, errors

@@ -10,6 +10,7 @@
 
 #include "engine/io/interrupt.h"
 #include "engine/run/run.h"
+#include "tools/bench/bench_bodies.h"
 #include "tools/bench/bench_command.h"
 #include "tools/bench/bench_convergence.h"
 #include "tools/bench/bench_heat.h"
@@ -25,8 +26,8 @@
 namespace viscera {
 namespace {
 
-/// `bench scene`, `bench hemisphere`, `bench convergence`, `bench smoke`, `bench hive`,
-/// `bench heat` and `bench zwidth`.
+/// `bench scene`, `bench hemisphere`, `bench bodies`, `bench convergence`, `bench smoke`,
+/// `bench hive`, `bench heat` and `bench zwidth`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -40,6 +41,11 @@ class BenchCommand {
     hemisphere_ = command_->add_subcommand(
         "hemisphere", "time against error on a pressed hemisphere, for every formulation");
     add_hemisphere_options();
+
+    bodies_ = command_->add_subcommand(
+        "bodies",
+        "time against error where the body decides: slabs, edges, a ball, a bar, spheres");
+    add_bodies_options();
 
     convergence_ =
         command_->add_subcommand("convergence", "error and order on a smooth solution on a cube");
@@ -74,6 +80,7 @@ class BenchCommand {
   int run() {
     install_interrupt_handler();
     if (hemisphere_->parsed()) return code_of(bench_hemisphere(hemisphere_options_, std::cout));
+    if (bodies_->parsed()) return code_of(bench_bodies(bodies_options_, std::cout));
     if (convergence_->parsed()) return code_of(bench_convergence(convergence_options_, std::cout));
     if (hive_->parsed()) return code_of(bench_hive(hive_options_, std::cout));
     if (smoke_->parsed()) {
@@ -114,6 +121,17 @@ class BenchCommand {
         ->check(CLI::Range(0.4, 1.0));
   }
 
+  void add_bodies_options() {
+    bodies_->add_flag("--quick", bodies_options_.quick, "one number of nodes");
+    add_outputs(*bodies_, bodies_options_.json, &bodies_options_.plots);
+    add_list(*bodies_, "--body", bodies_options_.bodies, "these alone, e.g. slab_2,edge_1.2");
+    add_list(*bodies_, "--formulation", bodies_options_.formulations, "these in place of galerkin");
+    add_list(*bodies_, "--nodes", bodies_options_.nodes, "at most this many nodes, e.g. 500,1100");
+    add_list(*bodies_, "--poisson", bodies_options_.poisson_ratios, "of .30, .45 and .49");
+    bodies_->add_option("--write-references", bodies_options_.references,
+                        "solve the references anew by finite elements into this folder; long");
+  }
+
   void add_hive_options() {
     hive_->add_flag("--quick", hive_options_.quick, "fewer nodes, one radius");
     add_outputs(*hive_, hive_options_.json, &hive_options_.plots);
@@ -139,6 +157,7 @@ class BenchCommand {
   CLI::App* command_;
   CLI::App* scene_ = nullptr;
   CLI::App* hemisphere_ = nullptr;
+  CLI::App* bodies_ = nullptr;
   CLI::App* convergence_ = nullptr;
   CLI::App* smoke_ = nullptr;
   CLI::App* hive_ = nullptr;
@@ -147,6 +166,7 @@ class BenchCommand {
   SceneArguments arguments_;
   BenchOptions scene_options_;
   HemisphereBenchOptions hemisphere_options_;
+  BodiesBenchOptions bodies_options_;
   ConvergenceBenchOptions convergence_options_;
   SmokeBenchOptions smoke_options_;
   HiveBenchOptions hive_options_;

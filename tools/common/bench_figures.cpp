@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -30,15 +31,45 @@ VISCERA_WIDE std::uint64_t sum_of(const std::uint64_t* __restrict words, std::si
 
 }  // namespace
 
+bool BenchRow::met() const {
+  return value && dropped.empty() && (at_least ? *value >= target : *value <= target);
+}
+
+void WorstCase::add(const std::optional<double>& value, const std::string& which) {
+  if (!value || !std::isfinite(*value))
+    dropped_.push_back(which);
+  else
+    worst_ = std::max(worst_.value_or(0.0), std::abs(*value));
+}
+
+BenchRow WorstCase::row(std::string what, std::string unit, double target, double scale) const {
+  BenchRow row{std::move(what), std::move(unit), worst_, target, false, dropped_};
+  if (row.value) *row.value *= scale;
+  return row;
+}
+
 void print_rows(const std::vector<BenchRow>& rows, const std::string& title, std::ostream& out) {
   std::size_t width = std::max<std::size_t>(50, title.size() + 1);
   for (const BenchRow& row : rows) width = std::max(width, row.what.size() + 2);
   out << fmt::format("{:<{}}{:>12}{:>12}\n", title, width, "measured", "to reach");
+  std::size_t met = 0, measured = 0;
   for (const BenchRow& row : rows) {
-    out << fmt::format("{:<{}}{:>9.3g} {:<4}{:>7} {:<4}{}\n", row.what, width, row.value, row.unit,
-                       fmt::format("{}{:g}", row.at_least ? ">" : "<", row.target), row.unit,
-                       row.met() ? "met" : "NOT MET");
+    met += row.met();
+    measured += row.value && row.dropped.empty();
+    const std::string target = fmt::format("{}{:g}", row.at_least ? ">" : "<", row.target);
+    out << fmt::format("{:<{}}{:>9} {:<4}{:>7} {:<4}{}\n", row.what, width,
+                       row.value ? fmt::format("{:.3g}", *row.value) : "-", row.unit, target,
+                       row.unit,
+                       row.met()             ? "met"
+                       : !row.value          ? "NOT MEASURED"
+                       : row.dropped.empty() ? "NOT MET"
+                                             : "NOT MET: cases were dropped");
+    for (const std::string& one : row.dropped) out << "  dropped: " << one << '\n';
   }
+  if (rows.size() < 2) return;
+  out << (met == rows.size()
+              ? fmt::format("all {} met\n", met)
+              : fmt::format("{} of {} met, {} wholly measured\n", met, rows.size(), measured));
 }
 
 nlohmann::json to_json(const std::vector<BenchRow>& rows) {
@@ -46,9 +77,10 @@ nlohmann::json to_json(const std::vector<BenchRow>& rows) {
   for (const BenchRow& row : rows) {
     json.push_back({{"what", row.what},
                     {"unit", row.unit},
-                    {"value", row.value},
+                    {"value", row.value ? nlohmann::json(*row.value) : nlohmann::json(nullptr)},
                     {"target", row.target},
-                    {"met", row.met()}});
+                    {"met", row.met()},
+                    {"dropped", row.dropped}});
   }
   return json;
 }

@@ -6,6 +6,7 @@
 #include <iosfwd>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,12 +17,32 @@ namespace viscera {
 /// A figure beside what it is to reach.
 struct BenchRow {
   std::string what, unit;
-  double value = 0.0, target = 0.0;
+  std::optional<double> value;  ///< nothing: it couldn't be measured
+  double target = 0.0;
   bool at_least = false;  ///< the target is a lower bound
-  bool met() const { return at_least ? value >= target : value <= target; }
+  /// Cases that were to count in it and came to nothing: refused, or without a solution; or why
+  /// there is no value.
+  std::vector<std::string> dropped = {};
+
+  /// Never where a case was dropped: what is left may be the easier part.
+  bool met() const;
 };
 
-/// One line a row: what, figure, target, met or not.
+/// The worst of what several cases come to, with the names of those that came to nothing.
+class WorstCase {
+ public:
+  /// Nothing, or no number: dropped. Errors count by their size.
+  void add(const std::optional<double>& value, const std::string& which);
+  bool empty() const { return !worst_ && dropped_.empty(); }
+  BenchRow row(std::string what, std::string unit, double target, double scale = 1.0) const;
+
+ private:
+  std::optional<double> worst_;
+  std::vector<std::string> dropped_;
+};
+
+/// One line a row: what, figure, target, met or not, and what was dropped from it; then how many of
+/// all are met, where that is more than one.
 void print_rows(const std::vector<BenchRow>& rows, const std::string& title, std::ostream& out);
 nlohmann::json to_json(const std::vector<BenchRow>& rows);
 

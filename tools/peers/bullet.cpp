@@ -50,9 +50,11 @@ std::vector<Vec3> internal_forces(const TetrahedralMesh& mesh, double poisson_ra
 }
 
 Result<BulletAnswer> step_bullet(const TetrahedralMesh& mesh, double poisson_ratio, double a_over_R,
-                                 int steps, const fs::path& folder) {
-  std::string text = fmt::format("{} {} {} {}\n{}\n", kHemisphereModulus, poisson_ratio,
-                                 kHemisphereDepth * kHemisphereRadius, steps, mesh.nodes.size());
+                                 BulletElasticity elasticity, int steps, const fs::path& folder) {
+  std::string text =
+      fmt::format("{} {} {} {} {}\n{}\n", kHemisphereModulus, poisson_ratio,
+                  kHemisphereDepth * kHemisphereRadius, steps,
+                  elasticity == BulletElasticity::kLinear ? 1 : 0, mesh.nodes.size());
   for (const Vec3& node : mesh.nodes) {
     const Vec3 x = kHemisphereRadius * node;
     text += fmt::format("{:.9e} {:.9e} {:.9e}\n", x.x(), x.y(), x.z());
@@ -72,7 +74,7 @@ Result<BulletAnswer> step_bullet(const TetrahedralMesh& mesh, double poisson_rat
 
   BulletAnswer answer;
   std::ifstream file(folder / "bullet.out");
-  file >> answer.step_s >> answer.setup_s;
+  file >> answer.step_s >> answer.rest_s >> answer.setup_s;
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
     Vec3 u;
     file >> u[0] >> u[1] >> u[2];

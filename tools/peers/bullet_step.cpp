@@ -1,8 +1,9 @@
 // viscera_bullet: steps a deformable body of Bullet with a held base and a patch moved down, for
 // the benchmark: viscera_bullet INPUT OUTPUT.
 //
-// Input: young poisson depth steps, N, N lines "x y z", E, E lines of four nodes, H, held nodes, P,
-// patch nodes. Output: "step_s setup_s", then N lines of displacement.
+// Input: young poisson depth steps linear (0 or 1), N, N lines "x y z", E, E lines of four nodes,
+// H, held nodes, P, patch nodes. Output: "step_s rest_s setup_s" (the median step, all of them,
+// what came before), then N lines of displacement.
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableLinearElasticityForce.h>
 #include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
@@ -32,6 +33,37 @@ std::vector<int> read_nodes() {
   return nodes;
 }
 
+/// The linear theory: no tetrahedron's strain is turned with it.
+class UnturnedElasticity final : public btDeformableLinearElasticityForce {
+  using Base = btDeformableLinearElasticityForce;
+
+ public:
+  using Base::Base;
+  void addScaledElasticForce(btScalar scale, TVStack& force) override {
+    unturn();
+    Base::addScaledElasticForce(scale, force);
+  }
+  void addScaledElasticForceDifferential(btScalar scale, const TVStack& dx, TVStack& df) override {
+    unturn();
+    Base::addScaledElasticForceDifferential(scale, dx, df);
+  }
+  void addScaledDampingForce(btScalar scale, TVStack& force) override {
+    unturn();
+    Base::addScaledDampingForce(scale, force);
+  }
+  void addScaledDampingForceDifferential(btScalar scale, const TVStack& dv, TVStack& df) override {
+    unturn();
+    Base::addScaledDampingForceDifferential(scale, dv, df);
+  }
+
+ private:
+  void unturn() {
+    for (int i = 0; i < m_softBodies.size(); ++i)
+      for (int j = 0; j < m_softBodies[i]->m_tetraScratches.size(); ++j)
+        m_softBodies[i]->m_tetraScratches[j].m_corotation.setIdentity();
+  }
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -40,9 +72,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   double young = 0.0, poisson = 0.0, depth = 0.0;
-  int steps = 0;
+  int steps = 0, linear = 0;
   std::size_t count = 0;
-  std::cin >> young >> poisson >> depth >> steps >> count;
+  std::cin >> young >> poisson >> depth >> steps >> linear >> count;
   std::vector<btVector3> places(count);
   for (btVector3& x : places) {
     double a = 0.0, b = 0.0, c = 0.0;
@@ -91,8 +123,10 @@ int main(int argc, char** argv) {
   world.addSoftBody(&body);
   const double mu = young / (2.0 * (1.0 + poisson));
   const double lambda = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
-  auto* elasticity =
-      new btDeformableLinearElasticityForce(btScalar(mu), btScalar(lambda), btScalar(0.02));
+  btDeformableLinearElasticityForce* elasticity =
+      linear
+          ? new UnturnedElasticity(btScalar(mu), btScalar(lambda), btScalar(0.02))
+          : new btDeformableLinearElasticityForce(btScalar(mu), btScalar(lambda), btScalar(0.02));
   world.addForce(&body, elasticity);
   const double setup = seconds_since(start);
 
@@ -110,8 +144,10 @@ int main(int argc, char** argv) {
     world.stepSimulation(btScalar(1.0 / 60.0), 1, btScalar(1.0 / 60.0));
     times.push_back(seconds_since(begin));
   }
+  double rest = 0.0;
+  for (const double time : times) rest += time;
   std::nth_element(times.begin(), times.begin() + steps / 2, times.end());
-  std::printf("%.9g %.9g\n", times[static_cast<std::size_t>(steps / 2)], setup);
+  std::printf("%.9g %.9g %.9g\n", times[static_cast<std::size_t>(steps / 2)], rest, setup);
   for (std::size_t i = 0; i < count; ++i) {
     const btVector3 u = body.m_nodes[static_cast<int>(i)].m_x - places[i];
     std::printf("%.9g %.9g %.9g\n", double(u.x()), double(u.y()), double(u.z()));

@@ -27,13 +27,15 @@ std::vector<std::string> traced_names() {
   return names;
 }
 
-bool is_touched(const OrganContact& contact) {
-  return !contact.cells.empty() && contact.solution.converged && contact.solution.touching > 0;
+/// By a tool, with more than zero force: links press organs, too.
+bool is_touched(const OrganTouch& touch) {
+  return std::ranges::any_of(touch.ranges,
+                             [](const CellRange& range) { return !range.force.isZero(0.0); });
 }
 
 std::size_t organs_touched(const World& world) {
-  return static_cast<std::size_t>(std::count_if(world.all<OrganContact>().begin(),
-                                                world.all<OrganContact>().end(), is_touched));
+  return static_cast<std::size_t>(
+      std::count_if(world.all<OrganTouch>().begin(), world.all<OrganTouch>().end(), is_touched));
 }
 
 /// Simulations whose tools follow their paths.
@@ -90,8 +92,8 @@ Result<SceneItself> step_scene_itself(const SceneDescription& scene,
     result.wall_s += watch.seconds();
     const World& world = one.world();
     for (std::size_t o = 0; o < world.model().organs().size(); ++o) {
-      const OrganContact* contact = world.find<OrganContact>(world.model().organs()[o]);
-      if (contact && is_touched(*contact)) ++result.touches[o];
+      const OrganTouch* touch = world.find<OrganTouch>(world.model().organs()[o]);
+      if (touch && is_touched(*touch)) ++result.touches[o];
     }
     watch = Stopwatch();
     return Result<void>();

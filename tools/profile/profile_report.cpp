@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -152,7 +153,11 @@ std::optional<LineFit> ProfileReport::touched_fit() const {
 std::optional<double> ProfileReport::touched_organ_us() const {
   if (touched.empty()) return std::nullopt;
   // The same frames with the tools elsewhere cost what everything else costs.
-  const ProfileCase &with = touched.front(), &without = idle.front();
+  const ProfileCase& with = touched.front();
+  const auto same = std::ranges::find_if(
+      idle, [&](const ProfileCase& one) { return one.occupancy.organs == with.occupancy.organs; });
+  if (same == idle.end()) return std::nullopt;
+  const ProfileCase& without = *same;
   std::vector<double> more;
   for (std::size_t k = 0; k < with.best_step.size(); ++k)
     if (with.organs_touched[k] > 0)
@@ -184,6 +189,9 @@ std::vector<BenchRow> ProfileReport::rows() const {
                                 touched.back().occupancy.organs, touched.front().occupancy.organs,
                                 touched.back().occupancy.touched),
                     "x", *ratio, 1.1});
+  else if (!not_touched.empty())
+    rows.push_back(
+        {"a frame of many organs over one of few", "x", std::nullopt, 1.1, false, {not_touched}});
   if (memory.size() > 1) {
     const Memory &last = memory.back(), &before = memory[memory.size() - 2];
     const double more = static_cast<double>(last.bytes) - static_cast<double>(before.bytes);
@@ -207,6 +215,8 @@ void print(const ProfileReport& report, std::ostream& out) {
                        report.touched.front().occupancy.touched, fit->intercept, fit->slope);
   if (const auto cost = report.touched_organ_us())
     out << fmt::format("a touched organ: {:.1f} us a frame\n", *cost);
+  for (const std::string& one : report.left_out) out << "left out: " << one << '\n';
+  if (!report.not_touched.empty()) out << report.not_touched << '\n';
   if (!report.renderer.empty()) out << "pictures by " << report.renderer << '\n';
   out << '\n';
   print_rows(report.rows(),
@@ -226,6 +236,8 @@ std::string to_json_text(const ProfileReport& report) {
                          {"touched_organ_us", nullptr},
                          {"idle_fit", fit_json(report.idle_fit())},
                          {"touched_fit", fit_json(report.touched_fit())},
+                         {"left_out", report.left_out},
+                         {"not_touched", nullptr},
                          {"rows", to_json(report.rows())}};
   for (const auto* cases : {&report.idle, &report.touched})
     for (const ProfileCase& one : *cases)
@@ -234,6 +246,7 @@ std::string to_json_text(const ProfileReport& report) {
   for (const ProfileReport::Memory& at : report.memory)
     json["memory"].push_back({{"organs", at.organs}, {"bytes", at.bytes}});
   if (const auto fit = report.idle_fit()) json["idle_organ_us"] = fit->slope;
+  if (!report.not_touched.empty()) json["not_touched"] = report.not_touched;
   if (const auto cost = report.touched_organ_us()) json["touched_organ_us"] = *cost;
   return json.dump(2) + "\n";
 }

@@ -32,6 +32,8 @@ struct ProfileReport {
   };
   std::vector<Memory> memory;
   SceneItself itself;
+  std::vector<std::string> left_out;  ///< cases that can't be: more touched than there are
+  std::string not_touched;            ///< why no case has a touched organ though it was to have one
   std::size_t scene_organs = 0;
 
   /// Medians of the step against the number of organs, nothing touched [us].

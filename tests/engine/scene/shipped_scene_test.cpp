@@ -1,6 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <map>
+#include <regex>
+#include <sstream>
+
 #include "engine/features/features.h"
+#include "engine/features/gravity/gravity_keys.h"
 #include "engine/scene/load_scene.h"
 #include "tests/support/paths.h"
 
@@ -28,8 +33,71 @@ TEST_P(ShippedScene, Loads) {
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedScene,
                          testing::Values("laparoscopic_cautery", "kidney_palpation",
-                                         "lung_palpation", "sphere_press", "hemisphere"),
+                                         "lung_palpation", "sphere_press", "hemisphere",
+                                         "tilted_table", "kidney_rubbed", "liver_deep_palpation",
+                                         "liver_retraction"),
                          [](const auto& scene) { return std::string(scene.param); });
+
+/// Scenes that load without data of others.
+std::vector<SceneDescription> shipped_scenes() {
+  std::vector<SceneDescription> scenes;
+  for (const auto& file : std::filesystem::directory_iterator(project_file("scenes"))) {
+    const std::string name = file.path().stem().string();
+    if (name == "scene.schema" || name == "visible_human_cautery" || name == "label_map_palpation")
+      continue;
+    auto scene = load_shipped(name);
+    if (scene)
+      scenes.push_back(*std::move(scene));
+    else
+      ADD_FAILURE() << name << ": " << scene.error().text();
+  }
+  return scenes;
+}
+
+TEST(ShippedScenes, ShowGravityFrictionFiniteStrainsAndMeshTips) {
+  bool gravity = false, friction = false, finite = false, mesh = false;
+  for (const SceneDescription& scene : shipped_scenes()) {
+    gravity |= gravity_of(scene) != nullptr;
+    for (const InstrumentDescription& tool : scene.instruments) {
+      friction |= tool.friction > 0.0;
+      mesh |= tool.tip.shape == TipDescription::Shape::kMesh;
+    }
+    for (const OrganDescription& organ : scene.organs)
+      finite |= organ.material.model != HyperelasticModel::kLinear;
+  }
+  EXPECT_TRUE(gravity);
+  EXPECT_TRUE(friction);
+  EXPECT_TRUE(finite);
+  EXPECT_TRUE(mesh);
+}
+
+TEST(ShippedScenes, TheGuideSaysWhichOrgansOfEachDeform) {
+  // Rows such as: | `a`, `b` | what | 1 of 2: liver; 1 of 1: ball |
+  std::map<std::string, std::string> told;
+  std::istringstream guide(file_text(project_file("docs/guide.md")));
+  const std::regex row(R"(\| ((?:`\w+`(?:, )?)+) \| .* \| ([^|]*\d of \d[^|]*) \|)"),
+      name(R"(\w+)");
+  for (std::string line; std::getline(guide, line);) {
+    std::smatch parts;
+    if (!std::regex_match(line, parts, row)) continue;
+    const std::string names = parts[1];
+    std::istringstream organs(parts[2]);
+    for (std::sregex_iterator at(names.begin(), names.end(), name), end; at != end; ++at) {
+      std::string one;
+      std::getline(organs >> std::ws, one, ';');
+      told[at->str()] = one;
+    }
+  }
+  for (const SceneDescription& scene : shipped_scenes()) {
+    std::string names;
+    std::size_t count = 0;
+    for (const OrganDescription& organ : scene.organs)
+      if (organ.deformable) names += (count++ > 0 ? ", " : "") + organ.name;
+    EXPECT_EQ(told[scene.name],
+              std::to_string(count) + " of " + std::to_string(scene.organs.size()) + ": " + names)
+        << scene.name;
+  }
+}
 
 TEST(ShippedScenes, TheVisibleHumanLoadsWithItsData) {
   const auto data = shared_data("visible_human/VH_M_Liver.glb");

@@ -117,6 +117,45 @@ TEST_F(Bench, ZWidthGivesTheGreatestStableStiffnessWithAndWithoutTheController) 
     EXPECT_NE(refused.err.find(word), std::string::npos) << word << refused.told();
 }
 
+TEST_F(Bench, BodiesGiveTimeAgainstErrorAndSayHowMuchTheBodyDecides) {
+  const fs::path file = folder_ / "b.json";
+  const ProgramResult result =
+      run({"bodies", "--body", "slab_2,sphere_0.4", "--nodes", "300", "--poisson", "0.3", "--json",
+           file.string(), "--plot", (folder_ / "plots").string()});
+  ASSERT_EQ(result.code, 0) << result.told();
+  const auto all = json(file);
+  ASSERT_EQ(all["cases"].size(), 4u);
+  for (const auto& one : all["cases"]) {
+    EXPECT_LE(one["nodes"].get<int>(), 300);
+    EXPECT_GT(one["prepare_s"].get<double>(), 0.0);
+    EXPECT_LT(one["profile_error"].get<double>(), 0.3) << one;
+    const std::string load = one["load"];
+    if (load == "flat" || load == "ball") {
+      EXPECT_EQ(one["prepares"], "all loads");
+      EXPECT_LT(std::abs(one["force_error"].get<double>()), 0.3) << one;
+      EXPECT_GT(one["force_over_half_space"].get<double>(), 1.5);
+      EXPECT_GT(one["online_us"].get<double>(), 0.0);
+    } else {
+      EXPECT_TRUE(one["force_error"].is_null());
+      EXPECT_TRUE(load == "press" || one["prepares"] == "this load");
+    }
+  }
+  // Too few nodes for the figures to reach.
+  EXPECT_TRUE(all["rows"].empty());
+  EXPECT_EQ(run({"bodies", "--body", "slab_2", "--nodes", "300", "--poisson", "0.3",
+                 "--formulation", "paper"})
+                .code,
+            0);
+}
+
+TEST_F(Bench, BodiesRefuseWhatHasNoReference) {
+  const ProgramResult result = run(
+      {"bodies", "--body", "cone", "--poisson", "0.4", "--nodes", "3", "--formulation", "springs"});
+  EXPECT_EQ(result.code, 2) << result.told();
+  for (const char* word : {"cone", "slab_3.5", "0.4", "0.49", "--nodes", "springs"})
+    EXPECT_NE(result.err.find(word), std::string::npos) << word << result.told();
+}
+
 TEST_F(Bench, RefusesWhatItCantRunWithAllReasons) {
   const ProgramResult result =
       run({"hemisphere", "--formulation", "springs", "--poisson", "0.5", "--a", "0.7"});

@@ -1,6 +1,8 @@
 // Other programs on the same hemisphere; skipped where they aren't installed.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/paths.h"
 #include "tools/peers/bullet.h"
 #include "tools/peers/finite_elements.h"
@@ -47,6 +49,64 @@ TEST_F(InstalledPeers, FiniteElementsComeNearTheReferenceWithEitherSolver) {
         dome_error(*mesh, answer->displacements, reference.profile(HemisphereContact::kStick)),
         0.15);
   }
+}
+
+TEST_F(InstalledPeers, AFittedMeshHasTheContactsRimAsEdges) {
+  constexpr double kContact = 0.2;
+  for (const bool quadratic : {false, true}) {
+    const auto fitted = mesh_hemisphere({quadratic, 0.1, 0.0, 0.25, kContact}, folder_.path());
+    ASSERT_TRUE(fitted) << fitted.error().text();
+    const auto on_rim = [&](const TetrahedralMesh& mesh) {
+      std::size_t count = 0;
+      for (const Vec3& x : mesh.nodes)
+        count += std::abs(std::hypot(x.x(), x.y()) - kContact) < 1e-6 && x.norm() > 0.999;
+      return count;
+    };
+    // The rim is 1.26 long: a dozen edges at least.
+    EXPECT_GE(on_rim(*fitted), 12u);
+    const auto plain = mesh_hemisphere({quadratic, 0.1, 0.0, 0.25}, folder_.path());
+    ASSERT_TRUE(plain) << plain.error().text();
+    EXPECT_LT(on_rim(*plain), 3u);
+    // Its patch is a disc up to chords: of the area of nodes that are moved, none lies beyond.
+    for (const int node : patch_nodes(*fitted, kContact)) {
+      const Vec3& x = fitted->nodes[static_cast<std::size_t>(node)];
+      EXPECT_LE(std::hypot(x.x(), x.y()), kContact + 1e-6);
+    }
+  }
+}
+
+TEST_F(InstalledPeers, CalculixsOwnTimeOfASolutionIsLessThanItsProcess) {
+  const auto mesh = mesh_hemisphere({true, 0.2, 0.0, 0.3, 0.3}, folder_.path());
+  ASSERT_TRUE(mesh) << mesh.error().text();
+  const auto answer = solve_calculix(*mesh, 0.3, 0.3, CalculixSolver::kSpooles, folder_.path());
+  ASSERT_TRUE(answer) << answer.error().text();
+  ASSERT_TRUE(answer->own_s);
+  EXPECT_GT(*answer->own_s, 0.0);
+  EXPECT_GT(answer->process_s, 0.0);
+}
+
+TEST_F(InstalledPeers, BulletWithoutCorotationComesToRestWhereLinearTetrahedraDo) {
+  if (bullet_program().empty()) GTEST_SKIP() << "Bullet isn't installed";
+  const auto mesh = mesh_hemisphere({false, 0.25, 0.0, 0.25, 0.3}, folder_.path());
+  ASSERT_TRUE(mesh) << mesh.error().text();
+  const auto solved = solve_calculix(*mesh, 0.3, 0.3, CalculixSolver::kSpooles, folder_.path());
+  ASSERT_TRUE(solved) << solved.error().text();
+  const auto off = [&](BulletElasticity elasticity) {
+    const auto stepped = step_bullet(*mesh, 0.3, 0.3, elasticity, 300, folder_.path());
+    EXPECT_TRUE(stepped) << stepped.error().text();
+    double error = 0.0, size = 0.0;
+    for (std::size_t n = 0; stepped && n < mesh->nodes.size(); ++n) {
+      error += (stepped->displacements[n] - solved->displacements[n]).squaredNorm();
+      size += solved->displacements[n].squaredNorm();
+    }
+    return std::sqrt(error / size);
+  };
+  const double linear = off(BulletElasticity::kLinear),
+               corotated = off(BulletElasticity::kCorotated);
+  RecordProperty("linear", std::to_string(linear));
+  RecordProperty("corotated", std::to_string(corotated));
+  EXPECT_LT(linear, 0.02);
+  EXPECT_LT(linear, corotated);
 }
 
 TEST_F(InstalledPeers, ForcesOfLinearTetrahedraAreCalculixsReaction) {
