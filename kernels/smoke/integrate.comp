@@ -65,7 +65,7 @@ void main() {
   vec3 noise = vec3(nearly_normal(words.x), nearly_normal(words.y), nearly_normal(words.z));
   vec3 acceleration =
       neighbours.xyz + turbulence * (swirl_at(position.xyz) + pass.white * noise);
-  acceleration.z += pass.lift * position.w;
+  acceleration.z += pass.gravity * (position.w / (pass.gas_temperature + position.w));
 
   vec3 u = around.xyz, v = velocity.xyz;
   float rate = around.w * (neighbours.w + pass.entrainment * length(v - u));

@@ -52,7 +52,8 @@ void integrate(std::span<Float4> positions, std::span<Float4> velocities,
     const RandomWords random = random_words(ids[i], parameters.substep, parameters.seed);
     const Vec3f noise(nearly_normal(random.x), nearly_normal(random.y), nearly_normal(random.z));
     Vec3f acceleration = accelerations[i].xyz() + turbulence * (swirl + parameters.white * noise);
-    acceleration.z() += parameters.lift * position.w;
+    acceleration.z() +=
+        parameters.gravity * (position.w / (parameters.gas_temperature + position.w));
 
     Vec3f u = Vec3f::Zero();
     float theta = 1.0f;

@@ -36,7 +36,8 @@ void exchanged_mass(std::span<const Float4> velocities, std::span<const Float4> 
                     std::span<float> exchanged);
 
 /// Advances by a step: neighbours' accelerations (w: drag rate of the gas around), the random force
-/// (white per particle, swirl shared by neighbours; both grow with a plume's heat), buoyancy, and
+/// (white per particle, swirl shared by neighbours; both grow with a plume's heat), the buoyancy of
+/// its density as an ideal gas, and
 /// drag towards the gas, implicit, so that no step makes it overshoot:
 ///   v' = (v + dt (a + k u)) / (1 + dt k),  k = theta (drag + entrainment |v - u|).
 /// `gas` is u with theta in w; empty where the gas rests. `impulses`, where not empty, is what the

@@ -185,7 +185,8 @@ void SmokeVolume::substep(double dt, double from, double to, double whole,
   pass.extent = Float4::from(parameters_.domain.sizes().cast<float>(), kWallRestitution);
   pass.step = static_cast<float>(dt);
   pass.white = static_cast<float>(parameters_.random_acceleration * std::sqrt(kReferenceStep / dt));
-  pass.lift = static_cast<float>(parameters_.gravity / parameters_.gas_temperature);
+  pass.gravity = static_cast<float>(parameters_.gravity);
+  pass.gas_temperature = static_cast<float>(parameters_.gas_temperature);
   pass.plume_turbulence =
       static_cast<float>(parameters_.plume_turbulence / parameters_.gas_temperature);
   pass.cooling = parameters_.cooling_time > 0.0

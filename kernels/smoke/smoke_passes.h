@@ -73,7 +73,7 @@ struct IntegrateParameters {
   Float4 extent;                  ///< of the domain [m]; w: restitution of its closed sides
   float step = 0.0f;              ///< dt [s]
   float white = 0.0f;             ///< deviation of a component of the white force in dt [m/s2]
-  float lift = 0.0f;              ///< gravity / gas temperature [m/s2/K]
+  float gravity = 0.0f;           ///< [m/s2]; buoyancy acts along +z
   float plume_turbulence = 0.0f;  ///< per kelvin of excess
   float cooling = 0.0f;           ///< factor on the temperature excess in dt
   float parcel_mass = 0.0f;       ///< of the gas that a particle stands for, rho (h/2)^3 [kg]
@@ -82,7 +82,9 @@ struct IntegrateParameters {
   std::uint32_t open_sides = 0;
   std::uint32_t waves = 0;  ///< that follow in a buffer of SwirlWave
   std::uint32_t particles = 0;
-  float entrainment = 0.0f;  ///< drag rate a speed relative to the gas [1/m]
+  float entrainment = 0.0f;      ///< drag rate a speed relative to the gas [1/m]
+  float gas_temperature = 0.0f;  ///< of the gas at rest [K]
+  std::uint32_t unused_a = 0, unused_b = 0, unused_c = 0;
 };
 
 // --- collide -------------------------------------------------------------------------------------

@@ -39,7 +39,8 @@ class Wind final : public SurroundingGas {
   float theta_;
 };
 
-// A lone hot parcel in gas at rest: g dT/T = k v + c v^2, k = (1 - phi) 18 nu/h^2, phi of its own.
+// A lone hot parcel in gas at rest: g (1 - T0/T) = k v + c v^2, k = (1 - phi) 18 nu/h^2, phi of its
+// own.
 TEST(Integrate, AHotParcelRisesAtItsTerminalVelocity) {
   const SmokeParameters parameters = calm();
   SmokeVolume smoke(parameters);
@@ -54,7 +55,8 @@ TEST(Integrate, AHotParcelRisesAtItsTerminalVelocity) {
   const double phi = 315.0 / (64.0 * 3.14159265358979) / 8.0;
   const double k = (1.0 - phi) * 18.0 * effective_viscosity(parameters) / (h * h);
   const double c = parameters.entrainment;
-  const double lift = parameters.gravity * 60.0 / parameters.gas_temperature;
+  const double lift =
+      parameters.gravity * (1.0 - parameters.gas_temperature / (parameters.gas_temperature + 60.0));
   const double terminal = (-k + std::sqrt(k * k + 4.0 * c * lift)) / (2.0 * c);
   EXPECT_NEAR(smoke.particles().velocity(0).z(), terminal, 1e-4 * terminal);
 }
