@@ -9,6 +9,8 @@
 // Exact for any temperature. What is given to gas makes it larger by h + moles / n0.
 #pragma once
 
+#include "kernels/base/fields.h"
+
 namespace viscera {
 
 /// Marks: [R] recalled.
@@ -96,6 +98,11 @@ struct GasGift {
   static GasGift warmth(const GasMixture& mixture, double heat);
 
   GasGift& operator+=(const GasGift& other);
+  static constexpr auto fields() {
+    return std::tuple(field("volume", &GasGift::volume), field("heat", &GasGift::heat),
+                      field("vapour", &GasGift::vapour));
+  }
 };
+static_assert(fields_cover<GasGift>());
 
 }  // namespace viscera

@@ -44,14 +44,12 @@ Result<void> prepare(SceneModel& model) {
     setup.evacuators.push_back({evacuator, model.instrument_named(evacuator.instrument)});
   if (description.cells > 0) {
     GasParameters& parameters = setup.parameters.emplace();
-    if (description.domain) {
-      parameters.domain = *description.domain;
-    } else {
-      for (const SmokeDescription& smoke : smoke_of(scene)) parameters.domain.extend(smoke.domain);
-    }
+    parameters.domain = gas_domain(scene);
     parameters.cells = description.cells;
-    parameters.density = description.density();
-    parameters.kinematic_viscosity = SmokeParameters().gas_viscosity / parameters.density;
+    parameters.mixture = description.mixture();
+    parameters.kinematic_viscosity = gas::kViscosity / parameters.mixture.density();
+    parameters.heat_diffusivity = parameters.mixture.heat_diffusivity();
+    parameters.vapour_diffusivity = parameters.mixture.vapour_diffusivity();
     parameters.eddy_viscosity = SmokeParameters().eddy_viscosity;
     if (auto sound = check_gas(parameters); !sound) return sound;
   }
@@ -65,16 +63,55 @@ Result<void> start(World& world) {
   GasBody gas;
   if (setup->parameters) {
     gas.grid = std::make_unique<GasGrid>(*setup->parameters);
-    std::vector<GasLeak> leaks;
-    for (const LeakDescription& leak : gas_of(world.model().scene()).leaks)
-      leaks.push_back({leak.position, leak.radius});
-    gas.grid->set_leaks(leaks);
   }
   world.all<GasBody>().add(kWhole, std::move(gas));
   return {};
 }
 
 }  // namespace
+
+Box gas_domain(const SceneDescription& scene) {
+  const GasDescription& description = gas_of(scene);
+  if (description.domain) return *description.domain;
+  Box domain;
+  for (const SmokeDescription& smoke : smoke_of(scene)) domain.extend(smoke.domain);
+  return domain;
+}
+
+std::optional<double> gas_cell(const SceneDescription& scene) {
+  const int cells = gas_of(scene).cells;
+  if (cells == 0) return {};
+  return gas_domain(scene).sizes().maxCoeff() / cells;
+}
+
+void give_to_gas(World& world, const GasSource& source) {
+  GasBody& gas = *world.one<GasBody>();
+  if (!gas.grid) return;
+  mark_organs(world, gas);
+  gas.grid->give(source);
+}
+
+double room_for_jet(const World& world, const Vec3& place, const Vec3& direction, double most) {
+  const GasBody& gas = *world.one<GasBody>();
+  if (!gas.grid) return most;
+  const GasGrid& grid = *gas.grid;
+  const Box& domain = grid.parameters().domain;
+  const double step = 0.5 * grid.spacing().minCoeff();
+  // Cells are in organs by their middles: where it starts may be in one.
+  bool came_out = false;
+  for (double way = 0.0; way < most; way += step) {
+    const Vec3 at = place + way * direction;
+    if (!domain.contains(at)) return most;
+    const Vec3 cell = (at - domain.min()).cwiseQuotient(grid.spacing());
+    const auto index = [&](int axis) {
+      return std::min(static_cast<int>(cell[axis]), grid.cells()[axis] - 1);
+    };
+    const bool solid = grid.is_solid(index(0), index(1), index(2));
+    if (solid && came_out) return way;
+    came_out = came_out || !solid;
+  }
+  return most;
+}
 
 GasGrid* open_gas(World& world, std::span<const SmokeOutlet> outlets, double time) {
   GasBody& gas = *world.one<GasBody>();
@@ -89,6 +126,10 @@ GasGrid* open_gas(World& world, std::span<const SmokeOutlet> outlets, double tim
   for (const SmokeOutlet& outlet : outlets)
     if (!outlet.leak) evacuators.push_back({outlet.position, outlet.radius, outlet.flow});
   gas.grid->set_evacuators(evacuators);
+  std::vector<GasLeak> leaks;
+  for (const SmokeOutlet& outlet : outlets)
+    if (outlet.leak) leaks.push_back({outlet.position, outlet.radius, outlet.flow});
+  gas.grid->set_leaks(leaks);
   return gas.grid.get();
 }
 
@@ -109,13 +150,11 @@ std::vector<SmokeOutlet> gas_outlets(const World& world, double time) {
     balance -= suction.flow;
   }
   const std::vector<LeakDescription>& leaks = description.leaks;
-  for (std::size_t i = 0; i < leaks.size(); ++i) {
-    // Without a flow that knows, what comes in and isn't drawn off leaves by all of them alike.
-    const bool known = gas.grid && i < gas.grid->report().leaks.size();
-    const double flow =
-        known ? gas.grid->report().leaks[i] : balance / static_cast<double>(leaks.size());
-    outlets.push_back({leaks[i].position, leaks[i].radius, std::max(0.0, flow), true});
-  }
+  if (gas.grid) balance += gas.grid->report().swelling;
+  // What comes in and isn't drawn off leaves by all of them alike.
+  for (const LeakDescription& leak : leaks)
+    outlets.push_back(
+        {leak.position, leak.radius, balance / static_cast<double>(leaks.size()), true});
   return outlets;
 }
 

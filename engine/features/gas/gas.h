@@ -40,6 +40,16 @@ struct GasBody {
 };
 static_assert(fields_cover<GasBody>());
 
+/// The box that the flow of the gas has, in a scene with smoke volumes.
+Box gas_domain(const SceneDescription& scene);
+/// Edge of its cells [m]; none: the gas stands still.
+std::optional<double> gas_cell(const SceneDescription& scene);
+
+/// Gives it to the gas in this step. What the gas can't take, for there is none in reach, is gone.
+void give_to_gas(World& world, const GasSource& source);
+/// How far a jet gets from a place on an organ before it meets another: at most so far [m].
+double room_for_jet(const World& world, const Vec3& place, const Vec3& direction, double most);
+
 /// Evacuators that draw now, and leaks with what flows out of them.
 std::vector<SmokeOutlet> gas_outlets(const World& world, double time);
 

@@ -52,6 +52,11 @@ ObjectSpec gas_spec() {
       "The gas that holds the cavity open (CO2).",
       {number("pressure_mmHg", "Over atmosphere.").between(0, 50).otherwise(12.0),
        number("temperature_C", "Of the gas.").between(0, 60).otherwise(37.0),
+       number("humidity",
+              "Relative, of the resting gas: 0 as it comes from the bottle, nearly 1 where it has "
+              "stood on wet organs. In humid gas condensed steam lasts.")
+           .between(0, 1)
+           .otherwise(0.0),
        integer("cells",
                "Cells of the flow along the longest side of its domain; 0: the gas stands still.")
            .between(0, 96)
@@ -120,6 +125,7 @@ GasDescription read_gas(const Json& values) {
   GasDescription gas;
   gas.pressure = values["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury;
   gas.temperature = values["temperature_C"].get<double>() + kZeroCelsius;
+  gas.humidity = values["humidity"];
   gas.cells = values["cells"];
   if (values.contains("domain")) gas.domain = box_of(values["domain"]);
   gas.cavity = from_milli(values["cavity_L"]);  // a litre is a thousandth of a cubic metre
@@ -144,11 +150,12 @@ GasDescription read_gas(const Json& values) {
 
 }  // namespace
 
-double GasDescription::density() const {
-  constexpr double kAtmosphere = 101325.0;      // [Pa]
-  constexpr double kMolarMass = 0.04401;        // of CO2 [kg/mol]
-  constexpr double kGasConstant = 8.314462618;  // [J/mol/K]
-  return (kAtmosphere + pressure) * kMolarMass / (kGasConstant * temperature);
+GasMixture GasDescription::mixture() const {
+  GasMixture mixture;
+  mixture.pressure = gas::kAtmosphere + pressure;
+  mixture.temperature = temperature;
+  mixture.humidity = humidity;
+  return mixture;
 }
 
 const GasDescription& gas_of(const SceneDescription& scene) {

@@ -8,6 +8,7 @@
 #include "engine/scene/feature_keys.h"
 #include "engine/scene/interval.h"
 #include "engine/scene/scene.h"
+#include "kernels/smoke/gas_mixture.h"
 
 namespace viscera {
 
@@ -35,6 +36,7 @@ struct EvacuatorDescription {
 struct GasDescription {
   double pressure = 1600.0;     ///< over atmosphere [Pa]
   double temperature = 310.15;  ///< [K]
+  double humidity = 0.0;        ///< relative
   int cells = 32;               ///< along the longest side; 0: the gas stands still
   std::optional<Box> domain;    ///< none: what holds all smoke volumes [m]
   double cavity = 3e-3;         ///< volume of the whole cavity [m3]
@@ -42,8 +44,8 @@ struct GasDescription {
   std::vector<LeakDescription> leaks;
   std::vector<EvacuatorDescription> evacuators;
 
-  /// CO2 as an ideal gas at this temperature and this pressure over atmosphere [kg/m3].
-  double density() const;
+  /// CO2 at this temperature and this pressure over atmosphere.
+  GasMixture mixture() const;
 };
 
 const GasDescription& gas_of(const SceneDescription& scene);

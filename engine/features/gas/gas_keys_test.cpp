@@ -65,7 +65,7 @@ TEST(GasKeys, GasFlowsInsideItsDomainWhichHoldsAllSmoke) {
 }
 
 TEST(Gas, HasTheDensityOfCarbonDioxideUnderPressure) {
-  EXPECT_NEAR(GasDescription().density(), 1.76, 0.005);
+  EXPECT_NEAR(GasDescription().mixture().density(), 1.76, 0.005);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "engine/features/cautery/cautery_keys.h"
-#include "engine/features/gas/gas_keys.h"
+#include "engine/features/gas/gas.h"
 #include "engine/scene/smoke_material.h"
 
 namespace viscera {
@@ -42,7 +42,11 @@ SmokeParameters parameters_of(const SceneDescription& scene, const SmokeDescript
   parameters.max_particles = static_cast<std::size_t>(smoke.max_particles);
   const GasDescription& gas = gas_of(scene);
   parameters.gas_temperature = gas.temperature;
-  parameters.gas_density = gas.density();
+  parameters.gas_density = gas.mixture().density();
+  parameters.gas_viscosity = gas::kViscosity;
+  parameters.prandtl = gas::kViscosity / parameters.gas_density / gas.mixture().heat_diffusivity();
+  // Waves up to twice a cell long: longer ones the grid has.
+  if (const auto cell = gas_cell(scene)) parameters.eddies.wavelength = 2.0 / 1.5 * *cell;
   parameters.cavity_volume = gas.cavity;
   return parameters;
 }
