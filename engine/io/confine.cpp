@@ -18,14 +18,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "kernels/base/sanitized.h"
+
 namespace viscera {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // whose shadow is memory of its own
-#else
-constexpr bool kSanitized = false;
-#endif
 
 void limit(int what, rlim_t most) {
   const rlimit both{most, most};
@@ -33,6 +29,7 @@ void limit(int what, rlim_t most) {
 }
 
 void limit_resources(std::uintmax_t memory, double seconds) {
+  // A sanitizer's shadow is memory of its own.
   if (!kSanitized) limit(RLIMIT_DATA, static_cast<rlim_t>(memory));
   limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(seconds)));
   limit(RLIMIT_FSIZE, 0);

@@ -147,10 +147,9 @@ std::string expected_value(const KeySpec& key) {
     case KeyType::kList:
       break;
   }
-  if (key.least_items > 0)
-    return "an array of at least " + std::to_string(key.least_items) + " object" +
-           (key.least_items > 1 ? "s" : "");
-  return "an array of objects";
+  const std::string most = std::to_string(key.most_items) + " objects";
+  if (key.least_items > 0) return "an array of " + std::to_string(key.least_items) + " to " + most;
+  return "an array of at most " + most;
 }
 
 }  // namespace viscera

@@ -2,8 +2,10 @@
 // that only work element by element give the same digits either way.
 #pragma once
 
+#include "kernels/base/sanitized.h"
+
 // Sanitizers instrument the function that chooses, which runs before they are ready.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__x86_64__) && !defined(VISCERA_SANITIZED)
 #define VISCERA_WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define VISCERA_WIDE

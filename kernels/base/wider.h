@@ -5,10 +5,11 @@
 #include <cstring>
 
 #include "kernels/base/lanes.h"
+#include "kernels/base/sanitized.h"
 
 // One definition each of a function of three of the same name; the fastest that the machine can run
 // is chosen when the program starts. See wide.h for the sanitizers.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__x86_64__) && !defined(VISCERA_SANITIZED)
 #define VISCERA_THREE_TARGETS 1
 #define VISCERA_FOR_AVX512 __attribute__((target("avx512f")))
 #define VISCERA_FOR_AVX2 __attribute__((target("avx2")))

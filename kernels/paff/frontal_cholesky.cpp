@@ -1,5 +1,7 @@
 #include "kernels/paff/frontal_cholesky.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <atomic>
 #include <string>
@@ -69,7 +71,9 @@ class Elimination {
     const std::vector<int>& children = dissection_.fronts[static_cast<std::size_t>(f)].children;
     parallel_for_each_index(children.size(), 1,
                             [&](std::size_t c) { eliminate_tree(children[c]); });
-    if (!failed_) eliminate_front(static_cast<std::size_t>(f));
+    // A thread that waits within a front begins no other tree, whose fronts would stand beside it.
+    if (!failed_)
+      oneapi::tbb::this_task_arena::isolate([&] { eliminate_front(static_cast<std::size_t>(f)); });
   }
 
   void eliminate_front(std::size_t f) {
@@ -89,7 +93,7 @@ class Elimination {
     add_entries(front, place, panel, size);
     for (const int child : front.children) {
       add_child(static_cast<std::size_t>(child), front, place, panel, update);
-      rests_[static_cast<std::size_t>(child)] = {};
+      std::vector<Real>().swap(rests_[static_cast<std::size_t>(child)]);  // = {} keeps its memory
     }
     if (!eliminate(size, own, panel.data(), update.data())) failed_ = true;
   }

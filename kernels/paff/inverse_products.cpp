@@ -187,7 +187,7 @@ class InverseProducts {
           }
         }
       });
-      child.left = {};
+      std::vector<Real>().swap(child.left);  // = {} keeps its memory
     }
   }
 
@@ -296,7 +296,7 @@ double inverse_products_cost(const Dissection& dissection, int width, const Spar
     const double product = columns.size() == places.rows() ? 0.5 * height : height;
     cost += own * (height * (0.5 * own + border) + product * count);
     if (front.parent >= 0) merge_into(active[static_cast<std::size_t>(front.parent)], active[f]);
-    active[f] = {};
+    std::vector<int>().swap(active[f]);
   }
   return w3 * cost;
 }

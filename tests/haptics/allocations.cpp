@@ -3,7 +3,9 @@
 #include <cerrno>
 #include <cstddef>
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#include "kernels/base/sanitized.h"
+
+#if defined(__GLIBC__) && !defined(VISCERA_SANITIZED)
 #define VISCERA_COUNTS_ALLOCATIONS 1
 #endif
 

@@ -54,7 +54,7 @@ std::vector<T> array_at(const std::string& data, std::size_t offset) {
   }
   EXPECT_EQ(bytes.size() % sizeof(T), 0u);
   std::vector<T> values(bytes.size() / sizeof(T));
-  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
   return values;
 }
 

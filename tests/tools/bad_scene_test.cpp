@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "kernels/base/sanitized.h"
 #include "tests/support/baselines.h"
 #include "tests/tools/tiny_scene.h"
 
@@ -328,9 +329,7 @@ TEST(BadSceneFile, FewerNodesThanTheBasisNeedsAreRefused) {
 }
 
 TEST(BadSceneFile, MoreMemoryThanUlimitAllowsIsRefused) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers need the address space";
-#endif
+  if (kSanitized) GTEST_SKIP() << "sanitizers need the address space";
   Json scene = tiny_scene();
   scene["smoke"][0]["voxel_mm"] = 0.2;  // 400^3 voxels
   const SceneFolder folder(scene);

@@ -15,13 +15,7 @@
 #include "engine/io/atomic_file.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
-
-// Wider registers where the machine has them; see kernels/contact/deformation.cpp.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define VISCERA_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define VISCERA_WIDE
-#endif
+#include "kernels/base/wide.h"
 
 namespace viscera {
 namespace fs = std::filesystem;

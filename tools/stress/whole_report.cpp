@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <ostream>
@@ -33,6 +35,13 @@ double resident() {
   double all = 0.0, here = 0.0;
   file >> all >> here;
   return here * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+/// Open now.
+std::size_t descriptors() {
+  std::error_code ignored;
+  const std::filesystem::directory_iterator open("/proc/self/fd", ignored);
+  return static_cast<std::size_t>(std::distance(begin(open), end(open)));
 }
 
 double median(std::vector<double> values) {
@@ -67,6 +76,7 @@ class WholeSummary {
     smoke_residual_ = std::max(smoke_residual_, outcome.smoke_residual);
     heat_residual_ = std::max(heat_residual_, outcome.heat_residual);
     memory_.push_back(resident());
+    descriptors_.push_back(descriptors());
   }
 
   bool sound(std::ostream& out) const {
@@ -84,6 +94,13 @@ class WholeSummary {
                            1e-6 * most);
         sound = false;
       }
+      // The first cases open what stays: a context, a log.
+      const std::size_t early = descriptors_[kFewestForMemory / 2];
+      if (descriptors_.back() > early) {
+        out << fmt::format("{} descriptors are open, expected {} as after the first cases\n",
+                           descriptors_.back(), early);
+        sound = false;
+      }
     }
     return sound;
   }
@@ -98,6 +115,9 @@ class WholeSummary {
     if (memory_.size() >= kFewestForMemory)
       out << fmt::format("memory: {:.0f} MB at the end, {:+.1f} MB since the second fifth\n",
                          1e-6 * memory_.back(), 1e-6 * growth(memory_));
+    if (!descriptors_.empty())
+      out << fmt::format("descriptors: {} at the end, {} after the first scene\n",
+                         descriptors_.back(), descriptors_.front());
     for (const auto& [flag, count] : flags_)
       out << fmt::format("{:>6} scenes raised {}\n", count, flag);
     for (const auto& [reason, count] : reasons_)
@@ -109,6 +129,7 @@ class WholeSummary {
   double smoke_residual_ = 0.0, heat_residual_ = 0.0;
   std::map<std::string, int> flags_, reasons_;
   std::vector<double> memory_;
+  std::vector<std::size_t> descriptors_;
 };
 
 void tell_failure(const WholeOptions& options, const WholeOutcome& outcome, std::ostream& out) {

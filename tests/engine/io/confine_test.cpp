@@ -13,18 +13,13 @@
 #include <fstream>
 #include <functional>
 
+#include "kernels/base/sanitized.h"
 #include "tests/support/paths.h"
 
 namespace viscera {
 namespace {
 
 namespace fs = std::filesystem;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 bool kernel_has_landlock() {
   return ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION) > 0;

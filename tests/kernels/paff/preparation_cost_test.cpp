@@ -1,7 +1,15 @@
 #include "kernels/paff/preparation_cost.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
+#include <oneapi/tbb/task_arena.h>
 
+#include <fstream>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "kernels/base/sanitized.h"
 #include "kernels/paff/stiffness_factor.h"
 #include "tests/kernels/paff/elastic_bodies.h"
 
@@ -76,6 +84,46 @@ TEST(PreparationCost, MoreThreadsHaveMoreWaiting) {
   const std::size_t one = elimination_bytes(dissection, 8, 1);
   EXPECT_GT(elimination_bytes(dissection, 8, 16), one);
   EXPECT_GT(one, 8 * dissection.factor_entries(3));
+}
+
+/// Memory of this process, now ("VmRSS") or at its greatest ("VmHWM") [bytes].
+double resident(const std::string& kind) {
+  std::ifstream file("/proc/self/status");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with(kind)) return 1024.0 * std::stod(line.substr(kind.size() + 1));
+  return 0.0;
+}
+
+/// From here the greatest is counted anew; false where the kernel doesn't.
+bool forget_greatest() {
+  ::malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << "5";
+  return resident("VmHWM") < 1.02 * resident("VmRSS");
+}
+
+TEST(PreparationCost, FactoringTakesWhatEliminationOnPaperSays) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer keeps memory that was given back";
+  const test::Body body = ball(2.8e-3);
+  const auto system =
+      GalerkinSystem::assemble(body.problem({1e4, 0.45}, at_bottom), 1.8, no_progress());
+  ASSERT_TRUE(system);
+  const Dissection dissection = dissect(body.cloud.positions, system->stiffness().pattern);
+  const int threads = oneapi::tbb::this_task_arena::max_concurrency();
+  for (const auto& [precision, real_bytes] :
+       {std::pair(FactorPrecision::kSingle, 4), std::pair(FactorPrecision::kFull, 8)}) {
+    if (!forget_greatest()) GTEST_SKIP() << "the kernel doesn't count anew";
+    const double before = resident("VmRSS");
+    const auto factor = StiffnessFactor::factor(system->stiffness(), body.cloud.positions,
+                                                precision, std::numeric_limits<std::size_t>::max());
+    ASSERT_TRUE(factor);
+    const double taken = resident("VmHWM") - before;
+    const auto said = static_cast<double>(
+        elimination_bytes(dissection, static_cast<std::size_t>(real_bytes), threads));
+    std::printf("%zu nodes, numbers of %d bytes: %.0f MB of %.0f MB said\n", body.cloud.size(),
+                real_bytes, 1e-6 * taken, 1e-6 * said);
+    EXPECT_LT(taken, 1.1 * said + 20e6);  // and what the allocator and threads hold
+    EXPECT_GT(taken, 0.5 * said);
+  }
 }
 
 }  // namespace
