@@ -12,7 +12,9 @@ MieEfficiencies mie(double x, std::complex<double> index) {
   using Complex = std::complex<double>;
   const Complex inside = index * x;
   const int terms = static_cast<int>(x + 4.0 * std::cbrt(x) + 2.0);
-  const int start = std::max(terms, static_cast<int>(std::abs(inside))) + 16;
+  // Where the recurrence begins psi is still far below its waves: what is wrong there fades.
+  const double size = std::abs(inside);
+  const int start = std::max(terms, static_cast<int>(size + 8.0 * std::cbrt(size))) + 16;
   std::vector<Complex> derivative(static_cast<std::size_t>(start) + 1);
   for (int n = start; n > 0; --n) {
     const Complex ratio = static_cast<double>(n) / inside;
