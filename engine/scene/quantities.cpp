@@ -11,9 +11,9 @@ KeySpec quantity(std::string name, std::string unit, double least, double greate
       number("value", "In the unit beside it.").needed().between(least, greatest),
       text("unit", "SI, or 1 for a plain number.").needed().one_of({unit}),
       text("source", "Where the value was read or computed, or what it rests on.").needed(),
-      text("mark", "V: verified in the source; R: recalled, to be checked.")
+      text("mark", "V: verified in the source; R: recalled, to be checked; E: chosen by eye.")
           .needed()
-          .one_of({"V", "R"}),
+          .one_of({"V", "R", "E"}),
   };
   return object(std::move(name), std::move(description), std::move(spec));
 }

@@ -7,11 +7,11 @@
 namespace viscera {
 
 struct Droplets {
-  double median = 0.5e-6;    ///< diameter: half of the mass is in smaller ones [m]
+  double median = 0.4e-6;    ///< diameter: half of the mass is in smaller ones [m]
   double deviation = 1.8;    ///< geometric standard deviation [1], 1: all of one size
   double density = 1200.0;   ///< [kg/m3]
   double refraction = 1.5;   ///< real part of the refractive index
-  double absorption = 0.01;  ///< its imaginary part, not negative
+  double absorption = 0.02;  ///< its imaginary part, not negative
 };
 
 /// By Mie's series at one wavelength [m].

@@ -131,6 +131,8 @@ class GasGrid {
   const GasParameters& parameters() const { return parameters_; }
   const std::array<int, 3>& cells() const { return layout_.n; }
   const Vec3& spacing() const { return spacing_; }
+  /// A smaller opening or source is spread as far as this [m].
+  double opening_radius() const { return least_spread(spacing_); }
   Vec3 cell_middle(int i, int j, int k) const;  ///< world [m]
 
   /// Cells that are solid (not 0), x fastest, and how they move [m/s] (empty: they don't). Gas in
@@ -149,6 +151,7 @@ class GasGrid {
 
   GasContent content(int i, int j, int k) const;  ///< of a cell
   double excess(const Vec3& world) const;         ///< temperature over the resting gas's [K]
+  double droplets(const Vec3& world) const;       ///< of condensed steam [kg/m3]
 
   /// Sets the n places that the next ones speak of; outside the domain they count as at its side.
   void place(const GasPoints& points);

@@ -241,6 +241,13 @@ double GasGrid::excess(const Vec3& world) const {
       interpolate(layout_, state_.contents.of[kGasHeat].data(), cell_stencil(layout_, at))));
 }
 
+double GasGrid::droplets(const Vec3& world) const {
+  if (!state_.contents.has(kGasDroplets)) return 0.0;
+  const Vec3f at = (world - parameters_.domain.min()).cwiseQuotient(spacing_).cast<float>();
+  return static_cast<double>(
+      interpolate(layout_, state_.contents.of[kGasDroplets].data(), cell_stencil(layout_, at)));
+}
+
 void GasGrid::eddies(std::span<float> speeds) const {
   stencils_.read_cells(eddies_, speeds);
 }

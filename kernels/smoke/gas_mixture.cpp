@@ -7,7 +7,7 @@
 namespace viscera {
 namespace {
 
-constexpr double kLeastDroplet = 0.3e-6;  // of smoke, on which vapour condenses: diameter [m]
+constexpr double kLeastDroplet = 0.3e-6;  // of smoke's, on which vapour condenses [m]
 
 /// Of saturated vapour over water [Pa]; [Buck1981], within 0.1 % to 50 C and 0.5 % to 100 C.
 double saturation_pressure(double kelvin) {
@@ -31,6 +31,11 @@ double GasMixture::lack(const GasContent& content) const {
 
 double GasMixture::saturation(double kelvin) const {
   return saturation_pressure(kelvin) * gas::kWaterMolarMass / (gas::kGasConstant * kelvin);
+}
+
+double GasMixture::droplet_diameter(double load) const {
+  const double each = 6.0 * std::max(0.0, load) / (std::numbers::pi * gas::kWaterDensity * nuclei);
+  return std::max(kLeastDroplet, std::cbrt(each));
 }
 
 double GasMixture::condenses(const GasContent& content, double dt) const {
@@ -58,9 +63,7 @@ double GasMixture::condenses(const GasContent& content, double dt) const {
   constexpr double kStep = 0.5;  // [K]
   const double slope = (saturation(kelvin + kStep) - saturation(kelvin - kStep)) / (2.0 * kStep);
   const double hindered = 1.0 + gas::kLatentHeat * slope / (heat_capacity() * lewis());
-  const double diameter = std::max(
-      kLeastDroplet,
-      std::cbrt(6.0 * std::max(droplets, end) / (std::numbers::pi * gas::kWaterDensity * nuclei)));
+  const double diameter = droplet_diameter(std::max(droplets, end));
   const double rate = 2.0 * std::numbers::pi * nuclei * diameter * vapour_diffusivity() / hindered;
   // Relaxation of what is over saturation, `now`, to 0 at `end`.
   const double relaxed = end != 0.0 ? rate * now / end : 0.0;

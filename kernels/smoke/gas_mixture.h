@@ -73,6 +73,10 @@ struct GasMixture {
   double saturation(double kelvin) const;
   double resting_vapour() const { return humidity * saturation(temperature); }  ///< [kg/m3]
 
+  /// Diameter of droplets that hold so much water by volume of gas [kg/m3]: the nuclei share it; at
+  /// least that of a nucleus [m].
+  double droplet_diameter(double load) const;
+
   /// What condenses in dt [s] (negative: evaporates) [kg/m3]. Vapour moves to droplets, or from
   /// them, at the rate of diffusion 2 pi N d D about droplets of one diameter d, N the nuclei; a
   /// droplet gives off latent heat by conduction, which slows it by 1 + L / (c Le) d(rho_s)/dT. It

@@ -87,6 +87,9 @@ struct GasRegions {
 GasRegions gas_regions(const GasLayout& layout, std::span<const std::uint8_t> solid,
                        const GasFaces& weights);
 
+/// What is smaller is spread as far as this: one and a half cells [m].
+double least_spread(const Vec3& spacing);
+
 /// The gas cells within `radius` [m] of a place (in metres from the domain's least corner), or
 /// within one and a half cells where the radius is less, more at the middle. Where several regions
 /// are in reach the one with the most cells takes all, so that no pocket between organs swallows a

@@ -59,9 +59,10 @@ struct SmokeParameters {
   /// c [m/s].
   double crowding_speed = 0.02;
 
-  double surface_gap = 2e-4;          ///< that particles keep to surfaces [m]
-  double deposition_velocity = 2e-4;  ///< of smoke onto what it touches [m/s]
-  double cavity_volume = 3e-3;        ///< of gas that the background is mixed into [m3]
+  double surface_gap = 2e-4;  ///< that particles keep to surfaces [m]
+  /// Of smoke onto what it touches: that in which its droplets settle (droplet_optics.h) [m/s].
+  double deposition_velocity = 1.6e-5;
+  double cavity_volume = 3e-3;   ///< of gas that the background is mixed into [m3]
   double background_leak = 0.0;  ///< flow that leaks from the cavity besides the outlets [m3/s]
 };
 

@@ -70,14 +70,14 @@ enum : std::uint32_t {
 };
 
 struct IntegrateParameters {
-  Float4 extent;                  ///< of the domain [m]; w: restitution of its closed sides
-  float step = 0.0f;              ///< dt [s]
-  float white = 0.0f;             ///< deviation in dt of the eddies' white part, of their speed [1]
-  float entrainment = 0.0f;       ///< drag rate a speed relative to the gas [1/m]
-  float gravity = 0.0f;           ///< buoyancy of warm parcels, along +z [m/s2]; 0: the gas has it
-  float gas_temperature = 0.0f;   ///< of the gas at rest [K]
-  float cooling = 0.0f;           ///< rate at which gas takes heat, over that of momentum [1]
-  float turbulence = 0.0f;        ///< without gas, the eddies' speed over a parcel's [1]
+  Float4 extent;                 ///< of the domain [m]; w: restitution of its closed sides
+  float step = 0.0f;             ///< dt [s]
+  float white = 0.0f;            ///< deviation in dt of the eddies' white part, of their speed [1]
+  float entrainment = 0.0f;      ///< drag rate a speed relative to the gas [1/m]
+  float gravity = 0.0f;          ///< buoyancy of warm parcels, along +z [m/s2]; 0: the gas has it
+  float gas_temperature = 0.0f;  ///< of the gas at rest [K]
+  float cooling = 0.0f;          ///< rate at which gas takes heat, over that of momentum [1]
+  float turbulence = 0.0f;       ///< without gas, the eddies' speed over a parcel's [1]
   std::uint32_t seed = 0;
   std::uint32_t substep = 0;  ///< counter of the random numbers
   std::uint32_t open_sides = 0;

@@ -213,6 +213,7 @@ void emit_smoke(World& world, const FrameContext& context) {
 /// Smoke particles by [De2006] eq. 14, and the gas that they stir.
 void move_smoke(World& world, const FrameContext& context) {
   const std::vector<SmokeObstacle> tools = tools_now(world);
+  advance_cavity(world, context.time, context.dt);
   const std::vector<SmokeOutlet> outlets = gas_outlets(world, context.time);
   bool airborne = false;
   for (const SmokeBody& smoke : world.all<SmokeBody>())

@@ -7,6 +7,7 @@
 #include "engine/features/cautery/cautery_keys.h"
 #include "engine/features/gas/gas.h"
 #include "engine/scene/smoke_material.h"
+#include "kernels/smoke/droplet_optics.h"
 
 namespace viscera {
 namespace {
@@ -100,9 +101,22 @@ Result<void> prepare_smoke(SceneModel& model) {
 Result<void> load_sight(SceneModel& model, const std::filesystem::path& assets,
                         std::vector<std::string>&) {
   if (smoke_of(model.scene()).empty()) return {};
-  const auto optics = load_smoke_optics(assets / "smoke.json");
-  if (!optics) return std::unexpected(optics.error());
-  model.constants().all<SmokeSight>().add(kWhole, {*optics});
+  const auto material = load_smoke_material(assets / "smoke.json");
+  if (!material) return std::unexpected(material.error());
+  const GasMixture mixture = gas_of(model.scene()).mixture();
+  model.constants().all<SmokeSight>().add(
+      kWhole, {.optics = optics_of(material->droplets, material->wavelength),
+               .fog = FogOptics(mixture, material->wavelength)});
+  const double settling = settling_speed(material->droplets, mixture);
+  for (SmokeSource& source : model.constants().all<SmokeSource>()) {
+    SmokeParameters& parameters = source.parameters;
+    // How long their waves are is the grid's, where there is one.
+    const double wavelength = parameters.eddies.wavelength;
+    parameters.eddies = material->eddies;
+    if (gas_cell(model.scene())) parameters.eddies.wavelength = wavelength;
+    parameters.jet_entrainment = material->jet_entrainment;
+    parameters.deposition_velocity = settling;
+  }
   return {};
 }
 
