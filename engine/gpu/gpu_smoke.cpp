@@ -60,8 +60,8 @@ Result<std::unique_ptr<GpuSmoke>> GpuSmoke::create(GpuLimits limits,
   made->counters_.allocate(kCounterWords * sizeof(std::uint32_t));
   made->extent_.allocate(kBoxWords * sizeof(std::uint32_t));
   // A buffer without a byte can't be bound.
-  for (Buffer* buffer : {&made->waves_, &made->gas_, &made->impulses_, &made->capsules_,
-                         &made->triangles_, &made->surface_entries_}) {
+  for (Buffer* buffer :
+       {&made->waves_, &made->gas_, &made->capsules_, &made->triangles_, &made->surface_entries_}) {
     buffer->allocate(sizeof(SurfaceTriangle));
   }
   return made;
@@ -252,14 +252,10 @@ void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWa
   if (gas != nullptr) {
     queue_.make_readable();
     const std::vector<Float4> positions = now_.positions.download<Float4>(0, particles_);
-    const std::vector<Float4> velocities = now_.velocities.download<Float4>(0, particles_);
-    const std::vector<Float4> accelerations = accelerations_.download<Float4>(0, particles_);
-    coupling_.meet(*gas, positions, velocities, accelerations, parameters);
-    if (!reserve(gas_, particles_ * sizeof(Float4), "gas") ||
-        !reserve(impulses_, particles_ * sizeof(Float4), "impulses")) {
-      return;
-    }
-    gas_.upload_part(0, std::span<const Float4>(coupling_.velocities));
+    around_.resize(particles_);
+    gas->velocity(positions, around_);
+    if (!reserve(gas_, particles_ * sizeof(Float4), "gas")) return;
+    gas_.upload_part(0, std::span<const Float4>(around_));
   }
   if (!waves.empty()) {
     if (!reserve(waves_, waves.size_bytes(), "waves")) return;
@@ -269,14 +265,9 @@ void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWa
   integrate_.set("with_gas", gas != nullptr ? 1 : 0);
   queue_.dispatch(integrate_, particle_groups(),
                   {{2, &now_.ids}, {3, &accelerations_}, {4, &waves_}, {5, &gas_}},
-                  {{0, &now_.positions}, {1, &now_.velocities}, {6, &impulses_}});
+                  {{0, &now_.positions}, {1, &now_.velocities}});
   survey_.reset();
   mark("integrate");
-  if (gas != nullptr) {
-    queue_.make_readable();
-    impulses_.download_bytes(0, coupling_.impulses.data(), particles_ * sizeof(Float4));
-    if (watch_.is_well()) gas->add_momentum(coupling_.impulses);
-  }
 }
 
 std::vector<std::uint8_t> GpuSmoke::occupied_cells(const BinParameters& grid) {
@@ -484,7 +475,6 @@ std::size_t GpuSmoke::bytes() const {
                                &occupied_,
                                &waves_,
                                &gas_,
-                               &impulses_,
                                &surface_begin_,
                                &surface_entries_,
                                &triangles_,

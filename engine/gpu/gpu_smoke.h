@@ -3,8 +3,8 @@
 //
 // From start() to finish() the particles stay on the device. What SmokeVolume decides by (the box
 // of the particles, their greatest speed, which cells hold some, how many are trapped) comes back
-// as a few words. The gas lives on the CPU: where there is one, positions, velocities and drag
-// rates come back in each substep, and its velocities and theta go up. At the end of a step all
+// as a few words. The gas lives on the CPU: where there is one, positions come back in each
+// substep, and its velocities go up. At the end of a step all
 // particles come back, because the mass book, outlets and emission are the CPU's.
 #pragma once
 
@@ -54,7 +54,7 @@ class GpuSmoke final : public SmokePasses {
   bool splat(const SmokeParticles& particles, SplatParameters& parameters,
              SmokeGrid& grid) override;
   const std::string& trouble() const override { return watch_.trouble(); }
-  std::size_t memory_bytes() const override { return coupling_.memory_bytes(); }
+  std::size_t memory_bytes() const override { return around_.capacity() * sizeof(Float4); }
 
   /// Splats the particles that are on the device. The sums stay there; read_splat() fetches them.
   bool splat_here(SplatParameters& parameters);
@@ -102,7 +102,7 @@ class GpuSmoke final : public SmokePasses {
   Particles now_, sorted_;
   Buffer accelerations_, strengths_, fates_, counters_, extent_;
   Buffer places_, slots_, counts_, cell_begin_, totals_, occupied_;
-  Buffer waves_, gas_, impulses_;
+  Buffer waves_, gas_;
   Buffer surface_begin_, surface_entries_, triangles_, capsules_near_, capsules_;
   Buffer sums_, amounts_cells_, blurred_cells_, splat_weights_;
   Buffer density_cells_, temperature_cells_, velocity_cells_;
@@ -114,7 +114,7 @@ class GpuSmoke final : public SmokePasses {
     float speed = 0.0f;
   };
   std::optional<Survey> survey_;
-  GasCoupling coupling_;
+  std::vector<Float4> around_;                     // velocity of the gas; w: of its eddies
   mutable std::optional<std::uint64_t> isolated_;  // as read
 };
 

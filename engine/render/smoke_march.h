@@ -12,8 +12,8 @@
 
 namespace viscera {
 
-/// Volumes of smoke that a picture may have.
-inline constexpr std::size_t kMostSmokeVolumes = 8;
+/// Volumes of smoke that a picture may have: a scene's eight, and fog.
+inline constexpr std::size_t kMostSmokeVolumes = 9;
 
 class SmokeMarch {
  public:

@@ -6,9 +6,10 @@
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
-#include "engine/features/gas/gas_keys.h"
+#include "engine/features/gas/gas.h"
 #include "engine/features/smoke/smoke.h"
 #include "kernels/contact/deformation.h"
+#include "kernels/smoke/fog.h"
 #include "kernels/smoke/sight.h"
 
 namespace viscera {
@@ -144,10 +145,12 @@ std::optional<double> sight_of_tips(const World& world, std::span<const ShownSmo
 void splat_smoke(const World& world, std::vector<ShownSmoke>& shown) {
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();
   shown.resize(sources.size());
+  const SmokeOptics& optics = optics_of(world);
   for (std::size_t s = 0; s < shown.size(); ++s) {
     const SmokeDescription& description = sources[s].description;
     const SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
     ShownSmoke& one = shown[s];
+    one.optics = optics;
     one.particle_places.clear();
     one.particle_radii.clear();
     if (smoke.most_particles == 0) {
@@ -162,6 +165,13 @@ void splat_smoke(const World& world, std::vector<ShownSmoke>& shown) {
       one.particle_radii.push_back(spread_radius(smoke.volume.parameters(), particles.age(i)));
     }
   }
+  const GasBody* gas = world.one<GasBody>();
+  const SmokeSight* sight = world.one<SmokeSight>();
+  if (!gas || !gas->grid || !sight || !sight->fog) return;
+  ShownSmoke fog;
+  fog.optics = {optics.mass_extinction, 1.0, 0.0};
+  fog.grid = fog_of(*gas->grid, *sight->fog, optics.mass_extinction, fog.optics.asymmetry);
+  if (!fog.grid.density.empty()) shown.push_back(std::move(fog));
 }
 
 std::span<const Vec3f> ShownNormals::of(const World& world, std::size_t organ) {
@@ -221,7 +231,7 @@ FrameView make_view(const World& world, Shown& shown, const SceneDescription& sc
     drawn.size = grid.size;
     drawn.density = grid.density;
     drawn.temperature = grid.temperature;
-    drawn.optics = optics_of(world);
+    drawn.optics = as_shown.optics;
     drawn.background = background_density(world, smoke);
     if (sources[s].description.look == SmokeLook::kSprites &&
         as_shown.particle_radii.size() == smoke.volume.particles().size()) {
@@ -230,6 +240,15 @@ FrameView make_view(const World& world, Shown& shown, const SceneDescription& sc
       drawn.particle_radii = as_shown.particle_radii;
       drawn.particle_masses = smoke.volume.particles().masses;
     }
+    view.smoke.push_back(drawn);
+  }
+  for (std::size_t s = sources.size(); s < shown.smoke.size(); ++s) {
+    const ShownSmoke& fog = shown.smoke[s];
+    SmokeView drawn;
+    drawn.domain = fog.grid.domain;
+    drawn.size = fog.grid.size;
+    drawn.density = fog.grid.density;
+    drawn.optics = fog.optics;
     view.smoke.push_back(drawn);
   }
   return view;

@@ -32,13 +32,15 @@ Vec3 light_colour(double temperature_kelvin);
 
 /// A smoke volume as it is shown.
 struct ShownSmoke {
-  SmokeGrid grid;  ///< without cells: no smoke has been there
+  SmokeGrid grid;      ///< without cells: no smoke has been there
+  SmokeOptics optics;  ///< of its density
   // Where particles are drawn as sprites:
   std::vector<Vec3f> particle_places;  ///< from the domain's least corner [m]  (n)
   std::vector<float> particle_radii;   ///< [m]  (n)
 };
 
-/// The world's smoke volumes on grids, one each; memory in `shown` is used again.
+/// The world's smoke volumes on grids, one each, and behind them the fog of its gas where there is
+/// any; memory in `shown` is used again. Fog's density is that of smoke which takes as much light.
 void splat_smoke(const World& world, std::vector<ShownSmoke>& shown);
 
 /// Mean transmittance of the smoke from the lens to a disc about the tip that burns, or the worst

@@ -120,6 +120,8 @@ struct ObjectSpec {
   std::vector<KeySpec> keys;
   std::vector<std::string> exactly_one_of;
   std::vector<ObjectCheck> checks;
+  /// Keys of earlier versions, and what to write instead.
+  std::vector<std::pair<std::string, std::string>> replaced = {};
 
   const KeySpec* find(std::string_view name) const;
 };

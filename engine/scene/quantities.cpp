@@ -13,9 +13,9 @@ KeySpec quantity(std::string name, std::string unit, double least, double greate
       text("source", "Where the value was read or computed, or what it rests on.").needed(),
       text("mark",
            "V: verified in the source; A: of the source only the abstract was read; R: recalled, "
-           "to be checked.")
+           "to be checked; E: chosen by eye.")
           .needed()
-          .one_of({"V", "A", "R"}),
+          .one_of({"V", "A", "R", "E"}),
   };
   return object(std::move(name), std::move(description), std::move(spec));
 }

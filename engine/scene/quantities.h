@@ -8,7 +8,7 @@
 namespace viscera {
 
 /// A key that holds {"value", "unit", "source", "mark"}; mark V: verified in the source, A: of
-/// the source only the abstract was read, R: recalled, to be checked.
+/// the source only the abstract was read, R: recalled, to be checked, E: chosen by eye.
 KeySpec quantity(std::string name, std::string unit, double least, double greatest,
                  std::string description);
 

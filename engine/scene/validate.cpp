@@ -59,6 +59,11 @@ class Validator {
   // Returns the key that was meant, or "".
   std::string unknown_key(const std::string& name, const Json& object, const ObjectSpec& spec,
                           const std::string& path) {
+    for (const auto& [old, instead] : spec.replaced) {
+      if (name != old) continue;
+      add(below(path, name), "found a key of earlier versions, expected " + instead);
+      return instead.substr(0, instead.find(' '));
+    }
     std::vector<std::string> known;
     for (const KeySpec& key : spec.keys)
       if (applies(key, object, spec)) known.push_back(key.name);

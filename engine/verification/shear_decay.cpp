@@ -73,7 +73,7 @@ std::optional<double> decay_error(SmokePasses& passes, Laplacian laplacian, int 
   viscosity.step = static_cast<float>(time / steps);
   IntegrateParameters integration;
   integration.step = viscosity.step;
-  integration.cooling = 1.0f;
+  integration.gas_temperature = 310.0f;
   integration.open_sides = kOpenAll;
   std::vector<SmokeFate> fates;
   for (int s = 0; s < steps; ++s) {

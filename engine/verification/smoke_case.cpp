@@ -21,6 +21,7 @@ constexpr double kBreath = 0.2;              // change of that height, relative
 constexpr double kBreathPeriod = 4.0;        // [s]
 constexpr double kOldest = 5.0;              // age of the particles at first [s]
 constexpr double kDensity = 1e-3;            // of the smoke: half a metre of it hides all [kg/m3]
+constexpr double kStirring = 0.05;           // of the gas [m/s]
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 double bump(double x, double y) {
@@ -63,8 +64,6 @@ SmokeCase::SmokeCase(std::size_t particles)
   parameters_.spacing = kSupport;
   parameters_.max_particles = particles;
   parameters_.lifetime = 3600.0;
-  parameters_.random_acceleration = 0.05;
-  parameters_.swirl_acceleration = 0.1;
   shaft_.from = shaft_.from_before = Vec3(0.5 * width_, 0.5 * width_, 0.6 * width_);
   shaft_.to = shaft_.to_before = Vec3(0.8 * width_, -0.1, width_ + 0.1);
   shaft_.radius = 2.5e-3;
@@ -87,6 +86,12 @@ void SmokeCase::fill(SmokeVolume& volume) const {
     emission.position = at;
     volume.emit(emission);
   }
+}
+
+Vec3 SmokeCase::stirring(const Vec3& at) const {
+  const Vec3 turn = kTurn / width_ * at;
+  return kStirring * Vec3(std::sin(turn.x()) * std::cos(turn.z()), 0.0,
+                          -std::cos(turn.x()) * std::sin(turn.z()));
 }
 
 SmokeSurroundings SmokeCase::around(double time) {

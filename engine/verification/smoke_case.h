@@ -11,8 +11,8 @@
 namespace viscera {
 
 /// Particles at half the support radius, jittered, so that phi (viscosity.h) is about 1, as in the
-/// midst of a plume, and up to five seconds old. Cold and gently stirred: nothing moves far enough
-/// in a step of 1/60 s to ask for substeps. The sheet's bumps grow and shrink.
+/// midst of a plume, and up to five seconds old. Cold, in gas that turns slowly: nothing moves far
+/// enough in a step of 1/60 s to ask for substeps. The sheet's bumps grow and shrink.
 class SmokeCase {
  public:
   explicit SmokeCase(std::size_t particles);
@@ -24,6 +24,8 @@ class SmokeCase {
   void fill(SmokeVolume& volume) const;
 
   const TriangleSurface& sheet() const { return sheet_; }  ///< closed; at rest, world [m]
+  /// How the gas moves at first: a vortex, without divergence [m/s].
+  Vec3 stirring(const Vec3& at) const;
   /// What the particles meet at this time [s]; valid until the next call.
   SmokeSurroundings around(double time);
 

@@ -376,7 +376,7 @@ class DryingVoxel {
 void cool_surface(HeatBrick& brick, const BioheatNumbers& numbers, const ThermalTissue& tissue,
                   const SurfaceCooling& cooling, double dt) {
   if (cooling.coefficient <= 0.0) return;
-  const double transfer = cooling.coefficient / cooling.gas_capacity;  // [m/s]
+  const double transfer = cooling.vapour_transfer();
   const double resting = water::vapour_density(numbers.body);
   for (const BrickGeometry::Surface& face : brick.geometry->surface) {
     if (!(brick.warm->excess[face.voxel] > kFeltAtSurface)) continue;
@@ -422,7 +422,7 @@ HeatParameters heat_parameters(const BioheatNumbers& numbers, const ThermalTissu
   p.pyrolysis_heat = f(tissue.pyrolysis_heat);
   p.cooling = f(std::max(0.0, cooling.coefficient));
   p.evaporation = cooling.evaporates && cooling.coefficient > 0.0
-                      ? f(water::kLatentHeat * cooling.coefficient / cooling.gas_capacity)
+                      ? f(water::kLatentHeat * cooling.vapour_transfer())
                       : 0.0f;
   p.resting_vapour = f(water::vapour_density(numbers.body));
   p.vapour_slope = f(water::kVapourSlope);

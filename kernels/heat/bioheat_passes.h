@@ -3,6 +3,8 @@
 // write.
 #pragma once
 
+#include <cmath>
+
 #include "kernels/heat/heat_bricks.h"
 #include "kernels/heat/heat_parameters.h"
 #include "kernels/heat/super_steps.h"
@@ -14,9 +16,16 @@ namespace viscera {
 struct SurfaceCooling {
   double coefficient = 15.0;  ///< to still insufflation gas, 10 to 25 [W/(m2 K)]               [R]
   bool evaporates = true;     ///< wet tissue gives vapour to dry gas
-  /// Of gas per volume [J/(m3 K)]: that of carbon dioxide at 12 mmHg over the atmosphere. Vapour
-  /// leaves as heat does (Lewis): by coefficient / gas_capacity [m/s]. [R]
+  /// Of gas per volume [J/(m3 K)]: that of carbon dioxide at 12 mmHg over the atmosphere.      [R]
   double gas_capacity = 1500.0;
+  /// Diffusivity of heat over that of vapour, in carbon dioxide (0.85 in air): vapour spreads
+  /// faster than heat.                                                                          [R]
+  double lewis = 0.59;
+
+  /// At which vapour leaves, as heat does through the same boundary layer [Chilton1934] [m/s].
+  double vapour_transfer() const {
+    return coefficient / (gas_capacity * std::pow(lewis, 2.0 / 3.0));
+  }
 };
 
 /// The numbers as the GPU has them.

@@ -24,14 +24,14 @@ GasPoints places(const Vec3& origin, std::span<const Float4> positions) {
 void GasAround::velocity(std::span<const Float4> positions, std::span<Float4> velocities) {
   grid_.place(places(origin_, positions));
   grid_.velocity(components<float>(velocities));
+  eddies_.resize(positions.size());
+  grid_.eddies(eddies_);
+  for (std::size_t i = 0; i < positions.size(); ++i) velocities[i].w = eddies_[i];
 }
 
-void GasAround::couple(std::span<const float> exchanged, std::span<float> theta) {
-  grid_.couple(exchanged, theta);
-}
-
-void GasAround::add_momentum(std::span<const Float4> impulses) {
-  grid_.add_momentum(components<const float>(impulses));
+void GasAround::excess(std::span<const Float4> positions, std::span<float> kelvin) {
+  grid_.place(places(origin_, positions));
+  grid_.excess(kelvin);
 }
 
 }  // namespace viscera

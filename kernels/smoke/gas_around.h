@@ -1,6 +1,8 @@
 // The gas grid as the particles of one smoke volume see it.
 #pragma once
 
+#include <vector>
+
 #include "kernels/smoke/gas_grid.h"
 #include "kernels/smoke/surrounding_gas.h"
 
@@ -12,12 +14,12 @@ class GasAround final : public SurroundingGas {
   GasAround(GasGrid& grid, const Vec3& origin) : grid_(grid), origin_(origin) {}
 
   void velocity(std::span<const Float4> positions, std::span<Float4> velocities) override;
-  void couple(std::span<const float> exchanged, std::span<float> theta) override;
-  void add_momentum(std::span<const Float4> impulses) override;
+  void excess(std::span<const Float4> positions, std::span<float> kelvin) override;
 
  private:
   GasGrid& grid_;
   Vec3 origin_;
+  std::vector<float> eddies_;
 };
 
 }  // namespace viscera

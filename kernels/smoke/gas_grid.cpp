@@ -39,7 +39,7 @@ std::array<int, 3> cells_of(const GasParameters& parameters, Vec3& spacing) {
   return n;
 }
 
-constexpr std::size_t kPointsAChunk = 8192, kFacesAChunk = 8192;
+constexpr std::size_t kFacesAChunk = 8192;
 
 template <class Value>
 double sum_gas_chunks(std::size_t faces, const Value& value) {
@@ -77,11 +77,20 @@ Result<void> check_gas(const GasParameters& p) {
            "a finite length above 0 m");
   }
   expect(p.cells >= 2 && p.cells <= 128, "cells along the longest axis", p.cells, "2 to 128");
-  expect(p.density > 0.0 && std::isfinite(p.density), "density", p.density, "above 0 kg/m3");
+  const auto above = [](double v) { return v > 0.0 && std::isfinite(v); };
+  expect(above(p.mixture.pressure), "pressure", p.mixture.pressure, "above 0 Pa");
+  expect(above(p.mixture.temperature), "temperature", p.mixture.temperature, "above 0 K");
+  expect(p.mixture.humidity >= 0.0 && p.mixture.humidity <= 1.0, "humidity", p.mixture.humidity,
+         "0 to 1");
   const auto not_negative = [](double v) { return v >= 0.0 && std::isfinite(v); };
   expect(not_negative(p.kinematic_viscosity), "kinematic viscosity", p.kinematic_viscosity,
          "0 m2/s or above");
+  expect(not_negative(p.heat_diffusivity), "heat diffusivity", p.heat_diffusivity,
+         "0 m2/s or above");
+  expect(not_negative(p.vapour_diffusivity), "vapour diffusivity", p.vapour_diffusivity,
+         "0 m2/s or above");
   expect(not_negative(p.eddy_viscosity), "eddy viscosity", p.eddy_viscosity, "0 m2/s or above");
+  expect(std::isfinite(p.gravity), "gravity", p.gravity, "a number of m/s2");
   expect(p.tolerance >= 1e-6 && p.tolerance < 1.0, "tolerance", p.tolerance, "1e-6 to 1");
   expect(p.most_speed > 0.0 && std::isfinite(p.most_speed), "most speed", p.most_speed,
          "above 0 m/s");
@@ -91,21 +100,20 @@ Result<void> check_gas(const GasParameters& p) {
 }
 
 GasGrid::GasGrid(const GasParameters& parameters)
-    : parameters_(parameters), layout_(cells_of(parameters, spacing_)), pressure_(layout_.n) {
+    : parameters_(parameters),
+      layout_(cells_of(parameters, spacing_)),
+      pressure_(layout_.n),
+      transport_(layout_) {
   const auto count = static_cast<std::size_t>(layout_.count);
   state_.solid.assign(count, 0);
   for (int axis = 0; axis < 3; ++axis) {
     state_.velocity[axis].assign(count, 0.0f);
     weight_[axis].assign(count, 0.0f);
     free_[axis].assign(count, 0);
-    rate_[axis].assign(count, 0.0f);
-    rate_sums_[axis].assign(count, 0.0);
   }
-  opening_.assign(count, 0.0f);
-  outside_.assign(count, 0.0f);
-  state_.potential.assign(count, 0.0f);
-  source_.assign(count, 0.0f);
-  right_.assign(count, 0.0f);
+  for (std::vector<float>* values : {&outside_, &walls_, &state_.potential, &source_, &sinks_,
+                                     &right_, &to_walls_, &lack_, &eddies_})
+    values->assign(count, 0.0f);
   rebuild();
 }
 
@@ -153,13 +161,22 @@ bool GasGrid::fits(const State& state) const {
   };
   const bool no_impulse = std::ranges::all_of(
       state.impulse, [](const std::vector<double>& of_axis) { return of_axis.empty(); });
+  const auto gives = [&](const GasSource& source) {
+    const GasGift& gift = source.gift;
+    return opens(source) && std::isfinite(gift.volume) && std::isfinite(gift.heat) &&
+           std::isfinite(gift.vapour);
+  };
   return sized(state.solid) && sized(state.potential) &&
+         (state.swelling.empty() || sized(state.swelling)) &&
+         std::ranges::all_of(state.contents.of,
+                             [&](const auto& kind) { return kind.empty() || sized(kind); }) &&
+         std::ranges::all_of(state.sources, gives) &&
          (state.solid_velocity.empty() || sized(state.solid_velocity)) &&
          std::ranges::all_of(state.velocity, sized) &&
          (no_impulse || std::ranges::all_of(state.impulse, sized)) &&
          (!no_impulse || !state.impulse_came) && std::isfinite(state.potential_dt) &&
          std::ranges::all_of(state.inlets, flows) && std::ranges::all_of(state.evacuators, flows) &&
-         std::ranges::all_of(state.leaks, opens) &&
+         std::ranges::all_of(state.leaks, flows) &&
          state.report.inlets.size() == state.inlets.size() &&
          state.report.evacuators.size() == state.evacuators.size() &&
          state.report.leaks.size() == state.leaks.size();
@@ -168,6 +185,8 @@ bool GasGrid::fits(const State& state) const {
 void GasGrid::restore(State state) {
   state_ = std::move(state);
   derive();
+  follow_contents();
+  find_eddies();
 }
 
 void GasGrid::rebuild() {
@@ -175,11 +194,14 @@ void GasGrid::rebuild() {
   layout_.rows([&](std::ptrdiff_t c, int length, int, int) {
     for (std::ptrdiff_t i = c; i < c + length; ++i) {
       const auto cell = static_cast<std::size_t>(i);
-      if (state_.solid[cell]) state_.potential[cell] = 0.0f;
+      if (!state_.solid[cell]) continue;
+      state_.potential[cell] = 0.0f;
+      lose_contents(cell);
     }
   });
   hold_fixed_faces();
   forget_flows();
+  follow_contents();
 }
 
 /// What follows from solids and sources.
@@ -206,29 +228,20 @@ void GasGrid::derive() {
   }
   regions_ = gas_regions(layout_, state_.solid, weight_);
 
-  // A hole of radius r lets gas out as a plug of that length would that pressure drives:
-  // flow = pi r^2 (p dt / density) / r, shared by the cells about it.
-  leak_cells_.clear();
-  std::ranges::fill(opening_, 0.0f);
-  for (const GasLeak& leak : state_.leaks) {
-    GasSpread spread = spread_source(layout_, spacing_, regions_,
-                                     leak.position - parameters_.domain.min(), leak.radius);
-    const double conductance = std::numbers::pi * leak.radius / cell_volume();
-    for (std::size_t i = 0; i < spread.cells.size(); ++i) {
-      opening_[static_cast<std::size_t>(spread.cells[i])] +=
-          static_cast<float>(conductance * spread.weights[i]);
-    }
-    leak_cells_.push_back(std::move(spread));
-  }
   for_gas_rows(layout_, [&](std::ptrdiff_t c, int length, int j, int k) {
     for (int i = 0; i < length; ++i) {
       const std::array<int, 3> at{i, j, k};
       const auto cell = static_cast<std::size_t>(c + i);
-      outside_[cell] = opening_[cell];
+      outside_[cell] = walls_[cell] = 0.0f;
       for (int axis = 0; axis < 3; ++axis) {
         const auto above = cell + static_cast<std::size_t>(layout_.stride[axis]);
         if (at[axis] == 0) outside_[cell] += weight_[axis][cell];
         if (at[axis] + 1 == layout_.n[axis]) outside_[cell] += weight_[axis][above];
+        if (state_.solid[cell]) continue;
+        // The wall is half a cell away.
+        const auto near = static_cast<float>(2.0 / (spacing_[axis] * spacing_[axis]));
+        if (!free_[axis][cell]) walls_[cell] += near;
+        if (!free_[axis][above]) walls_[cell] += near;
       }
     }
   });
@@ -239,7 +252,7 @@ void GasGrid::derive() {
         }
       });
   region_opening_.assign(opening.begin(), opening.end());
-  pressure_.set_openings(weight_, opening_);
+  pressure_.set_openings(weight_);
   viscosity_.set_walls(layout_, free_, {parameters_.no_slip, parameters_.open});
   place_sources();
 }
@@ -256,11 +269,18 @@ void GasGrid::place_sources() {
   for (const GasEvacuator& evacuator : state_.evacuators) {
     evacuator_cells_.push_back(spread(evacuator.position, evacuator.radius));
   }
+  leak_cells_.clear();
+  for (const GasLeak& leak : state_.leaks) {
+    leak_cells_.push_back(spread(leak.position, leak.radius));
+  }
   std::ranges::fill(source_, 0.0f);
+  std::ranges::fill(sinks_, 0.0f);
   const auto add = [&](const GasSpread& cells, double flow) {
     for (std::size_t i = 0; i < cells.cells.size(); ++i) {
-      source_[static_cast<std::size_t>(cells.cells[i])] +=
-          static_cast<float>(flow * cells.weights[i] / cell_volume());
+      const auto cell = static_cast<std::size_t>(cells.cells[i]);
+      const auto rate = static_cast<float>(flow * cells.weights[i] / cell_volume());
+      source_[cell] += rate;
+      if (rate < 0.0f) sinks_[cell] -= rate;
     }
   };
   for (std::size_t i = 0; i < state_.inlets.size(); ++i)
@@ -268,6 +288,7 @@ void GasGrid::place_sources() {
   for (std::size_t i = 0; i < state_.evacuators.size(); ++i) {
     add(evacuator_cells_[i], -state_.evacuators[i].flow);
   }
+  for (std::size_t i = 0; i < state_.leaks.size(); ++i) add(leak_cells_[i], -state_.leaks[i].flow);
 }
 
 /// Those of the last step are of other sources.
@@ -290,9 +311,9 @@ void GasGrid::set_evacuators(std::span<const GasEvacuator> evacuators) {
 }
 
 void GasGrid::set_leaks(std::span<const GasLeak> leaks) {
-  if (std::ranges::equal(leaks, state_.leaks)) return;
   state_.leaks.assign(leaks.begin(), leaks.end());
-  rebuild();
+  place_sources();
+  forget_flows();
 }
 
 void GasGrid::hold_fixed_faces() {
@@ -328,24 +349,6 @@ Vec3 GasGrid::velocity(const Vec3& world) const {
   return sample(layout_, state_.velocity, at.x(), at.y(), at.z()).cast<double>();
 }
 
-void GasGrid::couple(std::span<const float> rates, std::span<float> shares) {
-  stencils_.spread({rates, rates, rates}, rate_sums_);
-  for (int axis = 0; axis < 3; ++axis) {
-    for_gas_face_rows(layout_, axis, [&](std::ptrdiff_t c, int length, int, int) {
-      for (auto f = static_cast<std::size_t>(c); f < static_cast<std::size_t>(c + length); ++f) {
-        // Walls have all the mass that it takes.
-        rate_[axis][f] = free_[axis][f] ? static_cast<float>(rate_sums_[axis][f]) : 0.0f;
-        rate_sums_[axis][f] = 0.0;
-      }
-    });
-  }
-  stencils_.greatest(rate_, shares);
-  const double mass = parameters_.density * cell_volume();
-  parallel_for_each_index(shares.size(), kPointsAChunk, [&](std::size_t i) {
-    shares[i] = static_cast<float>(mass / (mass + static_cast<double>(shares[i])));
-  });
-}
-
 void GasGrid::add_momentum(const StridedVectors<const float>& impulses) {
   for (std::vector<double>& of_axis : state_.impulse)
     of_axis.resize(static_cast<std::size_t>(layout_.count), 0.0);
@@ -357,7 +360,7 @@ void GasGrid::add_momentum(const StridedVectors<const float>& impulses) {
 }
 
 void GasGrid::give_impulses() {
-  const double mass = parameters_.density * cell_volume();
+  const double mass = parameters_.mixture.density() * cell_volume();
   const double most = 2.0 * parameters_.most_speed;
   for (int axis = 0; axis < 3; ++axis) {
     state_.report.impulse_to_walls[axis] =
@@ -424,8 +427,10 @@ void GasGrid::slow_down() {
 
 bool GasGrid::driven() const {
   const auto flows = [](const auto& source) { return source.flow > 0.0; };
-  return state_.impulse_came || !state_.solid_velocity.empty() ||
-         std::ranges::any_of(state_.inlets, flows) || std::ranges::any_of(state_.evacuators, flows);
+  return state_.impulse_came || !state_.sources.empty() || felt_ ||
+         !state_.solid_velocity.empty() || std::ranges::any_of(state_.inlets, flows) ||
+         std::ranges::any_of(state_.evacuators, flows) ||
+         std::ranges::any_of(state_.leaks, [](const GasLeak& leak) { return leak.flow != 0.0; });
 }
 
 const GasReport& GasGrid::step(double dt) {
@@ -442,16 +447,22 @@ const GasReport& GasGrid::step(double dt) {
     return state_.report;
   }
   state_.report.moved = true;
+  move_contents(dt);
+  take_sources(dt);
+  condense(dt);
   if (!state_.at_rest) advection_.step(layout_, weight_, spacing_, dt, state_.velocity);
   state_.at_rest = false;
   state_.report.impulse_to_walls.setZero();
   if (state_.impulse_came) give_impulses();
+  lift(dt);
   viscosity_.step(spacing_, parameters_.kinematic_viscosity + parameters_.eddy_viscosity, dt,
                   state_.velocity);
   drive_inlets(dt);
   slow_down();
   project(dt);
   measure(dt);
+  follow_contents();
+  find_eddies();
   return state_.report;
 }
 
@@ -470,7 +481,7 @@ void GasGrid::project(double dt) {
             const float* u = state_.velocity[axis].data() + at;
             divergence += per[axis] * (u[layout_.stride[axis]] - u[0]);
           }
-          right_[i] = source_[i] - divergence;
+          right_[i] = source_[i] + swelling(i) - divergence;
           sums[regions_.of[i]] += static_cast<double>(right_[i]);
         }
       });
@@ -574,13 +585,7 @@ void GasGrid::measure(double dt) {
         evacuator_cells_[i].cells.empty() ? 0.0 : state_.evacuators[i].flow;
   }
   for (std::size_t i = 0; i < state_.leaks.size(); ++i) {
-    double sum = 0.0;
-    for (std::size_t c = 0; c < leak_cells_[i].cells.size(); ++c) {
-      sum +=
-          leak_cells_[i].weights[c] *
-          static_cast<double>(state_.potential[static_cast<std::size_t>(leak_cells_[i].cells[c])]);
-    }
-    state_.report.leaks[i] = std::numbers::pi * state_.leaks[i].radius * sum;
+    state_.report.leaks[i] = leak_cells_[i].cells.empty() ? 0.0 : state_.leaks[i].flow;
   }
   state_.report.sides.fill(0.0);
   for (int axis = 0; axis < 3; ++axis) {
@@ -597,6 +602,12 @@ void GasGrid::measure(double dt) {
       }
     });
   }
+  state_.report.swelling = cell_volume() * sum_gas_rows(layout_, [&](std::ptrdiff_t c, int length) {
+                             double sum = 0.0;
+                             for (std::ptrdiff_t i = c; i < c + length; ++i)
+                               sum += static_cast<double>(swelling(static_cast<std::size_t>(i)));
+                             return sum;
+                           });
   state_.report.displaced = 0.0;
   if (!state_.solid_velocity.empty()) {
     layout_.rows([&](std::ptrdiff_t c, int length, int, int) {
@@ -641,7 +652,7 @@ void GasGrid::set_velocity(const std::function<Vec3(const Vec3&)>& field) {
 }
 
 Vec3 GasGrid::momentum() const {
-  const double mass = parameters_.density * cell_volume();
+  const double mass = parameters_.mixture.density() * cell_volume();
   Vec3 sum = Vec3::Zero();
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t f = 0; f < state_.velocity[axis].size(); ++f) {
@@ -654,7 +665,7 @@ Vec3 GasGrid::momentum() const {
 }
 
 double GasGrid::energy() const {
-  const double mass = parameters_.density * cell_volume();
+  const double mass = parameters_.mixture.density() * cell_volume();
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t f = 0; f < state_.velocity[axis].size(); ++f) {
@@ -680,8 +691,7 @@ double GasGrid::divergence_error() const {
       const Eigen::Index region = regions_.of[i];
       const double squeezed = region < state_.squeeze.size() ? state_.squeeze[region] : 0.0;
       const double asked =
-          static_cast<double>(source_[i]) - squeezed -
-          static_cast<double>(opening_[i]) * static_cast<double>(state_.potential[i]);
+          static_cast<double>(source_[i]) + static_cast<double>(swelling(i)) - squeezed;
       worst = std::max(worst, std::abs(divergence - asked));
     }
   });
@@ -692,11 +702,12 @@ std::size_t GasGrid::memory_bytes() const {
   // Bytes of the arrays over cells or faces: here, of advection and viscosity, and of the
   // pressure's grids, the coarse ones of which add a seventh.
   constexpr std::size_t kHere =
-      3 * (1 + 3 * sizeof(float) + 2 * sizeof(double)) + 5 * sizeof(float) + sizeof(int) + 1;
+      3 * (1 + 2 * sizeof(float) + sizeof(double)) + 13 * sizeof(float) + sizeof(int) + 1;
   constexpr std::size_t kAdvection = 11 * sizeof(float), kViscosity = 18 * sizeof(float);
   constexpr std::size_t kPressure = 9 * sizeof(float) * 8 / 7 + 2 * sizeof(float);
   return static_cast<std::size_t>(layout_.count) * (kHere + kAdvection + kViscosity + kPressure) +
-         state_.solid_velocity.capacity() * sizeof(Vec3f) + stencils_.memory_bytes();
+         state_.solid_velocity.capacity() * sizeof(Vec3f) + transport_.memory_bytes() +
+         stencils_.memory_bytes();
 }
 
 }  // namespace viscera

@@ -96,8 +96,8 @@ GasPressure::GasPressure(const std::array<int, 3>& cells) {
     Level& level = levels_.emplace_back();
     level.layout = GasLayout(n);
     const auto count = static_cast<std::size_t>(level.layout.count);
-    for (auto* values : {&level.face[0], &level.face[1], &level.face[2], &level.opening,
-                         &level.diagonal, &level.inverse, &level.x, &level.y, &level.b}) {
+    for (auto* values : {&level.face[0], &level.face[1], &level.face[2], &level.diagonal,
+                         &level.inverse, &level.x, &level.y, &level.b}) {
       values->assign(count, 0.0f);
     }
     if (*std::ranges::max_element(n) <= 2) break;
@@ -107,16 +107,15 @@ GasPressure::GasPressure(const std::array<int, 3>& cells) {
   q_ = p_;
 }
 
-void GasPressure::set_openings(const GasFaces& faces, std::span<const float> cells) {
+void GasPressure::set_openings(const GasFaces& faces) {
   Level& finest = levels_.front();
   finest.face = faces;
-  std::copy(cells.begin(), cells.end(), finest.opening.begin());
   for (std::size_t l = 1; l < levels_.size(); ++l) coarsen(levels_[l - 1], levels_[l]);
   for (Level& level : levels_) {
     const auto& stride = level.layout.stride;
     for_gas_rows(level.layout, [&](std::ptrdiff_t c, int length, int, int) {
       for (std::ptrdiff_t i = c; i < c + length; ++i) {
-        float sum = level.opening[static_cast<std::size_t>(i)];
+        float sum = 0.0f;
         for (int axis = 0; axis < 3; ++axis) {
           const float* w = level.face[axis].data() + i;
           sum += w[0] + w[stride[axis]];
@@ -177,17 +176,6 @@ void GasPressure::coarsen(const Level& fine, Level& coarse) const {
           }
           coarse.face[axis][c] = n[axis] == m[axis] ? sum : 0.5f * sum;
         }
-        if (i == m[0] || j == m[1] || k == m[2]) continue;
-        float opening = 0.0f;
-        const Joined x = joined_cells(0, i), y = joined_cells(1, j), z = joined_cells(2, k);
-        for (int fk = z.first; fk < z.last; ++fk) {
-          for (int fj = y.first; fj < y.last; ++fj) {
-            for (int fi = x.first; fi < x.last; ++fi) {
-              opening += fine.opening[static_cast<std::size_t>(fine.layout.index(fi, fj, fk))];
-            }
-          }
-        }
-        coarse.opening[c] = opening;
       }
     }
   }

@@ -9,11 +9,10 @@
 
 namespace viscera {
 
-/// A x = b for (A x)_c = sum over its six faces of w_f (x_c - x_neighbour) + g_c x_c. w_f [1/m2] is
-/// 1/h^2 for a face that gas passes and 0 for a wall; ghosts hold x = 0, so a weight on the
-/// domain's side opens it to the outside. g_c [1/m2] opens a cell. Symmetric, at least
-/// semi-definite: gas that nothing opens has its pressure up to a constant, and b must sum to zero
-/// over it.
+/// A x = b for (A x)_c = sum over its six faces of w_f (x_c - x_neighbour). w_f [1/m2] is 1/h^2 for
+/// a face that gas passes and 0 for a wall; ghosts hold x = 0, so a weight on the domain's side
+/// opens it to the outside. Symmetric, at least semi-definite: gas that nothing opens has its
+/// pressure up to a constant, and b must sum to zero over it.
 ///
 /// Coarse grids join two cells along each axis and open a face by the sum of what it joins, halved
 /// for the double distance: walls thinner than a coarse cell stay walls as far as they can, and a
@@ -32,11 +31,11 @@ class GasPressure {
   const GasLayout& layout() const { return levels_.front().layout; }
   std::size_t levels() const { return levels_.size(); }
 
-  /// Sets the weights (w_f, g_c above) and those of the coarse grids.
-  void set_openings(const GasFaces& faces, std::span<const float> cells);
+  /// Sets the weights w_f and those of the coarse grids.
+  void set_openings(const GasFaces& faces);
 
   /// Improves x until the residual's root of the sum of squares is at most `tolerance`. The guess
-  /// in x is dropped if it is worse than 0. Cells without any opening have no equation. b and x
+  /// in x is dropped if it is worse than 0. Cells without any open face have no equation. b and x
   /// have layout().count; x is 0 in ghosts.
   Outcome solve(std::span<const float> b, std::span<float> x, double tolerance, int most = 100);
 
@@ -48,7 +47,6 @@ class GasPressure {
   struct Level {
     GasLayout layout;
     GasFaces face;                // w_f
-    std::vector<float> opening;   // g_c
     std::vector<float> diagonal;  // of A
     std::vector<float> inverse;   // of the diagonal; 0 where that is 0
     std::vector<float> x, y, b;   // of the V-cycle

@@ -1,5 +1,5 @@
-// Velocity between the faces of the gas grid at one place: trilinear in each component's own eight
-// faces. gas_stencils.h has the same for many places.
+// Between the faces or the middles of the gas grid's cells at one place: trilinear in the eight
+// about it. gas_stencils.h has the same for many places.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@ struct FaceStencil {
   float x, y, z;        ///< how far towards the others, 0 to 1
 };
 
-/// The stencil of the faces across `Axis` at a place in cells from the domain's least corner.
-/// Beyond the outermost faces values go on unchanged.
+/// The stencil of the faces across `Axis`, or with 3 of the cells' middles, at a place in cells
+/// from the domain's least corner. Beyond the outermost values go on unchanged.
 template <int Axis>
 inline FaceStencil face_stencil(const GasLayout& layout, float x, float y, float z) {
   const auto part = [&](int axis, float at, int& cell) {
@@ -43,6 +43,11 @@ inline float interpolate(const GasLayout& layout, const float* values, const Fac
   const float high =
       mix(mix(v[layer], v[layer + 1], s.x), mix(v[layer + row], v[layer + row + 1], s.x), s.y);
   return mix(low, high, s.z);
+}
+
+/// Of the cells' middles.
+inline FaceStencil cell_stencil(const GasLayout& layout, const Vec3f& at) {
+  return face_stencil<3>(layout, at.x(), at.y(), at.z());
 }
 
 /// All three components at a place in cells.

@@ -41,9 +41,13 @@ GasRegions gas_regions(const GasLayout& layout, std::span<const std::uint8_t> so
   return regions;
 }
 
+double least_spread(const Vec3& spacing) {
+  return 1.5 * spacing.maxCoeff();
+}
+
 GasSpread spread_source(const GasLayout& layout, const Vec3& spacing, const GasRegions& regions,
                         const Vec3& place, double radius) {
-  for (double reach = std::max(radius, 1.5 * spacing.maxCoeff()), most = 4.0 * reach; reach <= most;
+  for (double reach = std::max(radius, least_spread(spacing)), most = 4.0 * reach; reach <= most;
        reach *= 2.0) {
     GasSpread found;
     int largest = -1;

@@ -7,6 +7,7 @@
 
 #include "kernels/base/fields.h"
 #include "kernels/smoke/gas_layout.h"
+#include "kernels/smoke/gas_mixture.h"
 
 namespace viscera {
 
@@ -38,17 +39,37 @@ struct GasEvacuator {
 };
 static_assert(fields_cover<GasEvacuator>());
 
-/// A hole to the outside, at whose pressure the gas there is: its flow follows from the others'.
+/// A hole to the outside. Where the outside's pressure is the higher, air comes in.
 struct GasLeak {
   Vec3 position = Vec3::Zero();  ///< world [m]
   double radius = 2e-3;          ///< of the opening [m]
+  double flow = 0.0;             ///< out [m3/s]; negative: of air, in
 
-  bool operator==(const GasLeak&) const = default;
   static constexpr auto fields() {
-    return std::tuple(field("position", &GasLeak::position), field("radius", &GasLeak::radius));
+    return std::tuple(field("position", &GasLeak::position), field("radius", &GasLeak::radius),
+                      field("flow", &GasLeak::flow));
   }
 };
 static_assert(fields_cover<GasLeak>());
+
+/// What comes out of tissue or a nozzle in a step: gas, with its heat, and the momentum of its jet,
+/// which gas takes up along a way of length `reach`, evenly.
+struct GasSource {
+  Vec3 position = Vec3::Zero();    ///< world [m]
+  Vec3 direction = Vec3::UnitZ();  ///< of the jet, unit
+  double radius = 1e-3;            ///< of what it comes from [m]
+  double reach = 0.0;              ///< of the jet that the grid doesn't resolve [m]
+  double impulse = 0.0;            ///< [N s]
+  GasGift gift;
+
+  static constexpr auto fields() {
+    using S = GasSource;
+    return std::tuple(field("position", &S::position), field("direction", &S::direction),
+                      field("radius", &S::radius), field("reach", &S::reach),
+                      field("impulse", &S::impulse), field("gift", &S::gift));
+  }
+};
+static_assert(fields_cover<GasSource>());
 
 /// Cells that share a source; weights sum to 1.
 struct GasSpread {
@@ -65,6 +86,9 @@ struct GasRegions {
 /// Regions of cells with solid = 0; faces of weight 0 part them.
 GasRegions gas_regions(const GasLayout& layout, std::span<const std::uint8_t> solid,
                        const GasFaces& weights);
+
+/// What is smaller is spread as far as this: one and a half cells [m].
+double least_spread(const Vec3& spacing);
 
 /// The gas cells within `radius` [m] of a place (in metres from the domain's least corner), or
 /// within one and a half cells where the radius is less, more at the middle. Where several regions

@@ -65,28 +65,6 @@ VISCERA_WIDE void read_block(const Among& given, std::size_t count, float* __res
   }
 }
 
-inline float greater(float a, float b) {
-  return a > b ? a : b;
-}
-
-VISCERA_WIDE void greatest_block(const Among& given, std::size_t count, float* __restrict most) {
-  const Among a = given;
-  const float *f = a.faces, *f_row = f + a.row, *up = f + a.layer, *up_row = up + a.row;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::int32_t b = a.base[i];
-    const float x = a.x[i], y = a.y[i], z = a.z[i];
-    const float v0 = f[b], v1 = f[b + 1], v2 = f_row[b], v3 = f_row[b + 1];
-    const float v4 = up[b], v5 = up[b + 1], v6 = up_row[b], v7 = up_row[b + 1];
-    // The greater of each two along x that have a weight, then along y, then along z.
-    const auto of = [](float low, float high, float t) {
-      const float lower = t < 1.0f ? low : 0.0f, upper = t > 0.0f ? high : 0.0f;
-      return greater(lower, upper);
-    };
-    most[i] = greater(
-        most[i], of(of(of(v0, v1, x), of(v2, v3, x), y), of(of(v4, v5, x), of(v6, v7, x), y), z));
-  }
-}
-
 // --- spreading
 
 /// What the eight faces about a place get: x fastest, then y, then z.
@@ -177,6 +155,7 @@ void GasStencils::place(const GasLayout& layout, const Vec3& least, const Vec3& 
     for (auto* values : {&line_[axis], &middle_[axis]}) values->resize(count);
     base_[axis].resize(count);
   }
+  cell_base_.resize(count);
   layer_.resize(count);
   const Vec3f shift = (points.origin - least).cast<float>();
   const Vec3f scale = spacing.cwiseInverse().cast<float>();
@@ -200,12 +179,15 @@ void GasStencils::place(const GasLayout& layout, const Vec3& least, const Vec3& 
       const auto lower = [&](int along) { return (axis == along ? line : middle)[along].data(); };
       number(lower(0), lower(1), lower(2), length, first, row, layer, base_[axis].data() + begin);
     }
+    number(middle[0].data(), middle[1].data(), middle[2].data(), length, first, row, layer,
+           cell_base_.data() + begin);
     std::copy_n(line[2].data(), length, layer_.data() + begin);
   });
-  sort_by_layer();
+  sorted_ = false;
 }
 
 void GasStencils::sort_by_layer() {
+  sorted_ = true;
   const std::size_t count = size(), chunks = (count + kSortChunk - 1) / kSortChunk;
   const auto layers = static_cast<std::size_t>(layout_.n[2]);
   next_.assign(chunks * layers, 0);
@@ -251,24 +233,18 @@ void GasStencils::read(const GasFaces& faces, const StridedVectors<float>& value
   });
 }
 
-void GasStencils::greatest(const GasFaces& faces, std::span<float> most) const {
+void GasStencils::read_cells(std::span<const float> cells, std::span<float> values) const {
   const int row = static_cast<int>(layout_.stride[1]), layer = static_cast<int>(layout_.stride[2]);
   parallel_chunks(size(), kBlock, [&](std::size_t begin, std::size_t end) {
-    std::fill(most.begin() + static_cast<std::ptrdiff_t>(begin),
-              most.begin() + static_cast<std::ptrdiff_t>(end), 0.0f);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto part = [&](int along) {
-        return (axis == along ? line_ : middle_)[along].data() + begin;
-      };
-      greatest_block(
-          {faces[axis].data(), row, layer, base_[axis].data() + begin, part(0), part(1), part(2)},
-          end - begin, most.data() + begin);
-    }
+    read_block({cells.data(), row, layer, cell_base_.data() + begin, middle_[0].data() + begin,
+                middle_[1].data() + begin, middle_[2].data() + begin},
+               end - begin, values.data() + begin);
   });
 }
 
 void GasStencils::spread(const StridedVectors<const float>& values,
-                         std::array<std::vector<double>, 3>& sums) const {
+                         std::array<std::vector<double>, 3>& sums) {
+  if (!sorted_) sort_by_layer();
   const std::size_t layers = size() > 0 ? first_.size() - 1 : 0;
   const std::ptrdiff_t row = layout_.stride[1], layer = layout_.stride[2];
   // A point's faces across z begin in its own layer, the others in that or the one below.
@@ -308,7 +284,7 @@ void GasStencils::spread(const StridedVectors<const float>& values,
 }
 
 std::size_t GasStencils::memory_bytes() const {
-  return layer_.capacity() * (6 * sizeof(float) + 4 * sizeof(std::int32_t)) +
+  return layer_.capacity() * (6 * sizeof(float) + 5 * sizeof(std::int32_t)) +
          order_.capacity() * sizeof(std::uint32_t) + first_.capacity() * sizeof(std::size_t) +
          next_.capacity() * sizeof(std::uint32_t);
 }

@@ -23,12 +23,11 @@ class GasStencils {
 
   /// Values between the faces at every point.
   void read(const GasFaces& faces, const StridedVectors<float>& values) const;
-  /// The greatest value of the faces (none below 0) that each point has a weight on.
-  void greatest(const GasFaces& faces, std::span<float> most) const;
+  /// Values between the middles of cells at every point.
+  void read_cells(std::span<const float> cells, std::span<float> values) const;
   /// Adds every point's value of an axis to its eight faces of that axis by their weights. A point
   /// with a value that isn't finite adds nothing.
-  void spread(const StridedVectors<const float>& values,
-              std::array<std::vector<double>, 3>& sums) const;
+  void spread(const StridedVectors<const float>& values, std::array<std::vector<double>, 3>& sums);
   std::size_t memory_bytes() const;
 
  private:
@@ -39,9 +38,11 @@ class GasStencils {
   // about it, and of the middles between them.
   std::array<std::vector<float>, 3> line_, middle_;
   std::array<std::vector<std::int32_t>, 3> base_;  // the least of its eight faces of each axis
+  std::vector<std::int32_t> cell_base_;            // and of its eight middles
   std::vector<std::int32_t> layer_;                // of cells that it lies in
   // Points by layer, in their own order within one: it reaches faces of its own layer and the two
   // beside it, so every third layer may be worked on at once.
+  bool sorted_ = true;
   std::vector<std::uint32_t> order_;
   std::vector<std::size_t> first_;   // of each layer in order_
   std::vector<std::uint32_t> next_;  // of each chunk of points and layer

@@ -2,15 +2,14 @@
 #include "kernels/smoke/smoke_passes.glsl"
 
 layout(std140, binding = 0) uniform Pass { IntegrateParameters pass; };
-uniform int with_gas;  // else the gas rests, and nobody asks what it gets
+uniform int with_gas;  // else it rests
 
 layout(std430, binding = 0) buffer Positions { vec4 positions[]; };
 layout(std430, binding = 1) buffer Velocities { vec4 velocities[]; };
 layout(std430, binding = 2) readonly buffer Ids { uint ids[]; };
 layout(std430, binding = 3) readonly buffer Accelerations { vec4 accelerations[]; };
 layout(std430, binding = 4) readonly buffer Waves { SwirlWave waves[]; };
-layout(std430, binding = 5) readonly buffer Gas { vec4 gas[]; };  // u; theta
-layout(std430, binding = 6) writeonly buffer Impulses { vec4 impulses[]; };
+layout(std430, binding = 5) readonly buffer Gas { vec4 gas[]; };  // u; speed of eddies
 
 uvec3 random_words(uint x, uint y, uint z) {
   uvec3 v = uvec3(x, y, z) * 1664525u + 1013904223u;
@@ -59,24 +58,20 @@ void main() {
   uint i = thread_index();
   if (i >= pass.particles) return;
   vec4 position = positions[i], velocity = velocities[i], neighbours = accelerations[i];
-  vec4 around = with_gas != 0 ? gas[i] : vec4(0.0, 0.0, 0.0, 1.0);
-  float turbulence = 1.0 + pass.plume_turbulence * max(0.0, position.w);
+  vec3 v = velocity.xyz;
+  vec4 around =
+      with_gas != 0 ? gas[i] : vec4(0.0, 0.0, 0.0, pass.turbulence * length(v));
   uvec3 words = random_words(ids[i], pass.substep, pass.seed);
   vec3 noise = vec3(nearly_normal(words.x), nearly_normal(words.y), nearly_normal(words.z));
-  vec3 acceleration =
-      neighbours.xyz + turbulence * (swirl_at(position.xyz) + pass.white * noise);
-  acceleration.z += pass.lift * position.w;
-
-  vec3 u = around.xyz, v = velocity.xyz;
-  float rate = around.w * (neighbours.w + pass.entrainment * length(v - u));
-  v = (v + pass.step * (acceleration + rate * u)) / (1.0 + pass.step * rate);
-  if (with_gas != 0) {
-    impulses[i] = vec4(pass.parcel_mass * rate * pass.step * (v - u), 0.0);
-  }
+  vec3 flow = around.xyz + around.w * (swirl_at(position.xyz) + pass.white * noise);
+  vec3 acceleration = neighbours.xyz;
+  acceleration.z += pass.gravity * (position.w / (pass.gas_temperature + position.w));
+  float rate = neighbours.w + pass.entrainment * length(v - around.xyz);
+  v = (v + pass.step * (acceleration + rate * flow)) / (1.0 + pass.step * rate);
   vec3 at = position.xyz + pass.step * v;
   keep_inside(at.x, v.x, pass.extent.x, kOpenLowX, kOpenHighX);
   keep_inside(at.y, v.y, pass.extent.y, kOpenLowY, kOpenHighY);
   keep_inside(at.z, v.z, pass.extent.z, kOpenLowZ, kOpenHighZ);
-  positions[i] = vec4(at, position.w * pass.cooling);
+  positions[i] = vec4(at, position.w / (1.0 + pass.step * pass.cooling * rate));
   velocities[i] = vec4(v, velocity.w + pass.step);
 }

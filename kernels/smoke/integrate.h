@@ -29,22 +29,18 @@ constexpr float nearly_normal(std::uint32_t word) {
   return (static_cast<float>(bytes) - 510.0f) * (1.0f / 147.8005f);  // 4 (256^2 - 1) / 12
 }
 
-/// m k dt [kg] of each particle, k = accelerations.w + entrainment |v - u|: what the gas is asked
-/// to exchange. `gas` holds u.
-void exchanged_mass(std::span<const Float4> velocities, std::span<const Float4> accelerations,
-                    std::span<const Float4> gas, const IntegrateParameters& parameters,
-                    std::span<float> exchanged);
-
-/// Advances by a step: neighbours' accelerations (w: drag rate of the gas around), the random force
-/// (white per particle, swirl shared by neighbours; both grow with a plume's heat), buoyancy, and
-/// drag towards the gas, implicit, so that no step makes it overshoot:
-///   v' = (v + dt (a + k u)) / (1 + dt k),  k = theta (drag + entrainment |v - u|).
-/// `gas` is u with theta in w; empty where the gas rests. `impulses`, where not empty, is what the
-/// gas gets, m k dt (v' - u) [kg m/s]. Closed sides of the domain stop a particle inelastically;
-/// through open ones it leaves, and its position tells.
+/// Advances by a step. Neighbours' accelerations (w: drag rate of the gas around), where gravity is
+/// given the buoyancy of a warm parcel as an ideal gas, and drag towards the gas and the eddies in
+/// it, implicit, so that no step makes it overshoot:
+///   v' = (v + dt (a + k u')) / (1 + dt k),  k = drag + entrainment |v - u|,
+///   u' = u + eddies (swirl that neighbours share + white part of each).
+/// The gas takes heat as it takes momentum, times `cooling`. `gas` is u with the speed of its
+/// eddies in w; empty where the gas rests, and the eddies are a share of a parcel's speed. Closed
+/// sides of the domain stop a particle inelastically; through open ones it leaves, and its position
+/// tells.
 void integrate(std::span<Float4> positions, std::span<Float4> velocities,
                std::span<const std::uint32_t> ids, std::span<const Float4> accelerations,
                std::span<const Float4> gas, std::span<const SwirlWave> waves,
-               const IntegrateParameters& parameters, std::span<Float4> impulses);
+               const IntegrateParameters& parameters);
 
 }  // namespace viscera

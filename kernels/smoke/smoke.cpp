@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "kernels/base/finite.h"
@@ -14,25 +15,29 @@ namespace {
 
 constexpr std::size_t kChunk = 1024;
 constexpr std::uint64_t kEmissionStream = 0x454d'4954ull << 32;
+constexpr std::uint64_t kOutletStream = 0x4f55'544cull << 32;
 constexpr double kReferenceStep = 1.0 / 60.0;
 constexpr int kMostSubsteps = 64;
+constexpr double kSupportsAStep = 2.0;
 constexpr float kWallRestitution = 0.2f;
 constexpr std::uint32_t kFewestNeighbours = 4;
 constexpr std::uint32_t kRounds = 6;
 // Crowding stays as gentle as at this excess where a source overfills its surroundings.
 constexpr float kMostExcess = 4.0f;
 
-ViscosityParameters viscosity_parameters(const SmokeParameters& parameters, double dt) {
+ViscosityParameters viscosity_parameters(const SmokeParameters& parameters, double dt,
+                                         bool in_gas) {
   const double h = parameters.spacing, nu = effective_viscosity(parameters);
-  // The kernel's norm is 315 / (64 pi h^3), and a particle stands for (h/2)^3.
+  // The kernel's norm is 315 / (64 pi h^3), and a particle stands for (h/2)^3: but for nothing
+  // where there is gas.
   constexpr double kFill = 315.0 / (64.0 * std::numbers::pi) / 8.0;
   ViscosityParameters pass;
   pass.inverse_square = static_cast<float>(1.0 / (h * h));
   pass.viscosity = static_cast<float>(nu);
   pass.crowding = static_cast<float>(0.5 * parameters.crowding_speed * parameters.crowding_speed);
-  pass.fill = static_cast<float>(kFill);
+  pass.fill = in_gas ? 0.0f : static_cast<float>(kFill);
   pass.most_excess = kMostExcess;
-  pass.gas_drag = static_cast<float>(parameters.gas_drag * 18.0 * nu / (h * h));
+  pass.gas_drag = static_cast<float>(jet_drag(parameters).linear);
   pass.fewest_neighbours = kFewestNeighbours;
   pass.laplacian = parameters.laplacian;
   pass.step = static_cast<float>(dt);
@@ -42,7 +47,7 @@ ViscosityParameters viscosity_parameters(const SmokeParameters& parameters, doub
 bool usable(const SmokeEmission& emission, const Box& domain) {
   return emission.position.allFinite() && domain.contains(emission.position) &&
          emission.direction.allFinite() && emission.direction.norm() > 0.0 &&
-         std::isfinite(emission.speed) && std::isfinite(emission.radius) &&
+         std::isfinite(emission.speed) && std::isfinite(emission.radius) && emission.reach >= 0.0 &&
          emission.radius >= 0.0 && std::isfinite(emission.temperature) &&
          std::isfinite(emission.duration) && emission.duration >= 0.0 &&
          std::isfinite(emission.mass) && emission.mass > 0.0 && emission.particles > 0;
@@ -54,10 +59,34 @@ double effective_viscosity(const SmokeParameters& parameters) {
   return parameters.gas_viscosity / parameters.gas_density + parameters.eddy_viscosity;
 }
 
+JetDrag jet_drag(const SmokeParameters& parameters) {
+  const double h = parameters.spacing;
+  return {parameters.gas_drag * 18.0 * effective_viscosity(parameters) / (h * h),
+          2.0 * parameters.jet_entrainment / h};
+}
+
+double JetDrag::speed_after(double speed, double time) const {
+  const double left = std::exp(-linear * time);
+  const double slowed = linear > 0.0 ? -std::expm1(-linear * time) / linear : time;
+  return speed * left / (1.0 + quadratic * speed * slowed);
+}
+
+double JetDrag::way_after(double speed, double time) const {
+  const double slowed = linear > 0.0 ? -std::expm1(-linear * time) / linear : time;
+  const double way = speed * slowed;
+  return quadratic > 0.0 ? std::log1p(quadratic * way) / quadratic : way;
+}
+
+double JetDrag::speed_for(double reach) const {
+  if (!(linear > 0.0)) return std::numeric_limits<double>::infinity();
+  return linear * (quadratic > 0.0 ? std::expm1(quadratic * reach) / quadratic : reach);
+}
+
 SmokeVolume::SmokeVolume(const SmokeParameters& parameters)
     : parameters_(parameters),
-      swirl_(parameters.seed, parameters.swirl_acceleration, parameters.swirl_wavelength,
-             parameters.swirl_time) {
+      // Waves of unit deviation in each component.
+      swirl_(parameters.seed, std::sqrt(3.0), parameters.eddies.wavelength,
+             parameters.eddies.period) {
   assert(!parameters.domain.isEmpty() && parameters.spacing > 0.0);
   assert(parameters.gas_density > 0.0 && parameters.gas_temperature > 0.0);
 }
@@ -84,14 +113,19 @@ bool SmokeVolume::emit(const SmokeEmission& emission) {
   state_.book.emitted += static_cast<double>(mass) * emission.particles;
 
   const Vec3f extent = parameters_.domain.sizes().cast<float>();
-  const Vec3 velocity = emission.speed * emission.direction.normalized();
+  const Vec3 direction = emission.direction.normalized();
+  const JetDrag drag = jet_drag(parameters_);
+  const double speed = std::min(emission.speed, drag.speed_for(emission.reach));
   const float temperature = static_cast<float>(emission.temperature);
   for (std::size_t i = 0; i < number; ++i) {
     const Random random(parameters_.seed, kEmissionStream + state_.next_id);
     const double age = emission.duration * random.uniform(2);
-    const Vec3 offset = emission.radius * std::cbrt(random.uniform(3)) * random.direction(0);
+    const double way = drag.way_after(speed, age);
+    const double radius = emission.radius + 2.0 * parameters_.jet_entrainment * way;
+    const Vec3 offset = radius * std::cbrt(random.uniform(3)) * random.direction(0);
     const Vec3f position =
-        (emission.position + offset + age * velocity - parameters_.domain.min()).cast<float>();
+        (emission.position + offset + way * direction - parameters_.domain.min()).cast<float>();
+    const Vec3 velocity = drag.speed_after(speed, age) * direction;
     state_.particles.positions.push_back(
         Float4::from(position.cwiseMax(Vec3f::Zero()).cwiseMin(extent), temperature));
     state_.particles.velocities.push_back(
@@ -108,11 +142,13 @@ bool SmokeVolume::emit(const SmokeEmission& emission) {
 void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
   if (!(dt > 0.0) || !std::isfinite(dt)) return;
   state_.counters.isolated = state_.counters.tested = state_.counters.touching = 0;
+  const bool in_gas = around.gas != nullptr;
   if (state_.particles.size() == 0) {
     state_.surfaces.advance({}, parameters_.domain.min());
     state_.time += dt;
   } else {
     state_.surfaces.advance(around.surfaces, parameters_.domain.min());
+    const double first_way = greatest_way(dt);
     hand_over();
     const double nu = effective_viscosity(parameters_);
     const double longest =
@@ -120,17 +156,18 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
     const int exchanges = std::max(1, static_cast<int>(std::ceil(dt / longest)));
     exchange_step_ = dt / exchanges;
     for (int e = 0; e < exchanges; ++e) {
-      exchange();
-      // Neither particles nor what they may meet go further than a support radius: cells of the
+      exchange(in_gas);
+      // Neither particles nor what they may meet go further than two support radii: cells of the
       // gas, and bodies, are wider.
-      double way = exchange_step_ * static_cast<double>(passes().greatest_speed());
+      double way = e == 0 ? first_way / exchanges
+                          : exchange_step_ * static_cast<double>(passes().greatest_speed());
       const Eigen::AlignedBox3f domain(Vec3f::Zero(), parameters_.domain.sizes().cast<float>());
       way = std::max<double>(way, state_.surfaces.greatest_way(domain) / exchanges);
       for (const SmokeObstacle& obstacle : around.obstacles) {
         way = std::max({way, (obstacle.from - obstacle.from_before).norm() / exchanges,
                         (obstacle.to - obstacle.to_before).norm() / exchanges});
       }
-      const double wanted = std::ceil(way / parameters_.spacing);
+      const double wanted = std::ceil(way / (kSupportsAStep * parameters_.spacing));
       const int substeps = static_cast<int>(std::clamp<double>(wanted, 1.0, kMostSubsteps));
       for (int s = 0; s < substeps; ++s) {
         const double parts = static_cast<double>(exchanges) * substeps;
@@ -140,8 +177,28 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
     }
     take_back();
     end_aged_and_gone();
+    if (in_gas) take_temperatures(*around.gas);
   }
   take_out(dt, around.outlets);
+}
+
+/// Of a particle in dt [m]: what leaves a jet slows on its way, all others have.
+double SmokeVolume::greatest_way(double dt) const {
+  const JetDrag drag = jet_drag(parameters_);
+  double way = 0.0;
+  for (const Float4& velocity : state_.particles.velocities) {
+    const double speed = static_cast<double>(velocity.xyz().norm());
+    const bool jet = static_cast<double>(velocity.w) <= dt;
+    way = std::max(way, jet ? drag.way_after(speed, dt) : speed * dt);
+  }
+  return way;
+}
+
+/// They are as warm as the gas about them.
+void SmokeVolume::take_temperatures(SurroundingGas& gas) {
+  excess_.resize(state_.particles.size());
+  gas.excess(state_.particles.positions, excess_);
+  for (std::size_t i = 0; i < excess_.size(); ++i) state_.particles.positions[i].w = excess_[i];
 }
 
 void SmokeVolume::hand_over() {
@@ -168,7 +225,7 @@ void SmokeVolume::drop_device() {
 }
 
 /// Sorts the particles and finds what neighbours do to each.
-void SmokeVolume::exchange() {
+void SmokeVolume::exchange(bool in_gas) {
   // The fates travel with the particles only between two sorts.
   if (any_trapped_) {
     take_back();
@@ -176,7 +233,7 @@ void SmokeVolume::exchange() {
     hand_over();
   }
   passes().exchange(static_cast<float>(parameters_.spacing),
-                    viscosity_parameters(parameters_, exchange_step_));
+                    viscosity_parameters(parameters_, exchange_step_, in_gas));
 }
 
 void SmokeVolume::substep(double dt, double from, double to, double whole,
@@ -184,16 +241,14 @@ void SmokeVolume::substep(double dt, double from, double to, double whole,
   IntegrateParameters pass;
   pass.extent = Float4::from(parameters_.domain.sizes().cast<float>(), kWallRestitution);
   pass.step = static_cast<float>(dt);
-  pass.white = static_cast<float>(parameters_.random_acceleration * std::sqrt(kReferenceStep / dt));
-  pass.lift = static_cast<float>(parameters_.gravity / parameters_.gas_temperature);
-  pass.plume_turbulence =
-      static_cast<float>(parameters_.plume_turbulence / parameters_.gas_temperature);
-  pass.cooling = parameters_.cooling_time > 0.0
-                     ? static_cast<float>(std::exp(-dt / parameters_.cooling_time))
-                     : 0.0f;
-  pass.parcel_mass =
-      static_cast<float>(parameters_.gas_density * std::pow(0.5 * parameters_.spacing, 3));
-  pass.entrainment = static_cast<float>(parameters_.entrainment);
+  pass.white = static_cast<float>(parameters_.eddies.white * std::sqrt(kReferenceStep / dt));
+  pass.entrainment = static_cast<float>(jet_drag(parameters_).quadratic);
+  pass.gas_temperature = static_cast<float>(parameters_.gas_temperature);
+  if (around.gas == nullptr) {
+    pass.gravity = static_cast<float>(parameters_.gravity);
+    pass.cooling = static_cast<float>(1.0 / parameters_.prandtl);
+    pass.turbulence = static_cast<float>(parameters_.eddies.share);
+  }
   pass.seed = static_cast<std::uint32_t>(parameters_.seed ^ parameters_.seed >> 32);
   pass.substep = state_.substeps++;
   pass.open_sides = parameters_.open_sides;
@@ -248,19 +303,23 @@ void SmokeVolume::meet_surfaces(double dt, double from, double to, double whole,
   any_trapped_ = any_trapped_ || counts.trapped > 0;
 }
 
-/// Particles at an outlet go through it, and the background thins.
+/// Particles at an outlet go through it as the gas does, and the background thins.
 void SmokeVolume::take_out(double dt, std::span<const SmokeOutlet> outlets) {
   double evacuation = 0.0, leak = parameters_.background_leak;
   fates_.assign(state_.particles.size(), SmokeFate::kAirborne);
   bool any = false;
+  const Random random(parameters_.seed, kOutletStream + state_.substeps);
   for (const SmokeOutlet& outlet : outlets) {
     if (!(outlet.flow > 0.0)) continue;
     (outlet.leak ? leak : evacuation) += outlet.flow;
     const Vec3f at = (outlet.position - parameters_.domain.min()).cast<float>();
     const float square = static_cast<float>(outlet.radius * outlet.radius);
+    const double ball = 4.0 / 3.0 * std::numbers::pi * std::pow(outlet.radius, 3);
+    const double share = -std::expm1(-dt * outlet.flow / ball);
     for (std::size_t i = 0; i < state_.particles.size(); ++i) {
       if (fates_[i] != SmokeFate::kAirborne) continue;
       if (!((state_.particles.position(i) - at).squaredNorm() < square)) continue;
+      if (random.uniform(state_.particles.ids[i]) >= share) continue;
       fates_[i] = outlet.leak ? SmokeFate::kLeaked : SmokeFate::kEvacuated;
       any = true;
     }

@@ -19,6 +19,17 @@
 
 namespace viscera {
 
+/// The eddies that carry smoke besides the flow of the gas. Their speed is that of eddies which the
+/// gas's grid doesn't resolve (GasGrid::eddies), or without one a share of the parcel's own.
+struct SmokeEddies {
+  double share = 0.25;        ///< of the parcel's speed, as in free plumes; without a grid [1]
+  double wavelength = 20e-3;  ///< of their waves, spread from 0.25 to 1.5 times this [m]
+  double period = 0.6;        ///< in which those of this wavelength change [s]
+  /// Their white part, of their speed: the deviation of each component over 1/60 s, scaled by
+  /// sqrt((1/60 s) / dt), so that the diffusion doesn't depend on the step [1].
+  double white = 0.25;
+};
+
 struct SmokeParameters {
   Box domain;                       ///< world [m]
   std::uint32_t open_sides = 0;     ///< bits: smoke leaves there; along the others it slides
@@ -26,48 +37,40 @@ struct SmokeParameters {
   double gas_density = 1.76;        ///< rho [kg/m3] (CO2 at 12 mmHg and 37 C)
   double gas_viscosity = 1.54e-5;   ///< mu [Pa s]
   double gas_temperature = 310.15;  ///< [K]
-  double cooling_time = 0.8;        ///< of the temperature excess towards the gas [s]
-  double gravity = 9.81;            ///< [m/s2]; buoyancy acts along +z
-  double lifetime = 20.0;           ///< older particles join the background [s]
+  double prandtl = 0.76;   ///< of the gas, which takes a parcel's heat where it stands still
+  double gravity = 9.81;   ///< [m/s2]; buoyancy acts along +z
+  double lifetime = 20.0;  ///< older particles join the background [s]
   std::uint64_t seed = 1;
   std::size_t max_particles = 25000;  ///< the oldest end when more are emitted, and are counted
   Laplacian laplacian = Laplacian::kPairwise;
 
-  /// White part of the random force per mass: the standard deviation of each component over 1/60 s
-  /// [m/s2]; scaled by sqrt((1/60 s) / dt), so that the diffusion doesn't depend on the step.
-  double random_acceleration = 0.15;
-  /// Coherent part of the random force per mass, which makes wisps: root mean square of the length
-  /// of a divergence-free field of random waves [m/s2], that neighbours share.
-  double swirl_acceleration = 1.0;
-  double swirl_wavelength = 20e-3;  ///< of its waves, spread from 0.25 to 1.5 times this [m]
-  double swirl_time = 0.6;          ///< in which those of this wavelength change [s]
-  /// A hot plume makes its own turbulence: both parts of the random force grow by the factor
-  /// 1 + plume_turbulence * (temperature excess / gas temperature).
-  double plume_turbulence = 10.0;
+  SmokeEddies eddies;
 
   /// Added to mu / rho [m2/s]: eddies smaller than h.
   double eddy_viscosity = 5e-6;
   /// Drag by the gas around, as a share of what follows from viscosity (viscosity.h): 1, or 0
   /// without gas.
   double gas_drag = 1.0;
-  /// Quadratic drag a = -c |v - u| (v - u) of the gas that a plume entrains: c = 2 alpha / b with
-  /// the entrainment coefficient alpha of plumes, about 0.1 [Morton1956], and plume radius b, 1 cm
-  /// [1/m].
-  double entrainment = 20.0;
-  /// Gas can't pile up: particles closer than h/2 on average push each other apart with the
-  /// pressure rho c^2 of their excess (viscosity.h); c [m/s].
+  /// A jet of radius b that entrains gas slows by a = -(2 alpha / b) |v - u| (v - u); b is h, the
+  /// width that a parcel has. alpha of jets [Morton1956].
+  double jet_entrainment = 0.08;
+  /// Where no gas is computed, particles stand for it, and it can't pile up: closer than h/2 on
+  /// average they push each other apart with the pressure rho c^2 of their excess (viscosity.h);
+  /// c [m/s].
   double crowding_speed = 0.02;
 
-  double surface_gap = 2e-4;          ///< that particles keep to surfaces [m]
-  double deposition_velocity = 2e-4;  ///< of smoke onto what it touches [m/s]
-  double cavity_volume = 3e-3;        ///< of gas that the background is mixed into [m3]
+  double surface_gap = 2e-4;  ///< that particles keep to surfaces [m]
+  /// Of smoke onto what it touches: that in which its droplets settle (droplet_optics.h) [m/s].
+  double deposition_velocity = 1.6e-5;
+  double cavity_volume = 3e-3;   ///< of gas that the background is mixed into [m3]
   double background_leak = 0.0;  ///< flow that leaks from the cavity besides the outlets [m3/s]
 };
 
-/// An opening that takes gas out: a suction evacuator, or a trocar that leaks.
+/// An opening that takes gas out: a suction evacuator, or a trocar that leaks. From a ball about it
+/// particles go as the gas does, each with the share of the ball's gas that is drawn off.
 struct SmokeOutlet {
   Vec3 position = Vec3::Zero();  ///< world [m]
-  double radius = 0.0;           ///< particles nearer than this go while it flows [m]
+  double radius = 0.0;           ///< of the ball [m]
   double flow = 0.0;             ///< [m3/s]
   bool leak = false;             ///< books what it takes as leaked, not as evacuated
 };
@@ -116,6 +119,7 @@ struct SmokeEmission {
   Vec3 position = Vec3::Zero();    ///< world [m]
   Vec3 direction = Vec3::UnitZ();  ///< of the jet: outward from the tissue
   double speed = 0.15;             ///< [m/s]
+  double reach = 1.0;              ///< room in that direction: the jet goes no farther [m]
   double radius = 1e-3;            ///< of the source [m]
   double temperature = 60.0;       ///< excess over the gas [K]
   double mass = 0.0;               ///< of smoke to emit in this step [kg]
@@ -125,6 +129,18 @@ struct SmokeEmission {
 
 /// mu / rho plus the eddy viscosity [m2/s].
 double effective_viscosity(const SmokeParameters& parameters);
+
+/// How a parcel runs ahead of gas at rest: dv/dt = -k v - c v^2.
+struct JetDrag {
+  double linear = 0.0;     ///< k [1/s]
+  double quadratic = 0.0;  ///< c [1/m]
+
+  double speed_after(double speed, double time) const;  ///< [m/s]
+  double way_after(double speed, double time) const;    ///< [m]
+  /// At which it gets that far in the end [m/s]; any: as fast as you like.
+  double speed_for(double reach) const;
+};
+JetDrag jet_drag(const SmokeParameters& parameters);
 
 /// The smoke of one volume. Deterministic for any number of threads.
 class SmokeVolume {
@@ -165,13 +181,14 @@ class SmokeVolume {
   SmokePasses* device() const { return device_.get(); }
   const std::string& device_failure() const { return device_failure_; }  ///< empty: none
 
-  /// Particles appear evenly in a ball about the source, all with the jet's velocity. False, and
-  /// nothing is emitted, where something isn't finite, mass, number or direction is not positive,
-  /// or the source lies outside the domain.
+  /// Particles appear evenly along the way that the jet has gone since the last step, in balls that
+  /// widen with it. False, and nothing is emitted, where something isn't finite, mass, number or
+  /// direction is not positive, or the source lies outside the domain.
   bool emit(const SmokeEmission& emission);
   /// Advances by dt [s]. [De2006] eq. 14. Particles exchange momentum as often as the explicit
   /// bound of viscosity asks for (once a frame of 1/60 s with the defaults); in between they and
-  /// the surfaces move in substeps of at most h (at most 64).
+  /// the surfaces move in substeps of at most 2 h (at most 64). Where gas is given, it alone is
+  /// warm and rises; without, the particles are and do.
   void step(double dt, const SmokeSurroundings& surroundings = {});
 
   /// Ends particles with a number that isn't finite; what they carried joins the background.
@@ -191,7 +208,9 @@ class SmokeVolume {
   void hand_over();
   void take_back();
   void drop_device();
-  void exchange();
+  void exchange(bool in_gas);
+  double greatest_way(double dt) const;
+  void take_temperatures(SurroundingGas& gas);
   void substep(double dt, double from, double to, double whole, const SmokeSurroundings& around);
   void meet_surfaces(double dt, double from, double to, double whole,
                      const SmokeSurroundings& around);
@@ -209,8 +228,9 @@ class SmokeVolume {
   std::string device_failure_;
   std::vector<SmokeCapsule> capsules_;
   std::vector<SmokeFate> fates_;  // of the particles, where these are here
-  bool any_trapped_ = false;      // since they were handed over
-  double exchange_step_ = 0.0;    // between two exchanges of momentum [s]
+  std::vector<float> excess_;
+  bool any_trapped_ = false;    // since they were handed over
+  double exchange_step_ = 0.0;  // between two exchanges of momentum [s]
 };
 
 static_assert(StateOwner<SmokeVolume> && fields_cover<SmokeVolume::State>());

@@ -3,12 +3,12 @@
 
 namespace viscera {
 
-/// Of the smoke itself, for light in the visible. assets/smoke.json holds the values with their
-/// sources.
+/// Of the smoke itself, for light in the visible: by Mie's series (droplet_optics.h) from what
+/// assets/smoke.json says of its droplets.
 struct SmokeOptics {
-  double mass_extinction = 4000.0;  ///< [m2/kg]
-  double albedo = 0.9;              ///< scattered share of what is taken from a ray
-  double asymmetry = 0.65;          ///< g of [Henyey1941]
+  double mass_extinction = 5390.0;  ///< [m2/kg]
+  double albedo = 0.895;            ///< scattered share of what is taken from a ray
+  double asymmetry = 0.667;         ///< g of [Henyey1941]
 };
 
 }  // namespace viscera

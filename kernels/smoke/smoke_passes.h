@@ -52,9 +52,9 @@ struct ViscosityParameters {
 
 // --- integrate -----------------------------------------------------------------------------------
 
-/// One transverse wave of the swirling force: amplitude * sine(wave_number . x + phase).
+/// One transverse wave of the swirling flow: amplitude * sine(wave_number . x + phase).
 struct SwirlWave {
-  Float4 amplitude;    ///< [m/s2]; w: 0
+  Float4 amplitude;    ///< of the eddies' speed [1]; w: 0
   Float4 wave_number;  ///< in turns [1/m]; w: phase at this time, in turns within [0, 1)
 };
 
@@ -70,19 +70,19 @@ enum : std::uint32_t {
 };
 
 struct IntegrateParameters {
-  Float4 extent;                  ///< of the domain [m]; w: restitution of its closed sides
-  float step = 0.0f;              ///< dt [s]
-  float white = 0.0f;             ///< deviation of a component of the white force in dt [m/s2]
-  float lift = 0.0f;              ///< gravity / gas temperature [m/s2/K]
-  float plume_turbulence = 0.0f;  ///< per kelvin of excess
-  float cooling = 0.0f;           ///< factor on the temperature excess in dt
-  float parcel_mass = 0.0f;       ///< of the gas that a particle stands for, rho (h/2)^3 [kg]
+  Float4 extent;                 ///< of the domain [m]; w: restitution of its closed sides
+  float step = 0.0f;             ///< dt [s]
+  float white = 0.0f;            ///< deviation in dt of the eddies' white part, of their speed [1]
+  float entrainment = 0.0f;      ///< drag rate a speed relative to the gas [1/m]
+  float gravity = 0.0f;          ///< buoyancy of warm parcels, along +z [m/s2]; 0: the gas has it
+  float gas_temperature = 0.0f;  ///< of the gas at rest [K]
+  float cooling = 0.0f;          ///< rate at which gas takes heat, over that of momentum [1]
+  float turbulence = 0.0f;       ///< without gas, the eddies' speed over a parcel's [1]
   std::uint32_t seed = 0;
   std::uint32_t substep = 0;  ///< counter of the random numbers
   std::uint32_t open_sides = 0;
   std::uint32_t waves = 0;  ///< that follow in a buffer of SwirlWave
   std::uint32_t particles = 0;
-  float entrainment = 0.0f;  ///< drag rate a speed relative to the gas [1/m]
 };
 
 // --- collide -------------------------------------------------------------------------------------

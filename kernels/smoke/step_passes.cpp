@@ -4,36 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
 #include "kernels/smoke/integrate.h"
 
 namespace viscera {
-namespace {
-
-constexpr std::size_t kChunk = 4096;
-
-}  // namespace
-
-void GasCoupling::meet(SurroundingGas& gas, std::span<const Float4> positions,
-                       std::span<const Float4> particle_velocities,
-                       std::span<const Float4> accelerations,
-                       const IntegrateParameters& parameters) {
-  const std::size_t count = positions.size();
-  velocities.resize(count);
-  impulses.resize(count);
-  exchanged.resize(count);
-  theta.resize(count);
-  gas.velocity(positions, velocities);
-  exchanged_mass(particle_velocities, accelerations, velocities, parameters, exchanged);
-  gas.couple(exchanged, theta);
-  parallel_for_each_index(count, kChunk, [&](std::size_t i) { velocities[i].w = theta[i]; });
-}
-
-std::size_t GasCoupling::memory_bytes() const {
-  return (velocities.capacity() + impulses.capacity()) * sizeof(Float4) +
-         (exchanged.capacity() + theta.capacity()) * sizeof(float);
-}
 
 template <class Pass>
 void CpuSmokePasses::timed(const char* name, const Pass& pass) {
@@ -61,15 +35,10 @@ void CpuSmokePasses::integrate(IntegrateParameters parameters, std::span<const S
   parameters.particles = static_cast<std::uint32_t>(particles_->size());
   parameters.waves = static_cast<std::uint32_t>(waves.size());
   timed("integrate", [&] {
-    coupling_.clear();
-    if (gas != nullptr) {
-      coupling_.meet(*gas, particles_->positions, particles_->velocities,
-                     viscosity_.accelerations(), parameters);
-    }
+    gas_.resize(gas != nullptr ? particles_->size() : 0);
+    if (gas != nullptr) gas->velocity(particles_->positions, gas_);
     viscera::integrate(particles_->positions, particles_->velocities, particles_->ids,
-                       viscosity_.accelerations(), coupling_.velocities, waves, parameters,
-                       coupling_.impulses);
-    if (gas != nullptr) gas->add_momentum(coupling_.impulses);
+                       viscosity_.accelerations(), gas_, waves, parameters);
   });
 }
 
@@ -115,7 +84,7 @@ bool CpuSmokePasses::splat(const SmokeParticles& particles, SplatParameters& par
 }
 
 std::size_t CpuSmokePasses::memory_bytes() const {
-  return bins_.memory_bytes() + viscosity_.memory_bytes() + coupling_.memory_bytes() +
+  return bins_.memory_bytes() + viscosity_.memory_bytes() + gas_.capacity() * sizeof(Float4) +
          fates_.capacity();
 }
 

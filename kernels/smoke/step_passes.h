@@ -39,7 +39,7 @@ class SmokePasses {
   /// bin and viscosity: the neighbours' accelerations, for all integrations until the next.
   /// `parameters.particles` is filled in here, as in the other passes.
   virtual void exchange(float cell, ViscosityParameters parameters) = 0;
-  /// integrate; where gas is given, with its velocity, its coupling, and momentum back to it.
+  /// integrate; where gas is given, with its velocity.
   virtual void integrate(IntegrateParameters parameters, std::span<const SwirlWave> waves,
                          SurroundingGas* gas) = 0;
   /// collide, with the cells built around the particles where they are now. The counts' deposited
@@ -59,19 +59,6 @@ class SmokePasses {
                      SmokeGrid& grid) = 0;
   virtual const std::string& trouble() const = 0;
   virtual std::size_t memory_bytes() const = 0;  ///< of the CPU
-};
-
-/// What passes between particles and gas in a substep, on the CPU for either: the gas lives there.
-struct GasCoupling {
-  std::vector<Float4> velocities;  ///< u; w: theta
-  std::vector<Float4> impulses;    ///< for integrate to fill
-  std::vector<float> exchanged, theta;
-
-  void meet(SurroundingGas& gas, std::span<const Float4> positions,
-            std::span<const Float4> particle_velocities, std::span<const Float4> accelerations,
-            const IntegrateParameters& parameters);
-  void clear() { velocities.clear(), impulses.clear(); }
-  std::size_t memory_bytes() const;
 };
 
 class CpuSmokePasses final : public SmokePasses {
@@ -105,7 +92,7 @@ class CpuSmokePasses final : public SmokePasses {
   double deposited_ = 0.0;
   SmokeBins bins_;
   ViscosityPass viscosity_;
-  GasCoupling coupling_;
+  std::vector<Float4> gas_;  // u; w: eddies
   std::string trouble_;
 };
 

@@ -16,12 +16,12 @@ constexpr float kRound = 12582912.0f;  // 1.5 * 2^23: the next floats are whole 
 
 }  // namespace
 
-SwirlField::SwirlField(std::uint64_t seed, double acceleration, double wavelength, double period)
-    : active_(acceleration > 0.0 && wavelength > 0.0 && period > 0.0) {
+SwirlField::SwirlField(std::uint64_t seed, double size, double wavelength, double period)
+    : active_(size > 0.0 && wavelength > 0.0 && period > 0.0) {
   if (!active_) return;
   const Random random(seed, kSwirlStream);
   // The square of a sine has the mean 1/2.
-  const double amplitude = acceleration * std::sqrt(2.0 / kWaves);
+  const double amplitude = size * std::sqrt(2.0 / kWaves);
   for (int m = 0; m < kWaves; ++m) {
     const std::uint64_t first = 16 * static_cast<std::uint64_t>(m);
     const Vec3 along = random.direction(first);

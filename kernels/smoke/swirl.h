@@ -1,5 +1,5 @@
-// The coherent part of the random force on smoke: a smooth, divergence-free field of acceleration
-// that neighbours share. White noise alone blurs a plume; this draws it out into wisps.
+// The coherent part of the eddies that carry smoke: a smooth, divergence-free field that neighbours
+// share. White noise alone blurs a plume; this draws it out into wisps.
 #pragma once
 
 #include <array>
@@ -19,17 +19,17 @@ class SwirlField {
  public:
   static constexpr int kWaves = 24;
 
-  /// `acceleration` is the root mean square of the length [m/s2]; wavelengths lie between 0.25 and
-  /// 1.5 of `wavelength` L [m], frequencies between 0.5 and 1.5 of (L / length)^(2/3) / period
-  /// [1/s], as eddies of an inertial range turn over. Zero acceleration costs nothing.
-  SwirlField(std::uint64_t seed, double acceleration, double wavelength, double period);
+  /// `size` is the root mean square of the length; wavelengths lie between 0.25 and 1.5 of
+  /// `wavelength` L [m], frequencies between 0.5 and 1.5 of (L / length)^(2/3) / period [1/s], as
+  /// eddies of an inertial range turn over. A size of zero costs nothing.
+  SwirlField(std::uint64_t seed, double size, double wavelength, double period);
 
   /// The waves at time t [s]; none without amplitude.
   std::vector<SwirlWave> waves(double t) const;
 
  private:
   struct Wave {
-    Vec3f amplitude;    // [m/s2]
+    Vec3f amplitude;
     Vec3f wave_number;  // [1/m], in turns
     double frequency;   // [1/s]
     double phase;       // in turns

@@ -42,13 +42,18 @@ struct Reach {
   }
 };
 
+/// Which particles of a cell's runs may be within reach, as copy_near leaves it to copy_noted: by
+/// sixteen a mask for each sixteen of a run; else their number in each block of a run and then
+/// their places in it. At most as many as there are particles and runs and blocks.
+using Note = std::uint16_t;
+constexpr std::size_t kBlock = 64;
+
 /// Copies of each column the numbers of those particles in the runs that may be within reach, in
-/// their order, to columns `stride` apart; up to kWiderLanes behind them are written. Returns how
-/// many there are. The first three columns are places.
-template <std::size_t kColumns>
-VISCERA_INLINE std::size_t copy_near_on(const Columns<kColumns>& columns, const Runs& runs,
-                                        const Reach& reach, float* to, std::size_t stride) {
-  constexpr std::size_t kBlock = 64;
+/// their order, to columns `stride` apart; up to kWiderLanes behind them are written. Notes which
+/// they were, and moves `notes` on. Returns how many there are. The columns are places.
+VISCERA_INLINE std::size_t copy_near_on(const Columns<3>& columns, const Runs& runs,
+                                        const Reach& reach, float* to, std::size_t stride,
+                                        Note*& notes) {
   std::size_t kept = 0;
   for (const auto& [first, last] : runs) {
     for (std::size_t begin = first; begin < last; begin += kBlock) {
@@ -64,15 +69,37 @@ VISCERA_INLINE std::size_t copy_near_on(const Columns<kColumns>& columns, const 
           squares[i] += way * way;
         }
       }
-      std::array<std::size_t, kBlock> taken;
+      Note* taken = notes + 1;
       std::size_t number = 0;
       for (std::size_t i = 0; i < length; ++i) {
-        taken[number] = begin + i;
+        taken[number] = static_cast<Note>(i);
         number += squares[i] * reach.inverse_square < Reach::kFurthest;
       }
-      for (std::size_t c = 0; c < kColumns; ++c) {
-        for (std::size_t i = 0; i < number; ++i) to[c * stride + kept + i] = columns[c][taken[i]];
+      *notes = static_cast<Note>(number);
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < number; ++i)
+          to[c * stride + kept + i] = columns[c][begin + taken[i]];
       }
+      notes += 1 + number;
+      kept += number;
+    }
+  }
+  return kept;
+}
+
+/// The same particles' numbers in other columns.
+VISCERA_INLINE std::size_t copy_noted_on(const Columns<8>& columns, const Runs& runs,
+                                         const Note*& notes, float* to, std::size_t stride) {
+  std::size_t kept = 0;
+  for (const auto& [first, last] : runs) {
+    for (std::size_t begin = first; begin < last; begin += kBlock) {
+      const std::size_t number = *notes;
+      const Note* taken = notes + 1;
+      for (std::size_t c = 0; c < 8; ++c) {
+        for (std::size_t i = 0; i < number; ++i)
+          to[c * stride + kept + i] = columns[c][begin + taken[i]];
+      }
+      notes += 1 + number;
       kept += number;
     }
   }
@@ -80,12 +107,12 @@ VISCERA_INLINE std::size_t copy_near_on(const Columns<kColumns>& columns, const 
 }
 
 #if VISCERA_THREE_TARGETS
-template <std::size_t kColumns>
-VISCERA_FOR_AVX512 VISCERA_INLINE std::size_t copy_near_by_sixteen(const Columns<kColumns>& given,
+VISCERA_FOR_AVX512 VISCERA_INLINE std::size_t copy_near_by_sixteen(const Columns<3>& given,
                                                                    const Runs& runs,
                                                                    const Reach& reach, float* to,
-                                                                   std::size_t stride) {
-  const Columns<kColumns> columns = given;
+                                                                   std::size_t stride,
+                                                                   Note*& notes) {
+  const Columns<3> columns = given;
   const WiderLanes zero = {};
   std::size_t kept = 0;
   for (const auto& [first, last] : runs) {
@@ -93,59 +120,82 @@ VISCERA_FOR_AVX512 VISCERA_INLINE std::size_t copy_near_by_sixteen(const Columns
       const std::size_t left = last - i;
       const auto there = static_cast<__mmask16>(left < kWiderLanes ? (1u << left) - 1u : 0xffffu);
       WiderLanes square = zero;
+      WiderLanes at[3];
       for (int axis = 0; axis < 3; ++axis) {
-        const WiderLanes at = _mm512_maskz_loadu_ps(there, columns[axis] + i);
-        const WiderLanes below = reach.low[axis] - at, above = at - reach.high[axis];
+        at[axis] = _mm512_maskz_loadu_ps(there, columns[axis] + i);
+        const WiderLanes below = reach.low[axis] - at[axis], above = at[axis] - reach.high[axis];
         const WiderLanes beside = below > above ? below : above;
         const WiderLanes way = beside > zero ? beside : zero;
         square += way * way;
       }
       const __mmask16 near = _mm512_mask_cmp_ps_mask(there, square * reach.inverse_square,
                                                      zero + Reach::kFurthest, _CMP_LT_OQ);
-      for (std::size_t c = 0; c < kColumns; ++c) {
+      for (int axis = 0; axis < 3; ++axis)
+        _mm512_storeu_ps(to + axis * stride + kept, _mm512_maskz_compress_ps(near, at[axis]));
+      *notes++ = near;
+      kept += static_cast<std::size_t>(std::popcount(near));
+    }
+  }
+  return kept;
+}
+
+VISCERA_FOR_AVX512 VISCERA_INLINE std::size_t copy_noted_by_sixteen(const Columns<8>& given,
+                                                                    const Runs& runs,
+                                                                    const Note*& notes, float* to,
+                                                                    std::size_t stride) {
+  const Columns<8> columns = given;
+  const Note* note = notes;
+  std::size_t kept = 0;
+  for (const auto& [first, last] : runs) {
+    for (std::size_t i = first; i < last; i += kWiderLanes) {
+      const __mmask16 near = *note++;
+      for (std::size_t c = 0; c < 8; ++c) {
         const __m512 all = _mm512_maskz_loadu_ps(near, columns[c] + i);
         _mm512_storeu_ps(to + c * stride + kept, _mm512_maskz_compress_ps(near, all));
       }
       kept += static_cast<std::size_t>(std::popcount(near));
     }
   }
+  notes = note;
   return kept;
 }
 #endif
 
-#define VISCERA_COPY(target, columns_, copy)                                        \
-  target std::size_t copy_near(const Columns<columns_>& columns, const Runs& runs,  \
-                               const Reach& reach, float* to, std::size_t stride) { \
-    return copy<columns_>(columns, runs, reach, to, stride);                        \
+#define VISCERA_COPIES(target, near_, noted_)                                                    \
+  target std::size_t copy_near(const Columns<3>& columns, const Runs& runs, const Reach& reach,  \
+                               float* to, std::size_t stride, Note*& notes) {                    \
+    return near_(columns, runs, reach, to, stride, notes);                                       \
+  }                                                                                              \
+  target std::size_t copy_noted(const Columns<8>& columns, const Runs& runs, const Note*& notes, \
+                                float* to, std::size_t stride) {                                 \
+    return noted_(columns, runs, notes, to, stride);                                             \
   }
 #if VISCERA_THREE_TARGETS
-VISCERA_COPY(VISCERA_FOR_AVX512, 3, copy_near_by_sixteen)
-VISCERA_COPY(VISCERA_FOR_AVX512, 8, copy_near_by_sixteen)
-VISCERA_COPY(VISCERA_FOR_AVX2, 3, copy_near_on)
-VISCERA_COPY(VISCERA_FOR_AVX2, 8, copy_near_on)
+VISCERA_COPIES(VISCERA_FOR_AVX512, copy_near_by_sixteen, copy_noted_by_sixteen)
+VISCERA_COPIES(VISCERA_FOR_AVX2, copy_near_on, copy_noted_on)
 #endif
-VISCERA_COPY(VISCERA_FOR_ANY, 3, copy_near_on)
-VISCERA_COPY(VISCERA_FOR_ANY, 8, copy_near_on)
-#undef VISCERA_COPY
+VISCERA_COPIES(VISCERA_FOR_ANY, copy_near_on, copy_noted_on)
+#undef VISCERA_COPIES
 
 /// What surrounds a cell, gathered once for all its particles and padded to whole lanes with places
 /// out of everyone's reach.
 class Neighbourhood {
  public:
-  /// Copies these columns of what is near in the nine runs.
-  template <std::size_t kCopied>
-  void gather(const Runs& runs, const Reach& reach, const Columns<kCopied>& columns) {
-    std::size_t most = kWiderLanes;
-    for (const auto& [first, last] : runs) most += last - first;
-    if (most > capacity_) {
-      const std::size_t blocks = 2 * most / kWiderLanes + 1;
-      capacity_ = blocks * kWiderLanes;
-      storage_.resize(kMostColumns * blocks);
-    }
-    count_ = copy_near(columns, runs, reach, column(0), capacity_);
-    for (std::size_t c = 0; c < kCopied; ++c) {
-      std::fill_n(column(c) + count_, kWiderLanes, c == 0 ? kFar : 0.0f);
-    }
+  /// Copies the places of what is near in the nine runs; appends to `notes` which that is.
+  void find(const Runs& runs, const Reach& reach, const Columns<3>& places,
+            std::vector<Note>& notes) {
+    const std::size_t most = reserve(runs), begin = notes.size();
+    notes.resize(begin + 2 * most + 2 * runs.size());
+    Note* end = notes.data() + begin;
+    count_ = copy_near(places, runs, reach, column(0), capacity_, end);
+    notes.resize(static_cast<std::size_t>(end - notes.data()));
+    pad(3);
+  }
+  /// Copies these columns of what was found so; moves `notes` on.
+  void copy(const Runs& runs, const Columns<8>& columns, const Note*& notes) {
+    reserve(runs);
+    count_ = copy_noted(columns, runs, notes, column(0), capacity_);
+    pad(8);
   }
   float* column(std::size_t c) { return storage_.front().of.data() + c * capacity_; }
   std::size_t count() const { return count_; }
@@ -153,6 +203,20 @@ class Neighbourhood {
  private:
   static constexpr std::size_t kMostColumns = 8;
   static constexpr float kFar = 1e6f;
+  std::size_t reserve(const Runs& runs) {
+    std::size_t most = kWiderLanes;
+    for (const auto& [first, last] : runs) most += last - first;
+    if (most > capacity_) {
+      const std::size_t blocks = 2 * most / kWiderLanes + 1;
+      capacity_ = blocks * kWiderLanes;
+      storage_.resize(kMostColumns * blocks);
+    }
+    return most;
+  }
+  void pad(std::size_t columns) {
+    for (std::size_t c = 0; c < columns; ++c)
+      std::fill_n(column(c) + count_, kWiderLanes, c == 0 ? kFar : 0.0f);
+  }
   struct alignas(64) Block {  // so that no load of sixteen straddles two cache lines
     std::array<float, kWiderLanes> of;
   };
@@ -302,6 +366,7 @@ void ViscosityPass::run(std::span<const Float4> positions, std::span<const Float
     values->resize(count);
   }
   accelerations_.resize(count);
+  notes_.resize((bins.occupied.size() + kCellChunk - 1) / kCellChunk);
   parallel_for_each_index(count, kChunk, [&](std::size_t i) {
     x_[i] = positions[i].x, y_[i] = positions[i].y, z_[i] = positions[i].z;
     vx_[i] = velocities[i].x, vy_[i] = velocities[i].y, vz_[i] = velocities[i].z;
@@ -318,12 +383,13 @@ void ViscosityPass::density(const SmokeBins& bins, const ViscosityParameters& pa
     thread_local Neighbourhood around;
     thread_local std::vector<DensitySums> sums;
     std::uint64_t isolated = 0;
+    std::vector<Note>& notes = notes_[begin / kCellChunk];
+    notes.clear();
     for (std::size_t c = begin; c < end; ++c) {
       const auto [first, last] = bins.own(bins.occupied[c]);
       const Columns<3> own = {x_.data() + first, y_.data() + first, z_.data() + first};
-      around.gather(bins.runs(bins.occupied[c]),
-                    Reach(own, last - first, parameters.inverse_square),
-                    Columns<3>{x_.data(), y_.data(), z_.data()});
+      around.find(bins.runs(bins.occupied[c]), Reach(own, last - first, parameters.inverse_square),
+                  Columns<3>{x_.data(), y_.data(), z_.data()}, notes);
       sums.resize(last - first);
       sum_densities(around.column(0), around.column(1), around.column(2), around.count(), own[0],
                     own[1], own[2], last - first, parameters.inverse_square, sums.data());
@@ -353,13 +419,12 @@ void ViscosityPass::pairs(const SmokeBins& bins, const ViscosityParameters& para
       parameters.laplacian == Laplacian::kPairwise ? parameters.viscosity : 0.0f;
   parallel_chunks(bins.occupied.size(), kCellChunk, [&](std::size_t begin, std::size_t end) {
     thread_local Neighbourhood around;
+    const Note* note = notes_[begin / kCellChunk].data();
     const Columns<8> columns = {x_.data(),  y_.data(),  z_.data(),        vx_.data(),
                                 vy_.data(), vz_.data(), strength_.data(), excess_.data()};
     for (std::size_t c = begin; c < end; ++c) {
       const auto [first, last] = bins.own(bins.occupied[c]);
-      const Columns<3> own = {columns[0] + first, columns[1] + first, columns[2] + first};
-      around.gather(bins.runs(bins.occupied[c]),
-                    Reach(own, last - first, parameters.inverse_square), columns);
+      around.copy(bins.runs(bins.occupied[c]), columns, note);
       const PairColumns other = {around.column(0), around.column(1), around.column(2),
                                  around.column(3), around.column(4), around.column(5),
                                  around.column(6), around.column(7)};
@@ -373,7 +438,10 @@ void ViscosityPass::pairs(const SmokeBins& bins, const ViscosityParameters& para
 }
 
 std::size_t ViscosityPass::memory_bytes() const {
-  return 8 * x_.capacity() * sizeof(float) + accelerations_.capacity() * sizeof(Float4);
+  std::size_t notes = 0;
+  for (const std::vector<std::uint16_t>& of_chunk : notes_) notes += of_chunk.capacity();
+  return 8 * x_.capacity() * sizeof(float) + accelerations_.capacity() * sizeof(Float4) +
+         notes * sizeof(std::uint16_t);
 }
 
 }  // namespace viscera

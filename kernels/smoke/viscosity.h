@@ -62,6 +62,9 @@ class ViscosityPass {
   std::vector<float> strength_;                  // g; 0 where isolated
   std::vector<float> excess_;
   std::vector<Float4> accelerations_;
+  /// Which particles are near each cell's: found for the density, used for the pairs. For each
+  /// chunk of cells, so that many threads write without waiting.
+  std::vector<std::vector<std::uint16_t>> notes_;
   std::uint64_t isolated_ = 0;
 };
 

@@ -57,17 +57,12 @@ class TimedGas final : public SurroundingGas {
     const Stopwatch watch;
     gas_.velocity(positions, velocities);
     seconds_ += watch.seconds();
-  }
-  void couple(std::span<const float> exchanged, std::span<float> theta) override {
-    const Stopwatch watch;
-    gas_.couple(exchanged, theta);
-    seconds_ += watch.seconds();
-  }
-  void add_momentum(std::span<const Float4> impulses) override {
-    const Stopwatch watch;
-    gas_.add_momentum(impulses);
-    seconds_ += watch.seconds();
     ++substeps_;
+  }
+  void excess(std::span<const Float4> positions, std::span<float> kelvin) override {
+    const Stopwatch watch;
+    gas_.excess(positions, kelvin);
+    seconds_ += watch.seconds();
   }
   double seconds() const { return seconds_; }
   int substeps() const { return substeps_; }
@@ -157,6 +152,7 @@ Result<GasGrid> gas_of(const SmokeCase& smoke) {
   for (const Vec3& at : smoke.sheet().vertices) corners.push_back(at.cast<float>());
   mark_solid(corners, smoke.sheet().triangles, Pose{}, grid, solid);
   gas.set_solids(solid);
+  gas.set_velocity([&](const Vec3& at) { return smoke.stirring(at); });
   return gas;
 }
 

@@ -53,16 +53,16 @@ struct Passes {
     viscosity.crowding = static_cast<float>(0.5 * smoke.crowding_speed * smoke.crowding_speed);
     viscosity.fill = 0.196f;
     viscosity.most_excess = 4.0f;
-    viscosity.gas_drag = static_cast<float>(smoke.gas_drag * 18.0 * nu / (h * h));
+    viscosity.gas_drag = static_cast<float>(jet_drag(smoke).linear);
     viscosity.fewest_neighbours = 4;
     viscosity.laplacian = laplacian;
     viscosity.step = static_cast<float>(kStep);
     integration.extent = {extent.x, extent.y, extent.z, 0.2f};
     integration.step = static_cast<float>(kStep);
-    integration.white = static_cast<float>(smoke.random_acceleration);
-    integration.cooling = 1.0f;
-    integration.parcel_mass = static_cast<float>(smoke.gas_density * std::pow(0.5 * h, 3));
-    integration.entrainment = static_cast<float>(smoke.entrainment);
+    integration.white = static_cast<float>(smoke.eddies.white);
+    integration.entrainment = static_cast<float>(jet_drag(smoke).quadratic);
+    integration.gas_temperature = static_cast<float>(smoke.gas_temperature);
+    integration.turbulence = static_cast<float>(smoke.eddies.share);
     collision.gap = static_cast<float>(smoke.surface_gap);
     collision.friction = 0.2f;
     collision.touch = static_cast<float>(std::max(0.25 * h, smoke.surface_gap));
@@ -96,8 +96,8 @@ Result<Case> time_passes(GpuSmoke& gpu, std::size_t count, const SmokeBenchArgum
     return volume.particles();
   }();
   Passes passes(parameters, arguments.paper ? Laplacian::kPaper : Laplacian::kPairwise);
-  const SwirlField swirl(parameters.seed, parameters.swirl_acceleration,
-                         parameters.swirl_wavelength, parameters.swirl_time);
+  const SwirlField swirl(parameters.seed, std::sqrt(3.0), parameters.eddies.wavelength,
+                         parameters.eddies.period);
   const auto support = static_cast<float>(parameters.spacing);
   SurfaceCells cells;
   std::vector<SmokeFate> fates;

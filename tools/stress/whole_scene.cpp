@@ -294,9 +294,10 @@ class Draft {
     scene_["gas"] = {{"cells", dice_.whole(0, 16)}};
     if (dice_.chance(0.6))
       scene_["gas"]["inlets"] = Json::array(
-          {{{"position_mm", {-30.0, 0.0, 50.0}}, {"flow_L_per_min", dice_.between(0.0, 20.0)}}});
+          {{{"position_mm", {-30.0, 0.0, 50.0}}, {"limit_L_per_min", dice_.between(0.0, 20.0)}}});
     if (dice_.chance(0.5))
-      scene_["gas"]["leaks"] = Json::array({{{"position_mm", {20.0, 20.0, 55.0}}}});
+      scene_["gas"]["leaks"] = Json::array(
+          {{{"position_mm", {20.0, 20.0, 55.0}}, {"area_mm2", dice_.between(0.0, 30.0)}}});
     if (dice_.chance(0.5))
       scene_["gas"]["evacuators"] = Json::array(
           {{{"position_mm", {10.0, -20.0, 50.0}}, {"flow_L_per_min", dice_.between(0.0, 30.0)}}});

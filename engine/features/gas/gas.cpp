@@ -1,6 +1,10 @@
 #include "engine/features/gas/gas.h"
 
 #include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <utility>
 
 #include "engine/features/smoke/smoke_keys.h"
 #include "kernels/smoke/solid_cells.h"
@@ -10,6 +14,8 @@ namespace {
 
 /// Cells of the gas are marked afresh when an organ has moved by this share of one.
 constexpr double kStaleSolid = 0.25;
+/// Smoke goes with the gas from this far where no grid says [m].
+constexpr double kOpeningWithoutGrid = 3e-3;
 
 /// Organs' cells are solid; marked again when one has moved.
 void mark_organs(World& world, GasBody& gas) {
@@ -44,14 +50,12 @@ Result<void> prepare(SceneModel& model) {
     setup.evacuators.push_back({evacuator, model.instrument_named(evacuator.instrument)});
   if (description.cells > 0) {
     GasParameters& parameters = setup.parameters.emplace();
-    if (description.domain) {
-      parameters.domain = *description.domain;
-    } else {
-      for (const SmokeDescription& smoke : smoke_of(scene)) parameters.domain.extend(smoke.domain);
-    }
+    parameters.domain = gas_domain(scene);
     parameters.cells = description.cells;
-    parameters.density = description.density();
-    parameters.kinematic_viscosity = SmokeParameters().gas_viscosity / parameters.density;
+    parameters.mixture = description.mixture();
+    parameters.kinematic_viscosity = gas::kViscosity / parameters.mixture.density();
+    parameters.heat_diffusivity = parameters.mixture.heat_diffusivity();
+    parameters.vapour_diffusivity = parameters.mixture.vapour_diffusivity();
     parameters.eddy_viscosity = SmokeParameters().eddy_viscosity;
     if (auto sound = check_gas(parameters); !sound) return sound;
   }
@@ -62,61 +66,140 @@ Result<void> prepare(SceneModel& model) {
 Result<void> start(World& world) {
   const GasSetup* setup = world.one<GasSetup>();
   if (!setup) return {};
-  GasBody gas;
-  if (setup->parameters) {
-    gas.grid = std::make_unique<GasGrid>(*setup->parameters);
-    std::vector<GasLeak> leaks;
-    for (const LeakDescription& leak : gas_of(world.model().scene()).leaks)
-      leaks.push_back({leak.position, leak.radius});
-    gas.grid->set_leaks(leaks);
-  }
+  GasBody gas{.cavity = Cavity(gas_of(world.model().scene()).cavity_parameters())};
+  if (setup->parameters) gas.grid = std::make_unique<GasGrid>(*setup->parameters);
   world.all<GasBody>().add(kWhole, std::move(gas));
   return {};
 }
 
 }  // namespace
 
+Box gas_domain(const SceneDescription& scene) {
+  const GasDescription& description = gas_of(scene);
+  if (description.domain) return *description.domain;
+  Box domain;
+  for (const SmokeDescription& smoke : smoke_of(scene)) domain.extend(smoke.domain);
+  return domain;
+}
+
+std::optional<double> gas_cell(const SceneDescription& scene) {
+  const int cells = gas_of(scene).cells;
+  if (cells == 0) return {};
+  return gas_domain(scene).sizes().maxCoeff() / cells;
+}
+
+void give_to_gas(World& world, const GasSource& source) {
+  GasBody& gas = *world.one<GasBody>();
+  if (!gas.grid) {
+    gas.given += source.gift.volume;
+    return;
+  }
+  mark_organs(world, gas);
+  gas.grid->give(source);
+}
+
+double room_for_jet(const World& world, const Vec3& place, const Vec3& direction, double most) {
+  const GasBody& gas = *world.one<GasBody>();
+  if (!gas.grid) return most;
+  const GasGrid& grid = *gas.grid;
+  const Box& domain = grid.parameters().domain;
+  const double step = 0.5 * grid.spacing().minCoeff();
+  // Cells are in organs by their middles: where it starts may be in one.
+  bool came_out = false;
+  for (double way = 0.0; way < most; way += step) {
+    const Vec3 at = place + way * direction;
+    if (!domain.contains(at)) return most;
+    const Vec3 cell = (at - domain.min()).cwiseQuotient(grid.spacing());
+    const auto index = [&](int axis) {
+      return std::min(static_cast<int>(cell[axis]), grid.cells()[axis] - 1);
+    };
+    const bool solid = grid.is_solid(index(0), index(1), index(2));
+    if (solid && came_out) return way;
+    came_out = came_out || !solid;
+  }
+  return most;
+}
+
+void advance_cavity(World& world, double time, double dt) {
+  GasBody& gas = *world.one<GasBody>();
+  const GasSetup& setup = *world.one<GasSetup>();
+  const GasDescription& description = gas_of(world.model().scene());
+  Cavity::Demand demand;
+  for (const InletDescription& inlet : description.inlets)
+    if (inlet.when.contains(time)) demand.insufflator += inlet.limit;
+  for (const GasSetup::Evacuator& evacuator : setup.evacuators)
+    if (evacuator.description.when.contains(time)) demand.evacuators += evacuator.description.flow;
+  std::vector<double> areas;
+  for (const LeakDescription& leak : description.leaks) areas.push_back(leak.area);
+  demand.leaks = areas;
+  demand.swelling = gas.grid ? gas.grid->report().swelling : std::exchange(gas.given, 0.0) / dt;
+  gas.cavity.step(demand, dt);
+}
+
 GasGrid* open_gas(World& world, std::span<const SmokeOutlet> outlets, double time) {
   GasBody& gas = *world.one<GasBody>();
   if (!gas.grid) return nullptr;
   mark_organs(world, gas);
+  // Inlets share what comes in by their limits.
+  const GasDescription& description = gas_of(world.model().scene());
+  double limits = 0.0;
+  for (const InletDescription& inlet : description.inlets)
+    if (inlet.when.contains(time)) limits += inlet.limit;
+  const double share = limits > 0.0 ? gas.cavity.state().insufflation / limits : 0.0;
   std::vector<GasInlet> inlets;
-  for (const InletDescription& inlet : gas_of(world.model().scene()).inlets)
+  for (const InletDescription& inlet : description.inlets)
     inlets.push_back({inlet.position, inlet.direction, inlet.radius,
-                      inlet.when.contains(time) ? inlet.flow : 0.0});
+                      inlet.when.contains(time) ? share * inlet.limit : 0.0});
   gas.grid->set_inlets(inlets);
   std::vector<GasEvacuator> evacuators;
+  std::vector<GasLeak> leaks;
   for (const SmokeOutlet& outlet : outlets)
-    if (!outlet.leak) evacuators.push_back({outlet.position, outlet.radius, outlet.flow});
+    if (outlet.leak)
+      leaks.push_back({outlet.position, outlet.radius, outlet.flow});
+    else
+      evacuators.push_back({outlet.position, outlet.radius, outlet.flow});
   gas.grid->set_evacuators(evacuators);
+  gas.grid->set_leaks(leaks);
   return gas.grid.get();
 }
 
-/// Evacuators that draw now, and leaks with what flows out of them.
 std::vector<SmokeOutlet> gas_outlets(const World& world, double time) {
   const GasBody& gas = *world.one<GasBody>();
   const GasSetup& setup = *world.one<GasSetup>();
-  const GasDescription& description = gas_of(world.model().scene());
+  const Cavity::State& cavity = gas.cavity.state();
+  const double least = gas.grid ? gas.grid->opening_radius() : kOpeningWithoutGrid;
   std::vector<SmokeOutlet> outlets;
-  double balance = 0.0;
-  for (const InletDescription& inlet : description.inlets)
-    if (inlet.when.contains(time)) balance += inlet.flow;
   for (const GasSetup::Evacuator& evacuator : setup.evacuators) {
     const EvacuatorDescription& suction = evacuator.description;
     if (!suction.when.contains(time)) continue;
     const InstrumentState* tool = world.find<InstrumentState>(evacuator.instrument);
-    outlets.push_back({tool ? tool->tip : suction.position, suction.radius, suction.flow, false});
-    balance -= suction.flow;
+    outlets.push_back({tool ? tool->tip : suction.position, std::max(suction.radius, least),
+                       cavity.drawn * suction.flow, false});
   }
-  const std::vector<LeakDescription>& leaks = description.leaks;
-  for (std::size_t i = 0; i < leaks.size(); ++i) {
-    // Without a flow that knows, what comes in and isn't drawn off leaves by all of them alike.
-    const bool known = gas.grid && i < gas.grid->report().leaks.size();
-    const double flow =
-        known ? gas.grid->report().leaks[i] : balance / static_cast<double>(leaks.size());
-    outlets.push_back({leaks[i].position, leaks[i].radius, std::max(0.0, flow), true});
-  }
+  const std::vector<LeakDescription>& leaks = gas_of(world.model().scene()).leaks;
+  for (std::size_t i = 0; i < std::min(leaks.size(), cavity.leaks.size()); ++i)
+    outlets.push_back({leaks[i].position,
+                       std::max(std::sqrt(leaks[i].area / std::numbers::pi), least),
+                       cavity.leaks[i], true});
   return outlets;
+}
+
+std::vector<ReportSection> gas_report(const World& world) {
+  const GasBody* gas = world.one<GasBody>();
+  if (!gas) return {};
+  const Cavity::State& cavity = gas->cavity.state();
+  const CavityBook& book = cavity.book;
+  constexpr double litre = 1e-3;  // [m3]
+  return {report_section(
+      "gas", {{"pressure_mmHg", cavity.pressure / kPascalPerMillimetreOfMercury},
+              {"pressure_least_mmHg", cavity.least / kPascalPerMillimetreOfMercury},
+              {"pressure_greatest_mmHg", cavity.greatest / kPascalPerMillimetreOfMercury},
+              {"volume_L", gas->cavity.volume() / litre},
+              {"insufflated_L", book.insufflated / litre},
+              {"swollen_L", book.swollen / litre},
+              {"air_L", book.air / litre},
+              {"evacuated_L", book.evacuated / litre},
+              {"leaked_L", book.leaked / litre}})};
 }
 
 Feature gas_feature() {
@@ -124,7 +207,8 @@ Feature gas_feature() {
           .keys = gas_keys(),
           .prepare = prepare,
           .start = start,
-          .states = {state_type<GasBody>()}};
+          .states = {state_type<GasBody>()},
+          .report = gas_report};
 }
 
 }  // namespace viscera

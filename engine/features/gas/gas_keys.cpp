@@ -7,30 +7,39 @@
 namespace viscera {
 namespace {
 
-constexpr double kPascalPerMillimetreOfMercury = 133.322387415;
-
-KeySpec flow(std::string description) {
-  return number("flow_L_per_min", std::move(description)).needed().between(0, 200);
-}
+constexpr double kLitrePerMinute = 1e-3 / 60.0;  // [m3/s]
 
 ObjectSpec inlet() {
   ObjectSpec spec;
-  spec.description = "Where the insufflator lets gas in.";
+  spec.description =
+      "Where the insufflator lets gas in: as much as keeps the set pressure, up to its limit.";
   spec.keys = {position("position_mm", "Centre of the opening.").needed(),
                direction_key("Of the jet; its length doesn't matter.", {0, 0, -1}),
                number("radius_mm", "Of the opening.").between(0.1, 50).otherwise(3.0),
-               flow("Volume of gas at the cavity's pressure.")};
+               number("limit_L_per_min", "The most that it lets in, at the cavity's pressure.")
+                   .needed()
+                   .between(0, 200)};
   for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
   spec.checks = {has_direction("direction"), interval_in_order()};
+  spec.replaced = {{"flow_L_per_min",
+                    "limit_L_per_min: the insufflator keeps pressure_mmHg, and lets in no more "
+                    "than that"}};
   return spec;
 }
 
 ObjectSpec leak() {
-  return {"Where gas finds its way out, past a trocar: as much as comes in and isn't drawn off.",
-          {position("position_mm", "Centre of the opening.").needed(),
-           number("radius_mm", "Of the opening.").between(0.1, 50).otherwise(3.0)},
-          {},
-          {}};
+  return {
+      "A sharp-edged hole past a trocar, through which the cavity's pressure drives gas out; "
+      "below atmosphere's, air in.",
+      {position("position_mm", "Centre of the opening.").needed(),
+       number("area_mm2", "Of the opening: 1.3 lets out 2 L/min at 12 mmHg.")
+           .between(0, 1000)
+           .otherwise(1.3)},
+      {},
+      {},
+      {{"radius_mm",
+        "area_mm2, of the hole: gas leaves by the cavity's pressure, 1.5 L/min through each "
+        "mm2 at 12 mmHg"}}};
 }
 
 ObjectSpec evacuator() {
@@ -41,7 +50,10 @@ ObjectSpec evacuator() {
       text("instrument", "Draws in at this instrument's tip.").known_as("instrument"),
       position("position_mm", "Centre of the opening."),
       number("radius_mm", "What comes this near is taken away.").between(0.1, 50).otherwise(5.0),
-      flow("Volume of gas at the cavity's pressure.")};
+      number("flow_L_per_min",
+             "Volume of gas at the cavity's pressure, while the wall isn't drawn onto it.")
+          .needed()
+          .between(0, 200)};
   for (KeySpec& key : interval_keys()) spec.keys.push_back(std::move(key));
   spec.checks = {interval_in_order()};
   return spec;
@@ -50,17 +62,30 @@ ObjectSpec evacuator() {
 ObjectSpec gas_spec() {
   return {
       "The gas that holds the cavity open (CO2).",
-      {number("pressure_mmHg", "Over atmosphere.").between(0, 50).otherwise(12.0),
+      {number("pressure_mmHg", "Over atmosphere: at first, and what the insufflator keeps.")
+           .between(0, 50)
+           .otherwise(12.0),
        number("temperature_C", "Of the gas.").between(0, 60).otherwise(37.0),
+       number("humidity",
+              "Relative, of the resting gas: 0 as it comes from the bottle, nearly 1 where it has "
+              "stood on wet organs. In humid gas condensed steam lasts.")
+           .between(0, 1)
+           .otherwise(0.0),
        integer("cells",
                "Cells of the flow along the longest side of its domain; 0: the gas stands still.")
            .between(0, 96)
            .otherwise(32),
        object("domain", "Of the flow; left out: what holds all smoke volumes.",
               box("An axis-aligned box of the world.")),
-       number("cavity_L", "Volume of the whole cavity, into which smoke mixes in the end.")
+       number("cavity_L",
+              "Volume of the whole cavity at that pressure, into which smoke mixes in the end.")
            .between(0.01, 100)
            .otherwise(3.0),
+       number("compliance_mL_per_mmHg",
+              "Of the cavity's wall: by how much it yields to pressure. 106 is the first 1.27 L "
+              "at 12 mmHg of a study of pneumoperitoneum [Song2006].")
+           .between(1, 10000)
+           .otherwise(106.0),
        list("inlets", "Where gas comes in.", inlet()).items(0, 8).otherwise(Json::array()),
        list("leaks", "Where gas may leave.", leak()).items(0, 8).otherwise(Json::array()),
        list("evacuators", "What draws gas and smoke off.", evacuator())
@@ -111,23 +136,25 @@ ObjectCheck openings_in_domain() {
           nullptr};
 }
 
-double flow_of(const Json& values) {
-  constexpr double kLitrePerMinute = 1e-3 / 60.0;  // [m3/s]
-  return values["flow_L_per_min"].get<double>() * kLitrePerMinute;
-}
-
 GasDescription read_gas(const Json& values) {
   GasDescription gas;
   gas.pressure = values["pressure_mmHg"].get<double>() * kPascalPerMillimetreOfMercury;
   gas.temperature = values["temperature_C"].get<double>() + kZeroCelsius;
+  gas.humidity = values["humidity"];
   gas.cells = values["cells"];
   if (values.contains("domain")) gas.domain = box_of(values["domain"]);
   gas.cavity = from_milli(values["cavity_L"]);  // a litre is a thousandth of a cubic metre
+  constexpr double kMillilitre = 1e-6, kSquareMillimetre = 1e-6;  // [m3], [m2]
+  gas.compliance =
+      values["compliance_mL_per_mmHg"].get<double>() * kMillilitre / kPascalPerMillimetreOfMercury;
   for (const Json& inlet : values["inlets"])
     gas.inlets.push_back({from_milli_vector(inlet["position_mm"]), direction_of(inlet["direction"]),
-                          from_milli(inlet["radius_mm"]), flow_of(inlet), interval_of(inlet)});
+                          from_milli(inlet["radius_mm"]),
+                          inlet["limit_L_per_min"].get<double>() * kLitrePerMinute,
+                          interval_of(inlet)});
   for (const Json& leak : values["leaks"])
-    gas.leaks.push_back({from_milli_vector(leak["position_mm"]), from_milli(leak["radius_mm"])});
+    gas.leaks.push_back({from_milli_vector(leak["position_mm"]),
+                         leak["area_mm2"].get<double>() * kSquareMillimetre});
   for (const Json& suction : values["evacuators"]) {
     EvacuatorDescription evacuator;
     if (suction.contains("instrument"))
@@ -135,7 +162,7 @@ GasDescription read_gas(const Json& values) {
     else
       evacuator.position = from_milli_vector(suction["position_mm"]);
     evacuator.radius = from_milli(suction["radius_mm"]);
-    evacuator.flow = flow_of(suction);
+    evacuator.flow = suction["flow_L_per_min"].get<double>() * kLitrePerMinute;
     evacuator.when = interval_of(suction);
     gas.evacuators.push_back(std::move(evacuator));
   }
@@ -144,11 +171,17 @@ GasDescription read_gas(const Json& values) {
 
 }  // namespace
 
-double GasDescription::density() const {
-  constexpr double kAtmosphere = 101325.0;      // [Pa]
-  constexpr double kMolarMass = 0.04401;        // of CO2 [kg/mol]
-  constexpr double kGasConstant = 8.314462618;  // [J/mol/K]
-  return (kAtmosphere + pressure) * kMolarMass / (kGasConstant * temperature);
+GasMixture GasDescription::mixture() const {
+  GasMixture mixture;
+  mixture.pressure = gas::kAtmosphere + pressure;
+  mixture.temperature = temperature;
+  mixture.humidity = humidity;
+  return mixture;
+}
+
+CavityParameters GasDescription::cavity_parameters() const {
+  return {
+      .mixture = mixture(), .set_pressure = pressure, .volume = cavity, .compliance = compliance};
 }
 
 const GasDescription& gas_of(const SceneDescription& scene) {

@@ -15,6 +15,7 @@ TEST(GasKeys, ArriveInSiUnits) {
   EXPECT_DOUBLE_EQ(gas.temperature, 293.15);
   EXPECT_EQ(gas.cells, 24);
   EXPECT_DOUBLE_EQ(gas.cavity, 4e-3);
+  EXPECT_NEAR(gas.compliance, 106e-6 / 133.322, 1e-12);
   EXPECT_EQ(gas.domain->max(), Vec3(0.12, 0.11, 0.1));
 }
 
@@ -39,16 +40,29 @@ TEST(GasKeys, GasComesThroughInletsAndLeavesThroughLeaksAndEvacuators) {
   const GasDescription& gas = gas_of(*scene);
   ASSERT_EQ(gas.inlets.size(), 1u);
   EXPECT_EQ(gas.inlets[0].direction, Vec3(0, 0, -1));
-  EXPECT_DOUBLE_EQ(gas.inlets[0].flow, 1e-4);
+  EXPECT_DOUBLE_EQ(gas.inlets[0].limit, 1e-4);
   EXPECT_EQ(gas.inlets[0].when.to, 3.0);
   ASSERT_EQ(gas.leaks.size(), 1u);
-  EXPECT_DOUBLE_EQ(gas.leaks[0].radius, 0.005);
+  EXPECT_DOUBLE_EQ(gas.leaks[0].area, 2e-6);
   ASSERT_EQ(gas.evacuators.size(), 2u);
   EXPECT_EQ(gas.evacuators[0].instrument, "holder");
   EXPECT_EQ(gas.evacuators[1].instrument, "");
   EXPECT_EQ(gas.evacuators[1].position, Vec3(0.1, 0.01, 0.09));
   EXPECT_DOUBLE_EQ(gas.evacuators[1].flow, 5e-4);
   EXPECT_TRUE(gas.evacuators[1].when.contains(1e6));
+}
+
+TEST(GasKeys, KeysOfEarlierVersionsAreToldWhatToWriteInstead) {
+  Json scene = whole_scene();
+  scene["gas"]["leaks"][0].erase("area_mm2");
+  scene["gas"]["leaks"][0]["radius_mm"] = 3;
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "gas/leaks/0/radius_mm",
+                     "found a key of earlier versions, expected area_mm2");
+  scene = whole_scene();
+  scene["gas"]["inlets"][0].erase("limit_L_per_min");
+  scene["gas"]["inlets"][0]["flow_L_per_min"] = 3;
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(scene), "gas/inlets/0/flow_L_per_min",
+                     "found a key of earlier versions, expected limit_L_per_min");
 }
 
 TEST(GasKeys, GasFlowsInsideItsDomainWhichHoldsAllSmoke) {
@@ -65,7 +79,7 @@ TEST(GasKeys, GasFlowsInsideItsDomainWhichHoldsAllSmoke) {
 }
 
 TEST(Gas, HasTheDensityOfCarbonDioxideUnderPressure) {
-  EXPECT_NEAR(GasDescription().density(), 1.76, 0.005);
+  EXPECT_NEAR(GasDescription().mixture().density(), 1.76, 0.005);
 }
 
 }  // namespace

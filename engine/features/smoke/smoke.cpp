@@ -3,23 +3,26 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/gas/gas.h"
+#include "engine/features/smoke/puffs.h"
 #include "engine/features/smoke/smoke_setup.h"
 #include "kernels/smoke/gas_around.h"
 
 namespace viscera {
 namespace {
 
-/// Speed at which vapour leaves the tissue [m/s].
-constexpr double kJetSpeed = 0.12;
-/// And how far over it, it is seen first [m].
+/// How far over the tissue vapour is seen first [m].
 constexpr double kOverTissue = 0.5e-3;
 /// Organs within this distance of a volume are looked at for its particles: more than tissue moves
 /// in a run [m].
 constexpr double kObstacleMargin = 30e-3;
+/// A jet gets no farther: a cavity's width [m]; and has by then become one with the gas [s].
+constexpr double kJetRoom = 0.3, kJetTime = 1.0;
 
 /// Whole particles go out with all the mass that is owed; a frame that owes none carries its mass
 /// to the next with it.
@@ -60,71 +63,78 @@ std::vector<Fed> fed_by(World& world, Entity hook, const Vec3& place) {
   return named;
 }
 
-/// What left one brick of tissue in this frame.
-struct Puff {
-  BrickIndex brick;
-  Vec3 place = Vec3::Zero();  ///< mean by mass, rest frame [m]
-  double mass = 0.0;          ///< of smoke [kg]
-  double temperature = 0.0;   ///< mean by mass [K]
+/// Where vapour comes out of an organ's surface.
+struct Vent {
+  Vec3 position = Vec3::Zero();   ///< a little over it, as it is now, world [m]
+  Vec3 direction = Vec3::Zero();  ///< out of it
+  Vec3 outward = Vec3::Zero();    ///< out of it at rest, rest frame
 };
 
-std::vector<Puff> puffs_of(const Bioheat& heat) {
-  std::vector<Puff> puffs;
-  for (const Vapour& vapour : heat.vapour()) {
-    const double mass = heat.smoke(vapour);
-    if (mass <= 0.0) continue;
-    const BrickIndex brick = BrickField::brick_of(heat.bricks().voxel_of(vapour.position));
-    // Vapour comes in order of bricks.
-    if (puffs.empty() || puffs.back().brick != brick) puffs.push_back({.brick = brick});
-    Puff& puff = puffs.back();
-    puff.mass += mass;
-    puff.place += mass * vapour.position;
-    puff.temperature += mass * vapour.temperature;
-  }
-  for (Puff& puff : puffs) {
-    puff.place /= puff.mass;
-    puff.temperature /= puff.mass;
-  }
-  return puffs;
-}
-
-/// Where vapour from a place in the tissue at rest comes out of the surface as it is now.
-SmokeEmission outlet_of(const World& world, Entity organ, const Vec3& rest) {
+Vent vent_of(const World& world, Entity organ, const Vec3& rest) {
   const OrganBody& body = *world.find<OrganBody>(organ);
   const std::vector<Vec3f>& now = world.find<OrganState>(organ)->positions;
   const SurfacePoint at = world.find<BurnableOrgan>(organ)->surface->closest(rest).point;
   const auto& corners = body.model->surface.triangles[static_cast<std::size_t>(at.triangle)];
   std::array<Vec3, 3> corner;
   Vec3 place = Vec3::Zero();
+  Vent vent;
   for (std::size_t c = 0; c < 3; ++c) {
+    vent.outward += at.weights[static_cast<int>(c)] *
+                    body.model->rest_normals[static_cast<std::size_t>(corners[c])].cast<double>();
     corner[c] = now[static_cast<std::size_t>(corners[c])].cast<double>();
     place += at.weights[static_cast<int>(c)] * corner[c];
   }
   const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-  SmokeEmission emission;
-  emission.direction = pose_of(world, organ)
-                           .direction_to_world(across.norm() > 0.0 ? Vec3(across.normalized())
-                                                                   : Vec3(Vec3::UnitZ()));
-  emission.position = pose_of(world, organ).to_world(place) + kOverTissue * emission.direction;
-  emission.speed = kJetSpeed;
-  return emission;
+  const Pose& pose = pose_of(world, organ);
+  vent.outward.normalize();
+  vent.direction = pose.direction_to_world(across.norm() > 0.0 ? Vec3(across.normalized())
+                                                               : Vec3(Vec3::UnitZ()));
+  vent.position = pose.to_world(place) + kOverTissue * vent.direction;
+  return vent;
+}
+
+/// The gas and the smoke of a jet: the gas gets its momentum as far as smoke runs ahead of it.
+GasSource source_of(const SmokeEmission& emission, const JetDrag& drag, const GasGift& gift,
+                    double mass) {
+  GasSource source;
+  source.position = emission.position;
+  source.direction = emission.direction.normalized();
+  source.radius = emission.radius;
+  source.reach = std::min(emission.reach, drag.way_after(emission.speed, kJetTime));
+  source.impulse = mass * emission.speed;
+  source.gift = gift;
+  return source;
 }
 
 void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameContext& context) {
-  for (const Puff& puff : puffs_of(burn.heat)) {
-    SmokeEmission emission = outlet_of(world, organ, puff.place);
-    emission.temperature = puff.temperature - gas_of(world.model().scene()).temperature;
+  const GasMixture mixture = gas_of(world.model().scene()).mixture();
+  for (const Puff& puff : puffs_of(burn.heat, mixture)) {
+    const Vent vent = vent_of(world, organ, puff.place);
+    const double area = area_over(puff.voxels, vent.outward, burn.heat.options().voxel);
+    SmokeEmission emission;
+    emission.position = vent.position;
+    emission.direction = vent.direction;
+    emission.radius = std::sqrt(area / std::numbers::pi);
+    emission.speed = vent_speed(puff.gas.volume, area, context.dt);
+    emission.reach = room_for_jet(world, emission.position, emission.direction, kJetRoom);
+    emission.temperature = puff.temperature - mixture.temperature;
     const std::vector<Fed> volumes = fed_by(world, burn.hook, emission.position);
-    if (volumes.empty()) context.report->raise(kSmokeOutside);
+    if (volumes.empty()) {
+      context.report->raise(kSmokeOutside);
+      continue;
+    }
+    const JetDrag drag = jet_drag(volumes.front().source->parameters);
+    give_to_gas(world, source_of(emission, drag, puff.gas, puff.mass));
     for (const auto& [source, smoke, debt] : volumes) {
-      const double mass = puff.mass / static_cast<double>(volumes.size());
+      const double mass = puff.smoke / static_cast<double>(volumes.size());
       emit_owed(*smoke, *debt, emission, mass / source->description.particle_mass, mass, context);
     }
   }
 }
 
-void emit_steadily(SmokeBody& smoke, SmokeDebt& emitter, const EmitterDescription& place,
-                   const FrameContext& context) {
+/// Gas as heavy as the cavity's, through the circle of the ball.
+void emit_steadily(World& world, SmokeBody& smoke, SmokeDebt& emitter,
+                   const EmitterDescription& place, const FrameContext& context) {
   if (!place.when.contains(context.time)) return;
   SmokeEmission emission;
   emission.position = place.position;
@@ -132,6 +142,16 @@ void emit_steadily(SmokeBody& smoke, SmokeDebt& emitter, const EmitterDescriptio
   emission.speed = place.speed;
   emission.radius = place.radius;
   emission.temperature = place.excess;
+  emission.reach =
+      room_for_jet(world, emission.position, emission.direction.normalized(), kJetRoom);
+  const GasMixture mixture = gas_of(world.model().scene()).mixture();
+  const double area = std::numbers::pi * place.radius * place.radius;
+  const double volume = place.speed * area * context.dt;
+  const double mass =
+      volume * mixture.density() * mixture.temperature / (mixture.temperature + place.excess);
+  if (volume > 0.0)
+    give_to_gas(world, source_of(emission, jet_drag(smoke.volume.parameters()),
+                                 {volume, volume * mixture.heat_of(place.excess), 0.0}, mass));
   emit_owed(smoke, emitter, emission, place.particles * context.dt, place.rate * context.dt,
             context);
 }
@@ -186,19 +206,22 @@ void emit_smoke(World& world, const FrameContext& context) {
     for (std::size_t e = 0; e < sources[s].emitters.size(); ++e) {
       SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
       const EmitterDescription& place = sources[s].emitters[e].description;
-      if (place.instrument.empty()) emit_steadily(smoke, smoke.debts[e], place, context);
+      if (place.instrument.empty()) emit_steadily(world, smoke, smoke.debts[e], place, context);
     }
 }
 
 /// Smoke particles by [De2006] eq. 14, and the gas that they stir.
 void move_smoke(World& world, const FrameContext& context) {
   const std::vector<SmokeObstacle> tools = tools_now(world);
+  advance_cavity(world, context.time, context.dt);
   const std::vector<SmokeOutlet> outlets = gas_outlets(world, context.time);
   bool airborne = false;
   for (const SmokeBody& smoke : world.all<SmokeBody>())
     airborne |= smoke.volume.particles().size() > 0;
   // Gas that carries nothing isn't moved: it costs nothing until the first smoke.
-  GasGrid* flow = airborne ? open_gas(world, outlets, context.time) : nullptr;
+  const GasGrid* grid = world.one<GasBody>()->grid.get();
+  GasGrid* flow =
+      airborne || (grid && grid->holds_any()) ? open_gas(world, outlets, context.time) : nullptr;
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();
   for (std::size_t s = 0; s < sources.size(); ++s) {
     SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
@@ -240,7 +263,7 @@ Feature smoke_feature() {
           .stages = {{.name = "emit smoke",
                       .reads = {"heat", "shapes", "organ poses"},
                       .writes = {"emissions"},
-                      .changes = {"smoke"},
+                      .changes = {"smoke", "gas"},
                       .needed = smokes,
                       .run = emit_smoke},
                      {.name = "move smoke",

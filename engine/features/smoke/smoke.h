@@ -3,11 +3,13 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/features/smoke/smoke_flags.h"
 #include "engine/features/smoke/smoke_keys.h"
 #include "engine/simulation/feature.h"
+#include "kernels/smoke/fog.h"
 #include "kernels/smoke/smoke.h"
 #include "kernels/smoke/smoke_optics.h"
 
@@ -59,6 +61,7 @@ struct SmokeScenery {
 struct SmokeSight {
   static constexpr bool kConstant = true;
   SmokeOptics optics;
+  std::optional<FogOptics> fog;  ///< none: not known how it looks
 };
 
 /// Shafts, as the last step saw them.

@@ -5,8 +5,9 @@
 #include <algorithm>
 
 #include "engine/features/cautery/cautery_keys.h"
-#include "engine/features/gas/gas_keys.h"
+#include "engine/features/gas/gas.h"
 #include "engine/scene/smoke_material.h"
+#include "kernels/smoke/droplet_optics.h"
 
 namespace viscera {
 namespace {
@@ -42,7 +43,11 @@ SmokeParameters parameters_of(const SceneDescription& scene, const SmokeDescript
   parameters.max_particles = static_cast<std::size_t>(smoke.max_particles);
   const GasDescription& gas = gas_of(scene);
   parameters.gas_temperature = gas.temperature;
-  parameters.gas_density = gas.density();
+  parameters.gas_density = gas.mixture().density();
+  parameters.gas_viscosity = gas::kViscosity;
+  parameters.prandtl = gas::kViscosity / parameters.gas_density / gas.mixture().heat_diffusivity();
+  // Waves up to twice a cell long: longer ones the grid has.
+  if (const auto cell = gas_cell(scene)) parameters.eddies.wavelength = 2.0 / 1.5 * *cell;
   parameters.cavity_volume = gas.cavity;
   return parameters;
 }
@@ -96,9 +101,22 @@ Result<void> prepare_smoke(SceneModel& model) {
 Result<void> load_sight(SceneModel& model, const std::filesystem::path& assets,
                         std::vector<std::string>&) {
   if (smoke_of(model.scene()).empty()) return {};
-  const auto optics = load_smoke_optics(assets / "smoke.json");
-  if (!optics) return std::unexpected(optics.error());
-  model.constants().all<SmokeSight>().add(kWhole, {*optics});
+  const auto material = load_smoke_material(assets / "smoke.json");
+  if (!material) return std::unexpected(material.error());
+  const GasMixture mixture = gas_of(model.scene()).mixture();
+  model.constants().all<SmokeSight>().add(
+      kWhole, {.optics = optics_of(material->droplets, material->wavelength),
+               .fog = FogOptics(mixture, material->wavelength)});
+  const double settling = settling_speed(material->droplets, mixture);
+  for (SmokeSource& source : model.constants().all<SmokeSource>()) {
+    SmokeParameters& parameters = source.parameters;
+    // How long their waves are is the grid's, where there is one.
+    const double wavelength = parameters.eddies.wavelength;
+    parameters.eddies = material->eddies;
+    if (gas_cell(model.scene())) parameters.eddies.wavelength = wavelength;
+    parameters.jet_entrainment = material->jet_entrainment;
+    parameters.deposition_velocity = settling;
+  }
   return {};
 }
 

@@ -61,7 +61,7 @@ TEST(SmokeStages, WhatWasEmittedIsSomewhere) {
   scene.extras.get<SmokeDescriptions>()[0].lifetime = 0.8;
   scene.extras.get<GasDescription>().inlets = {
       {Vec3(-30e-3, 0, 60e-3), Vec3::UnitX(), 3e-3, 5e-5, {}}};
-  scene.extras.get<GasDescription>().leaks = {{Vec3(35e-3, 35e-3, 80e-3), 3e-3}};
+  scene.extras.get<GasDescription>().leaks = {{Vec3(35e-3, 35e-3, 80e-3), 1.3e-6}};
   scene.extras.get<GasDescription>().evacuators = {
       {"", Vec3(20e-3, 0, 40e-3), 6e-3, 2e-4, {1.0, 10.0}}};
   auto world = build(scene);

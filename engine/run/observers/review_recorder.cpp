@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/features/cautery/cautery.h"
+#include "engine/features/gas/gas.h"
 #include "engine/features/links/links.h"
 #include "engine/features/smoke/smoke.h"
 #include "engine/run/observers/tip_samples.h"
@@ -111,6 +112,7 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
         world.find<InstrumentBody>(world.all<BurnTrace>().owner(t))->description.name);
   for (std::size_t b = 0; b < world.all<OrganBurn>().size(); ++b)
     curves.hottest.emplace_back(name_of(world, world.all<OrganBurn>().owner(b)));
+  if (world.has<GasBody>()) curves.pressure.emplace_back("cavity");
 }
 
 Result<void> ReviewRecorder::open(const std::filesystem::path& folder) {
@@ -123,6 +125,7 @@ void ReviewRecorder::add_frame(const World& world) {
   watch_organs(world);
   watch_smoke(world);
   watch_heat(world);
+  watch_gas(world);
   for (std::size_t l = 0; l < world.all<LinkState>().size(); ++l)
     state_.curves.links[l].add(world.time(), world.all<LinkState>()[l].force);
 }
@@ -181,6 +184,12 @@ void ReviewRecorder::watch_heat(const World& world) {
   }
 }
 
+void ReviewRecorder::watch_gas(const World& world) {
+  if (const GasBody* gas = world.one<GasBody>())
+    state_.curves.pressure[0].add(world.time(),
+                                  gas->cavity.pressure() / kPascalPerMillimetreOfMercury);
+}
+
 Result<void> ReviewRecorder::add_picture(FrameViews& views) {
   const auto shot = views.shot();
   if (!shot) return std::unexpected(shot.error());
@@ -233,6 +242,7 @@ Result<Review> ReviewRecorder::review(const RunReport& report) const {
   add_if_any("Force of the links", "N", curves.links, "");
   add_if_any("Power into tissue", "W", curves.power, "that it heats");
   add_if_any("Hottest tissue", "°C", curves.hottest, "");
+  add_if_any("Pressure of the cavity", "mmHg", curves.pressure, "over atmosphere");
   review.charts.push_back(stage_chart(trace_));
   const Moments& moments = state_.moments;
   const std::array<std::pair<const char*, const Watched*>, 5> titled = {{

@@ -70,12 +70,12 @@ class ReviewRecorder : public Observer {
     }
   };
   struct Curves {
-    std::vector<Curve> force, penetration, displacement, links, power, hottest;
+    std::vector<Curve> force, penetration, displacement, links, power, hottest, pressure;
     static constexpr auto fields() {
       return std::tuple(field("force", &Curves::force), field("penetration", &Curves::penetration),
                         field("displacement", &Curves::displacement),
                         field("links", &Curves::links), field("power", &Curves::power),
-                        field("hottest", &Curves::hottest));
+                        field("hottest", &Curves::hottest), field("pressure", &Curves::pressure));
     }
   };
   struct State {
@@ -93,6 +93,7 @@ class ReviewRecorder : public Observer {
   void watch_organs(const World& world);
   void watch_smoke(const World& world);
   void watch_heat(const World& world);
+  void watch_gas(const World& world);
   std::array<Watched*, 5> watched();
 
   const Trace& trace_;

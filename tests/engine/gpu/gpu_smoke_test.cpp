@@ -224,33 +224,21 @@ TEST_F(GpuSmokeTest, ThePapersViscosityMatchesTheCpu) {
   }
 }
 
-/// Gas with a shear, that takes half of what is asked and remembers what it got.
+/// Gas with a shear, and with eddies that differ from place to place.
 class ShearedGas final : public SurroundingGas {
  public:
   void velocity(std::span<const Float4> positions, std::span<Float4> velocities) override {
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      velocities[i] = {0.5f * positions[i].z, -0.1f, 0.2f * positions[i].x, 0.0f};
+      velocities[i] = {0.5f * positions[i].z, -0.1f, 0.2f * positions[i].x, positions[i].y};
     }
   }
-  void couple(std::span<const float> exchanged, std::span<float> theta) override {
-    for (std::size_t i = 0; i < theta.size(); ++i) {
-      asked_ += exchanged[i];
-      theta[i] = 0.5f;
-    }
+  void excess(std::span<const Float4>, std::span<float> kelvin) override {
+    std::ranges::fill(kelvin, 1.0f);
   }
-  void add_momentum(std::span<const Float4> impulses) override {
-    for (const Float4& impulse : impulses) momentum_ += impulse.xyz().cast<double>();
-  }
-  double asked() const { return asked_; }
-  const Vec3& momentum() const { return momentum_; }
-
- private:
-  double asked_ = 0.0;
-  Vec3 momentum_ = Vec3::Zero();
 };
 
 TEST_F(GpuSmokeTest, IntegrationMatchesTheCpuWithAndWithoutGas) {
-  const SwirlField swirl(3, 1.0, 20e-3, 0.6);
+  const SwirlField swirl(3, std::sqrt(3.0), 20e-3, 0.6);
   const std::vector<SwirlWave> all_waves = swirl.waves(0.37);
   for (const bool with_gas : {false, true}) {
     for (const bool with_waves : {true, false}) {
@@ -284,10 +272,6 @@ TEST_F(GpuSmokeTest, IntegrationMatchesTheCpuWithAndWithoutGas) {
         ASSERT_FLOAT_EQ(particles.age(i), expected.age(i));
         ASSERT_EQ(particles.masses[i], expected.masses[i]);
       }
-      if (!with_gas) continue;
-      EXPECT_NEAR(gpu_gas.asked(), cpu_gas.asked(), 1e-5 * cpu_gas.asked());
-      EXPECT_GT(cpu_gas.momentum().norm(), 0.0);
-      EXPECT_LT((gpu_gas.momentum() - cpu_gas.momentum()).norm(), 1e-5 * cpu_gas.momentum().norm());
     }
   }
 }
@@ -582,15 +566,12 @@ class FatefulGas final : public SurroundingGas {
     context_.declare_lost();
     std::ranges::fill(velocities, Float4{0.0f, 0.0f, 0.0f, 0.0f});
   }
-  void couple(std::span<const float>, std::span<float> theta) override {
-    std::ranges::fill(theta, 1.0f);
+  void excess(std::span<const Float4>, std::span<float> kelvin) override {
+    std::ranges::fill(kelvin, 0.0f);
   }
-  void add_momentum(std::span<const Float4>) override { ++momenta_; }
-  int momenta() const { return momenta_; }
 
  private:
   EglContext& context_;
-  int momenta_ = 0;
 };
 
 TEST_F(GpuSmokeTest, AfterALostContextTheSmokeGoesOnOnTheCpuAndSaysWhy) {
@@ -622,12 +603,13 @@ TEST_F(GpuSmokeTest, AContextThatIsLostInAStepCostsThatStepAlone) {
   smoke.step(1.0 / 60.0, {.gas = &gas});
   EXPECT_EQ(smoke.device(), nullptr);
   EXPECT_NE(smoke.device_failure().find("its context was lost"), std::string::npos);
-  EXPECT_TRUE(same(smoke.particles(), before));
-  EXPECT_EQ(gas.momenta(), 0) << "gas isn't pushed by what a lost device computes";
-  const int momenta = gas.momenta();
+  // They are where they were, and as warm as the gas.
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(smoke.particles().position(i), before.position(i));
+    EXPECT_EQ(smoke.particles().temperature(i), 0.0f);
+  }
   smoke.step(1.0 / 60.0, {.gas = &gas});
   EXPECT_FALSE(same(smoke.particles(), before)) << "goes on";
-  EXPECT_GT(gas.momenta(), momenta);
   EXPECT_NEAR(smoke.airborne(), smoke.book().owed_airborne(), 1e-12 * smoke.book().emitted);
   context_->make_current();
 }

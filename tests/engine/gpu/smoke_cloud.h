@@ -60,14 +60,14 @@ inline IntegrateParameters smoke_integration() {
   pass.extent = {0.06f, 0.06f, 0.06f, 0.2f};
   pass.step = 1.0f / 60.0f;
   pass.white = 0.15f;
-  pass.lift = 0.0316f;
-  pass.plume_turbulence = 0.032f;
-  pass.cooling = 0.98f;
-  pass.parcel_mass = 6e-9f;
+  pass.gravity = 9.81f;
+  pass.gas_temperature = 310.15f;
+  pass.turbulence = 0.25f;
+  pass.cooling = 1.3f;
   pass.seed = 77;
   pass.substep = 12;
   pass.open_sides = kOpenHighX;
-  pass.entrainment = 20.0f;
+  pass.entrainment = 50.0f;
   return pass;
 }
 

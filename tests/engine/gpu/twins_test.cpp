@@ -45,9 +45,9 @@ StructLayout wave_layout() {
 StructLayout integrate_layout() {
   using Struct = IntegrateParameters;
   return {sizeof(Struct),
-          {MEMBER(extent), MEMBER(step), MEMBER(white), MEMBER(lift), MEMBER(plume_turbulence),
-           MEMBER(cooling), MEMBER(parcel_mass), MEMBER(seed), MEMBER(substep), MEMBER(open_sides),
-           MEMBER(waves), MEMBER(particles), MEMBER(entrainment)}};
+          {MEMBER(extent), MEMBER(step), MEMBER(white), MEMBER(entrainment), MEMBER(gravity),
+           MEMBER(gas_temperature), MEMBER(cooling), MEMBER(turbulence), MEMBER(seed),
+           MEMBER(substep), MEMBER(open_sides), MEMBER(waves), MEMBER(particles)}};
 }
 
 StructLayout triangle_layout() {

@@ -134,7 +134,7 @@ TEST(Collide, ASurfaceThatMovesByManyCellsInAStepTakesParticlesAlong) {
   const SurfaceTopology topology(ball.triangles);
   const std::vector<Vec3f> positions = bumpy_ball(ball, 0.0, 0.01);
   SmokeParameters parameters = around_ball();
-  parameters.swirl_acceleration = parameters.random_acceleration = parameters.gravity = 0.0;
+  parameters.eddies.share = parameters.gravity = 0.0;
   SmokeVolume smoke(parameters);
   smoke.emit({.position = Vec3(0.012, 0.0, 0.0),
               .speed = 0.0,
@@ -255,7 +255,7 @@ TEST(Collide, EveryInstrumentIsMetHoweverManyThereAre) {
 
 TEST(Collide, SmokeThatTouchesDepositsAtTheDepositionVelocity) {
   SmokeParameters parameters = around_ball();
-  parameters.swirl_acceleration = parameters.random_acceleration = parameters.gravity = 0.0;
+  parameters.eddies.share = parameters.gravity = 0.0;
   parameters.deposition_velocity = 3e-4;
   SmokeVolume smoke(parameters);
   smoke.emit({.position = Vec3(0.0102, 0.0, 0.0),

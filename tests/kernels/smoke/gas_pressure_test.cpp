@@ -45,7 +45,7 @@ struct Problem {
         }
       }
     }
-    pressure.set_openings(faces, std::vector<float>(count, 0.0f));
+    pressure.set_openings(faces);
   }
 
   std::vector<float> random_field(std::uint64_t seed) const {

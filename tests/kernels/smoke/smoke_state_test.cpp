@@ -57,11 +57,16 @@ struct Room {
     return vertices;
   }
   void step(int frame) {
-    if (frame % 3 != 1)
+    if (frame % 3 != 1) {
       volume.emit({.position = Vec3(0.0, 0.0, 0.32),
                    .mass = 2e-7,
                    .particles = 20 + frame % 5,
                    .duration = kFrame});
+      gas.give({.position = Vec3(0.0, 0.0, 0.32),
+                .reach = 0.01,
+                .impulse = 1e-8,
+                .gift = GasGift::steam(GasMixture(), 2e-8, 380.0)});
+    }
     const int beats = moved_by(frame, 5), turns = moved_by(frame, 9), ways = moved_by(frame, 4);
     const std::vector<Vec3f> beating = grown(0.012 + 0.001 * std::sin(0.4 * beats));
     const std::vector<Vec3f> still = grown(0.006);

@@ -83,7 +83,7 @@ TEST(Splat, PutsSmokeWhereTheParticlesAreWithTheirTemperature) {
 
 TEST(Splat, SmokeSpreadsWithAge) {
   SmokeParameters parameters = small_box();
-  parameters.random_acceleration = parameters.swirl_acceleration = parameters.gravity = 0.0;
+  parameters.eddies.share = parameters.gravity = 0.0;
   SmokeVolume smoke(parameters);
   smoke.emit({.position = parameters.domain.center(),
               .speed = 0.0,
