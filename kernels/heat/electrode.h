@@ -50,8 +50,7 @@ struct CurrentReport {
   double spark_power = 0.0;  ///< of that, by sparks from the gap [W]
   double body_power = 0.0;   ///< in the rest of the body and under the return pad [W]
   double metal_power = 0.0;  ///< of sparks, into the tip [W]
-  /// Into gas, steam and fumes: sparks' columns, and what no tissue was left to take [W]. It is a
-  /// figure only: the gas's own energy doesn't have it yet.
+  /// Into gas, steam and fumes: sparks' columns, and what no tissue was left to take [W].
   double gas_power = 0.0;
   double current = 0.0;     ///< root mean square [A]
   double voltage = 0.0;     ///< of the generator, root mean square [V]

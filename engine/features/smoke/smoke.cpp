@@ -132,6 +132,19 @@ void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameCo
   }
 }
 
+/// Sparks' columns, and what current finds no tissue for, warm the gas over where they burn.
+void warm_gas(World& world, const BurnTrace& trace, const FrameContext& context) {
+  const double heat = trace.current.gas_power * context.dt;
+  if (!(heat > 0.0) || !world.find<BurnableOrgan>(trace.organ)) return;
+  const Vent vent = vent_of(world, trace.organ, trace.contact.point);
+  GasSource source;
+  source.position = vent.position;
+  source.direction = vent.direction;
+  source.radius = trace.current.radius;
+  source.gift = GasGift::warmth(gas_of(world.model().scene()).mixture(), heat);
+  give_to_gas(world, source);
+}
+
 /// Gas as heavy as the cavity's, through the circle of the ball.
 void emit_steadily(World& world, SmokeBody& smoke, SmokeDebt& emitter,
                    const EmitterDescription& place, const FrameContext& context) {
@@ -197,8 +210,10 @@ std::vector<SmokeObstacle> tools_now(World& world) {
   return tools;
 }
 
-/// What left the tissue of OrganBurn, steady sources -> particles of the smoke volumes.
+/// What left the tissue of OrganBurn, steady sources -> particles of the smoke volumes; their heat,
+/// and sparks', to the gas.
 void emit_smoke(World& world, const FrameContext& context) {
+  for (const BurnTrace& trace : world.all<BurnTrace>()) warm_gas(world, trace, context);
   for (std::size_t b = 0; b < world.all<OrganBurn>().size(); ++b)
     emit_burns(world, world.all<OrganBurn>().owner(b), world.all<OrganBurn>()[b], context);
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include "engine/features/cautery/cautery.h"
 #include "engine/features/gas/gas.h"
 #include "engine/features/smoke/smoke_setup.h"
 #include "engine/run/view.h"
@@ -75,6 +76,27 @@ TEST(SmokeStages, WhatWasEmittedIsSomewhere) {
   EXPECT_GT(book.background, 0.0);
   EXPECT_GT(book.evacuated, 0.0);
   EXPECT_GT(book.deposited, 0.0);
+}
+
+TEST(SmokeStages, SparksWarmTheGasByWhatTheGeneratorsBookSays) {
+  SceneDescription scene = smoking_scene({});
+  EmitterDescription at_hook;
+  at_hook.instrument = "hook";
+  scene.extras.get<SmokeDescriptions>()[0].emitters = {at_hook};
+  scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
+                                     {{0.0, Vec3(0, 0, kRadius + 1.6e-3), 40.0, 1.0}})};
+  scene.instruments[0].extras.set(CurrentMode::kFulgurate);
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  // Until tissue boils, sparks alone give heat.
+  double sparks = 0.0;
+  for (int step = 0; step < 30; ++step) {
+    world->step();
+    if (world->all<OrganBurn>()[0].smoke > 0.0) break;
+    sparks = world->all<BurnTrace>()[0].book.gas;
+    EXPECT_NEAR(world->one<GasBody>()->grid->book().heat_given, sparks, 1e-6 * sparks);
+  }
+  EXPECT_GT(sparks, 0.0);
 }
 
 TEST(SmokeStages, AnEvacuatorThatDrawsLeavesLessSmokeInTheAir) {
