@@ -85,7 +85,7 @@ const std::map<std::string_view, Spoil>& spoils() {
          ADD_FAILURE() << "expected warm tissue";
          return Entity();
        }},
-      {BurnTrace::kName, spoil<BurnTrace>([](BurnTrace& s) { s.generated = kNan; })},
+      {BurnTrace::kName, spoil<BurnTrace>([](BurnTrace& s) { s.book.generated = kNan; })},
       {OrganChange::kName, spoil<OrganChange>([](OrganChange& s) { s.stiffened = kNan; })},
       {GasBody::kName, spoil<GasBody>([](GasBody& s) {
          GasGrid::State state = s.grid->state();
