@@ -33,6 +33,16 @@ TEST(CauteryKeys, LeftOutAreAsInTheStructures) {
   EXPECT_FALSE(is_spared(scene->organs[0]));
 }
 
+TEST(CauteryKeys, OfAPublishedLesionWhatIsNotSaidIsNotKnown) {
+  Json text = whole_scene();
+  text["heat"]["published"].erase("least_width_mm");
+  const Result<SceneDescription> scene = SceneFolder().load(text);
+  ASSERT_TRUE(scene) << scene.error().text();
+  ASSERT_TRUE(heat_of(*scene).published);
+  EXPECT_FALSE(heat_of(*scene).published->least_width);
+  EXPECT_EQ(heat_of(*scene).published->most_width, 0.004);
+}
+
 TEST(CauteryKeys, AModeThatIsNoneSaysWhichIsMeant) {
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/1/mode", "cutt"), "instruments/1/mode",
                      "did you mean \"cut\"?");
