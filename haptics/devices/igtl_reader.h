@@ -31,7 +31,7 @@ class IgtlReader {
 
   /// Bytes that the message in the making still needs; zero between messages.
   std::uint64_t missing() const {
-    return buffer_.empty() && skip_ == 0 ? 0 : want_ - buffer_.size() + skip_;
+    return skip_ > 0 ? skip_ : buffer_.empty() ? 0 : want_ - buffer_.size();
   }
   std::uint64_t messages() const { return messages_; }  ///< whole ones, of any type
 

@@ -158,11 +158,56 @@ TEST(PassivityGuard, TheDevicesFrictionPaysWithinOneStepOfTheEncodersAlone) {
     guard.update(Vec3::Zero(), step(0.9e-4, 0.0, full));
     EXPECT_NEAR(guard.state().budget, full ? 0.05 * 0.9e-4 : 0.0, 1e-15);
   }
+  // A step is 0.1 mm, and more than one along an axis up to 0.12 mm.
+  for (const double moved : {1.15e-4, 1.25e-4, 5e-4}) {
+    PassivityGuard guard({}, round_limits(), kTick);
+    guard.reset(Vec3::Zero());
+    guard.update(Vec3::Zero(), step(0.0, 0.0));
+    guard.update(Vec3::Zero(), step(moved, 0.0));
+    EXPECT_NEAR(guard.state().budget, moved < 1.2e-4 ? 0.05 * moved : 0.0, 1e-15);
+  }
+}
+
+TEST(PassivityGuard, ATickWhoseForceIsHeldBackEarnsNothing) {
   PassivityGuard guard({}, round_limits(), kTick);
   guard.reset(Vec3::Zero());
   guard.update(Vec3::Zero(), step(0.0, 0.0));
-  guard.update(Vec3::Zero(), step(5e-4, 0.0));
-  EXPECT_EQ(guard.state().budget, 0.0);
+  guard.update(Vec3(-2.0, 0.0, 0.0), step(0.5e-3, 0.0));  // the hand gives a millijoule
+  EXPECT_NEAR(guard.state().budget, 1e-3, 1e-12);
+  guard.update(Vec3(-1.0, 0.0, 0.0), step(1.0e-3, 0.0, false));
+  EXPECT_NEAR(guard.state().budget, 1e-3, 1e-12) << "half a millijoule more isn't booked";
+  guard.update(Vec3(3.0, 0.0, 0.0), step(1.5e-3, 0.0, false));
+  EXPECT_NEAR(guard.state().budget, -0.5e-3, 1e-12) << "what is given is";
+  guard.update(Vec3(-3.0, 0.0, 0.0), step(2.0e-3, 0.0, false));
+  EXPECT_NEAR(guard.state().budget, 0.0, 1e-12) << "and debts are paid";
+}
+
+TEST(PassivityGuard, AForceThatFadesOutGivesBackWhatWasStoredAndOwesTheRest) {
+  PassivityGuard guard({}, round_limits(), kTick);
+  guard.reset(Vec3::Zero());
+  guard.update(Vec3::Zero(), step(0.0, 3e-3));
+  const auto fade_to = [&](double x) { guard.fade(Vec3(2.0, 0.0, 0.0), Vec3(x, 0.0, 0.0), kTick); };
+  fade_to(1e-3);  // 2 of the 3 mJ
+  EXPECT_NEAR(guard.state().budget, 0.0, 1e-12);
+  EXPECT_NEAR(guard.state().stored, 1e-3, 1e-12);
+  fade_to(2e-3);  // and 2 mJ more
+  EXPECT_NEAR(guard.state().budget, -1e-3, 1e-12);
+  EXPECT_NEAR(guard.state().stored, 0.0, 1e-12);
+  // The hand gives 10 mJ, of which the tolerance is kept.
+  fade_to(-3e-3);
+  EXPECT_NEAR(guard.state().budget, 2e-3, 1e-12);
+}
+
+TEST(PassivityGuard, WhatTheSceneSuppliesMayReachTheHandByTheShareThatIsShown) {
+  PassivityGuard guard({}, round_limits(), kTick);
+  guard.reset(Vec3::Zero());
+  guard.update(Vec3::Zero(), step(0.0, 1e-3));
+  guard.show(0.5);
+  PassivityGuard::Step one = step(1e-3, 1.5e-3);
+  one.supplied = 2e-3;
+  guard.update(Vec3(1.0, 0.0, 0.0), one);
+  // Half of 2 mJ came, half of 0.5 mJ was stored, 1 mJ went to the hand.
+  EXPECT_NEAR(guard.state().budget, 1e-3 - 0.25e-3 - 1e-3, 1e-12);
 }
 
 TEST(PassivityGuard, TheDamperTakesWhatIsMissingWithinATickUpToItsGreatest) {

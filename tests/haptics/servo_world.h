@@ -23,6 +23,27 @@ inline SimulatedDeviceSettings pressing_soon() {
 /// A wall whose surface is z = 0.
 VirtualWall wall_at_zero(double stiffness, double damping = 0.0);
 
+/// Moves along z at a steady speed; nobody holds it.
+class SteadyDevice : public HapticDevice {
+ public:
+  SteadyDevice(double from, double speed) : from_(from), speed_(speed) {}
+  const std::string& name() const override { return name_; }
+  const DeviceLimits& limits() const override { return limits_; }
+  DeviceState read(std::uint64_t tick) noexcept override {
+    DeviceState state;
+    state.pose.position.z() = from_ + speed_ * 1e-3 * static_cast<double>(tick);
+    state.sample = tick + 1;
+    return state;
+  }
+  void write(const Vec3&) noexcept override {}
+
+  DeviceLimits limits_ = phantom_premium_1_0a();
+
+ private:
+  double from_, speed_;
+  std::string name_ = "steady";
+};
+
 /// Pushes with one force, wherever the tool is.
 class SteadyPush : public TactileModel {
  public:

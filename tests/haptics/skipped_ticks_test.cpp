@@ -10,27 +10,6 @@
 namespace viscera::test {
 namespace {
 
-/// Moves along z at a steady speed; nobody holds it.
-class SteadyDevice : public HapticDevice {
- public:
-  SteadyDevice(double from, double speed) : from_(from), speed_(speed) {}
-  const std::string& name() const override { return name_; }
-  const DeviceLimits& limits() const override { return limits_; }
-  DeviceState read(std::uint64_t tick) noexcept override {
-    DeviceState state;
-    state.pose.position.z() = from_ + speed_ * 1e-3 * static_cast<double>(tick);
-    state.sample = tick + 1;
-    return state;
-  }
-  void write(const Vec3&) noexcept override {}
-
-  DeviceLimits limits_ = phantom_premium_1_0a();
-
- private:
-  double from_, speed_;
-  std::string name_ = "steady";
-};
-
 /// Runs every `step`th tick.
 std::vector<ServoOutput> run_every(ServoTick& servo, std::uint64_t step, std::uint64_t end) {
   std::vector<ServoOutput> all;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "kernels/base/random.h"
 #include "tests/haptics/devices/igtl_messages.h"
@@ -96,6 +97,37 @@ TEST(IgtlReader, LengthsThatLieAreNotBelieved) {
     Listener heard;
     EXPECT_FALSE(heard.reader.feed(with_size(size))) << size;
     EXPECT_EQ(heard.kinds, std::vector{ServoEventKind::kMessageTooLong});
+  }
+}
+
+TEST(IgtlReader, MessagesOfOtherTypesAreSkippedUpToAMebibyteAndUpToVersionThree) {
+  const auto header = [](unsigned char version, std::uint64_t size) {
+    Bytes bytes = string_bytes("words");
+    bytes.resize(kHeaderSize);
+    bytes[1] = version;
+    for (int i = 0; i < 8; ++i)
+      bytes[kBodySizeAt + static_cast<std::size_t>(i)] =
+          static_cast<unsigned char>(size >> (56 - 8 * i));
+    return bytes;
+  };
+  for (const unsigned char version : {1, 2, 3}) {
+    Listener heard;
+    EXPECT_TRUE(heard.reader.feed(header(version, 1 << 20))) << int(version);
+    EXPECT_EQ(heard.reader.missing(), std::uint64_t{1 << 20});
+    EXPECT_TRUE(heard.kinds.empty());
+    EXPECT_TRUE(heard.reader.feed(Bytes(1 << 20)));
+    EXPECT_EQ(heard.reader.messages(), 1u);
+    EXPECT_TRUE(heard.reader.feed(transform_bytes(some_pose(1))));
+    EXPECT_EQ(heard.poses.size(), 1u);
+  }
+  for (const auto& [version, size, kind] :
+       {std::tuple(2, (1 << 20) + 1, ServoEventKind::kMessageTooLong),
+        std::tuple(4, 8, ServoEventKind::kMessageMalformed),
+        std::tuple(0, 8, ServoEventKind::kMessageMalformed)}) {
+    Listener heard;
+    EXPECT_FALSE(heard.reader.feed(
+        header(static_cast<unsigned char>(version), static_cast<std::uint64_t>(size))));
+    EXPECT_EQ(heard.kinds, std::vector{kind});
   }
 }
 

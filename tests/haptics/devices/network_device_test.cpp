@@ -6,6 +6,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -47,6 +49,15 @@ class RawClient {
     return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
            static_cast<ssize_t>(bytes.size());
   }
+  /// So many bytes; fewer where they don't come for ever so long.
+  Bytes receive(std::size_t size) const {
+    const timeval patience{20, 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    Bytes bytes(size);
+    const ssize_t got = ::recv(socket_, bytes.data(), size, MSG_WAITALL);
+    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    return bytes;
+  }
 
  private:
   int socket_;
@@ -76,6 +87,16 @@ Pose at_height(double z) {
 TEST(NetworkDevice, CannotBeSavedAndSaysWhy) {
   const auto device = device_on_a_free_port();
   EXPECT_NE(device->why_not_saved().find("moved from outside"), std::string::npos);
+}
+
+TEST(NetworkDevice, AReadingMayStayForATenthOfASecondAndThenItHasFrozen) {
+  for (const std::uint64_t ticks : {98u, 102u}) {
+    DeviceGuard guard({}, NetworkDeviceSettings().limits, 1e-3);
+    ServoEventRing events;
+    guard.judge({}, 10, 1e-3, events);
+    guard.judge({}, 10 + ticks, 1e-3, events);
+    EXPECT_EQ(guard.sound(), ticks < 100) << ticks;
+  }
 }
 
 TEST(NetworkDevice, AClientInAnotherProcessDrivesAToolAndReceivesForces) {
@@ -113,6 +134,26 @@ TEST(NetworkDevice, AClientInAnotherProcessDrivesAToolAndReceivesForces) {
   // 10 mm into 300 N/m behind a coupling of 2000 N/m.
   EXPECT_GT(std::stod(told["greatest"]), 1.0) << text;
   EXPECT_LT(std::stod(told["greatest"]), 3.5) << text;
+}
+
+TEST(NetworkDevice, AForceThatIsWrittenReachesTheClientInNewtons) {
+  const auto device = device_on_a_free_port();
+  const RawClient client(device->port());
+  ASSERT_TRUE(wait_for(*device, ServoEventKind::kClientConnected));
+  device->write(Vec3(0.0, -2.0, 1.5));
+  // A SENSOR's body: length, status, unit, then numbers of eight bytes, the most significant first.
+  const Bytes message = client.receive(kHeaderSize + 10 + 3 * 8);
+  ASSERT_EQ(message.size(), kHeaderSize + 34);
+  EXPECT_EQ(std::string(message.begin() + kTypeAt, message.begin() + kTypeAt + 6), "SENSOR");
+  EXPECT_EQ(message[kHeaderSize], 3);
+  const auto number = [&](std::size_t i) {
+    std::uint64_t bits = 0;
+    for (std::size_t k = 0; k < 8; ++k) bits = bits << 8 | message[kHeaderSize + 10 + 8 * i + k];
+    return std::bit_cast<double>(bits);
+  };
+  EXPECT_EQ(number(0), 0.0);
+  EXPECT_EQ(number(1), -2.0);
+  EXPECT_EQ(number(2), 1.5);
 }
 
 TEST(NetworkDevice, TheLoopReadsTheNewestPoseAndWaitsForNothing) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/haptics/servo_world.h"
 
 namespace viscera::test {
@@ -89,6 +91,66 @@ TEST(SimulatedDevice, TicksThatALateLoopMissedHaveStillPassed) {
   for (std::uint64_t tick = 0; tick <= 300; ++tick) prompt.read(tick);
   late.read(0);
   EXPECT_EQ(late.read(300).pose.position, prompt.read(300).pose.position);
+}
+
+/// [m/s] of a handle that nobody holds, after a tenth of a second under a force.
+double pushed(double friction, double force) {
+  SimulatedDeviceSettings settings = held_at_rest(0.0);
+  settings.hand = {};
+  settings.limits.apparent_mass = 0.08;
+  settings.limits.friction = friction;
+  SimulatedDevice device(settings);
+  for (std::uint64_t tick = 0; tick < 100; ++tick) {
+    device.read(tick);
+    device.write(Vec3(force, 0.0, 0.0));
+  }
+  device.read(100);
+  return device.velocity().x();
+}
+
+TEST(SimulatedDevice, AHandleThatNobodyHoldsGainsSpeedByForceAndMassAndLosesItsFriction) {
+  // 0.1 N on 80 g for 0.1 s.
+  EXPECT_NEAR(pushed(0.0, 0.1), 0.125, 1e-12);
+  EXPECT_NEAR(pushed(0.04, 0.1), 0.06 * 0.1 / 0.08, 1e-12);
+  EXPECT_EQ(pushed(0.04, 0.03), 0.0);
+}
+
+TEST(SimulatedDevice, ItsImplicitStepsTakeNoMoreThanAsADamperOfStepTimesStiffness) {
+  SimulatedDeviceSettings settings = held_at_rest(0.0);
+  settings.hand = {0.2, 1000.0, 0.0};
+  settings.limits.apparent_mass = 0.05;
+  settings.limits.friction = 0.0;
+  SimulatedDevice device(settings);
+  // Swings about where the spring bears 5 N, from 5 mm beside: 12.5 mJ.
+  for (std::uint64_t tick = 0; tick < 1000; ++tick) {
+    device.read(tick);
+    device.write(Vec3(5.0, 0.0, 0.0));
+  }
+  device.read(1000);
+  const double beside = device.position().x() - 5e-3;
+  const double left = 0.5 * 0.25 * device.velocity().squaredNorm() + 0.5 * 1000.0 * beside * beside;
+  // Backward Euler leaves 1 / (1 + h^2 k / m) a step, of ten thousand.
+  EXPECT_NEAR(left / 12.5e-3, std::pow(1.0 + 1e-8 * 1000.0 / 0.25, -10'000), 5e-3);
+}
+
+TEST(Hand, GripsGoFromTwoFingertipsToAFistGeometrically) {
+  const Hand loose = Hand::with_grip(0.0), between = Hand::with_grip(0.5),
+             fist = Hand::with_grip(1);
+  EXPECT_DOUBLE_EQ(loose.mass, 0.02);
+  EXPECT_DOUBLE_EQ(loose.stiffness, 30.0);
+  EXPECT_DOUBLE_EQ(loose.damping, 0.5);
+  EXPECT_DOUBLE_EQ(fist.mass, 0.2);
+  EXPECT_DOUBLE_EQ(fist.stiffness, 1000.0);
+  EXPECT_DOUBLE_EQ(fist.damping, 12.0);
+  EXPECT_NEAR(between.stiffness, std::sqrt(30.0 * 1000.0), 1e-9);
+  EXPECT_NEAR(between.damping, std::sqrt(0.5 * 12.0), 1e-12);
+}
+
+TEST(HandPath, ItLeavesAKeyFromWhereThatIs) {
+  const HandPath path = path_along_z({{0.0, 0.1}, {1.0, 0.3}});
+  EXPECT_NEAR(path.at(0.5).pose.position.z(), 0.2, 1e-12);
+  // The peak speed of a movement of least jerk is 15/8 of its mean.
+  EXPECT_NEAR(path.at(0.5).velocity.z(), 0.2 * 15.0 / 8.0, 1e-12);
 }
 
 TEST(HandPath, ItRestsAtItsKeysAndMovesWithLeastJerkBetween) {

@@ -76,6 +76,16 @@ TEST_F(InputFileTest, NoticesThatAFileBecameShorter) {
   EXPECT_TRUE(has(rest.error().text(), "found its end after 2 bytes, expected 5"));
 }
 
+TEST_F(InputFileTest, AReadThatFailsIsSaidAndNotTriedForEver) {
+  // This process's memory: a regular file, and nothing lies at its beginning.
+  auto file = InputFile::open("/proc/self/mem", "a surface", 100);
+  ASSERT_TRUE(file) << file.error().text();
+  char two[2];
+  const auto got = file->read(two, 2);
+  ASSERT_FALSE(got);
+  EXPECT_TRUE(has(got.error().text(), "/proc/self/mem: cannot be read"));
+}
+
 TEST_F(InputFileTest, ReadsInPiecesAndThenTheRest) {
   auto file = InputFile::open(written("a.obj", "12345"), "a surface", 100);
   ASSERT_TRUE(file);

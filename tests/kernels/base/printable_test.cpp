@@ -8,6 +8,7 @@ namespace {
 TEST(Printable, LeavesTextAsItIs) {
   EXPECT_EQ(printable("liver.obj: 3 °C, 肝\n\tnext"), "liver.obj: 3 °C, 肝\n\tnext");
   EXPECT_EQ(printable(""), "");
+  EXPECT_EQ(printable("a clef: \xf0\x9d\x84\x9e"), "a clef: \xf0\x9d\x84\x9e");  // of four bytes
 }
 
 TEST(Printable, TakesTheirPowerFromControlCharacters) {
@@ -23,6 +24,9 @@ TEST(Printable, ShowsWhatTurnsTheDirectionOfWriting) {
                       "b"),
             "a\\u202eb");
   EXPECT_EQ(printable("\xef\xbb\xbf"), "\\ufeff");
+  // Isolates, U+2066 to U+2069, and the characters beside them.
+  EXPECT_EQ(printable("\xe2\x81\xa5\xe2\x81\xa6\xe2\x81\xa9\xe2\x81\xaa"),
+            "\xe2\x81\xa5\\u2066\\u2069\xe2\x81\xaa");
 }
 
 TEST(Printable, ShowsBytesThatAreNoText) {

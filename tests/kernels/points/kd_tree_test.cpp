@@ -53,6 +53,16 @@ TEST(KdTree, CoincidentPointsAreFoundInTheOrderOfTheirIndices) {
   EXPECT_EQ(found[2].index, 3);
 }
 
+TEST(KdTree, AskedForNoneItFindsNone) {
+  const std::vector<Vec3> points(50, Vec3::Ones());
+  const KdTree tree(points);
+  for (const int k : {0, -1}) {
+    std::vector<KdTree::Found> found(3);
+    tree.nearest(Vec3::Zero(), k, -1, found);
+    EXPECT_TRUE(found.empty()) << k;
+  }
+}
+
 TEST(KdTree, EmptyTreeFindsNothing) {
   const KdTree tree({});
   std::vector<KdTree::Found> found;

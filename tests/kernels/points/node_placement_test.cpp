@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "kernels/base/random.h"
+#include "kernels/points/advancing_front.h"
 #include "kernels/points/kd_tree.h"
 #include "kernels/points/neighbours.h"
 #include "tests/support/shapes.h"
@@ -224,6 +225,41 @@ TEST(NodePlacement, StopsWhenToldToAtAnyMoment) {
     ASSERT_FALSE(cloud.has_value());
     EXPECT_EQ(cloud.error().text(), kCancelled);
   }
+}
+
+TEST(NodePlacement, TheEstimateOfACubeIsItsFacesAndItsInside) {
+  // 20 spacings along each edge: 6 x 400 on the faces, 8000 inside but for 0.4 h below the faces.
+  const TriangleSurface cube = test::cube(0.04, 2);
+  const Result<double> estimate = estimate_nodes(cube, SurfaceTree(cube), uniform(0.002));
+  ASSERT_TRUE(estimate);
+  EXPECT_NEAR(*estimate, 2400 + 0.85 * (8000 - 0.4 * 2400), 0.01 * 8000);
+}
+
+TEST(NodePlacement, SpacingIsNotAskedForFarFromTheBody) {
+  const double h = 0.01;
+  const Result<PointCloud> cloud = place(test::icosphere(0.05, 2), [h](const Vec3& x) {
+    return x.norm() < 0.05 + 1.5 * h ? h : std::numeric_limits<double>::quiet_NaN();
+  });
+  EXPECT_TRUE(cloud.has_value()) << cloud.error().text();
+}
+
+TEST(NodePlacement, ProgressEndsAtItsEndWhereMoreNodesFitThanWereExpected) {
+  const TriangleSurface sphere = test::icosphere(0.05, 3);
+  const SurfaceTree tree(sphere);
+  const SpacingField spacing = uniform(0.007);
+  const NodePlacement options;
+  const PlacementTask task{sphere, tree, spacing, options, 10.0};
+  Result<PlacedNodes> nodes = cover_surface(task);
+  ASSERT_TRUE(nodes);
+  std::vector<double> told;
+  const Progress listen = [&](double fraction, std::string_view) {
+    told.push_back(fraction);
+    return true;
+  };
+  ASSERT_TRUE(fill_inside(task, *nodes, listen));
+  ASSERT_GE(told.size(), 2u) << "told each 1024 nodes";
+  EXPECT_EQ(told.front(), 0.0);
+  EXPECT_EQ(told.back(), 1.0);
 }
 
 TEST(GradedSpacing, GrowsLinearlyFromThePointsUpToItsLimit) {

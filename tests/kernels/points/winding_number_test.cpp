@@ -34,6 +34,21 @@ TEST(WindingNumber, OfAHemisphereIsItsSolidAngle) {
   }
 }
 
+TEST(WindingNumber, FarAwayABowlIsTheDiscOverItWhereverBothStand) {
+  TriangleSurface bowl = icosphere(0.05, 3);
+  std::erase_if(bowl.triangles, [&bowl](const std::array<int, 3>& t) {
+    return (bowl.vertices[t[0]] + bowl.vertices[t[1]] + bowl.vertices[t[2]]).z() > 0.0;
+  });
+  const Vec3 place(1.0, -2.0, 3.0);
+  for (Vec3& vertex : bowl.vertices) vertex += place;
+  const WindingNumber winding(bowl);
+  // pi r2 / d2 of 4 pi, to a half of r / d.
+  for (const double d : {1.0, 3.0, 8.0}) {
+    const double disc = 0.25 * 0.05 * 0.05 / (d * d);
+    EXPECT_NEAR(winding(place + Vec3(0, 0, d)), disc, 0.6 * 0.05 / d * disc + 0.05 * disc) << d;
+  }
+}
+
 TEST(WindingNumber, OfNothingIsNought) {
   EXPECT_EQ(WindingNumber(TriangleSurface{})(Vec3::Zero()), 0.0);
 }
