@@ -15,7 +15,8 @@ TEST(GasKeys, ArriveInSiUnits) {
   EXPECT_DOUBLE_EQ(gas.temperature, 293.15);
   EXPECT_EQ(gas.cells, 24);
   EXPECT_DOUBLE_EQ(gas.cavity, 4e-3);
-  EXPECT_NEAR(gas.compliance, 106e-6 / 133.322, 1e-12);
+  EXPECT_NEAR(gas.compliance, 90e-6 / 133.322, 1e-12);
+  EXPECT_DOUBLE_EQ(gas.humidity, 0.5);
   EXPECT_EQ(gas.domain->max(), Vec3(0.12, 0.11, 0.1));
 }
 
@@ -24,6 +25,9 @@ TEST(GasKeys, LeftOutAreAsInTheStructure) {
   ASSERT_TRUE(scene) << scene.error().text();
   EXPECT_NEAR(gas_of(*scene).pressure, GasDescription().pressure, 0.2);
   EXPECT_DOUBLE_EQ(gas_of(*scene).temperature, GasDescription().temperature);
+  EXPECT_NEAR(gas_of(*scene).compliance, GasDescription().compliance,
+              0.01 * gas_of(*scene).compliance);
+  EXPECT_EQ(gas_of(*scene).humidity, GasDescription().humidity);
 }
 
 TEST(GasKeys, ASettingMakesTheGasThatTheFileLeavesOut) {

@@ -61,6 +61,7 @@ Json whole_scene() {
                              "rate_mg_per_s": 3, "particles_per_s": 500, "speed_mm_per_s": 200,
                              "excess_K": 40, "from_s": 1, "to_s": 2}]}],
     "gas": {"pressure_mmHg": 15, "temperature_C": 20, "cells": 24, "cavity_L": 4,
+            "humidity": 0.5, "compliance_mL_per_mmHg": 90,
             "domain": {"min_mm": [0, 0, 0], "max_mm": [120, 110, 100]},
             "inlets": [{"position_mm": [10, 10, 99], "direction": [0, 0, -3], "radius_mm": 4,
                         "limit_L_per_min": 6, "from_s": 0, "to_s": 3}],
