@@ -44,8 +44,10 @@ struct BodyCase {
   /// Turned about the z axis: samples lie on the half plane y = 0, and stand for all others.
   bool turned = true;
   std::function<Result<BodyReference>(const BodyCase&, BodyLoad, double, int)> solve;
+  /// That the kept references are solved with.
+  int refinement = 1;
 
-  /// By finite elements: `refinement` 0 for seconds or minutes, 1 about twice as fine, -1 coarse.
+  /// By finite elements: `refinement` -1 for seconds, 0 or 1 up to minutes and some gigabytes.
   Result<BodyReference> reference(BodyLoad load, double poisson_ratio, int refinement) const {
     return solve(*this, load, poisson_ratio, refinement);
   }

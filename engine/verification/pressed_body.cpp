@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "kernels/base/stopwatch.h"
@@ -116,7 +116,8 @@ PressedAnswer PressedBody::pin(const std::function<bool(const Vec3&)>& is_pinned
               compliance_.columns[(3 * column + a) * rows + row + b];
     }
   }
-  const VectorX forces = square.ldlt().solve(wanted);
+  // Collocated formulations have compliances that aren't symmetric.
+  const VectorX forces = square.partialPivLu().solve(wanted);
   answer.converged = forces.allFinite() && (square * forces - wanted).norm() < 1e-3 * wanted.norm();
   if (!answer.converged) return answer;
   for (Eigen::Index j = 0; j < count; ++j) {

@@ -341,7 +341,7 @@ Result<void> write_references(const BodiesBenchOptions& options, std::ostream& o
       for (const double nu : kBodyPoissonRatios) {
         if (interrupted()) return failure(kCancelled);
         const Stopwatch watch;
-        auto reference = body.reference(load, nu, body.turned ? 1 : 0);
+        auto reference = body.reference(load, nu, body.refinement);
         if (!reference) return std::unexpected(reference.error());
         out << fmt::format("{:<10}{:<7}nu {:.2f}  force {:.6g}  {:.1f} s\n", body.name,
                            name_of(load), nu, reference->force, watch.seconds())

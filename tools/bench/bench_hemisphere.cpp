@@ -103,7 +103,7 @@ HemisphereCase measure_pinned(HemisphereBody& body, double a_over_R, const Hemis
   one.note = "surface nodes within a are moved; nothing is finer than nodes";
   one.converged = answer.converged;
   if (!answer.converged) {
-    one.note = "no node within a";
+    one.note = "no node within a, or no forces that move those";
     one.force_over_ERdelta = std::nullopt;
     return one;
   }

@@ -16,18 +16,22 @@ fs::path program_file() {
   return fs::read_symlink("/proc/self/exe", error);
 }
 
+bool is_built_here(const fs::path& program) {
+  std::error_code error;
+  return !program.empty() && lies_in(program, fs::weakly_canonical(VISCERA_BUILD_DIR, error));
+}
+
 }  // namespace
 
 fs::path program_folder() {
-  return program_file().parent_path();
+  const fs::path program = program_file();
+  return is_built_here(program) ? fs::path(VISCERA_BUILD_DIR) : program.parent_path();
 }
 
 fs::path assets_folder() {
   if (const char* named = std::getenv("VISCERA_ASSETS")) return named;
   const fs::path program = program_file();
-  std::error_code error;
-  if (!program.empty() && lies_in(program, fs::weakly_canonical(VISCERA_BUILD_DIR, error)))
-    return fs::path(VISCERA_SOURCE_DIR) / "assets";
+  if (is_built_here(program)) return fs::path(VISCERA_SOURCE_DIR) / "assets";
   return (program.parent_path() / VISCERA_DATADIR / "viscera/assets").lexically_normal();
 }
 

@@ -5,7 +5,8 @@
 
 namespace viscera {
 
-/// Where this program stands itself; the programs that belong together stand in one folder.
+/// Where the programs that belong together stand: in this program's own folder, or on top of the
+/// build folder for whatever lies in that.
 std::filesystem::path program_folder();
 
 /// The assets folder: $VISCERA_ASSETS, else that of the source tree for a program in its build

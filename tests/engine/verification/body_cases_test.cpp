@@ -166,5 +166,15 @@ TEST(PressedBodies, PinningWithoutANodeInsideHasNoAnswer) {
   EXPECT_LT(pinned.force.z(), 0.0);
 }
 
+TEST(PressedBodies, PinningMovesThePinnedPlacesWhereComplianceIsntSymmetric) {
+  const BodyCase& slab = body_named("slab_5");
+  const auto body = prepare_body(slab, 0.3, 500, "gfdm", no_progress());
+  if (!body) GTEST_SKIP() << body.error().text();
+  const auto pinned = (*body)->pin(
+      [](const Vec3& x) { return x.head<2>().norm() < 2.5 * kBodyUnit; }, Vec3(0, 0, -1e-4));
+  ASSERT_TRUE(pinned.converged);
+  EXPECT_LT(pinned.force.z(), 0.0);
+}
+
 }  // namespace
 }  // namespace viscera

@@ -75,14 +75,15 @@ TEST_F(InstalledPeers, AFittedMeshHasTheContactsRimAsEdges) {
   }
 }
 
-TEST_F(InstalledPeers, CalculixsOwnTimeOfASolutionIsLessThanItsProcess) {
+TEST_F(InstalledPeers, CalculixSaysWhatAFurtherSolutionTakesBesideItsProcess) {
   const auto mesh = mesh_hemisphere({true, 0.2, 0.0, 0.3, 0.3}, folder_.path());
   ASSERT_TRUE(mesh) << mesh.error().text();
   const auto answer = solve_calculix(*mesh, 0.3, 0.3, CalculixSolver::kSpooles, folder_.path());
   ASSERT_TRUE(answer) << answer.error().text();
   ASSERT_TRUE(answer->own_s);
   EXPECT_GT(*answer->own_s, 0.0);
-  EXPECT_GT(answer->process_s, 0.0);
+  // Other work may delay either; they are of one order.
+  EXPECT_LT(*answer->own_s, 5.0 * answer->process_s);
 }
 
 TEST_F(InstalledPeers, BulletWithoutCorotationComesToRestWhereLinearTetrahedraDo) {

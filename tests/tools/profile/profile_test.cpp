@@ -51,9 +51,10 @@ TEST(ProfileCommand, MeasuresEveryNumberOfOrgansTouchedAndIdle) {
   ASSERT_EQ(all["memory"].size(), 3u);
   EXPECT_EQ(all["memory"][2]["organs"], 4);
   EXPECT_GT(all["memory"][0]["bytes"], 0);
-  if (!kSanitized)
+  if (!kSanitized) {
     EXPECT_LT(all["memory"][2]["bytes"].get<double>() - all["memory"][1]["bytes"].get<double>(),
               2e6);
+  }
   for (const char* word : {"over real time", "an idle organ", "a touched organ", "to reach"})
     EXPECT_NE(result.out.find(word), std::string::npos) << word << result.told();
   for (const char* plot : {"plots/cost_against_organs.svg", "plots/memory_against_organs.svg"})
