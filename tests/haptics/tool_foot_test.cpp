@@ -35,7 +35,7 @@ WalkableSurface roof() {
 
 /// A ball pressed so deep into the roof's crest.
 ToolFoot on_the_crest(const WalkableSurface& surface) {
-  ToolFoot foot(kBall, 2);
+  ToolFoot foot(kBall, 2, CellWays::kTogether);
   const Vec3 centre(0.0, 0.0, kBall - kDeep);
   foot.start(surface.nearest(Vec3::Zero()), centre);
   EXPECT_TRUE(foot.follow(surface, centre, kReach));
@@ -92,7 +92,7 @@ TEST(ToolFoot, AnEdgeTurnsItWithinTwoRadiiOfTheBallAndNoFarther) {
   const Vec3 normal = Vec3(kFall, 0.0, 1.0).normalized();
   const auto up_at = [&](double x) {
     const Vec3 place(x, 0.0, -kFall * x);
-    ToolFoot foot(kBall, 2);
+    ToolFoot foot(kBall, 2, CellWays::kTogether);
     const Vec3 centre = place + (kBall - kDeep) * normal;
     foot.start(surface.nearest(place), centre);
     EXPECT_TRUE(foot.follow(surface, centre, kReach));
@@ -111,7 +111,7 @@ TEST(ToolFoot, AToolWhoseCentreIsInTheTissueHasAFootThatMovesSmoothly) {
     const double angle = step * i / body;
     return Vec3((body - 3e-3) * Vec3(std::sin(angle), 0.1, std::cos(angle)).normalized());
   };
-  ToolFoot foot(kBall, 2);
+  ToolFoot foot(kBall, 2, CellWays::kTogether);
   foot.start(surface.nearest(centre(0)), centre(0));
   ASSERT_TRUE(foot.follow(surface, centre(0), kReach));
   Vec3 last = foot.spot().position;
