@@ -4,6 +4,7 @@
 
 #include <ostream>
 
+#include "engine/features/deformation/deformation_flags.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
 
@@ -62,6 +63,13 @@ FlagSet step_until(World& world, double time) {
   FlagSet flags;
   while (world.time() < time - 1e-9) flags.raise(step_frame(world, trace).flags);
   return flags;
+}
+
+FlagSet but_for_strain(const FlagSet& flags) {
+  FlagSet others;
+  for (const FrameFlag& flag : flags)
+    if (flag.name != kBeyondLinear.name) others.raise(flag);
+  return others;
 }
 
 Vec3 force_on(const World& world, std::size_t instrument) {

@@ -37,6 +37,9 @@ std::unique_ptr<World> build(const SceneDescription& scene);
 /// Steps until the world's time reaches `time` [s]; all flags raised on the way.
 FlagSet step_until(World& world, double time);
 
+/// But for the one that says how far linear tissue is strained: tests press and lift it far.
+FlagSet but_for_strain(const FlagSet& flags);
+
 /// Force on the i-th instrument now [N].
 Vec3 force_on(const World& world, std::size_t instrument);
 
