@@ -34,7 +34,7 @@ std::optional<Lowest> lowest_of_tube(const Vec3& foot, const Vec3& axis, double 
   const double s = (-b - std::sqrt(discriminant)) / a;
   const double along = (m + s * up).dot(axis);
   if (along < 0.0 || along > length) return std::nullopt;
-  return Lowest{s, (m_across + s * up_across) / radius};
+  return Lowest{s, (m_across + s * up_across).normalized()};
 }
 
 }  // namespace
