@@ -45,6 +45,10 @@ void expect_near(const Json& one, const Json& other, double share,
   ASSERT_EQ(one.size(), other.size());
   for (const auto& [key, value] : one.items()) {
     const Json& twin = other.at(key);
+    if (value.is_object()) {
+      expect_near(value, twin, share);
+      continue;
+    }
     if (!value.is_number()) {
       EXPECT_EQ(value, twin) << key;
       continue;

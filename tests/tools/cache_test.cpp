@@ -13,6 +13,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The tiny scene, pressed and pulled less: nothing warns but the cache.
+Json gentle_scene() {
+  Json scene = tiny_scene();
+  for (const int key : {1, 2}) scene["instruments"][0]["path"][key]["tip_mm"][2] = 15.9;
+  scene["instruments"][1]["path"][2]["tip_mm"] = {-9.2, 0, 12.8};
+  return scene;
+}
+
 fs::path only_cache_file(const SceneFolder& folder) {
   const auto files = files_of(folder.cache(), ".h5");
   EXPECT_EQ(files.size(), 1u);
@@ -54,7 +62,7 @@ void expect_rebuilt(const SceneFolder& folder, const std::string& reason,
 }
 
 TEST(Cache, SecondRunTakesItAndStepsTheSame) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   const std::string hash = prepare(folder);
   const ProgramResult result = folder.run({"--no-render"});
   ASSERT_EQ(result.code, 0) << result.told();
@@ -63,14 +71,14 @@ TEST(Cache, SecondRunTakesItAndStepsTheSame) {
 }
 
 TEST(Cache, AShorterRunTakesIt) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   prepare(folder);
   ASSERT_EQ(folder.run({"--no-render", "--duration", "0.1"}).code, 0);
   EXPECT_EQ(folder.report()["organs"][0]["cache_hit"], true);
 }
 
 TEST(Cache, OneOfAnotherTissueIsntTaken) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   prepare(folder);
   ASSERT_EQ(folder.run({"--no-render", "--set", "organs/ball/youngs_modulus_kPa=9"}).code, 0);
   EXPECT_EQ(folder.report()["organs"][0]["cache_hit"], false);
@@ -78,7 +86,7 @@ TEST(Cache, OneOfAnotherTissueIsntTaken) {
 }
 
 TEST(Cache, ForgetsWhatItsQuotaHasNoRoomForAndKeepsWhatThisRunUses) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   prepare(folder);
   const fs::path older = only_cache_file(folder);
   const auto hours_ago = fs::file_time_type::clock::now() - std::chrono::hours(3);
@@ -97,7 +105,7 @@ TEST(Cache, ForgetsWhatItsQuotaHasNoRoomForAndKeepsWhatThisRunUses) {
 }
 
 TEST(Cache, TruncatedIsRebuiltWithAWarning) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   const std::string hash = prepare(folder);
   const fs::path file = only_cache_file(folder);
   fs::resize_file(file, fs::file_size(file) / 2);
@@ -105,7 +113,7 @@ TEST(Cache, TruncatedIsRebuiltWithAWarning) {
 }
 
 TEST(Cache, OneFlippedByteIsRebuiltWithAWarning) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   const std::string hash = prepare(folder);
   const fs::path file = only_cache_file(folder);
   const auto middle = static_cast<std::streamoff>(fs::file_size(file) / 2);
@@ -119,21 +127,21 @@ TEST(Cache, OneFlippedByteIsRebuiltWithAWarning) {
 }
 
 TEST(Cache, EmptyIsRebuiltWithAWarning) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   const std::string hash = prepare(folder);
   fs::resize_file(only_cache_file(folder), 0);
   expect_rebuilt(folder, "wasn't written by Viscera", hash);
 }
 
 TEST(Cache, AnotherProgramsFileIsRebuiltWithAWarning) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   const std::string hash = prepare(folder);
   std::ofstream(only_cache_file(folder), std::ios::binary) << "\x89HDF\r\n\x1a\n of somebody else";
   expect_rebuilt(folder, "wasn't written by Viscera", hash);
 }
 
 TEST(Cache, AnotherOrgansFileIsRebuiltWithAWarning) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   const std::string hash = prepare(folder);
   SceneFolder other;
   ASSERT_EQ(other.run({"--no-render", "--set", "organs/ball/youngs_modulus_kPa=9"}).code, 0);
@@ -143,7 +151,7 @@ TEST(Cache, AnotherOrgansFileIsRebuiltWithAWarning) {
 }
 
 TEST(Cache, OneThatCantBeWrittenIsAWarning) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   ProgramCall call = folder.call({"--no-render"});
   call.cache = "/proc/x";
   const ProgramResult result = run_program(call);
@@ -154,7 +162,7 @@ TEST(Cache, OneThatCantBeWrittenIsAWarning) {
 }
 
 TEST(Cache, AFullDiskIsAWarningAndLeavesNoFile) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   ProgramCall call = folder.call({"--no-render", "--set", "smoke/plume/voxel_mm=4"});
   call.greatest_file = 100000;  // room for every output but the cache
   const ProgramResult result = run_program(call);
@@ -166,7 +174,7 @@ TEST(Cache, AFullDiskIsAWarningAndLeavesNoFile) {
 }
 
 TEST(Cache, NoCacheNeitherReadsNorWrites) {
-  const SceneFolder folder;
+  const SceneFolder folder(gentle_scene());
   ASSERT_EQ(folder.run({"--no-render", "--no-cache"}).code, 0);
   EXPECT_FALSE(fs::exists(folder.cache()));
   prepare(folder);

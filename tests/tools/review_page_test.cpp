@@ -112,8 +112,8 @@ void expect_at(const Json& state, int step, bool film) {
   EXPECT_EQ(state["step"], step) << state;
   EXPECT_EQ(state["slider"], step) << state;
   EXPECT_TRUE(!film || state["film"] == step) << state;
-  ASSERT_EQ(state["cursors"].size(), 6u)
-      << "force, penetration, displacement, power, temperature, stages: " << state;
+  ASSERT_EQ(state["cursors"].size(), 7u)
+      << "force, penetration, displacement, power, temperature, cavity, stages: " << state;
   // 0.2 s over 1096 of the drawing's units; the first step is the state a step after the start.
   const double steps = film ? 6.0 : 12.0;
   for (const Json& cursor : state["cursors"])

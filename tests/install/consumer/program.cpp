@@ -18,7 +18,8 @@ int main(int, char** argv) {
   auto deep = need(viscera::Simulation::create(model));
   for (int frame = 0; frame < 60; ++frame) {
     const viscera::StepReport report = calm.step();
-    if (report.has(viscera::kOutOfReach) || !report.flags.names().empty()) {
+    if (report.has(viscera::kOutOfReach) ||
+        report.flags.size() > report.flags.has("beyond_linear")) {
       std::printf("a calm step raised a flag\n");
       return 1;
     }
