@@ -1,6 +1,10 @@
 #include "engine/io/interrupt.h"
 
+#include <sys/time.h>
+
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <csignal>
 
 namespace viscera {
@@ -10,6 +14,11 @@ std::atomic<int> received = 0;
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may not wait");
 
 extern "C" void on_signal(int signal) {
+  int none = 0;
+  if (signal == SIGALRM) {
+    received.compare_exchange_strong(none, signal);
+    return;
+  }
   if (received.exchange(signal) != 0) {
     // The work didn't stop in time for whoever sent the second one.
     std::signal(signal, SIG_DFL);
@@ -25,6 +34,14 @@ void handle(void (*handler)(int)) {
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGHUP, &action, nullptr);
+  sigaction(SIGALRM, &action, nullptr);
+}
+
+void set_alarm(double seconds) {
+  itimerval timer = {};
+  timer.it_value.tv_sec = static_cast<time_t>(seconds);
+  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - std::floor(seconds)));
+  setitimer(ITIMER_REAL, &timer, nullptr);
 }
 
 }  // namespace
@@ -34,7 +51,12 @@ void install_interrupt_handler() {
   handle(on_signal);
 }
 
+void interrupt_after(double seconds) {
+  set_alarm(std::max(seconds, 1e-3));
+}
+
 void remove_interrupt_handler() {
+  set_alarm(0.0);
   handle(SIG_DFL);
   received = 0;
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <functional>
 #include <iostream>
@@ -213,7 +214,9 @@ class Course {
     report.reason.clear();
     if (report.complete) return;
     const int signal = interrupt_signal();
-    if (report.failures.empty())
+    if (report.failures.empty() && signal == SIGALRM)
+      report.reason = fmt::format("stopped at {:.2f} s, where its time was up", world_.time());
+    else if (report.failures.empty())
       report.reason = fmt::format("stopped by a signal ({}) at {:.2f} s",
                                   signal > 0 ? ::strsignal(signal) : "unknown", world_.time());
     else

@@ -93,11 +93,14 @@ SplitLambda split_lambda(const IsotropicMaterial& material) {
 ///   Y_IJ = (averaged part) sum_r (G_I G_J^T - T_I G_J^T - G_I T_J^T)
 /// over the rows r of the MeanDilatation: Nitsche's held traction takes the averaged dilatation
 /// too, since the energy bounds no other.
+/// Without points of the volume (`fields` empty), what the hold adds alone: X of b, B, and of Y the
+/// terms with T.
 SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicMaterial& material,
                                         const VolumeQuadrature& volume, const PointFields& fields,
                                         const NodeIncidence& incidence,
                                         const SurfaceQuadrature& surface, const FixedPoints& fixed,
                                         const MeanDilatation& dilatation) {
+  const bool hold_alone = fields.points() == 0;
   using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   const auto [lambda, averaged] = split_lambda(material);
   const double mu = material.shear_modulus();
@@ -142,7 +145,8 @@ SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicM
     }
     for (const NodeIncidence::Entry& at : dilatation_incidence.of(row)) {
       const Vec3 own_gradient = averaged * dilatation.rows.gradients[at.entry];
-      const Vec3 own_net = own_gradient - averaged * dilatation.fluxes[at.entry];
+      const Vec3 own_flux = averaged * dilatation.fluxes[at.entry];
+      const Vec3 own_net = hold_alone ? Vec3(-own_flux) : Vec3(own_gradient - own_flux);
       const std::size_t end = dilatation.rows.begin[static_cast<std::size_t>(at.point) + 1];
       for (std::size_t e = at.entry; e < end; ++e) {
         Block& to = added[slot[static_cast<std::size_t>(dilatation.rows.nodes[e])] - row_begin];
@@ -307,6 +311,15 @@ Result<std::vector<double>> GalerkinSystem::solve(const StaticLoads& static_load
     return std::unexpected(solved.error());
   }
   return unknowns;
+}
+
+Result<SymmetricBlockMatrix> GalerkinSystem::hold() const {
+  Result<FixedPoints> fixed = fixed_points(*fields_, surface_);
+  if (!fixed) return std::unexpected(fixed.error());
+  const std::size_t n = fields_->cloud().size();
+  const PointFields none;
+  return assemble_stiffness(n, material_, {}, none, NodeIncidence(none, n), surface_, *fixed,
+                            dilatation_);
 }
 
 Vec3 GalerkinSystem::displacement(std::span<const double> unknowns, const Vec3& x) const {

@@ -57,6 +57,9 @@ class GalerkinSystem {
   /// As RegionSolver::region (elastic_region.h).
   Result<ElasticRegion> region(const std::function<bool(const Vec3&)>& wanted) const;
 
+  /// What holding the body adds to its stiffness (Nitsche's terms) [N/m].
+  Result<SymmetricBlockMatrix> hold() const;
+
   const SymmetricBlockMatrix& stiffness() const { return stiffness_; }
   const ShapeFunctions& fields() const { return *fields_; }
   const VolumeQuadrature& volume() const { return volume_; }

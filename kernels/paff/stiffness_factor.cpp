@@ -507,6 +507,10 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
   return StiffnessFactor(std::move(*full));
 }
 
+void StiffnessFactor::apply(std::span<const double> b, std::span<double> x) const {
+  std::visit([&](const auto& factor) { viscera::apply(factor, b, x); }, factor_);
+}
+
 Result<void> StiffnessFactor::solve(const SymmetricBlockMatrix& stiffness,
                                     std::span<double> right_hand_sides, int columns) const {
   const std::size_t order = 3 * stiffness.pattern.rows();

@@ -44,6 +44,9 @@ class StiffnessFactor {
   Result<void> solve(const SymmetricBlockMatrix& stiffness, std::span<double> right_hand_sides,
                      int columns) const;
 
+  /// x ~ K^-1 b in the precision of the factor, once through it (3 N).
+  void apply(std::span<const double> b, std::span<double> x) const;
+
   /// As ElasticSolver::compliance promises; exactly symmetric. Blocks of columns run side by side;
   /// a block skips the parts of the body where its loads have no effect yet, and those where
   /// nothing of it is to be stored. In single precision its error is 1e-6 to 1e-4 of the largest

@@ -51,5 +51,36 @@ TEST(Interrupt, DuringSimulationKeepsWhatWasSimulated) {
   EXPECT_EQ(folder.report()["organs"][0]["cache_hit"], true);
 }
 
+TEST(Interrupt, ARunThatHasTimeEnoughIsComplete) {
+  const SceneFolder folder(tiny_scene());
+  const ProgramResult result = folder.run({"--no-render", "--time-limit", "3600"});
+  EXPECT_EQ(result.code, 0) << result.told();
+  EXPECT_EQ(folder.report()["complete"], true);
+}
+
+TEST(Interrupt, ARunWhoseTimeIsUpLeavesWhatWasSimulatedAndSaysSo) {
+  Json scene = tiny_scene();
+  scene["duration_s"] = 600;
+  const SceneFolder folder(scene);
+  EXPECT_EQ(folder.run({"--no-render", "--duration", "0.1"}).code, 0);  // prepared
+  const ProgramResult result =
+      folder.run({"--no-render", "--time-limit", "1", "--checkpoint", "60"});
+  EXPECT_EQ(result.code, 142) << result.told();
+  const Json report = folder.report();
+  EXPECT_EQ(report["complete"], false);
+  EXPECT_NE(report["reason"].get<std::string>().find("its time was up"), std::string::npos);
+  EXPECT_GT(report["frames"], 0);
+  EXPECT_LT(report["frames"], 36000);
+  expect_whole_files(folder.out());
+}
+
+TEST(Interrupt, APreparationWhoseTimeIsUpLeavesNothing) {
+  const SceneFolder folder(slow_scene());
+  const ProgramResult result = folder.run({"--no-render", "--time-limit", "0.5"});
+  EXPECT_EQ(result.code, 142) << result.told();
+  EXPECT_TRUE(files_of(folder.cache(), ".h5").empty());
+  expect_whole_files(folder.out());
+}
+
 }  // namespace
 }  // namespace viscera::test

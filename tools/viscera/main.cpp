@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,11 @@ class RunCommand {
                          "file for what moved the tools, step by step (CSV)");
     command_->add_option("--replay", options_.replay,
                          "file of --record-controls that moves the tools in place of their paths");
+    command_
+        ->add_option("--time-limit", time_limit_s_,
+                     "end after so many seconds of the wall clock, preparation included, as by "
+                     "Ctrl-C: every file whole, exit code 142")
+        ->check(CLI::Range(0.1, 1e8));
     command_->add_flag("--quiet", options_.quiet, "no progress");
   }
   RunCommand(const RunCommand&) = delete;
@@ -91,6 +97,7 @@ class RunCommand {
     options_.use_cache = !no_cache_;
     options_.command = shell_command(words);
     install_interrupt_handler();
+    if (time_limit_s_) interrupt_after(*time_limit_s_);
     auto report = run_scene(*scene, *known, options_);
     if (!report) return fail(report.error());
     tell(*scene, *report);
@@ -125,6 +132,7 @@ class RunCommand {
   std::string quality_ = name_of(options_.quality);
   std::string backend_ = name_of(options_.backend);
   std::vector<std::string> passes_;
+  std::optional<double> time_limit_s_;
   bool no_render_ = false, no_cache_ = false;
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <thread>
 
 namespace viscera {
 namespace {
@@ -21,6 +22,25 @@ TEST(Interrupt, ListensToATerminationToo) {
   install_interrupt_handler();
   std::raise(SIGTERM);
   EXPECT_EQ(interrupt_signal(), SIGTERM);
+  remove_interrupt_handler();
+}
+
+TEST(Interrupt, IsRaisedWhereTheTimeIsUpAndNotBefore) {
+  install_interrupt_handler();
+  interrupt_after(3600.0);
+  EXPECT_FALSE(interrupted());
+  interrupt_after(0.01);
+  while (!interrupted()) std::this_thread::yield();
+  EXPECT_EQ(interrupt_signal(), SIGALRM);
+  remove_interrupt_handler();
+  EXPECT_FALSE(interrupted());
+}
+
+TEST(Interrupt, WhoeverComesFirstIsTold) {
+  install_interrupt_handler();
+  std::raise(SIGINT);
+  std::raise(SIGALRM);
+  EXPECT_EQ(interrupt_signal(), SIGINT);
   remove_interrupt_handler();
 }
 

@@ -1,0 +1,108 @@
+// The elastic energy of a body at finite strain, over the same points, consistent gradients and
+// dilatation cells as its linear stiffness.
+//
+// Tissue is stable neo-Hookean [Smith2018]. With F the deformation gradient and J its determinant,
+//   W = mu/2 (|F|^2 - 3) - mu (J - 1) + (lambda + mu)/2 (J - 1)^2
+// acts point by point with the part of lambda that the linear body has pointwise; the averaged part
+// acts on the change of volume projected on the polynomials psi_k of each cell c:
+//   averaged/2 sum_c sum_k theta_ck^2,  theta_ck = sum_q w psi_k(y_q) (J_q - 1).
+// It is finite where tissue is turned inside out, so that it comes back. The hold keeps the
+// quadratic form that it has in the linear body (Nitsche's), in the frame of what holds it. At rest
+// the Hessian is the linear stiffness.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/base/result.h"
+#include "kernels/base/types.h"
+#include "kernels/paff/block_matrix.h"
+#include "kernels/paff/elastic_region.h"
+
+namespace viscera {
+
+/// A vector of space and a zero: four numbers that one instruction adds.
+using Quad = std::array<double, 4>;
+
+/// Green strains of a body's points, each as xx, yy, zz, xy, yz, zx                        (6 Q)
+using Strains = std::vector<double>;
+
+/// What resists change of strain within a step of dt: it adds (time mu / dt) |E - E_before|^2, time
+/// being the ratio of viscosity to shear modulus.
+struct Viscosity {
+  double over_step = 0.0;          ///< time / dt; 0: none
+  std::span<const double> before;  ///< Strains at the step's start
+};
+
+/// The constant part, shared between simulations and threads.
+class FiniteBody {
+ public:
+  /// `region`: all points of the body (GalerkinSystem::region). `hold`: what its hold adds to the
+  /// stiffness (GalerkinSystem::hold). Fails where a group of points reaches over 65,535 nodes.
+  static Result<FiniteBody> create(const ElasticRegion& region, const SymmetricBlockMatrix& hold);
+
+  /// What a call works in; one a thread that calls.
+  struct Workspace {
+    std::vector<std::vector<Quad>> forces;  ///< of each piece's nodes
+    std::vector<double> energies;           ///< of each piece
+  };
+
+  /// Elastic energy [J] of displacements (3 N, node-major) [m]; its derivative [N] is added to
+  /// `gradient` unless that is empty. The same bits for any number of threads.
+  double energy(std::span<const double> displacements, std::span<double> gradient,
+                Workspace& workspace, const Viscosity& viscosity = {}) const;
+
+  /// Deformation gradients averaged over the cells about each node                          (N)
+  std::vector<Mat3> mean_gradients(std::span<const double> displacements) const;
+
+  Strains strains(std::span<const double> displacements) const;
+
+  /// The second derivative [N/m], exact; indefinite under strong compression. `shear`: as if mu
+  /// were so many times as great.
+  SymmetricBlockMatrix tangent(std::span<const double> displacements, double shear = 1.0) const;
+
+  std::size_t nodes() const { return nodes_; }
+  std::size_t points() const { return weights_.size(); }
+  std::size_t cells() const { return cell_begin_.size() - 1; }
+  double volume() const { return volume_; }  ///< at rest [m3]
+  /// Of the body so deformed [m3].
+  double volume(std::span<const double> displacements) const;
+  std::size_t memory_bytes() const;
+
+ private:
+  FiniteBody() = default;
+  /// Cells that are summed by one thread, with numbers of their own for the nodes they reach.
+  struct Piece {
+    std::size_t first_cell = 0, last_cell = 0;
+    std::vector<int> nodes;
+  };
+
+  double add_piece(const Piece& piece, std::span<const double> displacements, bool with_forces,
+                   const Viscosity& viscosity, std::vector<Quad>& forces) const;
+  void add_hold(std::span<const double> displacements, std::span<double> gradient,
+                double& energy) const;
+  Mat3 gradient_at(std::size_t point, const Piece& piece,
+                   std::span<const double> displacements) const;
+
+  std::size_t nodes_ = 0;
+  double mu_ = 0.0, lambda_ = 0.0, averaged_ = 0.0;  // [Pa]
+  double volume_ = 0.0;
+  std::vector<Piece> pieces_;
+  std::vector<std::size_t> cell_begin_{0};        // points of each cell                  (C + 1)
+  std::vector<double> weights_;                   // [m3]                                     (Q)
+  std::vector<std::array<double, 4>> psi_;        // [m^-1.5]; empty: nothing is averaged     (Q)
+  std::vector<std::size_t> begin_{0};             // entries of each point                (Q + 1)
+  std::vector<std::uint16_t> entry_nodes_;        // numbers of the piece             (entries)
+  std::vector<std::array<double, 3>> gradients_;  // [1/m]                            (entries)
+  SymmetricBlockMatrix hold_;                     // of the nodes below
+  std::vector<int> hold_nodes_;                   // those that the hold touches
+  /// Share of each cell in the mean gradient of a node: rows are nodes.
+  std::vector<std::size_t> share_begin_{0};
+  std::vector<int> share_cells_;
+  std::vector<double> shares_;
+};
+
+}  // namespace viscera

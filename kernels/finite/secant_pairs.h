@@ -1,0 +1,35 @@
+// Limited-memory BFGS [Nocedal1980] on top of any first guess H0 of the inverse Hessian.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "kernels/base/types.h"
+
+namespace viscera {
+
+/// Steps s and the changes y of the gradient that came with them, with H0 y. Since H0 is linear,
+/// H0 y is the difference of what H0 made of the two gradients: no further solve.
+class SecantPairs {
+ public:
+  static constexpr std::size_t kMost = 5;
+
+  /// Keeps the pair if y bends upwards along s; whether it did.
+  bool add(VectorX s, VectorX y, VectorX h0_y);
+  void clear() { pairs_.clear(); }
+  std::size_t size() const { return pairs_.size(); }
+
+  /// H v, given H0 v.
+  VectorX apply(const VectorX& v, VectorX h0_v) const;
+
+ private:
+  struct Pair {
+    VectorX s, y, h0_y;
+    double rho;  // 1 / s.y
+  };
+  std::deque<Pair> pairs_;
+};
+
+}  // namespace viscera

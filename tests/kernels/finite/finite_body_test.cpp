@@ -1,0 +1,203 @@
+#include "kernels/finite/finite_body.h"
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <cmath>
+#include <random>
+
+#include "engine/verification/bodies.h"
+#include "kernels/paff/galerkin.h"
+
+namespace viscera {
+namespace {
+
+/// A jittered cube of 10 kPa that is held at x = -1/2, or nowhere.
+struct Cube {
+  NodedBody body = jittered_cube(4, 0.2);
+  GalerkinSystem system;
+  FiniteBody finite;
+
+  static Cube make(double poisson_ratio, bool held = true) {
+    NodedBody body = jittered_cube(4, 0.2);
+    auto system = GalerkinSystem::assemble(
+        body.problem({10e3, poisson_ratio}, [](const Vec3& x) { return x.x() < -0.499; }), 1.8,
+        no_progress());
+    EXPECT_TRUE(system.has_value());
+    auto region = system->region([](const Vec3&) { return true; });
+    auto hold = system->hold();
+    EXPECT_TRUE(region.has_value() && hold.has_value());
+    if (!held) std::fill(hold->blocks.begin(), hold->blocks.end(), 0.0);
+    auto finite = FiniteBody::create(*region, *hold);
+    EXPECT_TRUE(finite.has_value());
+    return {std::move(body), std::move(*system), std::move(*finite)};
+  }
+
+  static Progress no_progress() {
+    return [](double, std::string_view) { return true; };
+  }
+
+  /// Nodal unknowns of x -> place(x): linear fields come out exactly.
+  std::vector<double> moved(const auto& place) const {
+    std::vector<double> all;
+    for (const Vec3& x : body.cloud.positions) {
+      const Vec3 u = place(x) - x;
+      all.insert(all.end(), u.data(), u.data() + 3);
+    }
+    return all;
+  }
+
+  std::vector<double> gradient(std::span<const double> u) const {
+    std::vector<double> all(u.size(), 0.0);
+    FiniteBody::Workspace workspace;
+    finite.energy(u, all, workspace);
+    return all;
+  }
+  double energy(std::span<const double> u) const {
+    FiniteBody::Workspace workspace;
+    return finite.energy(u, {}, workspace);
+  }
+};
+
+std::vector<double> random_vector(std::size_t size, double scale, unsigned seed) {
+  std::mt19937 draw(seed);
+  std::vector<double> all(size);
+  for (double& value : all)
+    value = scale * (2.0 * static_cast<double>(draw()) / 4294967295.0 - 1.0);
+  return all;
+}
+
+double norm(std::span<const double> x) {
+  return Eigen::Map<const VectorX>(x.data(), static_cast<Eigen::Index>(x.size())).norm();
+}
+
+double distance(std::span<const double> x, std::span<const double> y) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum += (x[i] - y[i]) * (x[i] - y[i]);
+  return std::sqrt(sum);
+}
+
+class FiniteBodyOf : public testing::TestWithParam<double> {};
+
+TEST_P(FiniteBodyOf, SmallDisplacementsMeetTheForcesOfTheLinearBody) {
+  const Cube cube = Cube::make(GetParam());
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 1e-9, 1);
+  std::vector<double> linear(u.size());
+  cube.system.stiffness().multiply(u, linear);
+  EXPECT_LT(distance(cube.gradient(u), linear), 1e-7 * norm(linear));
+}
+
+TEST_P(FiniteBodyOf, TheTangentAtRestIsTheLinearStiffness) {
+  const Cube cube = Cube::make(GetParam());
+  const std::vector<double> rest(3 * cube.finite.nodes(), 0.0);
+  const SymmetricBlockMatrix tangent = cube.finite.tangent(rest);
+  const std::vector<double> v = random_vector(rest.size(), 1.0, 2);
+  std::vector<double> one(v.size()), other(v.size());
+  tangent.multiply(v, one);
+  cube.system.stiffness().multiply(v, other);
+  EXPECT_LT(distance(one, other), 1e-11 * norm(other));
+}
+
+TEST_P(FiniteBodyOf, ForcesAreTheDerivativeOfTheEnergy) {
+  const Cube cube = Cube::make(GetParam());
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.04, 3);
+  const std::vector<double> direction = random_vector(u.size(), 1.0, 4);
+  const std::vector<double> g = cube.gradient(u);
+  double exact = 0.0;
+  for (std::size_t i = 0; i < u.size(); ++i) exact += g[i] * direction[i];
+  const double step = 1e-6;
+  std::vector<double> ahead = u, behind = u;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    ahead[i] += step * direction[i];
+    behind[i] -= step * direction[i];
+  }
+  const double difference = (cube.energy(ahead) - cube.energy(behind)) / (2.0 * step);
+  EXPECT_NEAR(difference, exact, 1e-7 * norm(g) * norm(direction));
+}
+
+TEST_P(FiniteBodyOf, TheTangentIsTheDerivativeOfTheForces) {
+  const Cube cube = Cube::make(GetParam());
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.04, 5);
+  const std::vector<double> direction = random_vector(u.size(), 1.0, 6);
+  std::vector<double> exact(u.size());
+  cube.finite.tangent(u).multiply(direction, exact);
+  const double step = 1e-6;
+  std::vector<double> ahead = u, behind = u;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    ahead[i] += step * direction[i];
+    behind[i] -= step * direction[i];
+  }
+  std::vector<double> difference = cube.gradient(ahead);
+  const std::vector<double> before = cube.gradient(behind);
+  for (std::size_t i = 0; i < u.size(); ++i)
+    difference[i] = (difference[i] - before[i]) / (2.0 * step);
+  EXPECT_LT(distance(difference, exact), 1e-7 * norm(exact));
+}
+
+TEST_P(FiniteBodyOf, AnEvenStretchHasTheEnergyOfItsLaw) {
+  const Cube cube = Cube::make(GetParam(), false);
+  Mat3 f;
+  f << 1.3, 0.2, 0.0, -0.1, 0.8, 0.1, 0.0, 0.3, 1.1;
+  const std::vector<double> u = cube.moved([&](const Vec3& x) { return Vec3(f * x); });
+  const double mu = 10e3 / (2.0 * (1.0 + GetParam())),
+               lambda = 2.0 * mu * GetParam() / (1.0 - 2.0 * GetParam());
+  const double grown = f.determinant() - 1.0;
+  const double law =
+      0.5 * mu * (f.squaredNorm() - 3.0) - mu * grown + 0.5 * (lambda + mu) * grown * grown;
+  EXPECT_NEAR(cube.finite.volume(), 1.0, 1e-12);
+  EXPECT_NEAR(cube.energy(u), law, 1e-10 * law);
+  EXPECT_NEAR(cube.finite.volume(u), f.determinant(), 1e-12);
+}
+
+TEST_P(FiniteBodyOf, TurningABodyTurnsItsForcesAndKeepsItsEnergy) {
+  const Cube cube = Cube::make(GetParam(), false);
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.03, 7);
+  const Mat3 turn = Eigen::AngleAxisd(1.9, Vec3(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
+  std::vector<double> turned(u.size()), forces = cube.gradient(u);
+  for (std::size_t node = 0; node < cube.finite.nodes(); ++node) {
+    const Vec3& x = cube.body.cloud.positions[node];
+    Vec3::Map(turned.data() + 3 * node) = turn * (x + Vec3::Map(u.data() + 3 * node)) - x;
+    Vec3::Map(forces.data() + 3 * node) = turn * Vec3(Vec3::Map(forces.data() + 3 * node));
+  }
+  EXPECT_NEAR(cube.energy(turned), cube.energy(u), 1e-10 * cube.energy(u));
+  EXPECT_LT(distance(cube.gradient(turned), forces), 1e-9 * norm(forces));
+}
+
+INSTANTIATE_TEST_SUITE_P(PoissonsRatio, FiniteBodyOf, testing::Values(0.3, 0.45, 0.49),
+                         [](const auto& info) {
+                           return "Of" + std::to_string(static_cast<int>(100 * info.param));
+                         });
+
+TEST(FiniteBody, MeanGradientsOfARotationAreThatRotation) {
+  const Cube cube = Cube::make(0.45);
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3::UnitZ()).toRotationMatrix();
+  const auto u = cube.moved([&](const Vec3& x) { return Vec3(turn * x); });
+  for (const Mat3& f : cube.finite.mean_gradients(u)) EXPECT_LT((f - turn).norm(), 1e-11);
+}
+
+TEST(FiniteBody, EnergyAndForcesHaveTheSameBitsForAnyNumberOfThreads) {
+  const Cube cube = Cube::make(0.45);
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.03, 8);
+  const std::vector<double> many = cube.gradient(u);
+  const double energy = cube.energy(u);
+  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(cube.gradient(u), many);
+  EXPECT_EQ(cube.energy(u), energy);
+}
+
+TEST(FiniteBody, TissueTurnedInsideOutHasAFiniteEnergyThatFallsOnItsWayBack) {
+  const Cube cube = Cube::make(0.45, false);
+  const auto mirrored = [&](double s) {
+    return cube.moved([&](const Vec3& x) { return Vec3(x.x(), x.y(), s * x.z()); });
+  };
+  double before = cube.energy(mirrored(-1.0));
+  EXPECT_TRUE(std::isfinite(before));
+  for (const double s : {-0.6, -0.3, 0.0, 0.3, 0.6, 1.0}) {
+    const double now = cube.energy(mirrored(s));
+    EXPECT_LT(now, before) << s;
+    before = now;
+  }
+}
+
+}  // namespace
+}  // namespace viscera
