@@ -86,6 +86,17 @@ TEST_F(InputFileTest, AReadThatFailsIsSaidAndNotTriedForEver) {
   EXPECT_TRUE(has(got.error().text(), "/proc/self/mem: cannot be read"));
 }
 
+TEST_F(InputFileTest, AFileThatComesInPiecesIsReadWhole) {
+  // The kernel gives such files a page or so at a time.
+  auto file = InputFile::open("/proc/self/smaps", "a surface", 100);
+  ASSERT_TRUE(file) << file.error().text();
+  constexpr std::size_t kSize = 16'384;
+  std::string bytes(2 * kSize, '\0');
+  EXPECT_EQ(file->read(bytes.data() + kSize, kSize).value(), kSize);
+  EXPECT_EQ(bytes.find_first_not_of('\0'), kSize);
+  EXPECT_EQ(bytes.find('\0', kSize), std::string::npos);
+}
+
 TEST_F(InputFileTest, ReadsInPiecesAndThenTheRest) {
   auto file = InputFile::open(written("a.obj", "12345"), "a surface", 100);
   ASSERT_TRUE(file);

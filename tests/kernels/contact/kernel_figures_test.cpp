@@ -1,11 +1,13 @@
 // What tools/mutate found that whole contacts forgive, by figures worked out by hand.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "kernels/contact/half_space.h"
 #include "kernels/contact/near_field.h"
 #include "kernels/contact/touchable_surface.h"
+#include "tests/kernels/contact/bodies.h"
 
 namespace viscera {
 namespace {
@@ -63,6 +65,87 @@ TEST(TouchableSurface, WhatLiesWithinASpacingOfAPlaceIsTouchable) {
   }
   EXPECT_FALSE(is_touchable(surface, Vec3(5e-3, 0.0, 0.0)));
   EXPECT_FALSE(is_touchable(surface, Vec3(-1.0, 0.0, 0.0)));
+}
+
+/// A square grid of places a millimetre apart, in the plane z = 0.
+TouchableSurface square_grid() {
+  SurfacePlaces places;
+  for (int j = -6; j <= 6; ++j)
+    for (int i = -6; i <= 6; ++i) {
+      places.positions.emplace_back(1e-3 * i, 1e-3 * j, 0.0);
+      places.normals.push_back(Vec3::UnitZ());
+      places.areas.push_back(1e-6);
+      places.spacings.push_back(1e-3);
+    }
+  return touchable_part(places, kAll).value();
+}
+
+TEST(TouchableSurface, AFewPlacesCarryALoadWithItsCentreAndItsWidth) {
+  const TouchableSurface surface = square_grid();
+  const Vec3 x(0.3e-3, 0.1e-3, 0.0);
+  for (const double sigma : {0.5e-3, 0.6e-3, 0.85e-3}) {
+    std::vector<LoadShare> shares;
+    ASSERT_TRUE(spread_load(surface, x, Vec3::UnitZ(), sigma, shares));
+    EXPECT_LT(shares.size(), 30u);
+    Vec3 centre = Vec3::Zero();
+    Mat3 spread = Mat3::Zero();
+    for (const auto& [place, share] : shares) {
+      const Vec3 offset = surface.positions[static_cast<std::size_t>(place)] - x;
+      centre += share * offset;
+      spread += share * offset * offset.transpose();
+    }
+    // (1 - (r / R)^2)^3 with R = 3.058 sigma has the variance R^2 / 10 along each axis.
+    const double variance = 0.1 * std::pow(3.058 * sigma, 2);
+    EXPECT_LT(centre.norm(), 1e-6 * sigma);
+    EXPECT_NEAR(spread(0, 0), variance, 1e-5 * variance) << sigma;
+    EXPECT_NEAR(spread(1, 1), variance, 1e-5 * variance) << sigma;
+    EXPECT_NEAR(spread(0, 1), 0.0, 1e-5 * variance) << sigma;
+  }
+}
+
+TEST(TouchableSurface, ToWidenALoadNoShareIsChangedByMoreThanHalf) {
+  // On a place, so narrow that four neighbours alone are in reach besides, and hardly.
+  const double reach = 3.058 * 0.4;  // [mm]
+  std::vector<LoadShare> shares;
+  const TouchableSurface surface = square_grid();
+  ASSERT_TRUE(spread_load(surface, Vec3::Zero(), Vec3::UnitZ(), 0.4e-3, shares));
+  ASSERT_EQ(shares.size(), 5u);
+  const double weight = std::pow(1.0 - 1.0 / (reach * reach), 3), sum = 1.0 + 4.0 * weight;
+  for (const auto& [place, share] : shares) {
+    const bool middle = surface.positions[static_cast<std::size_t>(place)].isZero(1e-9);
+    EXPECT_NEAR(share, middle ? 1.0 - 6.0 * weight / sum : 1.5 * weight / sum, 1e-5);
+  }
+}
+
+TEST(PatchContact, ACompliancesNegativeEigenvaluesAreRaisedToTheRidgeAndNoFarther) {
+  // Where it is indefinite: tools of several sizes at one spot of a thin pad.
+  const double top = 1.5e-3;
+  const test::PressedBody pad =
+      test::prepare_block(Vec3(0.03, 0.03, 2.0 * top), 2.5e-3, 0.01, test::kTissue);
+  ASSERT_TRUE(pad.ready);
+  PatchContact contact(pad.compliance, pad.touch, test::kTissue);
+  std::vector<ContactCell> cells;
+  for (const double pitch : {0.1e-3, 0.3e-3, 0.6e-3, 1.1e-3, 1.7e-3}) {
+    const auto more = test::plane_cells(Vec3(0, 0, top), pitch, 2, 0.0, 0.1e-3);
+    cells.insert(cells.end(), more.begin(), more.end());
+  }
+  ContactSolution solution;
+  ContactResponse response;
+  contact.solve(cells, solution, response);
+  ASSERT_GT(solution.lifted, 0.0);
+  const auto n = static_cast<Eigen::Index>(cells.size());
+  MatrixX matrix(n, n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index l = 0; l < n; ++l)
+      matrix(k, l) = contact.cell_response()(3 * k + 2, 3 * l + 2);
+  const VectorX scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
+  const auto smallest = [&](const MatrixX& of) {
+    const MatrixX scaled = scale.asDiagonal() * of * scale.asDiagonal();
+    return Eigen::SelfAdjointEigenSolver<MatrixX>(scaled).eigenvalues()[0];
+  };
+  const double before = smallest(matrix);
+  EXPECT_LT(before, -1e-4);
+  EXPECT_NEAR(smallest(matrix + contact.state().lifted), 0.0, 0.1 * std::abs(before));
 }
 
 }  // namespace

@@ -76,6 +76,48 @@ TEST(CurvedRefinement, ItsShapeFollowsTheCoarseSurfaceAsThatDeforms) {
         1e-6);
 }
 
+/// A strip of 2 x 0.5 in the plane z = 0, whose triangles begin at these corners.
+TriangleSurface strip(int first, int second) {
+  TriangleSurface surface;
+  surface.vertices = {{0, 0, 0}, {2, 0, 0}, {2, 0.5, 0}, {0, 0.5, 0}};
+  surface.triangles = {{0, 1, 2}, {0, 2, 3}};
+  std::ranges::rotate(surface.triangles[0], surface.triangles[0].begin() + first);
+  std::ranges::rotate(surface.triangles[1], surface.triangles[1].begin() + second);
+  return surface;
+}
+
+TEST(CurvedRefinement, ATriangleOfWhichTwoEdgesAreDividedBecomesThreeWhicheverTheyAre) {
+  const auto longer_than_1 = [](const Vec3& a, const Vec3& b, const Vec3&) {
+    return (a - b).norm() > 1.1;
+  };
+  for (int first = 0; first < 3; ++first)
+    for (int second = 0; second < 3; ++second) {
+      const TriangleSurface coarse = strip(first, second);
+      const CurvedRefinement refinement(coarse, longer_than_1);
+      const TriangleSurface fine = shaped(refinement, coarse);
+      ASSERT_EQ(fine.vertices.size(), 7u);
+      ASSERT_EQ(fine.triangles.size(), 6u);
+      for (int t = 0; t < 6; ++t) EXPECT_GT(area_vector(fine, t).z(), 0.05) << first << second;
+      EXPECT_NEAR(area(fine), 1.0, 1e-6);
+    }
+}
+
+TEST(CurvedRefinement, WhereAnEdgeBendsBothWaysTheNormalOfItsMiddleLeansTheOtherWay) {
+  const TriangleSurface coarse = strip(0, 0);
+  const CurvedRefinement refinement(
+      coarse, [](const Vec3& a, const Vec3& b, const Vec3&) { return (a - b).norm() > 1.1; });
+  // All corners lean along -x: between two of them along x the surface rises and falls again.
+  std::vector<Vec3> positions = coarse.vertices, normals(4, Vec3(-0.6, 0.0, 0.8));
+  refinement.extend(positions, normals);
+  ASSERT_EQ(positions.size(), 7u);
+  for (std::size_t i = 4; i < 7; ++i) {
+    const bool along_x = positions[i].y() == 0.0 || positions[i].y() == 0.5;
+    if (along_x) {
+      EXPECT_LT((normals[i] - Vec3(0.6, 0.0, 0.8)).norm(), 1e-12) << i;
+    }
+  }
+}
+
 TEST(CurvedRefinement, AnEdgeThatCollapsesGivesNoNonFinitePlace) {
   const TriangleSurface ball = test::icosphere(0.05, 1);
   const CurvedRefinement refinement(ball, bulges);

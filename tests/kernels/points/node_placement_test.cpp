@@ -235,6 +235,17 @@ TEST(NodePlacement, TheEstimateOfACubeIsItsFacesAndItsInside) {
   EXPECT_NEAR(*estimate, 2400 + 0.85 * (8000 - 0.4 * 2400), 0.01 * 8000);
 }
 
+TEST(NodePlacement, TheRefusalOfTooManySaysTheEstimateWhereThatIsMore) {
+  const TriangleSurface sphere = test::icosphere(0.05, 3);
+  const SpacingField spacing = uniform(0.005);
+  const Result<double> estimate = estimate_nodes(sphere, SurfaceTree(sphere), spacing);
+  ASSERT_TRUE(estimate);
+  ASSERT_GT(*estimate, 4050.0);
+  const Result<PointCloud> cloud = place(sphere, spacing, {.max_nodes = 4000});
+  ASSERT_FALSE(cloud.has_value());
+  EXPECT_EQ(cloud.error().text(), too_many_nodes(*estimate, 4000).text());
+}
+
 TEST(NodePlacement, SpacingIsNotAskedForFarFromTheBody) {
   const double h = 0.01;
   const Result<PointCloud> cloud = place(test::icosphere(0.05, 2), [h](const Vec3& x) {
