@@ -120,7 +120,7 @@ struct ObjectSpec {
   std::vector<KeySpec> keys;
   std::vector<std::string> exactly_one_of;
   std::vector<ObjectCheck> checks;
-  /// Keys of earlier versions, and what to write instead.
+  /// Keys of earlier versions, and what to write instead: a key, then why.
   std::vector<std::pair<std::string, std::string>> replaced = {};
 
   const KeySpec* find(std::string_view name) const;

@@ -62,7 +62,7 @@ class Validator {
     for (const auto& [old, instead] : spec.replaced) {
       if (name != old) continue;
       add(below(path, name), "found a key of earlier versions, expected " + instead);
-      return instead.substr(0, instead.find(' '));
+      return instead.substr(0, instead.find_first_of(" ,:"));
     }
     std::vector<std::string> known;
     for (const KeySpec& key : spec.keys)

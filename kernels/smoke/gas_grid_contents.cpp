@@ -36,10 +36,25 @@ GasTransport::Least GasGrid::least() const {
 
 bool GasGrid::give(const GasSource& source) {
   if (!sound(source)) return false;
-  const GasSpread spread = spread_source(layout_, spacing_, regions_,
-                                         source.position - parameters_.domain.min(), source.radius);
-  if (spread.cells.empty()) return false;
-  state_.sources.push_back(source);
+  const auto is_reached = [&](const Vec3& place) {
+    return !spread_source(layout_, spacing_, regions_, place - parameters_.domain.min(),
+                          source.radius)
+                .cells.empty();
+  };
+  if (!is_reached(source.position)) return false;
+  // A jet that the grid doesn't resolve sheds what it carries along its way, evenly: a share a
+  // cell. What would come out in a solid comes out where the jet does.
+  const double way = std::min(source.reach, parameters_.domain.diagonal().norm());
+  const int count = 1 + static_cast<int>(way / spacing_.maxCoeff());
+  GasSource part = source;
+  part.reach = part.impulse = 0.0;
+  part.gift.volume /= count, part.gift.heat /= count, part.gift.vapour /= count;
+  for (int i = 0; i < count; ++i) {
+    part.position = source.position + way * i / count * source.direction;
+    if (i > 0 && !(parameters_.domain.contains(part.position) && is_reached(part.position)))
+      part.position = source.position;
+    state_.sources.push_back(part);
+  }
   if (source.impulse != 0.0) push_along(source);
   return true;
 }

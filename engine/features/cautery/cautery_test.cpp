@@ -190,21 +190,25 @@ TEST(Cautery, MorePowerSmokesMore) {
   EXPECT_GT(strong->all<OrganBurn>()[0].smoke, 2.0 * weak->all<OrganBurn>()[0].smoke);
 }
 
-TEST(Cautery, SmokeIsAsWarmAsWhatItComesFrom) {
+TEST(Cautery, SmokeIsAsWarmAsTheGasThatSteamHeats) {
   auto world = build(burning_scene(30.0));
   ASSERT_TRUE(world);
   double time = 0.0;
   while (world->all<SmokeBody>()[0].volume.particles().size() == 0 && time < 1.2)
     step_until(*world, time += 1.0 / 60.0);
+  step_until(*world, time += 2.0 / 60.0);
   const SmokeParticles& particles = world->all<SmokeBody>()[0].volume.particles();
   ASSERT_GT(particles.size(), 0u);
   const double boiling = 373.15 - gas_of(world->model().scene()).temperature;
-  EXPECT_GT(particles.temperature(0), 0.3 * boiling);
-  EXPECT_LT(particles.temperature(0), 10.0 * boiling);
+  double most = 0.0;
+  for (std::size_t i = 0; i < particles.size(); ++i)
+    most = std::max<double>(most, particles.temperature(i));
+  EXPECT_GT(most, 0.02 * boiling);
+  EXPECT_LT(most, 10.0 * boiling);
   const Vec3 place =
       particles.position(0).cast<double>() + world->all<SmokeSource>()[0].description.domain.min();
-  // Beside the shaft, as far as a jet goes in two frames.
-  EXPECT_LT((place - Vec3(0, 0, kTop)).norm(), 9e-3);
+  // As far as a jet of metres a second goes in four frames.
+  EXPECT_LT((place - Vec3(0, 0, kTop)).norm(), 50e-3);
   EXPECT_GT(place.z(), kTop - 1e-3);
 }
 
