@@ -193,7 +193,8 @@ TEST_F(ReviewPage, WithoutAFilmTheCurvesKeepTheirCursor) {
   EXPECT_NE(told["says"].get<std::string>().find("No film"), std::string::npos);
   EXPECT_EQ(told["curves"], Json::parse(R"(["Force on the instruments", "Penetration of the tips",
                                             "Greatest displacement", "Power into tissue",
-                                            "Hottest tissue", "Time per stage"])"));
+                                            "Hottest tissue", "Pressure of the cavity",
+                                            "Time per stage"])"));
   EXPECT_TRUE(told["organ"].get<std::string>().ends_with(" mm")) << told["organ"];
   EXPECT_TRUE(told["values"].get<std::string>().ends_with("N")) << told["values"];
   EXPECT_EQ(told["shown"], Json::parse(R"(["0 N", "0 N", "0 N", "12.3 µN", "3.45 mN", "1 N",
