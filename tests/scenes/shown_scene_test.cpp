@@ -67,7 +67,7 @@ TEST(ShownScenes, ARoughProbeDrawsTheKidneyAlongWhereASmoothOneSlides) {
   }
   EXPECT_GT(rough, 4.0 * smooth);
   EXPECT_GT(rough, 0.5 * pressed);
-  EXPECT_LT(rough, 1.1 * pressed);  // .8 and the surface's slope
+  EXPECT_LT(rough, 1.25 * pressed);  // .8, and the slope of the surface and of the dent's wall
 }
 
 TEST(ShownScenes, AHandThatPressesTheLiverDeepFeelsItRelax) {
