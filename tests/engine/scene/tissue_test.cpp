@@ -169,7 +169,8 @@ TEST(Tissues, EveryMistakeIsReported) {
        {"tissues/liver/shear_modulus/unit: found the text \"kPa\", expected \"Pa\"",
         "tissues/liver/density/source: found nothing",
         "tissues/liver/poisson_ratio/value: found 0.5, expected a number from 0 to 0.4999",
-        "tissues/liver/poisson_ratio/mark: found the text \"X\", expected \"V\", \"A\", \"R\" or \"E\"",
+        "tissues/liver/poisson_ratio/mark: found the text \"X\", expected \"V\", \"A\", \"R\" or "
+        "\"E\"",
         "tissues/liver/look/colour: found [0.1,0.2,1.5]", "(did you mean \"density\"?)",
         "tissues/kidney: found youngs_modulus and shear_modulus, expected exactly one of",
         "tissues/Big Toe: found this key, expected a name"})
