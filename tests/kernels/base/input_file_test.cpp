@@ -1,7 +1,9 @@
 #include "kernels/base/input_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -84,6 +86,24 @@ TEST_F(InputFileTest, AReadThatFailsIsSaidAndNotTriedForEver) {
   const auto got = file->read(two, 2);
   ASSERT_FALSE(got);
   EXPECT_TRUE(has(got.error().text(), "/proc/self/mem: cannot be read"));
+}
+
+TEST_F(InputFileTest, AFileMayHaveTheDescriptorOfAStandardInputThatIsClosed) {
+  const fs::path name = written("a.obj", "12345");
+  const int standard = ::dup(0);
+  ::close(0);
+  {
+    auto file = InputFile::open(name, "a surface", 100);
+    EXPECT_TRUE(file);
+    if (file) {
+      EXPECT_EQ(file->rest().value(), "12345");
+    }
+  }
+  EXPECT_EQ(::fcntl(0, F_GETFD), -1) << "it was closed again";
+  if (standard >= 0) {
+    ::dup2(standard, 0);
+    ::close(standard);
+  }
 }
 
 TEST_F(InputFileTest, AFileThatComesInPiecesIsReadWhole) {

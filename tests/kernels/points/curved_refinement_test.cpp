@@ -92,7 +92,10 @@ TEST(CurvedRefinement, ATriangleOfWhichTwoEdgesAreDividedBecomesThreeWhicheverTh
   };
   for (int first = 0; first < 3; ++first)
     for (int second = 0; second < 3; ++second) {
-      const TriangleSurface coarse = strip(first, second);
+      TriangleSurface coarse = strip(first, second);
+      // Wherever it lies, what is left of a triangle is divided along the shorter diagonal; the
+      // other is longer than 1.1, too.
+      for (Vec3& vertex : coarse.vertices) vertex -= Vec3(1.5, 0.25, 0.0);
       const CurvedRefinement refinement(coarse, longer_than_1);
       const TriangleSurface fine = shaped(refinement, coarse);
       ASSERT_EQ(fine.vertices.size(), 7u);
