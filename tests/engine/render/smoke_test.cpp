@@ -45,6 +45,7 @@ class SmokeTest : public ::testing::Test {
   /// An even slab across the view between two distances from the lens.
   SmokeView slab(double near, double far, float density) {
     SmokeView smoke;
+    smoke.optics = {4000.0, 0.9, 0.65};
     smoke.domain = Box(Vec3(-0.1, near - 0.1, -0.1), Vec3(0.1, far - 0.1, 0.1));
     smoke.size = Eigen::Vector3i(20, 16, 20);
     densities_.push_back(std::vector<float>(20 * 16 * 20, density));
@@ -316,6 +317,7 @@ TEST(SmokeCost, AFullSizePictureFullOfSmoke) {
   FrameView view;
   view.camera.position = Vec3(0.0, -0.1, 0.0);
   SmokeView smoke;
+  smoke.optics = {4000.0, 0.9, 0.65};
   smoke.domain = Box(Vec3(-0.12, -0.1, -0.1), Vec3(0.12, 0.1, 0.1));
   smoke.size = Eigen::Vector3i(120, 100, 100);
   std::vector<float> density;
