@@ -52,8 +52,8 @@ struct GasLeak {
 };
 static_assert(fields_cover<GasLeak>());
 
-/// What comes out of tissue or a nozzle in a step: gas, with its heat, and the momentum of its jet,
-/// which gas takes up along a way of length `reach`, evenly.
+/// What comes out of tissue or a nozzle in a step: gas, with its heat, and the momentum of its jet.
+/// The gas takes up all of it along a way of length `reach`, evenly.
 struct GasSource {
   Vec3 position = Vec3::Zero();    ///< world [m]
   Vec3 direction = Vec3::UnitZ();  ///< of the jet, unit

@@ -335,6 +335,7 @@ TEST_F(RendererTest, ThickSmokeHidesTheOrganAndThinSmokeVeilsIt) {
   const Picture clear = draw();
   std::vector<float> density(16 * 16 * 16, 0.0f);
   SmokeView smoke;
+  smoke.optics = {4000.0, 0.9, 0.65};
   smoke.domain = Box(Vec3(-0.06, -0.07, -0.06), Vec3(0.06, -0.03, 0.06));
   smoke.size = Eigen::Vector3i::Constant(16);
   smoke.density = density;
@@ -535,6 +536,7 @@ TEST_F(RendererTest, MismatchedInputIsRefusedByName) {
   EXPECT_NE(done.error().text().find("organ ball"), std::string::npos) << done.error().text();
   view_.organs.clear();
   SmokeView smoke;
+  smoke.optics = {4000.0, 0.9, 0.65};
   smoke.size = Eigen::Vector3i(2, 2, 2);
   view_.smoke.push_back(smoke);
   done = renderer_->draw(view_, picture);

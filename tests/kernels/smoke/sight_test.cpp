@@ -5,12 +5,11 @@
 #include <array>
 #include <cmath>
 
-#include "kernels/smoke/smoke_optics.h"
-
 namespace viscera {
 namespace {
 
-constexpr double kDensity = 2e-3;  // [kg/m3]: optical depth 0.8 over 10 cm
+constexpr double kDensity = 2e-3;                              // [kg/m3]
+constexpr double kExtinction = SmokeOptics{}.mass_extinction;  // [m2/kg]
 
 /// Cells of 5 mm over a slab 3 cm thick in y, from y = 0.02 to 0.05.
 SmokeGrid slab(float density) {
@@ -30,7 +29,7 @@ double depth_through(std::initializer_list<const SmokeGrid*> grids, const Vec3& 
 
 TEST(Sight, AnEvenSlabTakesWhatItsThicknessSays) {
   const SmokeGrid grid = slab(kDensity);
-  const double across = SmokeOptics().mass_extinction * kDensity * 0.03;
+  const double across = kExtinction * kDensity * 0.03;
   EXPECT_NEAR(depth_through({&grid}, Vec3(0, -0.05, 0), Vec3(0, 0.1, 0)), across, 1e-6 * across);
   EXPECT_NEAR(depth_through({&grid}, Vec3(0, 0.1, 0), Vec3(0, -0.05, 0)), across, 1e-6 * across);
   // Aslant: longer by the secant.
@@ -41,7 +40,7 @@ TEST(Sight, AnEvenSlabTakesWhatItsThicknessSays) {
 
 TEST(Sight, OnlySmokeBetweenTheTwoPointsCounts) {
   const SmokeGrid grid = slab(kDensity);
-  const double half = SmokeOptics().mass_extinction * kDensity * 0.015;
+  const double half = kExtinction * kDensity * 0.015;
   EXPECT_NEAR(depth_through({&grid}, Vec3(0, 0, 0), Vec3(0, 0.035, 0)), half, 1e-6 * half);
   EXPECT_NEAR(depth_through({&grid}, Vec3(0, 0.035, 0), Vec3(0, 0.2, 0)), half, 1e-6 * half);
   EXPECT_EQ(depth_through({&grid}, Vec3(0, 0, 0), Vec3(0, 0.019, 0)), 0.0);
@@ -51,9 +50,9 @@ TEST(Sight, OnlySmokeBetweenTheTwoPointsCounts) {
 
 TEST(Sight, OverlappingVolumesAndTheBackgroundAddUp) {
   const SmokeGrid one = slab(kDensity), other = slab(3 * kDensity), empty;
-  const double across = SmokeOptics().mass_extinction * kDensity * 0.03;
+  const double across = kExtinction * kDensity * 0.03;
   EXPECT_NEAR(depth_through({&one, &other, &empty}, Vec3(0, 0, 0), Vec3(0, 0.1, 0), 1e-3),
-              4 * across + SmokeOptics().mass_extinction * 1e-3 * 0.1, 1e-5 * across);
+              4 * across + kExtinction * 1e-3 * 0.1, 1e-5 * across);
 }
 
 TEST(Sight, ADensityThatGrowsEvenlyIsIntegratedExactly) {
@@ -64,7 +63,7 @@ TEST(Sight, ADensityThatGrowsEvenlyIsIntegratedExactly) {
       for (int x = 0; x < 20; ++x) grid.density[index++] = static_cast<float>(y);
   // From the first cells' centres to the last ones': the mean is 2.5 kg/m3.
   const double depth = depth_through({&grid}, Vec3(0, 0.0225, 0), Vec3(0, 0.0475, 0));
-  EXPECT_NEAR(depth, SmokeOptics().mass_extinction * 2.5 * 0.025, 1e-6 * depth);
+  EXPECT_NEAR(depth, kExtinction * 2.5 * 0.025, 1e-6 * depth);
 }
 
 TEST(Sight, MeanTransmittanceOfAnEvenViewIsThatOfTheAxis) {
@@ -72,13 +71,13 @@ TEST(Sight, MeanTransmittanceOfAnEvenViewIsThatOfTheAxis) {
   EXPECT_EQ(mean_transmittance(clear, Vec3::Zero(), Vec3(0, 0.1, 0), 5e-3), 1.0);
   const SmokyCavity hazy{{}, 1e-3, {}};
   EXPECT_NEAR(mean_transmittance(hazy, Vec3::Zero(), Vec3(0, 0.1, 0), 5e-3),
-              std::exp(-SmokeOptics().mass_extinction * 1e-3 * 0.1), 1e-3);
+              std::exp(-kExtinction * 1e-3 * 0.1), 1e-3);
   EXPECT_EQ(mean_transmittance(hazy, Vec3::Zero(), Vec3::Zero(), 5e-3), 1.0)
       << "at the lens itself nothing is in between";
   const SmokeGrid grid = slab(kDensity);
   const std::array<const SmokeGrid*, 1> grids = {&grid};
   EXPECT_NEAR(mean_transmittance({grids, 0.0, {}}, Vec3(0, -0.1, 0), Vec3(0, 0.1, 0), 2e-3),
-              std::exp(-SmokeOptics().mass_extinction * kDensity * 0.03), 1e-4);
+              std::exp(-kExtinction * kDensity * 0.03), 1e-4);
 }
 
 TEST(Sight, SmokeThatHidesHalfOfTheTipLetsHalfThrough) {
