@@ -8,7 +8,7 @@ namespace viscera {
 namespace {
 
 /// Nodes in the middle of a large cube, pushed once; h = 1 cm everywhere.
-std::vector<Vec3> pushed(const std::vector<Vec3>& positions) {
+std::vector<Vec3> pushed(const std::vector<Vec3>& positions, double depth = 0.3) {
   const TriangleSurface cube = test::cube(1.0, 1);
   const SurfaceTree tree(cube);
   const SpacingField spacing = [](const Vec3&) { return 0.01; };
@@ -18,7 +18,7 @@ std::vector<Vec3> pushed(const std::vector<Vec3>& positions) {
   PlacedNodes nodes;
   nodes.positions = positions;
   nodes.wanted.assign(positions.size(), 0.01);
-  nodes.depths.assign(positions.size(), 0.3);
+  nodes.depths.assign(positions.size(), depth);  // at most
   EXPECT_TRUE(relax_all(task, nodes, no_progress()));
   return nodes.positions;
 }
@@ -36,6 +36,26 @@ TEST(Repulsion, NoStepIsLongerThanASeventhOfTheSpacingAndNoneIsMadeBeyondTheRang
   // 1 mm apart: 0.15 h each.
   EXPECT_NEAR(pushed({middle, middle + 1e-3 * Vec3::UnitX()})[1].x(), 0.101 + 1.5e-3, 1e-12);
   EXPECT_EQ(pushed({middle, middle + 15.1e-3 * Vec3::UnitX()})[0], middle);
+}
+
+TEST(Repulsion, ANodeThatIsPushedTowardsTheSurfaceStopsHalfASpacingBelowIt) {
+  // 6 mm below the top, pushed up by 1.5 mm; half a spacing is 5 mm.
+  const Vec3 node(0.1, -0.05, 0.494);
+  const auto after = pushed({node, node - 3e-3 * Vec3::UnitZ()}, 6e-3);
+  EXPECT_LT((after[0] - Vec3(0.1, -0.05, 0.5 - 1.01 * 5e-3)).norm(), 1e-12);
+}
+
+TEST(Repulsion, OfNodesTooNearEachOtherTheLaterGoes) {
+  PlacedNodes nodes;
+  const Vec3 place(0.3, 0.1, -0.2);
+  nodes.positions = {place, -place, place + Vec3(6e-3, 0.0, 0.0), place + Vec3(0.0, 4e-3, 0.0)};
+  nodes.wanted.assign(4, 0.01);
+  nodes.depths.assign(4, 0.1);
+  nodes.surface_count = 3;
+  separate(0.5, nodes);
+  ASSERT_EQ(nodes.positions.size(), 3u);
+  EXPECT_EQ(nodes.positions[2], place + Vec3(6e-3, 0.0, 0.0));
+  EXPECT_EQ(nodes.surface_count, 3u);
 }
 
 }  // namespace
