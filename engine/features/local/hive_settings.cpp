@@ -12,8 +12,8 @@ namespace {
 /// many spacings of the nodes where a coupled field must be smooth on them.
 constexpr double kRadiiOfTool = 4.0, kSpacings = 3.0;
 constexpr int kNodes = 120;
-/// Of a tool's cells: 37, as the frame's contact lays them. 19 make a ball feel 5 to 9 % stiffer than
-/// many do, up to half a radius deep; 37 lie within 3 %.
+/// Of a tool's cells: 37, as the frame's contact lays them. 19 make a ball feel 5 to 9 % stiffer
+/// than many do, up to half a radius deep; 37 lie within 3 %.
 constexpr int kRings = 3;
 
 HivePeriphery periphery_of(const HiveDescription& hive, bool global) {
