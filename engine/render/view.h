@@ -85,6 +85,7 @@ struct CameraView {
   Vec3 position = Vec3::Zero();  ///< lens [m]
   Vec3 forward = Vec3::UnitY();  ///< unit view direction (after the optics' angle)
   Vec3 up = Vec3::UnitZ();       ///< unit, square to forward
+  double distance = 0.1;         ///< of what the shaft points at, from the lens [m]
   double field_of_view = 1.2;    ///< vertical [rad]
   bool round_mask = true;
   double barrel = 0.18;            ///< distortion per square of the picture's height; the

@@ -84,6 +84,19 @@ double background_of(const World& world) {
   return density;
 }
 
+/// The world's smoke as light goes through it; points into `smoke`.
+struct SmokeInSight {
+  SmokeInSight(const World& world, std::span<const ShownSmoke> smoke) {
+    for (const ShownSmoke& shown : smoke)
+      if (!shown.grid.density.empty()) grids.push_back(&shown.grid);
+    cavity = {grids, background_of(world), optics_of(world)};
+  }
+  SmokeInSight(const SmokeInSight&) = delete;
+
+  std::vector<const SmokeGrid*> grids;
+  SmokyCavity cavity;
+};
+
 }  // namespace
 
 Endoscope::Endoscope(const CameraDescription& description)
@@ -96,6 +109,7 @@ Endoscope::Endoscope(const CameraDescription& description)
 CameraView Endoscope::at(double time) const {
   CameraView view;
   view.position = tip_.at(time);
+  view.distance = (target_.at(time) - view.position).norm();
   const Vec3 axis = (target_.at(time) - view.position).normalized();
   const Vec3 upright = std::abs(axis.z()) < 0.999 ? Vec3::UnitZ() : Vec3::UnitY();
   const Vec3 right0 = axis.cross(upright).normalized();
@@ -121,13 +135,8 @@ Vec3 light_colour(double temperature) {
 
 std::optional<double> sight_of_tips(const World& world, std::span<const ShownSmoke> smoke,
                                     const CameraView& camera) {
-  SmokyCavity cavity;
-  std::vector<const SmokeGrid*> grids;
-  for (const ShownSmoke& shown : smoke)
-    if (!shown.grid.density.empty()) grids.push_back(&shown.grid);
-  cavity.grids = grids;
-  cavity.background = background_of(world);
-  cavity.optics = optics_of(world);
+  const SmokeInSight in_sight(world, smoke);
+  const SmokyCavity& cavity = in_sight.cavity;
   std::optional<double> least;
   const auto look_at = [&](Entity instrument) {
     const Vec3& tip = world.find<InstrumentState>(instrument)->tip;
@@ -140,6 +149,14 @@ std::optional<double> sight_of_tips(const World& world, std::span<const ShownSmo
   for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i)
     look_at(world.all<InstrumentBody>().owner(i));
   return least;
+}
+
+double sight_of_view(const World& world, std::span<const ShownSmoke> smoke,
+                     const CameraView& camera) {
+  const SmokeInSight in_sight(world, smoke);
+  return mean_transmittance(in_sight.cavity, camera.position,
+                            camera.position + camera.distance * camera.forward,
+                            camera.distance * std::tan(0.5 * camera.field_of_view));
 }
 
 void splat_smoke(const World& world, std::vector<ShownSmoke>& shown) {

@@ -48,6 +48,10 @@ void splat_smoke(const World& world, std::vector<ShownSmoke>& shown);
 std::optional<double> sight_of_tips(const World& world, std::span<const ShownSmoke> smoke,
                                     const CameraView& camera);
 
+/// The same to all of what the view shows at the distance that it points at.
+double sight_of_view(const World& world, std::span<const ShownSmoke> smoke,
+                     const CameraView& camera);
+
 /// Normals of drawn surfaces. Most frames don't ask for them, so organs don't always have them
 /// (OrganState::normals_fit): then they are made here, once a shape.
 class ShownNormals {

@@ -134,7 +134,9 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"evacuated_kg", Type::number_float},
                {"leaked_kg", Type::number_float},
                {"deposited_kg", Type::number_float},
-               {"time_in_smoke", Type::number_float}},
+               {"time_in_smoke", Type::number_float},
+               {"view_least", Type::number_float},
+               {"view_at_end", Type::number_float}},
               true);
   expect_keys(report["gas"],
               {{"pressure_mmHg", Type::number_float},

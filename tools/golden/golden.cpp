@@ -161,7 +161,7 @@ const std::vector<ReportList>& report_lists() {
 
 double tolerance_of(const std::string& name) {
   if (name.ends_with(", K")) return 0.005;
-  if (name.ends_with(", m3") || name.ends_with(", kg")) return 0.03;
+  if (name.ends_with(", m3") || name.ends_with(", kg") || name.ends_with(", share")) return 0.03;
   if (name.ends_with(", J")) return 0.02;
   return 0.01;
 }
@@ -230,9 +230,12 @@ Result<std::map<std::string, double>> figures_of_run(const std::filesystem::path
   }
   if (const Json* const cautery = member(report, "cautery"))
     add("delivered to tissue, J", *cautery, "energy_delivered_J");
-  if (const Json* const smoke = member(report, "smoke"))
+  if (const Json* const smoke = member(report, "smoke")) {
     for (const char* what : {"emitted", "airborne", "evacuated", "deposited"})
       add(fmt::format("smoke {}, kg", what), *smoke, fmt::format("{}_kg", what).c_str());
+    add("smoke: least light through it, share", *smoke, "view_least");
+    add("smoke: light through it at the end, share", *smoke, "view_at_end");
+  }
   if (auto added = add_lesion(folder / "lesion.csv", figures); !added)
     return std::unexpected(added.error());
   std::erase_if(figures, [](const auto& figure) { return figure.second == 0.0; });

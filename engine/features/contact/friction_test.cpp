@@ -168,7 +168,6 @@ TEST(FrictionOfATip, ALongDragSlidesAtTheLimitOfFriction) {
   RecordProperty("drag_over_limit", std::to_string(drag / limit));
   const Split force = split_force(*world);
   RecordProperty("drag_over_push", std::to_string(force.drag.norm() / force.push));
-  std::printf("XM drag %g limit %g ratio %g drag/push %g\n", drag, limit, drag / limit, force.drag.norm() / force.push);
   EXPECT_LT(drag, (1.0 + 1e-6) * limit);
   EXPECT_GT(drag, 0.98 * limit);
   EXPECT_GT(force.drag.x(), 0.9 * friction * force.push);

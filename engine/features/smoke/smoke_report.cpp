@@ -47,7 +47,9 @@ std::vector<ReportSection> smoke_report(const World& world) {
                                    {"evacuated_kg", figures.evacuated},
                                    {"leaked_kg", figures.leaked},
                                    {"deposited_kg", figures.deposited},
-                                   {"time_in_smoke", nullptr}})};
+                                   {"time_in_smoke", nullptr},
+                                   {"view_least", nullptr},
+                                   {"view_at_end", nullptr}})};
 }
 
 std::vector<std::string> smoke_warnings(const World& world) {

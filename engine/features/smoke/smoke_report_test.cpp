@@ -47,7 +47,9 @@ TEST(SmokeReport, KeepsTheBookOfAllVolumesTogether) {
                          {"evacuated_kg", figures.evacuated},
                          {"leaked_kg", figures.leaked},
                          {"deposited_kg", figures.deposited},
-                         {"time_in_smoke", nullptr}};
+                         {"time_in_smoke", nullptr},
+                         {"view_least", nullptr},
+                         {"view_at_end", nullptr}};
   EXPECT_EQ(Json::parse(sections[0].json), expected);
   EXPECT_TRUE(smoke_warnings(*world).empty());
 }

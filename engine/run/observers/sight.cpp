@@ -1,5 +1,6 @@
 #include "engine/run/observers/sight.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace viscera {
@@ -12,6 +13,8 @@ constexpr double kHidden = 0.5;
 Result<void> Sight::add_picture(FrameViews& views) {
   const std::optional<CameraView> camera = views.camera();
   if (!camera) return {};
+  state_.last = sight_of_view(views.world(), views.smoke(), *camera);
+  state_.least = std::min(state_.least.value_or(1.0), *state_.last);
   const std::optional<double> seen = sight_of_tips(views.world(), views.smoke(), *camera);
   if (!seen) return {};
   ++state_.looks;
@@ -25,6 +28,9 @@ std::optional<double> Sight::time_in_smoke() const {
 }
 
 void Sight::describe(const World&, RunReport& report) const {
+  if (state_.last)
+    report.sections.push_back(
+        report_section("smoke", {{"view_least", *state_.least}, {"view_at_end", *state_.last}}));
   const std::optional<double> share = time_in_smoke();
   if (!share) return;
   report.sections.push_back(report_section("smoke", {{"time_in_smoke", *share}}));

@@ -1,4 +1,4 @@
-// How long smoke hides the tips from the lens.
+// How long smoke hides the tips from the lens, and how much it takes from the whole view.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ class Sight : public Observer {
   Sight() : Observer("sight", Looks::kAlways, RunStage::kSplatSmoke) {}
 
   Result<void> add_picture(FrameViews& views) override;
-  /// Adds the time in smoke to "smoke" and "trainee".
+  /// Adds the time in smoke to "smoke" and "trainee", and the view's transmittance to "smoke".
   void describe(const World& world, RunReport& report) const override;
   Result<void> save_state(ByteWriter& writer) override;
   Result<void> load_state(ByteReader& reader) override;
@@ -24,8 +24,10 @@ class Sight : public Observer {
  private:
   struct State {
     std::uint64_t looks = 0, hidden = 0;
+    std::optional<double> least, last;  // of the view's transmittance
     static constexpr auto fields() {
-      return std::tuple(field("looks", &State::looks), field("hidden", &State::hidden));
+      return std::tuple(field("looks", &State::looks), field("hidden", &State::hidden),
+                        field("least", &State::least), field("last", &State::last));
     }
   };
   State state_;

@@ -43,6 +43,11 @@ TEST(Sight, TellsTheShareOfLooksThroughThickSmokeAndTheTraineesTime) {
   const double share = all["smoke"]["time_in_smoke"];
   EXPECT_GT(share, 0.2);
   EXPECT_LE(share, 0.5);
+  const double least = all["smoke"]["view_least"], last = all["smoke"]["view_at_end"];
+  EXPECT_LT(least, 1.0);
+  EXPECT_GT(least, 0.5) << "it hides the tip, not all of the view";
+  EXPECT_GE(last, least);
+  EXPECT_LE(last, 1.0);
   EXPECT_NEAR(all["trainee"]["time_in_smoke_s"].get<double>(), share * report.duration_s, 1e-12);
 }
 

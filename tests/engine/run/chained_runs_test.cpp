@@ -1,0 +1,64 @@
+// Whole runs one after another in one process, as a program that makes many would start them.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "engine/run/run.h"
+#include "kernels/base/sanitized.h"
+#include "tests/engine/run/watched_run.h"
+#include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+/// Resident now [bytes].
+double resident() {
+  std::ifstream file("/proc/self/statm");
+  double all = 0.0, here = 0.0;
+  file >> all >> here;
+  return here * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+/// Open now.
+std::ptrdiff_t descriptors() {
+  const std::filesystem::directory_iterator open("/proc/self/fd");
+  return std::distance(begin(open), end(open));
+}
+
+TEST(ChainedRuns, AHundredKeepTheirMemoryWithinOnePercentAndNoFileOpen) {
+#ifdef VISCERA_SANITIZED
+  GTEST_SKIP() << "a sanitizer keeps the heap";
+#endif
+  constexpr int kRuns = 100, kFirst = 20;  // until when libraries keep more to themselves
+  SceneDescription scene = watched_scene();
+  scene.duration = 0.2;
+  const auto tissues = test_tissues();
+  double settled = 0.0;
+  std::ptrdiff_t open = 0;
+  std::string hash;
+  for (int run = 1; run <= kRuns; ++run) {
+    const TemporaryFolder folder;
+    RunOptions options;
+    options.out = folder / "out";
+    options.assets = project_file("assets");
+    options.render = false;
+    options.use_cache = false;
+    options.quiet = true;
+    const auto report = run_scene(scene, tissues, options);
+    ASSERT_TRUE(report) << report.error().text();
+    ASSERT_TRUE(report->complete) << run;
+    if (run == 1) hash = report->state_hash;
+    ASSERT_EQ(report->state_hash, hash) << run;
+    if (run == kFirst) settled = resident(), open = descriptors();
+  }
+  RecordProperty("resident_bytes", std::to_string(resident()));
+  EXPECT_LT(resident(), 1.01 * settled);
+  EXPECT_EQ(descriptors(), open);
+}
+
+}  // namespace
+}  // namespace viscera::test
