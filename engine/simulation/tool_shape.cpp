@@ -19,7 +19,8 @@ std::optional<Lowest> lowest_of_ball(const Vec3& centre, double radius, const Ve
   return Lowest{along, (along * up - to_centre) / radius};
 }
 
-/// Where the line enters the open cylinder around the capsule's axis.
+/// Where the line enters the open cylinder around the capsule's axis. From where it comes closest
+/// to the axis, so that a line that begins far off loses no digits of what is near.
 std::optional<Lowest> lowest_of_tube(const Vec3& foot, const Vec3& axis, double length,
                                      double radius, const Vec3& at, const Vec3& up) {
   const Vec3 m = at - foot;
@@ -27,14 +28,14 @@ std::optional<Lowest> lowest_of_tube(const Vec3& foot, const Vec3& axis, double 
   const Vec3 m_across = m - m.dot(axis) * axis;
   const double a = up_across.squaredNorm();
   if (a < 1e-12) return std::nullopt;  // along the axis: an end ball is met first
-  const double b = m_across.dot(up_across);
-  const double c = m_across.squaredNorm() - radius * radius;
-  const double discriminant = b * b - a * c;
-  if (discriminant < 0.0) return std::nullopt;
-  const double s = (-b - std::sqrt(discriminant)) / a;
+  const double closest = -m_across.dot(up_across) / a;
+  const Vec3 beside = m_across + closest * up_across;
+  const double chord2 = radius * radius - beside.squaredNorm();
+  if (chord2 < 0.0) return std::nullopt;
+  const double back = std::sqrt(chord2 / a), s = closest - back;
   const double along = (m + s * up).dot(axis);
   if (along < 0.0 || along > length) return std::nullopt;
-  return Lowest{s, (m_across + s * up_across).normalized()};
+  return Lowest{s, (beside - back * up_across).normalized()};
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ double edge_of(int edge_bricks, const Bioheat& heat) {
 // What isn't a number is worst.
 void keep_worse(double& most, double a, double b, double scale) {
   const double off = std::abs(a - b) / scale;
-  if (!(off <= most)) most = off;
+  if (std::isnan(off) || off > most) most = off;
 }
 
 }  // namespace

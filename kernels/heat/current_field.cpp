@@ -224,12 +224,13 @@ CurrentField::Heating CurrentField::heat_with(Bioheat& heat, double current, dou
     Voxel& voxel = voxels_.state[v];
     const double by_sparks = voxel.struck * struck, energy = drive_[v] * square + by_sparks;
     landed += by_sparks;
-    const double taken = std::clamp(voxel.room - voxel.taken, 0.0, energy);
+    const double left = std::max(0.0, voxel.room - voxel.taken), taken = std::min(left, energy);
     if (taken > 0.0) {
       heat.heat_voxel(*voxel.brick, voxel.index, taken / dt_);
       given.sparks += taken * (by_sparks / energy);
     }
-    voxel.taken += taken;
+    // Full to the last bit: the sum's rounding mustn't decide whether it still conducts.
+    voxel.taken = energy < left ? voxel.taken + taken : std::max(voxel.taken, voxel.room);
     given.tissue += taken;
     given.gas += energy - taken;
   }

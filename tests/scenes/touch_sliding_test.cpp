@@ -208,7 +208,8 @@ TEST_P(TouchSliding, RoundsOverTheKidneyGiveBackNoEnergy) {
   }
 }
 
-// The frame's own contact has the same tissue, tool and compliance, at 60 Hz and with other cells.
+// The frame's own contact has the same tissue, tool and compliance, at 60 Hz and with as many cells
+// laid in another way. Were the hand's fewer, 19, it would feel 5 % more.
 TEST(TouchBesideTheFrame, TheHandFeelsTheForceOfTheGlobalModelAllAlong) {
   const auto all = kidney();
   ASSERT_TRUE(all);
@@ -230,7 +231,7 @@ TEST(TouchBesideTheFrame, TheHandFeelsTheForceOfTheGlobalModelAllAlong) {
   }
   std::printf("greatest difference %.2f %% over %d frames\n", 100 * worst, compared);
   EXPECT_GT(compared, 30);
-  EXPECT_LT(worst, 0.06);
+  EXPECT_LT(worst, 0.02);
 }
 
 }  // namespace

@@ -54,8 +54,9 @@ Table read_table(const std::filesystem::path& file) {
   return table;
 }
 
-/// Of every tool of forces.csv: its greatest force, and the work its tip put into the tissue. What
-/// it got back isn't taken off: of a palpation hardly anything would be left.
+/// Of every tool of forces.csv: its greatest force, the mean over all frames, which says for how
+/// long it met tissue too, and the work its tip put in. What it got back isn't taken off: of a
+/// palpation hardly anything would be left.
 Result<void> add_tools(const std::filesystem::path& file, std::map<std::string, double>& figures) {
   const Table table = read_table(file);
   for (const std::string& name : table.names) {
@@ -72,7 +73,7 @@ Result<void> add_tools(const std::filesystem::path& file, std::map<std::string, 
       place[a] = *at;
       force[a] = *pushed;
     }
-    double greatest = 0.0, work = 0.0;
+    double greatest = 0.0, sum = 0.0, work = 0.0;
     for (std::size_t i = 0; i < table.rows.size(); ++i) {
       double square = 0.0, put_in = 0.0;
       for (std::size_t a = 0; a < 3; ++a) {
@@ -84,8 +85,11 @@ Result<void> add_tools(const std::filesystem::path& file, std::map<std::string, 
       }
       work += std::max(0.0, put_in);
       greatest = std::max(greatest, std::sqrt(square));
+      sum += std::sqrt(square);
     }
     figures[tool + ": greatest force, N"] = greatest;
+    if (!table.rows.empty())
+      figures[tool + ": mean force, N"] = sum / static_cast<double>(table.rows.size());
     figures[tool + ": work put in, J"] = work;
   }
   return {};

@@ -29,9 +29,9 @@ Result<std::vector<GoldenScene>> read_golden(const std::filesystem::path& file);
 std::string golden_text(const std::vector<GoldenScene>& scenes);
 
 /// Figures of a run's folder, from report.json, forces.csv and lesion.csv: of each tool the
-/// greatest force and the work its tip put in, of each organ how far it was pushed, how hot and
-/// how much of it coagulated, of the whole energy and smoke. Those that are zero are left out.
-/// Fails where the run ended early, or where files of it lack what every run writes.
+/// greatest and the mean force and the work its tip put in, of each organ how far it was pushed,
+/// how hot and how much of it coagulated, of the whole energy and smoke. Those that are zero are
+/// left out. Fails where the run ended early, or where files of it lack what every run writes.
 Result<std::map<std::string, double>> figures_of_run(const std::filesystem::path& folder);
 
 /// Runs the scene of the project below `root` without pictures into `out`; figures_of_run() then.

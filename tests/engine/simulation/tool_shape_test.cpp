@@ -76,8 +76,8 @@ TEST(ToolShape, ItsLowestPointHasTheToolsOwnNormal) {
   // Beside the middle of its axis, 1 mm off, from a metre away: across the axis, a unit.
   const Vec3 outward = bar.lowest(Vec3(4e-3, 1e-3, -1), kUp)->outward;
   EXPECT_NEAR(outward.norm(), 1.0, 1e-12);
-  EXPECT_NEAR(outward.dot(bar.shaft), 0.0, 1e-10);
-  EXPECT_NEAR(outward.y(), 0.5, 1e-10);
+  EXPECT_NEAR(outward.dot(bar.shaft), 0.0, 1e-12);
+  EXPECT_NEAR(outward.y(), 0.5, 1e-12);
   EXPECT_LT(outward.z(), 0.0);
 }
 

@@ -29,6 +29,7 @@ TEST(GoldenFigures, AreTakenFromForcesReportAndLesion) {
   ASSERT_TRUE(figures) << figures.error().text();
   const std::map<std::string, double> expected = {
       {"hook: greatest force, N", 5.0},
+      {"hook: mean force, N", (0.0 + 2.0 + 5.0 + 5.0) / 4.0},
       // Down against a mean of 1 N, aside against one of 1.5 N; what came back doesn't count.
       {"hook: work put in, J", 1e-3 + 1.5e-3},
       {"liver: greatest displacement, m", 0.004},

@@ -27,7 +27,7 @@ TEST_P(ShippedScene, ComesToItsGoldenFigures) {
   ASSERT_TRUE(scenes) << scenes.error().text();
   for (const GoldenScene& scene : *scenes) {
     if (scene.name != GetParam()) continue;
-    EXPECT_GE(scene.figures.size(), 2u);
+    EXPECT_GE(scene.figures.size(), 3u);
     const TemporaryFolder folder;
     const auto found = golden_run(scene, project_file("."), folder / "out");
     ASSERT_TRUE(found) << found.error().text();
