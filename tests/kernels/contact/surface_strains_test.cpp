@@ -44,7 +44,8 @@ TEST(SurfaceStrains, ASurfaceAtRestOrCarriedAlongHasNone) {
   const SurfaceStrains rest = ball.gradients.greatest(ball.vertices);
   EXPECT_LT(rest.rotation, 2e-3);  // of single precision, whose root it is
   EXPECT_LT(rest.stretch, 1e-5);
-  const SurfaceStrains carried = ball.under([](const Vec3& x) { return x + Vec3(0.1, 0, -0.2); });
+  const SurfaceStrains carried =
+      ball.under([](const Vec3& x) -> Vec3 { return x + Vec3(0.1, 0, -0.2); });
   EXPECT_LT(carried.rotation, 5e-3);
   EXPECT_LT(carried.stretch, 2e-5);
 }
