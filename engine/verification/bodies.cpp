@@ -13,41 +13,9 @@
 namespace viscera {
 
 TriangleSurface unit_cube(int divisions) {
-  TriangleSurface surface;
-  std::map<std::array<int, 3>, int> vertex_at;
-  const auto vertex = [&](const std::array<int, 3>& lattice) {
-    const auto [entry, fresh] =
-        vertex_at.try_emplace(lattice, static_cast<int>(surface.vertices.size()));
-    if (fresh) {
-      surface.vertices.push_back(Vec3(lattice[0], lattice[1], lattice[2]) / divisions -
-                                 Vec3::Constant(0.5));
-    }
-    return entry->second;
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int side : {0, divisions}) {
-      for (int i = 0; i < divisions; ++i) {
-        for (int j = 0; j < divisions; ++j) {
-          const auto corner = [&](int di, int dj) {
-            std::array<int, 3> lattice{};
-            lattice[static_cast<std::size_t>(axis)] = side;
-            lattice[static_cast<std::size_t>((axis + 1) % 3)] = i + di;
-            lattice[static_cast<std::size_t>((axis + 2) % 3)] = j + dj;
-            return vertex(lattice);
-          };
-          const int a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
-          if (side == 0) {
-            surface.triangles.push_back({a, c, b});
-            surface.triangles.push_back({a, d, c});
-          } else {
-            surface.triangles.push_back({a, b, c});
-            surface.triangles.push_back({a, c, d});
-          }
-        }
-      }
-    }
-  }
-  return surface;
+  std::vector<double> line;
+  for (int i = 0; i <= divisions; ++i) line.push_back(static_cast<double>(i) / divisions - 0.5);
+  return lined_box(line, line, line);
 }
 
 NodedBody jittered_cube(int cells, double jitter) {

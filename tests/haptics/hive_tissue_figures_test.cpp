@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/hive_tissue.h"
+#include "tests/support/height_field.h"
 #include "tests/support/shapes.h"
 
 namespace viscera::test {
@@ -282,21 +283,7 @@ TEST(HiveTissue, AfterAStallTheSceneIsEasedForAQuarterOfASecondAndNoLonger) {
 
 /// A groove z = |x| along y, of squares of 2 mm.
 TriangleSurface groove() {
-  constexpr int kSquares = 20;
-  constexpr double kSide = 2e-3;
-  TriangleSurface surface;
-  for (int j = 0; j <= kSquares; ++j)
-    for (int i = 0; i <= kSquares; ++i) {
-      const double x = kSide * (i - kSquares / 2), y = kSide * (j - kSquares / 2);
-      surface.vertices.emplace_back(x, y, std::abs(x));
-    }
-  for (int j = 0; j < kSquares; ++j)
-    for (int i = 0; i < kSquares; ++i) {
-      const int a = j * (kSquares + 1) + i, b = a + 1, d = a + kSquares + 1, c = d + 1;
-      surface.triangles.push_back({a, b, c});
-      surface.triangles.push_back({a, c, d});
-    }
-  return surface;
+  return height_field(20, 2e-3, [](double x, double) { return std::abs(x); });
 }
 
 TEST(HiveTissue, AcrossAGrooveTheOtherWallIsTakenWhereItIsHalfAMillimetreNearer) {

@@ -10,6 +10,7 @@
 
 #include "engine/verification/pressed_block.h"
 #include "tests/haptics/allocations.h"
+#include "tests/support/height_field.h"
 #include "tests/support/shapes.h"
 
 namespace viscera::test {
@@ -58,21 +59,6 @@ struct Organ {
   Vec3 last = Vec3::Zero();
   std::uint64_t tick = 0;
 };
-
-TriangleSurface flat_square(double half, int squares) {
-  TriangleSurface flat;
-  for (int i = 0; i <= squares; ++i)
-    for (int j = 0; j <= squares; ++j)
-      flat.vertices.emplace_back(half * (2.0 * i / squares - 1.0), half * (2.0 * j / squares - 1.0),
-                                 0.0);
-  for (int i = 0; i < squares; ++i)
-    for (int j = 0; j < squares; ++j) {
-      const int a = i * (squares + 1) + j, b = a + squares + 1;
-      flat.triangles.push_back({a, b, b + 1});
-      flat.triangles.push_back({a, b + 1, a + 1});
-    }
-  return flat;
-}
 
 // The ball's centre so deep into the organ along a direction.
 Vec3 pressed(const Vec3& direction, double depth) {
@@ -377,7 +363,9 @@ HiveTissueSettings beyond_linear(HyperelasticModel model, std::vector<PronyTerm>
 // Flat, deep ground under a ball, to hold against press_block.
 struct Ground {
   explicit Ground(HyperelasticModel model)
-      : surface(WalkableSurface::make(flat_square(10.0 * kBall, 20)).value()) {
+      : surface(WalkableSurface::make(height_field(20, kBall, [](double, double) {
+                  return 0.0;
+                })).value()) {
     HiveTissueSettings settings = beyond_linear(model);
     settings.tool_radius = kBall;
     settings.hive.material = kSoft;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernels/contact/cell_pattern.h"
+#include "tests/support/height_field.h"
 #include "tests/support/shapes.h"
 
 namespace viscera::test {
@@ -16,21 +17,9 @@ constexpr double kFall = 0.2;                                // of the roof's si
 
 /// A roof z = -kFall |x| with its crest along y, of squares of 2 mm.
 WalkableSurface roof() {
-  constexpr int kSquares = 40;
-  constexpr double kSide = 2e-3;
-  TriangleSurface surface;
-  for (int j = 0; j <= kSquares; ++j)
-    for (int i = 0; i <= kSquares; ++i) {
-      const double x = kSide * (i - kSquares / 2), y = kSide * (j - kSquares / 2);
-      surface.vertices.emplace_back(x, y, -kFall * std::abs(x));
-    }
-  for (int j = 0; j < kSquares; ++j)
-    for (int i = 0; i < kSquares; ++i) {
-      const int a = j * (kSquares + 1) + i, b = a + 1, d = a + kSquares + 1, c = d + 1;
-      surface.triangles.push_back({a, b, c});
-      surface.triangles.push_back({a, c, d});
-    }
-  return WalkableSurface::make(std::move(surface)).value();
+  return WalkableSurface::make(
+             height_field(40, 2e-3, [](double x, double) { return -kFall * std::abs(x); }))
+      .value();
 }
 
 /// A ball pressed so deep into the roof's crest.

@@ -17,6 +17,7 @@
 #include "engine/verification/thick_sphere.h"
 #include "kernels/base/stopwatch.h"
 #include "kernels/formulations/formulations.h"
+#include "tools/bench/bench_choices.h"
 #include "tools/common/bench_figures.h"
 #include "tools/common/project_paths.h"
 
@@ -236,11 +237,6 @@ void measure_sphere(Bench& bench, double inner, const Asked& asked) {
   bench.add(*std::move(measured));
 }
 
-template <class T>
-std::vector<T> or_default(const std::vector<T>& named, std::vector<T> otherwise) {
-  return named.empty() ? std::move(otherwise) : named;
-}
-
 Result<void> check_options(const BodiesBenchOptions& options) {
   Error mistakes;
   const auto names = all_names();
@@ -248,19 +244,13 @@ Result<void> check_options(const BodiesBenchOptions& options) {
     if (std::ranges::find(names, name) == names.end())
       mistakes.messages.push_back(
           fmt::format("--body: found \"{}\", expected {}", name, fmt::join(names, ", ")));
-  for (const std::string& name : options.formulations)
-    if (!find_formulation(name))
-      mistakes.messages.push_back("--formulation: " + unknown_formulation(name));
   for (const double nu : options.poisson_ratios)
     if (std::ranges::none_of(kBodyPoissonRatios,
                              [&](double known) { return std::abs(known - nu) < 1e-6; }))
       mistakes.messages.push_back(
           fmt::format("--poisson: found {:g}, expected {:g}, which have references", nu,
                       fmt::join(kBodyPoissonRatios, ", ")));
-  for (const std::size_t nodes : options.nodes)
-    if (nodes < 50 || nodes > 200'000)
-      mistakes.messages.push_back(
-          fmt::format("--nodes: found {}, expected from 50 to 200000", nodes));
+  check_bodies_named(options.formulations, options.nodes, mistakes);
   if (mistakes.messages.empty()) return {};
   return std::unexpected(mistakes);
 }

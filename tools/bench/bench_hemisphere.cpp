@@ -11,6 +11,7 @@
 #include "engine/io/report.h"
 #include "engine/verification/axisymmetric_hemisphere.h"
 #include "kernels/formulations/formulations.h"
+#include "tools/bench/bench_choices.h"
 #include "tools/bench/bench_hemisphere_rows.h"
 #include "tools/bench/bench_plots.h"
 #include "tools/common/project_paths.h"
@@ -164,16 +165,8 @@ struct Bench {
   }
 };
 
-template <class T>
-std::vector<T> or_default(const std::vector<T>& named, std::vector<T> otherwise) {
-  return named.empty() ? std::move(otherwise) : named;
-}
-
 Result<void> check_options(const HemisphereBenchOptions& options) {
   Error mistakes;
-  for (const std::string& name : options.formulations)
-    if (!find_formulation(name))
-      mistakes.messages.push_back("--formulation: " + unknown_formulation(name));
   if (auto contacts = contacts_of(options.contacts); !contacts)
     mistakes.messages.push_back(contacts.error().text());
   for (const double nu : options.poisson_ratios)
@@ -186,10 +179,7 @@ Result<void> check_options(const HemisphereBenchOptions& options) {
     if (!(a > 0.0 && a <= widest))
       mistakes.messages.push_back(fmt::format(
           "--a: found {:g}, expected a contact radius over R above 0 and at most {:g}", a, widest));
-  for (const std::size_t nodes : options.nodes)
-    if (nodes < 50 || nodes > 200'000)
-      mistakes.messages.push_back(
-          fmt::format("--nodes: found {}, expected from 50 to 200000", nodes));
+  check_bodies_named(options.formulations, options.nodes, mistakes);
   if (mistakes.messages.empty()) return {};
   return std::unexpected(mistakes);
 }

@@ -157,7 +157,7 @@ TEST(FrictionOfATip, ALongDragSlidesAtTheLimitOfFriction) {
   ASSERT_TRUE(world);
   step_until(*world, 0.95);
   // No cell can drag more along x than its own cone allows about what it presses; while all slide
-  // that way, none drags less.
+  // that way, to 18 degrees, they drag hardly less.
   const OrganContact& contact = world->all<OrganContact>()[0];
   double drag = 0.0, limit = 0.0;
   for (std::size_t k = 0; k < contact.cells.size(); ++k) {
@@ -169,7 +169,7 @@ TEST(FrictionOfATip, ALongDragSlidesAtTheLimitOfFriction) {
   const Split force = split_force(*world);
   RecordProperty("drag_over_push", std::to_string(force.drag.norm() / force.push));
   EXPECT_LT(drag, (1.0 + 1e-6) * limit);
-  EXPECT_GT(drag, 0.98 * limit);
+  EXPECT_GT(drag, std::cos(std::numbers::pi / 10.0) * limit);
   EXPECT_GT(force.drag.x(), 0.9 * friction * force.push);
 }
 

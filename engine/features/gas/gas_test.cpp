@@ -7,6 +7,7 @@
 
 #include "engine/features/smoke/smoke.h"
 #include "tests/support/small_world.h"
+#include "tests/support/smoking_ball.h"
 
 namespace viscera::test {
 namespace {
@@ -16,19 +17,8 @@ constexpr double kTwelve = 12.0 * kPascalPerMillimetreOfMercury;
 
 /// A ball in a closed cavity, and a place that gives smoke.
 SceneDescription cavity_scene() {
-  SceneDescription scene = soft_ball_scene(8e-3, 5e-3);
-  EmitterDescription emitter;
-  emitter.position = Vec3(0, 0, 31e-3);
-  emitter.rate = 2e-6;
-  emitter.particles = 600;
-  SmokeDescription smoke;
-  smoke.name = "plume";
-  smoke.domain = Box(Vec3(-40e-3, -40e-3, -30e-3), Vec3(40e-3, 40e-3, 90e-3));
-  smoke.emitters = {emitter};
-  scene.extras.set(SmokeDescriptions{smoke});
-  GasDescription& gas = scene.extras.get<GasDescription>();
-  gas.cells = 16;
-  gas.pressure = kTwelve;
+  SceneDescription scene = smoking_ball_scene();
+  scene.extras.get<GasDescription>().pressure = kTwelve;
   return scene;
 }
 

@@ -5,28 +5,13 @@
 #include "engine/features/gas/gas_keys.h"
 #include "engine/features/smoke/smoke.h"
 #include "tests/support/small_world.h"
+#include "tests/support/smoking_ball.h"
 
 namespace viscera::test {
 namespace {
 
-/// A steady source over a ball.
-SceneDescription smoking_scene() {
-  SceneDescription scene = soft_ball_scene(8e-3, 5e-3);
-  EmitterDescription emitter;
-  emitter.position = Vec3(0, 0, 31e-3);
-  emitter.rate = 2e-6;
-  emitter.particles = 600;
-  SmokeDescription smoke;
-  smoke.name = "plume";
-  smoke.domain = Box(Vec3(-40e-3, -40e-3, -30e-3), Vec3(40e-3, 40e-3, 90e-3));
-  smoke.emitters = {emitter};
-  scene.extras.set(SmokeDescriptions{smoke});
-  scene.extras.get<GasDescription>().cells = 16;
-  return scene;
-}
-
 TEST(SmokeReport, KeepsTheBookOfAllVolumesTogether) {
-  const auto world = build(smoking_scene());
+  const auto world = build(smoking_ball_scene());
   ASSERT_TRUE(world);
   step_until(*world, 0.2);
   const SmokeFigures figures = smoke_figures(*world);
@@ -55,7 +40,7 @@ TEST(SmokeReport, KeepsTheBookOfAllVolumesTogether) {
 }
 
 TEST(SmokeReport, SaysWhyThereIsNoSmoke) {
-  SceneDescription scene = smoking_scene();
+  SceneDescription scene = smoking_ball_scene();
   EXPECT_TRUE(anything_smokes(scene));
   EXPECT_TRUE(smoke_skipped(scene).empty());
   scene.extras.find<SmokeDescriptions>()->front().emitters.clear();  // and no hook burns

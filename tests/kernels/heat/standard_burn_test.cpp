@@ -13,6 +13,19 @@
 namespace viscera {
 namespace {
 
+/// Of muscle at room temperature by a ball of this radius, half of it deep.
+StandardBurn burn_of_muscle(CurrentMode mode, double power, double seconds, double ball) {
+  StandardBurn burn;
+  burn.tissue = muscle_outside();
+  burn.rest = kRoom;
+  burn.mode = mode;
+  burn.power = power;
+  burn.seconds = seconds;
+  burn.ball_radius = ball;
+  burn.depth = 0.5 * ball;
+  return burn;
+}
+
 BurnRow end_of(const StandardBurn& burn) {
   return make_burn(burn).rows.back();
 }
@@ -87,14 +100,7 @@ TEST(StandardBurn, WithAllPowerForHalfAMinuteIsNoWiderThanPublished) {
 // those that a blade's end may have.
 TEST(StandardBurn, WarmsMuscleAsFarAsPublished) {
   for (const double tip : {1e-3, 2e-3}) {
-    StandardBurn burn;
-    burn.tissue = muscle_outside();
-    burn.rest = kRoom;
-    burn.mode = CurrentMode::kCoagulate;
-    burn.power = 60.0;
-    burn.seconds = 1.0;
-    burn.ball_radius = tip;
-    burn.depth = 0.5 * tip;
+    const StandardBurn burn = burn_of_muscle(CurrentMode::kCoagulate, 60.0, 1.0, tip);
     const BurnResult result = make_burn(burn);
     EXPECT_NEAR(result.reach_of(kCritical, burn.voxel), 3.5e-3, 2.3e-3) << tip;
   }
@@ -114,14 +120,7 @@ TEST(StandardBurn, ACentimetreAwayItWarmsNothingAndNoHeldElectrodeCan) {
   const double by_conduction = power / (2.0 * std::numbers::pi * muscle.conductivity * r) *
                                std::erfc(r / std::sqrt(4.0 * diffusivity * seconds));
   EXPECT_LT(by_current + by_conduction, 0.1 * (59.2 - 22.0)) << "of what is published";
-  StandardBurn burn;
-  burn.tissue = muscle;
-  burn.rest = kRoom;
-  burn.mode = CurrentMode::kCut;
-  burn.power = power;
-  burn.seconds = seconds;
-  burn.ball_radius = widest;
-  burn.depth = 0.5 * widest;
+  const StandardBurn burn = burn_of_muscle(CurrentMode::kCut, power, seconds, widest);
   const BurnResult result = make_burn(burn);
   const auto there = static_cast<std::size_t>(r / burn.voxel);
   EXPECT_GT(result.surface[there], kRoom);
@@ -134,14 +133,7 @@ TEST(StandardBurn, ACentimetreAwayItWarmsNothingAndNoHeldElectrodeCan) {
 // [Hefermehl2014], and two balls that share the power.
 TEST(StandardBurn, TwoTipsThatShareThePowerWarmAsMuchSurfaceAsBipolarOnes) {
   const auto warmed = [](double power, double seconds, double ball, double apart) {
-    StandardBurn burn;
-    burn.tissue = muscle_outside();
-    burn.rest = kRoom;
-    burn.mode = CurrentMode::kCut;
-    burn.power = power;
-    burn.seconds = seconds;
-    burn.ball_radius = ball;
-    burn.depth = 0.5 * ball;
+    StandardBurn burn = burn_of_muscle(CurrentMode::kCut, power, seconds, ball);
     burn.apart = apart;
     return 1e6 * make_burn(burn).warm_area;
   };
