@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <type_traits>
 
 #include "tests/support/shapes.h"
 
@@ -30,6 +31,8 @@ struct Sampled {
   }
   template <class Motion>
   SurfaceStrains under(const Motion& motion) const {
+    // An expression of values that are gone by then would do elsewhere.
+    static_assert(std::is_same_v<std::invoke_result_t<Motion, Vec3>, Vec3>);
     std::vector<Vec3f> moved;
     for (const Vec3f& x : vertices) moved.push_back(Vec3(motion(x.cast<double>())).cast<float>());
     return gradients.greatest(moved);
@@ -54,7 +57,7 @@ TEST(SurfaceStrains, ARotationIsFoundAndIsNoStretch) {
   const Sampled ball;
   for (const double angle : {0.05, 0.2, 1.0, 2.5}) {
     const Mat3 turn = Eigen::AngleAxisd(angle, kAxis).toRotationMatrix();
-    const SurfaceStrains found = ball.under([&](const Vec3& x) { return turn * x; });
+    const SurfaceStrains found = ball.under([&](const Vec3& x) -> Vec3 { return turn * x; });
     EXPECT_NEAR(found.rotation, angle, 2e-4) << angle;
     EXPECT_LT(found.stretch, 1e-5) << angle;
   }
@@ -65,7 +68,8 @@ TEST(SurfaceStrains, AStretchIsFoundAlsoWhereTheSurfaceTurns) {
   Mat3 stretch = Vec3(0.93, 1.25, 0.93).asDiagonal();
   for (const double angle : {0.0, 0.4}) {
     const Mat3 turn = Eigen::AngleAxisd(angle, Vec3::UnitY()).toRotationMatrix();
-    const SurfaceStrains found = ball.under([&](const Vec3& x) { return turn * stretch * x; });
+    const SurfaceStrains found =
+        ball.under([&](const Vec3& x) -> Vec3 { return turn * stretch * x; });
     // Pieces that have the axis in them are lengthened by all of it; samples miss it by what they
     // are tilted, about 5 degrees at most.
     EXPECT_NEAR(found.stretch, 0.25, 0.005) << angle;
@@ -78,7 +82,7 @@ TEST(SurfaceStrains, AStretchIsFoundAlsoWhereTheSurfaceTurns) {
 
 TEST(SurfaceStrains, ShorteningCountsAsLengtheningDoes) {
   const Sampled ball;
-  const SurfaceStrains found = ball.under([](const Vec3& x) { return 0.8 * x; });
+  const SurfaceStrains found = ball.under([](const Vec3& x) -> Vec3 { return 0.8 * x; });
   EXPECT_NEAR(found.stretch, 0.2, 1e-4);
   EXPECT_LT(found.rotation, 3e-3);
 }
@@ -87,7 +91,7 @@ TEST(SurfaceStrains, OfABentSurfaceTheGreatestAngleIsTold) {
   // A ball bent about the y axis: turned by up to 0.3 rad at its ends.
   const Sampled ball;
   const double bend = 0.3 / kRadius;
-  const SurfaceStrains found = ball.under([&](const Vec3& x) {
+  const SurfaceStrains found = ball.under([&](const Vec3& x) -> Vec3 {
     const double angle = bend * x.x(), radius = 1.0 / bend - x.z();
     return Vec3(radius * std::sin(angle), x.y(), 1.0 / bend - radius * std::cos(angle));
   });
@@ -101,7 +105,7 @@ TEST(SurfaceStrains, BoundHoldsForAnyDisplacement) {
   const Sampled ball;
   const double amplitude = 0.1e-3;
   for (int wave = 1; wave < 40; wave += 3) {
-    const SurfaceStrains found = ball.under([&](const Vec3& x) {
+    const SurfaceStrains found = ball.under([&](const Vec3& x) -> Vec3 {
       return x + amplitude *
                      Vec3(std::sin(wave * 40.0 * x.y()), std::cos(wave * 55.0 * x.z()),
                           std::sin(wave * 35.0 * x.x())) /
