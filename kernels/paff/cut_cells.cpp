@@ -8,6 +8,8 @@
 #include <sstream>
 
 #include "kernels/base/parallel.h"
+#include "kernels/paff/tissue_paths.h"
+#include "kernels/points/closed_pieces.h"
 
 namespace viscera {
 namespace {
@@ -80,6 +82,17 @@ struct CellMoments {
   double volume = 0.0;
   Vec3 first = Vec3::Zero();   ///< relative to the cell's low corner
   Mat3 second = Mat3::Zero();  ///< the same; only for degree 2, only the upper triangle
+
+  /// About a corner that lies so far below.
+  void shift(const Vec3& by) {
+    second += by * first.transpose() + first * by.transpose() + volume * by * by.transpose();
+    first += volume * by;
+  }
+  void operator+=(const CellMoments& other) {
+    volume += other.volume;
+    first += other.first;
+    second += other.second;
+  }
 };
 
 /// Adds one convex piece, wholly inside the cell's range of x or wholly beyond it.
@@ -149,6 +162,37 @@ Mat3 spread(const CellMoments& moments, const Vec3& centroid) {
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
+/// Whether walls in the cell face each other across air.
+bool is_divided(const std::vector<Polygon>& polygons, double x0, double side) {
+  struct Wall {
+    Vec3 centre, area;
+  };
+  std::vector<Wall> walls;
+  for (const Polygon& polygon : polygons) {
+    if (polygon.highest(0) <= x0 || polygon.lowest(0) >= x0 + side) continue;
+    const Polygon inside = clip(clip(polygon, 0, x0, false), 0, x0 + side, true);
+    if (inside.count < 3) continue;
+    Wall wall{Vec3::Zero(), Vec3::Zero()};
+    for (int i = 0; i < inside.count; ++i)
+      wall.centre += inside.corners[static_cast<std::size_t>(i)] / inside.count;
+    for (int i = 1; i + 1 < inside.count; ++i)
+      wall.area += (inside.corners[static_cast<std::size_t>(i)] - inside.corners[0])
+                       .cross(inside.corners[static_cast<std::size_t>(i + 1)] - inside.corners[0]);
+    wall.area.stableNormalize();
+    walls.push_back(wall);
+  }
+  constexpr double kOpposed = 0.01;  // a right angle isn't a gap
+  const double slack = 1e-6 * side;
+  for (std::size_t a = 0; a < walls.size(); ++a)
+    for (std::size_t b = a + 1; b < walls.size(); ++b) {
+      const Vec3 across = walls[b].centre - walls[a].centre;
+      if (walls[a].area.dot(walls[b].area) < -kOpposed && across.dot(walls[a].area) > slack &&
+          -across.dot(walls[b].area) > slack)
+        return true;
+    }
+  return false;
+}
+
 /// Leaves of one base column, in order, with the first defect found.
 struct ColumnResult {
   std::vector<Vec3> positions;
@@ -160,8 +204,9 @@ struct ColumnResult {
 
 class ColumnBuilder {
  public:
-  ColumnBuilder(const LocalSpacing& spacing, int degree, ColumnResult& out)
-      : spacing_(spacing), degree_(degree), out_(out) {}
+  ColumnBuilder(const LocalSpacing& spacing, int degree, const TissuePaths* paths,
+                ColumnResult& out)
+      : spacing_(spacing), degree_(degree), paths_(paths), out_(out) {}
 
   void cell(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
     const double x0 = low.x(), x1 = low.x() + side;
@@ -191,8 +236,18 @@ class ColumnBuilder {
     }
     // Dropping by a larger threshold would spoil the compatibility of the consistent gradients.
     if (share < 1e-9) return;
-    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
     ++out_.cut_cells;
+    if (paths_ && is_divided(polygons, x0, side)) {
+      add_parts(low, side, polygons);
+    } else {
+      add_cut(low, side, moments);
+    }
+  }
+
+ private:
+  /// The points of a part that the cell holds.
+  void add_cut(const Vec3& low, double side, const CellMoments& moments) {
+    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
     if (degree_ < 2) {
       add(low + centroid, moments.volume);
       return;
@@ -203,8 +258,73 @@ class ColumnBuilder {
     }
   }
 
- private:
-  void split(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+  /// Parts of a cell that air divides: smaller boxes, halved wherever walls still face each other,
+  /// put together again by what sees the largest.
+  void add_parts(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+    std::vector<SmallBox> boxes;
+    gather(low, low, side, kHalvings, polygons, boxes);
+    std::stable_sort(boxes.begin(), boxes.end(), [](const SmallBox& a, const SmallBox& b) {
+      return a.moments.volume > b.moments.volume;
+    });
+    double left = 0.0;
+    for (const SmallBox& box : boxes) left += box.moments.volume;
+    const double whole = left;
+    std::vector<CellMoments> parts;
+    std::vector<Vec3> seeds;
+    std::vector<char> taken(boxes.size(), 0);
+    // The last slivers, which no seed sees, go to the nearest part.
+    for (std::size_t first = 0; first < boxes.size(); ++first) {
+      if (taken[first]) continue;
+      if (!parts.empty() && left < kSliver * whole) break;
+      seeds.push_back(boxes[first].centroid);
+      parts.emplace_back();
+      for (std::size_t k = first; k < boxes.size(); ++k) {
+        if (taken[k] || (k != first && !paths_->straight(seeds.back(), boxes[k].centroid)))
+          continue;
+        taken[k] = 1;
+        parts.back() += boxes[k].moments;
+        left -= boxes[k].moments.volume;
+      }
+    }
+    for (std::size_t k = 0; k < boxes.size(); ++k) {
+      if (taken[k]) continue;
+      std::size_t nearest = 0;
+      for (std::size_t p = 1; p < seeds.size(); ++p)
+        if ((seeds[p] - boxes[k].centroid).norm() < (seeds[nearest] - boxes[k].centroid).norm())
+          nearest = p;
+      parts[nearest] += boxes[k].moments;
+    }
+    for (const CellMoments& part : parts) add_cut(low, side, part);
+  }
+
+  static constexpr int kHalvings = 4;
+  static constexpr double kSliver = 1e-3;
+
+  struct SmallBox {
+    CellMoments moments;  ///< about the whole cell's low corner
+    Vec3 centroid;
+  };
+
+  void gather(const Vec3& cell, const Vec3& low, double side, int halvings,
+              const std::vector<Polygon>& polygons, std::vector<SmallBox>& out) {
+    const double volume = side * side * side;
+    if (halvings > 0 && is_divided(polygons, low.x(), side)) {
+      for_each_eighth(low, side, polygons,
+                      [&](const Vec3& corner, double half, const std::vector<Polygon>& narrower) {
+                        gather(cell, corner, half, halvings - 1, narrower, out);
+                      });
+      return;
+    }
+    CellMoments moments = cell_moments(polygons, low, side, degree_);
+    if (!(moments.volume > 1e-12 * volume)) return;
+    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
+    moments.shift(low - cell);
+    out.push_back({moments, low + centroid});
+  }
+
+  template <class Visit>
+  static void for_each_eighth(const Vec3& low, double side, const std::vector<Polygon>& polygons,
+                              const Visit& visit) {
     const double half = 0.5 * side;
     std::vector<Polygon> narrower;
     for (int k = 0; k < 2; ++k) {
@@ -214,9 +334,16 @@ class ColumnBuilder {
         for (const Polygon& polygon : polygons) {
           if (polygon.highest(0) > low.x()) clip_to_column(polygon, y, z, half, narrower);
         }
-        for (int i = 0; i < 2; ++i) cell(Vec3(low.x() + i * half, y, z), half, narrower);
+        for (int i = 0; i < 2; ++i) visit(Vec3(low.x() + i * half, y, z), half, narrower);
       }
     }
+  }
+
+  void split(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+    for_each_eighth(low, side, polygons,
+                    [&](const Vec3& corner, double half, const std::vector<Polygon>& narrower) {
+                      cell(corner, half, narrower);
+                    });
   }
 
   void inside(const Vec3& low, double side) {
@@ -243,6 +370,7 @@ class ColumnBuilder {
 
   const LocalSpacing& spacing_;
   int degree_;
+  const TissuePaths* paths_;  // null: cells aren't parted
   ColumnResult& out_;
 };
 
@@ -268,8 +396,11 @@ double base_side(const LocalSpacing& spacing) {
 
 }  // namespace
 
-Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
-                                               const LocalSpacing& spacing, int degree) {
+namespace {
+
+Result<VolumeQuadrature> quadrature_of_piece(const TriangleSurface& surface,
+                                             const LocalSpacing& spacing, int degree,
+                                             const TissuePaths* paths) {
   const Box box = bounds(surface);
   const double side = base_side(spacing);
   // Off the round numbers, so that flat faces of a model don't lie in planes of cells.
@@ -308,7 +439,7 @@ Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
       }
       clip_to_column(triangle, y, z, side, polygons);
     }
-    ColumnBuilder builder(spacing, degree, results[column]);
+    ColumnBuilder builder(spacing, degree, paths, results[column]);
     for (int i = 0; i < size.x(); ++i) builder.cell(Vec3(low.x() + i * side, y, z), side, polygons);
   });
 
@@ -326,6 +457,23 @@ Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
   }
   if (all.positions.empty()) {
     return failure("surface: it encloses no volume; expected a closed surface oriented outwards");
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
+                                               const LocalSpacing& spacing, int degree,
+                                               const TissuePaths* paths) {
+  if (!paths) return quadrature_of_piece(surface, spacing, degree, nullptr);
+  VolumeQuadrature all;
+  for (const TriangleSurface& piece : closed_pieces(surface)) {
+    Result<VolumeQuadrature> one = quadrature_of_piece(piece, spacing, degree, paths);
+    if (!one) return one;
+    all.positions.insert(all.positions.end(), one->positions.begin(), one->positions.end());
+    all.weights.insert(all.weights.end(), one->weights.begin(), one->weights.end());
+    all.cut_cells += one->cut_cells;
   }
   return all;
 }
