@@ -136,7 +136,8 @@ bool TrueNeighbours::find_blocked() {
     return !found.empty();
   };
   const TissueBends bends(
-      paths_, wanted, [&](const Vec3& x) { return spacing(x); }, longest);
+      paths_, wanted, [&](const Vec3& x) { return spacing(x); },
+                          kLongerWay * longest);
 
   std::vector<std::vector<int>> reached_by(n);
   for (const auto& chunk : chunks)
@@ -149,13 +150,18 @@ bool TrueNeighbours::find_blocked() {
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = nodes[k];
       const Vec3& from = cloud_.positions[i];
-      blocked[k].bends = bends.reached(from, radius(i));
+      // Ways that are longer than the support are none; so few can be told from those that are
+      // only a little longer than the straight one.
+      const double limit = kLongerWay * radius(i);
+      std::vector<TissuePaths::Bend>& bends_here = blocked[k].bends;
+      bends_here = bends.reached(from, limit);
       keeps[k] = std::any_of(hidden_of[i].begin(), hidden_of[i].end(), [&](int place) {
         const Vec3& to = places[static_cast<std::size_t>(place)];
         Shadow shadow;
-        return way_through(blocked[k], from, radius(i), to, shadow) &&
+        return way_through(blocked[k], from, limit, to, shadow) &&
                shadow.way > kLongerWay * (to - from).norm();
       });
+      std::erase_if(bends_here, [&](const auto& bend) { return bend.length >= radius(i); });
       if (!keeps[k]) continue;
       // Parts are of the volume alone.
       std::vector<Vec3> inside;
@@ -229,8 +235,9 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
                                 [&](int twin) { return twin != blocked.twins.front(); });
 }
 
-/// The weighing way from a node to a place; false where they see each other, or nearly.
-bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& from, double radius,
+/// The weighing way from a node to a place, at most `longest`; false where they see each other, or
+/// nearly.
+bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& from, double longest,
                                  const Vec3& place, Shadow& out) const {
   if (paths_.straight(from, place)) return false;
   struct Candidate {
@@ -244,10 +251,10 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& from, doubl
   candidates.clear();
   for (std::size_t b = 0; b < blocked.bends.size(); ++b) {
     const double length = blocked.bends[b].length + (place - blocked.bends[b].position).norm();
-    if (length < radius) candidates.push_back({length, static_cast<int>(b)});
+    if (length < longest) candidates.push_back({length, static_cast<int>(b)});
   }
   std::sort(candidates.begin(), candidates.end());
-  out.way = radius;
+  out.way = longest;
   out.gradient = Vec3::Zero();
   for (const Candidate& one : candidates) {
     const Vec3& bend = blocked.bends[static_cast<std::size_t>(one.bend)].position;

@@ -60,7 +60,7 @@ class TrueNeighbours {
   void find_parts(std::size_t node, const std::vector<Vec3>& places,
                   const std::vector<double>& weights, Blocked& blocked) const;
   double radius(std::size_t node) const { return support_factor_ * cloud_.spacings[node]; }
-  bool way_through(const Blocked& blocked, const Vec3& from, double radius, const Vec3& place,
+  bool way_through(const Blocked& blocked, const Vec3& from, double longest, const Vec3& place,
                    Shadow& out) const;
 
   PointCloud cloud_;

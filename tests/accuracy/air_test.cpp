@@ -29,6 +29,32 @@ TEST(Air, Leaves) {
   std::printf("nodes %zu twins %zu points %zu correction %.4f assemble %.2f s pieces %zu\n", body.cloud.size(),
               system->figures().twins, system->figures().quadrature_points,
               system->figures().gradient_correction, system->figures().assemble_s, system->pieces().size());
+  {
+    int inair = 0, ties = 0, shown = 0;
+    const auto& volume = system->volume();
+    ShapeValues at;
+    const auto* tn = system->fields().true_neighbours().get();
+    for (std::size_t q = 0; q < volume.size(); ++q) {
+      const Vec3& x = volume.positions[q];
+      if (x.x() > 0 && std::abs(x.z()) < 0.5 * gap) {
+        ++inair;
+        if (shown++ < 5) std::printf("air %g %g %g w %g\n", x.x()*1e3, x.y()*1e3, x.z()*1e3, volume.weights[q]*1e9);
+      }
+      if (x.x() < 5e-3) continue;
+      system->fields().evaluate(x, false, at);
+      for (std::size_t j = 0; j < at.nodes.size(); ++j) {
+        std::size_t node = static_cast<std::size_t>(at.nodes[j]);
+        const bool twin = node >= body.cloud.size();
+        const Vec3& p = system->fields().cloud().positions[node];
+        if ((p.z() * x.z() < 0) != twin && std::abs(at.values[j]) > 1e-12) {
+          if (ties++ < 8) {
+            std::printf("tie node %zu twin %d at %g %g %g to %g %g %g value %g weight %g straight %d\n", node, twin, p.x()*1e3, p.y()*1e3, p.z()*1e3, x.x()*1e3, x.y()*1e3, x.z()*1e3, at.values[j], at.weights[j], tn->paths().straight(p, x));
+          }
+        }
+      }
+    }
+    std::printf("in air %d ties %d\n", inair, ties);
+  }
   const double area = 10e-3 * 4e-3;
   const auto unknowns = system->solve(
       {.body_force = {},
