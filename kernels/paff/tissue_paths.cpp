@@ -70,7 +70,7 @@ bool TissuePaths::straight(const Vec3& from, const Vec3& to) const {
   });
 }
 
-bool TissuePaths::nearly_straight(const Vec3& from, const Vec3& to) const {
+bool TissuePaths::nearly_straight(const Vec3& from, const Vec3& to, bool may_start_outside) const {
   thread_local Crossings found;
   tree_.crossings(from, to, found);
   const SurfaceTree::Crossing* left = nullptr;
@@ -79,7 +79,7 @@ bool TissuePaths::nearly_straight(const Vec3& from, const Vec3& to) const {
       left = &one;
       continue;
     }
-    if (one.share <= kAtStart) continue;
+    if (one.share <= kAtStart || (may_start_outside && !left)) continue;
     if (!left || !gentle(left->triangle, one.triangle, from + left->share * (to - from),
                          from + one.share * (to - from)))
       return false;

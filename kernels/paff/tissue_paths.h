@@ -24,8 +24,8 @@ class TissuePaths {
 
   /// The same, but a way may also pass over a surface that is gently concave: that bends by less
   /// than 60 degrees between where the way leaves and where it comes back, so that the way along it
-  /// is at most 1.16 times as long.
-  bool nearly_straight(const Vec3& from, const Vec3& to) const;
+  /// is at most 1.16 times as long. `may_start_outside`: a way may also begin a little outside.
+  bool nearly_straight(const Vec3& from, const Vec3& to, bool may_start_outside = false) const;
 
   /// False where no way of this length from `from` can come back into the body over anything but a
   /// gently concave surface: cheap, and errs to true.
