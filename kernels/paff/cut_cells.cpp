@@ -193,6 +193,10 @@ bool is_divided(const std::vector<Polygon>& polygons, double x0, double side) {
   return false;
 }
 
+/// Every other corner of a cube: what they sum up to has the moments of degree 2 of a ball.
+const std::array<Vec3, 4> kCorners{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1),
+                                   Vec3(-1, -1, 1)};
+
 /// Leaves of one base column, in order, with the first defect found.
 struct ColumnResult {
   std::vector<Vec3> positions;
@@ -237,7 +241,7 @@ class ColumnBuilder {
     // Dropping by a larger threshold would spoil the compatibility of the consistent gradients.
     if (share < 1e-9) return;
     ++out_.cut_cells;
-    if (paths_ && is_divided(polygons, x0, side)) {
+    if (paths_ && (is_divided(polygons, x0, side) || !stay_in_tissue(low, side, moments))) {
       add_parts(low, side, polygons);
     } else {
       add_cut(low, side, moments);
@@ -245,6 +249,12 @@ class ColumnBuilder {
   }
 
  private:
+  /// A piece of a cell, put together with others again.
+  struct SmallBox {
+    CellMoments moments;  ///< about the whole cell's low corner
+    Vec3 centroid;
+  };
+
   /// The points of a part that the cell holds.
   void add_cut(const Vec3& low, double side, const CellMoments& moments) {
     const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
@@ -253,23 +263,35 @@ class ColumnBuilder {
       return;
     }
     const Mat3 reach = spread(moments, centroid);
-    for (const Vec3& corner : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)}) {
+    for (const Vec3& corner : kCorners) {
       add(low + centroid + reach * corner, 0.25 * moments.volume);
     }
+  }
+
+  /// Whether the four points of degree 2 lie on the centroid's side of all walls.
+  bool stay_in_tissue(const Vec3& low, double side, const CellMoments& moments) const {
+    if (degree_ < 2) return true;
+    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
+    const Mat3 reach = spread(moments, centroid);
+    std::vector<SurfaceTree::Crossing> found;
+    return std::all_of(kCorners.begin(), kCorners.end(), [&](const Vec3& corner) {
+      paths_->tree().crossings(low + centroid, low + centroid + reach * corner, found);
+      return found.empty();
+    });
   }
 
   /// Parts of a cell that air divides: smaller boxes, halved wherever walls still face each other,
   /// put together again by what sees the largest.
   void add_parts(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
     std::vector<SmallBox> boxes;
-    gather(low, low, side, kHalvings, polygons, boxes);
+    gather(low, low, side, 0, polygons, boxes);
     std::stable_sort(boxes.begin(), boxes.end(), [](const SmallBox& a, const SmallBox& b) {
       return a.moments.volume > b.moments.volume;
     });
     double left = 0.0;
     for (const SmallBox& box : boxes) left += box.moments.volume;
     const double whole = left;
-    std::vector<CellMoments> parts;
+    std::vector<std::vector<SmallBox>> parts;
     std::vector<Vec3> seeds;
     std::vector<char> taken(boxes.size(), 0);
     // The last slivers, which no seed sees, go to the nearest part.
@@ -282,7 +304,7 @@ class ColumnBuilder {
         if (taken[k] || (k != first && !paths_->straight(seeds.back(), boxes[k].centroid)))
           continue;
         taken[k] = 1;
-        parts.back() += boxes[k].moments;
+        parts.back().push_back(boxes[k]);
         left -= boxes[k].moments.volume;
       }
     }
@@ -292,26 +314,41 @@ class ColumnBuilder {
       for (std::size_t p = 1; p < seeds.size(); ++p)
         if ((seeds[p] - boxes[k].centroid).norm() < (seeds[nearest] - boxes[k].centroid).norm())
           nearest = p;
-      parts[nearest] += boxes[k].moments;
+      parts[nearest].push_back(boxes[k]);
     }
-    for (const CellMoments& part : parts) add_cut(low, side, part);
+    for (const std::vector<SmallBox>& part : parts) add_part(low, side, part, kLeastHalvings);
   }
 
-  static constexpr int kHalvings = 4;
-  static constexpr double kSliver = 1e-3;
+  /// One point or four; where these leave the tissue, those of each eighth about the centroid.
+  void add_part(const Vec3& low, double side, const std::vector<SmallBox>& boxes, int splits) {
+    CellMoments moments;
+    for (const SmallBox& box : boxes) moments += box.moments;
+    if (boxes.size() == 1 || splits == 0 || stay_in_tissue(low, side, moments)) {
+      add_cut(low, side, moments);
+      return;
+    }
+    const Vec3 centroid = low + moments.first / moments.volume;
+    std::array<std::vector<SmallBox>, 8> eighths;
+    for (const SmallBox& box : boxes) {
+      std::size_t at = 0;
+      for (int a = 0; a < 3; ++a) at = 2 * at + (box.centroid[a] > centroid[a] ? 1 : 0);
+      eighths[at].push_back(box);
+    }
+    for (const std::vector<SmallBox>& eighth : eighths)
+      if (!eighth.empty()) add_part(low, side, eighth, splits - 1);
+  }
 
-  struct SmallBox {
-    CellMoments moments;  ///< about the whole cell's low corner
-    Vec3 centroid;
-  };
+  static constexpr int kHalvings = 4, kLeastHalvings = 2;
+  static constexpr double kSliver = 1e-3;
 
   void gather(const Vec3& cell, const Vec3& low, double side, int halvings,
               const std::vector<Polygon>& polygons, std::vector<SmallBox>& out) {
     const double volume = side * side * side;
-    if (halvings > 0 && is_divided(polygons, low.x(), side)) {
+    const bool divided = halvings < kHalvings && is_divided(polygons, low.x(), side);
+    if (divided || (degree_ == 2 && halvings < kLeastHalvings)) {
       for_each_eighth(low, side, polygons,
                       [&](const Vec3& corner, double half, const std::vector<Polygon>& narrower) {
-                        gather(cell, corner, half, halvings - 1, narrower, out);
+                        gather(cell, corner, half, halvings + 1, narrower, out);
                       });
       return;
     }

@@ -230,7 +230,8 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   if (!fixed) return std::unexpected(fixed.error());
   system.pieces_ = tissue_pieces(n, *inside, fixed->fields);
   if (!problem.may_have_free_pieces) {
-    if (std::string free = free_pieces_text(system.pieces_, shape.cloud()); !free.empty())
+    if (std::string free = free_pieces_text(system.pieces_, shape.cloud(), problem.cloud->size());
+        !free.empty())
       return failure(free);
   }
 

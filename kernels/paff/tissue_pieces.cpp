@@ -47,7 +47,8 @@ std::vector<TissuePiece> tissue_pieces(std::size_t node_count, const PointFields
   return pieces;
 }
 
-std::string free_pieces_text(const std::vector<TissuePiece>& pieces, const PointCloud& cloud) {
+std::string free_pieces_text(const std::vector<TissuePiece>& pieces, const PointCloud& cloud,
+                             std::size_t own) {
   std::vector<const TissuePiece*> free;
   for (const TissuePiece& piece : pieces)
     if (!piece.held) free.push_back(&piece);
@@ -55,14 +56,17 @@ std::string free_pieces_text(const std::vector<TissuePiece>& pieces, const Point
   const auto largest = std::max_element(free.begin(), free.end(), [](const auto* a, const auto* b) {
     return a->nodes.size() < b->nodes.size();
   });
+  std::vector<int> nodes = (*largest)->nodes;
+  if (static_cast<std::size_t>(nodes.front()) < own)
+    std::erase_if(nodes, [&](int node) { return static_cast<std::size_t>(node) >= own; });
   Vec3 centre = Vec3::Zero();
-  for (const int node : (*largest)->nodes)
-    centre += cloud.positions[static_cast<std::size_t>(node)] /
-              static_cast<double>((*largest)->nodes.size());
+  for (const int node : nodes)
+    centre += cloud.positions[static_cast<std::size_t>(node)] / static_cast<double>(nodes.size());
   std::ostringstream text;
+  text.precision(3);
   text << "fixed region: of the body's " << pieces.size() << " separate pieces " << free.size()
        << (free.size() == 1 ? " isn't held, with " : " aren't held, the largest with ")
-       << (*largest)->nodes.size() << " nodes about (" << 1e3 * centre.transpose()
+       << nodes.size() << " nodes about (" << 1e3 * centre.transpose()
        << ") mm; expected every piece to be held somewhere: hold it too, join it to the rest, or "
           "leave it out";
   return text.str();

@@ -21,8 +21,10 @@ struct TissuePiece {
 std::vector<TissuePiece> tissue_pieces(std::size_t node_count, const PointFields& volume,
                                        const PointFields& fixed);
 
-/// Says how many pieces nothing holds, how many nodes they have and where; empty where all are
-/// held.
-std::string free_pieces_text(const std::vector<TissuePiece>& pieces, const PointCloud& cloud);
+/// Says how many pieces nothing holds, how many nodes the largest has and where; empty where all
+/// are held. The first `own` nodes of the cloud lie where they are; the others, twins, in other
+/// pieces.
+std::string free_pieces_text(const std::vector<TissuePiece>& pieces, const PointCloud& cloud,
+                             std::size_t own);
 
 }  // namespace viscera

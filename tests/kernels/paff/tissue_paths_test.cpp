@@ -79,7 +79,7 @@ TEST(TissuePaths, PassOverAGentleHollowButNotOverACrease) {
   const Vec3 left(-2.0, 0.0, 10.0 - std::sqrt(96.0)), right(2.0, 0.0, 10.0 - std::sqrt(96.0));
   EXPECT_FALSE(gentle.straight(left, right));
   EXPECT_TRUE(gentle.nearly_straight(left, right));
-  EXPECT_FALSE(gentle.meets_air(left, 3.0));
+  EXPECT_FALSE(gentle.meets_air(left, 1.5));
 
   // A step: the crease between its faces bends by 90 degrees.
   const auto across = test::lines(0.0, 4.0, 1.0);
