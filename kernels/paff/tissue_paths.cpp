@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <queue>
 #include <set>
 #include <utility>
 
-#include "kernels/base/parallel.h"
 #include "kernels/points/closest_on_triangle.h"
-#include "kernels/points/neighbours.h"
 
 namespace viscera {
 namespace {
@@ -122,28 +119,51 @@ bool TissuePaths::gentle(int leaving, int entering, const Vec3& p, const Vec3& q
   return false;
 }
 
-bool TissuePaths::meets_air(const Vec3& from, double length) const {
-  thread_local std::vector<int> near;
+std::vector<Vec3> TissuePaths::walls_beyond_air(const Vec3& from, double length) const {
+  std::vector<Vec3> walls;
+  thread_local std::vector<int> near, facing;
   tree_.within(from, length, near);
-  // A way comes back through a triangle that turns its outer side to where the way begins.
+  const auto normal = [&](int t) -> const Vec3& { return normals_[static_cast<std::size_t>(t)]; };
+  const auto corner = [&](int t, std::size_t i) -> const Vec3& {
+    return surface_
+        .vertices[static_cast<std::size_t>(surface_.triangles[static_cast<std::size_t>(t)][i])];
+  };
+  // A way comes back through a triangle that turns its outer side to where the way begins ...
   const double slack = 1e-6 * length;
-  bool faces = false;
-  Vec3 sum = Vec3::Zero();
-  for (const int t : near) {
-    const Vec3& normal = normals_[static_cast<std::size_t>(t)];
-    const int corner = surface_.triangles[static_cast<std::size_t>(t)][0];
-    faces = faces || normal.dot(from - surface_.vertices[static_cast<std::size_t>(corner)]) > slack;
-    sum += normal;
+  facing.clear();
+  for (const int t : near)
+    if (normal(t).dot(from - corner(t, 0)) > slack) facing.push_back(t);
+  // ... and has left through one that lies before it, and has it before itself. Over a gently
+  // concave surface these face about the same way.
+  constexpr double kApart = 0.5;  // cosine of 60 degrees
+  const auto is_before = [&](int one, int other) {
+    const double height = normal(other).dot(corner(other, 0)) + slack;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (normal(other).dot(corner(one, i)) > height) return true;
+    return false;
+  };
+  for (const int t : facing) {
+    if (std::none_of(near.begin(), near.end(), [&](int other) {
+          return normal(t).dot(normal(other)) < kApart && is_before(other, t) &&
+                 is_before(t, other);
+        }))
+      continue;
+    const Vec3 &a = corner(t, 0), &b = corner(t, 1), &c = corner(t, 2);
+    const Vec3 w = closest_weights(from, a, b, c);
+    // Off its edges, which belong to the next triangle as well.
+    constexpr double kOff = 0.05;
+    const Vec3 centre = (a + b + c) / 3.0;
+    for (const Vec3& on : {Vec3(w[0] * a + w[1] * b + w[2] * c), centre, a, b, c}) {
+      const Vec3 place = on + kOff * (centre - on);
+      if ((place - from).squaredNorm() < length * length && !nearly_straight(from, place))
+        walls.push_back(place);
+    }
   }
-  if (!faces) return false;
-  sum.stableNormalize();
-  return std::any_of(near.begin(), near.end(), [&](int t) {
-    return normals_[static_cast<std::size_t>(t)].dot(sum) < kGentle;
-  });
+  return walls;
 }
 
 TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(const Vec3&)>& wanted,
-                         const std::function<double(const Vec3&)>& detail, double longest)
+                         const std::function<double(const Vec3&)>& detail)
     : paths_(paths) {
   constexpr double kDistance = 1.0 / 8.0, kDepth = 1.0 / 50.0;  // in details
   constexpr double kLeastBend = 0.035;                          // sine of two degrees
@@ -182,58 +202,33 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
       }
     }
   }
-
-  std::vector<std::vector<Seen>> seen(size());
-  if (size() > 0) {
-    const InfluenceGrid grid(positions_, std::vector<double>(size(), longest));
-    parallel_chunks(size(), 8, [&](std::size_t begin, std::size_t end) {
-      std::vector<int> near;
-      for (std::size_t i = begin; i < end; ++i) {
-        grid.reaching(positions_[i], near);
-        for (const int j : near) {
-          if (j == static_cast<int>(i)) continue;
-          const Vec3& to = positions_[static_cast<std::size_t>(j)];
-          // Alike both ways: always from the lower one.
-          if (paths_.straight(j < static_cast<int>(i) ? to : positions_[i],
-                              j < static_cast<int>(i) ? positions_[i] : to))
-            seen[i].push_back({j, (to - positions_[i]).norm()});
-        }
-      }
-    });
-  }
-  begin_.push_back(0);
-  for (const std::vector<Seen>& one : seen) {
-    seen_.insert(seen_.end(), one.begin(), one.end());
-    begin_.push_back(seen_.size());
-  }
 }
 
 std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double longest) const {
-  using Next = std::pair<double, int>;
-  std::vector<double> length(size(), longest);
-  std::priority_queue<Next, std::vector<Next>, std::greater<>> next;
-  for (std::size_t i = 0; i < size(); ++i) {
-    const double direct = (positions_[i] - from).norm();
-    if (direct >= longest || !paths_.straight(from, positions_[i])) continue;
-    length[i] = direct;
-    next.emplace(direct, static_cast<int>(i));
+  // Dijkstra's search. Whether two bends see each other is asked only where that makes a way
+  // shorter: to most there is a straight one from the start.
+  std::vector<TissuePaths::Bend> bends;
+  for (const Vec3& x : positions_) {
+    const double direct = (x - from).norm();
+    if (direct < longest) bends.push_back({x, paths_.straight(from, x) ? direct : longest});
   }
-  while (!next.empty()) {
-    const auto [way, bend] = next.top();
-    next.pop();
-    const auto at = static_cast<std::size_t>(bend);
-    if (way > length[at]) continue;
-    for (std::size_t e = begin_[at]; e < begin_[at + 1]; ++e) {
-      const double farther = way + seen_[e].distance;
-      double& known = length[static_cast<std::size_t>(seen_[e].bend)];
-      if (farther >= known) continue;
-      known = farther;
-      next.emplace(farther, seen_[e].bend);
+  std::vector<char> settled(bends.size(), 0);
+  for (;;) {
+    std::size_t next = bends.size();
+    for (std::size_t i = 0; i < bends.size(); ++i)
+      if (!settled[i] && bends[i].length < longest &&
+          (next == bends.size() || bends[i].length < bends[next].length))
+        next = i;
+    if (next == bends.size()) break;
+    settled[next] = 1;
+    for (std::size_t i = 0; i < bends.size(); ++i) {
+      if (settled[i]) continue;
+      const double farther = bends[next].length + (bends[i].position - bends[next].position).norm();
+      if (farther < bends[i].length && paths_.straight(bends[next].position, bends[i].position))
+        bends[i].length = farther;
     }
   }
-  std::vector<TissuePaths::Bend> bends;
-  for (std::size_t i = 0; i < size(); ++i)
-    if (length[i] < longest) bends.push_back({positions_[i], length[i]});
+  std::erase_if(bends, [&](const TissuePaths::Bend& bend) { return bend.length >= longest; });
   return bends;
 }
 

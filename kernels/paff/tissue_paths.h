@@ -27,9 +27,10 @@ class TissuePaths {
   /// is at most 1.16 times as long. `may_start_outside`: a way may also begin a little outside.
   bool nearly_straight(const Vec3& from, const Vec3& to, bool may_start_outside = false) const;
 
-  /// False where no way of this length from `from` can come back into the body over anything but a
-  /// gently concave surface: cheap, and errs to true.
-  bool meets_air(const Vec3& from, double length) const;
+  /// Places where ways of this length from `from` come back into the body over more than a gently
+  /// concave surface: corners, centres and nearest places of the triangles that they come in
+  /// through. Empty: all that lies as near is nearly straight ahead. Cheap where it is.
+  std::vector<Vec3> walls_beyond_air(const Vec3& from, double length) const;
 
   /// A place that ways around air bend at, and how long the shortest way there is.
   struct Bend {
@@ -59,7 +60,7 @@ class TissueBends {
   /// Bends within reach of the places that `wanted` holds for; `detail`: the local node spacing
   /// [m]; `longest`: of the ways asked for [m].
   TissueBends(const TissuePaths& paths, const std::function<bool(const Vec3&)>& wanted,
-              const std::function<double(const Vec3&)>& detail, double longest);
+              const std::function<double(const Vec3&)>& detail);
 
   /// All bends that a way through tissue shorter than `longest` leads to from `from`.
   std::vector<TissuePaths::Bend> reached(const Vec3& from, double longest) const;
@@ -69,12 +70,6 @@ class TissueBends {
  private:
   const TissuePaths& paths_;
   std::vector<Vec3> positions_;
-  std::vector<std::size_t> begin_;  ///< of the bends that each sees, in `seen_`
-  struct Seen {
-    int bend;
-    double distance;
-  };
-  std::vector<Seen> seen_;
 };
 
 }  // namespace viscera

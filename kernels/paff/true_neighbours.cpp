@@ -6,10 +6,8 @@
 #include <utility>
 
 #include "kernels/base/parallel.h"
-#include "kernels/paff/cut_cells.h"
 #include "kernels/paff/local_spacing.h"
 #include "kernels/paff/shape_functions.h"
-#include "kernels/paff/surface_quadrature.h"
 
 namespace viscera {
 namespace {
@@ -17,6 +15,9 @@ namespace {
 /// A node none of whose ways is longer than this against the straight one sees all: chosen by eye,
 /// above the 1.16 of a crease of 120 degrees.
 constexpr double kLongerWay = 1.2;
+/// Nor one that loses no more than this of its weight, which is 1 at the node, where there is a
+/// way.
+constexpr double kLeastLost = 0.05;
 /// Ways up to the first count as straight, which takes up that bends lie a little below the
 /// surface; from the second on they count as they are.
 constexpr double kStraightUpTo = 1.03, kAsItIsFrom = 1.10;
@@ -73,108 +74,49 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
 
 bool TrueNeighbours::find_blocked() {
   const std::size_t n = cloud_.size();
-  std::vector<char> suspect(n, 0);
-  parallel_for_each_index(
-      n, 32, [&](std::size_t i) { suspect[i] = paths_.meets_air(cloud_.positions[i], radius(i)); });
-  if (std::none_of(suspect.begin(), suspect.end(), [](char one) { return one; })) return false;
-
-  // What the fields are asked at, about: points of the volume and of the surface.
-  const LocalSpacing spacing(cloud_);
-  const TriangleSurface& surface = paths_.surface();
-  Result<VolumeQuadrature> volume = background_quadrature(surface, spacing, 1, &paths_);
-  if (!volume) return false;  // no closed surface: preparing the body says so
-  const SurfaceQuadrature skin = surface_quadrature(surface, spacing, {});
-  std::vector<Vec3> places = volume->positions;
-  places.insert(places.end(), skin.positions.begin(), skin.positions.end());
-  std::vector<double> reach(n);
-  for (std::size_t i = 0; i < n; ++i) reach[i] = radius(i);
-  const InfluenceGrid grid(cloud_.positions, reach);
-
-  // For each suspect all places in its reach, and whether some of them lie beyond air.
-  struct Reached {
-    int node, place;
-  };
-  constexpr std::size_t kChunk = 256;
-  std::vector<std::vector<Reached>> chunks((places.size() + kChunk - 1) / kChunk);
-  std::vector<std::vector<Reached>> hidden(chunks.size());
-  parallel_chunks(places.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    std::vector<int> near;
-    for (std::size_t p = begin; p < end; ++p) {
-      grid.reaching(places[p], near);
-      for (const int node : near) {
-        if (!suspect[static_cast<std::size_t>(node)]) continue;
-        const Reached one{node, static_cast<int>(p)};
-        chunks[begin / kChunk].push_back(one);
-        if (!paths_.nearly_straight(cloud_.positions[static_cast<std::size_t>(node)], places[p]))
-          hidden[begin / kChunk].push_back(one);
-      }
-    }
+  std::vector<std::vector<Vec3>> walls(n);
+  parallel_for_each_index(n, 32, [&](std::size_t i) {
+    walls[i] = paths_.walls_beyond_air(cloud_.positions[i], radius(i));
   });
-  std::vector<std::vector<int>> hidden_of(n);
-  for (const auto& chunk : hidden)
-    for (const Reached& one : chunk)
-      hidden_of[static_cast<std::size_t>(one.node)].push_back(one.place);
-  std::vector<std::size_t> nodes;  // with places beyond air
-  double longest = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (hidden_of[i].empty()) continue;
-    nodes.push_back(i);
-    longest = std::max(longest, radius(i));
-  }
+  std::vector<std::size_t> nodes;  // that have some
+  for (std::size_t i = 0; i < n; ++i)
+    if (!walls[i].empty()) nodes.push_back(i);
   if (nodes.empty()) return false;
 
-  std::vector<Vec3> centres;
-  std::vector<double> about;
-  for (const std::size_t i : nodes) {
-    centres.push_back(cloud_.positions[i]);
-    about.push_back(radius(i));
-  }
-  const InfluenceGrid near_nodes(centres, about);
-  const auto wanted = [&](const Vec3& x) {
-    thread_local std::vector<int> found;
-    near_nodes.reaching(x, found);
-    return !found.empty();
-  };
-  const TissueBends bends(
-      paths_, wanted, [&](const Vec3& x) { return spacing(x); },
-                          kLongerWay * longest);
-
-  std::vector<std::vector<int>> reached_by(n);
-  for (const auto& chunk : chunks)
-    for (const Reached& one : chunk)
-      if (!hidden_of[static_cast<std::size_t>(one.node)].empty())
-        reached_by[static_cast<std::size_t>(one.node)].push_back(one.place);
-  std::vector<Blocked> blocked(nodes.size());
-  std::vector<char> keeps(nodes.size(), 0);
-  parallel_chunks(nodes.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t i = nodes[k];
-      const Vec3& from = cloud_.positions[i];
-      // Ways that are longer than the support are none; so few can be told from those that are
-      // only a little longer than the straight one.
-      const double limit = kLongerWay * radius(i);
-      std::vector<TissuePaths::Bend>& bends_here = blocked[k].bends;
-      bends_here = bends.reached(from, limit);
-      keeps[k] = std::any_of(hidden_of[i].begin(), hidden_of[i].end(), [&](int place) {
-        const Vec3& to = places[static_cast<std::size_t>(place)];
-        Shadow shadow;
-        return way_through(blocked[k], from, limit, to, shadow) &&
-               shadow.way > kLongerWay * (to - from).norm();
-      });
-      std::erase_if(bends_here, [&](const auto& bend) { return bend.length >= radius(i); });
-      if (!keeps[k]) continue;
-      // Parts are of the volume alone.
-      std::vector<Vec3> inside;
-      std::vector<double> weights;
-      for (const int place : reached_by[i]) {
-        const auto p = static_cast<std::size_t>(place);
-        if (p >= volume->size()) continue;
-        inside.push_back(places[p]);
-        weights.push_back(volume->weights[p]);
-      }
-      find_parts(i, inside, weights, blocked[k]);
-    }
+  const LocalSpacing spacing(cloud_);
+  std::vector<Blocked> blocked = ways_around(nodes, spacing);
+  // Ways that are longer than the support are none; so few can be told from those that are only a
+  // little longer than the straight one.
+  std::vector<char> keeps(nodes.size(), 0), severed(nodes.size(), 0);
+  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
+    const Vec3& from = cloud_.positions[nodes[k]];
+    keeps[k] = std::any_of(walls[nodes[k]].begin(), walls[nodes[k]].end(), [&](const Vec3& to) {
+      const double r = radius(nodes[k]), straight = (to - from).norm();
+      Shadow shadow;
+      if (!way_through(blocked[k], from, kLongerWay * r, to, shadow)) return false;
+      severed[k] = severed[k] || shadow.way >= kLongerWay * r;
+      return severed[k] ||
+             (shadow.way > kLongerWay * straight &&
+              quartic_weight(straight / r) - quartic_weight(shadow.way / r) > kLeastLost);
+    });
+    std::erase_if(blocked[k].bends,
+                  [&](const auto& bend) { return bend.length >= radius(nodes[k]); });
   });
+  if (std::none_of(keeps.begin(), keeps.end(), [](char one) { return one; })) return false;
+
+  // What lies in shadow of those, by the points of the volume.
+  const Result<VolumeQuadrature> volume =
+      background_quadrature(paths_.surface(), spacing, 1, &paths_);
+  if (!volume) return false;  // no closed surface: preparing the body says so
+  find_shadows(nodes, keeps, *volume, blocked);
+
+  // Slight shadows alone change less than the nodes' own disorder: the body is taken as it is.
+  const auto has_twin = [](const Blocked& one) {
+    return std::any_of(one.twins.begin(), one.twins.end(), [](int twin) { return twin >= 0; });
+  };
+  if (std::none_of(severed.begin(), severed.end(), [](char one) { return one; }) &&
+      std::none_of(blocked.begin(), blocked.end(), has_twin))
+    return false;
 
   blocked_of_.assign(n, -1);
   for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -194,6 +136,58 @@ bool TrueNeighbours::find_blocked() {
     blocked_.push_back(std::move(one));
   }
   return !blocked_.empty();
+}
+
+/// Shortest ways from each of these nodes to the bends about it, up to kLongerWay of its support.
+std::vector<TrueNeighbours::Blocked> TrueNeighbours::ways_around(
+    const std::vector<std::size_t>& nodes, const LocalSpacing& spacing) const {
+  std::vector<Vec3> centres;
+  std::vector<double> about;
+  for (const std::size_t i : nodes) {
+    centres.push_back(cloud_.positions[i]);
+    about.push_back(kLongerWay * radius(i));
+  }
+  const InfluenceGrid near_nodes(centres, about);
+  const auto wanted = [&](const Vec3& x) {
+    thread_local std::vector<int> found;
+    near_nodes.reaching(x, found);
+    return !found.empty();
+  };
+  const TissueBends bends(paths_, wanted, [&](const Vec3& x) { return spacing(x); });
+  std::vector<Blocked> blocked(nodes.size());
+  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
+    blocked[k].bends = bends.reached(centres[k], about[k]);
+  });
+  return blocked;
+}
+
+/// Finds the parts of the shadows of those that are kept.
+void TrueNeighbours::find_shadows(const std::vector<std::size_t>& nodes,
+                                  const std::vector<char>& keeps, const VolumeQuadrature& volume,
+                                  std::vector<Blocked>& blocked) const {
+  std::vector<Vec3> centres;
+  std::vector<double> about;
+  for (const std::size_t i : nodes) {
+    centres.push_back(cloud_.positions[i]);
+    about.push_back(radius(i));
+  }
+  const InfluenceGrid grid(centres, about);
+  std::vector<std::vector<std::size_t>> points(nodes.size());
+  std::vector<int> near;
+  for (std::size_t q = 0; q < volume.size(); ++q) {
+    grid.reaching(volume.positions[q], near);
+    for (const int k : near) points[static_cast<std::size_t>(k)].push_back(q);
+  }
+  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
+    if (!keeps[k]) return;
+    std::vector<Vec3> places;
+    std::vector<double> weights;
+    for (const std::size_t q : points[k]) {
+      places.push_back(volume.positions[q]);
+      weights.push_back(volume.weights[q]);
+    }
+    find_parts(nodes[k], places, weights, blocked[k]);
+  });
 }
 
 /// Parts of the deep shadow among `places` (all in the node's reach, with their volumes), those

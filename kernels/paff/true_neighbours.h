@@ -13,6 +13,8 @@
 #include <memory>
 #include <vector>
 
+#include "kernels/paff/cut_cells.h"
+#include "kernels/paff/local_spacing.h"
 #include "kernels/paff/tissue_paths.h"
 #include "kernels/points/cloud.h"
 #include "kernels/points/surface.h"
@@ -57,6 +59,10 @@ class TrueNeighbours {
   TrueNeighbours(const TriangleSurface& surface, const PointCloud& cloud, double support_factor)
       : cloud_(cloud), support_factor_(support_factor), paths_(surface) {}
   bool find_blocked();
+  std::vector<Blocked> ways_around(const std::vector<std::size_t>& nodes,
+                                   const LocalSpacing& spacing) const;
+  void find_shadows(const std::vector<std::size_t>& nodes, const std::vector<char>& keeps,
+                    const VolumeQuadrature& volume, std::vector<Blocked>& blocked) const;
   void find_parts(std::size_t node, const std::vector<Vec3>& places,
                   const std::vector<double>& weights, Blocked& blocked) const;
   double radius(std::size_t node) const { return support_factor_ * cloud_.spacings[node]; }

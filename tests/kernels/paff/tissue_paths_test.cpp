@@ -63,8 +63,8 @@ TEST(TissuePaths, OfAConvexBodyNeverMeetAir) {
     from[static_cast<Eigen::Index>(i % 3)] = 0.5;  // on a face
     EXPECT_TRUE(box.straight(from, to));
     EXPECT_TRUE(box.straight(to, from));
-    EXPECT_FALSE(box.meets_air(from, 0.7));
-    EXPECT_FALSE(ball.meets_air(0.45 * from.normalized(), 0.4));
+    EXPECT_TRUE(box.walls_beyond_air(from, 0.7).empty());
+    EXPECT_TRUE(ball.walls_beyond_air(0.45 * from.normalized(), 0.4).empty());
   }
 }
 
@@ -79,21 +79,21 @@ TEST(TissuePaths, PassOverAGentleHollowButNotOverACrease) {
   const Vec3 left(-2.0, 0.0, 10.0 - std::sqrt(96.0)), right(2.0, 0.0, 10.0 - std::sqrt(96.0));
   EXPECT_FALSE(gentle.straight(left, right));
   EXPECT_TRUE(gentle.nearly_straight(left, right));
-  EXPECT_FALSE(gentle.meets_air(left, 1.5));
+  EXPECT_TRUE(gentle.walls_beyond_air(left, 3.0).empty());
 
   // A step: the crease between its faces bends by 90 degrees.
   const auto across = test::lines(0.0, 4.0, 1.0);
   const TissuePaths step(test::bricks(across, across, across,
                                       [](const Vec3& x) { return x.x() < 2.0 || x.z() < 2.0; }));
   EXPECT_FALSE(step.nearly_straight({2, 2, 3}, {3, 2, 2}));
-  EXPECT_TRUE(step.meets_air({2, 2, 3}, 2.0));
+  EXPECT_FALSE(step.walls_beyond_air({2, 2, 3}, 2.0).empty());
 }
 
 TEST(TissueBends, LeadAroundTheEndOfAGapByTheShortestWay) {
   const TissuePaths paths = leaves();
   const double h = 2.0;
   const TissueBends bends(
-      paths, [](const Vec3&) { return true; }, [&](const Vec3&) { return h; }, 8.0);
+      paths, [](const Vec3&) { return true; }, [&](const Vec3&) { return h; });
   ASSERT_GT(bends.size(), 0u);
   // Over both edges of the gap's floor, which lie in x = 0 at z = -+ half the gap.
   for (const double along : {0.2, 1.0, 2.0}) {
@@ -113,7 +113,7 @@ TEST(TissueBends, LeadAroundTheEndOfAGapByTheShortestWay) {
 TEST(TissueBends, FindNoWayBetweenSeparatePieces) {
   const TissuePaths paths(test::two_cubes(10.0, 1.0, 4));
   const TissueBends bends(
-      paths, [](const Vec3&) { return true; }, [](const Vec3&) { return 2.0; }, 8.0);
+      paths, [](const Vec3&) { return true; }, [](const Vec3&) { return 2.0; });
   EXPECT_EQ(bends.size(), 0u);
 }
 
