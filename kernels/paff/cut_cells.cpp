@@ -1,13 +1,16 @@
 #include "kernels/paff/cut_cells.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <sstream>
 
 #include "kernels/base/parallel.h"
+#include "kernels/base/random.h"
 #include "kernels/paff/tissue_paths.h"
 #include "kernels/points/closed_pieces.h"
 
@@ -241,10 +244,10 @@ class ColumnBuilder {
     // Dropping by a larger threshold would spoil the compatibility of the consistent gradients.
     if (share < 1e-9) return;
     ++out_.cut_cells;
-    if (paths_ && (is_divided(polygons, x0, side) || !stay_in_tissue(low, side, moments))) {
-      add_parts(low, side, polygons);
-    } else {
+    if (!paths_) {
       add_cut(low, side, moments);
+    } else if (is_divided(polygons, x0, side) || !add_within(low, side, moments)) {
+      add_parts(low, side, polygons);
     }
   }
 
@@ -255,29 +258,47 @@ class ColumnBuilder {
     Vec3 centroid;
   };
 
-  /// The points of a part that the cell holds.
-  void add_cut(const Vec3& low, double side, const CellMoments& moments) {
+  /// The points of a part that the cell holds; of degree 2 they are turned by `turn`.
+  void add_cut(const Vec3& low, double side, const CellMoments& moments,
+               const Mat3& turn = Mat3::Identity()) {
     const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
     if (degree_ < 2) {
       add(low + centroid, moments.volume);
       return;
     }
-    const Mat3 reach = spread(moments, centroid);
+    const Mat3 reach = spread(moments, centroid) * turn;
     for (const Vec3& corner : kCorners) {
       add(low + centroid + reach * corner, 0.25 * moments.volume);
     }
   }
 
-  /// Whether the four points of degree 2 lie on the centroid's side of all walls.
-  bool stay_in_tissue(const Vec3& low, double side, const CellMoments& moments) const {
-    if (degree_ < 2) return true;
+  /// Adds a part, unless its points of degree 2 leave the tissue however they are turned: any turn
+  /// leaves their moments as they are.
+  bool add_within(const Vec3& low, double side, const CellMoments& moments) {
+    constexpr std::uint64_t kTurns = 32;
+    constexpr double kWithin = 0.999;  // they may lie on a wall
+    if (degree_ < 2) {
+      add_cut(low, side, moments);
+      return true;
+    }
     const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
     const Mat3 reach = spread(moments, centroid);
+    const Random random(1, 0);
     std::vector<SurfaceTree::Crossing> found;
-    return std::all_of(kCorners.begin(), kCorners.end(), [&](const Vec3& corner) {
-      paths_->tree().crossings(low + centroid, low + centroid + reach * corner, found);
-      return found.empty();
-    });
+    for (std::uint64_t k = 0; k < kTurns; ++k) {
+      const Mat3 turn = k == 0 ? Mat3(Mat3::Identity())
+                               : Mat3(Eigen::AngleAxisd(std::numbers::pi * random.uniform(100 + k),
+                                                        random.direction(k)));
+      const bool within = std::all_of(kCorners.begin(), kCorners.end(), [&](const Vec3& corner) {
+        const Vec3 from = low + centroid;
+        paths_->tree().crossings(from, from + kWithin * (reach * (turn * corner)), found);
+        return found.empty();
+      });
+      if (!within) continue;
+      add_cut(low, side, moments, turn);
+      return true;
+    }
+    return false;
   }
 
   /// Parts of a cell that air divides: smaller boxes, halved wherever walls still face each other,
@@ -323,7 +344,8 @@ class ColumnBuilder {
   void add_part(const Vec3& low, double side, const std::vector<SmallBox>& boxes, int splits) {
     CellMoments moments;
     for (const SmallBox& box : boxes) moments += box.moments;
-    if (boxes.size() == 1 || splits == 0 || stay_in_tissue(low, side, moments)) {
+    if (add_within(low, side, moments)) return;
+    if (boxes.size() == 1 || splits == 0) {
       add_cut(low, side, moments);
       return;
     }
