@@ -276,7 +276,7 @@ class ColumnBuilder {
   /// leaves their moments as they are.
   bool add_within(const Vec3& low, double side, const CellMoments& moments) {
     constexpr std::uint64_t kTurns = 32;
-    constexpr double kWithin = 0.999;  // they may lie on a wall
+    constexpr double kWithin = 1.001;  // a point on a wall might be seen from beyond it
     if (degree_ < 2) {
       add_cut(low, side, moments);
       return true;

@@ -151,10 +151,12 @@ std::vector<Vec3> TissuePaths::walls_beyond_air(const Vec3& from, double length)
     const Vec3 &a = corner(t, 0), &b = corner(t, 1), &c = corner(t, 2);
     const Vec3 w = closest_weights(from, a, b, c);
     // Off its edges, which belong to the next triangle as well.
-    constexpr double kOff = 0.05;
+    constexpr double kOff = 0.05, kFarthestOff = 0.02;  // of the triangle, of the way
     const Vec3 centre = (a + b + c) / 3.0;
     for (const Vec3& on : {Vec3(w[0] * a + w[1] * b + w[2] * c), centre, a, b, c}) {
-      const Vec3 place = on + kOff * (centre - on);
+      const double off = (centre - on).norm();
+      const double share = off > 0.0 ? std::min(kOff, kFarthestOff * length / off) : 0.0;
+      const Vec3 place = on + share * (centre - on);
       if ((place - from).squaredNorm() < length * length && !nearly_straight(from, place))
         walls.push_back(place);
     }

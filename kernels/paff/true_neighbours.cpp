@@ -18,6 +18,8 @@ constexpr double kLongerWay = 1.2;
 /// Nor one that loses no more than this of its weight, which is 1 at the node, where there is a
 /// way.
 constexpr double kLeastLost = 0.05;
+/// Walls are looked for a little farther than fields reach, so that none that they touch is missed.
+constexpr double kBeyond = 1.05;
 /// Ways up to the first count as straight, which takes up that bends lie a little below the
 /// surface; from the second on they count as they are.
 constexpr double kStraightUpTo = 1.03, kAsItIsFrom = 1.10;
@@ -76,7 +78,7 @@ bool TrueNeighbours::find_blocked() {
   const std::size_t n = cloud_.size();
   std::vector<std::vector<Vec3>> walls(n);
   parallel_for_each_index(n, 32, [&](std::size_t i) {
-    walls[i] = paths_.walls_beyond_air(cloud_.positions[i], radius(i));
+    walls[i] = paths_.walls_beyond_air(cloud_.positions[i], kBeyond * radius(i));
   });
   std::vector<std::size_t> nodes;  // that have some
   for (std::size_t i = 0; i < n; ++i)
