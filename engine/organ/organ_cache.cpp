@@ -195,7 +195,7 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
   if (comes_on_demand(model, organ, options.column_budget)) {
     auto factor = read_factor(factor_file(cache, model.key), model.key);
-    if (!factor || factor->nodes() != model.cloud.size()) {
+    if (!factor || factor->nodes() != model.places.nodes) {
       const Error why =
           factor ? failure("it was made for other nodes").error() : std::move(factor.error());
       warnings.push_back(fmt::format("{}: cache {}: rebuilt because {}", organ.name,

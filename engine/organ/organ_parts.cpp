@@ -34,7 +34,7 @@ Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurf
 Result<void> add_places(OrganModel& model, const OrganDescription& organ,
                         const BodyDemand& demand) {
   const Formulation* formulation = find_formulation(organ.formulation);
-  const ShapeFunctions fields = formulation->fields(model.cloud);
+  const ShapeFunctions fields = formulation->fields(model.surface, model.cloud);
   auto places = place_on_surface(model.surface, fields);
   if (!places) return std::unexpected(places.error());
   model.places = std::move(*places);

@@ -33,7 +33,8 @@ Result<std::unique_ptr<PressedBody>> PressedBody::prepare(BodyToPress wanted,
   auto cloud = place_nodes(surface, *body->tree_, wanted.spacing, {}, no_progress());
   if (!cloud) return std::unexpected(cloud.error());
   body->body_.cloud = std::move(*cloud);
-  body->fields_ = std::make_unique<ShapeFunctions>(body->formulation_->fields(body->body_.cloud));
+  body->fields_ =
+      std::make_unique<ShapeFunctions>(body->formulation_->fields(surface, body->body_.cloud));
   auto places = place_on_surface(surface, *body->fields_);
   if (!places) return std::unexpected(places.error());
   body->places_ = std::move(*places);

@@ -7,6 +7,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/facing.h"
+#include "kernels/contact/same_side.h"
 #include "kernels/contact/surface_carriers.h"
 
 namespace viscera {
@@ -60,11 +61,12 @@ std::vector<Group> group_cells(std::span<const NearField> near_fields,
   return groups;
 }
 
-/// Near field of all groups at a surface point that faces `normal`. The half-space of a cell ends
+/// Near field of all groups at a vertex of the drawn surface. The half-space of a cell ends
 /// where the surface turns away from it.
 Vec3 near_displacement(const std::vector<Group>& groups, std::span<const NearField> near_fields,
                        std::span<const ContactCell> cells, std::span<const Vec3> forces,
-                       const Vec3& position, const Vec3& normal) {
+                       const DrawnSurface& drawn, std::size_t vertex) {
+  const Vec3 &position = drawn.rest->vertices[vertex], &normal = drawn.rest_normals[vertex];
   Vec3 sum = Vec3::Zero();
   for (const Group& group : groups) {
     const double distance = (position - group.centre).norm();
@@ -72,6 +74,9 @@ Vec3 near_displacement(const std::vector<Group>& groups, std::span<const NearFie
     const double share = facing(group.normal.dot(normal));
     if (share == 0.0) continue;
     const NearField& field = near_fields[group.cells.front()];
+    const double depth = kSideDepth * field.sigma();
+    if (!same_side(drawn.paths.get(), depth, group.centre, group.normal, position, normal))
+      continue;
     if (distance > field.sigma() + 4.0 * group.radius) {
       sum += share * field.drawn_displacement(position - group.centre, group.normal, group.area,
                                               group.force);
@@ -116,6 +121,7 @@ void place_displacements(const SurfaceCompliance& compliance, const ContactRespo
 DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places) {
   DrawnSurface drawn = carried_by_none(surface);
   drawn.carriers = surface_carriers(surface.vertices, drawn.rest_normals, places);
+  drawn.paths = places.paths;
   return drawn;
 }
 
@@ -188,8 +194,7 @@ void deformed_positions(const DrawnSurface& drawn, std::span<const float> displa
   parallel_for_each_index(count, kVertexChunk, [&](std::size_t v) {
     const Vec3f moved = carried(drawn.carriers, displacements, v);
     const Vec3& rest = drawn.rest->vertices[v];
-    const Vec3 near =
-        near_displacement(groups, near_fields, cells, forces, rest, drawn.rest_normals[v]);
+    const Vec3 near = near_displacement(groups, near_fields, cells, forces, drawn, v);
     positions[v] = (rest + moved.cast<double>() + near).cast<float>();
   });
 }
@@ -218,8 +223,7 @@ void near_field_on_surface(const DrawnSurface& drawn, std::span<const NearField>
   parallel_chunks(count, kVertexChunk, [&](std::size_t begin, std::size_t end) {
     Part& part = parts[begin / kVertexChunk];
     for (std::size_t v = begin; v < end; ++v) {
-      const Vec3 near = near_displacement(groups, near_fields, cells, forces,
-                                          drawn.rest->vertices[v], drawn.rest_normals[v]);
+      const Vec3 near = near_displacement(groups, near_fields, cells, forces, drawn, v);
       if (near.isZero(0.0)) continue;
       part.vertices.push_back(static_cast<int>(v));
       part.displacements.push_back(near.cast<float>());

@@ -2,6 +2,7 @@
 // near field of the contacts added, and fresh normals. [De2006] section 3.1.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct DrawnSurface {
                            ///< rows sum up to 1                          (V rows)
   std::vector<int> triangle_begin, triangle_items;  ///< vertex -> triangles around it
   std::vector<Vec3> rest_normals;  ///< unit; which side of a thin body a vertex is on     (V)
+  std::shared_ptr<const TissuePaths> paths;  ///< of SurfacePlaces: which side of a fold
 };
 
 /// Carriers of every vertex: the smoothest interpolation of the places about it that face its way.

@@ -11,6 +11,7 @@
 #include "kernels/contact/deformation.h"
 #include "kernels/contact/facing.h"
 #include "kernels/contact/half_columns.h"
+#include "kernels/contact/same_side.h"
 
 namespace viscera {
 namespace {
@@ -292,7 +293,7 @@ void PatchContact::couple_nearby() {
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l < std::min(k + 1, moving); ++l) {
       const double faces = facing(cells[k].normal.dot(cells[l].normal));
-      if (faces == 0.0) continue;
+      if (faces == 0.0 || !see_each_other(k, l)) continue;
       // The tissue about each counts by its root, so that the whole stays positive.
       const double share = faces / std::sqrt(stiffness_[k] * stiffness_[l]);
       const Mat3 near = near_between(k, l);
@@ -336,6 +337,13 @@ MatrixX PatchContact::taken_by_update(std::size_t begin, const MatrixX& shares) 
         }
     }
   return taken;
+}
+
+bool PatchContact::see_each_other(std::size_t k, std::size_t l) const {
+  const Place &one = state_.places[k], &other = state_.places[l];
+  const double h = near_fields_[k].sigma() / spread_factor();
+  return k == l || same_side(surface_.paths.get(), kSideDepth * h, one.position, one.normal,
+                             other.position, other.normal);
 }
 
 /// Of sound tissue, between two cells that face the same way.

@@ -74,6 +74,7 @@ class PatchContact final : public TissueContact {
   double stiffness_about(const Vec3& position, const std::vector<LoadShare>& shares) const;
   void take_off_blocks();
   Mat3 near_between(std::size_t k, std::size_t l) const;
+  bool see_each_other(std::size_t k, std::size_t l) const;  ///< through tissue
   void compress_weights();
   void couple_cells();
   void couple_nearby();

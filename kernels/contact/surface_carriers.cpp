@@ -5,6 +5,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/contact/facing.h"
+#include "kernels/contact/same_side.h"
 #include "kernels/points/kd_tree.h"
 #include "kernels/points/neighbours.h"
 
@@ -95,6 +96,9 @@ SparseWeights surface_carriers(std::span<const Vec3> points, std::span<const Vec
         const double weight =
             quartic_weight(offset.norm() / reaches[p]) * facing(normal.dot(places.normals[p]));
         if (weight <= 0.0) continue;
+        if (!same_side(places.paths.get(), kSideDepth * places.spacings[p], x, normal,
+                       places.positions[p], places.normals[p]))
+          continue;
         neighbours.push_back({place, offset, weight});
       }
       // Of the size of one, by one scale for all places of a point.

@@ -8,6 +8,8 @@
 #include <span>
 
 #include "kernels/base/parallel.h"
+#include "kernels/contact/same_side.h"
+#include "kernels/paff/true_neighbours.h"
 #include "kernels/points/kd_tree.h"
 
 namespace viscera {
@@ -103,13 +105,18 @@ Vec3 centre_on_surface(std::span<const Piece> pieces, const Vec3& normal) {
   return centre + height * normal;
 }
 
-/// Sorts the pieces of one node into patches by the way they face, and adds a place for each.
-void add_places(std::span<Piece> pieces, SurfacePlaces& out) {
+/// Sorts the pieces of one node, h from the next, into patches by the way they face, each on one
+/// side of the body's folds, and adds a place for each.
+void add_places(std::span<Piece> pieces, double h, SurfacePlaces& out) {
   while (!pieces.empty()) {
     Vec3 sum = Vec3::Zero();
+    const Piece first = pieces.front();
     const auto rest = std::stable_partition(pieces.begin(), pieces.end(), [&](const Piece& piece) {
       const Vec3& area = piece.area_vector;
       if (sum.dot(area) < kSameFace * sum.norm() * area.norm()) return false;
+      if (!same_side(out.paths.get(), kSideDepth * h, first.centroid,
+                     first.area_vector.stableNormalized(), piece.centroid, area.stableNormalized()))
+        return false;
       sum += area;
       return true;
     });
@@ -140,9 +147,13 @@ Result<SurfacePlaces> place_on_surface(const TriangleSurface& surface,
   const PointCloud& cloud = fields.cloud();
   std::vector<Piece> pieces = cut_into_pieces(surface, cloud);
   SurfacePlaces out;
+  out.nodes = cloud.size();
+  if (const auto& neighbours = fields.true_neighbours())
+    out.paths = std::shared_ptr<const TissuePaths>(neighbours, &neighbours->paths());
   for (std::size_t begin = 0, end = 0; begin < pieces.size(); begin = end) {
     while (end < pieces.size() && pieces[end].node == pieces[begin].node) ++end;
-    add_places(std::span(pieces).subspan(begin, end - begin), out);
+    add_places(std::span(pieces).subspan(begin, end - begin),
+               cloud.spacings[static_cast<std::size_t>(pieces[begin].node)], out);
   }
 
   std::vector<ShapeValues> at_place(out.size());

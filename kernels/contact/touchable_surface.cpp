@@ -7,6 +7,7 @@
 #include <string>
 
 #include "kernels/contact/facing.h"
+#include "kernels/contact/same_side.h"
 
 namespace viscera {
 namespace {
@@ -167,6 +168,7 @@ Result<TouchableSurface> touchable_part(const SurfacePlaces& places,
     return failure("touchable surface: found none of " + std::to_string(places.size()) +
                    " places in reach of the instruments, expected at least one");
   }
+  out.paths = places.paths;
   build_grid(out);
   return out;
 }
@@ -208,7 +210,9 @@ bool spread_load(const TouchableSurface& surface, const Vec3& position, const Ve
     const double fall = 1.0 - d2 / (reach * reach);
     const double share =
         surface.areas[p] * fall * fall * fall * facing(normal.dot(surface.normals[p]));
-    if (share > 0.0) shares.push_back({place, share});
+    if (share > 0.0 && same_side(surface.paths.get(), kSideDepth * surface.spacings[p], position,
+                                 normal, surface.positions[p], surface.normals[p]))
+      shares.push_back({place, share});
   });
   if (shares.empty()) {
     shares.push_back({nearest_place(surface, position), 1.0});

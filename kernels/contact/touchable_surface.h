@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct TouchableSurface {
   std::vector<Vec3> normals;     ///< outward, unit                                              (S)
   std::vector<double> areas;     ///< [m2]                                                       (S)
   std::vector<double> spacings;  ///< local node spacing h [m]                                   (S)
+  std::shared_ptr<const TissuePaths> paths;  ///< of SurfacePlaces
   // Uniform grid over positions for range queries.
   Box box;
   double cell = 1.0;  ///< [m]
@@ -46,9 +48,9 @@ double spacing_at(const TouchableSurface& surface, const Vec3& position);
 /// A unit load at `position` (outward unit surface `normal`) spread over the places about it by a
 /// bell of standard deviation `sigma` [m] whose centre is the position. Shares add up to 1 and have
 /// the bell's own second moments along the surface, but for borders and edges, where that would
-/// take large negative shares. Places that face away carry nothing, so that a load stays on its
-/// side of a thin body.
-/// False when no place is in reach: the nearest one then carries all.
+/// take large negative shares. Places that face away carry nothing, nor do those beyond air, so
+/// that a load stays on its side of a thin body or a fold. False when no place is in reach: the
+/// nearest one then carries all.
 bool spread_load(const TouchableSurface& surface, const Vec3& position, const Vec3& normal,
                  double sigma, std::vector<LoadShare>& shares);
 /// The same without new memory, once the vectors are large enough; `offsets` (along the surface,

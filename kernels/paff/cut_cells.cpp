@@ -1,13 +1,18 @@
 #include "kernels/paff/cut_cells.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <sstream>
 
 #include "kernels/base/parallel.h"
+#include "kernels/base/random.h"
+#include "kernels/paff/tissue_paths.h"
+#include "kernels/points/closed_pieces.h"
 
 namespace viscera {
 namespace {
@@ -80,6 +85,17 @@ struct CellMoments {
   double volume = 0.0;
   Vec3 first = Vec3::Zero();   ///< relative to the cell's low corner
   Mat3 second = Mat3::Zero();  ///< the same; only for degree 2, only the upper triangle
+
+  /// About a corner that lies so far below.
+  void shift(const Vec3& by) {
+    second += by * first.transpose() + first * by.transpose() + volume * by * by.transpose();
+    first += volume * by;
+  }
+  void operator+=(const CellMoments& other) {
+    volume += other.volume;
+    first += other.first;
+    second += other.second;
+  }
 };
 
 /// Adds one convex piece, wholly inside the cell's range of x or wholly beyond it.
@@ -149,6 +165,41 @@ Mat3 spread(const CellMoments& moments, const Vec3& centroid) {
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
+/// Whether walls in the cell face each other across air.
+bool is_divided(const std::vector<Polygon>& polygons, double x0, double side) {
+  struct Wall {
+    Vec3 centre, area;
+  };
+  std::vector<Wall> walls;
+  for (const Polygon& polygon : polygons) {
+    if (polygon.highest(0) <= x0 || polygon.lowest(0) >= x0 + side) continue;
+    const Polygon inside = clip(clip(polygon, 0, x0, false), 0, x0 + side, true);
+    if (inside.count < 3) continue;
+    Wall wall{Vec3::Zero(), Vec3::Zero()};
+    for (int i = 0; i < inside.count; ++i)
+      wall.centre += inside.corners[static_cast<std::size_t>(i)] / inside.count;
+    for (int i = 1; i + 1 < inside.count; ++i)
+      wall.area += (inside.corners[static_cast<std::size_t>(i)] - inside.corners[0])
+                       .cross(inside.corners[static_cast<std::size_t>(i + 1)] - inside.corners[0]);
+    wall.area.stableNormalize();
+    walls.push_back(wall);
+  }
+  constexpr double kOpposed = 0.01;  // a right angle isn't a gap
+  const double slack = 1e-6 * side;
+  for (std::size_t a = 0; a < walls.size(); ++a)
+    for (std::size_t b = a + 1; b < walls.size(); ++b) {
+      const Vec3 across = walls[b].centre - walls[a].centre;
+      if (walls[a].area.dot(walls[b].area) < -kOpposed && across.dot(walls[a].area) > slack &&
+          -across.dot(walls[b].area) > slack)
+        return true;
+    }
+  return false;
+}
+
+/// Every other corner of a cube: what they sum up to has the moments of degree 2 of a ball.
+const std::array<Vec3, 4> kCorners{Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1),
+                                   Vec3(-1, -1, 1)};
+
 /// Leaves of one base column, in order, with the first defect found.
 struct ColumnResult {
   std::vector<Vec3> positions;
@@ -160,8 +211,9 @@ struct ColumnResult {
 
 class ColumnBuilder {
  public:
-  ColumnBuilder(const LocalSpacing& spacing, int degree, ColumnResult& out)
-      : spacing_(spacing), degree_(degree), out_(out) {}
+  ColumnBuilder(const LocalSpacing& spacing, int degree, const TissuePaths* paths,
+                ColumnResult& out)
+      : spacing_(spacing), degree_(degree), paths_(paths), out_(out) {}
 
   void cell(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
     const double x0 = low.x(), x1 = low.x() + side;
@@ -191,20 +243,147 @@ class ColumnBuilder {
     }
     // Dropping by a larger threshold would spoil the compatibility of the consistent gradients.
     if (share < 1e-9) return;
-    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
     ++out_.cut_cells;
-    if (degree_ < 2) {
-      add(low + centroid, moments.volume);
-      return;
-    }
-    const Mat3 reach = spread(moments, centroid);
-    for (const Vec3& corner : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)}) {
-      add(low + centroid + reach * corner, 0.25 * moments.volume);
+    if (!paths_) {
+      add_cut(low, side, moments);
+    } else if (is_divided(polygons, x0, side) || !add_within(low, side, moments)) {
+      add_parts(low, side, polygons);
     }
   }
 
  private:
-  void split(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+  /// A piece of a cell, put together with others again.
+  struct SmallBox {
+    CellMoments moments;  ///< about the whole cell's low corner
+    Vec3 centroid;
+  };
+
+  /// The points of a part that the cell holds; of degree 2 they are turned by `turn`.
+  void add_cut(const Vec3& low, double side, const CellMoments& moments,
+               const Mat3& turn = Mat3::Identity()) {
+    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
+    if (degree_ < 2) {
+      add(low + centroid, moments.volume);
+      return;
+    }
+    const Mat3 reach = spread(moments, centroid) * turn;
+    for (const Vec3& corner : kCorners) {
+      add(low + centroid + reach * corner, 0.25 * moments.volume);
+    }
+  }
+
+  /// Adds a part, unless its points of degree 2 leave the tissue however they are turned: any turn
+  /// leaves their moments as they are.
+  bool add_within(const Vec3& low, double side, const CellMoments& moments) {
+    constexpr std::uint64_t kTurns = 32;
+    constexpr double kWithin = 1.001;  // a point on a wall might be seen from beyond it
+    if (degree_ < 2) {
+      add_cut(low, side, moments);
+      return true;
+    }
+    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
+    const Mat3 reach = spread(moments, centroid);
+    const Random random(1, 0);
+    std::vector<SurfaceTree::Crossing> found;
+    for (std::uint64_t k = 0; k < kTurns; ++k) {
+      const Mat3 turn = k == 0 ? Mat3(Mat3::Identity())
+                               : Mat3(Eigen::AngleAxisd(std::numbers::pi * random.uniform(100 + k),
+                                                        random.direction(k)));
+      const bool within = std::all_of(kCorners.begin(), kCorners.end(), [&](const Vec3& corner) {
+        const Vec3 from = low + centroid;
+        paths_->tree().crossings(from, from + kWithin * (reach * (turn * corner)), found);
+        return found.empty();
+      });
+      if (!within) continue;
+      add_cut(low, side, moments, turn);
+      return true;
+    }
+    return false;
+  }
+
+  /// Parts of a cell that air divides: smaller boxes, halved wherever walls still face each other,
+  /// put together again by what sees the largest.
+  void add_parts(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+    std::vector<SmallBox> boxes;
+    gather(low, low, side, 0, polygons, boxes);
+    std::stable_sort(boxes.begin(), boxes.end(), [](const SmallBox& a, const SmallBox& b) {
+      return a.moments.volume > b.moments.volume;
+    });
+    double left = 0.0;
+    for (const SmallBox& box : boxes) left += box.moments.volume;
+    const double whole = left;
+    std::vector<std::vector<SmallBox>> parts;
+    std::vector<Vec3> seeds;
+    std::vector<char> taken(boxes.size(), 0);
+    // The last slivers, which no seed sees, go to the nearest part.
+    for (std::size_t first = 0; first < boxes.size(); ++first) {
+      if (taken[first]) continue;
+      if (!parts.empty() && left < kSliver * whole) break;
+      seeds.push_back(boxes[first].centroid);
+      parts.emplace_back();
+      for (std::size_t k = first; k < boxes.size(); ++k) {
+        if (taken[k] || (k != first && !paths_->straight(seeds.back(), boxes[k].centroid)))
+          continue;
+        taken[k] = 1;
+        parts.back().push_back(boxes[k]);
+        left -= boxes[k].moments.volume;
+      }
+    }
+    for (std::size_t k = 0; k < boxes.size(); ++k) {
+      if (taken[k]) continue;
+      std::size_t nearest = 0;
+      for (std::size_t p = 1; p < seeds.size(); ++p)
+        if ((seeds[p] - boxes[k].centroid).norm() < (seeds[nearest] - boxes[k].centroid).norm())
+          nearest = p;
+      parts[nearest].push_back(boxes[k]);
+    }
+    for (const std::vector<SmallBox>& part : parts) add_part(low, side, part, kLeastHalvings);
+  }
+
+  /// One point or four; where these leave the tissue, those of each eighth about the centroid.
+  void add_part(const Vec3& low, double side, const std::vector<SmallBox>& boxes, int splits) {
+    CellMoments moments;
+    for (const SmallBox& box : boxes) moments += box.moments;
+    if (add_within(low, side, moments)) return;
+    if (boxes.size() == 1 || splits == 0) {
+      add_cut(low, side, moments);
+      return;
+    }
+    const Vec3 centroid = low + moments.first / moments.volume;
+    std::array<std::vector<SmallBox>, 8> eighths;
+    for (const SmallBox& box : boxes) {
+      std::size_t at = 0;
+      for (int a = 0; a < 3; ++a) at = 2 * at + (box.centroid[a] > centroid[a] ? 1 : 0);
+      eighths[at].push_back(box);
+    }
+    for (const std::vector<SmallBox>& eighth : eighths)
+      if (!eighth.empty()) add_part(low, side, eighth, splits - 1);
+  }
+
+  static constexpr int kHalvings = 4, kLeastHalvings = 2;
+  static constexpr double kSliver = 1e-3;
+
+  void gather(const Vec3& cell, const Vec3& low, double side, int halvings,
+              const std::vector<Polygon>& polygons, std::vector<SmallBox>& out) {
+    const double volume = side * side * side;
+    const bool divided = halvings < kHalvings && is_divided(polygons, low.x(), side);
+    if (divided || (degree_ == 2 && halvings < kLeastHalvings)) {
+      for_each_eighth(low, side, polygons,
+                      [&](const Vec3& corner, double half, const std::vector<Polygon>& narrower) {
+                        gather(cell, corner, half, halvings + 1, narrower, out);
+                      });
+      return;
+    }
+    CellMoments moments = cell_moments(polygons, low, side, degree_);
+    if (!(moments.volume > 1e-12 * volume)) return;
+    const Vec3 centroid = (moments.first / moments.volume).cwiseMax(0.0).cwiseMin(side);
+    moments.shift(low - cell);
+    out.push_back({moments, low + centroid});
+  }
+
+  template <class Visit>
+  static void for_each_eighth(const Vec3& low, double side, const std::vector<Polygon>& polygons,
+                              const Visit& visit) {
     const double half = 0.5 * side;
     std::vector<Polygon> narrower;
     for (int k = 0; k < 2; ++k) {
@@ -214,9 +393,16 @@ class ColumnBuilder {
         for (const Polygon& polygon : polygons) {
           if (polygon.highest(0) > low.x()) clip_to_column(polygon, y, z, half, narrower);
         }
-        for (int i = 0; i < 2; ++i) cell(Vec3(low.x() + i * half, y, z), half, narrower);
+        for (int i = 0; i < 2; ++i) visit(Vec3(low.x() + i * half, y, z), half, narrower);
       }
     }
+  }
+
+  void split(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
+    for_each_eighth(low, side, polygons,
+                    [&](const Vec3& corner, double half, const std::vector<Polygon>& narrower) {
+                      cell(corner, half, narrower);
+                    });
   }
 
   void inside(const Vec3& low, double side) {
@@ -243,6 +429,7 @@ class ColumnBuilder {
 
   const LocalSpacing& spacing_;
   int degree_;
+  const TissuePaths* paths_;  // null: cells aren't parted
   ColumnResult& out_;
 };
 
@@ -268,8 +455,11 @@ double base_side(const LocalSpacing& spacing) {
 
 }  // namespace
 
-Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
-                                               const LocalSpacing& spacing, int degree) {
+namespace {
+
+Result<VolumeQuadrature> quadrature_of_piece(const TriangleSurface& surface,
+                                             const LocalSpacing& spacing, int degree,
+                                             const TissuePaths* paths) {
   const Box box = bounds(surface);
   const double side = base_side(spacing);
   // Off the round numbers, so that flat faces of a model don't lie in planes of cells.
@@ -308,7 +498,7 @@ Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
       }
       clip_to_column(triangle, y, z, side, polygons);
     }
-    ColumnBuilder builder(spacing, degree, results[column]);
+    ColumnBuilder builder(spacing, degree, paths, results[column]);
     for (int i = 0; i < size.x(); ++i) builder.cell(Vec3(low.x() + i * side, y, z), side, polygons);
   });
 
@@ -326,6 +516,23 @@ Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
   }
   if (all.positions.empty()) {
     return failure("surface: it encloses no volume; expected a closed surface oriented outwards");
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
+                                               const LocalSpacing& spacing, int degree,
+                                               const TissuePaths* paths) {
+  if (!paths) return quadrature_of_piece(surface, spacing, degree, nullptr);
+  VolumeQuadrature all;
+  for (const TriangleSurface& piece : closed_pieces(surface)) {
+    Result<VolumeQuadrature> one = quadrature_of_piece(piece, spacing, degree, paths);
+    if (!one) return one;
+    all.positions.insert(all.positions.end(), one->positions.begin(), one->positions.end());
+    all.weights.insert(all.weights.end(), one->weights.begin(), one->weights.end());
+    all.cut_cells += one->cut_cells;
   }
   return all;
 }

@@ -11,6 +11,8 @@
 
 namespace viscera {
 
+class TissuePaths;
+
 /// Points inside the body; the weights are positive and add up to the enclosed volume.
 struct VolumeQuadrature {
   std::vector<Vec3> positions;  ///< [m]
@@ -26,8 +28,12 @@ struct VolumeQuadrature {
 ///   degree 2: four points of equal weight with its exact volume, first and second moments.
 /// So polynomials of that degree are integrated over the body to round-off. The four points lie
 /// sqrt(3) radii of gyration from the centroid, which may be a little outside the body.
-/// Fails where a cell finds that the surface isn't closed or is inside-out.
+/// With `paths`, what lies in one cell on both sides of a gap is parted: each part has points of
+/// its own, with its own moments. Separate pieces of the surface are told apart exactly; sides of
+/// one fold to a sixteenth of a cell, so that in a narrower gap a little of one may count to the
+/// other. Fails where a cell finds that the surface isn't closed or is inside-out.
 Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
-                                               const LocalSpacing& spacing, int degree = 1);
+                                               const LocalSpacing& spacing, int degree = 1,
+                                               const TissuePaths* paths = nullptr);
 
 }  // namespace viscera

@@ -39,6 +39,9 @@ struct ElasticProblem {
   std::function<bool(const Vec3&)> is_fixed;  ///< asked at points of the surface
   /// What eliminating its equations may take [bytes].
   std::size_t most_memory = std::numeric_limits<std::size_t>::max();
+  /// Pieces that nothing holds are let be, for a response that needs no hold; their stiffness is
+  /// singular. False: they are refused.
+  bool may_have_free_pieces = false;
 };
 
 /// What acts on a body at rest; an empty function means none of it.
@@ -53,6 +56,7 @@ struct PreparationFigures {
   std::size_t unknowns = 0;            ///< 3 N
   std::size_t stiffness_nonzeros = 0;  ///< of K, both triangles
   std::size_t quadrature_points = 0;
+  std::size_t twins = 0;  ///< nodes added where fields would reach across air (true_neighbours.h)
   double gradient_correction = 0.0;  ///< relative size of the VCI correction
   double fixed_area = 0.0;           ///< [m2]
   double assemble_s = 0.0, factor_s = 0.0, compliance_s = 0.0;
@@ -141,9 +145,17 @@ class Formulation {
   virtual bool keeps_factor() const { return false; }
   /// What its user should know, said once; empty: nothing.
   virtual std::string_view warning() const { return {}; }
-  /// The fields that carry displacement to any place, and loads back to the nodes.
+  /// Whether its fields stay in the tissue (true_neighbours.h), or reach through air.
+  virtual bool stays_in_tissue() const { return false; }
+  /// The fields that carry displacement to any place, and loads back to the nodes: of these nodes
+  /// alone, through air as through tissue.
   ShapeFunctions fields(const PointCloud& cloud) const {
     return ShapeFunctions(cloud, support_factor(), basis());
+  }
+  /// The same for a body as it was prepared, with the twins of its nodes.
+  ShapeFunctions fields(const TriangleSurface& surface, const PointCloud& cloud) const {
+    return stays_in_tissue() ? ShapeFunctions(surface, cloud, support_factor(), basis())
+                             : fields(cloud);
   }
   /// Fails, saying what to change, for a fixed region that holds no surface, Poisson's ratio
   /// outside [0, 0.5), too few nodes, a singular or indefinite stiffness, or cancellation.

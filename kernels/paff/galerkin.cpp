@@ -9,6 +9,7 @@
 #include "kernels/base/stopwatch.h"
 #include "kernels/paff/consistent_gradients.h"
 #include "kernels/paff/problem_checks.h"
+#include "kernels/paff/true_neighbours.h"
 
 namespace viscera {
 namespace {
@@ -201,7 +202,11 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   if (!progress(0.0, "laying quadrature points")) return failure(kCancelled);
   GalerkinSystem system;
   system.material_ = problem.material;
-  const std::size_t n = problem.cloud->size();
+  system.fields_ =
+      std::make_shared<ShapeFunctions>(*problem.surface, *problem.cloud, support_factor, basis);
+  const ShapeFunctions& shape = *system.fields_;
+  const std::size_t n = shape.cloud().size();
+  const TissuePaths* paths = shape.true_neighbours() ? &shape.true_neighbours()->paths() : nullptr;
   const LocalSpacing spacing(*problem.cloud);
   const bool quadratic = basis == Basis::kQuadratic;  // degrees: see consistent_gradients.h
   system.surface_ =
@@ -212,19 +217,23 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
         "fixed region: it holds no part of the surface; expected a region that meets the surface");
   }
   Result<VolumeQuadrature> volume =
-      background_quadrature(*problem.surface, spacing, quadratic ? 2 : 1);
+      background_quadrature(*problem.surface, spacing, quadratic ? 2 : 1, paths);
   if (!volume) return std::unexpected(volume.error());
   system.volume_ = std::move(*volume);
 
   if (!progress(0.1, "evaluating shape functions")) return failure(kCancelled);
-  system.fields_ = std::make_shared<ShapeFunctions>(*problem.cloud, support_factor, basis);
-  const ShapeFunctions& shape = *system.fields_;
   Result<PointFields> inside = evaluate_fields(shape, system.volume_.positions, true);
   if (!inside) return std::unexpected(inside.error());
   Result<PointFields> on_surface = evaluate_fields(shape, system.surface_.positions, false);
   if (!on_surface) return std::unexpected(on_surface.error());
   Result<FixedPoints> fixed = fixed_points(shape, system.surface_);
   if (!fixed) return std::unexpected(fixed.error());
+  system.pieces_ = tissue_pieces(n, *inside, fixed->fields);
+  if (!problem.may_have_free_pieces) {
+    if (std::string free = free_pieces_text(system.pieces_, shape.cloud(), problem.cloud->size());
+        !free.empty())
+      return failure(free);
+  }
 
   if (!progress(0.3, "making gradients consistent")) return failure(kCancelled);
   const NodeIncidence incidence(*inside, n);
@@ -237,13 +246,14 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   if (averages_dilatation(problem.material)) {
     system.dilatation_ =
         mean_dilatation(spacing, n, system.volume_, *inside,
-                        {system.surface_, fixed->points, fixed->fields, fixed->rate});
+                        {system.surface_, fixed->points, fixed->fields, fixed->rate}, paths);
   }
   system.stiffness_ = assemble_stiffness(n, problem.material, system.volume_, *inside, incidence,
                                          system.surface_, *fixed, system.dilatation_);
   system.figures_.unknowns = 3 * n;
   system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
   system.figures_.quadrature_points = system.volume_.size();
+  system.figures_.twins = n - problem.cloud->size();
   system.figures_.gradient_correction = correction->size;
   system.figures_.assemble_s = watch.seconds();
   if (!progress(1.0, "assembling")) return failure(kCancelled);

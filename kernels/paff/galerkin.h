@@ -24,14 +24,16 @@
 #include "kernels/paff/shape_functions.h"
 #include "kernels/paff/sparse_cholesky.h"
 #include "kernels/paff/surface_quadrature.h"
+#include "kernels/paff/tissue_pieces.h"
 
 namespace viscera {
 
 /// Whether part of lambda acts on averaged dilatation.
 bool averages_dilatation(const IsotropicMaterial& material);
 
-/// The assembled equations K alpha = f of one body. Benchmarks with known solutions use it
-/// directly; scenes go through the Formulation.
+/// The assembled equations K alpha = f of one body, of its nodes and their twins
+/// (fields().cloud()): N counts both. Benchmarks with known solutions use it directly; scenes go
+/// through the Formulation.
 class GalerkinSystem {
  public:
   /// Errors as documented at Formulation::prepare; the surface may be dropped afterwards.
@@ -65,6 +67,9 @@ class GalerkinSystem {
   const VolumeQuadrature& volume() const { return volume_; }
   const SurfaceQuadrature& surface() const { return surface_; }
   const PreparationFigures& figures() const { return figures_; }
+  /// More than one where air parts the body; those that nothing holds are there only where the
+  /// problem lets them be.
+  const std::vector<TissuePiece>& pieces() const { return pieces_; }
 
  private:
   GalerkinSystem() = default;
@@ -78,6 +83,7 @@ class GalerkinSystem {
   SurfaceQuadrature surface_;
   std::vector<double> multipliers_;  ///< that made the gradients consistent
   MeanDilatation dilatation_;
+  std::vector<TissuePiece> pieces_;
   SymmetricBlockMatrix stiffness_;  ///< [N/m]
   PreparationFigures figures_;
 };

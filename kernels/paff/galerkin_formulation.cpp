@@ -60,10 +60,11 @@ class GalerkinFormulation final : public Formulation {
 
   std::string_view name() const override { return name_; }
   /// What a build without MUMPS has stored, with other last digits, is of another version.
-  int version() const override { return SparseCholesky::is_by_mumps() ? 6 : 106; }
+  int version() const override { return SparseCholesky::is_by_mumps() ? 7 : 107; }
   double support_factor() const override { return support_factor_; }
   Basis basis() const override { return basis_; }
   bool keeps_factor() const override { return true; }
+  bool stays_in_tissue() const override { return true; }
   Coupling coupling(const IsotropicMaterial& material) const override {
     return {.support_factor = support_factor_, .averaged = averages_dilatation(material)};
   }
@@ -79,7 +80,7 @@ class GalerkinFormulation final : public Formulation {
     if (!progress(kAssemblyShare, "factoring")) return failure(kCancelled);
     const Stopwatch watch;
     Result<StiffnessFactor> factor =
-        StiffnessFactor::factor(system->stiffness(), problem.cloud->positions,
+        StiffnessFactor::factor(system->stiffness(), system->fields().cloud().positions,
                                 FactorPrecision::kMeasured, problem.most_memory);
     if (!factor) return std::unexpected(factor.error());
     PreparationFigures figures = system->figures();

@@ -22,7 +22,7 @@ constexpr double kSeedDistance = 2.0;
 /// order wherever none is near, so every cell holds what lies within half that distance of its seed
 /// and none is a sliver.
 std::vector<int> cells_of_points(const LocalSpacing& spacing, const VolumeQuadrature& volume,
-                                 int& cell_count) {
+                                 const TissuePaths* paths, int& cell_count) {
   std::vector<double> reach(volume.size());
   for (std::size_t q = 0; q < volume.size(); ++q) {
     reach[q] = kSeedDistance * spacing(volume.positions[q]);
@@ -38,6 +38,8 @@ std::vector<int> cells_of_points(const LocalSpacing& spacing, const VolumeQuadra
       const std::size_t q = static_cast<std::size_t>(point);
       const double to_seed = (volume.positions[q] - volume.positions[seed]).norm();
       if (cell[q] >= 0 && distance[q] <= to_seed) continue;
+      if (paths && q != seed && !paths->straight(volume.positions[seed], volume.positions[q]))
+        continue;
       cell[q] = cell_count;
       distance[q] = to_seed;
     }
@@ -99,17 +101,31 @@ CellPolynomials cell_polynomials(const VolumeQuadrature& volume,
   return out;
 }
 
+/// The volume point nearest to a place of the surface, of those that it sees.
+int owner_of(const KdTree& volume_tree, const VolumeQuadrature& volume, const Vec3& place,
+             const TissuePaths* paths) {
+  constexpr int kAsked = 16;
+  thread_local std::vector<KdTree::Found> found;
+  volume_tree.nearest(place, paths ? kAsked : 1, -1, found);
+  if (paths) {
+    for (const KdTree::Found& one : found)
+      if (paths->straight(volume.positions[static_cast<std::size_t>(one.index)], place))
+        return one.index;
+  }
+  return found.front().index;
+}
+
 }  // namespace
 
 MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_count,
                                const VolumeQuadrature& volume, const PointFields& volume_fields,
-                               const HeldSurface& held) {
+                               const HeldSurface& held, const TissuePaths* paths) {
   const SurfaceQuadrature& surface = held.surface;
   const PointFields& fixed_fields = held.fields;
   const std::span<const std::size_t> fixed = held.points;
   int cell_count = 0;
   MeanDilatation out;
-  out.cell = cells_of_points(spacing, volume, cell_count);
+  out.cell = cells_of_points(spacing, volume, paths, cell_count);
   const std::vector<int>& cell = out.cell;
   const std::size_t cells = static_cast<std::size_t>(cell_count);
 
@@ -120,10 +136,9 @@ MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_cou
   out.terms = kTerms;
   out.first_row.resize(fixed.size());
   const KdTree volume_tree(volume.positions);
-  std::vector<KdTree::Found> found;
   for (std::size_t b = 0; b < fixed.size(); ++b) {
-    volume_tree.nearest(surface.positions[fixed[b]], 1, -1, found);
-    const int owner = cell[static_cast<std::size_t>(found.front().index)];
+    const int nearest = owner_of(volume_tree, volume, surface.positions[fixed[b]], paths);
+    const int owner = cell[static_cast<std::size_t>(nearest)];
     fixed_of[static_cast<std::size_t>(owner)].push_back(b);
     out.first_row[b] = kTerms * static_cast<std::size_t>(owner);
   }

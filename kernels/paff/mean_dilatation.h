@@ -10,6 +10,7 @@
 #include "kernels/paff/local_spacing.h"
 #include "kernels/paff/point_fields.h"
 #include "kernels/paff/surface_quadrature.h"
+#include "kernels/paff/tissue_paths.h"
 
 namespace viscera {
 
@@ -47,8 +48,9 @@ struct HeldSurface {
 /// polynomial across, or where it would outgrow Nitsche's penalty, have fewer: sum_r (G.u)^2 - 2
 /// (G.u) (T.u)
 /// + sum_b w penalty (n.u)^2 >= 0 for all u, so averaging leaves the stiffness positive definite.
+/// With `paths`, a cell is what its seed sees: none reaches across air.
 MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_count,
                                const VolumeQuadrature& volume, const PointFields& volume_fields,
-                               const HeldSurface& held);
+                               const HeldSurface& held, const TissuePaths* paths = nullptr);
 
 }  // namespace viscera

@@ -228,4 +228,90 @@ double SurfaceTree::signed_distance(const Vec3& query) const {
   return outward.dot(query - hit.position) < 0.0 ? -distance : distance;
 }
 
+namespace {
+
+/// Whether the way from `from` along `way` meets a box that is larger by `pad` all around.
+bool meets(const Box& box, const Vec3& from, const Vec3& way, double pad) {
+  double begin = 0.0, end = 1.0;
+  for (int a = 0; a < 3; ++a) {
+    const double low = box.min()[a] - from[a] - pad, high = box.max()[a] - from[a] + pad;
+    if (way[a] == 0.0) {
+      if (low > 0.0 || high < 0.0) return false;
+      continue;
+    }
+    const double first = low / way[a], second = high / way[a];
+    begin = std::max(begin, std::min(first, second));
+    end = std::min(end, std::max(first, second));
+  }
+  return begin <= end;
+}
+
+/// How far beyond its ends a way, and beyond its edges a triangle, still counts, over their sizes.
+constexpr double kCrossingSlack = 1e-6;
+
+}  // namespace
+
+void SurfaceTree::crossings(const Vec3& from, const Vec3& to, std::vector<Crossing>& found) const {
+  found.clear();
+  if (data_->nodes.empty()) return;
+  const Vec3 way = to - from;
+  const double pad = kCrossingSlack * (way.norm() + data_->nodes[0].box.diagonal().norm());
+  std::array<int, kStackSize> stack;
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const int at = stack[--depth];
+    const Data::Node& node = data_->nodes[at];
+    if (!meets(node.box, from, way, pad)) continue;
+    if (node.right >= 0) {
+      stack[depth++] = node.right;
+      stack[depth++] = at + 1;
+      continue;
+    }
+    for (int place = node.begin; place < node.end; ++place) {
+      // [Moeller1997].
+      const std::array<Vec3, 3>& p = data_->corners[place];
+      const Vec3 ab = p[1] - p[0], ac = p[2] - p[0], across = way.cross(ac);
+      const double determinant = ab.dot(across);  // > 0: against the outward normal
+      const double size = ab.norm() * ac.norm() * way.norm();
+      if (!(std::abs(determinant) > 1e-9 * size)) continue;
+      const Vec3 offset = from - p[0], other = offset.cross(ab);
+      const double u = offset.dot(across) / determinant, v = way.dot(other) / determinant;
+      if (u < -kCrossingSlack || v < -kCrossingSlack || u + v > 1.0 + kCrossingSlack) continue;
+      const double share = ac.dot(other) / determinant;
+      if (share < -kCrossingSlack || share > 1.0 + kCrossingSlack) continue;
+      found.push_back({share, data_->triangles[place], determinant > 0.0});
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) {
+    return a.share < b.share || (a.share == b.share && a.triangle < b.triangle);
+  });
+}
+
+void SurfaceTree::within(const Vec3& centre, double radius, std::vector<int>& found) const {
+  found.clear();
+  if (data_->nodes.empty()) return;
+  const double radius2 = radius * radius;
+  std::array<int, kStackSize> stack;
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const int at = stack[--depth];
+    const Data::Node& node = data_->nodes[at];
+    if (node.box.squaredExteriorDistance(centre) >= radius2) continue;
+    if (node.right >= 0) {
+      stack[depth++] = node.right;
+      stack[depth++] = at + 1;
+      continue;
+    }
+    for (int place = node.begin; place < node.end; ++place) {
+      const std::array<Vec3, 3>& p = data_->corners[place];
+      const Vec3 w = nearest_on_triangle(centre, p).weights;
+      if ((centre - w[0] * p[0] - w[1] * p[1] - w[2] * p[2]).squaredNorm() < radius2)
+        found.push_back(data_->triangles[place]);
+    }
+  }
+  std::sort(found.begin(), found.end());
+}
+
 }  // namespace viscera

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "kernels/points/surface.h"
 
@@ -25,6 +26,19 @@ class SurfaceTree {
   Closest closest(const Vec3& query) const;
   /// Negative inside [m]; the sign from angle-weighted pseudo-normals [Baerentzen2005].
   double signed_distance(const Vec3& query) const;
+
+  /// Where a straight way meets the surface.
+  struct Crossing {
+    double share;  ///< of the way, 0 at its start
+    int triangle;
+    bool enters;  ///< from outside
+  };
+  /// All crossings of the way from `from` to `to`, in its order. Ends count with a millionth of the
+  /// way more, edges belong to both of their triangles: no way slips through between two, and one
+  /// through an edge meets both. Triangles that the way runs along are left out. Clears `found`.
+  void crossings(const Vec3& from, const Vec3& to, std::vector<Crossing>& found) const;
+  /// The triangles nearer than `radius` [m], ascending. Clears `found` first.
+  void within(const Vec3& centre, double radius, std::vector<int>& found) const;
 
  private:
   struct Data;

@@ -22,6 +22,7 @@ constexpr std::array<Kind, kRefusalKinds> kKinds = {{
     {"no normal", 0.05, 0.0},
     {"ratio too high", 0.09, 0.0},
     {"not positive", 0.10, 0.0},
+    {"piece not held", 0.02, 0.05},
     {"other", 0.01, 0.02},
 }};
 
@@ -33,6 +34,7 @@ constexpr std::array kWords = {
     std::pair{" has no patch of surface with a normal", RefusalKind::kNoNormal},
     std::pair{"Poisson's ratio is ", RefusalKind::kRatioTooHigh},
     std::pair{"its smallest eigenvalue is ", RefusalKind::kNotPositive},
+    std::pair{" separate pieces ", RefusalKind::kPieceNotHeld},
 };
 
 }  // namespace

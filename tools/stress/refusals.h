@@ -15,9 +15,10 @@ enum class RefusalKind {
   kNoNormal,      ///< of the surface at a node (strong forms)
   kRatioTooHigh,  ///< Poisson's, for a formulation that can't
   kNotPositive,   ///< the compliance would give energy away
+  kPieceNotHeld,  ///< one of two pieces, which nothing joins
   kOther,
 };
-inline constexpr int kRefusalKinds = 7;
+inline constexpr int kRefusalKinds = 8;
 std::string_view refusal_kind_name(RefusalKind kind);
 
 /// By the words of the reason.

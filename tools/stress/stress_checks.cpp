@@ -139,7 +139,7 @@ Result<StressFigure> check_linear_field(const StressBody& body, const Formulatio
   }
 
   // The stored weights are single: here the fields themselves are asked.
-  const ShapeFunctions fields = formulation.fields(body.cloud);
+  const ShapeFunctions fields = formulation.fields(body.surface, body.cloud);
   ShapeValues values;
   const auto at_place = [&](const std::vector<double>& of) {
     Vec3 sum = Vec3::Zero();
@@ -391,7 +391,8 @@ EnergyBound::EnergyBound(const StressBody& body, const TouchableSurface& touch,
   const double modulus = body.material.lame_lambda() + 2.0 * body.material.shear_modulus();
   const LocalSpacing spacing(body.cloud);
   const SurfaceQuadrature held = surface_quadrature(body.surface, spacing, body.is_fixed);
-  const ShapeFunctions fields = find_formulation(body.formulation)->fields(body.cloud);
+  const ShapeFunctions fields =
+      find_formulation(body.formulation)->fields(body.surface, body.cloud);
   ShapeValues values;
   for (std::size_t b = 0; b < held.size(); ++b) {
     if (!held.fixed[b] || !fields.evaluate(held.positions[b], false, values)) continue;

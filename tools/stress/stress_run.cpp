@@ -63,7 +63,8 @@ Result<Prepared> prepare(const StressBody& body, const IsotropicMaterial& materi
   auto solver = ready.formulation->prepare(problem, progress);
   if (!solver) return std::unexpected(solver.error());
   ready.solver = std::move(*solver);
-  ready.fields = std::make_unique<ShapeFunctions>(ready.formulation->fields(body.cloud));
+  ready.fields =
+      std::make_unique<ShapeFunctions>(ready.formulation->fields(body.surface, body.cloud));
   auto places = place_on_surface(body.surface, *ready.fields);
   if (!places) return std::unexpected(places.error());
   ready.places = std::move(*places);

@@ -128,5 +128,70 @@ TEST(SurfaceTree, EmptySurfaceIsInfinitelyFar) {
   EXPECT_TRUE(std::isinf(tree.signed_distance(Vec3::Zero())));
 }
 
+TEST(SurfaceTree, CrossingsTellInsideFromOutsideAlongAnyWay) {
+  const TriangleSurface surface = star();
+  const SurfaceTree tree(surface);
+  const Random random(5, 0);
+  std::vector<SurfaceTree::Crossing> found;
+  int crossed = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 from = random_place(random, 2 * i, 2.0), to = random_place(random, 2 * i + 1, 2.0);
+    tree.crossings(from, to, found);
+    bool inside = inside_by_winding(surface, from);
+    double share = -1.0;
+    for (const SurfaceTree::Crossing& one : found) {
+      EXPECT_GE(one.share, share);
+      share = one.share;
+      EXPECT_EQ(one.enters, !inside) << i;
+      inside = one.enters;
+      ++crossed;
+    }
+    EXPECT_EQ(inside, inside_by_winding(surface, to)) << i;
+  }
+  EXPECT_GT(crossed, 1000);
+}
+
+TEST(SurfaceTree, WaysDoNotSlipBetweenTriangles) {
+  // Through the diagonals, edges and corners of a cube's squares, and along its faces' rims.
+  const SurfaceTree tree(test::cube(2.0, 2));
+  std::vector<SurfaceTree::Crossing> found;
+  const auto crossings = [&](const Vec3& from, const Vec3& to) {
+    tree.crossings(from, to, found);
+    return found.size();
+  };
+  EXPECT_GE(crossings({0.5, 0.5, 0.0}, {0.5, 0.5, 2.0}), 1u);
+  EXPECT_GE(crossings({0.0, 0.0, 0.0}, {0.0, 0.0, 2.0}), 1u);
+  EXPECT_GE(crossings({0.3, 0.0, 0.0}, {0.3, 0.0, 2.0}), 1u);
+  EXPECT_GE(crossings({1.5, 0.3, 1.0}, {0.5, 0.3, 1.0}), 1u);
+  EXPECT_TRUE(found.front().enters);
+  // Triangles that it runs along don't count.
+  EXPECT_EQ(crossings({-0.5, 0.2, 1.0}, {0.5, 0.3, 1.0}), 0u);
+  // An end on the surface does, from either side.
+  EXPECT_GE(crossings({0.3, 0.4, 0.0}, {0.3, 0.4, 1.0}), 1u);
+  EXPECT_FALSE(found.front().enters);
+  EXPECT_GE(crossings({0.3, 0.4, 2.0}, {0.3, 0.4, 1.0}), 1u);
+  EXPECT_TRUE(found.front().enters);
+}
+
+TEST(SurfaceTree, TrianglesWithinARadiusAreThoseOfABruteSearch) {
+  const TriangleSurface surface = star();
+  const SurfaceTree tree(surface);
+  const Random random(6, 0);
+  std::vector<int> found;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 x = random_place(random, i, 2.0);
+    const double radius = 0.2 + random.uniform(1000 + i);
+    tree.within(x, radius, found);
+    std::vector<int> expected;
+    for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+      const auto& [a, b, c] = surface.triangles[t];
+      if (triangle_distance(x, {surface.vertices[a], surface.vertices[b], surface.vertices[c]}) <
+          radius)
+        expected.push_back(t);
+    }
+    EXPECT_EQ(found, expected);
+  }
+}
+
 }  // namespace
 }  // namespace viscera

@@ -342,6 +342,9 @@ TEST(StressRefusals, AreOfTheKindThatTheirWordsSay) {
             RefusalKind::kNotPositive);
   EXPECT_EQ(refusal_kind("nodes: 3 nodes reach (1 2 3) mm and carry no linear field there"),
             RefusalKind::kTooFewNodes);
+  EXPECT_EQ(
+      refusal_kind("fixed region: of the body's 2 separate pieces 1 isn't held, with 42 nodes"),
+      RefusalKind::kPieceNotHeld);
   EXPECT_EQ(refusal_kind("something nobody has thought of"), RefusalKind::kOther);
 }
 

@@ -1,0 +1,75 @@
+#include "kernels/paff/tissue_pieces.h"
+
+#include <algorithm>
+#include <numeric>
+#include <sstream>
+
+namespace viscera {
+
+std::vector<TissuePiece> tissue_pieces(std::size_t node_count, const PointFields& volume,
+                                       const PointFields& fixed) {
+  std::vector<int> parent(node_count);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int node) {
+    auto at = static_cast<std::size_t>(node);
+    while (parent[at] != static_cast<int>(at)) {
+      parent[at] = parent[static_cast<std::size_t>(parent[at])];
+      at = static_cast<std::size_t>(parent[at]);
+    }
+    return static_cast<int>(at);
+  };
+  std::vector<char> reaches(node_count, 0);
+  for (std::size_t q = 0; q < volume.points(); ++q) {
+    // The lowest node of all is the root: it names the piece.
+    int lowest = root(volume.nodes[volume.begin[q]]);
+    for (std::size_t e = volume.begin[q]; e < volume.begin[q + 1]; ++e) {
+      reaches[static_cast<std::size_t>(volume.nodes[e])] = 1;
+      const int other = root(volume.nodes[e]);
+      if (other == lowest) continue;
+      parent[static_cast<std::size_t>(std::max(lowest, other))] = std::min(lowest, other);
+      lowest = std::min(lowest, other);
+    }
+  }
+  std::vector<char> held(node_count, 0);
+  for (const int node : fixed.nodes) held[static_cast<std::size_t>(root(node))] = 1;
+
+  std::vector<TissuePiece> pieces;
+  std::vector<int> number(node_count, -1);
+  for (std::size_t node = 0; node < node_count; ++node) {
+    if (!reaches[node]) continue;
+    const auto first = static_cast<std::size_t>(root(static_cast<int>(node)));
+    if (number[first] < 0) {
+      number[first] = static_cast<int>(pieces.size());
+      pieces.push_back({{}, held[first] != 0});
+    }
+    pieces[static_cast<std::size_t>(number[first])].nodes.push_back(static_cast<int>(node));
+  }
+  return pieces;
+}
+
+std::string free_pieces_text(const std::vector<TissuePiece>& pieces, const PointCloud& cloud,
+                             std::size_t own) {
+  std::vector<const TissuePiece*> free;
+  for (const TissuePiece& piece : pieces)
+    if (!piece.held) free.push_back(&piece);
+  if (free.empty()) return {};
+  const auto largest = std::max_element(free.begin(), free.end(), [](const auto* a, const auto* b) {
+    return a->nodes.size() < b->nodes.size();
+  });
+  std::vector<int> nodes = (*largest)->nodes;
+  if (static_cast<std::size_t>(nodes.front()) < own)
+    std::erase_if(nodes, [&](int node) { return static_cast<std::size_t>(node) >= own; });
+  Vec3 centre = Vec3::Zero();
+  for (const int node : nodes)
+    centre += cloud.positions[static_cast<std::size_t>(node)] / static_cast<double>(nodes.size());
+  std::ostringstream text;
+  text.precision(3);
+  text << "fixed region: of the body's " << pieces.size() << " separate pieces " << free.size()
+       << (free.size() == 1 ? " isn't held, with " : " aren't held, the largest with ")
+       << nodes.size() << " nodes about (" << 1e3 * centre.transpose()
+       << ") mm; expected every piece to be held somewhere: hold it too, join it to the rest, or "
+          "leave it out";
+  return text.str();
+}
+
+}  // namespace viscera

@@ -1,0 +1,298 @@
+#include "kernels/paff/true_neighbours.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "kernels/base/parallel.h"
+#include "kernels/paff/local_spacing.h"
+#include "kernels/paff/shape_functions.h"
+
+namespace viscera {
+namespace {
+
+/// A node none of whose ways is longer than this against the straight one sees all: chosen by eye,
+/// above the 1.16 of a crease of 120 degrees.
+constexpr double kLongerWay = 1.2;
+/// Nor one that loses no more than this of its weight, which is 1 at the node, where there is a
+/// way.
+constexpr double kLeastLost = 0.05;
+/// Walls are looked for a little farther than fields reach, so that none that they touch is missed.
+constexpr double kBeyond = 1.05;
+/// Ways up to the first count as straight, which takes up that bends lie a little below the
+/// surface; from the second on they count as they are.
+constexpr double kStraightUpTo = 1.03, kAsItIsFrom = 1.10;
+/// CUTTING's bounds: what is deep in shadow, and the least share of a node's integral for a twin.
+constexpr double kDeep = 0.5, kLeastTwin = 1e-2;
+/// Places of a deep shadow that see each other across this many spacings are of one part.
+constexpr double kOnePart = 0.8;
+
+/// The way that weighs: `straight`, `way` and between the two bounds a smooth passage.
+double weighing_way(double straight, double way, double& slope_straight, double& slope_way) {
+  slope_straight = 0.0;
+  slope_way = 1.0;
+  if (way >= kAsItIsFrom * straight) return way;
+  const double t = (way / straight - kStraightUpTo) / (kAsItIsFrom - kStraightUpTo);
+  if (t <= 0.0) {
+    slope_straight = 1.0;
+    slope_way = 0.0;
+    return straight;
+  }
+  const double passed = t * t * (3.0 - 2.0 * t);
+  const double rate = 6.0 * t * (1.0 - t) / (kAsItIsFrom - kStraightUpTo);
+  slope_way = passed + (way - straight) * rate / straight;
+  slope_straight = 1.0 - passed - (way - straight) * rate * way / (straight * straight);
+  return straight + passed * (way - straight);
+}
+
+/// Sets of things that are joined one by one.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::size_t a, std::size_t b) {
+    const std::size_t low = std::min(root(a), root(b)), high = std::max(root(a), root(b));
+    parent_[high] = low;
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+}  // namespace
+
+std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface& surface,
+                                                           const PointCloud& cloud,
+                                                           double support_factor) {
+  std::shared_ptr<TrueNeighbours> found(new TrueNeighbours(surface, cloud, support_factor));
+  return found->find_blocked() ? found : nullptr;
+}
+
+bool TrueNeighbours::find_blocked() {
+  const std::size_t n = cloud_.size();
+  std::vector<std::vector<Vec3>> walls(n);
+  parallel_for_each_index(n, 32, [&](std::size_t i) {
+    walls[i] = paths_.walls_beyond_air(cloud_.positions[i], kBeyond * radius(i));
+  });
+  std::vector<std::size_t> nodes;  // that have some
+  for (std::size_t i = 0; i < n; ++i)
+    if (!walls[i].empty()) nodes.push_back(i);
+  if (nodes.empty()) return false;
+
+  const LocalSpacing spacing(cloud_);
+  std::vector<Blocked> blocked = ways_around(nodes, spacing);
+  // Ways that are longer than the support are none; so few can be told from those that are only a
+  // little longer than the straight one.
+  std::vector<char> keeps(nodes.size(), 0), severed(nodes.size(), 0);
+  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
+    const Vec3& from = cloud_.positions[nodes[k]];
+    keeps[k] = std::any_of(walls[nodes[k]].begin(), walls[nodes[k]].end(), [&](const Vec3& to) {
+      const double r = radius(nodes[k]), straight = (to - from).norm();
+      Shadow shadow;
+      if (!way_through(blocked[k], from, kLongerWay * r, to, shadow)) return false;
+      severed[k] = severed[k] || shadow.way >= kLongerWay * r;
+      return severed[k] ||
+             (shadow.way > kLongerWay * straight &&
+              quartic_weight(straight / r) - quartic_weight(shadow.way / r) > kLeastLost);
+    });
+    std::erase_if(blocked[k].bends,
+                  [&](const auto& bend) { return bend.length >= radius(nodes[k]); });
+  });
+  if (std::none_of(keeps.begin(), keeps.end(), [](char one) { return one; })) return false;
+
+  // What lies in shadow of those, by the points of the volume.
+  const Result<VolumeQuadrature> volume =
+      background_quadrature(paths_.surface(), spacing, 1, &paths_);
+  if (!volume) return false;  // no closed surface: preparing the body says so
+  find_shadows(nodes, keeps, *volume, blocked);
+
+  // Slight shadows alone change less than the nodes' own disorder: the body is taken as it is.
+  const auto has_twin = [](const Blocked& one) {
+    return std::any_of(one.twins.begin(), one.twins.end(), [](int twin) { return twin >= 0; });
+  };
+  if (std::none_of(severed.begin(), severed.end(), [](char one) { return one; }) &&
+      std::none_of(blocked.begin(), blocked.end(), has_twin))
+    return false;
+
+  blocked_of_.assign(n, -1);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    if (!keeps[k]) continue;
+    Blocked& one = blocked[k];
+    blocked_of_[nodes[k]] = static_cast<int>(blocked_.size());
+    // find_parts numbered the twins from 0.
+    const int count =
+        one.twins.empty() ? 0 : 1 + *std::max_element(one.twins.begin(), one.twins.end());
+    for (int& twin : one.twins)
+      if (twin >= 0) twin += static_cast<int>(cloud_.size());
+    for (int t = 0; t < count; ++t) {
+      parents_.push_back(static_cast<int>(nodes[k]));
+      cloud_.positions.push_back(Vec3(cloud_.positions[nodes[k]]));
+      cloud_.spacings.push_back(double(cloud_.spacings[nodes[k]]));
+    }
+    blocked_.push_back(std::move(one));
+  }
+  return !blocked_.empty();
+}
+
+/// Shortest ways from each of these nodes to the bends about it, up to kLongerWay of its support.
+std::vector<TrueNeighbours::Blocked> TrueNeighbours::ways_around(
+    const std::vector<std::size_t>& nodes, const LocalSpacing& spacing) const {
+  std::vector<Vec3> centres;
+  std::vector<double> about;
+  for (const std::size_t i : nodes) {
+    centres.push_back(cloud_.positions[i]);
+    about.push_back(kLongerWay * radius(i));
+  }
+  const InfluenceGrid near_nodes(centres, about);
+  const auto wanted = [&](const Vec3& x) {
+    thread_local std::vector<int> found;
+    near_nodes.reaching(x, found);
+    return !found.empty();
+  };
+  const TissueBends bends(paths_, wanted, [&](const Vec3& x) { return spacing(x); });
+  std::vector<Blocked> blocked(nodes.size());
+  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
+    blocked[k].bends = bends.reached(centres[k], about[k]);
+  });
+  return blocked;
+}
+
+/// Finds the parts of the shadows of those that are kept.
+void TrueNeighbours::find_shadows(const std::vector<std::size_t>& nodes,
+                                  const std::vector<char>& keeps, const VolumeQuadrature& volume,
+                                  std::vector<Blocked>& blocked) const {
+  std::vector<Vec3> centres;
+  std::vector<double> about;
+  for (const std::size_t i : nodes) {
+    centres.push_back(cloud_.positions[i]);
+    about.push_back(radius(i));
+  }
+  const InfluenceGrid grid(centres, about);
+  std::vector<std::vector<std::size_t>> points(nodes.size());
+  std::vector<int> near;
+  for (std::size_t q = 0; q < volume.size(); ++q) {
+    grid.reaching(volume.positions[q], near);
+    for (const int k : near) points[static_cast<std::size_t>(k)].push_back(q);
+  }
+  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
+    if (!keeps[k]) return;
+    std::vector<Vec3> places;
+    std::vector<double> weights;
+    for (const std::size_t q : points[k]) {
+      places.push_back(volume.positions[q]);
+      weights.push_back(volume.weights[q]);
+    }
+    find_parts(nodes[k], places, weights, blocked[k]);
+  });
+}
+
+/// Parts of the deep shadow among `places` (all in the node's reach, with their volumes), those
+/// with a twin numbered from 0.
+void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& places,
+                                const std::vector<double>& weights, Blocked& blocked) const {
+  const Vec3& from = cloud_.positions[node];
+  const double r = radius(node);
+  double whole = 0.0;
+  std::vector<double> lost;  // of the places in deep shadow
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const double full = quartic_weight((places[p] - from).norm() / r);
+    whole += weights[p] * full;
+    Shadow shadow;
+    if (!way_through(blocked, from, r, places[p], shadow)) continue;
+    const double kept = quartic_weight(shadow.way / r);
+    if (kept >= kDeep * full) continue;
+    blocked.places.push_back(places[p]);
+    lost.push_back(weights[p] * (full - kept));
+  }
+  const std::size_t count = blocked.places.size();
+  Sets sets(count);
+  const double apart = kOnePart * cloud_.spacings[node];
+  for (std::size_t a = 0; a < count; ++a)
+    for (std::size_t b = a + 1; b < count; ++b) {
+      if (sets.root(a) == sets.root(b)) continue;
+      const Vec3 &x = blocked.places[a], &y = blocked.places[b];
+      if ((x - y).squaredNorm() < apart * apart && paths_.straight(x, y)) sets.join(a, b);
+    }
+  std::vector<double> integral(count, 0.0);
+  for (std::size_t a = 0; a < count; ++a) integral[sets.root(a)] += lost[a];
+  std::vector<int> number(count, -1);
+  int twins = 0;
+  for (std::size_t a = 0; a < count; ++a) {
+    if (sets.root(a) == a && integral[a] >= kLeastTwin * whole) number[a] = twins++;
+    blocked.twins.push_back(number[sets.root(a)]);
+  }
+  blocked.divided = std::any_of(blocked.twins.begin(), blocked.twins.end(),
+                                [&](int twin) { return twin != blocked.twins.front(); });
+}
+
+/// The weighing way from a node to a place, at most `longest`; false where they see each other, or
+/// nearly.
+bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& from, double longest,
+                                 const Vec3& place, Shadow& out) const {
+  if (paths_.straight(from, place)) return false;
+  struct Candidate {
+    double length;
+    int bend;
+    bool operator<(const Candidate& other) const {
+      return length < other.length || (length == other.length && bend < other.bend);
+    }
+  };
+  thread_local std::vector<Candidate> candidates;
+  candidates.clear();
+  for (std::size_t b = 0; b < blocked.bends.size(); ++b) {
+    const double length = blocked.bends[b].length + (place - blocked.bends[b].position).norm();
+    if (length < longest) candidates.push_back({length, static_cast<int>(b)});
+  }
+  std::sort(candidates.begin(), candidates.end());
+  out.way = longest;
+  out.gradient = Vec3::Zero();
+  for (const Candidate& one : candidates) {
+    const Vec3& bend = blocked.bends[static_cast<std::size_t>(one.bend)].position;
+    if (!paths_.straight(bend, place)) continue;
+    const Vec3 last = place - bend, direct = place - from;
+    const double straight = direct.norm();
+    double slope_straight = 0.0, slope_way = 1.0;
+    out.way = weighing_way(straight, one.length, slope_straight, slope_way);
+    if (slope_way == 0.0) return false;
+    out.gradient = slope_way * last.normalized() + slope_straight * direct.normalized();
+    break;
+  }
+  return true;
+}
+
+bool TrueNeighbours::shadow(int node, const Vec3& place, Shadow& out) const {
+  const auto i = static_cast<std::size_t>(node);
+  if (blocked_of_[i] < 0) return false;
+  const Blocked& blocked = blocked_[static_cast<std::size_t>(blocked_of_[i])];
+  if (!way_through(blocked, cloud_.positions[i], radius(i), place, out)) return false;
+  out.twin = -1;
+  if (blocked.twins.empty()) return true;
+  if (!blocked.divided) {
+    out.twin = blocked.twins.front();
+    return true;
+  }
+  // The part of the nearest place in deep shadow that it sees, or of the nearest.
+  constexpr std::size_t kAsked = 12;
+  thread_local std::vector<std::pair<double, std::size_t>> near;
+  near.clear();
+  for (std::size_t p = 0; p < blocked.places.size(); ++p)
+    near.emplace_back((blocked.places[p] - place).squaredNorm(), p);
+  const std::size_t asked = std::min(kAsked, near.size());
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(asked), near.end());
+  out.twin = blocked.twins[near.front().second];
+  for (std::size_t k = 0; k < asked; ++k) {
+    const std::size_t p = near[k].second;
+    if (!paths_.straight(place, blocked.places[p])) continue;
+    out.twin = blocked.twins[p];
+    break;
+  }
+  return true;
+}
+
+}  // namespace viscera

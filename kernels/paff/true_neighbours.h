@@ -1,0 +1,80 @@
+// Fields that don't cross what isn't tissue. A node's field reaches a sphere about it; where the
+// straight line from node I to a place y leaves the body, over a fold, a fissure or the gap between
+// two parts, the field there is shared between the node and a twin of its own at the same place:
+//   s phi_I for the node, (1 - s) phi_I for the twin,
+//   s = W(shortest way through tissue / r_I) / W(straight way / r_I).
+// The moment matrices don't change, so that a part with too few nodes of its own is carried by the
+// twins of the others, and s falls from 1 to 0 continuously around the end of a fold. A node whose
+// twin would be slight (a hundredth of its integral) has none: there it weighs W of the way through
+// tissue. One twin a part of the deep shadow {s < 1/2}.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "kernels/paff/cut_cells.h"
+#include "kernels/paff/local_spacing.h"
+#include "kernels/paff/tissue_paths.h"
+#include "kernels/points/cloud.h"
+#include "kernels/points/surface.h"
+
+namespace viscera {
+
+/// Which nodes of a body at rest don't see all of their support, and what they see instead.
+/// Immutable; from many threads at once.
+class TrueNeighbours {
+ public:
+  /// Null where every field sees all that it reaches but for gently concave surfaces: nothing is to
+  /// be done then. Parallel, deterministic.
+  static std::shared_ptr<const TrueNeighbours> find(const TriangleSurface& surface,
+                                                    const PointCloud& cloud, double support_factor);
+
+  /// The nodes, then their twins, each at its node's place with its node's spacing.
+  const PointCloud& cloud() const { return cloud_; }
+  std::size_t twins() const { return parents_.size(); }
+  /// Node of the twin i.
+  int parent(std::size_t twin) const { return parents_[twin]; }
+
+  const TissuePaths& paths() const { return paths_; }
+
+  /// What a place has of a node's field.
+  struct Shadow {
+    double way = 0.0;              ///< through tissue, at most the support radius [m]
+    Vec3 gradient = Vec3::Zero();  ///< of it by the place
+    int twin = -1;                 ///< node of the cloud that has the rest; -1: none
+  };
+  /// False where the node (one of the first ones, without the twins) sees the place.
+  bool shadow(int node, const Vec3& place, Shadow& out) const;
+
+ private:
+  /// A node with shadows.
+  struct Blocked {
+    std::vector<TissuePaths::Bend> bends;
+    std::vector<Vec3> places;  ///< that lie in its deep shadow
+    std::vector<int> twins;    ///< of each: node of the cloud, or -1
+    bool divided = false;      ///< the places have different ones
+  };
+
+  TrueNeighbours(const TriangleSurface& surface, const PointCloud& cloud, double support_factor)
+      : cloud_(cloud), support_factor_(support_factor), paths_(surface) {}
+  bool find_blocked();
+  std::vector<Blocked> ways_around(const std::vector<std::size_t>& nodes,
+                                   const LocalSpacing& spacing) const;
+  void find_shadows(const std::vector<std::size_t>& nodes, const std::vector<char>& keeps,
+                    const VolumeQuadrature& volume, std::vector<Blocked>& blocked) const;
+  void find_parts(std::size_t node, const std::vector<Vec3>& places,
+                  const std::vector<double>& weights, Blocked& blocked) const;
+  double radius(std::size_t node) const { return support_factor_ * cloud_.spacings[node]; }
+  bool way_through(const Blocked& blocked, const Vec3& from, double longest, const Vec3& place,
+                   Shadow& out) const;
+
+  PointCloud cloud_;
+  double support_factor_ = 0.0;
+  TissuePaths paths_;
+  std::vector<int> parents_;
+  std::vector<int> blocked_of_;  ///< -1: sees all                                      (nodes)
+  std::vector<Blocked> blocked_;
+};
+
+}  // namespace viscera
