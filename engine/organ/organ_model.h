@@ -16,6 +16,7 @@
 #include "kernels/contact/half_columns.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/contact/stiffness_update.h"
+#include "kernels/finite/finite_solver.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
@@ -42,6 +43,10 @@ struct OrganModel {
   /// Displacements of the places of the surface per change of gravity along x, y and z [m per
   /// m/s2]; empty: it doesn't sag.                                              (3 places x 3)
   std::vector<float> sag;
+  /// Of tissue at finite strain; null: it is linear. `compliance` is then that of the body at rest,
+  /// this one that of a step, both with columns when they are asked for.
+  std::shared_ptr<const FiniteSolver> finite;
+  SurfaceCompliance step_compliance;
   ChangeableRegion changeable;  ///< tissue that may coagulate; empty: none may, or none is followed
   SurfacePlaces places;
   TouchableSurface touchable;

@@ -13,7 +13,7 @@ NodalRotations no_rotations(std::size_t nodes) {
   return rotations;
 }
 
-Mat3 nearest_rotation(const Mat3& f) {
+Mat3 polar_rotation(const Mat3& f) {
   // Newton's iteration for the polar factor, which squares the error where F isn't turned inside
   // out [Higham1986].
   if (!f.allFinite()) return Mat3::Identity();
