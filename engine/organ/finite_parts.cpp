@@ -35,6 +35,7 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
   options.viscous_time = organ.finite.viscous_time;
   options.dynamic = !organ.finite.quasi_static;
   options.iterations = organ.finite.iterations;
+  if (const char* d = getenv("FDEC")) options.decrement = atof(d);
   options.iterations_released = std::max(options.iterations_released, organ.finite.iterations);
   return options;
 }

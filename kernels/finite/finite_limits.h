@@ -1,6 +1,8 @@
 // Bounds that keep a step of a body at finite strain sound.
 #pragma once
 
+#include <cmath>
+
 #include "kernels/base/types.h"
 #include "kernels/finite/finite_state.h"
 
@@ -21,6 +23,12 @@ inline constexpr double kShortest = 0.1;
 /// Beyond these a state isn't tissue's any more: the last good one is taken back.
 inline constexpr double kFarthest = 0.2;  // [m]
 inline constexpr double kFastest = 2.0;   // [m/s]
+
+/// What a further iteration would gain, over the energy that there would be: 1 where a body at rest
+/// without energy is about to move.
+inline double residual_of(double gain, double energy) {
+  return gain > 0.0 ? gain / (gain + std::abs(energy)) : 0.0;
+}
 
 /// Finite, and nowhere farther than `kFarthest`.
 inline bool is_tissue(const VectorX& u) {

@@ -215,7 +215,7 @@ class FiniteSolver::Descent {
         pairs.clear();
         way = direction(u, g, z, pairs);
       }
-      told.residual = std::abs(value) > 0.0 ? -0.5 * way.slope / std::abs(value) : 0.0;
+      told.residual = residual_of(-0.5 * way.slope, value);
       told.converged = told.residual <= solver_.options_.decrement;
       if (told.converged || !(way.slope < 0.0)) break;
       ++told.iterations;

@@ -194,7 +194,7 @@ class FiniteSolver::TouchedStep {
   }
 
   void note_residual(double decrement, FiniteStep& told) const {
-    told.residual = std::abs(value_) > 0.0 ? 0.5 * decrement / std::abs(value_) : 0.0;
+    told.residual = residual_of(0.5 * decrement, value_);
     told.converged = told.residual <= solver_.options_.decrement;
   }
 

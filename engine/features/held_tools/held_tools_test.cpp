@@ -111,7 +111,7 @@ TEST(HapticTools, TheHandMovesTheToolAndTheTissueHoldsItBack) {
 
 // Hand and picture meet one tissue: what a frame finds at the same tip is what the hand felt.
 TEST(HapticTools, AtRestTheFramesForceIsTheHandsWithinThreePercent) {
-  for (const Response response : {Response::kLinear, Response::kLocal}) {
+  for (const Response response : {Response::kLinear, Response::kLocal, Response::kFinite}) {
     auto world = held(held_probe(response));
     ASSERT_TRUE(world);
     step_until(*world, 1.49);
@@ -154,8 +154,8 @@ Felt felt_beside(Response response, const std::optional<InstrumentDescription>& 
 }
 
 TEST(HapticTools, AJawThatLiftsTheOrganLiftsItIntoTheHand) {
-  for (const Response response : {Response::kLinear, Response::kLocal}) {
-    SCOPED_TRACE(response == Response::kLocal);
+  for (const Response response : {Response::kLinear, Response::kLocal, Response::kFinite}) {
+    SCOPED_TRACE(static_cast<int>(response));
     const Felt alone = felt_beside(response, {});
     const Felt lifted = felt_beside(response, jaw_beside(Vec3(0, 0, 3e-3)));
     EXPECT_GT(lifted.force, 1.1 * alone.force);
@@ -164,8 +164,8 @@ TEST(HapticTools, AJawThatLiftsTheOrganLiftsItIntoTheHand) {
 }
 
 TEST(HapticTools, TissueThatAJawHoldsBesideIsStiffer) {
-  for (const Response response : {Response::kLinear, Response::kLocal}) {
-    SCOPED_TRACE(response == Response::kLocal);
+  for (const Response response : {Response::kLinear, Response::kLocal, Response::kFinite}) {
+    SCOPED_TRACE(static_cast<int>(response));
     const Felt alone = felt_beside(response, {});
     const Felt held = felt_beside(response, jaw_beside(Vec3::Zero()));
     EXPECT_GT(held.force / held.depth, 1.01 * alone.force / alone.depth);
