@@ -16,10 +16,11 @@
 #include "kernels/contact/half_columns.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/contact/stiffness_update.h"
-#include "kernels/finite/finite_solver.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
+
+class FiniteSolver;
 
 /// Immutable, and stays where it is made: its drawn surface points at its triangles. All geometry
 /// in the organ's own frame.

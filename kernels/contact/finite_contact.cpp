@@ -214,10 +214,19 @@ void FiniteContact::add_loads(const VectorX& forces, VectorX& loads) const {
     loads.segment<3>(3 * nodes_[n]) += nodal.col(static_cast<Eigen::Index>(n));
 }
 
-double FiniteContact::farthest(const VectorX& displaced) const {
+/// Cells that were there when the last step ended were where that left them, with what is finer
+/// than places.
+double FiniteContact::begin(const VectorX& displaced) {
+  const bool known = start_displacements_.size() == start_places_.size();
   double most = 0.0;
+  begun_.clear();
   for (std::size_t k = 0; k < cells_.size(); ++k) {
-    const Vec3 here = displaced.segment<3>(at(k));
+    const auto last = std::ranges::find(start_places_, state_.places[k]);
+    const Vec3 here =
+        known && last != start_places_.end()
+            ? start_displacements_[static_cast<std::size_t>(last - start_places_.begin())]
+            : Vec3(displaced.segment<3>(at(k)));
+    begun_.push_back(here);
     const ContactCell& cell = cells_[k];
     const double way =
         cell.held ? (cell.displacement - here).norm() : cell.depth - here.dot(cell.direction);
@@ -226,14 +235,13 @@ double FiniteContact::farthest(const VectorX& displaced) const {
   return most;
 }
 
-bool FiniteContact::solve(const VectorX& free, const MatrixX& more, const VectorX& from,
-                          double share, VectorX& forces) {
+bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) {
   asked_.assign(cells_.begin(), cells_.end());
   for (std::size_t k = 0; k < asked_.size(); ++k) {
     ContactCell& cell = asked_[k];
     cell.free += free.segment<3>(at(k));
     if (share == 1.0) continue;
-    const Vec3 begun = from.segment<3>(at(k));
+    const Vec3& begun = begun_[k];
     cell.displacement = begun + share * (cell.displacement - begun);
     const double pushed = begun.dot(cell.direction);
     if (cell.depth > pushed) cell.depth = pushed + share * (cell.depth - pushed);
@@ -253,6 +261,8 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, const Vector
 
 void FiniteContact::begin_step(const Vec3& acceleration) {
   start_ = state_.motion;
+  start_places_ = state_.places;
+  start_displacements_ = state_.displacements;
   acceleration_ = acceleration;
   told_ = {};
 }

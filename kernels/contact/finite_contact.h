@@ -72,13 +72,15 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   const MatrixX& response() const override { return turned_step_; }
   VectorX displaced(const VectorX& u) const override;
   void add_loads(const VectorX& forces, VectorX& loads) const override;
-  double farthest(const VectorX& displaced) const override;
-  bool solve(const VectorX& free, const MatrixX& more, const VectorX& from, double share,
-             VectorX& forces) override;
+  double begin(const VectorX& displaced) override;
+  bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) override;
 
   FiniteResponse body_;
   Vec3 acceleration_ = Vec3::Zero();
-  FiniteState start_;  // where the step began
+  // Where the step began.
+  FiniteState start_;
+  std::vector<Place> start_places_;
+  std::vector<Vec3> start_displacements_;
   FiniteStep told_;
 
   // What follows from the state's places; seen from the tissue, unturned.
@@ -94,6 +96,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   // Of the solve that is under way.
   std::span<const ContactCell> cells_;
+  std::vector<Vec3> begun_;  // where they were
   std::vector<ContactCell> asked_;
   ContactSolution* solution_ = nullptr;
   ContactResponse* answer_ = nullptr;

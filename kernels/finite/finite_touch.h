@@ -27,13 +27,13 @@ class FiniteTouch {
   virtual VectorX displaced(const VectorX& u) const = 0;  ///< Phi u [m]                (3 cells)
   /// Adds Phi^T f to nodal loads [N].                                                     (3 N)
   virtual void add_loads(const VectorX& forces, VectorX& loads) const = 0;
-  /// How far what is wanted of a cell that lies at `displaced` is from there, at most [m].
-  virtual double farthest(const VectorX& displaced) const = 0;
+  /// A step begins where the nodes have the cells at `displaced`, what is finer not among it. How
+  /// far what is wanted of a cell is from where it is, at most [m].
+  virtual double begin(const VectorX& displaced) = 0;
   /// Forces f that meet the conditions where the cells lie at free + (response() + more + what is
-  /// finer) f. Of the way from `from` to what is wanted only this share is asked for. `more` may be
-  /// empty. False: there are none.
-  virtual bool solve(const VectorX& free, const MatrixX& more, const VectorX& from, double share,
-                     VectorX& forces) = 0;
+  /// finer) f. Of the way from where they were as the step began to what is wanted only this share
+  /// is asked for. `more` may be empty. False: there are none.
+  virtual bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) = 0;
 };
 
 }  // namespace viscera

@@ -27,8 +27,7 @@ class FiniteSolver::TouchedStep {
         n_(static_cast<Eigen::Index>(state.displacements.size())),
         u_(Eigen::Map<const VectorX>(state.displacements.data(), n_)),
         load_(Eigen::Map<const VectorX>(state.loads.data(), n_)),
-        y_(first_guess(load_)),
-        from_(touch.displaced(u_)) {}
+        y_(first_guess(load_)) {}
 
   /// False: the conditions had no answer.
   bool run(int parts, int most, const FiniteState& state, FiniteStep& told) {
@@ -65,7 +64,7 @@ class FiniteSolver::TouchedStep {
     y = load;
     forces.resize(0);
     if (touch_.cells() == 0) return true;
-    if (!touch_.solve(free, more, from_, share_, forces)) return false;
+    if (!touch_.solve(free, more, share_, forces)) return false;
     touch_.add_loads(forces, load);
     y = first_guess(load);
     return true;
@@ -206,7 +205,7 @@ class FiniteSolver::TouchedStep {
     double decrement = g_.dot(z_);
     VectorX load = VectorX::Zero(n_);
     if (touch_.cells() > 0) {
-      if (!touch_.solve(touch_.displaced(u_) - at_cells, {}, from_, share_, forces)) return false;
+      if (!touch_.solve(touch_.displaced(u_) - at_cells, {}, share_, forces)) return false;
       touch_.add_loads(forces, load);
       decrement += forces.dot(touch_.response() * forces) - 2.0 * forces.dot(at_cells);
     }
@@ -222,7 +221,6 @@ class FiniteSolver::TouchedStep {
   StepEnergy energy_;
   Eigen::Index n_ = 0;
   VectorX u_, load_, y_;  // displacements; nodal loads and what the factor makes of them
-  VectorX from_;          // of the cells at the step's start
   double share_ = 1.0;    // of the way that is asked for
   VectorX g_, z_, forces_;
   double value_ = 0.0;
@@ -243,7 +241,7 @@ FiniteStep FiniteSolver::step(FiniteTouch& touch, const Vec3& acceleration,
   const int most = released > 0 ? options_.iterations_released : options_.iterations;
 
   TouchedStep step(*this, touch, acceleration, state, rotations);
-  const double farthest = touch.farthest(touch.displaced(step.u()));
+  const double farthest = touch.begin(touch.displaced(step.u()));
   const bool sane = std::isfinite(farthest);
   // What is asked for in metres is a mistake: no number of parts brings it near.
   const double parts = std::clamp(std::ceil(farthest / kLongestWay), 1.0, kFarthest / kLongestWay);

@@ -11,6 +11,7 @@
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/links_keys.h"
 #include "engine/features/pulsation/pulsation.h"
+#include "kernels/finite/finite_solver.h"
 
 namespace viscera {
 namespace {
