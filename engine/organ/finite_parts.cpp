@@ -35,7 +35,6 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
   options.viscous_time = organ.finite.viscous_time;
   options.dynamic = !organ.finite.quasi_static;
   options.iterations = organ.finite.iterations;
-  if (const char* d = getenv("FDEC")) options.decrement = atof(d);
   options.iterations_released = std::max(options.iterations_released, organ.finite.iterations);
   return options;
 }
@@ -69,7 +68,7 @@ Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const Fini
                                              parts.volumes, options);
   if (!solver) return std::unexpected(solver.error());
   model.finite = std::make_shared<const FiniteSolver>(std::move(*solver));
-  model.step_compliance = columns_to_come(model, model.finite->factor());
+  model.step_compliance = step_columns_to_come(model, model.finite->factor());
   return {};
 }
 

@@ -101,4 +101,22 @@ SurfaceCompliance columns_to_come(const OrganModel& model,
   return compliance;
 }
 
+SurfaceCompliance step_columns_to_come(const OrganModel& model,
+                                       std::shared_ptr<const StiffnessFactor> factor) {
+  SparseWeights rows = model.places.fields;
+  for (std::size_t node = 0; node < model.cloud.size(); ++node) {
+    rows.nodes.push_back(static_cast<int>(node));
+    rows.values.push_back(1.0f);
+    rows.row_begin.push_back(static_cast<int>(rows.nodes.size()));
+  }
+  SurfaceCompliance compliance;
+  compliance.places = rows.rows();
+  compliance.touchable = model.touchable.places;
+  const std::size_t touchable = compliance.touchable.size();
+  compliance.columns.resize(3 * compliance.rows() * touchable);
+  compliance.on_demand = std::make_shared<ColumnsOnDemand>(
+      StiffnessFactor::columns(std::move(factor), rows, touchable), touchable);
+  return compliance;
+}
+
 }  // namespace viscera

@@ -80,7 +80,7 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
     plan.memory_bytes += sizeof(float) * cost.factor_entries;
   const bool finite = organ.response == Response::kFinite;
   if (finite)
-    plan.memory_bytes += compliance_bytes(plan.places, plan.prepared_places) +
+    plan.memory_bytes += compliance_bytes(plan.places + plan.nodes, plan.prepared_places) +
                          finite_bytes(plan.nodes, cost.factor_entries);
   if (demand.sags && !finite) plan.memory_bytes += 9 * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "kernels/base/finite.h"
+#include "kernels/base/parallel.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/paff/compliance_columns.h"
 
@@ -18,6 +19,9 @@ constexpr double kAsleep = 1e-6, kStill = 1e-4;
 Eigen::Index at(std::size_t cell) {
   return static_cast<Eigen::Index>(3 * cell);
 }
+
+/// Worth a thread.
+constexpr std::size_t kPlacesAtOnce = 16;
 
 double greatest(const std::vector<double>& values) {
   double most = 0.0;
@@ -114,7 +118,8 @@ void FiniteContact::gather_nodes() {
                 std::lower_bound(nodes_.begin(), nodes_.end(), fields.nodes[e]) - nodes_.begin()) +=
           static_cast<double>(fields.values[e]);
   }
-  fields_.noalias() = coefficients() * (basis() * at_places).eval();
+  shares_.noalias() = coefficients() * basis();
+  fields_.noalias() = shares_ * at_places;
 }
 
 /// Cells that reach a node in common belong together.
@@ -160,7 +165,8 @@ void FiniteContact::gather_groups() {
 
 void FiniteContact::drop_response() {
   PatchContact::drop_response();
-  still_ = step_ = near_ = fields_ = turned_step_ = turned_near_ = MatrixX();
+  still_ = step_ = near_ = fields_ = shares_ = turned_step_ = turned_near_ = MatrixX();
+  NodalRotations().swap(rotations_);
   std::vector<int>().swap(nodes_);
   std::vector<int>().swap(group_of_cell_);
   std::vector<int>().swap(group_of_node_);
@@ -176,20 +182,29 @@ std::int32_t FiniteContact::held() const {
       std::ranges::count_if(cells_, [](const ContactCell& cell) { return cell.held; }));
 }
 
+const Mat3& FiniteContact::rotation_of_cell(std::size_t cell) const {
+  return groups_[static_cast<std::size_t>(group_of_cell_[cell])].rotation;
+}
+
+/// What a force on a place does to the nodes: the first of three columns.
+const float* FiniteContact::nodal_column(int touched_place) const {
+  return body_.step.columns.data() +
+         3 * static_cast<std::size_t>(touched_place) * body_.step.rows() + 3 * body_.places.size();
+}
+
 MatrixX FiniteContact::turned(const MatrixX& response) const {
   MatrixX result(response.rows(), response.cols());
-  const auto rotation = [&](std::size_t cell) -> const Mat3& {
-    return groups_[static_cast<std::size_t>(group_of_cell_[cell])].rotation;
-  };
   const std::size_t count = group_of_cell_.size();
   for (std::size_t l = 0; l < count; ++l)
     for (std::size_t k = 0; k < count; ++k)
-      result.block<3, 3>(at(k), at(l)).noalias() =
-          rotation(k) * response.block<3, 3>(at(k), at(l)) * rotation(l).transpose();
+      result.block<3, 3>(at(k), at(l)).noalias() = rotation_of_cell(k) *
+                                                   response.block<3, 3>(at(k), at(l)) *
+                                                   rotation_of_cell(l).transpose();
   return result;
 }
 
 void FiniteContact::turn(const NodalRotations& rotations) {
+  rotations_ = rotations;
   for (Group& group : groups_)
     group.rotation = rotation_of(rotations, static_cast<std::size_t>(group.first_node));
   turned_step_ = turned(step_);
@@ -205,6 +220,52 @@ VectorX FiniteContact::displaced(const VectorX& u) const {
   Eigen::Map<Eigen::Matrix3Xd>(cells.data(), 3, fields_.rows()).noalias() =
       nodal * fields_.transpose();
   return cells;
+}
+
+/// Each cell's columns are sums of its places', and turned with its nodes.
+VectorX FiniteContact::displaced_by(const VectorX& loads) const {
+  const auto nodes = static_cast<std::size_t>(loads.size() / 3);
+  Eigen::VectorXf unturned(loads.size());
+  for (std::size_t node = 0; node < nodes; ++node)
+    unturned.segment<3>(at(node)) =
+        (rotation_of(rotations_, node).transpose() * loads.segment<3>(at(node))).cast<float>();
+  const auto m = static_cast<Eigen::Index>(touched().size());
+  Eigen::Matrix3Xd of_places(3, m);
+  parallel_for_each_index(touched().size(), kPlacesAtOnce, [&](std::size_t j) {
+    const float* column = nodal_column(touched()[j]);
+    for (Eigen::Index k = 0; k < 3; ++k)
+      of_places(k, static_cast<Eigen::Index>(j)) = static_cast<double>(
+          Eigen::Map<const Eigen::VectorXf>(
+              column + static_cast<std::size_t>(k) * body_.step.rows(), unturned.size())
+              .dot(unturned));
+  });
+  const Eigen::Matrix3Xd of_cells = of_places * shares_.transpose();
+  VectorX moved(at(cells_.size()));
+  for (std::size_t k = 0; k < cells_.size(); ++k)
+    moved.segment<3>(at(k)) = rotation_of_cell(k) * of_cells.col(static_cast<Eigen::Index>(k));
+  return moved;
+}
+
+VectorX FiniteContact::answer_to(const VectorX& forces) const {
+  Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(cells_.size()));
+  for (std::size_t k = 0; k < cells_.size(); ++k)
+    unturned.col(static_cast<Eigen::Index>(k)) =
+        rotation_of_cell(k).transpose() * forces.segment<3>(at(k));
+  const Eigen::Matrix3Xf loads = (unturned * shares_).cast<float>();
+  const std::size_t nodes = rotations_.size() / 9;
+  Eigen::VectorXf sum = Eigen::VectorXf::Zero(at(nodes));
+  for (std::size_t j = 0; j < touched().size(); ++j) {
+    const float* column = nodal_column(touched()[j]);
+    for (Eigen::Index k = 0; k < 3; ++k)
+      sum += loads(k, static_cast<Eigen::Index>(j)) *
+             Eigen::Map<const Eigen::VectorXf>(
+                 column + static_cast<std::size_t>(k) * body_.step.rows(), sum.size());
+  }
+  VectorX moved(sum.size());
+  for (std::size_t node = 0; node < nodes; ++node)
+    moved.segment<3>(at(node)) =
+        rotation_of(rotations_, node) * sum.segment<3>(at(node)).cast<double>();
+  return moved;
 }
 
 void FiniteContact::add_loads(const VectorX& forces, VectorX& loads) const {

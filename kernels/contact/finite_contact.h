@@ -20,7 +20,8 @@ namespace viscera {
 /// What a body at finite strain answers by; all of it outlives the contact.
 struct FiniteResponse {
   const SurfaceCompliance& still;  ///< of the body at rest, with columns for all of `surface`
-  const SurfaceCompliance& step;   ///< of FiniteSolver::factor, the same places
+  /// Of FiniteSolver::factor; after the rows of the places one for each node's unknowns.
+  const SurfaceCompliance& step;
   const TouchableSurface& surface;
   const SurfacePlaces& places;
   const FiniteSolver& solver;
@@ -62,6 +63,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void gather_nodes();
   void gather_groups();
   MatrixX turned(const MatrixX& response) const;
+  const Mat3& rotation_of_cell(std::size_t cell) const;
+  const float* nodal_column(int touched_place) const;
 
   std::size_t cells() const override { return cells_.size(); }
   std::int32_t held() const override;
@@ -71,6 +74,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void turn(const NodalRotations& rotations) override;
   const MatrixX& response() const override { return turned_step_; }
   VectorX displaced(const VectorX& u) const override;
+  VectorX displaced_by(const VectorX& loads) const override;
+  VectorX answer_to(const VectorX& forces) const override;
   void add_loads(const VectorX& forces, VectorX& loads) const override;
   double begin(const VectorX& displaced) override;
   bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) override;
@@ -90,7 +95,9 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::vector<Group> groups_;
   std::vector<int> group_of_cell_, group_of_node_;
   std::vector<int> ungrouped_;  // of a body without cells                                   (N)
+  MatrixX shares_;              // of touched places in the cells                   (cells x m)
   // And from the rotations of this step.
+  NodalRotations rotations_;
   MatrixX turned_step_, turned_near_;
   bool stands_ = false;  // `response_` and the matrix are those between steps
 

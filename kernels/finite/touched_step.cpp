@@ -66,7 +66,7 @@ class FiniteSolver::TouchedStep {
     if (touch_.cells() == 0) return true;
     if (!touch_.solve(free, more, share_, forces)) return false;
     touch_.add_loads(forces, load);
-    y = first_guess(load);
+    y = touch_.answer_to(forces);
     return true;
   }
 

@@ -39,7 +39,7 @@ void apply_warped(const StiffnessFactor& factor, const NodalRotations& rotations
   for (std::size_t node = 0; node < nodes; ++node)
     Vec3::Map(turned.data() + 3 * node).noalias() =
         rotation_of(rotations, node).transpose() * Vec3::Map(g.data() + 3 * node);
-  factor.apply(turned, out);
+  factor.apply_fast(turned, out);
   for (std::size_t node = 0; node < nodes; ++node) {
     const Vec3 z = rotation_of(rotations, node) * Vec3::Map(out.data() + 3 * node);
     Vec3::Map(out.data() + 3 * node) = z;

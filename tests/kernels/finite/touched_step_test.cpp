@@ -27,6 +27,7 @@ class GripAsTouch final : public FiniteTouch {
     const auto size = static_cast<Eigen::Index>(3 * cells());
     MatrixX plain(size, size);
     for (Eigen::Index c = 0; c < size; ++c) plain.col(c) = displaced(body_.grip().columns.col(c));
+    rotations_ = rotations;
     response_.resize(size, size);
     for (Eigen::Index i = 0; i < size; i += 3)
       for (Eigen::Index j = 0; j < size; j += 3)
@@ -46,6 +47,12 @@ class GripAsTouch final : public FiniteTouch {
       for (std::size_t e = rows().begin[p]; e < rows().begin[p + 1]; ++e)
         loads.segment<3>(3 * rows().nodes[e]) +=
             rows().values[e] * forces.segment<3>(static_cast<Eigen::Index>(3 * p));
+  }
+  VectorX displaced_by(const VectorX& loads) const override { return displaced(warped(loads)); }
+  VectorX answer_to(const VectorX& forces) const override {
+    VectorX loads = VectorX::Zero(static_cast<Eigen::Index>(3 * groups_.size()));
+    add_loads(forces, loads);
+    return warped(loads);
   }
   double begin(const VectorX& displaced) override {
     begun_ = displaced;
@@ -68,10 +75,18 @@ class GripAsTouch final : public FiniteTouch {
 
  private:
   const HeldRows& rows() const { return body_.grip().rows; }
+  VectorX warped(const VectorX& loads) const {
+    VectorX moved(loads.size());
+    const auto count = static_cast<std::size_t>(loads.size());
+    apply_warped(*body_.solver().factor(), rotations_, {loads.data(), count},
+                 {moved.data(), count});
+    return moved;
+  }
 
   const LiftedBody& body_;
   Vec3 moved_;
   std::vector<int> groups_;
+  NodalRotations rotations_;
   MatrixX response_;
   VectorX begun_;
   bool refuses_ = false;
@@ -134,6 +149,8 @@ TEST(TouchedStep, UnderItsWeightABodyFallsAsAStoneInItsFirstStep) {
     void turn(const NodalRotations&) override {}
     const MatrixX& response() const override { return response_; }
     VectorX displaced(const VectorX&) const override { return {}; }
+    VectorX displaced_by(const VectorX&) const override { return {}; }
+    VectorX answer_to(const VectorX&) const override { return {}; }
     void add_loads(const VectorX&, VectorX&) const override {}
     double begin(const VectorX&) override { return 0.0; }
     bool solve(const VectorX&, const MatrixX&, double, VectorX&) override { return true; }
