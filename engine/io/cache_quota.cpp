@@ -25,10 +25,11 @@ constexpr std::time_t kMinute = 60, kDay = 86400;
 constexpr double kBytesPerGigabyte = 1e9, kMostGigabytes = 1e6;
 constexpr std::size_t kKeyDigits = 32;
 
-/// The key of a file that the cache has written: KEY.h5, KEY.shape or KEY.factor.
+/// The key of a file that the cache has written: KEY.h5, KEY.shape, KEY.factor or KEY.step.
 std::optional<std::string> key_of(const fs::path& file) {
   const std::string stem = file.stem().string(), extension = file.extension().string();
-  if (extension != ".h5" && extension != ".shape" && extension != ".factor") return {};
+  if (extension != ".h5" && extension != ".shape" && extension != ".factor" && extension != ".step")
+    return {};
   if (stem.size() != kKeyDigits) return {};
   if (stem.find_first_not_of("0123456789abcdef") != std::string::npos) return {};
   return stem;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "engine/io/factor_file.h"
+#include "engine/organ/finite_parts.h"
 #include "engine/organ/organ_parts.h"
 #include "kernels/base/hash.h"
 #include "kernels/formulations/formulations.h"
@@ -16,6 +17,8 @@ namespace {
 /// Raised when pre-processing changes in a way that its inputs don't show: node placement,
 /// sampling.
 constexpr int kPreparationVersion = 3;
+/// The same of what tissue at finite strain has besides.
+constexpr int kFiniteVersion = 1;
 
 void hash_vector(Hasher& hasher, const Vec3& v) {
   for (int c = 0; c < 3; ++c) hasher.value(v[c]);
@@ -39,8 +42,6 @@ std::vector<Vec3> vectors(const std::vector<double>& numbers) {
     all.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
   return all;
 }
-
-using CacheArrays = std::map<std::string, CacheData::Array>;
 
 void keep_changeable(const ChangeableRegion& region, CacheArrays& arrays) {
   const ElasticRegion& tissue = region.tissue;
@@ -100,7 +101,7 @@ ChangeableRegion changeable_from_cache(CacheArrays& arrays) {
   tissue.begin.assign(begin.begin(), begin.end());
   tissue.cell_begin.assign(cell_begin.begin(), cell_begin.end());
   const std::size_t columns = 3 * tissue.nodes.size(), points = tissue.size();
-  if (columns == 0 || tissue.weights.size() != points || tissue.begin.size() != points + 1 ||
+  if (columns == 0 || tissue.positions.size() != points || tissue.begin.size() != points + 1 ||
       tissue.begin.back() != tissue.gradients.size() ||
       tissue.point_nodes.size() != tissue.gradients.size() || tissue.cell_begin.empty() ||
       ElasticRegion::kTerms * tissue.cell_begin.back() != tissue.cell_gradients.size() ||
@@ -134,6 +135,24 @@ std::vector<std::string> notes_from_cache(PreparedResponse& stored) {
 std::filesystem::path factor_file(const ResponseCache& cache, const std::string& key) {
   return cache.file(key).replace_extension(".factor");
 }
+std::filesystem::path step_file(const ResponseCache& cache, const std::string& key) {
+  return cache.file(key).replace_extension(".step");
+}
+
+/// Of these nodes; null, with a warning, where the file doesn't hold it.
+std::shared_ptr<const StiffnessFactor> cached_factor(const std::filesystem::path& file,
+                                                     const OrganModel& model,
+                                                     const std::string& organ,
+                                                     std::vector<std::string>& warnings) {
+  auto factor = read_factor(file, model.key);
+  if (factor && factor->nodes() == model.places.nodes)
+    return std::make_shared<const StiffnessFactor>(std::move(*factor));
+  const Error why =
+      factor ? failure("it was made for other nodes").error() : std::move(factor.error());
+  warnings.push_back(
+      fmt::format("{}: cache {}: rebuilt because {}", organ, file.string(), why.text()));
+  return nullptr;
+}
 
 }  // namespace
 
@@ -146,7 +165,7 @@ std::uint64_t cached_bytes(const BodyDemand& demand, const std::string& key) {
   if (!demand.elastic()) return size(shape_file(key));
   const ResponseCache cache(ResponseCache::default_folder());
   const std::uint64_t response = size(cache.file(key));
-  return response > 0 ? response + size(factor_file(cache, key)) : 0;
+  return response > 0 ? response + size(factor_file(cache, key)) + size(step_file(cache, key)) : 0;
 }
 
 PreparedResponse to_cache(const OrganModel& model, std::span<const std::string> said) {
@@ -173,11 +192,15 @@ Result<void> save_factor(const ResponseCache& cache, const OrganModel& model,
   std::error_code error;
   std::filesystem::create_directories(file.parent_path(), error);
   if (error) return failure(file.parent_path().string() + ": can't be created: " + error.message());
+  if (model.finite)
+    if (auto saved = write_factor(step_file(cache, model.key), model.key, *model.finite->factor());
+        !saved)
+      return saved;
   return write_factor(file, model.key, *factor);
 }
 
 bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescription& organ,
-                 const BodyDemand& demand, const PrepareOptions& options,
+                 const Tissue& tissue, const BodyDemand& demand, const PrepareOptions& options,
                  std::vector<std::string>& warnings) {
   CachedResponse cached = cache.load(model.key);
   if (!cached.warning.empty()) warnings.push_back(organ.name + ": cache " + cached.warning);
@@ -191,21 +214,15 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
     model.sag = std::move(*sag);
   model.changeable = changeable_from_cache(cached.response->extra);
   if (!model.deformable() || !add_places(model, organ, demand)) return false;
-  if (model.sag.size() != (demand.sags ? 9 * model.places.size() : 0)) return false;
+  const bool sag = demand.sags && organ.response != Response::kFinite;
+  if (model.sag.size() != (sag ? 9 * model.places.size() : 0)) return false;
   if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
   if (comes_on_demand(model, organ, options.column_budget)) {
-    auto factor = read_factor(factor_file(cache, model.key), model.key);
-    if (!factor || factor->nodes() != model.places.nodes) {
-      const Error why =
-          factor ? failure("it was made for other nodes").error() : std::move(factor.error());
-      warnings.push_back(fmt::format("{}: cache {}: rebuilt because {}", organ.name,
-                                     factor_file(cache, model.key).string(), why.text()));
-      return false;
-    }
+    auto factor = cached_factor(factor_file(cache, model.key), model, organ.name, warnings);
+    if (!factor) return false;
     const SurfaceCompliance made = std::move(model.compliance);
     if (made.places != model.places.size()) return false;
-    model.compliance =
-        columns_to_come(model, std::make_shared<const StiffnessFactor>(std::move(*factor)));
+    model.compliance = columns_to_come(model, std::move(factor));
     const std::size_t three = 3 * made.rows();
     for (std::size_t t = 0; t < made.touchable.size(); ++t)
       std::copy_n(
@@ -214,6 +231,15 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
               static_cast<std::ptrdiff_t>(made.touchable[t]) * static_cast<std::ptrdiff_t>(three));
     model.compliance.on_demand->take_as_made(made.touchable);
     model.compliance.on_demand->end_preparation();
+  }
+  if (organ.response == Response::kFinite) {
+    const auto parts = finite_from_cache(cached.response->extra, model.cloud.size());
+    if (!parts) return false;
+    auto step = cached_factor(step_file(cache, model.key), model, organ.name, warnings);
+    if (!step || !make_finite(model, *parts, finite_options(organ, tissue), std::move(step)))
+      return false;
+    model.step_compliance.need(prepared_places(model, organ, demand, options.column_budget));
+    model.step_compliance.on_demand->end_preparation();
   }
   return model.touchable.places == model.compliance.touchable &&
          model.places.size() == model.compliance.places;
@@ -235,6 +261,11 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
   // Columns made one by one have other last digits than all at once.
   hasher.value(options.column_budget).text("fine");
   for (const Region& region : demand.fine) hash_region(hasher, region);
+  if (organ.response == Response::kFinite) {
+    const FiniteOptions finite = finite_options(organ, tissue);
+    hasher.text("finite").value(kFiniteVersion).value(finite.time_step).value(finite.density);
+    hasher.value(finite.viscous_time).value(finite.dynamic);
+  }
   if (demand.sags) hasher.text("sags").value(tissue.density);
   if (!demand.burnt.empty()) {
     hasher.text("burnt").value(demand.burn_depth);

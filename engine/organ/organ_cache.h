@@ -23,13 +23,13 @@ std::uint64_t cached_bytes(const BodyDemand& demand, const std::string& key);
 /// `said`: the notes that preparing its elasticity left.
 PreparedResponse to_cache(const OrganModel& model, std::span<const std::string> said);
 
-/// Only where columns are left to be made from it.
+/// Only where columns are left to be made from it; with that of a step at finite strain.
 Result<void> save_factor(const ResponseCache& cache, const OrganModel& model,
                          const StiffnessFactor* factor);
 
 /// Fills `model` from the cache; false when there is nothing usable there.
 bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescription& organ,
-                 const BodyDemand& demand, const PrepareOptions& options,
+                 const Tissue& tissue, const BodyDemand& demand, const PrepareOptions& options,
                  std::vector<std::string>& warnings);
 
 }  // namespace viscera

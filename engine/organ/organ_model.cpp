@@ -8,6 +8,7 @@
 #include <map>
 #include <span>
 
+#include "engine/organ/finite_parts.h"
 #include "engine/organ/organ_cache.h"
 #include "engine/organ/organ_parts.h"
 #include "kernels/base/stopwatch.h"
@@ -119,10 +120,12 @@ Result<void> add_changeable(OrganModel& model, ElasticSolver& solver, const Body
   }
 }
 
-/// `kept` becomes the factor where columns are left to be made from it.
+/// `kept` becomes the factor where columns are left to be made from it, `parts` what tissue at
+/// finite strain is made of.
 Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tissue& tissue,
                      const BodyDemand& demand, const PrepareOptions& options,
-                     const Progress& progress, std::shared_ptr<const StiffnessFactor>& kept) {
+                     const Progress& progress, std::shared_ptr<const StiffnessFactor>& kept,
+                     std::optional<FiniteParts>& parts) {
   if (!model.deformable()) {
     auto placed =
         place_cloud(organ, model.surface, demand, part_of(progress, kShapeDone, kCloudDone));
@@ -141,7 +144,11 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
-  if (demand.sags)
+  if (organ.response == Response::kFinite) {
+    auto made = finite_parts(model, organ, **solver);
+    if (!made) return std::unexpected(made.error());
+    parts = std::move(*made);
+  } else if (demand.sags)
     if (auto weighed = weigh(model, **solver, tissue.density); !weighed) return weighed;
   double smallest_eigenvalue = 0.0;
   const bool on_demand = comes_on_demand(model, organ, options.column_budget);
@@ -152,7 +159,8 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
     model.compliance.on_demand->end_preparation();
     // That of the whole is no greater than that of a part. But it is positive all the same: a
     // factor in real numbers is there only where the stiffness is.
-    smallest_eigenvalue = smallest_compliance_eigenvalue(made_part(model.compliance));
+    if (!prepared.empty())
+      smallest_eigenvalue = smallest_compliance_eigenvalue(made_part(model.compliance));
   } else if (model.touchable.size() > 0) {
     auto compliance = (*solver)->compliance(model.places.fields, model.touchable.places,
                                             part_of(progress, kFactorDone, kComplianceDone));
@@ -160,6 +168,12 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
     model.compliance = std::move(*compliance);
   } else {
     model.compliance.places = model.places.size();
+  }
+  if (parts) {
+    const FiniteOptions finite = finite_options(organ, tissue);
+    if (auto made = make_finite(model, *parts, finite, nullptr); !made) return made;
+    model.step_compliance.need(prepared);
+    model.step_compliance.on_demand->end_preparation();
   }
   model.figures = (*solver)->figures();
   if (on_demand) model.figures.smallest_compliance_eigenvalue = smallest_eigenvalue;
@@ -191,6 +205,11 @@ std::size_t OrganModel::memory_bytes() const {
     columns = (made.prepared + made.on_demand) * compliance.rows() * sizeof(float) +
               compliance.on_demand->source().memory_bytes();
   }
+  if (finite) {
+    const ColumnFigures made = step_compliance.on_demand->figures();
+    columns += (made.prepared + made.on_demand) * step_compliance.rows() * sizeof(float) +
+               finite->memory_bytes();
+  }
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
          of(cloud.positions) + of(cloud.spacings) + columns + of(half_columns.entries) +
          of(compliance.touchable) + of(sag) + changeable.memory_bytes() + of(touchable.positions) +
@@ -221,17 +240,21 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(
   if (demand.elastic()) {
     const ResponseCache cache(ResponseCache::default_folder());
     model->cache_hit =
-        options.use_cache && load_cached(cache, *model, organ, demand, options, warnings);
+        options.use_cache && load_cached(cache, *model, organ, tissue, demand, options, warnings);
     if (!model->cache_hit) {
       model = start(std::move(begun));
       std::shared_ptr<const StiffnessFactor> factor;
-      if (auto done = compute(*model, organ, tissue, demand, options, progress, factor); !done)
+      std::optional<FiniteParts> parts;
+      if (auto done = compute(*model, organ, tissue, demand, options, progress, factor, parts);
+          !done)
         return std::unexpected(done.error());
       if (options.use_cache) {
         if (auto saved = save_factor(cache, *model, factor.get()); !saved)
           warn_once(warnings, "cache not written: " + saved.error().text());
         const auto said = std::span(model->notes).subspan(shape.notes.size());
-        if (auto saved = cache.save(model->key, to_cache(*model, said)); !saved)
+        PreparedResponse stored = to_cache(*model, said);
+        if (parts) keep_finite(*parts, stored.extra);
+        if (auto saved = cache.save(model->key, stored); !saved)
           warn_once(warnings, "cache not written: " + saved.error().text());
       }
     }
@@ -248,7 +271,8 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(
     const Formulation& formulation = *find_formulation(organ.formulation);
     std::string warning(formulation.warning());
     if (!warning.empty()) warn_once(warnings, std::move(warning));
-    if (!model->touchable_anywhere()) {
+    // A factor in real numbers is there only where the stiffness is positive.
+    if (!model->touchable_anywhere() || model->finite) {
       model->prepare_s = shape.seconds + watch.seconds();
       return model;
     }

@@ -20,6 +20,8 @@
 
 namespace viscera {
 
+class FiniteSolver;
+
 /// Immutable, and stays where it is made: its drawn surface points at its triangles. All geometry
 /// in the organ's own frame.
 struct OrganModel {
@@ -42,6 +44,10 @@ struct OrganModel {
   /// Displacements of the places of the surface per change of gravity along x, y and z [m per
   /// m/s2]; empty: it doesn't sag.                                              (3 places x 3)
   std::vector<float> sag;
+  /// Of tissue at finite strain; null: it is linear. `compliance` is then that of the body at rest,
+  /// this one that of a step, both with columns when they are asked for.
+  std::shared_ptr<const FiniteSolver> finite;
+  SurfaceCompliance step_compliance;
   ChangeableRegion changeable;  ///< tissue that may coagulate; empty: none may, or none is followed
   SurfacePlaces places;
   TouchableSurface touchable;

@@ -39,7 +39,8 @@ Result<void> add_places(OrganModel& model, const OrganDescription& organ,
   if (!places) return std::unexpected(places.error());
   model.places = std::move(*places);
   // All of the surface: a tool may leave its path. What only sags has no place to touch.
-  if (demand.touched) {
+  // Where loads enter a body at finite strain, whether any ever will.
+  if (demand.touched || organ.response == Response::kFinite) {
     auto touchable = touchable_part(model.places, [](const Vec3&) { return true; });
     if (!touchable) return std::unexpected(touchable.error());
     model.touchable = std::move(*touchable);
@@ -56,6 +57,7 @@ std::size_t compliance_bytes(std::size_t places, std::size_t touchable) {
 
 bool comes_on_demand(const OrganModel& model, const OrganDescription& organ,
                      std::size_t column_budget) {
+  if (organ.response == Response::kFinite) return true;
   // Half precision needs the greatest entry of all.
   return compliance_bytes(model.places.size(), model.touchable.size()) > column_budget &&
          organ.displacement_storage == DisplacementStorage::kSingle &&
@@ -96,6 +98,24 @@ SurfaceCompliance columns_to_come(const OrganModel& model,
   compliance.on_demand = std::make_shared<ColumnsOnDemand>(
       StiffnessFactor::columns(std::move(factor), model.places.fields),
       compliance.touchable.size());
+  return compliance;
+}
+
+SurfaceCompliance step_columns_to_come(const OrganModel& model,
+                                       std::shared_ptr<const StiffnessFactor> factor) {
+  SparseWeights rows = model.places.fields;
+  for (std::size_t node = 0; node < model.cloud.size(); ++node) {
+    rows.nodes.push_back(static_cast<int>(node));
+    rows.values.push_back(1.0f);
+    rows.row_begin.push_back(static_cast<int>(rows.nodes.size()));
+  }
+  SurfaceCompliance compliance;
+  compliance.places = rows.rows();
+  compliance.touchable = model.touchable.places;
+  const std::size_t touchable = compliance.touchable.size();
+  compliance.columns.resize(3 * compliance.rows() * touchable);
+  compliance.on_demand = std::make_shared<ColumnsOnDemand>(
+      StiffnessFactor::columns(std::move(factor), rows, touchable), touchable);
   return compliance;
 }
 

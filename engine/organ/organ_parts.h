@@ -39,4 +39,9 @@ SurfaceCompliance made_part(const SurfaceCompliance& compliance);
 SurfaceCompliance columns_to_come(const OrganModel& model,
                                   std::shared_ptr<const StiffnessFactor> factor);
 
+/// The same of a step at finite strain, with a row for each node's unknowns after those of the
+/// places.
+SurfaceCompliance step_columns_to_come(const OrganModel& model,
+                                       std::shared_ptr<const StiffnessFactor> factor);
+
 }  // namespace viscera

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "engine/organ/finite_parts.h"
 #include "engine/organ/organ_cache.h"
 #include "engine/organ/organ_parts.h"
 #include "engine/organ/shape.h"
@@ -77,7 +78,11 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.prepared_places);
   if (plan.prepared_places < plan.touchable_places)
     plan.memory_bytes += sizeof(float) * cost.factor_entries;
-  if (demand.sags) plan.memory_bytes += 9 * plan.places * sizeof(float);
+  const bool finite = organ.response == Response::kFinite;
+  if (finite)
+    plan.memory_bytes += compliance_bytes(plan.places + plan.nodes, plan.prepared_places) +
+                         finite_bytes(plan.nodes, cost.factor_entries);
+  if (demand.sags && !finite) plan.memory_bytes += 9 * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
     plan.memory_bytes = plan.memory_bytes -
                         compliance_bytes(plan.places, plan.touchable_places) / 2 +
@@ -85,6 +90,11 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   plan.preparation_bytes =
       model.memory_bytes() + std::max(cost.factoring_bytes, columns_bytes(plan, cost));
   plan.prepare_s = expected_time(plan, cost);
+  if (finite) {
+    // The same once more: another factor, with columns of its own.
+    plan.preparation_bytes += finite_bytes(plan.nodes, cost.factor_entries);
+    plan.prepare_s *= 2.0;
+  }
   return plan;
 }
 

@@ -67,6 +67,14 @@ OrganGeometry geometry_of(const Json& values) {
   return geometry;
 }
 
+FiniteDescription finite_of(const Json& values) {
+  FiniteDescription finite;
+  finite.quasi_static = values["quasi_static"];
+  finite.viscous_time = from_milli(values["viscous_time_ms"]);
+  finite.iterations = values["iterations"];
+  return finite;
+}
+
 OrganDescription organ_of(const Json& values) {
   OrganDescription organ;
   organ.name = values["name"];
@@ -80,6 +88,8 @@ OrganDescription organ_of(const Json& values) {
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
   organ.formulation = values["formulation"];
   if (values["response"] == "local") organ.response = Response::kLocal;
+  if (values["response"] == "finite") organ.response = Response::kFinite;
+  organ.finite = finite_of(values["finite"]);
   const Json& resolution = values["resolution"];
   organ.resolution = {from_milli(resolution["spacing_mm"]),
                       from_milli(resolution["finest_spacing_mm"]),

@@ -67,9 +67,16 @@ struct FrameMotion {
 /// single.
 enum class DisplacementStorage { kSingle, kHalf };
 
-/// What an organ answers forces with: its precomputed compliance (GPAFF), or hives about
-/// whatever touches it (LPAFF).
-enum class Response { kGlobal, kLocal };
+/// What an organ answers forces with: its precomputed compliance (GPAFF), its energy at finite
+/// strain (kernels/finite), or hives about whatever touches it (LPAFF).
+enum class Response { kLinear, kFinite, kLocal };
+
+/// How tissue at finite strain moves.
+struct FiniteDescription {
+  bool quasi_static = false;   ///< every step goes to equilibrium, without mass and viscosity
+  double viscous_time = 0.02;  ///< viscosity over shear modulus [s]
+  int iterations = 2;          ///< quasi-Newton steps a frame
+};
 
 /// How held tools feel tissue beyond small, slow strains.
 struct MaterialDescription {
@@ -88,7 +95,8 @@ struct OrganDescription {
   Pose pose;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";
-  Response response = Response::kGlobal;
+  Response response = Response::kLinear;
+  FiniteDescription finite;
   Resolution resolution;
   DisplacementStorage displacement_storage = DisplacementStorage::kSingle;
   bool deformable = true;  ///< false: scenery; no nodes, no contact

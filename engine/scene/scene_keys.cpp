@@ -146,6 +146,23 @@ ObjectSpec pose() {
           {}};
 }
 
+ObjectSpec finite() {
+  return {
+      "Tissue at finite strain.",
+      {boolean("quasi_static", "true: every frame goes to equilibrium, without mass and viscosity.")
+           .otherwise(false),
+       number("viscous_time_ms",
+              "Viscosity over shear modulus: what keeps tissue from swinging for long.")
+           .between(0, 1000)
+           .otherwise(20),
+       integer("iterations",
+               "Quasi-Newton steps a frame; report.json says what a further one would gain.")
+           .between(1, 100)
+           .otherwise(2)},
+      {},
+      {}};
+}
+
 /// What features add to one kind of object.
 void add_part(ObjectSpec& spec, const std::vector<FeatureKeys>& features,
               FeatureKeys::Part FeatureKeys::*part) {
@@ -178,11 +195,14 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
           .known_as("formulation")
           .otherwise("galerkin"),
       text("response",
-           "What it answers forces with: a compliance computed before the run (global), or hives "
-           "about "
-           "whatever touches it (local), with nothing to prepare.")
-          .one_of({"global", "local"})
-          .otherwise("global"),
+           "What it answers forces with: a compliance computed before the run (linear; also "
+           "called global), its energy at finite strain (finite), which carries being lifted and "
+           "bent far and swings back when it is let go, or hives about whatever touches it "
+           "(local), with nothing to prepare.")
+          .one_of({"linear", "finite", "local", "global"})
+          .otherwise("linear"),
+      object("finite", "How it moves where its response is finite.", finite())
+          .otherwise(Json::object()),
       object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),
       text("displacement_storage",
            "Precision of the numbers that move the drawn surface under forces: half takes about "

@@ -36,6 +36,7 @@ class ChangedBody final : public ElasticSolver, public RegionSolver {
   Result<ElasticRegion> region(const Where& wanted) const override {
     return system_->region(wanted);
   }
+  Result<SymmetricBlockMatrix> hold() const override { return system_->hold(); }
 
   const NodedBody& body() const { return body_; }
   const SurfacePlaces& places() const { return places_; }

@@ -393,12 +393,16 @@ std::size_t PatchContact::moving_cells() const {
   return state_.places.size() - (anchored_ ? anchors_->places.size() : 0);
 }
 
-void PatchContact::make_response() {
+void PatchContact::couple_places() {
   anchored_ = ends_in_anchors(state_.places);
   spread_cells(std::span(state_.places).first(moving_cells()));
   gather_compliance();
   compress_weights();
   couple_cells();
+}
+
+void PatchContact::make_response() {
+  couple_places();
   if (anchored_)
     couple_anchors();
   else

@@ -18,7 +18,7 @@ struct DrawnSurface;
 struct HalfColumns;
 
 /// The surface, the compliance and the fields they stand on outlive it.
-class PatchContact final : public TissueContact {
+class PatchContact : public TissueContact {
  public:
   PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                const IsotropicMaterial& material);
@@ -56,15 +56,27 @@ class PatchContact final : public TissueContact {
   void draw(std::span<const float> displacements, std::span<const ContactCell> cells,
             const ContactSolution& solution, std::vector<Vec3f>& positions) const override;
 
+ protected:
+  /// Weights, and `response_` as the body's part alone; then what is finer than places.
+  void couple_places();
+  void couple_nearby();
+  std::size_t moving_cells() const;  ///< of the last see_places: those before the anchors
+  /// Of the last see_places' moving cells: touchable places under them, ascending (m), and each
+  /// cell's share of them as coefficients x basis.
+  const std::vector<int>& touched() const { return touched_; }
+  const MatrixX& coefficients() const { return coefficients_; }  ///< cells x r
+  const MatrixX& basis() const { return basis_; }                ///< r x m
+  const TouchableSurface& surface() const { return surface_; }
+  const DrawnSurface& drawn() const { return *drawn_; }
+  void make_response() override;
+  void drop_response() override;
+
  private:
   struct Anchors;
 
   bool ends_in_anchors(std::span<const Place> places) const;
   void couple_anchors();
-  std::size_t moving_cells() const;  ///< of the last see_places: those before the anchors
-  void make_response() override;
   void places_changed() override;
-  void drop_response() override;
   void spread_forces(std::span<const Vec3> forces, ContactResponse& response) override;
   NearField any_near_field() const override;
   MatrixX taken_by_update(std::size_t begin, const MatrixX& shares) const override;
@@ -77,7 +89,6 @@ class PatchContact final : public TissueContact {
   bool see_each_other(std::size_t k, std::size_t l) const;  ///< through tissue
   void compress_weights();
   void couple_cells();
-  void couple_nearby();
 
   IsotropicMaterial material_of(double stiffness) const;
   void take_off_columns(std::span<const double> weights, float* columns) const;

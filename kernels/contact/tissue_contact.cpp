@@ -262,6 +262,11 @@ const MatrixX& TissueContact::cell_response() {
   return response_;
 }
 
+void TissueContact::remake_matrix() {
+  assemble(backing_);
+  lift();
+}
+
 void TissueContact::restore(State state) {
   forget();
   state_ = std::move(state);

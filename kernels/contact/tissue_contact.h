@@ -2,7 +2,7 @@
 // surface: unilateral where a tool presses, with or without friction; bilateral where a closed jaw
 // or a spring holds. The same conditions and the same solvers for every kind of body; how a body
 // answers forces on its cells is what its kind brings (PatchContact: a prepared compliance;
-// HiveContact: hives alone).
+// HiveContact: hives alone; FiniteContact: tissue at finite strain, which has a motion of its own).
 #pragma once
 
 #include <memory>
@@ -16,6 +16,7 @@
 
 namespace viscera {
 
+struct FiniteStep;
 struct StiffnessUpdate;
 
 /// What a kind of tissue can do beyond being pressed and held; who needs more asks first.
@@ -23,6 +24,7 @@ struct TissueAbilities {
   bool springs = false;   ///< other bodies may hang on it by springs (`backing`, anchors)
   bool shapes = false;    ///< it has places whose displacement without forces may be given
   bool stiffens = false;  ///< it follows tissue that stiffens
+  bool moves = false;     ///< it has a motion of its own: it swings, sags, and comes to rest
 };
 
 /// The body as some of its cells meet it while everything else that touches it stays in touch.
@@ -53,13 +55,21 @@ class TissueContact {
   virtual void stiffen(std::shared_ptr<const StiffnessUpdate>) {}
   virtual const StiffnessUpdate* update() const { return nullptr; }
 
+  /// From now on solves are of the next step, under a weight of this acceleration [m/s2]. Of one
+  /// step any number may be asked for: each begins where the last step ended.
+  virtual void begin_step(const Vec3& /*acceleration*/) {}
+  /// Whether its shape may change though nothing touches it: a solve without cells then goes on.
+  virtual bool moving() const { return false; }
+  /// How the last solve's step went; null: it has no motion of its own.
+  virtual const FiniteStep* last_step() const { return nullptr; }
+
   /// Every tool's cells on this body together. u at cell k is free_k + sum_l response_kl f_l ;
   /// pressed cells: f.direction >= 0, u.direction >= depth, complementary, the tangential force
   /// within the cone of friction and against the slip; held cells: u = displacement. What holds the
   /// last cells may yield: `backing`, symmetric, (3 n) x (3 n) for the last n cells, all held, is
   /// what it gives way under their forces [m/N]; for these u + backing f = displacement.
-  void solve(std::span<const ContactCell> cells, ContactSolution& solution,
-             ContactResponse& response, const MatrixX& backing = {});
+  virtual void solve(std::span<const ContactCell> cells, ContactSolution& solution,
+                     ContactResponse& response, const MatrixX& backing = {});
 
   /// The body under these forces on its cells [N], with no condition asked: what the last solve
   /// found, with some of the forces replaced, or forces known from elsewhere. Fills what the forces
@@ -79,8 +89,9 @@ class TissueContact {
   /// are held, and pressed ones that touch, stay as they are: the body's answer is linear about
   /// this moment. Of what is taken only c sums over the cells are found, each with its `shares` of
   /// their displacements; c x m. Nothing where there was no solve.
-  std::optional<OthersHold> hold_of_others(std::span<const ContactCell> cells, std::size_t begin,
-                                           std::size_t end, const MatrixX& shares);
+  virtual std::optional<OthersHold> hold_of_others(std::span<const ContactCell> cells,
+                                                   std::size_t begin, std::size_t end,
+                                                   const MatrixX& shares);
 
   /// Displacements of the places of the surface under the last solve's forces, which `response`
   /// holds [m]; none where its kind has no places.                                    (3 places)
@@ -125,6 +136,10 @@ class TissueContact {
   void see_places(std::span<const ContactCell> cells, bool one_of_several);
   /// Where they are at hand, that is all.
   void ensure_response();
+  /// `response_` is another one for the same places: the next solve makes its matrix of it.
+  void response_changed() { matrix_at_hand_ = false; }
+  /// The matrix of the last solve's conditions, of `response_` as it is now.
+  void remake_matrix();
   /// The body is another one since: neither places nor conditions hold.
   void forget_conditions();
   std::size_t conditions_memory_bytes() const;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/contact/contact_cells.h"
+#include "kernels/finite/finite_state.h"
 
 namespace viscera {
 
@@ -45,6 +46,7 @@ struct TissueContactState {
   std::uint64_t columns_built = 0;  ///< cells whose columns are put together; hives have none
   int stayed = 0;                   ///< solves in a row at these places; several of one frame that
   bool counted = false;             ///< are told as such count once
+  FiniteState motion;               ///< of tissue at finite strain; else empty
 
   /// Force components that are unknown of the last solve's cells.
   std::size_t unknowns() const {
@@ -60,7 +62,7 @@ struct TissueContactState {
                       field("lifted", &S::lifted), field("forces", &S::forces),
                       field("displacements", &S::displacements), field("response", &S::response),
                       field("columns_built", &S::columns_built), field("stayed", &S::stayed),
-                      field("counted", &S::counted));
+                      field("counted", &S::counted), field("motion", &S::motion));
   }
 };
 static_assert(fields_cover<TissueContactState::Place>() && fields_cover<TissueContactState::Way>());

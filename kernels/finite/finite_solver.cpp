@@ -5,28 +5,16 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <string>
 
 #include "kernels/base/parallel.h"
+#include "kernels/finite/finite_limits.h"
 #include "kernels/finite/secant_pairs.h"
+#include "kernels/finite/step_energy.h"
 
 namespace viscera {
 namespace {
 
-/// Rotations are taken anew every so many steps.
-constexpr int kStepsAWarp = 3;
-/// More iterations for so many steps after tissue was let go.
-constexpr int kStepsReleased = 5;
-/// Further than this no target moves at once: the way is made in parts [m].
-constexpr double kLongestWay = 6e-3;
-/// Of the first search, over the slope [Armijo1966]; the slack is what the sums of an energy err
-/// by.
-constexpr double kArmijo = 1e-4, kSlack = 2e-6;
-constexpr int kMostTrials = 6;
-/// A step shorter than this says that the pairs of before don't fit.
-constexpr double kShortest = 0.1;
-/// Beyond these a state isn't tissue's any more: the last good one is taken back.
-constexpr double kFarthest = 0.2;  // [m]
-constexpr double kFastest = 2.0;   // [m/s]
 /// Keeps W from being singular where points are held closer than nodes.
 constexpr double kRowsShift = 1e-7;
 
@@ -69,13 +57,36 @@ void HeldRows::add(std::span<const int> point_nodes, std::span<const double> poi
   begin.push_back(nodes.size());
 }
 
+namespace {
+
+Result<void> check_options(const FiniteOptions& options) {
+  Error mistakes;
+  const auto expect = [&](bool right, const std::string& mistake) {
+    if (!right) mistakes.messages.push_back(mistake);
+  };
+  const double dt = options.time_step;
+  expect(std::isfinite(dt) && dt > 0.0,
+         "time step: found " + std::to_string(dt) + " s, expected more than 0");
+  expect(std::isfinite(options.density) && options.density > 0.0,
+         "density: found " + std::to_string(options.density) + " kg/m3, expected more than 0");
+  expect(std::isfinite(options.viscous_time) && options.viscous_time >= 0.0,
+         "viscous time: found " + std::to_string(options.viscous_time) + " s, expected 0 or more");
+  expect(options.iterations > 0 && options.iterations_released > 0,
+         "iterations: found " + std::to_string(options.iterations) + " and " +
+             std::to_string(options.iterations_released) + " after a release, expected 1 or more");
+  expect(options.decrement > 0.0,
+         "decrement: found " + std::to_string(options.decrement) + ", expected more than 0");
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return {};
+}
+
+}  // namespace
+
 Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> body,
                                            std::span<const Vec3> positions,
                                            std::span<const double> volumes,
                                            const FiniteOptions& options) {
-  FiniteSolver solver;
-  solver.options_ = options;
-  for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
+  if (auto sound = check_options(options); !sound) return std::unexpected(sound.error());
   const double dt = options.time_step;
   const std::vector<double> rest(3 * body->nodes(), 0.0);
   SymmetricBlockMatrix matrix =
@@ -84,10 +95,26 @@ Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> bod
     for (std::size_t node = 0; node < body->nodes(); ++node)
       for (std::size_t k = 0; k < 3; ++k)
         matrix.blocks[9 * matrix.pattern.row_begin[node] + 4 * k] +=
-            solver.masses_[node] / (dt * dt);
+            options.density * volumes[node] / (dt * dt);
   auto factor = StiffnessFactor::factor(matrix, positions);
   if (!factor) return std::unexpected(factor.error());
-  solver.factor_ = std::make_shared<StiffnessFactor>(std::move(*factor));
+  return prepared(std::move(body), volumes, options,
+                  std::make_shared<StiffnessFactor>(std::move(*factor)));
+}
+
+Result<FiniteSolver> FiniteSolver::prepared(std::shared_ptr<const FiniteBody> body,
+                                            std::span<const double> volumes,
+                                            const FiniteOptions& options,
+                                            std::shared_ptr<const StiffnessFactor> factor) {
+  if (auto sound = check_options(options); !sound) return std::unexpected(sound.error());
+  if (volumes.size() != body->nodes() || factor->nodes() != body->nodes())
+    return failure("factor: found one of " + std::to_string(factor->nodes()) + " nodes with " +
+                   std::to_string(volumes.size()) + " volumes, expected " +
+                   std::to_string(body->nodes()));
+  FiniteSolver solver;
+  solver.options_ = options;
+  for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
+  solver.factor_ = std::move(factor);
   solver.body_ = std::move(body);
   return solver;
 }
@@ -105,7 +132,7 @@ FiniteState FiniteSolver::at_rest() const {
   FiniteState state;
   state.displacements.assign(3 * n, 0.0);
   state.velocities.assign(3 * n, 0.0);
-  state.strains.assign(6 * body_->points(), 0.0);
+  state.loads.assign(3 * n, 0.0);
   state.rotations = no_rotations(n);
   state.steps_since_warp = kStepsAWarp;
   return state;
@@ -133,45 +160,18 @@ class FiniteSolver::Descent {
  public:
   Descent(const FiniteSolver& solver, std::span<const GripTarget> targets, const FiniteState& state,
           const NodalRotations& rotations, const std::vector<int>& groups)
-      : solver_(solver), targets_(targets), rotations_(rotations) {
-    const FiniteOptions& options = solver.options_;
-    const double dt = options.time_step;
+      : solver_(solver),
+        targets_(targets),
+        rotations_(rotations),
+        energy_(*solver.body_, solver.masses_, solver.options_, solver.options_.gravity, state) {
     n_ = static_cast<Eigen::Index>(state.displacements.size());
-    if (options.dynamic) {
-      aim_ = to_vector(state.displacements) + dt * to_vector(state.velocities);
-      viscosity_ = {options.viscous_time / dt, state.strains};
-    }
     turn_columns(groups);
     from_ = held(to_vector(state.displacements));
   }
 
   Eigen::Index rows() const { return rows_; }
 
-  /// Energy at u, and its gradient there unless that is null.
-  double energy(const VectorX& u, VectorX* gradient) {
-    const FiniteOptions& options = solver_.options_;
-    std::span<double> g;
-    if (gradient != nullptr) {
-      gradient->setZero(n_);
-      g = {gradient->data(), static_cast<std::size_t>(n_)};
-    }
-    ++evaluations_;
-    double sum = solver_.body_->energy(span_of(u), g, workspace_, viscosity_);
-    const double rate = options.dynamic ? 1.0 / (options.time_step * options.time_step) : 0.0;
-    for (std::size_t node = 0; node < solver_.masses_.size(); ++node) {
-      const double mass = solver_.masses_[node];
-      const auto at = static_cast<Eigen::Index>(3 * node);
-      Vec3 force = -mass * options.gravity;
-      sum += force.dot(u.segment<3>(at));
-      if (options.dynamic) {
-        const Vec3 away = u.segment<3>(at) - aim_.segment<3>(at);
-        sum += 0.5 * mass * rate * away.squaredNorm();
-        force += mass * rate * away;
-      }
-      if (gradient != nullptr) gradient->segment<3>(at) += force;
-    }
-    return sum;
-  }
+  double energy(const VectorX& u, VectorX* gradient) { return energy_.at(u, gradient); }
 
   /// d - Phi u for targets that have made this share of their way.
   VectorX gaps(const VectorX& u, double share) const {
@@ -215,7 +215,7 @@ class FiniteSolver::Descent {
         pairs.clear();
         way = direction(u, g, z, pairs);
       }
-      told.residual = std::abs(value) > 0.0 ? -0.5 * way.slope / std::abs(value) : 0.0;
+      told.residual = residual_of(-0.5 * way.slope, value);
       told.converged = told.residual <= solver_.options_.decrement;
       if (told.converged || !(way.slope < 0.0)) break;
       ++told.iterations;
@@ -248,7 +248,7 @@ class FiniteSolver::Descent {
     return all;
   }
 
-  int evaluations() const { return evaluations_; }
+  int evaluations() const { return energy_.evaluations(); }
 
  private:
   VectorX first_guess(const VectorX& g) const {
@@ -358,43 +358,63 @@ class FiniteSolver::Descent {
   std::span<const GripTarget> targets_;
   const NodalRotations& rotations_;
   Eigen::Index n_ = 0, rows_ = 0;
-  VectorX aim_;
-  Viscosity viscosity_;
+  StepEnergy energy_;
   MatrixX columns_;
   VectorX from_;        // Phi u at the step's start
   double share_ = 1.0;  // of the way that targets have made
   Eigen::LDLT<MatrixX> first_;
-  FiniteBody::Workspace workspace_;
-  int evaluations_ = 0;
 };
+
+bool FiniteSolver::turn_nodes(std::span<const int> groups, std::size_t group_count,
+                              const FiniteState& state, NodalRotations& rotations) const {
+  rotations = state.rotations;
+  const std::size_t nodes = body_->nodes();
+  if (state.steps_since_warp >= kStepsAWarp) {
+    const std::vector<Mat3> means = body_->mean_gradients(state.displacements);
+    std::vector<Mat3> of_group(group_count, Mat3::Zero());
+    for (std::size_t node = 0; node < nodes; ++node)
+      if (groups[node] >= 0) of_group[static_cast<std::size_t>(groups[node])] += means[node];
+    for (Mat3& f : of_group) f = polar_rotation(f);
+    for (std::size_t node = 0; node < nodes; ++node)
+      Eigen::Map<Mat3>(rotations.data() + 9 * node) =
+          groups[node] >= 0 ? of_group[static_cast<std::size_t>(groups[node])]
+                            : polar_rotation(means[node]);
+    return true;
+  }
+  // What is newly held turns as its first node does until rotations are taken anew.
+  std::vector<int> first(group_count, -1);
+  for (std::size_t node = 0; node < nodes; ++node) {
+    if (groups[node] < 0) continue;
+    int& of = first[static_cast<std::size_t>(groups[node])];
+    if (of < 0) of = static_cast<int>(node);
+    const Mat3 shared = rotation_of(rotations, static_cast<std::size_t>(of));
+    Eigen::Map<Mat3>(rotations.data() + 9 * node) = shared;
+  }
+  return false;
+}
+
+void FiniteSolver::finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,
+                          FiniteState& state) const {
+  if (options_.dynamic) {
+    for (Eigen::Index at = 0; at < u.size(); at += 3) {
+      Vec3 velocity =
+          (u.segment<3>(at) - Vec3::Map(state.displacements.data() + at)) / options_.time_step;
+      if (const double speed = velocity.norm(); speed > kFastest) velocity *= kFastest / speed;
+      Vec3::Map(state.velocities.data() + at) = velocity;
+    }
+  }
+  std::copy(u.begin(), u.end(), state.displacements.begin());
+  state.steps_since_warp = warped ? 1 : state.steps_since_warp + 1;
+  state.steps_released = released;
+  state.held = held;
+}
 
 FiniteStep FiniteSolver::step(std::span<const GripTarget> targets, FiniteState& state) const {
   FiniteStep told;
   const std::size_t nodes = body_->nodes();
   const std::vector<int> groups = groups_of(targets, nodes);
-  NodalRotations rotations = state.rotations;
-  const bool warp = state.steps_since_warp >= kStepsAWarp;
-  if (warp) {
-    const std::vector<Mat3> means = body_->mean_gradients(state.displacements);
-    std::vector<Mat3> of_group(targets.size(), Mat3::Zero());
-    for (std::size_t node = 0; node < nodes; ++node)
-      if (groups[node] >= 0) of_group[static_cast<std::size_t>(groups[node])] += means[node];
-    for (Mat3& f : of_group) f = nearest_rotation(f);
-    for (std::size_t node = 0; node < nodes; ++node)
-      Eigen::Map<Mat3>(rotations.data() + 9 * node) =
-          groups[node] >= 0 ? of_group[static_cast<std::size_t>(groups[node])]
-                            : nearest_rotation(means[node]);
-  } else {
-    // What is newly held turns as its first node does until rotations are taken anew.
-    std::vector<int> first(targets.size(), -1);
-    for (std::size_t node = 0; node < nodes; ++node) {
-      if (groups[node] < 0) continue;
-      int& of = first[static_cast<std::size_t>(groups[node])];
-      if (of < 0) of = static_cast<int>(node);
-      const Mat3 shared = rotation_of(rotations, static_cast<std::size_t>(of));
-      Eigen::Map<Mat3>(rotations.data() + 9 * node) = shared;
-    }
-  }
+  NodalRotations rotations;
+  const bool warp = turn_nodes(groups, targets.size(), state, rotations);
 
   std::int32_t held = 0;
   for (const GripTarget& target : targets)
@@ -439,30 +459,14 @@ FiniteStep FiniteSolver::step(std::span<const GripTarget> targets, FiniteState& 
   told.evaluations = descent.evaluations();
   told.energy = value;
 
-  const double dt = options_.time_step;
-  double reach = 0.0;
-  for (Eigen::Index at = 0; at < u.size(); at += 3)
-    reach = std::max(reach, u.segment<3>(at).norm());
-  if (!sane || !std::isfinite(value) || !u.allFinite() || !(reach < kFarthest)) {
+  if (!sane || !std::isfinite(value) || !is_tissue(u)) {
     told.lost = true;
-    std::ranges::fill(state.velocities, 0.0);
-    state.steps_since_warp = kStepsAWarp;
+    give_up(state);
     return told;
   }
   told.forces = descent.forces(g);
-  if (options_.dynamic) {
-    for (Eigen::Index at = 0; at < u.size(); at += 3) {
-      Vec3 velocity = (u.segment<3>(at) - before.segment<3>(at)) / dt;
-      if (const double speed = velocity.norm(); speed > kFastest) velocity *= kFastest / speed;
-      Vec3::Map(state.velocities.data() + at) = velocity;
-    }
-    state.strains = body_->strains(span_of(u));
-  }
-  std::copy(u.begin(), u.end(), state.displacements.begin());
+  finish(u, warp, held, released, state);
   state.rotations = std::move(rotations);
-  state.steps_since_warp = warp ? 1 : state.steps_since_warp + 1;
-  state.steps_released = released;
-  state.held = held;
   return told;
 }
 

@@ -12,13 +12,13 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <tuple>
 #include <vector>
 
-#include "kernels/base/fields.h"
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 #include "kernels/finite/finite_body.h"
+#include "kernels/finite/finite_state.h"
+#include "kernels/finite/finite_touch.h"
 #include "kernels/finite/warped_factor.h"
 #include "kernels/paff/stiffness_factor.h"
 
@@ -35,26 +35,6 @@ struct FiniteOptions {
   /// A step ends where a further iteration would gain less than this share of the energy.
   double decrement = 2e-6;
   Vec3 gravity = Vec3::Zero();  ///< [m/s2], as far as the rest shape doesn't know it
-};
-
-/// What lasts from step to step.
-struct FiniteState {
-  std::vector<double> displacements;  ///< [m]                                              (3 N)
-  std::vector<double> velocities;     ///< [m/s]                                            (3 N)
-  Strains strains;                    ///<                                                  (6 Q)
-  NodalRotations rotations;           ///<                                                  (9 N)
-  std::int32_t steps_since_warp = 0;
-  std::int32_t steps_released = 0;  ///< more iterations for so many steps
-  std::int32_t held = 0;            ///< points held in the last step
-
-  static constexpr auto fields() {
-    return std::tuple(
-        field("displacements", &FiniteState::displacements),
-        field("velocities", &FiniteState::velocities), field("strains", &FiniteState::strains),
-        field("rotations", &FiniteState::rotations),
-        field("steps_since_warp", &FiniteState::steps_since_warp),
-        field("steps_released", &FiniteState::steps_released), field("held", &FiniteState::held));
-  }
 };
 
 /// Points of the tissue that something holds, by the fields there: u(p) = sum_J phi_J(p) u_J.
@@ -86,19 +66,27 @@ struct FiniteStep {
   double residual = 0.0;   ///< of the last iteration: what a further one would gain over the energy
   bool converged = false;  ///< residual within FiniteOptions::decrement
   bool lost = false;       ///< the last good state was kept: no step was found
-  int evaluations = 0;     ///< of the energy
+  bool answered = true;  ///< false, of a FiniteTouch: its conditions had no answer; the last state
+                         ///< was kept
+  int evaluations = 0;   ///< of the energy
   std::vector<Vec3> forces;  ///< on the tissue at the held points, grip after grip [N]
 };
 
 class FiniteSolver {
  public:
-  /// Factors what preconditions: the body at rest with viscosity and mass. `masses`: of the nodes
-  /// over the density, the integrals of their fields [m3] (N). Fails as factoring does: without
-  /// dynamics, for a body that nothing holds.
+  /// Factors what preconditions: the body at rest with viscosity and mass. `volumes`: of the nodes,
+  /// the integrals of their fields [m3] (N). Fails for options that no step has, and as factoring
+  /// does: without dynamics, for a body that nothing holds.
   static Result<FiniteSolver> prepare(std::shared_ptr<const FiniteBody> body,
                                       std::span<const Vec3> positions,
                                       std::span<const double> volumes,
                                       const FiniteOptions& options);
+
+  /// The same with a factor that an earlier one has prepared.
+  static Result<FiniteSolver> prepared(std::shared_ptr<const FiniteBody> body,
+                                       std::span<const double> volumes,
+                                       const FiniteOptions& options,
+                                       std::shared_ptr<const StiffnessFactor> factor);
 
   /// The same with other options of the search: iterations, decrement.
   FiniteSolver with(int iterations, double decrement) const;
@@ -106,16 +94,28 @@ class FiniteSolver {
   FiniteState at_rest() const;
   Grip grip(HeldRows rows) const;
 
-  /// One step. On failure the state is as it was, at rest.
+  /// One step. On failure the state is as it was, without velocity.
   FiniteStep step(std::span<const GripTarget> targets, FiniteState& state) const;
+  /// The same of a body that anything touches, under a weight of `acceleration` besides that of the
+  /// options [m/s2]. FiniteStep::forces are those on its cells.
+  FiniteStep step(FiniteTouch& touch, const Vec3& acceleration, FiniteState& state) const;
 
   const FiniteBody& body() const { return *body_; }
   const FiniteOptions& options() const { return options_; }
+  /// Of the body at rest with what a step adds to it.
+  const std::shared_ptr<const StiffnessFactor>& factor() const { return factor_; }
   std::size_t memory_bytes() const { return body_->memory_bytes() + factor_->factor_bytes(); }
 
  private:
   class Descent;
+  class TouchedStep;
   FiniteSolver() = default;
+  /// Rotations for this step, those of a group's nodes the same. True: taken anew.
+  bool turn_nodes(std::span<const int> groups, std::size_t group_count, const FiniteState& state,
+                  NodalRotations& rotations) const;
+  /// The state after a step that ended at u.
+  void finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,
+              FiniteState& state) const;
 
   std::shared_ptr<const FiniteBody> body_;
   std::shared_ptr<const StiffnessFactor> factor_;

@@ -3,7 +3,8 @@
 
 #include <cstddef>
 #include <deque>
-#include <span>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "kernels/base/types.h"
@@ -22,9 +23,15 @@ class SecantPairs {
   std::size_t size() const { return pairs_.size(); }
 
   /// H v, given H0 v.
-  VectorX apply(const VectorX& v, VectorX h0_v) const;
+  VectorX apply(const VectorX& v, VectorX h0_v) const { return apply(v, std::move(h0_v), size()); }
+
+  /// Phi (H - H0) Phi^T, `rows` giving Phi v.
+  MatrixX response_change(const std::function<VectorX(const VectorX&)>& rows) const;
 
  private:
+  /// By the first `count` pairs alone.
+  VectorX apply(const VectorX& v, VectorX h0_v, std::size_t count) const;
+
   struct Pair {
     VectorX s, y, h0_y;
     double rho;  // 1 / s.y

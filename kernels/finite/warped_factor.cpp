@@ -13,7 +13,7 @@ NodalRotations no_rotations(std::size_t nodes) {
   return rotations;
 }
 
-Mat3 nearest_rotation(const Mat3& f) {
+Mat3 polar_rotation(const Mat3& f) {
   // Newton's iteration for the polar factor, which squares the error where F isn't turned inside
   // out [Higham1986].
   if (!f.allFinite()) return Mat3::Identity();
@@ -39,7 +39,7 @@ void apply_warped(const StiffnessFactor& factor, const NodalRotations& rotations
   for (std::size_t node = 0; node < nodes; ++node)
     Vec3::Map(turned.data() + 3 * node).noalias() =
         rotation_of(rotations, node).transpose() * Vec3::Map(g.data() + 3 * node);
-  factor.apply(turned, out);
+  factor.apply_fast(turned, out);
   for (std::size_t node = 0; node < nodes; ++node) {
     const Vec3 z = rotation_of(rotations, node) * Vec3::Map(out.data() + 3 * node);
     Vec3::Map(out.data() + 3 * node) = z;

@@ -4,16 +4,12 @@
 
 #include <memory>
 #include <span>
-#include <vector>
 
 #include "kernels/base/types.h"
+#include "kernels/finite/finite_state.h"
 #include "kernels/paff/stiffness_factor.h"
 
 namespace viscera {
-
-/// Rotation of each node                                                              (9 N,
-/// columns)
-using NodalRotations = std::vector<double>;
 
 inline Eigen::Map<const Mat3> rotation_of(const NodalRotations& rotations, std::size_t node) {
   return Eigen::Map<const Mat3>(rotations.data() + 9 * node);
@@ -22,7 +18,7 @@ inline Eigen::Map<const Mat3> rotation_of(const NodalRotations& rotations, std::
 NodalRotations no_rotations(std::size_t nodes);
 
 /// The rotation nearest to F; identity where F isn't finite or has lost its volume altogether.
-Mat3 nearest_rotation(const Mat3& f);
+Mat3 polar_rotation(const Mat3& f);
 
 /// out = R P^-1 R^T g for vectors of 3 N.
 void apply_warped(const StiffnessFactor& factor, const NodalRotations& rotations,

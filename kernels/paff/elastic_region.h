@@ -42,7 +42,7 @@ struct ElasticRegion {
   /// kTerms * cell_begin[c] on.                                            (kTerms x cell entries)
   std::vector<Vec3> cell_gradients;
 
-  std::size_t size() const { return positions.size(); }
+  std::size_t size() const { return weights.size(); }
   std::size_t cells() const { return cell_begin.size() - 1; }
   std::size_t memory_bytes() const;
 };
@@ -53,6 +53,8 @@ class RegionSolver {
   virtual ~RegionSolver() = default;
   /// The quadrature points for which `wanted` holds, in their order.
   virtual Result<ElasticRegion> region(const std::function<bool(const Vec3&)>& wanted) const = 0;
+  /// What holding the body adds to its stiffness [N/m].
+  virtual Result<SymmetricBlockMatrix> hold() const = 0;
 };
 
 /// Turns numbers of the cloud in point_nodes and cell_nodes into indices, and lists `nodes`.

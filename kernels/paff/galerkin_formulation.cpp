@@ -47,6 +47,8 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
     return system_.region(wanted);
   }
 
+  Result<SymmetricBlockMatrix> hold() const override { return system_.hold(); }
+
  private:
   GalerkinSystem system_;
   std::shared_ptr<const StiffnessFactor> factor_;

@@ -49,7 +49,8 @@ double dot(std::span<const double> x, std::span<const double> y) {
 
 /// x ~ K^-1 b in the precision of the factor.
 template <class Real>
-void apply(const FrontalCholesky<Real>& factor, std::span<const double> b, std::span<double> x) {
+void apply(const FrontalCholesky<Real>& factor, std::span<const double> b, std::span<double> x,
+           bool fast = false) {
   const std::vector<int>& order = factor.dissection().order;
   // Single precision holds numbers of 1e-38 to 1e38 only; loads and stiffness may be far from 1.
   const double size = norm(b);
@@ -60,7 +61,10 @@ void apply(const FrontalCholesky<Real>& factor, std::span<const double> b, std::
       block[3 * p + k] = static_cast<Real>(scale * b[3 * static_cast<std::size_t>(order[p]) + k]);
     }
   }
-  factor.solve(block, 1);
+  if (fast)
+    factor.solve_one(block);
+  else
+    factor.solve(block, 1);
   for (std::size_t p = 0; p < order.size(); ++p) {
     for (std::size_t k = 0; k < 3; ++k) {
       x[3 * static_cast<std::size_t>(order[p]) + k] = static_cast<double>(block[3 * p + k]) / scale;
@@ -329,8 +333,8 @@ class ColumnBlocks {
   std::vector<char> always_wanted_;
 };
 
-std::vector<int> all_of(const SparseWeights& places) {
-  std::vector<int> all(places.rows());
+std::vector<int> first_of(std::size_t count) {
+  std::vector<int> all(count);
   for (std::size_t p = 0; p < all.size(); ++p) all[p] = static_cast<int>(p);
   return all;
 }
@@ -340,8 +344,8 @@ template <class Real>
 class FactorColumns final : public ColumnSource {
  public:
   FactorColumns(std::shared_ptr<const StiffnessFactor> owner, const FrontalCholesky<Real>& factor,
-                const SparseWeights& places)
-      : owner_(std::move(owner)), places_(places), blocks_(factor, places_, all_of(places_)) {
+                const SparseWeights& places, std::size_t touchable)
+      : owner_(std::move(owner)), places_(places), blocks_(factor, places_, first_of(touchable)) {
     prepare_blas();
   }
 
@@ -428,9 +432,15 @@ Result<Dissection> dissection_of(const PackedFactor& packed) {
 
 std::shared_ptr<const ColumnSource> StiffnessFactor::columns(
     std::shared_ptr<const StiffnessFactor> factor, const SparseWeights& places) {
+  return columns(std::move(factor), places, places.rows());
+}
+
+std::shared_ptr<const ColumnSource> StiffnessFactor::columns(
+    std::shared_ptr<const StiffnessFactor> factor, const SparseWeights& places,
+    std::size_t touchable) {
   return std::visit(
       [&]<class Real>(const FrontalCholesky<Real>& fronts) -> std::shared_ptr<const ColumnSource> {
-        return std::make_shared<FactorColumns<Real>>(factor, fronts, places);
+        return std::make_shared<FactorColumns<Real>>(factor, fronts, places, touchable);
       },
       factor->factor_);
 }
@@ -509,6 +519,10 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
 
 void StiffnessFactor::apply(std::span<const double> b, std::span<double> x) const {
   std::visit([&](const auto& factor) { viscera::apply(factor, b, x); }, factor_);
+}
+
+void StiffnessFactor::apply_fast(std::span<const double> b, std::span<double> x) const {
+  std::visit([&](const auto& factor) { viscera::apply(factor, b, x, true); }, factor_);
 }
 
 Result<void> StiffnessFactor::solve(const SymmetricBlockMatrix& stiffness,

@@ -156,7 +156,7 @@ TEST(Lift, AStepHasTheSameBitsWhenItIsTakenAgain) {
   body->solver().step({&target, 1}, one);
   body->solver().step({&target, 1}, other);
   EXPECT_EQ(one.displacements, other.displacements);
-  EXPECT_EQ(one.strains, other.strains);
+  EXPECT_EQ(one.rotations, other.rotations);
 }
 
 }  // namespace

@@ -108,6 +108,20 @@ TEST(ShownScenes, AHandThatPressesTheLiverDeepFeelsItRelax) {
   EXPECT_NEAR(leaving, 0.20, 0.02);
 }
 
+TEST(ShownScenes, TheGallbladderIsLiftedFarAndSwingsBack) {
+  const auto shown = show("gallbladder_lift", 5.0);
+  ASSERT_FALSE(shown.empty());
+  double greatest = 0.0, strongest = 0.0;
+  for (const auto& one : shown) {
+    greatest = std::max(greatest, one.displacement);
+    strongest = std::max(strongest, one.forces[0].norm());
+  }
+  EXPECT_GT(greatest, 28e-3);
+  EXPECT_GT(strongest, 0.5);
+  EXPECT_LT(shown.back().displacement, 2e-3);
+  EXPECT_EQ(shown.back().forces[0].norm(), 0.0);
+}
+
 TEST(ShownScenes, ARetractorsBladeLiftsTheLiver) {
   const auto shown = show("liver_retraction", 3.0);
   ASSERT_FALSE(shown.empty());

@@ -64,6 +64,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Shipped{"liver_retraction",
                             {"liver", "stomach", "diaphragm", "abdominal_wall"},
                             {"heat", "smoke", "haptics", "elasticity of stomach"}},
+                    Shipped{"gallbladder_lift",
+                            {"gallbladder", "liver", "diaphragm", "abdominal_wall"},
+                            {"heat", "smoke", "haptics"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),
     [](const auto& shipped) { return std::string(shipped.param.scene); });

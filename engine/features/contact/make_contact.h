@@ -8,8 +8,8 @@
 
 namespace viscera {
 
-/// By its prepared compliance; by hives alone where its response is local; null where nothing can
-/// touch it. The model outlives it.
+/// By its prepared compliance; by its energy where its response is finite, by hives alone where it
+/// is local; null where nothing can touch it. The model outlives it.
 std::unique_ptr<TissueContact> make_contact(const SceneModel& model, Entity organ);
 
 }  // namespace viscera

@@ -19,6 +19,11 @@ Pose composed(const Pose& outer, const Pose& inner) {
   return {outer.to_world(inner.position), (outer.orientation * inner.orientation).normalized()};
 }
 
+/// Its shape without this tool isn't its shape at rest.
+bool moves_itself(const World& world, Entity organ) {
+  return world.find<OrganTouch>(organ)->solver->abilities().moves;
+}
+
 /// About a range of cells; nothing where they have no side.
 std::optional<FirstOrder> about_cells(const OrganContact& contact, const CellRange& range) {
   std::vector<Vec3> places;
@@ -61,7 +66,9 @@ bool meet_touched(World& world, Entity organ, const CellRange& range, TissueSnap
   const auto others = world.find<OrganTouch>(organ)->solver->hold_of_others(
       contact.cells, range.begin, range.end, about->shares());
   if (!others) return false;
-  if (others->taken.size() == 0 && !world.find<FreeShape>(organ)) return true;  // it is alone
+  // It is alone.
+  if (others->taken.size() == 0 && !world.find<FreeShape>(organ) && !moves_itself(world, organ))
+    return true;
   const Pose motion = about->motion(others->free);
   snapshot.pose = composed(snapshot.pose, motion);
   if (others->taken.size() > 0) snapshot.hold = about->hold(others->taken, motion.orientation);
@@ -113,7 +120,7 @@ void note_what_tools_meet(World& world, Entity organ) {
     range.met = {};
     std::vector<Vec3> by_others;
     const std::size_t own = range.end - range.begin;
-    if (own < contact.cells.size() || world.find<FreeShape>(organ)) {
+    if (own < contact.cells.size() || world.find<FreeShape>(organ) || moves_itself(world, organ)) {
       const auto about = about_cells(contact, range);
       auto others = touch.solver->hold_of_others(contact.cells, range.begin, range.end,
                                                  MatrixX(0, static_cast<Eigen::Index>(own)));

@@ -8,6 +8,7 @@
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/deformation/stages.h"
+#include "engine/features/finite/finite.h"
 #include "engine/simulation/sentinel.h"
 #include "kernels/base/finite.h"
 
@@ -229,18 +230,22 @@ void deform_organs(World& world, const FrameContext& context) {
     const Entity organ = contacts.owner(o);
     OrganContact& contact = contacts[o];
     OrganTouch& touch = *world.find<OrganTouch>(organ);
+    begin_finite_step(world, organ);
     if (contact.cells.empty()) {
       contact.solution.forces.clear();
       touch.clings.clear();
-      take_free_shape(world, organ);
-      continue;
+      if (!touch.solver->moving()) {
+        take_free_shape(world, organ);
+        continue;
+      }
     }
     if (!(binding && binding->solves(world, organ))) solve(organ, {});
+    note_finite_step(world, organ, *context.report);
     if (!contact.solution.converged) continue;
     hand_forces_to_tools(world, organ, contact);
     note_what_tools_meet(world, organ);
     note_clinging_tissue(contact, touch);
-    if (contact.solution.touching == 0) {
+    if (contact.solution.touching == 0 && !touch.solver->moving()) {
       take_free_shape(world, organ);
       continue;
     }

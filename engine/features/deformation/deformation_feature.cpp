@@ -70,9 +70,11 @@ Feature deformation_feature() {
                       .needed = [](const World& world) { return world.has<FreeShape>(); },
                       .run = shape_organs},
                      {.name = "deform organs",
-                      .reads = {"contact cells", "contact problem", "free shapes", "stiffness"},
+                      .reads = {"contact cells", "contact problem", "parts of free shapes",
+                                "free shapes", "stiffness"},
                       .writes = {"forces", "shapes"},
-                      .changes = {"organ contacts", "organ shapes", "tool forces", "links"},
+                      .changes = {"organ contacts", "organ shapes", "tool forces", "links",
+                                  "steps at finite strain"},
                       .run = deform_organs},
                      {.name = "fetch surfaces",
                       .reads = {"shapes", "heat", "smoke"},
@@ -85,7 +87,8 @@ Feature deformation_feature() {
                       .writes = {"flags"},
                       .changes = {"greatest strains"},
                       .run = check_world}},
-          .flags = {kOrganFrozen, kContactNotConverged, kBeyondLinear, kGripSlipped},
+          .flags = {kOrganFrozen, kContactNotConverged, kBeyondLinear, kTissueLost,
+                    kTissueUnsettled, kGripSlipped},
           .restored = restored,
           .warnings = deformation_warnings};
 }

@@ -22,6 +22,16 @@ inline constexpr FrameFlag kBeyondLinear{
     "an organ was turned by more than 0.2 rad or stretched by more than 15 % somewhere, which "
     "linear tissue doesn't carry: its shape and force there are a guide only; press or lift it "
     "less far"};
+/// It goes on from its last sound shape, without velocity.
+inline constexpr FrameFlag kTissueLost{"tissue_lost",
+                                       "tissue at finite strain found no sound state in some frame "
+                                       "and kept its last one: smaller tool "
+                                       "steps, or a greater finite/viscous_time_ms"};
+/// The report says what a further iteration would have gained.
+inline constexpr FrameFlag kTissueUnsettled{
+    "tissue_unsettled",
+    "tissue at finite strain was farther from its equilibrium in some frame than its forces may "
+    "err: more finite/iterations, or slower tools"};
 /// Nothing need be done; a greater grip_limit_N holds more.
 inline constexpr FrameFlag kGripSlipped{
     "grip_slipped", "a closed jaw slid over the tissue: the pull passed its grip limit"};

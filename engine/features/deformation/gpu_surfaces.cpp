@@ -15,7 +15,8 @@ Result<std::shared_ptr<GpuSurfaces>> GpuSurfaces::create(std::shared_ptr<EglCont
     const Entity organ = world.all<OrganContact>().owner(o);
     const OrganBody& body = *world.find<OrganBody>(organ);
     const OrganModel& model = *body.model;
-    if (!model.touchable_anywhere()) continue;  // hives draw it
+    // Hives draw it, or the CPU knows its nodes.
+    if (!model.touchable_anywhere() || model.finite) continue;
     entities.push_back(organ);
     organs.push_back({.name = body.name,
                       .compliance = &model.compliance,

@@ -41,7 +41,7 @@ std::string where(const GreatestStrain& one) {
 void prepare_linear_limits(SceneModel& model) {
   for (const Entity organ : model.organs()) {
     const OrganModel& body = *model.constants().all<OrganBody>().find(organ)->model;
-    if (!body.deformable() || body.places.size() == 0) continue;
+    if (!body.deformable() || body.places.size() == 0 || body.finite) continue;
     model.constants().all<OrganGradients>().add(
         organ, {SurfaceGradients(body.rest_positions, body.rest_normals, body.places.positions,
                                  body.places.normals, body.places.spacings)});

@@ -40,7 +40,11 @@ Result<void> prepare(SceneModel& model) {
 Result<void> start(World& world) {
   const Pool<OrganBody>& bodies = world.all<OrganBody>();
   for (std::size_t o = 0; o < bodies.size(); ++o) {
-    if (bodies[o].model->sag.empty()) continue;
+    const OrganModel& model = *bodies[o].model;
+    // At finite strain its weight is a term of the energy, and its own motion shows it.
+    if (model.finite && sags(world.model().scene().organs[o]))
+      world.all<OrganSag>().add(bodies.owner(o), {});
+    if (model.sag.empty()) continue;
     world.all<OrganSag>().add(bodies.owner(o), {});
     world.all<FreeShape>().add(bodies.owner(o), level_shape(*bodies[o].model));
   }
@@ -56,7 +60,7 @@ void sag_organs(World& world, const FrameContext& context) {
     const Vec3 local = pose_of(world, sags.owner(o)).direction_to_local(change);
     if (local == sags[o].change) continue;
     sags[o].change = local;
-    world.find<FreeShape>(sags.owner(o))->stale = true;
+    if (FreeShape* free = world.find<FreeShape>(sags.owner(o))) free->stale = true;
   }
 }
 

@@ -77,7 +77,7 @@ std::string forces_until(World& world, double time) {
 }
 
 TEST(HapticTools, ASceneWithoutOneHasNone) {
-  SceneDescription scene = held_probe(Response::kGlobal);
+  SceneDescription scene = held_probe(Response::kLinear);
   scene.instruments[0].extras.remove<HapticDescription>();
   auto world = build(scene);
   ASSERT_TRUE(world);
@@ -87,7 +87,7 @@ TEST(HapticTools, ASceneWithoutOneHasNone) {
 }
 
 TEST(HapticTools, WithoutAServoThePathMovesAHeldTool) {
-  auto world = build(held_probe(Response::kGlobal));
+  auto world = build(held_probe(Response::kLinear));
   ASSERT_TRUE(world);
   step_until(*world, 1.2);
   EXPECT_NEAR(world->all<InstrumentState>()[0].tip.z(), kTop + kTip - 3e-3, 1e-9);
@@ -95,7 +95,7 @@ TEST(HapticTools, WithoutAServoThePathMovesAHeldTool) {
 }
 
 TEST(HapticTools, TheHandMovesTheToolAndTheTissueHoldsItBack) {
-  auto world = held(held_probe(Response::kGlobal));
+  auto world = held(held_probe(Response::kLinear));
   ASSERT_TRUE(world);
   step_until(*world, 0.5);
   EXPECT_EQ(tool_of(*world).output.force, Vec3::Zero());
@@ -111,7 +111,7 @@ TEST(HapticTools, TheHandMovesTheToolAndTheTissueHoldsItBack) {
 
 // Hand and picture meet one tissue: what a frame finds at the same tip is what the hand felt.
 TEST(HapticTools, AtRestTheFramesForceIsTheHandsWithinThreePercent) {
-  for (const Response response : {Response::kGlobal, Response::kLocal}) {
+  for (const Response response : {Response::kLinear, Response::kLocal, Response::kFinite}) {
     auto world = held(held_probe(response));
     ASSERT_TRUE(world);
     step_until(*world, 1.49);
@@ -154,8 +154,8 @@ Felt felt_beside(Response response, const std::optional<InstrumentDescription>& 
 }
 
 TEST(HapticTools, AJawThatLiftsTheOrganLiftsItIntoTheHand) {
-  for (const Response response : {Response::kGlobal, Response::kLocal}) {
-    SCOPED_TRACE(response == Response::kLocal);
+  for (const Response response : {Response::kLinear, Response::kLocal, Response::kFinite}) {
+    SCOPED_TRACE(static_cast<int>(response));
     const Felt alone = felt_beside(response, {});
     const Felt lifted = felt_beside(response, jaw_beside(Vec3(0, 0, 3e-3)));
     EXPECT_GT(lifted.force, 1.1 * alone.force);
@@ -164,8 +164,8 @@ TEST(HapticTools, AJawThatLiftsTheOrganLiftsItIntoTheHand) {
 }
 
 TEST(HapticTools, TissueThatAJawHoldsBesideIsStiffer) {
-  for (const Response response : {Response::kGlobal, Response::kLocal}) {
-    SCOPED_TRACE(response == Response::kLocal);
+  for (const Response response : {Response::kLinear, Response::kLocal, Response::kFinite}) {
+    SCOPED_TRACE(static_cast<int>(response));
     const Felt alone = felt_beside(response, {});
     const Felt held = felt_beside(response, jaw_beside(Vec3::Zero()));
     EXPECT_GT(held.force / held.depth, 1.01 * alone.force / alone.depth);
@@ -174,7 +174,7 @@ TEST(HapticTools, TissueThatAJawHoldsBesideIsStiffer) {
 }
 
 TEST(HapticTools, TwoHandsFeelEachOther) {
-  SceneDescription scene = held_probe(Response::kGlobal);
+  SceneDescription scene = held_probe(Response::kLinear);
   InstrumentDescription second = scene.instruments[0];
   second.name = "second";
   const Vec3 out = Vec3(std::sin(0.55), 0.0, std::cos(0.55));
@@ -182,8 +182,8 @@ TEST(HapticTools, TwoHandsFeelEachOther) {
     const double height = key.tip.z() - kTop - kTip;
     key.tip = (kTop + kTip + height) * out;
   }
-  const Felt alone = felt_beside(Response::kGlobal, {});
-  const Felt beside = felt_beside(Response::kGlobal, second);
+  const Felt alone = felt_beside(Response::kLinear, {});
+  const Felt beside = felt_beside(Response::kLinear, second);
   // The other presses the tissue away from under this one.
   EXPECT_LT(beside.force / beside.depth, 0.97 * alone.force / alone.depth);
 }
@@ -259,7 +259,7 @@ TEST(HapticTools, ARecordingReplaysToTheSameForces) {
 }
 
 TEST(HapticTools, MistakesNameTheInstrument) {
-  SceneDescription scene = held_probe(Response::kGlobal);
+  SceneDescription scene = held_probe(Response::kLinear);
   scene.instruments[0].path[1].tip.x() += 2.0;
   auto world = build(scene);
   ASSERT_TRUE(world);
@@ -269,7 +269,7 @@ TEST(HapticTools, MistakesNameTheInstrument) {
       << far.error().text();
   EXPECT_NE(far.error().text().find("work space"), std::string::npos);
 
-  scene = held_probe(Response::kGlobal);
+  scene = held_probe(Response::kLinear);
   scene.instruments[0].extras.get<HapticDescription>().device =
       HapticDescription::Device::kRecorded;
   scene.instruments[0].extras.get<HapticDescription>().recording = "/nowhere/hand.csv";
@@ -277,7 +277,7 @@ TEST(HapticTools, MistakesNameTheInstrument) {
   ASSERT_FALSE(missing);
   EXPECT_NE(missing.error().text().find("hand.csv"), std::string::npos);
 
-  scene = held_probe(Response::kGlobal);
+  scene = held_probe(Response::kLinear);
   scene.instruments[0].tip.shape = TipDescription::Shape::kCapsule;
   const auto capsule = HapticTools::create(scene, *world, {});
   ASSERT_FALSE(capsule);
@@ -286,7 +286,7 @@ TEST(HapticTools, MistakesNameTheInstrument) {
 
 // What a jaw holds pulls at its tool through the frame, whatever the hand's own tissue says.
 TEST(HapticTools, AHeldGraspersPullStaysInWhatIsRecorded) {
-  SceneDescription scene = held_probe(Response::kGlobal);
+  SceneDescription scene = held_probe(Response::kLinear);
   const Vec3 top(0, 0, kTop + 2.2e-3), high = top + Vec3(0, 0, 4e-3);
   scene.instruments[0] = straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
                                        {{0.0, top, 0.0, 1.0},

@@ -1,0 +1,345 @@
+// Organs at finite strain in a scene: lifted, pressed, let go, jerked, saved.
+#include "engine/features/finite/finite.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/features/deformation/deformation_flags.h"
+#include "engine/features/gravity/gravity.h"
+#include "engine/features/links/links_keys.h"
+#include "engine/features/pulsation/pulsation.h"
+#include "engine/simulator/build.h"
+#include "engine/simulator/simulation.h"
+#include "kernels/contact/finite_contact.h"
+#include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+using testing::HasSubstr;
+
+const Vec3 kBar(80e-3, 24e-3, 24e-3);           // edges [m]
+constexpr double kHeld = 20e-3;                 // of its left end [m]
+constexpr double kClosed = 0.2, kLifted = 1.0;  // [s]
+constexpr double kAbove = 1e-3;                 // the jaw closes so far over the bar [m]
+constexpr int kConverged = 60;                  // iterations
+
+/// A bar that is held at its left end.
+SceneDescription bar_scene(Response response) {
+  auto scene = soft_ball_scene(7e-3, 6e-3);
+  OrganDescription& bar = scene.organs[0];
+  bar.name = "bar";
+  bar.response = response;
+  RecipeGeometry block;
+  block.recipe = "block";
+  block.size = kBar;
+  block.edge = 3e-3;
+  bar.geometry = block;
+  Region left;
+  left.a = Vec3(-0.5 * kBar.x() + kHeld, 0, 0);
+  left.b = Vec3::UnitX();
+  bar.fixed = {left};
+  scene.duration = 3.0;
+  return scene;
+}
+
+/// A jaw takes it near the other end, moves so far, and opens at `opens`.
+SceneDescription lifted_bar(Response response, const Vec3& way, double opens = 1e3) {
+  SceneDescription scene = bar_scene(response);
+  const Vec3 above(0.5 * kBar.x() - 10e-3, 0, 0.5 * kBar.z() + kAbove);
+  InstrumentDescription grasper =
+      straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
+                    {{0.0, above + Vec3(0, 0, 1e-3), 0.0, 1.0},
+                     {kClosed - 0.1, above + Vec3(0, 0, 1e-3), 0.0, 1.0},
+                     {kClosed, above + Vec3(0, 0, 1e-3), 0.0, 0.0},
+                     {kLifted, above + Vec3(0, 0, 1e-3) + way, 0.0, 0.0},
+                     {opens, above + Vec3(0, 0, 1e-3) + way, 0.0, 0.0},
+                     {opens + 0.05, above + Vec3(0, 0, 30e-3) + way, 0.0, 1.0}});
+  grasper.grip_radius = 5e-3;
+  grasper.grip_limit = 100.0;
+  scene.instruments = {grasper};
+  return scene;
+}
+
+SceneDescription pressed_bar(Response response, double depth) {
+  SceneDescription scene = bar_scene(response);
+  const double radius = 5e-3;
+  const Vec3 above(-0.5 * kBar.x() + kHeld + 15e-3, 0, 0.5 * kBar.z() + radius);
+  scene.instruments = {straight_tool(
+      "probe", InstrumentKind::kProbe, radius,
+      {{0.0, above + Vec3(0, 0, 2e-3), 0.0, 1.0}, {0.5, above - Vec3(0, 0, depth), 0.0, 1.0}})};
+  return scene;
+}
+
+TissueContact& tissue_of(World& world) {
+  return *world.all<OrganTouch>()[0].solver;
+}
+
+const FiniteState& motion_of(World& world) {
+  return tissue_of(world).state().motion;
+}
+
+double greatest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+std::vector<Vec3> forces_of_lift(SceneDescription scene, int iterations) {
+  scene.organs[0].finite.iterations = iterations;
+  auto world = build(scene);
+  std::vector<Vec3> forces;
+  if (!world) return forces;
+  while (world->time() < kLifted) {
+    step_until(*world, world->time() + 1e-3);
+    if (world->time() > kClosed + 0.1) forces.push_back(force_on(*world, 0));
+  }
+  return forces;
+}
+
+TEST(Finite, TwoIterationsAFrameLiftWithinAPercentOfConvergedForces) {
+  const SceneDescription scene = lifted_bar(Response::kFinite, Vec3(-10e-3, 0, 30e-3));
+  const std::vector<Vec3> few = forces_of_lift(scene, 2), many = forces_of_lift(scene, kConverged);
+  ASSERT_EQ(few.size(), many.size());
+  ASSERT_GT(few.size(), 30u);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < few.size(); ++i)
+    errors.push_back((few[i] - many[i]).norm() / many[i].norm());
+  std::sort(errors.begin(), errors.end());
+  const double p90 = errors[errors.size() * 9 / 10];
+  RecordProperty("error_p90", std::to_string(p90));
+  EXPECT_LT(p90, 1e-2);
+  EXPECT_GT(many.back().norm(), 0.2);
+}
+
+TEST(Finite, AtEquilibriumTheTissuesForcesAreWhatTheJawPulls) {
+  SceneDescription scene = lifted_bar(Response::kFinite, Vec3(-10e-3, 0, 25e-3));
+  scene.organs[0].finite = {.quasi_static = true, .viscous_time = 0.0, .iterations = 100};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, kLifted + 0.1);
+  const FiniteState& motion = motion_of(*world);
+  const OrganModel& model = *world->all<OrganBody>()[0].model;
+  std::vector<double> gradient(motion.displacements.size(), 0.0);
+  FiniteBody::Workspace workspace;
+  model.finite->body().energy(motion.displacements, gradient, workspace);
+  double apart = 0.0, scale = 0.0;
+  Vec3 pull = Vec3::Zero();
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    apart += std::pow(gradient[i] - motion.loads[i], 2);
+    scale += std::pow(motion.loads[i], 2);
+    pull[static_cast<Eigen::Index>(i % 3)] += motion.loads[i];
+  }
+  // A step ends where a further iteration would gain 2e-6 of the energy: forces to the root of that.
+  EXPECT_LT(std::sqrt(apart / scale), 5e-3);
+  EXPECT_LT((pull + force_on(*world, 0)).norm(), 1e-6 * pull.norm()) << "the jaw feels them";
+  // And it holds the tissue where it wants it.
+  const OrganContact& contact = world->all<OrganContact>()[0];
+  for (std::size_t k = 0; k < contact.cells.size(); ++k)
+    EXPECT_LT((tissue_of(*world).cell_displacements()[k] - contact.cells[k].displacement).norm(),
+              2e-5);
+}
+
+TEST(Finite, LiftedByAFractionOfAMillimetreItPullsAsLinearTissue) {
+  const Vec3 way(0, 0, 0.05e-3);
+  SceneDescription finite = lifted_bar(Response::kFinite, way);
+  finite.organs[0].finite = {.quasi_static = true, .viscous_time = 0.0, .iterations = 100};
+  auto one = build(finite), other = build(lifted_bar(Response::kLinear, way));
+  ASSERT_TRUE(one && other);
+  step_until(*one, kLifted + 0.1);
+  step_until(*other, kLifted + 0.1);
+  const Vec3 pull = force_on(*one, 0), linear = force_on(*other, 0);
+  EXPECT_LT((pull - linear).norm(), 3e-3 * linear.norm())
+      << pull.transpose() << " | " << linear.transpose();
+}
+
+TEST(Finite, APressedBarPushesBackAsLinearTissueWhereItIsPressedLittle) {
+  SceneDescription finite = pressed_bar(Response::kFinite, 0.3e-3);
+  auto one = build(finite), other = build(pressed_bar(Response::kLinear, 0.3e-3));
+  ASSERT_TRUE(one && other);
+  step_until(*one, 1.5);
+  step_until(*other, 1.5);
+  const Vec3 push = force_on(*one, 0), linear = force_on(*other, 0);
+  EXPECT_GT(linear.norm(), 5e-3);
+  EXPECT_LT((push - linear).norm(), 0.03 * linear.norm())
+      << push.transpose() << " | " << linear.transpose();
+}
+
+TEST(Finite, NoToolSinksIntoATissueThatIsPressedDeep) {
+  auto world = build(pressed_bar(Response::kFinite, 8e-3));
+  ASSERT_TRUE(world);
+  FlagSet flags;
+  double deepest = 0.0;
+  while (world->time() < 1.0) {
+    flags.raise(step_until(*world, world->time() + 1e-3));
+    const ContactSolution& solution = world->all<OrganContact>()[0].solution;
+    if (!solution.forces.empty()) deepest = std::max(deepest, solution.violation);
+  }
+  EXPECT_LT(deepest, 0.1e-3);
+  EXPECT_FALSE(flags.has(kTissueLost));
+  EXPECT_FALSE(flags.has(kContactNotConverged));
+  EXPECT_GT(force_on(*world, 0).z(), 0.1);
+}
+
+TEST(Finite, LetGoABarSwingsBackAndComesToRest) {
+  auto world = build(lifted_bar(Response::kFinite, Vec3(0, 0, 20e-3), 1.2));
+  ASSERT_TRUE(world);
+  step_until(*world, 1.2);
+  const double lifted = greatest(motion_of(*world).displacements);
+  EXPECT_GT(lifted, 15e-3);
+  const auto holds = [&] { return world->all<InstrumentContact>()[0].grasp.has_value(); };
+  while (holds()) step_until(*world, world->time() + 1e-3);
+  EXPECT_GT(greatest(motion_of(*world).displacements), 0.3 * lifted)
+      << "tissue has mass: it doesn't snap back in a frame";
+  EXPECT_FALSE(step_until(*world, 6.0).has(kTissueLost));
+  EXPECT_FALSE(tissue_of(*world).moving());
+  EXPECT_FALSE(world->all<OrganState>()[0].deformed);
+  EXPECT_EQ(world->all<OrganState>()[0].positions,
+            world->all<OrganBody>()[0].model->rest_positions);
+}
+
+TEST(Finite, JerksOfFiveCentimetresAFrameLeaveNoStateBehind) {
+  SceneDescription scene = lifted_bar(Response::kFinite, Vec3::Zero());
+  InstrumentDescription& grasper = scene.instruments[0];
+  const Vec3 at = grasper.path[2].tip;
+  grasper.path.resize(3);
+  std::uint32_t draw = 12345;
+  const auto random = [&] {
+    draw = draw * 1664525u + 1013904223u;
+    return 2.0 * draw / 4294967296.0 - 1.0;
+  };
+  for (int jerk = 0; jerk < 30; ++jerk)
+    grasper.path.push_back({kClosed + 0.05 + jerk / 60.0,
+                            at + 50e-3 * Vec3(random(), random(), random()) / 1.8, 0.0, 0.0});
+  const double end = grasper.path.back().time;
+  grasper.path.push_back({end + 0.02, at + Vec3(0, 0, 60e-3), 0.0, 1.0});
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, end + 5.0);
+  EXPECT_LT(greatest(motion_of(*world).displacements), 0.5e-3);
+  EXPECT_FALSE(world->all<OrganState>()[0].frozen);
+}
+
+TEST(Finite, UnderALittleMoreWeightItSagsAsLinearTissue) {
+  const auto tilted = [](Response response) {
+    SceneDescription scene = bar_scene(response);
+    scene.organs[0].youngs_modulus = 200e3;
+    scene.extras.get<GravityDescription>().table = {{0.0, 0.0, 0.0}, {0.5, 0.3, 0.0}};
+    return scene;
+  };
+  auto one = build(tilted(Response::kFinite)), other = build(tilted(Response::kLinear));
+  ASSERT_TRUE(one && other);
+  step_until(*one, 2.0);
+  step_until(*other, 2.0);
+  const std::vector<float>&sags = one->all<OrganState>()[0].displacements,
+        &linear = other->all<OrganState>()[0].displacements;
+  ASSERT_EQ(sags.size(), linear.size());
+  float apart = 0.0f, scale = 0.0f;
+  for (std::size_t i = 0; i < sags.size(); ++i) {
+    apart = std::max(apart, std::abs(sags[i] - linear[i]));
+    scale = std::max(scale, std::abs(linear[i]));
+  }
+  EXPECT_GT(scale, 10e-6f);
+  EXPECT_LT(apart, 0.03f * scale);
+}
+
+const Model& lift_model() {
+  static const Model model = [] {
+    std::vector<std::string> warnings;
+    auto made =
+        build_model(lifted_bar(Response::kFinite, Vec3(0, 5e-3, 20e-3), 1.1), test_tissues(),
+                    {project_file("assets"), false}, no_progress(), warnings);
+    EXPECT_TRUE(made) << made.error().text();
+    return Model(*made);
+  }();
+  return model;
+}
+
+Simulation lift_simulation() {
+  auto made = Simulation::create(lift_model());
+  EXPECT_TRUE(made) << made.error().text();
+  return *std::move(made);
+}
+
+void step_to(Simulation& simulation, std::uint64_t frame) {
+  while (simulation.frame() < frame) simulation.step();
+}
+
+TEST(Finite, FromASnapshotItGoesOnWithTheSameBits) {
+  Simulation whole = lift_simulation();
+  std::vector<Snapshot> snapshots;
+  for (const std::uint64_t frame : {5, 13, 30, 50, 68}) {
+    step_to(whole, frame);
+    auto snapshot = whole.snapshot();
+    ASSERT_TRUE(snapshot) << snapshot.error().text();
+    snapshots.push_back(*snapshot);
+  }
+  step_to(whole, 75);
+  const std::string end = whole.hash();
+  Simulation other = lift_simulation();
+  step_to(other, 21);  // it has lived another life
+  for (const std::size_t i : {3, 0, 4, 1, 2}) {
+    ASSERT_TRUE(other.restore(snapshots[i]));
+    step_to(other, 75);
+    EXPECT_EQ(other.hash(), end) << i << ": " << other.world().state_difference(whole.world());
+  }
+}
+
+TEST(Finite, HasTheSameBitsOnOneThreadAndOnTwo) {
+  std::vector<std::string> hashes;
+  for (const std::size_t threads : {1, 2}) {
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
+    Simulation simulation = lift_simulation();
+    step_to(simulation, 40);
+    hashes.push_back(simulation.hash());
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST(Finite, WhatItCantCarryYetIsRefusedByName) {
+  const auto refused = [](SceneDescription scene, const std::string& why) {
+    std::vector<std::string> warnings;
+    const auto world = build_world(scene, test_tissues(), {project_file("assets"), false},
+                                   no_progress(), warnings);
+    ASSERT_FALSE(world) << why;
+    EXPECT_THAT(world.error().text(), HasSubstr(why));
+  };
+  const SceneDescription sound = lifted_bar(Response::kFinite, Vec3(0, 0, 5e-3));
+  SceneDescription scene = sound;
+  scene.organs[0].material.model = HyperelasticModel::kStvk;
+  refused(scene, "material/model: found stvk with response finite, expected neo_hookean");
+  scene = sound;
+  scene.organs[0].material.relaxes = true;
+  refused(scene, "material: found relaxation with response finite");
+  scene = sound;
+  scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
+  refused(scene, "pulsation: found it with response finite");
+  scene = sound;
+  scene.organs[0].formulation = "gfdm";
+  refused(scene, "formulation: found gfdm with response finite, expected galerkin");
+  scene = sound;
+  scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
+  refused(scene, "displacement_storage: found half with response finite");
+  scene = sound;
+  scene.instruments[0].path[1].power = 20.0;
+  refused(scene, "stiffens: found true with response finite");
+  scene = sound;
+  LinkDescription link;
+  link.name = "band";
+  link.between = {"bar", LinkDescription::kGround};
+  link.region.shape = Region::Shape::kSphere;
+  link.region.a = Vec3(0, 0, 12e-3);
+  link.region.radius = 8e-3;
+  link.stiffness = 50.0;
+  scene.extras.set(LinkDescriptions{link});
+  refused(scene, "response: found finite with the link \"band\"");
+}
+
+}  // namespace
+}  // namespace viscera::test

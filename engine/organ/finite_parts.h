@@ -1,0 +1,40 @@
+// What an organ at finite strain is prepared from, and its way through the cache.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "engine/io/response_cache.h"
+#include "engine/organ/organ_model.h"
+#include "kernels/finite/finite_solver.h"
+#include "kernels/paff/elasticity.h"
+
+namespace viscera {
+
+/// Its points, what its hold adds, and the integrals of its nodes' fields.
+struct FiniteParts {
+  ElasticRegion region;  ///< without what only linear bodies need: rows of cells, places of points
+  SymmetricBlockMatrix hold;
+  std::vector<double> volumes;  ///< [m3]                                                       (N)
+};
+
+FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue);
+
+/// Fails, naming the key, for formulations that have no such points.
+Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription& organ,
+                                 const ElasticSolver& solver);
+
+/// Sets OrganModel::finite and ::step_compliance; `step` null: factors what a step needs.
+Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const FiniteOptions& options,
+                         std::shared_ptr<const StiffnessFactor> step);
+
+using CacheArrays = std::map<std::string, CacheData::Array>;
+void keep_finite(const FiniteParts& parts, CacheArrays& arrays);
+/// None where there is none, or not of a piece.
+std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t nodes);
+
+/// Of the points and a step's factor [bytes].
+std::size_t finite_bytes(std::size_t nodes, std::size_t factor_entries);
+
+}  // namespace viscera

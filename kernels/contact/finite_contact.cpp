@@ -1,0 +1,410 @@
+#include "kernels/contact/finite_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "kernels/base/finite.h"
+#include "kernels/base/parallel.h"
+#include "kernels/contact/deformation.h"
+#include "kernels/paff/compliance_columns.h"
+
+namespace viscera {
+namespace {
+
+/// A body that nothing touches and that lies nearer to its rest than this comes to rest: less than
+/// a pixel sees [m], and the way that it would make in a step [m/s].
+constexpr double kAsleep = 1e-6, kStill = 1e-4;
+
+Eigen::Index at(std::size_t cell) {
+  return static_cast<Eigen::Index>(3 * cell);
+}
+
+/// Worth a thread.
+constexpr std::size_t kPlacesAtOnce = 16;
+
+double greatest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+}  // namespace
+
+FiniteContact::FiniteContact(const FiniteResponse& body, const IsotropicMaterial& material)
+    : PatchContact(body.still, body.surface, material), body_(body) {
+  state_.motion = start_ = body_.solver.at_rest();
+  ungrouped_.assign(body_.solver.body().nodes(), -1);
+}
+
+bool FiniteContact::fits(const State& state) const {
+  const FiniteState& motion = state.motion;
+  const std::size_t three = 3 * body_.solver.body().nodes();
+  return PatchContact::fits(state) && motion.displacements.size() == three &&
+         motion.velocities.size() == three && motion.loads.size() == three &&
+         motion.rotations.size() == 3 * three && !first_stray(motion.displacements) &&
+         !first_stray(motion.velocities) && !first_stray(motion.loads) &&
+         !first_stray(motion.rotations) && motion.held >= 0 && motion.steps_released >= 0 &&
+         motion.steps_since_warp >= 0 && motion.lost >= 0;
+}
+
+// --- what follows from the cells' places
+// -----------------------------------------------------------
+
+void FiniteContact::make_response() {
+  couple_places();
+  const MatrixX by_places = response_;
+  couple_nearby();
+  still_ = response_;
+  near_ = still_ - by_places;
+  body_.step.need(touched());
+  step_ = coupled_by_step();
+  gather_nodes();
+  gather_groups();
+  turn(state_.motion.rotations);
+}
+
+/// As PatchContact couples cells through places, with the columns of a step.
+MatrixX FiniteContact::coupled_by_step() const {
+  const auto m = static_cast<Eigen::Index>(touched().size());
+  const Eigen::Index n = coefficients().rows();
+  const std::size_t rows = body_.step.rows();
+  MatrixX response(3 * n, 3 * n), block(m, m);
+  for (Eigen::Index a = 0; a < 3; ++a)
+    for (Eigen::Index b = a; b < 3; ++b) {
+      for (Eigen::Index j = 0; j < m; ++j) {
+        const auto place = static_cast<std::size_t>(touched()[static_cast<std::size_t>(j)]);
+        const float* column = body_.step.columns.data() +
+                              (3 * place + static_cast<std::size_t>(b)) * rows +
+                              static_cast<std::size_t>(a);
+        for (Eigen::Index i = 0; i < m; ++i) {
+          const auto other = static_cast<std::size_t>(touched()[static_cast<std::size_t>(i)]);
+          block(i, j) = static_cast<double>(column[3 * body_.step.touchable[other]]);
+        }
+      }
+      MatrixX part = coefficients() * (basis() * block * basis().transpose()).eval() *
+                     coefficients().transpose();
+      // Columns in single precision leave their mark; the mirror must be exact.
+      if (a == b) part = (0.5 * (part + part.transpose())).eval();
+      response(Eigen::seqN(a, n, 3), Eigen::seqN(b, n, 3)) = part;
+      if (a != b) response(Eigen::seqN(b, n, 3), Eigen::seqN(a, n, 3)) = part.transpose();
+    }
+  return response;
+}
+
+/// The fields of nodes at the cells: those of the places, shared as the cells' loads are.
+void FiniteContact::gather_nodes() {
+  const SparseWeights& fields = body_.places.fields;
+  const auto entries = [&](int touched_place) {
+    const auto row =
+        static_cast<std::size_t>(surface().places[static_cast<std::size_t>(touched_place)]);
+    return std::pair(static_cast<std::size_t>(fields.row_begin[row]),
+                     static_cast<std::size_t>(fields.row_begin[row + 1]));
+  };
+  nodes_.clear();
+  for (const int place : touched()) {
+    const auto [begin, end] = entries(place);
+    nodes_.insert(nodes_.end(), fields.nodes.begin() + static_cast<std::ptrdiff_t>(begin),
+                  fields.nodes.begin() + static_cast<std::ptrdiff_t>(end));
+  }
+  std::sort(nodes_.begin(), nodes_.end());
+  nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
+  MatrixX at_places = MatrixX::Zero(static_cast<Eigen::Index>(touched().size()),
+                                    static_cast<Eigen::Index>(nodes_.size()));
+  for (std::size_t j = 0; j < touched().size(); ++j) {
+    const auto [begin, end] = entries(touched()[j]);
+    for (std::size_t e = begin; e < end; ++e)
+      at_places(static_cast<Eigen::Index>(j),
+                std::lower_bound(nodes_.begin(), nodes_.end(), fields.nodes[e]) - nodes_.begin()) +=
+          static_cast<double>(fields.values[e]);
+  }
+  shares_.noalias() = coefficients() * basis();
+  fields_.noalias() = shares_ * at_places;
+}
+
+/// Cells that reach a node in common belong together.
+void FiniteContact::gather_groups() {
+  const auto count = static_cast<std::size_t>(fields_.rows());
+  std::vector<int> parent(count), first_cell(nodes_.size(), -1);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int cell) {
+    while (parent[static_cast<std::size_t>(cell)] != cell)
+      cell = parent[static_cast<std::size_t>(cell)];
+    return cell;
+  };
+  for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+      if (fields_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(n)) == 0.0) continue;
+      int& first = first_cell[n];
+      if (first < 0) {
+        first = static_cast<int>(k);
+        continue;
+      }
+      const int one = root(first), other = root(static_cast<int>(k));
+      parent[static_cast<std::size_t>(std::max(one, other))] = std::min(one, other);
+    }
+  groups_.clear();
+  group_of_cell_.assign(count, -1);
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto first = static_cast<std::size_t>(root(static_cast<int>(k)));
+    if (first == k) {
+      group_of_cell_[k] = static_cast<int>(groups_.size());
+      groups_.emplace_back();
+    }
+    group_of_cell_[k] = group_of_cell_[first];
+    groups_[static_cast<std::size_t>(group_of_cell_[k])].cells.push_back(static_cast<int>(k));
+  }
+  group_of_node_ = ungrouped_;
+  for (std::size_t n = nodes_.size(); n-- > 0;) {
+    if (first_cell[n] < 0) continue;
+    const int group = group_of_cell_[static_cast<std::size_t>(first_cell[n])];
+    group_of_node_[static_cast<std::size_t>(nodes_[n])] = group;
+    groups_[static_cast<std::size_t>(group)].first_node = nodes_[n];
+  }
+}
+
+void FiniteContact::drop_response() {
+  PatchContact::drop_response();
+  still_ = step_ = near_ = fields_ = shares_ = turned_step_ = turned_near_ = MatrixX();
+  NodalRotations().swap(rotations_);
+  std::vector<int>().swap(nodes_);
+  std::vector<int>().swap(group_of_cell_);
+  std::vector<int>().swap(group_of_node_);
+  std::vector<Group>().swap(groups_);
+  stands_ = false;
+}
+
+// --- as a step asks
+// --------------------------------------------------------------------------------
+
+std::int32_t FiniteContact::held() const {
+  return static_cast<std::int32_t>(
+      std::ranges::count_if(cells_, [](const ContactCell& cell) { return cell.held; }));
+}
+
+const Mat3& FiniteContact::rotation_of_cell(std::size_t cell) const {
+  return groups_[static_cast<std::size_t>(group_of_cell_[cell])].rotation;
+}
+
+/// What a force on a place does to the nodes: the first of three columns.
+const float* FiniteContact::nodal_column(int touched_place) const {
+  return body_.step.columns.data() +
+         3 * static_cast<std::size_t>(touched_place) * body_.step.rows() + 3 * body_.places.size();
+}
+
+MatrixX FiniteContact::turned(const MatrixX& response) const {
+  MatrixX result(response.rows(), response.cols());
+  const std::size_t count = group_of_cell_.size();
+  for (std::size_t l = 0; l < count; ++l)
+    for (std::size_t k = 0; k < count; ++k)
+      result.block<3, 3>(at(k), at(l)).noalias() = rotation_of_cell(k) *
+                                                   response.block<3, 3>(at(k), at(l)) *
+                                                   rotation_of_cell(l).transpose();
+  return result;
+}
+
+void FiniteContact::turn(const NodalRotations& rotations) {
+  rotations_ = rotations;
+  for (Group& group : groups_)
+    group.rotation = rotation_of(rotations, static_cast<std::size_t>(group.first_node));
+  turned_step_ = turned(step_);
+  turned_near_ = turned(near_);
+}
+
+VectorX FiniteContact::displaced(const VectorX& u) const {
+  VectorX cells(at(cells_.size()));
+  if (cells_.empty()) return cells;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> nodal(3, static_cast<Eigen::Index>(nodes_.size()));
+  for (std::size_t n = 0; n < nodes_.size(); ++n)
+    nodal.col(static_cast<Eigen::Index>(n)) = u.segment<3>(3 * nodes_[n]);
+  Eigen::Map<Eigen::Matrix3Xd>(cells.data(), 3, fields_.rows()).noalias() =
+      nodal * fields_.transpose();
+  return cells;
+}
+
+/// Each cell's columns are sums of its places', and turned with its nodes.
+VectorX FiniteContact::displaced_by(const VectorX& loads) const {
+  const auto nodes = static_cast<std::size_t>(loads.size() / 3);
+  Eigen::VectorXf unturned(loads.size());
+  for (std::size_t node = 0; node < nodes; ++node)
+    unturned.segment<3>(at(node)) =
+        (rotation_of(rotations_, node).transpose() * loads.segment<3>(at(node))).cast<float>();
+  const auto m = static_cast<Eigen::Index>(touched().size());
+  Eigen::Matrix3Xd of_places(3, m);
+  parallel_for_each_index(touched().size(), kPlacesAtOnce, [&](std::size_t j) {
+    const float* column = nodal_column(touched()[j]);
+    for (Eigen::Index k = 0; k < 3; ++k)
+      of_places(k, static_cast<Eigen::Index>(j)) = static_cast<double>(
+          Eigen::Map<const Eigen::VectorXf>(
+              column + static_cast<std::size_t>(k) * body_.step.rows(), unturned.size())
+              .dot(unturned));
+  });
+  const Eigen::Matrix3Xd of_cells = of_places * shares_.transpose();
+  VectorX moved(at(cells_.size()));
+  for (std::size_t k = 0; k < cells_.size(); ++k)
+    moved.segment<3>(at(k)) = rotation_of_cell(k) * of_cells.col(static_cast<Eigen::Index>(k));
+  return moved;
+}
+
+VectorX FiniteContact::answer_to(const VectorX& forces) const {
+  Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(cells_.size()));
+  for (std::size_t k = 0; k < cells_.size(); ++k)
+    unturned.col(static_cast<Eigen::Index>(k)) =
+        rotation_of_cell(k).transpose() * forces.segment<3>(at(k));
+  const Eigen::Matrix3Xf loads = (unturned * shares_).cast<float>();
+  const std::size_t nodes = rotations_.size() / 9;
+  Eigen::VectorXf sum = Eigen::VectorXf::Zero(at(nodes));
+  for (std::size_t j = 0; j < touched().size(); ++j) {
+    const float* column = nodal_column(touched()[j]);
+    for (Eigen::Index k = 0; k < 3; ++k)
+      sum += loads(k, static_cast<Eigen::Index>(j)) *
+             Eigen::Map<const Eigen::VectorXf>(
+                 column + static_cast<std::size_t>(k) * body_.step.rows(), sum.size());
+  }
+  VectorX moved(sum.size());
+  for (std::size_t node = 0; node < nodes; ++node)
+    moved.segment<3>(at(node)) =
+        rotation_of(rotations_, node) * sum.segment<3>(at(node)).cast<double>();
+  return moved;
+}
+
+void FiniteContact::add_loads(const VectorX& forces, VectorX& loads) const {
+  const Eigen::Matrix3Xd nodal =
+      Eigen::Map<const Eigen::Matrix3Xd>(forces.data(), 3, fields_.rows()) * fields_;
+  for (std::size_t n = 0; n < nodes_.size(); ++n)
+    loads.segment<3>(3 * nodes_[n]) += nodal.col(static_cast<Eigen::Index>(n));
+}
+
+/// Cells that were there when the last step ended were where that left them, with what is finer
+/// than places.
+double FiniteContact::begin(const VectorX& displaced) {
+  const bool known = start_displacements_.size() == start_places_.size();
+  double most = 0.0;
+  begun_.clear();
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const auto last = std::ranges::find(start_places_, state_.places[k]);
+    const Vec3 here =
+        known && last != start_places_.end()
+            ? start_displacements_[static_cast<std::size_t>(last - start_places_.begin())]
+            : Vec3(displaced.segment<3>(at(k)));
+    begun_.push_back(here);
+    const ContactCell& cell = cells_[k];
+    const double way =
+        cell.held ? (cell.displacement - here).norm() : cell.depth - here.dot(cell.direction);
+    if (!(way <= most)) most = way;
+  }
+  return most;
+}
+
+bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) {
+  asked_.assign(cells_.begin(), cells_.end());
+  for (std::size_t k = 0; k < asked_.size(); ++k) {
+    ContactCell& cell = asked_[k];
+    cell.free += free.segment<3>(at(k));
+    if (share == 1.0) continue;
+    const Vec3& begun = begun_[k];
+    cell.displacement = begun + share * (cell.displacement - begun);
+    const double pushed = begun.dot(cell.direction);
+    if (cell.depth > pushed) cell.depth = pushed + share * (cell.depth - pushed);
+  }
+  response_ = turned_step_ + turned_near_;
+  if (more.size() > 0) response_ += more;
+  stands_ = false;
+  response_changed();
+  PatchContact::solve(asked_, *solution_, *answer_);
+  if (!solution_->converged) return false;
+  forces = Eigen::Map<const VectorX>(solution_->forces.front().data(), at(cells_.size()));
+  return true;
+}
+
+// --- steps
+// -----------------------------------------------------------------------------------------
+
+void FiniteContact::begin_step(const Vec3& acceleration) {
+  start_ = state_.motion;
+  start_places_ = state_.places;
+  start_displacements_ = state_.displacements;
+  acceleration_ = acceleration;
+  told_ = {};
+}
+
+bool FiniteContact::moving() const {
+  return !acceleration_.isZero(0.0) || greatest(state_.motion.displacements) > 0.0 ||
+         greatest(state_.motion.velocities) > 0.0;
+}
+
+void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
+                          ContactResponse& response, const MatrixX&) {
+  const bool sound =
+      std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); });
+  if (cells.empty() || !sound) PatchContact::solve(cells, solution, response);
+  if (!sound) return;
+  state_.motion = start_;
+  if (!cells.empty()) see_places(cells, true);
+  cells_ = cells;
+  solution_ = &solution;
+  answer_ = &response;
+  told_ = body_.solver.step(*this, acceleration_, state_.motion);
+  cells_ = {};
+  if (!told_.answered || told_.lost) {
+    solution.converged = false;
+    solution.forces.assign(cells.size(), Vec3::Zero());
+    state_.forces.clear();
+  }
+  if (cells.empty() && acceleration_.isZero(0.0) &&
+      greatest(state_.motion.displacements) < kAsleep &&
+      greatest(state_.motion.velocities) < kStill) {
+    const std::int32_t lost = state_.motion.lost;
+    state_.motion = body_.solver.at_rest();
+    state_.motion.lost = lost;
+  }
+}
+
+std::optional<OthersHold> FiniteContact::hold_of_others(std::span<const ContactCell> cells,
+                                                        std::size_t begin, std::size_t end,
+                                                        const MatrixX& shares) {
+  if (!stands_ && !state_.places.empty()) {
+    ensure_response();
+    response_ = turned(still_);
+    remake_matrix();
+    response_changed();
+    stands_ = true;
+  }
+  return PatchContact::hold_of_others(cells, begin, end, shares);
+}
+
+// --- shapes
+// ----------------------------------------------------------------------------------------
+
+void FiniteContact::place_displacements(const ContactResponse&, std::vector<float>& displacements) {
+  displacements.resize(3 * body_.places.size());
+  read_places(body_.places.fields, state_.motion.displacements.data(), displacements.data());
+}
+
+/// Near fields are found where the tissue was at rest, and turned with it.
+void FiniteContact::draw(std::span<const float> displacements, std::span<const ContactCell> cells,
+                         const ContactSolution& solution, std::vector<Vec3f>& positions) const {
+  deformed_positions(drawn(), displacements, {}, {}, {}, positions);
+  if (solution.near_fields.size() != cells.size() || solution.forces.size() != cells.size() ||
+      group_of_cell_.size() != cells.size())
+    return;
+  std::vector<int> vertices;
+  std::vector<Vec3f> moved;
+  for (const Group& group : groups_) {
+    std::vector<NearField> near;
+    std::vector<ContactCell> own;
+    std::vector<Vec3> forces;
+    for (const int cell : group.cells) {
+      const auto k = static_cast<std::size_t>(cell);
+      near.push_back(solution.near_fields[k]);
+      own.push_back(cells[k]);
+      forces.push_back(group.rotation.transpose() * solution.forces[k]);
+    }
+    near_field_on_surface(drawn(), near, own, forces, vertices, moved);
+    const Eigen::Matrix3f rotation = group.rotation.cast<float>();
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      positions[static_cast<std::size_t>(vertices[v])] += rotation * moved[v];
+  }
+}
+
+}  // namespace viscera

@@ -1,0 +1,112 @@
+// Contact on tissue at finite strain (kernels/finite): the conditions and their solvers are those
+// of every body (tissue_contact.h), solved between the quasi-Newton steps of a frame.
+//
+// Cells load the same places as on a prepared compliance, and what is finer than places is the same
+// near field, turned with the tissue about them. Two factors answer: that of a step (stiff against
+// what is quick, by mass and viscosity) within it; that of the body at rest between steps, for what
+// a hand and the next step's search meet.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kernels/contact/patch_contact.h"
+#include "kernels/contact/surface_places.h"
+#include "kernels/finite/finite_solver.h"
+
+namespace viscera {
+
+/// What a body at finite strain answers by; all of it outlives the contact.
+struct FiniteResponse {
+  const SurfaceCompliance& still;  ///< of the body at rest, with columns for all of `surface`
+  /// Of FiniteSolver::factor; after the rows of the places one for each node's unknowns.
+  const SurfaceCompliance& step;
+  const TouchableSurface& surface;
+  const SurfacePlaces& places;
+  const FiniteSolver& solver;
+};
+
+class FiniteContact final : public PatchContact, private FiniteTouch {
+ public:
+  FiniteContact(const FiniteResponse& body, const IsotropicMaterial& material);
+
+  TissueAbilities abilities() const override { return {.moves = true}; }
+  bool fits(const State& state) const override;
+
+  void begin_step(const Vec3& acceleration) override;
+  bool moving() const override;
+  const FiniteStep* last_step() const override { return &told_; }
+
+  /// `backing` isn't for it: it has no springs.
+  void solve(std::span<const ContactCell> cells, ContactSolution& solution,
+             ContactResponse& response, const MatrixX& backing = {}) override;
+  std::optional<OthersHold> hold_of_others(std::span<const ContactCell> cells, std::size_t begin,
+                                           std::size_t end, const MatrixX& shares) override;
+
+  void place_displacements(const ContactResponse& response,
+                           std::vector<float>& displacements) override;
+  void draw(std::span<const float> displacements, std::span<const ContactCell> cells,
+            const ContactSolution& solution, std::vector<Vec3f>& positions) const override;
+
+ private:
+  /// Cells whose nodes meet, as those of one tool: they are turned as one.
+  struct Group {
+    std::vector<int> cells;
+    int first_node = 0;
+    Mat3 rotation = Mat3::Identity();
+  };
+
+  void make_response() override;
+  void drop_response() override;
+  MatrixX coupled_by_step() const;
+  void gather_nodes();
+  void gather_groups();
+  MatrixX turned(const MatrixX& response) const;
+  const Mat3& rotation_of_cell(std::size_t cell) const;
+  const float* nodal_column(int touched_place) const;
+
+  std::size_t cells() const override { return cells_.size(); }
+  std::int32_t held() const override;
+  std::span<const int> groups() const override {
+    return cells_.empty() ? ungrouped_ : group_of_node_;
+  }
+  void turn(const NodalRotations& rotations) override;
+  const MatrixX& response() const override { return turned_step_; }
+  VectorX displaced(const VectorX& u) const override;
+  VectorX displaced_by(const VectorX& loads) const override;
+  VectorX answer_to(const VectorX& forces) const override;
+  void add_loads(const VectorX& forces, VectorX& loads) const override;
+  double begin(const VectorX& displaced) override;
+  bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) override;
+
+  FiniteResponse body_;
+  Vec3 acceleration_ = Vec3::Zero();
+  // Where the step began.
+  FiniteState start_;
+  std::vector<Place> start_places_;
+  std::vector<Vec3> start_displacements_;
+  FiniteStep told_;
+
+  // What follows from the state's places; seen from the tissue, unturned.
+  MatrixX still_, step_, near_;  // responses (3 cells) x (3 cells)
+  std::vector<int> nodes_;       // that cells reach, ascending                             (n)
+  MatrixX fields_;               // of these nodes at the cells                      (cells x n)
+  std::vector<Group> groups_;
+  std::vector<int> group_of_cell_, group_of_node_;
+  std::vector<int> ungrouped_;  // of a body without cells                                   (N)
+  MatrixX shares_;              // of touched places in the cells                   (cells x m)
+  // And from the rotations of this step.
+  NodalRotations rotations_;
+  MatrixX turned_step_, turned_near_;
+  bool stands_ = false;  // `response_` and the matrix are those between steps
+
+  // Of the solve that is under way.
+  std::span<const ContactCell> cells_;
+  std::vector<Vec3> begun_;  // where they were
+  std::vector<ContactCell> asked_;
+  ContactSolution* solution_ = nullptr;
+  ContactResponse* answer_ = nullptr;
+};
+
+}  // namespace viscera

@@ -1,0 +1,49 @@
+// Bounds that keep a step of a body at finite strain sound.
+#pragma once
+
+#include <cmath>
+
+#include "kernels/base/types.h"
+#include "kernels/finite/finite_state.h"
+
+namespace viscera {
+
+/// Rotations are taken anew every so many steps.
+inline constexpr int kStepsAWarp = 3;
+/// More iterations for so many steps after tissue was let go.
+inline constexpr int kStepsReleased = 5;
+/// Further than this no target moves at once: the way is made in parts [m].
+inline constexpr double kLongestWay = 6e-3;
+/// Of the first search, over the slope [Armijo1966]; the slack is what the sums of an energy err
+/// by.
+inline constexpr double kArmijo = 1e-4, kSlack = 2e-6;
+inline constexpr int kMostTrials = 6;
+/// A step shorter than this says that the pairs of before don't fit.
+inline constexpr double kShortest = 0.1;
+/// Beyond these a state isn't tissue's any more: the last good one is taken back.
+inline constexpr double kFarthest = 0.2;  // [m]
+inline constexpr double kFastest = 2.0;   // [m/s]
+
+/// What a further iteration would gain, over the energy that there would be: 1 where a body at rest
+/// without energy is about to move.
+inline double residual_of(double gain, double energy) {
+  return gain > 0.0 ? gain / (gain + std::abs(energy)) : 0.0;
+}
+
+/// Finite, and nowhere farther than `kFarthest`.
+inline bool is_tissue(const VectorX& u) {
+  if (!u.allFinite()) return false;
+  for (Eigen::Index at = 0; at < u.size(); at += 3)
+    if (!(u.segment<3>(at).norm() < kFarthest)) return false;
+  return true;
+}
+
+/// The last good state stays, at rest.
+inline void give_up(FiniteState& state) {
+  state.velocities.assign(state.velocities.size(), 0.0);
+  state.loads.assign(state.loads.size(), 0.0);
+  state.steps_since_warp = kStepsAWarp;
+  ++state.lost;
+}
+
+}  // namespace viscera

@@ -1,0 +1,42 @@
+// What touches a body at finite strain, as a step of the body asks for it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kernels/base/types.h"
+#include "kernels/finite/finite_state.h"
+
+namespace viscera {
+
+/// Places ("cells") of the body with a force each, which conditions decide: a cell's displacement
+/// is what the nodes have there, Phi u, and what is finer than nodes.
+class FiniteTouch {
+ public:
+  virtual ~FiniteTouch() = default;
+
+  virtual std::size_t cells() const = 0;
+  /// How many of them are held, whatever pulls at them.
+  virtual std::int32_t held() const = 0;
+  /// Nodes with one number are turned together, so that Phi R = R Phi; -1: by themselves.    (N)
+  virtual std::span<const int> groups() const = 0;
+  /// From now on the factor is turned so.
+  virtual void turn(const NodalRotations& rotations) = 0;
+  /// Phi R P^-1 R^T Phi^T [m/N].                                          (3 cells) x (3 cells)
+  virtual const MatrixX& response() const = 0;
+  virtual VectorX displaced(const VectorX& u) const = 0;  ///< Phi u [m]                (3 cells)
+  /// Phi H g for nodal loads g, H = R P^-1 R^T; and H Phi^T f for forces on the cells.
+  virtual VectorX displaced_by(const VectorX& loads) const = 0;
+  virtual VectorX answer_to(const VectorX& forces) const = 0;
+  /// Adds Phi^T f to nodal loads [N].                                                     (3 N)
+  virtual void add_loads(const VectorX& forces, VectorX& loads) const = 0;
+  /// A step begins where the nodes have the cells at `displaced`, what is finer not among it. How
+  /// far what is wanted of a cell is from where it is, at most [m].
+  virtual double begin(const VectorX& displaced) = 0;
+  /// Forces f that meet the conditions where the cells lie at free + (response() + more + what is
+  /// finer) f. Of the way from where they were as the step began to what is wanted only this share
+  /// is asked for. `more` may be empty. False: there are none.
+  virtual bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) = 0;
+};
+
+}  // namespace viscera

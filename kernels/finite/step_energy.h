@@ -1,0 +1,35 @@
+// What a step of a body at finite strain minimises.
+#pragma once
+
+#include <span>
+
+#include "kernels/base/types.h"
+#include "kernels/finite/finite_solver.h"
+
+namespace viscera {
+
+/// E(u) = elastic + time mu / dt |E - E_n|^2 + sum_J m_J (|u_J - u~_J|^2 / (2 dt^2) - a . u_J),
+/// with u~ = u_n + dt v_n; of one step, that from `state` on.
+class StepEnergy {
+ public:
+  /// `masses` of the nodes [kg]; `acceleration` of the weight [m/s2]. All outlive it.
+  StepEnergy(const FiniteBody& body, std::span<const double> masses, const FiniteOptions& options,
+             const Vec3& acceleration, const FiniteState& state);
+
+  /// Energy [J] at u (3 N), and its derivative [N] unless that is null.
+  double at(const VectorX& u, VectorX* gradient);
+  int evaluations() const { return evaluations_; }
+
+ private:
+  const FiniteBody& body_;
+  std::span<const double> masses_;
+  const FiniteOptions& options_;
+  Vec3 acceleration_;
+  VectorX aim_;
+  Strains strains_;
+  Viscosity viscosity_;
+  FiniteBody::Workspace workspace_;
+  int evaluations_ = 0;
+};
+
+}  // namespace viscera

@@ -1,0 +1,270 @@
+// A step of a body that anything touches. The conditions of what touches it are solved between the
+// quasi-Newton steps: with the energy replaced by its model at u, the cells lie at
+// q = Phi (u - H g) without forces and answer these by W = Phi H Phi^T, so that any solver of
+// contact finds the forces f, and the step is p = H (Phi^T f - g).
+//
+// A step begins by going where the last one's loads would have it: the same with those loads in
+// place of the gradient, which costs no evaluation and brings the cells where they are wanted.
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/finite/finite_limits.h"
+#include "kernels/finite/finite_solver.h"
+#include "kernels/finite/secant_pairs.h"
+#include "kernels/finite/step_energy.h"
+
+namespace viscera {
+
+class FiniteSolver::TouchedStep {
+ public:
+  TouchedStep(const FiniteSolver& solver, FiniteTouch& touch, const Vec3& acceleration,
+              const FiniteState& state, const NodalRotations& rotations)
+      : solver_(solver),
+        touch_(touch),
+        rotations_(rotations),
+        energy_(*solver.body_, solver.masses_, solver.options_,
+                solver.options_.gravity + acceleration, state),
+        n_(static_cast<Eigen::Index>(state.displacements.size())),
+        u_(Eigen::Map<const VectorX>(state.displacements.data(), n_)),
+        load_(Eigen::Map<const VectorX>(state.loads.data(), n_)),
+        y_(first_guess(load_)) {}
+
+  /// False: the conditions had no answer.
+  bool run(int parts, int most, const FiniteState& state, FiniteStep& told) {
+    for (int part = 1; part <= parts; ++part) {
+      share_ = static_cast<double>(part) / parts;
+      if (part == 1 && solver_.options_.dynamic ? !start(state) : !start_here()) return false;
+      told.iterations = 0;
+      if (!descend(most, told)) return false;
+    }
+    told.energy = value_;
+    return told.converged || take_stock(told);
+  }
+
+  const VectorX& u() const { return u_; }
+  const VectorX& loads() const { return load_; }
+  const VectorX& forces() const { return forces_; }
+  double value() const { return value_; }
+  int evaluations() const { return energy_.evaluations(); }
+
+ private:
+  VectorX first_guess(const VectorX& g) const {
+    VectorX z = VectorX::Zero(n_);
+    if (g.isZero(0.0)) return z;
+    const auto count = static_cast<std::size_t>(n_);
+    apply_warped(*solver_.factor_, rotations_, {g.data(), count}, {z.data(), count});
+    return z;
+  }
+
+  /// Forces for cells that lie at `free` without them, their loads, and what the factor makes of
+  /// these.
+  bool answer(const VectorX& free, const MatrixX& more, VectorX& forces, VectorX& load,
+              VectorX& y) {
+    load = VectorX::Zero(n_);
+    y = load;
+    forces.resize(0);
+    if (touch_.cells() == 0) return true;
+    if (!touch_.solve(free, more, share_, forces)) return false;
+    touch_.add_loads(forces, load);
+    y = touch_.answer_to(forces);
+    return true;
+  }
+
+  /// From u, where the loads of before, load_ with y_ = H load_, are at rest.
+  struct Start {
+    VectorX u, g, forces, load, y;
+    double value = 0.0;
+  };
+  bool begin_at(VectorX u, Start& start) {
+    if (!answer(touch_.displaced(u - y_), {}, start.forces, start.load, start.y)) return false;
+    start.u = std::move(u);
+    start.u += start.y - y_;
+    start.value = energy_.at(start.u, &start.g);
+    return true;
+  }
+  void take(Start start) {
+    u_ = std::move(start.u);
+    g_ = std::move(start.g);
+    forces_ = std::move(start.forces);
+    load_ = std::move(start.load);
+    y_ = std::move(start.y);
+    value_ = start.value;
+  }
+  bool start_here() {
+    Start here;
+    if (!begin_at(u_, here)) return false;
+    take(std::move(here));
+    return true;
+  }
+  /// Where it stood, or where it was going: the one of less energy.
+  bool start(const FiniteState& state) {
+    Start still, moving;
+    if (!begin_at(u_ + solver_.options_.time_step *
+                           Eigen::Map<const VectorX>(state.velocities.data(), n_),
+                  moving) ||
+        !begin_at(u_, still))
+      return false;
+    take(still.value <= moving.value ? std::move(still) : std::move(moving));
+    return true;
+  }
+
+  /// Where to, and how the merit E - f . Phi u falls there.
+  struct Way {
+    VectorX p, forces, load, y;
+    double work = 0.0;  // f . Phi p
+    double slope = 0.0;
+  };
+
+  bool find_way(const VectorX& z, const SecantPairs& pairs, Way& way) {
+    const VectorX down = pairs.apply(g_, z);
+    MatrixX more;
+    if (pairs.size() > 0 && touch_.cells() > 0)
+      more = pairs.response_change([&](const VectorX& v) { return touch_.displaced(v); });
+    if (!answer(touch_.displaced(u_ - down), more, way.forces, way.load, way.y)) return false;
+    way.p = pairs.apply(way.load, way.y) - down;
+    way.work = way.load.dot(way.p);
+    way.slope = g_.dot(way.p) - way.work;
+    return true;
+  }
+
+  /// Quasi-Newton steps. False: the conditions had no answer.
+  bool descend(int most, FiniteStep& told) {
+    SecantPairs pairs;
+    VectorX z = first_guess(g_);
+    z_.resize(0);
+    Way way;
+    for (int i = 0; i < most; ++i) {
+      if (!find_way(z, pairs, way)) return false;
+      if (!(way.slope < 0.0) && pairs.size() > 0) {
+        pairs.clear();
+        if (!find_way(z, pairs, way)) return false;
+      }
+      note_residual(-way.slope, told);
+      if (told.converged || !(way.slope < 0.0)) {
+        keep(way);
+        return true;
+      }
+      ++told.iterations;
+      VectorX next, next_g;
+      double next_value = value_;
+      double length = search(way, next, next_value, next_g);
+      if (length < kShortest && pairs.size() > 0) {
+        pairs.clear();
+        if (!find_way(z, pairs, way)) return false;
+        length = search(way, next, next_value, next_g);
+      }
+      keep(way);
+      if (length == 0.0) return true;
+      VectorX next_z = first_guess(next_g);
+      pairs.add(next - u_, next_g - g_, next_z - z);
+      u_ = std::move(next);
+      g_ = std::move(next_g);
+      value_ = next_value;
+      z = std::move(next_z);
+      if (length < 1.0) {
+        // A way that was cut short leaves gaps open.
+        if (!start_here()) return false;
+        z = first_guess(g_);
+      }
+    }
+    z_ = std::move(z);
+    return true;
+  }
+
+  void keep(const Way& way) {
+    forces_ = way.forces;
+    load_ = way.load;
+    y_ = way.y;
+  }
+
+  /// How far along the way the merit falls enough; 0: nowhere.
+  double search(const Way& way, VectorX& next, double& next_value, VectorX& next_g) {
+    const double slack = std::min(kSlack, solver_.options_.decrement);
+    double length = 1.0;
+    for (int trial = 0; trial < kMostTrials; ++trial) {
+      next = u_ + length * way.p;
+      next_value = energy_.at(next, &next_g);
+      const double gained = next_value - value_ - length * way.work;
+      if (gained <= kArmijo * length * way.slope + slack * std::abs(value_)) return length;
+      const double fit = -0.5 * way.slope * length * length / (gained - length * way.slope);
+      length = std::isfinite(fit) ? std::clamp(fit, 0.1 * length, 0.5 * length) : 0.1 * length;
+    }
+    return 0.0;
+  }
+
+  void note_residual(double decrement, FiniteStep& told) const {
+    told.residual = residual_of(0.5 * decrement, value_);
+    told.converged = told.residual <= solver_.options_.decrement;
+  }
+
+  /// Forces, and what a further step would gain, where the last one ended.
+  bool take_stock(FiniteStep& told) {
+    if (z_.size() == 0) return true;  // it found no way on
+    VectorX forces;
+    const VectorX at_cells = touch_.displaced(z_);
+    double decrement = g_.dot(z_);
+    VectorX load = VectorX::Zero(n_);
+    if (touch_.cells() > 0) {
+      if (!touch_.solve(touch_.displaced(u_) - at_cells, {}, share_, forces)) return false;
+      touch_.add_loads(forces, load);
+      decrement += forces.dot(touch_.response() * forces) - 2.0 * forces.dot(at_cells);
+    }
+    note_residual(decrement, told);
+    forces_ = std::move(forces);
+    load_ = std::move(load);
+    return true;
+  }
+
+  const FiniteSolver& solver_;
+  FiniteTouch& touch_;
+  const NodalRotations& rotations_;
+  StepEnergy energy_;
+  Eigen::Index n_ = 0;
+  VectorX u_, load_, y_;  // displacements; nodal loads and what the factor makes of them
+  double share_ = 1.0;    // of the way that is asked for
+  VectorX g_, z_, forces_;
+  double value_ = 0.0;
+};
+
+FiniteStep FiniteSolver::step(FiniteTouch& touch, const Vec3& acceleration,
+                              FiniteState& state) const {
+  FiniteStep told;
+  const std::span<const int> groups = touch.groups();
+  int group_count = 0;
+  for (const int group : groups) group_count = std::max(group_count, group + 1);
+  NodalRotations rotations;
+  const bool warp = turn_nodes(groups, static_cast<std::size_t>(group_count), state, rotations);
+  touch.turn(rotations);
+  const std::int32_t held = touch.held();
+  const std::int32_t released =
+      held < state.held ? kStepsReleased : std::max(0, state.steps_released - 1);
+  const int most = released > 0 ? options_.iterations_released : options_.iterations;
+
+  TouchedStep step(*this, touch, acceleration, state, rotations);
+  const double farthest = touch.begin(touch.displaced(step.u()));
+  const bool sane = std::isfinite(farthest);
+  // What is asked for in metres is a mistake: no number of parts brings it near.
+  const double parts = std::clamp(std::ceil(farthest / kLongestWay), 1.0, kFarthest / kLongestWay);
+  told.answered = sane && step.run(static_cast<int>(parts), most, state, told);
+  told.evaluations = step.evaluations();
+  if (!told.answered) {
+    // As if nothing had touched it: its last shape stays, without velocity.
+    std::ranges::fill(state.velocities, 0.0);
+    std::ranges::fill(state.loads, 0.0);
+    state.steps_since_warp = kStepsAWarp;
+    return told;
+  }
+  if (!std::isfinite(step.value()) || !is_tissue(step.u())) {
+    told.lost = true;
+    give_up(state);
+    return told;
+  }
+  for (Eigen::Index row = 0; row < step.forces().size(); row += 3)
+    told.forces.push_back(step.forces().segment<3>(row));
+  finish(step.u(), warp, held, released, state);
+  std::copy(step.loads().begin(), step.loads().end(), state.loads.begin());
+  state.rotations = std::move(rotations);
+  return told;
+}
+
+}  // namespace viscera
