@@ -38,7 +38,8 @@ std::vector<int> cells_of_points(const LocalSpacing& spacing, const VolumeQuadra
       const std::size_t q = static_cast<std::size_t>(point);
       const double to_seed = (volume.positions[q] - volume.positions[seed]).norm();
       if (cell[q] >= 0 && distance[q] <= to_seed) continue;
-      if (paths && q != seed && !paths->straight(volume.positions[seed], volume.positions[q]))
+      if (paths && q != seed &&
+          !paths->nearly_straight(volume.positions[seed], volume.positions[q]))
         continue;
       cell[q] = cell_count;
       distance[q] = to_seed;
@@ -109,7 +110,7 @@ int owner_of(const KdTree& volume_tree, const VolumeQuadrature& volume, const Ve
   volume_tree.nearest(place, paths ? kAsked : 1, -1, found);
   if (paths) {
     for (const KdTree::Found& one : found)
-      if (paths->straight(volume.positions[static_cast<std::size_t>(one.index)], place))
+      if (paths->nearly_straight(volume.positions[static_cast<std::size_t>(one.index)], place))
         return one.index;
   }
   return found.front().index;

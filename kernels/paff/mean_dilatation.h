@@ -48,7 +48,8 @@ struct HeldSurface {
 /// polynomial across, or where it would outgrow Nitsche's penalty, have fewer: sum_r (G.u)^2 - 2
 /// (G.u) (T.u)
 /// + sum_b w penalty (n.u)^2 >= 0 for all u, so averaging leaves the stiffness positive definite.
-/// With `paths`, a cell is what its seed sees: none reaches across air.
+/// With `paths`, a cell is what its seed sees, over gently concave surfaces too: none reaches
+/// across air.
 MeanDilatation mean_dilatation(const LocalSpacing& spacing, std::size_t node_count,
                                const VolumeQuadrature& volume, const PointFields& volume_fields,
                                const HeldSurface& held, const TissuePaths* paths = nullptr);
