@@ -3,6 +3,8 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <string>
 
 namespace viscera {
 namespace {
@@ -59,18 +61,29 @@ Mat3 cofactor_change(const Mat3& f, const Mat3& d) {
   return c;
 }
 
+using Lines = std::array<std::vector<double>, 3>;
+
+/// From `first` to `last`, closer at the last, and at the first where `both`.
+std::vector<double> graded(double first, double last, int parts, bool both) {
+  std::vector<double> lines;
+  for (int i = 0; i <= parts; ++i) {
+    const double share = static_cast<double>(i) / parts;
+    lines.push_back(first + (last - first) * (both ? 0.5 - 0.5 * std::cos(std::numbers::pi * share)
+                                                   : std::sin(0.5 * std::numbers::pi * share)));
+  }
+  return lines;
+}
+
 /// Lays out the half y >= 0, and finds equilibria of it.
 class Half {
  public:
-  Half(const BentBlockOptions& options, const std::array<int, 3>& elements)
-      : elements_(elements),
-        size_(options.size.x(), 0.5 * options.size.y(), options.size.z()),
+  Half(const BentBlockOptions& options, const Lines& lines)
+      : lines_(lines),
         mu_(options.material.shear_modulus()),
         lambda_(options.material.lame_lambda()) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      nodes_[axis] = 2 * elements[axis] + 1;
-      edges_[static_cast<Eigen::Index>(axis)] =
-          size_[static_cast<Eigen::Index>(axis)] / elements[axis];
+      elements_[axis] = static_cast<int>(lines[axis].size()) - 1;
+      nodes_[axis] = 2 * elements_[axis] + 1;
     }
     n_ = 3 * nodes_[0] * nodes_[1] * nodes_[2];
     u_ = VectorX::Zero(n_);
@@ -81,10 +94,6 @@ class Half {
           for (int k = 0; k < 3; ++k)
             held_[static_cast<std::size_t>(3 * number(x, y, z) + k)] =
                 x == 0 || x == nodes_[0] - 1 || (k == 1 && y == 0);
-    for (std::size_t p = 0; p < 27; ++p) {
-      points_[p] = slopes_at({kPlace[p % 3], kPlace[p / 3 % 3], kPlace[p / 9]}, edges_);
-      weights_[p] = 0.125 * edges_.prod() * kWeight[p % 3] * kWeight[p / 3 % 3] * kWeight[p / 9];
-    }
   }
 
   /// The end is moved so far in all; the body between follows evenly at first.
@@ -133,6 +142,10 @@ class Half {
   }
 
  private:
+  double edge(std::size_t axis, int element) const {
+    const auto at = static_cast<std::size_t>(element);
+    return lines_[axis][at + 1] - lines_[axis][at];
+  }
   int number(int x, int y, int z) const { return x + nodes_[0] * (y + nodes_[1] * z); }
 
   void assemble() {
@@ -156,21 +169,24 @@ class Half {
       at[static_cast<std::size_t>(a)] = number(2 * x + a % 3, 2 * y + a / 3 % 3, 2 * z + a / 9);
       u.col(a) = u_.segment<3>(3 * at[static_cast<std::size_t>(a)]);
     }
+    const Vec3 edges(edge(0, x), edge(1, y), edge(2, z));
     Eigen::Matrix<double, 81, 81> stiffness = Eigen::Matrix<double, 81, 81>::Zero();
     Eigen::Matrix<double, 3, 27> forces = Eigen::Matrix<double, 3, 27>::Zero();
     for (std::size_t p = 0; p < 27; ++p) {
-      const Slopes& slope = points_[p];
+      const Slopes slope = slopes_at({kPlace[p % 3], kPlace[p / 3 % 3], kPlace[p / 9]}, edges);
+      const double weight =
+          0.125 * edges.prod() * kWeight[p % 3] * kWeight[p / 3 % 3] * kWeight[p / 9];
       const Mat3 f = Mat3::Identity() + u * slope.transpose();
       const Mat3 cof = cofactor(f);
       const double volume = (lambda_ + mu_) * (f.determinant() - 1.0) - mu_;
-      forces += weights_[p] * (mu_ * f + volume * cof) * slope;
+      forces += weight * (mu_ * f + volume * cof) * slope;
       for (int a = 0; a < 27; ++a)
         for (int i = 0; i < 3; ++i) {
           Mat3 d = Mat3::Zero();
           d.row(i) = slope.col(a).transpose();
           const Mat3 stress = mu_ * d + volume * cofactor_change(f, d) +
                               (lambda_ + mu_) * cof.cwiseProduct(d).sum() * cof;
-          const Eigen::Matrix<double, 3, 27> row = weights_[p] * stress * slope;
+          const Eigen::Matrix<double, 3, 27> row = weight * stress * slope;
           stiffness.row(3 * a + i) += Eigen::Map<const Eigen::Matrix<double, 1, 81>>(row.data());
         }
     }
@@ -188,12 +204,11 @@ class Half {
     }
   }
 
-  std::array<int, 3> elements_, nodes_{};
-  Vec3 size_, edges_ = Vec3::Zero(), moved_ = Vec3::Zero();
+  const Lines& lines_;
+  std::array<int, 3> elements_{}, nodes_{};
+  Vec3 moved_ = Vec3::Zero();
   double mu_, lambda_;
   int n_ = 0;
-  std::array<Slopes, 27> points_;
-  std::array<double, 27> weights_{};
   std::vector<char> held_;
   VectorX u_, residual_, free_residual_;
   std::vector<Eigen::Triplet<double>> entries_;
@@ -205,10 +220,12 @@ class Half {
 
 Result<BentBlock> BentBlock::solve(const BentBlockOptions& options) {
   BentBlock block;
-  block.size_ = options.size;
-  block.elements_ = {options.elements, std::max(1, options.elements / 8),
-                     std::max(1, options.elements / 4)};
-  Half half(options, block.elements_);
+  const Vec3 half_size = 0.5 * options.size;
+  const int across = std::max(2, options.elements / 3);
+  block.lines_ = {graded(-half_size.x(), half_size.x(), options.elements, true),
+                  graded(0.0, half_size.y(), std::max(1, across / 2), false),
+                  graded(-half_size.z(), half_size.z(), across, true)};
+  Half half(options, block.lines_);
   for (int step = 1; step <= options.steps; ++step)
     if (!half.move_end(options.moved * step / options.steps))
       return failure("bent block: found no equilibrium in step " + std::to_string(step) + " of " +
@@ -220,17 +237,18 @@ Result<BentBlock> BentBlock::solve(const BentBlockOptions& options) {
 
 Vec3 BentBlock::at(const Vec3& place) const {
   // The other half mirrors this one.
-  const Vec3 from_corner(place.x() + 0.5 * size_.x(), std::abs(place.y()),
-                         place.z() + 0.5 * size_.z());
+  const Vec3 here(place.x(), std::abs(place.y()), place.z());
   std::array<int, 3> element;
   std::array<std::array<double, 3>, 3> values;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto k = static_cast<Eigen::Index>(axis);
-    const double length = (axis == 1 ? 0.5 : 1.0) * size_[k] / elements_[axis];
-    element[axis] = std::clamp(static_cast<int>(from_corner[k] / length), 0, elements_[axis] - 1);
-    values[axis] = quadratic(2.0 * (from_corner[k] / length - element[axis]) - 1.0);
+    const double at = here[static_cast<Eigen::Index>(axis)];
+    const std::vector<double>& lines = lines_[axis];
+    const auto above = std::upper_bound(lines.begin() + 1, lines.end() - 1, at);
+    element[axis] = static_cast<int>(above - lines.begin()) - 1;
+    values[axis] = quadratic(2.0 * (at - *(above - 1)) / (*above - *(above - 1)) - 1.0);
   }
-  const int nx = 2 * elements_[0] + 1, ny = 2 * elements_[1] + 1;
+  const int nx = 2 * static_cast<int>(lines_[0].size()) - 1,
+            ny = 2 * static_cast<int>(lines_[1].size()) - 1;
   Vec3 sum = Vec3::Zero();
   for (int a = 0; a < 27; ++a) {
     const int x = a % 3, y = a / 3 % 3, z = a / 9;

@@ -16,11 +16,12 @@ struct BentBlockOptions {
   Vec3 size{80e-3, 20e-3, 20e-3};  ///< along x from end to end, y, z [m]
   Vec3 moved{0.0, 0.0, 30e-3};     ///< of the end at greatest x; in the plane y = 0 [m]
   IsotropicMaterial material{12e3, 0.45};
-  int elements = 12;  ///< along x; a quarter of that across z, half of these across half of y
+  int elements = 12;  ///< along x; a third of that across z, half of these across half of y
   int steps = 6;      ///< in which the end is moved
 };
 
-/// The block about the origin.
+/// The block about the origin. Elements are smaller the nearer its ends and edges, where strains
+/// have no bound.
 class BentBlock {
  public:
   /// Newton's method, each step to 1e-9 of the force; fails where it finds no equilibrium. Seconds.
@@ -34,9 +35,8 @@ class BentBlock {
  private:
   BentBlock() = default;
 
-  Vec3 size_ = Vec3::Zero();
-  std::array<int, 3> elements_{};
-  std::vector<Vec3> displacements_;  // of nodes, x fastest; y from 0 on
+  std::array<std::vector<double>, 3> lines_;  // between elements [m]
+  std::vector<Vec3> displacements_;           // of nodes, x fastest; y from 0 on
   Vec3 force_ = Vec3::Zero();
 };
 
