@@ -1,24 +1,24 @@
-// An elongated organ, held on a third of its length and lifted by its other end: what finite strain
-// is for, and what its solver is measured on.
+// A body held at one end and lifted by the other, prepared as organs are: what the solver of finite
+// strain is measured on.
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include "engine/verification/bodies.h"
+#include "engine/verification/lift_shapes.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/paff/galerkin.h"
 
 namespace viscera {
 
 struct LiftedBodyOptions {
-  double spacing = 5.2e-3;  ///< of nodes [m]; gives some 1,100
+  LiftedShape shape = LiftedShape::kGallbladder;
+  double spacing = 4e-3;  ///< of nodes [m]; gives some 1,100 of the gallbladder
   IsotropicMaterial material = {12e3, 0.45};
   FiniteOptions solver;
 };
 
-/// An ellipsoid of 90 x 35 x 35 mm along x, about the size of a gallbladder, held where x < -15 mm.
-/// A grip of ten points holds the surface at its far end.
 class LiftedBody {
  public:
   static Result<std::unique_ptr<LiftedBody>> prepare(const LiftedBodyOptions& options);
@@ -31,6 +31,8 @@ class LiftedBody {
   static Vec3 force(const FiniteStep& step);
   /// The force on the grip of the linear body that is moved so [N].
   Vec3 linear_force(const Vec3& moved) const;
+  /// Of its nodes then [m]                                                                 (3 N)
+  VectorX linear_displacements(const Vec3& moved) const;
 
   const FiniteSolver& solver() const { return *solver_; }
   const GalerkinSystem& system() const { return *system_; }
@@ -45,12 +47,11 @@ class LiftedBody {
   std::unique_ptr<GalerkinSystem> system_;
   std::unique_ptr<FiniteSolver> solver_;
   Grip grip_;
-  MatrixX linear_rows_;  // Phi K^-1 Phi^T [m/N]
+  VectorX linear_grip_forces(const Vec3& moved) const;
+
+  MatrixX linear_columns_, linear_rows_;  // K^-1 Phi^T, Phi K^-1 Phi^T [m/N]
   double prepare_s_ = 0.0;
 };
-
-/// Along x and z as an ellipse about the origin, from `rings` rings of triangles between its poles.
-TriangleSurface ellipsoid(const Vec3& half_axes, int rings);
 
 /// The way of a lift: up by `height` [m] and a third of it towards the hold, within `duration` [s],
 /// as smooth as a hand's.

@@ -16,6 +16,7 @@
 #include "tools/bench/bench_heat.h"
 #include "tools/bench/bench_hemisphere.h"
 #include "tools/bench/bench_hive.h"
+#include "tools/bench/bench_lift.h"
 #include "tools/bench/bench_smoke.h"
 #include "tools/bench/bench_zwidth.h"
 #include "tools/common/command_line.h"
@@ -27,7 +28,7 @@ namespace viscera {
 namespace {
 
 /// `bench scene`, `bench hemisphere`, `bench bodies`, `bench convergence`, `bench smoke`,
-/// `bench hive`, `bench heat` and `bench zwidth`.
+/// `bench hive`, `bench lift`, `bench heat` and `bench zwidth`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -60,6 +61,9 @@ class BenchCommand {
     hive_ = command_->add_subcommand(
         "hive", "time and error of local hives, which answer a hand, on a pressed hemisphere");
     add_hive_options();
+    lift_ = command_->add_subcommand(
+        "lift", "time a frame against error of organs at finite strain, lifted and bent");
+    add_lift_options();
     heat_ = command_->add_subcommand(
         "heat", "time of a step of heat, with its error and the standard burn's lesion");
     heat_->add_flag("--quick", heat_options_.quick, "fewer cases; some seconds");
@@ -83,6 +87,7 @@ class BenchCommand {
     if (bodies_->parsed()) return code_of(bench_bodies(bodies_options_, std::cout));
     if (convergence_->parsed()) return code_of(bench_convergence(convergence_options_, std::cout));
     if (hive_->parsed()) return code_of(bench_hive(hive_options_, std::cout));
+    if (lift_->parsed()) return code_of(bench_lift(lift_options_, std::cout));
     if (smoke_->parsed()) {
       smoke_options_.backend = *backend_of(backend_);
       return code_of(bench_smoke(smoke_options_, std::cout));
@@ -140,6 +145,13 @@ class BenchCommand {
     add_list(*hive_, "--poisson", hive_options_.poisson_ratios, "Poisson's ratios, e.g. 0.3,0.45");
   }
 
+  void add_lift_options() {
+    lift_->add_flag("--quick", lift_options_.quick, "without the largest body");
+    add_outputs(*lift_, lift_options_.json, &lift_options_.plots);
+    add_list(*lift_, "--case", lift_options_.cases, "these alone, e.g. gallbladder,block");
+    add_list(*lift_, "--iterations", lift_options_.iterations, "a frame, e.g. 1,2,4");
+  }
+
   void add_smoke_options() {
     add_outputs(*smoke_, smoke_options_.json, &smoke_options_.plots);
     add_list(*smoke_, "--particles", smoke_options_.particles, "a case each, e.g. 10k,100k,1M");
@@ -161,6 +173,7 @@ class BenchCommand {
   CLI::App* convergence_ = nullptr;
   CLI::App* smoke_ = nullptr;
   CLI::App* hive_ = nullptr;
+  CLI::App* lift_ = nullptr;
   CLI::App* heat_ = nullptr;
   CLI::App* zwidth_ = nullptr;
   SceneArguments arguments_;
@@ -170,6 +183,7 @@ class BenchCommand {
   ConvergenceBenchOptions convergence_options_;
   SmokeBenchOptions smoke_options_;
   HiveBenchOptions hive_options_;
+  LiftBenchOptions lift_options_;
   HeatBenchOptions heat_options_;
   ZWidthBenchOptions zwidth_options_;
   std::string backend_ = name_of(smoke_options_.backend);
