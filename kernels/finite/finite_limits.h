@@ -20,6 +20,9 @@ inline constexpr double kArmijo = 1e-4, kSlack = 2e-6;
 inline constexpr int kMostTrials = 6;
 /// A step shorter than this says that the pairs of before don't fit.
 inline constexpr double kShortest = 0.1;
+/// A step that changes what the factor makes of the gradient by a smaller share is the last: some
+/// hundred times the rounding of single precision.
+inline constexpr double kLeastChange = 1e-4;
 /// Beyond these a state isn't tissue's any more: the last good one is taken back.
 inline constexpr double kFarthest = 0.2;  // [m]
 inline constexpr double kFastest = 2.0;   // [m/s]

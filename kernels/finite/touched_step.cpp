@@ -156,7 +156,9 @@ class FiniteSolver::TouchedStep {
       keep(way);
       if (length == 0.0) return true;
       VectorX next_z = first_guess(next_g);
-      pairs.add(next - u_, next_g - g_, next_z - z);
+      // What a factor in single precision makes of less is noise, and so is a step by it.
+      const bool at_floor = (next_z - z).norm() < kLeastChange * next_z.norm();
+      if (!at_floor) pairs.add(next - u_, next_g - g_, next_z - z);
       u_ = std::move(next);
       g_ = std::move(next_g);
       value_ = next_value;
@@ -166,6 +168,7 @@ class FiniteSolver::TouchedStep {
         if (!start_here()) return false;
         z = first_guess(g_);
       }
+      if (at_floor) break;
     }
     z_ = std::move(z);
     return true;

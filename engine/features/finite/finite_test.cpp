@@ -135,8 +135,7 @@ TEST(Finite, AtEquilibriumTheTissuesForcesAreWhatTheJawPulls) {
     scale += std::pow(motion.loads[i], 2);
     pull[static_cast<Eigen::Index>(i % 3)] += motion.loads[i];
   }
-  // A step ends where a further iteration would gain 2e-6 of the energy: forces to the root of
-  // that.
+  // A step ends where a further iteration would gain 2e-6 of the energy: forces to its root.
   EXPECT_LT(std::sqrt(apart / scale), 5e-3);
   EXPECT_LT((pull + force_on(*world, 0)).norm(), 1e-6 * pull.norm()) << "the jaw feels them";
   // And it holds the tissue where it wants it.

