@@ -12,9 +12,6 @@ namespace {
 
 /// Points a node, and nodes a point, about: measured on organs of 500 to 5,000 nodes.
 constexpr std::size_t kPointsANode = 17, kNodesAPoint = 16;
-/// Iterations in the first frames after tissue was let go. Measured on gallbladder_lift: six leave
-/// 3 % of the energy to be gained in the frame of the release, eight 4e-5.
-constexpr int kReleased = 8;
 /// Of each node at a point: a number and a gradient.
 constexpr std::size_t kBytesANode = sizeof(std::uint16_t) + 3 * sizeof(double);
 
@@ -38,7 +35,7 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
   options.viscous_time = organ.finite.viscous_time;
   options.dynamic = !organ.finite.quasi_static;
   options.iterations = organ.finite.iterations;
-  options.iterations_released = std::max(kReleased, organ.finite.iterations);
+  options.iterations_released = std::max(options.iterations_released, organ.finite.iterations);
   return options;
 }
 
