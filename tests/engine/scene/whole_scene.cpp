@@ -23,6 +23,7 @@ Json whole_scene() {
                                {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}]},
        "displacement_storage": "half", "deformable": true, "sags": false,
        "response": "local", "stiffens": false, "spared": true,
+       "finite": {"quasi_static": true, "viscous_time_ms": 5, "iterations": 3},
        "pulsation": {"strain": 0.05, "rate_per_min": 72}},
       {"name": "ball", "geometry": {"recipe": "sphere", "radius_mm": 25, "triangles": 500},
        "tissue": "rubber", "deformable": false},
