@@ -49,7 +49,7 @@ constexpr std::array kLifts = {
 };
 constexpr const char* kBlock = "block";
 /// The load of the elastica, P L^2 / (E I), with the sag and the shortening of its end over its
-/// length by elliptic integrals [Timoshenko1961].
+/// length by elliptic integrals [Bisshopp1945].
 struct Elastica {
   const char* name;
   double load, sag, shortening;

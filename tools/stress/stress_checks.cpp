@@ -398,7 +398,7 @@ EnergyBound::EnergyBound(const StressBody& body, const TouchableSurface& touch,
     if (!held.fixed[b] || !fields.evaluate(held.positions[b], false, values)) continue;
     double h = 0.0;
     for (std::size_t j = 0; j < values.nodes.size(); ++j)
-      h += values.values[j] * body.cloud.spacings[static_cast<std::size_t>(values.nodes[j])];
+      h += values.values[j] * fields.cloud().spacings[static_cast<std::size_t>(values.nodes[j])];
     shift_ += held.weights[b] * 100.0 * modulus / h;
   }
   stretch_ = kInfinite;
