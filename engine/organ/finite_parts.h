@@ -1,12 +1,12 @@
 // What an organ at finite strain is prepared from, and its way through the cache.
 #pragma once
 
-#include <map>
 #include <memory>
-#include <string>
+#include <optional>
+#include <vector>
 
-#include "engine/io/response_cache.h"
 #include "engine/organ/organ_model.h"
+#include "engine/organ/region_arrays.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/paff/elasticity.h"
 
@@ -29,7 +29,6 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
 Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const FiniteOptions& options,
                          std::shared_ptr<const StiffnessFactor> step);
 
-using CacheArrays = std::map<std::string, CacheData::Array>;
 void keep_finite(const FiniteParts& parts, CacheArrays& arrays);
 /// None where there is none, or not of a piece.
 std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t nodes);

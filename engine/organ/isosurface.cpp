@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <unordered_map>
 #include <utility>
 
 #include "kernels/base/parallel.h"
+#include "kernels/points/closed_pieces.h"
 
 namespace viscera {
 namespace {
@@ -272,33 +272,22 @@ Result<TriangleSurface> marching_tetrahedra(const SignedDistance& distance, cons
 }
 
 std::vector<TriangleSurface> pieces_of(const TriangleSurface& surface) {
-  std::vector<int> parent(surface.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&parent](int v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const auto& [a, b, c] : surface.triangles) {
-    parent[root(b)] = root(a);
-    parent[root(c)] = root(a);
-  }
-  std::unordered_map<int, int> piece_of_root;
   std::vector<TriangleSurface> pieces;
   std::vector<int> number(surface.vertices.size(), -1);
-  for (const auto& triangle : surface.triangles) {
-    const auto [entry, fresh] = piece_of_root.try_emplace(root(triangle[0]), pieces.size());
-    if (fresh) pieces.emplace_back();
-    TriangleSurface& piece = pieces[entry->second];
-    std::array<int, 3> renumbered;
-    for (int i = 0; i < 3; ++i) {
-      int& to = number[triangle[i]];
-      if (to < 0) {
-        to = static_cast<int>(piece.vertices.size());
-        piece.vertices.push_back(surface.vertices[triangle[i]]);
+  for (const auto& part : connected_triangles(surface)) {
+    TriangleSurface& piece = pieces.emplace_back();
+    for (const auto& triangle : part) {
+      std::array<int, 3> renumbered;
+      for (int i = 0; i < 3; ++i) {
+        int& to = number[triangle[i]];
+        if (to < 0) {
+          to = static_cast<int>(piece.vertices.size());
+          piece.vertices.push_back(surface.vertices[triangle[i]]);
+        }
+        renumbered[i] = to;
       }
-      renumbered[i] = to;
+      piece.triangles.push_back(renumbered);
     }
-    piece.triangles.push_back(renumbered);
   }
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const auto& a, const auto& b) { return volume(a) > volume(b); });

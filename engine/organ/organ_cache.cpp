@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "engine/io/factor_file.h"
 #include "engine/organ/finite_parts.h"
 #include "engine/organ/organ_parts.h"
+#include "engine/organ/region_arrays.h"
 #include "kernels/base/hash.h"
 #include "kernels/formulations/formulations.h"
 
@@ -19,6 +19,7 @@ namespace {
 constexpr int kPreparationVersion = 3;
 /// The same of what tissue at finite strain has besides.
 constexpr int kFiniteVersion = 1;
+constexpr const char* kChange = "change_";  // before the names of its arrays
 
 void hash_vector(Hasher& hasher, const Vec3& v) {
   for (int c = 0; c < 3; ++c) hasher.value(v[c]);
@@ -30,31 +31,10 @@ void hash_region(Hasher& hasher, const Region& region) {
   hash_vector(hasher, region.b);
 }
 
-/// Vectors and indices as the cache keeps them, and back.
-std::vector<double> flat(const std::vector<Vec3>& vectors) {
-  std::vector<double> numbers;
-  for (const Vec3& v : vectors) numbers.insert(numbers.end(), v.data(), v.data() + 3);
-  return numbers;
-}
-std::vector<Vec3> vectors(const std::vector<double>& numbers) {
-  std::vector<Vec3> all;
-  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
-    all.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
-  return all;
-}
-
 void keep_changeable(const ChangeableRegion& region, CacheArrays& arrays) {
   const ElasticRegion& tissue = region.tissue;
-  arrays["change_moduli"] =
-      std::vector<double>{tissue.shear_modulus, tissue.pointwise_lambda, tissue.averaged_lambda};
-  arrays["change_nodes"] = tissue.nodes;
+  keep_points(tissue, kChange, arrays);
   arrays["change_positions"] = flat(tissue.positions);
-  arrays["change_weights"] = tissue.weights;
-  arrays["change_begin"] = std::vector<int>(tissue.begin.begin(), tissue.begin.end());
-  arrays["change_point_nodes"] = tissue.point_nodes;
-  arrays["change_gradients"] = flat(tissue.gradients);
-  arrays["change_cell"] = tissue.cell;
-  arrays["change_psi"] = tissue.psi;
   arrays["change_cell_begin"] =
       std::vector<int>(tissue.cell_begin.begin(), tissue.cell_begin.end());
   arrays["change_cell_nodes"] = tissue.cell_nodes;
@@ -66,39 +46,20 @@ void keep_changeable(const ChangeableRegion& region, CacheArrays& arrays) {
 /// Empty where there is none, or not of a piece.
 ChangeableRegion changeable_from_cache(CacheArrays& arrays) {
   ChangeableRegion region;
-  bool whole = true;
-  const auto take = [&](const char* name, auto& into) {
-    using Into = std::remove_reference_t<decltype(into)>;
-    const auto found = arrays.find(name);
-    auto* values = found == arrays.end() ? nullptr : std::get_if<Into>(&found->second);
-    if (values) into = std::move(*values);
-    whole = whole && values;
-  };
   ElasticRegion& tissue = region.tissue;
-  std::vector<double> moduli, positions, gradients, cell_gradients;
-  std::vector<int> begin, cell_begin;
-  take("change_moduli", moduli);
-  take("change_nodes", tissue.nodes);
-  take("change_positions", positions);
-  take("change_weights", tissue.weights);
-  take("change_begin", begin);
-  take("change_point_nodes", tissue.point_nodes);
-  take("change_gradients", gradients);
-  take("change_cell", tissue.cell);
-  take("change_psi", tissue.psi);
-  take("change_cell_begin", cell_begin);
-  take("change_cell_nodes", tissue.cell_nodes);
-  take("change_cell_gradients", cell_gradients);
-  take("change_places", region.places);
-  take("change_compliance", region.nodes);
-  if (!whole || moduli.size() != 3) return {};
-  tissue.shear_modulus = moduli[0];
-  tissue.pointwise_lambda = moduli[1];
-  tissue.averaged_lambda = moduli[2];
+  std::vector<double> positions, cell_gradients;
+  std::vector<int> cell_begin;
+  TakenArrays taken(arrays, kChange);
+  take_points(taken, tissue);
+  taken.take("positions", positions);
+  taken.take("cell_begin", cell_begin);
+  taken.take("cell_nodes", tissue.cell_nodes);
+  taken.take("cell_gradients", cell_gradients);
+  taken.take("places", region.places);
+  taken.take("compliance", region.nodes);
+  if (!taken.whole()) return {};
   tissue.positions = vectors(positions);
-  tissue.gradients = vectors(gradients);
   tissue.cell_gradients = vectors(cell_gradients);
-  tissue.begin.assign(begin.begin(), begin.end());
   tissue.cell_begin.assign(cell_begin.begin(), cell_begin.end());
   const std::size_t columns = 3 * tissue.nodes.size(), points = tissue.size();
   if (columns == 0 || tissue.positions.size() != points || tissue.begin.size() != points + 1 ||

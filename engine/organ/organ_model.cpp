@@ -138,6 +138,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   ElasticProblem problem;
   problem.surface = &model.surface;
   problem.cloud = &model.cloud;
+  problem.fields = model.fields;
   problem.material = model.material;
   problem.is_fixed = [&](const Vec3& x) { return in_any(organ.fixed, x); };
   problem.most_memory = options.most_memory;
@@ -261,6 +262,7 @@ Result<std::shared_ptr<const OrganModel>> prepare_organ(
   } else {
     model->cache_hit = shape.cache_hit;
   }
+  model->fields.reset();
   if (organ.displacement_storage == DisplacementStorage::kHalf && model->touchable_anywhere())
     keep_in_half_precision(*model);
   if (organ.response == Response::kLocal && organ.deformable)

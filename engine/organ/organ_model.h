@@ -38,6 +38,7 @@ struct OrganModel {
 
   // Deformable organs only (cloud empty otherwise):
   PointCloud cloud;
+  std::shared_ptr<const ShapeFunctions> fields;  ///< while it is prepared
   IsotropicMaterial material;
   SurfaceCompliance compliance;  ///< its touchable square alone where `half_columns` holds all
   HalfColumns half_columns;      ///< empty: displacements are kept in single precision

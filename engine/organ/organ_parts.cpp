@@ -34,8 +34,9 @@ Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurf
 Result<void> add_places(OrganModel& model, const OrganDescription& organ,
                         const BodyDemand& demand) {
   const Formulation* formulation = find_formulation(organ.formulation);
-  const ShapeFunctions fields = formulation->fields(model.surface, model.cloud);
-  auto places = place_on_surface(model.surface, fields);
+  model.fields =
+      std::make_shared<const ShapeFunctions>(formulation->fields(model.surface, model.cloud));
+  auto places = place_on_surface(model.surface, *model.fields);
   if (!places) return std::unexpected(places.error());
   model.places = std::move(*places);
   // All of the surface: a tool may leave its path. What only sags has no place to touch.

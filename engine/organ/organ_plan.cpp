@@ -74,7 +74,8 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   plan.surface_nodes = model.cloud.surface_count;
   plan.places = model.places.size();
   plan.touchable_places = model.touchable.size();
-  const PreparationCost cost = preparation_cost(model.cloud, formulation->coupling(material));
+  const PreparationCost cost =
+      preparation_cost(model.fields->cloud(), formulation->coupling(material));
   plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.prepared_places);
   if (plan.prepared_places < plan.touchable_places)
     plan.memory_bytes += sizeof(float) * cost.factor_entries;

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "engine/io/distance_grid.h"
 #include "engine/organ/figures_text.h"
 #include "engine/organ/shape.h"
+#include "kernels/base/disjoint_sets.h"
 #include "kernels/base/parallel.h"
 #include "kernels/points/surface_checks.h"
 #include "kernels/points/surface_tree.h"
@@ -195,22 +195,17 @@ void measure_distances(Wrap& wrap, const TriangleSurface& original, double voxel
   wrap.mean_distance = sum / area(surface);
 
   // Neighbouring vertices that are far from the original lie on one bridge.
-  std::vector<int> parent(away.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&parent](int v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  DisjointSets bridges(away.size());
   const auto far = [&](int v) { return away[v] > 2.0 * voxel; };
   for (const auto& triangle : surface.triangles) {
     for (int i = 0; i < 3; ++i) {
       const int a = triangle[i], b = triangle[(i + 1) % 3];
-      if (far(a) && far(b)) parent[std::max(root(a), root(b))] = std::min(root(a), root(b));
+      if (far(a) && far(b)) bridges.join(a, b);
     }
   }
   std::vector<int> farthest(away.size(), -1);
   for (int v = 0; v < static_cast<int>(away.size()); ++v) {
-    int& best = farthest[root(v)];
+    int& best = farthest[bridges.root(v)];
     if (best < 0 || away[v] > away[best]) best = v;
   }
   for (const int v : farthest) {

@@ -96,8 +96,8 @@ Result<std::unique_ptr<LiftedBody>> LiftedBody::prepare(const LiftedBodyOptions&
   return lifted;
 }
 
-GripTarget LiftedBody::target(const Vec3& moved) const {
-  return {&grip_, std::vector<Vec3>(grip_.rows.points(), moved)};
+GripTouch LiftedBody::held_at(const Vec3& moved) const {
+  return GripTouch(grip_, std::vector<Vec3>(grip_.rows.points(), moved));
 }
 
 Vec3 LiftedBody::force(const FiniteStep& step) {

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "kernels/base/disjoint_sets.h"
 #include "kernels/base/finite.h"
-#include "kernels/base/parallel.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/paff/compliance_columns.h"
 
@@ -19,9 +18,6 @@ constexpr double kAsleep = 1e-6, kStill = 1e-4;
 Eigen::Index at(std::size_t cell) {
   return static_cast<Eigen::Index>(3 * cell);
 }
-
-/// Worth a thread.
-constexpr std::size_t kPlacesAtOnce = 16;
 
 double greatest(const std::vector<double>& values) {
   double most = 0.0;
@@ -48,8 +44,7 @@ bool FiniteContact::fits(const State& state) const {
          motion.steps_since_warp >= 0 && motion.lost >= 0;
 }
 
-// --- what follows from the cells' places
-// -----------------------------------------------------------
+// --- what follows from the cells' places --------------------------------------------------------
 
 void FiniteContact::make_response() {
   couple_places();
@@ -125,28 +120,19 @@ void FiniteContact::gather_nodes() {
 /// Cells that reach a node in common belong together.
 void FiniteContact::gather_groups() {
   const auto count = static_cast<std::size_t>(fields_.rows());
-  std::vector<int> parent(count), first_cell(nodes_.size(), -1);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int cell) {
-    while (parent[static_cast<std::size_t>(cell)] != cell)
-      cell = parent[static_cast<std::size_t>(cell)];
-    return cell;
-  };
+  DisjointSets sets(count);
+  std::vector<int> first_cell(nodes_.size(), -1);
   for (std::size_t k = 0; k < count; ++k)
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
       if (fields_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(n)) == 0.0) continue;
       int& first = first_cell[n];
-      if (first < 0) {
-        first = static_cast<int>(k);
-        continue;
-      }
-      const int one = root(first), other = root(static_cast<int>(k));
-      parent[static_cast<std::size_t>(std::max(one, other))] = std::min(one, other);
+      if (first < 0) first = static_cast<int>(k);
+      sets.join(first, static_cast<int>(k));
     }
   groups_.clear();
   group_of_cell_.assign(count, -1);
   for (std::size_t k = 0; k < count; ++k) {
-    const auto first = static_cast<std::size_t>(root(static_cast<int>(k)));
+    const auto first = static_cast<std::size_t>(sets.root(static_cast<int>(k)));
     if (first == k) {
       group_of_cell_[k] = static_cast<int>(groups_.size());
       groups_.emplace_back();
@@ -174,8 +160,7 @@ void FiniteContact::drop_response() {
   stands_ = false;
 }
 
-// --- as a step asks
-// --------------------------------------------------------------------------------
+// --- as a step asks ------------------------------------------------------------------------------
 
 std::int32_t FiniteContact::held() const {
   return static_cast<std::int32_t>(
@@ -220,30 +205,6 @@ VectorX FiniteContact::displaced(const VectorX& u) const {
   Eigen::Map<Eigen::Matrix3Xd>(cells.data(), 3, fields_.rows()).noalias() =
       nodal * fields_.transpose();
   return cells;
-}
-
-/// Each cell's columns are sums of its places', and turned with its nodes.
-VectorX FiniteContact::displaced_by(const VectorX& loads) const {
-  const auto nodes = static_cast<std::size_t>(loads.size() / 3);
-  Eigen::VectorXf unturned(loads.size());
-  for (std::size_t node = 0; node < nodes; ++node)
-    unturned.segment<3>(at(node)) =
-        (rotation_of(rotations_, node).transpose() * loads.segment<3>(at(node))).cast<float>();
-  const auto m = static_cast<Eigen::Index>(touched().size());
-  Eigen::Matrix3Xd of_places(3, m);
-  parallel_for_each_index(touched().size(), kPlacesAtOnce, [&](std::size_t j) {
-    const float* column = nodal_column(touched()[j]);
-    for (Eigen::Index k = 0; k < 3; ++k)
-      of_places(k, static_cast<Eigen::Index>(j)) = static_cast<double>(
-          Eigen::Map<const Eigen::VectorXf>(
-              column + static_cast<std::size_t>(k) * body_.step.rows(), unturned.size())
-              .dot(unturned));
-  });
-  const Eigen::Matrix3Xd of_cells = of_places * shares_.transpose();
-  VectorX moved(at(cells_.size()));
-  for (std::size_t k = 0; k < cells_.size(); ++k)
-    moved.segment<3>(at(k)) = rotation_of_cell(k) * of_cells.col(static_cast<Eigen::Index>(k));
-  return moved;
 }
 
 VectorX FiniteContact::answer_to(const VectorX& forces) const {
@@ -317,8 +278,7 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
   return true;
 }
 
-// --- steps
-// -----------------------------------------------------------------------------------------
+// --- steps ---------------------------------------------------------------------------------------
 
 void FiniteContact::begin_step(const Vec3& acceleration) {
   start_ = state_.motion;
@@ -344,7 +304,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
   cells_ = cells;
   solution_ = &solution;
   answer_ = &response;
-  told_ = body_.solver.step(*this, acceleration_, state_.motion);
+  told_ = body_.solver.step(*this, state_.motion, acceleration_);
   cells_ = {};
   if (!told_.answered || told_.lost) {
     solution.converged = false;
@@ -373,8 +333,7 @@ std::optional<OthersHold> FiniteContact::hold_of_others(std::span<const ContactC
   return PatchContact::hold_of_others(cells, begin, end, shares);
 }
 
-// --- shapes
-// ----------------------------------------------------------------------------------------
+// --- shapes -----------------------------------------------------------------------------------
 
 void FiniteContact::place_displacements(const ContactResponse&, std::vector<float>& displacements) {
   displacements.resize(3 * body_.places.size());

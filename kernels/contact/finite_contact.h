@@ -74,7 +74,6 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void turn(const NodalRotations& rotations) override;
   const MatrixX& response() const override { return turned_step_; }
   VectorX displaced(const VectorX& u) const override;
-  VectorX displaced_by(const VectorX& loads) const override;
   VectorX answer_to(const VectorX& forces) const override;
   void add_loads(const VectorX& forces, VectorX& loads) const override;
   double begin(const VectorX& displaced) override;

@@ -9,6 +9,10 @@
 // It is finite where tissue is turned inside out, so that it comes back. The hold keeps the
 // quadratic form that it has in the linear body (Nitsche's), in the frame of what holds it. At rest
 // the Hessian is the linear stiffness.
+//
+// Evaluating it is bound by memory, so points are kept in packs of four, with all nodes that one of
+// the four reaches, and their gradients in single precision: 4e-7 of a gradient of displacements
+// within some spacings, which is what they act on.
 #pragma once
 
 #include <array>
@@ -19,15 +23,13 @@
 
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
+#include "kernels/finite/hold_rows.h"
 #include "kernels/paff/block_matrix.h"
 #include "kernels/paff/elastic_region.h"
 
 namespace viscera {
 
-/// A vector of space and a zero: four numbers that one instruction adds.
-using Quad = std::array<double, 4>;
-
-/// Green strains of a body's points, each as xx, yy, zz, xy, yz, zx                        (6 Q)
+/// Green strains of a body's points: of each pack xx, yy, zz, xy, yz, zx of its four   (24 packs)
 using Strains = std::vector<double>;
 
 /// What resists change of strain within a step of dt: it adds (time mu / dt) |E - E_before|^2, time
@@ -46,8 +48,8 @@ class FiniteBody {
 
   /// What a call works in; one a thread that calls.
   struct Workspace {
-    std::vector<std::vector<Quad>> forces;  ///< of each piece's nodes
-    std::vector<double> energies;           ///< of each piece
+    std::vector<std::vector<double>> forces;  ///< of each piece's nodes: a component's four lanes
+    std::vector<double> energies;             ///< of each piece
   };
 
   /// Elastic energy [J] of displacements (3 N, node-major) [m]; its derivative [N] is added to
@@ -65,7 +67,7 @@ class FiniteBody {
   SymmetricBlockMatrix tangent(std::span<const double> displacements, double shear = 1.0) const;
 
   std::size_t nodes() const { return nodes_; }
-  std::size_t points() const { return weights_.size(); }
+  std::size_t points() const { return points_; }
   std::size_t cells() const { return cell_begin_.size() - 1; }
   double volume() const { return volume_; }  ///< at rest [m3]
   /// Of the body so deformed [m3].
@@ -74,31 +76,58 @@ class FiniteBody {
 
  private:
   FiniteBody() = default;
+  static constexpr std::size_t kLanes = 4;
+  /// Numbers of the points of a pack.
+  using Lane = std::array<double, kLanes>;
   /// Cells that are summed by one thread, with numbers of their own for the nodes they reach.
   struct Piece {
     std::size_t first_cell = 0, last_cell = 0;
     std::vector<int> nodes;
   };
+  struct CellView;
 
+  void add_pack(const ElasticRegion& region, std::span<const std::size_t> points, Piece& piece,
+                std::vector<int>& number);
+  void find_means(const ElasticRegion& region, std::span<const std::size_t> points,
+                  std::span<const std::size_t> cell_begin);
+  CellView view(std::size_t cell, const Viscosity& viscosity) const;
+  static double add_cell(const CellView& cell, const double* displacements, double* scratch,
+                         double* forces);
+  static void find_strains(const CellView& cell, const double* displacements, double* strains);
+  std::vector<double> gathered(const Piece& piece, std::span<const double> displacements) const;
   double add_piece(const Piece& piece, std::span<const double> displacements, bool with_forces,
-                   const Viscosity& viscosity, std::vector<Quad>& forces) const;
+                   const Viscosity& viscosity, std::vector<double>& forces) const;
   void add_hold(std::span<const double> displacements, std::span<double> gradient,
                 double& energy) const;
-  Mat3 gradient_at(std::size_t point, const Piece& piece,
+  /// Visits the nodes of one of a pack's points: number of the piece, gradient.
+  template <class Visit>
+  void each_node(std::size_t pack, std::size_t lane, const Visit& visit) const {
+    for (std::size_t e = begin_[pack]; e < begin_[pack + 1]; ++e) {
+      const std::array<float, 3 * kLanes>& g = gradients_[e];
+      const Vec3 gradient(g[lane], g[kLanes + lane], g[2 * kLanes + lane]);
+      if (!gradient.isZero(0.0)) visit(entry_nodes_[e], gradient);
+    }
+  }
+  Mat3 gradient_at(std::size_t pack, std::size_t lane, const Piece& piece,
                    std::span<const double> displacements) const;
 
   std::size_t nodes_ = 0;
   double mu_ = 0.0, lambda_ = 0.0, averaged_ = 0.0;  // [Pa]
   double volume_ = 0.0;
   std::vector<Piece> pieces_;
-  std::vector<std::size_t> cell_begin_{0};        // points of each cell                  (C + 1)
-  std::vector<double> weights_;                   // [m3]                                     (Q)
-  std::vector<std::array<double, 4>> psi_;        // [m^-1.5]; empty: nothing is averaged     (Q)
-  std::vector<std::size_t> begin_{0};             // entries of each point                (Q + 1)
-  std::vector<std::uint16_t> entry_nodes_;        // numbers of the piece             (entries)
-  std::vector<std::array<double, 3>> gradients_;  // [1/m]                            (entries)
-  SymmetricBlockMatrix hold_;                     // of the nodes below
-  std::vector<int> hold_nodes_;                   // those that the hold touches
+  std::size_t points_ = 0;
+  std::vector<std::size_t> cell_begin_{0};  // packs of each cell                          (C + 1)
+  std::vector<Lane> weights_;               // [m3]; 0 of what fills up a pack             (packs)
+  std::vector<std::array<Lane, 4>> psi_;    // [m^-1.5]; empty: nothing is averaged        (packs)
+  std::vector<std::size_t> begin_{0};       // entries of each pack                    (packs + 1)
+  std::vector<std::uint16_t> entry_nodes_;  // numbers of the piece                      (entries)
+  /// Along x of the four points, along y, along z [1/m]                                 (entries)
+  std::vector<std::array<float, 3 * kLanes>> gradients_;
+  HoldRows hold_;
+  /// Gradients averaged over each cell [1/m], of all nodes that it reaches.
+  std::vector<std::size_t> mean_begin_{0};
+  std::vector<int> mean_nodes_;
+  std::vector<Vec3> means_;
   /// Share of each cell in the mean gradient of a node: rows are nodes.
   std::vector<std::size_t> share_begin_{0};
   std::vector<int> share_cells_;

@@ -18,7 +18,7 @@
 #include "kernels/base/types.h"
 #include "kernels/finite/finite_body.h"
 #include "kernels/finite/finite_state.h"
-#include "kernels/finite/finite_touch.h"
+#include "kernels/finite/grip_touch.h"
 #include "kernels/finite/warped_factor.h"
 #include "kernels/paff/stiffness_factor.h"
 
@@ -37,28 +37,6 @@ struct FiniteOptions {
   Vec3 gravity = Vec3::Zero();  ///< [m/s2], as far as the rest shape doesn't know it
 };
 
-/// Points of the tissue that something holds, by the fields there: u(p) = sum_J phi_J(p) u_J.
-struct HeldRows {
-  std::vector<std::size_t> begin{0};  ///<                                              (points + 1)
-  std::vector<int> nodes;             ///<                                                 (entries)
-  std::vector<double> values;         ///<                                                 (entries)
-
-  std::size_t points() const { return begin.size() - 1; }
-  void add(std::span<const int> point_nodes, std::span<const double> point_values);
-};
-
-/// Rows with what the factor makes of them; as long as the same is held they stay.
-struct Grip {
-  HeldRows rows;
-  MatrixX columns;  ///< P^-1 Phi^T [m/N]                                          (3 N x 3 points)
-};
-
-/// Where a grip wants its points.
-struct GripTarget {
-  const Grip* grip = nullptr;
-  std::vector<Vec3> displacements;  ///< [m]                                              (points)
-};
-
 /// How a step went.
 struct FiniteStep {
   int iterations = 0;
@@ -66,10 +44,9 @@ struct FiniteStep {
   double residual = 0.0;   ///< of the last iteration: what a further one would gain over the energy
   bool converged = false;  ///< residual within FiniteOptions::decrement
   bool lost = false;       ///< the last good state was kept: no step was found
-  bool answered = true;  ///< false, of a FiniteTouch: its conditions had no answer; the last state
-                         ///< was kept
-  int evaluations = 0;   ///< of the energy
-  std::vector<Vec3> forces;  ///< on the tissue at the held points, grip after grip [N]
+  bool answered = true;    ///< false: the conditions had no answer; the last state was kept
+  int evaluations = 0;     ///< of the energy
+  std::vector<Vec3> forces;  ///< on the tissue at the cells [N]
 };
 
 class FiniteSolver {
@@ -94,20 +71,23 @@ class FiniteSolver {
   FiniteState at_rest() const;
   Grip grip(HeldRows rows) const;
 
-  /// One step. On failure the state is as it was, without velocity.
-  FiniteStep step(std::span<const GripTarget> targets, FiniteState& state) const;
-  /// The same of a body that anything touches, under a weight of `acceleration` besides that of the
-  /// options [m/s2]. FiniteStep::forces are those on its cells.
-  FiniteStep step(FiniteTouch& touch, const Vec3& acceleration, FiniteState& state) const;
+  /// One step of a body that anything touches, under a weight of `acceleration` besides that of the
+  /// options [m/s2]. On failure the state is as it was, without velocity.
+  FiniteStep step(FiniteTouch& touch, FiniteState& state,
+                  const Vec3& acceleration = Vec3::Zero()) const;
+  /// The same where nothing does.
+  FiniteStep step(FiniteState& state, const Vec3& acceleration = Vec3::Zero()) const;
 
   const FiniteBody& body() const { return *body_; }
   const FiniteOptions& options() const { return options_; }
   /// Of the body at rest with what a step adds to it.
   const std::shared_ptr<const StiffnessFactor>& factor() const { return factor_; }
-  std::size_t memory_bytes() const { return body_->memory_bytes() + factor_->factor_bytes(); }
+  const CompactFactor& preconditioner() const { return *compact_; }
+  std::size_t memory_bytes() const {
+    return body_->memory_bytes() + factor_->factor_bytes() + compact_->memory_bytes();
+  }
 
  private:
-  class Descent;
   class TouchedStep;
   FiniteSolver() = default;
   /// Rotations for this step, those of a group's nodes the same. True: taken anew.
@@ -119,6 +99,7 @@ class FiniteSolver {
 
   std::shared_ptr<const FiniteBody> body_;
   std::shared_ptr<const StiffnessFactor> factor_;
+  std::shared_ptr<const CompactFactor> compact_;
   std::vector<double> masses_;  // [kg]                                                          (N)
   FiniteOptions options_;
 };

@@ -54,11 +54,7 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
         nodes.push_back(piece.nodes[entry_nodes_[e]]);
       add_group(std::move(nodes));
     }
-  const auto hold_node = [&](int number) { return hold_nodes_[static_cast<std::size_t>(number)]; };
-  const SymmetricPattern& held = hold_.pattern;
-  for (std::size_t row = 0; row < held.rows(); ++row)
-    for (std::size_t e = held.row_begin[row]; e < held.row_begin[row + 1]; ++e)
-      add_group({hold_nodes_[row], hold_node(held.columns[e])});
+  hold_.each([&](int row, int column, const Mat3&) { add_group({row, column}); });
 
   SymmetricBlockMatrix tangent;
   tangent.width = 3;
@@ -80,32 +76,40 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
       Eigen::Matrix<double, Eigen::Dynamic, 4> change = MatrixX::Zero(n, 4);  // of theta
       Vec4 theta = Vec4::Zero();
       const std::size_t first = cell_begin_[c], last = cell_begin_[c + 1];
-      std::vector<Mat3> f(last - first);
-      for (std::size_t q = first; q < last; ++q) {
-        f[q - first] = gradient_at(q, piece, displacements);
-        if (!psi_.empty())
-          theta += weights_[q] * (f[q - first].determinant() - 1.0) * Vec4::Map(psi_[q].data());
-      }
-      for (std::size_t q = first; q < last; ++q) {
-        const Mat3& at = f[q - first];
+      struct Point {
+        std::size_t pack, lane;
+        double weight;
+        Mat3 f;
+        Vec4 psi = Vec4::Zero();
+      };
+      std::vector<Point> points;
+      for (std::size_t p = first; p < last; ++p)
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+          if (!(weights_[p][lane] > 0.0)) continue;
+          Point point{p, lane, weights_[p][lane], gradient_at(p, lane, piece, displacements)};
+          if (!psi_.empty())
+            for (std::size_t k = 0; k < kTerms; ++k)
+              point.psi[static_cast<Eigen::Index>(k)] = psi_[p][k][lane];
+          theta += point.weight * (point.f.determinant() - 1.0) * point.psi;
+          points.push_back(point);
+        }
+      for (const Point& point : points) {
+        const Mat3& at = point.f;
         const Mat3 cof = cofactor(at);
         double pressure = -mu + (lambda_ + mu) * (at.determinant() - 1.0);
-        if (!psi_.empty()) pressure += averaged_ * theta.dot(Vec4::Map(psi_[q].data()));
-        const double w = weights_[q];
+        if (!psi_.empty()) pressure += averaged_ * theta.dot(point.psi);
+        const double w = point.weight;
         struct Entry {
           Eigen::Index row;
           Vec3 g, a;
         };
         std::vector<Entry> entries;
-        for (std::size_t e = begin_[q]; e < begin_[q + 1]; ++e) {
-          const int node = piece.nodes[entry_nodes_[e]];
-          const Vec3 g = Vec3::Map(gradients_[e].data());
+        each_node(point.pack, point.lane, [&](std::size_t number, const Vec3& g) {
+          const int node = piece.nodes[number];
           const auto row = 3 * (std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
           entries.push_back({row, g, cof * g});
-          if (!psi_.empty())
-            change.middleRows<3>(row) +=
-                w * entries.back().a * Vec4::Map(psi_[q].data()).transpose();
-        }
+          change.middleRows<3>(row) += w * entries.back().a * point.psi.transpose();
+        });
         for (const Entry& one : entries)
           for (const Entry& other : entries) {
             Mat3 block = (lambda_ + mu) * one.a * other.a.transpose() -
@@ -122,13 +126,7 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
                                 static_cast<Eigen::Index>(3 * j)));
     }
   }
-  for (std::size_t row = 0; row < held.rows(); ++row)
-    for (std::size_t e = held.row_begin[row]; e < held.row_begin[row + 1]; ++e) {
-      Mat3 block;
-      for (int i = 0; i < 9; ++i)
-        block(i / 3, i % 3) = hold_.blocks[9 * e + static_cast<std::size_t>(i)];
-      add(hold_nodes_[row], hold_node(held.columns[e]), block);
-    }
+  hold_.each(add);
   return tangent;
 }
 

@@ -25,8 +25,7 @@ class FiniteTouch {
   /// Phi R P^-1 R^T Phi^T [m/N].                                          (3 cells) x (3 cells)
   virtual const MatrixX& response() const = 0;
   virtual VectorX displaced(const VectorX& u) const = 0;  ///< Phi u [m]                (3 cells)
-  /// Phi H g for nodal loads g, H = R P^-1 R^T; and H Phi^T f for forces on the cells.
-  virtual VectorX displaced_by(const VectorX& loads) const = 0;
+  /// H Phi^T f for forces on the cells, H = R P^-1 R^T.                                   (3 N)
   virtual VectorX answer_to(const VectorX& forces) const = 0;
   /// Adds Phi^T f to nodal loads [N].                                                     (3 N)
   virtual void add_loads(const VectorX& forces, VectorX& loads) const = 0;

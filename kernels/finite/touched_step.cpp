@@ -14,6 +14,28 @@
 #include "kernels/finite/step_energy.h"
 
 namespace viscera {
+namespace {
+
+class Untouched final : public FiniteTouch {
+ public:
+  explicit Untouched(std::size_t nodes) : groups_(nodes, -1) {}
+  std::size_t cells() const override { return 0; }
+  std::int32_t held() const override { return 0; }
+  std::span<const int> groups() const override { return groups_; }
+  void turn(const NodalRotations&) override {}
+  const MatrixX& response() const override { return response_; }
+  VectorX displaced(const VectorX&) const override { return {}; }
+  VectorX answer_to(const VectorX&) const override { return {}; }
+  void add_loads(const VectorX&, VectorX&) const override {}
+  double begin(const VectorX&) override { return 0.0; }
+  bool solve(const VectorX&, const MatrixX&, double, VectorX&) override { return true; }
+
+ private:
+  std::vector<int> groups_;
+  MatrixX response_;
+};
+
+}  // namespace
 
 class FiniteSolver::TouchedStep {
  public:
@@ -52,7 +74,7 @@ class FiniteSolver::TouchedStep {
     VectorX z = VectorX::Zero(n_);
     if (g.isZero(0.0)) return z;
     const auto count = static_cast<std::size_t>(n_);
-    apply_warped(*solver_.factor_, rotations_, {g.data(), count}, {z.data(), count});
+    apply_warped(*solver_.compact_, rotations_, {g.data(), count}, {z.data(), count});
     return z;
   }
 
@@ -75,11 +97,12 @@ class FiniteSolver::TouchedStep {
     VectorX u, g, forces, load, y;
     double value = 0.0;
   };
-  bool begin_at(VectorX u, Start& start) {
+  enum class With { kValue, kGradient };
+  bool begin_at(VectorX u, With with, Start& start) {
     if (!answer(touch_.displaced(u - y_), {}, start.forces, start.load, start.y)) return false;
     start.u = std::move(u);
     start.u += start.y - y_;
-    start.value = energy_.at(start.u, &start.g);
+    start.value = energy_.at(start.u, with == With::kGradient ? &start.g : nullptr);
     return true;
   }
   void take(Start start) {
@@ -92,19 +115,24 @@ class FiniteSolver::TouchedStep {
   }
   bool start_here() {
     Start here;
-    if (!begin_at(u_, here)) return false;
+    if (!begin_at(u_, With::kGradient, here)) return false;
     take(std::move(here));
     return true;
   }
-  /// Where it stood, or where it was going: the one of less energy.
+  /// Where it was going, or where it stood: the one of less energy. Mostly the first.
   bool start(const FiniteState& state) {
-    Start still, moving;
+    Start moving, still;
     if (!begin_at(u_ + solver_.options_.time_step *
                            Eigen::Map<const VectorX>(state.velocities.data(), n_),
-                  moving) ||
-        !begin_at(u_, still))
+                  With::kGradient, moving) ||
+        !begin_at(u_, With::kValue, still))
       return false;
-    take(still.value <= moving.value ? std::move(still) : std::move(moving));
+    if (!(still.value <= moving.value)) {
+      take(std::move(moving));
+      return true;
+    }
+    still.value = energy_.at(still.u, &still.g);
+    take(std::move(still));
     return true;
   }
 
@@ -229,8 +257,8 @@ class FiniteSolver::TouchedStep {
   double value_ = 0.0;
 };
 
-FiniteStep FiniteSolver::step(FiniteTouch& touch, const Vec3& acceleration,
-                              FiniteState& state) const {
+FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state,
+                              const Vec3& acceleration) const {
   FiniteStep told;
   const std::span<const int> groups = touch.groups();
   int group_count = 0;
@@ -268,6 +296,11 @@ FiniteStep FiniteSolver::step(FiniteTouch& touch, const Vec3& acceleration,
   std::copy(step.loads().begin(), step.loads().end(), state.loads.begin());
   state.rotations = std::move(rotations);
   return told;
+}
+
+FiniteStep FiniteSolver::step(FiniteState& state, const Vec3& acceleration) const {
+  Untouched untouched(body_->nodes());
+  return step(untouched, state, acceleration);
 }
 
 }  // namespace viscera

@@ -7,7 +7,7 @@
 
 #include "kernels/base/types.h"
 #include "kernels/finite/finite_state.h"
-#include "kernels/paff/stiffness_factor.h"
+#include "kernels/paff/compact_factor.h"
 
 namespace viscera {
 
@@ -21,7 +21,7 @@ NodalRotations no_rotations(std::size_t nodes);
 Mat3 polar_rotation(const Mat3& f);
 
 /// out = R P^-1 R^T g for vectors of 3 N.
-void apply_warped(const StiffnessFactor& factor, const NodalRotations& rotations,
+void apply_warped(const CompactFactor& factor, const NodalRotations& rotations,
                   std::span<const double> g, std::span<double> out);
 
 }  // namespace viscera

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "kernels/base/parallel.h"
-#include "kernels/base/wide.h"
 #include "kernels/paff/blas.h"
 #include "kernels/paff/tiled_cholesky.h"
 
@@ -228,79 +227,6 @@ void FrontalCholesky<Real>::solve(std::vector<Real>& block, int columns, const F
                      panel + own, as_int(size), Real(1), at(front.first), columns);
     }
     blas::solve_right(false, columns, as_int(own), panel, as_int(size), at(front.first), columns);
-  }
-}
-
-namespace {
-
-/// to += factor * column, n numbers.
-VISCERA_WIDE void add_column(const float* __restrict column, float factor, float* __restrict to,
-                             std::size_t n) {
-#pragma GCC ivdep
-  for (std::size_t i = 0; i < n; ++i) to[i] += factor * column[i];
-}
-void add_column(const double* column, double factor, double* to, std::size_t n) {
-  for (std::size_t i = 0; i < n; ++i) to[i] += factor * column[i];
-}
-
-/// In sixteen sums, in a fixed order.
-constexpr std::size_t kSums = 16;
-VISCERA_WIDE float column_product(const float* column, const float* with, std::size_t n) {
-  float sums[kSums] = {};
-  std::size_t i = 0;
-  for (; i + kSums <= n; i += kSums)
-    for (std::size_t k = 0; k < kSums; ++k) sums[k] += column[i + k] * with[i + k];
-  float sum = 0.0f;
-  for (; i < n; ++i) sum += column[i] * with[i];
-  for (const float part : sums) sum += part;
-  return sum;
-}
-double column_product(const double* column, const double* with, std::size_t n) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < n; ++i) sum += column[i] * with[i];
-  return sum;
-}
-
-}  // namespace
-
-template <class Real>
-void FrontalCholesky<Real>::solve_one(std::span<Real> x) const {
-  const auto w = static_cast<std::size_t>(width_);
-  std::vector<Real> part;  // a front's own unknowns, then its border's
-  for (std::size_t f = 0; f < panels_.size(); ++f) {
-    const Dissection::Front& front = dissection_->fronts[f];
-    const std::size_t own = w * front.own(), size = w * front.size();
-    if (own == 0) continue;
-    Real* first = x.data() + w * static_cast<std::size_t>(front.first);
-    part.assign(size, Real(0));
-    std::copy_n(first, own, part.data());
-    for (std::size_t j = 0; j < own; ++j) {
-      const Real* column = panels_[f].data() + j * size;
-      const Real value = part[j] / column[j];
-      part[j] = value;
-      add_column(column + j + 1, -value, part.data() + j + 1, size - j - 1);
-    }
-    std::copy_n(part.data(), own, first);
-    for (std::size_t b = 0; b < front.border.size(); ++b)
-      for (std::size_t k = 0; k < w; ++k)
-        x[w * static_cast<std::size_t>(front.border[b]) + k] += part[own + w * b + k];
-  }
-  for (std::size_t f = panels_.size(); f-- > 0;) {
-    const Dissection::Front& front = dissection_->fronts[f];
-    const std::size_t own = w * front.own(), size = w * front.size();
-    if (own == 0) continue;
-    Real* first = x.data() + w * static_cast<std::size_t>(front.first);
-    part.resize(size);
-    std::copy_n(first, own, part.data());
-    for (std::size_t b = 0; b < front.border.size(); ++b)
-      std::copy_n(x.data() + w * static_cast<std::size_t>(front.border[b]), w,
-                  part.data() + own + w * b);
-    for (std::size_t j = own; j-- > 0;) {
-      const Real* column = panels_[f].data() + j * size;
-      part[j] =
-          (part[j] - column_product(column + j + 1, part.data() + j + 1, size - j - 1)) / column[j];
-    }
-    std::copy_n(part.data(), own, first);
   }
 }
 

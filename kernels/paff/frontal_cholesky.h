@@ -42,10 +42,6 @@ class FrontalCholesky {
   /// The same with every front active and wanted.
   void solve(std::vector<Real>& block, int columns) const;
 
-  /// A x = b in place for one right-hand side, unknowns in the order of elimination: the factor is
-  /// read once each way, as fast as memory gives it. Other last digits than solve().
-  void solve_one(std::span<Real> x) const;
-
   const Dissection& dissection() const { return *dissection_; }
   int width() const { return width_; }
   /// Columns of the factor at a front: (width * size) x (width * own), column-major, on and below

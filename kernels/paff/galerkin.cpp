@@ -202,8 +202,9 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   if (!progress(0.0, "laying quadrature points")) return failure(kCancelled);
   GalerkinSystem system;
   system.material_ = problem.material;
-  system.fields_ =
-      std::make_shared<ShapeFunctions>(*problem.surface, *problem.cloud, support_factor, basis);
+  system.fields_ = problem.fields ? problem.fields
+                                  : std::make_shared<ShapeFunctions>(
+                                        *problem.surface, *problem.cloud, support_factor, basis);
   const ShapeFunctions& shape = *system.fields_;
   const std::size_t n = shape.cloud().size();
   const TissuePaths* paths = shape.true_neighbours() ? &shape.true_neighbours()->paths() : nullptr;

@@ -49,8 +49,7 @@ double dot(std::span<const double> x, std::span<const double> y) {
 
 /// x ~ K^-1 b in the precision of the factor.
 template <class Real>
-void apply(const FrontalCholesky<Real>& factor, std::span<const double> b, std::span<double> x,
-           bool fast = false) {
+void apply(const FrontalCholesky<Real>& factor, std::span<const double> b, std::span<double> x) {
   const std::vector<int>& order = factor.dissection().order;
   // Single precision holds numbers of 1e-38 to 1e38 only; loads and stiffness may be far from 1.
   const double size = norm(b);
@@ -61,10 +60,7 @@ void apply(const FrontalCholesky<Real>& factor, std::span<const double> b, std::
       block[3 * p + k] = static_cast<Real>(scale * b[3 * static_cast<std::size_t>(order[p]) + k]);
     }
   }
-  if (fast)
-    factor.solve_one(block);
-  else
-    factor.solve(block, 1);
+  factor.solve(block, 1);
   for (std::size_t p = 0; p < order.size(); ++p) {
     for (std::size_t k = 0; k < 3; ++k) {
       x[3 * static_cast<std::size_t>(order[p]) + k] = static_cast<double>(block[3 * p + k]) / scale;
@@ -519,10 +515,6 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
 
 void StiffnessFactor::apply(std::span<const double> b, std::span<double> x) const {
   std::visit([&](const auto& factor) { viscera::apply(factor, b, x); }, factor_);
-}
-
-void StiffnessFactor::apply_fast(std::span<const double> b, std::span<double> x) const {
-  std::visit([&](const auto& factor) { viscera::apply(factor, b, x, true); }, factor_);
 }
 
 Result<void> StiffnessFactor::solve(const SymmetricBlockMatrix& stiffness,

@@ -44,11 +44,8 @@ class StiffnessFactor {
   Result<void> solve(const SymmetricBlockMatrix& stiffness, std::span<double> right_hand_sides,
                      int columns) const;
 
-  /// x ~ K^-1 b in the precision of the factor, once through it (3 N).
+  /// x ~ K^-1 b in the precision of the factor, once through it (3 N); compact_factor.h is faster.
   void apply(std::span<const double> b, std::span<double> x) const;
-
-  /// The same as a preconditioner that is asked often: faster, with other last digits.
-  void apply_fast(std::span<const double> b, std::span<double> x) const;
 
   /// As ElasticSolver::compliance promises; exactly symmetric. Blocks of columns run side by side;
   /// a block skips the parts of the body where its loads have no effect yet, and those where

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -15,7 +16,7 @@ namespace {
 constexpr double kAtStart = 1e-6;
 
 /// Half of the 60 degrees by which a gently concave surface may bend.
-const double kGentle = std::cos(M_PI / 6.0);
+const double kGentle = std::cos(std::numbers::pi / 6.0);
 
 struct Side {
   int low, high, triangle, side;

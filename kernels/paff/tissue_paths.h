@@ -57,8 +57,7 @@ class TissuePaths {
 /// of it apart.
 class TissueBends {
  public:
-  /// Bends within reach of the places that `wanted` holds for; `detail`: the local node spacing
-  /// [m]; `longest`: of the ways asked for [m].
+  /// Bends at the places that `wanted` holds for; `detail`: the local node spacing [m].
   TissueBends(const TissuePaths& paths, const std::function<bool(const Vec3&)>& wanted,
               const std::function<double(const Vec3&)>& detail);
 

@@ -1,43 +1,29 @@
 #include "kernels/paff/tissue_pieces.h"
 
 #include <algorithm>
-#include <numeric>
 #include <sstream>
+
+#include "kernels/base/disjoint_sets.h"
 
 namespace viscera {
 
 std::vector<TissuePiece> tissue_pieces(std::size_t node_count, const PointFields& volume,
                                        const PointFields& fixed) {
-  std::vector<int> parent(node_count);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int node) {
-    auto at = static_cast<std::size_t>(node);
-    while (parent[at] != static_cast<int>(at)) {
-      parent[at] = parent[static_cast<std::size_t>(parent[at])];
-      at = static_cast<std::size_t>(parent[at]);
-    }
-    return static_cast<int>(at);
-  };
+  DisjointSets sets(node_count);
   std::vector<char> reaches(node_count, 0);
-  for (std::size_t q = 0; q < volume.points(); ++q) {
-    // The lowest node of all is the root: it names the piece.
-    int lowest = root(volume.nodes[volume.begin[q]]);
+  for (std::size_t q = 0; q < volume.points(); ++q)
     for (std::size_t e = volume.begin[q]; e < volume.begin[q + 1]; ++e) {
       reaches[static_cast<std::size_t>(volume.nodes[e])] = 1;
-      const int other = root(volume.nodes[e]);
-      if (other == lowest) continue;
-      parent[static_cast<std::size_t>(std::max(lowest, other))] = std::min(lowest, other);
-      lowest = std::min(lowest, other);
+      sets.join(volume.nodes[volume.begin[q]], volume.nodes[e]);
     }
-  }
   std::vector<char> held(node_count, 0);
-  for (const int node : fixed.nodes) held[static_cast<std::size_t>(root(node))] = 1;
+  for (const int node : fixed.nodes) held[static_cast<std::size_t>(sets.root(node))] = 1;
 
   std::vector<TissuePiece> pieces;
   std::vector<int> number(node_count, -1);
   for (std::size_t node = 0; node < node_count; ++node) {
     if (!reaches[node]) continue;
-    const auto first = static_cast<std::size_t>(root(static_cast<int>(node)));
+    const auto first = static_cast<std::size_t>(sets.root(static_cast<int>(node)));
     if (number[first] < 0) {
       number[first] = static_cast<int>(pieces.size());
       pieces.push_back({{}, held[first] != 0});

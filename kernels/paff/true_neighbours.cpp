@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
+#include "kernels/base/disjoint_sets.h"
 #include "kernels/base/parallel.h"
 #include "kernels/paff/local_spacing.h"
 #include "kernels/paff/shape_functions.h"
@@ -45,25 +45,6 @@ double weighing_way(double straight, double way, double& slope_straight, double&
   slope_straight = 1.0 - passed - (way - straight) * rate * way / (straight * straight);
   return straight + passed * (way - straight);
 }
-
-/// Sets of things that are joined one by one.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::size_t a, std::size_t b) {
-    const std::size_t low = std::min(root(a), root(b)), high = std::max(root(a), root(b));
-    parent_[high] = low;
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 }  // namespace
 
@@ -211,21 +192,25 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
     lost.push_back(weights[p] * (full - kept));
   }
   const std::size_t count = blocked.places.size();
-  Sets sets(count);
+  DisjointSets sets(count);
   const double apart = kOnePart * cloud_.spacings[node];
+  const auto root = [&](std::size_t place) {
+    return static_cast<std::size_t>(sets.root(static_cast<int>(place)));
+  };
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t b = a + 1; b < count; ++b) {
-      if (sets.root(a) == sets.root(b)) continue;
+      if (root(a) == root(b)) continue;
       const Vec3 &x = blocked.places[a], &y = blocked.places[b];
-      if ((x - y).squaredNorm() < apart * apart && paths_.straight(x, y)) sets.join(a, b);
+      if ((x - y).squaredNorm() < apart * apart && paths_.straight(x, y))
+        sets.join(static_cast<int>(a), static_cast<int>(b));
     }
   std::vector<double> integral(count, 0.0);
-  for (std::size_t a = 0; a < count; ++a) integral[sets.root(a)] += lost[a];
+  for (std::size_t a = 0; a < count; ++a) integral[root(a)] += lost[a];
   std::vector<int> number(count, -1);
   int twins = 0;
   for (std::size_t a = 0; a < count; ++a) {
-    if (sets.root(a) == a && integral[a] >= kLeastTwin * whole) number[a] = twins++;
-    blocked.twins.push_back(number[sets.root(a)]);
+    if (root(a) == a && integral[a] >= kLeastTwin * whole) number[a] = twins++;
+    blocked.twins.push_back(number[root(a)]);
   }
   blocked.divided = std::any_of(blocked.twins.begin(), blocked.twins.end(),
                                 [&](int twin) { return twin != blocked.twins.front(); });

@@ -2,36 +2,12 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <utility>
+
+#include "kernels/base/disjoint_sets.h"
 
 namespace viscera {
 namespace {
-
-std::vector<std::vector<std::array<int, 3>>> connected_parts(const TriangleSurface& surface) {
-  std::vector<int> parent(surface.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int v) {
-    auto at = static_cast<std::size_t>(v);
-    while (parent[at] != static_cast<int>(at)) {
-      parent[at] = parent[static_cast<std::size_t>(parent[at])];
-      at = static_cast<std::size_t>(parent[at]);
-    }
-    return static_cast<int>(at);
-  };
-  for (const auto& [a, b, c] : surface.triangles) {
-    parent[static_cast<std::size_t>(root(b))] = root(a);
-    parent[static_cast<std::size_t>(root(c))] = root(a);
-  }
-  std::map<int, std::size_t> number;
-  std::vector<std::vector<std::array<int, 3>>> parts;
-  for (const std::array<int, 3>& triangle : surface.triangles) {
-    const auto [at, fresh] = number.try_emplace(root(triangle[0]), parts.size());
-    if (fresh) parts.emplace_back();
-    parts[at->second].push_back(triangle);
-  }
-  return parts;
-}
 
 /// Each edge is run through as often one way as the other.
 bool is_closed(const TriangleSurface& surface) {
@@ -53,9 +29,28 @@ Box extent(const TriangleSurface& surface) {
 
 }  // namespace
 
+std::vector<std::vector<std::array<int, 3>>> connected_triangles(const TriangleSurface& surface) {
+  DisjointSets sets(surface.vertices.size());
+  for (const auto& [a, b, c] : surface.triangles) {
+    sets.join(a, b);
+    sets.join(a, c);
+  }
+  std::vector<int> number(surface.vertices.size(), -1);
+  std::vector<std::vector<std::array<int, 3>>> parts;
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    int& part = number[static_cast<std::size_t>(sets.root(triangle[0]))];
+    if (part < 0) {
+      part = static_cast<int>(parts.size());
+      parts.emplace_back();
+    }
+    parts[static_cast<std::size_t>(part)].push_back(triangle);
+  }
+  return parts;
+}
+
 std::vector<TriangleSurface> closed_pieces(const TriangleSurface& surface) {
   std::vector<TriangleSurface> bodies, hollows;
-  auto parts = connected_parts(surface);
+  auto parts = connected_triangles(surface);
   if (parts.size() < 2) return {surface};
   for (auto& part : parts) {
     TriangleSurface piece{surface.vertices, std::move(part)};

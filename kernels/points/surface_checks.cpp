@@ -4,7 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
+
+#include "kernels/base/disjoint_sets.h"
 
 namespace viscera {
 
@@ -55,28 +56,6 @@ std::vector<Side> sorted_sides(const TriangleSurface& surface) {
   });
   return sides;
 }
-
-/// Sets of triangles joined through edges.
-class Pieces {
- public:
-  explicit Pieces(std::size_t triangles) : parent_(triangles) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  int root(int triangle) {
-    while (parent_[triangle] != triangle) {
-      parent_[triangle] = parent_[parent_[triangle]];
-      triangle = parent_[triangle];
-    }
-    return triangle;
-  }
-  void join(int a, int b) {
-    const int low = std::min(root(a), root(b)), high = std::max(root(a), root(b));
-    parent_[high] = low;
-  }
-
- private:
-  std::vector<int> parent_;
-};
 
 /// Defects that make every other check meaningless.
 std::vector<std::string> unreadable(const TriangleSurface& surface) {
@@ -138,7 +117,7 @@ std::vector<std::string> surface_defects(const TriangleSurface& surface) {
   }
 
   const std::vector<Side> sides = sorted_sides(surface);
-  Pieces pieces(surface.triangles.size());
+  DisjointSets pieces(surface.triangles.size());
   std::size_t open = 0, crowded = 0, flipped = 0;
   const Side *first_open = nullptr, *first_crowded = nullptr, *first_flipped = nullptr;
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {

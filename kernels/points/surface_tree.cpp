@@ -84,6 +84,26 @@ struct SurfaceTree::Data {
   int build(const std::vector<Box>& boxes, const std::vector<Vec3>& centres, int begin, int end);
   void find_normals(const TriangleSurface& surface);
   Hit nearest(const Vec3& x) const;
+
+  /// Calls visit(place) for the triangles of all leaves whose boxes, and those about them, are
+  /// wanted.
+  template <class Wanted, class Visit>
+  void each_place(const Wanted& wanted, const Visit& visit) const {
+    std::array<int, kStackSize> stack;
+    int depth = 0;
+    if (!nodes.empty()) stack[depth++] = 0;
+    while (depth > 0) {
+      const int at = stack[--depth];
+      const Node& node = nodes[at];
+      if (!wanted(node.box)) continue;
+      if (node.right >= 0) {
+        stack[depth++] = node.right;
+        stack[depth++] = at + 1;
+        continue;
+      }
+      for (int place = node.begin; place < node.end; ++place) visit(place);
+    }
+  }
 };
 
 int SurfaceTree::Data::build(const std::vector<Box>& boxes, const std::vector<Vec3>& centres,
@@ -256,33 +276,22 @@ void SurfaceTree::crossings(const Vec3& from, const Vec3& to, std::vector<Crossi
   if (data_->nodes.empty()) return;
   const Vec3 way = to - from;
   const double pad = kCrossingSlack * (way.norm() + data_->nodes[0].box.diagonal().norm());
-  std::array<int, kStackSize> stack;
-  int depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const int at = stack[--depth];
-    const Data::Node& node = data_->nodes[at];
-    if (!meets(node.box, from, way, pad)) continue;
-    if (node.right >= 0) {
-      stack[depth++] = node.right;
-      stack[depth++] = at + 1;
-      continue;
-    }
-    for (int place = node.begin; place < node.end; ++place) {
-      // [Moeller1997].
-      const std::array<Vec3, 3>& p = data_->corners[place];
-      const Vec3 ab = p[1] - p[0], ac = p[2] - p[0], across = way.cross(ac);
-      const double determinant = ab.dot(across);  // > 0: against the outward normal
-      const double size = ab.norm() * ac.norm() * way.norm();
-      if (!(std::abs(determinant) > 1e-9 * size)) continue;
-      const Vec3 offset = from - p[0], other = offset.cross(ab);
-      const double u = offset.dot(across) / determinant, v = way.dot(other) / determinant;
-      if (u < -kCrossingSlack || v < -kCrossingSlack || u + v > 1.0 + kCrossingSlack) continue;
-      const double share = ac.dot(other) / determinant;
-      if (share < -kCrossingSlack || share > 1.0 + kCrossingSlack) continue;
-      found.push_back({share, data_->triangles[place], determinant > 0.0});
-    }
-  }
+  data_->each_place(
+      [&](const Box& box) { return meets(box, from, way, pad); },
+      [&](int place) {
+        // [Moeller1997].
+        const std::array<Vec3, 3>& p = data_->corners[place];
+        const Vec3 ab = p[1] - p[0], ac = p[2] - p[0], across = way.cross(ac);
+        const double determinant = ab.dot(across);  // > 0: against the outward normal
+        const double size = ab.norm() * ac.norm() * way.norm();
+        if (!(std::abs(determinant) > 1e-9 * size)) return;
+        const Vec3 offset = from - p[0], other = offset.cross(ab);
+        const double u = offset.dot(across) / determinant, v = way.dot(other) / determinant;
+        if (u < -kCrossingSlack || v < -kCrossingSlack || u + v > 1.0 + kCrossingSlack) return;
+        const double share = ac.dot(other) / determinant;
+        if (share < -kCrossingSlack || share > 1.0 + kCrossingSlack) return;
+        found.push_back({share, data_->triangles[place], determinant > 0.0});
+      });
   std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) {
     return a.share < b.share || (a.share == b.share && a.triangle < b.triangle);
   });
@@ -290,27 +299,15 @@ void SurfaceTree::crossings(const Vec3& from, const Vec3& to, std::vector<Crossi
 
 void SurfaceTree::within(const Vec3& centre, double radius, std::vector<int>& found) const {
   found.clear();
-  if (data_->nodes.empty()) return;
   const double radius2 = radius * radius;
-  std::array<int, kStackSize> stack;
-  int depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const int at = stack[--depth];
-    const Data::Node& node = data_->nodes[at];
-    if (node.box.squaredExteriorDistance(centre) >= radius2) continue;
-    if (node.right >= 0) {
-      stack[depth++] = node.right;
-      stack[depth++] = at + 1;
-      continue;
-    }
-    for (int place = node.begin; place < node.end; ++place) {
-      const std::array<Vec3, 3>& p = data_->corners[place];
-      const Vec3 w = nearest_on_triangle(centre, p).weights;
-      if ((centre - w[0] * p[0] - w[1] * p[1] - w[2] * p[2]).squaredNorm() < radius2)
-        found.push_back(data_->triangles[place]);
-    }
-  }
+  data_->each_place(
+      [&](const Box& box) { return box.squaredExteriorDistance(centre) < radius2; },
+      [&](int place) {
+        const std::array<Vec3, 3>& p = data_->corners[place];
+        const Vec3 w = nearest_on_triangle(centre, p).weights;
+        if ((centre - w[0] * p[0] - w[1] * p[1] - w[2] * p[2]).squaredNorm() < radius2)
+          found.push_back(data_->triangles[place]);
+      });
   std::sort(found.begin(), found.end());
 }
 

@@ -30,9 +30,9 @@ double lift_error(double poisson_ratio, int iterations) {
   FiniteState one = few.at_rest(), other = many.at_rest();
   std::vector<double> errors;
   for (int step = 1; step <= 90; ++step) {
-    const GripTarget target = body->target(lifted(step / 60.0, 30e-3, 1.5));
-    const Vec3 force = LiftedBody::force(few.step({&target, 1}, one)),
-               exact = LiftedBody::force(many.step({&target, 1}, other));
+    GripTouch touch = body->held_at(lifted(step / 60.0, 30e-3, 1.5));
+    const Vec3 force = LiftedBody::force(few.step(touch, one)),
+               exact = LiftedBody::force(many.step(touch, other));
     errors.push_back((force - exact).norm() / std::max(1e-3, exact.norm()));
   }
   std::sort(errors.begin(), errors.end());
@@ -55,8 +55,8 @@ TEST(Lift, OfAMillimetreHasTheLinearForceToItsSquare) {
   for (const double height : {1e-5, 1e-4}) {
     FiniteState state = solver.at_rest();
     const Vec3 moved(0.0, 0.0, height);
-    const GripTarget target = body->target(moved);
-    const Vec3 force = LiftedBody::force(solver.step({&target, 1}, state)),
+    GripTouch touch = body->held_at(moved);
+    const Vec3 force = LiftedBody::force(solver.step(touch, state)),
                linear = body->linear_force(moved);
     EXPECT_LT((force - linear).norm() / linear.norm(), 70.0 * height + 2e-4) << height;
   }
@@ -71,8 +71,8 @@ TEST(Lift, EquilibriumIsThatOfNewtonsMethod) {
   FiniteStep last;
   const Vec3 top = lifted(1.5, 30e-3, 1.5);
   for (int step = 1; step <= 6; ++step) {
-    const GripTarget target = body->target(top * step / 6.0);
-    last = solver.step({&target, 1}, state);
+    GripTouch touch = body->held_at(top * step / 6.0);
+    last = solver.step(touch, state);
   }
   // Newton's step from there, with the exact tangent, under the same held points.
   const FiniteBody& tissue = solver.body();
@@ -112,8 +112,8 @@ TEST(Lift, AnOrganThatIsLetGoSwingsBackAndComesToRest) {
   const FiniteSolver& solver = body->solver();
   FiniteState state = solver.at_rest();
   for (int step = 1; step <= 60; ++step) {
-    const GripTarget target = body->target(lifted(step / 60.0, 20e-3, 1.0));
-    solver.step({&target, 1}, state);
+    GripTouch touch = body->held_at(lifted(step / 60.0, 20e-3, 1.0));
+    solver.step(touch, state);
   }
   const auto greatest = [&] {
     double most = 0.0;
@@ -121,9 +121,9 @@ TEST(Lift, AnOrganThatIsLetGoSwingsBackAndComesToRest) {
     return most;
   };
   EXPECT_GT(greatest(), 18e-3);
-  solver.step({}, state);
+  solver.step(state);
   EXPECT_GT(greatest(), 5e-3) << "tissue has mass: it doesn't snap back in a step";
-  for (int step = 0; step < 180; ++step) EXPECT_FALSE(solver.step({}, state).lost);
+  for (int step = 0; step < 180; ++step) EXPECT_FALSE(solver.step(state).lost);
   EXPECT_LT(greatest(), 0.2e-3);
 }
 
@@ -137,10 +137,10 @@ TEST(Lift, JerksOfFiveCentimetresAStepLeaveNoStateBehind) {
     return 2.0 * draw / 4294967296.0 - 1.0;
   };
   for (int step = 0; step < 30; ++step) {
-    const GripTarget target = body->target(50e-3 * Vec3(random(), random(), random()) / 1.8);
-    solver.step({&target, 1}, state);
+    GripTouch touch = body->held_at(50e-3 * Vec3(random(), random(), random()) / 1.8);
+    solver.step(touch, state);
   }
-  for (int step = 0; step < 200; ++step) solver.step({}, state);
+  for (int step = 0; step < 200; ++step) solver.step(state);
   for (const double u : state.displacements) ASSERT_LT(std::abs(u), 0.5e-3);
 }
 
@@ -148,13 +148,13 @@ TEST(Lift, AStepHasTheSameBitsWhenItIsTakenAgain) {
   const auto body = prepared({});
   FiniteState one = body->solver().at_rest();
   for (int step = 1; step <= 5; ++step) {
-    const GripTarget target = body->target(lifted(step / 10.0, 30e-3, 1.0));
-    body->solver().step({&target, 1}, one);
+    GripTouch touch = body->held_at(lifted(step / 10.0, 30e-3, 1.0));
+    body->solver().step(touch, one);
   }
   FiniteState other = one;
-  const GripTarget target = body->target(lifted(0.6, 30e-3, 1.0));
-  body->solver().step({&target, 1}, one);
-  body->solver().step({&target, 1}, other);
+  GripTouch touch = body->held_at(lifted(0.6, 30e-3, 1.0));
+  body->solver().step(touch, one);
+  body->solver().step(touch, other);
   EXPECT_EQ(one.displacements, other.displacements);
   EXPECT_EQ(one.rotations, other.rotations);
 }

@@ -31,6 +31,23 @@ InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind
   return tool;
 }
 
+SceneDescription held_bar_scene(const Vec3& size, double edge, double held, double spacing,
+                                double finest) {
+  SceneDescription scene = soft_ball_scene(spacing, finest);
+  OrganDescription& bar = scene.organs[0];
+  bar.name = "bar";
+  RecipeGeometry block;
+  block.recipe = "block";
+  block.size = size;
+  block.edge = edge;
+  bar.geometry = block;
+  Region left;
+  left.a = Vec3(-0.5 * size.x() + held, 0, 0);
+  left.b = Vec3::UnitX();
+  bar.fixed = {left};
+  return scene;
+}
+
 Region ball_region(const Vec3& centre, double radius) {
   Region ball;
   ball.shape = Region::Shape::kSphere;

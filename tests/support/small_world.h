@@ -25,6 +25,11 @@ namespace viscera::test {
 InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind, double radius,
                                     std::vector<InstrumentKey> keys);
 
+/// A bar along x about the origin, held on `held` [m] at its left end: edges `size` [m] with
+/// rounding `edge` [m], nodes `spacing` apart, `finest` where instruments reach [m].
+SceneDescription held_bar_scene(const Vec3& size, double edge, double held, double spacing,
+                                double finest);
+
 /// A ball as a region: of a fine part.
 Region ball_region(const Vec3& centre, double radius);
 

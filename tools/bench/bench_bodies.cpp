@@ -11,7 +11,6 @@
 
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
-#include "engine/io/report.h"
 #include "engine/io/svg_plot.h"
 #include "engine/verification/body_references.h"
 #include "engine/verification/thick_sphere.h"
@@ -378,20 +377,12 @@ Result<void> bench_bodies(const BodiesBenchOptions& options, std::ostream& out) 
         }
   out << "F/F half: the reference's force over that of a half-space: how much the body decides\n";
   const std::vector<BenchRow> rows = rows_of(bench.cases);
-  const MachineReport machine = this_machine();
-  if (!rows.empty()) {
-    out << '\n';
-    print_rows(rows, fmt::format("{} cores of {}", machine.cores, machine.cpu), out);
-  }
+  print_rows_of_this_machine(rows, out);
   if (!options.plots.empty())
     if (auto drawn = draw(bench.cases, options.plots); !drawn) return drawn;
-  if (options.json.empty()) return {};
-  nlohmann::json json = {{"machine", machine.cpu},
-                         {"cores", machine.cores},
-                         {"cases", nlohmann::json::array()},
-                         {"rows", to_json(rows)}};
-  for (const Case& one : bench.cases) json["cases"].push_back(to_json(one));
-  return write_file(options.json, json.dump(2) + "\n");
+  nlohmann::json cases = nlohmann::json::array();
+  for (const Case& one : bench.cases) cases.push_back(to_json(one));
+  return write_cases(options.json, cases, rows);
 }
 
 }  // namespace viscera

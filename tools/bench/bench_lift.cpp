@@ -13,7 +13,6 @@
 
 #include "engine/io/atomic_file.h"
 #include "engine/io/interrupt.h"
-#include "engine/io/report.h"
 #include "engine/io/svg_plot.h"
 #include "engine/verification/bent_block.h"
 #include "engine/verification/lifted_body.h"
@@ -143,8 +142,8 @@ Converged converge(const LiftedBody& body, const std::vector<Vec3>& way) {
   FiniteState state = solver.at_rest();
   for (const Vec3& moved : way) {
     if (interrupted()) return all;
-    const GripTarget target = body.target(moved);
-    all.forces.push_back(LiftedBody::force(solver.step({&target, 1}, state)));
+    GripTouch touch = body.held_at(moved);
+    all.forces.push_back(LiftedBody::force(solver.step(touch, state)));
     all.shapes.push_back(state.displacements);
   }
   return all;
@@ -176,9 +175,9 @@ Result<void> measure_lift(Bench& bench, const Lift& lift) {
     std::vector<double> errors, times;
     double shape = 0.0;
     for (std::size_t frame = 0; frame < way.size(); ++frame) {
-      const GripTarget target = (*body)->target(way[frame]);
+      GripTouch touch = (*body)->held_at(way[frame]);
       const Stopwatch watch;
-      const FiniteStep step = solver.step({&target, 1}, state);
+      const FiniteStep step = solver.step(touch, state);
       times.push_back(watch.seconds());
       errors.push_back(force_error(LiftedBody::force(step), exact.forces[frame]));
       shape = std::max(shape, farthest(state.displacements, exact.shapes[frame]));
@@ -235,8 +234,8 @@ Result<void> measure_block(Bench& bench) {
   FiniteState state = solver.at_rest();
   Vec3 force = Vec3::Zero();
   for (int step = 1; step <= 6; ++step) {
-    const GripTarget target = (*body)->target(Vec3(0.0, 0.0, kBent * step / 6.0));
-    force = LiftedBody::force(solver.step({&target, 1}, state));
+    GripTouch touch = (*body)->held_at(Vec3(0.0, 0.0, kBent * step / 6.0));
+    force = LiftedBody::force(solver.step(touch, state));
     if (interrupted()) return failure(kCancelled);
   }
   one.force_error_p90 = force_error(force, exact->force());
@@ -268,8 +267,8 @@ Result<void> measure_elastica(Bench& bench, const Elastica& elastica) {
   const FiniteSolver solver = (*body)->solver().with(kConverged, kConvergedTo);
   FiniteState state = solver.at_rest();
   const auto force_at = [&](const Vec3& moved, FiniteState& from) {
-    const GripTarget target = (*body)->target(moved);
-    return LiftedBody::force(solver.step({&target, 1}, from));
+    GripTouch touch = (*body)->held_at(moved);
+    return LiftedBody::force(solver.step(touch, from));
   };
   constexpr int kApproach = 10, kMostSearches = 8;
   for (int step = 1; step < kApproach; ++step) {
@@ -401,21 +400,13 @@ Result<void> bench_lift(const LiftBenchOptions& options, std::ostream& out) {
   for (const Elastica& elastica : kElasticas)
     if (asked(elastica.name))
       if (auto done = measure_elastica(bench, elastica); !done) return done;
-  const MachineReport machine = this_machine();
   const std::vector<BenchRow> rows = rows_of(bench.cases);
-  if (!rows.empty()) {
-    out << '\n';
-    print_rows(rows, fmt::format("{} cores of {}", machine.cores, machine.cpu), out);
-  }
+  print_rows_of_this_machine(rows, out);
   if (!options.plots.empty())
     if (auto drawn = draw(bench.cases, options.plots); !drawn) return drawn;
-  if (options.json.empty()) return {};
-  nlohmann::json json = {{"machine", machine.cpu},
-                         {"cores", machine.cores},
-                         {"cases", nlohmann::json::array()},
-                         {"rows", to_json(rows)}};
-  for (const Case& one : bench.cases) json["cases"].push_back(to_json(one));
-  return write_file(options.json, json.dump(2) + "\n");
+  nlohmann::json cases = nlohmann::json::array();
+  for (const Case& one : bench.cases) cases.push_back(to_json(one));
+  return write_cases(options.json, cases, rows);
 }
 
 }  // namespace viscera

@@ -14,6 +14,7 @@
 #include <ostream>
 
 #include "engine/io/atomic_file.h"
+#include "engine/io/report.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
 #include "kernels/base/wide.h"
@@ -83,6 +84,24 @@ nlohmann::json to_json(const std::vector<BenchRow>& rows) {
                     {"dropped", row.dropped}});
   }
   return json;
+}
+
+void print_rows_of_this_machine(const std::vector<BenchRow>& rows, std::ostream& out) {
+  if (rows.empty()) return;
+  const MachineReport machine = this_machine();
+  out << '\n';
+  print_rows(rows, fmt::format("{} cores of {}", machine.cores, machine.cpu), out);
+}
+
+Result<void> write_cases(const std::filesystem::path& file, const nlohmann::json& cases,
+                         const std::vector<BenchRow>& rows) {
+  if (file.empty()) return {};
+  const MachineReport machine = this_machine();
+  const nlohmann::json json = {{"machine", machine.cpu},
+                               {"cores", machine.cores},
+                               {"cases", cases},
+                               {"rows", to_json(rows)}};
+  return write_file(file, json.dump(2) + "\n");
 }
 
 Result<void> check_outputs(const std::vector<fs::path>& files, const fs::path& plots) {

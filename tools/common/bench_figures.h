@@ -46,6 +46,12 @@ class WorstCase {
 void print_rows(const std::vector<BenchRow>& rows, const std::string& title, std::ostream& out);
 nlohmann::json to_json(const std::vector<BenchRow>& rows);
 
+/// The rows under this machine's name; nothing where there are none.
+void print_rows_of_this_machine(const std::vector<BenchRow>& rows, std::ostream& out);
+/// {"machine", "cores", "cases", "rows"} with a list of cases; an empty path: nothing.
+Result<void> write_cases(const std::filesystem::path& file, const nlohmann::json& cases,
+                         const std::vector<BenchRow>& rows);
+
 /// Asked before minutes are spent on what can't be written: files (empty: none), a folder for
 /// plots.
 Result<void> check_outputs(const std::vector<std::filesystem::path>& files,

@@ -16,20 +16,9 @@ const Vec3 kBar(90e-3, 16e-3, 16e-3);           // edges [m]
 constexpr double kHeld = 12e-3;                 // of its left end [m]
 constexpr double kClosed = 0.4, kLifted = 0.8;  // [s]
 
-/// A bar that is held at its left end; a jaw takes it near the other and lifts it.
+/// A jaw takes the bar near its free end and lifts it.
 SceneDescription lifted_bar(double lift) {
-  auto scene = soft_ball_scene(5e-3, 4e-3);
-  OrganDescription& bar = scene.organs[0];
-  bar.name = "bar";
-  RecipeGeometry block;
-  block.recipe = "block";
-  block.size = kBar;
-  block.edge = 2e-3;
-  bar.geometry = block;
-  Region left;
-  left.a = Vec3(-0.5 * kBar.x() + kHeld, 0, 0);
-  left.b = Vec3::UnitX();
-  bar.fixed = {left};
+  SceneDescription scene = held_bar_scene(kBar, 2e-3, kHeld, 5e-3, 4e-3);
   const Vec3 above(0.5 * kBar.x() - 8e-3, 0, 0.5 * kBar.z() + 1e-3);
   InstrumentDescription grasper =
       straight_tool("grasper", InstrumentKind::kGrasper, 4e-3,

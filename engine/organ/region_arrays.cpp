@@ -1,0 +1,52 @@
+#include "engine/organ/region_arrays.h"
+
+namespace viscera {
+
+std::vector<double> flat(std::span<const Vec3> vectors) {
+  std::vector<double> numbers;
+  numbers.reserve(3 * vectors.size());
+  for (const Vec3& v : vectors) numbers.insert(numbers.end(), v.data(), v.data() + 3);
+  return numbers;
+}
+
+std::vector<Vec3> vectors(std::span<const double> numbers) {
+  std::vector<Vec3> all;
+  all.reserve(numbers.size() / 3);
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+    all.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+  return all;
+}
+
+void keep_points(const ElasticRegion& region, const std::string& prefix, CacheArrays& arrays) {
+  arrays[prefix + "moduli"] =
+      std::vector<double>{region.shear_modulus, region.pointwise_lambda, region.averaged_lambda};
+  arrays[prefix + "nodes"] = region.nodes;
+  arrays[prefix + "weights"] = region.weights;
+  arrays[prefix + "begin"] = std::vector<int>(region.begin.begin(), region.begin.end());
+  arrays[prefix + "point_nodes"] = region.point_nodes;
+  arrays[prefix + "gradients"] = flat(region.gradients);
+  arrays[prefix + "cell"] = region.cell;
+  arrays[prefix + "psi"] = region.psi;
+}
+
+void take_points(TakenArrays& arrays, ElasticRegion& region) {
+  std::vector<double> moduli, gradients;
+  std::vector<int> begin;
+  arrays.take("moduli", moduli);
+  arrays.take("nodes", region.nodes);
+  arrays.take("weights", region.weights);
+  arrays.take("begin", begin);
+  arrays.take("point_nodes", region.point_nodes);
+  arrays.take("gradients", gradients);
+  arrays.take("cell", region.cell);
+  arrays.take("psi", region.psi);
+  arrays.expect(moduli.size() == 3 && gradients.size() % 3 == 0);
+  if (!arrays.whole()) return;
+  region.shear_modulus = moduli[0];
+  region.pointwise_lambda = moduli[1];
+  region.averaged_lambda = moduli[2];
+  region.gradients = vectors(gradients);
+  region.begin.assign(begin.begin(), begin.end());
+}
+
+}  // namespace viscera
