@@ -61,34 +61,113 @@ std::vector<Group> group_cells(std::span<const NearField> near_fields,
   return groups;
 }
 
-/// Near field of all groups at a vertex of the drawn surface. The half-space of a cell ends
-/// where the surface turns away from it.
-Vec3 near_displacement(const std::vector<Group>& groups, std::span<const NearField> near_fields,
-                       std::span<const ContactCell> cells, std::span<const Vec3> forces,
-                       const DrawnSurface& drawn, std::size_t vertex) {
-  const Vec3 &position = drawn.rest->vertices[vertex], &normal = drawn.rest_normals[vertex];
-  Vec3 sum = Vec3::Zero();
-  for (const Group& group : groups) {
-    const double distance = (position - group.centre).norm();
-    if (distance > group.range + group.radius) continue;
-    const double share = facing(group.normal.dot(normal));
-    if (share == 0.0) continue;
-    const NearField& field = near_fields[group.cells.front()];
-    const double depth = kSideDepth * field.sigma();
-    if (!same_side(drawn.paths.get(), depth, group.centre, group.normal, position, normal))
-      continue;
-    if (distance > field.sigma() + 4.0 * group.radius) {
-      sum += share * field.drawn_displacement(position - group.centre, group.normal, group.area,
-                                              group.force);
-      continue;
+/// The near fields of a solve, where they are drawn.
+class DrawnNearFields {
+ public:
+  DrawnNearFields(const DrawnSurface& drawn, std::span<const NearField> near_fields,
+                  std::span<const ContactCell> cells, std::span<const Vec3> forces)
+      : drawn_(drawn),
+        near_fields_(near_fields),
+        cells_(cells),
+        forces_(forces),
+        groups_(group_cells(near_fields, cells, forces)) {
+    if (drawn.paths) find_sides();
+  }
+
+  bool empty() const { return groups_.empty(); }
+
+  /// Of all groups at a vertex. The half-space of a cell ends where the surface turns away from it.
+  Vec3 at(std::size_t vertex) const {
+    const Vec3 &position = drawn_.rest->vertices[vertex], &normal = drawn_.rest_normals[vertex];
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const Group& group = groups_[g];
+      const double distance = (position - group.centre).norm();
+      if (distance > group.range + group.radius) continue;
+      const double share = facing(group.normal.dot(normal)) * share_on_its_side(g, vertex);
+      if (share == 0.0) continue;
+      const NearField& field = near_fields_[group.cells.front()];
+      if (distance > field.sigma() + 4.0 * group.radius) {
+        sum += share * field.drawn_displacement(position - group.centre, group.normal, group.area,
+                                                group.force);
+        continue;
+      }
+      for (const std::size_t k : group.cells) {
+        sum += share * near_fields_[k].drawn_displacement(position - cells_[k].position,
+                                                          cells_[k].normal, cells_[k].area,
+                                                          forces_[k]);
+      }
     }
-    for (const std::size_t k : group.cells) {
-      sum += share * near_fields[k].drawn_displacement(position - cells[k].position,
-                                                       cells[k].normal, cells[k].area, forces[k]);
+    return sum;
+  }
+
+ private:
+  bool same(const Group& group, const Vec3& position, const Vec3& normal) const {
+    const double depth = kSideDepth * near_fields_[group.cells.front()].sigma();
+    return same_side(drawn_.paths.get(), depth, group.centre, group.normal, position, normal);
+  }
+
+  /// Ways are long to follow, and a vertex is one of some twenty about a place: places alone are
+  /// asked, and those of one group for the groups about it that lie on its side.
+  void find_sides() {
+    std::vector<std::size_t> leaders;
+    std::vector<double> reaches;  // of each leader's groups, from its centre
+    for (const Group& group : groups_) {
+      const double sigma = near_fields_[group.cells.front()].sigma();
+      std::size_t of = 0;
+      while (of < leaders.size()) {
+        const Group& leader = groups_[leaders[of]];
+        if ((group.centre - leader.centre).norm() < kOneView * sigma &&
+            same(leader, group.centre, group.normal))
+          break;
+        ++of;
+      }
+      if (of == leaders.size()) {
+        leaders.push_back(sides_of_group_.size());
+        reaches.push_back(0.0);
+      }
+      sides_of_group_.push_back(of);
+      reaches[of] = std::max(reaches[of], (group.centre - groups_[leaders[of]].centre).norm() +
+                                              group.range + group.radius + kCarried * sigma);
+    }
+    for (std::size_t i = 0; i < leaders.size(); ++i) {
+      const Group& leader = groups_[leaders[i]];
+      std::vector<char>& beyond = beyond_air_.emplace_back(drawn_.place_positions.size(), 0);
+      parallel_for_each_index(beyond.size(), kVertexChunk / 8, [&](std::size_t p) {
+        const Vec3 &position = drawn_.place_positions[p], &normal = drawn_.place_normals[p];
+        if ((position - leader.centre).norm() < reaches[i])
+          beyond[p] = !same(leader, position, normal);
+      });
     }
   }
-  return sum;
-}
+
+  /// Of what carries a vertex, how much lies on the group's side.
+  double share_on_its_side(std::size_t g, std::size_t vertex) const {
+    if (beyond_air_.empty()) return 1.0;
+    const std::vector<char>& beyond = beyond_air_[sides_of_group_[g]];
+    const SparseWeights& carriers = drawn_.carriers;
+    double share = 1.0;
+    for (int e = carriers.row_begin[vertex]; e < carriers.row_begin[vertex + 1]; ++e) {
+      const auto entry = static_cast<std::size_t>(e);
+      if (beyond[static_cast<std::size_t>(carriers.nodes[entry])])
+        share -= static_cast<double>(carriers.values[entry]);
+    }
+    return std::clamp(share, 0.0, 1.0);
+  }
+
+  /// Groups that are nearer than this to each other see the same [sigma], and what carries a vertex
+  /// is no farther from it. Chosen: a field's sigma is most of a spacing.
+  static constexpr double kOneView = 2.0, kCarried = 3.0;
+
+  const DrawnSurface& drawn_;
+  std::span<const NearField> near_fields_;
+  std::span<const ContactCell> cells_;
+  std::span<const Vec3> forces_;
+  std::vector<Group> groups_;
+  // Of a body with folds: which of these a group has, and whether a place lies beyond air.
+  std::vector<std::size_t> sides_of_group_;
+  std::vector<std::vector<char>> beyond_air_;
+};
 
 /// acos(cosine) to 7e-5: [Abramowitz1964] 4.4.45. As a weight that is plenty, and the
 /// library's arc functions were half the time of drawing.
@@ -121,7 +200,11 @@ void place_displacements(const SurfaceCompliance& compliance, const ContactRespo
 DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places) {
   DrawnSurface drawn = carried_by_none(surface);
   drawn.carriers = surface_carriers(surface.vertices, drawn.rest_normals, places);
-  drawn.paths = places.paths;
+  if (places.paths) {
+    drawn.paths = places.paths;
+    drawn.place_positions = places.positions;
+    drawn.place_normals = places.normals;
+  }
   return drawn;
 }
 
@@ -190,12 +273,11 @@ void deformed_positions(const DrawnSurface& drawn, std::span<const float> displa
                         std::span<const Vec3> forces, std::vector<Vec3f>& positions) {
   const std::size_t count = drawn.rest->vertices.size();
   positions.resize(count);
-  const std::vector<Group> groups = group_cells(near_fields, cells, forces);
+  const DrawnNearFields near_field(drawn, near_fields, cells, forces);
   parallel_for_each_index(count, kVertexChunk, [&](std::size_t v) {
     const Vec3f moved = carried(drawn.carriers, displacements, v);
     const Vec3& rest = drawn.rest->vertices[v];
-    const Vec3 near = near_displacement(groups, near_fields, cells, forces, drawn, v);
-    positions[v] = (rest + moved.cast<double>() + near).cast<float>();
+    positions[v] = (rest + moved.cast<double>() + near_field.at(v)).cast<float>();
   });
 }
 
@@ -212,8 +294,8 @@ void near_field_on_surface(const DrawnSurface& drawn, std::span<const NearField>
                            std::vector<int>& vertices, std::vector<Vec3f>& displacements) {
   vertices.clear();
   displacements.clear();
-  const std::vector<Group> groups = group_cells(near_fields, cells, forces);
-  if (groups.empty()) return;
+  const DrawnNearFields near_field(drawn, near_fields, cells, forces);
+  if (near_field.empty()) return;
   struct Part {
     std::vector<int> vertices;
     std::vector<Vec3f> displacements;
@@ -223,7 +305,7 @@ void near_field_on_surface(const DrawnSurface& drawn, std::span<const NearField>
   parallel_chunks(count, kVertexChunk, [&](std::size_t begin, std::size_t end) {
     Part& part = parts[begin / kVertexChunk];
     for (std::size_t v = begin; v < end; ++v) {
-      const Vec3 near = near_displacement(groups, near_fields, cells, forces, drawn, v);
+      const Vec3 near = near_field.at(v);
       if (near.isZero(0.0)) continue;
       part.vertices.push_back(static_cast<int>(v));
       part.displacements.push_back(near.cast<float>());

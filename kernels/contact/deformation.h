@@ -24,7 +24,10 @@ struct DrawnSurface {
                            ///< rows sum up to 1                          (V rows)
   std::vector<int> triangle_begin, triangle_items;  ///< vertex -> triangles around it
   std::vector<Vec3> rest_normals;  ///< unit; which side of a thin body a vertex is on     (V)
-  std::shared_ptr<const TissuePaths> paths;  ///< of SurfacePlaces: which side of a fold
+  /// Of a body with folds, else empty: what tells its sides apart (SurfacePlaces), and where the
+  /// places are.
+  std::shared_ptr<const TissuePaths> paths;
+  std::vector<Vec3> place_positions, place_normals;
 };
 
 /// Carriers of every vertex: the smoothest interpolation of the places about it that face its way.
