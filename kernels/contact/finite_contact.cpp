@@ -57,6 +57,7 @@ void FiniteContact::make_response() {
   gather_nodes();
   gather_groups();
   turn(state_.motion.rotations);
+  response_ = turned_step_ + turned_near_;  // what others that a spring ties to it meet in a step
 }
 
 /// As PatchContact couples cells through places, with the columns of a step.
@@ -237,7 +238,7 @@ void FiniteContact::add_loads(const VectorX& forces, VectorX& loads) const {
 }
 
 /// Cells that were there when the last step ended were where that left them, with what is finer
-/// than places.
+/// than places. What a spring's end is wanted at it need never reach.
 double FiniteContact::begin(const VectorX& displaced) {
   const bool known = start_displacements_.size() == start_places_.size();
   double most = 0.0;
@@ -250,6 +251,7 @@ double FiniteContact::begin(const VectorX& displaced) {
             : Vec3(displaced.segment<3>(at(k)));
     begun_.push_back(here);
     const ContactCell& cell = cells_[k];
+    if (yields(k)) continue;
     const double way =
         cell.held ? (cell.displacement - here).norm() : cell.depth - here.dot(cell.direction);
     if (!(way <= most)) most = way;
@@ -262,7 +264,7 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
   for (std::size_t k = 0; k < asked_.size(); ++k) {
     ContactCell& cell = asked_[k];
     cell.free += free.segment<3>(at(k));
-    if (share == 1.0) continue;
+    if (share == 1.0 || yields(k)) continue;
     const Vec3& begun = begun_[k];
     cell.displacement = begun + share * (cell.displacement - begun);
     const double pushed = begun.dot(cell.direction);
@@ -272,7 +274,7 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
   if (more.size() > 0) response_ += more;
   stands_ = false;
   response_changed();
-  PatchContact::solve(asked_, *solution_, *answer_);
+  PatchContact::solve(asked_, *solution_, *answer_, backing_);
   if (!solution_->converged) return false;
   forces = Eigen::Map<const VectorX>(solution_->forces.front().data(), at(cells_.size()));
   return true;
@@ -294,7 +296,7 @@ bool FiniteContact::moving() const {
 }
 
 void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
-                          ContactResponse& response, const MatrixX&) {
+                          ContactResponse& response, const MatrixX& backing) {
   const bool sound =
       std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); });
   if (cells.empty() || !sound) PatchContact::solve(cells, solution, response);
@@ -302,6 +304,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
   state_.motion = start_;
   if (!cells.empty()) see_places(cells, true);
   cells_ = cells;
+  backing_ = backing;
   solution_ = &solution;
   answer_ = &response;
   told_ = body_.solver.step(*this, state_.motion, acceleration_);

@@ -31,14 +31,16 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
  public:
   FiniteContact(const FiniteResponse& body, const IsotropicMaterial& material);
 
-  TissueAbilities abilities() const override { return {.moves = true}; }
+  TissueAbilities abilities() const override { return {.springs = true, .moves = true}; }
   bool fits(const State& state) const override;
+
+  /// Nothing is put together: the body is another one at each step.
+  void anchor(std::span<const ContactCell>) override {}
 
   void begin_step(const Vec3& acceleration) override;
   bool moving() const override;
   const FiniteStep* last_step() const override { return &told_; }
 
-  /// `backing` isn't for it: it has no springs.
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response, const MatrixX& backing = {}) override;
   std::optional<OthersHold> hold_of_others(std::span<const ContactCell> cells, std::size_t begin,
@@ -63,6 +65,10 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void gather_nodes();
   void gather_groups();
   MatrixX turned(const MatrixX& response) const;
+  /// Whether a cell is the end of a spring.
+  bool yields(std::size_t cell) const {
+    return 3 * (cells_.size() - cell) <= static_cast<std::size_t>(backing_.rows());
+  }
   const Mat3& rotation_of_cell(std::size_t cell) const;
   const float* nodal_column(int touched_place) const;
 
@@ -102,6 +108,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   // Of the solve that is under way.
   std::span<const ContactCell> cells_;
+  MatrixX backing_;          // of the last of them
   std::vector<Vec3> begun_;  // where they were
   std::vector<ContactCell> asked_;
   ContactSolution* solution_ = nullptr;

@@ -219,18 +219,18 @@ void bring_normals_home(OrganState& state) {
 }  // namespace
 
 void deform_organs(World& world, const FrameContext& context) {
+  Pool<OrganContact>& contacts = world.all<OrganContact>();
+  for (std::size_t o = 0; o < contacts.size(); ++o) begin_finite_step(world, contacts.owner(o));
   const SolveContact solve = [&](Entity organ, const MatrixX& backing) {
     solve_contact(world, organ, *world.find<OrganContact>(organ), backing, context);
   };
   const Binding* binding = world.one<Binding>();
   if (binding) binding->solve(world, solve);
   const GpuOrgans* gpu = world.one<GpuOrgans>();
-  Pool<OrganContact>& contacts = world.all<OrganContact>();
   for (std::size_t o = 0; o < contacts.size(); ++o) {
     const Entity organ = contacts.owner(o);
     OrganContact& contact = contacts[o];
     OrganTouch& touch = *world.find<OrganTouch>(organ);
-    begin_finite_step(world, organ);
     if (contact.cells.empty()) {
       contact.solution.forces.clear();
       touch.clings.clear();

@@ -9,7 +9,6 @@
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/held_tools/held_tools_keys.h"
-#include "engine/features/links/links_keys.h"
 #include "engine/features/pulsation/pulsation.h"
 #include "kernels/finite/finite_solver.h"
 
@@ -56,12 +55,6 @@ void check_organ(const SceneDescription& scene, const OrganDescription& organ,
     wrong(
         "stiffens: found true with response finite and a hook that carries current, expected "
         "\"stiffens\": false, or response linear");
-  for (const LinkDescription& link : links_of(scene))
-    if (link.stiffness > 0.0 && (link.between[0] == organ.name || link.between[1] == organ.name))
-      wrong(
-          fmt::format("response: found finite with the link \"{}\", expected no link, or "
-                      "response linear or local",
-                      link.name));
 }
 
 Result<void> check(const SceneDescription& scene, const std::map<std::string, Tissue>&) {

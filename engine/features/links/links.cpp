@@ -15,8 +15,9 @@ namespace {
 /// Turns of all organs of a group that tools press, at most. Tools at two organs some centimetres
 /// apart settle to a thousandth in two.
 constexpr int kRounds = 5;
-/// Springs' forces that change less than this, over the greatest, are settled.
-constexpr double kSettled = 1e-5;
+/// Springs' forces that change less than this, over the greatest, are settled; where a turn is a
+/// step at finite strain, whose own forces err by as much, the second holds.
+constexpr double kSettled = 1e-5, kSettledInSteps = 1e-3;
 
 /// Springs end on the drawn surface, up to round-off [m].
 constexpr double kOnSurface = 1e-3;
@@ -197,6 +198,7 @@ class GroupSolve {
  public:
   GroupSolve(World& world, const std::vector<Entity>& group) : world_(world), group_(group) {
     for (std::size_t i = 0; i < group.size(); ++i) follows_.push_back(only_follows(i));
+    steps_ = std::ranges::any_of(group, [&](Entity organ) { return moves(organ); });
   }
 
   void run(const SolveContact& solve) {
@@ -216,9 +218,9 @@ class GroupSolve {
         if (!answered_[i]) continue;
         take_forces(group_[i], greatest, change);
         for (std::size_t j = 0; j < group_.size(); ++j)
-          if (j != i && answered_[j]) load(group_[j]);
+          if (j != i && answered_[j] && !moves(group_[j])) load(group_[j]);
       }
-      if (change <= kSettled * greatest) break;
+      if (change <= (steps_ ? kSettledInSteps : kSettled) * greatest) break;
     }
     for (std::size_t i = 0; i < group_.size(); ++i)
       if (follows_[i]) load(group_[i]);
@@ -229,13 +231,18 @@ class GroupSolve {
   /// answer.
   bool only_follows(std::size_t i) const {
     if (is_frozen(world_, group_[i])) return false;
-    if (!world_.find<OrganTouch>(group_[i])->ranges.empty()) return false;
+    if (!world_.find<OrganTouch>(group_[i])->ranges.empty() || moves(group_[i])) return false;
     const std::vector<OrganTies::Tie>& ties = world_.find<OrganTies>(group_[i])->ties;
     const Entity leader = ties.front().other;
     if (!world_.find<OrganTies>(leader) || is_frozen(world_, leader) || follows(leader))
       return false;
     return std::all_of(ties.begin(), ties.end(),
                        [&](const OrganTies::Tie& tie) { return tie.other == leader; });
+  }
+
+  /// It has a motion of its own: forces alone don't say where it is.
+  bool moves(Entity organ) const {
+    return world_.find<OrganTouch>(organ)->solver->abilities().moves;
   }
 
   bool follows(Entity organ) const {
@@ -363,6 +370,7 @@ class GroupSolve {
   World& world_;
   const std::vector<Entity>& group_;
   std::vector<char> follows_, answered_;  // per organ of the group
+  bool steps_ = false;                    // some organ moves by itself
   MatrixX compliance_, backing_;          // of behind_of(), where some organ is local
 };
 
@@ -424,7 +432,8 @@ void add_link_cells(World& world, const FrameContext&) {
     bool loaded = false;
     for (const Entity organ : group) {
       loaded = loaded || !world.find<OrganContact>(organ)->cells.empty() ||
-               is_frozen(world, organ) || sags(world, organ);
+               is_frozen(world, organ) || sags(world, organ) ||
+               world.find<OrganTouch>(organ)->solver->moving();
       for (const OrganTies::Tie& tie : world.find<OrganTies>(organ)->ties)
         loaded = loaded || !world.find<LinkState>(tie.link)->shift.isZero(0.0);
     }

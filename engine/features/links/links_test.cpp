@@ -115,6 +115,46 @@ TEST(Links, ALiftedOrganLiftsTheOneThatItIsTiedTo) {
   EXPECT_LT(misfit(*tied), 1e-3);
 }
 
+/// The lifted one of two tied balls at finite strain, or both.
+std::unique_ptr<World> finite_balls(std::size_t finite, double lift, FiniteDescription settings) {
+  SceneDescription scene = two_balls(400.0);
+  for (std::size_t o = 0; o < finite; ++o) {
+    scene.organs[o].response = Response::kFinite;
+    scene.organs[o].finite = settings;
+  }
+  scene.instruments = {jaw("jaw", 0.0, {Vec3(0, 0, lift)})};
+  return build(scene);
+}
+
+TEST(Links, OfOrgansAtFiniteStrainPullAsThoseOfLinearOnesWhereLittleMoves) {
+  const FiniteDescription still{.quasi_static = true, .viscous_time = 0.0, .iterations = 20};
+  const double lift = 0.1e-3;
+  const auto linear = finite_balls(0, lift, still);
+  ASSERT_TRUE(linear);
+  step_until(*linear, 0.3);
+  const double link = linear->all<LinkState>()[0].force, jaw = force_on(*linear, 0).norm();
+  ASSERT_GT(link, 1e-4);
+  for (const std::size_t finite : {1u, 2u}) {
+    const auto world = finite_balls(finite, lift, still);
+    ASSERT_TRUE(world);
+    step_until(*world, 0.3);
+    EXPECT_NEAR(world->all<LinkState>()[0].force / link, 1.0, 0.03) << finite;
+    EXPECT_NEAR(force_on(*world, 0).norm() / jaw, 1.0, 0.03) << finite;
+    EXPECT_LT(misfit(*world), 2e-3) << finite;
+  }
+}
+
+TEST(Links, OfOrgansAtFiniteStrainHoldWhileTheySwing) {
+  const auto world = finite_balls(2, 5e-3, {});
+  ASSERT_TRUE(world);
+  const Vec3 edge(-kRadius, 0, 0);
+  for (const double time : {0.12, 0.16, 0.2, 0.3, 0.5}) {
+    step_until(*world, time);
+    EXPECT_LT(misfit(*world), 5e-3) << time;
+  }
+  EXPECT_GT(moved_near(*world, 1, edge).z(), 0.02e-3);
+}
+
 TEST(Links, AnOrganThatOnlyALinkReachesIsPreparedAndOneWithoutLinkIsNot) {
   const auto [tied, loose] = TiedAndLoose(400.0, 1e-3);
   ASSERT_TRUE(tied && loose);
