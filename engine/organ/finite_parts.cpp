@@ -46,7 +46,6 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
   if (!hold) return std::unexpected(hold.error());
   auto volumes = nodal_volumes(model.surface, model.cloud);
   if (!volumes) return std::unexpected(volumes.error());
-  region->positions.clear();
   region->cell_begin = {0};
   region->cell_nodes.clear();
   region->cell_gradients.clear();
@@ -54,7 +53,7 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
 }
 
 Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const FiniteOptions& options,
-                         std::shared_ptr<const StiffnessFactor> step) {
+                         bool changes, std::shared_ptr<const StiffnessFactor> step) {
   auto body = FiniteBody::create(parts.region, parts.hold);
   if (!body) return std::unexpected(body.error());
   auto shared = std::make_shared<const FiniteBody>(std::move(*body));
@@ -64,6 +63,10 @@ Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const Fini
   if (!solver) return std::unexpected(solver.error());
   model.finite = std::make_shared<const FiniteSolver>(std::move(*solver));
   model.step_compliance = step_columns_to_come(model, model.finite->factor());
+  if (changes) {
+    model.changeable.tissue.positions = parts.region.positions;
+    model.changeable.tissue.weights = parts.region.weights;
+  }
   return {};
 }
 
@@ -74,18 +77,22 @@ void keep_finite(const FiniteParts& parts, CacheArrays& arrays) {
   arrays["finite_hold_columns"] = parts.hold.pattern.columns;
   arrays["finite_hold"] = parts.hold.blocks;
   arrays["finite_volumes"] = parts.volumes;
+  arrays["finite_positions"] = flat(parts.region.positions);
 }
 
 std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t nodes) {
   FiniteParts parts;
   ElasticRegion& region = parts.region;
   std::vector<int> hold_begin;
+  std::vector<double> positions;
   TakenArrays taken(arrays, kFinite);
   take_points(taken, region);
   taken.take("hold_begin", hold_begin);
   taken.take("hold_columns", parts.hold.pattern.columns);
   taken.take("hold", parts.hold.blocks);
   taken.take("volumes", parts.volumes);
+  taken.take("positions", positions);
+  region.positions = vectors(positions);
   parts.hold.width = 3;
   parts.hold.pattern.row_begin.assign(hold_begin.begin(), hold_begin.end());
   const auto all_below = [](const std::vector<int>& numbers, std::size_t end) {
@@ -98,7 +105,8 @@ std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t no
   };
   const std::size_t points = region.weights.size();
   const SymmetricPattern& hold = parts.hold.pattern;
-  if (!taken.whole() || region.gradients.size() != region.point_nodes.size() ||
+  if (!taken.whole() || region.positions.size() != points ||
+      region.gradients.size() != region.point_nodes.size() ||
       !ascends(region.begin, points, region.point_nodes.size()) ||
       !all_below(region.point_nodes, region.nodes.size()) || !all_below(region.nodes, nodes) ||
       (!region.cell.empty() && region.cell.size() != points) ||

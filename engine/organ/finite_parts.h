@@ -26,8 +26,9 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
                                  const ElasticSolver& solver);
 
 /// Sets OrganModel::finite and ::step_compliance; `step` null: factors what a step needs.
+/// `changes`: its tissue may coagulate.
 Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const FiniteOptions& options,
-                         std::shared_ptr<const StiffnessFactor> step);
+                         bool changes, std::shared_ptr<const StiffnessFactor> step);
 
 void keep_finite(const FiniteParts& parts, CacheArrays& arrays);
 /// None where there is none, or not of a piece.

@@ -18,7 +18,7 @@ namespace {
 /// sampling.
 constexpr int kPreparationVersion = 3;
 /// The same of what tissue at finite strain has besides.
-constexpr int kFiniteVersion = 1;
+constexpr int kFiniteVersion = 2;
 constexpr const char* kChange = "change_";  // before the names of its arrays
 
 void hash_vector(Hasher& hasher, const Vec3& v) {
@@ -135,7 +135,7 @@ PreparedResponse to_cache(const OrganModel& model, std::span<const std::string> 
   stored.compliance = model.compliance.on_demand ? made_part(model.compliance) : model.compliance;
   stored.figures = model.figures;
   if (!model.sag.empty()) stored.extra["sag"] = model.sag;
-  if (!model.changeable.empty()) keep_changeable(model.changeable, stored.extra);
+  if (!model.changeable.empty() && !model.finite) keep_changeable(model.changeable, stored.extra);
   // Text, as the numbers of its characters; one note a line.
   std::vector<int> notes;
   for (const std::string& note : said) {
@@ -197,7 +197,8 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
     const auto parts = finite_from_cache(cached.response->extra, model.cloud.size());
     if (!parts) return false;
     auto step = cached_factor(step_file(cache, model.key), model, organ.name, warnings);
-    if (!step || !make_finite(model, *parts, finite_options(organ, tissue), std::move(step)))
+    if (!step || !make_finite(model, *parts, finite_options(organ, tissue), !demand.burnt.empty(),
+                              std::move(step)))
       return false;
     model.step_compliance.need(prepared_places(model, organ, demand, options.column_budget));
     model.step_compliance.on_demand->end_preparation();

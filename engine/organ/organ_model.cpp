@@ -172,13 +172,14 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   }
   if (parts) {
     const FiniteOptions finite = finite_options(organ, tissue);
-    if (auto made = make_finite(model, *parts, finite, nullptr); !made) return made;
+    if (auto made = make_finite(model, *parts, finite, !demand.burnt.empty(), nullptr); !made)
+      return made;
     model.step_compliance.need(prepared);
     model.step_compliance.on_demand->end_preparation();
   }
   model.figures = (*solver)->figures();
   if (on_demand) model.figures.smallest_compliance_eigenvalue = smallest_eigenvalue;
-  if (!demand.burnt.empty())
+  if (!demand.burnt.empty() && !parts)
     return add_changeable(model, **solver, demand, part_of(progress, kComplianceDone, 1.0));
   return {};
 }

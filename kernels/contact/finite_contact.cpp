@@ -282,6 +282,11 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
 
 // --- steps ---------------------------------------------------------------------------------------
 
+void FiniteContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
+  changed_ = update ? body_.solver.body().changed(update->change) : ChangedTissue();
+  PatchContact::stiffen(std::move(update));
+}
+
 void FiniteContact::begin_step(const Vec3& acceleration) {
   start_ = state_.motion;
   start_places_ = state_.places;
@@ -291,8 +296,8 @@ void FiniteContact::begin_step(const Vec3& acceleration) {
 }
 
 bool FiniteContact::moving() const {
-  return !acceleration_.isZero(0.0) || greatest(state_.motion.displacements) > 0.0 ||
-         greatest(state_.motion.velocities) > 0.0;
+  return !acceleration_.isZero(0.0) || !changed_.packs.empty() ||
+         greatest(state_.motion.displacements) > 0.0 || greatest(state_.motion.velocities) > 0.0;
 }
 
 void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
@@ -314,7 +319,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
     solution.forces.assign(cells.size(), Vec3::Zero());
     state_.forces.clear();
   }
-  if (cells.empty() && acceleration_.isZero(0.0) &&
+  if (cells.empty() && acceleration_.isZero(0.0) && changed_.packs.empty() &&
       greatest(state_.motion.displacements) < kAsleep &&
       greatest(state_.motion.velocities) < kStill) {
     const std::int32_t lost = state_.motion.lost;

@@ -31,11 +31,16 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
  public:
   FiniteContact(const FiniteResponse& body, const IsotropicMaterial& material);
 
-  TissueAbilities abilities() const override { return {.springs = true, .moves = true}; }
+  TissueAbilities abilities() const override {
+    return {.springs = true, .stiffens = true, .moves = true};
+  }
   bool fits(const State& state) const override;
 
   /// Nothing is put together: the body is another one at each step.
   void anchor(std::span<const ContactCell>) override {}
+
+  /// The energy follows; so do near fields.
+  void stiffen(std::shared_ptr<const StiffnessUpdate> update) override;
 
   void begin_step(const Vec3& acceleration) override;
   bool moving() const override;
@@ -77,6 +82,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::span<const int> groups() const override {
     return cells_.empty() ? ungrouped_ : group_of_node_;
   }
+  const ChangedTissue& changed() const override { return changed_; }
   void turn(const NodalRotations& rotations) override;
   const MatrixX& response() const override { return turned_step_; }
   VectorX displaced(const VectorX& u) const override;
@@ -87,6 +93,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   FiniteResponse body_;
   Vec3 acceleration_ = Vec3::Zero();
+  ChangedTissue changed_;
   // Where the step began.
   FiniteState start_;
   std::vector<Place> start_places_;

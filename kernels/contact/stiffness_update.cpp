@@ -92,6 +92,18 @@ std::vector<float> felt_stiffness(const ElasticRegion& region, const std::vector
   return felt;
 }
 
+/// One for each point, none below 1.
+std::vector<double> sound_factors(const std::vector<double>& stiffness, std::size_t points,
+                                  double& greatest) {
+  std::vector<double> factors = stiffness;
+  factors.resize(points, 1.0);
+  for (double& factor : factors) {
+    if (!(factor >= 1.0) || !std::isfinite(factor)) factor = 1.0;
+    greatest = std::max(greatest, factor);
+  }
+  return factors;
+}
+
 /// V V^T in fewer columns: Q of the eigenvectors that V^T V has at touchable places, greatest
 /// first.
 MatrixX strongest(const Eigen::MatrixXf& at_touchable, double dropped) {
@@ -154,12 +166,8 @@ StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueCha
   StiffnessUpdate update;
   update.rows = region.rows;
   const ElasticRegion& tissue = region.tissue;
-  std::vector<double> factors = change.stiffness;
-  factors.resize(tissue.size(), 1.0);
-  for (double& factor : factors) {
-    if (!(factor >= 1.0) || !std::isfinite(factor)) factor = 1.0;
-    update.greatest_stiffness = std::max(update.greatest_stiffness, factor);
-  }
+  const std::vector<double> factors =
+      sound_factors(change.stiffness, tissue.size(), update.greatest_stiffness);
   AddedStiffness added = added_stiffness(tissue, factors);
   update.nodes = added.nodes.size();
 
@@ -257,6 +265,15 @@ StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueCha
     update.greatest_shift = std::max(
         update.greatest_shift, static_cast<double>(Vec3f::Map(update.shift.data() + p).norm()));
   }
+  return update;
+}
+
+StiffnessUpdate energy_update(const ElasticRegion& tissue, TissueChange change,
+                              const TouchableSurface& surface) {
+  StiffnessUpdate update;
+  update.stiffness = felt_stiffness(
+      tissue, sound_factors(change.stiffness, tissue.size(), update.greatest_stiffness), surface);
+  update.change = std::move(change);
   return update;
 }
 

@@ -23,6 +23,7 @@
 #include "kernels/base/fields.h"
 #include "kernels/base/progress.h"
 #include "kernels/contact/touchable_surface.h"
+#include "kernels/finite/tissue_change.h"
 #include "kernels/paff/elastic_region.h"
 #include "kernels/paff/elasticity.h"
 
@@ -46,18 +47,6 @@ Result<ChangeableRegion> changeable_region(ElasticSolver& solver, ElasticRegion 
 /// What one of so many nodes takes [bytes].
 std::size_t changeable_bytes(std::size_t places, std::size_t nodes);
 
-/// What became of the tissue at a region's quadrature points; empty: nothing.
-struct TissueChange {
-  std::vector<double> stiffness;  ///< E over that of sound tissue, at least 1               (Q)
-  std::vector<double> shrinkage;  ///< length lost over length, 0 or more                    (Q)
-
-  static constexpr auto fields() {
-    return std::tuple(field("stiffness", &TissueChange::stiffness),
-                      field("shrinkage", &TissueChange::shrinkage));
-  }
-};
-static_assert(fields_cover<TissueChange>());
-
 /// As large as some hundred columns of the compliance. A file may rather keep the change that it
 /// was made from: made again it has the same bits.
 struct StiffnessUpdate {
@@ -69,6 +58,8 @@ struct StiffnessUpdate {
   std::vector<float> stiffness;
   /// Displacements of the places without forces [m]; empty: none.                       (rows)
   std::vector<float> shift;
+  /// Of a body at finite strain, whose energy follows the change itself; else empty.
+  TissueChange change;
 
   // What it took, and what it left.
   std::size_t nodes = 0;          ///< m
@@ -80,12 +71,12 @@ struct StiffnessUpdate {
 
   static constexpr auto fields() {
     using U = StiffnessUpdate;
-    return std::tuple(field("rows", &U::rows), field("rank", &U::rank),
-                      field("columns", &U::columns), field("touchable", &U::touchable),
-                      field("stiffness", &U::stiffness), field("shift", &U::shift),
-                      field("nodes", &U::nodes), field("modes", &U::modes),
-                      field("greatest_stiffness", &U::greatest_stiffness),
-                      field("greatest_shift", &U::greatest_shift));
+    return std::tuple(
+        field("rows", &U::rows), field("rank", &U::rank), field("columns", &U::columns),
+        field("touchable", &U::touchable), field("stiffness", &U::stiffness),
+        field("shift", &U::shift), field("change", &U::change), field("nodes", &U::nodes),
+        field("modes", &U::modes), field("greatest_stiffness", &U::greatest_stiffness),
+        field("greatest_shift", &U::greatest_shift));
   }
 };
 static_assert(fields_cover<StiffnessUpdate>());
@@ -101,6 +92,11 @@ inline constexpr double kDroppedModes = 1e-5;
 /// shrinkages below 0 as 0, and so do those that are no numbers.
 StiffnessUpdate update_stiffness(const ChangeableRegion& region, const TissueChange& change,
                                  const TouchableSurface& surface, double dropped = kDroppedModes);
+
+/// Of a body at finite strain, all of whose points `tissue` holds: the change, and how stiff its
+/// touchable places have become.
+StiffnessUpdate energy_update(const ElasticRegion& tissue, TissueChange change,
+                              const TouchableSurface& surface);
 
 /// Multiplications that it takes, about: so that who runs it beside frames can say beforehand when
 /// it will be due.

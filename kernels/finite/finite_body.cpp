@@ -108,8 +108,9 @@ struct FiniteBody::CellView {
   const Lane* weights;
   const std::array<Lane, 4>* psi;  // null: nothing is averaged
   double mu, lambda, averaged;
-  double viscous;        // time mu / dt [Pa]; 0: none
-  const double* before;  // strains of its packs
+  double viscous;                      // time mu / dt [Pa]; 0: none
+  const double* before;                // strains of its packs
+  const ChangedTissue::Pack* changed;  // null: nothing has changed
 
   /// F of a pack's points.
   VISCERA_INLINE void deform(std::size_t pack, const double* displacements, Lanes* f) const {
@@ -125,6 +126,37 @@ struct FiniteBody::CellView {
   }
 };
 
+/// Energy of what is averaged over a cell, and its derivative by the dilatations.
+VISCERA_WIDE double FiniteBody::add_averaged(const CellView& cell, const double* dilatation,
+                                             double* derivative) {
+  double sum = 0.0;
+  if (cell.changed == nullptr) {
+    for (std::size_t k = 0; k < kTerms; ++k) {
+      derivative[k] = cell.averaged * dilatation[k];
+      sum += 0.5 * derivative[k] * dilatation[k];
+    }
+    return sum;
+  }
+  Lanes energy = {}, by[kTerms] = {};
+  for (std::size_t p = 0; p < cell.packs; ++p) {
+    Lanes w, growth, factor, psi[kTerms], change = {};
+    load(cell.weights[p].data(), w);
+    load(cell.changed[p].growth.data(), growth);
+    load(cell.changed[p].factor.data(), factor);
+    for (std::size_t k = 0; k < kTerms; ++k) {
+      load(cell.psi[p][k].data(), psi[k]);
+      change += dilatation[k] * psi[k];
+    }
+    const Lanes cubed = growth * growth * growth;
+    change = cubed * (1.0 + change) - 1.0;
+    const Lanes pull = cell.averaged * w * factor * change;
+    energy += 0.5 * pull * change;
+    for (std::size_t k = 0; k < kTerms; ++k) by[k] += pull * cubed * psi[k];
+  }
+  for (std::size_t k = 0; k < kTerms; ++k) derivative[k] = sum_of(by[k]);
+  return sum_of(energy);
+}
+
 /// Energy of a cell; adds forces, a component's four lanes after another's, to `forces` unless that
 /// is null. `scratch` has kScratch numbers for each of its packs.
 VISCERA_WIDE double FiniteBody::add_cell(const CellView& cell, const double* displacements,
@@ -134,67 +166,88 @@ VISCERA_WIDE double FiniteBody::add_cell(const CellView& cell, const double* dis
     double* kept = scratch + kScratch * p;
     Lanes f[kOfF], c[kOfF], w;
     cell.deform(p, displacements, f);
-    cofactors(f, c);
+    for (std::size_t i = 0; i < kOfF; ++i) store(f[i], kept + 4 * i);
     load(cell.weights[p].data(), w);
+    const Lanes sound = w;
+    Lanes strain[kOfStrain], cubed = Lanes{} + 1.0;
+    if (cell.viscous > 0.0) green_strain(f, strain);
+    if (cell.changed != nullptr) {
+      Lanes growth, factor;
+      load(cell.changed[p].growth.data(), growth);
+      load(cell.changed[p].factor.data(), factor);
+      for (std::size_t i = 0; i < kOfF; ++i) f[i] *= growth;
+      w *= factor;
+      cubed = growth * growth * growth;
+    }
+    cofactors(f, c);
     const Lanes grown = f[0] * c[0] + f[1] * c[1] + f[2] * c[2] - 1.0;
     Lanes length = f[0] * f[0];
     for (std::size_t i = 1; i < kOfF; ++i) length += f[i] * f[i];
-    Lanes density = 0.5 * cell.mu * (length - 3.0) - cell.mu * grown +
-                    0.5 * (cell.lambda + cell.mu) * grown * grown;
+    energy += w * (0.5 * cell.mu * (length - 3.0) - cell.mu * grown +
+                   0.5 * (cell.lambda + cell.mu) * grown * grown);
     if (cell.viscous > 0.0) {
-      Lanes e[kOfStrain], before;
-      green_strain(f, e);
+      Lanes(&e)[kOfStrain] = strain;
       for (std::size_t k = 0; k < kOfStrain; ++k) {
+        Lanes before;
         load(cell.before + 4 * (kOfStrain * p + k), before);
         e[k] -= before;
         store(e[k], kept + 4 * (kOfF + k));
       }
-      density += cell.viscous * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2] +
-                                 2.0 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]));
+      energy += sound * cell.viscous *
+                (e[0] * e[0] + e[1] * e[1] + e[2] * e[2] +
+                 2.0 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]));
     }
-    energy += w * density;
     if (cell.psi != nullptr)
       for (std::size_t k = 0; k < kTerms; ++k) {
         Lanes psi;
         load(cell.psi[p][k].data(), psi);
-        theta[k] += w * psi * grown;
+        theta[k] += sound * psi * ((1.0 + grown) / cubed - 1.0);
       }
-    for (std::size_t i = 0; i < kOfF; ++i) store(f[i], kept + 4 * i);
     store(grown, kept + 4 * (kOfF + kOfStrain));
   }
-  double sum = sum_of(energy), averaged[kTerms];
-  for (std::size_t k = 0; k < kTerms; ++k) {
-    const double total = sum_of(theta[k]);
-    averaged[k] = cell.averaged * total;
-    sum += 0.5 * averaged[k] * total;
-  }
+  double sum = sum_of(energy), dilatation[kTerms], averaged[kTerms];
+  for (std::size_t k = 0; k < kTerms; ++k) dilatation[k] = sum_of(theta[k]);
+  if (cell.psi != nullptr) sum += add_averaged(cell, dilatation, averaged);
   if (forces == nullptr) return sum;
 
   for (std::size_t p = 0; p < cell.packs; ++p) {
     const double* kept = scratch + kScratch * p;
-    Lanes f[kOfF], c[kOfF], stress[kOfF], w, pressure;
+    Lanes f[kOfF], c[kOfF], stress[kOfF], w, pressure, averaging;
     for (std::size_t i = 0; i < kOfF; ++i) load(kept + 4 * i, f[i]);
     load(cell.weights[p].data(), w);
-    load(kept + 4 * (kOfF + kOfStrain), pressure);
-    pressure = (cell.lambda + cell.mu) * pressure - cell.mu;
-    if (cell.psi != nullptr)
-      for (std::size_t k = 0; k < kTerms; ++k) {
-        Lanes psi;
-        load(cell.psi[p][k].data(), psi);
-        pressure += averaged[k] * psi;
-      }
-    cofactors(f, c);
-    for (std::size_t i = 0; i < kOfF; ++i) stress[i] = w * (cell.mu * f[i] + pressure * c[i]);
+    averaging = w;
     if (cell.viscous > 0.0) {
       Lanes e[kOfStrain];
       for (std::size_t k = 0; k < kOfStrain; ++k) load(kept + 4 * (kOfF + k), e[k]);
       const Lanes rate = 2.0 * cell.viscous * w;
       for (std::size_t i = 0; i < kOfF; i += 3) {
-        stress[i] += rate * (f[i] * e[0] + f[i + 1] * e[3] + f[i + 2] * e[5]);
-        stress[i + 1] += rate * (f[i] * e[3] + f[i + 1] * e[1] + f[i + 2] * e[4]);
-        stress[i + 2] += rate * (f[i] * e[5] + f[i + 1] * e[4] + f[i + 2] * e[2]);
+        stress[i] = rate * (f[i] * e[0] + f[i + 1] * e[3] + f[i + 2] * e[5]);
+        stress[i + 1] = rate * (f[i] * e[3] + f[i + 1] * e[1] + f[i + 2] * e[4]);
+        stress[i + 2] = rate * (f[i] * e[5] + f[i + 1] * e[4] + f[i + 2] * e[2]);
       }
+    } else {
+      for (std::size_t i = 0; i < kOfF; ++i) stress[i] = Lanes{};
     }
+    // The law's stress is by g F, and g times it by F; the cofactors are those of g F, too.
+    if (cell.changed != nullptr) {
+      Lanes growth, factor;
+      load(cell.changed[p].growth.data(), growth);
+      load(cell.changed[p].factor.data(), factor);
+      for (std::size_t i = 0; i < kOfF; ++i) f[i] *= growth;
+      w *= factor * growth;
+      averaging /= growth * growth;
+    }
+    load(kept + 4 * (kOfF + kOfStrain), pressure);
+    pressure = w * ((cell.lambda + cell.mu) * pressure - cell.mu);
+    if (cell.psi != nullptr)
+      for (std::size_t k = 0; k < kTerms; ++k) {
+        Lanes psi;
+        load(cell.psi[p][k].data(), psi);
+        pressure += averaging * averaged[k] * psi;
+      }
+    cofactors(f, c);
+    const Lanes shear = w * cell.mu;
+    for (std::size_t i = 0; i < kOfF; ++i) stress[i] += shear * f[i] + pressure * c[i];
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
       Lanes g[3];
       for (std::size_t k = 0; k < 3; ++k) load(cell.gradients[e].data() + kLanes * k, g[k]);
@@ -337,10 +390,34 @@ Result<FiniteBody> FiniteBody::create(const ElasticRegion& region,
   }
   body.hold_ = HoldRows(hold);
   body.find_means(region, order.points, order.cell_begin);
+  body.order_ = order.points;
   return body;
 }
 
-FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosity) const {
+ChangedTissue FiniteBody::changed(const TissueChange& change) const {
+  ChangedTissue changed;
+  if (change.stiffness.empty() && change.shrinkage.empty()) return changed;
+  ChangedTissue::Pack sound;
+  sound.growth.fill(1.0);
+  sound.factor.fill(1.0);
+  changed.packs.assign(weights_.size(), sound);
+  const auto value = [](const std::vector<double>& of, std::size_t q, double least, double most) {
+    return q < of.size() && of[q] >= least ? std::min(of[q], most) : least;
+  };
+  std::size_t i = 0;
+  for (std::size_t p = 0; p < weights_.size(); ++p)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (!(weights_[p][lane] > 0.0)) continue;
+      const std::size_t q = order_[i++];
+      const double left = 1.0 - value(change.shrinkage, q, 0.0, 0.5);
+      changed.packs[p].growth[lane] = 1.0 / left;
+      changed.packs[p].factor[lane] = value(change.stiffness, q, 1.0, 1e6) * left * left * left;
+    }
+  return changed;
+}
+
+FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosity,
+                                      const ChangedTissue& changed) const {
   const std::size_t first = cell_begin_[cell];
   return {.packs = cell_begin_[cell + 1] - first,
           .begin = begin_.data() + first,
@@ -353,7 +430,8 @@ FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosi
           .averaged = averaged_,
           .viscous = viscosity.over_step * mu_,
           .before =
-              viscosity.before.empty() ? nullptr : viscosity.before.data() + 4 * kOfStrain * first};
+              viscosity.before.empty() ? nullptr : viscosity.before.data() + 4 * kOfStrain * first,
+          .changed = changed.packs.empty() ? nullptr : changed.packs.data() + first};
 }
 
 /// Of a piece's nodes, over its first one: what gradients in single precision act on stays small.
@@ -369,7 +447,7 @@ std::vector<double> FiniteBody::gathered(const Piece& piece,
 
 double FiniteBody::add_piece(const Piece& piece, std::span<const double> displacements,
                              bool with_forces, const Viscosity& viscosity,
-                             std::vector<double>& forces) const {
+                             const ChangedTissue& changed, std::vector<double>& forces) const {
   const std::vector<double> own = gathered(piece, displacements);
   if (with_forces) forces.assign(kLanes * own.size(), 0.0);
   std::size_t most = 0;
@@ -378,19 +456,20 @@ double FiniteBody::add_piece(const Piece& piece, std::span<const double> displac
   std::vector<double> scratch(kScratch * most);
   double energy = 0.0;
   for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c)
-    energy += add_cell(view(c, viscosity), own.data(), scratch.data(),
+    energy += add_cell(view(c, viscosity, changed), own.data(), scratch.data(),
                        with_forces ? forces.data() : nullptr);
   return energy;
 }
 
 double FiniteBody::energy(std::span<const double> displacements, std::span<double> gradient,
-                          Workspace& workspace, const Viscosity& viscosity) const {
+                          Workspace& workspace, const Viscosity& viscosity,
+                          const ChangedTissue& changed) const {
   const bool with_forces = !gradient.empty();
   workspace.forces.resize(pieces_.size());
   workspace.energies.assign(pieces_.size(), 0.0);
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
     workspace.energies[p] =
-        add_piece(pieces_[p], displacements, with_forces, viscosity, workspace.forces[p]);
+        add_piece(pieces_[p], displacements, with_forces, viscosity, changed, workspace.forces[p]);
   });
   double sum = 0.0;
   for (const double energy : workspace.energies) sum += energy;
@@ -440,7 +519,7 @@ Strains FiniteBody::strains(std::span<const double> displacements) const {
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
     const std::vector<double> own = gathered(pieces_[p], displacements);
     for (std::size_t c = pieces_[p].first_cell; c < pieces_[p].last_cell; ++c)
-      find_strains(view(c, {}), own.data(), all.data() + 4 * kOfStrain * cell_begin_[c]);
+      find_strains(view(c, {}, {}), own.data(), all.data() + 4 * kOfStrain * cell_begin_[c]);
   });
   return all;
 }
@@ -473,7 +552,7 @@ std::size_t FiniteBody::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
   std::size_t sum = of(cell_begin_) + of(weights_) + of(psi_) + of(begin_) + of(entry_nodes_) +
                     of(gradients_) + hold_.memory_bytes() + of(mean_begin_) + of(mean_nodes_) +
-                    of(means_) + of(share_begin_) + of(share_cells_) + of(shares_);
+                    of(means_) + of(share_begin_) + of(share_cells_) + of(shares_) + of(order_);
   for (const Piece& piece : pieces_) sum += of(piece.nodes);
   return sum;
 }

@@ -24,6 +24,7 @@
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 #include "kernels/finite/hold_rows.h"
+#include "kernels/finite/tissue_change.h"
 #include "kernels/paff/block_matrix.h"
 #include "kernels/paff/elastic_region.h"
 
@@ -39,6 +40,19 @@ struct Viscosity {
   std::span<const double> before;  ///< Strains at the step's start
 };
 
+/// Tissue that has stiffened and shrunk, as FiniteBody::changed lays it out. With s the factor of
+/// its moduli, e its shrinkage and g = 1 / (1 - e): the energy pointwise is that of g F, and what
+/// is averaged acts on g^3 (1 + D) - 1, D being the projected change of volume; both times s / g^3,
+/// the share of volume that is left without stress. Of small strains that is what elastic_region.h
+/// adds to a stiffness.
+struct ChangedTissue {
+  /// Of a pack's points: g, and s / g^3.
+  struct Pack {
+    std::array<double, 4> growth, factor;
+  };
+  std::vector<Pack> packs;  ///< empty: nothing has changed
+};
+
 /// The constant part, shared between simulations and threads.
 class FiniteBody {
  public:
@@ -52,10 +66,15 @@ class FiniteBody {
     std::vector<double> energies;             ///< of each piece
   };
 
+  /// `change`: at the points of the region that it was created from. Factors below 1 count as 1,
+  /// shrinkages below 0 or above a half as these, and so do those that are no numbers (as none).
+  ChangedTissue changed(const TissueChange& change) const;
+
   /// Elastic energy [J] of displacements (3 N, node-major) [m]; its derivative [N] is added to
   /// `gradient` unless that is empty. The same bits for any number of threads.
   double energy(std::span<const double> displacements, std::span<double> gradient,
-                Workspace& workspace, const Viscosity& viscosity = {}) const;
+                Workspace& workspace, const Viscosity& viscosity = {},
+                const ChangedTissue& changed = {}) const;
 
   /// Deformation gradients averaged over the cells about each node                          (N)
   std::vector<Mat3> mean_gradients(std::span<const double> displacements) const;
@@ -90,13 +109,15 @@ class FiniteBody {
                 std::vector<int>& number);
   void find_means(const ElasticRegion& region, std::span<const std::size_t> points,
                   std::span<const std::size_t> cell_begin);
-  CellView view(std::size_t cell, const Viscosity& viscosity) const;
+  CellView view(std::size_t cell, const Viscosity& viscosity, const ChangedTissue& changed) const;
   static double add_cell(const CellView& cell, const double* displacements, double* scratch,
                          double* forces);
+  static double add_averaged(const CellView& cell, const double* dilatation, double* derivative);
   static void find_strains(const CellView& cell, const double* displacements, double* strains);
   std::vector<double> gathered(const Piece& piece, std::span<const double> displacements) const;
   double add_piece(const Piece& piece, std::span<const double> displacements, bool with_forces,
-                   const Viscosity& viscosity, std::vector<double>& forces) const;
+                   const Viscosity& viscosity, const ChangedTissue& changed,
+                   std::vector<double>& forces) const;
   void add_hold(std::span<const double> displacements, std::span<double> gradient,
                 double& energy) const;
   /// Visits the nodes of one of a pack's points: number of the piece, gradient.
@@ -116,6 +137,7 @@ class FiniteBody {
   double volume_ = 0.0;
   std::vector<Piece> pieces_;
   std::size_t points_ = 0;
+  std::vector<std::size_t> order_;          // of the region's points, as packs have them      (Q)
   std::vector<std::size_t> cell_begin_{0};  // packs of each cell                          (C + 1)
   std::vector<Lane> weights_;               // [m3]; 0 of what fills up a pack             (packs)
   std::vector<std::array<Lane, 4>> psi_;    // [m^-1.5]; empty: nothing is averaged        (packs)

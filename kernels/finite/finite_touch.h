@@ -5,6 +5,7 @@
 #include <span>
 
 #include "kernels/base/types.h"
+#include "kernels/finite/finite_body.h"
 #include "kernels/finite/finite_state.h"
 
 namespace viscera {
@@ -20,6 +21,11 @@ class FiniteTouch {
   virtual std::int32_t held() const = 0;
   /// Nodes with one number are turned together, so that Phi R = R Phi; -1: by themselves.    (N)
   virtual std::span<const int> groups() const = 0;
+  /// What has become of the tissue, to be asked once a step.
+  virtual const ChangedTissue& changed() const {
+    static const ChangedTissue nothing;
+    return nothing;
+  }
   /// From now on the factor is turned so.
   virtual void turn(const NodalRotations& rotations) = 0;
   /// Phi R P^-1 R^T Phi^T [m/N].                                          (3 cells) x (3 cells)

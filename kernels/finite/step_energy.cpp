@@ -4,8 +4,12 @@ namespace viscera {
 
 StepEnergy::StepEnergy(const FiniteBody& body, std::span<const double> masses,
                        const FiniteOptions& options, const Vec3& acceleration,
-                       const FiniteState& state)
-    : body_(body), masses_(masses), options_(options), acceleration_(acceleration) {
+                       const FiniteState& state, const ChangedTissue& changed)
+    : body_(body),
+      masses_(masses),
+      options_(options),
+      changed_(changed),
+      acceleration_(acceleration) {
   if (!options.dynamic) return;
   const auto n = static_cast<Eigen::Index>(state.displacements.size());
   aim_ = Eigen::Map<const VectorX>(state.displacements.data(), n) +
@@ -22,8 +26,8 @@ double StepEnergy::at(const VectorX& u, VectorX* gradient) {
     g = {gradient->data(), static_cast<std::size_t>(u.size())};
   }
   ++evaluations_;
-  double sum =
-      body_.energy({u.data(), static_cast<std::size_t>(u.size())}, g, workspace_, viscosity_);
+  double sum = body_.energy({u.data(), static_cast<std::size_t>(u.size())}, g, workspace_,
+                            viscosity_, changed_);
   if (!options_.dynamic && acceleration_.isZero(0.0)) return sum;
   const double rate = 1.0 / (options_.time_step * options_.time_step);
   for (std::size_t node = 0; node < masses_.size(); ++node) {

@@ -14,7 +14,7 @@ class StepEnergy {
  public:
   /// `masses` of the nodes [kg]; `acceleration` of the weight [m/s2]. All outlive it.
   StepEnergy(const FiniteBody& body, std::span<const double> masses, const FiniteOptions& options,
-             const Vec3& acceleration, const FiniteState& state);
+             const Vec3& acceleration, const FiniteState& state, const ChangedTissue& changed);
 
   /// Energy [J] at u (3 N), and its derivative [N] unless that is null.
   double at(const VectorX& u, VectorX* gradient);
@@ -24,6 +24,7 @@ class StepEnergy {
   const FiniteBody& body_;
   std::span<const double> masses_;
   const FiniteOptions& options_;
+  const ChangedTissue& changed_;
   Vec3 acceleration_;
   VectorX aim_;
   Strains strains_;

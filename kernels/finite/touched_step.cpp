@@ -45,7 +45,7 @@ class FiniteSolver::TouchedStep {
         touch_(touch),
         rotations_(rotations),
         energy_(*solver.body_, solver.masses_, solver.options_,
-                solver.options_.gravity + acceleration, state),
+                solver.options_.gravity + acceleration, state, touch.changed()),
         n_(static_cast<Eigen::Index>(state.displacements.size())),
         u_(Eigen::Map<const VectorX>(state.displacements.data(), n_)),
         load_(Eigen::Map<const VectorX>(state.loads.data(), n_)),

@@ -46,10 +46,16 @@ bool anything_harmed(const HeatBricks& bricks) {
   return false;
 }
 
+/// What a change makes of an organ: tissue at finite strain follows it by its energy.
+StiffnessUpdate update_of_change(const OrganModel& model, const TissueChange& change) {
+  if (model.finite) return energy_update(model.changeable.tissue, change, model.touchable);
+  return update_stiffness(model.changeable, change, model.touchable);
+}
+
 /// Computes what the asked change makes of an organ, beside the frames.
 void begin_update(OrganUpdate& update, const OrganBody& body, const TissueChange& asked) {
   update.next = std::async(std::launch::async, [model = body.model, tissue = asked] {
-                  return update_stiffness(model->changeable, tissue, model->touchable);
+                  return update_of_change(*model, tissue);
                 }).share();
 }
 
@@ -77,9 +83,10 @@ void look_at(World& world, Entity organ, const Bioheat& heat, std::uint64_t fram
   change->left_out = points.left_out;
   if (!worth_an_update(*change, region.tissue, points)) return;
   change->asked = {std::move(points.stiffness), std::move(points.shrinkage)};
-  change->due = frame + kSoonest +
-                static_cast<std::uint64_t>(
-                    update_cost(region, change->asked, body.model->touchable) / kPerFrame);
+  change->due = frame + kSoonest;
+  if (!body.model->finite)
+    change->due += static_cast<std::uint64_t>(
+        update_cost(region, change->asked, body.model->touchable) / kPerFrame);
   change->pending = true;
   begin_update(update, body, change->asked);
 }
@@ -120,6 +127,7 @@ void stiffen_organs(World& world, const FrameContext& context) {
     update.made_of = change.used;
     ++change.updates;
     world.find<OrganTouch>(organ)->solver->stiffen(update.update);
+    if (world.find<OrganBody>(organ)->model->finite) continue;
     FreeShape* shape = world.find<FreeShape>(organ);
     if (!shape) {
       shape = &world.all<FreeShape>().add(organ, level_shape(*world.find<OrganBody>(organ)->model));
@@ -161,8 +169,8 @@ void restored(World& world) {
     if (!change || change->used.stiffness.empty()) {
       update.update = nullptr;
     } else if (!update.update || !first_difference(update.made_of, change->used).empty()) {
-      update.update = std::make_shared<const StiffnessUpdate>(
-          update_stiffness(body.model->changeable, change->used, body.model->touchable));
+      update.update =
+          std::make_shared<const StiffnessUpdate>(update_of_change(*body.model, change->used));
       update.made_of = change->used;
     }
     use_update(world, organ, update.update);

@@ -82,6 +82,48 @@ TEST(TissueChanges, ABurntPlaceSinksAndIsStiffer) {
   EXPECT_GT(stiff, 1.1 * before);
 }
 
+TEST(TissueChanges, TissueAtFiniteStrainSinksAndStiffensAsLinearTissueDoes) {
+  // A slight burn; how the law follows small changes exactly stands in finite_body_test.
+  auto scene = burn_and_press(3.0);
+  auto linear = build(scene);
+  scene.organs[0].response = Response::kFinite;
+  auto finite = build(scene);
+  scene.organs[0].extras.set(NeverStiffens());
+  auto soft = build(scene);
+  ASSERT_TRUE(linear && finite && soft);
+  for (World* world : {linear.get(), finite.get(), soft.get()}) step_until(*world, 1.9);
+  EXPECT_GT(finite->all<OrganChange>()[0].updates, 1);
+  const double sunk = linear->all<OrganState>()[0].greatest_displacement;
+  EXPECT_NEAR(finite->all<OrganState>()[0].greatest_displacement / sunk, 1.0, 0.2);
+  EXPECT_LT(soft->all<OrganState>()[0].greatest_displacement, 0.1 * sunk);
+  for (World* world : {linear.get(), finite.get(), soft.get()}) step_until(*world, 2.6);
+  const double force = force_on(*linear, 1).z(), before = force_on(*soft, 1).z();
+  std::printf("sunk %.4f and %.4f mm, force %.4f and %.4f N, without %.4f N\n", 1e3 * sunk,
+              1e3 * finite->all<OrganState>()[0].greatest_displacement, force,
+              force_on(*finite, 1).z(), before);
+  EXPECT_NEAR(force_on(*finite, 1).z() / force, 1.0, 0.1);
+  EXPECT_GT(force_on(*finite, 1).z(), 1.1 * before);
+}
+
+TEST(TissueChanges, TissueAtFiniteStrainGoesOnFromASnapshotAndFromTheCacheWithTheSameBits) {
+  const TemporaryFolder folder;
+  setenv("VISCERA_CACHE", folder.path().c_str(), 1);
+  auto scene = burn_and_press(30.0);
+  scene.organs[0].response = Response::kFinite;
+  std::vector<std::string> warnings;
+  const auto make = [&] {
+    return build_world(scene, test_tissues(), {project_file("assets"), true}, no_progress(),
+                       warnings);
+  };
+  auto fresh = make(), cached = make();
+  unsetenv("VISCERA_CACHE");
+  ASSERT_TRUE(fresh && cached);
+  EXPECT_TRUE((*cached)->all<OrganBody>()[0].model->cache_hit);
+  for (World* world : {fresh->get(), cached->get()}) step_until(*world, 1.6);
+  ASSERT_GT((*fresh)->all<OrganChange>()[0].updates, 0);
+  EXPECT_EQ(StateHash().finish(**fresh), StateHash().finish(**cached));
+}
+
 TEST(TissueChanges, WithoutCurrentNothingIsPreparedOrKept) {
   auto world = build(burn_and_press(0.0));
   ASSERT_TRUE(world);

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "engine/features/coagulation/coagulation_keys.h"
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/gravity/gravity.h"
-#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/pulsation/pulsation.h"
 #include "kernels/finite/finite_solver.h"
 
@@ -23,15 +21,8 @@ bool is_finite(const OrganDescription& organ) {
   return organ.response == Response::kFinite && organ.deformable;
 }
 
-bool carries_current(const SceneDescription& scene) {
-  return std::ranges::any_of(scene.instruments, [](const InstrumentDescription& instrument) {
-    return std::ranges::any_of(instrument.path,
-                               [](const InstrumentKey& key) { return key.power > 0.0; });
-  });
-}
-
 /// What of the scene isn't a term of the energy yet.
-void check_organ(const SceneDescription& scene, const OrganDescription& organ,
+void check_organ(const OrganDescription& organ,
                  const std::function<void(const std::string&)>& wrong) {
   if (organ.formulation != "galerkin")
     wrong(fmt::format("formulation: found {} with response finite, expected galerkin",
@@ -51,17 +42,13 @@ void check_organ(const SceneDescription& scene, const OrganDescription& organ,
         "local");
   if (organ.extras.find<PulsationDescription>())
     wrong("pulsation: found it with response finite, expected none, or response linear");
-  if (stiffens(organ) && carries_current(scene))
-    wrong(
-        "stiffens: found true with response finite and a hook that carries current, expected "
-        "\"stiffens\": false, or response linear");
 }
 
 Result<void> check(const SceneDescription& scene, const std::map<std::string, Tissue>&) {
   Error mistakes;
   for (std::size_t o = 0; o < scene.organs.size(); ++o)
     if (is_finite(scene.organs[o]))
-      check_organ(scene, scene.organs[o], [&](const std::string& what) {
+      check_organ(scene.organs[o], [&](const std::string& what) {
         mistakes.messages.push_back(fmt::format("{}: organs/{}/{}", scene.file.string(), o, what));
       });
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);

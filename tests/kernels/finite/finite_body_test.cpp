@@ -166,6 +166,100 @@ TEST_P(FiniteBodyOf, TurningABodyTurnsItsForcesAndKeepsItsEnergy) {
   EXPECT_LT(distance(cube.gradient(turned), forces), 4.0 * kSingle * norm(forces));
 }
 
+TEST_P(FiniteBodyOf, TissueThatIsStifferAllOverHasItsEnergyAsManyTimes) {
+  const Cube cube = Cube::make(GetParam(), false);
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.03, 11);
+  const ChangedTissue changed = cube.finite.changed(
+      {.stiffness = std::vector<double>(cube.finite.points(), 3.0), .shrinkage = {}});
+  FiniteBody::Workspace workspace;
+  std::vector<double> forces(u.size(), 0.0), sound = cube.gradient(u);
+  const double energy = cube.finite.energy(u, forces, workspace, {}, changed);
+  EXPECT_NEAR(energy, 3.0 * cube.energy(u), 1e-12 * energy);
+  for (double& force : sound) force *= 3.0;
+  EXPECT_LT(distance(forces, sound), 1e-12 * norm(sound));
+}
+
+TEST_P(FiniteBodyOf, TissueThatHasShrunkAllOverRestsWhereItIsAsMuchSmaller) {
+  const Cube cube = Cube::make(GetParam(), false);
+  constexpr double kShrunk = 0.2;
+  const ChangedTissue changed = cube.finite.changed(
+      {.stiffness = {}, .shrinkage = std::vector<double>(cube.finite.points(), kShrunk)});
+  const std::vector<double> u = cube.moved([](const Vec3& x) { return Vec3((1 - kShrunk) * x); });
+  const std::vector<double> rest(u.size(), 0.0);
+  FiniteBody::Workspace workspace;
+  std::vector<double> there(u.size(), 0.0), before = there;
+  const double energy = cube.finite.energy(rest, before, workspace, {}, changed);
+  EXPECT_GT(energy, 10.0);
+  EXPECT_LT(std::abs(cube.finite.energy(u, there, workspace, {}, changed)), kSingle * energy);
+  EXPECT_LT(norm(there), kSingle * norm(before));
+}
+
+/// Some of it, here and there, within cells.
+TissueChange a_change(std::size_t points, double shrinkage) {
+  TissueChange change;
+  for (std::size_t q = 0; q < points; ++q) {
+    change.stiffness.push_back(1.0 + static_cast<double>(q % 5));
+    change.shrinkage.push_back(shrinkage * static_cast<double>(q % 7));
+  }
+  return change;
+}
+
+TEST_P(FiniteBodyOf, ChangedTissueOfSmallStrainsIsThatOfTheLinearBody) {
+  const Cube cube = Cube::make(GetParam());
+  const auto region = cube.system.region([](const Vec3&) { return true; });
+  ASSERT_TRUE(region);
+  const double scale = 1e-7;
+  const TissueChange change = a_change(cube.finite.points(), scale);
+  SymmetricBlockMatrix stiffness = cube.system.stiffness();
+  add_stiffness(*region, change.stiffness, stiffness);
+  std::vector<double> strains;
+  for (const double shrinkage : change.shrinkage) strains.push_back(-shrinkage);
+  const VectorX load = eigenstrain_load(*region, change.stiffness, strains);
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), scale, 16);
+  std::vector<double> linear(u.size()), forces(u.size(), 0.0);
+  stiffness.multiply(u, linear);
+  for (std::size_t i = 0; i < region->nodes.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      linear[3 * static_cast<std::size_t>(region->nodes[i]) + k] -=
+          load[static_cast<Eigen::Index>(3 * i + k)];
+  FiniteBody::Workspace workspace;
+  cube.finite.energy(u, forces, workspace, {}, cube.finite.changed(change));
+  EXPECT_LT(distance(forces, linear), 1e-5 * norm(linear));
+}
+
+TEST_P(FiniteBodyOf, ForcesOfChangedAndViscousTissueAreTheDerivativeOfItsEnergy) {
+  const Cube cube = Cube::make(GetParam());
+  const ChangedTissue changed = cube.finite.changed(a_change(cube.finite.points(), 0.03));
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.04, 12);
+  const Strains before = cube.finite.strains(random_vector(u.size(), 0.02, 13));
+  const Viscosity viscosity{1.2, before};
+  const std::vector<double> direction = random_vector(u.size(), 1.0, 14);
+  FiniteBody::Workspace workspace;
+  std::vector<double> g(u.size(), 0.0), ahead = u, behind = u;
+  cube.finite.energy(u, g, workspace, viscosity, changed);
+  double exact = 0.0;
+  const double step = 1e-6;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    exact += g[i] * direction[i];
+    ahead[i] += step * direction[i];
+    behind[i] -= step * direction[i];
+  }
+  const double difference = (cube.finite.energy(ahead, {}, workspace, viscosity, changed) -
+                             cube.finite.energy(behind, {}, workspace, viscosity, changed)) /
+                            (2.0 * step);
+  EXPECT_NEAR(difference, exact, 1e-7 * norm(g) * norm(direction));
+}
+
+TEST(FiniteBody, WhatIsNoChangeOfTissueCountsAsNone) {
+  const Cube cube = Cube::make(0.45);
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.03, 15);
+  const ChangedTissue changed = cube.finite.changed(
+      {.stiffness = {0.5, std::nan(""), 1.0}, .shrinkage = {-0.1, std::nan("")}});
+  FiniteBody::Workspace workspace;
+  EXPECT_NEAR(cube.finite.energy(u, {}, workspace, {}, changed), cube.energy(u),
+              1e-12 * cube.energy(u));
+}
+
 INSTANTIATE_TEST_SUITE_P(PoissonsRatio, FiniteBodyOf, testing::Values(0.3, 0.45, 0.49),
                          [](const auto& info) {
                            return "Of" + std::to_string(static_cast<int>(100 * info.param));
