@@ -65,7 +65,7 @@ Result<FiniteSolver> FiniteSolver::prepared(std::shared_ptr<const FiniteBody> bo
   FiniteSolver solver;
   solver.options_ = options;
   for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
-  solver.compact_ = std::make_shared<CompactFactor>(factor->pack());
+  if (options.dynamic) solver.compact_ = std::make_shared<CompactFactor>(factor->pack());
   solver.factor_ = std::move(factor);
   solver.body_ = std::move(body);
   return solver;

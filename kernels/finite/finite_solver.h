@@ -20,6 +20,7 @@
 #include "kernels/finite/finite_state.h"
 #include "kernels/finite/grip_touch.h"
 #include "kernels/finite/warped_factor.h"
+#include "kernels/paff/compact_factor.h"
 #include "kernels/paff/stiffness_factor.h"
 
 namespace viscera {
@@ -82,9 +83,9 @@ class FiniteSolver {
   const FiniteOptions& options() const { return options_; }
   /// Of the body at rest with what a step adds to it.
   const std::shared_ptr<const StiffnessFactor>& factor() const { return factor_; }
-  const CompactFactor& preconditioner() const { return *compact_; }
   std::size_t memory_bytes() const {
-    return body_->memory_bytes() + factor_->factor_bytes() + compact_->memory_bytes();
+    return body_->memory_bytes() + factor_->factor_bytes() +
+           (compact_ ? compact_->memory_bytes() : 0);
   }
 
  private:
@@ -99,6 +100,8 @@ class FiniteSolver {
 
   std::shared_ptr<const FiniteBody> body_;
   std::shared_ptr<const StiffnessFactor> factor_;
+  /// The same in sixteen bits, where mass keeps its softest ways within a thousandth of its
+  /// stiffest; null at equilibrium, where a slender body's are softer than sixteen bits tell.
   std::shared_ptr<const CompactFactor> compact_;
   std::vector<double> masses_;  // [kg]                                                          (N)
   FiniteOptions options_;

@@ -32,18 +32,4 @@ Mat3 polar_rotation(const Mat3& f) {
   return svd.matrixU() * sign * svd.matrixV().transpose();
 }
 
-void apply_warped(const CompactFactor& factor, const NodalRotations& rotations,
-                  std::span<const double> g, std::span<double> out) {
-  const std::size_t nodes = rotations.size() / 9;
-  std::vector<double> turned(g.size());
-  for (std::size_t node = 0; node < nodes; ++node)
-    Vec3::Map(turned.data() + 3 * node).noalias() =
-        rotation_of(rotations, node).transpose() * Vec3::Map(g.data() + 3 * node);
-  factor.apply(turned, out);
-  for (std::size_t node = 0; node < nodes; ++node) {
-    const Vec3 z = rotation_of(rotations, node) * Vec3::Map(out.data() + 3 * node);
-    Vec3::Map(out.data() + 3 * node) = z;
-  }
-}
-
 }  // namespace viscera
