@@ -40,7 +40,8 @@ void Sentinel::keep(const World& world) {
 
 void Sentinel::look(World& world, const Stage& stage, FrameReport& report) {
   for (const StateType& type : world.state_types())
-    if (std::ranges::find(stage.changes, type.name) != stage.changes.end())
+    if (type.strays.become != Strays::Become::kUnwatched &&
+        std::ranges::find(stage.changes, type.name) != stage.changes.end())
       look(world, stage, type, report);
 }
 

@@ -23,7 +23,7 @@ struct Strays {
     kZero,
     kAsBefore,   ///< all states of the type are those of the step's start: small ones, that mean
                  ///< something by themselves
-    kUnwatched,  ///< who owns the state sees to it
+    kUnwatched,  ///< who owns the state sees to it; other threads may be writing it
   };
   Become become = Become::kZero;
   /// What has to be done besides, before; null: nothing.

@@ -239,6 +239,7 @@ void HapticTools::collect_events() {
 }
 
 HapticTools::State HapticTools::state() const {
+  if (clock_ == ServoClock::kRealTime) return {};
   State state;
   for (const HapticTool& tool : tools_) {
     State::Tool one;

@@ -104,7 +104,8 @@ class HapticTools {
   /// What the hands feel -> InstrumentContact and CellRange, in place of what contact found.
   void take_felt_forces(World& world, double dt);
 
-  /// All of it in lockstep, between ticks, of devices that can be saved.
+  /// All of it in lockstep, between ticks, of devices that can be saved; none of it in real time,
+  /// where the servos' threads write it.
   struct State {
     struct Tool {
       ServoTick::State servo;

@@ -239,6 +239,26 @@ TEST(HapticTools, LockstepGivesTheSameStateEveryTime) {
   EXPECT_EQ(hash_until(*first, 2.0), hash_until(*second, 2.0));
 }
 
+TEST(HapticTools, TheFrameReadsNothingThatServosWriteInRealTime) {
+  auto world = held(held_probe(Response::kLocal), {ServoClock::kRealTime, 0.0, true});
+  ASSERT_TRUE(world);
+  Trace trace(stage_names());
+  for (int frame = 0; frame < 10; ++frame) step_frame(*world, trace);
+  EXPECT_TRUE(servos_of(*world)->state().tools.empty());
+  EXPECT_FALSE(world->state_hash().empty());
+  servos_of(*world)->stop();
+}
+
+TEST(HapticTools, TheSentinelLeavesServosToTheirOwnGates) {
+  auto world = held(held_probe(Response::kLocal));
+  ASSERT_TRUE(world);
+  Trace trace(stage_names());
+  step_frame(*world, trace);
+  servos_of(*world)->tools().front().agreement.felt = std::nan("");
+  const FrameReport report = step_frame(*world, trace);
+  EXPECT_TRUE(report.strays.empty()) << report.strays.front();
+}
+
 TEST(HapticTools, ARecordingReplaysToTheSameForces) {
   const TemporaryFolder folder;
   SceneDescription scene = held_probe(Response::kLocal);
