@@ -34,7 +34,7 @@ void keep_finite(const FiniteParts& parts, CacheArrays& arrays);
 /// None where there is none, or not of a piece.
 std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t nodes);
 
-/// Of the points and a step's factor [bytes].
+/// Of the body, and of a step's factor of so many numbers in both its forms [bytes].
 std::size_t finite_bytes(std::size_t nodes, std::size_t factor_entries);
 
 }  // namespace viscera

@@ -100,8 +100,8 @@ class FiniteSolver {
 
   std::shared_ptr<const FiniteBody> body_;
   std::shared_ptr<const StiffnessFactor> factor_;
-  /// The same in sixteen bits, where mass keeps its softest ways within a thousandth of its
-  /// stiffest; null at equilibrium, where a slender body's are softer than sixteen bits tell.
+  /// The same in sixteen bits; null at equilibrium, where no mass stiffens what a slender body does
+  /// most easily: sixteen bits missed a bar's sag there by 5 %.
   std::shared_ptr<const CompactFactor> compact_;
   std::vector<double> masses_;  // [kg]                                                          (N)
   FiniteOptions options_;

@@ -11,6 +11,7 @@
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/pulsation/pulsation.h"
+#include "engine/organ/finite_parts.h"
 #include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
 #include "kernels/contact/finite_contact.h"
@@ -322,6 +323,16 @@ TEST(Finite, WhatItCantCarryYetIsRefusedByName) {
   scene = sound;
   scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
   refused(scene, "displacement_storage: found half with response finite");
+}
+
+TEST(Finite, TheGuardOfMemoryKnowsWhatABodyTakes) {
+  const auto world = build(lifted_bar(Response::kFinite, Vec3(0, 0, 10e-3)));
+  ASSERT_TRUE(world);
+  const FiniteSolver& solver = *world->all<OrganBody>()[0].model->finite;
+  const std::size_t expected =
+      finite_bytes(solver.body().nodes(), solver.factor()->factor_bytes() / sizeof(float));
+  EXPECT_LE(solver.memory_bytes(), expected);
+  EXPECT_GT(2 * solver.memory_bytes(), expected);
 }
 
 }  // namespace

@@ -15,8 +15,6 @@ namespace {
 /// Turns of all organs of a group that tools press, at most. Tools at two organs some centimetres
 /// apart settle to a thousandth in two.
 constexpr int kRounds = 5;
-/// The same where a turn is a step at finite strain, which takes as long as a frame may.
-constexpr int kRoundsInSteps = 2;
 /// Springs' forces that change less than this, over the greatest, are settled; where a turn is a
 /// step at finite strain, whose own forces err by as much, the second holds.
 constexpr double kSettled = 1e-5, kSettledInSteps = 1e-3;
@@ -209,7 +207,7 @@ class GroupSolve {
       return !is_frozen(world_, organ) && !follows(organ);
     });
     answered_.assign(group_.size(), false);
-    for (int round = 0; round < (turns > 1 ? (steps_ ? kRoundsInSteps : kRounds) : 1); ++round) {
+    for (int round = 0; round < (turns > 1 ? kRounds : 1); ++round) {
       double greatest = 0.0, change = 0.0;
       for (std::size_t i = 0; i < group_.size(); ++i) {
         if (is_frozen(world_, group_[i]) || follows_[i]) continue;
