@@ -120,7 +120,7 @@ class RunCommand {
       std::cerr << fmt::format("stopped at {:.2f} s of {:.2f} s; what was written is whole\n",
                                report.duration_s, scene.duration);
     std::cerr << fmt::format(
-        "{}: {:.1f} s simulated, {:.1f} x real time without rendering, {:.1f} s in all; see {}\n",
+        "{}: {:.1f} s simulated, {:.2f} x real time without rendering, {:.1f} s in all; see {}\n",
         scene.name, report.duration_s, report.real_time_factor, report.prepare_s + report.wall_s,
         (options_.out / "review.html").string());
   }
