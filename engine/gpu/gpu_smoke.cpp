@@ -156,7 +156,7 @@ void GpuSmoke::survey() {
                   {{0, &now_.positions}, {1, &now_.velocities}}, {{2, &extent_}});
   queue_.make_readable();
   const std::vector<std::uint32_t> words = extent_.download<std::uint32_t>(0, kBoxWords);
-  survey_.emplace();
+  survey_ = Survey();
   // What a failed device answers is no box, and a grid would be laid over it.
   if (particles_ == 0 || !watch_.is_well()) {
     survey_->box.extend(Vec3f::Zero().eval());

@@ -18,7 +18,7 @@ namespace {
 /// sampling.
 constexpr int kPreparationVersion = 3;
 /// The same of what tissue at finite strain has besides.
-constexpr int kFiniteVersion = 2;
+constexpr int kFiniteVersion = 3;
 constexpr const char* kChange = "change_";  // before the names of its arrays
 
 void hash_vector(Hasher& hasher, const Vec3& v) {

@@ -142,6 +142,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   problem.material = model.material;
   problem.is_fixed = [&](const Vec3& x) { return in_any(organ.fixed, x); };
   problem.most_memory = options.most_memory;
+  problem.few_points = organ.response == Response::kFinite;
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());

@@ -54,8 +54,10 @@ Result<std::unique_ptr<LiftedBody>> LiftedBody::prepare(const LiftedBodyOptions&
       [&](const Vec3&) { return options.spacing; }, {}, silent());
   if (!cloud) return std::unexpected(cloud.error());
   lifted->body_.cloud = std::move(*cloud);
-  auto system = GalerkinSystem::assemble(lifted->body_.problem(options.material, shape.is_held),
-                                         galerkin_formulation().support_factor(), silent());
+  ElasticProblem problem = lifted->body_.problem(options.material, shape.is_held);
+  problem.few_points = true;  // as organs at finite strain are prepared
+  auto system =
+      GalerkinSystem::assemble(problem, galerkin_formulation().support_factor(), silent());
   if (!system) return std::unexpected(system.error());
   lifted->system_ = std::make_unique<GalerkinSystem>(std::move(*system));
   auto region = lifted->system_->region([](const Vec3&) { return true; });
@@ -96,8 +98,8 @@ Result<std::unique_ptr<LiftedBody>> LiftedBody::prepare(const LiftedBodyOptions&
   return lifted;
 }
 
-GripTouch LiftedBody::held_at(const Vec3& moved) const {
-  return GripTouch(grip_, std::vector<Vec3>(grip_.rows.points(), moved));
+GripTouch LiftedBody::held_at(const Vec3& moved, const FiniteStep& last) const {
+  return GripTouch(grip_, std::vector<Vec3>(grip_.rows.points(), moved), last.forces);
 }
 
 Vec3 LiftedBody::force(const FiniteStep& step) {

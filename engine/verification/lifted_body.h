@@ -26,7 +26,7 @@ class LiftedBody {
   LiftedBody& operator=(const LiftedBody&) = delete;
 
   /// The grip moved to this displacement [m], not turned.
-  GripTouch held_at(const Vec3& moved) const;
+  GripTouch held_at(const Vec3& moved, const FiniteStep& last = {}) const;
   /// Sum of the forces on the tissue at the held points [N].
   static Vec3 force(const FiniteStep& step);
   /// The force on the grip of the linear body that is moved so [N].

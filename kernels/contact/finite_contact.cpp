@@ -244,17 +244,26 @@ void FiniteContact::add_loads(const VectorX& forces, VectorX& loads) const {
     loads.segment<3>(3 * nodes_[n]) += nodal.col(static_cast<Eigen::Index>(n));
 }
 
+std::optional<VectorX> FiniteContact::standing() const {
+  if (greatest(start_.loads) == 0.0) return VectorX(VectorX::Zero(at(cells_.size())));
+  if (cells_.empty() || start_forces_.size() != cells_.size() || state_.places != start_places_)
+    return std::nullopt;
+  return VectorX(Eigen::Map<const VectorX>(start_forces_.front().data(), at(cells_.size())));
+}
+
 /// Cells that were there when the last step ended were where that left them, with what is finer
 /// than places. What a spring's end is wanted at it need never reach.
 double FiniteContact::begin(const VectorX& displaced) {
-  const bool known = start_displacements_.size() == start_places_.size();
+  const std::vector<Place>& places = so_far_ ? so_far_places_ : start_places_;
+  const std::vector<Vec3>& displacements = so_far_ ? state_.displacements : start_displacements_;
+  const bool known = displacements.size() == places.size();
   double most = 0.0;
   begun_.clear();
   for (std::size_t k = 0; k < cells_.size(); ++k) {
-    const auto last = std::ranges::find(start_places_, state_.places[k]);
+    const auto last = std::ranges::find(places, state_.places[k]);
     const Vec3 here =
-        known && last != start_places_.end()
-            ? start_displacements_[static_cast<std::size_t>(last - start_places_.begin())]
+        known && last != places.end()
+            ? displacements[static_cast<std::size_t>(last - places.begin())]
             : Vec3(displaced.segment<3>(at(k)));
     begun_.push_back(here);
     const ContactCell& cell = cells_[k];
@@ -290,6 +299,7 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
 // --- steps ---------------------------------------------------------------------------------------
 
 void FiniteContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
+  so_far_.reset();
   changed_ = update ? body_.solver.body().changed(update->change) : ChangedTissue();
   PatchContact::stiffen(std::move(update));
 }
@@ -298,6 +308,8 @@ void FiniteContact::begin_step(const Vec3& acceleration) {
   start_ = state_.motion;
   start_places_ = state_.places;
   start_displacements_ = state_.displacements;
+  start_forces_ = state_.forces;
+  so_far_.reset();
   acceleration_ = acceleration;
   told_ = {};
 }
@@ -315,12 +327,14 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
   if (!sound) return;
   state_.motion = start_;
   if (!cells.empty()) see_places(cells, true);
+  if (cells.empty() || state_.places != so_far_places_) so_far_.reset();
   cells_ = cells;
   backing_ = backing;
   solution_ = &solution;
   answer_ = &response;
-  told_ = body_.solver.step(*this, state_.motion, acceleration_);
+  told_ = body_.solver.step(*this, state_.motion, acceleration_, &so_far_);
   cells_ = {};
+  so_far_places_ = state_.places;
   if (!told_.answered || told_.lost) {
     solution.converged = false;
     solution.forces.assign(cells.size(), Vec3::Zero());

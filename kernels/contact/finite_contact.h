@@ -8,6 +8,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -88,6 +89,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   VectorX displaced(const VectorX& u) const override;
   VectorX answer_to(const VectorX& forces) const override;
   void add_loads(const VectorX& forces, VectorX& loads) const override;
+  std::optional<VectorX> standing() const override;
   double begin(const VectorX& displaced) override;
   bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) override;
 
@@ -97,7 +99,10 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   // Where the step began.
   FiniteState start_;
   std::vector<Place> start_places_;
-  std::vector<Vec3> start_displacements_;
+  std::vector<Vec3> start_displacements_, start_forces_;
+  // Where it has come, if anything touched it, and on which cells.
+  std::optional<StepSoFar> so_far_;
+  std::vector<Place> so_far_places_;
   FiniteStep told_;
 
   // What follows from the state's places; seen from the tissue, unturned.

@@ -18,6 +18,9 @@ inline constexpr double kLongestWay = 6e-3;
 /// by.
 inline constexpr double kArmijo = 1e-4, kSlack = 2e-6;
 inline constexpr int kMostTrials = 6;
+/// Where a further iteration would gain no more than this share of the energy, the step's other
+/// start isn't asked for: it could save no more.
+inline constexpr double kSureStart = 1e-2;
 /// A step shorter than this says that the pairs of before don't fit.
 inline constexpr double kShortest = 0.1;
 /// A step that changes what the factor makes of the gradient by a smaller share is the last: some

@@ -110,9 +110,9 @@ Grip FiniteSolver::grip(HeldRows rows) const {
   return grip;
 }
 
-bool FiniteSolver::turn_nodes(std::span<const int> groups, std::size_t group_count,
-                              const FiniteState& state, NodalRotations& rotations) const {
-  rotations = state.rotations;
+NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups, std::size_t group_count,
+                                          const FiniteState& state) const {
+  NodalRotations rotations = state.rotations;
   const std::size_t nodes = body_->nodes();
   if (state.steps_since_warp >= kStepsAWarp) {
     const std::vector<Mat3> means = body_->mean_gradients(state.displacements);
@@ -124,7 +124,7 @@ bool FiniteSolver::turn_nodes(std::span<const int> groups, std::size_t group_cou
       Eigen::Map<Mat3>(rotations.data() + 9 * node) =
           groups[node] >= 0 ? of_group[static_cast<std::size_t>(groups[node])]
                             : polar_rotation(means[node]);
-    return true;
+    return rotations;
   }
   // What is newly held turns as its first node does until rotations are taken anew.
   std::vector<int> first(group_count, -1);
@@ -135,7 +135,7 @@ bool FiniteSolver::turn_nodes(std::span<const int> groups, std::size_t group_cou
     const Mat3 shared = rotation_of(rotations, static_cast<std::size_t>(of));
     Eigen::Map<Mat3>(rotations.data() + 9 * node) = shared;
   }
-  return false;
+  return rotations;
 }
 
 void FiniteSolver::finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,

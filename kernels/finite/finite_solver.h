@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -50,6 +51,14 @@ struct FiniteStep {
   std::vector<Vec3> forces;  ///< on the tissue at the cells [N]
 };
 
+/// Where a step has come, for the same step with other conditions to go on from.
+struct StepSoFar {
+  VectorX displacements;  ///<                                                              (3 N)
+  VectorX forces;         ///< on the cells, with which they are at rest
+  NodalRotations rotations;
+  std::shared_ptr<const Strains> strains;  ///< as the step began; null: it has no viscosity
+};
+
 class FiniteSolver {
  public:
   /// Factors what preconditions: the body at rest with viscosity and mass. `volumes`: of the nodes,
@@ -73,9 +82,11 @@ class FiniteSolver {
   Grip grip(HeldRows rows) const;
 
   /// One step of a body that anything touches, under a weight of `acceleration` besides that of the
-  /// options [m/s2]. On failure the state is as it was, without velocity.
-  FiniteStep step(FiniteTouch& touch, FiniteState& state,
-                  const Vec3& acceleration = Vec3::Zero()) const;
+  /// options [m/s2]. On failure the state is as it was, without velocity. `so_far`, unless null,
+  /// is set to where the step came, or to none; if it holds where this step has come, from the same
+  /// state and on the same cells, the step goes on from there.
+  FiniteStep step(FiniteTouch& touch, FiniteState& state, const Vec3& acceleration = Vec3::Zero(),
+                  std::optional<StepSoFar>* so_far = nullptr) const;
   /// The same where nothing does.
   FiniteStep step(FiniteState& state, const Vec3& acceleration = Vec3::Zero()) const;
 
@@ -91,9 +102,9 @@ class FiniteSolver {
  private:
   class TouchedStep;
   FiniteSolver() = default;
-  /// Rotations for this step, those of a group's nodes the same. True: taken anew.
-  bool turn_nodes(std::span<const int> groups, std::size_t group_count, const FiniteState& state,
-                  NodalRotations& rotations) const;
+  /// Rotations for this step, those of a group's nodes the same.
+  NodalRotations turned_nodes(std::span<const int> groups, std::size_t group_count,
+                              const FiniteState& state) const;
   /// The state after a step that ended at u.
   void finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,
               FiniteState& state) const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "kernels/base/types.h"
@@ -35,6 +36,9 @@ class FiniteTouch {
   virtual VectorX answer_to(const VectorX& forces) const = 0;
   /// Adds Phi^T f to nodal loads [N].                                                     (3 N)
   virtual void add_loads(const VectorX& forces, VectorX& loads) const = 0;
+  /// Forces on these cells whose loads are all that the state has (FiniteState::loads), so that
+  /// nothing need be solved for to know their answer; none: they aren't known.
+  virtual std::optional<VectorX> standing() const { return std::nullopt; }
   /// A step begins where the nodes have the cells at `displaced`, what is finer not among it. How
   /// far what is wanted of a cell is from where it is, at most [m].
   virtual double begin(const VectorX& displaced) = 0;

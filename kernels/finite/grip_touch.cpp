@@ -20,10 +20,15 @@ void HeldRows::add(std::span<const int> point_nodes, std::span<const double> poi
   begin.push_back(nodes.size());
 }
 
-GripTouch::GripTouch(const Grip& grip, std::span<const Vec3> displacements)
+GripTouch::GripTouch(const Grip& grip, std::span<const Vec3> displacements,
+                     std::span<const Vec3> last)
     : grip_(grip), wanted_(3 * static_cast<Eigen::Index>(grip.rows.points())) {
   for (std::size_t p = 0; p < cells(); ++p)
     wanted_.segment<3>(static_cast<Eigen::Index>(3 * p)) = displacements[p];
+  if (last.size() != cells()) return;
+  last_.resize(wanted_.size());
+  for (std::size_t p = 0; p < cells(); ++p)
+    last_.segment<3>(static_cast<Eigen::Index>(3 * p)) = last[p];
 }
 
 /// Y = R P^-1 Phi^T R_grip^T, and Phi Y.

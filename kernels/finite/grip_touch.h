@@ -27,8 +27,9 @@ struct Grip {
 
 class GripTouch : public FiniteTouch {
  public:
-  /// Takes the points, each to its displacement [m]. The grip outlives it.
-  GripTouch(const Grip& grip, std::span<const Vec3> displacements);
+  /// Takes the points, each to its displacement [m]. `last`: FiniteStep::forces of the step before,
+  /// if the same grip held the body then and nothing else did. The grip outlives it.
+  GripTouch(const Grip& grip, std::span<const Vec3> displacements, std::span<const Vec3> last = {});
 
   std::size_t cells() const override { return grip_.rows.points(); }
   std::int32_t held() const override { return static_cast<std::int32_t>(cells()); }
@@ -38,12 +39,15 @@ class GripTouch : public FiniteTouch {
   VectorX displaced(const VectorX& u) const override;
   VectorX answer_to(const VectorX& forces) const override { return columns_ * forces; }
   void add_loads(const VectorX& forces, VectorX& loads) const override;
+  std::optional<VectorX> standing() const override {
+    return last_.size() > 0 ? std::optional(last_) : std::nullopt;
+  }
   double begin(const VectorX& displaced) override;
   bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) override;
 
  private:
   const Grip& grip_;
-  VectorX wanted_, begun_;
+  VectorX wanted_, last_, begun_;
   MatrixX columns_, response_;  // of the turned factor
 };
 

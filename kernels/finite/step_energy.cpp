@@ -4,19 +4,21 @@ namespace viscera {
 
 StepEnergy::StepEnergy(const FiniteBody& body, std::span<const double> masses,
                        const FiniteOptions& options, const Vec3& acceleration,
-                       const FiniteState& state, const ChangedTissue& changed)
+                       const FiniteState& state, const ChangedTissue& changed,
+                       std::shared_ptr<const Strains> strains)
     : body_(body),
       masses_(masses),
       options_(options),
       changed_(changed),
-      acceleration_(acceleration) {
+      acceleration_(acceleration),
+      strains_(std::move(strains)) {
   if (!options.dynamic) return;
   const auto n = static_cast<Eigen::Index>(state.displacements.size());
   aim_ = Eigen::Map<const VectorX>(state.displacements.data(), n) +
          options.time_step * Eigen::Map<const VectorX>(state.velocities.data(), n);
   if (options.viscous_time == 0.0) return;
-  strains_ = body.strains(state.displacements);
-  viscosity_ = {options.viscous_time / options.time_step, strains_};
+  if (!strains_) strains_ = std::make_shared<const Strains>(body.strains(state.displacements));
+  viscosity_ = {options.viscous_time / options.time_step, *strains_};
 }
 
 double StepEnergy::at(const VectorX& u, VectorX* gradient) {

@@ -1,6 +1,7 @@
 // What a step of a body at finite strain minimises.
 #pragma once
 
+#include <memory>
 #include <span>
 
 #include "kernels/base/types.h"
@@ -12,13 +13,17 @@ namespace viscera {
 /// with u~ = u_n + dt v_n; of one step, that from `state` on.
 class StepEnergy {
  public:
-  /// `masses` of the nodes [kg]; `acceleration` of the weight [m/s2]. All outlive it.
+  /// `masses` of the nodes [kg]; `acceleration` of the weight [m/s2]; `strains` of an earlier one of
+  /// the same step, or null. All outlive it.
   StepEnergy(const FiniteBody& body, std::span<const double> masses, const FiniteOptions& options,
-             const Vec3& acceleration, const FiniteState& state, const ChangedTissue& changed);
+             const Vec3& acceleration, const FiniteState& state, const ChangedTissue& changed,
+             std::shared_ptr<const Strains> strains = nullptr);
 
   /// Energy [J] at u (3 N), and its derivative [N] unless that is null.
   double at(const VectorX& u, VectorX* gradient);
   int evaluations() const { return evaluations_; }
+  /// As the step began; null: nothing asks for them.
+  const std::shared_ptr<const Strains>& strains() const { return strains_; }
 
  private:
   const FiniteBody& body_;
@@ -27,7 +32,7 @@ class StepEnergy {
   const ChangedTissue& changed_;
   Vec3 acceleration_;
   VectorX aim_;
-  Strains strains_;
+  std::shared_ptr<const Strains> strains_;
   Viscosity viscosity_;
   FiniteBody::Workspace workspace_;
   int evaluations_ = 0;

@@ -4,7 +4,9 @@
 // contact finds the forces f, and the step is p = H (Phi^T f - g).
 //
 // A step begins by going where the last one's loads would have it: the same with those loads in
-// place of the gradient, which costs no evaluation and brings the cells where they are wanted.
+// place of the gradient, which costs no evaluation and brings the cells where they are wanted. It
+// begins from where it was going; from where it stood only where that may be better by more than
+// the iterations don't see.
 #include <algorithm>
 #include <cmath>
 
@@ -29,6 +31,7 @@ class Untouched final : public FiniteTouch {
   void add_loads(const VectorX&, VectorX&) const override {}
   double begin(const VectorX&) override { return 0.0; }
   bool solve(const VectorX&, const MatrixX&, double, VectorX&) override { return true; }
+  std::optional<VectorX> standing() const override { return VectorX(); }
 
  private:
   std::vector<int> groups_;
@@ -39,33 +42,56 @@ class Untouched final : public FiniteTouch {
 
 class FiniteSolver::TouchedStep {
  public:
+  /// From `state`; of a step that goes on, from where that had come.
   TouchedStep(const FiniteSolver& solver, FiniteTouch& touch, const Vec3& acceleration,
-              const FiniteState& state, const NodalRotations& rotations)
+              const FiniteState& state, const NodalRotations& rotations, const StepSoFar* so_far)
       : solver_(solver),
         touch_(touch),
         rotations_(rotations),
         energy_(*solver.body_, solver.masses_, solver.options_,
-                solver.options_.gravity + acceleration, state, touch.changed()),
+                solver.options_.gravity + acceleration, state, touch.changed(),
+                so_far ? so_far->strains : nullptr),
         n_(static_cast<Eigen::Index>(state.displacements.size())),
-        u_(Eigen::Map<const VectorX>(state.displacements.data(), n_)),
-        load_(Eigen::Map<const VectorX>(state.loads.data(), n_)),
-        y_(first_guess(load_)) {}
+        goes_on_(so_far != nullptr) {
+    if (so_far) {
+      u_ = so_far->displacements;
+      forces_ = so_far->forces;
+      return;
+    }
+    u_ = Eigen::Map<const VectorX>(state.displacements.data(), n_);
+    if (const auto standing = touch.standing())
+      forces_ = *standing;
+    else
+      y_ = first_guess(Eigen::Map<const VectorX>(state.loads.data(), n_));
+  }
 
   /// False: the conditions had no answer.
   bool run(int parts, int most, const FiniteState& state, FiniteStep& told) {
     for (int part = 1; part <= parts; ++part) {
       share_ = static_cast<double>(part) / parts;
-      if (part == 1 && solver_.options_.dynamic ? !start(state) : !start_here()) return false;
+      Start still;
+      if (part == 1 && solver_.options_.dynamic && !goes_on_) {
+        still = {u_, forces_, y_};
+        u_ += solver_.options_.time_step * Eigen::Map<const VectorX>(state.velocities.data(), n_);
+      }
+      if (!start_here()) return false;
       told.iterations = 0;
-      if (!descend(most, told)) return false;
+      if (!descend(most, std::move(still), told)) return false;
     }
     told.energy = value_;
+    stood_ = forces_;
     return told.converged || take_stock(told);
   }
 
   const VectorX& u() const { return u_; }
-  const VectorX& loads() const { return load_; }
   const VectorX& forces() const { return forces_; }
+  VectorX loads() const {
+    VectorX load = VectorX::Zero(n_);
+    if (touch_.cells() > 0) touch_.add_loads(forces_, load);
+    return load;
+  }
+  /// To go on from.
+  StepSoFar so_far() const { return {u_, stood_, rotations_, energy_.strains()}; }
   double value() const { return value_; }
   int evaluations() const { return energy_.evaluations(); }
 
@@ -97,47 +123,27 @@ class FiniteSolver::TouchedStep {
     return true;
   }
 
-  /// From u, where the loads of before, load_ with y_ = H load_, are at rest.
+  /// Displacements that are at rest with these forces on the cells; where the cells have changed
+  /// since, with the loads of which the factor makes y.
   struct Start {
-    VectorX u, g, forces, load, y;
-    double value = 0.0;
+    VectorX u, forces, y;
   };
-  enum class With { kValue, kGradient };
-  bool begin_at(VectorX u, With with, Start& start) {
-    if (!answer(touch_.displaced(u - y_), {}, start.forces, start.load, start.y)) return false;
-    start.u = std::move(u);
-    start.u += start.y - y_;
-    start.value = energy_.at(start.u, with == With::kGradient ? &start.g : nullptr);
-    return true;
-  }
-  void take(Start start) {
-    u_ = std::move(start.u);
-    g_ = std::move(start.g);
-    forces_ = std::move(start.forces);
-    load_ = std::move(start.load);
-    y_ = std::move(start.y);
-    value_ = start.value;
-  }
+  /// From u_ to where the forces are at rest that the conditions ask for.
   bool start_here() {
-    Start here;
-    if (!begin_at(u_, With::kGradient, here)) return false;
-    take(std::move(here));
-    return true;
-  }
-  /// Where it was going, or where it stood: the one of less energy. Mostly the first.
-  bool start(const FiniteState& state) {
-    Start moving, still;
-    if (!begin_at(u_ + solver_.options_.time_step *
-                           Eigen::Map<const VectorX>(state.velocities.data(), n_),
-                  With::kGradient, moving) ||
-        !begin_at(u_, With::kValue, still))
-      return false;
-    if (!(still.value <= moving.value)) {
-      take(std::move(moving));
-      return true;
+    VectorX forces;
+    if (touch_.cells() == 0) {
+      if (y_.size() > 0) u_ -= y_;
+    } else if (y_.size() > 0) {
+      if (!touch_.solve(touch_.displaced(u_ - y_), {}, share_, forces)) return false;
+      u_ += touch_.answer_to(forces) - y_;
+    } else {
+      if (!touch_.solve(touch_.displaced(u_) - touch_.response() * forces_, {}, share_, forces))
+        return false;
+      u_ += touch_.answer_to(forces - forces_);
     }
-    still.value = energy_.at(still.u, &still.g);
-    take(std::move(still));
+    y_.resize(0);
+    forces_ = std::move(forces);
+    value_ = energy_.at(u_, &g_);
     return true;
   }
 
@@ -160,14 +166,36 @@ class FiniteSolver::TouchedStep {
     return true;
   }
 
-  /// Quasi-Newton steps. False: the conditions had no answer.
-  bool descend(int most, FiniteStep& told) {
+  /// Begins at `other` instead where less energy is.
+  bool start_at_less(Start other) {
+    const VectorX u = u_, g = g_, forces = forces_;
+    const double value = value_;
+    u_ = std::move(other.u);
+    forces_ = std::move(other.forces);
+    y_ = std::move(other.y);
+    if (!start_here()) return false;
+    if (value_ <= value) return true;
+    u_ = u;
+    g_ = g;
+    forces_ = forces;
+    value_ = value;
+    return true;
+  }
+
+  /// Quasi-Newton steps; from `other`, unless that is empty, if less energy is there. False: the
+  /// conditions had no answer.
+  bool descend(int most, Start other, FiniteStep& told) {
     SecantPairs pairs;
     VectorX z = first_guess(g_);
     z_.resize(0);
     Way way;
     for (int i = 0; i < most; ++i) {
       if (!find_way(z, pairs, way)) return false;
+      if (i == 0 && other.u.size() > 0 && !(-0.5 * way.slope <= kSureStart * std::abs(value_))) {
+        if (!start_at_less(std::move(other))) return false;
+        z = first_guess(g_);
+        if (!find_way(z, pairs, way)) return false;
+      }
       if (!(way.slope < 0.0) && pairs.size() > 0) {
         pairs.clear();
         if (!find_way(z, pairs, way)) return false;
@@ -209,8 +237,6 @@ class FiniteSolver::TouchedStep {
 
   void keep(const Way& way) {
     forces_ = way.forces;
-    load_ = way.load;
-    y_ = way.y;
   }
 
   /// How far along the way the merit falls enough; 0: nowhere.
@@ -239,15 +265,12 @@ class FiniteSolver::TouchedStep {
     VectorX forces;
     const VectorX at_cells = touch_.displaced(z_);
     double decrement = g_.dot(z_);
-    VectorX load = VectorX::Zero(n_);
     if (touch_.cells() > 0) {
       if (!touch_.solve(touch_.displaced(u_) - at_cells, {}, share_, forces)) return false;
-      touch_.add_loads(forces, load);
       decrement += forces.dot(touch_.response() * forces) - 2.0 * forces.dot(at_cells);
     }
     note_residual(decrement, told);
     forces_ = std::move(forces);
-    load_ = std::move(load);
     return true;
   }
 
@@ -256,33 +279,38 @@ class FiniteSolver::TouchedStep {
   const NodalRotations& rotations_;
   StepEnergy energy_;
   Eigen::Index n_ = 0;
-  VectorX u_, load_, y_;  // displacements; nodal loads and what the factor makes of them
-  double share_ = 1.0;    // of the way that is asked for
-  VectorX g_, z_, forces_;
+  bool goes_on_ = false;
+  VectorX u_, forces_, y_;  // as Start
+  double share_ = 1.0;      // of the way that is asked for
+  VectorX g_, z_;
+  VectorX stood_;  // forces_ as the last way had them
   double value_ = 0.0;
 };
 
-FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state,
-                              const Vec3& acceleration) const {
+FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state, const Vec3& acceleration,
+                              std::optional<StepSoFar>* so_far) const {
   FiniteStep told;
   const std::span<const int> groups = touch.groups();
   int group_count = 0;
   for (const int group : groups) group_count = std::max(group_count, group + 1);
-  NodalRotations rotations;
-  const bool warp = turn_nodes(groups, static_cast<std::size_t>(group_count), state, rotations);
+  const StepSoFar* last = so_far && so_far->has_value() ? &**so_far : nullptr;
+  const bool warp = state.steps_since_warp >= kStepsAWarp;
+  NodalRotations rotations =
+      last ? last->rotations : turned_nodes(groups, static_cast<std::size_t>(group_count), state);
   touch.turn(rotations);
   const std::int32_t held = touch.held();
   const std::int32_t released =
       held < state.held ? kStepsReleased : std::max(0, state.steps_released - 1);
   const int most = released > 0 ? options_.iterations_released : options_.iterations;
 
-  TouchedStep step(*this, touch, acceleration, state, rotations);
+  TouchedStep step(*this, touch, acceleration, state, rotations, last);
   const double farthest = touch.begin(touch.displaced(step.u()));
   const bool sane = std::isfinite(farthest);
   // What is asked for in metres is a mistake: no number of parts brings it near.
   const double parts = std::clamp(std::ceil(farthest / kLongestWay), 1.0, kFarthest / kLongestWay);
   told.answered = sane && step.run(static_cast<int>(parts), most, state, told);
   told.evaluations = step.evaluations();
+  if (so_far) so_far->reset();
   if (!told.answered) {
     // As if nothing had touched it: its last shape stays, without velocity.
     std::ranges::fill(state.velocities, 0.0);
@@ -298,7 +326,8 @@ FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state,
   for (Eigen::Index row = 0; row < step.forces().size(); row += 3)
     told.forces.push_back(step.forces().segment<3>(row));
   finish(step.u(), warp, held, released, state);
-  std::copy(step.loads().begin(), step.loads().end(), state.loads.begin());
+  Eigen::Map<VectorX>(state.loads.data(), step.u().size()) = step.loads();
+  if (so_far) *so_far = step.so_far();
   state.rotations = std::move(rotations);
   return told;
 }

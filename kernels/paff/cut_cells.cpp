@@ -212,8 +212,8 @@ struct ColumnResult {
 class ColumnBuilder {
  public:
   ColumnBuilder(const LocalSpacing& spacing, int degree, const TissuePaths* paths,
-                ColumnResult& out)
-      : spacing_(spacing), degree_(degree), paths_(paths), out_(out) {}
+                SmallCells small, ColumnResult& out)
+      : spacing_(spacing), degree_(degree), paths_(paths), small_(small), out_(out) {}
 
   void cell(const Vec3& low, double side, const std::vector<Polygon>& polygons) {
     const double x0 = low.x(), x1 = low.x() + side;
@@ -238,7 +238,7 @@ class ColumnBuilder {
       return;
     }
     if (!cut) {
-      if (share > 0.5) inside(low, side);
+      if (share > 0.5) whole(low, side);
       return;
     }
     // Dropping by a larger threshold would spoil the compatibility of the consistent gradients.
@@ -405,6 +405,15 @@ class ColumnBuilder {
                     });
   }
 
+  /// A cell that the surface doesn't meet, though it may meet its neighbours of one parent.
+  void whole(const Vec3& low, double side) {
+    const Vec3 centre = low + Vec3::Constant(0.5 * side);
+    if (small_ == SmallCells::kOne && degree_ < 2 && side <= 0.5 * spacing_(centre))
+      add(centre, side * side * side);
+    else
+      inside(low, side);
+  }
+
   void inside(const Vec3& low, double side) {
     const Vec3 centre = low + Vec3::Constant(0.5 * side);
     const double h = spacing_(centre);
@@ -430,6 +439,7 @@ class ColumnBuilder {
   const LocalSpacing& spacing_;
   int degree_;
   const TissuePaths* paths_;  // null: cells aren't parted
+  SmallCells small_;
   ColumnResult& out_;
 };
 
@@ -459,7 +469,7 @@ namespace {
 
 Result<VolumeQuadrature> quadrature_of_piece(const TriangleSurface& surface,
                                              const LocalSpacing& spacing, int degree,
-                                             const TissuePaths* paths) {
+                                             const TissuePaths* paths, SmallCells small) {
   const Box box = bounds(surface);
   const double side = base_side(spacing);
   // Off the round numbers, so that flat faces of a model don't lie in planes of cells.
@@ -498,7 +508,7 @@ Result<VolumeQuadrature> quadrature_of_piece(const TriangleSurface& surface,
       }
       clip_to_column(triangle, y, z, side, polygons);
     }
-    ColumnBuilder builder(spacing, degree, paths, results[column]);
+    ColumnBuilder builder(spacing, degree, paths, small, results[column]);
     for (int i = 0; i < size.x(); ++i) builder.cell(Vec3(low.x() + i * side, y, z), side, polygons);
   });
 
@@ -524,11 +534,11 @@ Result<VolumeQuadrature> quadrature_of_piece(const TriangleSurface& surface,
 
 Result<VolumeQuadrature> background_quadrature(const TriangleSurface& surface,
                                                const LocalSpacing& spacing, int degree,
-                                               const TissuePaths* paths) {
-  if (!paths) return quadrature_of_piece(surface, spacing, degree, nullptr);
+                                               const TissuePaths* paths, SmallCells small) {
+  if (!paths) return quadrature_of_piece(surface, spacing, degree, nullptr, small);
   VolumeQuadrature all;
   for (const TriangleSurface& piece : closed_pieces(surface)) {
-    Result<VolumeQuadrature> one = quadrature_of_piece(piece, spacing, degree, paths);
+    Result<VolumeQuadrature> one = quadrature_of_piece(piece, spacing, degree, paths, small);
     if (!one) return one;
     all.positions.insert(all.positions.end(), one->positions.begin(), one->positions.end());
     all.weights.insert(all.weights.end(), one->weights.begin(), one->weights.end());

@@ -42,6 +42,8 @@ struct ElasticProblem {
   /// Pieces that nothing holds are let be, for a response that needs no hold; their stiffness is
   /// singular. False: they are refused.
   bool may_have_free_pieces = false;
+  /// Half the quadrature points (SmallCells::kOne), for a response that asks them all each frame.
+  bool few_points = false;
   /// Of Formulation::fields, where somebody has made them; null: they are made.
   std::shared_ptr<const ShapeFunctions> fields;
 };

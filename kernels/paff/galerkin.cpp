@@ -218,7 +218,8 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
         "fixed region: it holds no part of the surface; expected a region that meets the surface");
   }
   Result<VolumeQuadrature> volume =
-      background_quadrature(*problem.surface, spacing, quadratic ? 2 : 1, paths);
+      background_quadrature(*problem.surface, spacing, quadratic ? 2 : 1, paths,
+                            problem.few_points ? SmallCells::kOne : SmallCells::kEight);
   if (!volume) return std::unexpected(volume.error());
   system.volume_ = std::move(*volume);
 

@@ -24,8 +24,10 @@ Vec4 exact_moments(const TriangleSurface& surface) {
   return moments;
 }
 
-void expect_exact_moments(const TriangleSurface& surface, const LocalSpacing& spacing) {
-  const Result<VolumeQuadrature> volume = background_quadrature(surface, spacing);
+void expect_exact_moments(const TriangleSurface& surface, const LocalSpacing& spacing,
+                          SmallCells small = SmallCells::kEight) {
+  const Result<VolumeQuadrature> volume =
+      background_quadrature(surface, spacing, 1, nullptr, small);
   ASSERT_TRUE(volume) << volume.error().text();
   Vec4 sum = Vec4::Zero();
   for (std::size_t q = 0; q < volume->size(); ++q) {
@@ -49,6 +51,17 @@ TEST(BackgroundQuadrature, MeetsVolumeAndFirstMomentsOfASphereWithGradedNodes) {
       test::icosphere(0.05, 3), graded_spacing(0.014, 0.004, 0.25, {Vec3(0.0, 0.0, 0.05)}));
   ASSERT_GT(body.cloud.size(), 100u);
   expect_exact_moments(body.surface, LocalSpacing(body.cloud));
+}
+
+TEST(BackgroundQuadrature, MeetsThemWithOnePointASmallCellThatHalvesThePoints) {
+  const test::Body body = test::placed_body(
+      test::icosphere(0.05, 3), graded_spacing(0.014, 0.004, 0.25, {Vec3(0.0, 0.0, 0.05)}));
+  const LocalSpacing spacing(body.cloud);
+  expect_exact_moments(body.surface, spacing, SmallCells::kOne);
+  const auto points = [&](SmallCells small) {
+    return background_quadrature(body.surface, spacing, 1, nullptr, small)->size();
+  };
+  EXPECT_LT(points(SmallCells::kOne), 0.6 * static_cast<double>(points(SmallCells::kEight)));
 }
 
 TEST(BackgroundQuadrature, MeetsVolumeAndFirstMomentsOfAKidney) {
@@ -92,9 +105,10 @@ TEST(BackgroundQuadrature, MeetsSecondMomentsOfASphereAtDegreeTwo) {
 }
 
 TEST(BackgroundQuadrature, IntegratesASmoothFunctionToSecondOrder) {
-  const auto error = [](int cells) {
+  const auto error = [](int cells, SmallCells small = SmallCells::kEight) {
     const test::Body body = test::jittered_cube(cells, 0.2);
-    const auto volume = background_quadrature(body.surface, LocalSpacing(body.cloud));
+    const auto volume =
+        background_quadrature(body.surface, LocalSpacing(body.cloud), 1, nullptr, small);
     double sum = 0.0;
     for (std::size_t q = 0; q < volume->size(); ++q) {
       const Vec3& x = volume->positions[q];
@@ -105,6 +119,7 @@ TEST(BackgroundQuadrature, IntegratesASmoothFunctionToSecondOrder) {
   };
   EXPECT_LT(error(5), 2e-3);
   EXPECT_LT(error(10), error(5) / 3.0);
+  EXPECT_LT(error(10, SmallCells::kOne), error(5, SmallCells::kOne) / 3.0);
 }
 
 TEST(BackgroundQuadrature, RefusesAnOpenSurface) {
