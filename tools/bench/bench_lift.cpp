@@ -28,7 +28,7 @@ constexpr double kConvergedTo = 1e-11;  // of the energy
 // Of the elastica's search.
 constexpr int kApproach = 10, kMostSearches = 8, kMostSteps = 10;
 constexpr double kSettled = 1e-7;  // of the energy
-constexpr double kBent = 30e-3;         // [m]
+constexpr double kBent = 30e-3;    // [m]
 constexpr double kForceError = 0.005, kForceErrorNearIncompressible = 0.01;
 constexpr double kBlockError = 0.01, kElasticaError = 0.02;
 constexpr double kSmallFrame = 6e-3, kLargeFrame = 14e-3;  // [s]
