@@ -33,6 +33,7 @@ Json preparation_json(const PreparationFigures& figures) {
 
 Json organ_json(const OrganReport& organ) {
   return {{"name", organ.name},
+          {"response", organ.response},
           {"nodes", organ.nodes},
           {"surface_nodes", organ.surface_nodes},
           {"triangles", organ.triangles},

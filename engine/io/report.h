@@ -18,6 +18,7 @@ namespace viscera {
 
 struct OrganReport {
   std::string name;
+  std::string response = "none";  ///< linear, finite or local; none: nothing reaches it
   std::size_t nodes = 0, surface_nodes = 0, triangles = 0;
   double prepare_s = 0.0;
   bool cache_hit = false;

@@ -38,16 +38,11 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
   if (!regions)
     return failure(fmt::format("formulation: found {} with response finite, expected galerkin",
                                organ.formulation));
-  if (model.places.nodes != model.cloud.size())
-    return failure(fmt::format(
-        "response: found finite on a body of {} nodes whose folds give {} of them a twin, expected "
-        "one without folds, or response linear",
-        model.cloud.size(), model.places.nodes - model.cloud.size()));
   auto region = regions->region([](const Vec3&) { return true; });
   if (!region) return std::unexpected(region.error());
   auto hold = regions->hold();
   if (!hold) return std::unexpected(hold.error());
-  auto volumes = nodal_volumes(model.surface, model.cloud);
+  auto volumes = nodal_volumes(model.surface, model.cloud, *model.fields);
   if (!volumes) return std::unexpected(volumes.error());
   region->cell_begin = {0};
   region->cell_nodes.clear();
@@ -61,7 +56,7 @@ Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const Fini
   if (!body) return std::unexpected(body.error());
   auto shared = std::make_shared<const FiniteBody>(std::move(*body));
   auto solver = step ? FiniteSolver::prepared(std::move(shared), parts.volumes, options, step)
-                     : FiniteSolver::prepare(std::move(shared), model.cloud.positions,
+                     : FiniteSolver::prepare(std::move(shared), model.fields->cloud().positions,
                                              parts.volumes, options);
   if (!solver) return std::unexpected(solver.error());
   model.finite = std::make_shared<const FiniteSolver>(std::move(*solver));

@@ -194,7 +194,7 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
     model.compliance.on_demand->end_preparation();
   }
   if (organ.response == Response::kFinite) {
-    const auto parts = finite_from_cache(cached.response->extra, model.cloud.size());
+    const auto parts = finite_from_cache(cached.response->extra, model.places.nodes);
     if (!parts) return false;
     auto step = cached_factor(step_file(cache, model.key), model, organ.name, warnings);
     if (!step || !make_finite(model, *parts, finite_options(organ, tissue), !demand.burnt.empty(),

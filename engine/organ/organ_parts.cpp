@@ -105,7 +105,7 @@ SurfaceCompliance columns_to_come(const OrganModel& model,
 SurfaceCompliance step_columns_to_come(const OrganModel& model,
                                        std::shared_ptr<const StiffnessFactor> factor) {
   SparseWeights rows = model.places.fields;
-  for (std::size_t node = 0; node < model.cloud.size(); ++node) {
+  for (std::size_t node = 0; node < model.places.nodes; ++node) {
     rows.nodes.push_back(static_cast<int>(node));
     rows.values.push_back(1.0f);
     rows.row_begin.push_back(static_cast<int>(rows.nodes.size()));

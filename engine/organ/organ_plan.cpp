@@ -34,8 +34,8 @@ double expected_time(const OrganPlan& plan, const PreparationCost& cost) {
 
 }  // namespace
 
-Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue,
-                             const Reach& reach, const PrepareOptions& options) {
+Result<OrganPlan> plan_organ(OrganDescription organ, const Tissue& tissue, const Reach& reach,
+                             const PrepareOptions& options) {
   auto name = shape_key(organ.geometry, options.assets);
   if (!name) return std::unexpected(name.error());
   PreparedShape shape;
@@ -44,11 +44,13 @@ Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue
   if (!surface) return std::unexpected(surface.error());
   const auto demand = demand_on(organ, tissue, reach, *surface);
   if (!demand) return std::unexpected(demand.error());
+  organ.response = response_of(organ, *demand);
   auto key = organ_key(organ, tissue, shape, *demand, options);
   if (!key) return std::unexpected(key.error());
   auto plan =
       plan_surface(std::move(*surface), {organ, tissue.elastic, *demand, options.column_budget});
   if (!plan) return plan;
+  plan->response = organ.response;
   plan->cached = cached_bytes(*demand, *key) > 0;
   plan->notes = std::move(shape.notes);
   return plan;

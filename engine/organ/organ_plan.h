@@ -16,11 +16,12 @@ struct OrganPlan {
   std::size_t preparation_bytes = 0;  ///< peak while preparing, the model included
   double prepare_s = 0.0;             ///< expected on this machine's kind, no cache
   bool cached = false;
-  std::shared_ptr<OrganModel> begun;  ///< the model as far as it stands before its equations
-  std::vector<std::string> notes;     ///< of the surface
+  Response response = Response::kLinear;  ///< never auto
+  std::shared_ptr<OrganModel> begun;      ///< the model as far as it stands before its equations
+  std::vector<std::string> notes;         ///< of the surface
 };
 
-/// What an organ is planned from and for.
+/// What an organ is planned from and for; its response isn't auto any more.
 struct PlanRequest {
   const OrganDescription& organ;
   const IsotropicMaterial& material;
@@ -29,8 +30,8 @@ struct PlanRequest {
 };
 
 /// Reads and shapes the organ's geometry.
-Result<OrganPlan> plan_organ(const OrganDescription& organ, const Tissue& tissue,
-                             const Reach& reach, const PrepareOptions& options);
+Result<OrganPlan> plan_organ(OrganDescription organ, const Tissue& tissue, const Reach& reach,
+                             const PrepareOptions& options);
 /// The same for a surface that is there already; the organ's geometry isn't read, nor the cache.
 Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& request);
 

@@ -8,12 +8,27 @@
 #include <functional>
 #include <set>
 
+#include "kernels/points/closest_on_triangle.h"
+
 namespace viscera {
 namespace {
 
 bool near_any(const std::vector<Vec3>& points, double radius, const Vec3& x) {
   return std::any_of(points.begin(), points.end(),
                      [&](const Vec3& p) { return (p - x).squaredNorm() < radius * radius; });
+}
+
+bool comes_within(const TriangleSurface& surface, double radius, const Vec3& x) {
+  return std::any_of(surface.triangles.begin(), surface.triangles.end(),
+                     [&](const std::array<int, 3>& triangle) {
+                       const auto corner = [&](std::size_t k) -> const Vec3& {
+                         return surface.vertices[static_cast<std::size_t>(triangle[k])];
+                       };
+                       const Vec3 weights = closest_weights(x, corner(0), corner(1), corner(2));
+                       const Vec3 nearest =
+                           weights[0] * corner(0) + weights[1] * corner(1) + weights[2] * corner(2);
+                       return (nearest - x).squaredNorm() < radius * radius;
+                     });
 }
 
 /// The bricks that hold a vertex which is asked for, in the order of their indices.
@@ -93,6 +108,12 @@ Result<BodyDemand> demand_on(const OrganDescription& organ, const Tissue& tissue
   demand.touched =
       reach.anywhere || std::any_of(surface.vertices.begin(), surface.vertices.end(),
                                     [&](const Vec3& vertex) { return reach.covers(vertex); });
+  demand.grasped =
+      demand.touched &&
+      (reach.grasps_anywhere ||
+       std::any_of(reach.closings.begin(), reach.closings.end(), [&](const Vec3& closing) {
+         return comes_within(surface, reach.closing_radius, closing);
+       }));
   if (!demand.elastic()) return demand;
   demand.fine =
       fine.empty() ? bricks_of(surface, [&](const Vec3& x) { return reach.covers(x); }) : fine;
@@ -105,6 +126,11 @@ Result<BodyDemand> demand_on(const OrganDescription& organ, const Tissue& tissue
           : fine;
   if (!demand.burnt.empty()) demand.burn_depth = reach.burn_radius;
   return demand;
+}
+
+Response response_of(const OrganDescription& organ, const BodyDemand& demand) {
+  if (organ.response != Response::kAuto) return organ.response;
+  return demand.grasped ? Response::kFinite : Response::kLinear;
 }
 
 }  // namespace viscera

@@ -26,9 +26,12 @@ struct Reach {
   bool anywhere = false;     ///< a hand holds a tool of the scene: it may go where no path leads
   std::vector<Attachment> attachments;
   bool sags = false;  ///< under gravity that changes; places its whole body in reach of a force
-  std::vector<Vec3> burns;   ///< where hooks pass with current [m]
-  double burn_radius = 0.0;  ///< tissue within this distance of one may coagulate [m]
-  bool stiffens = false;     ///< and becomes stiffer then
+  std::vector<Vec3> closings;    ///< where jaws close, unless it can't be at finite strain [m]
+  double closing_radius = 0.0;   ///< of what they may then hold [m]
+  bool grasps_anywhere = false;  ///< a hand holds a jaw: it may close where no path leads
+  std::vector<Vec3> burns;       ///< where hooks pass with current [m]
+  double burn_radius = 0.0;      ///< tissue within this distance of one may coagulate [m]
+  bool stiffens = false;         ///< and becomes stiffer then
 
   bool covers(const Vec3& x) const;
 };
@@ -41,6 +44,7 @@ inline constexpr double kReachBrick = 20e-3;
 struct BodyDemand {
   bool touched = false;  ///< some force on its surface is to be answered, wherever it acts
   bool sags = false;
+  bool grasped = false;  ///< a jaw may hold it, and it can be at finite strain
   /// Vertices of the surface in any of these have nodes at the finest spacing: the organ's own
   /// `resolution.fine`, or bricks.
   std::vector<Region> fine;
@@ -55,6 +59,9 @@ struct BodyDemand {
 /// Fails for a region of `resolution.fine` that holds no vertex of the surface.
 Result<BodyDemand> demand_on(const OrganDescription& organ, const Tissue& tissue,
                              const Reach& reach, const TriangleSurface& surface);
+
+/// What the organ answers by: what it says itself, or what auto makes of the demand.
+Response response_of(const OrganDescription& organ, const BodyDemand& demand);
 
 /// The vertices that lie in some of the regions.
 std::vector<Vec3> vertices_in(const std::vector<Region>& regions, const TriangleSurface& surface);

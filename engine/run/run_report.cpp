@@ -25,6 +25,12 @@ void describe_organs(const World& world, const SceneDescription& scene, RunRepor
     const OrganModel& model = *organ.model;
     OrganReport one;
     one.name = organ.name;
+    if (model.finite)
+      one.response = "finite";
+    else if (scene.organs[o].response == Response::kLocal && scene.organs[o].deformable)
+      one.response = "local";
+    else if (model.deformable())
+      one.response = "linear";
     one.nodes = model.cloud.size();
     one.surface_nodes = model.cloud.surface_count;
     one.triangles = model.surface.triangles.size();

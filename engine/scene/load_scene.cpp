@@ -87,6 +87,8 @@ OrganDescription organ_of(const Json& values) {
   organ.pose = pose_of(values["pose"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
   organ.formulation = values["formulation"];
+  if (values["response"] == "linear" || values["response"] == "global")
+    organ.response = Response::kLinear;
   if (values["response"] == "local") organ.response = Response::kLocal;
   if (values["response"] == "finite") organ.response = Response::kFinite;
   organ.finite = finite_of(values["finite"]);

@@ -68,8 +68,9 @@ struct FrameMotion {
 enum class DisplacementStorage { kSingle, kHalf };
 
 /// What an organ answers forces with: its precomputed compliance (GPAFF), its energy at finite
-/// strain (kernels/finite), or hives about whatever touches it (LPAFF).
-enum class Response { kLinear, kFinite, kLocal };
+/// strain (kernels/finite), or hives about whatever touches it (LPAFF). Auto: finite where a jaw
+/// closes on it and the energy knows all that the scene says of it, else linear.
+enum class Response { kAuto, kLinear, kFinite, kLocal };
 
 /// How tissue at finite strain moves.
 struct FiniteDescription {
@@ -95,7 +96,7 @@ struct OrganDescription {
   Pose pose;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";
-  Response response = Response::kLinear;
+  Response response = Response::kAuto;
   FiniteDescription finite;
   Resolution resolution;
   DisplacementStorage displacement_storage = DisplacementStorage::kSingle;

@@ -194,13 +194,17 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       text("formulation", "How the elastic response is discretised.")
           .known_as("formulation")
           .otherwise("galerkin"),
-      text("response",
-           "What it answers forces with: a compliance computed before the run (linear; also "
-           "called global), its energy at finite strain (finite), which carries being lifted and "
-           "bent far and swings back when it is let go, or hives about whatever touches it "
-           "(local), with nothing to prepare.")
-          .one_of({"linear", "finite", "local", "global"})
-          .otherwise("linear"),
+      text(
+          "response",
+          "What it answers forces with: a compliance computed before the run (linear; also "
+          "called global), its energy at finite strain (finite), which carries being lifted and "
+          "bent far and swings back when it is let go, or hives about whatever touches it "
+          "(local), with nothing to prepare. auto: finite where the path of a jaw closes it on the "
+          "organ, or where a hand holds a jaw, unless the organ has what finite strain doesn't "
+          "know yet (pulsation, relaxation, stvk, a formulation but galerkin, storage in half "
+          "precision); else linear.")
+          .one_of({"auto", "linear", "finite", "local", "global"})
+          .otherwise("auto"),
       object("finite", "How it moves where its response is finite.", finite())
           .otherwise(Json::object()),
       object("resolution", "Where its nodes lie.", resolution()).otherwise(Json::object()),

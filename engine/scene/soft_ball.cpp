@@ -8,6 +8,7 @@ SceneDescription soft_ball_scene(double spacing, double finest) {
   scene.name = "ball";
   scene.duration = 2.0;
   OrganDescription ball;
+  ball.response = Response::kLinear;
   ball.name = "ball";
   RecipeGeometry geometry;
   geometry.recipe = "sphere";

@@ -80,6 +80,7 @@ namespace {
 
 /// An organ on its way to a model.
 struct OrganInHand {
+  OrganDescription organ;  ///< its response isn't auto any more
   Tissue tissue;
   const PreparedShape* shape;
   BodyDemand demand;
@@ -119,7 +120,7 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
   std::vector<OrganInHand> organs;
   MemoryBudget memory;
   for (std::size_t i = 0; i < count; ++i) {
-    const OrganDescription& organ = scene.organs[i];
+    OrganDescription organ = scene.organs[i];
     const Tissue tissue = tissue_of(organ, tissues);
     const Reach reach = reach_of(instruments, scene, organ, features);
     const auto failed = [&](const Error& error) {
@@ -138,10 +139,11 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
       return failed(clear.error());
     auto demand = demand_on(organ, tissue, reach, shape->second.surface);
     if (!demand) return failed(demand.error());
+    organ.response = response_of(organ, *demand);
     auto key = organ_key(organ, tissue, shape->second, *demand, options);
     if (!key) return failed(key.error());
     OrganInHand& mine =
-        organs.emplace_back(tissue, &shape->second, *std::move(demand), *key, nullptr);
+        organs.emplace_back(organ, tissue, &shape->second, *std::move(demand), *key, nullptr);
     if (!planned.insert(*key).second) continue;
     const std::uint64_t cached = options.use_cache ? cached_bytes(mine.demand, *key) : 0;
     if (cached > 0) {
@@ -160,8 +162,8 @@ Result<OrganModels> prepare_organs(const SceneDescription& scene,
   OrganModels models;
   std::map<std::string, std::shared_ptr<const OrganModel>> shared;  // by key and storage
   for (std::size_t i = 0; i < count; ++i) {
-    const OrganDescription& organ = scene.organs[i];
     OrganInHand& mine = organs[i];
+    const OrganDescription& organ = mine.organ;
     std::shared_ptr<const OrganModel>& model =
         shared[fmt::format("{} {}", mine.key, static_cast<int>(organ.displacement_storage))];
     if (!model) {

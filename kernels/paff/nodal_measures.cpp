@@ -7,6 +7,8 @@
 #include "kernels/paff/cut_cells.h"
 #include "kernels/paff/local_spacing.h"
 #include "kernels/paff/point_fields.h"
+#include "kernels/paff/shape_functions.h"
+#include "kernels/paff/true_neighbours.h"
 #include "kernels/points/kd_tree.h"
 
 namespace viscera {
@@ -90,14 +92,21 @@ SurfacePatches::SurfacePatches(const TriangleSurface& surface, const PointCloud&
 
 Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const PointCloud& cloud) {
   constexpr double kSupportFactor = 1.8;  // that of `galerkin`
-  auto volume = background_quadrature(surface, LocalSpacing(cloud));
+  return nodal_volumes(surface, cloud, ShapeFunctions(cloud, kSupportFactor));
+}
+
+Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const PointCloud& cloud,
+                                          const ShapeFunctions& fields) {
+  const TissuePaths* paths =
+      fields.true_neighbours() ? &fields.true_neighbours()->paths() : nullptr;
+  auto volume = background_quadrature(surface, LocalSpacing(cloud), 1, paths);
   if (!volume) return std::unexpected(volume.error());
-  auto fields = evaluate_fields(ShapeFunctions(cloud, kSupportFactor), volume->positions, false);
-  if (!fields) return std::unexpected(fields.error());
-  std::vector<double> volumes(cloud.size(), 0.0);
+  auto values = evaluate_fields(fields, volume->positions, false);
+  if (!values) return std::unexpected(values.error());
+  std::vector<double> volumes(fields.cloud().size(), 0.0);
   for (std::size_t q = 0; q < volume->size(); ++q) {
-    for (std::size_t e = fields->begin[q]; e < fields->begin[q + 1]; ++e) {
-      volumes[static_cast<std::size_t>(fields->nodes[e])] += volume->weights[q] * fields->values[e];
+    for (std::size_t e = values->begin[q]; e < values->begin[q + 1]; ++e) {
+      volumes[static_cast<std::size_t>(values->nodes[e])] += volume->weights[q] * values->values[e];
     }
   }
   return volumes;

@@ -43,9 +43,14 @@ class SurfacePatches {
   std::vector<Vec3> normals_;
 };
 
+class ShapeFunctions;
+
 /// V_i = integral of phi_i over the body [m3], the load that a unit body force puts on node i of
 /// the linear fields (`galerkin` integrates the same). They add up to the body's volume, and
 /// weighted by place to its first moment.
 Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const PointCloud& cloud);
+/// The same of these fields of the cloud; nodes added to it have volumes of their own.
+Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const PointCloud& cloud,
+                                          const ShapeFunctions& fields);
 
 }  // namespace viscera

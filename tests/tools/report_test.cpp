@@ -82,7 +82,8 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
               true);
   ASSERT_EQ(report["organs"].size(), 1u);
   expect_keys(report["organs"][0],
-              {{"name", Type::string},
+              {{"response", Type::string},
+               {"name", Type::string},
                {"nodes", Type::number_unsigned},
                {"surface_nodes", Type::number_unsigned},
                {"triangles", Type::number_unsigned},

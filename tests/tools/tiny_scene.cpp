@@ -17,6 +17,7 @@ Json tiny_scene() {
       "name": "ball",
       "geometry": {"recipe": "sphere", "radius_mm": 15, "edge_mm": 3},
       "tissue": "liver",
+      "response": "linear",
       "fixed": [{"half_space": {"point_mm": [0, 0, -8], "normal": [0, 0, 1]}}],
       "resolution": {"spacing_mm": 7, "finest_spacing_mm": 5}
     }],

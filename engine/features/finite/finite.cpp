@@ -7,7 +7,9 @@
 
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/gravity/gravity.h"
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/pulsation/pulsation.h"
+#include "engine/simulation/tool_shape.h"
 #include "kernels/finite/finite_solver.h"
 
 namespace viscera {
@@ -53,6 +55,34 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
       });
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
   return {};
+}
+
+/// How far beyond what a closing jaw holds the surface at rest may lie: breathing and other tools
+/// may have moved it. Chosen.
+constexpr double kClosingMargin = 4e-3;
+constexpr double kSampleStep = 1.0 / 60.0;
+
+/// Where jaws close, of an organ that auto may put at finite strain.
+void reach(const SceneDescription&, const OrganDescription& organ,
+           const std::vector<InstrumentBody>& instruments, Reach& reach) {
+  if (organ.response != Response::kAuto || !organ.deformable) return;
+  bool known = true;
+  check_organ(organ, [&](const std::string&) { known = false; });
+  if (!known) return;
+  for (const InstrumentBody& body : instruments) {
+    const InstrumentDescription& instrument = body.description;
+    if (instrument.kind != InstrumentKind::kGrasper) continue;
+    if (haptic_of(instrument)) reach.grasps_anywhere = true;
+    reach.closing_radius = std::max(reach.closing_radius, kClosingMargin + instrument.grip_radius);
+    bool closed = false;
+    const double end = instrument.path.back().time + kSampleStep;
+    for (double time = 0.0; time <= end; time += kSampleStep) {
+      const bool was_closed = closed;
+      closed = jaw_closed(was_closed, body.jaw.at(time).x());
+      if (closed && !was_closed)
+        reach.closings.push_back(organ.pose_at(time).to_local(body.tip.at(time)));
+    }
+  }
 }
 
 Result<void> prepare(SceneModel& model) {
@@ -117,6 +147,7 @@ void note_finite_step(World& world, Entity organ, FrameReport& report) {
 Feature finite_feature() {
   return {.name = "finite",
           .check = check,
+          .reach = reach,
           .prepare = prepare,
           .start = start,
           .states = {state_type<FiniteFigures>()},

@@ -10,6 +10,7 @@
 
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/gravity/gravity.h"
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/pulsation/pulsation.h"
 #include "engine/organ/finite_parts.h"
 #include "engine/simulator/build.h"
@@ -324,6 +325,38 @@ TEST(Finite, WhatItCantCarryYetIsRefusedByName) {
   scene = sound;
   scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
   refused(scene, "displacement_storage: found half with response finite");
+}
+
+bool is_at_finite_strain(const SceneDescription& scene) {
+  const auto world = build(scene);
+  return world && world->all<OrganBody>()[0].model->finite;
+}
+
+TEST(AutoResponse, PutsAtFiniteStrainWhatAJawMayHoldAndNothingElse) {
+  const SceneDescription held = lifted_bar(Response::kAuto, Vec3(0, 0, 5e-3));
+  EXPECT_TRUE(is_at_finite_strain(held));
+  SceneDescription missed = held;
+  for (InstrumentKey& key : missed.instruments[0].path) key.tip += Vec3(0, 0, 12e-3);
+  EXPECT_FALSE(is_at_finite_strain(missed));
+  SceneDescription open = held;
+  for (InstrumentKey& key : open.instruments[0].path) key.jaw = 1.0;
+  EXPECT_FALSE(is_at_finite_strain(open));
+  EXPECT_FALSE(is_at_finite_strain(pressed_bar(Response::kAuto, 2e-3)));
+  missed.instruments[0].extras.set(HapticDescription{});
+  EXPECT_TRUE(is_at_finite_strain(missed)) << "a hand may close the jaw anywhere";
+}
+
+TEST(AutoResponse, LeavesLinearWhatFiniteStrainDoesntKnowYet) {
+  const SceneDescription sound = lifted_bar(Response::kAuto, Vec3(0, 0, 5e-3));
+  SceneDescription scene = sound;
+  scene.organs[0].material.prony = {{0.4, 1.0}};
+  EXPECT_FALSE(is_at_finite_strain(scene));
+  scene = sound;
+  scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
+  EXPECT_FALSE(is_at_finite_strain(scene));
+  scene = sound;
+  scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
+  EXPECT_FALSE(is_at_finite_strain(scene));
 }
 
 TEST(Finite, TheGuardOfMemoryKnowsWhatABodyTakes) {

@@ -39,10 +39,10 @@ TEST(Report, HasTheKeysThatWerePromised) {
     return names;
   };
   EXPECT_EQ(keys(all["organs"][0]),
-            (std::set<std::string>{"name", "nodes", "surface_nodes", "triangles", "prepare_s",
-                                   "cache_hit", "memory_bytes", "preparation", "columns_prepared",
-                                   "columns_on_demand", "on_demand_s", "displacement_storage",
-                                   "storage_error", "saved_bytes"}));
+            (std::set<std::string>{"name", "response", "nodes", "surface_nodes", "triangles",
+                                   "prepare_s", "cache_hit", "memory_bytes", "preparation",
+                                   "columns_prepared", "columns_on_demand", "on_demand_s",
+                                   "displacement_storage", "storage_error", "saved_bytes"}));
   EXPECT_EQ(keys(all["stages"][0]),
             (std::set<std::string>{"name", "median_us", "p99_us", "max_us", "total_s"}));
   EXPECT_EQ(keys(all["skipped"][0]), (std::set<std::string>{"what", "why"}));

@@ -60,7 +60,7 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(holder.grip_limit, 5.0);
   EXPECT_EQ(holder.grip_radius, 0.003);
   EXPECT_EQ(liver.response, Response::kLocal);
-  EXPECT_EQ(scene.organs[1].response, Response::kLinear);
+  EXPECT_EQ(scene.organs[1].response, Response::kAuto);
   ASSERT_EQ(holder.path.size(), 2u);
   EXPECT_EQ(holder.path[1].time, 1.5);
   EXPECT_EQ(holder.path[1].tip, Vec3(0, 0, 0.09));

@@ -4,10 +4,14 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "engine/verification/bodies.h"
 #include "kernels/paff/galerkin.h"
+#include "kernels/paff/nodal_measures.h"
+#include "tests/kernels/paff/elastic_bodies.h"
+#include "tests/support/blocks.h"
 
 namespace viscera {
 namespace {
@@ -294,6 +298,43 @@ TEST(FiniteBody, TissueTurnedInsideOutHasAFiniteEnergyThatFallsOnItsWayBack) {
     EXPECT_LT(now, before) << s;
     before = now;
   }
+}
+
+/// Two leaves on a common root, so close that each has nodes whose fields would reach the other.
+TEST(FiniteBodyOfLeaves, HasItsLinearStiffnessAtRestAndVolumesOfAllItsNodes) {
+  const double spacing = 2e-3;
+  const test::Body body =
+      test::placed_body(test::leaves({20e-3, 8e-3, 4e-3}, 0.6e-3, 4e-3, spacing),
+                        [&](const Vec3&) { return spacing; });
+  const auto system = GalerkinSystem::assemble(
+      body.problem({10e3, 0.45}, [](const Vec3& x) { return x.x() < 1e-9; }), 1.8,
+      Cube::no_progress());
+  ASSERT_TRUE(system) << system.error().text();
+  ASSERT_GT(system->figures().twins, 0u);
+  const auto region = system->region([](const Vec3&) { return true; });
+  const auto hold = system->hold();
+  const auto finite = FiniteBody::create(*region, *hold);
+  ASSERT_TRUE(finite) << finite.error().text();
+  ASSERT_EQ(finite->nodes(), body.cloud.size() + system->figures().twins);
+  const std::vector<double> rest(3 * finite->nodes(), 0.0);
+  const SymmetricBlockMatrix tangent = finite->tangent(rest);
+  std::vector<double> v(rest.size()), one(rest.size()), other(rest.size());
+  std::mt19937 random(3);
+  for (double& value : v) value = std::uniform_real_distribution(-1.0, 1.0)(random);
+  tangent.multiply(v, one);
+  system->stiffness().multiply(v, other);
+  double off = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    off += (one[i] - other[i]) * (one[i] - other[i]);
+    size += other[i] * other[i];
+  }
+  EXPECT_LT(std::sqrt(off / size), 4.0 * kSingle);
+
+  const auto volumes = nodal_volumes(body.surface, body.cloud, system->fields());
+  ASSERT_TRUE(volumes) << volumes.error().text();
+  ASSERT_EQ(volumes->size(), finite->nodes());
+  const double sum = std::accumulate(volumes->begin(), volumes->end(), 0.0);
+  EXPECT_NEAR(sum, volume(body.surface), 1e-10 * sum);
 }
 
 }  // namespace
