@@ -270,22 +270,18 @@ void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWa
   mark("integrate");
 }
 
-std::vector<std::uint8_t> GpuSmoke::occupied_cells(const BinParameters& grid) {
-  const auto cells = static_cast<std::size_t>(grid.size.w);
-  const std::size_t words = (cells + 31) / 32;
-  std::vector<std::uint8_t> occupied(cells, 0);
-  if (!reserve(occupied_, words * sizeof(std::uint32_t), "cells")) return occupied;
+/// As SurfaceCells::build takes them.
+std::vector<std::uint32_t> GpuSmoke::cells_of_pace(const BinParameters& grid, float fastest) {
+  const std::size_t words = (static_cast<std::size_t>(grid.size.w) + 31) / 32;
+  if (!reserve(occupied_, kPaces * words * sizeof(std::uint32_t), "cells"))
+    return std::vector<std::uint32_t>(kPaces * words, 0);
   bind_pass(0, bin_pass_, grid);
-  clear(occupied_, words);
-  queue_.dispatch(mark_, particle_groups(), {{0, &now_.positions}}, {{1, &occupied_}});
+  mark_.set("fastest_square", fastest * fastest);
+  clear(occupied_, kPaces * words);
+  queue_.dispatch(mark_, particle_groups(), {{0, &now_.positions}, {2, &now_.velocities}},
+                  {{1, &occupied_}});
   queue_.make_readable();
-  const std::vector<std::uint32_t> bits = occupied_.download<std::uint32_t>(0, words);
-  for (std::size_t w = 0; w < words; ++w) {
-    for (std::uint32_t rest = bits[w]; rest != 0; rest &= rest - 1) {
-      occupied[32 * w + static_cast<std::size_t>(std::countr_zero(rest))] = 1;
-    }
-  }
-  return occupied;
+  return occupied_.download<std::uint32_t>(0, kPaces * words);
 }
 
 bool GpuSmoke::upload_surfaces(const SurfaceCells& cells, std::span<const SmokeCapsule> capsules) {
@@ -307,7 +303,9 @@ CollideCounts GpuSmoke::collide(SurfaceCells& cells, const SurfaceMeeting& meeti
   if (!trouble().empty()) return {};
   survey();
   const BinParameters grid = bin_grid(survey_->box, particles_, meeting.cell);
-  cells.build(grid, occupied_cells(grid), meeting.fraction, meeting.dt, meeting.margin, capsules);
+  const float fastest = greatest_speed();
+  cells.build(grid, cells_of_pace(grid, fastest), fastest, meeting.fraction, meeting.dt,
+              meeting.reach, capsules);
   if (cells.empty() || !upload_surfaces(cells, capsules)) return {};
   mark("surface cells");
   parameters.particles = static_cast<std::uint32_t>(particles_);

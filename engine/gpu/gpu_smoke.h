@@ -84,7 +84,7 @@ class GpuSmoke final : public SmokePasses {
   void clear(const Buffer& buffer, std::size_t words);
   void survey();
   void sort(float cell);
-  std::vector<std::uint8_t> occupied_cells(const BinParameters& grid);
+  std::vector<std::uint32_t> cells_of_pace(const BinParameters& grid, float fastest);
   std::size_t particle_groups() const;
   void add_and_blur(const SplatParameters& parameters);
   void mark(const char* name);

@@ -261,10 +261,9 @@ double FiniteContact::begin(const VectorX& displaced) {
   begun_.clear();
   for (std::size_t k = 0; k < cells_.size(); ++k) {
     const auto last = std::ranges::find(places, state_.places[k]);
-    const Vec3 here =
-        known && last != places.end()
-            ? displacements[static_cast<std::size_t>(last - places.begin())]
-            : Vec3(displaced.segment<3>(at(k)));
+    const Vec3 here = known && last != places.end()
+                          ? displacements[static_cast<std::size_t>(last - places.begin())]
+                          : Vec3(displaced.segment<3>(at(k)));
     begun_.push_back(here);
     const ContactCell& cell = cells_[k];
     if (yields(k)) continue;

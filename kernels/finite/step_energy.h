@@ -13,8 +13,8 @@ namespace viscera {
 /// with u~ = u_n + dt v_n; of one step, that from `state` on.
 class StepEnergy {
  public:
-  /// `masses` of the nodes [kg]; `acceleration` of the weight [m/s2]; `strains` of an earlier one of
-  /// the same step, or null. All outlive it.
+  /// `masses` of the nodes [kg]; `acceleration` of the weight [m/s2]; `strains` of an earlier one
+  /// of the same step, or null. All outlive it.
   StepEnergy(const FiniteBody& body, std::span<const double> masses, const FiniteOptions& options,
              const Vec3& acceleration, const FiniteState& state, const ChangedTissue& changed,
              std::shared_ptr<const Strains> strains = nullptr);

@@ -235,9 +235,7 @@ class FiniteSolver::TouchedStep {
     return true;
   }
 
-  void keep(const Way& way) {
-    forces_ = way.forces;
-  }
+  void keep(const Way& way) { forces_ = way.forces; }
 
   /// How far along the way the merit falls enough; 0: nowhere.
   double search(const Way& way, VectorX& next, double& next_value, VectorX& next_g) {

@@ -211,8 +211,8 @@ struct ColumnResult {
 
 class ColumnBuilder {
  public:
-  ColumnBuilder(const LocalSpacing& spacing, int degree, const TissuePaths* paths,
-                SmallCells small, ColumnResult& out)
+  ColumnBuilder(const LocalSpacing& spacing, int degree, const TissuePaths* paths, SmallCells small,
+                ColumnResult& out)
       : spacing_(spacing), degree_(degree), paths_(paths), small_(small), out_(out) {}
 
   void cell(const Vec3& low, double side, const std::vector<Polygon>& polygons) {

@@ -21,16 +21,29 @@ void main() {
 #endif
 
 #ifdef MARK
-// Which cells hold particles, a bit each.
+// Which cells hold particles, a bit each, one pace (surface_cells.h) after another.
 layout(std430, binding = 0) readonly buffer Positions { vec4 positions[]; };
 layout(std430, binding = 1) buffer Occupied { uint occupied[]; };
+layout(std430, binding = 2) readonly buffer Velocities { vec4 velocities[]; };
+
+uniform float fastest_square;  // [m2/s2]
+
+uint pace_of(float square) {
+  uint pace = 0u;
+  for (float limit = fastest_square / (kPaceRatio * kPaceRatio);
+       pace + 1u < kPaces && square <= limit; limit /= kPaceRatio * kPaceRatio)
+    ++pace;
+  return pace;
+}
 
 void main() {
   uint i = thread_index();
   if (i >= grid.particles) return;
   uint cell = cell_number(positions[i].xyz, grid.origin.xyz, grid.inverse_cell, grid.size.xyz);
+  uint words = (uint(grid.size.w) + 31u) / 32u;
+  uint word = pace_of(dot(velocities[i].xyz, velocities[i].xyz)) * words + (cell >> 5);
   uint bit = 1u << (cell & 31u);
-  if ((occupied[cell >> 5] & bit) == 0u) atomicOr(occupied[cell >> 5], bit);
+  if ((occupied[word] & bit) == 0u) atomicOr(occupied[word], bit);
 }
 #endif
 

@@ -293,10 +293,10 @@ void SmokeVolume::meet_surfaces(double dt, double from, double to, double whole,
 
   // What went into a surface in this substep is no deeper than both have moved; getting out, it
   // comes as far as that and the gap again.
-  const float margin = static_cast<float>(dt) * passes().greatest_speed() +
-                       static_cast<float>(way) + 2.0f * pass.gap + pass.touch;
-  const CollideCounts counts = passes().collide(
-      state_.surfaces, {to, whole, static_cast<float>(h), margin}, capsules_, pass);
+  const SurfaceReach reach = {static_cast<float>(way) + 2.0f * pass.gap + pass.touch,
+                              static_cast<float>(dt)};
+  const CollideCounts counts =
+      passes().collide(state_.surfaces, {to, whole, static_cast<float>(h), reach}, capsules_, pass);
   state_.counters.tested = counts.tested;
   state_.counters.touching = counts.touching;
   state_.counters.trapped += counts.trapped;

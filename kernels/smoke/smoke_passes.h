@@ -93,6 +93,11 @@ enum class SmokeFate : std::uint8_t { kAirborne, kBackground, kEvacuated, kLeake
 /// Below this share of the gap a particle is put at the gap again: rounding isn't a touch.
 inline constexpr float kGapSlack = 0.99f;
 
+/// Particles are told apart by their pace: those of pace k are no faster than kPaceRatio^-k times
+/// the fastest of all, so that one quick particle makes nobody else look far for surfaces.
+inline constexpr std::uint32_t kPaces = 3;
+inline constexpr float kPaceRatio = 4.0f;
+
 /// A triangle near particles, ready for the nearest-point test.
 struct SurfaceTriangle {
   /// Domain frame [m]; w: number of the surface, greatest distance of a corner from their mean, 0.

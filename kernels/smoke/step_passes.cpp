@@ -49,8 +49,8 @@ CollideCounts CpuSmokePasses::collide(SurfaceCells& cells, const SurfaceMeeting&
   parameters.capsules = static_cast<std::uint32_t>(capsules.size());
   CollideCounts counts;
   timed("collide", [&] {
-    cells.build(particles_->positions, meeting.fraction, meeting.dt, meeting.cell, meeting.margin,
-                capsules);
+    cells.build(particles_->positions, particles_->velocities, meeting.fraction, meeting.dt,
+                meeting.cell, meeting.reach, capsules);
     parameters.origin = cells.grid().origin;
     parameters.size = cells.grid().size;
     parameters.inverse_cell = cells.grid().inverse_cell;

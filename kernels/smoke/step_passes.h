@@ -25,7 +25,7 @@ struct SurfaceMeeting {
   double fraction = 1.0;  ///< of the step that surfaces have made
   double dt = 0.0;        ///< of the whole step [s]
   float cell = 0.0f;      ///< edge of the surface cells [m]
-  float margin = 0.0f;    ///< around cells with particles, in which surfaces count [m]
+  SurfaceReach reach;     ///< in which surfaces count
 };
 
 /// Holds a volume's particles from start() to finish(); between them only the passes know where

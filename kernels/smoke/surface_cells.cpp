@@ -49,40 +49,87 @@ float SurfaceCells::greatest_way(const Box3f& box) const {
   return way;
 }
 
-void SurfaceCells::build(std::span<const Float4> positions, double fraction, double dt, float cell,
-                         float margin, std::span<const SmokeCapsule> capsules) {
-  take_grid(bin_grid(positions, cell));
-  for (const Float4& at : positions) {
-    const Int4 c = cell_of(grid_, at);
-    occupy(static_cast<std::uint32_t>(c.x), static_cast<std::uint32_t>(c.y + grid_.size.y * c.z));
-  }
-  bin_all(fraction, dt, margin, capsules);
+std::uint32_t pace_of(float square, float fastest_square) {
+  std::uint32_t pace = 0;
+  for (float limit = fastest_square / (kPaceRatio * kPaceRatio);
+       pace + 1 < kPaces && square <= limit; limit /= kPaceRatio * kPaceRatio)
+    ++pace;
+  return pace;
 }
 
-void SurfaceCells::build(const BinParameters& grid, std::span<const std::uint8_t> occupied,
-                         double fraction, double dt, float margin,
+void SurfaceCells::build(std::span<const Float4> positions, std::span<const Float4> velocities,
+                         double fraction, double dt, float cell, const SurfaceReach& reach,
+                         std::span<const SmokeCapsule> capsules) {
+  take_grid(bin_grid(positions, cell));
+  float fastest = 0.0f;
+  for (const Float4& v : velocities) fastest = std::max(fastest, v.xyz().squaredNorm());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Int4 c = cell_of(grid_, positions[i]);
+    occupy(pace_of(velocities[i].xyz().squaredNorm(), fastest), static_cast<std::uint32_t>(c.x),
+           static_cast<std::uint32_t>(c.y), static_cast<std::uint32_t>(c.z));
+  }
+  set_reach(std::sqrt(fastest), reach);
+  bin_all(fraction, dt, capsules);
+}
+
+void SurfaceCells::build(const BinParameters& grid, std::span<const std::uint32_t> cells_of_pace,
+                         float fastest, double fraction, double dt, const SurfaceReach& reach,
                          std::span<const SmokeCapsule> capsules) {
   take_grid(grid);
   const auto length = static_cast<std::uint32_t>(grid.size.x);
-  for (std::uint32_t row = 0; row < static_cast<std::uint32_t>(grid.size.y * grid.size.z); ++row)
-    for (std::uint32_t x = 0; x < length; ++x)
-      if (occupied[row * length + x]) occupy(x, row);
-  bin_all(fraction, dt, margin, capsules);
+  const auto width = static_cast<std::uint32_t>(grid.size.y);
+  const std::size_t words = cells_of_pace.size() / kPaces;
+  for (std::uint32_t pace = 0; pace < kPaces; ++pace)
+    for (std::size_t word = 0; word < words; ++word)
+      for (std::uint32_t bits = cells_of_pace[pace * words + word]; bits != 0; bits &= bits - 1) {
+        const auto cell = static_cast<std::uint32_t>(32 * word) +
+                          static_cast<std::uint32_t>(std::countr_zero(bits));
+        occupy(pace, cell % length, cell / length % width, cell / (length * width));
+      }
+  set_reach(fastest, reach);
+  bin_all(fraction, dt, capsules);
 }
 
 void SurfaceCells::take_grid(const BinParameters& grid) {
   grid_ = grid;
   words_ = (static_cast<std::size_t>(grid.size.x) + 63) / 64;
-  occupied_.assign(words_ * static_cast<std::size_t>(grid.size.y * grid.size.z), 0);
-  // The box of the cells with particles, less the margin of empty ones.
-  const Vec3f edge = Vec3f::Constant(1.0f / grid.inverse_cell);
-  particles_ = Box3f(grid.origin.xyz() + edge,
-                     grid.origin.xyz() + edge.cwiseProduct(Vec3f(grid.size.x - 1, grid.size.y - 1,
-                                                                 grid.size.z - 1)));
+  for (Layer& layer : layers_) {
+    layer.cells.assign(words_ * static_cast<std::size_t>(grid.size.y * grid.size.z), 0);
+    layer.box.setEmpty();
+  }
 }
 
-void SurfaceCells::bin_all(double fraction, double dt, float margin,
-                           std::span<const SmokeCapsule> capsules) {
+void SurfaceCells::occupy(std::uint32_t pace, std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+  Layer& layer = layers_[pace];
+  const std::size_t row = y + static_cast<std::size_t>(grid_.size.y) * z;
+  const std::uint64_t bit = std::uint64_t{1} << x % 64;
+  std::uint64_t& word = layer.cells[row * words_ + x / 64];
+  if ((word & bit) != 0) return;
+  word |= bit;
+  const float edge = 1.0f / grid_.inverse_cell;
+  const Vec3f least(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+  layer.box.extend(grid_.origin.xyz() + edge * least)
+      .extend(grid_.origin.xyz() + edge * (least + Vec3f::Ones()));
+}
+
+/// A cell belongs to its quickest particle alone.
+void SurfaceCells::set_reach(float fastest, const SurfaceReach& reach) {
+  float speed = fastest;
+  for (std::size_t pace = 0; pace < kPaces; ++pace, speed /= kPaceRatio) {
+    layers_[pace].margin = reach.still + reach.time * speed;
+    for (std::size_t slower = pace + 1; slower < kPaces; ++slower)
+      for (std::size_t word = 0; word < layers_[pace].cells.size(); ++word)
+        layers_[slower].cells[word] &= ~layers_[pace].cells[word];
+  }
+}
+
+/// What lies within reach of a box.
+Box3f SurfaceCells::Layer::about(const Box3f& one) const {
+  const Vec3f reach = Vec3f::Constant(margin);
+  return Box3f(one.min() - reach, one.max() + reach);
+}
+
+void SurfaceCells::bin_all(double fraction, double dt, std::span<const SmokeCapsule> capsules) {
   const auto cells = static_cast<std::size_t>(grid_.size.w);
   any_capsule_ = false;
   surfaces_.clear();
@@ -93,8 +140,9 @@ void SurfaceCells::bin_all(double fraction, double dt, float margin,
   capsules_near_.assign(cells, 0);
 
   if (grid_.particles > 0) {
-    const Vec3f reach = Vec3f::Constant(margin);
-    const Box3f near(particles_.min() - reach, particles_.max() + reach);
+    Box3f near;
+    for (const Layer& layer : layers_)
+      if (!layer.box.isEmpty()) near.extend(layer.about(layer.box));
     for (std::size_t s = 0; s < state_.surfaces.size(); ++s) {
       MovingSurface& surface = state_.surfaces[s].surface;
       if (!near.intersects(surface.box())) continue;
@@ -106,31 +154,32 @@ void SurfaceCells::bin_all(double fraction, double dt, float margin,
       for (std::uint32_t g = 0; g < surface.groups(); ++g)
         if (near.intersects(surface.group(g))) groups_.push_back({number, g});
     }
-    bin_capsules(capsules, margin);
+    bin_capsules(capsules);
   }
   const std::size_t pieces = (groups_.size() + kGroupChunk - 1) / kGroupChunk;
   if (found_.size() < pieces) found_.resize(pieces);
   for (Found& found : found_) found.triangles.clear(), found.cells.clear();
   parallel_chunks(groups_.size(), kGroupChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t g = begin; g < end; ++g)
-      find_triangles(groups_[g], moments_[groups_[g].surface], margin, found_[begin / kGroupChunk]);
+      find_triangles(groups_[g], moments_[groups_[g].surface], found_[begin / kGroupChunk]);
   });
   sort_entries();
   find_normals();
   fill_triangles(dt);
 }
 
-/// Calls visit(bits, x of the first bit, y, z) for each word of cells with particles that the box
+/// Calls visit(bits, x of the first bit, y, z) for each word of the layer's cells that the box
 /// meets, ascending, until it says true; says whether it did.
 template <class Visit>
-bool SurfaceCells::any_occupied_word(const Box3f& box, const Visit& visit) const {
+bool SurfaceCells::any_occupied_word(const Layer& layer, const Box3f& box,
+                                     const Visit& visit) const {
   const Int4 low = cell_of(grid_, Float4::from(box.min()));
   const Int4 high = cell_of(grid_, Float4::from(box.max()));
   const auto first = static_cast<std::size_t>(low.x), last = static_cast<std::size_t>(high.x);
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y) {
       const std::uint64_t* row =
-          occupied_.data() + words_ * static_cast<std::size_t>(y + grid_.size.y * z);
+          layer.cells.data() + words_ * static_cast<std::size_t>(y + grid_.size.y * z);
       for (std::size_t word = first / 64; word <= last / 64; ++word) {
         std::uint64_t bits = row[word];
         if (word == first / 64) bits &= ~std::uint64_t{0} << first % 64;
@@ -141,15 +190,12 @@ bool SurfaceCells::any_occupied_word(const Box3f& box, const Visit& visit) const
   return false;
 }
 
-bool SurfaceCells::any_occupied(const Box3f& box) const {
-  return any_occupied_word(box, [](std::uint64_t, int, int, int) { return true; });
-}
-
-/// Calls visit(cell, its centre) for the cells with particles that the box meets, ascending.
+/// Calls visit(cell, its centre) for those of the layer's cells that the box meets, ascending.
 template <class Visit>
-void SurfaceCells::for_each_occupied(const Box3f& box, const Visit& visit) const {
+void SurfaceCells::for_each_occupied(const Layer& layer, const Box3f& box,
+                                     const Visit& visit) const {
   const float edge = 1.0f / grid_.inverse_cell;
-  any_occupied_word(box, [&](std::uint64_t bits, int x_begin, int y, int z) {
+  any_occupied_word(layer, box, [&](std::uint64_t bits, int x_begin, int y, int z) {
     for (; bits != 0; bits &= bits - 1) {
       const int x = x_begin + std::countr_zero(bits);
       visit(cell_number(grid_, {x, y, z, 0}),
@@ -159,38 +205,49 @@ void SurfaceCells::for_each_occupied(const Box3f& box, const Visit& visit) const
   });
 }
 
+/// Those with a cell that reaches the box.
+SurfaceCells::NearLayers SurfaceCells::layers_near(const Box3f& box,
+                                                   const NearLayers& among) const {
+  NearLayers near = {};
+  std::size_t count = 0;
+  for (const Layer* const* layer = among.data(); *layer != nullptr; ++layer) {
+    const Box3f about = (*layer)->about(box);
+    if ((*layer)->box.intersects(about) &&
+        any_occupied_word(**layer, about, [](std::uint64_t, int, int, int) { return true; }))
+      near[count++] = *layer;
+  }
+  return near;
+}
+
 void SurfaceCells::find_triangles(const Group& group, const MovingSurface::Moment& moment,
-                                  float margin, Found& found) const {
+                                  Found& found) const {
   const MovingSurface& surface = *surfaces_[group.surface];
-  const Vec3f reach = Vec3f::Constant(margin);
   const float half_diagonal = 0.5f * std::sqrt(3.0f) / grid_.inverse_cell;
-  const auto near = [&](Box3f box) {
-    box.min() -= reach;
-    box.max() += reach;
-    return particles_.intersects(box) && any_occupied(box);
-  };
-  if (!near(surface.group(group.group))) return;
+  const NearLayers of_group =
+      layers_near(surface.group(group.group), {&layers_[0], &layers_[1], &layers_[2]});
+  if (of_group[0] == nullptr) return;
   const std::span<const SurfaceTopology::Triangle> triangles = surface.topology().triangles();
   constexpr std::size_t kBlock = MovingSurface::kBlock;
   const std::size_t first = group.group * kBlock;
   for (std::size_t block = first; block < std::min(first + kBlock, surface.blocks()); ++block) {
-    if (!near(surface.block(block))) continue;
+    const NearLayers of_block = layers_near(surface.block(block), of_group);
+    if (of_block[0] == nullptr) continue;
     for (const int t : surface.order().subspan(
              block * kBlock, std::min(kBlock, surface.order().size() - block * kBlock))) {
       const Vec3f a = moment.corner(triangles[t][0]), b = moment.corner(triangles[t][1]),
                   c = moment.corner(triangles[t][2]);
-      const Box3f box(a.cwiseMin(b).cwiseMin(c) - reach, a.cwiseMax(b).cwiseMax(c) + reach);
-      if (!particles_.intersects(box)) continue;
-      Vec3f across = Vec3f::Zero();
-      float far = -1.0f;
+      const Box3f box(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c));
+      const Vec3f across = (b - a).cross(c - a);
+      const float size = across.norm();
       const std::size_t before = found.cells.size();
-      for_each_occupied(box, [&](std::uint32_t cell, const Vec3f& centre) {
-        if (far < 0.0f) {
-          across = (b - a).cross(c - a);
-          far = (half_diagonal + margin) * across.norm();
-        }
-        if (std::abs(across.dot(centre - a)) <= far) found.cells.push_back(cell);
-      });
+      for (const Layer* const* layer = of_block.data(); *layer != nullptr; ++layer) {
+        const Box3f about = (*layer)->about(box);
+        if (!(*layer)->box.intersects(about)) continue;
+        const float far = (half_diagonal + (*layer)->margin) * size;
+        for_each_occupied(**layer, about, [&](std::uint32_t cell, const Vec3f& centre) {
+          if (std::abs(across.dot(centre - a)) <= far) found.cells.push_back(cell);
+        });
+      }
       if (found.cells.size() > before)
         found.triangles.push_back(
             {group.surface, t, static_cast<std::uint32_t>(found.cells.size())});
@@ -273,33 +330,35 @@ void SurfaceCells::fill_triangles(double dt) {
   });
 }
 
-void SurfaceCells::bin_capsules(std::span<const SmokeCapsule> capsules, float margin) {
+void SurfaceCells::bin_capsules(std::span<const SmokeCapsule> capsules) {
   const float half_diagonal = 0.5f * std::sqrt(3.0f) / grid_.inverse_cell;
   for (std::size_t c = 0; c < capsules.size(); ++c) {
     const Vec3f from = capsules[c].from.xyz(), way = capsules[c].to.xyz() - from;
-    const float far = capsules[c].from.w + margin + half_diagonal;
-    const Vec3f reach = Vec3f::Constant(far);
     const Vec3f to = from + way;
-    const Box3f box(from.cwiseMin(to) - reach, from.cwiseMax(to) + reach);
-    if (!box.intersects(particles_)) continue;
     const float square = way.squaredNorm();
-    for_each_occupied(box, [&](std::uint32_t cell, const Vec3f& centre) {
-      const float at =
-          square > 0.0f ? std::clamp(way.dot(centre - from) / square, 0.0f, 1.0f) : 0.0f;
-      if ((centre - from - at * way).norm() > far) return;
-      capsules_near_[cell] |= 1u << c % 32;
-      any_capsule_ = true;
-    });
+    for (const Layer& layer : layers_) {
+      const float far = capsules[c].from.w + layer.margin + half_diagonal;
+      const Vec3f reach = Vec3f::Constant(far);
+      const Box3f box(from.cwiseMin(to) - reach, from.cwiseMax(to) + reach);
+      if (!box.intersects(layer.box)) continue;
+      for_each_occupied(layer, box, [&](std::uint32_t cell, const Vec3f& centre) {
+        const float at =
+            square > 0.0f ? std::clamp(way.dot(centre - from) / square, 0.0f, 1.0f) : 0.0f;
+        if ((centre - from - at * way).norm() > far) return;
+        capsules_near_[cell] |= 1u << c % 32;
+        any_capsule_ = true;
+      });
+    }
   }
 }
 
 std::size_t SurfaceCells::memory_bytes() const {
-  std::size_t bytes = occupied_.capacity() * sizeof(std::uint64_t) +
-                      (cell_begin_.capacity() + entries_.capacity() + capsules_near_.capacity()) *
+  std::size_t bytes = (cell_begin_.capacity() + entries_.capacity() + capsules_near_.capacity()) *
                           sizeof(std::uint32_t) +
                       triangles_.capacity() * sizeof(SurfaceTriangle) +
                       balls_.capacity() * sizeof(Float4) +
                       owners_.capacity() * sizeof(std::uint32_t);
+  for (const Layer& layer : layers_) bytes += layer.cells.capacity() * sizeof(std::uint64_t);
   for (const Found& found : found_)
     bytes +=
         found.triangles.capacity() * sizeof(Near) + found.cells.capacity() * sizeof(std::uint32_t);

@@ -2,6 +2,7 @@
 // looks into, on the CPU as on the GPU.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,6 +11,15 @@
 #include "kernels/smoke/smoke_passes.h"
 
 namespace viscera {
+
+/// How far about a particle surfaces count: as about one at rest, and the way that it has gone.
+struct SurfaceReach {
+  float still = 0.0f;  ///< [m]
+  float time = 0.0f;   ///< for which particles have moved as fast as they are now [s]
+};
+
+/// Of a particle, by the squares of its speed and of the fastest one's: below kPaces.
+std::uint32_t pace_of(float square, float fastest_square);
 
 class SurfaceCells {
  public:
@@ -48,13 +58,17 @@ class SurfaceCells {
   /// The greatest way of a vertex in that step, of surfaces in reach of the box (domain frame) [m].
   float greatest_way(const Eigen::AlignedBox3f& box) const;
 
-  /// Bins what lies within `margin` of cells with particles, with the surfaces at `fraction` of
-  /// the step of length dt, and those capsules. Deterministic for any number of threads.
-  void build(std::span<const Float4> positions, double fraction, double dt, float cell,
-             float margin, std::span<const SmokeCapsule> capsules);
-  /// The same for particles that are elsewhere: their grid, and whether a cell holds any (cells).
-  void build(const BinParameters& grid, std::span<const std::uint8_t> occupied, double fraction,
-             double dt, float margin, std::span<const SmokeCapsule> capsules);
+  /// Bins what lies within reach of cells with particles, with the surfaces at `fraction` of the
+  /// step of length dt, and those capsules. A cell reaches as far as its quickest particle needs,
+  /// by its pace. Deterministic for any number of threads.
+  void build(std::span<const Float4> positions, std::span<const Float4> velocities, double fraction,
+             double dt, float cell, const SurfaceReach& reach,
+             std::span<const SmokeCapsule> capsules);
+  /// The same for particles that are elsewhere: their grid; the cells that hold any of a pace, a
+  /// bit each, one pace after another (kPaces x words of 32); the fastest one's speed [m/s].
+  void build(const BinParameters& grid, std::span<const std::uint32_t> cells_of_pace, float fastest,
+             double fraction, double dt, const SurfaceReach& reach,
+             std::span<const SmokeCapsule> capsules);
 
   /// Of the grid: origin, size, inverse_cell; the rest is for the caller to fill in.
   const BinParameters& grid() const { return grid_; }
@@ -87,28 +101,37 @@ class SurfaceCells {
     std::size_t first_triangle = 0;  // of the piece, among all
   };
 
-  void occupy(std::uint32_t x, std::uint32_t row) {
-    occupied_[row * words_ + x / 64] |= std::uint64_t{1} << x % 64;
-  }
+  /// Cells whose quickest particle is of one pace.
+  struct Layer {
+    std::vector<std::uint64_t> cells;  // bits, each row along x in whole words
+    Eigen::AlignedBox3f box;           // about them, domain frame
+    float margin = 0.0f;               // that they reach [m]
+
+    Eigen::AlignedBox3f about(const Eigen::AlignedBox3f& one) const;
+  };
+
   void take_grid(const BinParameters& grid);
-  void bin_all(double fraction, double dt, float margin, std::span<const SmokeCapsule> capsules);
-  void find_triangles(const Group& group, const MovingSurface::Moment& moment, float margin,
-                      Found& found) const;
+  void occupy(std::uint32_t pace, std::uint32_t x, std::uint32_t y, std::uint32_t z);
+  void set_reach(float fastest, const SurfaceReach& reach);
+  void bin_all(double fraction, double dt, std::span<const SmokeCapsule> capsules);
+  using NearLayers = std::array<const Layer*, kPaces + 1>;  // up to a null
+  NearLayers layers_near(const Eigen::AlignedBox3f& box, const NearLayers& among) const;
+  void find_triangles(const Group& group, const MovingSurface::Moment& moment, Found& found) const;
   void sort_entries();
   void find_normals();
   void fill_triangles(double dt);
   template <class Visit>
-  bool any_occupied_word(const Eigen::AlignedBox3f& box, const Visit& visit) const;
-  bool any_occupied(const Eigen::AlignedBox3f& box) const;
+  bool any_occupied_word(const Layer& layer, const Eigen::AlignedBox3f& box,
+                         const Visit& visit) const;
   template <class Visit>
-  void for_each_occupied(const Eigen::AlignedBox3f& box, const Visit& visit) const;
-  void bin_capsules(std::span<const SmokeCapsule> capsules, float margin);
+  void for_each_occupied(const Layer& layer, const Eigen::AlignedBox3f& box,
+                         const Visit& visit) const;
+  void bin_capsules(std::span<const SmokeCapsule> capsules);
 
   State state_;
   BinParameters grid_;
-  Eigen::AlignedBox3f particles_;
-  std::vector<std::uint64_t> occupied_;  // bits of cells, each row along x in whole words
-  std::size_t words_ = 0;                // of a row
+  std::array<Layer, kPaces> layers_;
+  std::size_t words_ = 0;  // of a row of a layer
   std::vector<MovingSurface::Moment> moments_;
   std::vector<MovingSurface*> surfaces_;  // that may be near, as the moments
   std::vector<std::uint32_t> numbers_;    // of those among the given

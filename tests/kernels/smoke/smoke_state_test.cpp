@@ -270,7 +270,8 @@ TEST(SmokeState, ASurfaceOfOtherTrianglesThanThenCountsAsNotHavingMoved) {
   EXPECT_EQ(cells.greatest_way(all), 0.0f);
   // And it may be stepped on with, whatever the order of the old triangles was.
   const std::vector<Float4> particles = room.volume.particles().positions;
-  cells.build(particles, 1.0, kFrame, 3e-3f, 2e-3f, {});
+  const std::vector<Float4> still(particles.size(), Float4{});
+  cells.build(particles, still, 1.0, kFrame, 3e-3f, {2e-3f, 0.0f}, {});
   EXPECT_GT(cells.triangles().size(), 0u);
 }
 
