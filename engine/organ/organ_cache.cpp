@@ -227,6 +227,7 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
     const FiniteOptions finite = finite_options(organ, tissue);
     hasher.text("finite").value(kFiniteVersion).value(finite.time_step).value(finite.density);
     hasher.value(finite.viscous_time).value(finite.dynamic);
+    for (const RelaxationTerm& term : finite.relaxation) hasher.value(term.share).value(term.time);
   }
   if (demand.sags) hasher.text("sags").value(tissue.density);
   if (!demand.burnt.empty()) {

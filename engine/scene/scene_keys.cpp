@@ -201,8 +201,8 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
           "bent far and swings back when it is let go, or hives about whatever touches it "
           "(local), with nothing to prepare. auto: finite where the path of a jaw closes it on the "
           "organ, or where a hand holds a jaw, unless the organ has what finite strain doesn't "
-          "know yet (pulsation, relaxation, stvk, a formulation but galerkin, storage in half "
-          "precision); else linear.")
+          "know yet (pulsation, stvk, a formulation but galerkin, storage in half precision); "
+          "else linear.")
           .one_of({"auto", "linear", "finite", "local", "global"})
           .otherwise("auto"),
       object("finite", "How it moves where its response is finite.", finite())

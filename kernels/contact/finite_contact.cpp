@@ -45,7 +45,10 @@ bool FiniteContact::fits(const State& state) const {
          motion.rotations.size() == 3 * three && !first_stray(motion.displacements) &&
          !first_stray(motion.velocities) && !first_stray(motion.loads) &&
          !first_stray(motion.rotations) && motion.held >= 0 && motion.steps_released >= 0 &&
-         motion.steps_since_warp >= 0 && motion.lost >= 0;
+         motion.steps_since_warp >= 0 && motion.lost >= 0 &&
+         body_.solver.body().fits(state.memory, terms().size()) &&
+         !first_stray(state.memory.points) && !first_stray(state.memory.dilatations) &&
+         !first_stray(state.memory.hold);
 }
 
 // --- what follows from the cells' places --------------------------------------------------------
@@ -198,7 +201,9 @@ void FiniteContact::turn(const NodalRotations& rotations) {
   for (Group& group : groups_)
     group.rotation = rotation_of(rotations, static_cast<std::size_t>(group.first_node));
   turned_step_ = turned(step_);
-  turned_near_ = turned(near_);
+  turned_near_ = turned(near_) / (1.0 + overstiffness(terms()));
+  near_before_.resize(0);
+  if (near_loads_.size() == turned_near_.cols()) near_before_ = turned_near_ * near_loads_;
 }
 
 VectorX FiniteContact::displaced(const VectorX& u) const {
@@ -279,6 +284,7 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
   for (std::size_t k = 0; k < asked_.size(); ++k) {
     ContactCell& cell = asked_[k];
     cell.free += free.segment<3>(at(k));
+    if (near_before_.size() > 0) cell.free += near_before_.segment<3>(at(k));
     if (share == 1.0 || yields(k)) continue;
     const Vec3& begun = begun_[k];
     cell.displacement = begun + share * (cell.displacement - begun);
@@ -295,6 +301,47 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
   return true;
 }
 
+// --- what relaxes --------------------------------------------------------------------------------
+
+/// Of what is finer than places: a cell remembers what the nearest of the last step's does, no
+/// farther off than a cell is wide; tissue that a tool has newly come to has been at rest.
+void FiniteContact::remember_cells() {
+  state_.remembered.clear();
+  near_loads_.resize(0);
+  if (terms().empty() || cells_.empty()) return;
+  const std::size_t count = cells_.size(), before = start_places_.size();
+  state_.remembered.assign(terms().size() * count, Vec3::Zero());
+  if (start_remembered_.size() != terms().size() * before) return;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto distance = [&](const Place& other) {
+      return (other.position - state_.places[k].position).squaredNorm();
+    };
+    const auto last = std::ranges::min_element(start_places_, {}, distance);
+    if (last == start_places_.end() || !(distance(*last) < state_.places[k].area)) continue;
+    const auto from = static_cast<std::size_t>(last - start_places_.begin());
+    for (std::size_t t = 0; t < terms().size(); ++t)
+      state_.remembered[t * count + k] = start_remembered_[t * before + from];
+  }
+  near_loads_ = VectorX::Zero(at(count));
+  for (std::size_t t = 0; t < terms().size(); ++t)
+    for (std::size_t k = 0; k < count; ++k)
+      near_loads_.segment<3>(at(k)) += terms()[t].over * state_.remembered[t * count + k];
+}
+
+/// Forces that would do to tissue that has relaxed what these do now.
+std::vector<Vec3> FiniteContact::without_relaxation(std::span<const Vec3> forces) const {
+  std::vector<Vec3> elastic(forces.begin(), forces.end());
+  const std::size_t count = state_.places.size();
+  if (!remembers()) return elastic;
+  elastic.resize(count, Vec3::Zero());
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t t = 0; t < terms().size(); ++t)
+      elastic[k] += terms()[t].over * state_.remembered[t * count + k];
+    elastic[k] /= 1.0 + overstiffness(terms());
+  }
+  return elastic;
+}
+
 // --- steps ---------------------------------------------------------------------------------------
 
 void FiniteContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
@@ -309,6 +356,16 @@ void FiniteContact::begin_step(const Vec3& acceleration) {
   start_displacements_ = state_.displacements;
   start_forces_ = state_.forces;
   so_far_.reset();
+  if (!terms().empty()) {
+    overstress_ =
+        body_.solver.body().relax(state_.motion.displacements, changed_, terms(), state_.memory);
+    start_remembered_ = remembers() ? state_.remembered : std::vector<Vec3>();
+    const std::vector<Vec3> forces = without_relaxation(state_.forces);
+    const std::size_t cells = start_places_.size();
+    for (std::size_t i = 0; i < start_remembered_.size(); ++i)
+      start_remembered_[i] +=
+          (1.0 - terms()[i / cells].kept) * (forces[i % cells] - start_remembered_[i]);
+  }
   acceleration_ = acceleration;
   told_ = {};
 }
@@ -331,6 +388,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
   backing_ = backing;
   solution_ = &solution;
   answer_ = &response;
+  remember_cells();
   told_ = body_.solver.step(*this, state_.motion, acceleration_, &so_far_);
   cells_ = {};
   so_far_places_ = state_.places;
@@ -345,6 +403,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
     const std::int32_t lost = state_.motion.lost;
     state_.motion = body_.solver.at_rest();
     state_.motion.lost = lost;
+    state_.memory = {};
   }
 }
 
@@ -358,7 +417,13 @@ std::optional<OthersHold> FiniteContact::hold_of_others(std::span<const ContactC
     response_changed();
     stands_ = true;
   }
-  return PatchContact::hold_of_others(cells, begin, end, shares);
+  if (!remembers()) return PatchContact::hold_of_others(cells, begin, end, shares);
+  // The body at rest has had all the time to relax.
+  std::vector<Vec3> forces = without_relaxation(state_.forces);
+  std::swap(forces, state_.forces);
+  auto hold = PatchContact::hold_of_others(cells, begin, end, shares);
+  std::swap(forces, state_.forces);
+  return hold;
 }
 
 // --- shapes -----------------------------------------------------------------------------------
@@ -375,6 +440,7 @@ void FiniteContact::draw(std::span<const float> displacements, std::span<const C
   if (solution.near_fields.size() != cells.size() || solution.forces.size() != cells.size() ||
       group_of_cell_.size() != cells.size())
     return;
+  const std::vector<Vec3> pulls = without_relaxation(solution.forces);
   std::vector<int> vertices;
   std::vector<Vec3f> moved;
   for (const Group& group : groups_) {
@@ -385,7 +451,7 @@ void FiniteContact::draw(std::span<const float> displacements, std::span<const C
       const auto k = static_cast<std::size_t>(cell);
       near.push_back(solution.near_fields[k]);
       own.push_back(cells[k]);
-      forces.push_back(group.rotation.transpose() * solution.forces[k]);
+      forces.push_back(group.rotation.transpose() * pulls[k]);
     }
     near_field_on_surface(drawn(), near, own, forces, vertices, moved);
     const Eigen::Matrix3f rotation = group.rotation.cast<float>();

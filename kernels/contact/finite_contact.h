@@ -71,6 +71,13 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void gather_nodes();
   void gather_groups();
   MatrixX turned(const MatrixX& response) const;
+  void remember_cells();
+  std::vector<Vec3> without_relaxation(std::span<const Vec3> forces) const;
+  bool remembers() const {
+    return !state_.remembered.empty() &&
+           state_.remembered.size() == terms().size() * state_.places.size();
+  }
+  const std::vector<SteppedTerm>& terms() const { return body_.solver.terms(); }
   /// Whether a cell is the end of a spring.
   bool yields(std::size_t cell) const {
     return 3 * (cells_.size() - cell) <= static_cast<std::size_t>(backing_.rows());
@@ -86,6 +93,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   const ChangedTissue& changed() const override { return changed_; }
   void turn(const NodalRotations& rotations) override;
   const MatrixX& response() const override { return turned_step_; }
+  const Overstress& overstress() const override { return overstress_; }
   VectorX displaced(const VectorX& u) const override;
   VectorX answer_to(const VectorX& forces) const override;
   void add_loads(const VectorX& forces, VectorX& loads) const override;
@@ -99,7 +107,9 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   // Where the step began.
   FiniteState start_;
   std::vector<Place> start_places_;
-  std::vector<Vec3> start_displacements_, start_forces_;
+  std::vector<Vec3> start_displacements_, start_forces_, start_remembered_;
+  Overstress overstress_;
+  VectorX near_loads_;  // of what is finer than places, that are still felt; empty: none
   // Where it has come, if anything touched it, and on which cells.
   std::optional<StepSoFar> so_far_;
   std::vector<Place> so_far_places_;
@@ -115,8 +125,9 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   MatrixX shares_;              // of touched places in the cells                   (cells x m)
   // And from the rotations of this step.
   NodalRotations rotations_;
-  MatrixX turned_step_, turned_near_;
-  bool stands_ = false;  // `response_` and the matrix are those between steps
+  MatrixX turned_step_, turned_near_;  // near: as the step meets it
+  VectorX near_before_;                // where what is finer lies without forces; empty: at rest
+  bool stands_ = false;                // `response_` and the matrix are those between steps
 
   // Of the solve that is under way.
   std::span<const ContactCell> cells_;

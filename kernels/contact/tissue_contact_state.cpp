@@ -26,6 +26,7 @@ bool is_sound(const TissueContactState& state, std::size_t touchable, std::size_
           (state.lifted.rows() == order && state.lifted.cols() == order &&
            state.amounts.size() == order)) &&
          !first_stray(state.forces) && !first_stray(state.displacements) &&
+         !first_stray(state.remembered) &&
          (state.forces.empty() || cells == 0 || state.forces.size() == cells) &&
          !first_stray(state.response.loads) && state.response.loads.size() == touched.size() &&
          std::ranges::adjacent_find(touched, std::ranges::greater_equal()) == touched.end() &&

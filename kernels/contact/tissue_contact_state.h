@@ -6,6 +6,7 @@
 
 #include "kernels/contact/contact_cells.h"
 #include "kernels/finite/finite_state.h"
+#include "kernels/finite/relaxation.h"
 
 namespace viscera {
 
@@ -47,6 +48,10 @@ struct TissueContactState {
   int stayed = 0;                   ///< solves in a row at these places; several of one frame that
   bool counted = false;             ///< are told as such count once
   FiniteState motion;               ///< of tissue at finite strain; else empty
+  TissueMemory memory;              ///< of such tissue that relaxes
+  /// Of what is finer than places there: the forces on each cell that tissue without rest would
+  /// have had, as the step began, averaged over the past that each term knows [N] (terms x cells).
+  std::vector<Vec3> remembered;
 
   /// Force components that are unknown of the last solve's cells.
   std::size_t unknowns() const {
@@ -62,7 +67,8 @@ struct TissueContactState {
                       field("lifted", &S::lifted), field("forces", &S::forces),
                       field("displacements", &S::displacements), field("response", &S::response),
                       field("columns_built", &S::columns_built), field("stayed", &S::stayed),
-                      field("counted", &S::counted), field("motion", &S::motion));
+                      field("counted", &S::counted), field("motion", &S::motion),
+                      field("memory", &S::memory), field("remembered", &S::remembered));
   }
 };
 static_assert(fields_cover<TissueContactState::Place>() && fields_cover<TissueContactState::Way>());

@@ -111,6 +111,14 @@ struct FiniteBody::CellView {
   double viscous;                      // time mu / dt [Pa]; 0: none
   const double* before;                // strains of its packs
   const ChangedTissue::Pack* changed;  // null: nothing has changed
+  double over;                         // Overstress of its packs; 0: nothing relaxes
+  const double *relaxing, *relaxing_dilatations;
+
+  /// Overstress of a pack's points.
+  VISCERA_INLINE void load_means(std::size_t pack, Lanes* mean) const {
+    for (std::size_t k = 0; k < 8; ++k)
+      load(relaxing + Overstress::kOfPack * pack + kLanes * k, mean[k]);
+  }
 
   /// F of a pack's points.
   VISCERA_INLINE void deform(std::size_t pack, const double* displacements, Lanes* f) const {
@@ -134,23 +142,30 @@ VISCERA_WIDE double FiniteBody::add_averaged(const CellView& cell, const double*
     for (std::size_t k = 0; k < kTerms; ++k) {
       derivative[k] = cell.averaged * dilatation[k];
       sum += 0.5 * derivative[k] * dilatation[k];
+      if (cell.over == 0.0) continue;
+      const double half = 0.5 * cell.over * dilatation[k];
+      derivative[k] += cell.averaged * (2.0 * half - cell.relaxing_dilatations[k]);
+      sum += cell.averaged * dilatation[k] * (half - cell.relaxing_dilatations[k]);
     }
     return sum;
   }
   Lanes energy = {}, by[kTerms] = {};
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    Lanes w, growth, factor, psi[kTerms], change = {};
+    Lanes w, growth, factor, psi[kTerms], change = {}, relaxing = {};
     load(cell.weights[p].data(), w);
     load(cell.changed[p].growth.data(), growth);
     load(cell.changed[p].factor.data(), factor);
     for (std::size_t k = 0; k < kTerms; ++k) {
       load(cell.psi[p][k].data(), psi[k]);
       change += dilatation[k] * psi[k];
+      if (cell.over > 0.0) relaxing += cell.relaxing_dilatations[k] * psi[k];
     }
-    const Lanes cubed = growth * growth * growth;
+    const Lanes cubed = growth * growth * growth, stiff = cell.averaged * w * factor;
+    const Lanes half = 0.5 * cell.over * change, since = stiff * cubed * (2.0 * half - relaxing);
+    energy += stiff * cubed * cubed * change * (half - relaxing);
     change = cubed * (1.0 + change) - 1.0;
-    const Lanes pull = cell.averaged * w * factor * change;
-    energy += 0.5 * pull * change;
+    const Lanes pull = stiff * change + since;
+    energy += 0.5 * stiff * change * change;
     for (std::size_t k = 0; k < kTerms; ++k) by[k] += pull * cubed * psi[k];
   }
   for (std::size_t k = 0; k < kTerms; ++k) derivative[k] = sum_of(by[k]);
@@ -185,6 +200,19 @@ VISCERA_WIDE double FiniteBody::add_cell(const CellView& cell, const double* dis
     for (std::size_t i = 1; i < kOfF; ++i) length += f[i] * f[i];
     energy += w * (0.5 * cell.mu * (length - 3.0) - cell.mu * grown +
                    0.5 * (cell.lambda + cell.mu) * grown * grown);
+    if (cell.over > 0.0) {
+      Lanes mean[8];
+      cell.load_means(p, mean);
+      const Lanes volume = 1.0 + grown;
+      const Lanes along = mean[0] * (f[0] * f[0] + f[3] * f[3] + f[6] * f[6]) +
+                          mean[1] * (f[1] * f[1] + f[4] * f[4] + f[7] * f[7]) +
+                          mean[2] * (f[2] * f[2] + f[5] * f[5] + f[8] * f[8]);
+      const Lanes across = mean[3] * (f[0] * f[1] + f[3] * f[4] + f[6] * f[7]) +
+                           mean[4] * (f[1] * f[2] + f[4] * f[5] + f[7] * f[8]) +
+                           mean[5] * (f[2] * f[0] + f[5] * f[3] + f[8] * f[6]);
+      energy += w * (0.5 * cell.mu * (along + 2.0 * across) - cell.mu * mean[6] * volume +
+                     (cell.lambda + cell.mu) * volume * (0.5 * cell.over * volume - mean[7]));
+    }
     if (cell.viscous > 0.0) {
       Lanes(&e)[kOfStrain] = strain;
       for (std::size_t k = 0; k < kOfStrain; ++k) {
@@ -238,7 +266,19 @@ VISCERA_WIDE double FiniteBody::add_cell(const CellView& cell, const double* dis
       averaging /= growth * growth;
     }
     load(kept + 4 * (kOfF + kOfStrain), pressure);
+    const Lanes volume = 1.0 + pressure;
     pressure = w * ((cell.lambda + cell.mu) * pressure - cell.mu);
+    const Lanes shear = w * cell.mu;
+    if (cell.over > 0.0) {
+      Lanes m[8];
+      cell.load_means(p, m);
+      pressure += w * ((cell.lambda + cell.mu) * (cell.over * volume - m[7]) - cell.mu * m[6]);
+      for (std::size_t i = 0; i < kOfF; i += 3) {
+        stress[i] += shear * (f[i] * m[0] + f[i + 1] * m[3] + f[i + 2] * m[5]);
+        stress[i + 1] += shear * (f[i] * m[3] + f[i + 1] * m[1] + f[i + 2] * m[4]);
+        stress[i + 2] += shear * (f[i] * m[5] + f[i + 1] * m[4] + f[i + 2] * m[2]);
+      }
+    }
     if (cell.psi != nullptr)
       for (std::size_t k = 0; k < kTerms; ++k) {
         Lanes psi;
@@ -246,7 +286,6 @@ VISCERA_WIDE double FiniteBody::add_cell(const CellView& cell, const double* dis
         pressure += averaging * averaged[k] * psi;
       }
     cofactors(f, c);
-    const Lanes shear = w * cell.mu;
     for (std::size_t i = 0; i < kOfF; ++i) stress[i] += shear * f[i] + pressure * c[i];
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
       Lanes g[3];
@@ -417,7 +456,8 @@ ChangedTissue FiniteBody::changed(const TissueChange& change) const {
 }
 
 FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosity,
-                                      const ChangedTissue& changed) const {
+                                      const ChangedTissue& changed,
+                                      const Overstress& overstress) const {
   const std::size_t first = cell_begin_[cell];
   return {.packs = cell_begin_[cell + 1] - first,
           .begin = begin_.data() + first,
@@ -431,7 +471,12 @@ FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosi
           .viscous = viscosity.over_step * mu_,
           .before =
               viscosity.before.empty() ? nullptr : viscosity.before.data() + 4 * kOfStrain * first,
-          .changed = changed.packs.empty() ? nullptr : changed.packs.data() + first};
+          .changed = changed.packs.empty() ? nullptr : changed.packs.data() + first,
+          .over = overstress.over,
+          .relaxing = overstress.over > 0.0 ? overstress.points.data() + Overstress::kOfPack * first
+                                            : nullptr,
+          .relaxing_dilatations =
+              overstress.over > 0.0 ? overstress.dilatations.data() + kTerms * cell : nullptr};
 }
 
 /// Of a piece's nodes, over its first one: what gradients in single precision act on stays small.
@@ -447,7 +492,8 @@ std::vector<double> FiniteBody::gathered(const Piece& piece,
 
 double FiniteBody::add_piece(const Piece& piece, std::span<const double> displacements,
                              bool with_forces, const Viscosity& viscosity,
-                             const ChangedTissue& changed, std::vector<double>& forces) const {
+                             const ChangedTissue& changed, const Overstress& overstress,
+                             std::vector<double>& forces) const {
   const std::vector<double> own = gathered(piece, displacements);
   if (with_forces) forces.assign(kLanes * own.size(), 0.0);
   std::size_t most = 0;
@@ -456,22 +502,22 @@ double FiniteBody::add_piece(const Piece& piece, std::span<const double> displac
   std::vector<double> scratch(kScratch * most);
   double energy = 0.0;
   for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c)
-    energy += add_cell(view(c, viscosity, changed), own.data(), scratch.data(),
+    energy += add_cell(view(c, viscosity, changed, overstress), own.data(), scratch.data(),
                        with_forces ? forces.data() : nullptr);
   return energy;
 }
 
 double FiniteBody::energy(std::span<const double> displacements, std::span<double> gradient,
                           Workspace& workspace, const Viscosity& viscosity,
-                          const ChangedTissue& changed) const {
+                          const ChangedTissue& changed, const Overstress& overstress) const {
   const bool with_forces = !gradient.empty();
   workspace.forces.resize(pieces_.size());
   workspace.energies.assign(pieces_.size(), 0.0);
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
-    workspace.energies[p] =
-        add_piece(pieces_[p], displacements, with_forces, viscosity, changed, workspace.forces[p]);
+    workspace.energies[p] = add_piece(pieces_[p], displacements, with_forces, viscosity, changed,
+                                      overstress, workspace.forces[p]);
   });
-  double sum = 0.0;
+  double sum = overstress.constant;
   for (const double energy : workspace.energies) sum += energy;
   if (with_forces) {
     for (std::size_t p = 0; p < pieces_.size(); ++p) {
@@ -482,12 +528,12 @@ double FiniteBody::energy(std::span<const double> displacements, std::span<doubl
               (force[0] + force[1]) + (force[2] + force[3]);
     }
   }
-  add_hold(displacements, gradient, sum);
+  add_hold(displacements, gradient, sum, overstress);
   return sum;
 }
 
 void FiniteBody::add_hold(std::span<const double> displacements, std::span<double> gradient,
-                          double& energy) const {
+                          double& energy, const Overstress& overstress) const {
   const std::vector<int>& nodes = hold_.nodes();
   std::vector<double> own(3 * nodes.size()), forces;
   for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -496,8 +542,12 @@ void FiniteBody::add_hold(std::span<const double> displacements, std::span<doubl
   hold_.multiply(own, forces);
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
-      const double force = forces[4 * i + k];
+      double force = (1.0 + overstress.over) * forces[4 * i + k];
       energy += 0.5 * own[3 * i + k] * force;
+      if (overstress.over > 0.0) {
+        energy -= own[3 * i + k] * overstress.hold_forces[4 * i + k];
+        force -= overstress.hold_forces[4 * i + k];
+      }
       if (!gradient.empty()) gradient[3 * static_cast<std::size_t>(nodes[i]) + k] += force;
     }
 }
@@ -519,7 +569,7 @@ Strains FiniteBody::strains(std::span<const double> displacements) const {
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
     const std::vector<double> own = gathered(pieces_[p], displacements);
     for (std::size_t c = pieces_[p].first_cell; c < pieces_[p].last_cell; ++c)
-      find_strains(view(c, {}, {}), own.data(), all.data() + 4 * kOfStrain * cell_begin_[c]);
+      find_strains(view(c, {}, {}, {}), own.data(), all.data() + 4 * kOfStrain * cell_begin_[c]);
   });
   return all;
 }

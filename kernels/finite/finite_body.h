@@ -24,14 +24,12 @@
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 #include "kernels/finite/hold_rows.h"
+#include "kernels/finite/relaxation.h"
 #include "kernels/finite/tissue_change.h"
 #include "kernels/paff/block_matrix.h"
 #include "kernels/paff/elastic_region.h"
 
 namespace viscera {
-
-/// Green strains of a body's points: of each pack xx, yy, zz, xy, yz, zx of its four   (24 packs)
-using Strains = std::vector<double>;
 
 /// What resists change of strain within a step of dt: it adds (time mu / dt) |E - E_before|^2, time
 /// being the ratio of viscosity to shear modulus.
@@ -74,7 +72,12 @@ class FiniteBody {
   /// `gradient` unless that is empty. The same bits for any number of threads.
   double energy(std::span<const double> displacements, std::span<double> gradient,
                 Workspace& workspace, const Viscosity& viscosity = {},
-                const ChangedTissue& changed = {}) const;
+                const ChangedTissue& changed = {}, const Overstress& overstress = {}) const;
+
+  /// The memory goes on by a step that ended at these displacements; what it does in the next.
+  Overstress relax(std::span<const double> displacements, const ChangedTissue& changed,
+                   std::span<const SteppedTerm> terms, TissueMemory& memory) const;
+  bool fits(const TissueMemory& memory, std::size_t terms) const;  ///< its sizes
 
   /// Deformation gradients averaged over the cells about each node                          (N)
   std::vector<Mat3> mean_gradients(std::span<const double> displacements) const;
@@ -109,7 +112,11 @@ class FiniteBody {
                 std::vector<int>& number);
   void find_means(const ElasticRegion& region, std::span<const std::size_t> points,
                   std::span<const std::size_t> cell_begin);
-  CellView view(std::size_t cell, const Viscosity& viscosity, const ChangedTissue& changed) const;
+  CellView view(std::size_t cell, const Viscosity& viscosity, const ChangedTissue& changed,
+                const Overstress& overstress) const;
+  double relax_pack(std::size_t pack, const Strains& strains, const ChangedTissue& changed,
+                    std::span<const SteppedTerm> terms, TissueMemory& memory, Overstress& sums,
+                    std::array<double, 4>& theta) const;
   static double add_cell(const CellView& cell, const double* displacements, double* scratch,
                          double* forces);
   static double add_averaged(const CellView& cell, const double* dilatation, double* derivative);
@@ -117,9 +124,9 @@ class FiniteBody {
   std::vector<double> gathered(const Piece& piece, std::span<const double> displacements) const;
   double add_piece(const Piece& piece, std::span<const double> displacements, bool with_forces,
                    const Viscosity& viscosity, const ChangedTissue& changed,
-                   std::vector<double>& forces) const;
-  void add_hold(std::span<const double> displacements, std::span<double> gradient,
-                double& energy) const;
+                   const Overstress& overstress, std::vector<double>& forces) const;
+  void add_hold(std::span<const double> displacements, std::span<double> gradient, double& energy,
+                const Overstress& overstress) const;
   /// Visits the nodes of one of a pack's points: number of the piece, gradient.
   template <class Visit>
   void each_node(std::size_t pack, std::size_t lane, const Visit& visit) const {

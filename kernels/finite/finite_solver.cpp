@@ -22,6 +22,11 @@ Result<void> check_options(const FiniteOptions& options) {
          "density: found " + std::to_string(options.density) + " kg/m3, expected more than 0");
   expect(std::isfinite(options.viscous_time) && options.viscous_time >= 0.0,
          "viscous time: found " + std::to_string(options.viscous_time) + " s, expected 0 or more");
+  for (const RelaxationTerm& term : options.relaxation)
+    expect(std::isfinite(term.share) && term.share > 0.0 && std::isfinite(term.time) &&
+               term.time > 0.0,
+           "relaxation: found " + std::to_string(term.share) + " of the modulus within " +
+               std::to_string(term.time) + " s, expected both above 0");
   expect(options.iterations > 0 && options.iterations_released > 0,
          "iterations: found " + std::to_string(options.iterations) + " and " +
              std::to_string(options.iterations_released) + " after a release, expected 1 or more");
@@ -40,8 +45,11 @@ Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> bod
   if (auto sound = check_options(options); !sound) return std::unexpected(sound.error());
   const double dt = options.time_step;
   const std::vector<double> rest(3 * body->nodes(), 0.0);
+  // A step meets tissue as stiff as what has had no time to relax.
+  const double stiff = 1.0 + overstiffness(stepped(options.relaxation, dt));
   SymmetricBlockMatrix matrix =
-      body->tangent(rest, options.dynamic ? 1.0 + options.viscous_time / dt : 1.0);
+      body->tangent(rest, options.dynamic ? 1.0 + options.viscous_time / (stiff * dt) : 1.0);
+  for (double& number : matrix.blocks) number *= stiff;
   if (options.dynamic)
     for (std::size_t node = 0; node < body->nodes(); ++node)
       for (std::size_t k = 0; k < 3; ++k)
@@ -64,6 +72,7 @@ Result<FiniteSolver> FiniteSolver::prepared(std::shared_ptr<const FiniteBody> bo
                    std::to_string(body->nodes()));
   FiniteSolver solver;
   solver.options_ = options;
+  solver.terms_ = stepped(options.relaxation, options.time_step);
   for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
   if (options.dynamic) solver.compact_ = std::make_shared<CompactFactor>(factor->pack());
   solver.factor_ = std::move(factor);

@@ -27,9 +27,10 @@
 namespace viscera {
 
 struct FiniteOptions {
-  double time_step = 1.0 / 60.0;  ///< [s]
-  double density = 1060.0;        ///< [kg/m3]
-  double viscous_time = 0.02;     ///< viscosity over shear modulus [s]
+  double time_step = 1.0 / 60.0;           ///< [s]
+  double density = 1060.0;                 ///< [kg/m3]
+  double viscous_time = 0.02;              ///< viscosity over shear modulus [s]
+  std::vector<RelaxationTerm> relaxation;  ///< beside the long-term modulus
   /// False: each step goes to equilibrium, without mass and viscosity.
   bool dynamic = true;
   int iterations = 2;           ///< quasi-Newton steps a step; more after a release
@@ -92,6 +93,7 @@ class FiniteSolver {
 
   const FiniteBody& body() const { return *body_; }
   const FiniteOptions& options() const { return options_; }
+  const std::vector<SteppedTerm>& terms() const { return terms_; }  ///< by which it relaxes
   /// Of the body at rest with what a step adds to it.
   const std::shared_ptr<const StiffnessFactor>& factor() const { return factor_; }
   std::size_t memory_bytes() const {
@@ -116,6 +118,7 @@ class FiniteSolver {
   std::shared_ptr<const CompactFactor> compact_;
   std::vector<double> masses_;  // [kg]                                                          (N)
   FiniteOptions options_;
+  std::vector<SteppedTerm> terms_;
 };
 
 }  // namespace viscera

@@ -27,6 +27,11 @@ class FiniteTouch {
     static const ChangedTissue nothing;
     return nothing;
   }
+  /// What the tissue remembers of before the step, likewise.
+  virtual const Overstress& overstress() const {
+    static const Overstress nothing;
+    return nothing;
+  }
   /// From now on the factor is turned so.
   virtual void turn(const NodalRotations& rotations) = 0;
   /// Phi R P^-1 R^T Phi^T [m/N].                                          (3 cells) x (3 cells)

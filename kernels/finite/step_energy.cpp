@@ -5,11 +5,12 @@ namespace viscera {
 StepEnergy::StepEnergy(const FiniteBody& body, std::span<const double> masses,
                        const FiniteOptions& options, const Vec3& acceleration,
                        const FiniteState& state, const ChangedTissue& changed,
-                       std::shared_ptr<const Strains> strains)
+                       const Overstress& overstress, std::shared_ptr<const Strains> strains)
     : body_(body),
       masses_(masses),
       options_(options),
       changed_(changed),
+      overstress_(overstress),
       acceleration_(acceleration),
       strains_(std::move(strains)) {
   if (!options.dynamic) return;
@@ -17,6 +18,7 @@ StepEnergy::StepEnergy(const FiniteBody& body, std::span<const double> masses,
   aim_ = Eigen::Map<const VectorX>(state.displacements.data(), n) +
          options.time_step * Eigen::Map<const VectorX>(state.velocities.data(), n);
   if (options.viscous_time == 0.0) return;
+  if (!strains_) strains_ = overstress.strains;
   if (!strains_) strains_ = std::make_shared<const Strains>(body.strains(state.displacements));
   viscosity_ = {options.viscous_time / options.time_step, *strains_};
 }
@@ -29,7 +31,7 @@ double StepEnergy::at(const VectorX& u, VectorX* gradient) {
   }
   ++evaluations_;
   double sum = body_.energy({u.data(), static_cast<std::size_t>(u.size())}, g, workspace_,
-                            viscosity_, changed_);
+                            viscosity_, changed_, overstress_);
   if (!options_.dynamic && acceleration_.isZero(0.0)) return sum;
   const double rate = 1.0 / (options_.time_step * options_.time_step);
   for (std::size_t node = 0; node < masses_.size(); ++node) {

@@ -17,7 +17,7 @@ class StepEnergy {
   /// of the same step, or null. All outlive it.
   StepEnergy(const FiniteBody& body, std::span<const double> masses, const FiniteOptions& options,
              const Vec3& acceleration, const FiniteState& state, const ChangedTissue& changed,
-             std::shared_ptr<const Strains> strains = nullptr);
+             const Overstress& overstress, std::shared_ptr<const Strains> strains = nullptr);
 
   /// Energy [J] at u (3 N), and its derivative [N] unless that is null.
   double at(const VectorX& u, VectorX* gradient);
@@ -30,6 +30,7 @@ class StepEnergy {
   std::span<const double> masses_;
   const FiniteOptions& options_;
   const ChangedTissue& changed_;
+  const Overstress& overstress_;
   Vec3 acceleration_;
   VectorX aim_;
   std::shared_ptr<const Strains> strains_;

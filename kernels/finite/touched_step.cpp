@@ -49,7 +49,7 @@ class FiniteSolver::TouchedStep {
         touch_(touch),
         rotations_(rotations),
         energy_(*solver.body_, solver.masses_, solver.options_,
-                solver.options_.gravity + acceleration, state, touch.changed(),
+                solver.options_.gravity + acceleration, state, touch.changed(), touch.overstress(),
                 so_far ? so_far->strains : nullptr),
         n_(static_cast<Eigen::Index>(state.displacements.size())),
         goes_on_(so_far != nullptr) {

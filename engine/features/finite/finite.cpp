@@ -38,10 +38,6 @@ void check_organ(const OrganDescription& organ,
     wrong(
         "material/model: found stvk with response finite, expected neo_hookean: stvk gives way "
         "under compression");
-  if (organ.material.relaxes || !organ.material.prony.empty())
-    wrong(
-        "material: found relaxation with response finite, expected none, or response linear or "
-        "local");
   if (organ.extras.find<PulsationDescription>())
     wrong("pulsation: found it with response finite, expected none, or response linear");
 }

@@ -247,20 +247,20 @@ TEST(Finite, UnderALittleMoreWeightItSagsAsLinearTissue) {
   EXPECT_LT(apart, 0.03f * scale);
 }
 
-const Model& lift_model() {
-  static const Model model = [] {
-    std::vector<std::string> warnings;
-    auto made =
-        build_model(lifted_bar(Response::kFinite, Vec3(0, 5e-3, 20e-3), 1.1), test_tissues(),
-                    {project_file("assets"), false}, no_progress(), warnings);
-    EXPECT_TRUE(made) << made.error().text();
-    return Model(*made);
-  }();
-  return model;
+Model make_lift_model(const std::vector<PronyTerm>& prony) {
+  std::vector<std::string> warnings;
+  SceneDescription scene = lifted_bar(Response::kFinite, Vec3(0, 5e-3, 20e-3), 1.1);
+  scene.organs[0].material.prony = prony;
+  auto made =
+      build_model(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  EXPECT_TRUE(made) << made.error().text();
+  return Model(*made);
 }
 
-Simulation lift_simulation() {
-  auto made = Simulation::create(lift_model());
+Simulation lift_simulation(bool relaxes = false) {
+  static const Model model = make_lift_model({});
+  static const Model relaxing = make_lift_model({{0.3, 0.2}, {0.2, 2.0}});
+  auto made = Simulation::create(relaxes ? relaxing : model);
   EXPECT_TRUE(made) << made.error().text();
   return *std::move(made);
 }
@@ -269,8 +269,10 @@ void step_to(Simulation& simulation, std::uint64_t frame) {
   while (simulation.frame() < frame) simulation.step();
 }
 
-TEST(Finite, FromASnapshotItGoesOnWithTheSameBits) {
-  Simulation whole = lift_simulation();
+class FiniteSnapshot : public testing::TestWithParam<bool> {};
+
+TEST_P(FiniteSnapshot, GoesOnWithTheSameBits) {
+  Simulation whole = lift_simulation(GetParam());
   std::vector<Snapshot> snapshots;
   for (const std::uint64_t frame : {5, 13, 30, 50, 68}) {
     step_to(whole, frame);
@@ -280,7 +282,7 @@ TEST(Finite, FromASnapshotItGoesOnWithTheSameBits) {
   }
   step_to(whole, 75);
   const std::string end = whole.hash();
-  Simulation other = lift_simulation();
+  Simulation other = lift_simulation(GetParam());
   step_to(other, 21);  // it has lived another life
   for (const std::size_t i : {3, 0, 4, 1, 2}) {
     ASSERT_TRUE(other.restore(snapshots[i]));
@@ -289,12 +291,14 @@ TEST(Finite, FromASnapshotItGoesOnWithTheSameBits) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Relaxes, FiniteSnapshot, testing::Bool());
+
 TEST(Finite, HasTheSameBitsOnOneThreadAndOnTwo) {
   std::vector<std::string> hashes;
   for (const std::size_t threads : {1, 2}) {
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                             threads);
-    Simulation simulation = lift_simulation();
+    Simulation simulation = lift_simulation(true);
     step_to(simulation, 40);
     hashes.push_back(simulation.hash());
   }
@@ -314,9 +318,6 @@ TEST(Finite, WhatItCantCarryYetIsRefusedByName) {
   scene.organs[0].material.model = HyperelasticModel::kStvk;
   refused(scene, "material/model: found stvk with response finite, expected neo_hookean");
   scene = sound;
-  scene.organs[0].material.relaxes = true;
-  refused(scene, "material: found relaxation with response finite");
-  scene = sound;
   scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
   refused(scene, "pulsation: found it with response finite");
   scene = sound;
@@ -325,6 +326,50 @@ TEST(Finite, WhatItCantCarryYetIsRefusedByName) {
   scene = sound;
   scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
   refused(scene, "displacement_storage: found half with response finite");
+}
+
+/// The force on the tool after each frame.
+std::vector<double> forces_of(SceneDescription scene, const std::vector<PronyTerm>& prony,
+                              double end) {
+  scene.organs[0].material.prony = prony;
+  scene.organs[0].finite.viscous_time = 0.0;
+  auto world = build(scene);
+  std::vector<double> forces;
+  if (!world) return forces;
+  while (world->time() < end) {
+    step_until(*world, world->time() + 1e-3);
+    forces.push_back(force_on(*world, 0).norm());
+  }
+  return forces;
+}
+
+TEST(FiniteRelaxing, APressedBarPushesBackByTheSeriesThatAHandFeels) {
+  SceneDescription scene = pressed_bar(Response::kFinite, 1.5e-3);
+  scene.organs[0].finite = {.quasi_static = true, .iterations = 40};  // it doesn't swing
+  const std::vector<PronyTerm> series = {{0.3, 0.15}, {0.2, 1.0}};
+  const std::vector<double> elastic = forces_of(scene, {}, 2.0),
+                            relaxing = forces_of(scene, series, 2.0);
+  ASSERT_EQ(relaxing.size(), elastic.size());
+  PronyForce felt(series);
+  double most = 0.0, least = 10.0;
+  for (std::size_t i = 0; i < elastic.size(); ++i) {
+    const double expected = felt.update(elastic[i], 1.0 / 60.0);
+    if (i < 25) continue;  // cells come to it one by one
+    EXPECT_NEAR(relaxing[i], expected, 0.005 * expected) << i;
+    most = std::max(most, relaxing[i] / elastic[i]);
+    least = std::min(least, relaxing[i] / elastic[i]);
+  }
+  EXPECT_GT(most, 1.4);
+  EXPECT_LT(least, 1.2);
+}
+
+TEST(FiniteRelaxing, ALiftedBarComesToPullAsOneThatDoesntRelax) {
+  const SceneDescription scene = lifted_bar(Response::kFinite, Vec3(-10e-3, 0, 20e-3));
+  const std::vector<double> elastic = forces_of(scene, {}, 2.5),
+                            relaxing = forces_of(scene, {{0.5, 0.15}}, 2.5);
+  ASSERT_EQ(relaxing.size(), elastic.size());
+  EXPECT_GT(relaxing[59], 1.1 * elastic[59]);
+  EXPECT_NEAR(relaxing.back(), elastic.back(), 0.01 * elastic.back());
 }
 
 bool is_at_finite_strain(const SceneDescription& scene) {
@@ -349,9 +394,6 @@ TEST(AutoResponse, PutsAtFiniteStrainWhatAJawMayHoldAndNothingElse) {
 TEST(AutoResponse, LeavesLinearWhatFiniteStrainDoesntKnowYet) {
   const SceneDescription sound = lifted_bar(Response::kAuto, Vec3(0, 0, 5e-3));
   SceneDescription scene = sound;
-  scene.organs[0].material.prony = {{0.4, 1.0}};
-  EXPECT_FALSE(is_at_finite_strain(scene));
-  scene = sound;
   scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
   EXPECT_FALSE(is_at_finite_strain(scene));
   scene = sound;

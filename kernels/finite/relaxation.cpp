@@ -1,0 +1,154 @@
+#include "kernels/finite/relaxation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "kernels/base/parallel.h"
+#include "kernels/finite/finite_body.h"
+
+namespace viscera {
+namespace {
+
+/// What is squeezed to less than this share of its volume, or turned inside out, takes hold as if
+/// it had this much.
+constexpr double kLeastVolume = 0.1;
+
+constexpr std::size_t kTerms = ElasticRegion::kTerms;
+
+/// C^-1 as xx, yy, zz, xy, yz, zx, and J.
+struct Metric {
+  std::array<double, 6> inverse;
+  double volume;
+};
+
+/// Of a point with the Green strain e (four numbers apart), grown by g.
+Metric metric_of(const double* e, double g) {
+  const double square = g * g;
+  const auto of = [&](std::size_t k, double one) { return square * (2.0 * e[4 * k] + one); };
+  const double xx = of(0, 1.0), yy = of(1, 1.0), zz = of(2, 1.0), xy = of(3, 0.0), yz = of(4, 0.0),
+               zx = of(5, 0.0);
+  const std::array<double, 6> adjugate = {yy * zz - yz * yz, xx * zz - zx * zx, xx * yy - xy * xy,
+                                          yz * zx - xy * zz, xy * zx - xx * yz, xy * yz - yy * zx};
+  const double square_volume =
+      std::max(xx * adjugate[0] + xy * adjugate[3] + zx * adjugate[5], kLeastVolume * kLeastVolume);
+  Metric metric;
+  for (std::size_t k = 0; k < 6; ++k) metric.inverse[k] = adjugate[k] / square_volume;
+  metric.volume = std::sqrt(square_volume);
+  return metric;
+}
+
+/// Towards what it is now, by what has let go.
+void follow(double& mean, double now, const SteppedTerm& term) {
+  mean += (1.0 - term.kept) * (now - mean);
+}
+
+}  // namespace
+
+std::vector<SteppedTerm> stepped(std::span<const RelaxationTerm> terms, double time_step) {
+  std::vector<SteppedTerm> all;
+  for (const RelaxationTerm& term : terms) {
+    const double x = time_step / term.time;
+    all.push_back({std::exp(-x), term.share * (x > 0.0 ? -std::expm1(-x) / x : 1.0)});
+  }
+  return all;
+}
+
+double overstiffness(std::span<const SteppedTerm> terms) {
+  double sum = 0.0;
+  for (const SteppedTerm& term : terms) sum += term.over;
+  return sum;
+}
+
+bool FiniteBody::fits(const TissueMemory& memory, std::size_t terms) const {
+  const std::vector<int>& held = hold_.nodes();
+  return memory.empty() ? memory.dilatations.empty() && memory.hold.empty()
+                        : memory.points.size() == terms * weights_.size() * TissueMemory::kOfPack &&
+                              memory.dilatations.size() == terms * cells() * kTerms &&
+                              memory.hold.size() == terms * 3 * held.size();
+}
+
+Overstress FiniteBody::relax(std::span<const double> displacements, const ChangedTissue& changed,
+                             std::span<const SteppedTerm> terms, TissueMemory& memory) const {
+  Overstress sums;
+  if (terms.empty()) return sums;
+  const std::size_t packs = weights_.size();
+  const std::vector<int>& held = hold_.nodes();
+  if (memory.empty()) {
+    memory.points.assign(terms.size() * packs * TissueMemory::kOfPack, 0.0);
+    for (std::size_t p = 0; p < terms.size() * packs; ++p)
+      for (const std::size_t k : {0, 1, 2, 6})
+        std::fill_n(memory.points.begin() +
+                        static_cast<std::ptrdiff_t>(p * TissueMemory::kOfPack + kLanes * k),
+                    kLanes, 1.0);
+    memory.dilatations.assign(terms.size() * cells() * kTerms, 0.0);
+    memory.hold.assign(terms.size() * 3 * held.size(), 0.0);
+  }
+  sums.over = overstiffness(terms);
+  sums.strains = std::make_shared<const Strains>(strains(displacements));
+  sums.points.assign(packs * Overstress::kOfPack, 0.0);
+  sums.dilatations.assign(cells() * kTerms, 0.0);
+  std::vector<double> constants(pieces_.size(), 0.0);
+  parallel_for_each_index(pieces_.size(), 1, [&](std::size_t piece) {
+    for (std::size_t c = pieces_[piece].first_cell; c < pieces_[piece].last_cell; ++c) {
+      std::array<double, kTerms> theta{};
+      for (std::size_t p = cell_begin_[c]; p < cell_begin_[c + 1]; ++p)
+        constants[piece] += relax_pack(p, *sums.strains, changed, terms, memory, sums, theta);
+      for (std::size_t t = 0; t < terms.size(); ++t)
+        for (std::size_t k = 0; k < kTerms; ++k) {
+          double& mean = memory.dilatations[(t * cells() + c) * kTerms + k];
+          follow(mean, theta[k], terms[t]);
+          sums.dilatations[c * kTerms + k] += terms[t].over * mean;
+          constants[piece] += 0.5 * averaged_ * terms[t].over * mean * mean;
+        }
+    }
+  });
+  for (const double constant : constants) sums.constant += constant;
+  sums.hold.assign(3 * held.size(), 0.0);
+  for (std::size_t t = 0; t < terms.size(); ++t)
+    for (std::size_t i = 0; i < sums.hold.size(); ++i) {
+      double& mean = memory.hold[t * sums.hold.size() + i];
+      follow(mean, displacements[3 * static_cast<std::size_t>(held[i / 3]) + i % 3], terms[t]);
+      sums.hold[i] += terms[t].over * mean;
+    }
+  hold_.multiply(sums.hold, sums.hold_forces);
+  return sums;
+}
+
+/// Adds the dilatations; the constant of these points.
+double FiniteBody::relax_pack(std::size_t pack, const Strains& strains,
+                              const ChangedTissue& changed, std::span<const SteppedTerm> terms,
+                              TissueMemory& memory, Overstress& sums,
+                              std::array<double, 4>& theta) const {
+  double constant = 0.0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const bool grows = !changed.packs.empty();
+    const double growth = grows ? changed.packs[pack].growth[lane] : 1.0;
+    const double weight = weights_[pack][lane];
+    const Metric now = metric_of(strains.data() + 24 * pack + lane, growth);
+    if (!psi_.empty())
+      for (std::size_t k = 0; k < kTerms; ++k)
+        theta[k] += weight * psi_[pack][k][lane] * (now.volume / (growth * growth * growth) - 1.0);
+    double square = 0.0;
+    double* sum = sums.points.data() + Overstress::kOfPack * pack + lane;
+    for (std::size_t t = 0; t < terms.size(); ++t) {
+      const double over = terms[t].over;
+      double* mean =
+          memory.points.data() + TissueMemory::kOfPack * (t * weights_.size() + pack) + lane;
+      for (std::size_t k = 0; k < 6; ++k) {
+        follow(mean[kLanes * k], now.inverse[k], terms[t]);
+        sum[kLanes * k] += over * mean[kLanes * k];
+      }
+      double& volume = mean[kLanes * 6];
+      follow(volume, now.volume, terms[t]);
+      sum[kLanes * 6] += over / volume;
+      sum[kLanes * 7] += over * volume;
+      square += over * volume * volume;
+    }
+    const double factor = grows ? changed.packs[pack].factor[lane] : 1.0;
+    constant += weight * factor * (0.5 * (lambda_ + mu_) * square - 0.5 * mu_ * sums.over);
+  }
+  return constant;
+}
+
+}  // namespace viscera
