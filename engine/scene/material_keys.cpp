@@ -26,8 +26,7 @@ ObjectSpec material_keys() {
   ObjectSpec spec;
   spec.description =
       "How held tools (`haptic`) feel its tissue beyond small, slow strains. The frame's own "
-      "answer, which "
-      "is drawn, stays linear.";
+      "answer, which is drawn, relaxes too where the response is finite; else it stays linear.";
   spec.keys = {
       text("model",
            "Of finite strains under the tool: none (linear), St Venant-Kirchhoff (stvk: linear in "
