@@ -26,10 +26,9 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
   FiniteOptions options;
   options.density = tissue.density;
   options.viscous_time = organ.finite.viscous_time;
-  double shares = 0.0;
-  for (const PronyTerm& term : tissue.prony) shares += term.g;
+  const double instantaneous = PronyForce(tissue.prony).instantaneous();
   for (const PronyTerm& term : tissue.prony)
-    options.relaxation.push_back({term.g / (1.0 - shares), term.tau});
+    options.relaxation.push_back({term.g * instantaneous, term.tau});
   options.dynamic = !organ.finite.quasi_static;
   options.iterations = organ.finite.iterations;
   options.iterations_released = std::max(options.iterations_released, organ.finite.iterations);

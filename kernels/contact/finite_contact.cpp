@@ -303,6 +303,19 @@ bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share
 
 // --- what relaxes --------------------------------------------------------------------------------
 
+/// Once a step, and only of a body that is solved: one at rest has nothing to remember.
+void FiniteContact::relax() {
+  if (terms().empty() || relaxed_) return;
+  relaxed_ = true;
+  overstress_ = body_.solver.body().relax(start_.displacements, changed_, terms(), state_.memory);
+  start_remembered_ = remembers() ? state_.remembered : std::vector<Vec3>();
+  const std::vector<Vec3> forces = without_relaxation(start_forces_);
+  const std::size_t cells = start_places_.size();
+  for (std::size_t i = 0; i < start_remembered_.size(); ++i)
+    start_remembered_[i] +=
+        (1.0 - terms()[i / cells].kept) * (forces[i % cells] - start_remembered_[i]);
+}
+
 /// Of what is finer than places: a cell remembers what the nearest of the last step's does, no
 /// farther off than a cell is wide; tissue that a tool has newly come to has been at rest.
 void FiniteContact::remember_cells() {
@@ -333,11 +346,12 @@ std::vector<Vec3> FiniteContact::without_relaxation(std::span<const Vec3> forces
   std::vector<Vec3> elastic(forces.begin(), forces.end());
   const std::size_t count = state_.places.size();
   if (!remembers()) return elastic;
+  const double stiff = 1.0 + overstiffness(terms());
   elastic.resize(count, Vec3::Zero());
   for (std::size_t k = 0; k < count; ++k) {
     for (std::size_t t = 0; t < terms().size(); ++t)
       elastic[k] += terms()[t].over * state_.remembered[t * count + k];
-    elastic[k] /= 1.0 + overstiffness(terms());
+    elastic[k] /= stiff;
   }
   return elastic;
 }
@@ -356,16 +370,7 @@ void FiniteContact::begin_step(const Vec3& acceleration) {
   start_displacements_ = state_.displacements;
   start_forces_ = state_.forces;
   so_far_.reset();
-  if (!terms().empty()) {
-    overstress_ =
-        body_.solver.body().relax(state_.motion.displacements, changed_, terms(), state_.memory);
-    start_remembered_ = remembers() ? state_.remembered : std::vector<Vec3>();
-    const std::vector<Vec3> forces = without_relaxation(state_.forces);
-    const std::size_t cells = start_places_.size();
-    for (std::size_t i = 0; i < start_remembered_.size(); ++i)
-      start_remembered_[i] +=
-          (1.0 - terms()[i / cells].kept) * (forces[i % cells] - start_remembered_[i]);
-  }
+  relaxed_ = false;
   acceleration_ = acceleration;
   told_ = {};
 }
@@ -381,6 +386,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
       std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); });
   if (cells.empty() || !sound) PatchContact::solve(cells, solution, response);
   if (!sound) return;
+  relax();
   state_.motion = start_;
   if (!cells.empty()) see_places(cells, true);
   if (cells.empty() || state_.places != so_far_places_) so_far_.reset();

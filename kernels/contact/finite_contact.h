@@ -71,6 +71,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void gather_nodes();
   void gather_groups();
   MatrixX turned(const MatrixX& response) const;
+  void relax();
   void remember_cells();
   std::vector<Vec3> without_relaxation(std::span<const Vec3> forces) const;
   bool remembers() const {
@@ -109,7 +110,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::vector<Place> start_places_;
   std::vector<Vec3> start_displacements_, start_forces_, start_remembered_;
   Overstress overstress_;
-  VectorX near_loads_;  // of what is finer than places, that are still felt; empty: none
+  bool relaxed_ = false;  // the memory has gone on by the last step
+  VectorX near_loads_;    // of what is finer than places, that are still felt; empty: none
   // Where it has come, if anything touched it, and on which cells.
   std::optional<StepSoFar> so_far_;
   std::vector<Place> so_far_places_;

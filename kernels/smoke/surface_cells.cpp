@@ -223,8 +223,9 @@ void SurfaceCells::find_triangles(const Group& group, const MovingSurface::Momen
                                   Found& found) const {
   const MovingSurface& surface = *surfaces_[group.surface];
   const float half_diagonal = 0.5f * std::sqrt(3.0f) / grid_.inverse_cell;
-  const NearLayers of_group =
-      layers_near(surface.group(group.group), {&layers_[0], &layers_[1], &layers_[2]});
+  NearLayers all = {};
+  for (std::size_t pace = 0; pace < kPaces; ++pace) all[pace] = &layers_[pace];
+  const NearLayers of_group = layers_near(surface.group(group.group), all);
   if (of_group[0] == nullptr) return;
   const std::span<const SurfaceTopology::Triangle> triangles = surface.topology().triangles();
   constexpr std::size_t kBlock = MovingSurface::kBlock;

@@ -372,6 +372,25 @@ TEST(FiniteRelaxing, ALiftedBarComesToPullAsOneThatDoesntRelax) {
   EXPECT_NEAR(relaxing.back(), elastic.back(), 0.01 * elastic.back());
 }
 
+TEST(FiniteRelaxing, ABodyAtRestHasNothingToRemember) {
+  const auto relaxing = [](SceneDescription scene) {
+    scene.organs[0].material.prony = {{0.3, 0.05}};
+    return build(scene);
+  };
+  auto untouched = relaxing(pressed_bar(Response::kFinite, 1e-3));
+  auto world = relaxing(lifted_bar(Response::kFinite, Vec3(0, 0, 2e-3), 1.1));
+  ASSERT_TRUE(untouched && world);
+  step_until(*untouched, 0.1);
+  EXPECT_TRUE(tissue_of(*untouched).state().memory.empty());
+  step_until(*world, 1.0);
+  EXPECT_FALSE(tissue_of(*world).state().memory.empty());
+  EXPECT_FALSE(tissue_of(*world).state().remembered.empty());
+  step_until(*world, 3.0);
+  EXPECT_EQ(greatest(motion_of(*world).displacements), 0.0);
+  EXPECT_TRUE(tissue_of(*world).state().memory.empty()) << "it came to rest";
+  EXPECT_TRUE(tissue_of(*world).state().remembered.empty());
+}
+
 bool is_at_finite_strain(const SceneDescription& scene) {
   const auto world = build(scene);
   return world && world->all<OrganBody>()[0].model->finite;
