@@ -13,7 +13,6 @@
 namespace viscera {
 namespace {
 
-constexpr std::size_t kMostLabels = 1000;
 constexpr double kLeastExtent = 5e-3, kGreatestExtent = 3.0;  // of a volume [m]
 // A label map may be made of slices: half a millimetre wide, some millimetres thick.
 constexpr double kLongestVoxel = 100.0;
@@ -161,8 +160,8 @@ Result<LabelMap> label_map_of(const std::filesystem::path& file, LabelVolume vol
   for (const std::int32_t label : map.labels) {
     if (label == previous) continue;
     found.insert(previous = label);
-    if (found.size() <= kMostLabels) continue;
-    return failure(name + "found more than " + std::to_string(kMostLabels) +
+    if (found.size() <= options.most_values) continue;
+    return failure(name + "found more than " + std::to_string(options.most_values) +
                    " different values, expected labels: is this an image?");
   }
   if (std::ranges::none_of(map.labels, [](std::int32_t label) { return label != 0; })) {

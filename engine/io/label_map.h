@@ -43,13 +43,15 @@ struct LabelMap {
 struct LabelMapOptions {
   std::optional<double> unit;     ///< metres per unit, in place of what the file says
   std::optional<double> assumed;  ///< metres per unit where neither says; none: refused
+  /// Different ones; where more are found, it is taken for an image.
+  std::size_t most_values = 1000;
 };
 
 /// Reads .nii, .nii.gz, .nrrd or .nhdr. Refused, each with the reason: other formats, truncated and
 /// damaged files, more or fewer than three dimensions, colours, values that aren't whole numbers,
-/// more than 1,000 different labels (an image, not a label map), no orientation, axes that aren't
-/// at right angles, unknown units, and units that make the volume shorter than 5 mm or longer than
-/// 3 m (with the unit that would fit).
+/// more than `most_values` different labels (an image, not a label map), no orientation, axes that
+/// aren't at right angles, unknown units, and units that make the volume shorter than 5 mm or
+/// longer than 3 m (with the unit that would fit).
 Result<LabelMap> read_label_map(const std::filesystem::path& file, const LabelMapOptions& options);
 
 /// What read_label_map() makes of the volume that it was handed; its indices and sizes are sound.

@@ -36,7 +36,7 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
 }
 
 Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription& organ,
-                                 const ElasticSolver& solver) {
+                                 const ElasticSolver& solver, const MaterialField* field) {
   const auto* regions = dynamic_cast<const RegionSolver*>(&solver);
   if (!regions)
     return failure(fmt::format("formulation: found {} with response finite, expected galerkin",
@@ -45,7 +45,9 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
   if (!region) return std::unexpected(region.error());
   auto hold = regions->hold();
   if (!hold) return std::unexpected(hold.error());
-  auto volumes = nodal_volumes(model.surface, model.cloud, *model.fields);
+  std::function<double(const Vec3&, double)> density;
+  if (field) density = [field](const Vec3& x, double edge) { return field->density(x, edge); };
+  auto volumes = nodal_volumes(model.surface, model.cloud, *model.fields, density);
   if (!volumes) return std::unexpected(volumes.error());
   region->cell_begin = {0};
   region->cell_nodes.clear();
@@ -67,6 +69,7 @@ Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const Fini
   if (changes) {
     model.changeable.tissue.positions = parts.region.positions;
     model.changeable.tissue.weights = parts.region.weights;
+    model.changeable.tissue.modulus = parts.region.modulus;
   }
   return {};
 }
@@ -111,6 +114,7 @@ std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t no
       !ascends(region.begin, points, region.point_nodes.size()) ||
       !all_below(region.point_nodes, region.nodes.size()) || !all_below(region.nodes, nodes) ||
       (!region.cell.empty() && region.cell.size() != points) ||
+      (!region.modulus.empty() && region.modulus.size() != points) ||
       region.psi.size() != ElasticRegion::kTerms * region.cell.size() ||
       !ascends(hold.row_begin, nodes, hold.columns.size()) || !all_below(hold.columns, nodes) ||
       parts.hold.blocks.size() != 9 * hold.columns.size() || parts.volumes.size() != nodes)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/organ/material_field.h"
 #include "engine/organ/organ_model.h"
 #include "engine/organ/region_arrays.h"
 #include "kernels/finite/finite_solver.h"
@@ -16,14 +17,16 @@ namespace viscera {
 struct FiniteParts {
   ElasticRegion region;  ///< without what only linear bodies need: rows of cells, places of points
   SymmetricBlockMatrix hold;
-  std::vector<double> volumes;  ///< [m3]                                                       (N)
+  /// Of their densities over the tissue's [m3]                                                 (N)
+  std::vector<double> volumes;
 };
 
 FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue);
 
 /// Fails, naming the key, for formulations that have no such points.
+/// `field`: of its parts; null: it has none.
 Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription& organ,
-                                 const ElasticSolver& solver);
+                                 const ElasticSolver& solver, const MaterialField* field);
 
 /// Sets OrganModel::finite and ::step_compliance; `step` null: factors what a step needs.
 /// `changes`: its tissue may coagulate.

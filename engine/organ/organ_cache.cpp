@@ -7,6 +7,7 @@
 #include "engine/io/factor_file.h"
 #include "engine/organ/finite_parts.h"
 #include "engine/organ/organ_parts.h"
+#include "engine/organ/recipe.h"
 #include "engine/organ/region_arrays.h"
 #include "kernels/base/hash.h"
 #include "kernels/formulations/formulations.h"
@@ -16,7 +17,7 @@ namespace {
 
 /// Raised when pre-processing changes in a way that its inputs don't show: node placement,
 /// sampling.
-constexpr int kPreparationVersion = 3;
+constexpr int kPreparationVersion = 4;
 /// The same of what tissue at finite strain has besides.
 constexpr int kFiniteVersion = 3;
 constexpr const char* kChange = "change_";  // before the names of its arrays
@@ -29,6 +30,33 @@ void hash_region(Hasher& hasher, const Region& region) {
   hasher.value(region.shape).value(region.radius);
   hash_vector(hasher, region.a);
   hash_vector(hasher, region.b);
+}
+
+Result<void> hash_parts(Hasher& hasher, const OrganDescription& organ,
+                        const std::filesystem::path& assets) {
+  for (const PartDescription& part : organ.parts) {
+    hasher.text("part").value(part.where.index());
+    hasher.value(part.youngs_modulus.value_or(0.0)).value(part.density.value_or(0.0));
+    Result<void> hashed;
+    if (const auto* capsule = std::get_if<CapsulePart>(&part.where))
+      hasher.value(capsule->thickness);
+    if (const auto* region = std::get_if<Region>(&part.where)) hash_region(hasher, *region);
+    if (const auto* recipe = std::get_if<RecipePart>(&part.where)) {
+      hasher.value(recipe->seed);
+      for (const std::filesystem::path& file : recipe_files(assets, recipe->name))
+        if (hashed) hashed = hash_file(hasher, file, "a recipe");
+    }
+    if (const auto* labels = std::get_if<LabelPart>(&part.where)) {
+      hasher.value(labels->label);
+      hashed = hash_file(hasher, labels->file, "a label map");
+    }
+    if (const auto* map = std::get_if<ModulusMapPart>(&part.where)) {
+      hasher.value(map->unit);
+      hashed = hash_file(hasher, map->file, "a map of moduli");
+    }
+    if (!hashed) return hashed;
+  }
+  return {};
 }
 
 void keep_changeable(const ChangeableRegion& region, CacheArrays& arrays) {
@@ -68,6 +96,7 @@ ChangeableRegion changeable_from_cache(CacheArrays& arrays) {
       ElasticRegion::kTerms * tissue.cell_begin.back() != tissue.cell_gradients.size() ||
       tissue.cell_nodes.size() != tissue.cell_begin.back() ||
       (!tissue.cell.empty() && tissue.cell.size() != points) ||
+      (!tissue.modulus.empty() && tissue.modulus.size() != points) ||
       tissue.psi.size() != ElasticRegion::kTerms * tissue.cell.size() ||
       region.nodes.size() != columns * columns || region.places.size() % columns != 0)
     return {};
@@ -135,6 +164,7 @@ PreparedResponse to_cache(const OrganModel& model, std::span<const std::string> 
   stored.compliance = model.compliance.on_demand ? made_part(model.compliance) : model.compliance;
   stored.figures = model.figures;
   if (!model.sag.empty()) stored.extra["sag"] = model.sag;
+  if (!model.touchable.modulus.empty()) stored.extra["touchable_modulus"] = model.touchable.modulus;
   if (!model.changeable.empty() && !model.finite) keep_changeable(model.changeable, stored.extra);
   // Text, as the numbers of its characters; one note a line.
   std::vector<int> notes;
@@ -175,6 +205,11 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
     model.sag = std::move(*sag);
   model.changeable = changeable_from_cache(cached.response->extra);
   if (!model.deformable() || !add_places(model, organ, demand)) return false;
+  if (auto* modulus = std::get_if<std::vector<float>>(&cached.response->extra["touchable_modulus"]))
+    model.touchable.modulus = std::move(*modulus);
+  if (model.touchable.modulus.size() !=
+      (organ.parts.empty() ? 0 : 2 * TouchableSurface::kModulusScales * model.touchable.size()))
+    return false;
   const bool sag = demand.sags && organ.response != Response::kFinite;
   if (model.sag.size() != (sag ? 9 * model.places.size() : 0)) return false;
   if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
@@ -230,6 +265,11 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
     for (const RelaxationTerm& term : finite.relaxation) hasher.value(term.share).value(term.time);
   }
   if (demand.sags) hasher.text("sags").value(tissue.density);
+  if (!organ.parts.empty()) {
+    hasher.value(tissue.density);
+    if (auto hashed = hash_parts(hasher, organ, options.assets); !hashed)
+      return std::unexpected(hashed.error());
+  }
   if (!demand.burnt.empty()) {
     hasher.text("burnt").value(demand.burn_depth);
     for (const Region& region : demand.burnt) hash_region(hasher, region);

@@ -9,12 +9,14 @@
 #include <span>
 
 #include "engine/organ/finite_parts.h"
+#include "engine/organ/material_field.h"
 #include "engine/organ/organ_cache.h"
 #include "engine/organ/organ_parts.h"
 #include "kernels/base/stopwatch.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/compliance_checks.h"
 #include "kernels/paff/compliance_columns.h"
+#include "kernels/paff/local_spacing.h"
 
 namespace viscera {
 namespace {
@@ -40,14 +42,20 @@ void keep_in_half_precision(OrganModel& model) {
 }
 
 /// Three solves more: the body under its own weight along x, y and z.
-Result<void> weigh(OrganModel& model, ElasticSolver& solver, double density) {
+Result<void> weigh(OrganModel& model, ElasticSolver& solver, double density,
+                   const MaterialField* field) {
+  const LocalSpacing spacing(model.cloud);
+  const auto density_at = [&](const Vec3& x) {
+    constexpr double kOfPoint = 0.5;  // edge of what a quadrature point stands for, in spacings
+    return field ? density * field->density(x, kOfPoint * spacing(x)) : density;
+  };
   const std::size_t rows = 3 * model.places.size();
   model.sag.resize(3 * rows);
   for (int axis = 0; axis < 3; ++axis) {
-    const Vec3 weight = density * Vec3::Unit(axis);
-    const auto unknowns = solver.solve_static({.body_force = [&](const Vec3&) { return weight; },
-                                               .traction = {},
-                                               .held_displacement = {}});
+    const auto unknowns = solver.solve_static(
+        {.body_force = [&](const Vec3& x) { return Vec3(density_at(x) * Vec3::Unit(axis)); },
+         .traction = {},
+         .held_displacement = {}});
     if (!unknowns) return std::unexpected(unknowns.error());
     read_places(model.places.fields, unknowns->data(),
                 model.sag.data() + static_cast<std::size_t>(axis) * rows);
@@ -135,7 +143,21 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   }
   const std::vector<int> prepared = prepared_places(model, organ, demand, options.column_budget);
 
+  auto made_field = MaterialField::make(organ, tissue, model.surface, options.assets);
+  if (!made_field) return std::unexpected(made_field.error());
+  const MaterialField* field = made_field->get();
+  if (field) {
+    if (auto sound = field->check(model.cloud); !sound) return sound;
+  }
+
   ElasticProblem problem;
+  if (field) {
+    problem.relative_modulus = [field](const Vec3& x, double edge) {
+      return field->modulus(x, edge);
+    };
+    note_modulus(model.touchable, model.material, PatchContact::spread_factor(),
+                 problem.relative_modulus);
+  }
   problem.surface = &model.surface;
   problem.cloud = &model.cloud;
   problem.fields = model.fields;
@@ -147,11 +169,11 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
   if (organ.response == Response::kFinite) {
-    auto made = finite_parts(model, organ, **solver);
+    auto made = finite_parts(model, organ, **solver, field);
     if (!made) return std::unexpected(made.error());
     parts = std::move(*made);
   } else if (demand.sags)
-    if (auto weighed = weigh(model, **solver, tissue.density); !weighed) return weighed;
+    if (auto weighed = weigh(model, **solver, tissue.density, field); !weighed) return weighed;
   double smallest_eigenvalue = 0.0;
   const bool on_demand = comes_on_demand(model, organ, options.column_budget);
   if (on_demand) {
@@ -217,11 +239,12 @@ std::size_t OrganModel::memory_bytes() const {
          of(cloud.positions) + of(cloud.spacings) + columns + of(half_columns.entries) +
          of(compliance.touchable) + of(sag) + changeable.memory_bytes() + of(touchable.positions) +
          of(touchable.normals) + of(touchable.areas) + of(touchable.spacings) +
-         of(touchable.places) + of(places.positions) + of(places.normals) + of(places.areas) +
-         of(places.spacings) + of(places.fields.nodes) + of(places.fields.values) +
-         of(places.fields.row_begin) + of(touchable.cell_begin) + of(touchable.cell_items) +
-         of(drawn.carriers.nodes) + of(drawn.carriers.values) + of(drawn.carriers.row_begin) +
-         of(drawn.triangle_begin) + of(drawn.triangle_items) + of(drawn.rest_normals);
+         of(touchable.modulus) + of(touchable.places) + of(places.positions) + of(places.normals) +
+         of(places.areas) + of(places.spacings) + of(places.fields.nodes) +
+         of(places.fields.values) + of(places.fields.row_begin) + of(touchable.cell_begin) +
+         of(touchable.cell_items) + of(drawn.carriers.nodes) + of(drawn.carriers.values) +
+         of(drawn.carriers.row_begin) + of(drawn.triangle_begin) + of(drawn.triangle_items) +
+         of(drawn.rest_normals);
 }
 
 Result<std::shared_ptr<const OrganModel>> prepare_organ(

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "engine/organ/finite_parts.h"
+#include "engine/organ/material_field.h"
 #include "engine/organ/organ_cache.h"
 #include "engine/organ/organ_parts.h"
 #include "engine/organ/shape.h"
@@ -50,6 +51,13 @@ Result<OrganPlan> plan_organ(OrganDescription organ, const Tissue& tissue, const
   auto plan =
       plan_surface(std::move(*surface), {organ, tissue.elastic, *demand, options.column_budget});
   if (!plan) return plan;
+  if (plan->begun->deformable()) {
+    auto field = MaterialField::make(organ, tissue, plan->begun->surface, options.assets);
+    if (!field) return std::unexpected(field.error());
+    if (*field)
+      if (auto sound = (*field)->check(plan->begun->cloud); !sound)
+        return std::unexpected(sound.error());
+  }
   plan->response = organ.response;
   plan->cached = cached_bytes(*demand, *key) > 0;
   plan->notes = std::move(shape.notes);

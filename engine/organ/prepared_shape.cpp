@@ -29,8 +29,14 @@ void hash_vector(Hasher& hasher, const Vec3& v) {
   for (int c = 0; c < 3; ++c) hasher.value(v[c]);
 }
 
-Result<void> hash_file(Hasher& hasher, const fs::path& file) {
-  auto in = InputFile::open(file, "part of a surface", kMostGeometryBytes);
+Result<void> hash_surface_file(Hasher& hasher, const fs::path& file) {
+  return hash_file(hasher, file, "part of a surface");
+}
+
+}  // namespace
+
+Result<void> hash_file(Hasher& hasher, const fs::path& file, std::string_view expected) {
+  auto in = InputFile::open(file, expected, kMostGeometryBytes);
   if (!in) return std::unexpected(in.error());
   std::vector<char> block(1 << 20);
   for (;;) {
@@ -41,6 +47,8 @@ Result<void> hash_file(Hasher& hasher, const fs::path& file) {
   }
 }
 
+namespace {
+
 bool is_built_in(const std::string& recipe) {
   return recipe == "sphere" || recipe == "hemisphere" || recipe == "block";
 }
@@ -50,7 +58,7 @@ Result<void> hash_gltf_buffers(Hasher& hasher, const fs::path& file) {
   const auto buffers = gltf_buffers(file);
   if (!buffers) return std::unexpected(buffers.error());
   for (const fs::path& buffer : *buffers)
-    if (auto hashed = hash_file(hasher, buffer); !hashed) return hashed;
+    if (auto hashed = hash_surface_file(hasher, buffer); !hashed) return hashed;
   return {};
 }
 
@@ -62,7 +70,7 @@ Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry, const 
     hash_vector(hasher, recipe->size);
     if (is_built_in(recipe->recipe)) return {};
     for (const fs::path& part : recipe_files(assets, recipe->recipe))
-      if (auto hashed = hash_file(hasher, part); !hashed) return hashed;
+      if (auto hashed = hash_surface_file(hasher, part); !hashed) return hashed;
     return {};
   }
   const auto& file = std::get<FileGeometry>(geometry);
@@ -70,7 +78,7 @@ Result<void> hash_geometry(Hasher& hasher, const OrganGeometry& geometry, const 
   if (file.wrap) hasher.text("wrap").value(file.wrap->voxel).value(file.wrap->close);
   if (file.file.extension() == ".gltf")
     if (auto hashed = hash_gltf_buffers(hasher, file.file); !hashed) return hashed;
-  return hash_file(hasher, file.file);
+  return hash_surface_file(hasher, file.file);
 }
 
 }  // namespace

@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "kernels/base/hash.h"
 #include "kernels/base/result.h"
 #include "kernels/points/surface.h"
 
@@ -39,6 +41,10 @@ struct PreparedShape {
 /// know (a broken file that was rebuilt, one that could not be written). Fails as build_shape does.
 Result<PreparedShape> prepare_shape(const OrganDescription& organ, const PrepareOptions& options,
                                     std::vector<std::string>& warnings);
+
+/// Adds a file's bytes; fails, saying what was `expected`, where it can't be read.
+Result<void> hash_file(Hasher& hasher, const std::filesystem::path& file,
+                       std::string_view expected);
 
 /// Said once, however many files of a cache share the reason.
 void warn_once(std::vector<std::string>& warnings, std::string warning);

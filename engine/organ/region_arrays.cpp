@@ -22,6 +22,7 @@ void keep_points(const ElasticRegion& region, const std::string& prefix, CacheAr
       std::vector<double>{region.shear_modulus, region.pointwise_lambda, region.averaged_lambda};
   arrays[prefix + "nodes"] = region.nodes;
   arrays[prefix + "weights"] = region.weights;
+  arrays[prefix + "modulus"] = region.modulus;
   arrays[prefix + "begin"] = std::vector<int>(region.begin.begin(), region.begin.end());
   arrays[prefix + "point_nodes"] = region.point_nodes;
   arrays[prefix + "gradients"] = flat(region.gradients);
@@ -35,6 +36,7 @@ void take_points(TakenArrays& arrays, ElasticRegion& region) {
   arrays.take("moduli", moduli);
   arrays.take("nodes", region.nodes);
   arrays.take("weights", region.weights);
+  arrays.take("modulus", region.modulus);
   arrays.take("begin", begin);
   arrays.take("point_nodes", region.point_nodes);
   arrays.take("gradients", gradients);

@@ -20,11 +20,18 @@ std::vector<fs::path> entries(const fs::path& folder) {
   return found;
 }
 
-std::vector<std::string> geometry_names(const std::vector<fs::path>& folders) {
+/// Files of one kind, by how their names end.
+struct FileKind {
+  bool (*is)(const fs::path& file);
+  std::vector<std::string> endings;
+  const char* name;  ///< "a surface"
+};
+
+std::vector<std::string> file_names(const std::vector<fs::path>& folders, const FileKind& kind) {
   std::vector<std::string> names;
   for (const fs::path& folder : folders) {
     for (const fs::path& entry : entries(folder))
-      if (is_geometry_file(entry)) names.push_back(entry.filename().string());
+      if (kind.is(entry)) names.push_back(entry.filename().string());
   }
   return names;
 }
@@ -67,13 +74,16 @@ std::vector<fs::path> search_folders(const GeometrySearch& search) {
   return folders;
 }
 
-Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& search) {
+namespace {
+
+Result<fs::path> find_file(const std::string& file, const GeometrySearch& search,
+                           const FileKind& kind) {
   if (file.find('\0') != std::string::npos)
-    return failure("found a NUL in a file's name, expected the name of a surface's file");
-  if (!is_geometry_file(file)) {
+    return failure(std::string("found a NUL in a file's name, expected the name of ") + kind.name +
+                   "'s file");
+  if (!kind.is(file))
     return failure("found the file \"" + file + "\", expected one that ends in " +
-                   joined({kGeometryExtensions.begin(), kGeometryExtensions.end()}));
-  }
+                   joined(kind.endings));
   std::vector<fs::path> folders;
   if (!fs::path(file).is_absolute())
     folders = search_folders(search);
@@ -93,7 +103,21 @@ Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& se
       return failure("found " + candidate.string() + ", which is no regular file, expected one");
   }
   return failure("found no file \"" + file + "\", expected it in one of " + listed(folders) +
-                 did_you_mean(fs::path(file).filename().string(), geometry_names(folders)));
+                 did_you_mean(fs::path(file).filename().string(), file_names(folders, kind)));
+}
+
+}  // namespace
+
+Result<fs::path> find_geometry(const std::string& file, const GeometrySearch& search) {
+  static const FileKind kSurface = {
+      is_geometry_file, {kGeometryExtensions.begin(), kGeometryExtensions.end()}, "a surface"};
+  return find_file(file, search, kSurface);
+}
+
+Result<fs::path> find_volume(const std::string& file, const GeometrySearch& search) {
+  static const FileKind kVolume = {
+      is_volume_file, {kVolumeEndings.begin(), kVolumeEndings.end()}, "a label map"};
+  return find_file(file, search, kVolume);
 }
 
 }  // namespace viscera

@@ -22,4 +22,7 @@ std::vector<std::filesystem::path> search_folders(const GeometrySearch& search);
 /// file that is in none of the folders (which are listed), and one that isn't a regular file.
 Result<std::filesystem::path> find_geometry(const std::string& file, const GeometrySearch& search);
 
+/// The same for a label map or a map of moduli: .nii, .nii.gz, .nrrd, .nhdr.
+Result<std::filesystem::path> find_volume(const std::string& file, const GeometrySearch& search);
+
 }  // namespace viscera

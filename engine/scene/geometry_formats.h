@@ -15,6 +15,17 @@ inline constexpr std::uintmax_t kMostGeometryBytes = 2ull << 30;
 
 inline constexpr std::array kGeometryExtensions = {".obj", ".stl", ".ply", ".gltf", ".glb"};
 
+/// Of label maps, and of maps of moduli.
+inline constexpr std::array kVolumeEndings = {".nii", ".nii.gz", ".nrrd", ".nhdr"};
+
+inline bool is_volume_file(const std::filesystem::path& file) {
+  std::string name = file.filename().string();
+  std::ranges::transform(name, name.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::any_of(kVolumeEndings,
+                             [&](const char* ending) { return name.ends_with(ending); });
+}
+
 /// In lower case, with the dot: ".obj".
 inline std::string geometry_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();

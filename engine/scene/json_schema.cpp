@@ -53,6 +53,7 @@ void add_type(const KeySpec& key, Json& schema) {
       schema["maxItems"] = key.most_items;
       break;
     case KeyType::kFile:
+    case KeyType::kVolume:
     case KeyType::kNeighbour:
       schema["type"] = "string";
       schema["minLength"] = 1;

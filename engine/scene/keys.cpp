@@ -74,6 +74,9 @@ KeySpec texts(std::string name, std::string description, std::size_t count) {
 KeySpec file_key(std::string name, std::string description) {
   return key(std::move(name), KeyType::kFile, std::move(description));
 }
+KeySpec volume_key(std::string name, std::string description) {
+  return key(std::move(name), KeyType::kVolume, std::move(description));
+}
 KeySpec neighbour_key(std::string name, std::string description) {
   return key(std::move(name), KeyType::kNeighbour, std::move(description));
 }
@@ -138,6 +141,8 @@ std::string expected_value(const KeySpec& key) {
       return "an array of three numbers" + range(key);
     case KeyType::kFile:
       return "the name of a geometry file";
+    case KeyType::kVolume:
+      return "the name of a label map's file";
     case KeyType::kNeighbour:
       return "the name of a file in the scene's folder";
     case KeyType::kObject:

@@ -25,6 +25,7 @@ enum class KeyType {
   kVector,     ///< three numbers
   kTexts,      ///< as many lines of text as least_items says
   kFile,       ///< a file that ReadContext::find_file knows; replaced by the path that it found
+  kVolume,     ///< the same of ReadContext::find_volume
   kNeighbour,  ///< a file in the scene's folder (ReadContext::find_neighbour), there or not;
                ///< likewise
   kObject,
@@ -135,6 +136,7 @@ KeySpec vector(std::string name, std::string description);
 /// Exactly `count` texts.
 KeySpec texts(std::string name, std::string description, std::size_t count);
 KeySpec file_key(std::string name, std::string description);
+KeySpec volume_key(std::string name, std::string description);
 KeySpec neighbour_key(std::string name, std::string description);
 KeySpec object(std::string name, std::string description, ObjectSpec spec);
 KeySpec list(std::string name, std::string description, ObjectSpec spec);

@@ -75,6 +75,23 @@ FiniteDescription finite_of(const Json& values) {
   return finite;
 }
 
+PartDescription part_of(const Json& values) {
+  PartDescription part;
+  if (values.contains("capsule_mm")) part.where = CapsulePart{from_milli(values["capsule_mm"])};
+  if (values.contains("region")) part.where = region_of(values["region"]);
+  if (values.contains("recipe"))
+    part.where = RecipePart{values["recipe"]["name"], values["recipe"]["seed"]};
+  if (values.contains("labels"))
+    part.where = LabelPart{values["labels"]["file"].get<std::string>(), values["labels"]["label"]};
+  if (values.contains("field"))
+    part.where = ModulusMapPart{values["field"]["file"].get<std::string>(),
+                                1000.0 * values["field"]["kPa_per_unit"].get<double>()};
+  if (values.contains("youngs_modulus_kPa"))
+    part.youngs_modulus = 1000.0 * values["youngs_modulus_kPa"].get<double>();
+  if (values.contains("density_kg_m3")) part.density = values["density_kg_m3"].get<double>();
+  return part;
+}
+
 OrganDescription organ_of(const Json& values) {
   OrganDescription organ;
   organ.name = values["name"];
@@ -84,6 +101,7 @@ OrganDescription organ_of(const Json& values) {
     organ.youngs_modulus = 1000.0 * values["youngs_modulus_kPa"].get<double>();
   if (values.contains("poisson_ratio")) organ.poisson_ratio = values["poisson_ratio"].get<double>();
   organ.material = material_of(values["material"]);
+  for (const Json& part : values["parts"]) organ.parts.push_back(part_of(part));
   organ.pose = pose_of(values["pose"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
   organ.formulation = values["formulation"];
@@ -194,12 +212,19 @@ SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& fe
 
 // --- what a scene may name ----------------------------------------------------------------------
 
-std::vector<std::string> recipe_names(const fs::path& assets) {
-  std::vector<std::string> names = {"block", "hemisphere", "sphere"};
+std::vector<std::string> bodies_of_files(const fs::path& assets) {
+  std::vector<std::string> names;
   std::error_code failed;
   for (auto entry = fs::directory_iterator(assets / "organs", failed);
        !failed && entry != fs::end(entry); entry.increment(failed))
     if (entry->path().extension() == ".json") names.push_back(entry->path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> recipe_names(const fs::path& assets) {
+  std::vector<std::string> names = bodies_of_files(assets);
+  names.insert(names.end(), {"block", "hemisphere", "sphere"});
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -236,6 +261,7 @@ std::vector<std::string> words_for(const std::string& kind,
 ReadContext context_for(const fs::path& file, const SceneLoadOptions& options, Error& error) {
   ReadContext context;
   context.vocabularies["recipe"] = recipe_names(options.assets);
+  context.vocabularies["body"] = bodies_of_files(options.assets);
   context.vocabularies["formulation"] = formulation_names();
   for (const std::string& name : left_out_formulations())
     context.left_out["formulation"][name] = why_left_out(name);
@@ -249,6 +275,11 @@ ReadContext context_for(const fs::path& file, const SceneLoadOptions& options, E
   const GeometrySearch search{file.parent_path(), options.search, options.assets};
   context.find_file = [search](const std::string& wanted) -> Result<std::string> {
     const Result<fs::path> found = find_geometry(wanted, search);
+    if (!found) return std::unexpected(found.error());
+    return found->string();
+  };
+  context.find_volume = [search](const std::string& wanted) -> Result<std::string> {
+    const Result<fs::path> found = find_volume(wanted, search);
     if (!found) return std::unexpected(found.error());
     return found->string();
   };

@@ -86,6 +86,33 @@ struct MaterialDescription {
   std::vector<PronyTerm> prony;  ///< or by this one
 };
 
+/// Where a part of an organ lies: a layer under all of the surface.
+struct CapsulePart {
+  double thickness = 0.0;  ///< [m]
+};
+/// A body of assets/organs.
+struct RecipePart {
+  std::string name;
+  std::uint64_t seed = 1;
+};
+/// A label of a map.
+struct LabelPart {
+  std::filesystem::path file;
+  std::int32_t label = 0;
+};
+/// Everywhere: moduli as whole numbers; 0: not known.
+struct ModulusMapPart {
+  std::filesystem::path file;
+  double unit = 1.0;  ///< [Pa]
+};
+
+/// Tissue within an organ with a modulus or density of its own; in the organ's frame.
+struct PartDescription {
+  std::variant<CapsulePart, Region, RecipePart, LabelPart, ModulusMapPart> where;
+  std::optional<double> youngs_modulus;  ///< [Pa]; none: as what it lies in
+  std::optional<double> density;         ///< [kg/m3]; likewise
+};
+
 struct OrganDescription {
   std::string name;
   OrganGeometry geometry;
@@ -93,6 +120,7 @@ struct OrganDescription {
   std::optional<double> youngs_modulus;  ///< overrides the tissue's [Pa]
   std::optional<double> poisson_ratio;
   MaterialDescription material;
+  std::vector<PartDescription> parts;  ///< later ones over earlier ones
   Pose pose;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
   std::string formulation = "galerkin";

@@ -109,6 +109,64 @@ ObjectSpec region() {
           {}};
 }
 
+ObjectSpec part() {
+  const ObjectSpec recipe{
+      "A body that a recipe makes.",
+      {text("name", "A recipe of assets/organs by its file's name.").needed().known_as("body"),
+       integer("seed", "Picks one of the recipe's shapes.").between(0, kGreatestSeed).otherwise(1)},
+      {},
+      {}};
+  const ObjectSpec labels{
+      "The voxels of a label, as a segmentation program writes them.",
+      {volume_key("file",
+                  "A label map: .nii, .nii.gz, .nrrd or .nhdr, with x to the patient's left, y to "
+                  "the head and z to the front of the organ's frame; sought as surfaces are.")
+           .needed(),
+       integer("label", "Number of the voxels that are meant.").needed().between(1, 2147483647)},
+      {},
+      {}};
+  const ObjectSpec field{
+      "Young's modulus voxel by voxel, as elastography gives it; it must cover the organ.",
+      {volume_key("file", "Whole numbers, 0 where the modulus isn't known; as a label map.")
+           .needed(),
+       number("kPa_per_unit", "Modulus that 1 stands for.").needed().between(1e-6, 1e6)},
+      {},
+      {}};
+  ObjectSpec spec;
+  spec.description =
+      "Tissue of an organ that is stiffer, softer, denser or lighter than the rest of it; in the "
+      "organ's own frame.";
+  spec.exactly_one_of = {"capsule_mm", "region", "recipe", "labels", "field"};
+  spec.keys = {
+      number("capsule_mm", "A layer so thick under all of the organ's surface.").between(0.01, 50),
+      object("region", "A part of space.", region()),
+      object("recipe", "A body of assets/organs.", recipe),
+      object("labels", "A label of a label map.", labels),
+      object("field", "A map of moduli.", field),
+      number("youngs_modulus_kPa", "Its modulus; Poisson's ratio is the organ's.")
+          .between(0.001, 1e6),
+      number("density_kg_m3", "Its density.").between(1, 20000)};
+  spec.checks = {
+      {{"field", "youngs_modulus_kPa"},
+       [](const Json&) -> Finding {
+         return {{"youngs_modulus_kPa", "found it beside field, expected one of the two"}};
+       },
+       {{"not", {{"required", {"field", "youngs_modulus_kPa"}}}}}},
+      {{},
+       [](const Json& values) -> Finding {
+         if (values.contains("field") || values.contains("youngs_modulus_kPa") ||
+             values.contains("density_kg_m3"))
+           return {};
+         return {{"youngs_modulus_kPa",
+                  "found neither it nor density_kg_m3, expected at least one of the two"}};
+       },
+       {{"anyOf",
+         {{{"required", {"field"}}},
+          {{"required", {"youngs_modulus_kPa"}}},
+          {{"required", {"density_kg_m3"}}}}}}}};
+  return spec;
+}
+
 ObjectSpec resolution() {
   return {"Where the nodes of the organ lie.",
           {number("spacing_mm", "Greatest node spacing.").between(0.1, 100).otherwise(8.0),
@@ -184,6 +242,13 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       number("poisson_ratio", "In place of the tissue's.").from_to_below(0, 0.5),
       object("material", "How held tools feel it beyond small, slow strains.", material_keys())
           .otherwise(Json::object()),
+      list("parts",
+           "What within it has a modulus or density of its own: a capsule, a tumour, a vessel's "
+           "wall. Later ones lie over earlier ones. What is finer than the nodes counts by its "
+           "share of the tissue about it.",
+           part())
+          .items(0, 100)
+          .otherwise(Json::array()),
       object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
       list("fixed",
            "Regions whose union holds the surface that doesn't move; a deformable organ "
@@ -228,6 +293,24 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
          {{"not",
            {{"properties", {{"deformable", {{"const", false}}}}}, {"required", {"deformable"}}}}}},
         {"then", {{"properties", {{"fixed", {{"minItems", 1}}}}}, {"required", {"fixed"}}}}}}};
+  spec.checks.push_back({{"parts", "response"},
+                         [](const Json& values) -> Finding {
+                           if (values["parts"].empty() || values["response"] != "local") return {};
+                           return {{"parts",
+                                    "found some with response local, expected none, or another "
+                                    "response: hives alone know one modulus"}};
+                         },
+                         nullptr});
+  spec.checks.push_back({{"parts", "formulation"},
+                         [](const Json& values) -> Finding {
+                           const std::string formulation = values["formulation"];
+                           if (values["parts"].empty() || formulation.starts_with("galerkin"))
+                             return {};
+                           return {
+                               {"parts", "found some with formulation " + formulation +
+                                             ", expected none, or galerkin or galerkin_quadratic"}};
+                         },
+                         nullptr});
   add_part(spec, features, &FeatureKeys::organ);
   return spec;
 }

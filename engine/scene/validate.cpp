@@ -179,6 +179,7 @@ class Validator {
                  return item.is_string() && item.get<std::string>().size() <= kLongestText;
                });
       case KeyType::kFile:
+      case KeyType::kVolume:
       case KeyType::kNeighbour:
         return value.is_string() && !value.get<std::string>().empty();
       case KeyType::kObject:
@@ -204,6 +205,7 @@ class Validator {
     if (key.type == KeyType::kMap) check_map(key, value, path);
     if (key.type == KeyType::kList) check_list(key, value, path);
     if (key.type == KeyType::kFile) find(context_.find_file, value, path);
+    if (key.type == KeyType::kVolume) find(context_.find_volume, value, path);
     if (key.type == KeyType::kNeighbour) find(context_.find_neighbour, value, path);
   }
 

@@ -14,7 +14,7 @@ namespace viscera {
 struct ReadContext {
   std::map<std::string, std::vector<std::string>> vocabularies;  ///< an absent one isn't checked
   using Find = std::function<Result<std::string>(const std::string&)>;
-  Find find_file, find_neighbour;
+  Find find_file, find_volume, find_neighbour;
   /// By list: names that this build lacks, and why; said where one is found.
   std::map<std::string, std::map<std::string, std::string>> left_out;
 };

@@ -19,9 +19,6 @@ namespace {
 /// Weights of all cells are written in a common basis that misses none of them by more than this
 /// share: cells of one tip differ little, so the basis is several times smaller than their number.
 constexpr double kBasisTolerance = 5e-4;
-/// How far about a cell the tissue counts for its near field, in spacings of the nodes: as narrow
-/// as places allow, since what is wider is the compliance's part.
-constexpr double kFeltSpacings = 0.35;
 /// A patch that has not moved for this many solves is taken to stay; the columns of so many of its
 /// cells are then put together in a call, each for about what the sum over all touched places
 /// costs.
@@ -80,6 +77,10 @@ double PatchContact::spread_factor() {
   return 0.85;
 }
 
+double PatchContact::narrowest_bell() {
+  return kNarrowestBell;
+}
+
 PatchContact::PatchContact(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                            const IsotropicMaterial& material)
     : TissueContact(compliance.symmetric),
@@ -117,6 +118,7 @@ struct PatchContact::Anchors {
   std::vector<Place> places;
   std::vector<NearField> near_fields;
   std::vector<double> stiffness;
+  std::vector<NearModulus> modulus;
   int beyond_touchable = 0;
   std::vector<int> touched;    // touchable places under them, ascending (m)
   MatrixX weights;             // S: anchors x m
@@ -128,6 +130,7 @@ struct PatchContact::Anchors {
 void PatchContact::spread_cells(std::span<const Place> cells) {
   near_fields_.clear();
   stiffness_.clear();
+  modulus_.clear();
   beyond_touchable_ = 0;
   spread_.resize(std::max(spread_.size(), cells.size()));
   touched_.clear();
@@ -139,7 +142,14 @@ void PatchContact::spread_cells(std::span<const Place> cells) {
       ++beyond_touchable_;
     }
     stiffness_.push_back(stiffness_about(cell.position, spread_[k]));
-    near_fields_.emplace_back(material_of(stiffness_.back()), sigma);
+    double modulus = stiffness_.back();
+    if (!surface_.modulus.empty()) {
+      modulus_.push_back(
+          near_modulus_at(surface_, cell.position, cell.normal, spread_factor(), sigma));
+      modulus *= effective_modulus(material_, sigma, std::sqrt(cell.area / std::numbers::pi),
+                                   modulus_.back());
+    }
+    near_fields_.emplace_back(material_of(modulus), sigma);
     for (const LoadShare& share : spread_[k]) {
       int& local = local_of_[static_cast<std::size_t>(share.place)];
       if (local >= 0) continue;
@@ -163,8 +173,8 @@ void PatchContact::spread_cells(std::span<const Place> cells) {
   for (const int place : touched_) local_of_[static_cast<std::size_t>(place)] = -1;
 }
 
-/// Of the tissue about a cell, over that of sound tissue: by a bell over the places that carry its
-/// load.
+/// Of the tissue about a cell, over that of the same tissue when it was sound: by a bell over the
+/// places that carry its load.
 double PatchContact::stiffness_about(const Vec3& position,
                                      const std::vector<LoadShare>& shares) const {
   if (!update_ || update_->stiffness.empty()) return 1.0;
@@ -351,9 +361,12 @@ Mat3 PatchContact::near_between(std::size_t k, std::size_t l) const {
   const Place &one = state_.places[k], &other = state_.places[l];
   // Spread by two Gaussians: their variances add.
   const double a = near_fields_[k].sigma(), b = near_fields_[l].sigma();
-  const NearField near(material_, std::sqrt(0.5 * (a * a + b * b)));
-  return near.cell_response(one.position - other.position, (one.normal + other.normal).normalized(),
-                            0.5 * (one.area + other.area));
+  const double sigma = std::sqrt(0.5 * (a * a + b * b)), area = 0.5 * (one.area + other.area);
+  const Vec3 offset = one.position - other.position;
+  const Vec3 normal = (one.normal + other.normal).normalized();
+  if (!modulus_.empty())
+    return near_response(material_, sigma, offset, normal, area, modulus_[k], modulus_[l]);
+  return NearField(material_, sigma).cell_response(offset, normal, area);
 }
 
 /// The rows and columns of the anchors: S_k (C S^T) with the other cells, and their own.
@@ -380,6 +393,7 @@ void PatchContact::couple_anchors() {
   response_ = std::move(whole);
   near_fields_.insert(near_fields_.end(), anchors.near_fields.begin(), anchors.near_fields.end());
   stiffness_.insert(stiffness_.end(), anchors.stiffness.begin(), anchors.stiffness.end());
+  modulus_.insert(modulus_.end(), anchors.modulus.begin(), anchors.modulus.end());
   beyond_touchable_ += anchors.beyond_touchable;
   couple_nearby();
 }
@@ -418,7 +432,7 @@ void PatchContact::drop_response() {
   const auto drop = [](auto&... vectors) {
     (std::remove_reference_t<decltype(vectors)>().swap(vectors), ...);
   };
-  drop(stiffness_, touched_, gathered_, spread_, cell_columns_, sound_near_);
+  drop(stiffness_, modulus_, touched_, gathered_, spread_, cell_columns_, sound_near_);
   columns_made_ = 0;
   weights_ = basis_ = coefficients_ = MatrixX();
   block_.fill(Eigen::MatrixXf());
@@ -450,6 +464,7 @@ void PatchContact::anchor(std::span<const ContactCell> cells) {
   auto anchors = std::make_shared<Anchors>();
   anchors->cells.assign(cells.begin(), cells.end());
   anchors->stiffness = stiffness_;
+  anchors->modulus = modulus_;
   anchors->places = state_.places;
   anchors->near_fields = near_fields_;
   anchors->beyond_touchable = beyond_touchable_;
@@ -478,8 +493,9 @@ std::size_t PatchContact::memory_bytes() const {
   const auto of_matrix = [](const auto& matrix) {
     return static_cast<std::size_t>(matrix.size()) * sizeof(*matrix.data());
   };
-  std::size_t bytes = conditions_memory_bytes() + of(stiffness_) + of(touched_) + of(gathered_) +
-                      of(local_of_) + of(spread_) + of(cell_columns_) + of(sound_near_);
+  std::size_t bytes = conditions_memory_bytes() + of(stiffness_) + of(modulus_) + of(touched_) +
+                      of(gathered_) + of(local_of_) + of(spread_) + of(cell_columns_) +
+                      of(sound_near_);
   for (const auto& shares : spread_) bytes += of(shares);
   for (const MatrixX* matrix : {&weights_, &basis_, &coefficients_}) bytes += of_matrix(*matrix);
   for (const Eigen::MatrixXf& block : block_) bytes += of_matrix(block);

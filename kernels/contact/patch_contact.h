@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/contact/near_modulus.h"
 #include "kernels/contact/stiffness_update.h"
 #include "kernels/contact/tissue_contact.h"
 #include "kernels/contact/touchable_surface.h"
@@ -36,6 +37,8 @@ class PatchContact : public TissueContact {
   /// sigma = spread_factor() * (local spacing at the cell), but no less than half the radius of a
   /// wide cell's disc; where it comes from: see the source.
   static double spread_factor();
+  /// The narrowest of them over the radius of a cell.
+  static double narrowest_bell();
 
   /// What they do to every place and to each other. Wherever a later solve's last cells are these,
   /// with `backing`, they cost a product with the other cells' weights.
@@ -103,11 +106,12 @@ class PatchContact : public TissueContact {
   std::shared_ptr<const Anchors> anchors_;
 
   // What follows from the state's places.
-  bool anchored_ = false;          // the last cells are the anchors
-  std::vector<double> stiffness_;  // of the tissue about each cell, over sound tissue's
-  std::vector<int> touched_;       // touchable places under the cells, ascending (m)
-  std::vector<int> gathered_;      // those whose compliance block is at hand
-  std::vector<int> local_of_;      // touchable place -> index in touched_, or -1
+  bool anchored_ = false;             // the last cells are the anchors
+  std::vector<double> stiffness_;     // of the tissue about each cell, over sound tissue's
+  std::vector<NearModulus> modulus_;  // of sound tissue about each; empty: one everywhere
+  std::vector<int> touched_;          // touchable places under the cells, ascending (m)
+  std::vector<int> gathered_;         // those whose compliance block is at hand
+  std::vector<int> local_of_;         // touchable place -> index in touched_, or -1
   std::vector<std::vector<LoadShare>> spread_;  // per cell
   MatrixX weights_;                             // S: cells x m
   MatrixX basis_, coefficients_;                // S ~ coefficients (cells x r) basis (r x m)

@@ -230,6 +230,28 @@ bool spread_load(const TouchableSurface& surface, const Vec3& position, const Ve
   return true;
 }
 
+std::array<double, 2 * TouchableSurface::kModulusScales> modulus_about(
+    const TouchableSurface& surface, const Vec3& position, const Vec3& normal) {
+  constexpr double kBell = 3.0;  // standard deviations
+  std::array<double, 2 * TouchableSurface::kModulusScales> sum{};
+  double whole = 0.0;
+  const auto add = [&](int place, double weight) {
+    const std::size_t first = sum.size() * static_cast<std::size_t>(place);
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      sum[i] += weight * static_cast<double>(surface.modulus[first + i]);
+    whole += weight;
+  };
+  const double radius = kBell * kFeltSpacings * spacing_at(surface, position);
+  places_within(surface, position, radius, [&](int place, double square) {
+    const auto i = static_cast<std::size_t>(place);
+    const double sigma = kFeltSpacings * surface.spacings[i];
+    add(place, facing(surface.normals[i].dot(normal)) * std::exp(-0.5 * square / (sigma * sigma)));
+  });
+  if (whole == 0.0) add(nearest_place(surface, position), 1.0);
+  for (double& value : sum) value /= whole;
+  return sum;
+}
+
 bool is_touchable(const TouchableSurface& touchable, const Vec3& x) {
   if (touchable.positions.empty()) return false;
   Eigen::Vector3i home;

@@ -1,6 +1,7 @@
 // The part of a body's surface that tools may touch, as places over which contact loads are spread.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -19,6 +20,11 @@ struct TouchableSurface {
   std::vector<Vec3> normals;     ///< outward, unit                                              (S)
   std::vector<double> areas;     ///< [m2]                                                       (S)
   std::vector<double> spacings;  ///< local node spacing h [m]                                   (S)
+  /// What loads of several widths meet under it, over the material's modulus (near_modulus.h);
+  /// empty: 1 everywhere                                                     (S x kModulusScales x
+  /// 2)
+  std::vector<float> modulus;
+  static constexpr std::size_t kModulusScales = 6;
   std::shared_ptr<const TissuePaths> paths;  ///< of SurfacePlaces
   // Uniform grid over positions for range queries.
   Box box;
@@ -44,6 +50,15 @@ struct LoadShare {
 
 /// Node spacing about a point, averaged over the samples around it; smooth along the surface [m].
 double spacing_at(const TouchableSurface& surface, const Vec3& position);
+
+/// How far about a place the tissue counts for what is finer than the nodes, in their spacings: as
+/// narrow as places allow, since what is wider is the compliance's part.
+inline constexpr double kFeltSpacings = 0.35;
+
+/// The numbers of `modulus` at a point of the surface, by a bell over the places about it that face
+/// its way. Allocates nothing; the surface has such numbers.
+std::array<double, 2 * TouchableSurface::kModulusScales> modulus_about(
+    const TouchableSurface& surface, const Vec3& position, const Vec3& normal);
 
 /// A unit load at `position` (outward unit surface `normal`) spread over the places about it by a
 /// bell of standard deviation `sigma` [m] whose centre is the position. Shares add up to 1 and have

@@ -328,11 +328,11 @@ void FiniteBody::add_pack(const ElasticRegion& region, std::span<const std::size
       at->second[lane] = region.gradients[e];
     }
   }
-  Lane weights = {};
+  Lane weights = {}, volumes = {};
   std::array<Lane, 4> psi = {};
   for (std::size_t lane = 0; lane < points.size(); ++lane) {
     weights[lane] = region.weights[points[lane]];
-    volume_ += weights[lane];
+    volumes[lane] = region.volume(points[lane]);
     if (!region.cell.empty())
       for (std::size_t k = 0; k < kTerms; ++k) psi[k][lane] = region.psi[kTerms * points[lane] + k];
   }
@@ -350,6 +350,7 @@ void FiniteBody::add_pack(const ElasticRegion& region, std::span<const std::size
   }
   begin_.push_back(entry_nodes_.size());
   weights_.push_back(weights);
+  volumes_.push_back(volumes);
   if (!region.cell.empty()) psi_.push_back(psi);
   points_ += points.size();
 }
@@ -579,8 +580,15 @@ double FiniteBody::volume(std::span<const double> displacements) const {
   for (const Piece& piece : pieces_)
     for (std::size_t p = cell_begin_[piece.first_cell]; p < cell_begin_[piece.last_cell]; ++p)
       for (std::size_t lane = 0; lane < kLanes; ++lane)
-        if (weights_[p][lane] > 0.0)
-          sum += weights_[p][lane] * gradient_at(p, lane, piece, displacements).determinant();
+        if (volumes_[p][lane] > 0.0)
+          sum += volumes_[p][lane] * gradient_at(p, lane, piece, displacements).determinant();
+  return sum;
+}
+
+double FiniteBody::volume() const {
+  double sum = 0.0;
+  for (const Lane& pack : volumes_)
+    for (const double volume : pack) sum += volume;
   return sum;
 }
 
@@ -600,9 +608,10 @@ std::vector<Mat3> FiniteBody::mean_gradients(std::span<const double> displacemen
 
 std::size_t FiniteBody::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  std::size_t sum = of(cell_begin_) + of(weights_) + of(psi_) + of(begin_) + of(entry_nodes_) +
-                    of(gradients_) + hold_.memory_bytes() + of(mean_begin_) + of(mean_nodes_) +
-                    of(means_) + of(share_begin_) + of(share_cells_) + of(shares_) + of(order_);
+  std::size_t sum = of(cell_begin_) + of(weights_) + of(volumes_) + of(psi_) + of(begin_) +
+                    of(entry_nodes_) + of(gradients_) + hold_.memory_bytes() + of(mean_begin_) +
+                    of(mean_nodes_) + of(means_) + of(share_begin_) + of(share_cells_) +
+                    of(shares_) + of(order_);
   for (const Piece& piece : pieces_) sum += of(piece.nodes);
   return sum;
 }

@@ -91,7 +91,7 @@ class FiniteBody {
   std::size_t nodes() const { return nodes_; }
   std::size_t points() const { return points_; }
   std::size_t cells() const { return cell_begin_.size() - 1; }
-  double volume() const { return volume_; }  ///< at rest [m3]
+  double volume() const;  ///< at rest [m3]
   /// Of the body so deformed [m3].
   double volume(std::span<const double> displacements) const;
   std::size_t memory_bytes() const;
@@ -141,12 +141,12 @@ class FiniteBody {
 
   std::size_t nodes_ = 0;
   double mu_ = 0.0, lambda_ = 0.0, averaged_ = 0.0;  // [Pa]
-  double volume_ = 0.0;
   std::vector<Piece> pieces_;
   std::size_t points_ = 0;
   std::vector<std::size_t> order_;          // of the region's points, as packs have them      (Q)
   std::vector<std::size_t> cell_begin_{0};  // packs of each cell                          (C + 1)
-  std::vector<Lane> weights_;               // [m3]; 0 of what fills up a pack             (packs)
+  /// Volumes times relative modulus, and volumes [m3]; 0 of what fills up a pack         (packs)
+  std::vector<Lane> weights_, volumes_;
   std::vector<std::array<Lane, 4>> psi_;    // [m^-1.5]; empty: nothing is averaged        (packs)
   std::vector<std::size_t> begin_{0};       // entries of each pack                    (packs + 1)
   std::vector<std::uint16_t> entry_nodes_;  // numbers of the piece                      (entries)

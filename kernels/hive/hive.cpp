@@ -1,6 +1,7 @@
 #include "kernels/hive/hive.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -44,6 +45,34 @@ std::string_view name_of(HivePeriphery periphery) {
   constexpr std::string_view names[] = {"coupled", "boussinesq", "fixed"};
   return names[static_cast<int>(periphery)];
 }
+
+namespace {
+
+/// A half-space under one place whose modulus changes with depth, over that of its material: what
+/// is spread over the nodes meets `wide`, a cell `narrow`, and what lies between the bells.
+/// As near_response (near_modulus.h) sums up, but for what the nodes carry, with as many bands
+/// whatever the cells.
+struct LayeredGround {
+  struct Bell {
+    double sigma = 0.0, softness = 0.0;
+  };
+  double wide = 1.0, narrow = 1.0;
+  double tool = 1.0;  ///< that of a uniform one that answers the tool alike
+  std::array<Bell, NearModulus::kBands - 1> bells;
+  std::size_t count = 0;  ///< of the bells
+
+  /// To a cell's own kernels at that distance; `spread`: 1, or where the answer is a mean over a
+  /// bell, too, sqrt(2).
+  RadialKernels answer(const RadialKernels& cell, double r, double spread) const {
+    if (count == 0) return cell;
+    RadialKernels sum = cell * (1.0 / narrow);
+    for (std::size_t i = 0; i < count; ++i)
+      sum = sum - gaussian_to_point(r, spread * bells[i].sigma) * -bells[i].softness;
+    return sum;
+  }
+};
+
+}  // namespace
 
 /// What building takes besides the hive itself, and what hives of a kind have in common.
 struct Hive::Workshop {
@@ -89,6 +118,7 @@ struct Hive::Data {
   int moved = 0;
   /// w at these per force on each, (3 n) x (3 n) [m/N]; `paper`: all of u
   MatrixX correction;
+  LayeredGround ground;
   double usable = 0.0;
   bool is_built = false, is_seated = false;
   HiveFigures figures;
@@ -126,6 +156,7 @@ struct Hive::Data {
     figures.unknowns = workshop->unknowns();
   }
 
+  void look_down() noexcept;
   bool condense_to_surface() noexcept;
   void fill_compliance(bool with_hold) noexcept;
   PatternPlace locate(const Vec3& point) const noexcept;
@@ -167,6 +198,25 @@ bool Hive::Data::condense_to_surface() noexcept {
   return true;
 }
 
+/// What the tissue about the centre is made of, down from it.
+void Hive::Data::look_down() noexcept {
+  ground = {};
+  if (!body.touchable || body.touchable->modulus.empty()) return;
+  const Vec3 &at = nodes.centre.position, &normal = nodes.centre.normal;
+  const double spread = PatchContact::spread_factor();
+  const double usual = spread * spacing_at(*body.touchable, at);
+  const NearModulus bands = near_modulus_at(*body.touchable, at, normal, spread, usual);
+  ground.wide = bands.pressed.front();
+  ground.narrow = bands.pressed.back();
+  for (std::size_t j = 1; j < NearModulus::kBands; ++j)
+    ground.bells[ground.count++] = {std::ldexp(usual, -static_cast<int>(j)),
+                                    1.0 / bands.pressed[j - 1] - 1.0 / bands.pressed[j]};
+  const double radius = settings.pressed > 0.0 ? settings.pressed : 0.125 * settings.radius;
+  const double sigma = std::max(usual, PatchContact::narrowest_bell() * radius);
+  ground.tool = effective_modulus(settings.material, sigma, radius,
+                                  near_modulus_at(*body.touchable, at, normal, spread, sigma));
+}
+
 /// The seated cells' compliance along their directions: lower triangle.
 void Hive::Data::fill_compliance(bool with_hold) noexcept {
   const int n = static_cast<int>(cells.size());
@@ -185,9 +235,11 @@ void Hive::Data::fill_compliance(bool with_hold) noexcept {
       if (share > 0.0) {
         const Vec3 offset = one.position - other.position;
         const double radius = disc_radius(0.5 * (one.area + other.area));
-        amount += share * one.direction.dot(half_space.displacement(
-                              disc_to_disc(offset.norm(), radius), offset,
-                              (one.normal + other.normal).normalized(), other.direction));
+        const RadialKernels kernels =
+            ground.answer(disc_to_disc(offset.norm(), radius), offset.norm(), std::numbers::sqrt2);
+        amount += share *
+                  one.direction.dot(half_space.displacement(
+                      kernels, offset, (one.normal + other.normal).normalized(), other.direction));
       }
       if (with_hold) amount -= held.col(k).dot(held.col(l));
       matrix(k, l) = amount;
@@ -276,9 +328,10 @@ HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
       d.nodes.place(d.pattern, *d.body.surface, centre, d.settings.radius, d.settings.depth);
   if (placed != HiveVerdict::kSound) return placed;
   Workshop& shop = *d.workshop;
+  d.look_down();
   if (shop.spread) {
     if (!shop.spread->gather({d.nodes.positions.data(), d.nodes.normals.size()}, d.nodes.normals,
-                             d.correction))
+                             d.ground.wide, d.correction))
       return HiveVerdict::kTooWide;
   } else if (shop.collocated) {
     if (!shop.collocated->condense(
@@ -289,6 +342,8 @@ HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
   } else if (!d.condense_to_surface()) {
     return HiveVerdict::kFolded;
   }
+  // Equations of its own have one modulus, by which it may be taken out of them.
+  if (!shop.spread && d.ground.wide != 1.0) d.correction /= d.ground.wide;
   if (!d.correction.allFinite()) return HiveVerdict::kNotFinite;
   d.is_built = true;
   return HiveVerdict::kSound;
@@ -415,6 +470,10 @@ void Hive::load(std::span<const double> forces) noexcept {
   }
 }
 
+double Hive::relative_modulus() const noexcept {
+  return data_->ground.tool;
+}
+
 std::span<const double> Hive::cell_forces() const noexcept {
   return data_->cell_forces;
 }
@@ -430,8 +489,9 @@ Vec3 Hive::displacement(const SurfaceSpot& spot) const noexcept {
     const double share = facing(cell.normal.dot(spot.normal));
     if (share == 0.0) continue;
     const Vec3 offset = spot.position - cell.position;
-    sum += d.half_space.displacement(disc_to_point(offset.norm(), disc_radius(cell.area)), offset,
-                                     (cell.normal + spot.normal).normalized(),
+    const RadialKernels kernels =
+        d.ground.answer(disc_to_point(offset.norm(), disc_radius(cell.area)), offset.norm(), 1.0);
+    sum += d.half_space.displacement(kernels, offset, (cell.normal + spot.normal).normalized(),
                                      (share * forces[k]) * cell.direction);
   }
   return sum + corrected(spot.position, d.node_forces);

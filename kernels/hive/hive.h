@@ -46,10 +46,13 @@ struct HiveSettings {
   double radius = 0.0;  ///< of the influence region, along the surface [m]
   double depth = 0.0;   ///< of the lowest layer [m]; 0: as the radius, where there is room
   int nodes = 80;       ///< at most; from 14 to 512
+  /// Radius of a disc that loads the tissue as the tool does, where the modulus changes with depth:
+  /// which of its moduli finite strains meet [m]; 0: an eighth of `radius`.
+  double pressed = 0.0;
 };
 
-/// What a hive stands on; all of it outlives the hive. `compliance` and `touchable` are for
-/// `coupled`.
+/// What a hive stands on; all of it outlives the hive. `compliance` is for `coupled`, `touchable`
+/// too, and for bodies whose modulus changes from place to place: a hive has that of its centre.
 struct HiveBody {
   const WalkableSurface* surface = nullptr;
   const SurfaceCompliance* compliance = nullptr;
@@ -124,6 +127,8 @@ class Hive {
   Vec3 corrected(const Vec3& place, const VectorX& node_loads) const noexcept;
 
   const SurfaceSpot& centre() const noexcept;
+  /// Modulus of the tissue where it was built as `pressed` meets it, over that of its material.
+  double relative_modulus() const noexcept;
   const HiveSettings& settings() const noexcept;
   /// How far from the centre cells may lie: beyond they touch the periphery [m].
   double usable_radius() const noexcept;

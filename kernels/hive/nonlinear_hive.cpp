@@ -355,13 +355,15 @@ NonlinearHive::Data::Contact NonlinearHive::Data::touch_all(std::span<const Shar
   double weights = 0.0;
   const double unit_compliance = 1.0 / (settings.material.shear_modulus() * across);
   for (std::size_t i = 0; i < hives.size(); ++i) {
-    const Contact one = touch(static_cast<int>(i), *hives[i].hive, across, unit_compliance, depths);
+    const double modulus = hives[i].hive->relative_modulus();
+    const Contact one =
+        touch(static_cast<int>(i), *hives[i].hive, across, unit_compliance / modulus, depths);
     if (!one.sound) return Contact();
     const double weight = hives[i].weight;
     weights += weight;
-    all.force += weight * one.force;
-    all.energy += weight * one.energy;
-    all.stiffness += weight * one.stiffness;
+    all.force += weight * modulus * one.force;
+    all.energy += weight * modulus * one.energy;
+    all.stiffness += weight * modulus * one.stiffness;
     all.v += weight * one.v;
     all.force_sums += weight * one.force_sums;
     all.touching = std::max(all.touching, one.touching);
@@ -477,7 +479,8 @@ NonlinearForce NonlinearHive::press(std::span<const Share> hives, std::span<cons
   for (std::size_t i = 0; i < hives.size(); ++i) {
     const std::span<const double> forces = d.pressed[i].forces();
     for (std::size_t k = 0; k < forces.size(); ++k)
-      d.moved[static_cast<Eigen::Index>(k)] = unit_force * forces[k];
+      d.moved[static_cast<Eigen::Index>(k)] =
+          unit_force * hives[i].hive->relative_modulus() * forces[k];
     hives[i].hive->load({d.moved.data(), forces.size()});
   }
   out.hive.force = Vec3(0.0, 0.0, unit_force * contact.force);

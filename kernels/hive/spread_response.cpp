@@ -70,7 +70,7 @@ VISCERA_WIDE void SpreadResponse::add_images(std::size_t first, std::size_t end)
 }
 
 bool SpreadResponse::gather(std::span<const Vec3> positions, std::span<const Vec3> normals,
-                            Eigen::Ref<MatrixX> out) noexcept {
+                            double modulus, Eigen::Ref<MatrixX> out) noexcept {
   const std::size_t n = positions.size();
   shares_.clear();
   sigmas_.clear();
@@ -129,9 +129,9 @@ bool SpreadResponse::gather(std::span<const Vec3> positions, std::span<const Vec
       // Spread by two Gaussians: their variances add.
       const double sigma = std::hypot(sigmas_[k], sigmas_[l]);
       const Vec3 offset = positions[k] - positions[l];
-      const Mat3 response =
-          share * half_space.response(gaussian_to_point(offset.norm(), sigma), offset,
-                                      (normals[k] + normals[l]).normalized());
+      const Mat3 response = share / modulus *
+                            half_space.response(gaussian_to_point(offset.norm(), sigma), offset,
+                                                (normals[k] + normals[l]).normalized());
       const auto row = static_cast<Eigen::Index>(3 * k), column = static_cast<Eigen::Index>(3 * l);
       out.block<3, 3>(row, column) -= response;
       if (k != l) out.block<3, 3>(column, row) -= response.transpose();

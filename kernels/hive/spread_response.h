@@ -20,10 +20,10 @@ class SpreadResponse {
   SpreadResponse(const SurfaceCompliance& compliance, const TouchableSurface& surface,
                  const IsotropicMaterial& material, int most_nodes, std::size_t most_places);
 
-  /// S (C - C_half-space) S^T between these places, (3 n) x (3 n), symmetric [m/N]; S spreads a
-  /// load over the touchable places. False: they reach over more than `most_places`, or have more
-  /// shares than there is memory for.
-  bool gather(std::span<const Vec3> positions, std::span<const Vec3> normals,
+  /// S (C - C_half-space / modulus) S^T between these places, (3 n) x (3 n), symmetric [m/N]; S
+  /// spreads a load over the touchable places. False: they reach over more than `most_places`, or
+  /// have more shares than there is memory for.
+  bool gather(std::span<const Vec3> positions, std::span<const Vec3> normals, double modulus,
               Eigen::Ref<MatrixX> out) noexcept;
 
  private:

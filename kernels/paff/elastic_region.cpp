@@ -37,8 +37,8 @@ std::vector<Eigen::Matrix4d> cell_excesses(const ElasticRegion& region,
 
 std::size_t ElasticRegion::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return of(nodes) + of(positions) + of(weights) + of(begin) + of(point_nodes) + of(gradients) +
-         of(cell) + of(psi) + of(cell_begin) + of(cell_nodes) + of(cell_gradients);
+  return of(nodes) + of(positions) + of(weights) + of(modulus) + of(begin) + of(point_nodes) +
+         of(gradients) + of(cell) + of(psi) + of(cell_begin) + of(cell_nodes) + of(cell_gradients);
 }
 
 void number_nodes(std::size_t node_count, ElasticRegion& region) {

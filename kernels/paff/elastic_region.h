@@ -18,6 +18,7 @@ namespace viscera {
 /// G_k of these. With f_q and e_q (linear strain without stress) the body's elastic energy is
 ///   1/2 sum_q w f (2 mu |eps(u) - e I|^2 + lambda (div u - 3 e)^2 + averaged (dil u - 3 e)^2),
 ///   dil u = sum_k psi_k(y_q) sum_J G_kJ . u_J
+/// The moduli are those of the material; where they change from place to place, w has that in it.
 /// The hold (Nitsche) keeps the sound tissue's values: with f = 4 right at it, it yields by some 3
 /// % of what the tissue stretches over a spacing.
 struct ElasticRegion {
@@ -28,8 +29,11 @@ struct ElasticRegion {
   double averaged_lambda = 0.0;   ///< 0: nothing is averaged [Pa]
 
   std::vector<int> nodes;  ///< of the cloud, that the points or their cells reach, ascending    (n)
-  std::vector<Vec3> positions;        ///< rest [m]                                              (Q)
-  std::vector<double> weights;        ///< [m3]                                                  (Q)
+  std::vector<Vec3> positions;  ///< rest [m]                                              (Q)
+  /// Volume times relative modulus: what integrates energies                          (Q) [m3]
+  std::vector<double> weights;
+  /// Relative modulus; empty: 1                                                             (Q)
+  std::vector<double> modulus;
   std::vector<std::size_t> begin{0};  ///< of each point's entries                           (Q + 1)
   std::vector<int> point_nodes;       ///< index into `nodes`                              (entries)
   std::vector<Vec3> gradients;        ///< g~ [1/m]                                        (entries)
@@ -43,6 +47,9 @@ struct ElasticRegion {
   std::vector<Vec3> cell_gradients;
 
   std::size_t size() const { return weights.size(); }
+  double volume(std::size_t q) const {  ///< [m3]
+    return modulus.empty() ? weights[q] : weights[q] / modulus[q];
+  }
   std::size_t cells() const { return cell_begin.size() - 1; }
   std::size_t memory_bytes() const;
 };

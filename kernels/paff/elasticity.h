@@ -46,6 +46,9 @@ struct ElasticProblem {
   bool few_points = false;
   /// Of Formulation::fields, where somebody has made them; null: they are made.
   std::shared_ptr<const ShapeFunctions> fields;
+  /// Young's modulus over that of `material`, its mean over a cube of this edge [m] about a place;
+  /// Poisson's ratio is one. Null: 1 everywhere. Strong forms don't take it.
+  std::function<double(const Vec3& x, double edge)> relative_modulus;
 };
 
 /// What acts on a body at rest; an empty function means none of it.

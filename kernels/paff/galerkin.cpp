@@ -10,6 +10,7 @@
 #include "kernels/paff/consistent_gradients.h"
 #include "kernels/paff/problem_checks.h"
 #include "kernels/paff/true_neighbours.h"
+#include "kernels/points/kd_tree.h"
 
 namespace viscera {
 namespace {
@@ -172,6 +173,35 @@ SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicM
   return stiffness;
 }
 
+/// At the points, over the cubes that they stand for.
+std::vector<double> modulus_at(const VolumeQuadrature& volume, const ElasticProblem& problem) {
+  std::vector<double> modulus(volume.size());
+  parallel_for_each_index(volume.size(), 64, [&](std::size_t q) {
+    modulus[q] = problem.relative_modulus(volume.positions[q], std::cbrt(volume.weights[q]));
+  });
+  return modulus;
+}
+
+/// Of each held point of the surface that of the nearest one of the volume: Nitsche's penalty must
+/// outweigh the traction of tissue whose energy bounds it.
+std::vector<double> held_modulus(const SurfaceQuadrature& surface, const FixedPoints& fixed,
+                                 const VolumeQuadrature& volume, std::span<const double> modulus) {
+  const KdTree tree(volume.positions);
+  std::vector<double> held(surface.size(), 1.0);
+  std::vector<KdTree::Found> found;
+  for (const std::size_t b : fixed.points) {
+    tree.nearest(surface.positions[b], 1, -1, found);
+    held[b] = modulus[static_cast<std::size_t>(found.front().index)];
+  }
+  return held;
+}
+
+template <class Points>
+Points weighed(Points points, std::span<const double> modulus) {
+  for (std::size_t i = 0; i < modulus.size(); ++i) points.weights[i] *= modulus[i];
+  return points;
+}
+
 double fixed_area(const SurfaceQuadrature& surface) {
   double area = 0.0;
   for (std::size_t b = 0; b < surface.size(); ++b) {
@@ -245,13 +275,21 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   system.multipliers_ = std::move(correction->multipliers);
 
   if (!progress(0.7, "assembling")) return failure(kCancelled);
+  if (problem.relative_modulus) {
+    system.modulus_ = modulus_at(system.volume_, problem);
+    if (std::string mistake = modulus_mistake(system.volume_, system.modulus_); !mistake.empty())
+      return failure(mistake);
+    system.held_modulus_ = held_modulus(system.surface_, *fixed, system.volume_, system.modulus_);
+  }
+  const VolumeQuadrature volume_points = system.weighed_volume();
+  const SurfaceQuadrature surface_points = system.weighed_surface();
   if (averages_dilatation(problem.material)) {
     system.dilatation_ =
-        mean_dilatation(spacing, n, system.volume_, *inside,
-                        {system.surface_, fixed->points, fixed->fields, fixed->rate}, paths);
+        mean_dilatation(spacing, n, volume_points, *inside,
+                        {surface_points, fixed->points, fixed->fields, fixed->rate}, paths);
   }
-  system.stiffness_ = assemble_stiffness(n, problem.material, system.volume_, *inside, incidence,
-                                         system.surface_, *fixed, system.dilatation_);
+  system.stiffness_ = assemble_stiffness(n, problem.material, volume_points, *inside, incidence,
+                                         surface_points, *fixed, system.dilatation_);
   system.figures_.unknowns = 3 * n;
   system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
   system.figures_.quadrature_points = system.volume_.size();
@@ -260,6 +298,14 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   system.figures_.assemble_s = watch.seconds();
   if (!progress(1.0, "assembling")) return failure(kCancelled);
   return system;
+}
+
+VolumeQuadrature GalerkinSystem::weighed_volume() const {
+  return weighed(volume_, modulus_);
+}
+
+SurfaceQuadrature GalerkinSystem::weighed_surface() const {
+  return weighed(surface_, held_modulus_);
 }
 
 std::vector<double> GalerkinSystem::loads(const StaticLoads& loads) const {
@@ -297,7 +343,8 @@ void GalerkinSystem::add_held(const StaticLoads& loads, std::vector<double>& all
     const Vec3& n = surface_.normals[b];
     fields_->evaluate(surface_.positions[b], true, at);
     const double h = spacing_at(fields_->cloud(), at.nodes, at.values);
-    const Vec3 held = surface_.weights[b] * loads.held_displacement(surface_.positions[b]);
+    const double weight = surface_.weights[b] * (held_modulus_.empty() ? 1.0 : held_modulus_[b]);
+    const Vec3 held = weight * loads.held_displacement(surface_.positions[b]);
     const Vec3 penalty = nitsche_penalty(material_, kNitscheFactor / h, n) * held;
     for (std::size_t j = 0; j < at.nodes.size(); ++j) {
       // Traction of phi_J e_k through n, times the held displacement, for k = x, y, z.
@@ -335,8 +382,8 @@ Result<SymmetricBlockMatrix> GalerkinSystem::hold() const {
   if (!fixed) return std::unexpected(fixed.error());
   const std::size_t n = fields_->cloud().size();
   const PointFields none;
-  return assemble_stiffness(n, material_, {}, none, NodeIncidence(none, n), surface_, *fixed,
-                            dilatation_);
+  return assemble_stiffness(n, material_, {}, none, NodeIncidence(none, n), weighed_surface(),
+                            *fixed, dilatation_);
 }
 
 Vec3 GalerkinSystem::displacement(std::span<const double> unknowns, const Vec3& x) const {
@@ -371,6 +418,10 @@ Result<ElasticRegion> GalerkinSystem::region(const std::function<bool(const Vec3
   correct_gradients(*fields_, points, multipliers_, *fields);
   region.positions = std::move(points.positions);
   region.weights = std::move(points.weights);
+  if (!modulus_.empty()) {
+    for (const std::size_t q : numbers) region.modulus.push_back(modulus_[q]);
+    for (std::size_t i = 0; i < region.size(); ++i) region.weights[i] *= region.modulus[i];
+  }
   region.begin = std::move(fields->begin);
   region.point_nodes = std::move(fields->nodes);
   region.gradients = std::move(fields->gradients);

@@ -76,11 +76,16 @@ class GalerkinSystem {
   /// Nitsche's part of the right-hand side.
   void add_held(const StaticLoads& loads, std::vector<double>& all) const;
   void add_cells(std::span<const std::size_t> numbers, ElasticRegion& region) const;
+  /// Points with the relative modulus in their weights: what integrates energies, and bounds them.
+  VolumeQuadrature weighed_volume() const;
+  SurfaceQuadrature weighed_surface() const;
 
   IsotropicMaterial material_;
   std::shared_ptr<const ShapeFunctions> fields_;
   VolumeQuadrature volume_;
   SurfaceQuadrature surface_;
+  /// Relative modulus at points of the volume, and of the surface that is held; empty: 1.
+  std::vector<double> modulus_, held_modulus_;
   std::vector<double> multipliers_;  ///< that made the gradients consistent
   MeanDilatation dilatation_;
   std::vector<TissuePiece> pieces_;

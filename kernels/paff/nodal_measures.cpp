@@ -1,6 +1,7 @@
 #include "kernels/paff/nodal_measures.h"
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <span>
 
@@ -95,8 +96,9 @@ Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const 
   return nodal_volumes(surface, cloud, ShapeFunctions(cloud, kSupportFactor));
 }
 
-Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const PointCloud& cloud,
-                                          const ShapeFunctions& fields) {
+Result<std::vector<double>> nodal_volumes(
+    const TriangleSurface& surface, const PointCloud& cloud, const ShapeFunctions& fields,
+    const std::function<double(const Vec3& x, double edge)>& density) {
   const TissuePaths* paths =
       fields.true_neighbours() ? &fields.true_neighbours()->paths() : nullptr;
   auto volume = background_quadrature(surface, LocalSpacing(cloud), 1, paths);
@@ -105,8 +107,10 @@ Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const 
   if (!values) return std::unexpected(values.error());
   std::vector<double> volumes(fields.cloud().size(), 0.0);
   for (std::size_t q = 0; q < volume->size(); ++q) {
+    double weight = volume->weights[q];
+    if (density) weight *= density(volume->positions[q], std::cbrt(weight));
     for (std::size_t e = values->begin[q]; e < values->begin[q + 1]; ++e) {
-      volumes[static_cast<std::size_t>(values->nodes[e])] += volume->weights[q] * values->values[e];
+      volumes[static_cast<std::size_t>(values->nodes[e])] += weight * values->values[e];
     }
   }
   return volumes;

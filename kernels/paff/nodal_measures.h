@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "kernels/base/result.h"
@@ -49,8 +50,10 @@ class ShapeFunctions;
 /// the linear fields (`galerkin` integrates the same). They add up to the body's volume, and
 /// weighted by place to its first moment.
 Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const PointCloud& cloud);
-/// The same of these fields of the cloud; nodes added to it have volumes of their own.
-Result<std::vector<double>> nodal_volumes(const TriangleSurface& surface, const PointCloud& cloud,
-                                          const ShapeFunctions& fields);
+/// The same of these fields of the cloud; nodes added to it have volumes of their own. With
+/// `density`, the mean of a number over a cube of this edge about a place, its integrals.
+Result<std::vector<double>> nodal_volumes(
+    const TriangleSurface& surface, const PointCloud& cloud, const ShapeFunctions& fields,
+    const std::function<double(const Vec3& x, double edge)>& density = {});
 
 }  // namespace viscera

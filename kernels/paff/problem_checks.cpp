@@ -156,6 +156,18 @@ std::vector<std::string> problem_mistakes(const ElasticProblem& problem) {
   return mistakes;
 }
 
+std::string modulus_mistake(const VolumeQuadrature& points, std::span<const double> modulus) {
+  constexpr double kLeast = 1e-4, kMost = 1e4;
+  for (std::size_t q = 0; q < modulus.size(); ++q) {
+    if (modulus[q] >= kLeast && modulus[q] <= kMost) continue;
+    std::ostringstream text;
+    text << "material: at (" << 1e3 * points.positions[q].transpose() << ") mm Young's modulus is "
+         << modulus[q] << " times that of the tissue; expected 0.0001 to 10,000";
+    return text.str();
+  }
+  return {};
+}
+
 Result<void> accept_material(const Formulation& formulation, const IsotropicMaterial& material) {
   const double highest = formulation.highest_poisson_ratio();
   Error mistakes;

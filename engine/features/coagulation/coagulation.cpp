@@ -26,8 +26,8 @@ bool have_changed(const std::vector<double>& now, const std::vector<double>& bef
   double difference = 0.0, size = 0.0;
   for (std::size_t q = 0; q < now.size(); ++q) {
     const double was = before.empty() ? sound : before[q];
-    difference += tissue.weights[q] * std::abs(now[q] - was);
-    size += tissue.weights[q] * (was - sound);
+    difference += tissue.volume(q) * std::abs(now[q] - was);
+    size += tissue.volume(q) * (was - sound);
   }
   return difference > std::max(least, kNoticed * size);
 }
@@ -63,7 +63,9 @@ OrganUpdate& update_of(World& world, Entity organ) {
   if (OrganUpdate* there = world.find<OrganUpdate>(organ)) return *there;
   const ElasticRegion& tissue = world.find<OrganBody>(organ)->model->changeable.tissue;
   OrganUpdate& made = world.all<OrganUpdate>().add(organ, {});
-  made.gauge = std::make_unique<CoagulationGauge>(tissue.positions, tissue.weights);
+  std::vector<double> volumes(tissue.size());
+  for (std::size_t q = 0; q < volumes.size(); ++q) volumes[q] = tissue.volume(q);
+  made.gauge = std::make_unique<CoagulationGauge>(tissue.positions, volumes);
   return made;
 }
 

@@ -305,6 +305,43 @@ TEST(Finite, HasTheSameBitsOnOneThreadAndOnTwo) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
+/// All of the bar.
+PartDescription whole_bar(std::optional<double> modulus, std::optional<double> density = {}) {
+  Region region;
+  region.shape = Region::Shape::kBox;
+  region.a = -kBar;
+  region.b = kBar;
+  return {region, modulus, density};
+}
+
+TEST(FiniteParts, APartThatIsAllOfABarIsTheBarOfItsModulus) {
+  SceneDescription scene = lifted_bar(Response::kFinite, Vec3(0, 0, 15e-3));
+  scene.organs[0].youngs_modulus = 30e3;
+  const std::vector<Vec3> whole = forces_of_lift(scene, 2);
+  scene.organs[0].youngs_modulus = 10e3;
+  scene.organs[0].parts = {whole_bar(30e3)};
+  const std::vector<Vec3> part = forces_of_lift(scene, 2);
+  ASSERT_EQ(whole.size(), part.size());
+  ASSERT_FALSE(whole.empty());
+  for (std::size_t i = 0; i < whole.size(); ++i)
+    EXPECT_LT((whole[i] - part[i]).norm(), 1e-4 * whole[i].norm()) << i;
+}
+
+TEST(FiniteParts, AStiffCoreIsLiftedHarderAndAsItsEnergySays) {
+  SceneDescription scene = lifted_bar(Response::kFinite, Vec3(0, 0, 1e-3));
+  const double plain = forces_of_lift(scene, 4).back().norm();
+  PartDescription core = whole_bar(100e3);
+  std::get<Region>(core.where).a = Vec3(-kBar.x(), -6e-3, -6e-3);
+  std::get<Region>(core.where).b = Vec3(kBar.x(), 6e-3, 6e-3);
+  scene.organs[0].parts = {core};
+  scene.organs[0].finite.quasi_static = true;
+  const double finite = forces_of_lift(scene, 20).back().norm();
+  scene.organs[0].response = Response::kLinear;
+  const double linear = forces_of_lift(scene, 20).back().norm();
+  EXPECT_GT(finite, 1.2 * plain);
+  EXPECT_NEAR(finite, linear, 0.06 * linear);
+}
+
 TEST(Finite, WhatItCantCarryYetIsRefusedByName) {
   const auto refused = [](SceneDescription scene, const std::string& why) {
     std::vector<std::string> warnings;

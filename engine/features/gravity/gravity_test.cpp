@@ -102,6 +102,24 @@ TEST(Gravity, ABlockThatHangsWhereItStoodStretchesAsABarUnderTwiceItsWeight) {
   EXPECT_NEAR(moved_at(*world, 0, Vec3(0, 0, -0.5 * kLength)).z(), -exact, 0.02 * exact);
 }
 
+TEST(Gravity, PartsWeighWhatTheirDensitySays) {
+  const auto sag_of = [](std::optional<double> density) {
+    SceneDescription scene = tilted_ball(30.0);
+    Region all;
+    all.shape = Region::Shape::kSphere;
+    all.radius = 1.0;
+    if (density) scene.organs[0].parts = {{all, {}, density}};
+    const auto world = build(scene);
+    return world ? world->all<OrganBody>()[0].model->sag : std::vector<float>();
+  };
+  const std::vector<float> sag = sag_of({});
+  const std::vector<float> heavy = sag_of(3.0 * test_tissues().at("rubber").density);
+  ASSERT_FALSE(sag.empty());
+  ASSERT_EQ(sag.size(), heavy.size());
+  const float most = *std::max_element(sag.begin(), sag.end());
+  for (std::size_t i = 0; i < sag.size(); ++i) ASSERT_NEAR(heavy[i], 3.0f * sag[i], 1e-4f * most);
+}
+
 TEST(Gravity, OnlyWhatItMovesIsPrepared) {
   const auto tilted = build(tilted_ball(30.0)), level = build(tilted_ball(0.0));
   auto scene = tilted_ball(30.0);

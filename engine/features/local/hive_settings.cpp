@@ -12,6 +12,9 @@ namespace {
 /// many spacings of the nodes where a coupled field must be smooth on them.
 constexpr double kRadiiOfTool = 4.0, kSpacings = 3.0;
 constexpr int kNodes = 120;
+/// Of the disc that stands for a ball at finite strains in layered tissue, over the ball's radius.
+/// Chosen: a ball is pressed some half of its width.
+constexpr double kPressed = 0.5;
 /// Of a tool's cells: 37, as the frame's contact lays them. 19 make a ball feel 5 to 9 % stiffer
 /// than many do, up to half a radius deep; 37 lie within 3 %.
 constexpr int kRings = 3;
@@ -56,6 +59,7 @@ Result<HiveTissueSettings> hive_settings(const InstrumentDescription& instrument
                     ? wanted.radius
                     : std::max(kRadiiOfTool * settings.tool_radius, kSpacings * nodes_apart);
   hive.nodes = wanted.nodes > 0 ? wanted.nodes : kNodes;
+  hive.pressed = kPressed * settings.tool_radius;
   settings.model = organ.tissue.model;
   settings.prony = organ.tissue.prony;
   settings.rings = kRings;

@@ -15,6 +15,7 @@ SceneFolder::SceneFolder() {
   write("assets/organs/liver.json", "{}");
   write("assets/organs/kidney.json", "{}");
   write("ball.obj", "v 0 0 0\n");
+  write("map.nii", "not read here");
   options.assets = path() / "assets";
   options.features = feature_keys();
 }

@@ -267,5 +267,33 @@ TEST(SceneMistake, AllAreReportedInOneGo) {
         << all(found);
 }
 
+TEST(SceneMistake, PartsSayOneShapeAndAModulusOrADensity) {
+  const std::string parts = "organs/1/parts/0";
+  const auto with = [](const Json& part) { return mistakes_with("/organs/1/parts", {part}); };
+  EXPECT_TRUE(with({{"capsule_mm", 0.2}, {"youngs_modulus_kPa", 90}}).empty());
+  EXPECT_TRUE(mentions(with({{"capsule_mm", 0.2}}), parts + "/youngs_modulus_kPa",
+                       {"density_kg_m3", "expected at least one"}));
+  EXPECT_TRUE(mentions(with({{"youngs_modulus_kPa", 90}}), parts, {"capsule_mm", "field"}));
+  EXPECT_TRUE(mentions(
+      with({{"field", {{"file", "map.nii"}, {"kPa_per_unit", 1}}}, {"youngs_modulus_kPa", 90}}),
+      parts + "/youngs_modulus_kPa", {"beside field"}));
+  EXPECT_TRUE(
+      mentions(with({{"labels", {{"file", "ball.obj"}, {"label", 1}}}, {"youngs_modulus_kPa", 90}}),
+               parts + "/labels/file", {"ends in", ".nii"}));
+  EXPECT_TRUE(mentions(with({{"recipe", {{"name", "sphere"}}}, {"density_kg_m3", 900}}),
+                       parts + "/recipe/name", {"sphere", "kidney"}));
+}
+
+TEST(SceneMistake, OnlyTheWeakFormTakesParts) {
+  const Json parts = {{{"capsule_mm", 0.2}, {"youngs_modulus_kPa", 90}}};
+  EXPECT_TRUE(mentions(mistakes_with("/organs/0/parts", parts), "organs/0/parts",
+                       {"response local", "expected none"}));
+  Json scene = whole_scene();
+  scene["organs"][0]["parts"] = parts;
+  scene["organs"][0]["response"] = "linear";
+  scene["organs"][0]["formulation"] = "paper";
+  EXPECT_TRUE(mentions(SceneFolder().mistakes(scene), "organs/0/parts", {"formulation paper"}));
+}
+
 }  // namespace
 }  // namespace viscera::test

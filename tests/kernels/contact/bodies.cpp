@@ -13,7 +13,8 @@ namespace viscera::test {
 PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& material,
                          const SpacingField& spacing,
                          const std::function<bool(const Vec3&)>& is_fixed,
-                         const std::function<bool(const Vec3&)>& is_touchable, bool drawn) {
+                         const std::function<bool(const Vec3&)>& is_touchable, bool drawn,
+                         const std::function<double(const Vec3&, double)>& relative_modulus) {
   PressedBody body;
   body.surface = std::move(surface);
   body.material = material;
@@ -25,7 +26,8 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
   }
   body.cloud = std::move(*cloud);
   const Formulation& galerkin = *find_formulation("galerkin");
-  const ElasticProblem problem{&body.surface, &body.cloud, material, is_fixed};
+  ElasticProblem problem{&body.surface, &body.cloud, material, is_fixed};
+  problem.relative_modulus = relative_modulus;
   auto solver = galerkin.prepare(problem, no_progress());
   if (!solver) {
     ADD_FAILURE() << solver.error().text();
@@ -44,6 +46,8 @@ PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& mater
     return body;
   }
   body.touch = std::move(*touch);
+  if (relative_modulus)
+    note_modulus(body.touch, material, PatchContact::spread_factor(), relative_modulus);
   if (drawn) body.drawn = carry_surface(body.surface, body.places);
   auto compliance = (*solver)->compliance(body.places.fields, body.touch.places, no_progress());
   if (!compliance) {

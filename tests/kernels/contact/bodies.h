@@ -25,11 +25,13 @@ struct PressedBody {
 };
 
 /// Places nodes, prepares the body with the galerkin formulation and asks for the compliance of the
-/// touchable part against the whole surface; with `drawn`, lets that carry it.
+/// touchable part against the whole surface; with `drawn`, lets that carry it. Touchable places
+/// have the modulus of what lies beneath them, as organs note it.
 PressedBody prepare_body(TriangleSurface surface, const IsotropicMaterial& material,
                          const SpacingField& spacing,
                          const std::function<bool(const Vec3&)>& is_fixed,
-                         const std::function<bool(const Vec3&)>& is_touchable, bool drawn = false);
+                         const std::function<bool(const Vec3&)>& is_touchable, bool drawn = false,
+                         const std::function<double(const Vec3&, double)>& relative_modulus = {});
 
 /// A block of these edges [m] centred at the origin, held at its bottom, touchable on its top
 /// within `reach` of the axis in x and y.

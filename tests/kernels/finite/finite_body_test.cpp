@@ -34,6 +34,31 @@ TEST_P(FiniteBodyOf, TheTangentAtRestIsTheLinearStiffness) {
   EXPECT_LT(distance(one, other), kSingle * norm(other));
 }
 
+/// Twenty times as stiff where x + y > 0.1, with a border as wide as the cubes that are asked for.
+double stiffer_corner(const Vec3& x, double edge) {
+  return 1.0 + 19.0 * std::clamp(0.5 + ((x.x() + x.y()) / std::sqrt(2.0) - 0.1) / edge, 0.0, 1.0);
+}
+
+TEST_P(FiniteBodyOf, WhereTheModulusChangesTheTangentAtRestIsTheLinearStiffness) {
+  const Cube cube = Cube::make(GetParam(), true, stiffer_corner);
+  const std::vector<double> rest(3 * cube.finite.nodes(), 0.0);
+  const std::vector<double> v = random_vector(rest.size(), 1.0, 2);
+  std::vector<double> one(v.size()), other(v.size());
+  cube.finite.tangent(rest).multiply(v, one);
+  cube.system.stiffness().multiply(v, other);
+  EXPECT_LT(distance(one, other), kSingle * norm(other));
+  std::vector<double> uniform(v.size());
+  Cube::make(GetParam()).system.stiffness().multiply(v, uniform);
+  EXPECT_GT(distance(uniform, other), 0.5 * norm(other));
+}
+
+TEST_P(FiniteBodyOf, WhereTheModulusChangesVolumeIsStillVolume) {
+  const Cube cube = Cube::make(GetParam(), true, stiffer_corner);
+  EXPECT_NEAR(cube.finite.volume(), 1.0, 1e-12);
+  const std::vector<double> grown = cube.moved([](const Vec3& x) { return Vec3(1.1 * x); });
+  EXPECT_NEAR(cube.finite.volume(grown), 1.331, 1e-5);
+}
+
 TEST_P(FiniteBodyOf, ForcesAreTheDerivativeOfTheEnergy) {
   const Cube cube = Cube::make(GetParam());
   const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.04, 3);

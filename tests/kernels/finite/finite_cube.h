@@ -23,11 +23,13 @@ struct Cube {
   GalerkinSystem system;
   FiniteBody finite;
 
-  static Cube make(double poisson_ratio, bool held = true) {
+  static Cube make(double poisson_ratio, bool held = true,
+                   std::function<double(const Vec3&, double)> relative_modulus = {}) {
     NodedBody body = jittered_cube(4, 0.2);
-    auto system = GalerkinSystem::assemble(
-        body.problem({10e3, poisson_ratio}, [](const Vec3& x) { return x.x() < -0.499; }), 1.8,
-        no_progress());
+    ElasticProblem problem =
+        body.problem({10e3, poisson_ratio}, [](const Vec3& x) { return x.x() < -0.499; });
+    problem.relative_modulus = std::move(relative_modulus);
+    auto system = GalerkinSystem::assemble(problem, 1.8, no_progress());
     EXPECT_TRUE(system.has_value());
     auto region = system->region([](const Vec3&) { return true; });
     auto hold = system->hold();

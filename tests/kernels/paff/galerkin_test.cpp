@@ -77,6 +77,54 @@ TEST_P(GalerkinCubeOfAnyMaterial, StiffnessIsPositiveDefinite) {
 INSTANTIATE_TEST_SUITE_P(PoissonsRatio, GalerkinCubeOfAnyMaterial,
                          testing::Values(0.0, 0.3, 0.45, 0.499));
 
+TEST_P(GalerkinCubeOfAnyMaterial, SoManyTimesTheModulusEverywhereIsSoManyTimesTheStiffness) {
+  const test::Body body = jittered_cube(4, 0.2);
+  const auto held = [](const Vec3& x) { return x.x() < -0.499; };
+  ElasticProblem problem = body.problem({10e3, GetParam()}, held);
+  problem.relative_modulus = [](const Vec3&, double) { return 10.0; };
+  const auto scaled = GalerkinSystem::assemble(problem, 1.8, no_progress());
+  const IsotropicMaterial stiff{100e3, GetParam()};
+  const auto whole = GalerkinSystem::assemble(body.problem(stiff, held), 1.8, no_progress());
+  ASSERT_TRUE(scaled && whole);
+  const auto &one = scaled->stiffness().blocks, &other = whole->stiffness().blocks;
+  ASSERT_EQ(one.size(), other.size());
+  const double size = *std::max_element(other.begin(), other.end());
+  for (std::size_t i = 0; i < one.size(); ++i) ASSERT_NEAR(one[i], other[i], 1e-12 * size);
+}
+
+/// Borders between tissue and a thousand times stiffer one, across the hold and along it.
+TEST_P(GalerkinCubeOfAnyMaterial, StaysPositiveWhereTheModulusJumpsAThousandfold) {
+  const test::Body body = jittered_cube(4, 0.2);
+  const Random random(5, 0);
+  for (std::uint64_t plane = 0; plane < 24; ++plane) {
+    const Vec3 normal = Vec3(random.uniform(4 * plane) - 0.5, random.uniform(4 * plane + 1) - 0.5,
+                             random.uniform(4 * plane + 2) - 0.5)
+                            .normalized();
+    const double at = 0.7 * (random.uniform(4 * plane + 3) - 0.5);
+    ElasticProblem problem =
+        body.problem({10e3, GetParam()}, [](const Vec3& x) { return x.x() < -0.499; });
+    problem.relative_modulus = [&](const Vec3& x, double) {
+      return x.dot(normal) > at ? 1000.0 : 1.0;
+    };
+    const auto system = GalerkinSystem::assemble(problem, 1.8, no_progress());
+    ASSERT_TRUE(system) << system.error().text();
+    EXPECT_TRUE(system->factor()) << "plane " << plane;
+  }
+}
+
+TEST_P(GalerkinCubeOfAnyMaterial, RefusesModuliThatAreNone) {
+  const test::Body body = jittered_cube(4, 0.2);
+  ElasticProblem problem =
+      body.problem({10e3, GetParam()}, [](const Vec3& x) { return x.x() < -0.499; });
+  for (const double wrong : {0.0, -1.0, 1e6, std::numeric_limits<double>::quiet_NaN()}) {
+    problem.relative_modulus = [=](const Vec3& x, double) { return x.z() > 0.3 ? wrong : 1.0; };
+    const auto system = GalerkinSystem::assemble(problem, 1.8, no_progress());
+    ASSERT_FALSE(system) << wrong;
+    EXPECT_NE(system.error().text().find("times that of the tissue; expected 0.0001 to 10,000"),
+              std::string::npos);
+  }
+}
+
 TEST_F(GalerkinCube, RigidMotionOfTheHeldPartCausesNoStress) {
   const auto system = GalerkinSystem::assemble(body.problem(kLiver, on_floor), 1.8, no_progress());
   ASSERT_TRUE(system) << system.error().text();
