@@ -5,9 +5,9 @@
 //   ln M(q) = integral of g(q z) ln r(z) q dz,
 // g the share of depths in the energy of the uniform half-space, from its closed stresses. That is
 // exact to first order in ln r, the same from either side (r or 1/r), and lies between the bounds
-// that fixed strains and fixed stresses give [Gao1992 does the same with punches]. M takes the
-// place of 1 in the transform of the near field (near_field.h): scales of sigma, sigma/2, ... are
-// bands of wave numbers, each with its own M.
+// that fixed strains and fixed stresses give; punches on layers are treated so [Gao1992]. M takes
+// the place of 1 in the transform of the near field (near_field.h): scales of sigma, sigma/2, ...
+// are bands of wave numbers, each with its own M.
 #pragma once
 
 #include <array>

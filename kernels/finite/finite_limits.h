@@ -14,6 +14,9 @@ inline constexpr int kStepsAWarp = 3;
 inline constexpr int kStepsReleased = 5;
 /// Further than this no target moves at once: the way is made in parts [m].
 inline constexpr double kLongestWay = 6e-3;
+/// Further than this no node moves in an iteration: turned inside out, tissue is so stiff that the
+/// factor of the body at rest throws it metres away [m].
+inline constexpr double kLongestMove = 50e-3;
 /// Of the first search, over the slope [Armijo1966]; the slack is what the sums of an energy err
 /// by.
 inline constexpr double kArmijo = 1e-4, kSlack = 2e-6;

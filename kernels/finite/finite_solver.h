@@ -47,7 +47,7 @@ struct FiniteStep {
   double residual = 0.0;   ///< of the last iteration: what a further one would gain over the energy
   bool converged = false;  ///< residual within FiniteOptions::decrement
   bool lost = false;       ///< the last good state was kept: no step was found
-  bool answered = true;    ///< false: the conditions had no answer; the last state was kept
+  bool answered = true;    ///< false: the conditions had none; it is a step without them
   int evaluations = 0;     ///< of the energy
   std::vector<Vec3> forces;  ///< on the tissue at the cells [N]
 };
@@ -83,7 +83,8 @@ class FiniteSolver {
   Grip grip(HeldRows rows) const;
 
   /// One step of a body that anything touches, under a weight of `acceleration` besides that of the
-  /// options [m/s2]. On failure the state is as it was, without velocity. `so_far`, unless null,
+  /// options [m/s2]. Where what touches it has no answer, the
+  /// step is one without it. `so_far`, unless null,
   /// is set to where the step came, or to none; if it holds where this step has come, from the same
   /// state and on the same cells, the step goes on from there.
   FiniteStep step(FiniteTouch& touch, FiniteState& state, const Vec3& acceleration = Vec3::Zero(),
@@ -102,6 +103,10 @@ class FiniteSolver {
   }
 
  private:
+  /// Where tools ask for what can't be, as of tissue that is inside out: they let go for a step, in
+  /// which it makes its way back. Unanswered.
+  FiniteStep step_without(const FiniteTouch& touch, FiniteState& state,
+                          const Vec3& acceleration) const;
   class TouchedStep;
   FiniteSolver() = default;
   /// Rotations for this step, those of a group's nodes the same.

@@ -20,7 +20,15 @@ namespace {
 
 class Untouched final : public FiniteTouch {
  public:
-  explicit Untouched(std::size_t nodes) : groups_(nodes, -1) {}
+  /// `like`: whose tissue it is; null: of sound tissue without a memory.
+  explicit Untouched(std::size_t nodes, const FiniteTouch* like = nullptr)
+      : like_(like), groups_(nodes, -1) {}
+  const ChangedTissue& changed() const override {
+    return like_ ? like_->changed() : FiniteTouch::changed();
+  }
+  const Overstress& overstress() const override {
+    return like_ ? like_->overstress() : FiniteTouch::overstress();
+  }
   std::size_t cells() const override { return 0; }
   std::int32_t held() const override { return 0; }
   std::span<const int> groups() const override { return groups_; }
@@ -34,6 +42,7 @@ class Untouched final : public FiniteTouch {
   std::optional<VectorX> standing() const override { return VectorX(); }
 
  private:
+  const FiniteTouch* like_;
   std::vector<int> groups_;
   MatrixX response_;
 };
@@ -132,20 +141,29 @@ class FiniteSolver::TouchedStep {
   bool start_here() {
     VectorX forces;
     if (touch_.cells() == 0) {
-      if (y_.size() > 0) u_ -= y_;
+      if (y_.size() > 0) u_ -= share_of_move(y_) * y_;
     } else if (y_.size() > 0) {
       if (!touch_.solve(touch_.displaced(u_ - y_), {}, share_, forces)) return false;
-      u_ += touch_.answer_to(forces) - y_;
+      move_by(touch_.answer_to(forces) - y_);
     } else {
       if (!touch_.solve(touch_.displaced(u_) - touch_.response() * forces_, {}, share_, forces))
         return false;
-      u_ += touch_.answer_to(forces - forces_);
+      move_by(touch_.answer_to(forces - forces_));
     }
     y_.resize(0);
     forces_ = std::move(forces);
     value_ = energy_.at(u_, &g_);
     return true;
   }
+
+  /// How much of a way no node goes too far on.
+  double share_of_move(const VectorX& way) const {
+    double farthest = 0.0;
+    for (Eigen::Index at = 0; at < n_; at += 3)
+      farthest = std::max(farthest, way.segment<3>(at).norm());
+    return farthest > kLongestMove ? kLongestMove / farthest : 1.0;
+  }
+  void move_by(const VectorX& way) { u_ += share_of_move(way) * way; }
 
   /// Where to, and how the merit E - f . Phi u falls there.
   struct Way {
@@ -240,7 +258,7 @@ class FiniteSolver::TouchedStep {
   /// How far along the way the merit falls enough; 0: nowhere.
   double search(const Way& way, VectorX& next, double& next_value, VectorX& next_g) {
     const double slack = std::min(kSlack, solver_.options_.decrement);
-    double length = 1.0;
+    double length = share_of_move(way.p);
     for (int trial = 0; trial < kMostTrials; ++trial) {
       next = u_ + length * way.p;
       next_value = energy_.at(next, &next_g);
@@ -309,14 +327,8 @@ FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state, const Vec3
   told.answered = sane && step.run(static_cast<int>(parts), most, state, told);
   told.evaluations = step.evaluations();
   if (so_far) so_far->reset();
-  if (!told.answered) {
-    // As if nothing had touched it: its last shape stays, without velocity.
-    std::ranges::fill(state.velocities, 0.0);
-    std::ranges::fill(state.loads, 0.0);
-    state.steps_since_warp = kStepsAWarp;
-    return told;
-  }
-  if (!std::isfinite(step.value()) || !is_tissue(step.u())) {
+  if (!told.answered || !std::isfinite(step.value()) || !is_tissue(step.u())) {
+    if (touch.cells() > 0) return step_without(touch, state, acceleration);
     told.lost = true;
     give_up(state);
     return told;
@@ -333,6 +345,17 @@ FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state, const Vec3
 FiniteStep FiniteSolver::step(FiniteState& state, const Vec3& acceleration) const {
   Untouched untouched(body_->nodes());
   return step(untouched, state, acceleration);
+}
+
+FiniteStep FiniteSolver::step_without(const FiniteTouch& touch, FiniteState& state,
+                                      const Vec3& acceleration) const {
+  std::ranges::fill(state.velocities, 0.0);
+  std::ranges::fill(state.loads, 0.0);
+  state.steps_since_warp = kStepsAWarp;
+  Untouched untouched(body_->nodes(), &touch);
+  FiniteStep told = step(untouched, state, acceleration);
+  told.answered = false;
+  return told;
 }
 
 }  // namespace viscera

@@ -26,6 +26,8 @@ constexpr std::size_t kBlocksAtOnce = 8;
 /// Of the answer to a load that changes from node to node; single entries err up to ten times as
 /// much.
 constexpr double kSingleIsEnough = 1e-5;
+/// Of a known answer by a factor in double precision: sound bodies come to 1e-12 to 1e-8.
+constexpr double kLeastExact = 1e-6;
 /// Of the answer to an even pull, which errs about as much as the compliance: that may err by 1e-4.
 constexpr double kEnoughForPulls = 7e-5;
 
@@ -158,6 +160,23 @@ bool is_enough(const SymmetricBlockMatrix& stiffness, const FrontalCholesky<floa
     if (!(error_of(stiffness, factor, load) < kEnoughForPulls)) return false;
   }
   return true;
+}
+
+/// How wrong the answer to the loads of a known one comes back: the body turned by a little and
+/// stretched, u = (y - z, 2 z - x, x + y). Fields that nearly repeat each other, as of nodes that
+/// crowd, lose as many digits as the stiffness against their difference is smaller than the rest.
+double error_of_known(const SymmetricBlockMatrix& stiffness, const FrontalCholesky<double>& factor,
+                      std::span<const Vec3> positions) {
+  std::vector<double> known, load(3 * positions.size()), answer(load.size());
+  for (const Vec3& x : positions) {
+    const Vec3 u = x - positions.front();
+    known.insert(known.end(), {u.y() - u.z(), 2.0 * u.z() - u.x(), u.x() + u.y()});
+  }
+  stiffness.multiply(known, load);
+  apply(factor, load, answer);
+  for (std::size_t i = 0; i < known.size(); ++i) answer[i] -= known[i];
+  const double size = norm(known);
+  return size > 0.0 ? norm(answer) / size : 0.0;
 }
 
 /// Columns of a compliance by blocks of touchable places that act early and near each other.
@@ -510,6 +529,13 @@ Result<StiffnessFactor> StiffnessFactor::factor(const SymmetricBlockMatrix& stif
     return std::unexpected(has_room.error());
   auto full = FrontalCholesky<double>::factor(stiffness, dissection, kWhat);
   if (!full) return std::unexpected(full.error());
+  if (const double error = error_of_known(stiffness, *full, positions); !(error < kLeastExact)) {
+    std::ostringstream text;
+    text << kWhat << ": a known answer comes back wrong by " << error << " of it; expected "
+         << kLeastExact
+         << " at most: remove nodes that crowd at one place, or hold more of the body";
+    return failure(text.str());
+  }
   return StiffnessFactor(std::move(*full));
 }
 

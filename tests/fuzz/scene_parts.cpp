@@ -26,6 +26,7 @@ std::filesystem::path small_assets() {
   scratch("organs/liver.json", "{}");
   scratch("organs/kidney.json", "{}");
   scratch("ball.obj", "v 0 0 0\n");
+  scratch("map.nii", "not read here");
   return scratch("tissues.json", table.dump(1)).parent_path();
 }
 

@@ -28,6 +28,7 @@ constexpr std::array<Kind, kRefusalKinds> kKinds = {{
 
 constexpr std::array kWords = {
     std::pair{" apart, with a spacing of ", RefusalKind::kNodesTooNear},
+    std::pair{" a known answer comes back wrong by ", RefusalKind::kNodesTooNear},
     std::pair{" the spacing changes at once ", RefusalKind::kSpacingJumps},
     std::pair{" nodes reach ", RefusalKind::kTooFewNodes},
     std::pair{" determine no ", RefusalKind::kTooFewNodes},

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "engine/features/cautery/cautery.h"
+#include "engine/features/contact/contact.h"
 #include "engine/features/contact/contact_flags.h"
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/smoke/smoke.h"
@@ -27,8 +28,9 @@ namespace {
 constexpr double kSmokeResidual = 1e-4;
 /// The bound of the feature's own test (engine/features/cautery/cautery_report_test.cpp).
 constexpr double kHeatResidual = 0.01;
-/// Steps whose contact may find no forces; chosen by eye.
-constexpr double kNotConverged = 0.05;
+/// Steps whose contact may find no forces, and where jaws leap by centimetres or tissue was turned
+/// inside out; chosen by eye. A jaw and a stiff link that part by 50 mm ask for kilonewtons.
+constexpr double kNotConverged = 0.05, kNotConvergedAbused = 0.25;
 
 /// One simulation to the scene's end.
 struct Course {
@@ -51,6 +53,25 @@ void look_at(const Simulation& simulation, const StepReport& report, Course& cou
                                               type.name, stray.field, stray.value));
 }
 
+/// Some nodes of each organ at finite strain are put where its tissue is inside out.
+void turn_inside_out(World& world) {
+  Pool<OrganTouch>& touches = world.all<OrganTouch>();
+  for (std::size_t t = 0; t < touches.size(); ++t) {
+    const Entity organ = touches.owner(t);
+    const OrganModel& model = *world.find<OrganBody>(organ)->model;
+    if (!model.finite) continue;
+    TissueContact& tissue = *touches[t].solver;
+    auto state = tissue.state();
+    // Two spacings to and fro: farther than the nodes about it.
+    constexpr double kSpacings = 2.0;
+    for (std::size_t node = 0; node < model.cloud.size(); node += 17)
+      for (std::size_t c = 0; c < 3; ++c)
+        state.motion.displacements[3 * node + c] +=
+            kSpacings * model.cloud.spacings[node] * ((node / 17 + c) % 2 == 0 ? 1.0 : -1.0);
+    tissue.restore(std::move(state));
+  }
+}
+
 /// Controls with a number that isn't finite are refused and change nothing.
 void try_impossible_controls(Simulation& simulation, Course& course) {
   Controls controls = simulation.path_controls();
@@ -65,6 +86,7 @@ void try_impossible_controls(Simulation& simulation, Course& course) {
 void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course,
                  bool fault = false) {
   while (simulation.frame() < scene.frames) {
+    if (scene.inverted_at == simulation.frame()) turn_inside_out(simulation.world());
     const StepReport report = simulation.step();
     if (fault && simulation.frame() == scene.frames)
       simulation.world().all<OrganState>()[0].positions[0].x() =
@@ -76,7 +98,9 @@ void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course
 
 /// What the scene has that may raise a flag.
 bool is_explained(const FrameFlag& flag, const World& world) {
-  if (flag.name == kNotFinite.name || flag.name == kOrganFrozen.name) return false;
+  if (flag.name == kNotFinite.name || flag.name == kOrganFrozen.name ||
+      flag.name == kTissueLost.name)
+    return false;
   if (flag.name.starts_with("smoke")) return world.has<SmokeBody>();
   if (flag.name.starts_with("grip"))
     return std::ranges::any_of(world.model().scene().instruments, [](const auto& tool) {
@@ -151,7 +175,7 @@ Result<void> step_case(const WholeScene& scene, const Model& model, bool fault,
     outcome.failures.insert(outcome.failures.end(), course->failures.begin(),
                             course->failures.end());
   if (static_cast<double>(one.not_converged) >
-      kNotConverged * static_cast<double>(scene.frames) + 1)
+      (scene.abused ? kNotConvergedAbused : kNotConverged) * static_cast<double>(scene.frames) + 1)
     outcome.failures.push_back(
         fmt::format("contact found no forces in {} of {} steps", one.not_converged, scene.frames));
   return {};

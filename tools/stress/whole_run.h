@@ -25,6 +25,7 @@ struct WholeOutcome {
 /// Prepares and steps the case's scene in that folder, without any cache:
 ///   twice, by one thread and by two, to the same hash;
 ///   from a snapshot at a random frame in a simulation of its own, to the same hash;
+/// turning tissue at finite strain inside out where the case says so, and
 /// looking after each step for numbers that aren't finite (sentinel.h) and flags that nothing in
 /// the scene explains, trying controls that can't be, and at the end at the books of smoke and
 /// heat.

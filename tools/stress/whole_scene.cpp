@@ -75,14 +75,19 @@ class Draft {
 
     WholeScene whole{
         .file = folder_ / "scene.json",
-        .description =
-            fmt::format("{} organs ({} local, {} rigid), {} tools ({} held), {} links, {} volumes "
-                        "of smoke{}{}, {} frames",
-                        organs_, local_, rigid_, tools, held_, links_, smoke_,
-                        scene_.contains("gas") ? ", gas" : "",
-                        scene_.contains("gravity") ? ", gravity" : "", frames_),
+        .description = fmt::format(
+            "{} organs ({} local, {} rigid, {} finite, {} of parts), {} tools ({} held), "
+            "{} links, {} volumes of smoke{}{}, {} jerks, {} frames",
+            organs_, local_, rigid_, finite_, parted_, tools, held_, links_, smoke_,
+            scene_.contains("gas") ? ", gas" : "", scene_.contains("gravity") ? ", gravity" : "",
+            jerks_, frames_),
         .frames = frames_,
-        .snapshot_at = static_cast<std::uint64_t>(dice_.whole(0, static_cast<int>(frames_) - 1))};
+        .snapshot_at = static_cast<std::uint64_t>(dice_.whole(0, static_cast<int>(frames_) - 1)),
+        .inverted_at = {}};
+    if (finite_ > 0 && dice_.chance(0.5))
+      whole.inverted_at = static_cast<std::uint64_t>(
+          dice_.whole(static_cast<int>(whole.snapshot_at), static_cast<int>(frames_)));
+    whole.abused = jerks_ > 0 || whole.inverted_at;
     std::ofstream file(whole.file);
     file << scene_.dump(1) << '\n';
     file.close();
@@ -148,8 +153,43 @@ class Draft {
       organ["deformable"] = false;
       organ.erase("pulsation");
       ++rigid_;
+    } else {
+      if (dice_.chance(0.35)) make_finite(organ);
+      if (dice_.chance(0.35)) add_parts(organ, size);
     }
     scene_["organs"].push_back(std::move(organ));
+  }
+
+  void make_finite(Json& organ) {
+    ++finite_;
+    organ["response"] = "finite";
+    for (const char* key : {"pulsation", "displacement_storage", "formulation"}) organ.erase(key);
+    if (organ.contains("material") && organ["material"]["model"] == "stvk")
+      organ["material"]["model"] = "neo_hookean";
+    organ["finite"] = {{"quasi_static", dice_.chance(0.2)},
+                       {"viscous_time_ms", dice_.between(0.0, 60.0)},
+                       {"iterations", dice_.whole(1, 4)}};
+  }
+
+  void add_parts(Json& organ, double size) {
+    ++parted_;
+    const int count = dice_.whole(1, 3);
+    for (int p = 0; p < count; ++p) {
+      Json part;
+      if (dice_.chance(0.3))
+        part["capsule_mm"] = dice_.between(0.05, 3.0);
+      else if (dice_.chance(0.5))
+        part["region"] = {{"half_space",
+                           {{"point_mm", vector(0.5 * size * dice_.direction())},
+                            {"normal", vector(dice_.direction())}}}};
+      else
+        part["region"] = {{"sphere",
+                           {{"centre_mm", vector(Vec3(0, 0, 0.3 * size))},
+                            {"radius_mm", dice_.between(2.0, size)}}}};
+      part["youngs_modulus_kPa"] = std::pow(10.0, dice_.between(0.0, 2.0));
+      if (dice_.chance(0.3)) part["density_kg_m3"] = dice_.between(300.0, 3000.0);
+      organ["parts"].push_back(std::move(part));
+    }
   }
 
   /// From outside towards the organ, into it, along it and away; sometimes in it from the first.
@@ -171,7 +211,33 @@ class Draft {
       key["jaw"] = dice_.chance(0.5) ? 0.0 : dice_.between(0.0, 1.0);
       path.push_back(std::move(key));
     }
+    if (dice_.chance(0.3)) add_jerks(path);
     return path;
+  }
+
+  /// The tip leaps by up to 50 mm within a frame, and mostly comes back in the next.
+  void add_jerks(Json& path) {
+    ++jerks_;
+    Json last = path.back();
+    const Json home = last["tip_mm"];
+    double time = last["time_s"].get<double>();
+    const int leaps = dice_.whole(1, 4);
+    for (int leap = 0; leap < leaps; ++leap) {
+      const Vec3 way = dice_.between(0.0, 50.0) * dice_.direction();
+      for (const bool back : {false, true}) {
+        if (back && dice_.chance(0.2)) continue;
+        time += kFrameSeconds;
+        last["time_s"] = time;
+        for (std::size_t c = 0; c < 3; ++c)
+          last["tip_mm"][c] =
+              home[c].get<double>() + (back ? 0.0 : way[static_cast<Eigen::Index>(c)]);
+        path.push_back(last);
+      }
+      time += kFrameSeconds * dice_.whole(1, 20);
+    }
+    // The scene goes on to the end of them.
+    frames_ = std::max(frames_, static_cast<std::uint64_t>(std::ceil(time / kFrameSeconds)));
+    scene_["duration_s"] = kFrameSeconds * static_cast<double>(frames_ + 1);
   }
 
   Result<void> add_tool(int i) {
@@ -307,7 +373,8 @@ class Draft {
   std::filesystem::path folder_;
   std::uint64_t frames_ = 0;
   bool travels_ = false;  ///< hives do, with each tool: they know round tips alone
-  int organs_ = 0, local_ = 0, rigid_ = 0, held_ = 0, links_ = 0, smoke_ = 0;
+  int organs_ = 0, local_ = 0, rigid_ = 0, finite_ = 0, parted_ = 0;
+  int held_ = 0, links_ = 0, smoke_ = 0, jerks_ = 0;
   Json scene_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "kernels/base/result.h"
@@ -11,10 +12,14 @@ namespace viscera {
 
 struct WholeScene {
   std::filesystem::path file;  ///< beside it: the recordings of its devices
-  std::string description;     ///< "3 organs (1 local), 2 tools (1 held), smoke, gas, gravity"
+  std::string description;     ///< "3 organs (1 local, 0 rigid, 1 finite), 2 tools (1 held), ..."
   std::uint64_t frames = 0;    ///< that it is stepped
   /// After so many frames a snapshot is taken, from which another simulation goes on.
   std::uint64_t snapshot_at = 0;
+  /// After so many, tissue at finite strain is turned inside out in places, later than the
+  /// snapshot; none: never.
+  std::optional<std::uint64_t> inverted_at;
+  bool abused = false;  ///< so, or by tools that leap
 };
 
 /// Writes the case's scene into a folder. It depends on seed and number alone. Most are sound;
