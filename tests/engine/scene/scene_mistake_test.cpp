@@ -269,7 +269,9 @@ TEST(SceneMistake, AllAreReportedInOneGo) {
 
 TEST(SceneMistake, PartsSayOneShapeAndAModulusOrADensity) {
   const std::string parts = "organs/1/parts/0";
-  const auto with = [](const Json& part) { return mistakes_with("/organs/1/parts", Json::array({part})); };
+  const auto with = [](const Json& part) {
+    return mistakes_with("/organs/1/parts", Json::array({part}));
+  };
   EXPECT_TRUE(with({{"capsule_mm", 0.2}, {"youngs_modulus_kPa", 90}}).empty());
   EXPECT_TRUE(mentions(with({{"capsule_mm", 0.2}}), parts + "/youngs_modulus_kPa",
                        {"density_kg_m3", "expected at least one"}));
