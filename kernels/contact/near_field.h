@@ -29,6 +29,8 @@ class NearField {
   /// the surface about both. Reciprocal: cell_response(-offset) is the transpose. Offset 0: the
   /// cell itself.
   Mat3 cell_response(const Vec3& offset, const Vec3& normal, double area) const;
+  /// Its kernels at that distance [m]; zero beyond range().
+  RadialKernels cell_kernels(double r, double area) const;
   /// Beyond this distance the near field is below 2e-3 of its value at a sigma, and taken as zero;
   /// it falls smoothly over the last quarter [m].
   double range() const;
@@ -42,7 +44,6 @@ class NearField {
                           const Vec3& force) const;
 
  private:
-  RadialKernels cell_kernels(double r, double area) const;   ///< disc to disc
   RadialKernels point_kernels(double r, double area) const;  ///< disc to point
 
   HalfSpace half_space_;

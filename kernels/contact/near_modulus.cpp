@@ -38,9 +38,15 @@ double share_of_scale(std::size_t scale) {
   return std::ldexp(2.0, -static_cast<int>(scale));
 }
 
-Mat3 root_of_softness(double pressed, double pulled, const Vec3& normal) {
-  return 1.0 / std::sqrt(pulled) * Mat3::Identity() +
-         (1.0 / std::sqrt(pressed) - 1.0 / std::sqrt(pulled)) * normal * normal.transpose();
+/// The roots of one's softness, times a response between the two, times those of the other's.
+Mat3 between_roots(const NearModulus& one, const NearModulus& other, std::size_t band,
+                   const Vec3& normal, const Mat3& response) {
+  const double a = one.pulled_root[band], b = one.pressed_root[band] - a;
+  const double c = other.pulled_root[band], d = other.pressed_root[band] - c;
+  const Vec3 along = response * normal;               // response n
+  const Vec3 across = response.transpose() * normal;  // n^T response
+  return a * c * response + a * d * along * normal.transpose() +
+         b * normal * (c * across + d * normal.dot(along) * normal).transpose();
 }
 
 /// Bands of a disc: at least one.
@@ -102,6 +108,8 @@ NearModulus near_modulus_at(const TouchableSurface& surface, const Vec3& positio
     };
     modulus.pressed[band] = at(0);
     modulus.pulled[band] = at(1);
+    modulus.pressed_root[band] = 1.0 / std::sqrt(modulus.pressed[band]);
+    modulus.pulled_root[band] = 1.0 / std::sqrt(modulus.pulled[band]);
   }
   return modulus;
 }
@@ -109,17 +117,22 @@ NearModulus near_modulus_at(const TouchableSurface& surface, const Vec3& positio
 Mat3 near_response(const IsotropicMaterial& material, double sigma, const Vec3& offset,
                    const Vec3& normal, double area, const NearModulus& one,
                    const NearModulus& other) {
-  Mat3 sum = Mat3::Zero();
-  Mat3 wide = NearField(material, sigma).cell_response(offset, normal, area);
+  const double r = offset.norm();
+  const HalfSpace half_space(material);
   const std::size_t bands = bands_of(sigma, area);
+  Mat3 sum = Mat3::Zero();
+  RadialKernels wide = NearField(material, sigma).cell_kernels(r, area);
   for (std::size_t band = 0; band < bands; ++band) {
-    Mat3 narrow = Mat3::Zero();
+    // Narrower ones end nearer: beyond, this is the last.
+    RadialKernels narrow;
     if (band + 1 < bands) {
       sigma *= 0.5;
-      narrow = NearField(material, sigma).cell_response(offset, normal, area);
+      narrow = NearField(material, sigma).cell_kernels(r, area);
     }
-    sum += root_of_softness(one.pressed[band], one.pulled[band], normal) * (wide - narrow) *
-           root_of_softness(other.pressed[band], other.pulled[band], normal);
+    const RadialKernels kernels = wide - narrow;
+    if (kernels.monopole != 0.0 || kernels.dipole != 0.0 || kernels.quadrupole != 0.0)
+      sum += between_roots(one, other, band, normal, half_space.response(kernels, offset, normal));
+    if (narrow.monopole == 0.0 && narrow.dipole == 0.0 && narrow.quadrupole == 0.0) break;
     wide = narrow;
   }
   return sum;

@@ -24,6 +24,7 @@ struct TouchableSurface;
 struct NearModulus {
   static constexpr std::size_t kBands = 5;
   std::array<double, kBands> pressed, pulled;
+  std::array<double, kBands> pressed_root, pulled_root;  ///< 1 / sqrt of these
 };
 
 /// Fills the surface's `modulus`. `relative_modulus` is asked below each place over cubes, as

@@ -63,7 +63,7 @@ double left_of_throw(std::size_t every, double size, bool touched) {
   return farthest;
 }
 
-// Nodes are some 5 mm apart.
+// Nodes are 8 mm apart.
 TEST(TouchedStep, TissueThatIsInsideOutIsBackWithinTwentyFramesAloneOrInAJaw) {
   for (const bool touched : {false, true}) {
     EXPECT_LT(left_of_throw(17, 20e-3, touched), 0.15e-3) << touched;
