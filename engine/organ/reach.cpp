@@ -8,7 +8,7 @@
 #include <functional>
 #include <set>
 
-#include "kernels/points/closest_on_triangle.h"
+#include "kernels/points/surface_tree.h"
 
 namespace viscera {
 namespace {
@@ -18,17 +18,25 @@ bool near_any(const std::vector<Vec3>& points, double radius, const Vec3& x) {
                      [&](const Vec3& p) { return (p - x).squaredNorm() < radius * radius; });
 }
 
-bool comes_within(const TriangleSurface& surface, double radius, const Vec3& x) {
-  return std::any_of(surface.triangles.begin(), surface.triangles.end(),
-                     [&](const std::array<int, 3>& triangle) {
-                       const auto corner = [&](std::size_t k) -> const Vec3& {
-                         return surface.vertices[static_cast<std::size_t>(triangle[k])];
-                       };
-                       const Vec3 weights = closest_weights(x, corner(0), corner(1), corner(2));
-                       const Vec3 nearest =
-                           weights[0] * corner(0) + weights[1] * corner(1) + weights[2] * corner(2);
-                       return (nearest - x).squaredNorm() < radius * radius;
-                     });
+/// Whether anything that acts on it strains it farther than linear tissue carries.
+bool strains_far(const Reach& reach, const TriangleSurface& surface) {
+  const Reach::Strains& strains = reach.strains;
+  if (!strains.possible) return false;
+  if (strains.anywhere || reach.sags) return true;
+  const SurfaceTree tree(surface);
+  const Box box = bounds(surface);
+  const auto within = [&](const Vec3& x, double radius) {
+    return box.exteriorDistance(x) < radius && tree.signed_distance(x) < radius;
+  };
+  const auto any_within = [&](const std::vector<Vec3>& points, double radius) {
+    return std::ranges::any_of(points, [&](const Vec3& x) { return within(x, radius); });
+  };
+  return any_within(strains.closings, strains.closing_radius) ||
+         any_within(reach.burns, reach.burn_radius) ||
+         std::ranges::any_of(strains.tips, [&](const Reach::Strains::Tip& tip) {
+           return box.exteriorDistance(tip.at) < tip.radius &&
+                  tree.signed_distance(tip.at) < tip.radius - kDeepPush;
+         });
 }
 
 /// The bricks that hold a vertex which is asked for, in the order of their indices.
@@ -108,12 +116,7 @@ Result<BodyDemand> demand_on(const OrganDescription& organ, const Tissue& tissue
   demand.touched =
       reach.anywhere || std::any_of(surface.vertices.begin(), surface.vertices.end(),
                                     [&](const Vec3& vertex) { return reach.covers(vertex); });
-  demand.grasped =
-      demand.touched &&
-      (reach.grasps_anywhere ||
-       std::any_of(reach.closings.begin(), reach.closings.end(), [&](const Vec3& closing) {
-         return comes_within(surface, reach.closing_radius, closing);
-       }));
+  demand.strained = demand.touched && strains_far(reach, surface);
   if (!demand.elastic()) return demand;
   demand.fine =
       fine.empty() ? bricks_of(surface, [&](const Vec3& x) { return reach.covers(x); }) : fine;
@@ -130,7 +133,7 @@ Result<BodyDemand> demand_on(const OrganDescription& organ, const Tissue& tissue
 
 Response response_of(const OrganDescription& organ, const BodyDemand& demand) {
   if (organ.response != Response::kAuto) return organ.response;
-  return demand.grasped ? Response::kFinite : Response::kLinear;
+  return demand.strained ? Response::kFinite : Response::kLinear;
 }
 
 }  // namespace viscera

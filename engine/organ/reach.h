@@ -25,13 +25,24 @@ struct Reach {
   double radius = 0.0;       ///< of what a tool at such a point may touch [m]
   bool anywhere = false;     ///< a hand holds a tool of the scene: it may go where no path leads
   std::vector<Attachment> attachments;
-  bool sags = false;  ///< under gravity that changes; places its whole body in reach of a force
-  std::vector<Vec3> closings;    ///< where jaws close, unless it can't be at finite strain [m]
-  double closing_radius = 0.0;   ///< of what they may then hold [m]
-  bool grasps_anywhere = false;  ///< a hand holds a jaw: it may close where no path leads
-  std::vector<Vec3> burns;       ///< where hooks pass with current [m]
-  double burn_radius = 0.0;      ///< tissue within this distance of one may coagulate [m]
-  bool stiffens = false;         ///< and becomes stiffer then
+  bool sags = false;      ///< under gravity that changes; places its whole body in reach of a force
+  bool stiffens = false;  ///< what coagulates becomes stiffer
+  std::vector<Vec3> burns;   ///< where hooks pass with current [m]
+  double burn_radius = 0.0;  ///< tissue within this distance of one may coagulate [m]
+  /// What auto asks finite strain for.
+  struct Strains {
+    /// The lowest places of a tip reach this far about its path.
+    struct Tip {
+      Vec3 at;        ///< [m]
+      double radius;  ///< [m]
+    };
+    bool possible = false;  ///< the organ says auto, and nothing that can't be at finite strain
+    bool anywhere = false;  ///< what it is made of isn't linear; or a hand may hold it in a jaw
+    std::vector<Vec3> closings;   ///< where jaws close [m]
+    double closing_radius = 0.0;  ///< of what they may then hold [m]
+    std::vector<Tip> tips;        ///< on their paths, unless they are closed jaws'
+  };
+  Strains strains;
 
   bool covers(const Vec3& x) const;
 };
@@ -40,11 +51,18 @@ struct Reach {
 /// comes to another brick, narrow enough that nodes stay where the tools are.
 inline constexpr double kReachBrick = 20e-3;
 
+/// A tip that goes deeper than this below the surface at rest asks for finite strain [m]. Chosen:
+/// of the shipped scenes' organs, those that are pressed less deep answer linearly within 3.2 % of
+/// what they do at finite strain.
+inline constexpr double kDeepPush = 9e-3;
+
 /// What preparation of an organ depends on: of a path no more than the bricks that it comes near.
 struct BodyDemand {
   bool touched = false;  ///< some force on its surface is to be answered, wherever it acts
   bool sags = false;
-  bool grasped = false;  ///< a jaw may hold it, and it can be at finite strain
+  /// It can be at finite strain, and what acts on it would strain it beyond what linear tissue
+  /// carries: a jaw, current, a tip that goes deep, gravity.
+  bool strained = false;
   /// Vertices of the surface in any of these have nodes at the finest spacing: the organ's own
   /// `resolution.fine`, or bricks.
   std::vector<Region> fine;

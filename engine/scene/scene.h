@@ -68,8 +68,9 @@ struct FrameMotion {
 enum class DisplacementStorage { kSingle, kHalf };
 
 /// What an organ answers forces with: its precomputed compliance (GPAFF), its energy at finite
-/// strain (kernels/finite), or hives about whatever touches it (LPAFF). Auto: finite where a jaw
-/// closes on it and the energy knows all that the scene says of it, else linear.
+/// strain (kernels/finite), or hives about whatever touches it (LPAFF). Auto: finite where
+/// what acts on it strains it far (engine/organ/reach.h) and the energy knows all that the scene
+/// says of it, else linear.
 enum class Response { kAuto, kLinear, kFinite, kLocal };
 
 /// How tissue at finite strain moves.

@@ -18,6 +18,7 @@
 #include "engine/verification/lifted_body.h"
 #include "kernels/base/stopwatch.h"
 #include "tools/common/bench_figures.h"
+#include "tools/peers/bent_block_calculix.h"
 
 namespace viscera {
 namespace {
@@ -99,6 +100,7 @@ nlohmann::json to_json(const Case& one) {
 struct Bench {
   std::ostream& out;
   std::vector<int> iterations;
+  bool peers = false;
   std::vector<Case> cases;
 
   void add(const Case& one) {
@@ -212,6 +214,23 @@ Result<void> measure_lift(Bench& bench, const Lift& lift) {
   return {};
 }
 
+constexpr int kPeerElements = 30;  // along the block
+
+/// What CalculiX makes of the block, where it is asked for and installed.
+Result<std::optional<BentBlockByCalculix>> peer_of(const Bench& bench,
+                                                   const BentBlockOptions& options) {
+  if (!bench.peers) return std::optional<BentBlockByCalculix>();
+  if (!calculix_installed()) {
+    bench.out << "CalculiX isn't installed: tools/setup --peers\n";
+    return std::optional<BentBlockByCalculix>();
+  }
+  const auto folder = ScratchFolder::create();
+  if (!folder) return std::unexpected(folder.error());
+  auto bent = bend_by_calculix(options, kPeerElements, (*folder)->path());
+  if (!bent) return std::unexpected(bent.error());
+  return std::optional(*bent);
+}
+
 /// At rest, end by end: equilibrium against finite elements of the same law.
 Result<void> measure_block(Bench& bench) {
   LiftedBodyOptions options;
@@ -220,9 +239,11 @@ Result<void> measure_block(Bench& bench) {
   options.solver.dynamic = false;
   const auto body = LiftedBody::prepare(options);
   if (!body) return std::unexpected(body.error());
-  const auto exact =
-      BentBlock::solve({.moved = Vec3(0.0, 0.0, kBent), .material = options.material});
+  const BentBlockOptions bent = {.moved = Vec3(0.0, 0.0, kBent), .material = options.material};
+  const auto exact = BentBlock::solve(bent);
   if (!exact) return std::unexpected(exact.error());
+  const auto peer = peer_of(bench, bent);
+  if (!peer) return std::unexpected(peer.error());
   const auto shape_error = [&](std::span<const double> displacements) {
     double most = 0.0;
     for (std::size_t node = 0; node < (*body)->body().cloud.size(); ++node)
@@ -247,6 +268,13 @@ Result<void> measure_block(Bench& bench) {
   one.force_error_p90 = force_error(force, exact->force());
   one.shape_error_m = shape_error(state.displacements);
   bench.add(one);
+  if (*peer) {
+    Case beside = one;
+    beside.force_error_p90 = force_error(force, (*peer)->force);
+    beside.shape_error_m.reset();
+    beside.reference = fmt::format("CalculiX, {} nodes of T10, the same law", (*peer)->nodes);
+    bench.add(beside);
+  }
   one.response = "linear";
   const Vec3 moved(0.0, 0.0, kBent);
   one.force_error_p90 = force_error((*body)->linear_force(moved), exact->force());
@@ -397,7 +425,10 @@ Result<void> bench_lift(const LiftBenchOptions& options, std::ostream& out) {
   const auto asked = [&](const std::string& name) {
     return options.cases.empty() || std::ranges::find(options.cases, name) != options.cases.end();
   };
-  Bench bench{out, options.iterations.empty() ? std::vector{1, 2, 4} : options.iterations, {}};
+  Bench bench{out,
+              options.iterations.empty() ? std::vector{1, 2, 4} : options.iterations,
+              options.peers,
+              {}};
   out << fmt::format("{:<18}{:<8}{:>6}{:>7}{:>4}{:>12}{:>12}{:>11}  {}\n", "case", "response",
                      "nodes", "nu", "n", "force p90", "shape", "a frame", "against");
   for (const Lift& lift : kLifts) {

@@ -12,6 +12,7 @@ namespace viscera {
 
 struct LiftBenchOptions {
   bool quick = false;                 ///< without the larger bodies
+  bool peers = false;                 ///< CalculiX on the block, too, where it is installed
   std::filesystem::path json, plots;  ///< empty: none is written
   std::vector<std::string> cases;     ///< these alone; empty: all
   std::vector<int> iterations;        ///< a frame; empty: 1, 2, 4

@@ -147,6 +147,7 @@ class BenchCommand {
 
   void add_lift_options() {
     lift_->add_flag("--quick", lift_options_.quick, "without the largest body");
+    lift_->add_flag("--peers", lift_options_.peers, "CalculiX beside, where it is installed");
     add_outputs(*lift_, lift_options_.json, &lift_options_.plots);
     add_list(*lift_, "--case", lift_options_.cases, "these alone, e.g. gallbladder,block");
     add_list(*lift_, "--iterations", lift_options_.iterations, "a frame, e.g. 1,2,4");

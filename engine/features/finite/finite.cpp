@@ -57,26 +57,41 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
 /// may have moved it. Chosen.
 constexpr double kClosingMargin = 4e-3;
 constexpr double kSampleStep = 1.0 / 60.0;
+/// Paths are thinned to this distance [m].
+constexpr double kTipPitch = 1e-3;
 
-/// Where jaws close, of an organ that auto may put at finite strain.
+/// Of an organ that auto may put at finite strain: what it is made of, where jaws close, where tips
+/// go.
 void reach(const SceneDescription&, const OrganDescription& organ,
            const std::vector<InstrumentBody>& instruments, Reach& reach) {
   if (organ.response != Response::kAuto || !organ.deformable) return;
-  bool known = true;
-  check_organ(organ, [&](const std::string&) { known = false; });
-  if (!known) return;
+  Reach::Strains& strains = reach.strains;
+  strains.possible = true;
+  check_organ(organ, [&](const std::string&) { strains.possible = false; });
+  if (!strains.possible) return;
+  strains.anywhere = organ.material.model != HyperelasticModel::kLinear || organ.material.relaxes ||
+                     !organ.material.prony.empty();
   for (const InstrumentBody& body : instruments) {
     const InstrumentDescription& instrument = body.description;
-    if (instrument.kind != InstrumentKind::kGrasper) continue;
-    if (haptic_of(instrument)) reach.grasps_anywhere = true;
-    reach.closing_radius = std::max(reach.closing_radius, kClosingMargin + instrument.grip_radius);
+    const TipDescription& tip = instrument.tip;
+    // A mesh may reach deepest with any of its places.
+    const double radius = tip.shape == TipDescription::Shape::kMesh ? body.extent : tip.radius;
+    const bool jaw = instrument.kind == InstrumentKind::kGrasper;
+    if (jaw) {
+      strains.anywhere |= haptic_of(instrument) != nullptr;
+      strains.closing_radius =
+          std::max(strains.closing_radius, kClosingMargin + instrument.grip_radius);
+    }
     bool closed = false;
     const double end = instrument.path.back().time + kSampleStep;
     for (double time = 0.0; time <= end; time += kSampleStep) {
+      const Vec3 at = organ.pose_at(time).to_local(body.tip.at(time));
       const bool was_closed = closed;
-      closed = jaw_closed(was_closed, body.jaw.at(time).x());
-      if (closed && !was_closed)
-        reach.closings.push_back(organ.pose_at(time).to_local(body.tip.at(time)));
+      closed = jaw && jaw_closed(was_closed, body.jaw.at(time).x());
+      if (closed && !was_closed) strains.closings.push_back(at);
+      if (closed || (!strains.tips.empty() && (strains.tips.back().at - at).norm() < kTipPitch))
+        continue;
+      strains.tips.push_back({at, radius});
     }
   }
 }

@@ -13,6 +13,7 @@
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/pulsation/pulsation.h"
 #include "engine/organ/finite_parts.h"
+#include "engine/organ/reach.h"
 #include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
 #include "kernels/contact/finite_contact.h"
@@ -340,6 +341,33 @@ TEST(FiniteParts, AStiffCoreIsLiftedHarderAndAsItsEnergySays) {
   const double linear = forces_of_lift(scene, 20).back().norm();
   EXPECT_GT(finite, 1.2 * plain);
   EXPECT_NEAR(finite, linear, 0.06 * linear);
+}
+
+TEST(FiniteAuto, AsksForItWhereWhatActsStrainsTissueFar) {
+  const auto is_finite = [](const SceneDescription& scene) {
+    const auto world = build(scene);
+    return world && world->all<OrganBody>()[0].model->finite;
+  };
+  const SceneDescription pressed = pressed_bar(Response::kAuto, 3e-3);
+  EXPECT_FALSE(is_finite(pressed));
+  EXPECT_TRUE(is_finite(pressed_bar(Response::kAuto, kDeepPush + 0.5e-3)));
+  EXPECT_TRUE(is_finite(lifted_bar(Response::kAuto, Vec3(0, 0, 10e-3))));
+  SceneDescription scene = pressed;
+  scene.organs[0].material.prony = {{0.3, 0.1}};
+  EXPECT_TRUE(is_finite(scene)) << "linear tissue relaxes for hands alone";
+  scene = pressed;
+  scene.organs[0].material.model = HyperelasticModel::kNeoHookean;
+  EXPECT_TRUE(is_finite(scene));
+  scene = pressed;
+  scene.extras.get<GravityDescription>().table = {{0.0, 0.0, 0.0}, {0.5, 0.3, 0.0}};
+  EXPECT_TRUE(is_finite(scene)) << "it sags";
+  scene = pressed;
+  scene.instruments[0].kind = InstrumentKind::kHook;
+  EXPECT_FALSE(is_finite(scene)) << "no current";
+  for (InstrumentKey& key : scene.instruments[0].path) key.power = 20.0;
+  EXPECT_TRUE(is_finite(scene)) << "it coagulates";
+  scene.organs[0].formulation = "gfdm";
+  EXPECT_FALSE(is_finite(scene)) << "it can't be at finite strain";
 }
 
 TEST(Finite, WhatItCantCarryYetIsRefusedByName) {

@@ -205,6 +205,7 @@ class GroupSolve {
 
   void run(const SolveContact& solve) {
     meet_hives();
+    if (steps_) go_on_as_before();
     const auto turns = std::count_if(group_.begin(), group_.end(), [&](Entity organ) {
       return !is_frozen(world_, organ) && !follows(organ);
     });
@@ -248,6 +249,22 @@ class GroupSolve {
       return false;
     return std::all_of(ties.begin(), ties.end(),
                        [&](const OrganTies::Tie& tie) { return tie.other == leader; });
+  }
+
+  /// Springs begin where they were going: of organs that move smoothly, the first turn then finds
+  /// what a second would.
+  void go_on_as_before() {
+    for (const Entity organ : group_)
+      for (const OrganTies::Tie& tie : world_.find<OrganTies>(organ)->ties) {
+        if (tie.side == 1 && world_.find<OrganTies>(tie.other)) continue;  // the other's, too
+        LinkState::Spring& spring = spring_of(world_, tie);
+        const LinkState::Spring now = spring;
+        spring.force += now.force - now.force_before;
+        for (std::size_t end = 0; end < 2; ++end)
+          spring.displacements[end] += now.displacements[end] - now.displacements_before[end];
+        spring.force_before = now.force;
+        spring.displacements_before = now.displacements;
+      }
   }
 
   /// It has a motion of its own: forces alone don't say where it is.

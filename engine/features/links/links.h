@@ -39,9 +39,14 @@ struct LinkState {
     std::array<Vec3, 2> displacements{Vec3::Zero(),
                                       Vec3::Zero()};  ///< of its ends by deformation, world [m]
     Vec3 force = Vec3::Zero();  ///< on its first end, world; on the other its opposite [N]
+    /// The same a frame ago.
+    std::array<Vec3, 2> displacements_before{Vec3::Zero(), Vec3::Zero()};
+    Vec3 force_before = Vec3::Zero();
     static constexpr auto fields() {
-      return std::tuple(field("displacements", &Spring::displacements),
-                        field("force", &Spring::force));
+      using S = Spring;
+      return std::tuple(field("displacements", &S::displacements), field("force", &S::force),
+                        field("displacements_before", &S::displacements_before),
+                        field("force_before", &S::force_before));
     }
   };
   std::vector<Spring> springs;

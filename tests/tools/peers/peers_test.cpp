@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/support/paths.h"
+#include "tools/peers/bent_block_calculix.h"
 #include "tools/peers/bullet.h"
 #include "tools/peers/finite_elements.h"
 
@@ -120,6 +121,21 @@ TEST_F(InstalledPeers, ForcesOfLinearTetrahedraAreCalculixsReaction) {
   for (const int node : patch_nodes(*mesh, 0.3))
     reaction -= forces[static_cast<std::size_t>(node)].z() / kHemisphereDepth;
   EXPECT_NEAR(reaction / answer->force_over_ERdelta, 1.0, 1e-4);  // of printed figures
+}
+
+TEST_F(InstalledPeers, ABentBlockByCalculixHasTheForceOfOurElementsOfTheSameLaw) {
+  BentBlockOptions options;
+  options.moved = Vec3(0.0, 0.0, 15e-3);
+  options.elements = 8;
+  options.steps = 3;
+  const auto ours = BentBlock::solve(options);
+  ASSERT_TRUE(ours) << ours.error().text();
+  const auto peer = bend_by_calculix(options, 12, folder_.path());
+  ASSERT_TRUE(peer) << peer.error().text();
+  EXPECT_EQ(peer->nodes, 25u * 7 * 7);
+  // Cubes of 7 mm are stiffer by some percent.
+  EXPECT_LT((peer->force - ours->force()).norm(), 0.04 * ours->force().norm())
+      << peer->force.transpose() << " beside " << ours->force().transpose();
 }
 
 }  // namespace
