@@ -81,7 +81,8 @@ Result<void> check_scene(const SceneDescription& scene,
     if (auto fits = set_aside(*plan, budget); !fits) add_mistakes(fits.error());
     for (const std::string& note : plan->notes) notes.push_back(organ.name + ": " + note);
     if (organ.response == Response::kAuto && plan->response == Response::kFinite)
-      notes.push_back(organ.name + ": at finite strain, as what acts on it strains it far (response auto)");
+      notes.push_back(organ.name +
+                      ": at finite strain, as what acts on it strains it far (response auto)");
     if (plan->nodes == 0) skipped.push_back(skipped_elasticity(organ));
     const double expected = plan->cached ? 0.0 : plan->prepare_s;
     seconds += expected;
