@@ -10,10 +10,8 @@ namespace viscera {
 
 /// Rotations are taken anew every so many steps.
 inline constexpr int kStepsAWarp = 3;
-/// More iterations for so many steps after tissue was let go, or a step ended where a further
-/// iteration would gain more than this share of the energy.
+/// More iterations for so many steps after tissue was let go.
 inline constexpr int kStepsReleased = 5;
-inline constexpr double kFarFromSettled = 1e-2;
 /// Further than this no target moves at once: the way is made in parts [m].
 inline constexpr double kLongestWay = 6e-3;
 /// Further than this no node moves in an iteration: turned inside out, tissue is so stiff that the

@@ -335,7 +335,7 @@ FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state, const Vec3
   }
   for (Eigen::Index row = 0; row < step.forces().size(); row += 3)
     told.forces.push_back(step.forces().segment<3>(row));
-  finish(step.u(), warp, held, told.residual > kFarFromSettled ? kStepsReleased : released, state);
+  finish(step.u(), warp, held, released, state);
   Eigen::Map<VectorX>(state.loads.data(), step.u().size()) = step.loads();
   if (so_far) *so_far = step.so_far();
   state.rotations = std::move(rotations);
