@@ -46,6 +46,7 @@ Result<OrganPlan> plan_organ(OrganDescription organ, const Tissue& tissue, const
   const auto demand = demand_on(organ, tissue, reach, *surface);
   if (!demand) return std::unexpected(demand.error());
   organ.response = response_of(organ, *demand);
+  if (tissue.fibres.modulus > 0.0) organ.material.fibres = tissue.fibres;
   auto key = organ_key(organ, tissue, shape, *demand, options);
   if (!key) return std::unexpected(key.error());
   auto plan =
@@ -90,9 +91,13 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   if (plan.prepared_places < plan.touchable_places)
     plan.memory_bytes += sizeof(float) * cost.factor_entries;
   const bool finite = organ.response == Response::kFinite;
+  // A tissue's own are rare: none of what a scene doesn't say is counted.
+  const bool fibres = organ.material.fibres || std::ranges::any_of(organ.parts, [](const auto& p) {
+                        return p.fibres.has_value();
+                      });
   if (finite)
     plan.memory_bytes += compliance_bytes(plan.places + plan.nodes, plan.prepared_places) +
-                         finite_bytes(plan.nodes, cost.factor_entries);
+                         finite_bytes(plan.nodes, cost.factor_entries, fibres);
   if (demand.sags && !finite) plan.memory_bytes += 9 * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
     plan.memory_bytes = plan.memory_bytes -
@@ -103,7 +108,7 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   plan.prepare_s = expected_time(plan, cost);
   if (finite) {
     // The same once more: another factor, with columns of its own.
-    plan.preparation_bytes += finite_bytes(plan.nodes, cost.factor_entries);
+    plan.preparation_bytes += finite_bytes(plan.nodes, cost.factor_entries, fibres);
     plan.prepare_s *= 2.0;
   }
   return plan;
