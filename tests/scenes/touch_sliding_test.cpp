@@ -86,7 +86,9 @@ struct Kidney {
 std::unique_ptr<Kidney> kidney(const std::string& model = "linear") {
   auto all = std::make_unique<Kidney>();
   SceneLoadOptions options;
-  options.overrides = {{"organs/kidney/material/model", '"' + model + '"'}};
+  // What a hand adds to a linear body.
+  options.overrides = {{"organs/kidney/material/model", '"' + model + '"'},
+                       {"organs/kidney/response", "\"linear\""}};
   options.assets = project_file("assets");
   options.features = feature_keys();
   auto scene = load_scene(project_file("scenes/kidney_palpation.json"), options);

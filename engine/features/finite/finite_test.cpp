@@ -366,7 +366,7 @@ TEST(FiniteAuto, AsksForItWhereWhatActsStrainsTissueFar) {
   EXPECT_FALSE(is_finite(scene)) << "no current";
   for (InstrumentKey& key : scene.instruments[0].path) key.power = 20.0;
   EXPECT_TRUE(is_finite(scene)) << "it coagulates";
-  scene.organs[0].formulation = "gfdm";
+  scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
   EXPECT_FALSE(is_finite(scene)) << "it can't be at finite strain";
 }
 
