@@ -44,8 +44,8 @@ OrganCheckup check_organ(const TriangleSurface& surface, OrganDescription& organ
   OrganCheckup checkup;
   Reach reach;
   reach.radius = kReach;
-  reach.points.push_back(
-      *std::ranges::max_element(surface.vertices, {}, [](const Vec3& x) { return x.z(); }));
+  reach.tips.push_back(
+      {*std::ranges::max_element(surface.vertices, {}, [](const Vec3& x) { return x.z(); })});
   const auto plan_it = [&]() -> Result<OrganPlan> {
     const auto demand = demand_on(organ, Tissue{}, reach, surface);
     if (!demand) return std::unexpected(demand.error());

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <set>
 
 #include "kernels/points/surface_tree.h"
@@ -20,22 +21,21 @@ bool near_any(const std::vector<Vec3>& points, double radius, const Vec3& x) {
 
 /// Whether anything that acts on it strains it farther than linear tissue carries.
 bool strains_far(const Reach& reach, const TriangleSurface& surface) {
-  const Reach::Strains& strains = reach.strains;
-  if (!strains.possible) return false;
-  if (strains.anywhere || reach.sags) return true;
-  const SurfaceTree tree(surface);
+  if (!reach.may_be_finite) return false;
+  if (reach.strained_anywhere || reach.sags) return true;
   const Box box = bounds(surface);
+  std::optional<SurfaceTree> tree;  // most tips stay clear of most organs
   const auto within = [&](const Vec3& x, double radius) {
-    return box.exteriorDistance(x) < radius && tree.signed_distance(x) < radius;
+    if (box.exteriorDistance(x) > std::max(radius, 0.0)) return false;
+    if (!tree) tree.emplace(surface);
+    return tree->signed_distance(x) < radius;
   };
-  const auto any_within = [&](const std::vector<Vec3>& points, double radius) {
-    return std::ranges::any_of(points, [&](const Vec3& x) { return within(x, radius); });
-  };
-  return any_within(strains.closings, strains.closing_radius) ||
-         any_within(reach.burns, reach.burn_radius) ||
-         std::ranges::any_of(strains.tips, [&](const Reach::Strains::Tip& tip) {
-           return box.exteriorDistance(tip.at) < tip.radius &&
-                  tree.signed_distance(tip.at) < tip.radius - kDeepPush;
+  return std::ranges::any_of(reach.closings,
+                             [&](const Reach::Tip& jaw) { return within(jaw.at, jaw.radius); }) ||
+         std::ranges::any_of(reach.burns,
+                             [&](const Vec3& x) { return within(x, reach.burn_radius); }) ||
+         std::ranges::any_of(reach.tips, [&](const Reach::Tip& tip) {
+           return !tip.closed && within(tip.at, tip.radius - kDeepPush);
          });
 }
 
@@ -91,7 +91,8 @@ Result<void> check_fine(const std::vector<Region>& regions, const TriangleSurfac
 }  // namespace
 
 bool Reach::covers(const Vec3& x) const {
-  return near_any(points, radius, x) ||
+  return std::ranges::any_of(
+             tips, [&](const Tip& tip) { return (tip.at - x).squaredNorm() < radius * radius; }) ||
          std::any_of(attachments.begin(), attachments.end(), [&](const Attachment& attachment) {
            return attachment.region.contains(attachment.pose.to_world(x));
          });

@@ -21,28 +21,25 @@ struct Reach {
     Region region;  ///< world, with room for the spreading of the load
     Pose pose;      ///< of the organ in that world
   };
-  std::vector<Vec3> points;  ///< [m]
-  double radius = 0.0;       ///< of what a tool at such a point may touch [m]
-  bool anywhere = false;     ///< a hand holds a tool of the scene: it may go where no path leads
+  /// Of an instrument on its path.
+  struct Tip {
+    Vec3 at = Vec3::Zero();  ///< [m]
+    double radius = 0.0;  ///< its lowest places lie so far about it; of a jaw that closes, what it
+                          ///< may then hold [m]
+    bool closed = false;  ///< a jaw that carries what it holds
+  };
+  std::vector<Tip> tips;
+  double radius = 0.0;    ///< of what a tool at a tip may touch [m]
+  bool anywhere = false;  ///< a hand holds a tool of the scene: it may go where no path leads
   std::vector<Attachment> attachments;
   bool sags = false;      ///< under gravity that changes; places its whole body in reach of a force
   bool stiffens = false;  ///< what coagulates becomes stiffer
-  std::vector<Vec3> burns;   ///< where hooks pass with current [m]
-  double burn_radius = 0.0;  ///< tissue within this distance of one may coagulate [m]
-  /// What auto asks finite strain for.
-  struct Strains {
-    /// The lowest places of a tip reach this far about its path.
-    struct Tip {
-      Vec3 at;        ///< [m]
-      double radius;  ///< [m]
-    };
-    bool possible = false;  ///< the organ says auto, and nothing that can't be at finite strain
-    bool anywhere = false;  ///< what it is made of isn't linear; or a hand may hold it in a jaw
-    std::vector<Vec3> closings;   ///< where jaws close [m]
-    double closing_radius = 0.0;  ///< of what they may then hold [m]
-    std::vector<Tip> tips;        ///< on their paths, unless they are closed jaws'
-  };
-  Strains strains;
+  std::vector<Vec3> burns;     ///< where hooks pass with current [m]
+  double burn_radius = 0.0;    ///< tissue within this distance of one may coagulate [m]
+  std::vector<Tip> closings;   ///< where jaws close
+  bool may_be_finite = false;  ///< it says auto, and nothing that can't be at finite strain
+  bool strained_anywhere =
+      false;  ///< what it is made of isn't linear, or a hand may hold it in a jaw
 
   bool covers(const Vec3& x) const;
 };

@@ -25,6 +25,9 @@ constexpr double kReachMargin = 8e-3;
 /// the most that is allowed for.
 constexpr double kCarriedShare = 0.5;
 constexpr double kCarriedMost = 12e-3;
+/// How far beyond what a closing jaw holds the surface at rest may lie: breathing and other tools
+/// may have moved it. Chosen.
+constexpr double kClosingMargin = 4e-3;
 /// Paths are sampled at the frame rate and thinned to this distance [m].
 constexpr double kPathPitch = 1e-3;
 constexpr double kSampleStep = 1.0 / 60.0;
@@ -41,6 +44,9 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescri
     const InstrumentDescription& instrument = body.description;
     size = std::max(size, body.extent);
     if (instrument.kind == InstrumentKind::kGrasper) size = std::max(size, instrument.grip_radius);
+    const TipDescription& tip = instrument.tip;
+    // A mesh may reach deepest with any of its places.
+    const double radius = tip.shape == TipDescription::Shape::kMesh ? body.extent : tip.radius;
     bool closed = false;
     Vec3 closed_at = Vec3::Zero();
     Vec3 last = Vec3::Constant(std::numeric_limits<double>::infinity());
@@ -48,16 +54,19 @@ Reach reach_of(const std::vector<InstrumentBody>& instruments, const SceneDescri
     const double end = instrument.path.back().time + kSampleStep;
     for (double time = 0.0; time <= end; time += kSampleStep) {
       const Vec3 at = body.tip.at(time);
+      // In the organ's frame, which may move under a tip that rests.
+      const Vec3 local = organ.pose_at(time).to_local(at);
       // Behind a jaw that has closed the tissue moves along; it is the closing place that counts.
       const bool was_closed = closed;
       closed = instrument.kind == InstrumentKind::kGrasper &&
                jaw_closed(was_closed, body.jaw.at(time).x());
-      if (closed && !was_closed) closed_at = at;
+      if (closed && !was_closed) {
+        closed_at = at;
+        reach.closings.push_back({local, kClosingMargin + instrument.grip_radius});
+      }
       if (closed) carried = std::max(carried, (at - closed_at).norm());
-      // In the organ's frame, which may move under a tip that rests.
-      const Vec3 local = organ.pose_at(time).to_local(at);
       if ((local - last).norm() < kPathPitch) continue;
-      reach.points.push_back(local);
+      reach.tips.push_back({local, radius, closed});
       last = local;
     }
   }

@@ -38,6 +38,10 @@ double share_of_scale(std::size_t scale) {
   return std::ldexp(2.0, -static_cast<int>(scale));
 }
 
+bool is_nothing(const RadialKernels& kernels) {
+  return kernels.monopole == 0.0 && kernels.dipole == 0.0 && kernels.quadrupole == 0.0;
+}
+
 /// The roots of one's softness, times a response between the two, times those of the other's.
 Mat3 between_roots(const NearModulus& one, const NearModulus& other, std::size_t band,
                    const Vec3& normal, const Mat3& response) {
@@ -130,9 +134,9 @@ Mat3 near_response(const IsotropicMaterial& material, double sigma, const Vec3& 
       narrow = NearField(material, sigma).cell_kernels(r, area);
     }
     const RadialKernels kernels = wide - narrow;
-    if (kernels.monopole != 0.0 || kernels.dipole != 0.0 || kernels.quadrupole != 0.0)
+    if (!is_nothing(kernels))
       sum += between_roots(one, other, band, normal, half_space.response(kernels, offset, normal));
-    if (narrow.monopole == 0.0 && narrow.dipole == 0.0 && narrow.quadrupole == 0.0) break;
+    if (is_nothing(narrow)) break;
     wide = narrow;
   }
   return sum;

@@ -5,11 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/features/features.h"
-#include "engine/scene/load_scene.h"
-#include "engine/scene/tissues.h"
-#include "engine/simulator/build.h"
-#include "tests/support/paths.h"
+#include "tests/scenes/shipped_world.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -17,30 +13,18 @@ namespace {
 
 /// The force on each instrument [N], a row a frame; nothing where the scene can't be run.
 std::vector<std::vector<double>> forces_of(const std::string& name, Response response) {
-  SceneLoadOptions options;
-  options.assets = project_file("assets");
-  options.features = feature_keys();
-  auto scene = load_scene(project_file("scenes/" + name + ".json"), options);
-  const auto tissues = load_tissues(project_file("assets/tissues.json"));
-  if (!scene || !tissues) {
-    ADD_FAILURE() << (scene ? tissues.error().text() : scene.error().text());
-    return {};
-  }
-  for (OrganDescription& organ : scene->organs) organ.response = response;
-  std::vector<std::string> warnings;
-  auto world = build_world(*scene, *tissues, {options.assets, false}, no_progress(), warnings);
-  if (!world) {
-    ADD_FAILURE() << world.error().text();
-    return {};
-  }
-  EXPECT_EQ((*world)->all<OrganBody>()[0].model->finite != nullptr, response == Response::kFinite)
+  const auto [scene, world] = build_shipped(name, [&](SceneDescription& shipped) {
+    for (OrganDescription& organ : shipped.organs) organ.response = response;
+  });
+  if (!world) return {};
+  EXPECT_EQ(world->all<OrganBody>()[0].model->finite != nullptr, response == Response::kFinite)
       << "auto leaves it linear";
   std::vector<std::vector<double>> forces;
   Trace trace(stage_names());
-  while ((*world)->time() < scene->duration - 1e-9) {
-    step_frame(**world, trace);
+  while (world->time() < scene.duration - 1e-9) {
+    step_frame(*world, trace);
     std::vector<double>& row = forces.emplace_back();
-    for (const InstrumentContact& tool : (*world)->all<InstrumentContact>())
+    for (const InstrumentContact& tool : world->all<InstrumentContact>())
       row.push_back(tool.force.norm());
   }
   return forces;

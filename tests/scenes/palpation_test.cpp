@@ -6,14 +6,10 @@
 #include <functional>
 #include <string>
 
-#include "engine/features/features.h"
 #include "engine/features/held_tools/held_tools.h"
 #include "engine/features/local/local.h"
 #include "engine/run/state_hash.h"
-#include "engine/scene/load_scene.h"
-#include "engine/scene/tissues.h"
-#include "engine/simulator/build.h"
-#include "tests/support/paths.h"
+#include "tests/scenes/shipped_world.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -32,23 +28,9 @@ struct Palpation {
 Palpation palpate(const std::string& name,
                   const std::function<void(SceneDescription&)>& change = {}) {
   Palpation out;
-  SceneLoadOptions options;
-  options.assets = project_file("assets");
-  options.features = feature_keys();
-  auto scene = load_scene(project_file("scenes/" + name + ".json"), options);
-  const auto tissues = load_tissues(project_file("assets/tissues.json"));
-  if (!scene || !tissues) {
-    ADD_FAILURE() << (scene ? tissues.error().text() : scene.error().text());
-    return out;
-  }
-  if (change) change(*scene);
-  std::vector<std::string> warnings;
-  auto world = build_world(*scene, *tissues, {options.assets, false}, no_progress(), warnings);
-  if (!world) {
-    ADD_FAILURE() << world.error().text();
-    return out;
-  }
-  World& all = **world;
+  const auto [scene, world] = build_shipped(name, change);
+  if (!world) return out;
+  World& all = *world;
   if (const auto held = hold_tools(all, {}); !held) {
     ADD_FAILURE() << held.error().text();
     return out;
@@ -56,7 +38,7 @@ Palpation palpate(const std::string& name,
   StateHash hash;
   Trace trace(stage_names());
   const HapticTool& probe = servos_of(all)->tools().front();
-  while (all.time() < scene->duration - 1e-9) {
+  while (all.time() < scene.duration - 1e-9) {
     step_frame(all, trace);
     hash.add_frame(all);
     out.felt = std::max(out.felt, probe.output.tissue.norm());

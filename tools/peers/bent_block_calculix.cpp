@@ -155,7 +155,7 @@ Result<BentBlockByCalculix> bend_by_calculix(const BentBlockOptions& options, in
   if (done.code != 0) return failure(fmt::format("CalculiX failed with code {}", done.code));
   auto force = last_force(folder / "block.dat");
   if (!force) return std::unexpected(force.error());
-  return BentBlockByCalculix{lattice.nodes(), *force, done.wall_s};
+  return BentBlockByCalculix{lattice.nodes(), *force};
 }
 
 }  // namespace viscera

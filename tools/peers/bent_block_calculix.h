@@ -13,7 +13,6 @@ namespace viscera {
 struct BentBlockByCalculix {
   std::size_t nodes = 0;
   Vec3 force = Vec3::Zero();  ///< on the block by what moves its end [N]
-  double process_s = 0.0;     ///< wall time, input to output
 };
 
 bool calculix_installed();

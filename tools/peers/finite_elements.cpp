@@ -12,6 +12,7 @@
 
 #include "engine/io/atomic_file.h"
 #include "tools/common/bench_figures.h"
+#include "tools/peers/bent_block_calculix.h"
 
 namespace viscera {
 namespace fs = std::filesystem;
@@ -242,7 +243,7 @@ Result<std::optional<double>> own_solution_time(const TetrahedralMesh& mesh, dou
 }  // namespace
 
 bool finite_elements_installed() {
-  return run_program({"gmsh", "--version"}).code == 0 && run_program({"ccx", "-v"}).code >= 0;
+  return run_program({"gmsh", "--version"}).code == 0 && calculix_installed();
 }
 
 Result<TetrahedralMesh> mesh_hemisphere(const MeshOptions& options, const fs::path& folder) {

@@ -45,10 +45,11 @@ struct OrganUpdate {
 
 /// How an organ's elasticity followed its burns.
 struct StiffeningFigures {
-  double greatest_factor = 1.0;     ///< of Young's modulus
-  double stiffened = 0.0;           ///< volume at least half as stiff again [m3]
-  double left_out = 0.0;            ///< like it, but too far from the hooks' paths [m3]
-  double greatest_shrinkage = 0.0;  ///< of the surface, by shrinkage alone [m]
+  double greatest_factor = 1.0;  ///< of Young's modulus
+  double stiffened = 0.0;        ///< volume at least half as stiff again [m3]
+  double left_out = 0.0;         ///< like it, but too far from the hooks' paths [m3]
+  /// Of the surface, by shrinkage alone [m]; none at finite strain, where it isn't told apart.
+  std::optional<double> greatest_shrinkage;
   int updates = 0;
   std::size_t nodes = 0, rank = 0;  ///< of the last update
 };

@@ -9,7 +9,6 @@
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/pulsation/pulsation.h"
-#include "engine/simulation/tool_shape.h"
 #include "kernels/finite/finite_solver.h"
 
 namespace viscera {
@@ -53,47 +52,18 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
   return {};
 }
 
-/// How far beyond what a closing jaw holds the surface at rest may lie: breathing and other tools
-/// may have moved it. Chosen.
-constexpr double kClosingMargin = 4e-3;
-constexpr double kSampleStep = 1.0 / 60.0;
-/// Paths are thinned to this distance [m].
-constexpr double kTipPitch = 1e-3;
-
-/// Of an organ that auto may put at finite strain: what it is made of, where jaws close, where tips
-/// go.
+/// Whether auto may put an organ at finite strain, and whether it does so wherever tools go.
 void reach(const SceneDescription&, const OrganDescription& organ,
            const std::vector<InstrumentBody>& instruments, Reach& reach) {
   if (organ.response != Response::kAuto || !organ.deformable) return;
-  Reach::Strains& strains = reach.strains;
-  strains.possible = true;
-  check_organ(organ, [&](const std::string&) { strains.possible = false; });
-  if (!strains.possible) return;
-  strains.anywhere = organ.material.model != HyperelasticModel::kLinear || organ.material.relaxes ||
-                     !organ.material.prony.empty();
-  for (const InstrumentBody& body : instruments) {
-    const InstrumentDescription& instrument = body.description;
-    const TipDescription& tip = instrument.tip;
-    // A mesh may reach deepest with any of its places.
-    const double radius = tip.shape == TipDescription::Shape::kMesh ? body.extent : tip.radius;
-    const bool jaw = instrument.kind == InstrumentKind::kGrasper;
-    if (jaw) {
-      strains.anywhere |= haptic_of(instrument) != nullptr;
-      strains.closing_radius =
-          std::max(strains.closing_radius, kClosingMargin + instrument.grip_radius);
-    }
-    bool closed = false;
-    const double end = instrument.path.back().time + kSampleStep;
-    for (double time = 0.0; time <= end; time += kSampleStep) {
-      const Vec3 at = organ.pose_at(time).to_local(body.tip.at(time));
-      const bool was_closed = closed;
-      closed = jaw && jaw_closed(was_closed, body.jaw.at(time).x());
-      if (closed && !was_closed) strains.closings.push_back(at);
-      if (closed || (!strains.tips.empty() && (strains.tips.back().at - at).norm() < kTipPitch))
-        continue;
-      strains.tips.push_back({at, radius});
-    }
-  }
+  reach.may_be_finite = true;
+  check_organ(organ, [&](const std::string&) { reach.may_be_finite = false; });
+  reach.strained_anywhere =
+      organ.material.model != HyperelasticModel::kLinear || organ.material.relaxes ||
+      !organ.material.prony.empty() ||
+      std::ranges::any_of(instruments, [](const InstrumentBody& body) {
+        return body.description.kind == InstrumentKind::kGrasper && haptic_of(body.description);
+      });
 }
 
 Result<void> prepare(SceneModel& model) {
