@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/io/ply_layout.h"
 #include "engine/scene/geometry_formats.h"
 #include "kernels/base/input_file.h"
 
@@ -68,9 +69,11 @@ Result<void> check_file(const fs::path& file) {
                    "\", expected OBJ, STL, PLY, glTF or GLB");
   }
   if (input->size() == 0) return failure(name + ": found an empty file, expected a surface");
-  if (geometry_extension(file) == ".stl")
-    if (const auto whole = check_stl(name, *input); !whole) return whole;
-  return {};
+  if (geometry_extension(file) == ".stl") return check_stl(name, *input);
+  if (geometry_extension(file) != ".ply") return {};
+  const auto bytes = input->rest();
+  if (!bytes) return std::unexpected(bytes.error());
+  return check_ply(name, *bytes);
 }
 
 // What an importer may open: regular files of the surface's own folder, through the door for files.

@@ -216,7 +216,7 @@ TEST_F(MeshImport, BinaryGarbageIsRefused) {
   for (int i = 0; i < 5000; ++i) garbage += static_cast<char>((i * 7919 + i * i * 31) >> 3);
   for (const auto& [name, reason] : {std::pair{"g.obj", "found no triangles"},
                                      {"g.stl", "the file looks truncated"},
-                                     {"g.ply", "cannot be read as ply"},
+                                     {"g.ply", "expected ply"},
                                      {"g.gltf", "cannot be read as gltf"},
                                      {"g.glb", "cannot be read as glb"}}) {
     expect_refused(name, garbage, reason);
