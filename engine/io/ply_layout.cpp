@@ -156,7 +156,7 @@ class HeaderReader {
     return line;
   }
   std::string at_line(std::string_view found, std::string_view expected) const {
-    return fmt::format("{}, line {} of the header: found {}, expected {}", name_, number_, found,
+    return fmt::format("{}: found {} on line {} of the header, expected {}", name_, found, number_,
                        expected);
   }
   std::unexpected<Error> refused(std::string_view line, std::string_view expected) const {

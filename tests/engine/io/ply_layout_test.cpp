@@ -47,15 +47,16 @@ TEST(PlyLayout, LinesThatNoHeaderHasAreNamedWithWhatWasExpected) {
   const auto expect_refused = [](const std::string& bytes, const std::string& words) {
     EXPECT_NE(refusal(bytes).find(words), std::string::npos) << refusal(bytes);
   };
-  expect_refused("plx\n", "one.ply, line 1 of the header: found \"plx\", expected ply");
-  expect_refused("ply\nformat ascii 1.0\n", "found the end of the file, expected end_header");
+  expect_refused("plx\n", "one.ply: found \"plx\" on line 1 of the header, expected ply");
+  expect_refused("ply\nformat ascii 1.0\n",
+                 "found the end of the file on line 2 of the header, expected end_header");
   expect_refused("ply\nformat ascii 2.0\nend_header\n",
-                 "line 2 of the header: found \"format ascii 2.0\"");
+                 "found \"format ascii 2.0\" on line 2 of the header");
   expect_refused("ply\nformat text 1.0\nend_header\n", "expected one format");
   expect_refused("ply\nformat ascii 1.0\nformat ascii 1.0\nend_header\n", "expected one format");
   expect_refused("ply\n" + kVertices + "end_header\n", "found no format");
   expect_refused(text("propelto fyrat z\n"),
-                 "found \"propelto fyrat z\", expected format, comment");
+                 "found \"propelto fyrat z\" on line 3 of the header, expected format, comment");
   expect_refused(text("element vertex -3\n"), "expected element, a name and how many there are");
   expect_refused(text("element vertex 3 3\n"), "expected element, a name and how many");
   expect_refused(text("property float x\n"), "expected property, a type");
