@@ -81,7 +81,7 @@ TEST(PlyLayout, TextOfTheFileIsShownShortAndHarmless) {
 }
 
 TEST(PlyLayout, RowsThatAreMissingAreCounted) {
-  for (const std::string& format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     const std::string told = refusal(text(kVertices + kFace, "", format));
     EXPECT_NE(told.find("one.ply: found 0 whole rows of the element vertex, expected the 3"),
               std::string::npos)
