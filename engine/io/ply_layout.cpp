@@ -32,9 +32,9 @@ struct Element {
   std::uint64_t count = 0;
   std::vector<Property> properties;
 
-  bool has(std::string_view property, bool list) const {
+  bool has_number(std::string_view property) const {
     return std::ranges::any_of(properties, [&](const Property& one) {
-      return one.name == property && (one.count_bytes > 0) == list;
+      return one.name == property && one.count_bytes == 0;
     });
   }
 };
@@ -233,8 +233,8 @@ class Rows {
  private:
   std::unexpected<Error> ends(const Element& element, std::uint64_t row) const {
     return failure(fmt::format(
-        "{}: found {} whole rows of the element {}, expected the {} of its header: the file looks "
-        "truncated",
+        "{}: found {} whole rows of the element {}, expected the {} of its header: the file is "
+        "truncated, or the length of a list is no number",
         name_, row, shown(element.name), element.count));
   }
   std::optional<std::uint64_t> next_count(std::size_t bytes) {
@@ -271,7 +271,7 @@ Result<void> check_ply(std::string_view name, std::string_view bytes) {
   if (!header) return std::unexpected(header.error());
   const auto vertex = std::ranges::find(header->elements, "vertex", &Element::name);
   for (const std::string_view axis : {"x", "y", "z"})
-    if (vertex == header->elements.end() || !vertex->has(axis, false))
+    if (vertex == header->elements.end() || !vertex->has_number(axis))
       return failure(fmt::format("{}: found no {} of vertices in the header", name, axis));
   Rows rows(name, header->form, bytes.substr(header->bytes));
   for (const Element& element : header->elements)

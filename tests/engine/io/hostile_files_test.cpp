@@ -65,6 +65,12 @@ TEST_F(HostileFiles, FacesThatNameVerticesWhichAreNotThere) {
     expect_refused(written("face.ply", ply(vertex)), "cannot be read");
 }
 
+TEST_F(HostileFiles, APolygonOfVerticesWhichAreNotThere) {
+  std::string polygon = ply(2);
+  polygon.replace(polygon.find("3 0 1 2"), 7, "6 0 5 1 0 0 1");
+  expect_refused(written("polygon.ply", polygon), "cannot be read");
+}
+
 TEST_F(HostileFiles, NodesInADeepNest) {
   std::string gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)";
   constexpr int kDeep = 200000;
