@@ -1,6 +1,9 @@
 // Memory of zeros that costs nothing until it is written.
 #pragma once
 
+#include <sys/mman.h>
+
+#include <cstddef>
 #include <cstdlib>
 #include <limits>
 #include <new>
@@ -21,11 +24,23 @@ struct ZeroedPages {
 
   T* allocate(std::size_t count) {
     if (count > std::numeric_limits<std::size_t>::max() / sizeof(T)) throw std::bad_alloc();
+    if (count * sizeof(T) >= kMapped) {
+      // More than there is may be asked for: most of it stays empty.
+      void* mapped = ::mmap(nullptr, count * sizeof(T), PROT_READ | PROT_WRITE,
+                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+      if (mapped == MAP_FAILED) throw std::bad_alloc();
+      return static_cast<T*>(mapped);
+    }
     void* memory = std::calloc(count, sizeof(T));
     if (memory == nullptr) throw std::bad_alloc();
     return static_cast<T*>(memory);
   }
-  void deallocate(T* memory, std::size_t) { std::free(memory); }
+  void deallocate(T* memory, std::size_t count) {
+    if (count * sizeof(T) >= kMapped)
+      ::munmap(memory, count * sizeof(T));
+    else
+      std::free(memory);
+  }
   template <class U>
   void construct(U*) noexcept {}
   template <class U, class... Values>
@@ -33,6 +48,9 @@ struct ZeroedPages {
     ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
   }
   bool operator==(const ZeroedPages&) const { return true; }
+
+ private:
+  static constexpr std::size_t kMapped = std::size_t{1} << 30;
 };
 
 }  // namespace viscera

@@ -44,6 +44,9 @@ struct ElasticProblem {
   bool may_have_free_pieces = false;
   /// Half the quadrature points (SmallCells::kOne), for a response that asks them all each frame.
   bool few_points = false;
+  /// Neither stiffness nor factor: the solver knows its region and hold alone (elastic_region.h),
+  /// and refuses loads. For large bodies, which are solved otherwise (two_levels.h).
+  bool points_alone = false;
   /// Of Formulation::fields, where somebody has made them; null: they are made.
   std::shared_ptr<const ShapeFunctions> fields;
   /// Young's modulus over that of `material`, its mean over a cube of this edge [m] about a place;

@@ -288,10 +288,11 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
         mean_dilatation(spacing, n, volume_points, *inside,
                         {surface_points, fixed->points, fixed->fields, fixed->rate}, paths);
   }
-  system.stiffness_ = assemble_stiffness(n, problem.material, volume_points, *inside, incidence,
-                                         surface_points, *fixed, system.dilatation_);
+  if (!problem.points_alone)
+    system.stiffness_ = assemble_stiffness(n, problem.material, volume_points, *inside, incidence,
+                                           surface_points, *fixed, system.dilatation_);
   system.figures_.unknowns = 3 * n;
-  system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
+  if (!problem.points_alone) system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
   system.figures_.quadrature_points = system.volume_.size();
   system.figures_.twins = n - problem.cloud->size();
   system.figures_.gradient_correction = correction->size;

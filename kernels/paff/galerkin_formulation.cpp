@@ -9,16 +9,18 @@ namespace {
 
 class GalerkinSolver final : public ElasticSolver, public RegionSolver {
  public:
-  GalerkinSolver(GalerkinSystem system, StiffnessFactor factor, const PreparationFigures& figures)
-      : system_(std::move(system)),
-        factor_(std::make_shared<const StiffnessFactor>(std::move(factor))),
-        figures_(figures) {}
+  /// `factor` null: it knows its points alone.
+  GalerkinSolver(GalerkinSystem system, std::shared_ptr<const StiffnessFactor> factor,
+                 const PreparationFigures& figures)
+      : system_(std::move(system)), factor_(std::move(factor)), figures_(figures) {}
 
   Result<void> solve(std::span<double> loads, int columns) override {
+    if (!factor_) return no_factor();
     return factor_->solve(system_.stiffness(), loads, columns);
   }
 
   Result<std::vector<double>> solve_static(const StaticLoads& loads) override {
+    if (!factor_) return std::unexpected(no_factor().error());
     std::vector<double> unknowns = system_.loads(loads);
     if (const Result<void> solved = factor_->solve(system_.stiffness(), unknowns, 1); !solved) {
       return std::unexpected(solved.error());
@@ -28,6 +30,7 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
 
   Result<SurfaceCompliance> compliance(const SparseWeights& places, std::vector<int> touchable,
                                        const Progress& progress) override {
+    if (!factor_) return std::unexpected(no_factor().error());
     const Stopwatch watch;
     auto compliance = factor_->compliance(places, std::move(touchable), progress);
     if (compliance) {
@@ -50,6 +53,10 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
   Result<SymmetricBlockMatrix> hold() const override { return system_.hold(); }
 
  private:
+  static Result<void> no_factor() {
+    return failure("stiffness: it was prepared for its points alone, expected one with a factor");
+  }
+
   GalerkinSystem system_;
   std::shared_ptr<const StiffnessFactor> factor_;
   PreparationFigures figures_;
@@ -79,6 +86,10 @@ class GalerkinFormulation final : public Formulation {
           return progress(kAssemblyShare * fraction, what);
         });
     if (!system) return std::unexpected(system.error());
+    if (problem.points_alone) {
+      const PreparationFigures figures = system->figures();
+      return std::make_unique<GalerkinSolver>(std::move(*system), nullptr, figures);
+    }
     if (!progress(kAssemblyShare, "factoring")) return failure(kCancelled);
     const Stopwatch watch;
     Result<StiffnessFactor> factor =
@@ -89,7 +100,8 @@ class GalerkinFormulation final : public Formulation {
     figures.factor_s = watch.seconds();
     figures.factor_bytes = factor->factor_bytes();
     if (!progress(1.0, "factoring")) return failure(kCancelled);
-    return std::make_unique<GalerkinSolver>(std::move(*system), std::move(*factor), figures);
+    return std::make_unique<GalerkinSolver>(
+        std::move(*system), std::make_shared<const StiffnessFactor>(std::move(*factor)), figures);
   }
 
  private:

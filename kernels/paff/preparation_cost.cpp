@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/paff/two_levels.h"
 #include "kernels/points/neighbours.h"
 
 namespace viscera {
@@ -23,9 +24,13 @@ constexpr double kCellReach = 0.75;
 constexpr double kQuadratureBytes = 66e3;
 constexpr double kLinearSupport = 1.8;
 
-/// Ascending, the diagonal first.
-SymmetricPattern coupled_nodes(const PointCloud& cloud, const Coupling& coupling) {
-  const double radius = kMeeting * coupling.support_factor + (coupling.averaged ? kCellReach : 0.0);
+/// Coarse nodes of two levels are coupled where they are no farther apart than this share of the
+/// sum of their least distances. By the reach of two of their fields and of what couples the nodes
+/// between; a few hundred of them are all coupled.
+constexpr double kCoarseReach = 2.5;
+
+/// Pairs nearer than `radius` times the sum of their spacings; ascending, the diagonal first.
+SymmetricPattern coupled_nodes(const PointCloud& cloud, double radius) {
   std::vector<double> reach;
   for (const double spacing : cloud.spacings) reach.push_back(2.0 * radius * spacing);
   const InfluenceGrid nodes(cloud.positions, reach);
@@ -98,9 +103,12 @@ std::size_t elimination_bytes(const Dissection& dissection, std::size_t real_byt
   return static_cast<std::size_t>((kept + peak) * static_cast<double>(real_bytes));
 }
 
-PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupling) {
-  const SymmetricPattern pattern = coupled_nodes(cloud, coupling);
-  const Dissection dissection = dissect(cloud.positions, pattern);
+namespace {
+
+/// The equations alone.
+PreparationCost elimination_cost(const PointCloud& cloud, double radius, Dissection& dissection) {
+  const SymmetricPattern pattern = coupled_nodes(cloud, radius);
+  dissection = dissect(cloud.positions, pattern);
   PreparationCost cost;
   cost.stiffness_blocks = pattern.columns.size();
   cost.factor_entries = dissection.factor_entries(3);
@@ -109,7 +117,19 @@ PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupli
     const double rest = 3.0 * static_cast<double>(front.border.size());
     cost.factoring_operations += own * own * own / 3.0 + own * own * rest + own * rest * rest;
   }
+  const int threads = oneapi::tbb::this_task_arena::max_concurrency();
+  cost.factoring_bytes =
+      cost.stiffness_blocks * 24 + elimination_bytes(dissection, sizeof(float), threads);
+  return cost;
+}
 
+}  // namespace
+
+PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupling) {
+  Dissection dissection;
+  PreparationCost cost = elimination_cost(
+      cloud, kMeeting * coupling.support_factor + (coupling.averaged ? kCellReach : 0.0),
+      dissection);
   constexpr std::size_t kBlock = 9 * sizeof(double) + sizeof(int);
   const std::size_t stiffness = cost.stiffness_blocks * kBlock;
   const double seen = coupling.support_factor / kLinearSupport;  // nodes: as the cube
@@ -118,9 +138,33 @@ PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupli
                                            static_cast<double>(cloud.size()));
   // In single precision; where that isn't enough, twice as much. Beside the matrix stand its
   // entries by column of the factor and the body's quadrature.
-  const int threads = oneapi::tbb::this_task_arena::max_concurrency();
-  cost.factoring_bytes = cost.assembling_bytes + cost.stiffness_blocks * 24 +
-                         elimination_bytes(dissection, sizeof(float), threads);
+  cost.factoring_bytes += cost.assembling_bytes;
+  return cost;
+}
+
+LevelsCost levels_cost(const PointCloud& cloud, const Coupling& coupling) {
+  LevelsCost cost;
+  std::vector<double> reach;
+  for (const double spacing : cloud.spacings) reach.push_back(TwoLevels::kCoarser * spacing);
+  const InfluenceGrid nodes(cloud.positions, reach);
+  std::vector<char> covered(cloud.size(), 0);
+  std::vector<int> near;
+  PointCloud coarse;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (covered[i]) continue;
+    coarse.positions.push_back(cloud.positions[i]);
+    coarse.spacings.push_back(reach[i]);
+    nodes.reaching(cloud.positions[i], near);
+    for (const int other : near) covered[static_cast<std::size_t>(other)] = 1;
+  }
+  cost.coarse_nodes = coarse.size();
+  Dissection dissection;
+  cost.coarse = elimination_cost(coarse, kCoarseReach, dissection);
+  // One unknown a node, in double precision.
+  const PreparationCost scalar =
+      elimination_cost(cloud, kMeeting * coupling.support_factor, dissection);
+  cost.consistency_bytes = elimination_bytes(dissection, sizeof(double), 1) / 9;
+  cost.consistency_operations = scalar.factoring_operations / 27.0;
   return cost;
 }
 

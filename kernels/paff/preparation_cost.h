@@ -20,6 +20,15 @@ struct PreparationCost {
 /// (tested).
 PreparationCost preparation_cost(const PointCloud& cloud, const Coupling& coupling);
 
+/// What two levels in its place will take (two_levels.h), beside what goes with the nodes.
+struct LevelsCost {
+  std::size_t coarse_nodes = 0;
+  PreparationCost coarse;             ///< of the coarse nodes' equations
+  std::size_t consistency_bytes = 0;  ///< of the factor that makes gradients consistent
+  double consistency_operations = 0.0;
+};
+LevelsCost levels_cost(const PointCloud& cloud, const Coupling& coupling);
+
 /// Peak while a matrix of blocks of 3 is eliminated in that order with numbers of `real_bytes` on
 /// `threads` threads: the factor and the fronts that wait for their parents, without the matrix.
 std::size_t elimination_bytes(const Dissection& dissection, std::size_t real_bytes, int threads);

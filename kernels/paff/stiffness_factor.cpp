@@ -543,6 +543,25 @@ void StiffnessFactor::apply(std::span<const double> b, std::span<double> x) cons
   std::visit([&](const auto& factor) { viscera::apply(factor, b, x); }, factor_);
 }
 
+void StiffnessFactor::apply(std::span<float> block, int columns) const {
+  std::visit(
+      [&]<class Real>(const FrontalCholesky<Real>& factor) {
+        const std::vector<int>& order = factor.dissection().order;
+        const std::size_t row = 3 * static_cast<std::size_t>(columns);
+        std::vector<Real> ordered(block.size());
+        for (std::size_t p = 0; p < order.size(); ++p)
+          std::copy_n(
+              block.begin() + static_cast<std::ptrdiff_t>(row * static_cast<std::size_t>(order[p])),
+              row, ordered.begin() + static_cast<std::ptrdiff_t>(row * p));
+        factor.solve(ordered, columns);
+        for (std::size_t p = 0; p < order.size(); ++p)
+          for (std::size_t i = 0; i < row; ++i)
+            block[row * static_cast<std::size_t>(order[p]) + i] =
+                static_cast<float>(ordered[row * p + i]);
+      },
+      factor_);
+}
+
 Result<void> StiffnessFactor::solve(const SymmetricBlockMatrix& stiffness,
                                     std::span<double> right_hand_sides, int columns) const {
   const std::size_t order = 3 * stiffness.pattern.rows();

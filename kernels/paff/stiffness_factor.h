@@ -46,6 +46,8 @@ class StiffnessFactor {
 
   /// x ~ K^-1 b in the precision of the factor, once through it (3 N); compact_factor.h is faster.
   void apply(std::span<const double> b, std::span<double> x) const;
+  /// The same of many right-hand sides in place, stored row by row (3 N x columns).
+  void apply(std::span<float> block, int columns) const;
 
   /// As ElasticSolver::compliance promises; exactly symmetric. Blocks of columns run side by side;
   /// a block skips the parts of the body where its loads have no effect yet, and those where

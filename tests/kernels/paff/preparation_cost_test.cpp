@@ -1,17 +1,15 @@
 #include "kernels/paff/preparation_cost.h"
 
 #include <gtest/gtest.h>
-#include <malloc.h>
 #include <oneapi/tbb/task_arena.h>
 
-#include <fstream>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "kernels/base/sanitized.h"
 #include "kernels/paff/stiffness_factor.h"
 #include "tests/kernels/paff/elastic_bodies.h"
+#include "tests/support/resident_memory.h"
 
 namespace viscera {
 namespace {
@@ -86,21 +84,6 @@ TEST(PreparationCost, MoreThreadsHaveMoreWaiting) {
   EXPECT_GT(one, 8 * dissection.factor_entries(3));
 }
 
-/// Memory of this process, now ("VmRSS") or at its greatest ("VmHWM") [bytes].
-double resident(const std::string& kind) {
-  std::ifstream file("/proc/self/status");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with(kind)) return 1024.0 * std::stod(line.substr(kind.size() + 1));
-  return 0.0;
-}
-
-/// From here the greatest is counted anew; false where the kernel doesn't.
-bool forget_greatest() {
-  ::malloc_trim(0);
-  std::ofstream("/proc/self/clear_refs") << "5";
-  return resident("VmHWM") < 1.02 * resident("VmRSS");
-}
-
 TEST(PreparationCost, FactoringTakesWhatEliminationOnPaperSays) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer keeps memory that was given back";
   const test::Body body = ball(2.8e-3);
@@ -111,12 +94,12 @@ TEST(PreparationCost, FactoringTakesWhatEliminationOnPaperSays) {
   const int threads = oneapi::tbb::this_task_arena::max_concurrency();
   for (const auto& [precision, real_bytes] :
        {std::pair(FactorPrecision::kSingle, 4), std::pair(FactorPrecision::kFull, 8)}) {
-    if (!forget_greatest()) GTEST_SKIP() << "the kernel doesn't count anew";
-    const double before = resident("VmRSS");
+    if (!test::forget_greatest()) GTEST_SKIP() << "the kernel doesn't count anew";
+    const double before = test::resident("VmRSS");
     const auto factor = StiffnessFactor::factor(system->stiffness(), body.cloud.positions,
                                                 precision, std::numeric_limits<std::size_t>::max());
     ASSERT_TRUE(factor);
-    const double taken = resident("VmHWM") - before;
+    const double taken = test::resident("VmHWM") - before;
     const auto said = static_cast<double>(
         elimination_bytes(dissection, static_cast<std::size_t>(real_bytes), threads));
     std::printf("%zu nodes, numbers of %d bytes: %.0f MB of %.0f MB said\n", body.cloud.size(),
