@@ -10,6 +10,7 @@
 #include "engine/organ/region_arrays.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/paff/elasticity.h"
+#include "kernels/paff/preparation_cost.h"
 
 namespace viscera {
 
@@ -33,11 +34,29 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
 Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const FiniteOptions& options,
                          bool changes, std::shared_ptr<const StiffnessFactor> step);
 
+/// Whether a body whose factor, with averaged dilatation, would have so many numbers is answered by
+/// two levels (two_levels.h) in its place.
+bool answers_in_levels(std::size_t factor_entries);
+/// Of the organ's body, as its cloud stands.
+bool answers_in_levels(const OrganModel& model, const OrganDescription& organ);
+
+/// Of the coarse nodes of the body at rest, and of a step.
+struct CoarseFactors {
+  std::shared_ptr<const StiffnessFactor> still, step;
+};
+
+/// The same of a large body, with OrganModel::compliance; what `coarse` lacks is factored.
+Result<CoarseFactors> make_finite_in_levels(OrganModel& model, const FiniteParts& parts,
+                                            const FiniteOptions& options, bool changes,
+                                            const CoarseFactors& coarse);
+
 void keep_finite(const FiniteParts& parts, CacheArrays& arrays);
 /// None where there is none, or not of a piece.
 std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t nodes);
 
 /// Of the body, and of a step's factor of so many numbers in both its forms [bytes].
 std::size_t finite_bytes(std::size_t nodes, std::size_t factor_entries);
+/// The same with levels, at rest and of a step.
+std::size_t finite_bytes(std::size_t nodes, const LevelsCost& cost);
 
 }  // namespace viscera

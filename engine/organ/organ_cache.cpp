@@ -19,7 +19,7 @@ namespace {
 /// sampling.
 constexpr int kPreparationVersion = 4;
 /// The same of what tissue at finite strain has besides.
-constexpr int kFiniteVersion = 3;
+constexpr int kFiniteVersion = 4;
 constexpr const char* kChange = "change_";  // before the names of its arrays
 
 void hash_vector(Hasher& hasher, const Vec3& v) {
@@ -129,13 +129,13 @@ std::filesystem::path step_file(const ResponseCache& cache, const std::string& k
   return cache.file(key).replace_extension(".step");
 }
 
-/// Of these nodes; null, with a warning, where the file doesn't hold it.
+/// Of these nodes, or of coarse ones; null, with a warning, where the file doesn't hold it.
 std::shared_ptr<const StiffnessFactor> cached_factor(const std::filesystem::path& file,
-                                                     const OrganModel& model,
+                                                     const OrganModel& model, bool coarse,
                                                      const std::string& organ,
                                                      std::vector<std::string>& warnings) {
   auto factor = read_factor(file, model.key);
-  if (factor && factor->nodes() == model.places.nodes)
+  if (factor && (coarse || factor->nodes() == model.places.nodes))
     return std::make_shared<const StiffnessFactor>(std::move(*factor));
   const Error why =
       factor ? failure("it was made for other nodes").error() : std::move(factor.error());
@@ -183,10 +183,12 @@ Result<void> save_factor(const ResponseCache& cache, const OrganModel& model,
   std::error_code error;
   std::filesystem::create_directories(file.parent_path(), error);
   if (error) return failure(file.parent_path().string() + ": can't be created: " + error.message());
-  if (model.finite)
-    if (auto saved = write_factor(step_file(cache, model.key), model.key, *model.finite->factor());
-        !saved)
+  if (model.finite) {
+    const FiniteSolver& solver = *model.finite;
+    const StiffnessFactor& step = solver.levels() ? *solver.levels()->coarse() : *solver.factor();
+    if (auto saved = write_factor(step_file(cache, model.key), model.key, step); !saved)
       return saved;
+  }
   return write_factor(file, model.key, *factor);
 }
 
@@ -213,8 +215,18 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   const bool sag = demand.sags && organ.response != Response::kFinite;
   if (model.sag.size() != (sag ? 9 * model.places.size() : 0)) return false;
   if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
+  if (answers_in_levels(model, organ)) {
+    const auto parts = finite_from_cache(cached.response->extra, model.places.nodes);
+    if (!parts) return false;
+    CoarseFactors coarse;
+    coarse.still = cached_factor(factor_file(cache, model.key), model, true, organ.name, warnings);
+    coarse.step = cached_factor(step_file(cache, model.key), model, true, organ.name, warnings);
+    return coarse.still && coarse.step &&
+           make_finite_in_levels(model, *parts, finite_options(organ, tissue),
+                                 !demand.burnt.empty(), coarse);
+  }
   if (comes_on_demand(model, organ, options.column_budget)) {
-    auto factor = cached_factor(factor_file(cache, model.key), model, organ.name, warnings);
+    auto factor = cached_factor(factor_file(cache, model.key), model, false, organ.name, warnings);
     if (!factor) return false;
     const SurfaceCompliance made = std::move(model.compliance);
     if (made.places != model.places.size()) return false;
@@ -231,7 +243,7 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   if (organ.response == Response::kFinite) {
     const auto parts = finite_from_cache(cached.response->extra, model.places.nodes);
     if (!parts) return false;
-    auto step = cached_factor(step_file(cache, model.key), model, organ.name, warnings);
+    auto step = cached_factor(step_file(cache, model.key), model, false, organ.name, warnings);
     if (!step || !make_finite(model, *parts, finite_options(organ, tissue), !demand.burnt.empty(),
                               std::move(step)))
       return false;

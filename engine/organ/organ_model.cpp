@@ -165,6 +165,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   problem.is_fixed = [&](const Vec3& x) { return in_any(organ.fixed, x); };
   problem.most_memory = options.most_memory;
   problem.few_points = organ.response == Response::kFinite;
+  problem.points_alone = answers_in_levels(model, organ);
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
@@ -174,6 +175,16 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
     parts = std::move(*made);
   } else if (demand.sags)
     if (auto weighed = weigh(model, **solver, tissue.density, field); !weighed) return weighed;
+  if (problem.points_alone) {
+    model.figures = (*solver)->figures();
+    solver->reset();  // its equations are half of what is held
+    // No columns: those that something meets are made then.
+    auto coarse = make_finite_in_levels(model, *parts, finite_options(organ, tissue),
+                                        !demand.burnt.empty(), {});
+    if (!coarse) return std::unexpected(coarse.error());
+    kept = coarse->still;
+    return {};
+  }
   double smallest_eigenvalue = 0.0;
   const bool on_demand = comes_on_demand(model, organ, options.column_budget);
   if (on_demand) {

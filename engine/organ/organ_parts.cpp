@@ -90,34 +90,48 @@ SurfaceCompliance made_part(const SurfaceCompliance& compliance) {
   return part;
 }
 
-SurfaceCompliance columns_to_come(const OrganModel& model,
-                                  std::shared_ptr<const StiffnessFactor> factor) {
+namespace {
+
+SurfaceCompliance to_come(const OrganModel& model, std::shared_ptr<const ColumnSource> source,
+                          std::size_t rows) {
   SurfaceCompliance compliance;
-  compliance.places = model.places.size();
+  compliance.places = rows;
   compliance.touchable = model.touchable.places;
-  compliance.columns.resize(compliance.rows() * compliance.rows());
-  compliance.on_demand = std::make_shared<ColumnsOnDemand>(
-      StiffnessFactor::columns(std::move(factor), model.places.fields),
-      compliance.touchable.size());
+  const std::size_t touchable = compliance.touchable.size();
+  compliance.columns.resize(3 * compliance.rows() * touchable);
+  compliance.on_demand = std::make_shared<ColumnsOnDemand>(std::move(source), touchable);
   return compliance;
 }
 
-SurfaceCompliance step_columns_to_come(const OrganModel& model,
-                                       std::shared_ptr<const StiffnessFactor> factor) {
+}  // namespace
+
+SurfaceCompliance columns_to_come(const OrganModel& model,
+                                  std::shared_ptr<const StiffnessFactor> factor) {
+  return to_come(model, StiffnessFactor::columns(std::move(factor), model.places.fields),
+                 model.places.size());
+}
+
+SurfaceCompliance columns_to_come(const OrganModel& model,
+                                  std::shared_ptr<const TwoLevels> levels) {
+  return to_come(model,
+                 TwoLevels::columns(std::move(levels), TwoLevels::Columns::kSolved,
+                                    model.places.fields, model.touchable.size()),
+                 model.places.size());
+}
+
+SurfaceCompliance step_columns_to_come(const OrganModel& model, const FiniteSolver& solver) {
   SparseWeights rows = model.places.fields;
   for (std::size_t node = 0; node < model.places.nodes; ++node) {
     rows.nodes.push_back(static_cast<int>(node));
     rows.values.push_back(1.0f);
     rows.row_begin.push_back(static_cast<int>(rows.nodes.size()));
   }
-  SurfaceCompliance compliance;
-  compliance.places = rows.rows();
-  compliance.touchable = model.touchable.places;
-  const std::size_t touchable = compliance.touchable.size();
-  compliance.columns.resize(3 * compliance.rows() * touchable);
-  compliance.on_demand = std::make_shared<ColumnsOnDemand>(
-      StiffnessFactor::columns(std::move(factor), rows, touchable), touchable);
-  return compliance;
+  const std::size_t touchable = model.touchable.size();
+  return to_come(model,
+                 solver.levels() ? TwoLevels::columns(solver.levels(), TwoLevels::Columns::kCycle,
+                                                      rows, touchable)
+                                 : StiffnessFactor::columns(solver.factor(), rows, touchable),
+                 rows.rows());
 }
 
 }  // namespace viscera

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "engine/organ/organ_model.h"
+#include "kernels/finite/finite_solver.h"
 #include "kernels/paff/stiffness_factor.h"
+#include "kernels/paff/two_levels.h"
 
 namespace viscera {
 
@@ -35,13 +37,13 @@ std::vector<int> prepared_places(const OrganModel& model, const OrganDescription
 /// The columns that are there, packed.
 SurfaceCompliance made_part(const SurfaceCompliance& compliance);
 
-/// Room for all columns of the whole surface, which that factor will make.
+/// Room for all columns of the whole surface, which that factor, or those levels, will make.
 SurfaceCompliance columns_to_come(const OrganModel& model,
                                   std::shared_ptr<const StiffnessFactor> factor);
+SurfaceCompliance columns_to_come(const OrganModel& model, std::shared_ptr<const TwoLevels> levels);
 
 /// The same of a step at finite strain, with a row for each node's unknowns after those of the
 /// places.
-SurfaceCompliance step_columns_to_come(const OrganModel& model,
-                                       std::shared_ptr<const StiffnessFactor> factor);
+SurfaceCompliance step_columns_to_come(const OrganModel& model, const FiniteSolver& solver);
 
 }  // namespace viscera

@@ -33,6 +33,22 @@ double expected_time(const OrganPlan& plan, const PreparationCost& cost) {
              kPerSecond;
 }
 
+/// Of a body that two levels answer; no columns are prepared.
+void plan_levels(const LevelsCost& cost, OrganPlan& plan) {
+  constexpr double kPerSecond = 1e11, kInDouble = 2e10, kAssembly = 1.5e-3;
+  /// Quadrature, fields and what makes gradients consistent; then points and what is read of them.
+  constexpr std::size_t kFieldBytes = 40000, kPartBytes = 25000;
+  const std::size_t model = plan.begun->memory_bytes();
+  plan.prepared_places = 0;
+  plan.memory_bytes = model + finite_bytes(plan.nodes, cost);
+  plan.preparation_bytes =
+      std::max(model + plan.nodes * kFieldBytes + cost.consistency_bytes,
+               plan.memory_bytes + plan.nodes * kPartBytes + cost.coarse.factoring_bytes);
+  plan.prepare_s = 0.1 + kAssembly * static_cast<double>(plan.nodes) +
+                   2.0 * cost.consistency_operations / kInDouble +
+                   4.0 * cost.coarse.factoring_operations / kPerSecond;
+}
+
 }  // namespace
 
 Result<OrganPlan> plan_organ(OrganDescription organ, const Tissue& tissue, const Reach& reach,
@@ -86,10 +102,14 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   plan.touchable_places = model.touchable.size();
   const PreparationCost cost =
       preparation_cost(model.fields->cloud(), formulation->coupling(material));
+  const bool finite = organ.response == Response::kFinite;
+  if (finite && answers_in_levels(cost.factor_entries)) {
+    plan_levels(levels_cost(model.fields->cloud(), formulation->coupling(material)), plan);
+    return plan;
+  }
   plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.prepared_places);
   if (plan.prepared_places < plan.touchable_places)
     plan.memory_bytes += sizeof(float) * cost.factor_entries;
-  const bool finite = organ.response == Response::kFinite;
   if (finite)
     plan.memory_bytes += compliance_bytes(plan.places + plan.nodes, plan.prepared_places) +
                          finite_bytes(plan.nodes, cost.factor_entries);

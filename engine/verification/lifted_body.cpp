@@ -68,8 +68,12 @@ Result<std::unique_ptr<LiftedBody>> LiftedBody::prepare(const LiftedBodyOptions&
   if (!finite) return std::unexpected(finite.error());
   auto volumes = nodal_volumes(lifted->body_.surface, lifted->body_.cloud);
   if (!volumes) return std::unexpected(volumes.error());
-  auto solver = FiniteSolver::prepare(std::make_shared<FiniteBody>(std::move(*finite)),
-                                      lifted->body_.cloud.positions, *volumes, options.solver);
+  auto shared = std::make_shared<const FiniteBody>(std::move(*finite));
+  auto solver = options.in_levels
+                    ? FiniteSolver::prepare_in_levels(std::move(shared), *region, *hold,
+                                                      lifted->body_.cloud, *volumes, options.solver)
+                    : FiniteSolver::prepare(std::move(shared), lifted->body_.cloud.positions,
+                                            *volumes, options.solver);
   if (!solver) return std::unexpected(solver.error());
   lifted->solver_ = std::make_unique<FiniteSolver>(std::move(*solver));
 

@@ -17,6 +17,7 @@ struct LiftedBodyOptions {
   double spacing = 4e-3;  ///< of nodes [m]; gives some 1,100 of the gallbladder
   IsotropicMaterial material = {12e3, 0.45};
   FiniteOptions solver;
+  bool in_levels = false;  ///< as large bodies are (two_levels.h)
 };
 
 class LiftedBody {

@@ -80,6 +80,33 @@ Result<FiniteSolver> FiniteSolver::prepared(std::shared_ptr<const FiniteBody> bo
   return solver;
 }
 
+Result<FiniteSolver> FiniteSolver::prepare_in_levels(
+    std::shared_ptr<const FiniteBody> body, const ElasticRegion& region,
+    const SymmetricBlockMatrix& hold, const PointCloud& cloud, std::span<const double> volumes,
+    const FiniteOptions& options, std::shared_ptr<const StiffnessFactor> coarse) {
+  if (auto sound = check_options(options); !sound) return std::unexpected(sound.error());
+  const double dt = options.time_step;
+  // As `prepare` makes it.
+  RestTerms terms;
+  terms.stiff = 1.0 + overstiffness(stepped(options.relaxation, dt));
+  std::vector<double> inertia;
+  if (options.dynamic) {
+    terms.shear = 1.0 + options.viscous_time / (terms.stiff * dt);
+    for (const double volume : volumes) inertia.push_back(options.density * volume / (dt * dt));
+    terms.inertia = inertia;
+  }
+  auto levels = TwoLevels::make(RestStiffness::assemble(body->nodes(), region, hold, terms),
+                                cloud.positions, cloud.spacings, std::move(coarse));
+  if (!levels) return std::unexpected(levels.error());
+  FiniteSolver solver;
+  solver.options_ = options;
+  solver.terms_ = stepped(options.relaxation, dt);
+  for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
+  solver.levels_ = std::make_shared<const TwoLevels>(std::move(*levels));
+  solver.body_ = std::move(body);
+  return solver;
+}
+
 FiniteSolver FiniteSolver::with(int iterations, double decrement) const {
   FiniteSolver other = *this;
   other.options_.iterations = iterations;
@@ -111,9 +138,13 @@ Grip FiniteSolver::grip(HeldRows rows) const {
     for (std::size_t e = rows.begin[point]; e < rows.begin[point + 1]; ++e)
       load[static_cast<Eigen::Index>(3 * static_cast<std::size_t>(rows.nodes[e]) + k)] +=
           rows.values[e];
-    factor_->apply(
-        {load.data(), static_cast<std::size_t>(n)},
-        {grip.columns.data() + n * static_cast<Eigen::Index>(column), static_cast<std::size_t>(n)});
+    const std::span<const double> from(load.data(), static_cast<std::size_t>(n));
+    const std::span<double> to(grip.columns.data() + n * static_cast<Eigen::Index>(column),
+                               static_cast<std::size_t>(n));
+    if (levels_)
+      levels_->apply(from, to);
+    else
+      factor_->apply(from, to);
   });
   grip.rows = std::move(rows);
   return grip;

@@ -23,6 +23,7 @@
 #include "kernels/finite/warped_factor.h"
 #include "kernels/paff/compact_factor.h"
 #include "kernels/paff/stiffness_factor.h"
+#include "kernels/paff/two_levels.h"
 
 namespace viscera {
 
@@ -76,6 +77,12 @@ class FiniteSolver {
                                        const FiniteOptions& options,
                                        std::shared_ptr<const StiffnessFactor> factor);
 
+  /// Of a large body (TwoLevels), of the region and hold that it was created from.
+  static Result<FiniteSolver> prepare_in_levels(
+      std::shared_ptr<const FiniteBody> body, const ElasticRegion& region,
+      const SymmetricBlockMatrix& hold, const PointCloud& cloud, std::span<const double> volumes,
+      const FiniteOptions& options, std::shared_ptr<const StiffnessFactor> coarse = nullptr);
+
   /// The same with other options of the search: iterations, decrement.
   FiniteSolver with(int iterations, double decrement) const;
 
@@ -96,10 +103,12 @@ class FiniteSolver {
   const FiniteOptions& options() const { return options_; }
   const std::vector<SteppedTerm>& terms() const { return terms_; }  ///< by which it relaxes
   /// Of the body at rest with what a step adds to it.
+  /// Null where `levels` answer.
   const std::shared_ptr<const StiffnessFactor>& factor() const { return factor_; }
+  const std::shared_ptr<const TwoLevels>& levels() const { return levels_; }
   std::size_t memory_bytes() const {
-    return body_->memory_bytes() + factor_->factor_bytes() +
-           (compact_ ? compact_->memory_bytes() : 0);
+    return body_->memory_bytes() + (factor_ ? factor_->factor_bytes() : 0) +
+           (compact_ ? compact_->memory_bytes() : 0) + (levels_ ? levels_->memory_bytes() : 0);
   }
 
  private:
@@ -121,6 +130,7 @@ class FiniteSolver {
   /// The same in sixteen bits; null at equilibrium, where no mass stiffens what a slender body does
   /// most easily: sixteen bits missed a bar's sag there by 5 %.
   std::shared_ptr<const CompactFactor> compact_;
+  std::shared_ptr<const TwoLevels> levels_;  // in place of both
   std::vector<double> masses_;  // [kg]                                                          (N)
   FiniteOptions options_;
   std::vector<SteppedTerm> terms_;

@@ -43,11 +43,15 @@ struct Lift {
   double poisson;
   double height;  ///< [m]
   bool large = false;
+  bool in_levels = false;
 };
 constexpr std::array kLifts = {
     Lift{"gallbladder", LiftedShape::kGallbladder, 4e-3, 0.45, 30e-3},
     Lift{"gallbladder_0.49", LiftedShape::kGallbladder, 4e-3, 0.49, 30e-3},
     Lift{"gallbladder_2200", LiftedShape::kGallbladder, 3.05e-3, 0.45, 30e-3, true},
+    Lift{"in_levels", LiftedShape::kGallbladder, 4e-3, 0.45, 30e-3, false, true},
+    Lift{"in_levels_0.49", LiftedShape::kGallbladder, 4e-3, 0.49, 30e-3, false, true},
+    Lift{"in_levels_2200", LiftedShape::kGallbladder, 3.05e-3, 0.45, 30e-3, true, true},
     Lift{"tube", LiftedShape::kTube, 2.4e-3, 0.45, 20e-3},
 };
 constexpr const char* kBlock = "block";
@@ -166,6 +170,7 @@ Result<void> measure_lift(Bench& bench, const Lift& lift) {
   options.shape = lift.shape;
   options.spacing = lift.spacing;
   options.material.poisson_ratio = lift.poisson;
+  options.in_levels = lift.in_levels;
   const auto body = LiftedBody::prepare(options);
   if (!body) return std::unexpected(body.error());
   const std::vector<Vec3> way = way_of(lift);
@@ -370,6 +375,11 @@ std::vector<BenchRow> rows_of(const std::vector<Case>& cases) {
   add(find("gallbladder_2200", 1), "2,200 nodes, n = 1: a frame", "ms", frame, 1e3 * kLargeFrame,
       1.0);
   add(find("gallbladder_0.49", 2), "Poisson .49, n = 2: force, p90", "%", force,
+      kForceErrorNearIncompressible, 100.0);
+  add(find("in_levels", 1), "in two levels, n = 1: force, p90", "%", force, kForceError, 100.0);
+  add(find("in_levels_2200", 1), "in two levels, 2,200 nodes, n = 1: force, p90", "%", force,
+      kForceError, 100.0);
+  add(find("in_levels_0.49", 2), "in two levels, Poisson .49, n = 2: force, p90", "%", force,
       kForceErrorNearIncompressible, 100.0);
   add(find(kBlock, {}), "bent block: force", "%", force, kBlockError, 100.0);
   for (const Elastica& elastica : kElasticas) {

@@ -1,6 +1,7 @@
 // Steps of a body that something touches, with conditions that a test can solve by hand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/verification/lifted_body.h"
@@ -140,6 +141,46 @@ TEST(TouchedStep, WhatAFurtherIterationGainsIsAShareOfTheEnergy) {
   EXPECT_EQ(residual_of(0.0, 0.0), 0.0);
   EXPECT_EQ(residual_of(1e-9, 0.0), 1.0);
   EXPECT_NEAR(residual_of(1e-9, -1e-3), 1e-6, 1e-11);
+}
+
+/// Forces of a lift by 30 mm within half a second, of a body 5.5 mm apart.
+std::vector<Vec3> lift(const LiftedBody& body, int iterations, double decrement) {
+  const FiniteSolver solver = body.solver().with(iterations, decrement);
+  FiniteState state = solver.at_rest();
+  FiniteStep step;
+  std::vector<Vec3> forces;
+  for (int frame = 1; frame <= 30; ++frame) {
+    GripTouch touch = body.held_at(lifted(frame / 60.0, 30e-3, 0.5), step);
+    step = solver.step(touch, state);
+    forces.push_back(LiftedBody::force(step));
+  }
+  return forces;
+}
+
+double lift_error(double poisson_ratio, int iterations) {
+  LiftedBodyOptions options{.spacing = 5.5e-3};
+  options.material.poisson_ratio = poisson_ratio;
+  const auto factored = LiftedBody::prepare(options);
+  options.in_levels = true;
+  const auto in_levels = LiftedBody::prepare(options);
+  EXPECT_TRUE(factored && in_levels);
+  if (!factored || !in_levels) return 1.0;
+  EXPECT_FALSE((*in_levels)->solver().factor());
+  const std::vector<Vec3> exact = lift(**factored, 40, 1e-11),
+                          few = lift(**in_levels, iterations, options.solver.decrement);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < exact.size(); ++i)
+    errors.push_back((few[i] - exact[i]).norm() / std::max(1e-3, exact[i].norm()));
+  std::ranges::sort(errors);
+  return errors[errors.size() * 9 / 10];
+}
+
+TEST(InTwoLevels, OneIterationAFrameLiftsWithinHalfAPercentOfTheFactoredBodysForces) {
+  EXPECT_LT(lift_error(0.45, 1), 0.005);
+}
+
+TEST(InTwoLevels, TwoIterationsLiftNearlyIncompressibleTissueWithinAPercent) {
+  EXPECT_LT(lift_error(0.49, 2), 0.01);
 }
 
 }  // namespace
