@@ -20,8 +20,8 @@ constexpr std::size_t kBytesANode = 17600;
 constexpr std::size_t kBytesANumber = sizeof(float) + sizeof(std::int16_t);
 
 /// More numbers than these no factor of a body at finite strain has: the greatest balls that stay
-/// below have some 5,500 nodes. Beyond, two levels take less time, and less memory still: of 9,600
-/// nodes a third and a quarter.
+/// below have some 5,500 nodes. Of 9,600 two levels are prepared within .7 GB, where the guard
+/// asked for 4.7 GB with factors.
 constexpr std::size_t kMostFactored = 100'000'000;
 /// No body with fewer nodes has such a factor.
 constexpr std::size_t kFewNodes = 4000;
