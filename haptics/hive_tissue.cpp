@@ -289,6 +289,29 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, do
   return true;
 }
 
+/// What a hold's change since `before` adds to the energy that these forces store: a tool that
+/// stands still has its force changed by it [J].
+double HiveTissue::work_of_hold(const HoldBlend& before) const noexcept {
+  const double s = smooth(share_);
+  double sum = 0.0;
+  for (const auto& [which, weight] : {std::pair(before_, 1.0 - s), std::pair(now_, s)}) {
+    if (which < 0 || weight <= 0.0) continue;
+    const std::span<const double> forces = hives_[static_cast<std::size_t>(which)].cell_forces();
+    if (forces.size() != foot_.cells().size()) continue;
+    HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero(), was = taken;
+    for (std::size_t k = 0; k < forces.size(); ++k) {
+      if (forces[k] == 0.0) continue;
+      const ContactCell& cell = foot_.cells()[k];
+      taken += forces[k] * hold_.share_at(cell.position, cell.direction);
+      was += forces[k] * before.share_at(cell.position, cell.direction);
+    }
+    sum +=
+        weight * 0.5 *
+        (taken.dot(hold_.signs().cwiseProduct(taken)) - was.dot(before.signs().cwiseProduct(was)));
+  }
+  return sum;
+}
+
 /// Of the running hive and the one before it.
 HiveTissue::Answer HiveTissue::answer(Clock::time_point began) noexcept {
   const double s = smooth(share_);
@@ -342,6 +365,7 @@ TactileForce HiveTissue::respond(const ToolMotion& motion, double dt) noexcept {
 TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
                                          Clock::time_point began) noexcept {
   TactileForce felt;
+  const HoldBlend held = hold_;
   const bool fresh = take_snapshot(motion, dt);
   if (!told_) return felt;
   const TissueSnapshot& scene = snapshots_.front();
@@ -374,7 +398,8 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   const bool moving = moved_since(scene, motion.tick + 1, tick_of(motion, dt)) != moved;
   const Vec3 shift =
       (moving ? dt : 0.0) * scene.velocity + scene.pose.direction_to_world(shown_now_);
-  felt.supplied = std::max(0.0, felt.force.dot(shift));
+  const double by_hold = held.none() && hold_.none() ? 0.0 : work_of_hold(held);
+  felt.supplied = std::max(0.0, felt.force.dot(shift) + by_hold);
   felt.touching = all.force.squaredNorm() > 0.0;
   return felt;
 }

@@ -153,6 +153,7 @@ class HiveTissue final : public TactileModel {
   void renew_hive(const Vec3& velocity) noexcept;
   HiveForce press(Hive& hive, double& stiffness) noexcept;
   Vec3 push_of(std::span<const double> forces) const noexcept;
+  double work_of_hold(const HoldBlend& before) const noexcept;
 
   HiveBody body_;
   HiveTissueSettings settings_;

@@ -47,6 +47,13 @@ bool FiniteContact::fits(const State& state) const {
          !first_stray(motion.velocities) && !first_stray(motion.loads) &&
          !first_stray(motion.rotations) && motion.held >= 0 && motion.steps_released >= 0 &&
          motion.steps_since_warp >= 0 && motion.lost >= 0 &&
+         std::ranges::all_of(state.felt,
+                             [&](const State::FootAnswer& one) {
+                               return one.place.allFinite() &&
+                                      one.displacements.size() == 3 * three &&
+                                      one.forces.size() % 3 == 0 &&
+                                      !first_stray(one.displacements) && !first_stray(one.forces);
+                             }) &&
          body_.solver.body().fits(state.memory, terms().size()) &&
          !first_stray(state.memory.points) && !first_stray(state.memory.dilatations) &&
          !first_stray(state.memory.hold);
@@ -208,8 +215,11 @@ void FiniteContact::turn(const NodalRotations& rotations) {
 }
 
 VectorX FiniteContact::displaced(const VectorX& u) const {
-  VectorX cells(at(cells_.size()));
-  if (cells_.empty()) return cells;
+  return cells_.empty() ? VectorX() : moved_cells(u);
+}
+
+VectorX FiniteContact::moved_cells(const VectorX& u) const {
+  VectorX cells(3 * fields_.rows());
   Eigen::Matrix<double, 3, Eigen::Dynamic> nodal(3, static_cast<Eigen::Index>(nodes_.size()));
   for (std::size_t n = 0; n < nodes_.size(); ++n)
     nodal.col(static_cast<Eigen::Index>(n)) = u.segment<3>(3 * nodes_[n]);
@@ -219,27 +229,39 @@ VectorX FiniteContact::displaced(const VectorX& u) const {
 }
 
 VectorX FiniteContact::answer_to(const VectorX& forces) const {
-  Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(cells_.size()));
-  for (std::size_t k = 0; k < cells_.size(); ++k)
-    unturned.col(static_cast<Eigen::Index>(k)) =
-        rotation_of_cell(k).transpose() * forces.segment<3>(at(k));
-  const Eigen::Matrix3Xf loads = (unturned * shares_).cast<float>();
+  return answers_to(forces);
+}
+
+/// Of several at once, columns being long to read.
+MatrixX FiniteContact::answers_to(const MatrixX& forces) const {
+  const Eigen::Index count = forces.cols();
+  std::vector<Eigen::Matrix3Xf> loads;
+  for (Eigen::Index c = 0; c < count; ++c) {
+    Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(group_of_cell_.size()));
+    for (std::size_t k = 0; k < group_of_cell_.size(); ++k)
+      unturned.col(static_cast<Eigen::Index>(k)) =
+          rotation_of_cell(k).transpose() * forces.col(c).segment<3>(at(k));
+    loads.push_back((unturned * shares_).cast<float>());
+  }
   const std::size_t nodes = rotations_.size() / 9;
-  VectorX moved(at(nodes));
+  MatrixX moved(at(nodes), count);
   parallel_chunks(nodes, kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
-    const Eigen::Index first = at(begin), count = at(end) - first;
-    Eigen::VectorXf sum = Eigen::VectorXf::Zero(count);
+    const Eigen::Index first = at(begin), size = at(end) - first;
+    Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(size, count);
     for (std::size_t j = 0; j < touched().size(); ++j) {
       const auto column = [&](std::size_t k) {
         return Eigen::Map<const Eigen::VectorXf>(
-            nodal_column(touched()[j]) + first + k * body_.step.rows(), count);
+            nodal_column(touched()[j]) + first + k * body_.step.rows(), size);
       };
-      const auto load = loads.col(static_cast<Eigen::Index>(j));
-      sum += load.x() * column(0) + load.y() * column(1) + load.z() * column(2);
+      for (Eigen::Index c = 0; c < count; ++c) {
+        const auto load = loads[static_cast<std::size_t>(c)].col(static_cast<Eigen::Index>(j));
+        sums.col(c) += load.x() * column(0) + load.y() * column(1) + load.z() * column(2);
+      }
     }
     for (std::size_t node = begin; node < end; ++node)
-      moved.segment<3>(at(node)) =
-          rotation_of(rotations_, node) * sum.segment<3>(at(node) - first).cast<double>();
+      for (Eigen::Index c = 0; c < count; ++c)
+        moved.col(c).segment<3>(at(node)) =
+            rotation_of(rotations_, node) * sums.col(c).segment<3>(at(node) - first).cast<double>();
   });
   return moved;
 }
@@ -367,6 +389,8 @@ void FiniteContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
 }
 
 void FiniteContact::begin_step(const Vec3& acceleration) {
+  std::erase_if(state_.felt, [](const State::FootAnswer& one) { return !one.asked; });
+  for (State::FootAnswer& one : state_.felt) one.asked = false;
   start_ = state_.motion;
   start_places_ = state_.places;
   start_displacements_ = state_.displacements;

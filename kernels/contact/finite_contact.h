@@ -15,6 +15,7 @@
 #include "kernels/contact/patch_contact.h"
 #include "kernels/contact/surface_places.h"
 #include "kernels/finite/finite_solver.h"
+#include "kernels/finite/tangent_answer.h"
 
 namespace viscera {
 
@@ -46,6 +47,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void begin_step(const Vec3& acceleration) override;
   bool moving() const override;
   const FiniteStep* last_step() const override { return &told_; }
+  /// How often a hand was answered by the body at rest, since the tangent isn't positive.
+  std::size_t tangents_refused() const { return tangents_refused_; }
 
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response, const MatrixX& backing = {}) override;
@@ -67,6 +70,14 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   void make_response() override;
   void drop_response() override;
+  std::optional<MatrixX> lost_by_strain(std::size_t begin, std::size_t end, const MatrixX& shares,
+                                        const Holding& holding, const MatrixX& by_hold) override;
+  std::optional<TangentAnswer> answer_at_foot(std::size_t begin, std::size_t end,
+                                              const MatrixX& shares, const HeldBody& held);
+  HeldBody held_body(const Holding& holding, std::size_t begin, std::size_t end,
+                     const MatrixX& shares, const MatrixX& near) const;
+  VectorX moved_cells(const VectorX& u) const;
+  MatrixX answers_to(const MatrixX& forces) const;
   MatrixX coupled_by_step() const;
   void gather_nodes();
   void gather_groups();
@@ -110,6 +121,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::vector<Place> start_places_;
   std::vector<Vec3> start_displacements_, start_forces_, start_remembered_;
   Overstress overstress_;
+  std::size_t tangents_refused_ = 0;
   bool relaxed_ = false;  // the memory has gone on by the last step
   VectorX near_loads_;    // of what is finer than places, that are still felt; empty: none
   // Where it has come, if anything touched it, and on which cells.

@@ -36,6 +36,36 @@ double bearable(const MatrixX& response, const MatrixX& mixed, const Eigen::LLT<
   return most > kMostTaken ? kMostTaken / most : 1.0;
 }
 
+/// Of a deformed body, whose answer is known better, so much; it counts as at most so many times as
+/// soft again as at rest.
+constexpr double kMostLost = 0.95, kMostGiven = 9.0;
+
+/// Of what a first-order field takes from cells' response (symmetric; put together by shares, which
+/// `fields` turns back into cells' values) as much as leaves it positive. With R the response and P
+/// the fields, P T P^T stays below a share of R where T does of (P^T R^-1 P)^-1.
+MatrixX bearable_change(const MatrixX& response, const MatrixX& fields, const MatrixX& taken) {
+  const Eigen::LLT<MatrixX> factor(response);
+  MatrixX wide = MatrixX::Zero(response.rows(), taken.rows());
+  for (Eigen::Index k = 0; k < fields.rows(); ++k)
+    for (Eigen::Index c = 0; c < fields.cols(); ++c)
+      wide.block<3, 3>(3 * k, 3 * c).diagonal().setConstant(fields(k, c));
+  if (factor.info() != Eigen::Success) return MatrixX::Zero(taken.rows(), taken.cols());
+  const MatrixX half = factor.matrixL().solve(wide);
+  MatrixX stiffness = half.transpose() * half;
+  constexpr double kNoField = 1e-12;  // shares may know of no slope
+  stiffness.diagonal().array() += kNoField * stiffness.trace();
+  const Eigen::LLT<MatrixX> root(stiffness);
+  const MatrixX lower = root.matrixL();
+  const Eigen::SelfAdjointEigenSolver<MatrixX> modes(lower.transpose() * taken * lower);
+  if (root.info() != Eigen::Success || modes.info() != Eigen::Success)
+    return MatrixX::Zero(taken.rows(), taken.cols());
+  if (modes.eigenvalues().maxCoeff() <= kMostLost && modes.eigenvalues().minCoeff() >= -kMostGiven)
+    return taken;
+  const VectorX kept = modes.eigenvalues().array().max(-kMostGiven).min(kMostLost);
+  const MatrixX back = root.matrixU().solve(modes.eigenvectors());
+  return back * kept.asDiagonal() * back.transpose();
+}
+
 /// Rows of single cells put together by `shares`, the same for each axis.
 MatrixX shared_rows(const MatrixX& shares, const MatrixX& rows) {
   MatrixX sums = MatrixX::Zero(3 * shares.rows(), rows.cols());
@@ -263,6 +293,7 @@ const MatrixX& TissueContact::cell_response() {
 }
 
 void TissueContact::remake_matrix() {
+  if (!solvers_) solvers_.emplace();
   assemble(backing_);
   lift();
 }
@@ -424,9 +455,14 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
       lift_by(static_cast<Eigen::Index>(i), state_.amounts[static_cast<Eigen::Index>(i)],
               by_itself);
   const std::vector<int> held = held_by_others(cells, begin, end);
+  Holding holding;
+  for (const int unknown : held)
+    holding.ways.push_back(unknowns_[static_cast<std::size_t>(unknown)]);
   if (!held.empty()) {
     const auto count = static_cast<Eigen::Index>(held.size());
-    MatrixX others(count, count), mixed(m, count);
+    MatrixX& others = holding.response;
+    others.resize(count, count);
+    MatrixX mixed(m, count);
     for (Eigen::Index j = 0; j < count; ++j) {
       const auto unknown = static_cast<std::size_t>(held[static_cast<std::size_t>(j)]);
       for (Eigen::Index i = 0; i < count; ++i)
@@ -444,6 +480,21 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
     const VectorX answers = factor.solve(mixed.transpose() * forces);
     given_back.noalias() = share * (mixed * answers);
   }
+  if (shares.rows() > 0)
+    if (const auto lost = lost_by_strain(begin, end, shares, holding, hold.taken)) {
+      // As a hand has it: to first order.
+      const MatrixX fields = shares.completeOrthogonalDecomposition().pseudoInverse();
+      hold.taken = bearable_change(response_.block(first, first, m, m), fields, *lost);
+      VectorX sums = VectorX::Zero(hold.taken.rows());
+      for (Eigen::Index c = 0; c < fields.cols(); ++c)
+        for (Eigen::Index k = 0; k < fields.rows(); ++k)
+          sums.segment<3>(3 * c) += fields(k, c) * forces.segment<3>(3 * k);
+      const VectorX moved_by = hold.taken * sums;
+      given_back.setZero();
+      for (Eigen::Index k = 0; k < fields.rows(); ++k)
+        for (Eigen::Index c = 0; c < fields.cols(); ++c)
+          given_back.segment<3>(3 * k) += fields(k, c) * moved_by.segment<3>(3 * c);
+    }
   if (const MatrixX stiffened = taken_by_update(begin, shares); stiffened.size() > 0) {
     if (hold.taken.size() == 0) hold.taken.setZero(3 * shares.rows(), 3 * shares.rows());
     hold.taken += stiffened;

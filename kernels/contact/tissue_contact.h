@@ -32,7 +32,8 @@ struct OthersHold {
   /// Mean displacement of these cells if they weren't loaded [m]                         (m)
   std::vector<Vec3> free;
   /// What the others' hold, and tissue that has stiffened, take from these cells' response, put
-  /// together by shares, symmetric [m/N]; (3 c) x (3 c). Empty: nothing does.
+  /// together by shares, symmetric [m/N]; (3 c) x (3 c). Of a deformed body, less what it has
+  /// become softer by: then it needn't be positive. Empty: nothing does.
   MatrixX taken;
 };
 
@@ -127,6 +128,26 @@ class TissueContact {
   virtual MatrixX taken_by_update(std::size_t /*begin*/, const MatrixX& /*shares*/) const {
     return {};
   }
+  /// One scalar unknown: the force on a cell along a unit vector.
+  struct Unknown {
+    int cell;
+    Vec3 direction;
+  };
+  /// What holds a body while one tool asks: unknowns of other cells, and how these answer each
+  /// other in `response_`, with what yields.
+  struct Holding {
+    std::vector<Unknown> ways;
+    MatrixX response;
+  };
+  /// Of a deformed body: all that the response of cells [begin, end) has lost since `response_` was
+  /// theirs, put together by shares. `by_hold`: what the others' hold takes from that; may be
+  /// empty. Nothing: it is as `response_` says.
+  virtual std::optional<MatrixX> lost_by_strain(std::size_t /*begin*/, std::size_t /*end*/,
+                                                const MatrixX& /*shares*/,
+                                                const Holding& /*holding*/,
+                                                const MatrixX& /*by_hold*/) {
+    return std::nullopt;
+  }
   /// What the cells' forces do to the body: the state's response, and the caller's.
   virtual void spread_forces(std::span<const Vec3> forces, ContactResponse& response) = 0;
   /// Stands for cells that aren't sound.
@@ -151,12 +172,6 @@ class TissueContact {
   MatrixX response_;  // mean displacement of each cell per force on each: (3 cells) x (3 cells)
 
  private:
-  /// One scalar unknown: the force on a cell along a unit vector.
-  struct Unknown {
-    int cell;
-    Vec3 direction;
-  };
-
   bool remember_places(std::span<const ContactCell> cells);
   bool remember_ways(std::span<const ContactCell> cells, const MatrixX& backing);
   void list_unknowns();

@@ -13,6 +13,18 @@ namespace viscera {
 /// Small: matrices, columns of the compliance and hives follow from the cells' places, and are made
 /// from them again, to the last bit.
 struct TissueContactState {
+  /// What the tissue does under a hand, to begin the next frame's answer with.
+  struct FootAnswer {
+    Vec3 place = Vec3::Zero();          ///< of the foot, at rest [m]
+    std::vector<double> displacements;  ///< of the nodes under a mean force along each axis [m/N]
+    std::vector<double> forces;         ///< on what others hold, likewise
+    bool asked = true;                  ///< in this step
+    static constexpr auto fields() {
+      using F = FootAnswer;
+      return std::tuple(field("place", &F::place), field("displacements", &F::displacements),
+                        field("forces", &F::forces), field("asked", &F::asked));
+    }
+  };
   /// Where a cell is: all that its response depends on.
   struct Place {
     Vec3 position = Vec3::Zero(), normal = Vec3::UnitZ();
@@ -52,6 +64,7 @@ struct TissueContactState {
   /// Of what is finer than places there: the forces on each cell that tissue without rest would
   /// have had, as the step began, averaged over the past that each term knows [N] (terms x cells).
   std::vector<Vec3> remembered;
+  std::vector<FootAnswer> felt;  ///< by hands, of tissue at finite strain
 
   /// Force components that are unknown of the last solve's cells.
   std::size_t unknowns() const {
@@ -62,16 +75,17 @@ struct TissueContactState {
 
   static constexpr auto fields() {
     using S = TissueContactState;
-    return std::tuple(field("places", &S::places), field("ways", &S::ways),
-                      field("active", &S::active), field("amounts", &S::amounts),
-                      field("lifted", &S::lifted), field("forces", &S::forces),
-                      field("displacements", &S::displacements), field("response", &S::response),
-                      field("columns_built", &S::columns_built), field("stayed", &S::stayed),
-                      field("counted", &S::counted), field("motion", &S::motion),
-                      field("memory", &S::memory), field("remembered", &S::remembered));
+    return std::tuple(
+        field("places", &S::places), field("ways", &S::ways), field("active", &S::active),
+        field("amounts", &S::amounts), field("lifted", &S::lifted), field("forces", &S::forces),
+        field("displacements", &S::displacements), field("response", &S::response),
+        field("columns_built", &S::columns_built), field("stayed", &S::stayed),
+        field("counted", &S::counted), field("motion", &S::motion), field("memory", &S::memory),
+        field("remembered", &S::remembered), field("felt", &S::felt));
   }
 };
 static_assert(fields_cover<TissueContactState::Place>() && fields_cover<TissueContactState::Way>());
+static_assert(fields_cover<TissueContactState::FootAnswer>());
 static_assert(fields_cover<TissueContactState>());
 
 /// Whether a body with so many touchable places can go on from it; the last `anchors` of its cells

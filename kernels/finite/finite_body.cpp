@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/finite/point_lanes.h"
 
 namespace viscera {
 namespace {
@@ -20,47 +20,11 @@ constexpr std::size_t kPointsWithoutCell = 64;
 
 constexpr std::size_t kTerms = ElasticRegion::kTerms;
 
-/// A number of each point of a pack, in a register. What is made of these is always inlined: how
-/// they would be passed depends on the instructions that a function may use.
-using Lanes = double __attribute__((vector_size(32)));
-using FloatLanes = float __attribute__((vector_size(16)));
+using namespace point_lanes;
 
 /// Of a pack: the deformation gradients row by row, how strains have changed within the step, and
 /// the determinants less one.
 constexpr std::size_t kOfF = 9, kOfStrain = 6, kScratch = 4 * (kOfF + kOfStrain + 1);
-
-#define VISCERA_INLINE [[gnu::always_inline]] inline
-
-VISCERA_INLINE void load(const double* from, Lanes& to) {
-  std::memcpy(&to, from, sizeof(to));
-}
-
-VISCERA_INLINE void load(const float* from, Lanes& to) {
-  FloatLanes narrow;
-  std::memcpy(&narrow, from, sizeof(narrow));
-  to = __builtin_convertvector(narrow, Lanes);
-}
-
-VISCERA_INLINE void store(const Lanes& from, double* to) {
-  std::memcpy(to, &from, sizeof(from));
-}
-
-VISCERA_INLINE double sum_of(const Lanes& x) {
-  return (x[0] + x[1]) + (x[2] + x[3]);
-}
-
-/// Rows of the cofactor matrix of F, all row by row.
-VISCERA_INLINE void cofactors(const Lanes* f, Lanes* c) {
-  c[0] = f[4] * f[8] - f[5] * f[7];
-  c[1] = f[5] * f[6] - f[3] * f[8];
-  c[2] = f[3] * f[7] - f[4] * f[6];
-  c[3] = f[2] * f[7] - f[1] * f[8];
-  c[4] = f[0] * f[8] - f[2] * f[6];
-  c[5] = f[1] * f[6] - f[0] * f[7];
-  c[6] = f[1] * f[5] - f[2] * f[4];
-  c[7] = f[2] * f[3] - f[0] * f[5];
-  c[8] = f[0] * f[4] - f[1] * f[3];
-}
 
 /// E = (F^T F - 1) / 2 as xx, yy, zz, xy, yz, zx.
 VISCERA_INLINE void green_strain(const Lanes* f, Lanes* e) {

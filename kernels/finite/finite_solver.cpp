@@ -150,6 +150,16 @@ Grip FiniteSolver::grip(HeldRows rows) const {
   return grip;
 }
 
+void FiniteSolver::precondition(const NodalRotations& rotations, std::span<const double> g,
+                                std::span<double> out) const {
+  if (levels_)
+    apply_warped(*levels_, rotations, g, out);
+  else if (compact_)
+    apply_warped(*compact_, rotations, g, out);
+  else
+    apply_warped(*factor_, rotations, g, out);
+}
+
 NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups, std::size_t group_count,
                                           const FiniteState& state) const {
   NodalRotations rotations = state.rotations;

@@ -99,6 +99,10 @@ class FiniteSolver {
   /// The same where nothing does.
   FiniteStep step(FiniteState& state, const Vec3& acceleration = Vec3::Zero()) const;
 
+  /// out = R P^-1 R^T g, P what preconditions a step.                                     (3 N)
+  void precondition(const NodalRotations& rotations, std::span<const double> g,
+                    std::span<double> out) const;
+
   const FiniteBody& body() const { return *body_; }
   const FiniteOptions& options() const { return options_; }
   const std::vector<SteppedTerm>& terms() const { return terms_; }  ///< by which it relaxes

@@ -109,14 +109,7 @@ class FiniteSolver::TouchedStep {
     VectorX z = VectorX::Zero(n_);
     if (g.isZero(0.0)) return z;
     const auto count = static_cast<std::size_t>(n_);
-    const std::span<const double> from(g.data(), count);
-    const std::span<double> to(z.data(), count);
-    if (solver_.levels_)
-      apply_warped(*solver_.levels_, rotations_, from, to);
-    else if (solver_.compact_)
-      apply_warped(*solver_.compact_, rotations_, from, to);
-    else
-      apply_warped(*solver_.factor_, rotations_, from, to);
+    solver_.precondition(rotations_, {g.data(), count}, {z.data(), count});
     return z;
   }
 

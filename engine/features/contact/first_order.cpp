@@ -1,5 +1,6 @@
 #include "engine/features/contact/first_order.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -21,20 +22,25 @@ double flatness(const Eigen::Matrix2d& spread) {
 
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
-/// R with R R^T = `whole`, symmetric and positive but for rounding: Cholesky's, the greatest pivot
-/// first, until nothing is left.
-Matrix9 root_of(Matrix9 whole) {
-  constexpr double kLeast = 1e-14;
+/// R and signs S with R S R^T = `whole`, symmetric. Where that is positive but for rounding:
+/// Cholesky's, the greatest pivot first, until nothing is left.
+void take_root(const Matrix9& whole, FootHold& hold) {
+  constexpr double kLeast = 1e-14, kLeft = 1e-12;
   const double least = kLeast * whole.trace();
-  Matrix9 root = Matrix9::Zero();
+  Matrix9 rest = whole;
+  hold.root.setZero();
   for (Eigen::Index r = 0; r < 9; ++r) {
     Eigen::Index pivot = 0;
-    const double most = whole.diagonal().maxCoeff(&pivot);
+    const double most = rest.diagonal().maxCoeff(&pivot);
     if (!(most > least)) break;
-    root.col(r) = whole.col(pivot) / std::sqrt(most);
-    whole -= root.col(r) * root.col(r).transpose();
+    hold.root.col(r) = rest.col(pivot) / std::sqrt(most);
+    rest -= hold.root.col(r) * hold.root.col(r).transpose();
   }
-  return root;
+  if (rest.norm() <= kLeft * whole.norm()) return;
+  const Eigen::SelfAdjointEigenSolver<Matrix9> modes(whole);
+  const FootHold::Vector9 amounts = modes.eigenvalues().cwiseAbs().cwiseSqrt();
+  hold.root = modes.eigenvectors() * amounts.asDiagonal();
+  hold.signs = (modes.eigenvalues().array() < 0.0).select(-FootHold::Vector9::Ones(), 1.0);
 }
 
 }  // namespace
@@ -83,7 +89,7 @@ FootHold FirstOrder::hold(const MatrixX& taken, const Quaternion& turn) const {
       turned.block<3, 3>(3 * c, 3 * d) = back * taken.block<3, 3>(3 * c, 3 * d) * back.transpose();
   FootHold hold;
   if (!turned.allFinite()) return hold;
-  hold.root = root_of(0.5 * (turned + turned.transpose()));
+  take_root(0.5 * (turned + turned.transpose()), hold);
   hold.centre = centre_;
   hold.along_x = along_x_;
   hold.along_y = along_y_;

@@ -21,8 +21,8 @@ class FirstOrder {
   /// The rigid motion nearest to x -> x + u(x) for displacements u of the places [m].
   Pose motion(std::span<const Vec3> displacements) const;
 
-  /// What holds take off the places' response, put together by the shares [m/N]; 9 x 9. Seen in the
-  /// frame that `turn` takes to where the response was.
+  /// What holds and strain take off the places' response, put together by the shares, symmetric
+  /// [m/N]; 9 x 9. Seen in the frame that `turn` takes to where the response was.
   FootHold hold(const MatrixX& taken, const Quaternion& turn) const;
 
  private:

@@ -58,6 +58,18 @@ TEST(FirstOrder, AHoldTakesOffWhatItWasMadeFrom) {
   EXPECT_NEAR(turned.share(hold.centre, force).squaredNorm(), there, 1e-12 * there);
 }
 
+TEST(FirstOrder, WhereABodyHasBecomeSofterAHoldGivesWhatItWasMadeFrom) {
+  const FirstOrder about(disc(), Vec3::UnitZ());
+  MatrixX modes(9, 3);
+  for (int i = 0; i < 9; ++i)
+    modes.row(i) << std::sin(1.0 + i), std::cos(3.0 * i), std::sin(5.0 * i);
+  const MatrixX taken = modes * Vec3(1.0, -2.0, 0.5).asDiagonal() * modes.transpose();
+  const FootHold hold = about.hold(taken, Quaternion::Identity());
+  EXPECT_TRUE(hold.is_sound());
+  EXPECT_LT((hold.root * hold.signs.asDiagonal() * hold.root.transpose() - taken).norm(),
+            1e-12 * taken.norm());
+}
+
 TEST(NearestRotation, OfAStretchedRotationIsTheRotation) {
   const Quaternion turn(Eigen::AngleAxisd(2.5, Vec3(-1, 0.3, 2).normalized()));
   Mat3 stretch = Vec3(0.2, 1.0, 3.0).asDiagonal();

@@ -303,6 +303,25 @@ TEST(Hive, ThePapersSchemeRunsAndIsFarOff) {
   EXPECT_EQ(hive.figures().unknowns, 84);
 }
 
+TEST(Hive, ABodyThatStrainHasSoftenedGivesMoreByThat) {
+  const double nu = 0.45;
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, 0.4, 80), 0.0);
+  const auto cells = tool(nu);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
+  const MatrixX alone = hive.compliance();
+  HoldBlend blend;
+  blend.to.centre = on_dome(0.0);
+  blend.to.reach = kRadius;
+  blend.to.root(2, 0) = 2.0 * std::sqrt(alone.mean());
+  blend.to.signs[0] = -1.0;
+  ASSERT_TRUE(blend.is_sound());
+  ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
+  const auto n = static_cast<Eigen::Index>(cells.size()) - 1;
+  const double up = cells.front().direction.z() * cells.back().direction.z();
+  EXPECT_NEAR(hive.compliance()(0, n), alone(0, n) + 4.0 * alone.mean() * up,
+              1e-12 * alone.maxCoeff());
+}
+
 // What jaws, springs and other tools hold is taken off between any two cells, half of each of two
 // holds while one passes into the other.
 TEST(Hive, WhatOthersHoldIsTakenOffTheCellsCompliance) {
