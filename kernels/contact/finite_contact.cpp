@@ -56,7 +56,7 @@ bool FiniteContact::fits(const State& state) const {
                              }) &&
          body_.solver.body().fits(state.memory, terms().size()) &&
          !first_stray(state.memory.points) && !first_stray(state.memory.dilatations) &&
-         !first_stray(state.memory.hold);
+         !first_stray(state.memory.hold) && !first_stray(state.memory.fibres);
 }
 
 // --- what follows from the cells' places --------------------------------------------------------

@@ -7,6 +7,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/finite/fibre_law.h"
 #include "kernels/finite/point_lanes.h"
 
 namespace viscera {
@@ -34,6 +35,17 @@ VISCERA_INLINE void green_strain(const Lanes* f, Lanes* e) {
   e[3] = 0.5 * (f[0] * f[1] + f[3] * f[4] + f[6] * f[7]);
   e[4] = 0.5 * (f[1] * f[2] + f[4] * f[5] + f[7] * f[8]);
   e[5] = 0.5 * (f[2] * f[0] + f[5] * f[3] + f[8] * f[6]);
+}
+
+/// Of fibres by s = I4 - 1, as FibreLaw has it: energy, and its derivative by s.
+VISCERA_INLINE void fibre_law(const Lanes& quarter, const Lanes& bend, const Lanes& s,
+                              Lanes& energy, Lanes& slope) {
+  const Lanes pressed = s < 0.0 ? s : Lanes{};
+  const Lanes square = 1.0 + bend * pressed * pressed;
+  Lanes root;
+  for (int lane = 0; lane < 4; ++lane) root[lane] = std::sqrt(square[lane]);
+  slope = quarter * s / root;
+  energy = quarter * s * s / (1.0 + root);
 }
 
 /// Points in the order of their cells; without cells, in groups as they come.
@@ -74,9 +86,32 @@ struct FiniteBody::CellView {
   double mu, lambda, averaged;
   double viscous;                      // time mu / dt [Pa]; 0: none
   const double* before;                // strains of its packs
+  const FibrePack* fibres;             // null: there are none
   const ChangedTissue::Pack* changed;  // null: nothing has changed
   double over;                         // Overstress of its packs; 0: nothing relaxes
-  const double *relaxing, *relaxing_dilatations;
+  const double *relaxing, *relaxing_dilatations, *relaxing_fibres;
+
+  /// Energy of a pack's fibres per volume, as F has moved them: F a, and twice the derivative of
+  /// the energy by |F a|^2.
+  VISCERA_INLINE void pull_fibres(std::size_t pack, const Lanes* f, Lanes* a, Lanes* moved,
+                                  Lanes& energy, Lanes& pull) const {
+    Lanes quarter, bend;
+    for (std::size_t k = 0; k < 3; ++k) load(fibres[pack].direction[k].data(), a[k]);
+    load(fibres[pack].quarter.data(), quarter);
+    load(fibres[pack].bend.data(), bend);
+    for (std::size_t i = 0; i < 3; ++i)
+      moved[i] = f[3 * i] * a[0] + f[3 * i + 1] * a[1] + f[3 * i + 2] * a[2];
+    const Lanes square = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2];
+    fibre_law(quarter, bend, square - 1.0, energy, pull);
+    if (over > 0.0) {
+      Lanes mean, more, slope;
+      load(relaxing_fibres + kLanes * pack, mean);
+      fibre_law(quarter, bend, square - mean, more, slope);
+      energy += over * more;
+      pull += over * slope;
+    }
+    pull *= 2.0;
+  }
 
   /// Overstress of a pack's points.
   VISCERA_INLINE void load_means(std::size_t pack, Lanes* mean) const {
@@ -164,6 +199,11 @@ VISCERA_WIDE double FiniteBody::add_cell(const CellView& cell, const double* dis
     for (std::size_t i = 1; i < kOfF; ++i) length += f[i] * f[i];
     energy += w * (0.5 * cell.mu * (length - 3.0) - cell.mu * grown +
                    0.5 * (cell.lambda + cell.mu) * grown * grown);
+    if (cell.fibres != nullptr) {
+      Lanes a[3], moved[3], stretched, pull;
+      cell.pull_fibres(p, f, a, moved, stretched, pull);
+      energy += w * stretched;
+    }
     if (cell.over > 0.0) {
       Lanes mean[8];
       cell.load_means(p, mean);
@@ -228,6 +268,12 @@ VISCERA_WIDE double FiniteBody::add_cell(const CellView& cell, const double* dis
       for (std::size_t i = 0; i < kOfF; ++i) f[i] *= growth;
       w *= factor * growth;
       averaging /= growth * growth;
+    }
+    if (cell.fibres != nullptr) {
+      Lanes a[3], moved[3], stretched, pull;
+      cell.pull_fibres(p, f, a, moved, stretched, pull);
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k) stress[3 * i + k] += w * pull * moved[i] * a[k];
     }
     load(kept + 4 * (kOfF + kOfStrain), pressure);
     const Lanes volume = 1.0 + pressure;
@@ -315,8 +361,25 @@ void FiniteBody::add_pack(const ElasticRegion& region, std::span<const std::size
   begin_.push_back(entry_nodes_.size());
   weights_.push_back(weights);
   volumes_.push_back(volumes);
+  if (!region.fibres.empty()) fibres_.push_back(fibre_pack(region, points));
   if (!region.cell.empty()) psi_.push_back(psi);
   points_ += points.size();
+}
+
+FiniteBody::FibrePack FiniteBody::fibre_pack(const ElasticRegion& region,
+                                             std::span<const std::size_t> points) const {
+  FibrePack pack = {};
+  for (std::size_t lane = 0; lane < points.size(); ++lane) {
+    const std::size_t q = points[lane];
+    const Fibres& fibres = region.fibres[q];
+    const double relative = region.modulus.empty() ? 1.0 : region.modulus[q];
+    const FibreLaw law = FibreLaw::of(fibres.modulus / relative, mu_);
+    for (std::size_t k = 0; k < 3; ++k)
+      pack.direction[k][lane] = fibres.direction[static_cast<Eigen::Index>(k)];
+    pack.quarter[lane] = law.quarter;
+    pack.bend[lane] = law.bend;
+  }
+  return pack;
 }
 
 /// Of each cell the mean gradients, and of each node its cells, by the volume of their points that
@@ -436,12 +499,15 @@ FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosi
           .viscous = viscosity.over_step * mu_,
           .before =
               viscosity.before.empty() ? nullptr : viscosity.before.data() + 4 * kOfStrain * first,
+          .fibres = fibres_.empty() ? nullptr : fibres_.data() + first,
           .changed = changed.packs.empty() ? nullptr : changed.packs.data() + first,
           .over = overstress.over,
           .relaxing = overstress.over > 0.0 ? overstress.points.data() + Overstress::kOfPack * first
                                             : nullptr,
           .relaxing_dilatations =
-              overstress.over > 0.0 ? overstress.dilatations.data() + kTerms * cell : nullptr};
+              overstress.over > 0.0 ? overstress.dilatations.data() + kTerms * cell : nullptr,
+          .relaxing_fibres =
+              overstress.fibres.empty() ? nullptr : overstress.fibres.data() + kLanes * first};
 }
 
 /// Of a piece's nodes, over its first one: what gradients in single precision act on stays small.
@@ -572,10 +638,10 @@ std::vector<Mat3> FiniteBody::mean_gradients(std::span<const double> displacemen
 
 std::size_t FiniteBody::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  std::size_t sum = of(cell_begin_) + of(weights_) + of(volumes_) + of(psi_) + of(begin_) +
-                    of(entry_nodes_) + of(gradients_) + hold_.memory_bytes() + of(mean_begin_) +
-                    of(mean_nodes_) + of(means_) + of(share_begin_) + of(share_cells_) +
-                    of(shares_) + of(order_);
+  std::size_t sum = of(cell_begin_) + of(weights_) + of(volumes_) + of(psi_) + of(fibres_) +
+                    of(begin_) + of(entry_nodes_) + of(gradients_) + hold_.memory_bytes() +
+                    of(mean_begin_) + of(mean_nodes_) + of(means_) + of(share_begin_) +
+                    of(share_cells_) + of(shares_) + of(order_);
   for (const Piece& piece : pieces_) sum += of(piece.nodes);
   return sum;
 }

@@ -6,7 +6,8 @@
 // acts point by point with the part of lambda that the linear body has pointwise; the averaged part
 // acts on the change of volume projected on the polynomials psi_k of each cell c:
 //   averaged/2 sum_c sum_k theta_ck^2,  theta_ck = sum_q w psi_k(y_q) (J_q - 1).
-// It is finite where tissue is turned inside out, so that it comes back. The hold keeps the
+// It is finite where tissue is turned inside out, so that it comes back. Fibres add theirs
+// (fibre_law.h). The hold keeps the
 // quadratic form that it has in the linear body (Nitsche's), in the frame of what holds it. At rest
 // the Hessian is the linear stiffness.
 //
@@ -112,6 +113,11 @@ class FiniteBody {
   };
   struct CellView;
   struct TangentView;
+  /// Of a pack's points: fibre_law.h with moduli over the relative modulus, which the weights have.
+  struct FibrePack {
+    std::array<Lane, 3> direction;
+    Lane quarter, bend;
+  };
 
   void add_pack(const ElasticRegion& region, std::span<const std::size_t> points, Piece& piece,
                 std::vector<int>& number);
@@ -144,6 +150,11 @@ class FiniteBody {
       if (!gradient.isZero(0.0)) visit(entry_nodes_[e], gradient);
     }
   }
+  FibrePack fibre_pack(const ElasticRegion& region, std::span<const std::size_t> points) const;
+  Vec3 fibre_direction(std::size_t pack, std::size_t lane) const {
+    const std::array<Lane, 3>& a = fibres_[pack].direction;
+    return {a[0][lane], a[1][lane], a[2][lane]};
+  }
   Mat3 gradient_at(std::size_t pack, std::size_t lane, const Piece& piece,
                    std::span<const double> displacements) const;
 
@@ -156,6 +167,7 @@ class FiniteBody {
   /// Volumes times relative modulus, and volumes [m3]; 0 of what fills up a pack         (packs)
   std::vector<Lane> weights_, volumes_;
   std::vector<std::array<Lane, 4>> psi_;    // [m^-1.5]; empty: nothing is averaged        (packs)
+  std::vector<FibrePack> fibres_;           // empty: there are none                       (packs)
   std::vector<std::size_t> begin_{0};       // entries of each pack                    (packs + 1)
   std::vector<std::uint16_t> entry_nodes_;  // numbers of the piece                      (entries)
   /// Along x of the four points, along y, along z [1/m]                                 (entries)

@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "kernels/finite/fibre_law.h"
 #include "kernels/finite/finite_body.h"
 #include "kernels/paff/point_fields.h"
 
@@ -99,6 +100,18 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
         double pressure = -mu + (lambda_ + mu) * (at.determinant() - 1.0);
         if (!psi_.empty()) pressure += averaged_ * theta.dot(point.psi);
         const double w = point.weight;
+        // Of fibres: a, F a, and what the derivatives of their energy by |F a|^2 make.
+        Vec3 along = Vec3::Zero(), moved = Vec3::Zero();
+        double pull = 0.0, stiffening = 0.0;
+        if (!fibres_.empty()) {
+          along = fibre_direction(point.pack, point.lane);
+          moved = at * along;
+          const FibrePack& pack = fibres_[point.pack];
+          const FibreLaw law{pack.quarter[point.lane], pack.bend[point.lane]};
+          const double stretched = moved.squaredNorm() - 1.0;
+          pull = 2.0 * law.slope(stretched);
+          stiffening = 4.0 * law.curvature(stretched);
+        }
         struct Entry {
           Eigen::Index row;
           Vec3 g, a;
@@ -115,6 +128,11 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
             Mat3 block = (lambda_ + mu) * one.a * other.a.transpose() -
                          pressure * cross_matrix(at * one.g.cross(other.g));
             block.diagonal().array() += mu * one.g.dot(other.g);
+            if (!fibres_.empty()) {
+              const double both = along.dot(one.g) * along.dot(other.g);
+              block.diagonal().array() += pull * both;
+              block += stiffening * both * moved * moved.transpose();
+            }
             dense.block<3, 3>(one.row, other.row) += w * block;
           }
       }

@@ -38,6 +38,14 @@ Metric metric_of(const double* e, double g) {
   return metric;
 }
 
+/// I4 along a of a point with such strains, grown by g.
+double square_along(const double* e, const Vec3& a, double g) {
+  const double stretched =
+      a.x() * a.x() * e[0] + a.y() * a.y() * e[4] + a.z() * a.z() * e[8] +
+      2.0 * (a.x() * a.y() * e[12] + a.y() * a.z() * e[16] + a.z() * a.x() * e[20]);
+  return g * g * (a.squaredNorm() + 2.0 * stretched);
+}
+
 /// Towards what it is now, by what has let go.
 void follow(double& mean, double now, const SteppedTerm& term) {
   mean += (1.0 - term.kept) * (now - mean);
@@ -62,10 +70,11 @@ double overstiffness(std::span<const SteppedTerm> terms) {
 
 bool FiniteBody::fits(const TissueMemory& memory, std::size_t terms) const {
   const std::vector<int>& held = hold_.nodes();
-  return memory.empty() ? memory.dilatations.empty() && memory.hold.empty()
+  return memory.empty() ? memory.dilatations.empty() && memory.hold.empty() && memory.fibres.empty()
                         : memory.points.size() == terms * weights_.size() * TissueMemory::kOfPack &&
                               memory.dilatations.size() == terms * cells() * kTerms &&
-                              memory.hold.size() == terms * 3 * held.size();
+                              memory.hold.size() == terms * 3 * held.size() &&
+                              memory.fibres.size() == terms * kLanes * fibres_.size();
 }
 
 Overstress FiniteBody::relax(std::span<const double> displacements, const ChangedTissue& changed,
@@ -83,11 +92,13 @@ Overstress FiniteBody::relax(std::span<const double> displacements, const Change
                     kLanes, 1.0);
     memory.dilatations.assign(terms.size() * cells() * kTerms, 0.0);
     memory.hold.assign(terms.size() * 3 * held.size(), 0.0);
+    memory.fibres.assign(terms.size() * kLanes * fibres_.size(), 1.0);
   }
   sums.over = overstiffness(terms);
   sums.strains = std::make_shared<const Strains>(strains(displacements));
   sums.points.assign(packs * Overstress::kOfPack, 0.0);
   sums.dilatations.assign(cells() * kTerms, 0.0);
+  sums.fibres.assign(kLanes * fibres_.size(), 0.0);
   std::vector<double> constants(pieces_.size(), 0.0);
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t piece) {
     for (std::size_t c = pieces_[piece].first_cell; c < pieces_[piece].last_cell; ++c) {
@@ -144,6 +155,16 @@ double FiniteBody::relax_pack(std::size_t pack, const Strains& strains,
       sum[kLanes * 6] += over / volume;
       sum[kLanes * 7] += over * volume;
       square += over * volume * volume;
+    }
+    if (!fibres_.empty()) {
+      const double now =
+          square_along(strains.data() + 24 * pack + lane, fibre_direction(pack, lane), growth);
+      double& sum = sums.fibres[kLanes * pack + lane];
+      for (std::size_t t = 0; t < terms.size(); ++t) {
+        double& mean = memory.fibres[kLanes * (t * weights_.size() + pack) + lane];
+        follow(mean, now, terms[t]);
+        sum += terms[t].over / sums.over * mean;
+      }
     }
     const double factor = grows ? changed.packs[pack].factor[lane] : 1.0;
     constant += weight * factor * (0.5 * (lambda_ + mu_) * square - 0.5 * mu_ * sums.over);

@@ -8,6 +8,8 @@
 // of the dilatations theta_s of each cell:
 //   W_i = c_i (mu/2 (mean : F^T F) - mu J / mean J + (lambda + mu)/2 (J - mean J)^2
 //              + averaged/2 sum (theta - mean theta)^2) and a constant, and so with the hold.
+// Fibres (fibre_law.h) take hold by I4 = |F a|^2 alone: they add sum c_i W(I4 - mean I4), the mean
+// being that over all terms, so that what is pressed buckles all the same.
 // Where strains are small that is the series to the letter: forces under a step fall as
 // 1 + sum c_i exp(-t / tau_i). Turned as a whole, tissue feels nothing of it. Means are kept from
 // step to step; within one they stand, and what takes hold within it pulls as for a strain that
@@ -50,12 +52,14 @@ struct TissueMemory {
   std::vector<double> points;
   std::vector<double> dilatations;  ///< of each cell                        (terms x cells x 4)
   std::vector<double> hold;         ///< displacements of its nodes [m]      (terms x nodes x 3)
+  /// Of each pack's four points: I4 of their fibres; empty: there are none (terms x packs x 4).
+  std::vector<double> fibres;
 
   bool empty() const { return points.empty(); }
   static constexpr auto fields() {
     using M = TissueMemory;
     return std::tuple(field("points", &M::points), field("dilatations", &M::dilatations),
-                      field("hold", &M::hold));
+                      field("hold", &M::hold), field("fibres", &M::fibres));
   }
 };
 static_assert(fields_cover<TissueMemory>());
@@ -70,7 +74,9 @@ struct Overstress {
   std::vector<double> dilatations;  ///< of each cell                                    (cells x 4)
   std::vector<double> hold;         ///< of its nodes [m]                                (nodes x 3)
   std::vector<double> hold_forces;  ///< what the hold makes of these [N], 4 a node      (nodes x 4)
-  double constant = 0.0;            ///< by which tissue that has relaxed has none [J]
+  /// Of each pack's four points: mean I4 over all terms; empty: there are no fibres     (packs x 4)
+  std::vector<double> fibres;
+  double constant = 0.0;                   ///< by which tissue that has relaxed has none [J]
   std::shared_ptr<const Strains> strains;  ///< of the points as the step begins
 };
 

@@ -37,8 +37,9 @@ std::vector<Eigen::Matrix4d> cell_excesses(const ElasticRegion& region,
 
 std::size_t ElasticRegion::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return of(nodes) + of(positions) + of(weights) + of(modulus) + of(begin) + of(point_nodes) +
-         of(gradients) + of(cell) + of(psi) + of(cell_begin) + of(cell_nodes) + of(cell_gradients);
+  return of(nodes) + of(positions) + of(weights) + of(modulus) + of(fibres) + of(begin) +
+         of(point_nodes) + of(gradients) + of(cell) + of(psi) + of(cell_begin) + of(cell_nodes) +
+         of(cell_gradients);
 }
 
 void number_nodes(std::size_t node_count, ElasticRegion& region) {
@@ -80,9 +81,10 @@ AddedStiffness added_stiffness(const ElasticRegion& region, std::span<const doub
     column[i] = 3 * static_cast<Eigen::Index>(added.nodes.size());
     added.nodes.push_back(static_cast<int>(i));
   }
-  added.roots.setZero(
-      static_cast<Eigen::Index>(6 * points.size() + ElasticRegion::kTerms * cells.size()),
-      3 * static_cast<Eigen::Index>(added.nodes.size()));
+  const Eigen::Index rows_of_point = region.fibres.empty() ? 6 : 7;
+  added.roots.setZero(rows_of_point * static_cast<Eigen::Index>(points.size()) +
+                          static_cast<Eigen::Index>(ElasticRegion::kTerms * cells.size()),
+                      3 * static_cast<Eigen::Index>(added.nodes.size()));
   const StiffnessRoot root(region);
   Eigen::Index row = 0;
   for (const std::size_t q : points) {
@@ -98,8 +100,13 @@ AddedStiffness added_stiffness(const ElasticRegion& region, std::span<const doub
         added.roots(row + 3 + i, at + j) += root.along * std::sqrt(0.5) * g[k];
         added.roots(row + 3 + i, at + k) += root.along * std::sqrt(0.5) * g[j];
       }
+      if (region.fibres.empty()) continue;
+      const auto& [direction, modulus] = region.fibres[q];
+      const double along = std::sqrt(region.volume(q) * (factors[q] - 1.0) * modulus) *
+                           direction.dot(region.gradients[e]);
+      for (int k = 0; k < 3; ++k) added.roots(row + 6, at + k) += along * direction[k];
     }
-    row += 6;
+    row += rows_of_point;
   }
   if (cells.empty()) return added;
   const std::vector<Eigen::Matrix4d> excess = cell_excesses(region, factors);
@@ -136,6 +143,10 @@ VectorX eigenstrain_load(const ElasticRegion& region, std::span<const double> fa
     if (strain == 0.0) continue;
     for (std::size_t e = region.begin[q]; e < region.begin[q + 1]; ++e) {
       of(region.point_nodes[e]) += strain * pressure * region.gradients[e];
+      if (region.fibres.empty()) continue;
+      const auto& [direction, modulus] = region.fibres[q];
+      of(region.point_nodes[e]) += region.volume(q) * factors[q] * eigenstrains[q] * modulus *
+                                   direction.dot(region.gradients[e]) * direction;
     }
     if (region.cell.empty()) continue;
     fluxes[static_cast<std::size_t>(region.cell[q])] +=

@@ -10,6 +10,7 @@
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 #include "kernels/paff/block_matrix.h"
+#include "kernels/paff/fibres.h"
 
 namespace viscera {
 
@@ -19,6 +20,7 @@ namespace viscera {
 ///   1/2 sum_q w f (2 mu |eps(u) - e I|^2 + lambda (div u - 3 e)^2 + averaged (dil u - 3 e)^2),
 ///   dil u = sum_k psi_k(y_q) sum_J G_kJ . u_J
 /// The moduli are those of the material; where they change from place to place, w has that in it.
+/// Fibres of the modulus E along a add 1/2 sum_q V f E (a . eps(u) a - e)^2, V being volumes.
 /// The hold (Nitsche) keeps the sound tissue's values: with f = 4 right at it, it yields by some 3
 /// % of what the tissue stretches over a spacing.
 struct ElasticRegion {
@@ -34,6 +36,7 @@ struct ElasticRegion {
   std::vector<double> weights;
   /// Relative modulus; empty: 1                                                             (Q)
   std::vector<double> modulus;
+  std::vector<Fibres> fibres;         ///< empty: there are none                       (Q)
   std::vector<std::size_t> begin{0};  ///< of each point's entries                           (Q + 1)
   std::vector<int> point_nodes;       ///< index into `nodes`                              (entries)
   std::vector<Vec3> gradients;        ///< g~ [1/m]                                        (entries)

@@ -13,6 +13,7 @@
 #include "kernels/base/result.h"
 #include "kernels/base/zeroed_pages.h"
 #include "kernels/paff/columns_on_demand.h"
+#include "kernels/paff/fibres.h"
 #include "kernels/paff/shape_functions.h"
 #include "kernels/points/cloud.h"
 #include "kernels/points/surface.h"
@@ -52,6 +53,9 @@ struct ElasticProblem {
   /// Young's modulus over that of `material`, its mean over a cube of this edge [m] about a place;
   /// Poisson's ratio is one. Null: 1 everywhere. Strong forms don't take it.
   std::function<double(const Vec3& x, double edge)> relative_modulus;
+  /// Fibres that it is reinforced by, their mean over such a cube. Null: none. Nor do strong forms
+  /// take these.
+  std::function<Fibres(const Vec3& x, double edge)> fibres;
 };
 
 /// What acts on a body at rest; an empty function means none of it.

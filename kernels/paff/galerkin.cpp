@@ -173,25 +173,71 @@ SymmetricBlockMatrix assemble_stiffness(std::size_t node_count, const IsotropicM
   return stiffness;
 }
 
-/// At the points, over the cubes that they stand for.
-std::vector<double> modulus_at(const VolumeQuadrature& volume, const ElasticProblem& problem) {
-  std::vector<double> modulus(volume.size());
-  parallel_for_each_index(volume.size(), 64, [&](std::size_t q) {
-    modulus[q] = problem.relative_modulus(volume.positions[q], std::cbrt(volume.weights[q]));
+/// Adds that of fibres. With a their direction and E their modulus it is
+///   K_IJ = (sum_q w E (a.g~_I)(a.g~_J) + sum_b w E (beta (a.n)^2 phi_I phi_J
+///           - (a.n) (phi_I (a.g_J) + (a.g_I) phi_J))) a a^T,
+/// q over the volume, b over the fixed surface, beta = 100/h: Nitsche's terms, as above. Without
+/// points of the volume, those alone.
+void add_fibres(const VolumeQuadrature& volume, const PointFields& fields,
+                std::span<const Fibres> fibres, const SurfaceQuadrature& surface,
+                const FixedPoints& fixed, std::span<const Fibres> held,
+                SymmetricBlockMatrix& stiffness) {
+  using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const std::size_t nodes = stiffness.pattern.rows();
+  const NodeIncidence incidence(fields, nodes), fixed_incidence(fixed.fields, nodes);
+  for_each_row(stiffness.pattern, [&](std::size_t row, std::span<const std::size_t> slot) {
+    const auto block = [&](int node) {
+      return Eigen::Map<Block>(stiffness.blocks.data() + 9 * slot[static_cast<std::size_t>(node)]);
+    };
+    for (const NodeIncidence::Entry& at : incidence.of(row)) {
+      const auto q = static_cast<std::size_t>(at.point);
+      const auto& [a, modulus] = fibres[q];
+      if (modulus == 0.0) continue;
+      const double own = volume.weights[q] * modulus * a.dot(fields.gradients[at.entry]);
+      for (std::size_t e = at.entry; e < fields.begin[q + 1]; ++e)
+        block(fields.nodes[e]) += own * a.dot(fields.gradients[e]) * a * a.transpose();
+    }
+    for (const NodeIncidence::Entry& at : fixed_incidence.of(row)) {
+      const auto b = static_cast<std::size_t>(at.point);
+      const auto& [a, modulus] = held[fixed.points[b]];
+      if (modulus == 0.0) continue;
+      const double through = a.dot(surface.normals[fixed.points[b]]);
+      const double stiff = surface.weights[fixed.points[b]] * modulus * through;
+      const double value = stiff * fixed.fields.values[at.entry],
+                   gradient = stiff * a.dot(fixed.fields.gradients[at.entry]),
+                   penalty = fixed.rate[b] * through;
+      for (std::size_t e = at.entry; e < fixed.fields.begin[b + 1]; ++e)
+        block(fixed.fields.nodes[e]) +=
+            (value * (penalty * fixed.fields.values[e] - a.dot(fixed.fields.gradients[e])) -
+             gradient * fixed.fields.values[e]) *
+            a * a.transpose();
+    }
   });
-  return modulus;
+}
+
+/// What is asked for at the points, over the cubes that they stand for.
+template <class Value>
+std::vector<Value> at_points(const VolumeQuadrature& volume,
+                             const std::function<Value(const Vec3&, double)>& asked) {
+  std::vector<Value> values(volume.size());
+  parallel_for_each_index(volume.size(), 64, [&](std::size_t q) {
+    values[q] = asked(volume.positions[q], std::cbrt(volume.weights[q]));
+  });
+  return values;
 }
 
 /// Of each held point of the surface that of the nearest one of the volume: Nitsche's penalty must
 /// outweigh the traction of tissue whose energy bounds it.
-std::vector<double> held_modulus(const SurfaceQuadrature& surface, const FixedPoints& fixed,
-                                 const VolumeQuadrature& volume, std::span<const double> modulus) {
+template <class Value>
+std::vector<Value> at_held(const SurfaceQuadrature& surface, const FixedPoints& fixed,
+                           const VolumeQuadrature& volume, const std::vector<Value>& values,
+                           const Value& elsewhere) {
   const KdTree tree(volume.positions);
-  std::vector<double> held(surface.size(), 1.0);
+  std::vector<Value> held(surface.size(), elsewhere);
   std::vector<KdTree::Found> found;
   for (const std::size_t b : fixed.points) {
     tree.nearest(surface.positions[b], 1, -1, found);
-    held[b] = modulus[static_cast<std::size_t>(found.front().index)];
+    held[b] = values[static_cast<std::size_t>(found.front().index)];
   }
   return held;
 }
@@ -276,10 +322,18 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
 
   if (!progress(0.7, "assembling")) return failure(kCancelled);
   if (problem.relative_modulus) {
-    system.modulus_ = modulus_at(system.volume_, problem);
+    system.modulus_ = at_points(system.volume_, problem.relative_modulus);
     if (std::string mistake = modulus_mistake(system.volume_, system.modulus_); !mistake.empty())
       return failure(mistake);
-    system.held_modulus_ = held_modulus(system.surface_, *fixed, system.volume_, system.modulus_);
+    system.held_modulus_ = at_held(system.surface_, *fixed, system.volume_, system.modulus_, 1.0);
+  }
+  if (problem.fibres) {
+    system.fibres_ = at_points(system.volume_, problem.fibres);
+    if (std::string mistake = fibres_mistake(system.volume_, system.fibres_, problem.material);
+        !mistake.empty())
+      return failure(mistake);
+    system.held_fibres_ =
+        at_held(system.surface_, *fixed, system.volume_, system.fibres_, Fibres());
   }
   const VolumeQuadrature volume_points = system.weighed_volume();
   const SurfaceQuadrature surface_points = system.weighed_surface();
@@ -288,9 +342,13 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
         mean_dilatation(spacing, n, volume_points, *inside,
                         {surface_points, fixed->points, fixed->fields, fixed->rate}, paths);
   }
-  if (!problem.points_alone)
+  if (!problem.points_alone) {
     system.stiffness_ = assemble_stiffness(n, problem.material, volume_points, *inside, incidence,
                                            surface_points, *fixed, system.dilatation_);
+    if (!system.fibres_.empty())
+      add_fibres(system.volume_, *inside, system.fibres_, system.surface_, *fixed,
+                 system.held_fibres_, system.stiffness_);
+  }
   system.figures_.unknowns = 3 * n;
   if (!problem.points_alone) system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
   system.figures_.quadrature_points = system.volume_.size();
@@ -353,6 +411,15 @@ void GalerkinSystem::add_held(const StaticLoads& loads, std::vector<double>& all
       const Vec3 conjugate = lambda * n.dot(held) * g + mu * g.dot(held) * n + mu * g.dot(n) * held;
       add(all, at.nodes[j], at.values[j] * penalty - conjugate);
     }
+    if (!held_fibres_.empty()) {
+      const auto& [a, modulus] = held_fibres_[b];
+      const double through = a.dot(n),
+                   strength = surface_.weights[b] * modulus * through *
+                              a.dot(loads.held_displacement(surface_.positions[b]));
+      for (std::size_t j = 0; j < at.nodes.size(); ++j)
+        add(all, at.nodes[j],
+            strength * (kNitscheFactor / h * through * at.values[j] - a.dot(at.gradients[j])) * a);
+    }
     for (std::size_t k = 0; k < terms; ++k) {
       held_flux[dilatation_.first_row[fixed] + k] +=
           dilatation_.psi[fixed * terms + k] * n.dot(held);
@@ -383,8 +450,10 @@ Result<SymmetricBlockMatrix> GalerkinSystem::hold() const {
   if (!fixed) return std::unexpected(fixed.error());
   const std::size_t n = fields_->cloud().size();
   const PointFields none;
-  return assemble_stiffness(n, material_, {}, none, NodeIncidence(none, n), weighed_surface(),
-                            *fixed, dilatation_);
+  SymmetricBlockMatrix hold = assemble_stiffness(n, material_, {}, none, NodeIncidence(none, n),
+                                                 weighed_surface(), *fixed, dilatation_);
+  if (!held_fibres_.empty()) add_fibres({}, none, {}, surface_, *fixed, held_fibres_, hold);
+  return hold;
 }
 
 Vec3 GalerkinSystem::displacement(std::span<const double> unknowns, const Vec3& x) const {
@@ -423,6 +492,8 @@ Result<ElasticRegion> GalerkinSystem::region(const std::function<bool(const Vec3
     for (const std::size_t q : numbers) region.modulus.push_back(modulus_[q]);
     for (std::size_t i = 0; i < region.size(); ++i) region.weights[i] *= region.modulus[i];
   }
+  if (!fibres_.empty())
+    for (const std::size_t q : numbers) region.fibres.push_back(fibres_[q]);
   region.begin = std::move(fields->begin);
   region.point_nodes = std::move(fields->nodes);
   region.gradients = std::move(fields->gradients);

@@ -86,7 +86,8 @@ class GalerkinSystem {
   SurfaceQuadrature surface_;
   /// Relative modulus at points of the volume, and of the surface that is held; empty: 1.
   std::vector<double> modulus_, held_modulus_;
-  std::vector<double> multipliers_;  ///< that made the gradients consistent
+  std::vector<Fibres> fibres_, held_fibres_;  ///< there; empty: none
+  std::vector<double> multipliers_;           ///< that made the gradients consistent
   MeanDilatation dilatation_;
   std::vector<TissuePiece> pieces_;
   SymmetricBlockMatrix stiffness_;  ///< [N/m]

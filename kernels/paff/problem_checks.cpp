@@ -168,6 +168,26 @@ std::string modulus_mistake(const VolumeQuadrature& points, std::span<const doub
   return {};
 }
 
+std::string fibres_mistake(const VolumeQuadrature& points, std::span<const Fibres> fibres,
+                           const IsotropicMaterial& material) {
+  constexpr double kMost = 1e4, kUnit = 1e-9;
+  const double most = kMost * material.youngs_modulus;
+  for (std::size_t q = 0; q < fibres.size(); ++q) {
+    const auto& [direction, modulus] = fibres[q];
+    const bool sound = modulus >= 0.0 && modulus <= most;
+    if (sound && (modulus == 0.0 || std::abs(direction.squaredNorm() - 1.0) < kUnit)) continue;
+    std::ostringstream text;
+    text << "material: at (" << 1e3 * points.positions[q].transpose() << ") mm fibres have ";
+    if (sound)
+      text << "the direction (" << direction.transpose() << "); expected one of length 1";
+    else
+      text << "a modulus of " << modulus << " Pa; expected 0 to 10,000 times Young's, " << most
+           << " Pa";
+    return text.str();
+  }
+  return {};
+}
+
 Result<void> accept_material(const Formulation& formulation, const IsotropicMaterial& material) {
   const double highest = formulation.highest_poisson_ratio();
   Error mistakes;

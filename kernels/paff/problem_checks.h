@@ -19,6 +19,11 @@ std::vector<std::string> problem_mistakes(const ElasticProblem& problem);
 /// bears, in words; empty when sound.
 std::string modulus_mistake(const VolumeQuadrature& points, std::span<const double> modulus);
 
+/// The same of fibres: a direction that isn't of length 1, a modulus that is none or more than
+/// 10,000 times the tissue's.
+std::string fibres_mistake(const VolumeQuadrature& points, std::span<const Fibres> fibres,
+                           const IsotropicMaterial& material);
+
 /// The material alone: its numbers, and the range that this formulation answers for.
 Result<void> accept_material(const Formulation& formulation, const IsotropicMaterial& material);
 

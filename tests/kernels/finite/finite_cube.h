@@ -17,18 +17,20 @@ namespace viscera {
 /// What rounding gradients to single precision changes, of a few numbers.
 inline constexpr double kSingle = 0x1p-23;
 
-/// A jittered cube of 10 kPa that is held at x = -1/2, or nowhere.
+/// A jittered cube of 10 kPa that is held where x (or another axis) is -1/2, or nowhere.
 struct Cube {
   NodedBody body = jittered_cube(4, 0.2);
   GalerkinSystem system;
   FiniteBody finite;
 
   static Cube make(double poisson_ratio, bool held = true,
-                   std::function<double(const Vec3&, double)> relative_modulus = {}) {
+                   std::function<double(const Vec3&, double)> relative_modulus = {},
+                   std::function<Fibres(const Vec3&, double)> fibres = {}, int held_axis = 0) {
     NodedBody body = jittered_cube(4, 0.2);
-    ElasticProblem problem =
-        body.problem({10e3, poisson_ratio}, [](const Vec3& x) { return x.x() < -0.499; });
+    ElasticProblem problem = body.problem(
+        {10e3, poisson_ratio}, [held_axis](const Vec3& x) { return x[held_axis] < -0.499; });
     problem.relative_modulus = std::move(relative_modulus);
+    problem.fibres = std::move(fibres);
     auto system = GalerkinSystem::assemble(problem, 1.8, no_progress());
     EXPECT_TRUE(system.has_value());
     auto region = system->region([](const Vec3&) { return true; });
