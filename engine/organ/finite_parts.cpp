@@ -16,6 +16,8 @@ namespace {
 /// gallbladder at 470 to 3,800 nodes and on the liver at 1,440: 9,900 to 17,600. A guard takes the
 /// greatest.
 constexpr std::size_t kBytesANode = 17600;
+/// The same of fibres: five numbers a point, of which a node has no more than some 18.
+constexpr std::size_t kFibreBytesANode = 18 * 5 * sizeof(double);
 /// Of each number of the factor: itself, and in sixteen bits (CompactFactor).
 constexpr std::size_t kBytesANumber = sizeof(float) + sizeof(std::int16_t);
 
@@ -171,13 +173,12 @@ std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t no
   return parts;
 }
 
-std::size_t finite_bytes(std::size_t nodes, std::size_t factor_entries) {
-  return nodes * kBytesANode + factor_entries * kBytesANumber;
+std::size_t finite_bytes(std::size_t nodes, std::size_t factor_entries, bool fibres) {
+  return nodes * (kBytesANode + (fibres ? kFibreBytesANode : 0)) + factor_entries * kBytesANumber;
 }
 
-std::size_t finite_bytes(std::size_t nodes, const LevelsCost& cost) {
-  return nodes * (kBytesANode + 2 * kLevelBytesANode) +
-         2 * cost.coarse.factor_entries * kBytesANumber;
+std::size_t finite_bytes(std::size_t nodes, const LevelsCost& cost, bool fibres) {
+  return finite_bytes(nodes, 2 * cost.coarse.factor_entries, fibres) + nodes * 2 * kLevelBytesANode;
 }
 
 }  // namespace viscera

@@ -55,8 +55,8 @@ void keep_finite(const FiniteParts& parts, CacheArrays& arrays);
 std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t nodes);
 
 /// Of the body, and of a step's factor of so many numbers in both its forms [bytes].
-std::size_t finite_bytes(std::size_t nodes, std::size_t factor_entries);
+std::size_t finite_bytes(std::size_t nodes, std::size_t factor_entries, bool fibres = false);
 /// The same with levels, at rest and of a step.
-std::size_t finite_bytes(std::size_t nodes, const LevelsCost& cost);
+std::size_t finite_bytes(std::size_t nodes, const LevelsCost& cost, bool fibres = false);
 
 }  // namespace viscera

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -43,6 +44,7 @@ Result<MaterialField::Part> MaterialField::part_of(const PartDescription& descri
   Part part;
   part.stiffens = description.youngs_modulus.has_value();
   part.weighs = description.density.has_value();
+  part.fibres = description.fibres;
   if (part.stiffens) part.modulus = *description.youngs_modulus / youngs_modulus;
   if (const auto* map = std::get_if<ModulusMapPart>(&description.where)) {
     auto read = ModulusMap::read(map->file, map->unit);
@@ -65,6 +67,7 @@ Result<std::shared_ptr<const MaterialField>> MaterialField::make(
     const std::filesystem::path& assets) {
   if (organ.parts.empty()) return std::shared_ptr<const MaterialField>();
   std::shared_ptr<MaterialField> field(new MaterialField());
+  field->fibres_ = tissue.fibres;
   for (std::size_t p = 0; p < organ.parts.size(); ++p) {
     auto part = part_of(organ.parts[p], surface, assets, tissue.elastic.youngs_modulus);
     if (!part) return std::unexpected(at_part(p, part.error()));
@@ -89,6 +92,30 @@ double MaterialField::density(const Vec3& x, double edge) const {
   for (const Part& part : parts_)
     if (part.weighs) mean += part.share(x, edge) * (part.density - mean);
   return mean;
+}
+
+bool MaterialField::has_fibres() const {
+  return fibres_.modulus > 0.0 || std::ranges::any_of(parts_, [](const Part& part) {
+           return part.fibres && part.fibres->modulus > 0.0;
+         });
+}
+
+Fibres MaterialField::fibres(const Vec3& x, double edge) const {
+  const auto stiffness = [](const Fibres& of) -> Mat3 {
+    return of.modulus * of.direction * of.direction.transpose();
+  };
+  Mat3 sum = stiffness(fibres_);
+  const Fibres* only = &fibres_;  // null: several meet
+  for (const Part& part : parts_) {
+    if (!part.fibres) continue;
+    const double share = part.share(x, edge);
+    if (!(share > 0.0)) continue;
+    sum += share * (stiffness(*part.fibres) - sum);
+    only = share == 1.0 ? &*part.fibres : nullptr;
+  }
+  if (only) return *only;
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(sum);
+  return {axes.eigenvectors().col(2), std::max(0.0, axes.eigenvalues()[2])};
 }
 
 Result<void> MaterialField::check(const PointCloud& cloud) const {

@@ -1,10 +1,11 @@
-// Young's modulus and density that change from place to place within an organ: a capsule, a tumour,
-// a vessel's wall, or a map of moduli as elastography gives it.
+// Young's modulus, density and fibres that change from place to place within an organ: a capsule, a
+// tumour, a vessel's wall, or a map of moduli as elastography gives it.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/scene/scene.h"
@@ -31,6 +32,10 @@ class MaterialField {
   /// Relative modulus over the cube of this edge [m] about `x`; NaN where a map doesn't say it.
   double modulus(const Vec3& x, double edge) const;
   double density(const Vec3& x, double edge) const;  ///< relative
+  /// Where families meet, that along which the sum of their E a a^T, each by the share of the cube
+  /// that it fills, is greatest; its modulus is what that sum has there.
+  Fibres fibres(const Vec3& x, double edge) const;
+  bool has_fibres() const;
 
   /// Fails, naming the part and a place, where a part lies nowhere among these nodes of the body,
   /// or a map doesn't say the modulus at one.
@@ -43,6 +48,7 @@ class MaterialField {
     /// Relative modulus, where it is a map's; empty: `modulus`.
     std::function<double(const Vec3& x, double edge)> map;
     double modulus = 1.0, density = 1.0;    ///< relative
+    std::optional<Fibres> fibres;           ///< none: as what it lies in
     bool stiffens = false, weighs = false;  ///< whether it says them
   };
 
@@ -50,6 +56,7 @@ class MaterialField {
   static Result<Part> part_of(const PartDescription& description, const TriangleSurface& surface,
                               const std::filesystem::path& assets, double youngs_modulus);
 
+  Fibres fibres_;  // of what no part fills
   std::vector<Part> parts_;
 };
 

@@ -32,11 +32,17 @@ void hash_region(Hasher& hasher, const Region& region) {
   hash_vector(hasher, region.b);
 }
 
+void hash_fibres(Hasher& hasher, const Fibres& fibres) {
+  hasher.text("fibres").value(fibres.modulus);
+  hash_vector(hasher, fibres.direction);
+}
+
 Result<void> hash_parts(Hasher& hasher, const OrganDescription& organ,
                         const std::filesystem::path& assets) {
   for (const PartDescription& part : organ.parts) {
     hasher.text("part").value(part.where.index());
     hasher.value(part.youngs_modulus.value_or(0.0)).value(part.density.value_or(0.0));
+    if (part.fibres) hash_fibres(hasher, *part.fibres);
     Result<void> hashed;
     if (const auto* capsule = std::get_if<CapsulePart>(&part.where))
       hasher.value(capsule->thickness);
@@ -264,6 +270,7 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
   hasher.text("viscera organ").value(kPreparationVersion).text(shape.key);
   hasher.text(organ.formulation).value(formulation->version());
   hasher.value(tissue.elastic.youngs_modulus).value(tissue.elastic.poisson_ratio);
+  if (tissue.fibres.modulus > 0.0) hash_fibres(hasher, tissue.fibres);
   for (const Region& region : organ.fixed) hash_region(hasher, region);
   hasher.value(organ.resolution.spacing).value(organ.resolution.finest);
   hasher.value(organ.resolution.gradient).value(demand.touched);

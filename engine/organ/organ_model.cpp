@@ -158,6 +158,10 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
     note_modulus(model.touchable, model.material, PatchContact::spread_factor(),
                  problem.relative_modulus);
   }
+  if (field ? field->has_fibres() : tissue.fibres.modulus > 0.0)
+    problem.fibres = [field, &tissue](const Vec3& x, double edge) {
+      return field ? field->fibres(x, edge) : tissue.fibres;
+    };
   problem.surface = &model.surface;
   problem.cloud = &model.cloud;
   problem.fields = model.fields;

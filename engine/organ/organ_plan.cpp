@@ -34,13 +34,13 @@ double expected_time(const OrganPlan& plan, const PreparationCost& cost) {
 }
 
 /// Of a body that two levels answer; no columns are prepared.
-void plan_levels(const LevelsCost& cost, OrganPlan& plan) {
+void plan_levels(const LevelsCost& cost, bool fibres, OrganPlan& plan) {
   constexpr double kPerSecond = 1e11, kInDouble = 2e10, kAssembly = 1.5e-3;
   /// Quadrature, fields and what makes gradients consistent; then points and what is read of them.
   constexpr std::size_t kFieldBytes = 40000, kPartBytes = 25000;
   const std::size_t model = plan.begun->memory_bytes();
   plan.prepared_places = 0;
-  plan.memory_bytes = model + finite_bytes(plan.nodes, cost);
+  plan.memory_bytes = model + finite_bytes(plan.nodes, cost, fibres);
   plan.preparation_bytes =
       std::max(model + plan.nodes * kFieldBytes + cost.consistency_bytes,
                plan.memory_bytes + plan.nodes * kPartBytes + cost.coarse.factoring_bytes);
@@ -62,6 +62,7 @@ Result<OrganPlan> plan_organ(OrganDescription organ, const Tissue& tissue, const
   const auto demand = demand_on(organ, tissue, reach, *surface);
   if (!demand) return std::unexpected(demand.error());
   organ.response = response_of(organ, *demand);
+  if (tissue.fibres.modulus > 0.0) organ.material.fibres = tissue.fibres;
   auto key = organ_key(organ, tissue, shape, *demand, options);
   if (!key) return std::unexpected(key.error());
   auto plan =
@@ -103,8 +104,11 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   const PreparationCost cost =
       preparation_cost(model.fields->cloud(), formulation->coupling(material));
   const bool finite = organ.response == Response::kFinite;
+  const bool fibres = organ.material.fibres || std::ranges::any_of(organ.parts, [](const auto& p) {
+                        return p.fibres.has_value();
+                      });
   if (finite && answers_in_levels(cost.factor_entries)) {
-    plan_levels(levels_cost(model.fields->cloud(), formulation->coupling(material)), plan);
+    plan_levels(levels_cost(model.fields->cloud(), formulation->coupling(material)), fibres, plan);
     return plan;
   }
   plan.memory_bytes = model.memory_bytes() + compliance_bytes(plan.places, plan.prepared_places);
@@ -112,7 +116,7 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
     plan.memory_bytes += sizeof(float) * cost.factor_entries;
   if (finite)
     plan.memory_bytes += compliance_bytes(plan.places + plan.nodes, plan.prepared_places) +
-                         finite_bytes(plan.nodes, cost.factor_entries);
+                         finite_bytes(plan.nodes, cost.factor_entries, fibres);
   if (demand.sags && !finite) plan.memory_bytes += 9 * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
     plan.memory_bytes = plan.memory_bytes -
@@ -123,7 +127,7 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   plan.prepare_s = expected_time(plan, cost);
   if (finite) {
     // The same once more: another factor, with columns of its own.
-    plan.preparation_bytes += finite_bytes(plan.nodes, cost.factor_entries);
+    plan.preparation_bytes += finite_bytes(plan.nodes, cost.factor_entries, fibres);
     plan.prepare_s *= 2.0;
   }
   return plan;

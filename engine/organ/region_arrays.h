@@ -30,6 +30,11 @@ class TakenArrays {
     if (values) into = std::move(*values);
     whole_ = whole_ && values;
   }
+  /// Where it isn't there, `into` stays as it was.
+  template <class Into>
+  void take_if_there(const std::string& name, Into& into) {
+    if (arrays_.contains(prefix_ + name)) take(name, into);
+  }
   void expect(bool holds) { whole_ = whole_ && holds; }
   bool whole() const { return whole_; }
 

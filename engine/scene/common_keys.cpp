@@ -53,6 +53,19 @@ ObjectCheck has_direction(std::string name) {
           nullptr};
 }
 
+ObjectSpec fibres() {
+  return {"One family of fibres, which stiffen tissue along themselves; pressed they buckle.",
+          {vector("direction", "Along them, in the organ's own frame; of any length but zero.")
+               .needed()
+               .between(-1e6, 1e6),
+           number("modulus_kPa",
+                  "What they add to the modulus along them, in small strains; 0: there are none.")
+               .needed()
+               .between(0, 1e6)},
+          {},
+          {has_direction("direction")}};
+}
+
 ObjectSpec box(std::string description) {
   return {std::move(description),
           {position("min_mm", "Least corner.").needed(),

@@ -23,6 +23,8 @@ KeySpec direction_key(std::string description, Json otherwise);
 ObjectCheck has_direction(std::string name);
 /// An axis-aligned box: min_mm and max_mm, in order.
 ObjectSpec box(std::string description);
+/// direction and modulus_kPa.
+ObjectSpec fibres();
 /// centre_mm and radius_mm.
 ObjectSpec ball();
 

@@ -89,6 +89,7 @@ PartDescription part_of(const Json& values) {
   if (values.contains("youngs_modulus_kPa"))
     part.youngs_modulus = 1000.0 * values["youngs_modulus_kPa"].get<double>();
   if (values.contains("density_kg_m3")) part.density = values["density_kg_m3"].get<double>();
+  if (values.contains("fibres")) part.fibres = fibres_of(values["fibres"]);
   return part;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "engine/scene/common_keys.h"
+#include "engine/scene/to_si.h"
 
 namespace viscera {
 namespace {
@@ -42,6 +43,10 @@ ObjectSpec material_keys() {
            "tissue is 1 / (1 - the sum of g) times as stiff.",
            prony_term())
           .items(1, PronyForce::kMostTerms),
+      object("fibres",
+             "In place of the tissue's; every response but local knows them. What is finer than "
+             "the nodes answers as tissue without.",
+             fibres()),
   };
   spec.checks = {
       {{"prony"},
@@ -72,6 +77,7 @@ MaterialDescription material_of(const Json& values) {
   if (values.contains("prony"))
     for (const Json& term : values["prony"])
       material.prony.push_back({term["g"].get<double>(), term["tau_s"].get<double>()});
+  if (values.contains("fibres")) material.fibres = fibres_of(values["fibres"]);
   return material;
 }
 

@@ -16,6 +16,7 @@
 #include "kernels/base/types.h"
 #include "kernels/hive/hyperelastic_model.h"
 #include "kernels/hive/prony.h"
+#include "kernels/paff/fibres.h"
 
 namespace viscera {
 
@@ -85,6 +86,7 @@ struct MaterialDescription {
   HyperelasticModel model = HyperelasticModel::kLinear;
   bool relaxes = false;          ///< by the tissue's Prony series
   std::vector<PronyTerm> prony;  ///< or by this one
+  std::optional<Fibres> fibres;  ///< in place of the tissue's; in the organ's frame
 };
 
 /// Where a part of an organ lies: a layer under all of the surface.
@@ -107,11 +109,12 @@ struct ModulusMapPart {
   double unit = 1.0;  ///< [Pa]
 };
 
-/// Tissue within an organ with a modulus or density of its own; in the organ's frame.
+/// Tissue within an organ with a modulus, a density or fibres of its own; in the organ's frame.
 struct PartDescription {
   std::variant<CapsulePart, Region, RecipePart, LabelPart, ModulusMapPart> where;
   std::optional<double> youngs_modulus;  ///< [Pa]; none: as what it lies in
   std::optional<double> density;         ///< [kg/m3]; likewise
+  std::optional<Fibres> fibres;          ///< likewise
 };
 
 struct OrganDescription {

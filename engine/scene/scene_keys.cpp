@@ -145,7 +145,8 @@ ObjectSpec part() {
       object("field", "A map of moduli.", field),
       number("youngs_modulus_kPa", "Its modulus; Poisson's ratio is the organ's.")
           .between(0.001, 1e6),
-      number("density_kg_m3", "Its density.").between(1, 20000)};
+      number("density_kg_m3", "Its density.").between(1, 20000),
+      object("fibres", "Its fibres.", fibres())};
   spec.checks = {
       {{"field", "youngs_modulus_kPa"},
        [](const Json&) -> Finding {
@@ -155,15 +156,16 @@ ObjectSpec part() {
       {{},
        [](const Json& values) -> Finding {
          if (values.contains("field") || values.contains("youngs_modulus_kPa") ||
-             values.contains("density_kg_m3"))
+             values.contains("density_kg_m3") || values.contains("fibres"))
            return {};
          return {{"youngs_modulus_kPa",
-                  "found neither it nor density_kg_m3, expected at least one of the two"}};
+                  "found neither it nor density_kg_m3 nor fibres, expected at least one of them"}};
        },
        {{"anyOf",
          {{{"required", {"field"}}},
           {{"required", {"youngs_modulus_kPa"}}},
-          {{"required", {"density_kg_m3"}}}}}}}};
+          {{"required", {"density_kg_m3"}}},
+          {{"required", {"fibres"}}}}}}}};
   return spec;
 }
 
@@ -243,7 +245,8 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       object("material", "How held tools feel it beyond small, slow strains.", material_keys())
           .otherwise(Json::object()),
       list("parts",
-           "What within it has a modulus or density of its own: a capsule, a tumour, a vessel's "
+           "What within it has a modulus, a density or fibres of its own: a capsule, a tumour, a "
+           "vessel's "
            "wall. Later ones lie over earlier ones. What is finer than the nodes counts by its "
            "share of the tissue about it.",
            part())
@@ -313,6 +316,25 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
                                              ", expected none, or galerkin or galerkin_quadratic"}};
                          },
                          nullptr});
+  spec.checks.push_back(
+      {{"material", "response"},
+       [](const Json& values) -> Finding {
+         if (!values["material"].contains("fibres") || values["response"] != "local") return {};
+         return {{"material/fibres",
+                  "found some with response local, expected none, or another response: hives know "
+                  "no direction"}};
+       },
+       nullptr});
+  spec.checks.push_back(
+      {{"material", "formulation"},
+       [](const Json& values) -> Finding {
+         const std::string formulation = values["formulation"];
+         if (!values["material"].contains("fibres") || formulation.starts_with("galerkin"))
+           return {};
+         return {{"material/fibres", "found some with formulation " + formulation +
+                                         ", expected none, or galerkin or galerkin_quadratic"}};
+       },
+       nullptr});
   add_part(spec, features, &FeatureKeys::organ);
   return spec;
 }

@@ -7,8 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "engine/scene/common_keys.h"
 #include "engine/scene/quantities.h"
 #include "engine/scene/scene.h"
+#include "engine/scene/to_si.h"
 #include "engine/scene/validate.h"
 
 namespace viscera {
@@ -72,6 +74,16 @@ ObjectSpec prony_term() {
           {}};
 }
 
+ObjectSpec tissue_fibres() {
+  return {"One family of fibres.",
+          {vector("direction", "Along them, in the organ's own frame; of any length but zero.")
+               .needed()
+               .between(-1e6, 1e6),
+           quantity("modulus", "Pa", 0, 1e9, "What they add to the modulus along them.").needed()},
+          {},
+          {has_direction("direction")}};
+}
+
 ObjectSpec tissue() {
   ObjectSpec spec;
   spec.exactly_one_of = {"youngs_modulus", "shear_modulus"};
@@ -82,6 +94,7 @@ ObjectSpec tissue() {
       quantity("density", "kg/m3", 1, 5000, "Mass density.").needed(),
       list("prony", "How force relaxes; E is then the long-term modulus.", prony_term())
           .items(1, PronyForce::kMostTerms),
+      object("fibres", "Fibres that it is woven of; without it, none.", tissue_fibres()),
       quantity("ultimate_strength", "Pa", 1, 1e9, "Stress at failure."),
       quantity("ultimate_strain", "1", 0, 10, "Strain at failure."),
       quantity("electrical_conductivity", "S/m", 0, 10, "At 500 kHz."),
@@ -187,6 +200,9 @@ Tissue tissue_of(const std::string& name, const Json& values) {
   if (values.contains("prony"))
     for (const Json& term : values["prony"])
       tissue.prony.push_back({value_of(term["g"]), value_of(term["tau"])});
+  if (values.contains("fibres"))
+    tissue.fibres = {direction_of(values["fibres"]["direction"]),
+                     value_of(values["fibres"]["modulus"])};
   take_thermal(values, tissue);
   tissue.look = look_of(values["look"]);
   return tissue;

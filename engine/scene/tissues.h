@@ -48,6 +48,7 @@ struct Tissue {
   /// Of finite strain, as held tools feel it; a tissue of the file is linear, a scene may say more.
   HyperelasticModel model = HyperelasticModel::kLinear;
   std::vector<PronyTerm> prony;          ///< by which forces on held tools relax; empty: they don't
+  Fibres fibres;                         ///< in the organ's frame
   double density = 1050.0;               ///< [kg/m3]
   std::optional<ThermalTissue> thermal;  ///< none: the file doesn't say enough for heat
   std::vector<std::string> thermal_lacks;  ///< then: the keys that it misses

@@ -25,6 +25,10 @@ Vec3 direction_of(const Json& value) {
   return vector_of(value).normalized();
 }
 
+Fibres fibres_of(const Json& values) {
+  return {direction_of(values["direction"]), 1000.0 * values["modulus_kPa"].get<double>()};
+}
+
 Box box_of(const Json& box) {
   return {from_milli_vector(box["min_mm"]), from_milli_vector(box["max_mm"])};
 }

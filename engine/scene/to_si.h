@@ -4,6 +4,7 @@
 #include "engine/scene/json_file.h"
 #include "engine/scene/region.h"
 #include "kernels/base/types.h"
+#include "kernels/paff/fibres.h"
 
 namespace viscera {
 
@@ -13,6 +14,7 @@ Vec3 vector_of(const Json& value);
 Vec3 from_milli_vector(const Json& value);
 /// Unit.
 Vec3 direction_of(const Json& value);
+Fibres fibres_of(const Json& values);
 /// Of min_mm and max_mm.
 Box box_of(const Json& box);
 /// Of a half space, a sphere or a box.

@@ -80,6 +80,7 @@ Tissue tissue_of(const OrganDescription& organ, const std::map<std::string, Tiss
   Tissue tissue = tissues.at(organ.tissue);
   if (organ.youngs_modulus) tissue.elastic.youngs_modulus = *organ.youngs_modulus;
   if (organ.poisson_ratio) tissue.elastic.poisson_ratio = *organ.poisson_ratio;
+  if (organ.material.fibres) tissue.fibres = *organ.material.fibres;
   tissue.model = organ.material.model;
   if (!organ.material.relaxes) tissue.prony = organ.material.prony;
   return tissue;

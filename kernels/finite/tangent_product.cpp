@@ -4,6 +4,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/finite/fibre_law.h"
 #include "kernels/finite/finite_body.h"
 #include "kernels/finite/point_lanes.h"
 
@@ -27,8 +28,36 @@ struct FiniteBody::TangentView {
   const std::array<float, 3 * kLanes>* gradients;
   const Lane* weights;
   const std::array<Lane, 4>* psi;      // null: nothing is averaged
+  const FibrePack* fibres;             // null: there are none
   const ChangedTissue::Pack* changed;  // null: nothing has changed
   double mu, lambda, averaged;
+
+  /// Adds to the change of stress by F, over s g^2, what fibres make of a change `d` of F.
+  VISCERA_INLINE void add_fibres(std::size_t pack, const Lanes& growth, const Lanes* f,
+                                 const Lanes* d, Lanes* stress) const {
+    Lanes quarter, bend, a[3], along[3], change[3];
+    load(fibres[pack].quarter.data(), quarter);
+    load(fibres[pack].bend.data(), bend);
+    for (std::size_t k = 0; k < 3; ++k) load(fibres[pack].direction[k].data(), a[k]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      along[i] = f[3 * i] * a[0] + f[3 * i + 1] * a[1] + f[3 * i + 2] * a[2];
+      change[i] = d[3 * i] * a[0] + d[3 * i + 1] * a[1] + d[3 * i + 2] * a[2];
+    }
+    const Lanes squared = growth * growth;
+    const Lanes length = along[0] * along[0] + along[1] * along[1] + along[2] * along[2];
+    const Lanes rate = along[0] * change[0] + along[1] * change[1] + along[2] * change[2];
+    Lanes slope, curvature;
+    for (int lane = 0; lane < 4; ++lane) {
+      const FibreLaw law{quarter[lane], bend[lane]};
+      const double s = squared[lane] * length[lane] - 1.0;
+      slope[lane] = law.slope(s);
+      curvature[lane] = law.curvature(s);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Lanes pull = 2.0 * slope * change[i] + 4.0 * curvature * squared * rate * along[i];
+      for (std::size_t k = 0; k < 3; ++k) stress[3 * i + k] += pull * a[k];
+    }
+  }
 
   /// The gradient of `displacements` at a pack's points, added to f.
   VISCERA_INLINE void add_gradient(std::size_t pack, const double* displacements, Lanes* f) const {
@@ -174,7 +203,13 @@ VISCERA_WIDE void FiniteBody::add_tangent(const TangentView& cell, const double*
       }
     change_of_cofactors(f, d, turned);
     const Lanes shear = cell.mu * stiff * squared;
-    for (std::size_t i = 0; i < kOfF; ++i) d[i] = shear * d[i] + rise * c[i] + pressure * turned[i];
+    Lanes stress[kOfF] = {};
+    if (cell.fibres != nullptr) {
+      cell.add_fibres(p, growth, f, d, stress);
+      for (std::size_t i = 0; i < kOfF; ++i) stress[i] *= stiff * squared;
+    }
+    for (std::size_t i = 0; i < kOfF; ++i)
+      stress[i] += shear * d[i] + rise * c[i] + pressure * turned[i];
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
       Lanes g[3];
       for (std::size_t k = 0; k < 3; ++k) load(cell.gradients[e].data() + kLanes * k, g[k]);
@@ -182,7 +217,7 @@ VISCERA_WIDE void FiniteBody::add_tangent(const TangentView& cell, const double*
       for (std::size_t i = 0; i < 3; ++i) {
         Lanes force;
         load(on_node + kLanes * i, force);
-        force += d[3 * i] * g[0] + d[3 * i + 1] * g[1] + d[3 * i + 2] * g[2];
+        force += stress[3 * i] * g[0] + stress[3 * i + 1] * g[1] + stress[3 * i + 2] * g[2];
         store(force, on_node + kLanes * i);
       }
     }
@@ -216,6 +251,7 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
           .gradients = gradients_.data(),
           .weights = weights_.data() + first,
           .psi = psi_.empty() ? nullptr : psi_.data() + first,
+          .fibres = fibres_.empty() ? nullptr : fibres_.data() + first,
           .changed = changed.packs.empty() ? nullptr : changed.packs.data() + first,
           .mu = mu_,
           .lambda = lambda_,

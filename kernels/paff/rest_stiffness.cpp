@@ -173,23 +173,33 @@ RestStiffness RestStiffness::assemble(std::size_t nodes, const ElasticRegion& re
   const double lambda = region.pointwise_lambda, mu = terms.shear * region.shear_modulus;
   parallel_chunks(nodes, 64, [&](std::size_t first, std::size_t last) {
     std::vector<std::size_t> slot(nodes, 0);
-    std::vector<Mat3> sums;
+    std::vector<Mat3> sums, pulled;  // of gradients; of fibres
     for (std::size_t row = first; row < last; ++row) {
       const std::span<const int> columns = out.row(row);
       for (std::size_t i = 0; i < columns.size(); ++i)
         slot[static_cast<std::size_t>(columns[i])] = i;
       sums.assign(columns.size(), Mat3::Zero());
+      pulled.assign(region.fibres.empty() ? 0 : columns.size(), Mat3::Zero());
       for (const NodeIncidence::Entry& at : incidence.of(row)) {
         const auto q = static_cast<std::size_t>(at.point);
         const Vec3 own = region.weights[q] * region.gradients[at.entry];
         for (std::size_t e = region.begin[q]; e < region.begin[q + 1]; ++e)
           sums[slot[static_cast<std::size_t>(points.nodes[e])]].noalias() +=
               own * region.gradients[e].transpose();
+        if (region.fibres.empty() || region.fibres[q].modulus == 0.0) continue;
+        const auto& [a, modulus] = region.fibres[q];
+        // Their modulus is no multiple of the tissue's, which the weights are.
+        const double weight = region.modulus.empty() ? 1.0 : 1.0 / region.modulus[q];
+        const Mat3 along = weight * modulus * a.dot(own) * a * a.transpose();
+        for (std::size_t e = region.begin[q]; e < region.begin[q + 1]; ++e)
+          pulled[slot[static_cast<std::size_t>(points.nodes[e])]] +=
+              a.dot(region.gradients[e]) * along;
       }
       float* to = out.blocks_.data() + 9 * out.row_begin_[row];
       for (std::size_t i = 0; i < columns.size(); ++i) {
         Mat3 block = lambda * sums[i] + mu * sums[i].transpose();
         block.diagonal().array() += mu * sums[i].trace();
+        if (!pulled.empty()) block += pulled[i];
         if (static_cast<std::size_t>(columns[i]) == row && !terms.inertia.empty())
           block.diagonal().array() += terms.inertia[row] / terms.stiff;
         for (int r = 0; r < 3; ++r)

@@ -189,5 +189,35 @@ TEST(MaterialField, APartThatLiesNowhereInTheOrganIsRefused) {
   EXPECT_THAT(checked.error().text(), HasSubstr("parts/1: found nothing of it in the organ"));
 }
 
+PartDescription woven(auto where, const Vec3& direction, double modulus) {
+  return {std::move(where), std::nullopt, std::nullopt, Fibres{direction.normalized(), modulus}};
+}
+
+TEST(MaterialField, FibresOfAPartLieOverThoseOfTheTissue) {
+  Tissue muscle = tissue();
+  muscle.fibres = {Vec3::UnitX(), 30e3};
+  OrganDescription organ;
+  organ.parts = {woven(ball_at(Vec3::Zero(), 10e-3), Vec3(0.0, 1.0, 1.0), 50e3),
+                 woven(ball_at(Vec3::Zero(), 5e-3), Vec3::UnitX(), 0.0)};
+  const auto field = MaterialField::make(organ, muscle, ball(), project_file("assets"));
+  ASSERT_TRUE(field) << field.error().text();
+  EXPECT_TRUE((*field)->has_fibres());
+  EXPECT_EQ((*field)->fibres({15e-3, 0, 0}, 1e-3), muscle.fibres);
+  EXPECT_EQ((*field)->fibres({7.5e-3, 0, 0}, 1e-3), *organ.parts[0].fibres);
+  EXPECT_EQ((*field)->fibres(Vec3::Zero(), 1e-3).modulus, 0.0);
+}
+
+TEST(MaterialField, WhereFamiliesMeetTheStrongerOneSaysTheDirection) {
+  Tissue muscle = tissue();
+  muscle.fibres = {Vec3::UnitX(), 30e3};
+  OrganDescription organ;
+  organ.parts = {woven(ball_at(Vec3::Zero(), 10e-3), Vec3::UnitY(), 10e3)};
+  const auto field = MaterialField::make(organ, muscle, ball(), project_file("assets"));
+  ASSERT_TRUE(field) << field.error().text();
+  const Fibres border = (*field)->fibres({10e-3, 0, 0}, 2e-3);
+  EXPECT_NEAR(std::abs(border.direction.x()), 1.0, 1e-9);
+  EXPECT_NEAR(border.modulus, 15e3, 1e3);
+}
+
 }  // namespace
 }  // namespace viscera::test

@@ -286,6 +286,18 @@ TEST(SceneMistake, PartsSayOneShapeAndAModulusOrADensity) {
                        parts + "/recipe/name", {"sphere", "kidney"}));
 }
 
+TEST(SceneMistake, FibresNeedADirectionAModulusAndAResponseThatKnowsThem) {
+  const auto with = [](const Json& fibres) {
+    return mistakes_with("/organs/1/material", {{"fibres", fibres}});
+  };
+  EXPECT_TRUE(with({{"direction", {1, 0, 2}}, {"modulus_kPa", 20}}).empty());
+  EXPECT_TRUE(mentions(with({{"direction", {0, 0, 0}}, {"modulus_kPa", 20}}),
+                       "organs/1/material/fibres/direction", {"expected a direction"}));
+  EXPECT_TRUE(mentions(with({{"direction", {1, 0, 0}}, {"modulus_kPa", -1}}),
+                       "organs/1/material/fibres/modulus_kPa", {"-1"}));
+  EXPECT_TRUE(mentions(with({{"modulus_kPa", 20}}), "organs/1/material/fibres", {"direction"}));
+}
+
 TEST(SceneMistake, OnlyTheWeakFormTakesParts) {
   const Json parts = {{{"capsule_mm", 0.2}, {"youngs_modulus_kPa", 90}}};
   EXPECT_TRUE(mentions(mistakes_with("/organs/0/parts", parts), "organs/0/parts",

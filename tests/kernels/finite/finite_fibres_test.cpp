@@ -117,6 +117,33 @@ TEST_P(FiniteFibres, TheTangentIsTheDerivativeOfTheForces) {
   EXPECT_LT(distance(difference, exact), 1e-7 * norm(exact));
 }
 
+TEST_P(FiniteFibres, TheTangentTimesAVectorIsWhatForcesChangeByInChangedTissueToo) {
+  const Cube cube = Cube::make(GetParam(), true, stiffer_end, winding);
+  TissueChange change;
+  for (std::size_t q = 0; q < cube.finite.points(); ++q) {
+    change.stiffness.push_back(1.0 + 0.01 * static_cast<double>(q % 50));
+    change.shrinkage.push_back(0.002 * static_cast<double>(q % 30));
+  }
+  const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.05, 4),
+                            d = random_vector(u.size(), 1.0, 5);
+  const auto n = static_cast<Eigen::Index>(u.size());
+  for (const ChangedTissue& changed : {ChangedTissue(), cube.finite.changed(change)}) {
+    const auto gradient = [&](double along) {
+      std::vector<double> at = u;
+      for (std::size_t i = 0; i < at.size(); ++i) at[i] += along * d[i];
+      VectorX g = VectorX::Zero(n);
+      FiniteBody::Workspace workspace;
+      cube.finite.energy(at, {g.data(), at.size()}, workspace, {}, changed);
+      return g;
+    };
+    constexpr double kStep = 1e-5;
+    const VectorX expected = (gradient(kStep) - gradient(-kStep)) / (2.0 * kStep);
+    const MatrixX product =
+        cube.finite.tangent_times(u, Eigen::Map<const VectorX>(d.data(), n), changed);
+    EXPECT_LT((product.col(0) - expected).norm(), 1e-6 * expected.norm());
+  }
+}
+
 TEST_P(FiniteFibres, TurningABodyTurnsItsForcesAndKeepsItsEnergy) {
   const Cube cube = Cube::make(GetParam(), false, {}, winding);
   const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.03, 7);
