@@ -35,7 +35,7 @@ TEST(LargeFinite, IsPreparedWithinWhatTheGuardSaysAndTakesHalfOfThatAtLeast) {
   const SceneDescription scene = pressed_cube(2.05e-3);
   Reach reach;
   reach.radius = 10e-3;
-  reach.points.push_back(Vec3(0, 0, 0.5 * kEdge));
+  reach.tips.push_back({.at = Vec3(0, 0, 0.5 * kEdge)});
   const auto plan = plan_organ(scene.organs[0], test_tissues().at("rubber"), reach,
                                {project_file("assets"), false});
   ASSERT_TRUE(plan) << plan.error().text();

@@ -18,7 +18,7 @@ namespace viscera::test {
 namespace {
 
 const Vec3 kUp(-1.0 / 3.0, 0, 1.0), kAlong(1.0, 0, 0);
-constexpr double kTip = 4e-3, kThick = 24e-3, kTop = 0.5 * kThick;
+constexpr double kTip = 4e-3, kThick = 24e-3, kTopOfBar = 0.5 * kThick;
 
 /// A bar that is held at its left end; a jaw takes it near the other and moves it so far within the
 /// time that `lifts` names. Second, a probe that is where its keys say.
@@ -224,8 +224,8 @@ TEST(FiniteHand, WhatItMeetsOnALiftedBarIsTheSlopeOfTheForceThere) {
       double met = 0.0;
       for (int frame = 0; frame < 3; ++frame) met = pressed.slope_met();
       EXPECT_NEAR(met, exact, 0.02 * exact) << thick << " " << x;
-      if (thick < kThick)  // its bending is what strain stiffens
-        EXPECT_LT(at_rest, 0.75 * exact);
+      // A thin one's bending is what strain stiffens.
+      EXPECT_TRUE(thick == kThick || at_rest < 0.75 * exact) << at_rest << " of " << exact;
       EXPECT_EQ(pressed.refused(), 0u);
     });
 }
@@ -297,7 +297,7 @@ TEST(FiniteHand, FeelsNoStepAsAJawLiftsTheTissueUnderIt) {
 
 TEST(FiniteHand, ClosedWaysOnALiftedBarGiveTheHandNoEnergy) {
   // In, along, out and back, five times, on tissue that stands lifted.
-  const Vec3 on(2e-3, 0, kTop + kTip + 5.5e-3);
+  const Vec3 on(2e-3, 0, kTopOfBar + kTip + 5.5e-3);
   std::vector<InstrumentKey> way = {{0.0, on + Vec3(0, 0, 20e-3), 0.0, 1.0},
                                     {1.3, on + Vec3(0, 0, 5e-3), 0.0, 1.0}};
   for (int turn = 0; turn < 60; ++turn) {
@@ -321,7 +321,7 @@ TEST(FiniteHand, ClosedWaysOnALiftedBarGiveTheHandNoEnergy) {
 
 SceneDescription pressed_while_lifted() {
   const auto at = [&](double time, double deep) {
-    return InstrumentKey{time, Vec3(0, 0, kTop + kTip - deep), 0.0, 1.0};
+    return InstrumentKey{time, Vec3(0, 0, kTopOfBar + kTip - deep), 0.0, 1.0};
   };
   SceneDescription scene = lifted_scene(
       kUp * 15e-3, {0.3, 1.0}, {at(0.0, -6e-3), at(0.3, 2e-3), at(0.8, 3e-3), at(9.0, 2e-3)});
