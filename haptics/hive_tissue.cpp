@@ -253,9 +253,25 @@ Vec3 HiveTissue::push_of(std::span<const double> forces) const noexcept {
   return sum;
 }
 
+/// What a hold's change since `before` adds to the energy that the forces of a pressed hive store:
+/// a tool that stands still has its force changed by it [J].
+double HiveTissue::work_of_hold(const Hive& hive, const HoldBlend& before) const noexcept {
+  if (before.none() && hold_.none()) return 0.0;
+  HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero(), was = taken;
+  const std::span<const double> forces = hive.cell_forces();
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    if (forces[k] == 0.0) continue;
+    const ContactCell& cell = foot_.cells()[k];
+    taken += forces[k] * hold_.share_at(cell.position, cell.direction);
+    was += forces[k] * before.share_at(cell.position, cell.direction);
+  }
+  return 0.5 *
+         (taken.dot(hold_.signs().cwiseProduct(taken)) - was.dot(before.signs().cwiseProduct(was)));
+}
+
 /// Both hives' cells under one grid; false where it has no answer.
-bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, double now,
-                                      Answer& all) noexcept {
+bool HiveTissue::answer_beyond_linear(Clock::time_point began, const HoldBlend& held, double before,
+                                      double now, Answer& all) noexcept {
   std::array<NonlinearHive::Share, 2> shares;
   std::size_t count = 0;
   for (const auto& [which, weight] : {std::pair(before_, before), std::pair(now_, now)}) {
@@ -283,44 +299,23 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, double before, do
   for (std::size_t i = 0; i < count; ++i) {
     all.covered += shares[i].weight;
     all.force += shares[i].weight * push_of(shares[i].hive->cell_forces());
+    all.by_hold += shares[i].weight * work_of_hold(*shares[i].hive, held);
   }
   all.stiffness = one.stiffness;
   all.energy = one.hive.energy;
   return true;
 }
 
-/// What a hold's change since `before` adds to the energy that these forces store: a tool that
-/// stands still has its force changed by it [J].
-double HiveTissue::work_of_hold(const HoldBlend& before) const noexcept {
-  const double s = smooth(share_);
-  double sum = 0.0;
-  for (const auto& [which, weight] : {std::pair(before_, 1.0 - s), std::pair(now_, s)}) {
-    if (which < 0 || weight <= 0.0) continue;
-    const std::span<const double> forces = hives_[static_cast<std::size_t>(which)].cell_forces();
-    if (forces.size() != foot_.cells().size()) continue;
-    HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero(), was = taken;
-    for (std::size_t k = 0; k < forces.size(); ++k) {
-      if (forces[k] == 0.0) continue;
-      const ContactCell& cell = foot_.cells()[k];
-      taken += forces[k] * hold_.share_at(cell.position, cell.direction);
-      was += forces[k] * before.share_at(cell.position, cell.direction);
-    }
-    sum +=
-        weight * 0.5 *
-        (taken.dot(hold_.signs().cwiseProduct(taken)) - was.dot(before.signs().cwiseProduct(was)));
-  }
-  return sum;
-}
-
-/// Of the running hive and the one before it.
-HiveTissue::Answer HiveTissue::answer(Clock::time_point began) noexcept {
+/// Of the running hive and the one before it; `held`: by what others held the tick before.
+HiveTissue::Answer HiveTissue::answer(Clock::time_point began, const HoldBlend& held) noexcept {
   const double s = smooth(share_);
   Answer all;
-  if (!nonlinear_ || !answer_beyond_linear(began, 1.0 - s, s, all)) {
+  if (!nonlinear_ || !answer_beyond_linear(began, held, 1.0 - s, s, all)) {
     const auto add = [&](int which, double weight) {
       if (which < 0 || weight <= 0.0) return;
       double slope = 0.0;
-      const HiveForce one = press(hives_[static_cast<std::size_t>(which)], slope);
+      Hive& hive = hives_[static_cast<std::size_t>(which)];
+      const HiveForce one = press(hive, slope);
       if (one.verdict != HiveVerdict::kSound) {
         ++figures_.refused;
         figures_.last_refusal = one.verdict;
@@ -330,6 +325,7 @@ HiveTissue::Answer HiveTissue::answer(Clock::time_point began) noexcept {
       all.force += weight * one.force;
       all.stiffness += weight * slope;
       all.energy += weight * one.energy;
+      all.by_hold += weight * work_of_hold(hive, held);
     };
     add(before_, 1.0 - s);
     add(now_, s);
@@ -340,6 +336,7 @@ HiveTissue::Answer HiveTissue::answer(Clock::time_point began) noexcept {
     all.force /= all.covered;
     all.stiffness /= all.covered;
     all.energy /= all.covered;
+    all.by_hold /= all.covered;
   }
   return all;
 }
@@ -384,7 +381,7 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
     return felt;
   }
 
-  const Answer all = answer(began);
+  const Answer all = answer(began, held);
   covered_ = all.covered > 0.0;
   if (!covered_) {
     ++figures_.uncovered;
@@ -398,8 +395,7 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   const bool moving = moved_since(scene, motion.tick + 1, tick_of(motion, dt)) != moved;
   const Vec3 shift =
       (moving ? dt : 0.0) * scene.velocity + scene.pose.direction_to_world(shown_now_);
-  const double by_hold = held.none() && hold_.none() ? 0.0 : work_of_hold(held);
-  felt.supplied = std::max(0.0, felt.force.dot(shift) + by_hold);
+  felt.supplied = std::max(0.0, felt.force.dot(shift) + all.by_hold);
   felt.touching = all.force.squaredNorm() > 0.0;
   return felt;
 }

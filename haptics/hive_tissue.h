@@ -134,6 +134,7 @@ class HiveTissue final : public TactileModel {
     double covered = 0.0;  ///< weights of the hives that answered
     Vec3 force = Vec3::Zero();
     double stiffness = 0.0, energy = 0.0;
+    double by_hold = 0.0;  ///< of the energy, by a hold that has changed
   };
   HiveTissue(const HiveBody& body, const HiveTissueSettings& settings, std::vector<Hive> hives,
              std::optional<NonlinearHive> nonlinear);
@@ -141,9 +142,9 @@ class HiveTissue final : public TactileModel {
   TactileForce respond_at_once(const ToolMotion& motion, double dt,
                                Clock::time_point began) noexcept;
   void relax(TactileForce& felt, double dt) noexcept;
-  Answer answer(Clock::time_point began) noexcept;
-  bool answer_beyond_linear(Clock::time_point began, double before, double now,
-                            Answer& all) noexcept;
+  Answer answer(Clock::time_point began, const HoldBlend& held) noexcept;
+  bool answer_beyond_linear(Clock::time_point began, const HoldBlend& held, double before,
+                            double now, Answer& all) noexcept;
 
   Vec3 seen_from_rest(const TissueSnapshot& scene, const ToolMotion& motion,
                       double dt) const noexcept;
@@ -153,7 +154,7 @@ class HiveTissue final : public TactileModel {
   void renew_hive(const Vec3& velocity) noexcept;
   HiveForce press(Hive& hive, double& stiffness) noexcept;
   Vec3 push_of(std::span<const double> forces) const noexcept;
-  double work_of_hold(const HoldBlend& before) const noexcept;
+  double work_of_hold(const Hive& hive, const HoldBlend& before) const noexcept;
 
   HiveBody body_;
   HiveTissueSettings settings_;

@@ -127,7 +127,7 @@ struct Hive::Data {
   std::vector<double> cell_forces;   ///< of the last press [N]
   std::vector<PatternPlace> places;  ///< of the cells
   HoldBlend hold;                    ///< of others, about them
-  MatrixX held, signed_held;         ///< shares of the cells in it, 18 x cells
+  MatrixX held;                      ///< shares of the cells in it, 18 x cells
   MatrixX images;                    ///< correction times the cells' weights, (3 n) x cells
   VectorX node_forces;               ///< of the last press, (3 m) [N]
 
@@ -149,7 +149,6 @@ struct Hive::Data {
     places.reserve(most);
     images.resize(3 * moved, most_cells);
     held.resize(18, most_cells);
-    signed_held.resize(18, most_cells);
     node_forces = VectorX::Zero(3 * pattern.ring_nodes());
     usable = usable_share(pattern) * wanted.radius;
     figures.nodes = pattern.nodes();
@@ -225,6 +224,8 @@ void Hive::Data::fill_compliance(bool with_hold) noexcept {
   for (int k = 0; k < n; ++k) {
     const ContactCell& one = cells[static_cast<std::size_t>(k)];
     const PatternPlace& place = places[static_cast<std::size_t>(k)];
+    HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero();
+    if (with_hold) taken = held.col(k).cwiseProduct(hold.signs());
     for (int l = 0; l <= k; ++l) {
       const ContactCell& other = cells[static_cast<std::size_t>(l)];
       double amount = 0.0;
@@ -242,7 +243,7 @@ void Hive::Data::fill_compliance(bool with_hold) noexcept {
                   one.direction.dot(half_space.displacement(
                       kernels, offset, (one.normal + other.normal).normalized(), other.direction));
       }
-      if (with_hold) amount -= held.col(k).dot(signed_held.col(l));
+      if (with_hold) amount -= taken.dot(held.col(l));
       matrix(k, l) = amount;
     }
   }
@@ -389,7 +390,6 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells, const HoldBlend& hold
   for (int k = 0; k < n && !hold.none(); ++k) {
     const ContactCell& cell = cells[static_cast<std::size_t>(k)];
     d.held.col(k) = hold.share_at(cell.position, cell.direction);
-    d.signed_held.col(k) = d.held.col(k).cwiseProduct(hold.signs());
   }
   d.fill_compliance(!hold.none());
   bool positive = d.pressed.check();

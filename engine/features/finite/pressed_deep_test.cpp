@@ -18,7 +18,8 @@ namespace {
 
 constexpr double kRadius = 25e-3, kHeldBelow = -15e-3, kTip = 10e-3;  // [m]
 constexpr double kDepth = 0.4 * (kRadius - kHeldBelow);
-constexpr int kFew = 2, kConverged = 100;  // iterations a frame
+constexpr double kFelt = 1e-3;  // errors count from this depth on [m]
+constexpr int kFew = 2, kConverged = 40;  // iterations a frame
 
 struct Press {
   double speed;        ///< [m/s]
@@ -54,6 +55,7 @@ Frames pressed(double speed, int iterations) {
     const ContactSolution& solution = world->all<OrganContact>()[0].solution;
     if (solution.forces.empty()) continue;
     frames.penetration = std::max(frames.penetration, solution.violation);
+    if (world->time() < begins + kFelt / speed) continue;
     frames.forces.push_back(force_on(*world, 0));
   }
   return frames;
