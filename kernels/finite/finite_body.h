@@ -89,7 +89,7 @@ class FiniteBody {
   /// were so many times as great.
   SymmetricBlockMatrix tangent(std::span<const double> displacements, double shear = 1.0) const;
   /// The same times some vectors, without putting it together; (3 N) x (any). Of what has had all
-  /// the time to relax. The same bits for any number of threads.
+  /// the time to relax. In single precision; the same bits for any number of threads.
   MatrixX tangent_times(std::span<const double> displacements, const MatrixX& directions,
                         const ChangedTissue& changed = {}) const;
 
@@ -130,9 +130,9 @@ class FiniteBody {
                     std::array<double, 4>& theta) const;
   static double add_cell(const CellView& cell, const double* displacements, double* scratch,
                          double* forces);
-  static void find_tangent(const TangentView& cell, const double* displacements, double* scratch);
-  static void add_tangent(const TangentView& cell, const double* direction, double* scratch,
-                          double* forces);
+  static void find_tangent(const TangentView& cell, const double* displacements, float* scratch);
+  static void add_tangent(const TangentView& cell, const float* directions, float* scratch,
+                          float* forces);
   static double add_averaged(const CellView& cell, const double* dilatation, double* derivative);
   static void find_strains(const CellView& cell, const double* displacements, double* strains);
   std::vector<double> gathered(const Piece& piece, std::span<const double> displacements) const;

@@ -99,7 +99,7 @@ class FiniteSolver {
   /// The same where nothing does.
   FiniteStep step(FiniteState& state, const Vec3& acceleration = Vec3::Zero()) const;
 
-  /// out = R P^-1 R^T g, P what preconditions a step.                                     (3 N)
+  /// out = R P^-1 R^T g, P what preconditions a step; columns one after another.  (3 N x columns)
   void precondition(const NodalRotations& rotations, std::span<const double> g,
                     std::span<double> out) const;
 

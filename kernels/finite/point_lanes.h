@@ -43,7 +43,8 @@ VISCERA_INLINE void cofactors(const Lanes* f, Lanes* c) {
 }
 
 /// How they change as F changes by d.
-VISCERA_INLINE void change_of_cofactors(const Lanes* f, const Lanes* d, Lanes* c) {
+template <class Numbers>
+VISCERA_INLINE void change_of_cofactors(const Numbers* f, const Numbers* d, Numbers* c) {
   c[0] = d[4] * f[8] + f[4] * d[8] - d[5] * f[7] - f[5] * d[7];
   c[1] = d[5] * f[6] + f[5] * d[6] - d[3] * f[8] - f[3] * d[8];
   c[2] = d[3] * f[7] + f[3] * d[7] - d[4] * f[6] - f[4] * d[6];

@@ -38,6 +38,13 @@ std::optional<TangentAnswer> answer_of_tangent(const FiniteBody& body,
     hold.compute(held.response);
     if (hold.info() != Eigen::Success) return std::nullopt;
   }
+  // What the loads do to what is held beyond the nodes, it makes good of itself.
+  Span begun;
+  const bool has_begun = rows > 0 && held.apart.size() > 0 && !held.apart.isZero(0.0);
+  if (has_begun) {
+    begun.forces = -hold.solve(held.apart);
+    begun.fields = held.answers(begun.forces);
+  }
   Span span;
   span.forces.resize(rows, 0);
   /// Fields brought back onto the rows.
@@ -53,18 +60,16 @@ std::optional<TangentAnswer> answer_of_tangent(const FiniteBody& body,
       forces -= back;
       append(span.forces, forces);
     }
-    append(span.images, image_of(fields));
     append(span.fields, fields);
+    if (!has_begun || begun.images.size() > 0) {
+      append(span.images, image_of(fields));
+      return;
+    }
+    append(fields, begun.fields);  // the body is read once for both
+    const MatrixX images = image_of(fields);
+    span.images = images.leftCols(images.cols() - begun.fields.cols());
+    begun.images = images.rightCols(begun.fields.cols());
   };
-  // What the loads do to what is held beyond the nodes, it makes good of itself.
-  Span begun;
-  if (rows > 0 && held.apart.size() > 0 && !held.apart.isZero(0.0)) {
-    begun.forces = -hold.solve(held.apart);
-    begun.fields = held.answers(begun.forces);
-    begun.images = image_of(begun.fields);
-  }
-  const bool has_begun = begun.fields.size() > 0;
-
   TangentAnswer answer;
   take(loads.guess, loads.guessed_forces);
   for (int round = 1;; ++round) {
@@ -102,9 +107,8 @@ std::optional<TangentAnswer> answer_of_tangent(const FiniteBody& body,
     MatrixX residual = loads.loads - images;
     if (rows > 0) residual += held.loads(answer.forces);
     MatrixX next(n, m);
-    for (Eigen::Index c = 0; c < m; ++c)
-      loads.precondition({residual.col(c).data(), static_cast<std::size_t>(n)},
-                         {next.col(c).data(), static_cast<std::size_t>(n)});
+    const auto numbers = static_cast<std::size_t>(n * m);
+    loads.precondition({residual.data(), numbers}, {next.data(), numbers});
     take(std::move(next), {});
   }
 }

@@ -35,7 +35,7 @@ struct TangentLoads {
   /// Where to begin: H L, or an answer that was right a moment ago.                       (3 N x m)
   MatrixX guess;
   MatrixX guessed_forces;  ///< with it; empty: none                                      (rows x m)
-  /// H g, one column.
+  /// H g, columns one after another.
   std::function<void(std::span<const double>, std::span<double>)> precondition;
 };
 

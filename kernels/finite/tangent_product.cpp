@@ -14,9 +14,40 @@ namespace {
 using namespace point_lanes;
 
 constexpr std::size_t kTerms = ElasticRegion::kTerms, kOfF = 9;
-/// Of a pack: F, its cofactors, what multiplies their change, and a change of F.
-constexpr std::size_t kCofactors = 4 * kOfF, kPressure = 8 * kOfF, kChange = kPressure + 4,
-                      kScratch = kChange + 4 * kOfF;
+
+/// Of a pack's points for two vectors, one after the other, in single precision: the product errs
+/// by what rounding the gradients to that does.
+constexpr std::size_t kTwo = 2;
+using Pair = float __attribute__((vector_size(32)));
+constexpr std::size_t kPairLanes = 8;
+
+/// The same numbers for both.
+VISCERA_INLINE void load_both(const float* from, Pair& to) {
+  FloatLanes one;
+  std::memcpy(&one, from, sizeof one);
+  to = __builtin_shufflevector(one, one, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+VISCERA_INLINE void load_both(const double* from, Pair& to) {
+  Lanes wide;
+  load(from, wide);
+  const FloatLanes one = __builtin_convertvector(wide, FloatLanes);
+  to = __builtin_shufflevector(one, one, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+VISCERA_INLINE void load_pair(const float* from, Pair& to) {
+  std::memcpy(&to, from, sizeof to);
+}
+VISCERA_INLINE void store_pair(const Pair& from, float* to) {
+  std::memcpy(to, &from, sizeof from);
+}
+VISCERA_INLINE void store_narrow(const Lanes& from, float* to) {
+  const FloatLanes narrow = __builtin_convertvector(from, FloatLanes);
+  std::memcpy(to, &narrow, sizeof narrow);
+}
+
+/// Of a pack: F, its cofactors, what multiplies their change, where fibres have come with what
+/// multiplies their change and their stretch, and a change of F for two vectors.
+constexpr std::size_t kCofactors = 4 * kOfF, kPressure = 8 * kOfF, kFibres = kPressure + 4,
+                      kChange = kFibres + 5 * 4, kScratch = kChange + 8 * kOfF;
 
 }  // namespace
 
@@ -32,20 +63,18 @@ struct FiniteBody::TangentView {
   const ChangedTissue::Pack* changed;  // null: nothing has changed
   double mu, lambda, averaged;
 
-  /// Adds to the change of stress by F, over s g^2, what fibres make of a change `d` of F.
-  VISCERA_INLINE void add_fibres(std::size_t pack, const Lanes& growth, const Lanes* f,
-                                 const Lanes* d, Lanes* stress) const {
-    Lanes quarter, bend, a[3], along[3], change[3];
+  /// Of fibres: F a, what multiplies D a in the change of stress by a change D of F, and what
+  /// multiplies (F a . D a) F a.
+  VISCERA_INLINE void keep_fibres(std::size_t pack, const Lanes& growth, const Lanes& stiff,
+                                  const Lanes* f, float* kept) const {
+    Lanes quarter, bend, a[3], along[3];
     load(fibres[pack].quarter.data(), quarter);
     load(fibres[pack].bend.data(), bend);
     for (std::size_t k = 0; k < 3; ++k) load(fibres[pack].direction[k].data(), a[k]);
-    for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < 3; ++i)
       along[i] = f[3 * i] * a[0] + f[3 * i + 1] * a[1] + f[3 * i + 2] * a[2];
-      change[i] = d[3 * i] * a[0] + d[3 * i + 1] * a[1] + d[3 * i + 2] * a[2];
-    }
     const Lanes squared = growth * growth;
     const Lanes length = along[0] * along[0] + along[1] * along[1] + along[2] * along[2];
-    const Lanes rate = along[0] * change[0] + along[1] * change[1] + along[2] * change[2];
     Lanes slope, curvature;
     for (int lane = 0; lane < 4; ++lane) {
       const FibreLaw law{quarter[lane], bend[lane]};
@@ -53,9 +82,25 @@ struct FiniteBody::TangentView {
       slope[lane] = law.slope(s);
       curvature[lane] = law.curvature(s);
     }
+    for (std::size_t i = 0; i < 3; ++i) store_narrow(along[i], kept + 4 * i);
+    store_narrow(2.0 * slope * stiff * squared, kept + 12);
+    store_narrow(4.0 * curvature * stiff * squared * squared, kept + 16);
+  }
+  VISCERA_INLINE void add_fibres(std::size_t pack, const float* kept, const Pair* d,
+                                 Pair* stress) const {
+    Pair a[3], along[3], change[3], pull, stretch;
+    for (std::size_t k = 0; k < 3; ++k) {
+      load_both(fibres[pack].direction[k].data(), a[k]);
+      load_both(kept + 4 * k, along[k]);
+    }
+    load_both(kept + 12, pull);
+    load_both(kept + 16, stretch);
+    for (std::size_t i = 0; i < 3; ++i)
+      change[i] = d[3 * i] * a[0] + d[3 * i + 1] * a[1] + d[3 * i + 2] * a[2];
+    stretch *= along[0] * change[0] + along[1] * change[1] + along[2] * change[2];
     for (std::size_t i = 0; i < 3; ++i) {
-      const Lanes pull = 2.0 * slope * change[i] + 4.0 * curvature * squared * rate * along[i];
-      for (std::size_t k = 0; k < 3; ++k) stress[3 * i + k] += pull * a[k];
+      const Pair more = pull * change[i] + stretch * along[i];
+      for (std::size_t k = 0; k < 3; ++k) stress[3 * i + k] += more * a[k];
     }
   }
 
@@ -107,27 +152,28 @@ struct FiniteBody::TangentView {
   }
 };
 
-/// F, its cofactors and the pressures of a cell, into `scratch`.
+/// F, its cofactors, the pressures and fibres of a cell, into `scratch`.
 VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double* displacements,
-                                           double* scratch) {
+                                           float* scratch) {
   Lanes theta[kTerms] = {};
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    double* kept = scratch + kScratch * p;
+    float* kept = scratch + kScratch * p;
     Lanes f[kOfF], c[kOfF], w, growth, stiff;
     for (std::size_t i = 0; i < kOfF; ++i) f[i] = Lanes{} + (i % 4 == 0 ? 1.0 : 0.0);
     cell.add_gradient(p, displacements, f);
     cofactors(f, c);
     for (std::size_t i = 0; i < kOfF; ++i) {
-      store(f[i], kept + 4 * i);
-      store(c[i], kept + kCofactors + 4 * i);
+      store_narrow(f[i], kept + 4 * i);
+      store_narrow(c[i], kept + kCofactors + 4 * i);
     }
     load(cell.weights[p].data(), w);
     cell.load_growth(p, w, growth, stiff);
+    if (cell.fibres != nullptr) cell.keep_fibres(p, growth, stiff, f, kept + kFibres);
     const Lanes volume = f[0] * c[0] + f[1] * c[1] + f[2] * c[2];
     const Lanes cubed = growth * growth * growth;
     // The law's is by g F, whose cofactors are g^2 times as great, and times g by F.
-    store(stiff * cubed * ((cell.lambda + cell.mu) * (cubed * volume - 1.0) - cell.mu),
-          kept + kPressure);
+    store_narrow(stiff * cubed * ((cell.lambda + cell.mu) * (cubed * volume - 1.0) - cell.mu),
+                 kept + kPressure);
     if (cell.psi == nullptr) continue;
     for (std::size_t k = 0; k < kTerms; ++k) {
       Lanes psi;
@@ -140,7 +186,7 @@ VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double
   for (std::size_t k = 0; k < kTerms; ++k) dilatation[k] = sum_of(theta[k]);
   cell.average(dilatation, false, derivative);
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    double* kept = scratch + kScratch * p;
+    float* kept = scratch + kScratch * p;
     Lanes w, pressure;
     load(cell.weights[p].data(), w);
     load(kept + kPressure, pressure);
@@ -149,76 +195,102 @@ VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double
       load(cell.psi[p][k].data(), psi);
       pressure += w * derivative[k] * psi;
     }
-    store(pressure, kept + kPressure);
+    store_narrow(pressure, kept + kPressure);
   }
 }
 
-/// Adds what a cell makes of one vector, a component's four lanes after another's.
-VISCERA_WIDE void FiniteBody::add_tangent(const TangentView& cell, const double* direction,
-                                          double* scratch, double* forces) {
-  Lanes theta[kTerms] = {};
+/// Adds what a cell makes of two vectors: `directions` has each of a node's components four times
+/// for one and four times for the other, `forces` the four lanes of each.
+VISCERA_WIDE void FiniteBody::add_tangent(const TangentView& cell, const float* directions,
+                                          float* scratch, float* forces) {
+  Pair theta[kTerms] = {};
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    double* kept = scratch + kScratch * p;
-    Lanes d[kOfF] = {};
-    cell.add_gradient(p, direction, d);
-    for (std::size_t i = 0; i < kOfF; ++i) store(d[i], kept + kChange + 4 * i);
+    float* kept = scratch + kScratch * p;
+    Pair d[kOfF] = {};
+    for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
+      const float* u = directions + 3 * kPairLanes * static_cast<std::size_t>(cell.nodes[e]);
+      Pair g[3], moved;
+      for (std::size_t k = 0; k < 3; ++k) load_both(cell.gradients[e].data() + kLanes * k, g[k]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        load_pair(u + kPairLanes * i, moved);
+        for (std::size_t k = 0; k < 3; ++k) d[3 * i + k] += moved * g[k];
+      }
+    }
+    for (std::size_t i = 0; i < kOfF; ++i) store_pair(d[i], kept + kChange + kPairLanes * i);
     if (cell.psi == nullptr) continue;
-    Lanes w, change = {};
-    load(cell.weights[p].data(), w);
+    Pair w, change = {};
+    load_both(cell.weights[p].data(), w);
     for (std::size_t i = 0; i < kOfF; ++i) {
-      Lanes c;
-      load(kept + kCofactors + 4 * i, c);
+      Pair c;
+      load_both(kept + kCofactors + 4 * i, c);
       change += c * d[i];
     }
+    change *= w;
     for (std::size_t k = 0; k < kTerms; ++k) {
-      Lanes psi;
-      load(cell.psi[p][k].data(), psi);
-      theta[k] += w * psi * change;
+      Pair psi;
+      load_both(cell.psi[p][k].data(), psi);
+      theta[k] += psi * change;
     }
   }
-  double dilatation[kTerms], derivative[kTerms];
+  Pair derivative[kTerms];
   if (cell.psi != nullptr) {
-    for (std::size_t k = 0; k < kTerms; ++k) dilatation[k] = sum_of(theta[k]);
-    cell.average(dilatation, true, derivative);
+    double one[kTerms], by[kTwo][kTerms];
+    for (std::size_t v = 0; v < kTwo; ++v) {
+      for (std::size_t k = 0; k < kTerms; ++k) {
+        const Pair& sums = theta[k];
+        one[k] = static_cast<double>((sums[4 * v] + sums[4 * v + 1]) +
+                                     (sums[4 * v + 2] + sums[4 * v + 3]));
+      }
+      cell.average(one, true, by[v]);
+    }
+    for (std::size_t k = 0; k < kTerms; ++k)
+      for (std::size_t lane = 0; lane < kPairLanes; ++lane)
+        derivative[k][lane] = static_cast<float>(by[lane / 4][k]);
   }
+  const auto bulk = static_cast<float>(cell.lambda + cell.mu),
+             shear_modulus = static_cast<float>(cell.mu);
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    const double* kept = scratch + kScratch * p;
-    Lanes f[kOfF], c[kOfF], d[kOfF], turned[kOfF], w, growth, stiff, pressure, change = {};
+    const float* kept = scratch + kScratch * p;
+    Lanes weight, growth_of, stiff_of;
+    load(cell.weights[p].data(), weight);
+    cell.load_growth(p, weight, growth_of, stiff_of);
+    double of_points[3][4];
+    store(weight, of_points[0]);
+    store(stiff_of * growth_of * growth_of, of_points[1]);
+    store(growth_of, of_points[2]);
+    Pair f[kOfF], c[kOfF], d[kOfF], turned[kOfF], w, stiff, growth, pressure, change = {};
+    load_both(of_points[0], w);
+    load_both(of_points[1], stiff);
+    load_both(of_points[2], growth);
     for (std::size_t i = 0; i < kOfF; ++i) {
-      load(kept + 4 * i, f[i]);
-      load(kept + kCofactors + 4 * i, c[i]);
-      load(kept + kChange + 4 * i, d[i]);
+      load_both(kept + 4 * i, f[i]);
+      load_both(kept + kCofactors + 4 * i, c[i]);
+      load_pair(kept + kChange + kPairLanes * i, d[i]);
       change += c[i] * d[i];
     }
-    load(kept + kPressure, pressure);
-    load(cell.weights[p].data(), w);
-    cell.load_growth(p, w, growth, stiff);
-    const Lanes squared = growth * growth;
-    Lanes rise = (cell.lambda + cell.mu) * stiff * squared * squared * squared * change;
+    load_both(kept + kPressure, pressure);
+    Pair rise = bulk * stiff * (growth * growth) * (growth * growth) * change;
     if (cell.psi != nullptr)
       for (std::size_t k = 0; k < kTerms; ++k) {
-        Lanes psi;
-        load(cell.psi[p][k].data(), psi);
+        Pair psi;
+        load_both(cell.psi[p][k].data(), psi);
         rise += w * derivative[k] * psi;
       }
     change_of_cofactors(f, d, turned);
-    const Lanes shear = cell.mu * stiff * squared;
-    Lanes stress[kOfF] = {};
-    if (cell.fibres != nullptr) {
-      cell.add_fibres(p, growth, f, d, stress);
-      for (std::size_t i = 0; i < kOfF; ++i) stress[i] *= stiff * squared;
-    }
+    const Pair shear = shear_modulus * stiff;
+    Pair stress[kOfF];
     for (std::size_t i = 0; i < kOfF; ++i)
-      stress[i] += shear * d[i] + rise * c[i] + pressure * turned[i];
+      stress[i] = shear * d[i] + rise * c[i] + pressure * turned[i];
+    if (cell.fibres != nullptr) cell.add_fibres(p, kept + kFibres, d, stress);
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
-      Lanes g[3];
-      for (std::size_t k = 0; k < 3; ++k) load(cell.gradients[e].data() + kLanes * k, g[k]);
-      double* on_node = forces + 3 * kLanes * static_cast<std::size_t>(cell.nodes[e]);
+      Pair g[3];
+      for (std::size_t k = 0; k < 3; ++k) load_both(cell.gradients[e].data() + kLanes * k, g[k]);
+      float* on_node = forces + 3 * kPairLanes * static_cast<std::size_t>(cell.nodes[e]);
       for (std::size_t i = 0; i < 3; ++i) {
-        Lanes force;
-        load(on_node + kLanes * i, force);
+        Pair force;
+        load_pair(on_node + kPairLanes * i, force);
         force += stress[3 * i] * g[0] + stress[3 * i + 1] * g[1] + stress[3 * i + 2] * g[2];
-        store(force, on_node + kLanes * i);
+        store_pair(force, on_node + kPairLanes * i);
       }
     }
   }
@@ -230,18 +302,24 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
   const auto column = [&](std::size_t c) {
     return std::span<const double>(directions.col(static_cast<Eigen::Index>(c)).data(), 3 * nodes_);
   };
-  std::vector<std::vector<double>> forces(pieces_.size());
+  const std::size_t pairs = (columns + kTwo - 1) / kTwo;
+  std::vector<std::vector<float>> forces(pieces_.size());
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t i) {
     const Piece& piece = pieces_[i];
     const std::vector<double> at = gathered(piece, displacements);
-    std::vector<std::vector<double>> along;
-    for (std::size_t c = 0; c < columns; ++c) along.push_back(gathered(piece, column(c)));
-    const std::size_t size = kLanes * at.size();
-    forces[i].assign(columns * size, 0.0);
+    const std::size_t size = kPairLanes * at.size();
+    std::vector<float> along(pairs * size, 0.0f);
+    for (std::size_t c = 0; c < columns; ++c) {
+      const std::vector<double> one = gathered(piece, column(c));
+      float* to = along.data() + c / kTwo * size + c % kTwo * 4;
+      for (std::size_t k = 0; k < one.size(); ++k)
+        std::fill_n(to + kPairLanes * k, 4, static_cast<float>(one[k]));
+    }
+    forces[i].assign(pairs * size, 0.0f);
     std::size_t most = 0;
     for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c)
       most = std::max(most, cell_begin_[c + 1] - cell_begin_[c]);
-    std::vector<double> scratch(kScratch * most);
+    std::vector<float> scratch(kScratch * most);
     for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c) {
       const std::size_t first = cell_begin_[c];
       const TangentView cell{
@@ -257,18 +335,21 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
           .lambda = lambda_,
           .averaged = averaged_};
       find_tangent(cell, at.data(), scratch.data());
-      for (std::size_t k = 0; k < columns; ++k)
-        add_tangent(cell, along[k].data(), scratch.data(), forces[i].data() + size * k);
+      for (std::size_t pair = 0; pair < pairs; ++pair)
+        add_tangent(cell, along.data() + size * pair, scratch.data(),
+                    forces[i].data() + size * pair);
     }
   });
   MatrixX product = MatrixX::Zero(directions.rows(), directions.cols());
-  for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    const double* force = forces[i].data();
-    for (Eigen::Index c = 0; c < product.cols(); ++c)
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    for (std::size_t c = 0; c < columns; ++c) {
+      const std::size_t size = 3 * kPairLanes * pieces_[i].nodes.size();
+      const float* force = forces[i].data() + c / kTwo * size + c % kTwo * 4;
+      double* to = product.col(static_cast<Eigen::Index>(c)).data();
       for (const int node : pieces_[i].nodes)
-        for (Eigen::Index k = 0; k < 3; ++k, force += kLanes)
-          product(3 * node + k, c) += (force[0] + force[1]) + (force[2] + force[3]);
-  }
+        for (int k = 0; k < 3; ++k, force += kPairLanes)
+          to[3 * node + k] += static_cast<double>((force[0] + force[1]) + (force[2] + force[3]));
+    }
   double energy = 0.0;
   for (std::size_t c = 0; c < columns; ++c)
     add_hold(column(c), {product.col(static_cast<Eigen::Index>(c)).data(), 3 * nodes_}, energy, {});

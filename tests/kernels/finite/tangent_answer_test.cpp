@@ -35,7 +35,7 @@ TEST(TangentTimes, AVectorIsTheTangentPutTogetherTimesIt) {
     directions.col(c) = Eigen::Map<const VectorX>(one.data(), whole.rows());
   }
   const MatrixX product = cube.finite.tangent_times(u, directions), expected = whole * directions;
-  EXPECT_LT((product - expected).norm(), 1e-9 * expected.norm());
+  EXPECT_LT((product - expected).norm(), 1e-7 * expected.norm());  // single precision
 }
 
 TEST(TangentTimes, IsWhatTheGradientOfChangedTissueChangesBy) {
@@ -163,7 +163,9 @@ TEST(TangentAnswer, OfABarLiftedByThirtyMillimetresIsWithinTwoPercentAfterFourRo
     // Always too stiff, and the better the more rounds.
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatrixX>(exact - answer->response).eigenvalues()[0],
               -1e-6 * exact.norm());
-    if (rounds > 1) EXPECT_LT(errors[errors.size() - 1], 0.6 * errors[errors.size() - 2]);
+    if (rounds > 1) {
+      EXPECT_LT(errors[errors.size() - 1], 0.6 * errors[errors.size() - 2]);
+    }
   }
   EXPECT_GT(errors[0], 0.1);
   EXPECT_LT(errors[3], 0.02);
