@@ -37,16 +37,21 @@ VISCERA_WIDE void add_two_triples(float* __restrict u, const Triple& s, const Tr
   }
 }
 
+Triple triple_of(const ColumnTriples& columns, int number, std::size_t first_row,
+                 const Vec3f& factors) {
+  const float* x = columns.values + 3 * static_cast<std::size_t>(number) * columns.stride +
+                   first_row;
+  return {x, x + columns.stride, x + 2 * columns.stride, factors.x(), factors.y(), factors.z()};
+}
+
 }  // namespace
 
-void sum_column_triples(const float* columns, std::size_t rows, std::span<const int> triples,
+void sum_column_triples(const ColumnTriples& columns, std::span<const int> triples,
                         std::span<const Vec3> loads, std::vector<float>& sums) {
-  sums.assign(rows, 0.0f);
-  parallel_chunks(rows, kRowChunk, [&](std::size_t begin, std::size_t end) {
+  sums.assign(columns.rows, 0.0f);
+  parallel_chunks(columns.rows, kRowChunk, [&](std::size_t begin, std::size_t end) {
     const auto triple = [&](std::size_t j) {
-      const float* x = columns + 3 * static_cast<std::size_t>(triples[j]) * rows + begin;
-      const Vec3f load = loads[j].cast<float>();
-      return Triple{x, x + rows, x + 2 * rows, load.x(), load.y(), load.z()};
+      return triple_of(columns, triples[j], begin, loads[j].cast<float>());
     };
     float* u = sums.data() + begin;
     std::size_t j = 0;
@@ -57,8 +62,23 @@ void sum_column_triples(const float* columns, std::size_t rows, std::span<const 
   });
 }
 
-void sum_weighted_triples(const float* columns, std::size_t rows, std::span<const int> triples,
+void add_column_triples(const ColumnTriples& columns, std::span<const int> triples,
+                        std::span<const Eigen::Matrix3Xf> loads, float* sums) {
+  const std::size_t n = columns.rows;
+  const auto triple = [&](std::size_t j, std::size_t c) {
+    return triple_of(columns, triples[j], 0, loads[c].col(static_cast<Eigen::Index>(j)));
+  };
+  std::size_t j = 0;
+  for (; j + 2 <= triples.size(); j += 2)
+    for (std::size_t c = 0; c < loads.size(); ++c)
+      add_two_triples(sums + c * n, triple(j, c), triple(j + 1, c), n);
+  if (j == triples.size()) return;
+  for (std::size_t c = 0; c < loads.size(); ++c) add_triple(sums + c * n, triple(j, c), n);
+}
+
+void sum_weighted_triples(const ColumnTriples& columns, std::span<const int> triples,
                           std::span<const double> weights, float* sums) {
+  const std::size_t rows = columns.rows;
   std::fill(sums, sums + 3 * rows, 0.0f);
   parallel_chunks(rows, kRowChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = 0; j < triples.size(); j += 3) {
@@ -66,7 +86,7 @@ void sum_weighted_triples(const float* columns, std::size_t rows, std::span<cons
         // One column of each of three nodes; where the last three aren't full, of one node thrice.
         const auto column = [&](std::size_t i) {
           const auto node = static_cast<std::size_t>(triples[i < triples.size() ? i : j]);
-          return columns + (3 * node + a) * rows + begin;
+          return columns.values + (3 * node + a) * columns.stride + begin;
         };
         const auto weight = [&](std::size_t i) {
           return i < triples.size() ? static_cast<float>(weights[i]) : 0.0f;

@@ -193,8 +193,8 @@ Vec3f carried(const SparseWeights& carriers, std::span<const float> displacement
 void place_displacements(const SurfaceCompliance& compliance, const ContactResponse& response,
                          std::vector<float>& displacements) {
   compliance.need(response.touched);
-  sum_column_triples(compliance.columns.data(), compliance.rows(), response.touched, response.loads,
-                     displacements);
+  sum_column_triples({compliance.columns.data(), compliance.rows(), compliance.rows()},
+                     response.touched, response.loads, displacements);
 }
 
 DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places) {

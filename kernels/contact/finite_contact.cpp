@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "kernels/base/disjoint_sets.h"
 #include "kernels/base/finite.h"
 #include "kernels/base/parallel.h"
+#include "kernels/contact/column_sums.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/paff/compliance_columns.h"
 
@@ -23,6 +26,9 @@ Eigen::Index at(std::size_t cell) {
 /// Where columns are summed, by one thread: their sum stays in the first cache, and each column is
 /// read on for long enough to be fetched ahead.
 constexpr std::size_t kNodesAtOnce = 512;
+/// Cells have columns of their own where these are so many times fewer than those of places: made
+/// once, they are read some four times a frame, and for long where a jaw or a link holds.
+constexpr std::size_t kFewerColumns = 2;
 
 double greatest(const std::vector<double>& values) {
   double most = 0.0;
@@ -71,6 +77,7 @@ void FiniteContact::make_response() {
   step_ = coupled_by_step();
   gather_nodes();
   gather_groups();
+  gather_answers();
   turn(state_.motion.rotations);
   response_ = turned_step_ + turned_near_;  // what others that a spring ties to it meet in a step
 }
@@ -165,6 +172,38 @@ void FiniteContact::gather_groups() {
   }
 }
 
+/// Of cells that share their loads as before, answers are kept.
+void FiniteContact::gather_answers() {
+  const auto count = static_cast<std::size_t>(shares_.rows());
+  const std::vector<CellShares> before = std::exchange(answered_, {});
+  if (kFewerColumns * count > touched().size()) {
+    answers_.clear();
+    return;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    CellShares& cell = answered_.emplace_back();
+    for (std::size_t j = 0; j < touched().size(); ++j) {
+      const double share = shares_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
+      if (share == 0.0) continue;
+      cell.places.push_back(touched()[j]);
+      cell.shares.push_back(share);
+    }
+  }
+  const std::vector<float> answers = std::exchange(answers_, {});
+  const ColumnTriples columns = nodal_columns();
+  const std::size_t size = 3 * columns.rows;
+  answers_.resize(size * count);
+  for (std::size_t k = 0; k < count; ++k) {
+    float* to = answers_.data() + size * k;
+    const auto known = std::ranges::find(before, answered_[k]);
+    if (known != before.end())
+      std::copy_n(answers.data() + size * static_cast<std::size_t>(known - before.begin()), size,
+                  to);
+    else
+      sum_weighted_triples(columns, answered_[k].places, answered_[k].shares, to);
+  }
+}
+
 void FiniteContact::drop_response() {
   PatchContact::drop_response();
   still_ = step_ = near_ = fields_ = shares_ = turned_step_ = turned_near_ = MatrixX();
@@ -173,6 +212,8 @@ void FiniteContact::drop_response() {
   std::vector<int>().swap(group_of_cell_);
   std::vector<int>().swap(group_of_node_);
   std::vector<Group>().swap(groups_);
+  std::vector<CellShares>().swap(answered_);
+  std::vector<float>().swap(answers_);
   stands_ = false;
 }
 
@@ -187,10 +228,10 @@ const Mat3& FiniteContact::rotation_of_cell(std::size_t cell) const {
   return groups_[static_cast<std::size_t>(group_of_cell_[cell])].rotation;
 }
 
-/// What a force on a place does to the nodes: the first of three columns.
-const float* FiniteContact::nodal_column(int touched_place) const {
-  return body_.step.columns.data() +
-         3 * static_cast<std::size_t>(touched_place) * body_.step.rows() + 3 * body_.places.size();
+/// What forces on places do to the nodes: three columns each.
+ColumnTriples FiniteContact::nodal_columns() const {
+  const std::size_t first = 3 * body_.places.size(), rows = body_.step.rows();
+  return {body_.step.columns.data() + first, rows - first, rows};
 }
 
 MatrixX FiniteContact::turned(const MatrixX& response) const {
@@ -235,29 +276,28 @@ VectorX FiniteContact::answer_to(const VectorX& forces) const {
 /// Of several at once, columns being long to read.
 MatrixX FiniteContact::answers_to(const MatrixX& forces) const {
   const Eigen::Index count = forces.cols();
+  const bool by_cell = !answers_.empty();
   std::vector<Eigen::Matrix3Xf> loads;
   for (Eigen::Index c = 0; c < count; ++c) {
     Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(group_of_cell_.size()));
     for (std::size_t k = 0; k < group_of_cell_.size(); ++k)
       unturned.col(static_cast<Eigen::Index>(k)) =
           rotation_of_cell(k).transpose() * forces.col(c).segment<3>(at(k));
-    loads.push_back((unturned * shares_).cast<float>());
+    loads.push_back((by_cell ? unturned : unturned * shares_).cast<float>());
   }
   const std::size_t nodes = rotations_.size() / 9;
+  std::vector<int> cells(by_cell ? answered_.size() : 0);
+  std::iota(cells.begin(), cells.end(), 0);
+  const ColumnTriples columns =
+      by_cell ? ColumnTriples{answers_.data(), 3 * nodes, 3 * nodes} : nodal_columns();
   MatrixX moved(at(nodes), count);
   parallel_chunks(nodes, kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
     const Eigen::Index first = at(begin), size = at(end) - first;
     Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(size, count);
-    for (std::size_t j = 0; j < touched().size(); ++j) {
-      const auto column = [&](std::size_t k) {
-        return Eigen::Map<const Eigen::VectorXf>(
-            nodal_column(touched()[j]) + first + k * body_.step.rows(), size);
-      };
-      for (Eigen::Index c = 0; c < count; ++c) {
-        const auto load = loads[static_cast<std::size_t>(c)].col(static_cast<Eigen::Index>(j));
-        sums.col(c) += load.x() * column(0) + load.y() * column(1) + load.z() * column(2);
-      }
-    }
+    add_column_triples(
+        {columns.values + first, static_cast<std::size_t>(size), columns.stride},
+        by_cell ? std::span<const int>(cells) : std::span<const int>(touched()), loads,
+        sums.data());
     for (std::size_t node = begin; node < end; ++node)
       for (Eigen::Index c = 0; c < count; ++c)
         moved.col(c).segment<3>(at(node)) =

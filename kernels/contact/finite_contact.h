@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/contact/column_sums.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/contact/surface_places.h"
 #include "kernels/finite/finite_solver.h"
@@ -81,6 +82,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   MatrixX coupled_by_step() const;
   void gather_nodes();
   void gather_groups();
+  void gather_answers();
   MatrixX turned(const MatrixX& response) const;
   void relax();
   void remember_cells();
@@ -95,7 +97,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
     return 3 * (cells_.size() - cell) <= static_cast<std::size_t>(backing_.rows());
   }
   const Mat3& rotation_of_cell(std::size_t cell) const;
-  const float* nodal_column(int touched_place) const;
+  ColumnTriples nodal_columns() const;
 
   std::size_t cells() const override { return cells_.size(); }
   std::int32_t held() const override;
@@ -137,6 +139,16 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::vector<int> group_of_cell_, group_of_node_;
   std::vector<int> ungrouped_;  // of a body without cells                                   (N)
   MatrixX shares_;              // of touched places in the cells                   (cells x m)
+  /// The places that a cell's load is shared among.
+  struct CellShares {
+    std::vector<int> places;
+    std::vector<double> shares;
+    bool operator==(const CellShares&) const = default;
+  };
+  /// What forces on these cells do to the nodes, by a step's factor (3 N x 3 each). Empty: they are
+  /// summed place by place.
+  std::vector<CellShares> answered_;
+  std::vector<float> answers_;
   // And from the rotations of this step.
   NodalRotations rotations_;
   MatrixX turned_step_, turned_near_;  // near: as the step meets it

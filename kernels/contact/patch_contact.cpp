@@ -475,7 +475,7 @@ void PatchContact::anchor(std::span<const ContactCell> cells) {
   anchors->columns.resize(3 * rows * cells.size());
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const VectorX weights = anchors->weights.row(static_cast<Eigen::Index>(k)).transpose();
-    sum_weighted_triples(compliance_.columns.data(), rows, touched_,
+    sum_weighted_triples({compliance_.columns.data(), rows, rows}, touched_,
                          {weights.data(), touched_.size()}, anchors->columns.data() + 3 * rows * k);
     take_off_columns({weights.data(), touched_.size()}, anchors->columns.data() + 3 * rows * k);
   }
@@ -533,7 +533,7 @@ void PatchContact::make_columns() {
   if (columns_made_ == 0) cell_columns_.resize(3 * rows * moving_cells());
   for (; columns_made_ < state_.columns_built; ++columns_made_) {
     const VectorX weights = weights_.row(static_cast<Eigen::Index>(columns_made_)).transpose();
-    sum_weighted_triples(compliance_.columns.data(), rows, touched_,
+    sum_weighted_triples({compliance_.columns.data(), rows, rows}, touched_,
                          {weights.data(), touched_.size()},
                          cell_columns_.data() + 3 * rows * columns_made_);
     take_off_columns({weights.data(), touched_.size()},
@@ -555,7 +555,7 @@ void PatchContact::place_displacements(std::vector<float>& displacements) {
       triples.push_back(static_cast<int>(k));
       loads.push_back(forces[k]);
     }
-    sum_column_triples(columns.data(), rows, triples, loads, sums);
+    sum_column_triples({columns.data(), rows, rows}, triples, loads, sums);
   };
   const bool worth_it = moving < touched_.size();
   if (worth_it && state_.stayed >= kStaysAfter)
@@ -563,7 +563,7 @@ void PatchContact::place_displacements(std::vector<float>& displacements) {
   if (state_.columns_built > 0) make_columns();
   if (state_.forces.empty() || state_.columns_built < moving || moving == 0) {
     compliance_.need(state_.response.touched);  // a state may come from another process
-    sum_column_triples(compliance_.columns.data(), rows, state_.response.touched,
+    sum_column_triples({compliance_.columns.data(), rows, rows}, state_.response.touched,
                        state_.response.loads, displacements);
     if (update_) {
       subtract_update(*update_, state_.response.touched, state_.response.loads, displacements);

@@ -19,10 +19,12 @@ struct TissueContactState {
     std::vector<double> displacements;  ///< of the nodes under a mean force along each axis [m/N]
     std::vector<double> forces;         ///< on what others hold, likewise
     bool asked = true;                  ///< in this step
+    bool refined = true;                ///< when last asked
     static constexpr auto fields() {
       using F = FootAnswer;
       return std::tuple(field("place", &F::place), field("displacements", &F::displacements),
-                        field("forces", &F::forces), field("asked", &F::asked));
+                        field("forces", &F::forces), field("asked", &F::asked),
+                        field("refined", &F::refined));
     }
   };
   /// Where a cell is: all that its response depends on.

@@ -52,6 +52,12 @@ struct ChangedTissue {
   std::vector<Pack> packs;  ///< empty: nothing has changed
 };
 
+/// What a tangent that only preconditions may have otherwise.
+struct TangentChange {
+  double shear = 1.0;      ///< as if mu were so many times as great
+  bool pointwise = false;  ///< as if all of lambda acted point by point: half as many entries
+};
+
 /// The constant part, shared between simulations and threads.
 class FiniteBody {
  public:
@@ -85,9 +91,9 @@ class FiniteBody {
 
   Strains strains(std::span<const double> displacements) const;
 
-  /// The second derivative [N/m], exact; indefinite under strong compression. `shear`: as if mu
-  /// were so many times as great.
-  SymmetricBlockMatrix tangent(std::span<const double> displacements, double shear = 1.0) const;
+  /// The second derivative [N/m], exact; indefinite under strong compression.
+  SymmetricBlockMatrix tangent(std::span<const double> displacements,
+                               const TangentChange& change = {}) const;
   /// The same times some vectors, without putting it together; (3 N) x (any). Of what has had all
   /// the time to relax. In single precision; the same bits for any number of threads.
   MatrixX tangent_times(std::span<const double> displacements, const MatrixX& directions,

@@ -47,8 +47,9 @@ Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> bod
   const std::vector<double> rest(3 * body->nodes(), 0.0);
   // A step meets tissue as stiff as what has had no time to relax.
   const double stiff = 1.0 + overstiffness(stepped(options.relaxation, dt));
-  SymmetricBlockMatrix matrix =
-      body->tangent(rest, options.dynamic ? 1.0 + options.viscous_time / (stiff * dt) : 1.0);
+  TangentChange change{.pointwise = true};
+  if (options.dynamic) change.shear += options.viscous_time / (stiff * dt);
+  SymmetricBlockMatrix matrix = body->tangent(rest, change);
   for (double& number : matrix.blocks) number *= stiff;
   if (options.dynamic)
     for (std::size_t node = 0; node < body->nodes(); ++node)

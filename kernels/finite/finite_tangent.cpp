@@ -38,24 +38,46 @@ std::size_t slot_of(const SymmetricPattern& pattern, int row, int column) {
 }  // namespace
 
 SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
-                                         double shear) const {
-  const double mu = shear * mu_;
-  // Each cell, and each row of the hold, couples all nodes that it reaches.
-  PointFields groups;
-  const auto add_group = [&](std::vector<int> nodes) {
+                                         const TangentChange& change_of) const {
+  const bool averages = !psi_.empty() && !change_of.pointwise;
+  const double mu = change_of.shear * mu_, lambda = lambda_ + (averages ? 0.0 : averaged_);
+  const auto nodes_of_cell = [&](const Piece& piece, std::size_t cell) {
+    std::vector<int> nodes;
+    for (std::size_t e = begin_[cell_begin_[cell]]; e < begin_[cell_begin_[cell + 1]]; ++e)
+      nodes.push_back(piece.nodes[entry_nodes_[e]]);
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+  };
+  // Each cell that averages, each point where none does, and each row of the hold couples all nodes
+  // that it reaches.
+  PointFields groups;
+  const auto add_group = [&](const std::vector<int>& nodes) {
     groups.nodes.insert(groups.nodes.end(), nodes.begin(), nodes.end());
     groups.begin.push_back(groups.nodes.size());
   };
+  const auto add_points = [&](const Piece& piece, std::size_t pack) {
+    std::vector<int> nodes;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (!(weights_[pack][lane] > 0.0)) continue;
+      nodes.clear();
+      each_node(pack, lane, [&](std::size_t number, const Vec3&) {
+        nodes.push_back(piece.nodes[number]);
+      });
+      std::sort(nodes.begin(), nodes.end());
+      add_group(nodes);
+    }
+  };
   for (const Piece& piece : pieces_)
     for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c) {
-      std::vector<int> nodes;
-      for (std::size_t e = begin_[cell_begin_[c]]; e < begin_[cell_begin_[c + 1]]; ++e)
-        nodes.push_back(piece.nodes[entry_nodes_[e]]);
-      add_group(std::move(nodes));
+      if (averages)
+        add_group(nodes_of_cell(piece, c));
+      else
+        for (std::size_t p = cell_begin_[c]; p < cell_begin_[c + 1]; ++p) add_points(piece, p);
     }
-  hold_.each([&](int row, int column, const Mat3&) { add_group({row, column}); });
+  hold_.each([&](int row, int column, const Mat3&) {
+    add_group({std::min(row, column), std::max(row, column)});
+  });
 
   SymmetricBlockMatrix tangent;
   tangent.width = 3;
@@ -67,11 +89,9 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
       for (int j = 0; j < 3; ++j) to[3 * i + j] += block(i, j);
   };
 
-  std::size_t group = 0;
   for (const Piece& piece : pieces_) {
-    for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c, ++group) {
-      const std::span nodes(groups.nodes.data() + groups.begin[group],
-                            groups.begin[group + 1] - groups.begin[group]);
+    for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c) {
+      const std::vector<int> nodes = nodes_of_cell(piece, c);
       const auto n = static_cast<Eigen::Index>(3 * nodes.size());
       MatrixX dense = MatrixX::Zero(n, n);
       Eigen::Matrix<double, Eigen::Dynamic, 4> change = MatrixX::Zero(n, 4);  // of theta
@@ -88,7 +108,7 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
           if (!(weights_[p][lane] > 0.0)) continue;
           Point point{p, lane, weights_[p][lane], gradient_at(p, lane, piece, displacements)};
-          if (!psi_.empty())
+          if (averages)
             for (std::size_t k = 0; k < kTerms; ++k)
               point.psi[static_cast<Eigen::Index>(k)] = psi_[p][k][lane];
           theta += point.weight * (point.f.determinant() - 1.0) * point.psi;
@@ -97,8 +117,8 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
       for (const Point& point : points) {
         const Mat3& at = point.f;
         const Mat3 cof = cofactor(at);
-        double pressure = -mu + (lambda_ + mu) * (at.determinant() - 1.0);
-        if (!psi_.empty()) pressure += averaged_ * theta.dot(point.psi);
+        double pressure = -mu + (lambda + mu) * (at.determinant() - 1.0);
+        if (averages) pressure += averaged_ * theta.dot(point.psi);
         const double w = point.weight;
         // Of fibres: a, F a, and what the derivatives of their energy by |F a|^2 make.
         Vec3 along = Vec3::Zero(), moved = Vec3::Zero();
@@ -125,7 +145,7 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
         });
         for (const Entry& one : entries)
           for (const Entry& other : entries) {
-            Mat3 block = (lambda_ + mu) * one.a * other.a.transpose() -
+            Mat3 block = (lambda + mu) * one.a * other.a.transpose() -
                          pressure * cross_matrix(at * one.g.cross(other.g));
             block.diagonal().array() += mu * one.g.dot(other.g);
             if (!fibres_.empty()) {
@@ -136,12 +156,13 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
             dense.block<3, 3>(one.row, other.row) += w * block;
           }
       }
-      dense += averaged_ * change * change.transpose();
+      if (averages) dense += averaged_ * change * change.transpose();
       for (std::size_t i = 0; i < nodes.size(); ++i)
-        for (std::size_t j = i; j < nodes.size(); ++j)
-          add(nodes[i], nodes[j],
-              dense.block<3, 3>(static_cast<Eigen::Index>(3 * i),
-                                static_cast<Eigen::Index>(3 * j)));
+        for (std::size_t j = i; j < nodes.size(); ++j) {
+          const auto block = dense.block<3, 3>(static_cast<Eigen::Index>(3 * i),
+                                               static_cast<Eigen::Index>(3 * j));
+          if (averages || !block.isZero(0.0)) add(nodes[i], nodes[j], block);
+        }
     }
   }
   hold_.each(add);
