@@ -154,17 +154,25 @@ typename Grid::Ptr sparse_grid(const std::string& name, const std::string& unit,
                                const ValueAt& value_at) {
   using Value = typename Grid::ValueType;
   using Leaf = typename Grid::TreeType::LeafNodeType;
+  constexpr openvdb::Index kAlongX = 1 << 2 * Leaf::LOG2DIM;  // from a value of a leaf to the next
   typename Grid::Ptr sparse = Grid::create(openvdb::zeroVal<Value>());
   for (const openvdb::Coord& origin : leaves.origins) {
     Leaf* leaf = nullptr;
+    Value* values = nullptr;
     SmokyLeaves::for_each_row(
         grid, origin, [&](const openvdb::Coord& first, std::size_t cell, int length) {
+          const openvdb::Index begin = Leaf::coordToOffset(first);
           for (int i = 0; i < length; ++i) {
             if (!SmokyLeaves::has_smoke(grid, cell + i)) continue;
             const Value value = value_at(cell + i);
             if (within(value, least)) continue;
-            if (leaf == nullptr) leaf = sparse->tree().touchLeaf(origin);
-            leaf->setValueOn(Leaf::coordToOffset(first.offsetBy(i, 0, 0)), value);
+            if (leaf == nullptr) {
+              leaf = sparse->tree().touchLeaf(origin);
+              values = leaf->buffer().data();
+            }
+            const openvdb::Index at = begin + static_cast<openvdb::Index>(i) * kAlongX;
+            values[at] = value;
+            leaf->setActiveState(at, true);
           }
         });
   }

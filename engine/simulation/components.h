@@ -108,6 +108,7 @@ struct CellRange {
   Vec3 moved = Vec3::Zero();        ///< with friction: the tip, since tissue clung to it [m]
   /// Pressed: what others have moved the tissue there from its rest, and this tool aside.
   Pose met;
+  Vec3 met_way = Vec3::Zero();       ///< of its position within the last frame [m]
   double pitch = 0.0;                ///< between neighbouring cells [m]
   std::vector<SurfacePoint> points;  ///< of the cells
   bool held = false;
@@ -117,7 +118,8 @@ struct CellRange {
                       field("end", &S::end), field("rest_centre", &S::rest_centre),
                       field("centre", &S::centre), field("outward", &S::outward),
                       field("force", &S::force), field("felt", &S::felt), field("tip", &S::tip),
-                      field("moved", &S::moved), field("met", &S::met), field("pitch", &S::pitch),
+                      field("moved", &S::moved), field("met", &S::met),
+                      field("met_way", &S::met_way), field("pitch", &S::pitch),
                       field("points", &S::points), field("held", &S::held));
   }
 };

@@ -84,7 +84,7 @@ bool lay_pressed_cells(World& world, Entity organ, OrganContact& contact, std::s
   range.instrument = world.all<InstrumentBody>().owner(which);
   const ToolShape tool =
       tool_shape(body, *world.find<InstrumentState>(range.instrument), pose_of(world, organ));
-  range.met = motion_as_met(world, organ, range.instrument, tool.tip);
+  take_motion_as_met(world, organ, tool.tip, range);
   const TissueSheet drawn(model, tissue, *contact.surface), met(model, *contact.rest, range.met);
   const auto foot = find_foot_as_met(tool, kContactMargin, model, drawn, met);
   if (!foot) return false;

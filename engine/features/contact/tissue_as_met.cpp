@@ -56,6 +56,17 @@ Vec3 carried_aside(const OrganContact& contact, const CellRange& range,
   return sum - sum.dot(range.outward) * range.outward;
 }
 
+/// Deep in soft tissue, cells that lie a little to one side may carry it farther to the other, to and
+/// fro from frame to frame: a way back is gone by half.
+void settle(const Pose& found, CellRange& range) {
+  const Pose before = range.met;
+  const bool back = (found.position - before.position).dot(range.met_way) < 0.0;
+  range.met = back ? Pose{0.5 * (before.position + found.position),
+                          before.orientation.slerp(0.5, found.orientation)}
+                   : found;
+  range.met_way = range.met.position - before.position;
+}
+
 /// Under a tool that presses or holds: from its cells, since the drawn surface shows its own dent.
 /// False: this frame's contact has no answer.
 bool meet_touched(World& world, Entity organ, const CellRange& range, TissueSnapshot& snapshot) {
@@ -103,13 +114,17 @@ Pose motion_as_drawn(const World& world, Entity organ, const SurfacePoint& neare
 
 }  // namespace
 
-Pose motion_as_met(const World& world, Entity organ, Entity instrument, const Vec3& tip) {
-  for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
-    if (range.instrument == instrument && !range.held) return range.met;
-  if (!world.find<OrganState>(organ)->deformed) return {};
-  const double extent = world.find<InstrumentBody>(instrument)->extent;
+void take_motion_as_met(const World& world, Entity organ, const Vec3& tip, CellRange& range) {
+  for (const CellRange& last : world.find<OrganTouch>(organ)->ranges)
+    if (last.instrument == range.instrument && !last.held) {
+      range.met = last.met;
+      range.met_way = last.met_way;
+      return;
+    }
+  if (!world.find<OrganState>(organ)->deformed) return;
+  const double extent = world.find<InstrumentBody>(range.instrument)->extent;
   const auto nearest = world.find<OrganContact>(organ)->surface->closest(tip, extent + kFrameReach);
-  return nearest ? motion_as_drawn(world, organ, nearest->point, extent) : Pose();
+  if (nearest) range.met = motion_as_drawn(world, organ, nearest->point, extent);
 }
 
 void note_what_tools_meet(World& world, Entity organ) {
@@ -117,7 +132,7 @@ void note_what_tools_meet(World& world, Entity organ) {
   OrganTouch& touch = *world.find<OrganTouch>(organ);
   for (CellRange& range : touch.ranges) {
     if (range.held) continue;
-    range.met = {};
+    Pose found;
     std::vector<Vec3> by_others;
     const std::size_t own = range.end - range.begin;
     if (own < contact.cells.size() || world.find<FreeShape>(organ) || moves_itself(world, organ)) {
@@ -125,12 +140,12 @@ void note_what_tools_meet(World& world, Entity organ) {
       auto others = touch.solver->hold_of_others(contact.cells, range.begin, range.end,
                                                  MatrixX(0, static_cast<Eigen::Index>(own)));
       if (about && others) {
-        range.met = about->motion(others->free);
+        found = about->motion(others->free);
         by_others = std::move(others->free);
       }
     }
-    range.met.position +=
-        carried_aside(contact, range, touch.solver->cell_displacements(), by_others);
+    found.position += carried_aside(contact, range, touch.solver->cell_displacements(), by_others);
+    settle(found, range);
   }
 }
 
