@@ -39,8 +39,8 @@ VISCERA_WIDE void add_two_triples(float* __restrict u, const Triple& s, const Tr
 
 Triple triple_of(const ColumnTriples& columns, int number, std::size_t first_row,
                  const Vec3f& factors) {
-  const float* x = columns.values + 3 * static_cast<std::size_t>(number) * columns.stride +
-                   first_row;
+  const float* x =
+      columns.values + 3 * static_cast<std::size_t>(number) * columns.stride + first_row;
   return {x, x + columns.stride, x + 2 * columns.stride, factors.x(), factors.y(), factors.z()};
 }
 

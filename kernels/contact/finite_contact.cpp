@@ -294,10 +294,9 @@ MatrixX FiniteContact::answers_to(const MatrixX& forces) const {
   parallel_chunks(nodes, kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
     const Eigen::Index first = at(begin), size = at(end) - first;
     Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(size, count);
-    add_column_triples(
-        {columns.values + first, static_cast<std::size_t>(size), columns.stride},
-        by_cell ? std::span<const int>(cells) : std::span<const int>(touched()), loads,
-        sums.data());
+    add_column_triples({columns.values + first, static_cast<std::size_t>(size), columns.stride},
+                       by_cell ? std::span<const int>(cells) : std::span<const int>(touched()),
+                       loads, sums.data());
     for (std::size_t node = begin; node < end; ++node)
       for (Eigen::Index c = 0; c < count; ++c)
         moved.col(c).segment<3>(at(node)) =

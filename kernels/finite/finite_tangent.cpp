@@ -61,9 +61,8 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (!(weights_[pack][lane] > 0.0)) continue;
       nodes.clear();
-      each_node(pack, lane, [&](std::size_t number, const Vec3&) {
-        nodes.push_back(piece.nodes[number]);
-      });
+      each_node(pack, lane,
+                [&](std::size_t number, const Vec3&) { nodes.push_back(piece.nodes[number]); });
       std::sort(nodes.begin(), nodes.end());
       add_group(nodes);
     }
@@ -159,8 +158,8 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
       if (averages) dense += averaged_ * change * change.transpose();
       for (std::size_t i = 0; i < nodes.size(); ++i)
         for (std::size_t j = i; j < nodes.size(); ++j) {
-          const auto block = dense.block<3, 3>(static_cast<Eigen::Index>(3 * i),
-                                               static_cast<Eigen::Index>(3 * j));
+          const auto block =
+              dense.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j));
           if (averages || !block.isZero(0.0)) add(nodes[i], nodes[j], block);
         }
     }

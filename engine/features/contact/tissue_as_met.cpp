@@ -56,8 +56,8 @@ Vec3 carried_aside(const OrganContact& contact, const CellRange& range,
   return sum - sum.dot(range.outward) * range.outward;
 }
 
-/// Deep in soft tissue, cells that lie a little to one side may carry it farther to the other, to and
-/// fro from frame to frame: a way back is gone by half.
+/// Deep in soft tissue, cells that lie a little to one side may carry it farther to the other, to
+/// and fro from frame to frame: a way back is gone by half.
 void settle(const Pose& found, CellRange& range) {
   const Pose before = range.met;
   const bool back = (found.position - before.position).dot(range.met_way) < 0.0;

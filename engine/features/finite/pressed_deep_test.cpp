@@ -1,5 +1,5 @@
-// A ball that is pressed 14 mm deep into a soft one at finite strain, against the same frames solved
-// to the end; and held there, where it may leave to any side.
+// A ball that is pressed 14 mm deep into a soft one at finite strain, against the same frames
+// solved to the end; and held there, where it may leave to any side.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,9 +17,10 @@ namespace viscera::test {
 namespace {
 
 constexpr double kRadius = 25e-3, kTip = 10e-3;  // [m]
-/// A third of what is free of the ball. Two millimetres deeper it leaves sideways from under the tip.
+/// A third of what is free of the ball. Two millimetres deeper it leaves sideways from under the
+/// tip.
 constexpr double kDepth = 14e-3;
-constexpr double kFelt = 1e-3;  // errors count from this depth on [m]
+constexpr double kFelt = 1e-3;            // errors count from this depth on [m]
 constexpr int kFew = 2, kConverged = 40;  // iterations a frame
 
 struct Press {

@@ -295,7 +295,8 @@ TEST(SceneMistake, FibresNeedADirectionAModulusAndAResponseThatKnowsThem) {
                        "organs/1/material/fibres/direction", {"expected a direction"}));
   EXPECT_TRUE(mentions(with({{"direction", {1, 0, 0}}, {"modulus_kPa", -1}}),
                        "organs/1/material/fibres/modulus_kPa", {"-1"}));
-  EXPECT_ONE_MISTAKE(with({{"modulus_kPa", 20}}), "organs/1/material/fibres/direction", "found nothing");
+  EXPECT_ONE_MISTAKE(with({{"modulus_kPa", 20}}), "organs/1/material/fibres/direction",
+                     "found nothing");
 }
 
 TEST(SceneMistake, OnlyTheWeakFormTakesParts) {

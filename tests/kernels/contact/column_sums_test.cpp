@@ -62,8 +62,8 @@ TEST(ColumnSums, OfSeveralLoadsAreThoseOfEach) {
         double exact = 5.0;
         for (std::size_t j = 0; j < triples.size(); ++j)
           for (int a = 0; a < 3; ++a)
-            exact += columns.at(kFirst + row, triples[j], a) *
-                     loads[c](a, static_cast<Eigen::Index>(j));
+            exact +=
+                columns.at(kFirst + row, triples[j], a) * loads[c](a, static_cast<Eigen::Index>(j));
         ASSERT_NEAR(sums[c * kRows + row], exact, 1e-4);
       }
   }

@@ -40,8 +40,8 @@ TEST_P(FiniteBodyOf, ATangentThatAveragesNothingIsAsStiffAgainstAnEvenChangeAndH
   const SymmetricBlockMatrix exact = cube.finite.tangent(rest),
                              narrow = cube.finite.tangent(rest, {.pointwise = true});
   // What is averaged over a cell is a polynomial of the change of volume: an even one is its own.
-  const std::vector<double> even =
-      cube.moved([](const Vec3& x) { return Vec3(1.1 * x.x(), 0.97 * x.y() + 0.2 * x.z(), x.z()); });
+  const std::vector<double> even = cube.moved(
+      [](const Vec3& x) { return Vec3(1.1 * x.x(), 0.97 * x.y() + 0.2 * x.z(), x.z()); });
   std::vector<double> one(even.size()), other(even.size());
   exact.multiply(even, one);
   narrow.multiply(even, other);
