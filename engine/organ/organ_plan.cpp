@@ -37,7 +37,7 @@ double expected_time(const OrganPlan& plan, const PreparationCost& cost) {
 void plan_levels(const LevelsCost& cost, bool fibres, OrganPlan& plan) {
   constexpr double kPerSecond = 1e11, kInDouble = 2e10, kAssembly = 1.5e-3;
   /// Quadrature, fields and what makes gradients consistent; then points and what is read of them.
-  constexpr std::size_t kFieldBytes = 40000, kPartBytes = 25000;
+  constexpr std::size_t kFieldBytes = 40000, kPartBytes = 36000;
   const std::size_t model = plan.begun->memory_bytes();
   plan.prepared_places = 0;
   plan.memory_bytes = model + finite_bytes(plan.nodes, cost, fibres);

@@ -423,11 +423,16 @@ std::vector<Vec3> FiniteContact::without_relaxation(std::span<const Vec3> forces
 
 void FiniteContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
   so_far_.reset();
-  changed_ = update ? body_.solver.body().changed(update->change) : ChangedTissue();
   PatchContact::stiffen(std::move(update));
+  note_changes();
 }
 
-void FiniteContact::begin_step(const Vec3& acceleration) {
+void FiniteContact::note_changes() {
+  changed_ = body_.solver.body().changed(update() ? update()->change : TissueChange(), swelling_);
+}
+
+void FiniteContact::begin_step(const Vec3& acceleration, double swelling) {
+  if (std::exchange(swelling_, swelling) != swelling) note_changes();
   std::erase_if(state_.felt, [](const State::FootAnswer& one) { return !one.asked; });
   for (State::FootAnswer& one : state_.felt) one.asked = false;
   start_ = state_.motion;

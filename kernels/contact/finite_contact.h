@@ -45,7 +45,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   /// The energy follows; so do near fields.
   void stiffen(std::shared_ptr<const StiffnessUpdate> update) override;
 
-  void begin_step(const Vec3& acceleration) override;
+  void begin_step(const Vec3& acceleration, double swelling) override;
   bool moving() const override;
   const FiniteStep* last_step() const override { return &told_; }
   /// How often a hand was answered by the body at rest, since the tangent isn't positive.
@@ -69,6 +69,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
     Mat3 rotation = Mat3::Identity();
   };
 
+  void note_changes();
   void make_response() override;
   void drop_response() override;
   std::optional<MatrixX> lost_by_strain(std::size_t begin, std::size_t end, const MatrixX& shares,
@@ -117,6 +118,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   FiniteResponse body_;
   Vec3 acceleration_ = Vec3::Zero();
+  double swelling_ = 0.0;
   ChangedTissue changed_;
   // Where the step began.
   FiniteState start_;

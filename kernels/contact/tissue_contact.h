@@ -56,9 +56,10 @@ class TissueContact {
   virtual void stiffen(std::shared_ptr<const StiffnessUpdate>) {}
   virtual const StiffnessUpdate* update() const { return nullptr; }
 
-  /// From now on solves are of the next step, under a weight of this acceleration [m/s2]. Of one
-  /// step any number may be asked for: each begins where the last step ended.
-  virtual void begin_step(const Vec3& /*acceleration*/) {}
+  /// From now on solves are of the next step, under a weight of this acceleration [m/s2], with all
+  /// of the body swollen by this strain (length gained over length). Of one step any number may be
+  /// asked for: each begins where the last step ended.
+  virtual void begin_step(const Vec3& /*acceleration*/, double /*swelling*/) {}
   /// Whether its shape may change though nothing touches it: a solve without cells then goes on.
   virtual bool moving() const { return false; }
   /// How the last solve's step went; null: it has no motion of its own.

@@ -461,9 +461,9 @@ Result<FiniteBody> FiniteBody::create(const ElasticRegion& region,
   return body;
 }
 
-ChangedTissue FiniteBody::changed(const TissueChange& change) const {
+ChangedTissue FiniteBody::changed(const TissueChange& change, double swelling) const {
   ChangedTissue changed;
-  if (change.stiffness.empty() && change.shrinkage.empty()) return changed;
+  if (change.stiffness.empty() && change.shrinkage.empty() && swelling == 0.0) return changed;
   ChangedTissue::Pack sound;
   sound.growth.fill(1.0);
   sound.factor.fill(1.0);
@@ -476,7 +476,7 @@ ChangedTissue FiniteBody::changed(const TissueChange& change) const {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (!(weights_[p][lane] > 0.0)) continue;
       const std::size_t q = order_[i++];
-      const double left = 1.0 - value(change.shrinkage, q, 0.0, 0.5);
+      const double left = (1.0 - value(change.shrinkage, q, 0.0, 0.5)) * (1.0 + swelling);
       changed.packs[p].growth[lane] = 1.0 / left;
       changed.packs[p].factor[lane] = value(change.stiffness, q, 1.0, 1e6) * left * left * left;
     }

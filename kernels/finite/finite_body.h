@@ -73,7 +73,8 @@ class FiniteBody {
 
   /// `change`: at the points of the region that it was created from. Factors below 1 count as 1,
   /// shrinkages below 0 or above a half as these, and so do those that are no numbers (as none).
-  ChangedTissue changed(const TissueChange& change) const;
+  /// `swelling`: length that all of it has gained over length besides, over -1.
+  ChangedTissue changed(const TissueChange& change, double swelling = 0.0) const;
 
   /// Elastic energy [J] of displacements (3 N, node-major) [m]; its derivative [N] is added to
   /// `gradient` unless that is empty. The same bits for any number of threads.

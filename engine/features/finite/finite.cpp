@@ -37,8 +37,6 @@ void check_organ(const OrganDescription& organ,
     wrong(
         "material/model: found stvk with response finite, expected neo_hookean: stvk gives way "
         "under compression");
-  if (organ.extras.find<PulsationDescription>())
-    wrong("pulsation: found it with response finite, expected none, or response linear");
 }
 
 Result<void> check(const SceneDescription& scene, const std::map<std::string, Tissue>&) {
@@ -105,7 +103,9 @@ std::vector<ReportSection> report(const World& world) {
 void begin_finite_step(World& world, Entity organ) {
   if (!world.find<FiniteFigures>(organ)) return;
   const OrganSag* weight = world.find<OrganSag>(organ);
-  world.find<OrganTouch>(organ)->solver->begin_step(weight ? weight->change : Vec3(Vec3::Zero()));
+  const Pulse* pulse = world.find<Pulse>(organ);
+  world.find<OrganTouch>(organ)->solver->begin_step(weight ? weight->change : Vec3(Vec3::Zero()),
+                                                    pulse ? pulse->strain : 0.0);
 }
 
 void note_finite_step(World& world, Entity organ, FrameReport& report) {

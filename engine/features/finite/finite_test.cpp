@@ -11,7 +11,6 @@
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/held_tools/held_tools_keys.h"
-#include "engine/features/pulsation/pulsation.h"
 #include "engine/organ/finite_parts.h"
 #include "engine/organ/reach.h"
 #include "engine/simulator/build.h"
@@ -366,7 +365,7 @@ TEST(FiniteAuto, AsksForItWhereWhatActsStrainsTissueFar) {
   EXPECT_FALSE(is_finite(scene)) << "no current";
   for (InstrumentKey& key : scene.instruments[0].path) key.power = 20.0;
   EXPECT_TRUE(is_finite(scene)) << "it coagulates";
-  scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
+  scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
   EXPECT_FALSE(is_finite(scene)) << "it can't be at finite strain";
 }
 
@@ -382,9 +381,6 @@ TEST(Finite, WhatItCantCarryYetIsRefusedByName) {
   SceneDescription scene = sound;
   scene.organs[0].material.model = HyperelasticModel::kStvk;
   refused(scene, "material/model: found stvk with response finite, expected neo_hookean");
-  scene = sound;
-  scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
-  refused(scene, "pulsation: found it with response finite");
   scene = sound;
   scene.organs[0].formulation = "gfdm";
   refused(scene, "formulation: found gfdm with response finite, expected galerkin");
@@ -478,9 +474,6 @@ TEST(AutoResponse, PutsAtFiniteStrainWhatAJawMayHoldAndNothingElse) {
 TEST(AutoResponse, LeavesLinearWhatFiniteStrainDoesntKnowYet) {
   const SceneDescription sound = lifted_bar(Response::kAuto, Vec3(0, 0, 5e-3));
   SceneDescription scene = sound;
-  scene.organs[0].extras.set(PulsationDescription{.strain = 0.01, .rate = 1.0});
-  EXPECT_FALSE(is_at_finite_strain(scene));
-  scene = sound;
   scene.organs[0].displacement_storage = DisplacementStorage::kHalf;
   EXPECT_FALSE(is_at_finite_strain(scene));
 }

@@ -7,7 +7,7 @@
 namespace viscera {
 namespace {
 
-/// Strains that linear shapes can show.
+/// Strains that the shapes of linear organs can show.
 constexpr double kGreatestStrain = 0.2;
 /// Near where the organ is held the beat fades over this share of its size.
 constexpr double kFade = 0.2;
@@ -16,13 +16,15 @@ constexpr double kFade = 0.2;
 constexpr double kShows = 2.0;
 
 FeatureKeys keys() {
-  ObjectSpec spec{"A beat: the surface swells from the organ's middle and goes back.",
-                  {number("strain", "At its greatest: length gained over length.")
-                       .needed()
-                       .between(0, kGreatestStrain),
-                   number("rate_per_min", "Beats a minute.").needed().between(1, 600)},
-                  {},
-                  {}};
+  ObjectSpec spec{
+      "A beat: the organ swells and goes back. A linear one's surface does, from its "
+      "middle; at finite strain the tissue does, from where it is held.",
+      {number("strain", "At its greatest: length gained over length.")
+           .needed()
+           .between(0, kGreatestStrain),
+       number("rate_per_min", "Beats a minute.").needed().between(1, 600)},
+      {},
+      {}};
   FeatureKeys keys;
   keys.organ.keys = {object("pulsation", "How its surface beats; without it, it doesn't.", spec)};
   keys.organ.read = [](const Json& organ, Extras& extras) {
@@ -69,8 +71,10 @@ Result<void> prepare(SceneModel& model) {
     const auto* pulsation = organ.extras.find<PulsationDescription>();
     const OrganModel& body = *model.constants().all<OrganBody>().find(model.organs()[o])->model;
     if (!pulsation || body.displacement_rows() == 0) continue;
-    model.constants().all<PulsatingOrgan>().add(model.organs()[o],
-                                                {*pulsation, swelling(body, organ)});
+    // Of tissue at finite strain the energy knows (finite.cpp).
+    model.constants().all<PulsatingOrgan>().add(
+        model.organs()[o],
+        {*pulsation, body.finite ? std::vector<float>() : swelling(body, organ)});
   }
   return {};
 }
@@ -80,7 +84,7 @@ Result<void> start(World& world) {
   for (std::size_t o = 0; o < organs.size(); ++o) {
     const Entity organ = organs.owner(o);
     world.all<Pulse>().add(organ, {});
-    if (!world.find<FreeShape>(organ))
+    if (!organs[o].swell.empty() && !world.find<FreeShape>(organ))
       world.all<FreeShape>().add(organ, level_shape(*world.find<OrganBody>(organ)->model));
   }
   return {};
@@ -93,7 +97,7 @@ void beat(World& world, const FrameContext& context) {
     const double strain = world.find<PulsatingOrgan>(organ)->description.at(context.time);
     if (strain == pulses[p].strain) continue;
     pulses[p].strain = strain;
-    world.find<FreeShape>(organ)->stale = true;
+    if (FreeShape* shape = world.find<FreeShape>(organ)) shape->stale = true;
   }
 }
 
@@ -101,6 +105,7 @@ bool shape(const World& world, Entity organ, std::vector<float>& places) {
   const Pulse* pulse = world.find<Pulse>(organ);
   if (!pulse || pulse->strain == 0.0) return false;
   const std::vector<float>& swell = world.find<PulsatingOrgan>(organ)->swell;
+  if (swell.empty()) return false;
   const auto strain = static_cast<float>(pulse->strain);
   for (std::size_t i = 0; i < swell.size(); ++i) places[i] += strain * swell[i];
   return true;

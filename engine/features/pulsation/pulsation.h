@@ -1,5 +1,6 @@
-// Pulsation: an organ's surface beats by a prescribed strain, as that of a vessel or of what lies
-// on one.
+// Pulsation: an organ beats by a prescribed strain, as a vessel or what lies on one. At finite
+// strain its tissue swells by it, as a term of the energy, and goes where what holds and touches it
+// lets it; the surface of a linear organ is moved.
 #pragma once
 
 #include "engine/simulation/feature.h"
@@ -20,8 +21,7 @@ struct PulsatingOrgan {
   static constexpr bool kConstant = true;
   PulsationDescription description;
   /// Displacements of the places of the surface per strain [m]: away from the organ's middle,
-  /// fading to none where the organ is held.                                                   (3
-  /// places)
+  /// fading to none where the organ is held. Empty: of an organ at finite strain.      (3 places)
   std::vector<float> swell;
 };
 

@@ -4,6 +4,8 @@
 
 #include "engine/scene/load_scene.h"
 #include "engine/simulator/build.h"
+#include "engine/simulator/simulation.h"
+#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera {
@@ -72,6 +74,71 @@ TEST(Pulsation, PushesAProbeThatTouches) {
   EXPECT_EQ(test::force_on(*world, 0).norm(), 0.0);
   test::step_until(*world, 0.5);
   EXPECT_GT(test::force_on(*world, 0).z(), 1e-3);
+}
+
+double volume(const World& world) {
+  const OrganModel& model = *world.all<OrganBody>()[0].model;
+  double six = 0.0;
+  for (const auto& corners : model.surface.triangles) {
+    const auto corner = [&](std::size_t c) {
+      return Vec3(world.all<OrganState>()[0]
+                      .positions[static_cast<std::size_t>(corners[c])]
+                      .cast<double>());
+    };
+    six += corner(0).dot(corner(1).cross(corner(2)));
+  }
+  return six / 6.0;
+}
+
+TEST(Pulsation, AtFiniteStrainTissueSwellsAgainstWhatHoldsItAndGoesBack) {
+  SceneDescription scene = beating_ball();
+  scene.organs[0].response = Response::kFinite;
+  const auto world = test::build(scene);
+  ASSERT_TRUE(world);
+  const double rest = volume(*world), top = height(*world);
+  test::step_until(*world, 0.5);
+  // Tissue hardly gives way in volume: what the hold keeps from going aside goes up.
+  const double grown = volume(*world) / rest - 1.0, alone = 1.05 * 1.05 * 1.05 - 1.0;
+  EXPECT_GT(grown, 0.93 * alone);
+  EXPECT_LT(grown, 1.0 * alone);
+  EXPECT_GT(height(*world) - top, 1.2 * 0.05 * top);
+  test::step_until(*world, 1.0);
+  EXPECT_NEAR(height(*world), top, 0.02e-3);
+}
+
+TEST(Pulsation, AtFiniteStrainItPushesAProbeThatTouches) {
+  SceneDescription scene = beating_ball();
+  scene.organs[0].response = Response::kFinite;
+  scene.instruments = {test::straight_tool("probe", InstrumentKind::kProbe, 3e-3,
+                                           {{0.0, Vec3(0, 0, 25e-3 + 3.2e-3), 0.0, 1.0}})};
+  const auto world = test::build(scene);
+  ASSERT_TRUE(world);
+  test::step_until(*world, 0.5);
+  EXPECT_GT(test::force_on(*world, 0).z(), 1e-3);
+}
+
+TEST(Pulsation, ARunAtFiniteStrainGoesOnFromASnapshotToTheSameBits) {
+  SceneDescription scene = beating_ball();
+  scene.organs[0].response = Response::kFinite;
+  std::vector<std::string> warnings;
+  auto made = build_model(
+      scene, test::test_tissues(), {test::project_file("assets"), false},
+      [](double, std::string_view) { return true; }, warnings);
+  ASSERT_TRUE(made) << made.error().text();
+  const Model model(*made);
+  auto whole = Simulation::create(model), other = Simulation::create(model);
+  ASSERT_TRUE(whole && other);
+  const auto step_to = [](Simulation& simulation, std::uint64_t frame) {
+    while (simulation.frame() < frame) simulation.step();
+  };
+  step_to(*whole, 17);
+  const auto snapshot = whole->snapshot();
+  ASSERT_TRUE(snapshot) << snapshot.error().text();
+  step_to(*whole, 24);
+  step_to(*other, 40);  // it has lived another life
+  ASSERT_TRUE(other->restore(*snapshot));
+  step_to(*other, 24);
+  EXPECT_EQ(other->hash(), whole->hash()) << other->world().state_difference(whole->world());
 }
 
 TEST(Pulsation, WithoutStrainIsARunWithoutIt) {
