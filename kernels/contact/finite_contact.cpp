@@ -58,8 +58,7 @@ bool FiniteContact::fits(const State& state) const {
                                return one.place.allFinite() &&
                                       one.displacements.size() == 3 * three &&
                                       one.forces.size() % 3 == 0 &&
-                                      !first_stray(one.displacements) && !first_stray(one.forces) &&
-                                      !first_stray(one.lost);
+                                      !first_stray(one.displacements) && !first_stray(one.forces);
                              }) &&
          body_.solver.body().fits(state.memory, terms().size()) &&
          !first_stray(state.memory.points) && !first_stray(state.memory.dilatations) &&

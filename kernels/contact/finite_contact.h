@@ -74,12 +74,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void drop_response() override;
   std::optional<MatrixX> lost_by_strain(std::size_t begin, std::size_t end, const MatrixX& shares,
                                         const Holding& holding, const MatrixX& by_hold) override;
-  State::FootAnswer* felt_at(const Vec3& place);
-  std::optional<TangentAnswer> answer_at_foot(std::size_t begin, const MatrixX& shares,
-                                              const HeldBody& held,
-                                              const State::FootAnswer* last) const;
-  MatrixX lost_to_mean_forces(const TangentAnswer& answer, std::size_t begin, const MatrixX& wide,
-                              const Holding& holding, const MatrixX& near) const;
+  std::optional<TangentAnswer> answer_at_foot(std::size_t begin, std::size_t end,
+                                              const MatrixX& shares, const HeldBody& held);
   HeldBody held_body(const Holding& holding, std::size_t begin, std::size_t end,
                      const MatrixX& shares, const MatrixX& near) const;
   VectorX moved_cells(const VectorX& u) const;

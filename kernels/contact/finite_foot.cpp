@@ -12,8 +12,9 @@
 namespace viscera {
 namespace {
 
-/// Rounds of a foot that is new, and of one whose answer is at hand: of that a round leaves a third
-/// of the error of displacements or less.
+/// Rounds of a foot that is new, and of one whose answer of the last frame is at hand: of that a
+/// round leaves a third of the error of displacements or less. In every frame: what is refined by
+/// turns is stiffer and softer by turns, and gives a hand energy.
 constexpr int kRoundsAnew = 4, kRoundsOn = 2;
 /// A foot that has gone no farther within a frame is the same [m].
 constexpr double kSameFoot = 8e-3;
@@ -96,17 +97,9 @@ HeldBody FiniteContact::held_body(const Holding& holding, std::size_t begin, std
   return held;
 }
 
-/// What was felt at the place last, unless the foot is new there.
-FiniteContact::State::FootAnswer* FiniteContact::felt_at(const Vec3& place) {
-  const auto far = [&](const State::FootAnswer& one) { return (one.place - place).norm(); };
-  const auto last = std::ranges::min_element(state_.felt, {}, far);
-  return last != state_.felt.end() && far(*last) < kSameFoot ? &*last : nullptr;
-}
-
-/// `last`: where it goes on from; null: a foot that is new.
-std::optional<TangentAnswer> FiniteContact::answer_at_foot(std::size_t begin, const MatrixX& shares,
-                                                           const HeldBody& held,
-                                                           const State::FootAnswer* last) const {
+std::optional<TangentAnswer> FiniteContact::answer_at_foot(std::size_t begin, std::size_t end,
+                                                           const MatrixX& shares,
+                                                           const HeldBody& held) {
   const std::vector<double>& u = state_.motion.displacements;
   const auto n = static_cast<Eigen::Index>(u.size());
   const MatrixX forces = mean_forces(group_of_cell_.size(), begin, shares);
@@ -120,84 +113,70 @@ std::optional<TangentAnswer> FiniteContact::answer_at_foot(std::size_t begin, co
   asked.precondition = [this](std::span<const double> g, std::span<double> z) {
     body_.solver.precondition(rotations_, g, z);
   };
+  Vec3 place = Vec3::Zero();
+  for (std::size_t k = begin; k < end; ++k) place += state_.places[k].position;
+  place /= static_cast<double>(end - begin);
+  const auto far = [&](const State::FootAnswer& one) { return (one.place - place).norm(); };
+  auto last = std::ranges::min_element(state_.felt, {}, far);
+  if (last != state_.felt.end() && !(far(*last) < kSameFoot)) last = state_.felt.end();
   const auto rows = static_cast<Eigen::Index>(held.rows);
-  if (last) {
+  if (last != state_.felt.end()) {
     asked.guess = Eigen::Map<const MatrixX>(last->displacements.data(), n, 3);
     if (rows > 0 && last->forces.size() == 3 * held.rows)
       asked.guessed_forces = Eigen::Map<const MatrixX>(last->forces.data(), rows, 3);
   } else {
     asked.guess = answers_to(forces);
   }
-  return answer_of_tangent(body_.solver.body(), u, changed_, asked, held,
-                           last ? kRoundsOn : kRoundsAnew);
-}
-
-/// What mean forces on the foot lose of their answer at rest, by the tangent's: in sums by `wide`.
-MatrixX FiniteContact::lost_to_mean_forces(const TangentAnswer& answer, std::size_t begin,
-                                           const MatrixX& wide, const Holding& holding,
-                                           const MatrixX& near) const {
-  const Eigen::Index own = wide.cols();
-  MatrixX moved(own, 3);
-  for (Eigen::Index c = 0; c < 3; ++c) {
-    moved.col(c) = moved_cells(answer.displacements.col(c)).segment(at(begin), own);
-    for (std::size_t i = 0; i < holding.ways.size(); ++i)
-      moved.col(c) +=
-          answer.forces(static_cast<Eigen::Index>(i), c) *
-          (near.block(at(begin), 3 * holding.ways[i].cell, own, 3) * holding.ways[i].direction);
+  auto answer = answer_of_tangent(body_.solver.body(), u, changed_, asked, held,
+                                  last != state_.felt.end() ? kRoundsOn : kRoundsAnew);
+  if (!answer) {
+    if (last != state_.felt.end()) state_.felt.erase(last);
+    return answer;
   }
-  const MatrixX rest = wide *
-                       (response_.block(at(begin), at(begin), own, own) -
-                        near.block(at(begin), at(begin), own, own)) *
-                       wide.topRows(3).transpose();
-  MatrixX lost = rest - wide * moved;
-  const Mat3 mean = rest.topRows<3>() - answer.response;
-  lost.topRows<3>() = 0.5 * (mean + mean.transpose());
-  return lost;
+  if (last == state_.felt.end()) last = state_.felt.insert(last, State::FootAnswer());
+  *last = {place,
+           {answer->displacements.data(), answer->displacements.data() + 3 * n},
+           {answer->forces.data(), answer->forces.data() + 3 * rows},
+           true};
+  return answer;
 }
 
-/// Asked of the tangent in every second frame, and kept for the one between: what is refined by
-/// turns alone would be stiffer and softer by turns, which gives a hand energy.
 std::optional<MatrixX> FiniteContact::lost_by_strain(std::size_t begin, std::size_t end,
                                                      const MatrixX& shares, const Holding& holding,
                                                      const MatrixX& by_hold) {
   const std::vector<double>& u = state_.motion.displacements;
   if (std::ranges::all_of(u, [](double one) { return one == 0.0; })) return std::nullopt;
-  const Eigen::Index sums = 3 * shares.rows();
-  const std::size_t numbers = 3 * static_cast<std::size_t>(sums);
-  Vec3 place = Vec3::Zero();
-  for (std::size_t k = begin; k < end; ++k) place += state_.places[k].position;
-  place /= static_cast<double>(end - begin);
-  State::FootAnswer* last = felt_at(place);
-  const bool keep = last && !last->kept && last->lost.size() == numbers &&
-                    last->forces.size() == 3 * holding.ways.size();
-  if (!keep) {
-    const MatrixX near = turned(near_);
-    const HeldBody held = held_body(holding, begin, end, shares, near);
-    const auto answer = answer_at_foot(begin, shares, held, last);
-    if (!answer) {
-      if (last) state_.felt.erase(state_.felt.begin() + (last - state_.felt.data()));
-      ++tangents_refused_;
-      return std::nullopt;
-    }
-    MatrixX wide = MatrixX::Zero(sums, at(end - begin));  // the shares of each axis
-    for (Eigen::Index c = 0; c < shares.rows(); ++c)
-      for (Eigen::Index k = 0; k < shares.cols(); ++k)
-        wide.block<3, 3>(3 * c, 3 * k).diagonal().setConstant(shares(c, k));
-    const MatrixX lost = lost_to_mean_forces(*answer, begin, wide, holding, near);
-    if (!last) last = &state_.felt.emplace_back();
-    const auto all_of = [](const MatrixX& m) {
-      return std::vector<double>(m.data(), m.data() + m.size());
-    };
-    last->displacements = all_of(answer->displacements);
-    last->forces = all_of(answer->forces);
-    last->lost = all_of(lost);
+  const MatrixX near = turned(near_);
+  const HeldBody held = held_body(holding, begin, end, shares, near);
+  const auto answer = answer_at_foot(begin, end, shares, held);
+  if (!answer) {
+    ++tangents_refused_;
+    return std::nullopt;
   }
-  last->place = place;
-  last->asked = true;
-  last->kept = keep;
+  const auto own = static_cast<Eigen::Index>(3 * (end - begin));
+  const Eigen::Index sums = 3 * shares.rows();
+  MatrixX wide = MatrixX::Zero(sums, own);  // the shares of each axis
+  for (Eigen::Index c = 0; c < shares.rows(); ++c)
+    for (Eigen::Index k = 0; k < shares.cols(); ++k)
+      wide.block<3, 3>(3 * c, 3 * k).diagonal().setConstant(shares(c, k));
+  MatrixX moved(own, 3);
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    moved.col(c) = moved_cells(answer->displacements.col(c)).segment(at(begin), own);
+    for (std::size_t i = 0; i < held.rows; ++i)
+      moved.col(c) +=
+          answer->forces(static_cast<Eigen::Index>(i), c) *
+          (near.block(at(begin), 3 * holding.ways[i].cell, own, 3) * holding.ways[i].direction);
+  }
   MatrixX lost = MatrixX::Zero(sums, sums);
   if (by_hold.size() > 0) lost = by_hold;
-  lost.leftCols<3>() = Eigen::Map<const MatrixX>(last->lost.data(), sums, 3);
+  const MatrixX rest = wide *
+                       (response_.block(at(begin), at(begin), own, own) -
+                        near.block(at(begin), at(begin), own, own)) *
+                       wide.topRows(3).transpose();
+  lost.leftCols<3>() = rest - wide * moved;
+  lost.topLeftCorner<3, 3>() = rest.topRows<3>() - answer->response;
+  lost.topLeftCorner<3, 3>() =
+      (0.5 * (lost.topLeftCorner<3, 3>() + lost.topLeftCorner<3, 3>().transpose())).eval();
   lost.topRightCorner(3, sums - 3) = lost.bottomLeftCorner(sums - 3, 3).transpose();
   return lost;
 }

@@ -19,13 +19,10 @@ struct TissueContactState {
     std::vector<double> displacements;  ///< of the nodes under a mean force along each axis [m/N]
     std::vector<double> forces;         ///< on what others hold, likewise
     bool asked = true;                  ///< in this step
-    std::vector<double> lost;  ///< what sums of first order lose to these forces      (sums x 3)
-    bool kept = false;         ///< of the frame before, when last asked
     static constexpr auto fields() {
       using F = FootAnswer;
       return std::tuple(field("place", &F::place), field("displacements", &F::displacements),
-                        field("forces", &F::forces), field("asked", &F::asked),
-                        field("lost", &F::lost), field("kept", &F::kept));
+                        field("forces", &F::forces), field("asked", &F::asked));
     }
   };
   /// Where a cell is: all that its response depends on.
