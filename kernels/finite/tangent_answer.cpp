@@ -55,6 +55,8 @@ std::optional<TangentAnswer> answer_of_tangent(const FiniteBody& body,
   MatrixX images = image_of(answer.displacements);
   Span span;
   span.forces.resize(rows, 0);
+  if (held.apart.size() == 0 || held.apart.isZero(0.0))
+    span = {answer.displacements, images, answer.forces};
   for (int round = 1; round < rounds; ++round) {
     MatrixX residual = loads.loads - images;
     if (rows > 0) residual += held.loads(answer.forces);

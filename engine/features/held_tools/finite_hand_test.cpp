@@ -11,6 +11,7 @@
 #include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
 #include "kernels/contact/finite_contact.h"
+#include "tests/support/dense_matrix.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -46,18 +47,6 @@ SceneDescription lifted_scene(const Vec3& way, std::pair<double, double> lifts,
 const CellRange& pressed_range(const World& world) {
   return *std::ranges::find_if(world.all<OrganTouch>()[0].ranges,
                                [](const CellRange& range) { return !range.held; });
-}
-
-MatrixX dense(const SymmetricBlockMatrix& matrix) {
-  const auto n = static_cast<Eigen::Index>(3 * matrix.pattern.rows());
-  MatrixX whole(n, n);
-  for (Eigen::Index c = 0; c < n; ++c) {
-    std::vector<double> unit(static_cast<std::size_t>(n), 0.0), column(unit);
-    unit[static_cast<std::size_t>(c)] = 1.0;
-    matrix.multiply(unit, column);
-    whole.col(c) = Eigen::Map<const VectorX>(column.data(), n);
-  }
-  return whole;
 }
 
 /// A probe and a jaw on a body that has been deformed: how the probe's force grows as it goes
@@ -344,9 +333,8 @@ TEST(FiniteHand, FeelsTheSameBitsOnOneThreadAndOnTwo) {
 
 TEST(FiniteHand, GoesOnFromASnapshotWithTheSameBits) {
   std::vector<std::string> warnings;
-  auto made = build_model(
-      pressed_while_lifted(), test_tissues(), {project_file("assets"), false},
-      [](double, std::string_view) { return true; }, warnings);
+  auto made = build_model(pressed_while_lifted(), test_tissues(), {project_file("assets"), false},
+                          no_progress(), warnings);
   ASSERT_TRUE(made) << made.error().text();
   const Model model(*made);
   auto whole = Simulation::create(model), other = Simulation::create(model);

@@ -121,9 +121,8 @@ TEST(Pulsation, ARunAtFiniteStrainGoesOnFromASnapshotToTheSameBits) {
   SceneDescription scene = beating_ball();
   scene.organs[0].response = Response::kFinite;
   std::vector<std::string> warnings;
-  auto made = build_model(
-      scene, test::test_tissues(), {test::project_file("assets"), false},
-      [](double, std::string_view) { return true; }, warnings);
+  auto made = build_model(scene, test::test_tissues(), {test::project_file("assets"), false},
+                          no_progress(), warnings);
   ASSERT_TRUE(made) << made.error().text();
   const Model model(*made);
   auto whole = Simulation::create(model), other = Simulation::create(model);
