@@ -17,7 +17,7 @@ namespace {
 
 /// Raised when pre-processing changes in a way that its inputs don't show: node placement,
 /// sampling.
-constexpr int kPreparationVersion = 4;
+constexpr int kPreparationVersion = 5;
 /// The same of what tissue at finite strain has besides.
 constexpr int kFiniteVersion = 5;
 constexpr const char* kChange = "change_";  // before the names of its arrays
@@ -215,8 +215,9 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   if (!model.deformable() || !add_places(model, organ, demand)) return false;
   if (auto* modulus = std::get_if<std::vector<float>>(&cached.response->extra["touchable_modulus"]))
     model.touchable.modulus = std::move(*modulus);
-  if (model.touchable.modulus.size() !=
-      (organ.parts.empty() ? 0 : 2 * TouchableSurface::kModulusScales * model.touchable.size()))
+  const std::size_t numbers = 2 * TouchableSurface::kModulusScales * model.touchable.size();
+  if (model.touchable.modulus.size() != numbers &&
+      !(model.touchable.modulus.empty() && organ.parts.empty()))
     return false;
   const bool sag = demand.sags && organ.response != Response::kFinite;
   if (model.sag.size() != (sag ? 9 * model.places.size() : 0)) return false;

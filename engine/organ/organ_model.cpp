@@ -13,6 +13,7 @@
 #include "engine/organ/organ_cache.h"
 #include "engine/organ/organ_parts.h"
 #include "kernels/base/stopwatch.h"
+#include "kernels/contact/near_thickness.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/compliance_checks.h"
 #include "kernels/paff/compliance_columns.h"
@@ -158,6 +159,10 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
     note_modulus(model.touchable, model.material, PatchContact::spread_factor(),
                  problem.relative_modulus);
   }
+  problem.is_fixed = [&](const Vec3& x) { return in_any(organ.fixed, x); };
+  if (model.touchable.size() > 0 && !organ.fixed.empty())
+    note_thickness(model.touchable, model.material, PatchContact::spread_factor(), model.surface,
+                   SurfaceTree(model.surface), problem.is_fixed);
   if (field ? field->has_fibres() : tissue.fibres.modulus > 0.0)
     problem.fibres = [field, &tissue](const Vec3& x, double edge) {
       return field ? field->fibres(x, edge) : tissue.fibres;
@@ -166,7 +171,6 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   problem.cloud = &model.cloud;
   problem.fields = model.fields;
   problem.material = model.material;
-  problem.is_fixed = [&](const Vec3& x) { return in_any(organ.fixed, x); };
   problem.most_memory = options.most_memory;
   problem.few_points = organ.response == Response::kFinite;
   problem.points_alone = answers_in_levels(model, organ);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernels/base/stopwatch.h"
+#include "kernels/contact/near_thickness.h"
 #include "kernels/formulations/formulations.h"
 
 namespace viscera {
@@ -41,6 +42,8 @@ Result<std::unique_ptr<PressedBody>> PressedBody::prepare(BodyToPress wanted,
   auto touch = touchable_part(body->places_, wanted.is_touchable);
   if (!touch) return std::unexpected(touch.error());
   body->touch_ = std::move(*touch);
+  note_thickness(body->touch_, body->material_, PatchContact::spread_factor(), surface,
+                 *body->tree_, wanted.is_fixed);
   body->drawn_ = carry_surface(surface, body->places_);
 
   auto solver = body->formulation_->prepare(

@@ -98,6 +98,7 @@ TEST(Palpation, AHookThatRestsOnTheLiverFeelsThePicturesLiver) {
   EXPECT_GT(rests.felt, 0.005);
   EXPECT_GT(rests.agreement.frames, 20u);
   EXPECT_LT(rests.agreement.ratio(), 0.03);
+  EXPECT_EQ(rests.passivity_violations, 0u);
   RecordProperty("difference", std::to_string(rests.agreement.ratio()));
 }
 

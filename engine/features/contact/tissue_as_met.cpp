@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "engine/features/contact/contact.h"
-#include "engine/features/contact/first_order.h"
 #include "engine/features/contact/foot.h"
 
 namespace viscera {
@@ -69,20 +67,17 @@ void settle(const Pose& found, CellRange& range) {
 
 /// Under a tool that presses or holds: from its cells, since the drawn surface shows its own dent.
 /// False: this frame's contact has no answer.
-bool meet_touched(World& world, Entity organ, const CellRange& range, TissueSnapshot& snapshot) {
-  const OrganContact& contact = *world.find<OrganContact>(organ);
-  if (!contact.solution.converged) return false;
-  const auto about = about_cells(contact, range);
-  if (!about) return false;
-  const auto others = world.find<OrganTouch>(organ)->solver->hold_of_others(
-      contact.cells, range.begin, range.end, about->shares());
-  if (!others) return false;
+bool meet_touched(const World& world, Entity organ, const TissueUnder& under,
+                  TissueSnapshot& snapshot) {
+  if (!under.about || !under.others) return false;
   // It is alone.
-  if (others->taken.size() == 0 && !world.find<FreeShape>(organ) && !moves_itself(world, organ))
+  if (under.others->taken.size() == 0 && !world.find<FreeShape>(organ) &&
+      !moves_itself(world, organ))
     return true;
-  const Pose motion = about->motion(others->free);
+  const Pose motion = under.about->motion(under.others->free);
   snapshot.pose = composed(snapshot.pose, motion);
-  if (others->taken.size() > 0) snapshot.hold = about->hold(others->taken, motion.orientation);
+  if (under.others->taken.size() > 0)
+    snapshot.hold = under.about->hold(under.others->taken, motion.orientation);
   return true;
 }
 
@@ -149,8 +144,25 @@ void note_what_tools_meet(World& world, Entity organ) {
   }
 }
 
+std::function<TissueUnder()> ask_tissue_under(World& world, Entity organ, Entity instrument) {
+  const OrganContact* contact = world.find<OrganContact>(organ);
+  if (!contact || world.find<OrganState>(organ)->frozen) return {};
+  const OrganTouch& touch = *world.find<OrganTouch>(organ);
+  const auto mine = std::ranges::find(touch.ranges, instrument, &CellRange::instrument);
+  if (mine == touch.ranges.end()) return {};
+  return [contact, &range = *mine, &solver = *touch.solver] {
+    TissueUnder under;
+    if (!contact->solution.converged) return under;
+    under.about = about_cells(*contact, range);
+    if (under.about)
+      under.others = solver.hold_of_others(contact->cells, range.begin, range.end,
+                                           under.about->shares());
+    return under;
+  };
+}
+
 bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
-                 TissueSnapshot& snapshot) {
+                 const std::optional<TissueUnder>& under, TissueSnapshot& snapshot) {
   snapshot.pose = pose_of(world, organ);
   snapshot.hold = {};
   snapshot.nearest = {};
@@ -158,15 +170,13 @@ bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
   if (!contact || world.find<OrganState>(organ)->frozen) return true;
   const Vec3& tip = world.find<InstrumentState>(instrument)->tip;
   if (world.find<OrganTouch>(organ)->bounds.exteriorDistance(tip) > reach) return true;
-  const std::vector<CellRange>& ranges = world.find<OrganTouch>(organ)->ranges;
-  const auto mine = std::ranges::find(ranges, instrument, &CellRange::instrument);
   const Vec3 from = pose_of(world, organ).to_local(tip);
-  if (mine != ranges.end()) {
+  if (under) {
     // The next step's contact asks the fitted tree again.
     const auto hit = contact->surface->closest(from, reach);
     if (!hit) return true;
     snapshot.nearest = hit->point;
-    return meet_touched(world, organ, *mine, snapshot);
+    return meet_touched(world, organ, *under, snapshot);
   }
   const auto found = world.find<ScannedSurface>(organ)->scan.closest(
       world.find<OrganBody>(organ)->model->surface.triangles,

@@ -1,8 +1,13 @@
 // An organ as one tool meets it: moved and held by everything else that touches it.
 #pragma once
 
+#include <functional>
+#include <optional>
+
+#include "engine/features/contact/first_order.h"
 #include "engine/simulation/world.h"
 #include "haptics/tissue_snapshot.h"
+#include "kernels/contact/tissue_contact.h"
 
 namespace viscera {
 
@@ -18,12 +23,22 @@ void take_motion_as_met(const World& world, Entity organ, const Vec3& tip, CellR
 /// To be called after contact was solved: CellRange.met of the tools that press this organ.
 void note_what_tools_meet(World& world, Entity organ);
 
+/// What the tissue under a tool answers that touches an organ.
+struct TissueUnder {
+  std::optional<FirstOrder> about;   ///< none: the tool's cells have no side
+  std::optional<OthersHold> others;  ///< none: this frame's contact has no answer
+};
+/// Finds that after contact was solved; none: the tool doesn't touch the organ. It may be called
+/// once, on any thread, as long as nobody else does anything with the organ's TissueContact.
+std::function<TissueUnder()> ask_tissue_under(World& world, Entity organ, Entity instrument);
+
 /// Fills `snapshot` (all but frame, tick and velocity) with the organ as it is at the end of this
 /// frame's step. About the tool's foot: the rigid motion of the tissue by other tools, springs,
-/// gravity and so on, and what their hold takes off its answer. Tissue farther than `reach` from
-/// the tip isn't sought: `nearest` is then none [m]. False where this frame's contact under the
-/// tool has no answer: the snapshot before this one tells more, and shall stay.
+/// gravity and so on, and what their hold takes off its answer, as `under` has it where the tool
+/// touches. Tissue farther than `reach` from the tip isn't sought: `nearest` is then none [m].
+/// False where this frame's contact under the tool has no answer: the snapshot before this one
+/// tells more, and shall stay.
 bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
-                 TissueSnapshot& snapshot);
+                 const std::optional<TissueUnder>& under, TissueSnapshot& snapshot);
 
 }  // namespace viscera

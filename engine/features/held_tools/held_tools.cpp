@@ -8,7 +8,7 @@
 
 #include "engine/features/breathing/breathing.h"
 #include "engine/features/contact/contact_cells.h"
-#include "engine/features/contact/tissue_as_met.h"
+#include "engine/features/deformation/deformation.h"
 #include "engine/features/held_tools/haptic_devices.h"
 #include "engine/features/local/hive_settings.h"
 #include "engine/simulation/instruments.h"
@@ -152,7 +152,29 @@ void HapticTools::stop() {
     if (tool.loop) tool.loop->stop();
 }
 
+void HapticTools::ask_tissue(World& world) {
+  asked_.wait();
+  struct Question {
+    std::function<TissueUnder()> ask;
+    std::optional<TissueUnder>* answer;
+  };
+  std::map<std::uint32_t, std::vector<Question>> of_organs;  // one at a time of each
+  for (HapticTool& tool : tools_)
+    for (ToolTissue::Organ& organ : tool.tissue->organs) {
+      organ.under.reset();
+      if (auto ask = ask_tissue_under(world, organ.entity, tool.instrument))
+        of_organs[organ.entity.index].push_back({std::move(ask), &organ.under});
+    }
+  for (auto& [organ, questions] : of_organs)
+    asked_.begin([questions = std::move(questions)] {
+      for (const Question& question : questions) *question.answer = question.ask();
+    });
+  // Surfaces that come from the GPU are made here after all where it fails.
+  if (world.has<GpuOrgans>()) asked_.wait();
+}
+
 void HapticTools::publish(World& world, std::uint64_t frame) {
+  asked_.wait();
   for (HapticTool& tool : tools_) {
     // On the wall clock a scene may be late: what it shows now is what is felt from now on.
     const std::uint64_t scene_tick = last_tick_of_frame(frame);
@@ -161,7 +183,8 @@ void HapticTools::publish(World& world, std::uint64_t frame) {
       TissueSnapshot& snapshot = organ.tissue->snapshots().back();
       snapshot.frame = frame;
       snapshot.tick = tick;
-      if (!meet_tissue(world, organ.entity, tool.instrument, organ.tissue->reach(), snapshot))
+      if (!meet_tissue(world, organ.entity, tool.instrument, organ.tissue->reach(), organ.under,
+                       snapshot))
         continue;
       snapshot.velocity = Vec3::Zero();
       if (const OrganMotion* motion = world.find<OrganMotion>(organ.entity))
@@ -300,6 +323,7 @@ Result<void> hold_tools(World& world, const ServoRun& run) {
   if (!tools) return std::unexpected(tools.error());
   if (!*tools) return {};
   for (const HapticTool& tool : (*tools)->tools()) world.all<HeldTip>().add(tool.instrument, {});
+  (*tools)->ask_tissue(world);
   (*tools)->publish(world, 0);
   world.all<Servos>().add(kWhole, {*std::move(tools)});
   return {};
@@ -327,6 +351,11 @@ void run_servos(World& world, const FrameContext& context) {
 /// One tissue: curves, review and measures hold what the hand felt.
 void take_felt_forces(World& world, const FrameContext& context) {
   servos_of(world)->take_felt_forces(world, context.dt);
+}
+
+/// What takes long of the servos' snapshots.
+void ask_for_servos(World& world, const FrameContext&) {
+  servos_of(world)->ask_tissue(world);
 }
 
 /// Where tissue is now -> the servos' snapshots.
@@ -365,10 +394,15 @@ Feature held_tools_feature() {
                   .changes = {"servos", "organ contacts", "tool forces"},
                   .needed = held,
                   .run = take_felt_forces},
+                 {.name = "ask tissue",
+                  .reads = {"contact problem", "forces"},
+                  .writes = {"tissue under tools"},
+                  .needed = held,
+                  .run = ask_for_servos},
                  {.name = "publish",
-                  .reads = {"surfaces", "organ poses", "tool poses", "contact problem", "forces"},
+                  .reads = {"tissue under tools", "surfaces", "organ poses", "tool poses"},
                   .writes = {"tissue snapshots"},
-                  .changes = {"servos"},
+                  .changes = {"servos", "organ contacts"},
                   .needed = held,
                   .run = publish_to_servos}},
       .unsavable =

@@ -7,9 +7,11 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/features/contact/tissue_as_met.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/simulation/feature.h"
 #include "haptics/device.h"
@@ -17,6 +19,7 @@
 #include "haptics/hive_tissue.h"
 #include "haptics/servo_loop.h"
 #include "haptics/servo_tick.h"
+#include "kernels/base/aside.h"
 
 namespace viscera {
 
@@ -36,6 +39,7 @@ class ToolTissue final : public TactileModel {
     std::shared_ptr<const WalkableSurface> surface;  ///< that the hives stand on, also while a
                                                      ///< thread builds one: it goes after them
     std::unique_ptr<HiveTissue> tissue;
+    std::optional<TissueUnder> under;  ///< this frame's, where the tool touches
   };
   std::vector<Organ> organs;
 
@@ -88,8 +92,11 @@ class HapticTools {
                                                      const World& world, const ServoRun& run);
   ~HapticTools();  ///< stops
 
+  /// Begins to find what the tissue under tools answers, beside what the frame does next.
+  void ask_tissue(World& world);
   /// What the servos see of the scene as it is at the end of this frame: each organ as their tool
-  /// meets it, with all that others do to it (engine/features/contact/tissue_as_met.h).
+  /// meets it, with all that others do to it (engine/features/contact/tissue_as_met.h). After
+  /// ask_tissue().
   void publish(World& world, std::uint64_t frame);
   /// Ticks up to and without `end` in lockstep; in real time it is the clock that ticks, and the
   /// first call starts it.
@@ -142,6 +149,7 @@ class HapticTools {
   ServoClock clock_;
   bool started_ = false;
   std::vector<HapticTool> tools_;
+  Aside asked_;  ///< goes first, as it works on their answers
 };
 
 /// A world's held tools; none: none is held, paths move them.

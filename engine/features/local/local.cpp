@@ -107,7 +107,9 @@ void feel(World& world, Entity organ, LocalFeel::Touch& touch, const FrameContex
   TissueSnapshot& snapshot = touch.tissue->snapshots().back();
   snapshot.frame = context.frame;
   snapshot.tick = last_tick_of_frame(context.frame);
-  if (meet_tissue(world, organ, touch.instrument, touch.tissue->reach(), snapshot))
+  std::optional<TissueUnder> under;
+  if (const auto ask = ask_tissue_under(world, organ, touch.instrument)) under = ask();
+  if (meet_tissue(world, organ, touch.instrument, touch.tissue->reach(), under, snapshot))
     touch.tissue->snapshots().publish();
   const ToolMotion motion{
       {state.tip, Quaternion::Identity()}, (state.tip - touch.tip) / context.dt, 0, snapshot.tick};
