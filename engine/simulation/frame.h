@@ -9,6 +9,7 @@
 #include "engine/simulation/controls.h"
 #include "engine/simulation/frame_flag.h"
 #include "engine/simulation/world.h"
+#include "kernels/base/aside.h"
 
 namespace viscera {
 
@@ -33,6 +34,7 @@ struct FrameContext {
   double dt = 0.0;    ///< [s]
   FrameReport* report = nullptr;
   const Controls* controls = nullptr;
+  Aside* aside = nullptr;  ///< what a stage begins and a later one waits for; ends with the step
 };
 
 /// Advances the world by one frame, tools where their paths have them. Throws nothing but

@@ -16,6 +16,7 @@ struct PathControls {
 
 FrameReport step_frame(World& world, const Controls& controls, Trace* trace) {
   FrameReport report;
+  Aside aside;
   FrameContext context;
   context.frame = world.frame() + 1;
   const std::uint64_t last_tick = last_tick_of_frame(context.frame);
@@ -23,6 +24,7 @@ FrameReport step_frame(World& world, const Controls& controls, Trace* trace) {
   context.time = static_cast<double>(last_tick) * 1e-3;
   context.report = &report;
   context.controls = &controls;
+  context.aside = &aside;
 
   // A stage that the scene doesn't need isn't entered, and so isn't timed either.
   const std::vector<Stage>& stages = world.model().schedule().stages();

@@ -105,9 +105,8 @@ void note_thickness(TouchableSurface& surface, const IsotropicMaterial& material
   std::vector<SurfaceTree::Crossing> found;
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const double usual = spread * surface.spacings[t];
-    const auto thickness =
-        held_below(surface.positions[t], surface.normals[t], kThickest * usual,
-                   kBelow * surface.spacings[t], body, tree, is_fixed, found);
+    const auto thickness = held_below(surface.positions[t], surface.normals[t], kThickest * usual,
+                                      kBelow * surface.spacings[t], body, tree, is_fixed, found);
     if (!thickness) continue;
     const bool thin = table.at(*thickness / usual).pressed > 1.0 + kFelt;
     if (surface.modulus.empty()) {

@@ -155,8 +155,8 @@ std::function<TissueUnder()> ask_tissue_under(World& world, Entity organ, Entity
     if (!contact->solution.converged) return under;
     under.about = about_cells(*contact, range);
     if (under.about)
-      under.others = solver.hold_of_others(contact->cells, range.begin, range.end,
-                                           under.about->shares());
+      under.others =
+          solver.hold_of_others(contact->cells, range.begin, range.end, under.about->shares());
     return under;
   };
 }

@@ -152,8 +152,7 @@ void HapticTools::stop() {
     if (tool.loop) tool.loop->stop();
 }
 
-void HapticTools::ask_tissue(World& world) {
-  asked_.wait();
+void HapticTools::ask_tissue(World& world, Aside& aside) {
   struct Question {
     std::function<TissueUnder()> ask;
     std::optional<TissueUnder>* answer;
@@ -166,15 +165,14 @@ void HapticTools::ask_tissue(World& world) {
         of_organs[organ.entity.index].push_back({std::move(ask), &organ.under});
     }
   for (auto& [organ, questions] : of_organs)
-    asked_.begin([questions = std::move(questions)] {
+    aside.begin([questions = std::move(questions)] {
       for (const Question& question : questions) *question.answer = question.ask();
     });
   // Surfaces that come from the GPU are made here after all where it fails.
-  if (world.has<GpuOrgans>()) asked_.wait();
+  if (world.has<GpuOrgans>()) aside.wait();
 }
 
 void HapticTools::publish(World& world, std::uint64_t frame) {
-  asked_.wait();
   for (HapticTool& tool : tools_) {
     // On the wall clock a scene may be late: what it shows now is what is felt from now on.
     const std::uint64_t scene_tick = last_tick_of_frame(frame);
@@ -323,7 +321,9 @@ Result<void> hold_tools(World& world, const ServoRun& run) {
   if (!tools) return std::unexpected(tools.error());
   if (!*tools) return {};
   for (const HapticTool& tool : (*tools)->tools()) world.all<HeldTip>().add(tool.instrument, {});
-  (*tools)->ask_tissue(world);
+  Aside aside;
+  (*tools)->ask_tissue(world, aside);
+  aside.wait();
   (*tools)->publish(world, 0);
   world.all<Servos>().add(kWhole, {*std::move(tools)});
   return {};
@@ -354,12 +354,13 @@ void take_felt_forces(World& world, const FrameContext& context) {
 }
 
 /// What takes long of the servos' snapshots.
-void ask_for_servos(World& world, const FrameContext&) {
-  servos_of(world)->ask_tissue(world);
+void ask_for_servos(World& world, const FrameContext& context) {
+  servos_of(world)->ask_tissue(world, *context.aside);
 }
 
 /// Where tissue is now -> the servos' snapshots.
 void publish_to_servos(World& world, const FrameContext& context) {
+  context.aside->wait();
   servos_of(world)->publish(world, context.frame);
 }
 
@@ -376,42 +377,41 @@ bool held(const World& world) {
 }  // namespace
 
 Feature held_tools_feature() {
-  return {
-      .name = "held tools",
-      .keys = held_tools_keys(),
-      .reach = reach,
-      .states = {state_type<Servos>({Strays::Become::kUnwatched})},
-      .stages = {{.name = "run servos",
-                  .reads = {"tool poses"},
-                  .reads_before = {"tissue snapshots"},
-                  .writes = {"tool poses"},
-                  .changes = {"servos", "tool poses"},
-                  .needed = held,
-                  .run = run_servos},
-                 {.name = "take felt forces",
-                  .reads = {"tool poses", "organ poses", "forces"},
-                  .writes = {"forces"},
-                  .changes = {"servos", "organ contacts", "tool forces"},
-                  .needed = held,
-                  .run = take_felt_forces},
-                 {.name = "ask tissue",
-                  .reads = {"contact problem", "forces"},
-                  .writes = {"tissue under tools"},
-                  .needed = held,
-                  .run = ask_for_servos},
-                 {.name = "publish",
-                  .reads = {"tissue under tools", "surfaces", "organ poses", "tool poses"},
-                  .writes = {"tissue snapshots"},
-                  .changes = {"servos", "organ contacts"},
-                  .needed = held,
-                  .run = publish_to_servos}},
-      .unsavable =
-          [](const World& world) {
-            const HapticTools* servos = servos_of(world);
-            return servos ? servos->why_not_saved() : std::string();
-          },
-      .report = held_tools_report,
-      .skipped = held_tools_skipped};
+  return {.name = "held tools",
+          .keys = held_tools_keys(),
+          .reach = reach,
+          .states = {state_type<Servos>({Strays::Become::kUnwatched})},
+          .stages = {{.name = "run servos",
+                      .reads = {"tool poses"},
+                      .reads_before = {"tissue snapshots"},
+                      .writes = {"tool poses"},
+                      .changes = {"servos", "tool poses"},
+                      .needed = held,
+                      .run = run_servos},
+                     {.name = "take felt forces",
+                      .reads = {"tool poses", "organ poses", "forces"},
+                      .writes = {"forces"},
+                      .changes = {"servos", "organ contacts", "tool forces"},
+                      .needed = held,
+                      .run = take_felt_forces},
+                     {.name = "ask tissue",
+                      .reads = {"contact problem", "forces"},
+                      .writes = {"tissue under tools"},
+                      .needed = held,
+                      .run = ask_for_servos},
+                     {.name = "publish",
+                      .reads = {"tissue under tools", "surfaces", "organ poses", "tool poses"},
+                      .writes = {"tissue snapshots"},
+                      .changes = {"servos", "organ contacts"},
+                      .needed = held,
+                      .run = publish_to_servos}},
+          .unsavable =
+              [](const World& world) {
+                const HapticTools* servos = servos_of(world);
+                return servos ? servos->why_not_saved() : std::string();
+              },
+          .report = held_tools_report,
+          .skipped = held_tools_skipped};
 }
 
 }  // namespace viscera

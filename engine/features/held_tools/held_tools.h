@@ -19,7 +19,6 @@
 #include "haptics/hive_tissue.h"
 #include "haptics/servo_loop.h"
 #include "haptics/servo_tick.h"
-#include "kernels/base/aside.h"
 
 namespace viscera {
 
@@ -92,11 +91,11 @@ class HapticTools {
                                                      const World& world, const ServoRun& run);
   ~HapticTools();  ///< stops
 
-  /// Begins to find what the tissue under tools answers, beside what the frame does next.
-  void ask_tissue(World& world);
+  /// Begins to find what the tissue under tools answers.
+  void ask_tissue(World& world, Aside& aside);
   /// What the servos see of the scene as it is at the end of this frame: each organ as their tool
   /// meets it, with all that others do to it (engine/features/contact/tissue_as_met.h). After
-  /// ask_tissue().
+  /// what ask_tissue() began.
   void publish(World& world, std::uint64_t frame);
   /// Ticks up to and without `end` in lockstep; in real time it is the clock that ticks, and the
   /// first call starts it.
@@ -149,7 +148,6 @@ class HapticTools {
   ServoClock clock_;
   bool started_ = false;
   std::vector<HapticTool> tools_;
-  Aside asked_;  ///< goes first, as it works on their answers
 };
 
 /// A world's held tools; none: none is held, paths move them.

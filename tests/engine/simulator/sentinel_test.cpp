@@ -184,12 +184,14 @@ TEST(Sentinel, StagesSayWhichStatesTheyChange) {
   std::set<std::string_view> seen;
   for (std::uint64_t frame = 1; frame <= kFrames; ++frame) {
     FrameReport report;
+    Aside aside;
     const Controls controls = controls_of_paths(**world, end_of_step(**world));
     FrameContext context{.frame = frame,
                          .time = end_of_step(**world),
                          .dt = end_of_step(**world) - (*world)->time(),
                          .report = &report,
-                         .controls = &controls};
+                         .controls = &controls,
+                         .aside = &aside};
     for (const Stage& stage : step_schedule().stages()) {
       if (stage.needed && !stage.needed(**world)) continue;
       for (const std::string_view name : changed_by(stage, **world, context)) {

@@ -15,8 +15,8 @@ namespace {
 
 TEST(Aside, HasDoneAllThatWasBegunWhereWaitEnds) {
   for (const std::size_t threads : {1, 2, 4}) {
-    const oneapi::tbb::global_control limit(
-        oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
     std::array<int, 20> done{};
     Aside aside;
     for (int& one : done) aside.begin([&one] { ++one; });

@@ -73,11 +73,12 @@ TEST(Thickness, IsNotedOverWhatHoldsTheBody) {
   ASSERT_EQ(touch.modulus.size(), 2 * kModulusScales * touch.size());
   for (std::size_t t = 0; t < touch.size(); ++t)
     for (std::size_t s = 0; s < kModulusScales; ++s) {
-      const double sigma = std::ldexp(2.0, -static_cast<int>(s)) * PatchContact::spread_factor() *
-                           touch.spacings[t];
+      const double sigma =
+          std::ldexp(2.0, -static_cast<int>(s)) * PatchContact::spread_factor() * touch.spacings[t];
       const LayerModulus layer = layer_modulus(2.0 * kNodesApart / sigma, kSoftLayer.poisson_ratio);
       EXPECT_NEAR(touch.modulus[2 * (kModulusScales * t + s)], layer.pressed, 5e-3 * layer.pressed);
-      EXPECT_NEAR(touch.modulus[2 * (kModulusScales * t + s) + 1], layer.pulled, 5e-3 * layer.pulled);
+      EXPECT_NEAR(touch.modulus[2 * (kModulusScales * t + s) + 1], layer.pulled,
+                  5e-3 * layer.pulled);
     }
   // Of tissue that has parts it is one more factor.
   TouchableSurface twice = touch;
