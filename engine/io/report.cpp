@@ -149,15 +149,21 @@ std::string to_json(const RunReport& report) {
 std::string preparation_line(const OrganReport& organ) {
   if (!organ.preparation) return "";
   const PreparationFigures& figures = *organ.preparation;
-  std::string line = fmt::format(
-      "{}: {} nodes, {} unknowns, {:.2g} nonzeros, gradients corrected by {:.1e}, factor {:.1f} "
-      "MB, "
-      "smallest eigenvalue of the compliance {:.1e} of its largest; assembly {:.2f} s, factor "
-      "{:.2f} s, compliance {:.2f} s{}",
-      organ.name, organ.nodes, figures.unknowns, static_cast<double>(figures.stiffness_nonzeros),
-      figures.gradient_correction, 1e-6 * static_cast<double>(figures.factor_bytes),
-      figures.smallest_compliance_eigenvalue, figures.assemble_s, figures.factor_s,
-      figures.compliance_s, organ.cache_hit ? ", when it was cached" : "");
+  const double megabytes = 1e-6 * static_cast<double>(figures.factor_bytes);
+  std::string line =
+      fmt::format("{}: {} nodes, {} unknowns, ", organ.name, organ.nodes, figures.unknowns);
+  // A body on two levels isn't put together at once, and neither is its compliance.
+  line += figures.stiffness_nonzeros == 0
+              ? fmt::format("on two levels, gradients corrected by {:.1e}, coarse factor {:.1f} MB",
+                            figures.gradient_correction, megabytes)
+              : fmt::format(
+                    "{:.2g} nonzeros, gradients corrected by {:.1e}, factor {:.1f} MB, "
+                    "smallest eigenvalue of the compliance {:.1e} of its largest",
+                    static_cast<double>(figures.stiffness_nonzeros), figures.gradient_correction,
+                    megabytes, figures.smallest_compliance_eigenvalue);
+  line += fmt::format("; assembly {:.2f} s, factor {:.2f} s, compliance {:.2f} s{}",
+                      figures.assemble_s, figures.factor_s, figures.compliance_s,
+                      organ.cache_hit ? ", when it was cached" : "");
   if (organ.columns_on_demand > 0)
     line += fmt::format("; {} columns of its compliance made on demand, in {:.2f} s",
                         organ.columns_on_demand, organ.on_demand_s);

@@ -119,6 +119,7 @@ Result<CoarseFactors> make_finite_in_levels(OrganModel& model, const FiniteParts
       parts.volumes, options, coarse.step);
   if (!solver) return std::unexpected(solver.error());
   const CoarseFactors made{at_rest->coarse(), solver->levels()->coarse()};
+  model.figures.factor_bytes = made.still->factor_bytes();
   model.compliance = columns_to_come(model, std::move(at_rest));
   take_solver(model, std::move(*solver), parts, changes);
   return made;

@@ -112,6 +112,8 @@ TEST(Report, TellsWhatPreparationFoundOutAndWhatHalfPrecisionCosts) {
   liver.nodes = 4100;
   liver.preparation = PreparationFigures{};
   liver.preparation->unknowns = 12300;
+  liver.preparation->stiffness_nonzeros = 2500000;
+  liver.preparation->factor_bytes = 61000000;
   liver.preparation->gradient_correction = 0.025;
   liver.preparation->smallest_compliance_eigenvalue = 3e-5;
   liver.half_precision = true;
@@ -128,9 +130,14 @@ TEST(Report, TellsWhatPreparationFoundOutAndWhatHalfPrecisionCosts) {
   EXPECT_EQ(organs[1]["displacement_storage"], "single");
 
   const std::string line = preparation_line(liver);
-  for (const char* part :
-       {"liver: 4100 nodes, 12300 unknowns", "2.5e-02", "3.0e-05", "2.5e-04", "-1.5 MB saved"})
+  for (const char* part : {"liver: 4100 nodes, 12300 unknowns", "2.5e+06 nonzeros", "2.5e-02",
+                           "factor 61.0 MB", "3.0e-05", "2.5e-04", "-1.5 MB saved"})
     EXPECT_NE(line.find(part), std::string::npos) << part << " in " << line;
+  liver.preparation->stiffness_nonzeros = 0;
+  const std::string levels = preparation_line(liver);
+  for (const char* part : {"12300 unknowns, on two levels", "2.5e-02", "coarse factor 61.0 MB;"})
+    EXPECT_NE(levels.find(part), std::string::npos) << part << " in " << levels;
+  EXPECT_EQ(levels.find("eigenvalue"), std::string::npos) << levels;
   EXPECT_EQ(preparation_line(report.organs[1]), "");
 }
 
