@@ -62,6 +62,14 @@ std::size_t bands_of(double sigma, double area) {
   return bands;
 }
 
+/// Whether a band meets the same tissue as the next wider one.
+bool same_as_wider(const NearModulus& modulus, std::size_t band) {
+  const auto same = [&](const std::array<double, NearModulus::kBands>& of) {
+    return std::abs(of[band] - of[band - 1]) < kSameModulus * of[band];
+  };
+  return same(modulus.pressed) && same(modulus.pulled);
+}
+
 }  // namespace
 
 void note_modulus(TouchableSurface& surface, const IsotropicMaterial& material, double spread,
@@ -123,7 +131,8 @@ Mat3 near_response(const IsotropicMaterial& material, double sigma, const Vec3& 
                    const NearModulus& other) {
   const double r = offset.norm();
   const HalfSpace half_space(material);
-  const std::size_t bands = bands_of(sigma, area);
+  std::size_t bands = bands_of(sigma, area);
+  while (bands > 1 && same_as_wider(one, bands - 1) && same_as_wider(other, bands - 1)) --bands;
   Mat3 sum = Mat3::Zero();
   RadialKernels wide = NearField(material, sigma).cell_kernels(r, area);
   for (std::size_t band = 0; band < bands; ++band) {

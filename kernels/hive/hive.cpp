@@ -208,9 +208,11 @@ void Hive::Data::look_down() noexcept {
   const NearModulus bands = near_modulus_at(*body.touchable, at, normal, spread, usual);
   ground.wide = bands.pressed.front();
   ground.narrow = bands.pressed.back();
-  for (std::size_t j = 1; j < NearModulus::kBands; ++j)
-    ground.bells[ground.count++] = {std::ldexp(usual, -static_cast<int>(j)),
-                                    1.0 / bands.pressed[j - 1] - 1.0 / bands.pressed[j]};
+  for (std::size_t j = 1; j < NearModulus::kBands; ++j) {
+    const double change = 1.0 / bands.pressed[j - 1] - 1.0 / bands.pressed[j];
+    if (std::abs(change) < kSameModulus / bands.pressed[j]) continue;
+    ground.bells[ground.count++] = {std::ldexp(usual, -static_cast<int>(j)), change};
+  }
   const double radius = settings.pressed > 0.0 ? settings.pressed : 0.125 * settings.radius;
   const double sigma = std::max(usual, PatchContact::narrowest_bell() * radius);
   ground.tool = effective_modulus(settings.material, sigma, radius,
