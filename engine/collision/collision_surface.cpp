@@ -14,6 +14,9 @@
 namespace viscera {
 namespace {
 
+/// Ways flatter over a triangle than this cosine meet it where single precision says.
+constexpr double kGrazing = 1e-3;
+
 /// One Embree device for the process, made when the first surface is. It isn't told a number of
 /// threads: Embree would hold all of this process's TBB loops to it.
 RTCDevice device() {
@@ -195,10 +198,16 @@ std::optional<CollisionSurface::Hit> CollisionSurface::cast(const Vec3& origin,
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const int t = static_cast<int>(ray.hit.primID);
     const Vec3 a = data_->corner(t, 0), b = data_->corner(t, 1), c = data_->corner(t, 2);
-    const bool leaves = (b - a).cross(c - a).dot(direction) > 0.0;
-    if (leaves == exits) {
+    const Vec3 across = (b - a).cross(c - a);
+    const double through = across.dot(direction);
+    if ((through > 0.0) == exits) {
+      // Embree says which triangle, in single precision; where on it is found in double: places
+      // that jump by what that rounds would leave a tool's force undecided.
       const double u = ray.hit.u, v = ray.hit.v;
-      return data_->hit_at(t, Vec3(1.0 - u - v, u, v), ray.ray.tfar);
+      if (!(std::abs(through) > kGrazing * across.norm()))
+        return data_->hit_at(t, Vec3(1.0 - u - v, u, v), ray.ray.tfar);
+      const double way = across.dot(a - origin) / through;
+      return data_->hit_at(t, closest_weights(origin + way * direction, a, b, c), way);
     }
     start = static_cast<double>(ray.ray.tfar) + 1e-6;
   }

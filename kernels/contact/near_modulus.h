@@ -27,8 +27,8 @@ struct NearModulus {
   std::array<double, kBands> pressed_root, pulled_root;  ///< 1 / sqrt of these
 };
 
-/// Bands whose modulus differs by a smaller share are one.
-inline constexpr double kSameModulus = 1e-5;
+/// Bands whose modulus differs by a smaller share, as rounding leaves it, are one.
+inline constexpr double kSameModulus = 1e-12;
 
 /// Fills the surface's `modulus`. `relative_modulus` is asked below each place over cubes, as
 /// ElasticProblem has it; `spread` is sigma over the spacing of nodes.

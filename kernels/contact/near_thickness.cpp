@@ -22,8 +22,8 @@ constexpr std::size_t kWaves = 400;
 constexpr double kFelt = 0.01;
 /// The least cosine between the surface's sides at which they make a layer.
 constexpr double kParallel = 0.5;
-/// Ways down begin below the surface by this share of a spacing.
-constexpr double kBelow = 1e-3;
+/// Ways down begin below the surface by this share of them: past the triangles about the place.
+constexpr double kBelow = 1e-4;
 
 /// A layer's moduli by its thickness.
 class LayerTable {
@@ -48,20 +48,16 @@ class LayerTable {
   std::array<LayerModulus, kSteps + 1> moduli_;
 };
 
-/// How far below a place of the surface the body ends held [m].
-std::optional<double> held_below(const Vec3& place, const Vec3& normal, double reach, double below,
+/// How far below a place of the surface, within `reach`, the body ends held [m].
+std::optional<double> held_below(const Vec3& place, const Vec3& normal, double reach,
                                  const TriangleSurface& body, const SurfaceTree& tree,
-                                 const std::function<bool(const Vec3&)>& is_fixed,
-                                 std::vector<SurfaceTree::Crossing>& found) {
-  const Vec3 from = place - below * normal, to = place - reach * normal;
+                                 const std::function<bool(const Vec3&)>& is_fixed) {
+  const Vec3 from = place - kBelow * reach * normal, to = place - reach * normal;
+  std::vector<SurfaceTree::Crossing> found;
   tree.crossings(from, to, found);
   if (found.empty()) return std::nullopt;
   const Vec3 end = from + found.front().share * (to - from);
-  const auto& corners = body.triangles[static_cast<std::size_t>(found.front().triangle)];
-  const auto corner = [&](std::size_t c) -> const Vec3& {
-    return body.vertices[static_cast<std::size_t>(corners[c])];
-  };
-  const Vec3 outward = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+  const Vec3 outward = area_vector(body, found.front().triangle);
   if (!(-normal.dot(outward) > kParallel * outward.norm()) || !is_fixed(end)) return std::nullopt;
   return (end - place).norm();
 }
@@ -102,11 +98,10 @@ void note_thickness(TouchableSurface& surface, const IsotropicMaterial& material
                     const std::function<bool(const Vec3&)>& is_fixed) {
   constexpr std::size_t kScales = TouchableSurface::kModulusScales;
   const LayerTable table(material.poisson_ratio);
-  std::vector<SurfaceTree::Crossing> found;
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const double usual = spread * surface.spacings[t];
     const auto thickness = held_below(surface.positions[t], surface.normals[t], kThickest * usual,
-                                      kBelow * surface.spacings[t], body, tree, is_fixed, found);
+                                      body, tree, is_fixed);
     if (!thickness) continue;
     const bool thin = table.at(*thickness / usual).pressed > 1.0 + kFelt;
     if (surface.modulus.empty()) {

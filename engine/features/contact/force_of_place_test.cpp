@@ -65,8 +65,7 @@ double difference(const Vec3& one, const Vec3& other) {
 }
 
 // How far the tissue leaves sideways from under a tool is known from the last frame: a force lags
-// by what that changes within one. Once the tool stands still it is that of its place, but for
-// products in single precision: which cells stand for the others may be told apart by rounding.
+// by what that changes within one. Once the tool stands still it is that of its place.
 TEST(ForceOfPlace, OfOneToolIsTheSameHoweverItCameThere) {
   Led led(block_scene(1));
   ASSERT_TRUE(led.world);
@@ -81,7 +80,7 @@ TEST(ForceOfPlace, OfOneToolIsTheSameHoweverItCameThere) {
     led.step({place});
     EXPECT_LT(difference(led.force(0), first), 5e-3) << "at once, " << from;
     led.settle({place});
-    EXPECT_LT(difference(led.force(0), first), 1e-7) << from;
+    EXPECT_LT(difference(led.force(0), first), 1e-9) << from;
   };
   led.settle({pressed(4e-3, -2e-3, 4e-3)});
   comes("from deeper");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "kernels/contact/patch_contact.h"
@@ -48,6 +49,46 @@ TEST(LayerSoftness, IsThatOfConfinedTissueWhereTheLayerIsThin) {
     const double pulled = (2.0 - nu) / (2.0 * (1.0 - nu)) * half_space;
     EXPECT_NEAR(layer_softness_pulled(x, nu) * pulled * one.shear_modulus(), 1.0, 1e-3) << nu;
   }
+}
+
+/// A layer of thickness 1 on a rigid base under cos(q x) of pressure or sin(q x) of shear at its
+/// top, per unit of it: how far that moves along it. By the equations of plane strain, integrated
+/// upwards from what the base may bear; u_x, u_z and the stresses xz and zz at each height.
+double moved_by_equations(double q, const IsotropicMaterial& material, bool pressed) {
+  const double g = material.shear_modulus(), l = material.lame_lambda(), p = l + 2.0 * g;
+  Eigen::Matrix4d rates;
+  rates << 0, q, 1 / g, 0,                       //
+      -l * q / p, 0, 0, 1 / p,                   //
+      q * q * (p - l * l / p), 0, 0, l * q / p,  //
+      0, 0, -q, 0;
+  Eigen::Matrix<double, 4, 2> state;
+  state << 0, 0, 0, 0, 1, 0, 0, 1;
+  constexpr int kSteps = 4000;
+  for (int i = 0; i < kSteps; ++i) {
+    const Eigen::Matrix<double, 4, 2> k1 = rates * state, k2 = rates * (state + k1 / (2 * kSteps)),
+                                      k3 = rates * (state + k2 / (2 * kSteps)),
+                                      k4 = rates * (state + k3 / kSteps);
+    state += (k1 + 2 * k2 + 2 * k3 + k4) / (6 * kSteps);
+  }
+  const Eigen::Vector2d load = pressed ? Eigen::Vector2d(0, 1) : Eigen::Vector2d(1, 0);
+  const Eigen::Vector2d base = state.bottomRows<2>().fullPivLu().solve(load);
+  return state.row(pressed ? 1 : 0).dot(base);
+}
+
+TEST(LayerSoftness, IsThatOfTheLayersOwnEquations) {
+  for (const double nu : {0.0, 0.3, 0.45, 0.49})
+    for (const double x : {0.05, 0.3, 1.0, 2.0, 4.0}) {
+      const IsotropicMaterial one{1.0, nu};
+      const double half_space = 2.0 / (one.contact_modulus() * x);
+      EXPECT_NEAR(layer_softness_pressed(x, nu), moved_by_equations(x, one, true) / half_space,
+                  1e-6)
+          << x << ' ' << nu;
+      // Across the wave only shear: tanh(q t) / (G q).
+      const double along = moved_by_equations(x, one, false) / half_space;
+      EXPECT_NEAR(layer_softness_pulled(x, nu), ((1.0 - nu) * along + std::tanh(x)) / (2.0 - nu),
+                  1e-6)
+          << x << ' ' << nu;
+    }
 }
 
 TEST(LayerModulus, GrowsAsTheLayerGetsThinner) {
