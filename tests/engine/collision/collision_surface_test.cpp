@@ -81,6 +81,26 @@ TEST(CollisionSurface, ARayEntersWhereTheSurfaceFacesItAndLeavesBehind) {
   EXPECT_FALSE(collision.cast(Vec3::Zero(), down, 1.0));
 }
 
+// Embree casts in single precision, which rounds places by some 1e-9 m here.
+TEST(CollisionSurface, ARayMeetsTheSurfaceWhereDoublePrecisionSays) {
+  const TriangleSurface ball = test::icosphere(25e-3, 3);
+  const CollisionSurface collision(ball, positions_of(ball));
+  const Random random(9, 0);
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const Vec3 from = 60e-3 * random.direction(i);
+    const Vec3 way = (10e-3 * random.direction(1000 + i) - from).normalized();
+    const auto hit = collision.cast(from, way, 0.1);
+    ASSERT_TRUE(hit);
+    EXPECT_LT((from + hit->distance * way - hit->position).norm(), 1e-15) << i;
+    EXPECT_GE(hit->point.weights.minCoeff(), 0.0);
+    // Of a little more, a little more is seen.
+    const Vec3 aside = 1e-12 * random.direction(2000 + i);
+    const auto other = collision.cast(from + aside, way, 0.1);
+    ASSERT_TRUE(other);
+    EXPECT_LT((other->position - hit->position).norm(), 1e-11) << i;
+  }
+}
+
 TEST(CollisionSurface, FollowsTheMovedVertices) {
   const TriangleSurface ball = test::icosphere(25e-3, 3);
   auto positions = positions_of(ball);
