@@ -2,10 +2,11 @@
 //
 // A load that varies along the surface as cos(q x) moves that of a layer of thickness t on a rigid
 // base L(q t) times as far as a half-space's: L grows from none, where the layer is thin against
-// the load, to 1. It is known in closed form (tested against its equations). A band of loads meets the layer as
-// tissue whose modulus is the mean of 1 over that of L, over the band's wave numbers as a disc of
-// radius sigma has them: contacts as wide as that are whom a band matters to, narrower ones meet
-// narrower bands. So it is one more factor of what near_modulus.h has for each place and width.
+// the load, to 1. It is known in closed form (tested against its equations). A band of loads meets
+// the layer as tissue whose modulus is the mean of 1 over that of L, over the band's wave numbers
+// as a disc of radius sigma has them: contacts as wide as that are whom a band matters to, narrower
+// ones meet narrower bands. So it is one more factor of what near_modulus.h has for each place and
+// width.
 //
 // Tissue whose other side is free bends, and that is wider than the near field: it is the nodes'.
 #pragma once
