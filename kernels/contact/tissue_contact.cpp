@@ -475,8 +475,10 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
     const Eigen::LLT<MatrixX> factor(others);
     if (factor.info() != Eigen::Success) return std::nullopt;
     const double share = bearable(response_.block(first, first, m, m), mixed, factor);
-    const MatrixX solved = factor.matrixL().solve(shared_rows(shares, mixed).transpose());
-    hold.taken.noalias() = share * (solved.transpose() * solved);
+    if (shares.rows() > 0) {
+      const MatrixX solved = factor.matrixL().solve(shared_rows(shares, mixed).transpose());
+      hold.taken.noalias() = share * (solved.transpose() * solved);
+    }
     const VectorX answers = factor.solve(mixed.transpose() * forces);
     given_back.noalias() = share * (mixed * answers);
   }

@@ -115,6 +115,16 @@ TEST_F(OthersHoldOf, AToolThatPressesHoldsOnlyWhereItTouches) {
   EXPECT_EQ(none->taken.size(), 0);
 }
 
+TEST_F(OthersHoldOf, AskedForNoSumsItTellsWhereTheTissueGoesAlone) {
+  const auto cells = punch(0.4e-3, jaw(Vec3(0, 0.2e-3, 0.8e-3)));
+  solve(cells);
+  const auto all = contact.hold_of_others(cells, 0, 19, kEach);
+  const auto none = contact.hold_of_others(cells, 0, 19, MatrixX(0, 19));
+  ASSERT_TRUE(all && none);
+  EXPECT_EQ(none->taken.size(), 0);
+  EXPECT_EQ(none->free, all->free);
+}
+
 TEST_F(OthersHoldOf, WithoutASolveThereIsNothingToTell) {
   const auto cells = punch(0.4e-3, {});
   EXPECT_FALSE(contact.hold_of_others(cells, 0, 19, kEach));
