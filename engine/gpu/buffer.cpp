@@ -14,29 +14,22 @@ Buffer::~Buffer() {
   if (id_ != 0) glDeleteBuffers(1, &id_);
 }
 
-Buffer::Buffer(Buffer&& other) noexcept
-    : id_(std::exchange(other.id_, 0)), size_(other.size_), capacity_(other.capacity_) {}
+Buffer::Buffer(Buffer&& other) noexcept : id_(std::exchange(other.id_, 0)), size_(other.size_) {}
 
 Buffer& Buffer::operator=(Buffer&& other) noexcept {
   std::swap(id_, other.id_);
   std::swap(size_, other.size_);
-  std::swap(capacity_, other.capacity_);
   return *this;
 }
 
 void Buffer::upload_bytes(const void* bytes, std::size_t size) {
-  if (size > capacity_) {
-    glNamedBufferData(id_, static_cast<GLsizeiptr>(size), bytes, GL_DYNAMIC_DRAW);
-    capacity_ = size;
-  } else if (size > 0) {
-    glNamedBufferSubData(id_, 0, static_cast<GLsizeiptr>(size), bytes);
-  }
+  if (size > 0) glNamedBufferData(id_, static_cast<GLsizeiptr>(size), bytes, GL_DYNAMIC_DRAW);
   size_ = size;
 }
 
 void Buffer::allocate(std::size_t size) {
   glNamedBufferData(id_, static_cast<GLsizeiptr>(size), nullptr, GL_STATIC_COPY);
-  size_ = capacity_ = size;
+  size_ = size;
 }
 
 void Buffer::upload_part_bytes(std::size_t offset, const void* bytes, std::size_t size) {

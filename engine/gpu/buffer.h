@@ -8,7 +8,7 @@
 
 namespace viscera {
 
-/// Owns one GL buffer; grows when more is uploaded than it holds.
+/// Owns one GL buffer.
 class Buffer {
  public:
   Buffer();
@@ -16,6 +16,8 @@ class Buffer {
   Buffer(Buffer&& other) noexcept;
   Buffer& operator=(Buffer&& other) noexcept;
 
+  /// Replaces all of it, by new memory: what dispatches that are under way read stays as it was.
+  /// (NVIDIA's driver writes over memory that a dispatch has yet to read, barriers or not.)
   template <class T>
   void upload(std::span<const T> values) {
     upload_bytes(values.data(), values.size_bytes());
@@ -24,7 +26,8 @@ class Buffer {
 
   /// Makes room for `size` bytes of unknown content that the device keeps and shaders write.
   void allocate(std::size_t size);
-  /// Replaces bytes from `offset` on; within size().
+  /// Replaces bytes from `offset` on, within size(), once no dispatch reads them any more: since a
+  /// download has waited for the device.
   template <class T>
   void upload_part(std::size_t offset, std::span<const T> values) {
     upload_part_bytes(offset, values.data(), values.size_bytes());
@@ -45,7 +48,6 @@ class Buffer {
  private:
   unsigned id_ = 0;
   std::size_t size_ = 0;
-  std::size_t capacity_ = 0;
 };
 
 /// Owns one GL vertex array: which buffers feed which attributes.

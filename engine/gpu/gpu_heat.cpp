@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <functional>
 
 #include "engine/gpu/kernels.h"
@@ -13,7 +14,8 @@ namespace {
 
 constexpr std::size_t kVoxels = BrickField::kVoxels;
 constexpr std::size_t kValues = sizeof(HeatBrick::Values);
-constexpr int kMostBuffers = 11;  // that a kernel binds
+constexpr std::size_t kRoomToGrow = 2;  // of what comes back, where it comes to be more
+constexpr int kMostBuffers = 11;        // that a kernel binds
 constexpr std::size_t kFewestSlots = 64;
 
 static_assert(std::tuple_size_v<decltype(BrickGeometry::open_x)> == kBrickFaces);
@@ -394,21 +396,31 @@ bool GpuHeat::fetch(std::span<HeatBrick* const> bricks) {
       {&collagen_, kHarmChanged, [](HeatBrick& b) -> HeatBrick::Values& { return b.collagen; }},
   }};
   std::array<Range, fields.size()> ranges;
-  std::array<std::vector<HeatBrick::Values>, fields.size()> values;
+  std::array<std::size_t, fields.size()> begin;
+  std::size_t bytes = 0;
   for (std::size_t f = 0; f < fields.size(); ++f) {
     ranges[f] = slots_of(bricks, fields[f].stale);
-    values[f] =
-        fields[f].buffer->download<HeatBrick::Values>(ranges[f].first * kValues, ranges[f].count);
-    fetched_ += ranges[f].count * kValues;
+    begin[f] = bytes;
+    bytes += ranges[f].count * kValues;
   }
+  if (bytes == 0) return watch_.is_well();
+  fetched_ += bytes;
+  if (!read_back_ || read_back_->size() < bytes)
+    read_back_ = std::make_unique<ReadBack>(kRoomToGrow * bytes);
+  for (std::size_t f = 0; f < fields.size(); ++f)
+    read_back_->start(*fields[f].buffer, ranges[f].first * kValues, ranges[f].count * kValues,
+                      begin[f]);
+  read_back_->submit();
   // Only now that all of it is known to be good.
-  if (!watch_.is_well()) return false;
+  if (!read_back_->wait() || !watch_.is_well()) return false;
+  const auto* values = static_cast<const std::byte*>(read_back_->data());
   for (std::size_t f = 0; f < fields.size(); ++f) {
     for (HeatBrick* brick : bricks) {
       if (!brick->warm || brick->warm->slot < 0) continue;
       const auto s = static_cast<std::size_t>(brick->warm->slot);
       if ((slots_[s].stale & fields[f].stale) != 0)
-        fields[f].of(*brick) = values[f][s - ranges[f].first];
+        std::memcpy(&fields[f].of(*brick), values + begin[f] + (s - ranges[f].first) * kValues,
+                    kValues);
     }
   }
   for (const HeatBrick* brick : bricks)

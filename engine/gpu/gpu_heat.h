@@ -21,6 +21,7 @@
 #include "engine/gpu/gpu_limits.h"
 #include "engine/gpu/pass_timer.h"
 #include "engine/gpu/program.h"
+#include "engine/gpu/read_back.h"
 #include "kernels/base/result.h"
 #include "kernels/heat/heat_device.h"
 #include "kernels/heat/heat_passes.h"
@@ -115,6 +116,7 @@ class GpuHeat final : public HeatPasses {
   Buffer table_, excess_, water_, charred_, dose_, coagulation_, collagen_, source_, geometry_;
   Buffer before_, rate_, conductivity_, inverse_capacity_, living_, first_rate_, older_;
   Buffer flows_, sums_, lost_, pass_;
+  std::unique_ptr<ReadBack> read_back_;  // for fields
   std::size_t uploaded_ = 0, fetched_ = 0;
 };
 

@@ -4,7 +4,7 @@
 
 namespace viscera {
 
-ReadBack::ReadBack(std::size_t size) {
+ReadBack::ReadBack(std::size_t size) : size_(size) {
   constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
   const auto bytes = static_cast<GLsizeiptr>(size > 0 ? size : 1);
   glCreateBuffers(1, &id_);
@@ -18,9 +18,10 @@ ReadBack::~ReadBack() {
   glDeleteBuffers(1, &id_);
 }
 
-void ReadBack::start(const Buffer& from, std::size_t offset, std::size_t size) {
-  glCopyNamedBufferSubData(from.id(), id_, static_cast<GLintptr>(offset),
-                           static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(size));
+void ReadBack::start(const Buffer& from, std::size_t offset, std::size_t size, std::size_t to) {
+  if (size == 0) return;
+  glCopyNamedBufferSubData(from.id(), id_, static_cast<GLintptr>(offset), static_cast<GLintptr>(to),
+                           static_cast<GLsizeiptr>(size));
 }
 
 void ReadBack::submit() {

@@ -17,17 +17,19 @@ class ReadBack {
   ReadBack(const ReadBack&) = delete;
   ReadBack& operator=(const ReadBack&) = delete;
 
-  /// Copies to the same offset; within both sizes. What shaders wrote needs a barrier before
+  /// Copies to `to`; within both sizes. What shaders wrote needs a barrier before
   /// (ComputeQueue::make_readable).
-  void start(const Buffer& from, std::size_t offset, std::size_t size);
+  void start(const Buffer& from, std::size_t offset, std::size_t size, std::size_t to);
   /// After the last start() of a frame.
   void submit();
   /// False: the device failed, and data() holds nothing of use.
   bool wait();
 
   const void* data() const { return data_; }
+  std::size_t size() const { return size_; }
 
  private:
+  std::size_t size_ = 0;
   unsigned id_ = 0;
   void* data_ = nullptr;
   void* fence_ = nullptr;

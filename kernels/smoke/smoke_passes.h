@@ -33,8 +33,9 @@ enum class Laplacian : std::uint32_t {
 inline constexpr float kLeastOfDensity = 1.0f / 3.0f;
 inline constexpr float kLeastOfMoment = 0.5f;
 inline constexpr float kMostRatio = 1.2f;  ///< of a pair's strength to the lesser of the two
-/// Of the paper's moment matrix, inverse: less isn't inverted.
-inline constexpr double kLeastCondition = 1e-8;
+/// Of the paper's moment matrix, inverse: less isn't inverted. A power of two: drivers are known
+/// that read other double literals with the last bit wrong.
+inline constexpr double kLeastCondition = 1.0 / 134217728.0;
 
 struct ViscosityParameters {
   float inverse_square = 0.0f;          ///< 1 / h^2 [1/m2]

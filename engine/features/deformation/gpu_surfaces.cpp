@@ -81,9 +81,10 @@ void GpuSurfaces::start() {
   const Result<void> deformed = deformation_.deform(loads, &timer_);
   started_ = deformed.has_value();
   if (!started_) return fail(deformed.error().text());
-  for (const Added& one : added_)
-    read_back_.start(deformation_.positions(), deformation_.first_vertex(one.index) * sizeof(Vec3f),
-                     vertices_[one.index] * sizeof(Vec3f));
+  for (const Added& one : added_) {
+    const std::size_t first = deformation_.first_vertex(one.index) * sizeof(Vec3f);
+    read_back_.start(deformation_.positions(), first, vertices_[one.index] * sizeof(Vec3f), first);
+  }
   timer_.mark("read back");
   read_back_.submit();
 }

@@ -25,6 +25,10 @@ bool is_neighbour(vec3 at, uint j, double inverse_h, out dvec3 offset, out doubl
   return q > 0.0lf && strengths[j].x != 0.0;
 }
 
+double component(dvec3 v, int k) {
+  return k == 0 ? v.x : k == 1 ? v.y : v.z;
+}
+
 /// The greatest sum of sizes in a column.
 double norm_of(dmat4 a) {
   double most = 0.0lf;
@@ -36,9 +40,14 @@ double norm_of(dmat4 a) {
 }
 
 /// The inverse of a symmetric matrix by Cholesky; false where it isn't positive, or its condition
-/// is beyond what may be inverted.
-bool invert(dmat4 a, out dmat4 inverse_a) {
-  dmat4 l = dmat4(0.0lf), m = dmat4(0.0lf);  // a = l l^T, m = l^-1; [column][row]
+/// is beyond what may be inverted. Arrays, since drivers are known that can't write to a component
+/// of a double vector by a number that isn't constant.
+bool invert(dmat4 matrix, out dmat4 inverse_a) {
+  double a[4][4], l[4][4], m[4][4];  // a = l l^T, m = l^-1; [column][row]
+  for (int c = 0; c < 4; ++c) {
+    a[c] = double[4](matrix[c].x, matrix[c].y, matrix[c].z, matrix[c].w);
+    l[c] = m[c] = double[4](0.0lf, 0.0lf, 0.0lf, 0.0lf);
+  }
   inverse_a = dmat4(0.0lf);
   for (int c = 0; c < 4; ++c) {
     double pivot = a[c][c];
@@ -59,8 +68,10 @@ bool invert(dmat4 a, out dmat4 inverse_a) {
       m[c][r] = rest / l[r][r];
     }
   }
-  inverse_a = transpose(m) * m;
-  return 1.0lf > kLeastCondition * norm_of(a) * norm_of(inverse_a);
+  dmat4 inverse_l;
+  for (int c = 0; c < 4; ++c) inverse_l[c] = dvec4(m[c][0], m[c][1], m[c][2], m[c][3]);
+  inverse_a = transpose(inverse_l) * inverse_l;
+  return 1.0lf > kLeastCondition * norm_of(matrix) * norm_of(inverse_a);
 }
 
 void main() {
@@ -106,7 +117,7 @@ void main() {
         if (!is_neighbour(at, j, inverse_h, offset, q)) continue;
         dvec4 p = dvec4(1.0lf, offset);
         dmat3x4 misfit = outerProduct(p, dvec3(velocities[j].xyz) - p * c);
-        double weight = 6.0lf * q * q * offset[k];
+        double weight = 6.0lf * q * q * component(offset, k);
         a_k += weight * outerProduct(p, p);
         r_k += weight * misfit;
         if (k == 0) right += (-18.0lf * q * q + 24.0lf * q * dot(offset, offset)) * misfit;
@@ -114,7 +125,7 @@ void main() {
     }
     dmat3x4 c_k = inverse_a * r_k;
     right -= 2.0lf * (a_k * c_k);
-    result += 2.0lf * dvec3(c_k[0][k + 1], c_k[1][k + 1], c_k[2][k + 1]);
+    result += 2.0lf * dvec3(component(c_k[0].yzw, k), component(c_k[1].yzw, k), component(c_k[2].yzw, k));
   }
   dmat3x4 last = inverse_a * right;
   result += dvec3(last[0][0], last[1][0], last[2][0]);

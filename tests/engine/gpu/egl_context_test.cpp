@@ -80,9 +80,9 @@ TEST(EglContextTest, BufferHoldsTheLastUploadAfterGrowingAndShrinking) {
   buffer.upload(std::span<const float>(large));
   buffer.upload(std::span<const float>(small));
   EXPECT_EQ(buffer.size(), sizeof small);
-  std::array<float, 3> read{};
+  std::array<float, 2> read{};
   glGetNamedBufferSubData(buffer.id(), 0, sizeof read, read.data());
-  EXPECT_EQ(read, (std::array<float, 3>{1.0f, 2.0f, 5.0f}));
+  EXPECT_EQ(read, small);
 }
 
 }  // namespace
