@@ -242,7 +242,7 @@ HiveForce HiveTissue::press(Hive& hive, double& stiffness) noexcept {
   result = hive.press(foot_.depths());
   if (deeper.verdict == HiveVerdict::kSound && result.verdict == HiveVerdict::kSound)
     stiffness = std::max(0.0, (deeper.force - result.force).dot(foot_.up()) / nudge);
-  result.force = push_of(hive.cell_forces());
+  result.force = push_of(hive.cell_forces()) + hive.drawn_aside();
   return result;
 }
 
@@ -251,22 +251,6 @@ Vec3 HiveTissue::push_of(std::span<const double> forces) const noexcept {
   Vec3 sum = Vec3::Zero();
   for (std::size_t k = 0; k < forces.size(); ++k) sum += forces[k] * foot_.pushes()[k];
   return sum;
-}
-
-/// What a hold's change since `before` adds to the energy that the forces of a pressed hive store:
-/// a tool that stands still has its force changed by it [J].
-double HiveTissue::work_of_hold(const Hive& hive, const HoldBlend& before) const noexcept {
-  if (before.none() && hold_.none()) return 0.0;
-  HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero(), was = taken;
-  const std::span<const double> forces = hive.cell_forces();
-  for (std::size_t k = 0; k < forces.size(); ++k) {
-    if (forces[k] == 0.0) continue;
-    const ContactCell& cell = foot_.cells()[k];
-    taken += forces[k] * hold_.share_at(cell.position, cell.direction);
-    was += forces[k] * before.share_at(cell.position, cell.direction);
-  }
-  return 0.5 *
-         (taken.dot(hold_.signs().cwiseProduct(taken)) - was.dot(before.signs().cwiseProduct(was)));
 }
 
 /// Both hives' cells under one grid; false where it has no answer.
@@ -298,8 +282,9 @@ bool HiveTissue::answer_beyond_linear(Clock::time_point began, const HoldBlend& 
   figures_.deadline_misses += one.out_of_time;
   for (std::size_t i = 0; i < count; ++i) {
     all.covered += shares[i].weight;
-    all.force += shares[i].weight * push_of(shares[i].hive->cell_forces());
-    all.by_hold += shares[i].weight * work_of_hold(*shares[i].hive, held);
+    all.force +=
+        shares[i].weight * (push_of(shares[i].hive->cell_forces()) + shares[i].hive->drawn_aside());
+    all.by_hold += shares[i].weight * shares[i].hive->work_of_hold(held);
   }
   all.stiffness = one.stiffness;
   all.energy = one.hive.energy;
@@ -325,7 +310,7 @@ HiveTissue::Answer HiveTissue::answer(Clock::time_point began, const HoldBlend& 
       all.force += weight * one.force;
       all.stiffness += weight * slope;
       all.energy += weight * one.energy;
-      all.by_hold += weight * work_of_hold(hive, held);
+      all.by_hold += weight * hive.work_of_hold(held);
     };
     add(before_, 1.0 - s);
     add(now_, s);
@@ -373,9 +358,9 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   if (share_ >= 1.0) before_ = -1;
   if (!find_foot(scene, tip, fresh)) return felt;
   if (foot_.depth() < -kNear * settings_.hive.radius) return felt;
-  foot_.lay_cells(*body_.surface);
+  foot_.lay_cells(*body_.surface, hold_);
   renew_hive(velocity);
-  if (foot_.depth() <= 0.0) {
+  if (foot_.depth(hold_) <= 0.0) {
     covered_ = true;  // as far as anybody knows
     if (nonlinear_) nonlinear_->release();
     return felt;

@@ -154,7 +154,6 @@ class HiveTissue final : public TactileModel {
   void renew_hive(const Vec3& velocity) noexcept;
   HiveForce press(Hive& hive, double& stiffness) noexcept;
   Vec3 push_of(std::span<const double> forces) const noexcept;
-  double work_of_hold(const Hive& hive, const HoldBlend& before) const noexcept;
 
   HiveBody body_;
   HiveTissueSettings settings_;

@@ -245,6 +245,16 @@ MatrixX FiniteContact::turned(const MatrixX& response) const {
   return result;
 }
 
+MatrixX FiniteContact::taken_by_update(std::size_t begin, std::size_t end) const {
+  MatrixX taken = PatchContact::taken_by_update(begin, end);
+  for (std::size_t l = begin; taken.size() > 0 && l < end; ++l)
+    for (std::size_t k = begin; k < end; ++k) {
+      auto block = taken.block<3, 3>(at(k - begin), at(l - begin));
+      block = (rotation_of_cell(k) * block * rotation_of_cell(l).transpose()).eval();
+    }
+  return taken;
+}
+
 void FiniteContact::turn(const NodalRotations& rotations) {
   rotations_ = rotations;
   for (Group& group : groups_)

@@ -72,6 +72,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void note_changes();
   void make_response() override;
   void drop_response() override;
+  MatrixX taken_by_update(std::size_t begin, std::size_t end) const override;
   std::optional<MatrixX> lost_by_strain(std::size_t begin, std::size_t end, const MatrixX& shares,
                                         const Holding& holding, const MatrixX& by_hold) override;
   std::optional<TangentAnswer> answer_at_foot(std::size_t begin, std::size_t end,

@@ -317,36 +317,34 @@ void PatchContact::couple_nearby() {
 }
 
 /// S V V^T S^T of these cells, and what their near field lost as the tissue about them stiffened.
-MatrixX PatchContact::taken_by_update(std::size_t begin, const MatrixX& shares) const {
-  const Eigen::Index count = shares.rows(), m = shares.cols();
-  const std::size_t end = begin + static_cast<std::size_t>(m);
+MatrixX PatchContact::taken_by_update(std::size_t begin, std::size_t end) const {
   if (!update_ || end > moving_cells() || weights_.rows() < static_cast<Eigen::Index>(end))
     return {};
-  MatrixX taken = MatrixX::Zero(3 * count, 3 * count);
+  const auto first = static_cast<Eigen::Index>(begin), m = static_cast<Eigen::Index>(end) - first;
+  MatrixX taken = MatrixX::Zero(3 * m, 3 * m);
   if (update_->rank > 0) {
-    const MatrixX loads = shares * weights_.middleRows(static_cast<Eigen::Index>(begin), m);
-    MatrixX modes(3 * count, static_cast<Eigen::Index>(update_->rank));
+    MatrixX modes(3 * m, static_cast<Eigen::Index>(update_->rank));
     for (Eigen::Index a = 0; a < 3; ++a)
-      modes(Eigen::seqN(a, count, 3), Eigen::all) =
-          loads * modes_[static_cast<std::size_t>(a)].transpose().cast<double>();
-    taken.noalias() += modes * modes.transpose();
+      modes(Eigen::seqN(a, m, 3), Eigen::all) =
+          weights_.middleRows(first, m) *
+          modes_[static_cast<std::size_t>(a)].transpose().cast<double>();
+    taken.noalias() = modes * modes.transpose();
   }
-  for (std::size_t k = begin; k < end; ++k)
-    for (std::size_t l = begin; l <= k; ++l) {
-      const double lost = 1.0 - 1.0 / std::sqrt(stiffness_[k] * stiffness_[l]);
+  for (Eigen::Index k = 0; k < m; ++k)
+    for (Eigen::Index l = 0; l <= k; ++l) {
+      const auto i = static_cast<std::size_t>(first + k), j = static_cast<std::size_t>(first + l);
+      const double lost = 1.0 - 1.0 / std::sqrt(stiffness_[i] * stiffness_[j]);
       if (lost == 0.0) continue;
-      const Mat3 block = lost * sound_near_[k * (k + 1) / 2 + l];
-      const auto row = static_cast<Eigen::Index>(k - begin);
-      const auto column = static_cast<Eigen::Index>(l - begin);
-      for (Eigen::Index c = 0; c < count; ++c)
-        for (Eigen::Index d = 0; d < count; ++d) {
-          taken.block<3, 3>(3 * c, 3 * d) += shares(c, row) * shares(d, column) * block;
-          if (k != l)
-            taken.block<3, 3>(3 * c, 3 * d) +=
-                shares(c, column) * shares(d, row) * block.transpose();
-        }
+      const Mat3 block = lost * sound_near_[i * (i + 1) / 2 + j];
+      taken.block<3, 3>(3 * k, 3 * l) += block;
+      if (k != l) taken.block<3, 3>(3 * l, 3 * k) += block.transpose();
     }
   return taken;
+}
+
+std::span<const double> PatchContact::moduli_by_update() const {
+  if (!update_) return {};
+  return stiffness_;
 }
 
 bool PatchContact::see_each_other(std::size_t k, std::size_t l) const {

@@ -73,6 +73,8 @@ class PatchContact : public TissueContact {
   const DrawnSurface& drawn() const { return *drawn_; }
   void make_response() override;
   void drop_response() override;
+  MatrixX taken_by_update(std::size_t begin, std::size_t end) const override;
+  std::span<const double> moduli_by_update() const override;
 
  private:
   struct Anchors;
@@ -82,7 +84,6 @@ class PatchContact : public TissueContact {
   void places_changed() override;
   void spread_forces(std::span<const Vec3> forces, ContactResponse& response) override;
   NearField any_near_field() const override;
-  MatrixX taken_by_update(std::size_t begin, const MatrixX& shares) const override;
   void make_columns();
   void spread_cells(std::span<const Place> places);
   void gather_compliance();

@@ -40,17 +40,24 @@ double bearable(const MatrixX& response, const MatrixX& mixed, const Eigen::LLT<
 /// soft again as at rest.
 constexpr double kMostLost = 0.95, kMostGiven = 9.0;
 
+/// Values of single cells put together by `shares`, the same for each axis: (3 c) x (3 m).
+MatrixX for_axes(const MatrixX& shares) {
+  MatrixX wide = MatrixX::Zero(3 * shares.rows(), 3 * shares.cols());
+  for (Eigen::Index c = 0; c < shares.rows(); ++c)
+    for (Eigen::Index k = 0; k < shares.cols(); ++k)
+      wide.block<3, 3>(3 * c, 3 * k).diagonal().setConstant(shares(c, k));
+  return wide;
+}
+
 /// Of what a first-order field takes from cells' response (symmetric; put together by shares, which
-/// `fields` turns back into cells' values) as much as leaves it positive. With R the response and P
-/// the fields, P T P^T stays below a share of R where T does of (P^T R^-1 P)^-1.
-MatrixX bearable_change(const MatrixX& response, const MatrixX& fields, const MatrixX& taken) {
+/// `fields` turns back into cells' values) as much as leaves it positive, and gives no more than so
+/// many times that response. With R the response and P the fields, P T P^T stays below a share of R
+/// where T does of (P^T R^-1 P)^-1.
+MatrixX bearable_change(const MatrixX& response, const MatrixX& fields, const MatrixX& taken,
+                        double most_given) {
   const Eigen::LLT<MatrixX> factor(response);
-  MatrixX wide = MatrixX::Zero(response.rows(), taken.rows());
-  for (Eigen::Index k = 0; k < fields.rows(); ++k)
-    for (Eigen::Index c = 0; c < fields.cols(); ++c)
-      wide.block<3, 3>(3 * k, 3 * c).diagonal().setConstant(fields(k, c));
   if (factor.info() != Eigen::Success) return MatrixX::Zero(taken.rows(), taken.cols());
-  const MatrixX half = factor.matrixL().solve(wide);
+  const MatrixX half = factor.matrixL().solve(for_axes(fields));
   MatrixX stiffness = half.transpose() * half;
   constexpr double kNoField = 1e-12;  // shares may know of no slope
   stiffness.diagonal().array() += kNoField * stiffness.trace();
@@ -59,20 +66,11 @@ MatrixX bearable_change(const MatrixX& response, const MatrixX& fields, const Ma
   const Eigen::SelfAdjointEigenSolver<MatrixX> modes(lower.transpose() * taken * lower);
   if (root.info() != Eigen::Success || modes.info() != Eigen::Success)
     return MatrixX::Zero(taken.rows(), taken.cols());
-  if (modes.eigenvalues().maxCoeff() <= kMostLost && modes.eigenvalues().minCoeff() >= -kMostGiven)
+  if (modes.eigenvalues().maxCoeff() <= kMostLost && modes.eigenvalues().minCoeff() >= -most_given)
     return taken;
-  const VectorX kept = modes.eigenvalues().array().max(-kMostGiven).min(kMostLost);
+  const VectorX kept = modes.eigenvalues().array().max(-most_given).min(kMostLost);
   const MatrixX back = root.matrixU().solve(modes.eigenvectors());
   return back * kept.asDiagonal() * back.transpose();
-}
-
-/// Rows of single cells put together by `shares`, the same for each axis.
-MatrixX shared_rows(const MatrixX& shares, const MatrixX& rows) {
-  MatrixX sums = MatrixX::Zero(3 * shares.rows(), rows.cols());
-  for (Eigen::Index c = 0; c < shares.rows(); ++c)
-    for (Eigen::Index k = 0; k < shares.cols(); ++k)
-      sums.middleRows<3>(3 * c) += shares(c, k) * rows.middleRows<3>(3 * k);
-  return sums;
 }
 
 }  // namespace
@@ -476,36 +474,66 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
     if (factor.info() != Eigen::Success) return std::nullopt;
     const double share = bearable(response_.block(first, first, m, m), mixed, factor);
     if (shares.rows() > 0) {
-      const MatrixX solved = factor.matrixL().solve(shared_rows(shares, mixed).transpose());
+      const MatrixX solved = factor.matrixL().solve((for_axes(shares) * mixed).transpose());
       hold.taken.noalias() = share * (solved.transpose() * solved);
     }
     const VectorX answers = factor.solve(mixed.transpose() * forces);
     given_back.noalias() = share * (mixed * answers);
   }
-  if (shares.rows() > 0)
-    if (const auto lost = lost_by_strain(begin, end, shares, holding, hold.taken)) {
-      // As a hand has it: to first order.
+  if (shares.rows() > 0) {
+    const MatrixX stiffened = as_stiffened(begin, end, shares, hold);
+    const auto lost = lost_by_strain(begin, end, shares, holding, hold.taken);
+    const bool changed = stiffened.size() > 0;
+    if (lost || changed) {
+      const MatrixX response = response_.block(first, first, m, m);
+      const MatrixX& met = changed ? stiffened : response;
+      const MatrixX wide = for_axes(shares);
+      if (lost) hold.taken = *lost;
+      if (hold.taken.size() == 0) hold.taken.setZero(wide.rows(), wide.rows());
+      if (changed) hold.taken += wide * (stiffened - response) * wide.transpose();
       const MatrixX fields = shares.completeOrthogonalDecomposition().pseudoInverse();
-      hold.taken = bearable_change(response_.block(first, first, m, m), fields, *lost);
-      VectorX sums = VectorX::Zero(hold.taken.rows());
-      for (Eigen::Index c = 0; c < fields.cols(); ++c)
-        for (Eigen::Index k = 0; k < fields.rows(); ++k)
-          sums.segment<3>(3 * c) += fields(k, c) * forces.segment<3>(3 * k);
-      const VectorX moved_by = hold.taken * sums;
-      given_back.setZero();
-      for (Eigen::Index k = 0; k < fields.rows(); ++k)
-        for (Eigen::Index c = 0; c < fields.cols(); ++c)
-          given_back.segment<3>(3 * k) += fields(k, c) * moved_by.segment<3>(3 * c);
+      // Over what the tissue about the cells gave before it stiffened.
+      const double most_given = (1.0 + kMostGiven) * std::exp(hold.most) - 1.0;
+      hold.taken = bearable_change(met, fields, hold.taken, most_given);
+      // As a hand has it: to first order.
+      const MatrixX over = for_axes(fields);
+      by_itself += (met - response) * forces;
+      given_back = over * (hold.taken * (over.transpose() * forces));
     }
-  if (const MatrixX stiffened = taken_by_update(begin, shares); stiffened.size() > 0) {
-    if (hold.taken.size() == 0) hold.taken.setZero(3 * shares.rows(), 3 * shares.rows());
-    hold.taken += stiffened;
   }
   for (std::size_t k = begin; k < end; ++k) {
     const auto at = static_cast<Eigen::Index>(3 * (k - begin));
     hold.free.push_back(moved[k] - by_itself.segment<3>(at) + given_back.segment<3>(at));
   }
   return hold;
+}
+
+/// The response of cells [begin, end) before an update, but between two of them divided by the root
+/// of what the tissue about both has stiffened by since, which `hold` is told; (3 m) x (3 m).
+/// Nothing: there was no update. What is finer than places stiffens so (PatchContact), and of what
+/// lies farther off too little is left rather than too much, which is given back to first order.
+MatrixX TissueContact::as_stiffened(std::size_t begin, std::size_t end, const MatrixX& shares,
+                                    OthersHold& hold) const {
+  const MatrixX taken = taken_by_update(begin, end);
+  const std::span<const double> moduli = moduli_by_update();
+  if (taken.size() == 0 || moduli.size() < end) return {};
+  const Eigen::Index m = taken.rows() / 3;
+  const VectorX stiffer =
+      Eigen::Map<const VectorX>(moduli.data() + begin, m).array().log().matrix();
+  hold.least = stiffer.minCoeff();
+  hold.most = stiffer.maxCoeff();
+  hold.stiffer = shares * stiffer;
+  const VectorX give =
+      (-0.5 * (shares.completeOrthogonalDecomposition().pseudoInverse() * hold.stiffer)
+                  .array()
+                  .max(hold.least)
+                  .min(hold.most))
+          .exp()
+          .matrix();
+  const VectorX by_axis = give.replicate(1, 3).transpose().reshaped();
+  const auto first = static_cast<Eigen::Index>(3 * begin);
+  return by_axis.asDiagonal() * (response_.block(first, first, 3 * m, 3 * m) + taken) *
+         by_axis.asDiagonal();
 }
 
 /// Unknowns of other cells that keep what they touch: held ones, and where a pressed cell touches

@@ -31,9 +31,15 @@ struct TissueAbilities {
 struct OthersHold {
   /// Mean displacement of these cells if they weren't loaded [m]                         (m)
   std::vector<Vec3> free;
-  /// What the others' hold, and tissue that has stiffened, take from these cells' response, put
-  /// together by shares, symmetric [m/N]; (3 c) x (3 c). Of a deformed body, less what it has
-  /// become softer by: then it needn't be positive. Empty: nothing does.
+  /// Tissue right about the cells may have stiffened since the body was prepared. The logarithm of
+  /// its modulus over what that was, put together by shares (c), and the bounds that this keeps to.
+  /// Empty: it hasn't.
+  VectorX stiffer;
+  double least = 0.0, most = 0.0;
+  /// What else is taken from these cells' response as prepared, less what is given, once that has
+  /// been divided, between two cells, by the root of both moduli: by the others' hold, by strain,
+  /// by tissue that has stiffened farther off. Put together by shares, symmetric [m/N];
+  /// (3 c) x (3 c). Empty: nothing is.
   MatrixX taken;
 };
 
@@ -124,11 +130,12 @@ class TissueContact {
   virtual void places_changed() {}
   /// After restore() and forget(): drops what follows from the state's places.
   virtual void drop_response() {}
-  /// What an update takes from the response of the state's cells from `begin` on, put together by
-  /// shares (c x m): (3 c) x (3 c) [m/N]; empty: there is none.
-  virtual MatrixX taken_by_update(std::size_t /*begin*/, const MatrixX& /*shares*/) const {
-    return {};
-  }
+  /// What an update has taken from the response of the state's cells [begin, end), as `response_`
+  /// is turned: (3 m) x (3 m) [m/N]; empty: there is none.
+  virtual MatrixX taken_by_update(std::size_t /*begin*/, std::size_t /*end*/) const { return {}; }
+  /// Modulus of the tissue about each of the state's cells over that before the update; empty:
+  /// there is none.
+  virtual std::span<const double> moduli_by_update() const { return {}; }
   /// One scalar unknown: the force on a cell along a unit vector.
   struct Unknown {
     int cell;
@@ -185,6 +192,8 @@ class TissueContact {
   void measure(std::span<const ContactCell> cells, ContactSolution& solution);
   std::vector<int> held_by_others(std::span<const ContactCell> cells, std::size_t begin,
                                   std::size_t end) const;
+  MatrixX as_stiffened(std::size_t begin, std::size_t end, const MatrixX& shares,
+                       OthersHold& hold) const;
 
   bool symmetric_;
   // What follows from the state's ways; `matrix_at_hand_`: is made.

@@ -127,7 +127,8 @@ struct Hive::Data {
   std::vector<double> cell_forces;   ///< of the last press [N]
   std::vector<PatternPlace> places;  ///< of the cells
   HoldBlend hold;                    ///< of others, about them
-  MatrixX held;                      ///< shares of the cells in it, 18 x cells
+  MatrixX held, give;                ///< of the cells in it, 18 x cells and 2 x cells
+  MatrixX alone;                     ///< compliance of the cells without it: lower triangle
   MatrixX images;                    ///< correction times the cells' weights, (3 n) x cells
   VectorX node_forces;               ///< of the last press, (3 m) [N]
 
@@ -149,6 +150,8 @@ struct Hive::Data {
     places.reserve(most);
     images.resize(3 * moved, most_cells);
     held.resize(18, most_cells);
+    give.resize(2, most_cells);
+    alone.resize(most_cells, most_cells);
     node_forces = VectorX::Zero(3 * pattern.ring_nodes());
     usable = usable_share(pattern) * wanted.radius;
     figures.nodes = pattern.nodes();
@@ -158,7 +161,8 @@ struct Hive::Data {
 
   void look_down() noexcept;
   bool condense_to_surface() noexcept;
-  void fill_compliance(bool with_hold) noexcept;
+  void fill_alone() noexcept;
+  void fill_compliance(bool all) noexcept;
   PatternPlace locate(const Vec3& point) const noexcept;
 };
 
@@ -219,15 +223,12 @@ void Hive::Data::look_down() noexcept {
                                   near_modulus_at(*body.touchable, at, normal, spread, sigma));
 }
 
-/// The seated cells' compliance along their directions: lower triangle.
-void Hive::Data::fill_compliance(bool with_hold) noexcept {
+/// The seated cells' compliance along their directions, without any hold: lower triangle.
+void Hive::Data::fill_alone() noexcept {
   const int n = static_cast<int>(cells.size());
-  Eigen::Ref<MatrixX> matrix = pressed.begin(n);
   for (int k = 0; k < n; ++k) {
     const ContactCell& one = cells[static_cast<std::size_t>(k)];
     const PatternPlace& place = places[static_cast<std::size_t>(k)];
-    HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero();
-    if (with_hold) taken = held.col(k).cwiseProduct(hold.signs());
     for (int l = 0; l <= k; ++l) {
       const ContactCell& other = cells[static_cast<std::size_t>(l)];
       double amount = 0.0;
@@ -245,10 +246,23 @@ void Hive::Data::fill_compliance(bool with_hold) noexcept {
                   one.direction.dot(half_space.displacement(
                       kernels, offset, (one.normal + other.normal).normalized(), other.direction));
       }
-      if (with_hold) amount -= taken.dot(held.col(l));
-      matrix(k, l) = amount;
+      alone(k, l) = amount;
     }
   }
+}
+
+/// Of that what the hold leaves; `all`: less what it takes off.
+void Hive::Data::fill_compliance(bool all) noexcept {
+  const int n = static_cast<int>(cells.size());
+  Eigen::Ref<MatrixX> matrix = pressed.begin(n);
+  const HoldBlend::Vector18 signs = hold.signs();
+  for (int k = 0; k < n; ++k)
+    for (int l = 0; l <= k; ++l) {
+      matrix(k, l) = alone(k, l);
+      if (hold.none()) continue;
+      matrix(k, l) *= give.col(k).dot(give.col(l));
+      if (all) matrix(k, l) -= held.col(k).cwiseProduct(signs).dot(held.col(l));
+    }
 }
 
 PatternPlace Hive::Data::locate(const Vec3& point) const noexcept {
@@ -392,8 +406,10 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells, const HoldBlend& hold
   for (int k = 0; k < n && !hold.none(); ++k) {
     const ContactCell& cell = cells[static_cast<std::size_t>(k)];
     d.held.col(k) = hold.share_at(cell.position, cell.direction);
+    d.give.col(k) = hold.give_at(cell.position);
   }
-  d.fill_compliance(!hold.none());
+  d.fill_alone();
+  d.fill_compliance(true);
   bool positive = d.pressed.check();
   if (!positive && !hold.none()) {
     d.fill_compliance(false);
@@ -543,6 +559,63 @@ MatrixX Hive::correction(std::span<const Vec3> places) const {
       out(Eigen::seqN(a, n, 3), Eigen::seqN(b, n, 3)) = weights * part * weights.transpose();
     }
   return 0.5 * (out + out.transpose());
+}
+
+double Hive::work_of_hold(const HoldBlend& before) const noexcept {
+  const Data& d = *data_;
+  if (!d.is_seated || d.pinned || (before.none() && d.hold.none())) return 0.0;
+  HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero(), was = taken;
+  double given = 0.0, lifted = 0.0;
+  for (std::size_t k = 0; k < d.cells.size(); ++k) {
+    const double force = d.cell_forces[k];
+    if (force == 0.0) continue;
+    const ContactCell& cell = d.cells[k];
+    lifted += force * std::abs(cell.direction.dot(cell.normal)) *
+              (d.hold.height_at(cell.position) - before.height_at(cell.position));
+    taken += force * d.hold.share_at(cell.position, cell.direction);
+    was += force * before.share_at(cell.position, cell.direction);
+    const Vec2 gives = d.hold.give_at(cell.position), gave = before.give_at(cell.position);
+    for (std::size_t l = 0; l <= k; ++l) {
+      if (d.cell_forces[l] == 0.0) continue;
+      const Vec3& other = d.cells[l].position;
+      const double change = gave.dot(before.give_at(other)) - gives.dot(d.hold.give_at(other));
+      given += (l < k ? 2.0 : 1.0) * force * d.cell_forces[l] * change *
+               d.alone(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
+    }
+  }
+  return lifted + 0.5 * (given + taken.dot(d.hold.signs().cwiseProduct(taken)) -
+                         was.dot(before.signs().cwiseProduct(was)));
+}
+
+/// Of forces f on cells with the compliance C that energy changes by -1/2 f^T dC f, as these move.
+Vec3 Hive::drawn_aside() const noexcept {
+  const Data& d = *data_;
+  Vec3 force = Vec3::Zero();
+  if (!d.is_seated || d.pinned || d.hold.none()) return force;
+  for (const auto& [hold, share] :
+       {std::pair(&d.hold.from, 1.0 - d.hold.share), std::pair(&d.hold.to, d.hold.share)}) {
+    if (hold->none() || share == 0.0) continue;
+    FootHold::Vector9 taken = FootHold::Vector9::Zero();
+    Eigen::Matrix<double, 9, 2> slopes = Eigen::Matrix<double, 9, 2>::Zero();
+    Vec2 growth = Vec2::Zero();
+    for (std::size_t k = 0; k < d.cells.size(); ++k) {
+      const double amount = d.cell_forces[k];
+      if (amount == 0.0) continue;
+      const ContactCell& cell = d.cells[k];
+      taken += amount * hold->share(cell.position, cell.direction);
+      slopes += amount * hold->share_slopes(cell.position, cell.direction);
+      double moved = 0.0;
+      for (std::size_t l = 0; l < d.cells.size(); ++l)
+        if (d.cell_forces[l] != 0.0)
+          moved += d.cell_forces[l] * hold->give(d.cells[l].position) *
+                   d.alone(static_cast<Eigen::Index>(std::max(k, l)),
+                           static_cast<Eigen::Index>(std::min(k, l)));
+      growth += amount * moved * hold->give_slopes(cell.position);
+    }
+    growth -= slopes.transpose() * hold->signs.cwiseProduct(taken);
+    force += share * (growth.x() * hold->along_x + growth.y() * hold->along_y);
+  }
+  return force;
 }
 
 Eigen::Ref<const MatrixX> Hive::compliance() const noexcept {

@@ -115,6 +115,13 @@ class Hive {
   std::span<const double> cell_forces() const noexcept;
   /// Displacement of the surface at a rest place under the last press [m].
   Vec3 displacement(const SurfaceSpot& spot) const noexcept;
+  /// What the hold that the cells are seated with adds to the energy that the forces of the last
+  /// press store, to what `before` would have them store, to first order: a tool that stands still
+  /// has its force changed by it [J].
+  double work_of_hold(const HoldBlend& before) const noexcept;
+  /// Force on the tool, besides its cells', since the hold is another one where the tool goes
+  /// aside: what the stored energy falls by [N].
+  Vec3 drawn_aside() const noexcept;
   /// Compliance of the seated cells along their directions [m/N]; (cells x cells), symmetric.
   Eigen::Ref<const MatrixX> compliance() const noexcept;
 

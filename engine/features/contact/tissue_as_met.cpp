@@ -76,8 +76,7 @@ bool meet_touched(const World& world, Entity organ, const TissueUnder& under,
     return true;
   const Pose motion = under.about->motion(under.others->free);
   snapshot.pose = composed(snapshot.pose, motion);
-  if (under.others->taken.size() > 0)
-    snapshot.hold = under.about->hold(under.others->taken, motion.orientation);
+  snapshot.hold = under.about->hold(*under.others, motion);
   return true;
 }
 
