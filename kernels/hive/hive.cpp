@@ -128,6 +128,7 @@ struct Hive::Data {
   std::vector<PatternPlace> places;  ///< of the cells
   HoldBlend hold;                    ///< of others, about them
   MatrixX held, give;                ///< of the cells in it, 18 x cells and 2 x cells
+  MatrixX gives, gave;               ///< times their forces, now and before, 2 x cells
   MatrixX alone;                     ///< compliance of the cells without it: lower triangle
   MatrixX images;                    ///< correction times the cells' weights, (3 n) x cells
   VectorX node_forces;               ///< of the last press, (3 m) [N]
@@ -150,7 +151,7 @@ struct Hive::Data {
     places.reserve(most);
     images.resize(3 * moved, most_cells);
     held.resize(18, most_cells);
-    give.resize(2, most_cells);
+    for (MatrixX* each : {&give, &gives, &gave}) each->resize(2, most_cells);
     alone.resize(most_cells, most_cells);
     node_forces = VectorX::Zero(3 * pattern.ring_nodes());
     usable = usable_share(pattern) * wanted.radius;
@@ -562,27 +563,28 @@ MatrixX Hive::correction(std::span<const Vec3> places) const {
 }
 
 double Hive::work_of_hold(const HoldBlend& before) const noexcept {
-  const Data& d = *data_;
+  Data& d = *data_;
   if (!d.is_seated || d.pinned || (before.none() && d.hold.none())) return 0.0;
   HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero(), was = taken;
-  double given = 0.0, lifted = 0.0;
-  for (std::size_t k = 0; k < d.cells.size(); ++k) {
-    const double force = d.cell_forces[k];
+  double lifted = 0.0;
+  const auto n = static_cast<Eigen::Index>(d.cells.size());
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double force = d.cell_forces[static_cast<std::size_t>(k)];
     if (force == 0.0) continue;
-    const ContactCell& cell = d.cells[k];
+    const ContactCell& cell = d.cells[static_cast<std::size_t>(k)];
     lifted += force * std::abs(cell.direction.dot(cell.normal)) *
               (d.hold.height_at(cell.position) - before.height_at(cell.position));
     taken += force * d.hold.share_at(cell.position, cell.direction);
     was += force * before.share_at(cell.position, cell.direction);
-    const Vec2 gives = d.hold.give_at(cell.position), gave = before.give_at(cell.position);
-    for (std::size_t l = 0; l <= k; ++l) {
-      if (d.cell_forces[l] == 0.0) continue;
-      const Vec3& other = d.cells[l].position;
-      const double change = gave.dot(before.give_at(other)) - gives.dot(d.hold.give_at(other));
-      given += (l < k ? 2.0 : 1.0) * force * d.cell_forces[l] * change *
-               d.alone(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
-    }
+    d.gave.col(k) = force * before.give_at(cell.position);
+    d.gives.col(k) = force * d.hold.give_at(cell.position);
   }
+  double given = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index l = 0; l <= k && d.cell_forces[static_cast<std::size_t>(k)] != 0.0; ++l)
+      if (d.cell_forces[static_cast<std::size_t>(l)] != 0.0)
+        given += (l < k ? 2.0 : 1.0) * d.alone(k, l) *
+                 (d.gave.col(k).dot(d.gave.col(l)) - d.gives.col(k).dot(d.gives.col(l)));
   return lifted + 0.5 * (given + taken.dot(d.hold.signs().cwiseProduct(taken)) -
                          was.dot(before.signs().cwiseProduct(was)));
 }
@@ -592,28 +594,30 @@ Vec3 Hive::drawn_aside() const noexcept {
   const Data& d = *data_;
   Vec3 force = Vec3::Zero();
   if (!d.is_seated || d.pinned || d.hold.none()) return force;
-  for (const auto& [hold, share] :
-       {std::pair(&d.hold.from, 1.0 - d.hold.share), std::pair(&d.hold.to, d.hold.share)}) {
+  const auto n = static_cast<Eigen::Index>(d.cells.size());
+  const double to = d.hold.share;
+  for (const auto& [hold, share, row] :
+       {std::tuple(&d.hold.from, 1.0 - to, 0), std::tuple(&d.hold.to, to, 1)}) {
     if (hold->none() || share == 0.0) continue;
     FootHold::Vector9 taken = FootHold::Vector9::Zero();
     Eigen::Matrix<double, 9, 2> slopes = Eigen::Matrix<double, 9, 2>::Zero();
     Vec2 growth = Vec2::Zero();
-    for (std::size_t k = 0; k < d.cells.size(); ++k) {
-      const double amount = d.cell_forces[k];
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double amount = d.cell_forces[static_cast<std::size_t>(k)];
       if (amount == 0.0) continue;
-      const ContactCell& cell = d.cells[k];
+      const ContactCell& cell = d.cells[static_cast<std::size_t>(k)];
       taken += amount * hold->share(cell.position, cell.direction);
       slopes += amount * hold->share_slopes(cell.position, cell.direction);
+      const Vec2 give_slopes = hold->give_slopes(cell.position);
+      if (give_slopes.isZero(0.0)) continue;
       double moved = 0.0;
-      for (std::size_t l = 0; l < d.cells.size(); ++l)
-        if (d.cell_forces[l] != 0.0)
-          moved += d.cell_forces[l] * hold->give(d.cells[l].position) *
-                   d.alone(static_cast<Eigen::Index>(std::max(k, l)),
-                           static_cast<Eigen::Index>(std::min(k, l)));
-      growth += amount * moved * hold->give_slopes(cell.position);
+      for (Eigen::Index l = 0; l < n; ++l)
+        moved += d.cell_forces[static_cast<std::size_t>(l)] * d.give(row, l) *
+                 d.alone(std::max(k, l), std::min(k, l));
+      growth += std::sqrt(share) * amount * moved * give_slopes;
     }
-    growth -= slopes.transpose() * hold->signs.cwiseProduct(taken);
-    force += share * (growth.x() * hold->along_x + growth.y() * hold->along_y);
+    growth -= share * (slopes.transpose() * hold->signs.cwiseProduct(taken));
+    force += growth.x() * hold->along_x + growth.y() * hold->along_y;
   }
   return force;
 }

@@ -365,5 +365,84 @@ TEST(Hive, WhatOthersHoldIsTakenOffTheCellsCompliance) {
   EXPECT_EQ(hive.compliance()(0, 0), alone(0, 0));
 }
 
+/// About the pole: stiffer towards +x, a little taken and a little given.
+HoldBlend varied_hold() {
+  HoldBlend blend;
+  blend.to.centre = on_dome(0.0);
+  blend.to.along_x = Vec3::UnitX();
+  blend.to.along_y = Vec3::UnitY();
+  blend.to.reach = kRadius;
+  blend.to.stiffer = Vec3(std::log(4.0), 20.0, -10.0);
+  blend.to.least = -1.0;
+  blend.to.most = 4.0;
+  return blend;
+}
+
+TEST(Hive, TissueThatIsStifferByAFactorPressesBackByIt) {
+  const double nu = 0.45;
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, 0.4, 80), 0.0);
+  const auto cells = tool(nu);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
+  const double alone = hive.press(depths_of(cells)).force.z();
+  HoldBlend blend = varied_hold();
+  blend.to.stiffer.tail<2>().setZero();
+  ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
+  EXPECT_NEAR(hive.press(depths_of(cells)).force.z(), 4.0 * alone, 1e-9 * alone);
+  // Half of the way compliances are half of each.
+  blend.share = 0.5;
+  ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
+  EXPECT_NEAR(hive.press(depths_of(cells)).force.z(), alone / 0.625, 1e-9 * alone);
+  // No more than the bounds say.
+  blend.share = 1.0;
+  blend.to.most = std::log(2.0);
+  ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
+  EXPECT_NEAR(hive.press(depths_of(cells)).force.z(), 2.0 * alone, 1e-9 * alone);
+}
+
+TEST(Hive, AHoldThatVariesDrawsTheToolAsideByWhatTheEnergyFalls) {
+  const double nu = 0.45;
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, 0.4, 80), 0.0);
+  const auto cells = tool(nu);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
+  const double give = MatrixX(hive.compliance()).mean();
+  HoldBlend blend = varied_hold();
+  blend.to.root(2, 0) = 0.2 * std::sqrt(give);
+  blend.to.root(5, 0) = 0.1 * std::sqrt(give) / kTool;
+  const auto energy = [&](const HoldBlend& hold) {
+    EXPECT_EQ(hive.seat(cells, hold), HiveVerdict::kSound);
+    return hive.press(depths_of(cells)).energy;
+  };
+  const double step = 1e-4 * kTool;
+  for (const double share : {1.0, 0.3}) {
+    blend.share = share;
+    HoldBlend ahead = blend, behind = blend;
+    ahead.to.centre.x() -= step;  // as the tool sees it that has gone on
+    behind.to.centre.x() += step;
+    const double falls = -(energy(ahead) - energy(behind)) / (2.0 * step);
+    const double whole = energy(blend);
+    EXPECT_GT(std::abs(falls), 1e-3 * whole / kTool);
+    EXPECT_NEAR(hive.drawn_aside().x(), falls, 1e-3 * std::abs(falls));
+  }
+}
+
+TEST(Hive, AHoldThatChangesDoesTheWorkThatTheEnergyGrowsBy) {
+  const double nu = 0.45;
+  Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kCoupled, 0.4, 80), 0.0);
+  const auto cells = tool(nu);
+  ASSERT_EQ(hive.seat(cells), HiveVerdict::kSound);
+  const double give = MatrixX(hive.compliance()).mean();
+  HoldBlend before = varied_hold();
+  before.to.root(2, 0) = 0.2 * std::sqrt(give);
+  HoldBlend now = before;
+  now.to.stiffer[0] += 1e-3;
+  now.to.root(2, 0) *= 1.001;
+  ASSERT_EQ(hive.seat(cells, before), HiveVerdict::kSound);
+  const double stored = hive.press(depths_of(cells)).energy;
+  ASSERT_EQ(hive.seat(cells, now), HiveVerdict::kSound);
+  const double grown = hive.press(depths_of(cells)).energy - stored;
+  EXPECT_GT(grown, 5e-4 * stored);
+  EXPECT_NEAR(hive.work_of_hold(before), grown, 5e-3 * grown);
+}
+
 }  // namespace
 }  // namespace viscera
