@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "engine/features/contact/first_order.h"
@@ -277,6 +278,8 @@ TEST(FiniteHand, FeelsNoStepAsAJawLiftsTheTissueUnderIt) {
       worst = std::max(worst, step / std::max(5e-3, 0.02 * told.ticks[i].force.norm()));
       greatest = std::max(greatest, step);
     }
+    std::printf("%.0f mm thick: %.3f N, from the frame %.1f %%, steps of %.2f mN\n", 1e3 * thick,
+                told.ticks.back().force.norm(), 100.0 * told.agreement, 1e3 * greatest);
     EXPECT_GT(told.ticks.back().force.norm(), 2.0 * told.ticks[900].force.norm());
     EXPECT_LT(worst, 1.0);
     EXPECT_EQ(told.violations, 0u);
