@@ -563,6 +563,40 @@ double FiniteBody::energy(std::span<const double> displacements, std::span<doubl
   return sum;
 }
 
+double FiniteBody::hold_energy(std::span<const double> displacements,
+                               std::span<double> gradient) const {
+  double sum = 0.0;
+  add_hold(displacements, gradient, sum, {});
+  return sum;
+}
+
+FiniteLayout FiniteBody::layout() const {
+  FiniteLayout flat;
+  flat.nodes = nodes_;
+  flat.mu = mu_;
+  flat.lambda = lambda_;
+  flat.averaged = averaged_;
+  flat.fibres = !fibres_.empty();
+  const auto word = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+  flat.cell_begin.assign(cell_begin_.begin(), cell_begin_.end());
+  flat.pack_begin.assign(begin_.begin(), begin_.end());
+  for (const Piece& piece : pieces_) {
+    for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c)
+      flat.cell_origin.push_back(word(static_cast<std::size_t>(piece.nodes.front())));
+    const std::size_t first = begin_[cell_begin_[piece.first_cell]],
+                      last = begin_[cell_begin_[piece.last_cell]];
+    for (std::size_t e = first; e < last; ++e)
+      flat.entry_nodes.push_back(word(static_cast<std::size_t>(piece.nodes[entry_nodes_[e]])));
+  }
+  for (const auto& entry : gradients_)
+    flat.gradients.insert(flat.gradients.end(), entry.begin(), entry.end());
+  for (const Lane& lane : weights_)
+    flat.weights.insert(flat.weights.end(), lane.begin(), lane.end());
+  for (const auto& pack : psi_)
+    for (const Lane& lane : pack) flat.psi.insert(flat.psi.end(), lane.begin(), lane.end());
+  return flat;
+}
+
 void FiniteBody::add_hold(std::span<const double> displacements, std::span<double> gradient,
                           double& energy, const Overstress& overstress) const {
   const std::vector<int>& nodes = hold_.nodes();

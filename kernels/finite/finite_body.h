@@ -24,6 +24,7 @@
 
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
+#include "kernels/finite/finite_layout.h"
 #include "kernels/finite/hold_rows.h"
 #include "kernels/finite/relaxation.h"
 #include "kernels/finite/tissue_change.h"
@@ -81,6 +82,11 @@ class FiniteBody {
   double energy(std::span<const double> displacements, std::span<double> gradient,
                 Workspace& workspace, const Viscosity& viscosity = {},
                 const ChangedTissue& changed = {}, const Overstress& overstress = {}) const;
+
+  /// Of that what its hold alone has.
+  double hold_energy(std::span<const double> displacements, std::span<double> gradient) const;
+  /// All but the hold.
+  FiniteLayout layout() const;
 
   /// The memory goes on by a step that ended at these displacements; what it does in the next.
   Overstress relax(std::span<const double> displacements, const ChangedTissue& changed,

@@ -11,7 +11,8 @@ struct Type {
   const char* name;
   std::size_t size;
 };
-constexpr std::array<Type, 13> kTypes = {{{GL_FLOAT, "float", 4},
+constexpr std::array<Type, 14> kTypes = {{{GL_FLOAT, "float", 4},
+                                          {GL_DOUBLE, "double", 8},
                                           {GL_FLOAT_VEC2, "vec2", 8},
                                           {GL_FLOAT_VEC3, "vec3", 12},
                                           {GL_FLOAT_VEC4, "vec4", 16},

@@ -28,6 +28,8 @@ constexpr unsigned gl_type() {
     return gl_type<std::tuple_element_t<0, T>>();
   } else if constexpr (std::is_same_v<T, float>) {
     return GL_FLOAT;
+  } else if constexpr (std::is_same_v<T, double>) {
+    return GL_DOUBLE;
   } else if constexpr (std::is_same_v<T, std::int32_t>) {
     return GL_INT;
   } else if constexpr (std::is_same_v<T, std::uint32_t>) {

@@ -10,6 +10,7 @@
 #include "engine/gpu/kernels.h"
 #include "engine/gpu/shader_text.h"
 #include "kernels/contact/organ_table.h"
+#include "kernels/finite/finite_energy.h"
 #include "kernels/heat/brick_layout.h"
 #include "kernels/heat/heat_device.h"
 #include "kernels/heat/heat_parameters.h"
@@ -127,6 +128,13 @@ StructLayout flows_layout() {
   return {sizeof(Struct), {MEMBER(living), MEMBER(boundary), MEMBER(source), MEMBER(fastest)}};
 }
 
+StructLayout finite_layout() {
+  using Struct = FiniteEnergyParameters;
+  return {sizeof(Struct),
+          {MEMBER(mu), MEMBER(lambda), MEMBER(averaged), MEMBER(viscous), MEMBER(averages),
+           MEMBER(changed), MEMBER(unused_a), MEMBER(unused_b)}};
+}
+
 StructLayout loss_layout() {
   using Struct = VoxelLoss;
   return {sizeof(Struct), {MEMBER(water), MEMBER(fumes), MEMBER(excess), MEMBER(unused)}};
@@ -165,6 +173,7 @@ std::map<std::string, Layouts> kernel_layouts() {
         {"Table", heat_entry_layout()},
         {"Sums", heat_sums_layout()},
         {"Lost", loss_layout()}}},
+      {"finite_energy.comp", {{"Pass", finite_layout()}}},
       {"column_sums.comp", {{"Table", organ_layout()}}},
       {"deformation.comp", {{"Table", organ_layout()}}},
   };
