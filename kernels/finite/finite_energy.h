@@ -7,7 +7,7 @@
 
 namespace viscera {
 
-inline constexpr std::size_t kCellGroup = 64;   ///< threads of a cell: a point each
+inline constexpr std::size_t kCellGroup = 64;  ///< threads of a cell: a point each
 inline constexpr std::size_t kNodeGroup = 32;  ///< threads that sum a node's force
 inline constexpr std::size_t kRowsAtOnce = 4;  ///< of a dense inverse, in a work group
 
