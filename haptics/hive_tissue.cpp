@@ -358,9 +358,9 @@ TactileForce HiveTissue::respond_at_once(const ToolMotion& motion, double dt,
   if (share_ >= 1.0) before_ = -1;
   if (!find_foot(scene, tip, fresh)) return felt;
   if (foot_.depth() < -kNear * settings_.hive.radius) return felt;
-  foot_.lay_cells(*body_.surface, hold_);
+  foot_.lay_cells(*body_.surface);
   renew_hive(velocity);
-  if (foot_.depth(hold_) <= 0.0) {
+  if (foot_.depth() <= 0.0) {
     covered_ = true;  // as far as anybody knows
     if (nonlinear_) nonlinear_->release();
     return felt;

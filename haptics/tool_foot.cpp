@@ -97,8 +97,8 @@ bool ToolFoot::follow(const WalkableSurface& surface, const Vec3& centre, double
   return true;
 }
 
-void ToolFoot::lay_cells(const WalkableSurface& surface, const HoldBlend& raised) noexcept {
-  state_.across = ball_pattern_radius(radius_, depth(raised));
+void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
+  state_.across = ball_pattern_radius(radius_, state_.depth);
   const double pitch = state_.across / (rings_ + 0.1);
   const double area = std::sqrt(0.75) * pitch * pitch;
   const Vec3 x = state_.side, y = state_.up.cross(state_.side);
@@ -120,10 +120,11 @@ void ToolFoot::lay_cells(const WalkableSurface& surface, const HoldBlend& raised
     const double lowest = -std::sqrt(std::max(0.0, drop));  // over the centre, along up
     if (ways_ == CellWays::kOwnNormals && there && drop > 0.0)
       cell.direction = (beside + lowest * state_.up) / radius_;
-    const double height =
-        (cell.position - state_.centre).dot(state_.up) + raised.height_at(cell.position);
-    state_.depths[k] = there && drop > 0.0 ? deepening(k) * (height - lowest) : -kNowhere;
-    state_.heights[k] = there ? height : kNoHeight;
+    state_.depths[k] =
+        there && drop > 0.0
+            ? deepening(k) * ((cell.position - state_.centre).dot(state_.up) - lowest)
+            : -kNowhere;
+    state_.heights[k] = there ? (cell.position - state_.centre).dot(state_.up) : kNoHeight;
     cell.depth = state_.depths[k];
   }
   for (std::size_t k = 0; k < pattern_.size(); ++k) lean(k, pitch);

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "kernels/contact/patch_contact.h"
-#include "kernels/hive/foot_hold.h"
 #include "kernels/hive/surface_walk.h"
 
 namespace viscera {
@@ -40,17 +39,12 @@ class ToolFoot {
 
   const SurfaceSpot& spot() const { return state_.spot; }
   const Vec3& up() const { return state_.up; }  ///< unit, out of the tissue
-  /// How deep the ball is below the foot's height; negative: a gap [m]. Of the surface at rest, and
-  /// of one that is `raised`.
+  /// How deep the ball is below the foot's height; negative: a gap [m].
   double depth() const { return state_.depth; }
-  double depth(const HoldBlend& raised) const {
-    return state_.depth + raised.height_at(state_.spot.position);
-  }
 
   /// The pattern of cells for the present depth: rest places, directions, areas, and how far each
-  /// must go along its direction. A pure function of where the tool is, and of how the surface is
-  /// `raised`.
-  void lay_cells(const WalkableSurface& surface, const HoldBlend& raised = {}) noexcept;
+  /// must go along its direction. A pure function of where the tool is.
+  void lay_cells(const WalkableSurface& surface) noexcept;
   std::span<const ContactCell> cells() const { return state_.cells; }
   std::span<const double> depths() const { return state_.depths; }
   /// By how much the cells' depths grow per depth of the tool.

@@ -490,7 +490,10 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
       const MatrixX wide = for_axes(shares);
       if (lost) hold.taken = *lost;
       if (hold.taken.size() == 0) hold.taken.setZero(wide.rows(), wide.rows());
-      if (changed) hold.taken += wide * (stiffened - response) * wide.transpose();
+      if (changed) {
+        hold.divided = wide * (stiffened - response) * wide.transpose();
+        hold.taken += hold.divided;
+      }
       const MatrixX fields = shares.completeOrthogonalDecomposition().pseudoInverse();
       // Over what the tissue about the cells gave before it stiffened.
       const double most_given = (1.0 + kMostGiven) * std::exp(hold.most) - 1.0;

@@ -41,6 +41,8 @@ struct OthersHold {
   /// by tissue that has stiffened farther off. Put together by shares, symmetric [m/N];
   /// (3 c) x (3 c). Empty: nothing is.
   MatrixX taken;
+  /// Of that what belongs to the division. Empty: nothing has stiffened there.
+  MatrixX divided;
 };
 
 /// One object a body, one thread. Keeps its work arrays and the last active set between calls.

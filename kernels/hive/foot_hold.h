@@ -5,9 +5,6 @@
 //
 // Tissue that has stiffened right about the foot leaves a small part of the compliance, to take the
 // rest off it would leave the error of the whole: that compliance is divided instead.
-//
-// What holds and bends a body also gives its surface another shape than at rest. A snapshot's pose
-// has what is rigid of it; what is left, along the normal and to second order, is the height here.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +19,6 @@ namespace viscera {
 /// the coordinates of x along two axes in the surface, and g = `give`.
 struct FootHold {
   using Vector9 = Eigen::Matrix<double, 9, 1>;
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
 
   Vec3 centre = Vec3::Zero();                             ///< at rest [m]
   Vec3 along_x = Vec3::UnitX(), along_y = Vec3::UnitY();  ///< unit, in the surface
@@ -33,14 +29,13 @@ struct FootHold {
   /// (1, a, b) times this [1, 1/m, 1/m], within these bounds.
   Vec3 stiffer = Vec3::Zero();
   double least = 0.0, most = 0.0;
-  /// By how much the surface at a place lies higher than at rest, (1, a, b, a^2, a b, b^2) times
-  /// this [m, 1, 1, 1/m, 1/m, 1/m]; places that are farther than half of `reach` count as that far.
-  Vector6 raised = Vector6::Zero();
+  /// Of root S root^T what belongs to `give`: both change together from place to place [m/N].
+  Eigen::Matrix<double, 9, 9> divided = Eigen::Matrix<double, 9, 9>::Zero();
 
   bool is_sound() const {
     return signs.cwiseAbs() == Vector9::Ones() && centre.allFinite() && along_x.allFinite() &&
            along_y.allFinite() && reach >= 0.0 && reach < 1e3 && root.allFinite() &&
-           stiffer.allFinite() && raised.allFinite() && std::abs(least) < kMostStiffer &&
+           stiffer.allFinite() && divided.allFinite() && std::abs(least) < kMostStiffer &&
            std::abs(most) < kMostStiffer && least <= most;
   }
   bool none() const { return reach == 0.0; }
@@ -48,18 +43,7 @@ struct FootHold {
   /// Of a place and a unit direction: the products of two such, each with its sign, are what is
   /// taken off [sqrt(m/N)].
   Vector9 share(const Vec3& place, const Vec3& direction) const {
-    const Vec2 at = within(reach, place);
-    Vector9 weights;
-    weights << direction, at.x() * direction, at.y() * direction;
-    return root.transpose() * weights;
-  }
-
-  /// [m]
-  double height(const Vec3& place) const {
-    if (none() || raised.isZero(0.0)) return 0.0;
-    const Vec2 at = within(0.5 * reach, place);
-    return raised[0] + raised[1] * at.x() + raised[2] * at.y() + raised[3] * at.x() * at.x() +
-           raised[4] * at.x() * at.y() + raised[5] * at.y() * at.y();
+    return root.transpose() * weights(place, direction);
   }
 
   /// The root of the modulus of the body alone over that about a place.
@@ -70,16 +54,22 @@ struct FootHold {
     return std::exp(-0.5 * std::clamp(there, least, most));
   }
 
-  /// How `share` changes along the two axes.
-  Eigen::Matrix<double, 9, 2> share_slopes(const Vec3& place, const Vec3& direction) const {
-    Eigen::Matrix<double, 9, 2> weights = Eigen::Matrix<double, 9, 2>::Zero();
-    if (is_within(reach, place)) {
-      weights.block<3, 1>(3, 0) = direction;
-      weights.block<3, 1>(6, 1) = direction;
-    }
-    return root.transpose() * weights;
+  /// (1, a, b) (x) direction.
+  Vector9 weights(const Vec3& place, const Vec3& direction) const {
+    const Vec2 at = within(reach, place);
+    Vector9 all;
+    all << direction, at.x() * direction, at.y() * direction;
+    return all;
   }
-  /// How `give` does.
+  /// How that changes along the two axes.
+  Eigen::Matrix<double, 9, 2> weight_slopes(const Vec3& place, const Vec3& direction) const {
+    Eigen::Matrix<double, 9, 2> slopes = Eigen::Matrix<double, 9, 2>::Zero();
+    if (!is_within(reach, place)) return slopes;
+    slopes.block<3, 1>(3, 0) = direction;
+    slopes.block<3, 1>(6, 1) = direction;
+    return slopes;
+  }
+  /// How `give` changes along them.
   Vec2 give_slopes(const Vec3& place) const {
     const double g = give(place), logarithm = -2.0 * std::log(g);
     if (logarithm <= least || logarithm >= most || !is_within(reach, place)) return Vec2::Zero();
@@ -91,7 +81,7 @@ struct FootHold {
                       field("along_y", &FootHold::along_y), field("reach", &FootHold::reach),
                       field("root", &FootHold::root), field("signs", &FootHold::signs),
                       field("stiffer", &FootHold::stiffer), field("least", &FootHold::least),
-                      field("most", &FootHold::most), field("raised", &FootHold::raised));
+                      field("most", &FootHold::most), field("divided", &FootHold::divided));
   }
 
  private:
@@ -128,10 +118,6 @@ struct HoldBlend {
   /// two places.
   Vec2 give_at(const Vec3& place) const {
     return {std::sqrt(1.0 - share) * from.give(place), std::sqrt(share) * to.give(place)};
-  }
-  /// As FootHold::height.
-  double height_at(const Vec3& place) const {
-    return (1.0 - share) * from.height(place) + share * to.height(place);
   }
   /// Of its numbers.
   Vector18 signs() const {

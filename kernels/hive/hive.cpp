@@ -566,14 +566,11 @@ double Hive::work_of_hold(const HoldBlend& before) const noexcept {
   Data& d = *data_;
   if (!d.is_seated || d.pinned || (before.none() && d.hold.none())) return 0.0;
   HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero(), was = taken;
-  double lifted = 0.0;
   const auto n = static_cast<Eigen::Index>(d.cells.size());
   for (Eigen::Index k = 0; k < n; ++k) {
     const double force = d.cell_forces[static_cast<std::size_t>(k)];
     if (force == 0.0) continue;
     const ContactCell& cell = d.cells[static_cast<std::size_t>(k)];
-    lifted += force * std::abs(cell.direction.dot(cell.normal)) *
-              (d.hold.height_at(cell.position) - before.height_at(cell.position));
     taken += force * d.hold.share_at(cell.position, cell.direction);
     was += force * before.share_at(cell.position, cell.direction);
     d.gave.col(k) = force * before.give_at(cell.position);
@@ -585,11 +582,13 @@ double Hive::work_of_hold(const HoldBlend& before) const noexcept {
       if (d.cell_forces[static_cast<std::size_t>(l)] != 0.0)
         given += (l < k ? 2.0 : 1.0) * d.alone(k, l) *
                  (d.gave.col(k).dot(d.gave.col(l)) - d.gives.col(k).dot(d.gives.col(l)));
-  return lifted + 0.5 * (given + taken.dot(d.hold.signs().cwiseProduct(taken)) -
-                         was.dot(before.signs().cwiseProduct(was)));
+  return 0.5 * (given + taken.dot(d.hold.signs().cwiseProduct(taken)) -
+                was.dot(before.signs().cwiseProduct(was)));
 }
 
 /// Of forces f on cells with the compliance C that energy changes by -1/2 f^T dC f, as these move.
+/// Not of what others hold and strain takes: that is smooth, and the hive's own compliance, from
+/// which it is taken, changes as much from place to place.
 Vec3 Hive::drawn_aside() const noexcept {
   const Data& d = *data_;
   Vec3 force = Vec3::Zero();
@@ -598,16 +597,16 @@ Vec3 Hive::drawn_aside() const noexcept {
   const double to = d.hold.share;
   for (const auto& [hold, share, row] :
        {std::tuple(&d.hold.from, 1.0 - to, 0), std::tuple(&d.hold.to, to, 1)}) {
-    if (hold->none() || share == 0.0) continue;
-    FootHold::Vector9 taken = FootHold::Vector9::Zero();
+    if (hold->none() || share == 0.0 || (hold->least == 0.0 && hold->most == 0.0)) continue;
+    FootHold::Vector9 pushed = FootHold::Vector9::Zero();
     Eigen::Matrix<double, 9, 2> slopes = Eigen::Matrix<double, 9, 2>::Zero();
     Vec2 growth = Vec2::Zero();
     for (Eigen::Index k = 0; k < n; ++k) {
       const double amount = d.cell_forces[static_cast<std::size_t>(k)];
       if (amount == 0.0) continue;
       const ContactCell& cell = d.cells[static_cast<std::size_t>(k)];
-      taken += amount * hold->share(cell.position, cell.direction);
-      slopes += amount * hold->share_slopes(cell.position, cell.direction);
+      pushed += amount * hold->weights(cell.position, cell.direction);
+      slopes += amount * hold->weight_slopes(cell.position, cell.direction);
       const Vec2 give_slopes = hold->give_slopes(cell.position);
       if (give_slopes.isZero(0.0)) continue;
       double moved = 0.0;
@@ -616,7 +615,7 @@ Vec3 Hive::drawn_aside() const noexcept {
                  d.alone(std::max(k, l), std::min(k, l));
       growth += std::sqrt(share) * amount * moved * give_slopes;
     }
-    growth -= share * (slopes.transpose() * hold->signs.cwiseProduct(taken));
+    growth -= share * (slopes.transpose() * (hold->divided * pushed));
     force += growth.x() * hold->along_x + growth.y() * hold->along_y;
   }
   return force;

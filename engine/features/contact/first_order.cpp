@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -13,8 +12,6 @@ namespace {
 constexpr double kLeastSpread = 1e-3;
 /// Holds count out to so many times the width of the places that they were found at.
 constexpr double kHoldReach = 2.0;
-/// Twice the numbers that a height has.
-constexpr Eigen::Index kFewestForHeight = 12;
 
 /// The lesser eigenvalue over the greater.
 double flatness(const Eigen::Matrix2d& spread) {
@@ -49,7 +46,7 @@ void take_root(const Matrix9& whole, FootHold& hold) {
 }  // namespace
 
 FirstOrder::FirstOrder(std::span<const Vec3> places, const Vec3& normal)
-    : normal_(normal.normalized()), places_(places.begin(), places.end()) {
+    : normal_(normal.normalized()) {
   for (const Vec3& place : places) centre_ += place;
   centre_ /= static_cast<double>(places.size());
   along_x_ = normal_.unitOrthogonal();
@@ -84,40 +81,18 @@ Pose FirstOrder::motion(std::span<const Vec3> displacements) const {
   return pose;
 }
 
-/// Of places that a displacement has taken elsewhere than `motion`, the height over that. By least
-/// squares; none where the places are too few, or on a line.
-FootHold::Vector6 FirstOrder::raised(std::span<const Vec3> displacements,
-                                     const Pose& motion) const {
-  FootHold::Vector6 found = FootHold::Vector6::Zero();
-  const auto n = static_cast<Eigen::Index>(places_.size());
-  if (n < kFewestForHeight || displacements.size() != places_.size() ||
-      shares_.bottomRows<2>().isZero(0.0))
-    return found;
-  Eigen::Matrix<double, Eigen::Dynamic, 6> terms(n, 6);
-  VectorX heights(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Vec3& place = places_[static_cast<std::size_t>(k)];
-    const Vec3 off = (place - centre_) / width_;
-    const double a = off.dot(along_x_), b = off.dot(along_y_);
-    terms.row(k) << 1.0, a, b, a * a, a * b, b * b;
-    const Vec3 moved = motion.to_local(place + displacements[static_cast<std::size_t>(k)]);
-    heights[k] = (moved - place).dot(normal_);
-  }
-  const Eigen::ColPivHouseholderQR<decltype(terms)> fit(terms);
-  if (fit.rank() < 6) return found;
-  found = fit.solve(heights);
-  found.segment<2>(1) /= width_;
-  found.tail<3>() /= width_ * width_;
-  return found;
-}
-
-FootHold FirstOrder::hold(const OthersHold& others, const Pose& motion) const {
-  const MatrixX taken = others.taken.size() > 0 ? others.taken : MatrixX(MatrixX::Zero(9, 9));
-  const Mat3 back = motion.orientation.toRotationMatrix().transpose();
-  Matrix9 turned;
-  for (Eigen::Index c = 0; c < 3; ++c)
-    for (Eigen::Index d = 0; d < 3; ++d)
-      turned.block<3, 3>(3 * c, 3 * d) = back * taken.block<3, 3>(3 * c, 3 * d) * back.transpose();
+FootHold FirstOrder::hold(const OthersHold& others, const Quaternion& turn) const {
+  const MatrixX& taken = others.taken;
+  const Mat3 back = turn.toRotationMatrix().transpose();
+  const auto turned_back = [&](const MatrixX& whole) {
+    Matrix9 result;
+    for (Eigen::Index c = 0; c < 3; ++c)
+      for (Eigen::Index d = 0; d < 3; ++d)
+        result.block<3, 3>(3 * c, 3 * d) =
+            back * whole.block<3, 3>(3 * c, 3 * d) * back.transpose();
+    return result;
+  };
+  const Matrix9 turned = turned_back(taken);
   FootHold hold;
   if (!turned.allFinite()) return hold;
   take_root(0.5 * (turned + turned.transpose()), hold);
@@ -125,8 +100,8 @@ FootHold FirstOrder::hold(const OthersHold& others, const Pose& motion) const {
   hold.along_x = along_x_;
   hold.along_y = along_y_;
   hold.reach = kHoldReach * width_;
-  hold.raised = raised(others.free, motion);
   if (others.stiffer.size() == 3) hold.stiffer = others.stiffer;
+  if (others.divided.size() > 0) hold.divided = turned_back(others.divided);
   hold.least = others.least;
   hold.most = others.most;
   return hold;

@@ -1,9 +1,7 @@
 // Values over places about a tool's foot, to first order: of many cells or vertices nine numbers.
-// Of its surface's height also the second.
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "kernels/base/types.h"
 #include "kernels/contact/tissue_contact.h"
@@ -24,17 +22,14 @@ class FirstOrder {
   /// The rigid motion nearest to x -> x + u(x) for displacements u of the places [m].
   Pose motion(std::span<const Vec3> displacements) const;
 
-  /// What holds and strain take off the places' response, put together by the shares, and what they
-  /// make of the surface's shape. Seen in the frame that `motion` takes to where the response was.
-  FootHold hold(const OthersHold& others, const Pose& motion) const;
+  /// What holds and strain take off the places' response, put together by the shares. Seen in the
+  /// frame that `turn` takes to where the response was.
+  FootHold hold(const OthersHold& others, const Quaternion& turn) const;
 
  private:
   Vec3 normal_, centre_ = Vec3::Zero(), along_x_, along_y_;
-  FootHold::Vector6 raised(std::span<const Vec3> displacements, const Pose& motion) const;
-
   double width_ = 0.0;
   MatrixX shares_;
-  std::vector<Vec3> places_;
 };
 
 /// The rotation nearest to a matrix, or none where that is singular or mirrors.

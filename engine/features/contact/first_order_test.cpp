@@ -47,12 +47,12 @@ TEST(FirstOrder, AHoldTakesOffWhatItWasMadeFrom) {
   MatrixX modes(9, 2);  // fewer than nine: the hold is singular
   for (int i = 0; i < 9; ++i) modes.row(i) << std::sin(1.0 + i), std::cos(3.0 * i);
   const MatrixX taken = modes * modes.transpose();
-  const FootHold hold = about.hold({.taken = taken}, {});
+  const FootHold hold = about.hold({.taken = taken}, Quaternion::Identity());
   EXPECT_LT((hold.root * hold.root.transpose() - taken).norm(), 1e-12 * taken.norm());
 
   // Turned with the tissue: force and displacement are seen in the frame that turned.
   const Quaternion turn(Eigen::AngleAxisd(0.7, Vec3(1, 1, 0).normalized()));
-  const FootHold turned = about.hold({.taken = taken}, {Vec3::Zero(), turn});
+  const FootHold turned = about.hold({.taken = taken}, turn);
   const Vec3 force(0.2, -0.1, 1.0);
   const double there = hold.share(hold.centre, turn * force).squaredNorm();
   EXPECT_NEAR(turned.share(hold.centre, force).squaredNorm(), there, 1e-12 * there);
@@ -64,33 +64,10 @@ TEST(FirstOrder, WhereABodyHasBecomeSofterAHoldGivesWhatItWasMadeFrom) {
   for (int i = 0; i < 9; ++i)
     modes.row(i) << std::sin(1.0 + i), std::cos(3.0 * i), std::sin(5.0 * i);
   const MatrixX taken = modes * Vec3(1.0, -2.0, 0.5).asDiagonal() * modes.transpose();
-  const FootHold hold = about.hold({.taken = taken}, {});
+  const FootHold hold = about.hold({.taken = taken}, Quaternion::Identity());
   EXPECT_TRUE(hold.is_sound());
   EXPECT_LT((hold.root * hold.signs.asDiagonal() * hold.root.transpose() - taken).norm(),
             1e-12 * taken.norm());
-}
-
-TEST(FirstOrder, TellsTheHeightOfWhatIsBentOverTheRigidMotion) {
-  const std::vector<Vec3> places = disc();
-  const FirstOrder about(places, Vec3::UnitZ());
-  const Pose motion{Vec3(3e-3, -1e-3, 8e-3),
-                    Quaternion(Eigen::AngleAxisd(0.6, Vec3(1, 2, -0.5).normalized()))};
-  const auto bent = [](const Vec3& x) {
-    const Vec3 off = x - Vec3(0.1, -0.05, 0.02);
-    return Vec3(0, 0, 30.0 * off.x() * off.x() - 10.0 * off.x() * off.y());
-  };
-  std::vector<Vec3> moved;
-  for (const Vec3& place : places) moved.push_back(motion.to_world(place + bent(place)) - place);
-  OthersHold others;
-  others.free = moved;
-  const FootHold hold = about.hold(others, motion);
-  EXPECT_TRUE(hold.is_sound());
-  EXPECT_FALSE(hold.none());
-  for (const Vec3& place : places)
-    EXPECT_NEAR(hold.height(place), bent(place).z(), 1e-9) << place.transpose();
-  // No farther than it was found: a parabola goes on.
-  const Vec3 far(0.2, -0.05, 0.02);
-  EXPECT_LT(std::abs(hold.height(far)), 2e-4);
 }
 
 TEST(NearestRotation, OfAStretchedRotationIsTheRotation) {

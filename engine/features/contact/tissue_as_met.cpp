@@ -76,7 +76,8 @@ bool meet_touched(const World& world, Entity organ, const TissueUnder& under,
     return true;
   const Pose motion = under.about->motion(under.others->free);
   snapshot.pose = composed(snapshot.pose, motion);
-  snapshot.hold = under.about->hold(*under.others, motion);
+  if (under.others->taken.size() > 0)
+    snapshot.hold = under.about->hold(*under.others, motion.orientation);
   return true;
 }
 

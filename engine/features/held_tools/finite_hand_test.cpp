@@ -282,6 +282,8 @@ TEST(FiniteHand, FeelsNoStepAsAJawLiftsTheTissueUnderIt) {
                 told.ticks.back().force.norm(), 100.0 * told.agreement, 1e3 * greatest);
     EXPECT_GT(told.ticks.back().force.norm(), 2.0 * told.ticks[900].force.norm());
     EXPECT_LT(worst, 1.0);
+    // Two radii deep.
+    EXPECT_LT(told.agreement, thick == kThick ? 0.12 : 0.3);
     EXPECT_EQ(told.violations, 0u);
     EXPECT_EQ(told.refused, 0u);
   }

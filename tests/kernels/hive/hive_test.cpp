@@ -408,6 +408,7 @@ TEST(Hive, AHoldThatVariesDrawsTheToolAsideByWhatTheEnergyFalls) {
   HoldBlend blend = varied_hold();
   blend.to.root(2, 0) = 0.2 * std::sqrt(give);
   blend.to.root(5, 0) = 0.1 * std::sqrt(give) / kTool;
+  blend.to.divided = blend.to.root * blend.to.root.transpose();
   const auto energy = [&](const HoldBlend& hold) {
     EXPECT_EQ(hive.seat(cells, hold), HiveVerdict::kSound);
     return hive.press(depths_of(cells)).energy;
