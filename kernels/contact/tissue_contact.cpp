@@ -481,7 +481,8 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
     given_back.noalias() = share * (mixed * answers);
   }
   if (shares.rows() > 0) {
-    const MatrixX stiffened = as_stiffened(begin, end, shares, hold);
+    const MatrixX fields = shares.completeOrthogonalDecomposition().pseudoInverse();
+    const MatrixX stiffened = as_stiffened(begin, end, shares, fields, hold);
     const auto lost = lost_by_strain(begin, end, shares, holding, hold.taken);
     const bool changed = stiffened.size() > 0;
     if (lost || changed) {
@@ -494,7 +495,6 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
         hold.divided = wide * (stiffened - response) * wide.transpose();
         hold.taken += hold.divided;
       }
-      const MatrixX fields = shares.completeOrthogonalDecomposition().pseudoInverse();
       // Over what the tissue about the cells gave before it stiffened.
       const double most_given = (1.0 + kMostGiven) * std::exp(hold.most) - 1.0;
       hold.taken = bearable_change(met, fields, hold.taken, most_given);
@@ -516,7 +516,7 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
 /// Nothing: there was no update. What is finer than places stiffens so (PatchContact), and of what
 /// lies farther off too little is left rather than too much, which is given back to first order.
 MatrixX TissueContact::as_stiffened(std::size_t begin, std::size_t end, const MatrixX& shares,
-                                    OthersHold& hold) const {
+                                    const MatrixX& fields, OthersHold& hold) const {
   const MatrixX taken = taken_by_update(begin, end);
   const std::span<const double> moduli = moduli_by_update();
   if (taken.size() == 0 || moduli.size() < end) return {};
@@ -527,12 +527,7 @@ MatrixX TissueContact::as_stiffened(std::size_t begin, std::size_t end, const Ma
   hold.most = stiffer.maxCoeff();
   hold.stiffer = shares * stiffer;
   const VectorX give =
-      (-0.5 * (shares.completeOrthogonalDecomposition().pseudoInverse() * hold.stiffer)
-                  .array()
-                  .max(hold.least)
-                  .min(hold.most))
-          .exp()
-          .matrix();
+      (-0.5 * (fields * hold.stiffer).array().max(hold.least).min(hold.most)).exp().matrix();
   const VectorX by_axis = give.replicate(1, 3).transpose().reshaped();
   const auto first = static_cast<Eigen::Index>(3 * begin);
   return by_axis.asDiagonal() * (response_.block(first, first, 3 * m, 3 * m) + taken) *

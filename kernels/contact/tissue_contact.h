@@ -195,7 +195,7 @@ class TissueContact {
   std::vector<int> held_by_others(std::span<const ContactCell> cells, std::size_t begin,
                                   std::size_t end) const;
   MatrixX as_stiffened(std::size_t begin, std::size_t end, const MatrixX& shares,
-                       OthersHold& hold) const;
+                       const MatrixX& fields, OthersHold& hold) const;
 
   bool symmetric_;
   // What follows from the state's ways; `matrix_at_hand_`: is made.

@@ -24,21 +24,48 @@ struct FootHold {
   Vec3 along_x = Vec3::UnitX(), along_y = Vec3::UnitY();  ///< unit, in the surface
   double reach = 0.0;  ///< places farther from the centre count as that far [m]; 0: nothing holds
   Eigen::Matrix<double, 9, 9> root = Eigen::Matrix<double, 9, 9>::Zero();  ///< [sqrt(m/N)]
-  Vector9 signs = Vector9::Ones();  ///< 1: taken; -1: given, where a body has become softer
+  /// So many columns of the root are given, where a body has become softer, and the rest taken.
+  int given = 0;
   /// Logarithm of the modulus of the tissue right about a place over what the body alone has, as
   /// (1, a, b) times this [1, 1/m, 1/m], within these bounds.
   Vec3 stiffer = Vec3::Zero();
   double least = 0.0, most = 0.0;
-  /// Of root S root^T what belongs to `give`: both change together from place to place [m/N].
-  Eigen::Matrix<double, 9, 9> divided = Eigen::Matrix<double, 9, 9>::Zero();
+  /// Of root S root^T what belongs to `give`: both change together from place to place [m/N]. Its
+  /// rows from the fourth on, each up to the diagonal: the first three no slope asks for.
+  using Slopes = Eigen::Matrix<double, 39, 1>;
+  Slopes divided = Slopes::Zero();
+  static Slopes slopes_of(const Eigen::Matrix<double, 9, 9>& whole) {
+    Slopes rows;
+    Eigen::Index at = 0;
+    for (Eigen::Index i = 3; i < 9; ++i)
+      for (Eigen::Index j = 0; j <= i; ++j) rows[at++] = 0.5 * (whole(i, j) + whole(j, i));
+    return rows;
+  }
+  /// The rows from the fourth on of `divided` times this.
+  Eigen::Matrix<double, 6, 1> divided_times(const Vector9& x) const {
+    Eigen::Matrix<double, 6, 1> product = Eigen::Matrix<double, 6, 1>::Zero();
+    Eigen::Index at = 0;
+    for (Eigen::Index i = 3; i < 9; ++i)
+      for (Eigen::Index j = 0; j <= i; ++j, ++at) {
+        product[i - 3] += divided[at] * x[j];
+        if (j >= 3 && j < i) product[j - 3] += divided[at] * x[i];
+      }
+    return product;
+  }
 
   bool is_sound() const {
-    return signs.cwiseAbs() == Vector9::Ones() && centre.allFinite() && along_x.allFinite() &&
+    return given >= 0 && given <= 9 && centre.allFinite() && along_x.allFinite() &&
            along_y.allFinite() && reach >= 0.0 && reach < 1e3 && root.allFinite() &&
            stiffer.allFinite() && divided.allFinite() && std::abs(least) < kMostStiffer &&
            std::abs(most) < kMostStiffer && least <= most;
   }
   bool none() const { return reach == 0.0; }
+  /// Of the root's columns: 1: taken; -1: given.
+  Vector9 signs() const {
+    Vector9 all = Vector9::Ones();
+    all.head(given).setConstant(-1.0);
+    return all;
+  }
 
   /// Of a place and a unit direction: the products of two such, each with its sign, are what is
   /// taken off [sqrt(m/N)].
@@ -49,40 +76,35 @@ struct FootHold {
   /// The root of the modulus of the body alone over that about a place.
   double give(const Vec3& place) const {
     if (least == 0.0 && most == 0.0) return 1.0;
-    const Vec2 at = within(reach, place);
+    const Vec2 at = within_reach(place);
     const double there = stiffer.x() + at.x() * stiffer.y() + at.y() * stiffer.z();
     return std::exp(-0.5 * std::clamp(there, least, most));
   }
 
   /// (1, a, b) (x) direction.
   Vector9 weights(const Vec3& place, const Vec3& direction) const {
-    const Vec2 at = within(reach, place);
+    const Vec2 at = within_reach(place);
     Vector9 all;
     all << direction, at.x() * direction, at.y() * direction;
     return all;
   }
-  /// How that changes along the two axes.
-  Eigen::Matrix<double, 9, 2> weight_slopes(const Vec3& place, const Vec3& direction) const {
-    Eigen::Matrix<double, 9, 2> slopes = Eigen::Matrix<double, 9, 2>::Zero();
-    if (!is_within(reach, place)) return slopes;
-    slopes.block<3, 1>(3, 0) = direction;
-    slopes.block<3, 1>(6, 1) = direction;
-    return slopes;
-  }
-  /// How `give` changes along them.
+  /// How `give` changes along the two axes.
   Vec2 give_slopes(const Vec3& place) const {
     const double g = give(place), logarithm = -2.0 * std::log(g);
-    if (logarithm <= least || logarithm >= most || !is_within(reach, place)) return Vec2::Zero();
+    if (logarithm <= least || logarithm >= most || !is_within(place)) return Vec2::Zero();
     return -0.5 * g * stiffer.tail<2>();
   }
 
   static constexpr auto fields() {
     return std::tuple(field("centre", &FootHold::centre), field("along_x", &FootHold::along_x),
                       field("along_y", &FootHold::along_y), field("reach", &FootHold::reach),
-                      field("root", &FootHold::root), field("signs", &FootHold::signs),
+                      field("root", &FootHold::root), field("given", &FootHold::given),
                       field("stiffer", &FootHold::stiffer), field("least", &FootHold::least),
                       field("most", &FootHold::most), field("divided", &FootHold::divided));
   }
+
+  /// Nearer than `reach`.
+  bool is_within(const Vec3& place) const { return coordinates(place).norm() < reach; }
 
  private:
   static constexpr double kMostStiffer = 20.0;  // as a logarithm
@@ -90,10 +112,9 @@ struct FootHold {
   Vec2 coordinates(const Vec3& place) const {
     return {(place - centre).dot(along_x), (place - centre).dot(along_y)};
   }
-  bool is_within(double most, const Vec3& place) const { return coordinates(place).norm() < most; }
-  Vec2 within(double most, const Vec3& place) const {
+  Vec2 within_reach(const Vec3& place) const {
     const Vec2 at = coordinates(place);
-    return at.norm() > most ? Vec2(at * (most / at.norm())) : at;
+    return at.norm() > reach ? Vec2(at * (reach / at.norm())) : at;
   }
 };
 static_assert(fields_cover<FootHold>());
@@ -122,7 +143,7 @@ struct HoldBlend {
   /// Of its numbers.
   Vector18 signs() const {
     Vector18 both;
-    both << from.signs, to.signs;
+    both << from.signs(), to.signs();
     return both;
   }
 

@@ -128,8 +128,7 @@ struct Hive::Data {
   std::vector<PatternPlace> places;  ///< of the cells
   HoldBlend hold;                    ///< of others, about them
   MatrixX held, give;                ///< of the cells in it, 18 x cells and 2 x cells
-  MatrixX gives, gave;               ///< times their forces, now and before, 2 x cells
-  MatrixX alone;                     ///< compliance of the cells without it: lower triangle
+  bool holds_all = false;            ///< what it takes off was bearable
   MatrixX images;                    ///< correction times the cells' weights, (3 n) x cells
   VectorX node_forces;               ///< of the last press, (3 m) [N]
 
@@ -151,8 +150,7 @@ struct Hive::Data {
     places.reserve(most);
     images.resize(3 * moved, most_cells);
     held.resize(18, most_cells);
-    for (MatrixX* each : {&give, &gives, &gave}) each->resize(2, most_cells);
-    alone.resize(most_cells, most_cells);
+    give.resize(2, most_cells);
     node_forces = VectorX::Zero(3 * pattern.ring_nodes());
     usable = usable_share(pattern) * wanted.radius;
     figures.nodes = pattern.nodes();
@@ -162,8 +160,8 @@ struct Hive::Data {
 
   void look_down() noexcept;
   bool condense_to_surface() noexcept;
-  void fill_alone() noexcept;
   void fill_compliance(bool all) noexcept;
+  double alone(Eigen::Index k, Eigen::Index l) const noexcept;
   PatternPlace locate(const Vec3& point) const noexcept;
 };
 
@@ -224,12 +222,18 @@ void Hive::Data::look_down() noexcept {
                                   near_modulus_at(*body.touchable, at, normal, spread, sigma));
 }
 
-/// The seated cells' compliance along their directions, without any hold: lower triangle.
-void Hive::Data::fill_alone() noexcept {
+/// The seated cells' compliance along their directions, with what the hold leaves of it, `all`:
+/// less what it takes off; lower triangle.
+void Hive::Data::fill_compliance(bool all) noexcept {
   const int n = static_cast<int>(cells.size());
+  Eigen::Ref<MatrixX> matrix = pressed.begin(n);
+  const bool holds = !hold.none();
+  holds_all = all && holds;
   for (int k = 0; k < n; ++k) {
     const ContactCell& one = cells[static_cast<std::size_t>(k)];
     const PatternPlace& place = places[static_cast<std::size_t>(k)];
+    HoldBlend::Vector18 taken = HoldBlend::Vector18::Zero();
+    if (holds_all) taken = held.col(k).cwiseProduct(hold.signs());
     for (int l = 0; l <= k; ++l) {
       const ContactCell& other = cells[static_cast<std::size_t>(l)];
       double amount = 0.0;
@@ -247,23 +251,19 @@ void Hive::Data::fill_alone() noexcept {
                   one.direction.dot(half_space.displacement(
                       kernels, offset, (one.normal + other.normal).normalized(), other.direction));
       }
-      alone(k, l) = amount;
+      if (holds) amount *= give.col(k).dot(give.col(l));
+      if (holds_all) amount -= taken.dot(held.col(l));
+      matrix(k, l) = amount;
     }
   }
 }
 
-/// Of that what the hold leaves; `all`: less what it takes off.
-void Hive::Data::fill_compliance(bool all) noexcept {
-  const int n = static_cast<int>(cells.size());
-  Eigen::Ref<MatrixX> matrix = pressed.begin(n);
-  const HoldBlend::Vector18 signs = hold.signs();
-  for (int k = 0; k < n; ++k)
-    for (int l = 0; l <= k; ++l) {
-      matrix(k, l) = alone(k, l);
-      if (hold.none()) continue;
-      matrix(k, l) *= give.col(k).dot(give.col(l));
-      if (all) matrix(k, l) -= held.col(k).cwiseProduct(signs).dot(held.col(l));
-    }
+/// What that would be without any hold, between cells k and l <= k.
+double Hive::Data::alone(Eigen::Index k, Eigen::Index l) const noexcept {
+  double amount = pressed.matrix()(k, l);
+  if (hold.none()) return amount;
+  if (holds_all) amount += held.col(k).cwiseProduct(hold.signs()).dot(held.col(l));
+  return amount / give.col(k).dot(give.col(l));
 }
 
 PatternPlace Hive::Data::locate(const Vec3& point) const noexcept {
@@ -409,7 +409,6 @@ HiveVerdict Hive::seat(std::span<const ContactCell> cells, const HoldBlend& hold
     d.held.col(k) = hold.share_at(cell.position, cell.direction);
     d.give.col(k) = hold.give_at(cell.position);
   }
-  d.fill_alone();
   d.fill_compliance(true);
   bool positive = d.pressed.check();
   if (!positive && !hold.none()) {
@@ -571,17 +570,25 @@ double Hive::work_of_hold(const HoldBlend& before) const noexcept {
     const double force = d.cell_forces[static_cast<std::size_t>(k)];
     if (force == 0.0) continue;
     const ContactCell& cell = d.cells[static_cast<std::size_t>(k)];
-    taken += force * d.hold.share_at(cell.position, cell.direction);
+    if (d.hold.none())
+      d.give.col(k) = d.hold.give_at(cell.position);
+    else
+      taken += force * d.held.col(k);
     was += force * before.share_at(cell.position, cell.direction);
-    d.gave.col(k) = force * before.give_at(cell.position);
-    d.gives.col(k) = force * d.hold.give_at(cell.position);
   }
   double given = 0.0;
-  for (Eigen::Index k = 0; k < n; ++k)
-    for (Eigen::Index l = 0; l <= k && d.cell_forces[static_cast<std::size_t>(k)] != 0.0; ++l)
-      if (d.cell_forces[static_cast<std::size_t>(l)] != 0.0)
-        given += (l < k ? 2.0 : 1.0) * d.alone(k, l) *
-                 (d.gave.col(k).dot(d.gave.col(l)) - d.gives.col(k).dot(d.gives.col(l)));
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (d.cell_forces[i] == 0.0) continue;
+    const Vec2 gave = before.give_at(d.cells[i].position);
+    for (Eigen::Index l = 0; l <= k; ++l) {
+      const auto j = static_cast<std::size_t>(l);
+      if (d.cell_forces[j] == 0.0) continue;
+      const double change =
+          gave.dot(before.give_at(d.cells[j].position)) - d.give.col(k).dot(d.give.col(l));
+      given += (l < k ? 2.0 : 1.0) * d.cell_forces[i] * d.cell_forces[j] * d.alone(k, l) * change;
+    }
+  }
   return 0.5 * (given + taken.dot(d.hold.signs().cwiseProduct(taken)) -
                 was.dot(before.signs().cwiseProduct(was)));
 }
@@ -599,14 +606,14 @@ Vec3 Hive::drawn_aside() const noexcept {
        {std::tuple(&d.hold.from, 1.0 - to, 0), std::tuple(&d.hold.to, to, 1)}) {
     if (hold->none() || share == 0.0 || (hold->least == 0.0 && hold->most == 0.0)) continue;
     FootHold::Vector9 pushed = FootHold::Vector9::Zero();
-    Eigen::Matrix<double, 9, 2> slopes = Eigen::Matrix<double, 9, 2>::Zero();
+    Vec3 near = Vec3::Zero();  // of the cells within reach: beyond it nothing changes
     Vec2 growth = Vec2::Zero();
     for (Eigen::Index k = 0; k < n; ++k) {
       const double amount = d.cell_forces[static_cast<std::size_t>(k)];
       if (amount == 0.0) continue;
       const ContactCell& cell = d.cells[static_cast<std::size_t>(k)];
       pushed += amount * hold->weights(cell.position, cell.direction);
-      slopes += amount * hold->weight_slopes(cell.position, cell.direction);
+      if (hold->is_within(cell.position)) near += amount * cell.direction;
       const Vec2 give_slopes = hold->give_slopes(cell.position);
       if (give_slopes.isZero(0.0)) continue;
       double moved = 0.0;
@@ -615,7 +622,8 @@ Vec3 Hive::drawn_aside() const noexcept {
                  d.alone(std::max(k, l), std::min(k, l));
       growth += std::sqrt(share) * amount * moved * give_slopes;
     }
-    growth -= share * (slopes.transpose() * (hold->divided * pushed));
+    const auto moved_by = hold->divided_times(pushed);
+    growth -= share * Vec2(near.dot(moved_by.head<3>()), near.dot(moved_by.tail<3>()));
     force += growth.x() * hold->along_x + growth.y() * hold->along_y;
   }
   return force;

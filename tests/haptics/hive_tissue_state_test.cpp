@@ -251,7 +251,7 @@ TEST(HiveTissueState, ItsThreeHivesOf120NodesTakeLittleMemory) {
       const std::size_t taken = heap_in_use() - before;
       EXPECT_GT(taken, 100'000u);
       const bool linear = model == HyperelasticModel::kLinear;
-      EXPECT_LT(taken, linear ? 700'000u : 950'000u) << name_of(periphery) << ' ' << name_of(model);
+      EXPECT_LT(taken, linear ? 700'000u : 900'000u) << name_of(periphery) << ' ' << name_of(model);
       EXPECT_LT(saved_bytes((*tissue)->state()), 60'000u);
     }
 }

@@ -40,7 +40,7 @@ void take_root(const Matrix9& whole, FootHold& hold) {
   const Eigen::SelfAdjointEigenSolver<Matrix9> modes(whole);
   const FootHold::Vector9 amounts = modes.eigenvalues().cwiseAbs().cwiseSqrt();
   hold.root = modes.eigenvectors() * amounts.asDiagonal();
-  hold.signs = (modes.eigenvalues().array() < 0.0).select(-FootHold::Vector9::Ones(), 1.0);
+  hold.given = static_cast<int>((modes.eigenvalues().array() < 0.0).count());  // they ascend
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ FootHold FirstOrder::hold(const OthersHold& others, const Quaternion& turn) cons
   hold.along_y = along_y_;
   hold.reach = kHoldReach * width_;
   if (others.stiffer.size() == 3) hold.stiffer = others.stiffer;
-  if (others.divided.size() > 0) hold.divided = turned_back(others.divided);
+  if (others.divided.size() > 0) hold.divided = FootHold::slopes_of(turned_back(others.divided));
   hold.least = others.least;
   hold.most = others.most;
   return hold;

@@ -66,7 +66,7 @@ TEST(FirstOrder, WhereABodyHasBecomeSofterAHoldGivesWhatItWasMadeFrom) {
   const MatrixX taken = modes * Vec3(1.0, -2.0, 0.5).asDiagonal() * modes.transpose();
   const FootHold hold = about.hold({.taken = taken}, Quaternion::Identity());
   EXPECT_TRUE(hold.is_sound());
-  EXPECT_LT((hold.root * hold.signs.asDiagonal() * hold.root.transpose() - taken).norm(),
+  EXPECT_LT((hold.root * hold.signs().asDiagonal() * hold.root.transpose() - taken).norm(),
             1e-12 * taken.norm());
 }
 

@@ -494,7 +494,7 @@ TEST(QualityTest, QualitiesDifferInCostAndAgreeInMeanColour) {
     if (!renderer) GTEST_SKIP() << renderer.error().text();
     Picture picture;
     double best = 1e9;
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 12; ++i) {  // beside other work few are undisturbed
       ASSERT_TRUE((*renderer)->draw(view, picture));
       double sum = 0.0;
       for (const PassTime& pass : (*renderer)->pass_times()) sum += pass.seconds;
@@ -505,8 +505,7 @@ TEST(QualityTest, QualitiesDifferInCostAndAgreeInMeanColour) {
     colours.push_back(mean(picture, 140, 0, 500, 360));
     costs.push_back(best);
   }
-  // Beside other work the first two can't be told apart for sure.
-  EXPECT_LT(costs[0], costs[2]);
+  EXPECT_LT(costs[0], costs[1]);
   EXPECT_LT(costs[1], costs[2]);
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(colours[0][c], colours[1][c], 4.0);

@@ -313,7 +313,7 @@ TEST(Hive, ABodyThatStrainHasSoftenedGivesMoreByThat) {
   blend.to.centre = on_dome(0.0);
   blend.to.reach = kRadius;
   blend.to.root(2, 0) = 2.0 * std::sqrt(alone.mean());
-  blend.to.signs[0] = -1.0;
+  blend.to.given = 1;
   ASSERT_TRUE(blend.is_sound());
   ASSERT_EQ(hive.seat(cells, blend), HiveVerdict::kSound);
   const auto n = static_cast<Eigen::Index>(cells.size()) - 1;
@@ -408,7 +408,7 @@ TEST(Hive, AHoldThatVariesDrawsTheToolAsideByWhatTheEnergyFalls) {
   HoldBlend blend = varied_hold();
   blend.to.root(2, 0) = 0.2 * std::sqrt(give);
   blend.to.root(5, 0) = 0.1 * std::sqrt(give) / kTool;
-  blend.to.divided = blend.to.root * blend.to.root.transpose();
+  blend.to.divided = FootHold::slopes_of(blend.to.root * blend.to.root.transpose());
   const auto energy = [&](const HoldBlend& hold) {
     EXPECT_EQ(hive.seat(cells, hold), HiveVerdict::kSound);
     return hive.press(depths_of(cells)).energy;
