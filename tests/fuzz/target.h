@@ -1,6 +1,7 @@
 // What is fuzzed: a target a parser, its valid inputs, and what must hold of what it reads.
 #pragma once
 
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -17,6 +18,9 @@ struct Target {
   /// As the program reads it where it doesn't trust a library: by viscera_reader. Null: as read().
   bool (*by_child)(std::string_view input) = nullptr;
 };
+
+/// While a target reads an input: libFuzzer's own needs have no bounds (memory.cpp).
+inline std::atomic<bool> reading{false};
 
 // A file of targets/ each.
 #define VISCERA_FUZZ_TARGETS(each)                                                           \

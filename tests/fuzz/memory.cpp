@@ -1,0 +1,80 @@
+// What a library that parses gets for `new`, in the fuzzers that hold one. More than an input of
+// 20 kB needs throws, as too much does in viscera_reader, whose memory is limited: OpenVDB makes
+// strings as long as a file says, and to fill hundreds of megabytes takes a thousand times as long
+// as to read it. A large block that was given back is kept for the next request of its size: assimp
+// takes 16 MB for each OBJ file, and new pages for them cost five times what reading it does. A
+// kept block is poisoned, so that its use after it was given back is still found.
+#include <sanitizer/allocator_interface.h>
+#include <sanitizer/asan_interface.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+#include "tests/fuzz/target.h"
+
+namespace {
+
+constexpr std::size_t kMost = 20'000'000;      // bytes of a request while a library reads
+constexpr std::size_t kLarge = 4 * (1 << 20);  // bytes from which on a block is kept
+
+std::atomic<void*> kept{nullptr};
+
+bool is_too_much(std::size_t size) {
+  return size > kMost && viscera::fuzz::reading;
+}
+
+void* of_kept(std::size_t size) {
+  void* block = kept.exchange(nullptr);
+  if (block == nullptr) return nullptr;
+  if (__sanitizer_get_allocated_size(block) == size) {
+    __asan_unpoison_memory_region(block, size);
+    return block;
+  }
+  std::free(block);
+  return nullptr;
+}
+
+void* allocate(std::size_t size) {
+  if (is_too_much(size)) throw std::bad_alloc();
+  if (size >= kLarge)
+    if (void* block = of_kept(size)) return block;
+  if (void* block = std::malloc(size)) return block;
+  throw std::bad_alloc();
+}
+
+void release(void* block) noexcept {
+  if (block == nullptr) return;
+  const std::size_t size = __sanitizer_get_allocated_size(block);
+  if (size < kLarge) return std::free(block);
+  __asan_poison_memory_region(block, size);
+  std::free(kept.exchange(block));
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return allocate(size);
+}
+void* operator new[](std::size_t size) {
+  return allocate(size);
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return is_too_much(size) ? nullptr : std::malloc(size);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return is_too_much(size) ? nullptr : std::malloc(size);
+}
+void operator delete(void* block) noexcept {
+  release(block);
+}
+void operator delete[](void* block) noexcept {
+  release(block);
+}
+void operator delete(void* block, std::size_t) noexcept {
+  release(block);
+}
+void operator delete[](void* block, std::size_t) noexcept {
+  release(block);
+}
