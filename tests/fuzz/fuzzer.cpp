@@ -29,8 +29,8 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  viscera::fuzz::reading = true;
+  viscera::fuzz::most_memory = target().most;
   target().read({reinterpret_cast<const char*>(data), size});
-  viscera::fuzz::reading = false;
+  viscera::fuzz::most_memory = SIZE_MAX;
   return 0;
 }

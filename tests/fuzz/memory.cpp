@@ -1,9 +1,9 @@
-// What a library that parses gets for `new`, in the fuzzers that hold one. More than an input of
-// 20 kB needs throws, as too much does in viscera_reader, whose memory is limited: OpenVDB makes
-// strings as long as a file says, and to fill hundreds of megabytes takes a thousand times as long
-// as to read it. A large block that was given back is kept for the next request of its size: assimp
-// takes 16 MB for each OBJ file, and new pages for them cost five times what reading it does. A
-// kept block is poisoned, so that its use after it was given back is still found.
+// What a library that parses gets for `new`, in the fuzzers that hold one. More than an input
+// needs (Target::most) throws, as too much does in viscera_reader, whose memory is limited: OpenVDB
+// makes strings as long as a file says, and to fill those takes most of the time. A large block
+// that was given back is kept for the next request of its size: assimp takes 16 MB for each OBJ
+// file, and new pages for them cost five times what reading it does. A kept block is poisoned, so
+// that its use after it was given back is still found.
 #include <sanitizer/allocator_interface.h>
 #include <sanitizer/asan_interface.h>
 
@@ -16,13 +16,12 @@
 
 namespace {
 
-constexpr std::size_t kMost = 20'000'000;      // bytes of a request while a library reads
 constexpr std::size_t kLarge = 4 * (1 << 20);  // bytes from which on a block is kept
 
 std::atomic<void*> kept{nullptr};
 
 bool is_too_much(std::size_t size) {
-  return size > kMost && viscera::fuzz::reading;
+  return size > viscera::fuzz::most_memory;
 }
 
 void* of_kept(std::size_t size) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -17,10 +19,13 @@ struct Target {
   std::vector<std::string> (*seeds)() = nullptr;  ///< valid inputs
   /// As the program reads it where it doesn't trust a library: by viscera_reader. Null: as read().
   bool (*by_child)(std::string_view input) = nullptr;
+  /// What a library that reads may ask for at once, in its fuzzer [bytes]. A sound input of 20 kB
+  /// asks for less; assimp takes 16 MB for any OBJ file.
+  std::size_t most = 20'000'000;
 };
 
-/// While a target reads an input: libFuzzer's own needs have no bounds (memory.cpp).
-inline std::atomic<bool> reading{false};
+/// Target::most while one reads an input; libFuzzer's own requests have no bounds (memory.cpp).
+inline std::atomic<std::size_t> most_memory{SIZE_MAX};
 
 // A file of targets/ each.
 #define VISCERA_FUZZ_TARGETS(each)                                                           \

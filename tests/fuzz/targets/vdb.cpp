@@ -50,7 +50,8 @@ std::vector<std::string> seeds() {
 }  // namespace
 
 Target vdb() {
-  return {read, seeds, by_child};
+  // A node of the upper level has 32,768 values.
+  return {read, seeds, by_child, 2'000'000};
 }
 
 }  // namespace viscera::fuzz
