@@ -19,13 +19,14 @@ struct Target {
   std::vector<std::string> (*seeds)() = nullptr;  ///< valid inputs
   /// As the program reads it where it doesn't trust a library: by viscera_reader. Null: as read().
   bool (*by_child)(std::string_view input) = nullptr;
-  /// What a library that reads may ask for at once, in its fuzzer [bytes]. A sound input of 20 kB
-  /// asks for less; assimp takes 16 MB for any OBJ file.
-  std::size_t most = 20'000'000;
+  /// What a library may ask for while it reads one input, in its fuzzer [bytes]. Sound inputs of
+  /// 20 kB take less; assimp 17 MB for any OBJ file.
+  std::size_t memory = 60'000'000;
 };
 
-/// Target::most while one reads an input; libFuzzer's own requests have no bounds (memory.cpp).
-inline std::atomic<std::size_t> most_memory{SIZE_MAX};
+/// What is left of Target::memory while it reads; libFuzzer's own requests have no bounds
+/// (memory.cpp).
+inline std::atomic<std::size_t> memory_left{SIZE_MAX};
 
 // A file of targets/ each.
 #define VISCERA_FUZZ_TARGETS(each)                                                           \
