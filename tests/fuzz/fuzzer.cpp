@@ -29,8 +29,6 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  viscera::fuzz::memory_left = target().memory;
   target().read({reinterpret_cast<const char*>(data), size});
-  viscera::fuzz::memory_left = SIZE_MAX;
   return 0;
 }

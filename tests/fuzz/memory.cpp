@@ -1,9 +1,11 @@
-// What a library that parses gets for `new`, in the fuzzers that hold one. More than an input needs
-// (Target::memory) throws, as too much does in viscera_reader, whose memory is limited: OpenVDB
-// makes as many nodes and as long strings as a file says, and to fill those takes most of the time.
-// A large block that was given back is kept for the next request of its size: assimp takes 16 MB
-// for each OBJ file, and new pages for them cost five times what reading it does. A kept block is
-// poisoned, so that its use after it was given back is still found.
+// What two libraries that parse get for `new`, in their fuzzers. OpenVDB makes as many nodes and as
+// long strings as a file says, and to fill those takes most of the time: beyond a MemoryBudget a
+// request throws, as too much does in viscera_reader, whose memory is limited. assimp takes 16 MB
+// for each OBJ file, and new pages for them cost five times what reading it does: a large block
+// that was given back is kept for the next request of its size, poisoned, so that its use after it
+// was given back is still found.
+#include "tests/fuzz/memory.h"
+
 #include <sanitizer/allocator_interface.h>
 #include <sanitizer/asan_interface.h>
 
@@ -12,20 +14,18 @@
 #include <cstdlib>
 #include <new>
 
-#include "tests/fuzz/target.h"
-
 namespace {
 
-constexpr std::size_t kLarge = 1 << 22;         // bytes from which on a block is kept
-constexpr std::size_t kForErrors = 60'000'000;  // bytes: the way out of what has failed
+constexpr std::size_t kLarge = 1 << 22;  // bytes from which on a block is kept
 
 std::atomic<void*> kept{nullptr};
 
+// A request that fails ends the budget: its error needs memory, too.
 bool is_too_much(std::size_t size) {
   std::atomic<std::size_t>& left = viscera::fuzz::memory_left;
   if (left == SIZE_MAX) return false;
   const bool too_much = size > left;
-  left = too_much ? kForErrors : left - size;
+  left = too_much ? SIZE_MAX : left - size;
   return too_much;
 }
 

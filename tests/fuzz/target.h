@@ -1,9 +1,6 @@
 // What is fuzzed: a target a parser, its valid inputs, and what must hold of what it reads.
 #pragma once
 
-#include <atomic>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -19,14 +16,7 @@ struct Target {
   std::vector<std::string> (*seeds)() = nullptr;  ///< valid inputs
   /// As the program reads it where it doesn't trust a library: by viscera_reader. Null: as read().
   bool (*by_child)(std::string_view input) = nullptr;
-  /// What a library may ask for while it reads one input, in its fuzzer [bytes]. Sound inputs of
-  /// 20 kB take less; assimp 17 MB for any OBJ file.
-  std::size_t memory = 60'000'000;
 };
-
-/// What is left of Target::memory while it reads; libFuzzer's own requests have no bounds
-/// (memory.cpp).
-inline std::atomic<std::size_t> memory_left{SIZE_MAX};
 
 // A file of targets/ each.
 #define VISCERA_FUZZ_TARGETS(each)                                                           \

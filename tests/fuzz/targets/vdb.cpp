@@ -3,6 +3,7 @@
 #include "engine/io/foreign_files.h"
 #include "engine/io/vdb_volume.h"
 #include "kernels/base/hash.h"
+#include "tests/fuzz/memory.h"
 #include "tests/fuzz/scratch.h"
 #include "tests/fuzz/target.h"
 
@@ -11,6 +12,9 @@ namespace {
 
 // "viscera whole ", 16 digits, a blank, 32 digits, a line's end.
 constexpr std::size_t kMark = 14 + 16 + 1 + 32 + 1;
+
+// The seed takes .64 MB [bytes].
+constexpr std::size_t kMemory = 1'200'000;
 
 std::string marked(std::string_view volume) {
   char length[17];
@@ -27,7 +31,9 @@ bool is_info(const Result<SmokeFileInfo>& info) {
 }
 
 bool read(std::string_view input) {
-  return is_info(read_smoke_info_here(scratch("smoke.vdb", marked(input))));
+  const auto file = scratch("smoke.vdb", marked(input));
+  const MemoryBudget budget(kMemory);
+  return is_info(read_smoke_info_here(file));
 }
 
 bool by_child(std::string_view input) {
@@ -50,8 +56,7 @@ std::vector<std::string> seeds() {
 }  // namespace
 
 Target vdb() {
-  // A node of the upper level has 32,768 values; the seed takes .6 MB.
-  return {read, seeds, by_child, 1'200'000};
+  return {read, seeds, by_child};
 }
 
 }  // namespace viscera::fuzz
