@@ -1,7 +1,7 @@
 #include "engine/io/vdb_volume.h"
 
 #include <openvdb/io/Archive.h>
-#include <openvdb/io/File.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstdio>
 #include <mutex>
+#include <span>
+#include <spanstream>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -254,27 +256,31 @@ Result<std::string> encode_volume(const SmokeGrid& grid, double time,
 
 Result<SmokeFileInfo> read_smoke_info_here(const std::filesystem::path& file) {
   const std::string where = file.string() + ": ";
-  const auto bytes = read_input(file, "a .vdb file", kMostBytes);
+  auto bytes = read_input(file, "a .vdb file", kMostBytes);
   if (!bytes) return std::unexpected(bytes.error());
   try {
     if (const std::string found = damage(*bytes); !found.empty()) return failure(where + found);
     ensure_openvdb();
-    openvdb::io::File archive(file.string());
-    archive.setCopyMaxBytes(0);
-    archive.open(/*delayLoad=*/false);
-    if (!archive.hasGrid("density")) {
-      return failure(where + "no grid named density, expected a smoke volume");
-    }
-    const auto density = openvdb::gridPtrCast<openvdb::FloatGrid>(archive.readGrid("density"));
-    if (!density) {
-      return failure(where + "the grid density doesn't hold floats, expected a smoke volume");
-    }
+    // OpenVDB doesn't look whether there was anything to read, and makes as many tiles as a file
+    // says though it has ended: a stream that throws at its end stops it there.
+    std::ispanstream stream(std::span<char>(*bytes), std::ios::in | std::ios::binary);
+    stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+    openvdb::io::Stream archive(stream, /*delayLoad=*/false);
 
     SmokeFileInfo info;
-    for (auto name = archive.beginName(); name != archive.endName(); ++name) {
-      const openvdb::GridBase::Ptr grid = archive.readGridMetadata(*name);
+    openvdb::GridBase::Ptr named_density;
+    for (const openvdb::GridBase::Ptr& grid : *archive.getGrids()) {
+      if (grid->getName() == "density") named_density = grid;
       const auto unit = grid->getMetadata<openvdb::StringMetadata>("unit");
-      info.grids.push_back({*name, grid->valueType(), unit ? unit->value() : ""});
+      info.grids.push_back({grid->getName(), grid->valueType(), unit ? unit->value() : ""});
+    }
+    std::ranges::sort(info.grids, {}, &SmokeFileInfo::Grid::name);
+    if (!named_density) {
+      return failure(where + "no grid named density, expected a smoke volume");
+    }
+    const auto density = openvdb::gridPtrCast<openvdb::FloatGrid>(named_density);
+    if (!density) {
+      return failure(where + "the grid density doesn't hold floats, expected a smoke volume");
     }
     const openvdb::MetaMap::Ptr metadata = archive.getMetadata();
     if (const auto volume = metadata->getMetadata<openvdb::StringMetadata>("volume")) {

@@ -10,6 +10,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/deformation.h"
+#include "kernels/finite/touched_step.h"
 #include "kernels/paff/compliance_columns.h"
 
 namespace viscera {
@@ -352,26 +353,29 @@ double FiniteContact::begin(const VectorX& displaced) {
   return most;
 }
 
-bool FiniteContact::solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) {
+void FiniteContact::pose(const TouchQuestion& question) {
   asked_.assign(cells_.begin(), cells_.end());
   for (std::size_t k = 0; k < asked_.size(); ++k) {
     ContactCell& cell = asked_[k];
-    cell.free += free.segment<3>(at(k));
+    cell.free += question.free.segment<3>(at(k));
     if (near_before_.size() > 0) cell.free += near_before_.segment<3>(at(k));
-    if (share == 1.0 || yields(k)) continue;
+    if (question.share == 1.0 || yields(k)) continue;
     const Vec3& begun = begun_[k];
-    cell.displacement = begun + share * (cell.displacement - begun);
+    cell.displacement = begun + question.share * (cell.displacement - begun);
     const double pushed = begun.dot(cell.direction);
-    if (cell.depth > pushed) cell.depth = pushed + share * (cell.depth - pushed);
+    if (cell.depth > pushed) cell.depth = pushed + question.share * (cell.depth - pushed);
   }
   response_ = turned_step_ + turned_near_;
-  if (more.size() > 0) response_ += more;
+  if (question.more.size() > 0) response_ += question.more;
   stands_ = false;
   response_changed();
+}
+
+std::optional<VectorX> FiniteContact::solve(const TouchQuestion& question) {
+  pose(question);
   PatchContact::solve(asked_, *solution_, *answer_, backing_);
-  if (!solution_->converged) return false;
-  forces = Eigen::Map<const VectorX>(solution_->forces.front().data(), at(cells_.size()));
-  return true;
+  if (!solution_->converged) return std::nullopt;
+  return Eigen::Map<const VectorX>(solution_->forces.front().data(), at(cells_.size()));
 }
 
 // --- what relaxes --------------------------------------------------------------------------------
@@ -460,30 +464,29 @@ bool FiniteContact::moving() const {
          greatest(state_.motion.displacements) > 0.0 || greatest(state_.motion.velocities) > 0.0;
 }
 
-void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
-                          ContactResponse& response, const MatrixX& backing) {
-  const bool sound =
-      std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); });
-  if (cells.empty() || !sound) PatchContact::solve(cells, solution, response);
-  if (!sound) return;
+void FiniteContact::begin_solve(std::span<const ContactCell> cells, std::size_t own,
+                                ContactSolution& solution, ContactResponse& response) {
   relax();
   state_.motion = start_;
   if (!cells.empty()) see_places(cells, true);
   if (cells.empty() || state_.places != so_far_places_) so_far_.reset();
   cells_ = cells;
-  backing_ = backing;
+  own_ = own;
+  asked_.clear();
   solution_ = &solution;
   answer_ = &response;
   remember_cells();
-  told_ = body_.solver.step(*this, state_.motion, acceleration_, &so_far_);
+}
+
+void FiniteContact::end_solve(std::size_t cells) {
   cells_ = {};
   so_far_places_ = state_.places;
   if (!told_.answered || told_.lost) {
-    solution.converged = false;
-    solution.forces.assign(cells.size(), Vec3::Zero());
+    solution_->converged = false;
+    solution_->forces.assign(cells, Vec3::Zero());
     state_.forces.clear();
   }
-  if (cells.empty() && acceleration_.isZero(0.0) && changed_.packs.empty() &&
+  if (cells == 0 && acceleration_.isZero(0.0) && changed_.packs.empty() &&
       greatest(state_.motion.displacements) < kAsleep &&
       greatest(state_.motion.velocities) < kStill) {
     const std::int32_t lost = state_.motion.lost;
@@ -491,6 +494,70 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
     state_.motion.lost = lost;
     state_.memory = {};
   }
+}
+
+void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
+                          ContactResponse& response, const MatrixX& backing) {
+  const bool sound =
+      std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); });
+  if (cells.empty() || !sound) PatchContact::solve(cells, solution, response);
+  if (!sound) return;
+  backing_ = backing;
+  begin_solve(cells, cells.size() - static_cast<std::size_t>(backing.rows()) / 3, solution,
+              response);
+  told_ = body_.solver.step(*this, state_.motion, acceleration_, &so_far_);
+  end_solve(cells.size());
+}
+
+/// A step whose questions others answer. One that has ended stays in touch as its last question
+/// says, so that those who go on still feel it give way.
+class FiniteContact::Share final : public SharedSolve {
+ public:
+  explicit Share(FiniteContact& body)
+      : body_(body),
+        cells_(body.cells_.size()),
+        step_(body.body_.solver, body, body.state_.motion, body.acceleration_, &body.so_far_) {
+    pose();
+  }
+  const SharedQuestion& question() const override { return question_; }
+  void answer(const VectorX* forces) override {
+    step_.answer(forces ? std::optional(*forces) : std::nullopt);
+    pose();
+  }
+  void end(const VectorX* forces, const MatrixX& backing) override {
+    const std::vector<ContactCell> asked = body_.asked_;
+    while (step_.question()) step_.answer(forces ? std::optional(*forces) : std::nullopt);
+    body_.told_ = step_.end(forces);
+    const bool good = forces && body_.told_.answered;
+    body_.take(asked, good ? forces : nullptr, backing, *body_.solution_, *body_.answer_);
+    body_.end_solve(cells_);
+  }
+
+ private:
+  void pose() {
+    const TouchQuestion* asked = step_.question();
+    question_.last = !asked || asked->last;
+    if (!asked) return;
+    body_.pose(*asked);
+    question_.response = &body_.response_;
+    question_.cells = body_.asked_;
+    question_.free.resize(at(cells_));
+    for (std::size_t k = 0; k < cells_; ++k)
+      question_.free.segment<3>(at(k)) = question_.cells[k].free;
+  }
+
+  FiniteContact& body_;
+  std::size_t cells_;
+  TouchedStep step_;
+  SharedQuestion question_;
+};
+
+std::unique_ptr<SharedSolve> FiniteContact::share(std::span<const ContactCell> cells,
+                                                  std::size_t own, ContactSolution& solution,
+                                                  ContactResponse& response) {
+  if (!begin_answer(cells, solution, response)) return nullptr;
+  begin_solve(cells, own, solution, response);
+  return std::make_unique<Share>(*this);
 }
 
 std::optional<OthersHold> FiniteContact::hold_of_others(std::span<const ContactCell> cells,

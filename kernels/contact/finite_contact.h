@@ -53,6 +53,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   void solve(std::span<const ContactCell> cells, ContactSolution& solution,
              ContactResponse& response, const MatrixX& backing = {}) override;
+  std::unique_ptr<SharedSolve> share(std::span<const ContactCell> cells, std::size_t own,
+                                     ContactSolution& solution, ContactResponse& response) override;
   std::optional<OthersHold> hold_of_others(std::span<const ContactCell> cells, std::size_t begin,
                                            std::size_t end, const MatrixX& shares) override;
 
@@ -69,6 +71,13 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
     Mat3 rotation = Mat3::Identity();
   };
 
+  class Share;
+  /// Before a step on these cells, and after.
+  void begin_solve(std::span<const ContactCell> cells, std::size_t own, ContactSolution& solution,
+                   ContactResponse& response);
+  void end_solve(std::size_t cells);
+  /// The cells as this question asks for them, and `response_` as it has that.
+  void pose(const TouchQuestion& question);
   void note_changes();
   void make_response() override;
   void drop_response() override;
@@ -94,10 +103,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
            state_.remembered.size() == terms().size() * state_.places.size();
   }
   const std::vector<SteppedTerm>& terms() const { return body_.solver.terms(); }
-  /// Whether a cell is the end of a spring.
-  bool yields(std::size_t cell) const {
-    return 3 * (cells_.size() - cell) <= static_cast<std::size_t>(backing_.rows());
-  }
+  /// Whether what meets a cell yields: the end of a spring, another body.
+  bool yields(std::size_t cell) const { return cell >= own_; }
   const Mat3& rotation_of_cell(std::size_t cell) const;
   ColumnTriples nodal_columns() const;
 
@@ -115,7 +122,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void add_loads(const VectorX& forces, VectorX& loads) const override;
   std::optional<VectorX> standing() const override;
   double begin(const VectorX& displaced) override;
-  bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) override;
+  std::optional<VectorX> solve(const TouchQuestion& question) override;
 
   FiniteResponse body_;
   Vec3 acceleration_ = Vec3::Zero();
@@ -160,7 +167,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   // Of the solve that is under way.
   std::span<const ContactCell> cells_;
-  MatrixX backing_;          // of the last of them
+  std::size_t own_ = 0;      // of them that meet what doesn't yield
+  MatrixX backing_;          // of the others
   std::vector<Vec3> begun_;  // where they were
   std::vector<ContactCell> asked_;
   ContactSolution* solution_ = nullptr;

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "kernels/base/archive.h"
+#include "kernels/contact/rise_to_positive.h"
 
 namespace viscera {
 namespace {
@@ -142,8 +143,17 @@ void TissueContact::assemble(const MatrixX& backing) {
       if (symmetric_) matrix_(j, i) = matrix_(i, j);
     }
   }
-  // A held cell's unknowns are its forces along the axes.
-  if (backing.rows() > 0) matrix_.bottomRightCorner(backing.rows(), backing.rows()) += backing;
+  const auto behind = static_cast<int>(state_.ways.size()) - static_cast<int>(backing.rows() / 3);
+  for (Eigen::Index i = 0; backing.rows() > 0 && i < count; ++i) {
+    const Unknown& row = unknowns_[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; row.cell >= behind && j < count; ++j) {
+      const Unknown& column = unknowns_[static_cast<std::size_t>(j)];
+      if (column.cell < behind) continue;
+      matrix_(i, j) += row.direction.dot(
+          backing.block<3, 3>(3 * (row.cell - behind), 3 * (column.cell - behind)) *
+          column.direction);
+    }
+  }
   matrix_.diagonal() *= 1.0 + kRidge;
 }
 
@@ -234,33 +244,16 @@ void TissueContact::measure(std::span<const ContactCell> cells, ContactSolution&
   }
 }
 
-// Why the matrix may be indefinite. With D_k the transform of cell k's pressure and g_k that of the
-// bell it's spread by, H the half-space's response and B the body's, A_kl is the integral of
-// H D_k D_l + (B - H) g_k g_l. Cells of one size on a plane have D and g in common, and D^2 H +
-// (B - H) g^2 is positive wherever D >= g. Where cells of several sizes meet at one spot and the
-// body is stiffer than a half-space (B < H: thin, or held nearby), two of them have the determinant
-// H (B - H) (D_k g_l - D_l g_k)^2 < 0; and around an edge the flat half-space is a guess anyway.
-// Such a contact could give energy away. The nearest matrix that can't is the one with its
-// eigenvalues lifted to the ridge [Higham1988], taken of the matrix scaled to a unit diagonal. It
-// is a continuous function of the cells and of nothing else, so the contact stays conservative.
 void TissueContact::lift() {
   state_.lifted.resize(0, 0);
   lifted_share_ = 0.0;
   if (!symmetric_) return;
   solvers_->whole_factor.compute(matrix_);
   if (solvers_->whole_factor.info() == Eigen::Success) return;
-  if (!matrix_.allFinite() || (matrix_.diagonal().array() <= 0.0).any()) return;
-  const VectorX scale = matrix_.diagonal().cwiseSqrt();
-  const VectorX inverse = scale.cwiseInverse();
-  const MatrixX scaled = inverse.asDiagonal() * matrix_ * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixX> modes(scaled);
-  if (modes.info() != Eigen::Success) return;
-  // Well above what rounding may take from an eigenvalue again.
-  const VectorX missing = (kRidge - modes.eigenvalues().array()).max(0.0);
-  lifted_share_ = missing.maxCoeff() / modes.eigenvalues().maxCoeff();
-  const MatrixX rise =
-      modes.eigenvectors() * missing.asDiagonal() * modes.eigenvectors().transpose();
-  state_.lifted = scale.asDiagonal() * (0.5 * (rise + rise.transpose())) * scale.asDiagonal();
+  Rise rise = rise_to_positive(matrix_, kRidge);
+  if (rise.matrix.size() == 0) return;
+  lifted_share_ = rise.share;
+  state_.lifted = std::move(rise.matrix);
   matrix_ += state_.lifted;
 }
 
@@ -348,8 +341,8 @@ void TissueContact::apply_forces(std::span<const ContactCell> cells, ContactSolu
   measure(cells, solution);
 }
 
-void TissueContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
-                          ContactResponse& response, const MatrixX& backing) {
+bool TissueContact::begin_answer(std::span<const ContactCell> cells, ContactSolution& solution,
+                                 ContactResponse& response) {
   solution.touching = solution.pivots = 0;
   solution.violation = solution.residual = solution.lifted = 0.0;
   solution.beyond_touchable = 0;
@@ -363,14 +356,17 @@ void TissueContact::solve(std::span<const ContactCell> cells, ContactSolution& s
   state_.response = response;
   state_.forces.clear();
   state_.displacements.assign(cells.size(), Vec3::Zero());
-  if (cells.empty()) return;
-  if (!std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); })) {
-    solution.converged = false;
-    solution.smallest_eigenvalue = 0.0;
-    solution.near_fields.assign(cells.size(), any_near_field());
-    return;
-  }
+  if (std::ranges::all_of(cells, [](const ContactCell& cell) { return is_sound(cell); }))
+    return true;
+  solution.converged = false;
+  solution.smallest_eigenvalue = 0.0;
+  solution.near_fields.assign(cells.size(), any_near_field());
+  return false;
+}
 
+void TissueContact::solve(std::span<const ContactCell> cells, ContactSolution& solution,
+                          ContactResponse& response, const MatrixX& backing) {
+  if (!begin_answer(cells, solution, response) || cells.empty()) return;
   if (!solvers_) solvers_.emplace();
   see_places(cells, backing.rows() > 0);
   same_matrix_ = remember_ways(cells, backing) && same_matrix_ && matrix_at_hand_;
@@ -390,6 +386,65 @@ void TissueContact::solve(std::span<const ContactCell> cells, ContactSolution& s
     solution.forces[static_cast<std::size_t>(unknowns_[i].cell)] +=
         state_.amounts[static_cast<Eigen::Index>(i)] * unknowns_[i].direction;
   }
+  apply_forces(cells, solution, response);
+}
+
+class TissueContact::PreparedShare final : public SharedSolve {
+ public:
+  PreparedShare(TissueContact& tissue, std::span<const ContactCell> cells,
+                ContactSolution& solution, ContactResponse& response)
+      : tissue_(tissue), cells_(cells), solution_(solution), response_(response) {
+    question_.cells.assign(cells.begin(), cells.end());
+    question_.response = &tissue.response_;
+    question_.last = true;
+    question_.free.resize(static_cast<Eigen::Index>(3 * cells.size()));
+    for (std::size_t k = 0; k < cells.size(); ++k)
+      question_.free.segment<3>(static_cast<Eigen::Index>(3 * k)) = cells[k].free;
+  }
+  const SharedQuestion& question() const override { return question_; }
+  void answer(const VectorX*) override {}
+  void end(const VectorX* forces, const MatrixX& backing) override {
+    tissue_.take(cells_, forces, backing, solution_, response_);
+  }
+
+ private:
+  TissueContact& tissue_;
+  std::span<const ContactCell> cells_;
+  ContactSolution& solution_;
+  ContactResponse& response_;
+  SharedQuestion question_;
+};
+
+std::unique_ptr<SharedSolve> TissueContact::share(std::span<const ContactCell> cells,
+                                                  std::size_t /*own*/, ContactSolution& solution,
+                                                  ContactResponse& response) {
+  if (!begin_answer(cells, solution, response)) return nullptr;
+  if (!cells.empty()) see_places(cells, true);
+  return std::make_unique<PreparedShare>(*this, cells, solution, response);
+}
+
+void TissueContact::take(std::span<const ContactCell> cells, const VectorX* forces,
+                         const MatrixX& backing, ContactSolution& solution,
+                         ContactResponse& response) {
+  // What these conditions were solved with stays where it was: others' matrix.
+  state_.active.clear();
+  state_.lifted.resize(0, 0);
+  lifted_share_ = 0.0;
+  matrix_at_hand_ = false;
+  remember_ways(cells, backing);
+  list_unknowns();
+  solution.converged = forces != nullptr;
+  if (cells.empty()) return;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    solution.forces[k] =
+        forces ? Vec3(forces->segment<3>(static_cast<Eigen::Index>(3 * k))) : Vec3::Zero();
+  assemble(backing);
+  state_.amounts.resize(static_cast<Eigen::Index>(unknowns_.size()));
+  for (std::size_t i = 0; i < unknowns_.size(); ++i)
+    state_.amounts[static_cast<Eigen::Index>(i)] =
+        unknowns_[i].direction.dot(solution.forces[static_cast<std::size_t>(unknowns_[i].cell)]);
+  solution.near_fields = near_fields_;
+  solution.beyond_touchable = beyond_touchable_;
   apply_forces(cells, solution, response);
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kernels/contact/frictional.h"
+#include "kernels/contact/shared_solve.h"
 #include "kernels/contact/tissue_contact_state.h"
 #include "kernels/contact/unilateral.h"
 
@@ -76,10 +77,16 @@ class TissueContact {
   /// Every tool's cells on this body together. u at cell k is free_k + sum_l response_kl f_l ;
   /// pressed cells: f.direction >= 0, u.direction >= depth, complementary, the tangential force
   /// within the cone of friction and against the slip; held cells: u = displacement. What holds the
-  /// last cells may yield: `backing`, symmetric, (3 n) x (3 n) for the last n cells, all held, is
-  /// what it gives way under their forces [m/N]; for these u + backing f = displacement.
+  /// last cells may yield: `backing`, symmetric, (3 n) x (3 n) for the last n cells, is what it
+  /// gives way under their forces [m/N]; for these u + backing f stands in place of u.
   virtual void solve(std::span<const ContactCell> cells, ContactSolution& solution,
                      ContactResponse& response, const MatrixX& backing = {});
+
+  /// The same with forces from elsewhere: the first `own` cells ask for what they say, the others
+  /// meet what yields. Cells and both answers outlive it; nothing else is asked of the body
+  /// meanwhile. Null: a cell isn't sound.
+  virtual std::unique_ptr<SharedSolve> share(std::span<const ContactCell> cells, std::size_t own,
+                                             ContactSolution& solution, ContactResponse& response);
 
   /// The body under these forces on its cells [N], with no condition asked: what the last solve
   /// found, with some of the forces replaced, or forces known from elsewhere. Fills what the forces
@@ -163,6 +170,13 @@ class TissueContact {
   /// Stands for cells that aren't sound.
   virtual NearField any_near_field() const = 0;
 
+  /// Forces that were found elsewhere, as if a solve had found them: for cells that lie at
+  /// ContactCell::free without them. Null: there were none.
+  void take(std::span<const ContactCell> cells, const VectorX* forces, const MatrixX& backing,
+            ContactSolution& solution, ContactResponse& response);
+  /// Whether all cells are; else there is no answer to them.
+  bool begin_answer(std::span<const ContactCell> cells, ContactSolution& solution,
+                    ContactResponse& response);
   /// Remembers the cells, and makes what depends on their places alone.
   void see_places(std::span<const ContactCell> cells, bool one_of_several);
   /// Where they are at hand, that is all.
@@ -182,6 +196,7 @@ class TissueContact {
   MatrixX response_;  // mean displacement of each cell per force on each: (3 cells) x (3 cells)
 
  private:
+  class PreparedShare;
   bool remember_places(std::span<const ContactCell> cells);
   bool remember_ways(std::span<const ContactCell> cells, const MatrixX& backing);
   void list_unknowns();

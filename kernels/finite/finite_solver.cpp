@@ -6,6 +6,8 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/finite/finite_limits.h"
+#include "kernels/finite/touched_step.h"
+#include "kernels/finite/untouched.h"
 
 namespace viscera {
 namespace {
@@ -161,9 +163,12 @@ void FiniteSolver::precondition(const NodalRotations& rotations, std::span<const
     apply_warped(*factor_, rotations, g, out);
 }
 
-NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups, std::size_t group_count,
+NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups,
                                           const FiniteState& state) const {
   NodalRotations rotations = state.rotations;
+  int last_group = -1;
+  for (const int group : groups) last_group = std::max(last_group, group);
+  const auto group_count = static_cast<std::size_t>(last_group + 1);
   const std::size_t nodes = body_->nodes();
   if (state.steps_since_warp >= kStepsAWarp) {
     const std::vector<Mat3> means = body_->mean_gradients(state.displacements);
@@ -203,6 +208,18 @@ void FiniteSolver::finish(const VectorX& u, bool warped, std::int32_t held, std:
   state.steps_since_warp = warped ? 1 : state.steps_since_warp + 1;
   state.steps_released = released;
   state.held = held;
+}
+
+FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state, const Vec3& acceleration,
+                              std::optional<StepSoFar>* so_far) const {
+  TouchedStep step(*this, touch, state, acceleration, so_far);
+  while (const TouchQuestion* question = step.question()) step.answer(touch.solve(*question));
+  return step.end();
+}
+
+FiniteStep FiniteSolver::step(FiniteState& state, const Vec3& acceleration) const {
+  Untouched untouched(body_->nodes());
+  return step(untouched, state, acceleration);
 }
 
 }  // namespace viscera

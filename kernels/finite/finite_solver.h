@@ -90,10 +90,9 @@ class FiniteSolver {
   Grip grip(HeldRows rows) const;
 
   /// One step of a body that anything touches, under a weight of `acceleration` besides that of the
-  /// options [m/s2]. Where what touches it has no answer, the
-  /// step is one without it. `so_far`, unless null,
-  /// is set to where the step came, or to none; if it holds where this step has come, from the same
-  /// state and on the same cells, the step goes on from there.
+  /// options [m/s2]. Where what touches it has no answer, the step is one without it. `so_far`,
+  /// unless null, is set to where the step came, or to none; if it holds where this step has come,
+  /// from the same state and on the same cells, the step goes on from there.
   FiniteStep step(FiniteTouch& touch, FiniteState& state, const Vec3& acceleration = Vec3::Zero(),
                   std::optional<StepSoFar>* so_far = nullptr) const;
   /// The same where nothing does.
@@ -116,15 +115,10 @@ class FiniteSolver {
   }
 
  private:
-  /// Where tools ask for what can't be, as of tissue that is inside out: they let go for a step, in
-  /// which it makes its way back. Unanswered.
-  FiniteStep step_without(const FiniteTouch& touch, FiniteState& state,
-                          const Vec3& acceleration) const;
-  class TouchedStep;
+  friend class TouchedStep;
   FiniteSolver() = default;
   /// Rotations for this step, those of a group's nodes the same.
-  NodalRotations turned_nodes(std::span<const int> groups, std::size_t group_count,
-                              const FiniteState& state) const;
+  NodalRotations turned_nodes(std::span<const int> groups, const FiniteState& state) const;
   /// The state after a step that ended at u.
   void finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,
               FiniteState& state) const;

@@ -11,6 +11,18 @@
 
 namespace viscera {
 
+/// What a step asks of what touches its body: forces f on the cells that meet the conditions where
+/// the cells lie at free + (FiniteTouch::response() + more + what is finer) f.
+struct TouchQuestion {
+  VectorX free;  ///< [m]                                                            (3 cells)
+  MatrixX more;  ///< [m/N]; may be empty                                (3 cells) x (3 cells)
+  /// Of the way from where the cells were as the step began to what is wanted only this share is
+  /// asked for.
+  double share = 1.0;
+  /// The body has come to where it stays; the answer says by which forces.
+  bool last = false;
+};
+
 /// Places ("cells") of the body with a force each, which conditions decide: a cell's displacement
 /// is what the nodes have there, Phi u, and what is finer than nodes.
 class FiniteTouch {
@@ -47,10 +59,8 @@ class FiniteTouch {
   /// A step begins where the nodes have the cells at `displaced`, what is finer not among it. How
   /// far what is wanted of a cell is from where it is, at most [m].
   virtual double begin(const VectorX& displaced) = 0;
-  /// Forces f that meet the conditions where the cells lie at free + (response() + more + what is
-  /// finer) f. Of the way from where they were as the step began to what is wanted only this share
-  /// is asked for. `more` may be empty. False: there are none.
-  virtual bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) = 0;
+  /// The forces [N]; nothing: there are none.                                       (3 cells)
+  virtual std::optional<VectorX> solve(const TouchQuestion& question) = 0;
 };
 
 }  // namespace viscera

@@ -72,12 +72,11 @@ double GripTouch::begin(const VectorX& displaced) {
   return most;
 }
 
-bool GripTouch::solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) {
+std::optional<VectorX> GripTouch::solve(const TouchQuestion& question) {
   MatrixX rows = response_;
-  if (more.size() > 0) rows += more;
+  if (question.more.size() > 0) rows += question.more;
   rows.diagonal().array() += kShift * rows.trace() / static_cast<double>(rows.rows());
-  forces = rows.ldlt().solve(begun_ + share * (wanted_ - begun_) - free);
-  return true;
+  return rows.ldlt().solve(begun_ + question.share * (wanted_ - begun_) - question.free);
 }
 
 }  // namespace viscera

@@ -43,7 +43,7 @@ class GripTouch : public FiniteTouch {
     return last_.size() > 0 ? std::optional(last_) : std::nullopt;
   }
   double begin(const VectorX& displaced) override;
-  bool solve(const VectorX& free, const MatrixX& more, double share, VectorX& forces) override;
+  std::optional<VectorX> solve(const TouchQuestion& question) override;
 
  private:
   const Grip& grip_;

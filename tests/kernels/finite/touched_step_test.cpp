@@ -15,7 +15,7 @@ namespace {
 class HopelessGrip final : public GripTouch {
  public:
   using GripTouch::GripTouch;
-  bool solve(const VectorX&, const MatrixX&, double, VectorX&) override { return false; }
+  std::optional<VectorX> solve(const TouchQuestion&) override { return std::nullopt; }
 };
 
 const LiftedBody& lifted_body() {

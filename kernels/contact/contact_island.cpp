@@ -1,0 +1,275 @@
+#include "kernels/contact/contact_island.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "kernels/base/parallel.h"
+#include "kernels/contact/rise_to_positive.h"
+
+namespace viscera {
+namespace {
+
+/// Added to the diagonal, relative, as TissueContact does: two joints may end in one cell.
+constexpr double kRidge = 1e-6;
+/// A step at finite strain asks some ten times; more than this would be a step without an end.
+constexpr int kMostQuestions = 1000;
+
+Eigen::Index at(std::size_t cell) {
+  return static_cast<Eigen::Index>(3 * cell);
+}
+
+bool rubs(std::span<const ContactCondition> conditions) {
+  return std::ranges::any_of(conditions, [](const ContactCondition& condition) {
+    return condition.kind == ContactCondition::Kind::kFriction;
+  });
+}
+
+/// Directions of the unknown amounts of one force.
+struct Ways {
+  std::array<Vec3, 3> along;
+  std::size_t count = 0;
+};
+Ways ways_of(bool held, const Vec3& direction, double friction) {
+  if (held) return {{Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()}, 3};
+  if (friction == 0.0) return {{direction}, 1};
+  const Vec3 across = direction.unitOrthogonal();
+  return {{direction, across, direction.cross(across)}, 3};
+}
+
+}  // namespace
+
+void ContactIsland::list_unknowns(std::span<const IslandBody> bodies,
+                                  std::span<const Joint> joints) {
+  unknowns_.clear();
+  bilateral_.clear();
+  conditions_.clear();
+  first_of_joint_.clear();
+  using Kind = ContactCondition::Kind;
+  const auto add = [&](const Ways& ways, bool held, double friction, const auto& terms_of,
+                       double softness) {
+    for (std::size_t w = 0; w < ways.count; ++w) {
+      unknowns_.push_back({terms_of(ways.along[w]), softness});
+      bilateral_.push_back(held);
+    }
+    if (held)
+      conditions_.insert(conditions_.end(), 3, {Kind::kBilateral, 0.0});
+    else
+      conditions_.push_back({friction == 0.0 ? Kind::kUnilateral : Kind::kFriction, friction});
+  };
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const std::vector<ContactCell>& cells = bodies[b].solve->question().cells;
+    for (std::size_t k = 0; k < bodies[b].own; ++k)
+      add(
+          ways_of(cells[k].held, cells[k].direction, cells[k].friction), cells[k].held,
+          cells[k].friction,
+          [&](const Vec3& along) {
+            return std::array<Term, 2>{Term{static_cast<int>(b), static_cast<int>(k), along},
+                                       Term{}};
+          },
+          0.0);
+  }
+  for (const Joint& joint : joints) {
+    first_of_joint_.push_back(unknowns_.size());
+    add(
+        ways_of(joint.held, joint.direction, joint.friction), joint.held, joint.friction,
+        [&](const Vec3& along) {
+          std::array<Term, 2> terms;
+          for (std::size_t e = 0; e < 2; ++e) {
+            const Joint::End& end = joint.ends[e];
+            if (end.body < 0) continue;
+            const Mat3& turn = bodies[static_cast<std::size_t>(end.body)].turn;
+            terms[e] = {end.body, end.cell, (e == 0 ? 1.0 : -1.0) * (turn.transpose() * along)};
+          }
+          return terms;
+        },
+        joint.softness);
+  }
+}
+
+/// Amounts that begin where the joints' forces of before are.
+void ContactIsland::guess(std::span<const IslandBody> bodies, std::span<const Joint> joints,
+                          std::span<const Vec3> forces) {
+  amounts_.setZero(static_cast<Eigen::Index>(unknowns_.size()));
+  active_.assign(unknowns_.size(), false);
+  std::size_t u = 0;
+  for (const IslandBody& body : bodies) {
+    const std::vector<ContactCell>& cells = body.solve->question().cells;
+    for (std::size_t k = 0; k < body.own; ++k) {
+      const std::size_t count = ways_of(cells[k].held, cells[k].direction, cells[k].friction).count;
+      active_[u] = cells[k].held || cells[k].depth > 0.0;
+      u += count;
+    }
+  }
+  for (std::size_t j = 0; j < joints.size() && forces.size() == joints.size(); ++j) {
+    const Ways ways = ways_of(joints[j].held, joints[j].direction, joints[j].friction);
+    for (std::size_t w = 0; w < ways.count; ++w)
+      amounts_[static_cast<Eigen::Index>(first_of_joint_[j] + w)] = ways.along[w].dot(forces[j]);
+    active_[first_of_joint_[j]] = amounts_[static_cast<Eigen::Index>(first_of_joint_[j])] > 0.0;
+  }
+}
+
+/// What each unknown amount moves along each: sums over the bodies that both touch.
+void ContactIsland::assemble(std::span<const IslandBody> bodies) {
+  const auto count = static_cast<Eigen::Index>(unknowns_.size());
+  matrix_.setZero(count, count);
+  std::vector<std::vector<std::pair<Eigen::Index, const Term*>>> of_body(bodies.size());
+  for (std::size_t u = 0; u < unknowns_.size(); ++u)
+    for (const Term& term : unknowns_[u].terms)
+      if (term.body >= 0)
+        of_body[static_cast<std::size_t>(term.body)].push_back(
+            {static_cast<Eigen::Index>(u), &term});
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (of_body[b].empty()) continue;
+    const MatrixX& response = *bodies[b].solve->question().response;
+    for (const auto& [i, row] : of_body[b])
+      for (const auto& [j, column] : of_body[b]) {
+        if (j > i) continue;
+        matrix_(i, j) +=
+            row->along.dot(response.block<3, 3>(3 * row->cell, 3 * column->cell) * column->along);
+      }
+  }
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (Eigen::Index j = 0; j < i; ++j) matrix_(j, i) = matrix_(i, j);
+  for (std::size_t u = 0; u < unknowns_.size(); ++u) {
+    double& own = matrix_(static_cast<Eigen::Index>(u), static_cast<Eigen::Index>(u));
+    own = (1.0 + kRidge) * own + unknowns_[u].softness;
+  }
+}
+
+void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
+  wanted_.resize(static_cast<Eigen::Index>(unknowns_.size()));
+  const auto free_along = [&](const Unknown& unknown) {
+    double sum = 0.0;
+    for (const Term& term : unknown.terms)
+      if (term.body >= 0)
+        sum += term.along.dot(
+            bodies[static_cast<std::size_t>(term.body)].solve->question().free.segment<3>(
+                at(static_cast<std::size_t>(term.cell))));
+    return sum;
+  };
+  std::size_t u = 0;
+  const auto set = [&](const Ways& ways, bool held, double depth, const Vec3& displacement) {
+    for (std::size_t w = 0; w < ways.count; ++w, ++u)
+      wanted_[static_cast<Eigen::Index>(u)] =
+          (!held && w == 0 ? depth : ways.along[w].dot(displacement)) - free_along(unknowns_[u]);
+  };
+  for (const IslandBody& body : bodies) {
+    const std::vector<ContactCell>& cells = body.solve->question().cells;
+    for (std::size_t k = 0; k < body.own; ++k) {
+      const ContactCell& cell = cells[k];
+      set(ways_of(cell.held, cell.direction, cell.friction), cell.held, cell.depth,
+          cell.displacement);
+    }
+  }
+  for (const Joint& joint : joints)
+    set(ways_of(joint.held, joint.direction, joint.friction), joint.held, joint.depth,
+        joint.displacement);
+}
+
+/// The forces that answer all open questions; false: there are none.
+bool ContactIsland::decide(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
+  ++figures_.questions;
+  set_wanted(bodies, joints);
+  assemble(bodies);
+  if (unknowns_.empty()) {
+    // Nothing is between them.
+  } else {
+    const Eigen::LLT<MatrixX> factor(matrix_);
+    if (factor.info() != Eigen::Success) {
+      const Rise rise = rise_to_positive(matrix_, kRidge);
+      if (rise.matrix.size() > 0) matrix_ += rise.matrix;
+      figures_.lifted = std::max(figures_.lifted, rise.share);
+    }
+    if (rubs(conditions_)) {
+      const FrictionFigures solved = frictional_.solve(matrix_, wanted_, conditions_, amounts_);
+      figures_.converged = solved.converged;
+      figures_.pivots = solved.rounds;
+      figures_.residual = solved.residual;
+    } else {
+      const UnilateralFigures solved =
+          unilateral_.solve(matrix_, wanted_, bilateral_, active_, amounts_);
+      figures_.converged = solved.converged;
+      figures_.pivots = solved.pivots;
+    }
+  }
+  forces_.resize(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    forces_[b].setZero(bodies[b].solve->question().free.size());
+  for (std::size_t u = 0; u < unknowns_.size(); ++u)
+    for (const Term& term : unknowns_[u].terms)
+      if (term.body >= 0)
+        forces_[static_cast<std::size_t>(term.body)].segment<3>(
+            at(static_cast<std::size_t>(term.cell))) +=
+            amounts_[static_cast<Eigen::Index>(u)] * term.along;
+  return figures_.converged;
+}
+
+/// What stands behind a body's joined cells: the bodies that these meet, in its own frame, as if
+/// nothing else touched them.
+MatrixX ContactIsland::behind(std::span<const IslandBody> bodies, std::span<const Joint> joints,
+                              std::size_t body) const {
+  const std::size_t own = bodies[body].own;
+  const auto cells = static_cast<std::size_t>(forces_[body].size()) / 3;
+  MatrixX backing = MatrixX::Zero(at(cells - own), at(cells - own));
+  /// A joined cell, and the cell of another body that it meets.
+  struct Met {
+    std::size_t cell = 0;
+    Joint::End other;
+    double softness = 0.0;
+  };
+  std::vector<Met> met;
+  for (const Joint& joint : joints)
+    for (std::size_t e = 0; e < 2; ++e)
+      if (joint.ends[e].body == static_cast<int>(body) &&
+          static_cast<std::size_t>(joint.ends[e].cell) >= own)
+        met.push_back({static_cast<std::size_t>(joint.ends[e].cell) - own, joint.ends[1 - e],
+                       joint.softness});
+  const Mat3& turn = bodies[body].turn;
+  for (const Met& one : met)
+    for (const Met& two : met) {
+      Mat3 block = Mat3::Zero();
+      if (&one == &two) block.diagonal().array() += one.softness;
+      if (one.other.body >= 0 && one.other.body == two.other.body) {
+        const IslandBody& other = bodies[static_cast<std::size_t>(one.other.body)];
+        const Mat3 between = turn.transpose() * other.turn;
+        block +=
+            between *
+            other.solve->question().response->block<3, 3>(3 * one.other.cell, 3 * two.other.cell) *
+            between.transpose();
+      }
+      backing.block<3, 3>(at(one.cell), at(two.cell)) += block;
+    }
+  return 0.5 * (backing + backing.transpose());
+}
+
+IslandFigures ContactIsland::solve(std::span<const IslandBody> bodies,
+                                   std::span<const Joint> joints, std::vector<Vec3>& forces) {
+  figures_ = {};
+  list_unknowns(bodies, joints);
+  guess(bodies, joints, forces);
+  figures_.rows = static_cast<int>(unknowns_.size());
+  const auto is_open = [](const IslandBody& body) { return !body.solve->question().last; };
+  bool known = true;
+  while (std::ranges::any_of(bodies, is_open) && figures_.questions < kMostQuestions) {
+    known = decide(bodies, joints) && known;
+    parallel_for_each_index(bodies.size(), 1, [&](std::size_t b) {
+      if (is_open(bodies[b])) bodies[b].solve->answer(known ? &forces_[b] : nullptr);
+    });
+  }
+  known = decide(bodies, joints) && known;
+  figures_.converged = known;
+  std::vector<MatrixX> backings;
+  for (std::size_t b = 0; b < bodies.size(); ++b) backings.push_back(behind(bodies, joints, b));
+  parallel_for_each_index(bodies.size(), 1, [&](std::size_t b) {
+    bodies[b].solve->end(known ? &forces_[b] : nullptr, backings[b]);
+  });
+  forces.assign(joints.size(), Vec3::Zero());
+  for (std::size_t j = 0; known && j < joints.size(); ++j) {
+    const Ways ways = ways_of(joints[j].held, joints[j].direction, joints[j].friction);
+    for (std::size_t w = 0; w < ways.count; ++w)
+      forces[j] += amounts_[static_cast<Eigen::Index>(first_of_joint_[j] + w)] * ways.along[w];
+  }
+  return figures_;
+}
+
+}  // namespace viscera

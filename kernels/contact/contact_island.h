@@ -1,0 +1,96 @@
+// Bodies that touch each other, solved together: one list of conditions on the forces between them,
+// on what every body answers to forces on its cells (its Delassus operator). Where bodies have a
+// motion of their own, all stop at the same places of their steps (shared_solve.h) and each
+// question of theirs is answered for all at once. Whatever joins two bodies is one force, so that
+// both feel the same, opposite.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "kernels/contact/frictional.h"
+#include "kernels/contact/shared_solve.h"
+#include "kernels/contact/unilateral.h"
+
+namespace viscera {
+
+/// A body of an island.
+struct IslandBody {
+  SharedSolve* solve = nullptr;
+  Mat3 turn = Mat3::Identity();  ///< from its frame to the world
+  /// The first cells, which ask for what they say (tools). The others are met by joints alone.
+  std::size_t own = 0;
+};
+
+/// Where two bodies meet, or one meets what doesn't move: one force f, world, on a cell of the
+/// first, -f on one of the second. With s the motion of the first cell beyond the second's, from
+/// where both bodies were prepared, s + softness f stands in place of u in the conditions of
+/// ContactCell.
+struct Joint {
+  struct End {
+    int body = -1;  ///< of the island; -1: it doesn't move
+    int cell = 0;
+  };
+  std::array<End, 2> ends;
+  bool held = false;                 ///< else it can only push
+  Vec3 direction = Vec3::UnitZ();    ///< unit, world: the way the first is pushed
+  double depth = 0.0;                ///< s . direction >= depth [m]
+  Vec3 displacement = Vec3::Zero();  ///< s wanted; with friction where it clings [m]
+  double friction = 0.0;             ///< coefficient
+  double softness = 0.0;             ///< [m/N]
+};
+
+struct IslandFigures {
+  int rows = 0;           ///< unknown force components
+  int questions = 0;      ///< that were answered
+  int pivots = 0;         ///< of the last: exchanges of the active set; rounds, with friction
+  double residual = 0.0;  ///< with friction: greatest violation of a condition over the greatest
+                          ///< force
+  double lifted = 0.0;    ///< as ContactSolution::lifted
+  bool converged = true;  ///< false: no forces, each body went without
+};
+
+/// Keeps its work arrays between calls.
+class ContactIsland {
+ public:
+  /// `forces` of the joints, on their first end, world [N]: in: those of before, where the search
+  /// begins, or none; out: the answer.                                               (joints)
+  /// Ends every body's solve.
+  IslandFigures solve(std::span<const IslandBody> bodies, std::span<const Joint> joints,
+                      std::vector<Vec3>& forces);
+
+ private:
+  /// What one unknown amount of force does to one body: along a direction of its frame.
+  struct Term {
+    int body = -1;
+    int cell = 0;
+    Vec3 along = Vec3::Zero();
+  };
+  struct Unknown {
+    std::array<Term, 2> terms;
+    double softness = 0.0;
+  };
+
+  void list_unknowns(std::span<const IslandBody> bodies, std::span<const Joint> joints);
+  void guess(std::span<const IslandBody> bodies, std::span<const Joint> joints,
+             std::span<const Vec3> forces);
+  void assemble(std::span<const IslandBody> bodies);
+  void set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints);
+  bool decide(std::span<const IslandBody> bodies, std::span<const Joint> joints);
+  MatrixX behind(std::span<const IslandBody> bodies, std::span<const Joint> joints,
+                 std::size_t body) const;
+
+  std::vector<Unknown> unknowns_;
+  std::vector<std::size_t> first_of_joint_;
+  std::vector<char> bilateral_, active_;
+  std::vector<ContactCondition> conditions_;
+  MatrixX matrix_;
+  VectorX wanted_, amounts_;
+  std::vector<VectorX> forces_;  // on the bodies' cells, in their frames
+  UnilateralSolver unilateral_;
+  FrictionSolver frictional_;
+  IslandFigures figures_;
+};
+
+}  // namespace viscera
