@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/verification/axisymmetric_hemisphere.h"
 #include "kernels/contact/cell_pattern.h"
 
 namespace viscera {
@@ -21,6 +22,29 @@ HertzAnswer hertz(const IsotropicMaterial& material, double radius, double appro
   const double mean_radius = 0.5 * radius;
   return {4.0 / 3.0 * modulus * std::sqrt(mean_radius) * std::pow(approach, 1.5),
           std::sqrt(mean_radius * approach)};
+}
+
+HertzAnswer hertz_held(const IsotropicMaterial& material, double radius, double approach,
+                       double give) {
+  // The approach of Hertz's balls under the same force lies above.
+  double least = approach, most = 3.0 * approach;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (least + most);
+    const double held = middle - 2.0 * give * hertz(material, radius, middle).force;
+    (held < approach ? least : most) = middle;
+  }
+  return hertz(material, radius, least);
+}
+
+Result<double> give_of_base(const IsotropicMaterial& material, double radius) {
+  // Of about the disc that balls touch by; c is the same for any small one.
+  constexpr double kPunch = 0.14;
+  const auto reference = solve_axisymmetric_hemisphere(material.poisson_ratio, kPunch);
+  if (!reference) return std::unexpected(reference.error());
+  const double modulus =
+      material.youngs_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
+  return 1.0 / (2.0 * modulus * kPunch * radius) -
+         1.0 / (reference->frictionless * material.youngs_modulus * radius);
 }
 
 Result<std::unique_ptr<TwoBalls>> TwoBalls::prepare(const TwoBallsOptions& options,

@@ -1,4 +1,10 @@
-// Two equal half balls whose domes press each other, for the exact answer of Hertz.
+// Two equal half balls whose domes press each other, for the answer of Hertz.
+//
+// His balls are held infinitely far away, these by their bases, near enough that a ball's pole goes
+// back by c F less: at the same force the bases come nearer to each other by 2 c F less than his
+// say, and where they touch nothing else changes, since what a base does varies slowly there. c
+// follows from a flat punch on the same half ball, which finite elements know: it is what the punch
+// misses of a half-space's 1 / (2 E* a).
 #pragma once
 
 #include <memory>
@@ -9,12 +15,18 @@
 
 namespace viscera {
 
-/// Force [N] of two equal balls whose centres came this much nearer to each other than they were
-/// when they touched, and radius [m] of the disc where they touch [Hertz1882].
+/// Two equal balls that came this much nearer to each other than they were when they touched.
 struct HertzAnswer {
-  double force = 0.0, radius = 0.0;
+  double force = 0.0;   ///< [N]
+  double radius = 0.0;  ///< of the disc where they touch [m]
 };
+/// Held infinitely far away [Hertz1882].
 HertzAnswer hertz(const IsotropicMaterial& material, double radius, double approach);
+/// `give`: c of each [m/N].
+HertzAnswer hertz_held(const IsotropicMaterial& material, double radius, double approach,
+                       double give);
+/// c of a half ball, by finite elements (axisymmetric_hemisphere.h); takes seconds.
+Result<double> give_of_base(const IsotropicMaterial& material, double radius);
 
 struct TwoBallsOptions {
   std::size_t nodes = 1100;  ///< of each
