@@ -97,6 +97,7 @@ bool lay_pressed_cells(World& world, Entity organ, OrganContact& contact, std::s
 void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameContext& context) {
   OrganTouch& touch = *world.find<OrganTouch>(organ);
   contact.cells.clear();
+  contact.held_points.clear();
   std::vector<CellRange> ranges;
   const OrganState& tissue = *world.find<OrganState>(organ);
   if (!tissue.frozen) {

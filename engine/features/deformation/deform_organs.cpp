@@ -111,14 +111,8 @@ bool looks_the_same(const OrganState& state, const OrganDraft& draft) {
   return state.pressed;
 }
 
-void solve_contact(World& world, Entity organ, OrganContact& contact, const MatrixX& backing,
-                   const FrameContext& context) {
-  TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
-  solver.solve(contact.cells, contact.solution, contact.response, backing);
-  for (int pass = 0; pass < kSlipPasses && slip_jaws(world, organ, contact); ++pass) {
-    context.report->raise(kGripSlipped);
-    solver.solve(contact.cells, contact.solution, contact.response, backing);
-  }
+/// Once an organ's forces are found: nothing that isn't finite goes on.
+void accept_answer(World& world, Entity organ, OrganContact& contact, const FrameContext& context) {
   if (const auto stray = first_stray(contact.solution.forces)) {
     tell_stray(world, *context.report, {"deform organs", "forces", organ, *stray});
     contact.solution.converged = false;
@@ -126,6 +120,33 @@ void solve_contact(World& world, Entity organ, OrganContact& contact, const Matr
   }
   if (contact.solution.beyond_touchable > 0) context.report->raise(kOutOfReach);
   if (!contact.solution.converged) context.report->raise(kContactNotConverged);
+}
+
+ContactSolves contact_solves(World& world, const FrameContext& context) {
+  const auto slide = [&world, &context](Entity organ) {
+    if (!slip_jaws(world, organ, *world.find<OrganContact>(organ))) return false;
+    context.report->raise(kGripSlipped);
+    return true;
+  };
+  const auto accept = [&world, &context](Entity organ) {
+    accept_answer(world, organ, *world.find<OrganContact>(organ), context);
+  };
+  const auto alone = [&world, slide, accept](Entity organ, const MatrixX& backing) {
+    OrganContact& contact = *world.find<OrganContact>(organ);
+    TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
+    solver.solve(contact.cells, contact.solution, contact.response, backing);
+    for (int pass = 0; pass < kSlipPasses && slide(organ); ++pass)
+      solver.solve(contact.cells, contact.solution, contact.response, backing);
+    accept(organ);
+  };
+  return {alone, slide, accept};
+}
+
+bool is_answered(const World& world, Entity organ) {
+  const Binding* binding = world.one<Binding>();
+  return binding && std::ranges::any_of(binding->binders, [&](const Binder& binder) {
+           return binder.solves(world, organ);
+         });
 }
 
 void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contact) {
@@ -221,11 +242,9 @@ void bring_normals_home(OrganState& state) {
 void deform_organs(World& world, const FrameContext& context) {
   Pool<OrganContact>& contacts = world.all<OrganContact>();
   for (std::size_t o = 0; o < contacts.size(); ++o) begin_finite_step(world, contacts.owner(o));
-  const SolveContact solve = [&](Entity organ, const MatrixX& backing) {
-    solve_contact(world, organ, *world.find<OrganContact>(organ), backing, context);
-  };
-  const Binding* binding = world.one<Binding>();
-  if (binding) binding->solve(world, solve);
+  const ContactSolves solves = contact_solves(world, context);
+  if (const Binding* binding = world.one<Binding>())
+    for (const Binder& binder : binding->binders) binder.solve(world, solves);
   const GpuOrgans* gpu = world.one<GpuOrgans>();
   for (std::size_t o = 0; o < contacts.size(); ++o) {
     const Entity organ = contacts.owner(o);
@@ -239,7 +258,7 @@ void deform_organs(World& world, const FrameContext& context) {
         continue;
       }
     }
-    if (!(binding && binding->solves(world, organ))) solve(organ, {});
+    if (!is_answered(world, organ)) solves.alone(organ, {});
     note_finite_step(world, organ, *context.report);
     if (!contact.solution.converged) continue;
     hand_forces_to_tools(world, organ, contact);
@@ -261,6 +280,11 @@ void deform_organs(World& world, const FrameContext& context) {
   const Pool<FreeShape>& shapes = world.all<FreeShape>();
   for (std::size_t o = 0; o < shapes.size(); ++o)
     if (!world.find<OrganContact>(shapes.owner(o))) take_free_shape(world, shapes.owner(o));
+}
+
+void bind(World& world, const Binder& binder) {
+  if (!world.one<Binding>()) world.all<Binding>().add(kWhole, {});
+  world.one<Binding>()->binders.push_back(binder);
 }
 
 void fetch_surfaces(World& world, const FrameContext& context) {

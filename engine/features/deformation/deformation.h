@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/simulation/feature.h"
@@ -17,14 +18,27 @@ struct GpuOrgans {
   std::shared_ptr<GpuSurfaces> surfaces;
 };
 
-/// Solves contact on one organ, its last cells held by what yields as this matrix says.
-using SolveContact = std::function<void(Entity organ, const MatrixX& backing)>;
-
-/// What ties organs together, so that their contact is solved as one: links.
-struct Binding {
-  void (*solve)(World&, const SolveContact&) = nullptr;  ///< of all bound organs
-  bool (*solves)(const World&, Entity organ) = nullptr;  ///< whether that answered for this one
+/// Contact on single organs, as *deform organs* hands it to what binds them.
+struct ContactSolves {
+  /// Solves it on one, its last cells met by what yields as this matrix says.
+  std::function<void(Entity organ, const MatrixX& backing)> alone;
+  /// Of an organ whose forces were found with those of others: lets jaws slide that pull too hard.
+  /// True: one did, and all of it must be solved again.
+  std::function<bool(Entity organ)> slide_jaws;
+  /// Of such an organ, once none does: nothing that isn't finite goes on, flags are raised.
+  std::function<void(Entity organ)> accept;
 };
+
+/// What ties organs together, so that their contact is solved as one: what they touch, links.
+struct Binder {
+  void (*solve)(World&, const ContactSolves&) = nullptr;  ///< of all bound organs
+  bool (*solves)(const World&, Entity organ) = nullptr;   ///< whether that answered for this one
+};
+/// In the order in which they solve; an organ that one has answered for is none of the next one's.
+struct Binding {
+  std::vector<Binder> binders;
+};
+void bind(World& world, const Binder& binder);
 
 /// The device has failed: from now on all organs are the CPU's, which makes what their last shapes
 /// lack. Nothing to do where none is on the GPU.

@@ -203,7 +203,7 @@ class GroupSolve {
     steps_ = std::ranges::any_of(group, [&](Entity organ) { return moves(organ); });
   }
 
-  void run(const SolveContact& solve) {
+  void run(const ContactSolves& solves) {
     meet_hives();
     if (steps_) go_on_as_before();
     const auto turns = std::count_if(group_.begin(), group_.end(), [&](Entity organ) {
@@ -219,7 +219,7 @@ class GroupSolve {
         if (is_frozen(world_, group_[i]) || follows_[i]) continue;
         const Behind behind = behind_of(group_[i]);
         aim(group_[i], behind.compliance);
-        solve(group_[i], behind.backing);
+        solves.alone(group_[i], behind.backing);
         answered_[i] = world_.find<OrganContact>(group_[i])->solution.converged;
         if (!answered_[i]) continue;
         double own_greatest = 0.0, own_change = 0.0;
@@ -469,22 +469,24 @@ void add_link_cells(World& world, const FrameContext&) {
       LoadedTies& here = *world.find<LoadedTies>(organ);
       here.loaded = loaded && !is_frozen(world, organ);
       OrganContact& contact = *world.find<OrganContact>(organ);
-      contact.held_points.clear();
+      here.joined = false;
       if (!loaded)
         for (const OrganTies::Tie& tie : ties.ties) spring_of(world, tie) = {};
       if (!here.loaded) continue;
-      contact.held_points = ties.points;
+      contact.held_points.insert(contact.held_points.end(), ties.points.begin(), ties.points.end());
       contact.cells.insert(contact.cells.end(), ties.cells.begin(), ties.cells.end());
       contact.solution.forces.assign(contact.cells.size(), Vec3::Zero());
     }
   }
 }
 
-void solve_linked(World& world, const SolveContact& solve) {
+void solve_linked(World& world, const ContactSolves& solves) {
   for (const std::vector<Entity>& group : world.one<LinkGroups>()->groups) {
-    const bool loaded = std::any_of(group.begin(), group.end(),
-                                    [&](Entity organ) { return is_link_loaded(world, organ); });
-    if (loaded) GroupSolve(world, group).run(solve);
+    const bool loaded = std::any_of(group.begin(), group.end(), [&](Entity organ) {
+      const LoadedTies& ties = *world.find<LoadedTies>(organ);
+      return ties.loaded && !ties.joined;
+    });
+    if (loaded) GroupSolve(world, group).run(solves);
   }
   for (LinkState& link : world.all<LinkState>()) {
     Vec3 sum = Vec3::Zero();
@@ -505,7 +507,7 @@ Result<void> start(World& world) {
     world.all<LoadedTies>().add(ties.owner(o), {});
     anchor_ties(*world.find<OrganTouch>(ties.owner(o))->solver, ties[o]);
   }
-  if (ties.size() > 0) world.all<Binding>().add(kWhole, {solve_linked, is_link_loaded});
+  if (ties.size() > 0) bind(world, {solve_linked, is_link_loaded});
   return {};
 }
 
@@ -514,6 +516,89 @@ Result<void> start(World& world) {
 bool is_link_loaded(const World& world, Entity organ) {
   const LoadedTies* ties = world.find<LoadedTies>(organ);
   return ties && ties->loaded;
+}
+
+std::vector<Entity> linked_to(const World& world, Entity organ) {
+  std::vector<Entity> others;
+  if (const OrganTies* ties = world.find<OrganTies>(organ))
+    for (const OrganTies::Tie& tie : ties->ties)
+      if (world.find<OrganTies>(tie.other)) others.push_back(tie.other);
+  return others;
+}
+
+namespace {
+
+/// Calls each(spring, link, organs that yield at its ends with their cells) for every spring of
+/// these organs, once.
+template <class Each>
+void for_each_spring(World& world, std::span<const Entity> organs, std::span<const int> bodies,
+                     const Each& each) {
+  const auto body = [&](Entity organ) {
+    const auto at = std::ranges::find(organs, organ);
+    return at == organs.end() ? -1 : bodies[static_cast<std::size_t>(at - organs.begin())];
+  };
+  for (const Entity organ : organs) {
+    const OrganTies* ties = world.find<OrganTies>(organ);
+    if (!ties || body(organ) < 0 || !world.find<LoadedTies>(organ)->loaded) continue;
+    const std::size_t begin = first_link_cell(*world.find<OrganContact>(organ), *ties);
+    for (std::size_t i = 0; i < ties->ties.size(); ++i) {
+      const OrganTies::Tie& tie = ties->ties[i];
+      const auto side = static_cast<std::size_t>(tie.side);
+      const OrganTies* others = world.find<OrganTies>(tie.other);
+      const int other = others ? body(tie.other) : -1;
+      if (other >= 0 && side == 1) continue;  // the other organ's turn
+      std::array<Joint::End, 2> ends;
+      ends[side] = {body(organ), static_cast<int>(begin + i)};
+      if (other >= 0)
+        ends[1 - side] = {
+            other, static_cast<int>(first_link_cell(*world.find<OrganContact>(tie.other), *others) +
+                                    tie.other_tie)};
+      each(spring_of(world, tie), tie.link,
+           std::array<Entity, 2>{side == 0 ? organ : tie.other, side == 0 ? tie.other : organ},
+           ends);
+    }
+  }
+}
+
+}  // namespace
+
+void add_springs(World& world, std::span<const Entity> organs, std::span<const int> bodies,
+                 std::vector<Joint>& joints, std::vector<Vec3>& forces) {
+  for (const Entity organ : organs)
+    if (LoadedTies* ties = world.find<LoadedTies>(organ)) ties->joined = true;
+  for_each_spring(world, organs, bodies,
+                  [&](LinkState::Spring& spring, Entity link, const auto&, const auto& ends) {
+                    Joint joint;
+                    joint.ends = ends;
+                    joint.held = true;
+                    joint.softness = world.find<Link>(link)->softness;
+                    joint.displacement = world.find<LinkState>(link)->shift;
+                    if (ends[0].body < 0) joint.displacement -= spring.displacements[0];
+                    if (ends[1].body < 0) joint.displacement += spring.displacements[1];
+                    joints.push_back(joint);
+                    forces.push_back(spring.force);
+                  });
+}
+
+void take_springs(World& world, std::span<const Entity> organs, std::span<const int> bodies,
+                  std::span<const Vec3> forces) {
+  std::size_t next = 0;
+  for_each_spring(
+      world, organs, bodies,
+      [&](LinkState::Spring& spring, Entity, const std::array<Entity, 2>& tied, const auto& ends) {
+        spring.force = forces[next++];
+        for (std::size_t end = 0; end < 2; ++end) {
+          if (ends[end].body < 0) continue;
+          spring.displacements[end] =
+              pose_of(world, tied[end])
+                  .direction_to_world(
+                      world.find<OrganTouch>(tied[end])
+                          ->solver->cell_displacements()[static_cast<std::size_t>(ends[end].cell)]);
+        }
+        // Should the organs come apart, their links go on from here.
+        spring.force_before = spring.force;
+        std::ranges::copy(spring.displacements, spring.displacements_before.begin());
+      });
 }
 
 Feature links_feature() {

@@ -21,6 +21,7 @@
 
 #include "engine/features/links/links_keys.h"
 #include "engine/simulation/feature.h"
+#include "kernels/contact/contact_island.h"
 
 namespace viscera {
 
@@ -86,10 +87,22 @@ struct LinkGroups {
 /// An organ whose group is touched, or moved by breathing or gravity, in this frame.
 struct LoadedTies {
   bool loaded = false;
+  bool joined = false;  ///< its springs are solved with what else it touches (add_springs)
 };
 
 /// True for an organ that the links' solve answers for in this frame.
 bool is_link_loaded(const World& world, Entity organ);
+
+/// Organs at the other ends of its springs, as often as there are springs.
+std::vector<Entity> linked_to(const World& world, Entity organ);
+/// The springs of organs that are solved as one, as joints, with the forces that they have had.
+/// `bodies`: what these organs are there; -1: nothing. Organs that aren't among them stay where
+/// they were.
+void add_springs(World& world, std::span<const Entity> organs, std::span<const int> bodies,
+                 std::vector<Joint>& joints, std::vector<Vec3>& forces);
+/// Forces of those joints, and where their ends have come.
+void take_springs(World& world, std::span<const Entity> organs, std::span<const int> bodies,
+                  std::span<const Vec3> forces);
 
 /// What became of a link in a run.
 struct LinkFigures {

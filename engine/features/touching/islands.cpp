@@ -1,0 +1,197 @@
+#include "engine/features/touching/islands.h"
+
+#include <algorithm>
+
+#include "engine/features/links/links.h"
+#include "engine/features/touching/touching.h"
+#include "kernels/base/disjoint_sets.h"
+
+namespace viscera {
+namespace {
+
+/// Jaws that slip are let back and all is solved again; so many times a frame at most.
+constexpr int kSlipPasses = 4;
+
+/// The pairs that meet in this frame and the organs that these and links tie together.
+struct Island {
+  std::vector<Entity> pairs;
+  std::vector<Entity> organs;  ///< that yield
+};
+
+std::vector<Island> islands_of(const World& world) {
+  const std::vector<Entity>& organs = world.model().organs();
+  const auto index_of = [&](Entity organ) {
+    return static_cast<int>(std::ranges::find(organs, organ) - organs.begin());
+  };
+  DisjointSets sets(organs.size());
+  const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  std::vector<std::pair<Entity, int>> meeting;  // and an organ of it that yields
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (world.find<PairState>(pairs.owner(p))->meetings.empty()) continue;
+    const bool first = yields(world, pairs[p].organs[0]),
+               second = yields(world, pairs[p].organs[1]);
+    if (!first && !second) continue;
+    if (first && second) sets.join(index_of(pairs[p].organs[0]), index_of(pairs[p].organs[1]));
+    meeting.emplace_back(pairs.owner(p), index_of(pairs[p].organs[first ? 0 : 1]));
+  }
+  for (const Entity organ : organs)
+    if (is_link_loaded(world, organ))
+      for (const Entity other : linked_to(world, organ))
+        if (is_link_loaded(world, other)) sets.join(index_of(organ), index_of(other));
+  std::vector<Island> islands;
+  std::vector<int> island_of(organs.size(), -1);
+  for (const auto& [pair, organ] : meeting) {
+    int& island = island_of[static_cast<std::size_t>(sets.root(organ))];
+    if (island < 0) {
+      island = static_cast<int>(islands.size());
+      islands.emplace_back();
+    }
+    islands[static_cast<std::size_t>(island)].pairs.push_back(pair);
+  }
+  for (std::size_t o = 0; o < organs.size(); ++o)
+    if (const int island = island_of[static_cast<std::size_t>(sets.root(static_cast<int>(o)))];
+        island >= 0 && yields(world, organs[o]))
+      islands[static_cast<std::size_t>(island)].organs.push_back(organs[o]);
+  return islands;
+}
+
+/// Cells of tools come first.
+std::size_t own_cells(const World& world, Entity organ) {
+  std::size_t own = 0;
+  for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
+    own = std::max(own, static_cast<std::size_t>(range.end));
+  return own;
+}
+
+class IslandSolve {
+ public:
+  IslandSolve(World& world, const Island& island, ContactIsland& solver)
+      : world_(world), island_(island), solver_(solver) {}
+
+  IslandFigures run() {
+    std::vector<std::unique_ptr<SharedSolve>> solves;
+    std::vector<IslandBody> bodies;
+    body_of_.clear();
+    for (const Entity organ : island_.organs) {
+      OrganContact& contact = *world_.find<OrganContact>(organ);
+      const std::size_t own = own_cells(world_, organ);
+      auto solve = world_.find<OrganTouch>(organ)->solver->share(
+          contact.cells, own, contact.solution, contact.response);
+      body_of_.push_back(solve ? static_cast<int>(bodies.size()) : -1);
+      if (!solve) continue;
+      bodies.push_back({solve.get(), pose_of(world_, organ).orientation.toRotationMatrix(), own});
+      solves.push_back(std::move(solve));
+    }
+    std::vector<Joint> joints;
+    std::vector<Vec3> forces;
+    add_meetings(joints, forces);
+    const std::size_t met = joints.size();
+    add_springs(world_, island_.organs, body_of_, joints, forces);
+    const IslandFigures figures = solver_.solve(bodies, joints, forces);
+    take_meetings(joints, forces);
+    take_springs(world_, island_.organs, body_of_, std::span<const Vec3>(forces).subspan(met));
+    return figures;
+  }
+
+ private:
+  int body(Entity organ) const {
+    const auto at = std::ranges::find(island_.organs, organ);
+    return at == island_.organs.end()
+               ? -1
+               : body_of_[static_cast<std::size_t>(at - island_.organs.begin())];
+  }
+
+  void add_meetings(std::vector<Joint>& joints, std::vector<Vec3>& forces) const {
+    const double friction = touching_of(world_.model().scene()).friction;
+    for (const Entity entity : island_.pairs) {
+      const OrganPair& pair = *world_.find<OrganPair>(entity);
+      const PairState& state = *world_.find<PairState>(entity);
+      const PairJoints& laid = *world_.find<PairJoints>(entity);
+      for (std::size_t m = 0; m < state.meetings.size(); ++m) {
+        Joint joint;
+        for (std::size_t side = 0; side < 2; ++side)
+          joint.ends[side] = {body(pair.organs[side]),
+                              static_cast<int>(laid.first_cells[side] + m)};
+        joint.direction = laid.normals[m];
+        joint.depth = laid.depths[m];
+        joint.displacement = state.meetings[m].cling;
+        joint.friction = friction;
+        joints.push_back(joint);
+        forces.push_back(state.meetings[m].force);
+      }
+    }
+  }
+
+  /// By deformation, world [m].
+  Vec3 displacement(Entity organ, const Joint::End& end) const {
+    if (end.body < 0) return Vec3::Zero();
+    return pose_of(world_, organ)
+        .direction_to_world(world_.find<OrganTouch>(organ)
+                                ->solver->cell_displacements()[static_cast<std::size_t>(end.cell)]);
+  }
+
+  void take_meetings(std::span<const Joint> joints, std::span<const Vec3> forces) {
+    TouchingFigures& figures = *world_.one<TouchingFigures>();
+    std::size_t j = 0;
+    for (const Entity entity : island_.pairs) {
+      const OrganPair& pair = *world_.find<OrganPair>(entity);
+      Vec3 sum = Vec3::Zero();
+      for (Meeting& meeting : world_.find<PairState>(entity)->meetings) {
+        const Joint& joint = joints[j];
+        meeting.force = forces[j];
+        sum += forces[j];
+        ++j;
+        if (joint.friction == 0.0) continue;
+        const double push = meeting.force.dot(joint.direction);
+        const double drag = (meeting.force - push * joint.direction).norm();
+        if (push > 0.0 && drag < (1.0 - 1e-9) * joint.friction * push) continue;
+        meeting.cling = displacement(pair.organs[0], joint.ends[0]) -
+                        displacement(pair.organs[1], joint.ends[1]);
+      }
+      figures.greatest_force = std::max(figures.greatest_force, sum.norm());
+    }
+  }
+
+  World& world_;
+  const Island& island_;
+  ContactIsland& solver_;
+  std::vector<int> body_of_;  // the islands' organs, as bodies of the solve; -1: it isn't sound
+};
+
+}  // namespace
+
+void solve_islands(World& world, const ContactSolves& solves) {
+  for (InIsland& member : world.all<InIsland>()) member.solved = false;
+  const std::vector<Island> islands = islands_of(world);
+  TouchingFigures& figures = *world.one<TouchingFigures>();
+  figures.most_islands = std::max<std::uint64_t>(figures.most_islands, islands.size());
+  std::uint64_t rows = 0;
+  for (const Island& island : islands) {
+    ContactIsland& solver = world.one<IslandWork>()->solver;
+    IslandSolve solve(world, island, solver);
+    IslandFigures told = solve.run();
+    const auto slides = [&] {
+      bool slid = false;
+      for (const Entity organ : island.organs) slid = solves.slide_jaws(organ) || slid;
+      return slid;
+    };
+    for (int pass = 0; pass < kSlipPasses && slides(); ++pass) told = solve.run();
+    for (const Entity organ : island.organs) {
+      world.find<InIsland>(organ)->solved = true;
+      solves.accept(organ);
+    }
+    ++figures.solves;
+    figures.questions += static_cast<std::uint64_t>(told.questions);
+    figures.failed += told.converged ? 0 : 1;
+    figures.residual = std::max(figures.residual, told.residual);
+    rows += static_cast<std::uint64_t>(told.rows);
+  }
+  figures.most_rows = std::max(figures.most_rows, rows);
+}
+
+bool is_in_island(const World& world, Entity organ) {
+  const InIsland* member = world.find<InIsland>(organ);
+  return member && member->solved;
+}
+
+}  // namespace viscera

@@ -1,0 +1,156 @@
+#include "engine/features/touching/touching.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "engine/features/contact/make_contact.h"
+#include "engine/features/touching/islands.h"
+#include "kernels/base/finite.h"
+
+namespace viscera {
+namespace {
+
+/// Patches of organs are half as far apart as their nodes [De2006's cells under a tool are finer
+/// still], within these bounds [m].
+constexpr double kShareOfSpacing = 0.5, kFinestPitch = 1.5e-3, kCoarsestPitch = 6e-3;
+/// Organs that lie farther apart than this at rest are no pair [m]. Chosen: what a retractor lifts.
+constexpr double kFarthest = 30e-3;
+
+void reach(const SceneDescription& scene, const OrganDescription& organ,
+           const std::vector<InstrumentBody>&, Reach& reach) {
+  if (touching_of(scene).organs && organ.deformable) reach.anywhere = true;
+}
+
+bool presses_back(const SceneModel& model, Entity organ) {
+  const auto contact = make_contact(model, organ);
+  return contact && contact->abilities().springs;
+}
+
+double pitch_at(const OrganModel& model, const Vec3& place) {
+  return std::clamp(kShareOfSpacing * spacing_at(model.touchable, place), kFinestPitch,
+                    kCoarsestPitch);
+}
+
+Box world_bounds(const OrganModel& model, const Pose& pose) {
+  Box bounds;
+  for (int corner = 0; corner < 8; ++corner)
+    bounds.extend(pose.to_world(model.rest_bounds.corner(static_cast<Box::CornerType>(corner))));
+  return bounds;
+}
+
+Result<void> prepare(SceneModel& model) {
+  const SceneDescription& scene = model.scene();
+  if (!touching_of(scene).organs) return {};
+  Store& constants = model.constants();
+  std::vector<std::unique_ptr<CollisionSurface>> finders;
+  std::vector<bool> soft;
+  for (const Entity organ : model.organs()) {
+    const OrganModel& body = *constants.all<OrganBody>().find(organ)->model;
+    finders.push_back(std::make_unique<CollisionSurface>(body.surface, body.rest_positions));
+    soft.push_back(presses_back(model, organ));
+    if (!soft.back()) continue;
+    constants.all<OrganPatches>().add(
+        organ, {patches_of(body.surface, body.rest_normals, *finders.back(),
+                           [&](const Vec3& place) { return pitch_at(body, place); })});
+  }
+  const std::vector<Entity>& organs = model.organs();
+  for (std::size_t i = 0; i < organs.size(); ++i)
+    for (std::size_t j = i + 1; j < organs.size(); ++j) {
+      if (!soft[i] && !soft[j]) continue;
+      const auto body = [&](std::size_t o) -> const OrganModel& {
+        return *constants.all<OrganBody>().find(organs[o])->model;
+      };
+      const Pose poses[2] = {scene.organs[i].pose_at(0.0), scene.organs[j].pose_at(0.0)};
+      if (world_bounds(body(i), poses[0]).exteriorDistance(world_bounds(body(j), poses[1])) >
+          kFarthest)
+        continue;
+      // The finer one brings its patches.
+      const bool first = soft[i] && (!soft[j] || body(i).finest_spacing <= body(j).finest_spacing);
+      const std::size_t one = first ? i : j, other = first ? j : i;
+      OrganPair pair;
+      pair.organs = {organs[one], organs[other]};
+      pair.overlaps = overlaps_of(poses[first ? 0 : 1],
+                                  constants.all<OrganPatches>().find(organs[one])->patches,
+                                  body(other), poses[first ? 1 : 0], *finders[other]);
+      for (const float overlap : pair.overlaps)
+        pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
+      constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
+    }
+  return {};
+}
+
+Result<void> start(World& world) {
+  const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  if (pairs.size() == 0) return {};
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    world.all<PairState>().add(pairs.owner(p), {});
+    world.all<PairJoints>().add(pairs.owner(p), {});
+    for (const Entity organ : pairs[p].organs) {
+      if (!world.find<InIsland>(organ)) world.all<InIsland>().add(organ, {});
+      if (world.find<OrganContact>(organ) || world.find<StillSurface>(organ)) continue;
+      const OrganModel& model = *world.find<OrganBody>(organ)->model;
+      world.all<StillSurface>().add(
+          organ, {std::make_unique<CollisionSurface>(model.surface, model.rest_positions)});
+    }
+  }
+  world.all<TouchingFigures>().add(kWhole, {});
+  world.all<IslandWork>().add(kWhole, {});
+  bind(world, {solve_islands, is_in_island});
+  return {};
+}
+
+/// A state that another program made may say anything.
+bool is_sound(const Meeting& meeting, std::size_t patches, std::size_t triangles) {
+  return meeting.patch < patches && meeting.on.point.triangle >= 0 &&
+         static_cast<std::size_t>(meeting.on.point.triangle) < triangles && meeting.on.area > 0.0 &&
+         !first_stray(meeting);
+}
+
+void restored(World& world) {
+  const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const std::size_t patches = world.find<OrganPatches>(pairs[p].organs[0])->patches.size();
+    const std::size_t triangles =
+        world.find<OrganBody>(pairs[p].organs[1])->model->surface.triangles.size();
+    std::erase_if(world.find<PairState>(pairs.owner(p))->meetings,
+                  [&](const Meeting& meeting) { return !is_sound(meeting, patches, triangles); });
+  }
+}
+
+}  // namespace
+
+std::vector<ReportSection> touching_report(const World& world) {
+  if (!world.has<OrganPair>()) return {};
+  const TouchingFigures& figures = *world.one<TouchingFigures>();
+  double rest = 0.0;
+  for (const OrganPair& pair : world.all<OrganPair>()) rest = std::max(rest, pair.greatest_overlap);
+  return {report_section("contact", {{"pairs", world.all<OrganPair>().size()},
+                                     {"pairs_meeting", figures.most_pairs},
+                                     {"islands", figures.most_islands},
+                                     {"rows", figures.most_rows},
+                                     {"greatest_overlap_m", figures.greatest_overlap},
+                                     {"overlap_at_rest_m", rest},
+                                     {"greatest_force_N", figures.greatest_force},
+                                     {"residual", figures.residual},
+                                     {"without_answer", figures.failed}})};
+}
+
+Feature touching_feature() {
+  return {.name = "touching",
+          .keys = touching_keys(),
+          .reach = reach,
+          .prepare = prepare,
+          .start = start,
+          .states = {state_type<PairState>(), state_type<TouchingFigures>()},
+          .stages = {{.name = "meet organs",
+                      .reads = {"contact cells", "organ poses"},
+                      .reads_before = {"surfaces"},
+                      .writes = {"contact cells"},
+                      .changes = {"organs that touch", "touching figures"},
+                      .needed = [](const World& world) { return world.has<OrganPair>(); },
+                      .run = meet_organs}},
+          .restored = restored,
+          .report = touching_report};
+}
+
+}  // namespace viscera

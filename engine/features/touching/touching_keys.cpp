@@ -1,0 +1,43 @@
+#include "engine/features/touching/touching_keys.h"
+
+namespace viscera {
+namespace {
+
+ObjectSpec contact_spec() {
+  ObjectSpec spec;
+  spec.description = "How bodies of the scene meet each other.";
+  spec.keys = {
+      boolean("organs",
+              "Organs press each other where their surfaces meet, deformable ones against all; "
+              "what overlaps at rest is kept. false: they pass through each other.")
+          .otherwise(false),
+      number("organ_friction",
+             "Coefficient of Coulomb friction between organs. 0: their wet surfaces slide freely.")
+          .between(0, 2)
+          .otherwise(0.0),
+  };
+  return spec;
+}
+
+void read_contact(const Json& scene, Extras& extras) {
+  if (!scene.contains("contact")) return;
+  const Json& values = scene["contact"];
+  extras.set(TouchingDescription{values["organs"], values["organ_friction"]});
+}
+
+}  // namespace
+
+const TouchingDescription& touching_of(const SceneDescription& scene) {
+  static const TouchingDescription none;
+  const auto* said = scene.extras.find<TouchingDescription>();
+  return said ? *said : none;
+}
+
+FeatureKeys touching_keys() {
+  FeatureKeys keys;
+  keys.scene.keys = {object("contact", "What touches what.", contact_spec())};
+  keys.scene.read = read_contact;
+  return keys;
+}
+
+}  // namespace viscera

@@ -1,0 +1,19 @@
+// What a scene says of organs that touch each other.
+#pragma once
+
+#include "engine/scene/feature_keys.h"
+#include "engine/scene/scene.h"
+
+namespace viscera {
+
+/// An extra of scenes.
+struct TouchingDescription {
+  bool organs = false;    ///< they do
+  double friction = 0.0;  ///< coefficient of Coulomb friction between them
+};
+
+const TouchingDescription& touching_of(const SceneDescription& scene);
+
+FeatureKeys touching_keys();
+
+}  // namespace viscera
