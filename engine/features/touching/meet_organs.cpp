@@ -8,9 +8,11 @@
 namespace viscera {
 namespace {
 
-/// Patches nearer than this to the other organ enter the contact problem [m]: an organ that goes
-/// 100 mm/s makes 1.7 of it in a frame.
-constexpr double kMargin = 2.5e-3;
+/// Patches that are no farther from the other organ than they may come within two frames enter the
+/// contact problem: as they moved in the last one, and this besides; at most what two organs make
+/// that go 100 mm/s each. One that is in it leaves it a little later [m].
+constexpr double kLeastMargin = 0.3e-3, kMostMargin = 3.5e-3, kLater = 0.3e-3;
+constexpr double kFrames = 2.0;
 /// A patch that is deeper inside the other organ isn't found there any more [m].
 constexpr double kDeepest = 8e-3;
 /// Surfaces that face each other less than this (cosine) don't meet: the far side of a thin organ.
@@ -76,7 +78,7 @@ std::optional<Near> nearest(const Drawn& one, const SurfacePatch& patch, const D
   const Vec3 own = one.normal(patch.point.triangle);
   if (!(own.dot(near.normal) < kFacing)) return std::nullopt;
   near.gap = (here - near.place).dot(near.normal);
-  if (!(near.gap < kMargin)) return std::nullopt;
+  if (!(near.gap < kMostMargin)) return std::nullopt;
   return near;
 }
 
@@ -132,22 +134,28 @@ class PairSearch {
     joints_.depths.clear();
     const Box reach = bounds_of(world_, pair_.organs[1]);
     const Box own = bounds_of(world_, pair_.organs[0]);
-    const bool apart = reach.exteriorDistance(own) > kMargin;
+    const bool apart = reach.exteriorDistance(own) > kMostMargin;
     shifted_ = moved_apart(world_, pair_);
     if (apart || !(is_awake(world_, pair_.organs[0]) || is_awake(world_, pair_.organs[1]) ||
                    shifted_ > kStill)) {
-      state_.meetings.clear();
+      state_ = {};
       return;
     }
-    std::vector<Found> found(patches_.size());
+    std::vector<std::optional<Near>> near(patches_.size());
+    parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
+      if (reach.exteriorDistance(one_.place(patches_[p].point)) < kMostMargin)
+        near[p] = nearest(one_, patches_[p], other_, finder_);
+    });
+    const double margin = kLeastMargin + kFrames * approached(near);
     std::vector<const Meeting*> before(patches_.size(), nullptr);
     for (const Meeting& meeting : state_.meetings) before[meeting.patch] = &meeting;
+    std::vector<Found> found(patches_.size());
     parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
-      if (reach.exteriorDistance(one_.place(patches_[p].point)) < kMargin)
-        found[p] = look(p, before[p]);
+      if (near[p] && near[p]->gap < margin + (before[p] ? kLater : 0.0))
+        found[p] = meet(p, *near[p], before[p]);
     });
     std::vector<Meeting> meetings;
-    for (Found& one : found) {
+    for (const Found& one : found) {
       if (!one.meets) continue;
       figures.greatest_overlap = std::max(figures.greatest_overlap, overlap_of(one));
       meetings.push_back(one.meeting);
@@ -174,27 +182,44 @@ class PairSearch {
     return found.depth - apart(meeting).dot(found.normal);
   }
 
-  Found look(std::size_t p, const Meeting* before) const {
+  /// How much nearer some patch came within the last frame, at most [m]; remembers gaps.
+  double approached(std::span<const std::optional<Near>> near) {
+    std::vector<float> gaps(near.size(), static_cast<float>(kMostMargin));
+    double most = 0.0;
+    for (std::size_t p = 0; p < near.size(); ++p) {
+      if (!near[p]) continue;
+      gaps[p] = static_cast<float>(near[p]->gap);
+      if (state_.gaps.size() == gaps.size())
+        most = std::max(most, static_cast<double>(state_.gaps[p] - gaps[p]));
+    }
+    state_.gaps = std::move(gaps);
+    return most;
+  }
+
+  Found meet(std::size_t p, const Near& near, const Meeting* before) const {
     const SurfacePatch& patch = patches_[p];
-    const auto near = nearest(one_, patch, other_, finder_);
-    if (!near) return {};
     Found found;
     Meeting& meeting = found.meeting;
     const double radius = std::sqrt(patch.area / 3.0);
-    if (before && (other_.place(before->on.point) - near->place).norm() < kSlidOff * radius) {
+    if (before && (other_.place(before->on.point) - near.place).norm() < kSlidOff * radius) {
       meeting = *before;
     } else {
       const OrganModel& model = *world_.find<OrganBody>(pair_.organs[1])->model;
       meeting.on =
-          patch_at(near->point, patch.area, model.surface, model.rest_normals, rest_finder_);
-      if (before) meeting.force = before->force;
+          patch_at(near.point, patch.area, model.surface, model.rest_normals, rest_finder_);
     }
     meeting.patch = static_cast<std::uint32_t>(p);
     const Vec3 moved = apart(meeting);
-    if (!before) meeting.cling = moved;
+    if (!before) {
+      meeting.cling = moved;
+    } else {
+      // What the patch has slipped stays, on another place of the other organ too.
+      meeting.cling = before->cling + moved - apart(*before);
+      meeting.force = before->force;
+    }
     if (moved.norm() + shifted_ < kStill && meeting.force.isZero(0.0)) return {};
     found.meets = true;
-    found.normal = near->normal;
+    found.normal = near.normal;
     const Vec3 at_rest = one_.pose.to_world(patch.mean()) - other_.pose.to_world(meeting.on.mean());
     found.depth = -at_rest.dot(found.normal) - static_cast<double>(pair_.overlaps[p]);
     return found;
@@ -210,13 +235,13 @@ class PairSearch {
   double shifted_ = 0.0;
 };
 
-/// The cell of a patch that is pushed along -normal by what it meets.
-ContactCell met_cell(const SurfacePatch& patch, double friction) {
+/// The cell of a patch that is pushed this way by what it meets.
+ContactCell met_cell(const SurfacePatch& patch, const Vec3& way, double friction) {
   ContactCell cell;
   cell.position = patch.position;
   cell.normal = patch.normal;
   cell.area = patch.area;
-  cell.direction = -patch.normal;
+  cell.direction = way;
   cell.depth = -1.0;  // the joint says what is wanted
   cell.friction = friction;
   return cell;
@@ -231,10 +256,13 @@ void lay_cells(World& world, Entity entity) {
   for (std::size_t side = 0; side < 2; ++side) {
     if (!yields(world, pair.organs[side])) continue;
     OrganContact& contact = *world.find<OrganContact>(pair.organs[side]);
+    const Pose& pose = pose_of(world, pair.organs[side]);
     joints.first_cells[side] = contact.cells.size();
-    for (const Meeting& meeting : state.meetings) {
+    for (std::size_t m = 0; m < state.meetings.size(); ++m) {
+      const Meeting& meeting = state.meetings[m];
       const SurfacePatch& patch = side == 0 ? patches[meeting.patch] : meeting.on;
-      contact.cells.push_back(met_cell(patch, friction));
+      const Vec3 way = pose.direction_to_local(joints.normals[m]);
+      contact.cells.push_back(met_cell(patch, side == 0 ? way : Vec3(-way), friction));
       contact.held_points.push_back(patch.point);
     }
   }

@@ -56,7 +56,12 @@ static_assert(fields_cover<Meeting>());
 struct PairState {
   static constexpr std::string_view kName = "organs that touch";
   std::vector<Meeting> meetings;  ///< by patch
-  static constexpr auto fields() { return std::tuple(field("meetings", &PairState::meetings)); }
+  /// Of the first organ's patches to the second, as the frame began; the search's reach where that
+  /// is farther [m]; empty: nothing moved.                                            (patches)
+  std::vector<float> gaps;
+  static constexpr auto fields() {
+    return std::tuple(field("meetings", &PairState::meetings), field("gaps", &PairState::gaps));
+  }
 };
 static_assert(fields_cover<PairState>());
 
