@@ -10,9 +10,9 @@
 namespace viscera {
 namespace {
 
-/// Patches of organs are half as far apart as their nodes [De2006's cells under a tool are finer
-/// still], within these bounds [m].
-constexpr double kShareOfSpacing = 0.5, kFinestPitch = 1.5e-3, kCoarsestPitch = 6e-3;
+/// Patches of organs are about as far apart as their nodes, what is finer being the near field's
+/// part, within these bounds [m].
+constexpr double kShareOfSpacing = 1.0, kFinestPitch = 1.5e-3, kCoarsestPitch = 8e-3;
 /// Organs that lie farther apart than this at rest are no pair [m]. Chosen: what a retractor lifts.
 constexpr double kFarthest = 30e-3;
 
