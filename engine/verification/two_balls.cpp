@@ -70,7 +70,7 @@ Result<std::unique_ptr<TwoBalls>> TwoBalls::prepare(const TwoBallsOptions& optio
   return balls;
 }
 
-TwoBallsAnswer TwoBalls::press(double approach) {
+TwoBallsAnswer TwoBalls::press(double approach, double friction, double way) {
   std::array<ContactSolution, 2> solutions;
   std::array<ContactResponse, 2> responses;
   const std::array<TissueContact*, 2> tissues = {&body_->contact(), other_.get()};
@@ -90,6 +90,8 @@ TwoBallsAnswer TwoBalls::press(double approach) {
     joint.ends = {Joint::End{0, static_cast<int>(k)}, Joint::End{1, static_cast<int>(k)}};
     joint.direction = -Vec3::UnitZ();
     joint.depth = approach - apart;
+    joint.friction = friction;
+    joint.displacement = way * Vec3::UnitX();
     joints.push_back(joint);
   }
   TwoBallsAnswer answer;
@@ -107,6 +109,7 @@ TwoBallsAnswer TwoBalls::press(double approach) {
         std::max(answer.greatest_overlap, joints[k].depth - moved.dot(joints[k].direction));
   }
   answer.force = -lower.z();
+  answer.drag = lower.x();
   answer.radius = answer.force > 0.0 ? std::sqrt(2.5 * square / answer.force) : 0.0;
   answer.unbalanced = (lower + upper).norm() / std::max(lower.norm(), upper.norm());
   return answer;

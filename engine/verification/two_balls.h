@@ -36,6 +36,7 @@ struct TwoBallsOptions {
 
 struct TwoBallsAnswer {
   double force = 0.0;             ///< that presses one on the other [N]
+  double drag = 0.0;              ///< along each other [N]
   double radius = 0.0;            ///< sqrt(2.5 <r^2>) weighted by pressure [m]
   double unbalanced = 0.0;        ///< sum of both bodies' forces over the greater of them
   double greatest_overlap = 0.0;  ///< of two cells that meet [m]
@@ -46,8 +47,8 @@ class TwoBalls {
  public:
   static Result<std::unique_ptr<TwoBalls>> prepare(const TwoBallsOptions& options,
                                                    const Progress& progress);
-  /// Centres nearer by this [m].
-  TwoBallsAnswer press(double approach);
+  /// Bases nearer by this; with friction also moved along each other by `way` [m].
+  TwoBallsAnswer press(double approach, double friction = 0.0, double way = 0.0);
   const IsotropicMaterial& material() const { return body_->material(); }
 
  private:

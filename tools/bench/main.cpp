@@ -12,6 +12,7 @@
 #include "engine/run/run.h"
 #include "tools/bench/bench_bodies.h"
 #include "tools/bench/bench_command.h"
+#include "tools/bench/bench_contact.h"
 #include "tools/bench/bench_convergence.h"
 #include "tools/bench/bench_heat.h"
 #include "tools/bench/bench_hemisphere.h"
@@ -28,7 +29,7 @@ namespace viscera {
 namespace {
 
 /// `bench scene`, `bench hemisphere`, `bench bodies`, `bench convergence`, `bench smoke`,
-/// `bench hive`, `bench lift`, `bench heat` and `bench zwidth`.
+/// `bench hive`, `bench lift`, `bench contact`, `bench heat` and `bench zwidth`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -64,6 +65,9 @@ class BenchCommand {
     lift_ = command_->add_subcommand(
         "lift", "time a frame against error of organs at finite strain, lifted and bent");
     add_lift_options();
+    contact_ =
+        command_->add_subcommand("contact", "bodies that touch each other, time against error");
+    add_outputs(*contact_, contact_options_.json, &contact_options_.plots);
     heat_ = command_->add_subcommand(
         "heat", "time of a step of heat, with its error and the standard burn's lesion");
     heat_->add_flag("--quick", heat_options_.quick, "fewer cases; some seconds");
@@ -88,6 +92,7 @@ class BenchCommand {
     if (convergence_->parsed()) return code_of(bench_convergence(convergence_options_, std::cout));
     if (hive_->parsed()) return code_of(bench_hive(hive_options_, std::cout));
     if (lift_->parsed()) return code_of(bench_lift(lift_options_, std::cout));
+    if (contact_->parsed()) return code_of(bench_contact(contact_options_, std::cout));
     if (smoke_->parsed()) {
       smoke_options_.backend = *backend_of(backend_);
       return code_of(bench_smoke(smoke_options_, std::cout));
@@ -175,6 +180,7 @@ class BenchCommand {
   CLI::App* smoke_ = nullptr;
   CLI::App* hive_ = nullptr;
   CLI::App* lift_ = nullptr;
+  CLI::App* contact_ = nullptr;
   CLI::App* heat_ = nullptr;
   CLI::App* zwidth_ = nullptr;
   SceneArguments arguments_;
@@ -185,6 +191,7 @@ class BenchCommand {
   SmokeBenchOptions smoke_options_;
   HiveBenchOptions hive_options_;
   LiftBenchOptions lift_options_;
+  ContactBenchOptions contact_options_;
   HeatBenchOptions heat_options_;
   ZWidthBenchOptions zwidth_options_;
   std::string backend_ = name_of(smoke_options_.backend);

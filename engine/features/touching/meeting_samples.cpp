@@ -13,6 +13,8 @@ namespace {
 
 /// Places of a circle that a patch's height is averaged over.
 constexpr int kPlaces = 6;
+/// A triangle's edge is divided into so many parts at most.
+constexpr int kMostParts = 32;
 
 Vec3 mean_normal(const TriangleSurface& surface, std::span<const Vec3f> normals,
                  const SurfacePoint& point) {
@@ -85,37 +87,71 @@ SurfacePatch patch_at(const SurfacePoint& point, double area, const TriangleSurf
   return patch;
 }
 
+namespace {
+
+/// A bit of the surface.
+struct Bit {
+  SurfacePoint point;
+  Vec3 position = Vec3::Zero();
+  double area = 0.0;
+};
+
+/// Each triangle in equal parts, no edge of them longer than half the pitch there.
+std::vector<Bit> bits_of(const TriangleSurface& surface, std::span<const double> pitch) {
+  std::vector<Bit> bits;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    double longest = 0.0, apart = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto a = static_cast<std::size_t>(surface.triangles[t][c]);
+      const auto b = static_cast<std::size_t>(surface.triangles[t][(c + 1) % 3]);
+      longest = std::max(longest, (surface.vertices[a] - surface.vertices[b]).norm());
+      apart = apart == 0.0 ? pitch[a] : std::min(apart, pitch[a]);
+    }
+    const int parts = std::clamp(static_cast<int>(std::ceil(2.0 * longest / apart)), 1, kMostParts);
+    const double area = area_vector(surface, static_cast<int>(t)).norm() / (parts * parts);
+    for (int i = 0; i < parts; ++i)
+      for (int j = 0; j < parts - i; ++j)
+        for (const int up : {0, 1}) {
+          if (up == 1 && i + j + 1 == parts) continue;
+          const double third = up == 1 ? 2.0 / 3.0 : 1.0 / 3.0;
+          const double x = (i + third) / parts, y = (j + third) / parts;
+          const SurfacePoint point{static_cast<int>(t), Vec3(1.0 - x - y, x, y)};
+          bits.push_back({point, position(surface, point), area});
+        }
+  }
+  return bits;
+}
+
+}  // namespace
+
 std::vector<SurfacePatch> patches_of(const TriangleSurface& surface, std::span<const Vec3f> normals,
                                      const CollisionSurface& finder,
                                      const std::function<double(const Vec3&)>& pitch) {
-  const std::size_t count = surface.vertices.size();
-  std::vector<double> apart(count);
-  double widest = 0.0;
-  for (std::size_t v = 0; v < count; ++v)
-    widest = std::max(widest, apart[v] = pitch(surface.vertices[v]));
-  if (widest <= 0.0) return {};
+  std::vector<double> apart;
+  for (const Vec3& vertex : surface.vertices) apart.push_back(pitch(vertex));
+  const double widest = apart.empty() ? 0.0 : *std::ranges::max_element(apart);
+  if (!(widest > 0.0)) return {};
+  const std::vector<Bit> bits = bits_of(surface, apart);
   Chosen chosen(widest);
   std::vector<std::size_t> middles;
-  std::vector<SurfacePoint> point_of(count);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-    for (std::size_t c = 0; c < 3; ++c) {
-      SurfacePoint& point = point_of[static_cast<std::size_t>(surface.triangles[t][c])];
-      if (point.triangle < 0)
-        point = {static_cast<int>(t), Vec3::Unit(static_cast<Eigen::Index>(c))};
-    }
-  for (std::size_t v = 0; v < count; ++v) {
-    if (point_of[v].triangle < 0 || chosen.nearest(surface.vertices[v], apart[v]) >= 0) continue;
-    chosen.add(surface.vertices[v], static_cast<int>(middles.size()));
-    middles.push_back(v);
+  for (std::size_t b = 0; b < bits.size(); ++b) {
+    const std::array<int, 3>& corners =
+        surface.triangles[static_cast<std::size_t>(bits[b].point.triangle)];
+    double here = 0.0;
+    for (std::size_t c = 0; c < 3; ++c)
+      here += bits[b].point.weights[static_cast<Eigen::Index>(c)] *
+              apart[static_cast<std::size_t>(corners[c])];
+    if (chosen.nearest(bits[b].position, here) >= 0) continue;
+    chosen.add(bits[b].position, static_cast<int>(middles.size()));
+    middles.push_back(b);
   }
   std::vector<double> areas(middles.size(), 0.0);
-  const std::vector<double> of_vertices = vertex_areas(surface);
-  for (std::size_t v = 0; v < count; ++v)
-    if (const int owner = chosen.nearest(surface.vertices[v], widest); owner >= 0)
-      areas[static_cast<std::size_t>(owner)] += of_vertices[v];
+  for (const Bit& bit : bits)
+    if (const int owner = chosen.nearest(bit.position, widest); owner >= 0)
+      areas[static_cast<std::size_t>(owner)] += bit.area;
   std::vector<SurfacePatch> patches(middles.size());
   parallel_for_each_index(middles.size(), 64, [&](std::size_t i) {
-    patches[i] = patch_at(point_of[middles[i]], areas[i], surface, normals, finder);
+    patches[i] = patch_at(bits[middles[i]].point, areas[i], surface, normals, finder);
   });
   std::erase_if(patches, [](const SurfacePatch& patch) { return !(patch.area > 0.0); });
   return patches;

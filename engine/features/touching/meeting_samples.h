@@ -35,8 +35,8 @@ static_assert(fields_cover<SurfacePatch>());
 SurfacePatch patch_at(const SurfacePoint& point, double area, const TriangleSurface& surface,
                       std::span<const Vec3f> normals, const CollisionSurface& finder);
 
-/// Patches that share the surface out among them, their middles at vertices that are no nearer to
-/// each other than `pitch` says there [m].
+/// Patches that share the surface out among them, their middles no nearer to each other than
+/// `pitch` says there [m].
 std::vector<SurfacePatch> patches_of(const TriangleSurface& surface, std::span<const Vec3f> normals,
                                      const CollisionSurface& finder,
                                      const std::function<double(const Vec3&)>& pitch);

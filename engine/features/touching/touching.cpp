@@ -10,9 +10,8 @@
 namespace viscera {
 namespace {
 
-/// Patches of organs are about as far apart as their nodes, what is finer being the near field's
-/// part, within these bounds [m].
-constexpr double kShareOfSpacing = 1.0, kFinestPitch = 1.5e-3, kCoarsestPitch = 8e-3;
+/// Bounds of the distance of patches [m].
+constexpr double kFinestPitch = 0.5e-3, kCoarsestPitch = 10e-3;
 /// Organs that lie farther apart than this at rest are no pair [m]. Chosen: what a retractor lifts.
 constexpr double kFarthest = 30e-3;
 
@@ -26,9 +25,8 @@ bool presses_back(const SceneModel& model, Entity organ) {
   return contact && contact->abilities().springs;
 }
 
-double pitch_at(const OrganModel& model, const Vec3& place) {
-  return std::clamp(kShareOfSpacing * spacing_at(model.touchable, place), kFinestPitch,
-                    kCoarsestPitch);
+double pitch_at(const OrganModel& model, const Vec3& place, double share) {
+  return std::clamp(share * spacing_at(model.touchable, place), kFinestPitch, kCoarsestPitch);
 }
 
 Box world_bounds(const OrganModel& model, const Pose& pose) {
@@ -50,8 +48,10 @@ Result<void> prepare(SceneModel& model) {
     soft.push_back(presses_back(model, organ));
     if (!soft.back()) continue;
     constants.all<OrganPatches>().add(
-        organ, {patches_of(body.surface, body.rest_normals, *finders.back(),
-                           [&](const Vec3& place) { return pitch_at(body, place); })});
+        organ,
+        {patches_of(body.surface, body.rest_normals, *finders.back(), [&](const Vec3& place) {
+          return pitch_at(body, place, touching_of(scene).pitch);
+        })});
   }
   const std::vector<Entity>& organs = model.organs();
   for (std::size_t i = 0; i < organs.size(); ++i)

@@ -10,6 +10,7 @@ namespace viscera {
 struct TouchingDescription {
   bool organs = false;    ///< they do
   double friction = 0.0;  ///< coefficient of Coulomb friction between them
+  double pitch = 0.5;     ///< of the patches by which they meet, over the distance of their nodes
 };
 
 const TouchingDescription& touching_of(const SceneDescription& scene);

@@ -1,4 +1,6 @@
 // Steps of a body that something touches, with conditions that a test can solve by hand.
+#include "kernels/finite/touched_step.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,6 +46,53 @@ TEST(TouchedStep, WhatAsksForWhatCantBeLetsGoForAStep) {
   EXPECT_TRUE(step.forces.empty());
   EXPECT_EQ(state.displacements, alone.displacements);
   EXPECT_EQ(state.velocities, alone.velocities);
+}
+
+TEST(TouchedStep, AskedQuestionByQuestionItEndsWithTheSameBits) {
+  const LiftedBody& body = lifted_body();
+  FiniteState asked = body.solver().at_rest(), whole = asked;
+  for (int frame = 1; frame <= 3; ++frame) {
+    GripTouch touch = body.held_at(Vec3(0, 0, 2e-3 * frame)), same = touch;
+    TouchedStep step(body.solver(), touch, asked, Vec3::Zero());
+    int questions = 0;
+    for (; const TouchQuestion* question = step.question(); ++questions)
+      step.answer(touch.solve(*question));
+    EXPECT_GT(questions, 1);
+    const FiniteStep told = step.end(), expected = body.solver().step(same, whole);
+    EXPECT_EQ(told.iterations, expected.iterations);
+    EXPECT_EQ(told.forces, expected.forces);
+    EXPECT_EQ(asked.displacements, whole.displacements);
+    EXPECT_EQ(asked.loads, whole.loads);
+  }
+}
+
+TEST(TouchedStep, ForcesThatAreFoundLaterAreItsLoads) {
+  const LiftedBody& body = lifted_body();
+  FiniteState state = body.solver().at_rest();
+  GripTouch touch = body.held_at(Vec3(0, 0, 2e-3));
+  TouchedStep step(body.solver(), touch, state, Vec3::Zero());
+  VectorX last;
+  while (const TouchQuestion* question = step.question()) {
+    last = *touch.solve(*question);
+    step.answer(last);
+  }
+  const VectorX twice = 2.0 * last;
+  VectorX loads = VectorX::Zero(static_cast<Eigen::Index>(state.loads.size()));
+  touch.add_loads(twice, loads);
+  const FiniteStep told = step.end(&twice);
+  EXPECT_EQ(told.forces.front(), Vec3(twice.head<3>()));
+  EXPECT_EQ(VectorX(Eigen::Map<const VectorX>(state.loads.data(), loads.size())), loads);
+}
+
+TEST(TouchedStep, WithoutAnAnswerItGoesOnWithoutWhatTouchesIt) {
+  const LiftedBody& body = lifted_body();
+  FiniteState state = body.solver().at_rest();
+  GripTouch touch = body.held_at(Vec3(0, 0, 2e-3));
+  TouchedStep step(body.solver(), touch, state, Vec3::Zero());
+  ASSERT_NE(step.question(), nullptr);
+  step.answer(std::nullopt);
+  EXPECT_EQ(step.question(), nullptr);
+  EXPECT_FALSE(step.end().answered);
 }
 
 /// How far from where it would be [m] a bar is 20 frames after every so manyth of its nodes was

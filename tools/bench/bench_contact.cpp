@@ -1,0 +1,194 @@
+#include "tools/bench/bench_contact.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "engine/features/touching/touching.h"
+#include "engine/features/touching/touching_balls.h"
+#include "engine/io/atomic_file.h"
+#include "engine/io/interrupt.h"
+#include "engine/io/svg_plot.h"
+#include "engine/scene/tissues.h"
+#include "engine/simulation/frame.h"
+#include "engine/simulation/prepare.h"
+#include "engine/simulator/build.h"
+#include "engine/verification/two_balls.h"
+#include "kernels/base/stopwatch.h"
+#include "tools/common/bench_figures.h"
+#include "tools/common/project_paths.h"
+
+namespace viscera {
+namespace {
+
+/// Hertz's balls, held infinitely far away, come this much nearer under 29.6 mN [m].
+constexpr double kApproach = 1e-3;
+
+/// Patches a fifth of the touching disc's radius apart, on triangles that lie 3 um within the ball.
+constexpr BallFineness kFine{.edge = 0.7e-3, .pitch = 0.25};
+
+struct ContactCase {
+  std::string name;
+  double value = 0.0, reference = 0.0;
+  double frame_ms = 0.0;
+  int rows = 0;
+  double error() const { return value / reference - 1.0; }
+};
+
+/// The bases' approach under the force of Hertz's balls at kApproach [m].
+double held_approach(const IsotropicMaterial& material, double give) {
+  return kApproach - 2.0 * give * hertz(material, kHemisphereRadius, kApproach).force;
+}
+
+class ContactBench {
+ public:
+  Result<void> run(std::ostream& out) {
+    auto balls = TwoBalls::prepare({}, until_interrupted());
+    if (!balls) return std::unexpected(balls.error());
+    material_ = (*balls)->material();
+    auto give = give_of_base(material_, kHemisphereRadius);
+    if (!give) return std::unexpected(give.error());
+    give_ = *give;
+    out << fmt::format("{:<62}{:>10}{:>11}{:>9}{:>11}{:>7}\n", "case", "value", "reference",
+                       "error", "frame", "rows");
+    press_kernel(**balls, out);
+    for (const bool fine : {false, true})
+      for (const Response response : {Response::kLinear, Response::kFinite})
+        if (auto pressed = press_organs(response, fine, out); !pressed) return pressed;
+    drag(**balls, out);
+    return {};
+  }
+
+  std::vector<BenchRow> rows() const {
+    const auto error = [&](std::size_t i) { return 100.0 * std::abs(cases_[i].error()); };
+    return {{"two balls, the kernel: force against Hertz", "%", error(0), 4.0},
+            {"their radius of touch", "%", error(1), 10.0},
+            {"their forces, opposite", "", unbalanced_, 1e-6},
+            {"two linear organs: a frame while they touch", "ms", cases_[2].frame_ms, 0.5},
+            {"two organs at finite strain: the same", "ms", cases_[3].frame_ms, 4.0},
+            {"fine patches, linear: force against Hertz", "%", error(4), 4.0},
+            {"fine patches, finite strain: the same", "%", error(5), 4.0},
+            {"dragged: tangential over normal force", "%", error(6), 1.0}};
+  }
+  nlohmann::json json() const {
+    nlohmann::json all = nlohmann::json::array();
+    for (const ContactCase& one : cases_)
+      all.push_back({{"case", one.name},
+                     {"value", one.value},
+                     {"reference", one.reference},
+                     {"error", one.error()},
+                     {"frame_ms", one.frame_ms},
+                     {"rows", one.rows}});
+    return all;
+  }
+  Plot plot() const {
+    Plot plot;
+    plot.title = "Two balls press each other";
+    plot.subtitle = "R 25 mm, E 10 kPa, Poisson .45, held by their bases";
+    plot.x = {"approach (mm)"};
+    plot.y = {"force (mN)"};
+    plot.series = {computed_, exact_};
+    return plot;
+  }
+
+ private:
+  void add(const ContactCase& one, std::ostream& out) {
+    out << fmt::format("{:<62}{:>10.5f}{:>11.5f}{:>7.2f} %{:>8.2f} ms{:>7}\n", one.name, one.value,
+                       one.reference, 100.0 * one.error(), one.frame_ms, one.rows)
+        << std::flush;
+    cases_.push_back(one);
+  }
+
+  void press_kernel(TwoBalls& balls, std::ostream& out) {
+    const HertzAnswer exact = hertz(material_, kHemisphereRadius, kApproach);
+    const double approach = held_approach(material_, give_);
+    TwoBallsAnswer answer;
+    const double time = median_call_s([&] { answer = balls.press(approach); }, 0.5);
+    add({"balls, kernel: force (N)", answer.force, exact.force, 1e3 * time, answer.island.rows},
+        out);
+    add({"balls, kernel: radius (mm)", 1e3 * answer.radius, 1e3 * exact.radius, 1e3 * time,
+         answer.island.rows},
+        out);
+    unbalanced_ = answer.unbalanced;
+    computed_.name = "computed";
+    computed_.line = false;
+    exact_.name = "Hertz, bases held";
+    exact_.markers = false;
+    for (int i = 1; i <= 10; ++i) {
+      const double deep = 0.2e-3 * i;
+      computed_.points.emplace_back(1e3 * deep, 1e3 * balls.press(deep).force);
+      exact_.points.emplace_back(1e3 * deep,
+                                 1e3 * hertz_held(material_, kHemisphereRadius, deep, give_).force);
+    }
+  }
+
+  /// The upper organ goes down and back; frames count in which they touch.
+  Result<void> press_organs(Response response, bool fine, std::ostream& out) {
+    const double approach = held_approach(material_, give_);
+    Tissue rubber;
+    rubber.name = "rubber";
+    rubber.elastic = material_;
+    std::vector<std::string> warnings;
+    auto model =
+        build_model(touching_balls(approach, response, fine ? kFine : BallFineness{}),
+                    {{"rubber", rubber}}, {assets_folder(), false}, until_interrupted(), warnings);
+    if (!model) return std::unexpected(model.error());
+    auto world = start_world(*std::move(model));
+    if (!world) return std::unexpected(world.error());
+    Trace trace(stage_names());
+    std::vector<double> times;
+    double greatest = 0.0;
+    while ((*world)->time() < 2.0 * kBallsNearest) {
+      if (interrupted()) return failure(kCancelled);
+      const Stopwatch watch;
+      step_frame(**world, trace);
+      const double took = watch.seconds();
+      Vec3 force = Vec3::Zero();
+      for (const Vec3& one : (*world)->all<OrganContact>()[0].solution.forces) force += one;
+      if (-force.z() > 0.0) times.push_back(took);
+      greatest = std::max(greatest, -force.z());
+    }
+    const bool linear = response == Response::kLinear;
+    add({fmt::format("balls, {}, {}: force (N)",
+                     linear ? "linear organs" : "organs at finite strain",
+                     fine ? "fine patches" : "patches by default"),
+         greatest, hertz(material_, kHemisphereRadius, kApproach).force,
+         1e3 * quantiles(times).median,
+         static_cast<int>((*world)->one<TouchingFigures>()->most_rows)},
+        out);
+    return {};
+  }
+
+  /// The upper ball's cells are dragged along until all slide.
+  void drag(TwoBalls& balls, std::ostream& out) {
+    constexpr double kFriction = 0.3;
+    TwoBallsAnswer answer;
+    const double time = median_call_s(
+        [&] { answer = balls.press(held_approach(material_, give_), kFriction, 5e-3); }, 0.5);
+    add({"balls, dragged: tangential over normal force", answer.drag / answer.force, kFriction,
+         1e3 * time, answer.island.rows},
+        out);
+  }
+
+  IsotropicMaterial material_;
+  double give_ = 0.0, unbalanced_ = 0.0;
+  std::vector<ContactCase> cases_;
+  PlotSeries computed_, exact_;
+};
+
+}  // namespace
+
+Result<void> bench_contact(const ContactBenchOptions& options, std::ostream& out) {
+  if (auto sound = check_outputs({options.json}, options.plots); !sound) return sound;
+  ContactBench bench;
+  if (auto done = bench.run(out); !done) return done;
+  print_rows_of_this_machine(bench.rows(), out);
+  if (!options.plots.empty())
+    if (auto drawn = write_file(options.plots / "two_balls.svg", to_svg(bench.plot())); !drawn)
+      return drawn;
+  return write_cases(options.json, bench.json(), bench.rows());
+}
+
+}  // namespace viscera
