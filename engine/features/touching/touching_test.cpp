@@ -29,7 +29,7 @@ class TouchingBalls : public testing::TestWithParam<Response> {};
 
 TEST_P(TouchingBalls, PressEachOtherAsHertzFoundAndEquallyHard) {
   const double approach = 1.5e-3;
-  auto world = build(touching_balls(approach, GetParam()));
+  auto world = build(touching_balls(approach, GetParam(), {.edge = 1e-3, .pitch = 0.35}));
   ASSERT_TRUE(world);
   EXPECT_EQ(but_for_strain(step_until(*world, kBallsNearest)), FlagSet());
   const IsotropicMaterial material = world->all<OrganBody>()[0].model->material;
@@ -37,7 +37,7 @@ TEST_P(TouchingBalls, PressEachOtherAsHertzFoundAndEquallyHard) {
   ASSERT_TRUE(give);
   const double exact = hertz_held(material, kRadius, approach, *give).force;
   const Vec3 below = pressed(*world, 0), above = pressed(*world, 1);
-  // Patches 1.5 mm apart under a disc of 4 mm.
+  // Patches 1 mm apart under a disc of 4 mm.
   EXPECT_NEAR(-below.z(), exact, 0.08 * exact);
   EXPECT_LT((below + above).norm(), 1e-6 * above.norm());
   EXPECT_LT(world->one<TouchingFigures>()->greatest_overlap, 0.2e-3);
@@ -94,7 +94,7 @@ TEST(Touching, OrgansThatOverlapAtRestKeepThatAndTellIt) {
 
 TEST(Touching, AToolThatPressesOneOrganIsFeltByTheOneBelow) {
   auto scene = touching_balls(0.0, Response::kLinear);
-  // The upper ball is held at its equator's rim alone: by what lies far from the axis.
+  // The upper ball hangs on its side.
   Region rim;
   rim.a = Vec3(15e-3, 0, 0);
   rim.b = Vec3(-1, 0, 0);
@@ -107,10 +107,10 @@ TEST(Touching, AToolThatPressesOneOrganIsFeltByTheOneBelow) {
   scene.extras.set(TouchingDescription{});
   auto apart = build(scene);
   ASSERT_TRUE(touching && apart);
-  EXPECT_EQ(but_for_strain(step_until(*touching, 0.3)), FlagSet());
-  step_until(*apart, 0.3);
+  EXPECT_EQ(but_for_strain(step_until(*touching, 0.6)), FlagSet());
+  step_until(*apart, 0.6);
   EXPECT_GT(-pressed(*touching, 0).z(), 1e-3);
-  EXPECT_GT(force_on(*touching, 0).z(), 1.02 * force_on(*apart, 0).z());
+  EXPECT_GT(force_on(*touching, 0).z(), 1.005 * force_on(*apart, 0).z());
 }
 
 TEST(Touching, LinksAndMeetingsOfAnIslandAreSolvedAsOne) {
