@@ -75,10 +75,10 @@ void FiniteContact::make_response() {
   still_ = response_;
   near_ = still_ - by_places;
   body_.step.need(touched());
-  step_ = coupled_by_step();
   gather_nodes();
   gather_groups();
   gather_answers();
+  step_ = spread_out() ? coupled_by_answers() : coupled_by_step();
   turn(state_.motion.rotations);
   response_ = turned_step_ + turned_near_;  // what others that a spring ties to it meet in a step
 }
@@ -111,6 +111,31 @@ MatrixX FiniteContact::coupled_by_step() const {
   return response;
 }
 
+/// The same of many cells: each one's answer, read by the fields of the others.
+MatrixX FiniteContact::coupled_by_answers() const {
+  const std::size_t n = answered_.size(), size = 3 * nodal_columns().rows;
+  std::vector<std::vector<std::pair<std::size_t, double>>> fields(n);  // of each cell's nodes
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t j = 0; j < nodes_.size(); ++j)
+      if (const double value = fields_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
+          value != 0.0)
+        fields[k].emplace_back(3 * static_cast<std::size_t>(nodes_[j]), value);
+  MatrixX response(at(n), at(n));
+  parallel_for_each_index(n, 4, [&](std::size_t l) {
+    const float* answers = answers_.data() + size * l;
+    for (std::size_t k = 0; k < n; ++k) {
+      Mat3 sum = Mat3::Zero();
+      for (const auto& [row, value] : fields[k])
+        for (std::size_t b = 0; b < 3; ++b)
+          sum.col(static_cast<Eigen::Index>(b)) +=
+              value * Eigen::Map<const Vec3f>(answers + b * (size / 3) + row).cast<double>();
+      response.block<3, 3>(at(k), at(l)) = sum;
+    }
+  });
+  // Columns in single precision leave their mark; the mirror must be exact.
+  return 0.5 * (response + response.transpose());
+}
+
 /// The fields of nodes at the cells: those of the places, shared as the cells' loads are.
 void FiniteContact::gather_nodes() {
   const SparseWeights& fields = body_.places.fields;
@@ -137,8 +162,16 @@ void FiniteContact::gather_nodes() {
                 std::lower_bound(nodes_.begin(), nodes_.end(), fields.nodes[e]) - nodes_.begin()) +=
           static_cast<double>(fields.values[e]);
   }
-  shares_.noalias() = coefficients() * basis();
-  fields_.noalias() = shares_ * at_places;
+  if (!spread_out()) {
+    shares_.noalias() = coefficients() * basis();
+    fields_.noalias() = shares_ * at_places;
+    return;
+  }
+  shares_ = basis();
+  fields_.setZero(shares_.rows(), at_places.cols());
+  for (std::size_t k = 0; k < place_shares().size(); ++k)
+    for (const PlaceShare& place : place_shares()[k])
+      fields_.row(static_cast<Eigen::Index>(k)) += place.share * at_places.row(place.touched);
 }
 
 /// Cells that reach a node in common belong together.
@@ -177,7 +210,7 @@ void FiniteContact::gather_groups() {
 void FiniteContact::gather_answers() {
   const auto count = static_cast<std::size_t>(shares_.rows());
   const std::vector<CellShares> before = std::exchange(answered_, {});
-  if (kFewerColumns * count > touched().size()) {
+  if (!spread_out() && kFewerColumns * count > touched().size()) {
     answers_.clear();
     return;
   }

@@ -91,6 +91,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   VectorX moved_cells(const VectorX& u) const;
   MatrixX answers_to(const MatrixX& forces) const;
   MatrixX coupled_by_step() const;
+  MatrixX coupled_by_answers() const;
   void gather_nodes();
   void gather_groups();
   void gather_answers();

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "kernels/base/archive.h"
+#include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/deformation.h"
@@ -19,6 +20,9 @@ namespace {
 /// Weights of all cells are written in a common basis that misses none of them by more than this
 /// share: cells of one tip differ little, so the basis is several times smaller than their number.
 constexpr double kBasisTolerance = 5e-4;
+/// More cells than a tool or two lay: those of organs that touch, which differ from each other. A
+/// basis would be as large as their number.
+constexpr std::size_t kMostOfTools = 96;
 /// A patch that has not moved for this many solves is taken to stay; the columns of so many of its
 /// cells are then put together in a call, each for about what the sum over all touched places
 /// costs.
@@ -192,32 +196,58 @@ double PatchContact::stiffness_about(const Vec3& position,
 
 /// The compliance among touched places, split by component. Where it is symmetric only one triangle
 /// is read (the rest is its mirror): the columns are long, so every entry is a miss of the cache.
-void PatchContact::gather_compliance() {
-  if (gathered_ == touched_) return;
+/// What was read for places that are still touched is kept.
+void PatchContact::read_compliance() {
   const bool symmetric = compliance_.symmetric;
   const auto m = static_cast<Eigen::Index>(touched_.size());
+  std::array<Eigen::MatrixXf, 9> before;
+  before.swap(prepared_);
   for (std::size_t part = 0; part < 9; ++part) {
     if (symmetric && part / 3 > part % 3) continue;
-    block_[part].resize(m, m);
+    prepared_[part].resize(m, m);
+  }
+  std::vector<Eigen::Index> known(touched_.size(), -1);
+  for (std::size_t i = 0, old = 0; i < touched_.size(); ++i) {
+    while (old < gathered_.size() && gathered_[old] < touched_[i]) ++old;
+    if (old < gathered_.size() && gathered_[old] == touched_[i])
+      known[i] = static_cast<Eigen::Index>(old);
   }
   const std::size_t rows = compliance_.rows();
-  for (Eigen::Index j = 0; j < m; ++j) {
-    const auto place = static_cast<std::size_t>(touched_[static_cast<std::size_t>(j)]);
-    const float* column = compliance_.columns.data() + 3 * place * rows;
+  parallel_for_each_index(touched_.size(), 32, [&](std::size_t column) {
+    const auto j = static_cast<Eigen::Index>(column);
+    const float* values =
+        compliance_.columns.data() + 3 * static_cast<std::size_t>(touched_[column]) * rows;
     for (Eigen::Index i = 0; i < (symmetric ? j + 1 : m); ++i) {
-      const auto other = static_cast<std::size_t>(touched_[static_cast<std::size_t>(i)]);
-      const float* entry = column + 3 * compliance_.touchable[other];
-      for (std::size_t a = 0; a < 3; ++a) {
+      const auto row = static_cast<std::size_t>(i);
+      const bool kept = known[row] >= 0 && known[column] >= 0;
+      const float* entry =
+          values + 3 * compliance_.touchable[static_cast<std::size_t>(touched_[row])];
+      for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t b = symmetric ? a : 0; b < 3; ++b) {
-          block_[3 * a + b](i, j) = entry[b * rows + a];
+          const std::size_t part = 3 * a + b;
+          prepared_[part](i, j) =
+              kept ? before[part](known[row], known[column]) : entry[b * rows + a];
           // C(j, i) is the transpose of C(i, j).
-          if (symmetric) block_[3 * a + b](j, i) = entry[a * rows + b];
+          if (symmetric)
+            prepared_[part](j, i) =
+                kept ? before[part](known[column], known[row]) : entry[a * rows + b];
         }
-      }
     }
-  }
-  if (update_ && update_->rank > 0) take_off_blocks();
+  });
   gathered_ = touched_;
+}
+
+void PatchContact::gather_compliance() {
+  const bool changed = gathered_ != touched_;
+  if (changed) read_compliance();
+  if (!update_ || update_->rank == 0 || !(changed || block_[0].rows() != prepared_[0].rows()))
+    return;
+  block_ = prepared_;
+  take_off_blocks();
+}
+
+const Eigen::MatrixXf& PatchContact::block(std::size_t part) const {
+  return update_ && update_->rank > 0 ? block_[part] : prepared_[part];
 }
 
 /// V V^T among the touched places.
@@ -244,6 +274,12 @@ void PatchContact::take_off_blocks() {
 /// S = coefficients * basis by Gram and Schmidt, taking the worst represented cell first.
 void PatchContact::compress_weights() {
   const Eigen::Index n = weights_.rows(), m = weights_.cols();
+  spread_out_ = static_cast<std::size_t>(n) > kMostOfTools;
+  if (spread_out_) {
+    basis_ = weights_;
+    coefficients_.setIdentity(n, n);
+    return list_place_shares();
+  }
   MatrixX rest = weights_;
   VectorX left = rest.rowwise().squaredNorm();
   const VectorX whole = left;
@@ -269,6 +305,32 @@ void PatchContact::compress_weights() {
   coefficients_.conservativeResize(Eigen::NoChange, rank);
 }
 
+void PatchContact::list_place_shares() {
+  place_shares_.assign(static_cast<std::size_t>(weights_.rows()), {});
+  for (Eigen::Index k = 0; k < weights_.rows(); ++k)
+    for (Eigen::Index j = 0; j < weights_.cols(); ++j)
+      if (weights_(k, j) != 0.0)
+        place_shares_[static_cast<std::size_t>(k)].push_back({static_cast<int>(j), weights_(k, j)});
+}
+
+/// S C S^T of one component of C, by the few places under each cell.
+MatrixX PatchContact::coupled_apart(const Eigen::MatrixXf& block) const {
+  const std::size_t n = place_shares_.size();
+  MatrixX part(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
+  parallel_for_each_index(n, 8, [&](std::size_t l) {
+    Eigen::VectorXf image = Eigen::VectorXf::Zero(block.rows());
+    for (const PlaceShare& place : place_shares_[l])
+      image += static_cast<float>(place.share) * block.col(place.touched);
+    for (std::size_t k = 0; k < n; ++k) {
+      double sum = 0.0;
+      for (const PlaceShare& place : place_shares_[k])
+        sum += place.share * static_cast<double>(image[place.touched]);
+      part(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) = sum;
+    }
+  });
+  return part;
+}
+
 /// The body's part of the cells' response: S C S^T.
 void PatchContact::couple_cells() {
   const Eigen::MatrixXf basis = basis_.cast<float>();
@@ -281,11 +343,17 @@ void PatchContact::couple_cells() {
   };
   for (Eigen::Index a = 0; a < 3; ++a) {
     for (Eigen::Index b = compliance_.symmetric ? a : 0; b < 3; ++b) {
-      const Eigen::MatrixXf& block = block_[static_cast<std::size_t>(3 * a + b)];
-      image.setZero(block.rows(), transposed.cols());
-      add_product(block.data(), transposed.data(), image.data(), block.rows(), transposed.cols());
-      const MatrixX small = (basis * image).cast<double>();
-      const MatrixX part = coefficients_ * small * coefficients_.transpose();
+      const Eigen::MatrixXf& values = block(static_cast<std::size_t>(3 * a + b));
+      MatrixX part;
+      if (spread_out_) {
+        part = coupled_apart(values);
+      } else {
+        image.setZero(values.rows(), transposed.cols());
+        add_product(values.data(), transposed.data(), image.data(), values.rows(),
+                    transposed.cols());
+        const MatrixX small = (basis * image).cast<double>();
+        part = coefficients_ * small * coefficients_.transpose();
+      }
       component(a, b) = part;
       if (compliance_.symmetric && a != b) component(b, a) = part.transpose();
       // Products in single precision leave their mark; the mirror must be exact.
@@ -294,19 +362,70 @@ void PatchContact::couple_cells() {
   }
 }
 
+/// What is finer than places between two cells; nothing: air parts them, or they face away.
+std::optional<Mat3> PatchContact::near_pair(std::size_t k, std::size_t l) const {
+  const std::vector<Place>& cells = state_.places;
+  if (facing(cells[k].normal.dot(cells[l].normal)) == 0.0 || !see_each_other(k, l))
+    return std::nullopt;
+  return near_between(k, l);
+}
+
+/// Of all pairs of which one moves, where cells are many; else empty. What was found for cells that
+/// are where they were is kept.
+std::vector<std::optional<Mat3>> PatchContact::near_pairs(std::size_t moving) {
+  if (!spread_out_) {
+    near_known_ = {};
+    return {};
+  }
+  const std::vector<Place>& cells = state_.places;
+  std::vector<int> before(cells.size(), -1);
+  for (std::size_t k = 0, next = 0; k < cells.size(); ++k) {
+    // Those that stay mostly stand in the same order.
+    const std::vector<Place>& known = near_known_.places;
+    for (std::size_t tried = 0; tried < known.size(); ++tried) {
+      const std::size_t at = (next + tried) % known.size();
+      if (!(known[at] == cells[k])) continue;
+      before[k] = static_cast<int>(at);
+      next = at + 1;
+      break;
+    }
+  }
+  const auto at = [](std::size_t k, std::size_t l) { return k * (k + 1) / 2 + l; };
+  NearPairs found;
+  found.places = cells;
+  found.pairs.resize(at(cells.size(), 0));
+  const bool anchored = anchored_ == near_known_anchored_;
+  parallel_for_each_index(cells.size(), 4, [&](std::size_t k) {
+    for (std::size_t l = 0; l < std::min(k + 1, moving); ++l) {
+      const bool kept = anchored && before[k] >= 0 && before[l] >= 0 && before[l] <= before[k];
+      found.pairs[at(k, l)] = kept ? near_known_.pairs[at(static_cast<std::size_t>(before[k]),
+                                                          static_cast<std::size_t>(before[l]))]
+                                   : near_pair(k, l);
+    }
+  });
+  near_known_anchored_ = anchored_;
+  std::vector<std::optional<Mat3>> pairs = found.pairs;
+  near_known_ = std::move(found);
+  return pairs;
+}
+
 /// Adds the near field, about the mean of both normals, so that it stays reciprocal; that among the
 /// anchors they have in them.
 void PatchContact::couple_nearby() {
   const std::vector<Place>& cells = state_.places;
   const std::size_t moving = moving_cells();
   sound_near_.assign(update_ ? moving * (moving + 1) / 2 : 0, Mat3::Zero());
+  const std::vector<std::optional<Mat3>> pairs = near_pairs(moving);
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l < std::min(k + 1, moving); ++l) {
       const double faces = facing(cells[k].normal.dot(cells[l].normal));
-      if (faces == 0.0 || !see_each_other(k, l)) continue;
+      if (faces == 0.0) continue;
+      const std::optional<Mat3> found =
+          pairs.empty() ? near_pair(k, l) : pairs[k * (k + 1) / 2 + l];
+      if (!found) continue;
       // The tissue about each counts by its root, so that the whole stays positive.
       const double share = faces / std::sqrt(stiffness_[k] * stiffness_[l]);
-      const Mat3 near = near_between(k, l);
+      const Mat3& near = *found;
       if (update_ && k < moving) sound_near_[k * (k + 1) / 2 + l] = faces * near;
       const Mat3 response = share * near;
       const auto row = static_cast<Eigen::Index>(3 * k), column = static_cast<Eigen::Index>(3 * l);
@@ -430,7 +549,9 @@ void PatchContact::drop_response() {
   const auto drop = [](auto&... vectors) {
     (std::remove_reference_t<decltype(vectors)>().swap(vectors), ...);
   };
-  drop(stiffness_, modulus_, touched_, gathered_, spread_, cell_columns_, sound_near_);
+  drop(stiffness_, modulus_, touched_, gathered_, spread_, cell_columns_, sound_near_,
+       place_shares_, near_known_.places, near_known_.pairs);
+  prepared_.fill(Eigen::MatrixXf());
   columns_made_ = 0;
   weights_ = basis_ = coefficients_ = MatrixX();
   block_.fill(Eigen::MatrixXf());
@@ -496,7 +617,10 @@ std::size_t PatchContact::memory_bytes() const {
                       of(sound_near_);
   for (const auto& shares : spread_) bytes += of(shares);
   for (const MatrixX* matrix : {&weights_, &basis_, &coefficients_}) bytes += of_matrix(*matrix);
-  for (const Eigen::MatrixXf& block : block_) bytes += of_matrix(block);
+  for (const auto* blocks : {&block_, &prepared_})
+    for (const Eigen::MatrixXf& block : *blocks) bytes += of_matrix(block);
+  for (const auto& shares : place_shares_) bytes += of(shares);
+  bytes += of(place_shares_) + of(near_known_.places) + of(near_known_.pairs);
   for (const Eigen::MatrixXf& modes : modes_) bytes += of_matrix(modes);
   if (anchors_)
     bytes += of(anchors_->cells) + of(anchors_->places) + of(anchors_->columns) +
@@ -508,7 +632,7 @@ void PatchContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
   if (!compliance_.symmetric) return;
   update_ = std::move(update);
   // All that was put together of the compliance until now is of another body.
-  gathered_.clear();
+  block_.fill(Eigen::MatrixXf());
   forget_conditions();
   if (const auto anchors = anchors_) anchor(anchors->cells);
 }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -69,6 +70,15 @@ class PatchContact : public TissueContact {
   const std::vector<int>& touched() const { return touched_; }
   const MatrixX& coefficients() const { return coefficients_; }  ///< cells x r
   const MatrixX& basis() const { return basis_; }                ///< r x m
+  /// They are too many to be those of a tool or two, and have no basis: coefficients() is the
+  /// identity, and these are the shares, by cell.
+  bool spread_out() const { return spread_out_; }
+  /// A touched place, by its index among them, and its share of a cell's load.
+  struct PlaceShare {
+    int touched = 0;
+    double share = 0.0;
+  };
+  const std::vector<std::vector<PlaceShare>>& place_shares() const { return place_shares_; }
   const TouchableSurface& surface() const { return surface_; }
   const DrawnSurface& drawn() const { return *drawn_; }
   void make_response() override;
@@ -87,12 +97,18 @@ class PatchContact : public TissueContact {
   void make_columns();
   void spread_cells(std::span<const Place> places);
   void gather_compliance();
+  void read_compliance();
+  const Eigen::MatrixXf& block(std::size_t part) const;
   double stiffness_about(const Vec3& position, const std::vector<LoadShare>& shares) const;
   void take_off_blocks();
   Mat3 near_between(std::size_t k, std::size_t l) const;
   bool see_each_other(std::size_t k, std::size_t l) const;  ///< through tissue
   void compress_weights();
+  void list_place_shares();
   void couple_cells();
+  MatrixX coupled_apart(const Eigen::MatrixXf& block) const;
+  std::optional<Mat3> near_pair(std::size_t k, std::size_t l) const;
+  std::vector<std::optional<Mat3>> near_pairs(std::size_t moving);
 
   IsotropicMaterial material_of(double stiffness) const;
   void take_off_columns(std::span<const double> weights, float* columns) const;
@@ -116,13 +132,24 @@ class PatchContact : public TissueContact {
   std::vector<std::vector<LoadShare>> spread_;  // per cell
   MatrixX weights_;                             // S: cells x m
   MatrixX basis_, coefficients_;                // S ~ coefficients (cells x r) basis (r x m)
+  bool spread_out_ = false;
+  std::vector<std::vector<PlaceShare>> place_shares_;  // per cell, where they are spread out
   // Components xx, xy, xz, yx, ... of C on touched places, m x m each; yx, zx and zy stay empty
-  // where C is symmetric, being the transposes of xy, xz and yz.
-  std::array<Eigen::MatrixXf, 9> block_;
+  // where C is symmetric, being the transposes of xy, xz and yz. As prepared, and, where an update
+  // has taken something off, without that.
+  std::array<Eigen::MatrixXf, 9> prepared_, block_;
   // Of an update: V^T of the touched places, by component (rank x m), and the near field of sound
   // tissue between moving cells k and l <= k, at k (k + 1) / 2 + l.
   std::array<Eigen::MatrixXf, 3> modes_;
   std::vector<Mat3> sound_near_;
+  // Near fields between the cells of before, at k (k + 1) / 2 + l; nothing: they don't see each
+  // other. Many cells stay where they are as others come and go.
+  struct NearPairs {
+    std::vector<Place> places;
+    std::vector<std::optional<Mat3>> pairs;
+  };
+  NearPairs near_known_;
+  bool near_known_anchored_ = false;
   std::vector<float> cell_columns_;  // C S^T: rows x (3 cells), where the patch has stayed
   std::size_t columns_made_ = 0;     // of those that count as built
 };
