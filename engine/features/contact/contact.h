@@ -13,6 +13,9 @@ struct ScannedSurface {
   SurfaceScan scan;
 };
 
+/// Of an organ at rest, its frame here; world [m].
+Box bounds_at_rest(const OrganModel& model, const Pose& pose);
+
 /// InstrumentState, deformed surfaces -> OrganContact.cells, OrganTouch.ranges,
 /// InstrumentContact.grasp.
 void find_contacts(World& world, const FrameContext& context);

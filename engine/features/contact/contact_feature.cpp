@@ -4,13 +4,6 @@
 namespace viscera {
 namespace {
 
-Box bounds_at_rest(const OrganModel& model, const Pose& pose) {
-  Box bounds;
-  for (int corner = 0; corner < 8; ++corner)
-    bounds.extend(pose.to_world(model.rest_bounds.corner(static_cast<Box::CornerType>(corner))));
-  return bounds;
-}
-
 Result<void> prepare(SceneModel& model) {
   for (std::size_t o = 0; o < model.organs().size(); ++o) {
     if (!model.scene().organs[o].deformable) continue;
@@ -48,6 +41,13 @@ void restored(World& world) {
 }
 
 }  // namespace
+
+Box bounds_at_rest(const OrganModel& model, const Pose& pose) {
+  Box bounds;
+  for (int corner = 0; corner < 8; ++corner)
+    bounds.extend(pose.to_world(model.rest_bounds.corner(static_cast<Box::CornerType>(corner))));
+  return bounds;
+}
 
 Feature contact_feature() {
   return {.name = "contact",

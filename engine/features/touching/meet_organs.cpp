@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/features/contact/contact.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/parallel.h"
 
@@ -100,12 +101,7 @@ double moved_apart(const World& world, const OrganPair& pair) {
 
 Box bounds_of(const World& world, Entity organ) {
   if (const OrganTouch* touch = world.find<OrganTouch>(organ)) return touch->bounds;
-  const OrganModel& model = *world.find<OrganBody>(organ)->model;
-  Box bounds;
-  for (int corner = 0; corner < 8; ++corner)
-    bounds.extend(pose_of(world, organ)
-                      .to_world(model.rest_bounds.corner(static_cast<Box::CornerType>(corner))));
-  return bounds;
+  return bounds_at_rest(*world.find<OrganBody>(organ)->model, pose_of(world, organ));
 }
 
 /// What became of a patch in this frame.

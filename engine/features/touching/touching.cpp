@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
 #include "engine/features/touching/islands.h"
 #include "kernels/base/finite.h"
@@ -27,13 +28,6 @@ bool presses_back(const SceneModel& model, Entity organ) {
 
 double pitch_at(const OrganModel& model, const Vec3& place, double share) {
   return std::clamp(share * spacing_at(model.touchable, place), kFinestPitch, kCoarsestPitch);
-}
-
-Box world_bounds(const OrganModel& model, const Pose& pose) {
-  Box bounds;
-  for (int corner = 0; corner < 8; ++corner)
-    bounds.extend(pose.to_world(model.rest_bounds.corner(static_cast<Box::CornerType>(corner))));
-  return bounds;
 }
 
 Result<void> prepare(SceneModel& model) {
@@ -61,7 +55,7 @@ Result<void> prepare(SceneModel& model) {
         return *constants.all<OrganBody>().find(organs[o])->model;
       };
       const Pose poses[2] = {scene.organs[i].pose_at(0.0), scene.organs[j].pose_at(0.0)};
-      if (world_bounds(body(i), poses[0]).exteriorDistance(world_bounds(body(j), poses[1])) >
+      if (bounds_at_rest(body(i), poses[0]).exteriorDistance(bounds_at_rest(body(j), poses[1])) >
           kFarthest)
         continue;
       // The finer one brings its patches.
