@@ -144,7 +144,7 @@ TEST(Controls, RecordedAndReplayedAreTheSameRun) {
   const std::string hash = folder.report()["state_hash"];
   const ProgramResult second = folder.run(with(kNoPictures, {"--replay", file}));
   ASSERT_EQ(second.code, 0) << second.told();
-  EXPECT_EQ(hash, folder.report()["state_hash"]);
+  EXPECT_EQ(hash, folder.report()["state_hash"].get<std::string>());
 }
 
 TEST(Controls, ThatAreNotOnesAreRefusedWithTheirLine) {
