@@ -53,7 +53,8 @@ class Task {
     return std::move(*handle_.promise().value);
   }
 
-  /// In another coroutine: `co_await task`.
+  /// In another coroutine: `co_await task`. Not in the condition of a statement that may throw: GCC
+  /// 12 then ends the program. `if (const bool done = co_await task; !done)` is sound.
   bool await_ready() const noexcept { return false; }
   std::coroutine_handle<> await_suspend(std::coroutine_handle<> waiting) noexcept {
     handle_.promise().waiting = waiting;

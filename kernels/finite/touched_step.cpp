@@ -102,9 +102,9 @@ class TouchedStep::Descent {
         still = {u_, forces_, y_};
         u_ += options.time_step * Eigen::Map<const VectorX>(state_.velocities.data(), n_);
       }
-      if (!co_await start_here()) co_return false;
+      if (const bool done = co_await start_here(); !done) co_return false;
       told_.iterations = 0;
-      if (!co_await descend(most, std::move(still))) co_return false;
+      if (const bool done = co_await descend(most, std::move(still)); !done) co_return false;
     }
     told_.energy = value_;
     stood_ = forces_;
@@ -207,7 +207,7 @@ class TouchedStep::Descent {
     u_ = std::move(other.u);
     forces_ = std::move(other.forces);
     y_ = std::move(other.y);
-    if (!co_await start_here()) co_return false;
+    if (const bool done = co_await start_here(); !done) co_return false;
     if (value_ <= value) co_return true;
     u_ = u;
     g_ = g;
@@ -224,15 +224,15 @@ class TouchedStep::Descent {
     z_.resize(0);
     Way way;
     for (int i = 0; i < most; ++i) {
-      if (!co_await find_way(z, pairs, way)) co_return false;
+      if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
       if (i == 0 && other.u.size() > 0 && !(-0.5 * way.slope <= kSureStart * std::abs(value_))) {
-        if (!co_await start_at_less(std::move(other))) co_return false;
+        if (const bool done = co_await start_at_less(std::move(other)); !done) co_return false;
         z = first_guess(g_);
-        if (!co_await find_way(z, pairs, way)) co_return false;
+        if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
       }
       if (!(way.slope < 0.0) && pairs.size() > 0) {
         pairs.clear();
-        if (!co_await find_way(z, pairs, way)) co_return false;
+        if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
       }
       note_residual(-way.slope);
       if (told_.converged || !(way.slope < 0.0)) {
@@ -245,7 +245,7 @@ class TouchedStep::Descent {
       double length = search(way, next, next_value, next_g);
       if (length < kShortest && pairs.size() > 0) {
         pairs.clear();
-        if (!co_await find_way(z, pairs, way)) co_return false;
+        if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
         length = search(way, next, next_value, next_g);
       }
       keep(way);
@@ -260,7 +260,7 @@ class TouchedStep::Descent {
       z = std::move(next_z);
       if (length < 1.0) {
         // A way that was cut short leaves gaps open.
-        if (!co_await start_here()) co_return false;
+        if (const bool done = co_await start_here(); !done) co_return false;
         z = first_guess(g_);
       }
       if (at_floor) break;

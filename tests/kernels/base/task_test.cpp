@@ -23,8 +23,14 @@ Task<int> twice_the_sum(Numbers& questions) {
 }
 
 Task<int> refuses(Numbers& questions) {
-  if (co_await questions.ask("may I?") == 0) throw std::runtime_error("refused");
-  co_return 1;
+  const int allowed = co_await questions.ask("may I?");
+  if (allowed == 0) throw std::runtime_error("refused");
+  co_return allowed;
+}
+
+Task<int> goes_on_if_allowed(Numbers& questions) {
+  if (const int allowed = co_await refuses(questions); allowed == 0) co_return 2;
+  co_return 3;
 }
 
 Task<int> keeps(Numbers& questions, std::shared_ptr<int> kept) {
@@ -75,6 +81,19 @@ TEST(Task, WhatItThrewComesOutWithItsResult) {
   questions.answer(0);
   ASSERT_TRUE(task.ended());
   EXPECT_THROW(task.result(), std::runtime_error);
+}
+
+TEST(Task, WhatOneThatItWaitsForThrewComesOutToo) {
+  Numbers questions;
+  Task<int> task = goes_on_if_allowed(questions);
+  task.begin();
+  questions.answer(0);
+  ASSERT_TRUE(task.ended());
+  EXPECT_THROW(task.result(), std::runtime_error);
+  Task<int> allowed = goes_on_if_allowed(questions);
+  allowed.begin();
+  questions.answer(1);
+  EXPECT_EQ(allowed.result(), 3);
 }
 
 TEST(Task, OneThatIsNeverAnsweredGivesBackWhatItHolds) {
