@@ -13,8 +13,8 @@ namespace {
 // "viscera whole ", 16 digits, a blank, 32 digits, a line's end.
 constexpr std::size_t kMark = 14 + 16 + 1 + 32 + 1;
 
-// The seed takes .64 MB [bytes].
-constexpr std::size_t kMemory = 1'200'000;
+// The seed, of which all grids are read, takes up to 2 MB [bytes].
+constexpr std::size_t kMemory = 4'000'000;
 
 std::string marked(std::string_view volume) {
   char length[17];
