@@ -122,25 +122,32 @@ void accept_answer(World& world, Entity organ, OrganContact& contact, const Fram
   if (!contact.solution.converged) context.report->raise(kContactNotConverged);
 }
 
-ContactSolves contact_solves(World& world, const FrameContext& context) {
-  const auto slide = [&world, &context](Entity organ) {
-    if (!slip_jaws(world, organ, *world.find<OrganContact>(organ))) return false;
-    context.report->raise(kGripSlipped);
+/// What binds organs may ask for of one of them.
+class OrganSolves {
+ public:
+  OrganSolves(World& world, const FrameContext& context) : world_(world), context_(context) {}
+
+  bool slide_jaws(Entity organ) const {
+    if (!slip_jaws(world_, organ, *world_.find<OrganContact>(organ))) return false;
+    context_.report->raise(kGripSlipped);
     return true;
-  };
-  const auto accept = [&world, &context](Entity organ) {
-    accept_answer(world, organ, *world.find<OrganContact>(organ), context);
-  };
-  const auto alone = [&world, slide, accept](Entity organ, const MatrixX& backing) {
-    OrganContact& contact = *world.find<OrganContact>(organ);
-    TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
+  }
+  void accept(Entity organ) const {
+    accept_answer(world_, organ, *world_.find<OrganContact>(organ), context_);
+  }
+  void alone(Entity organ, const MatrixX& backing) const {
+    OrganContact& contact = *world_.find<OrganContact>(organ);
+    TissueContact& solver = *world_.find<OrganTouch>(organ)->solver;
     solver.solve(contact.cells, contact.solution, contact.response, backing);
-    for (int pass = 0; pass < kSlipPasses && slide(organ); ++pass)
+    for (int pass = 0; pass < kSlipPasses && slide_jaws(organ); ++pass)
       solver.solve(contact.cells, contact.solution, contact.response, backing);
     accept(organ);
-  };
-  return {alone, slide, accept};
-}
+  }
+
+ private:
+  World& world_;
+  const FrameContext& context_;
+};
 
 bool is_answered(const World& world, Entity organ) {
   const Binding* binding = world.one<Binding>();
@@ -242,9 +249,15 @@ void bring_normals_home(OrganState& state) {
 void deform_organs(World& world, const FrameContext& context) {
   Pool<OrganContact>& contacts = world.all<OrganContact>();
   for (std::size_t o = 0; o < contacts.size(); ++o) begin_finite_step(world, contacts.owner(o));
-  const ContactSolves solves = contact_solves(world, context);
-  if (const Binding* binding = world.one<Binding>())
+  const OrganSolves organs(world, context);
+  if (const Binding* binding = world.one<Binding>()) {
+    // A pointer each: an idle frame allocates nothing.
+    const ContactSolves solves = {
+        [&organs](Entity organ, const MatrixX& backing) { organs.alone(organ, backing); },
+        [&organs](Entity organ) { return organs.slide_jaws(organ); },
+        [&organs](Entity organ) { organs.accept(organ); }};
     for (const Binder& binder : binding->binders) binder.solve(world, solves);
+  }
   const GpuOrgans* gpu = world.one<GpuOrgans>();
   for (std::size_t o = 0; o < contacts.size(); ++o) {
     const Entity organ = contacts.owner(o);
@@ -258,7 +271,7 @@ void deform_organs(World& world, const FrameContext& context) {
         continue;
       }
     }
-    if (!is_answered(world, organ)) solves.alone(organ, {});
+    if (!is_answered(world, organ)) organs.alone(organ, {});
     note_finite_step(world, organ, *context.report);
     if (!contact.solution.converged) continue;
     hand_forces_to_tools(world, organ, contact);
