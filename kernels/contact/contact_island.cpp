@@ -171,9 +171,7 @@ bool ContactIsland::decide(std::span<const IslandBody> bodies, std::span<const J
   ++figures_.questions;
   set_wanted(bodies, joints);
   assemble(bodies);
-  if (unknowns_.empty()) {
-    // Nothing is between them.
-  } else {
+  if (!unknowns_.empty()) {
     const Eigen::LLT<MatrixX> factor(matrix_);
     if (factor.info() != Eigen::Success) {
       const Rise rise = rise_to_positive(matrix_, kRidge);

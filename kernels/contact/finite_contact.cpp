@@ -588,7 +588,10 @@ class FiniteContact::Share final : public SharedSolve {
 std::unique_ptr<SharedSolve> FiniteContact::share(std::span<const ContactCell> cells,
                                                   std::size_t own, ContactSolution& solution,
                                                   ContactResponse& response) {
+  // Of a step that goes on, cells are where it has come.
+  std::vector<Vec3> come = state_.displacements;
   if (!begin_answer(cells, solution, response)) return nullptr;
+  state_.displacements = std::move(come);
   begin_solve(cells, own, solution, response);
   return std::make_unique<Share>(*this);
 }

@@ -372,10 +372,10 @@ std::optional<Mat3> PatchContact::near_pair(std::size_t k, std::size_t l) const 
 
 /// Of all pairs of which one moves, where cells are many; else empty. What was found for cells that
 /// are where they were is kept.
-std::vector<std::optional<Mat3>> PatchContact::near_pairs(std::size_t moving) {
+const std::vector<std::optional<Mat3>>& PatchContact::near_pairs(std::size_t moving) {
   if (!spread_out_) {
     near_known_ = {};
-    return {};
+    return near_known_.pairs;
   }
   const std::vector<Place>& cells = state_.places;
   std::vector<int> before(cells.size(), -1);
@@ -394,7 +394,8 @@ std::vector<std::optional<Mat3>> PatchContact::near_pairs(std::size_t moving) {
   NearPairs found;
   found.places = cells;
   found.pairs.resize(at(cells.size(), 0));
-  const bool anchored = anchored_ == near_known_anchored_;
+  found.anchored = anchored_;
+  const bool anchored = anchored_ == near_known_.anchored;
   parallel_for_each_index(cells.size(), 4, [&](std::size_t k) {
     for (std::size_t l = 0; l < std::min(k + 1, moving); ++l) {
       const bool kept = anchored && before[k] >= 0 && before[l] >= 0 && before[l] <= before[k];
@@ -403,10 +404,8 @@ std::vector<std::optional<Mat3>> PatchContact::near_pairs(std::size_t moving) {
                                    : near_pair(k, l);
     }
   });
-  near_known_anchored_ = anchored_;
-  std::vector<std::optional<Mat3>> pairs = found.pairs;
   near_known_ = std::move(found);
-  return pairs;
+  return near_known_.pairs;
 }
 
 /// Adds the near field, about the mean of both normals, so that it stays reciprocal; that among the
@@ -415,7 +414,7 @@ void PatchContact::couple_nearby() {
   const std::vector<Place>& cells = state_.places;
   const std::size_t moving = moving_cells();
   sound_near_.assign(update_ ? moving * (moving + 1) / 2 : 0, Mat3::Zero());
-  const std::vector<std::optional<Mat3>> pairs = near_pairs(moving);
+  const std::vector<std::optional<Mat3>>& pairs = near_pairs(moving);
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (std::size_t l = 0; l < std::min(k + 1, moving); ++l) {
       const double faces = facing(cells[k].normal.dot(cells[l].normal));

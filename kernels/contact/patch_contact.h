@@ -108,7 +108,7 @@ class PatchContact : public TissueContact {
   void couple_cells();
   MatrixX coupled_apart(const Eigen::MatrixXf& block) const;
   std::optional<Mat3> near_pair(std::size_t k, std::size_t l) const;
-  std::vector<std::optional<Mat3>> near_pairs(std::size_t moving);
+  const std::vector<std::optional<Mat3>>& near_pairs(std::size_t moving);
 
   IsotropicMaterial material_of(double stiffness) const;
   void take_off_columns(std::span<const double> weights, float* columns) const;
@@ -147,9 +147,9 @@ class PatchContact : public TissueContact {
   struct NearPairs {
     std::vector<Place> places;
     std::vector<std::optional<Mat3>> pairs;
+    bool anchored = false;  // the last of them are anchors: of these no pairs
   };
   NearPairs near_known_;
-  bool near_known_anchored_ = false;
   std::vector<float> cell_columns_;  // C S^T: rows x (3 cells), where the patch has stayed
   std::size_t columns_made_ = 0;     // of those that count as built
 };

@@ -434,6 +434,7 @@ void TissueContact::take(std::span<const ContactCell> cells, const VectorX* forc
   remember_ways(cells, backing);
   list_unknowns();
   solution.converged = forces != nullptr;
+  state_.displacements.assign(cells.size(), Vec3::Zero());
   if (cells.empty()) return;
   for (std::size_t k = 0; k < cells.size(); ++k)
     solution.forces[k] =

@@ -13,8 +13,8 @@ struct ContactBenchOptions {
 };
 
 /// Two half balls by the kernel and as organs of a scene, linear and at finite strain, against
-/// Hertz; a block that is dragged against Coulomb. Prints the cases with the figures to reach and
-/// writes JSON and a plot. Fails where a body can't be prepared, and on Ctrl-C.
+/// Hertz; a ball that is dragged along the other against Coulomb. Prints the cases with the figures
+/// to reach and writes JSON and a plot. Fails where a body can't be prepared, and on Ctrl-C.
 Result<void> bench_contact(const ContactBenchOptions& options, std::ostream& out);
 
 }  // namespace viscera

@@ -16,6 +16,9 @@ struct ScannedSurface {
 /// Of an organ at rest, its frame here; world [m].
 Box bounds_at_rest(const OrganModel& model, const Pose& pose);
 
+/// How deformation has moved a cell of an organ's last solve, world [m].
+Vec3 cell_displacement(const World& world, Entity organ, std::size_t cell);
+
 /// InstrumentState, deformed surfaces -> OrganContact.cells, OrganTouch.ranges,
 /// InstrumentContact.grasp.
 void find_contacts(World& world, const FrameContext& context);

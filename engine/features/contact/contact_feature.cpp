@@ -49,6 +49,11 @@ Box bounds_at_rest(const OrganModel& model, const Pose& pose) {
   return bounds;
 }
 
+Vec3 cell_displacement(const World& world, Entity organ, std::size_t cell) {
+  return pose_of(world, organ)
+      .direction_to_world(world.find<OrganTouch>(organ)->solver->cell_displacements()[cell]);
+}
+
 Feature contact_feature() {
   return {.name = "contact",
           .prepare = prepare,

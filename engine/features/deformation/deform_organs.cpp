@@ -15,8 +15,6 @@
 namespace viscera {
 namespace {
 
-/// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
-constexpr int kSlipPasses = 4;
 constexpr double kLeastSlip = 1e-6;  // [m]
 /// An organ that only links pull at keeps its drawn shape until some place has moved by this much:
 /// a tenth of what a pixel sees from where the lens comes nearest, a hundredth of how deep tips

@@ -18,6 +18,9 @@ struct GpuOrgans {
   std::shared_ptr<GpuSurfaces> surfaces;
 };
 
+/// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
+inline constexpr int kSlipPasses = 4;
+
 /// Contact on single organs, as *deform organs* hands it to what binds them.
 struct ContactSolves {
   /// Solves it on one, its last cells met by what yields as this matrix says.

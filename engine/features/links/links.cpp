@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/features/breathing/breathing.h"
+#include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/links/link_places.h"
@@ -369,13 +370,10 @@ class GroupSolve {
 
   void note_displacements(Entity organ) {
     const OrganTies& ties = *world_.find<OrganTies>(organ);
-    const Pose& pose = pose_of(world_, organ);
-    const OrganContact& contact = *world_.find<OrganContact>(organ);
-    const std::size_t begin = first_link_cell(contact, ties);
+    const std::size_t begin = first_link_cell(*world_.find<OrganContact>(organ), ties);
     for (std::size_t i = 0; i < ties.ties.size(); ++i)
       spring_of(world_, ties.ties[i]).displacements[static_cast<std::size_t>(ties.ties[i].side)] =
-          pose.direction_to_world(
-              world_.find<OrganTouch>(organ)->solver->cell_displacements()[begin + i]);
+          cell_displacement(world_, organ, begin + i);
   }
 
   /// The links' forces as they are now, beside the tools' of its last solve.
@@ -590,10 +588,7 @@ void take_springs(World& world, std::span<const Entity> organs, std::span<const 
         for (std::size_t end = 0; end < 2; ++end) {
           if (ends[end].body < 0) continue;
           spring.displacements[end] =
-              pose_of(world, tied[end])
-                  .direction_to_world(
-                      world.find<OrganTouch>(tied[end])
-                          ->solver->cell_displacements()[static_cast<std::size_t>(ends[end].cell)]);
+              cell_displacement(world, tied[end], static_cast<std::size_t>(ends[end].cell));
         }
         // Should the organs come apart, their links go on from here.
         spring.force_before = spring.force;

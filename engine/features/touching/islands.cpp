@@ -2,15 +2,13 @@
 
 #include <algorithm>
 
+#include "engine/features/contact/contact.h"
 #include "engine/features/links/links.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/disjoint_sets.h"
 
 namespace viscera {
 namespace {
-
-/// Jaws that slip are let back and all is solved again; so many times a frame at most.
-constexpr int kSlipPasses = 4;
 
 /// The pairs that meet in this frame and the organs that these and links tie together.
 struct Island {
@@ -125,9 +123,7 @@ class IslandSolve {
   /// By deformation, world [m].
   Vec3 displacement(Entity organ, const Joint::End& end) const {
     if (end.body < 0) return Vec3::Zero();
-    return pose_of(world_, organ)
-        .direction_to_world(world_.find<OrganTouch>(organ)
-                                ->solver->cell_displacements()[static_cast<std::size_t>(end.cell)]);
+    return cell_displacement(world_, organ, static_cast<std::size_t>(end.cell));
   }
 
   void take_meetings(std::span<const Joint> joints, std::span<const Vec3> forces) {
@@ -181,7 +177,6 @@ void solve_islands(World& world, const ContactSolves& solves) {
       solves.accept(organ);
     }
     ++figures.solves;
-    figures.questions += static_cast<std::uint64_t>(told.questions);
     figures.failed += told.converged ? 0 : 1;
     figures.residual = std::max(figures.residual, told.residual);
     rows += static_cast<std::uint64_t>(told.rows);

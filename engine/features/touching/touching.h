@@ -84,19 +84,17 @@ struct IslandWork {
 /// How it went so far.
 struct TouchingFigures {
   static constexpr std::string_view kName = "touching figures";
-  std::uint64_t solves = 0;     ///< of islands
-  std::uint64_t questions = 0;  ///< answered by them
-  std::uint64_t failed = 0;     ///< islands without an answer
+  std::uint64_t solves = 0;  ///< of islands
+  std::uint64_t failed = 0;  ///< islands without an answer
   std::uint64_t most_rows = 0, most_islands = 0, most_pairs = 0;
   double residual = 0.0;          ///< greatest, with friction, over the greatest force
   double greatest_overlap = 0.0;  ///< beyond that at rest [m]
   double greatest_force = 0.0;    ///< of a pair [N]
   static constexpr auto fields() {
     using F = TouchingFigures;
-    return std::tuple(field("solves", &F::solves), field("questions", &F::questions),
-                      field("failed", &F::failed), field("most_rows", &F::most_rows),
-                      field("most_islands", &F::most_islands), field("most_pairs", &F::most_pairs),
-                      field("residual", &F::residual),
+    return std::tuple(field("solves", &F::solves), field("failed", &F::failed),
+                      field("most_rows", &F::most_rows), field("most_islands", &F::most_islands),
+                      field("most_pairs", &F::most_pairs), field("residual", &F::residual),
                       field("greatest_overlap", &F::greatest_overlap),
                       field("greatest_force", &F::greatest_force));
   }

@@ -16,9 +16,9 @@ ObjectSpec contact_spec() {
           .between(0, 2)
           .otherwise(0.0),
       number("organ_pitch",
-             "Distance of the patches by which organs meet, over that of their nodes. Where two "
-             "balls touch in a disc, their force is too small by about a seventh of the patches' "
-             "distance over the disc's radius; frames take longer with more patches.")
+             "Distance of the patches by which organs meet, over that of their nodes. The "
+             "fewer of them lie where organs touch, the smaller the force that is found; more of "
+             "them make frames longer (`viscera bench contact`).")
           .between(0.1, 4)
           .otherwise(0.5),
   };
