@@ -29,6 +29,9 @@ constexpr std::size_t kFewNodes = 4000;
 /// What two levels keep of each node beside the coarse factor: rows of K, cells, groups [bytes].
 constexpr std::size_t kLevelBytesANode = 14000;
 
+/// FiniteOptions::decrement of a body that nothing holds.
+constexpr double kFreeDecrement = 2e-8;
+
 constexpr const char* kFinite = "finite_";  // before the names of its arrays
 
 }  // namespace
@@ -41,6 +44,10 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
   for (const PronyTerm& term : tissue.prony)
     options.relaxation.push_back({term.g * instantaneous, term.tau});
   options.dynamic = !organ.finite.quasi_static;
+  options.free = organ.free;
+  // Of a body that lies still, the weight that it doesn't give in to is nearly all of a step's
+  // energy, m g^2 dt^2 / 2: what moves it by a of g too much has a^2 of that.
+  if (organ.free) options.decrement = kFreeDecrement;
   options.iterations = organ.finite.iterations;
   options.iterations_released = std::max(options.iterations_released, organ.finite.iterations);
   return options;
@@ -108,8 +115,13 @@ Result<CoarseFactors> make_finite_in_levels(OrganModel& model, const FiniteParts
                                             const FiniteOptions& options, bool changes,
                                             const CoarseFactors& coarse) {
   const PointCloud& cloud = model.fields->cloud();
-  auto still = TwoLevels::make(RestStiffness::assemble(cloud.size(), parts.region, parts.hold, {}),
-                               cloud.positions, cloud.spacings, coarse.still);
+  std::vector<double> foundation;
+  if (options.free)
+    for (const double volume : parts.volumes)
+      foundation.push_back(inertia_over_step(options) * volume);
+  auto still = TwoLevels::make(
+      RestStiffness::assemble(cloud.size(), parts.region, parts.hold, {.inertia = foundation}),
+      cloud.positions, cloud.spacings, coarse.still);
   if (!still) return std::unexpected(still.error());
   auto at_rest = std::make_shared<const TwoLevels>(std::move(*still));
   auto body = FiniteBody::create(parts.region, parts.hold);

@@ -22,6 +22,8 @@ struct FiniteParts {
   std::vector<double> volumes;
 };
 
+/// A free body rests, for what hands and the next step's cells meet, on the inertia of a step
+/// (ElasticProblem::foundation): nothing else withstands them between two frames.
 FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue);
 
 /// Fails, naming the key, for formulations that have no such points.

@@ -273,6 +273,7 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
   hasher.value(tissue.elastic.youngs_modulus).value(tissue.elastic.poisson_ratio);
   if (tissue.fibres.modulus > 0.0) hash_fibres(hasher, tissue.fibres);
   for (const Region& region : organ.fixed) hash_region(hasher, region);
+  if (organ.free) hasher.text("free");
   hasher.value(organ.resolution.spacing).value(organ.resolution.finest);
   hasher.value(organ.resolution.gradient).value(demand.touched);
   // Columns made one by one have other last digits than all at once.

@@ -174,6 +174,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   problem.most_memory = options.most_memory;
   problem.few_points = organ.response == Response::kFinite;
   problem.points_alone = answers_in_levels(model, organ);
+  if (organ.free) problem.foundation = inertia_over_step(finite_options(organ, tissue));
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());

@@ -105,6 +105,7 @@ OrganDescription organ_of(const Json& values) {
   for (const Json& part : values["parts"]) organ.parts.push_back(part_of(part));
   organ.pose = pose_of(values["pose"]);
   for (const Json& region : values["fixed"]) organ.fixed.push_back(region_of(region));
+  organ.free = values["free"];
   organ.formulation = values["formulation"];
   if (values["response"] == "linear" || values["response"] == "global")
     organ.response = Response::kLinear;

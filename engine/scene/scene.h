@@ -127,6 +127,7 @@ struct OrganDescription {
   std::vector<PartDescription> parts;  ///< later ones over earlier ones
   Pose pose;
   std::vector<Region> fixed;  ///< union; the surface inside it doesn't move
+  bool free = false;          ///< nothing holds it: it falls, slides and comes to rest
   std::string formulation = "galerkin";
   Response response = Response::kAuto;
   FiniteDescription finite;

@@ -255,10 +255,14 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       object("pose", "Where it stands in the world.", pose()).otherwise(Json::object()),
       list("fixed",
            "Regions whose union holds the surface that doesn't move; a deformable organ "
-           "needs at least one.",
+           "needs at least one, unless it is free.",
            region())
           .items(0, 100)
           .otherwise(Json::array()),
+      boolean("free",
+              "Nothing holds it: under gravity it falls on what lies below it, slides there and "
+              "comes to rest. It needs contact between organs, and answers at finite strain.")
+          .otherwise(false),
       text("formulation", "How the elastic response is discretised.")
           .known_as("formulation")
           .otherwise("galerkin"),
@@ -286,16 +290,20 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
       boolean("deformable", "false: scenery that nothing touches or moves.").otherwise(true),
   };
   spec.checks = {
-      {{"deformable", "fixed"},
+      {{"deformable", "fixed", "free"},
        [](const Json& values) -> Finding {
-         if (!values["deformable"].get<bool>() || !values["fixed"].empty()) return {};
+         if (!values["deformable"].get<bool>() || !values["fixed"].empty() ||
+             values["free"].get<bool>())
+           return {};
          return {{"fixed",
                   "found no region, expected at least one: a body that nothing holds "
-                  "would drift away (or \"deformable\": false)"}};
+                  "would drift away (or \"deformable\": false, or \"free\": true)"}};
        },
        {{"if",
          {{"not",
-           {{"properties", {{"deformable", {{"const", false}}}}}, {"required", {"deformable"}}}}}},
+           {{"anyOf",
+             {{{"properties", {{"deformable", {{"const", false}}}}}, {"required", {"deformable"}}},
+              {{"properties", {{"free", {{"const", true}}}}}, {"required", {"free"}}}}}}}}},
         {"then", {{"properties", {{"fixed", {{"minItems", 1}}}}}, {"required", {"fixed"}}}}}}};
   spec.checks.push_back({{"parts", "response"},
                          [](const Json& values) -> Finding {

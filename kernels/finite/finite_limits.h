@@ -30,7 +30,8 @@ inline constexpr double kShortest = 0.1;
 /// hundred times the rounding of single precision.
 inline constexpr double kLeastChange = 1e-4;
 /// Beyond these a state isn't tissue's any more: the last good one is taken back.
-inline constexpr double kFarthest = 0.2;  // [m]
+inline constexpr double kFarthest = 0.2;      // [m]
+inline constexpr double kFarthestFree = 1.0;  // ... of a body that nothing holds: out of view [m]
 inline constexpr double kFastest = 2.0;   // [m/s]
 
 /// What a further iteration would gain, over the energy that there would be: 1 where a body at rest
@@ -39,11 +40,11 @@ inline double residual_of(double gain, double energy) {
   return gain > 0.0 ? gain / (gain + std::abs(energy)) : 0.0;
 }
 
-/// Finite, and nowhere farther than `kFarthest`.
-inline bool is_tissue(const VectorX& u) {
+/// Finite, and nowhere farther than this.
+inline bool is_tissue(const VectorX& u, double farthest) {
   if (!u.allFinite()) return false;
   for (Eigen::Index at = 0; at < u.size(); at += 3)
-    if (!(u.segment<3>(at).norm() < kFarthest)) return false;
+    if (!(u.segment<3>(at).norm() < farthest)) return false;
   return true;
 }
 

@@ -32,6 +32,8 @@ Result<void> check_options(const FiniteOptions& options) {
   expect(options.iterations > 0 && options.iterations_released > 0,
          "iterations: found " + std::to_string(options.iterations) + " and " +
              std::to_string(options.iterations_released) + " after a release, expected 1 or more");
+  expect(options.dynamic || !options.free,
+         "free: found a body that nothing holds without motion of its own, expected dynamic");
   expect(options.decrement > 0.0,
          "decrement: found " + std::to_string(options.decrement) + ", expected more than 0");
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
@@ -57,7 +59,7 @@ Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> bod
     for (std::size_t node = 0; node < body->nodes(); ++node)
       for (std::size_t k = 0; k < 3; ++k)
         matrix.blocks[9 * matrix.pattern.row_begin[node] + 4 * k] +=
-            options.density * volumes[node] / (dt * dt);
+            inertia_over_step(options) * volumes[node];
   auto factor = StiffnessFactor::factor(matrix, positions);
   if (!factor) return std::unexpected(factor.error());
   return prepared(std::move(body), volumes, options,
@@ -95,7 +97,7 @@ Result<FiniteSolver> FiniteSolver::prepare_in_levels(
   std::vector<double> inertia;
   if (options.dynamic) {
     terms.shear = 1.0 + options.viscous_time / (terms.stiff * dt);
-    for (const double volume : volumes) inertia.push_back(options.density * volume / (dt * dt));
+    for (const double volume : volumes) inertia.push_back(inertia_over_step(options) * volume);
     terms.inertia = inertia;
   }
   auto levels = TwoLevels::make(RestStiffness::assemble(body->nodes(), region, hold, terms),

@@ -34,12 +34,19 @@ struct FiniteOptions {
   std::vector<RelaxationTerm> relaxation;  ///< beside the long-term modulus
   /// False: each step goes to equilibrium, without mass and viscosity.
   bool dynamic = true;
+  /// Nothing holds it: it may go farther than tissue stretches. Needs `dynamic`.
+  bool free = false;
   int iterations = 2;           ///< quasi-Newton steps a step; more after a release
   int iterations_released = 6;  ///< ... for the first steps after
   /// A step ends where a further iteration would gain less than this share of the energy.
   double decrement = 2e-6;
   Vec3 gravity = Vec3::Zero();  ///< [m/s2], as far as the rest shape doesn't know it
 };
+
+/// What mass adds to the stiffness of a volume within a step [N/m3].
+inline double inertia_over_step(const FiniteOptions& options) {
+  return options.density / (options.time_step * options.time_step);
+}
 
 /// How a step went.
 struct FiniteStep {

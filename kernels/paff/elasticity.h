@@ -43,6 +43,10 @@ struct ElasticProblem {
   /// Pieces that nothing holds are let be, for a response that needs no hold; their stiffness is
   /// singular. False: they are refused.
   bool may_have_free_pieces = false;
+  /// Of a body that nothing holds: a foundation under all of it, so much force for each volume and
+  /// displacement [N/m3]. What solves stands on it; region and hold (elastic_region.h) don't know
+  /// it. 0: none.
+  double foundation = 0.0;
   /// Half the quadrature points (SmallCells::kOne), for a response that asks them all each frame.
   bool few_points = false;
   /// Neither stiffness nor factor: the solver knows its region and hold alone (elastic_region.h),

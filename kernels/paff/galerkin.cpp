@@ -215,6 +215,17 @@ void add_fibres(const VolumeQuadrature& volume, const PointFields& fields,
   });
 }
 
+/// On the diagonal alone, as a step of a body with mass has that.
+void add_foundation(double stiff, const VolumeQuadrature& volume, const PointFields& fields,
+                    SymmetricBlockMatrix& stiffness) {
+  for (std::size_t q = 0; q < volume.size(); ++q)
+    for (std::size_t e = fields.begin[q]; e < fields.begin[q + 1]; ++e) {
+      const std::size_t row = stiffness.pattern.row_begin[static_cast<std::size_t>(fields.nodes[e])];
+      for (std::size_t k = 0; k < 3; ++k)
+        stiffness.blocks[9 * row + 4 * k] += stiff * volume.weights[q] * fields.values[e];
+    }
+}
+
 /// What is asked for at the points, over the cubes that they stand for.
 template <class Value>
 std::vector<Value> at_points(const VolumeQuadrature& volume,
@@ -289,7 +300,7 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   system.surface_ =
       surface_quadrature(*problem.surface, spacing, problem.is_fixed, quadratic ? 4 : 2);
   system.figures_.fixed_area = fixed_area(system.surface_);
-  if (!(system.figures_.fixed_area > 0.0)) {
+  if (!(system.figures_.fixed_area > 0.0 || problem.foundation > 0.0)) {
     return failure(
         "fixed region: it holds no part of the surface; expected a region that meets the surface");
   }
@@ -307,7 +318,7 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   Result<FixedPoints> fixed = fixed_points(shape, system.surface_);
   if (!fixed) return std::unexpected(fixed.error());
   system.pieces_ = tissue_pieces(n, *inside, fixed->fields);
-  if (!problem.may_have_free_pieces) {
+  if (!problem.may_have_free_pieces && problem.foundation == 0.0) {
     if (std::string free = free_pieces_text(system.pieces_, shape.cloud(), problem.cloud->size());
         !free.empty())
       return failure(free);
@@ -348,6 +359,8 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
     if (!system.fibres_.empty())
       add_fibres(system.volume_, *inside, system.fibres_, system.surface_, *fixed,
                  system.held_fibres_, system.stiffness_);
+    if (problem.foundation > 0.0)
+      add_foundation(problem.foundation, system.volume_, *inside, system.stiffness_);
   }
   system.figures_.unknowns = 3 * n;
   if (!problem.points_alone) system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();

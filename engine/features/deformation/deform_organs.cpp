@@ -264,7 +264,7 @@ void deform_organs(World& world, const FrameContext& context) {
     if (contact.cells.empty()) {
       contact.solution.forces.clear();
       touch.clings.clear();
-      if (!touch.solver->moving()) {
+      if (world.find<OrganState>(organ)->frozen || !touch.solver->moving()) {
         take_free_shape(world, organ);
         continue;
       }

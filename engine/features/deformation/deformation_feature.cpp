@@ -1,6 +1,7 @@
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/linear_limits.h"
 #include "engine/features/deformation/stages.h"
+#include "engine/features/free_bodies/free_bodies.h"
 #include "kernels/contact/surface_carriers.h"
 
 namespace viscera {
@@ -45,8 +46,9 @@ void shape_organs(World& world, const FrameContext&) {
 
 /// Flags organs that are frozen, and those that are moved too far, every frame.
 void check_world(World& world, const FrameContext& context) {
-  for (const OrganState& state : world.all<OrganState>())
-    if (state.frozen) context.report->raise(kOrganFrozen);
+  const Pool<OrganState>& organs = world.all<OrganState>();
+  for (std::size_t o = 0; o < organs.size(); ++o)
+    if (organs[o].frozen && !is_gone(world, organs.owner(o))) context.report->raise(kOrganFrozen);
   if (measure_strains(world, context.time)) context.report->raise(kBeyondLinear);
 }
 

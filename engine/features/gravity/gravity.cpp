@@ -39,6 +39,11 @@ Vec3 Gravity::change_at(double time) const {
   return acceleration_ * (down(angles[0], angles[1]) - rest_direction_);
 }
 
+Vec3 Gravity::at(double time) const {
+  const Vec3 angles = table_.at(time);
+  return acceleration_ * down(angles[0], angles[1]);
+}
+
 void add_sag(const OrganModel& model, const Vec3& change, std::vector<float>& places) {
   if (model.sag.empty()) return;
   const std::size_t rows = model.displacement_rows();

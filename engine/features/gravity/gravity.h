@@ -16,6 +16,7 @@ class Gravity {
   /// Gravity at `time` [s] less that of the rest shapes [m/s2]; exactly zero where they are the
   /// same.
   Vec3 change_at(double time) const;
+  Vec3 at(double time) const;  ///< all of it, which a body feels that nothing holds [m/s2]
 
  private:
   double acceleration_;
@@ -29,7 +30,7 @@ struct TableGravity {
   Gravity gravity;
 };
 
-/// How gravity has changed for an organ since its rest shape.
+/// How gravity has changed for an organ since its rest shape; of one that nothing holds, all of it.
 struct OrganSag {
   static constexpr std::string_view kName = "sagging organs";
   Vec3 change = Vec3::Zero();  ///< organ frame [m/s2]

@@ -54,10 +54,14 @@ Result<void> start(World& world) {
 void sag_organs(World& world, const FrameContext& context) {
   const TableGravity* table = world.one<TableGravity>();
   const Vec3 change = table ? table->gravity.change_at(context.time) : Vec3::Zero();
+  const Vec3 whole = table ? table->gravity.at(context.time) : Vec3::Zero();
+  const auto& organs = world.model().scene().organs;
   Pool<OrganSag>& sags = world.all<OrganSag>();
   for (std::size_t o = 0; o < sags.size(); ++o) {
+    const Entity organ = sags.owner(o);
     // Breathing moves an organ's frame without turning it.
-    const Vec3 local = pose_of(world, sags.owner(o)).direction_to_local(change);
+    const Vec3 local =
+        pose_of(world, organ).direction_to_local(organs[organ.index].free ? whole : change);
     if (local == sags[o].change) continue;
     sags[o].change = local;
     if (FreeShape* free = world.find<FreeShape>(sags.owner(o))) free->stale = true;

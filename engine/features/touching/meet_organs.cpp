@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "engine/features/contact/contact.h"
+#include "engine/features/free_bodies/free_bodies.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/parallel.h"
 
@@ -13,7 +14,7 @@ namespace {
 /// contact problem: as they moved in the last one, and this besides; at most what two organs make
 /// that go 100 mm/s each. One that is in it leaves it a little later [m].
 constexpr double kLeastMargin = 0.3e-3, kMostMargin = 3.5e-3, kLater = 0.3e-3;
-constexpr double kFrames = 2.0;
+constexpr double kFrames = 2.0, kFrame = 1.0 / kFramesPerSecond;
 /// A patch that is deeper inside the other organ isn't found there any more [m].
 constexpr double kDeepest = 8e-3;
 /// Surfaces that face each other less than this (cosine) don't meet: the far side of a thin organ.
@@ -70,16 +71,17 @@ struct Near {
   double gap = 0.0;             ///< below 0: inside [m]
 };
 
+/// Within `farthest` [m].
 std::optional<Near> nearest(const Drawn& one, const SurfacePatch& patch, const Drawn& other,
-                            const CollisionSurface& finder) {
+                            const CollisionSurface& finder, double farthest) {
   const Vec3 here = one.place(patch.point);
-  const auto hit = finder.closest(other.pose.to_local(here), kDeepest);
+  const auto hit = finder.closest(other.pose.to_local(here), std::max(kDeepest, farthest));
   if (!hit) return std::nullopt;
   Near near{hit->point, other.pose.to_world(hit->position), other.normal(hit->point.triangle), 0.0};
   const Vec3 own = one.normal(patch.point.triangle);
   if (!(own.dot(near.normal) < kFacing)) return std::nullopt;
   near.gap = (here - near.place).dot(near.normal);
-  if (!(near.gap < kMostMargin)) return std::nullopt;
+  if (!(near.gap < farthest)) return std::nullopt;
   return near;
 }
 
@@ -123,26 +125,30 @@ class PairSearch {
         one_(world, pair_.organs[0]),
         other_(world, pair_.organs[1]),
         finder_(finder_of(world, pair_.organs[1], false)),
-        rest_finder_(finder_of(world, pair_.organs[1], true)) {}
+        rest_finder_(finder_of(world, pair_.organs[1], true)),
+        falls_(is_free(world, pair_.organs[0]) || is_free(world, pair_.organs[1])),
+        to_come_(way_to_come(world, pair_.organs[0], kFrames * kFrame) +
+                 way_to_come(world, pair_.organs[1], kFrames * kFrame)) {}
 
   void run(TouchingFigures& figures) {
     joints_.normals.clear();
     joints_.depths.clear();
     const Box reach = bounds_of(world_, pair_.organs[1]);
     const Box own = bounds_of(world_, pair_.organs[0]);
-    const bool apart = reach.exteriorDistance(own) > kMostMargin;
+    const double farthest = kMostMargin + to_come_;
+    const bool apart = reach.exteriorDistance(own) > farthest;
     shifted_ = moved_apart(world_, pair_);
-    if (apart || !(is_awake(world_, pair_.organs[0]) || is_awake(world_, pair_.organs[1]) ||
+    if (apart || !(to_come_ > 0.0 || is_awake(world_, pair_.organs[0]) || is_awake(world_, pair_.organs[1]) ||
                    shifted_ > kStill)) {
       state_ = {};
       return;
     }
     std::vector<std::optional<Near>> near(patches_.size());
     parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
-      if (reach.exteriorDistance(one_.place(patches_[p].point)) < kMostMargin)
-        near[p] = nearest(one_, patches_[p], other_, finder_);
+      if (reach.exteriorDistance(one_.place(patches_[p].point)) < farthest)
+        near[p] = nearest(one_, patches_[p], other_, finder_, farthest);
     });
-    const double margin = kLeastMargin + kFrames * approached(near);
+    const double margin = kLeastMargin + to_come_ + kFrames * approached(near);
     std::vector<const Meeting*> before(patches_.size(), nullptr);
     for (const Meeting& meeting : state_.meetings) before[meeting.patch] = &meeting;
     std::vector<Found> found(patches_.size());
@@ -213,7 +219,7 @@ class PairSearch {
       meeting.cling = before->cling + moved - apart(*before);
       meeting.force = before->force;
     }
-    if (moved.norm() + shifted_ < kStill && meeting.force.isZero(0.0)) return {};
+    if (!falls_ && moved.norm() + shifted_ < kStill && meeting.force.isZero(0.0)) return {};
     found.meets = true;
     found.normal = near.normal;
     const Vec3 at_rest = one_.pose.to_world(patch.mean()) - other_.pose.to_world(meeting.on.mean());
@@ -228,6 +234,8 @@ class PairSearch {
   const std::vector<SurfacePatch>& patches_;
   Drawn one_, other_;
   const CollisionSurface &finder_, &rest_finder_;
+  bool falls_;          // nothing holds one of them
+  double to_come_;      // how far those that fall may come [m]
   double shifted_ = 0.0;
 };
 

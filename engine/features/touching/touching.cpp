@@ -1,5 +1,7 @@
 #include "engine/features/touching/touching.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +17,8 @@ namespace {
 constexpr double kFinestPitch = 0.5e-3, kCoarsestPitch = 10e-3;
 /// Organs that lie farther apart than this at rest are no pair [m]. Chosen: what a retractor lifts.
 constexpr double kFarthest = 30e-3;
+/// No deeper than this may one that nothing holds begin inside another [m].
+constexpr double kMostInside = 0.5e-3;
 
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
@@ -28,6 +32,15 @@ bool presses_back(const SceneModel& model, Entity organ) {
 
 double pitch_at(const OrganModel& model, const Vec3& place, double share) {
   return std::clamp(share * spacing_at(model.touchable, place), kFinestPitch, kCoarsestPitch);
+}
+
+std::string begins_inside(const SceneDescription& scene, std::size_t organ, std::size_t other,
+                          double depth) {
+  return fmt::format(
+      "{}: organs/{}/pose: \"{}\", which nothing holds, begins {:.1f} mm inside \"{}\"; expected "
+      "at most {:.1f} mm",
+      scene.file.string(), organ, scene.organs[organ].name, 1e3 * depth, scene.organs[other].name,
+      1e3 * kMostInside);
 }
 
 Result<void> prepare(SceneModel& model) {
@@ -55,8 +68,9 @@ Result<void> prepare(SceneModel& model) {
         return *constants.all<OrganBody>().find(organs[o])->model;
       };
       const Pose poses[2] = {scene.organs[i].pose_at(0.0), scene.organs[j].pose_at(0.0)};
-      if (bounds_at_rest(body(i), poses[0]).exteriorDistance(bounds_at_rest(body(j), poses[1])) >
-          kFarthest)
+      const bool falls = scene.organs[i].free || scene.organs[j].free;
+      if (!falls && bounds_at_rest(body(i), poses[0])
+                            .exteriorDistance(bounds_at_rest(body(j), poses[1])) > kFarthest)
         continue;
       // The finer one brings its patches.
       const bool first = soft[i] && (!soft[j] || body(i).finest_spacing <= body(j).finest_spacing);
@@ -68,6 +82,12 @@ Result<void> prepare(SceneModel& model) {
                                   body(other), poses[first ? 1 : 0], *finders[other]);
       for (const float overlap : pair.overlaps)
         pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
+      if (falls) {
+        if (pair.greatest_overlap > kMostInside)
+          return failure(begins_inside(scene, scene.organs[i].free ? i : j,
+                                       scene.organs[i].free ? j : i, pair.greatest_overlap));
+        std::ranges::fill(pair.overlaps, 0.0f);
+      }
       constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
     }
   return {};

@@ -1,0 +1,30 @@
+// Organs that nothing holds: they fall, slide on what they touch, and come to rest there.
+//
+// Such a body is one at finite strain whose displacements are its fall, too: mass alone withstands
+// it within a step, so that what preconditions is well posed without a hold, and the rotations that
+// warp it follow it as it turns. All of gravity acts on it. Meeting others (touching.h) is what
+// stops it.
+#pragma once
+
+#include "engine/features/free_bodies/free_bodies_flags.h"
+#include "engine/simulation/feature.h"
+
+namespace viscera {
+
+struct FreeBody {
+  static constexpr std::string_view kName = "free bodies";
+  double gone_at = -1.0;  ///< when it fell out of view, to stay there; below 0: it hasn't [s]
+  static constexpr auto fields() { return std::tuple(field("gone_at", &FreeBody::gone_at)); }
+};
+static_assert(fields_cover<FreeBody>());
+
+bool is_free(const World& world, Entity organ);
+/// Whether it has fallen out of view.
+bool is_gone(const World& world, Entity organ);
+
+/// How far it may come within so long, as it goes and falls now [m]; 0 where something holds it.
+double way_to_come(const World& world, Entity organ, double time);
+
+Feature free_bodies_feature();
+
+}  // namespace viscera
