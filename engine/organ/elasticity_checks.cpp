@@ -35,7 +35,7 @@ Result<void> check_elasticity(const OrganDescription& organ, const IsotropicMate
     mistakes.messages.push_back("formulation: " + unknown_formulation(organ.formulation));
   }
   if (!organ.free && std::none_of(organ.fixed.begin(), organ.fixed.end(),
-                   [&](const Region& region) { return may_meet(region, surface); }))
+                                  [&](const Region& region) { return may_meet(region, surface); }))
     mistakes.messages.push_back(
         "fixed region: it holds no part of the surface; expected a region that meets the surface");
   if (mistakes.messages.empty()) return {};

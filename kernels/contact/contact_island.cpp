@@ -11,6 +11,8 @@ namespace {
 
 /// Added to the diagonal, relative, as TissueContact does: two joints may end in one cell.
 constexpr double kRidge = 1e-6;
+/// A part that doesn't take part isn't violated by less [m].
+constexpr double kUnfelt = 1e-9;
 /// A step at finite strain asks some ten times; more than this would be a step without an end.
 constexpr int kMostQuestions = 1000;
 
@@ -41,12 +43,17 @@ Ways ways_of(bool held, const Vec3& direction, double friction) {
 void ContactIsland::list_unknowns(std::span<const IslandBody> bodies,
                                   std::span<const Joint> joints) {
   unknowns_.clear();
+  parts_.clear();
   bilateral_.clear();
   conditions_.clear();
   first_of_joint_.clear();
   using Kind = ContactCondition::Kind;
   const auto add = [&](const Ways& ways, bool held, double friction, const auto& terms_of,
                        double softness) {
+    parts_.push_back({.first = unknowns_.size(),
+                      .count = ways.count,
+                      .condition = conditions_.size(),
+                      .conditions = held ? 3u : 1u});
     for (std::size_t w = 0; w < ways.count; ++w) {
       unknowns_.push_back({terms_of(ways.along[w]), softness});
       bilateral_.push_back(held);
@@ -108,16 +115,44 @@ void ContactIsland::guess(std::span<const IslandBody> bodies, std::span<const Jo
   }
 }
 
-/// What each unknown amount moves along each: sums over the bodies that both touch.
+/// Parts that have a force, and those that would be violated without any. What was tried for one
+/// question is for the next.
+void ContactIsland::choose_tried() {
+  for (Part& part : parts_) {
+    const auto first = static_cast<Eigen::Index>(part.first);
+    part.tried =
+        part.tried || bilateral_[part.first] || amounts_[first] > 0.0 || wanted_[first] > 0.0;
+  }
+}
+
+/// What each amount that is tried moves along each: sums over the bodies that both touch.
 void ContactIsland::assemble(std::span<const IslandBody> bodies) {
-  const auto count = static_cast<Eigen::Index>(unknowns_.size());
+  tried_.clear();
+  tried_bilateral_.clear();
+  tried_active_.clear();
+  tried_conditions_.clear();
+  for (const Part& part : parts_) {
+    if (!part.tried) continue;
+    for (std::size_t u = part.first; u < part.first + part.count; ++u) {
+      tried_.push_back(u);
+      tried_bilateral_.push_back(bilateral_[u]);
+      tried_active_.push_back(active_[u]);
+    }
+    for (std::size_t i = 0; i < part.conditions; ++i)
+      tried_conditions_.push_back(conditions_[part.condition + i]);
+  }
+  const auto count = static_cast<Eigen::Index>(tried_.size());
   matrix_.setZero(count, count);
+  tried_wanted_.resize(count);
+  tried_amounts_.resize(count);
   std::vector<std::vector<std::pair<Eigen::Index, const Term*>>> of_body(bodies.size());
-  for (std::size_t u = 0; u < unknowns_.size(); ++u)
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const std::size_t u = tried_[static_cast<std::size_t>(i)];
+    tried_wanted_[i] = wanted_[static_cast<Eigen::Index>(u)];
+    tried_amounts_[i] = amounts_[static_cast<Eigen::Index>(u)];
     for (const Term& term : unknowns_[u].terms)
-      if (term.body >= 0)
-        of_body[static_cast<std::size_t>(term.body)].push_back(
-            {static_cast<Eigen::Index>(u), &term});
+      if (term.body >= 0) of_body[static_cast<std::size_t>(term.body)].push_back({i, &term});
+  }
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (of_body[b].empty()) continue;
     const MatrixX& response = *bodies[b].solve->question().response;
@@ -130,10 +165,9 @@ void ContactIsland::assemble(std::span<const IslandBody> bodies) {
   }
   for (Eigen::Index i = 0; i < count; ++i)
     for (Eigen::Index j = 0; j < i; ++j) matrix_(j, i) = matrix_(i, j);
-  for (std::size_t u = 0; u < unknowns_.size(); ++u) {
-    double& own = matrix_(static_cast<Eigen::Index>(u), static_cast<Eigen::Index>(u));
-    own = (1.0 + kRidge) * own + unknowns_[u].softness;
-  }
+  for (Eigen::Index i = 0; i < count; ++i)
+    matrix_(i, i) =
+        (1.0 + kRidge) * matrix_(i, i) + unknowns_[tried_[static_cast<std::size_t>(i)]].softness;
 }
 
 void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
@@ -166,39 +200,75 @@ void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<con
         joint.displacement);
 }
 
-/// The forces that answer all open questions; false: there are none.
-bool ContactIsland::decide(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
-  ++figures_.questions;
-  set_wanted(bodies, joints);
-  assemble(bodies);
-  if (!unknowns_.empty()) {
-    const Eigen::LLT<MatrixX> factor(matrix_);
-    if (factor.info() != Eigen::Success) {
-      const Rise rise = rise_to_positive(matrix_, kRidge);
-      if (rise.matrix.size() > 0) matrix_ += rise.matrix;
-      figures_.lifted = std::max(figures_.lifted, rise.share);
-    }
-    if (rubs(conditions_)) {
-      const FrictionFigures solved = frictional_.solve(matrix_, wanted_, conditions_, amounts_);
-      figures_.converged = solved.converged;
-      figures_.pivots = solved.rounds;
-      figures_.residual = solved.residual;
-    } else {
-      const UnilateralFigures solved =
-          unilateral_.solve(matrix_, wanted_, bilateral_, active_, amounts_);
-      figures_.converged = solved.converged;
-      figures_.pivots = solved.pivots;
-    }
+void ContactIsland::solve_tried() {
+  figures_.tried = static_cast<int>(tried_.size());
+  figures_.converged = true;
+  if (tried_.empty()) return;
+  const Eigen::LLT<MatrixX> factor(matrix_);
+  if (factor.info() != Eigen::Success) {
+    const Rise rise = rise_to_positive(matrix_, kRidge);
+    if (rise.matrix.size() > 0) matrix_ += rise.matrix;
+    figures_.lifted = std::max(figures_.lifted, rise.share);
   }
+  if (rubs(tried_conditions_)) {
+    const FrictionFigures solved =
+        frictional_.solve(matrix_, tried_wanted_, tried_conditions_, tried_amounts_);
+    figures_.converged = solved.converged;
+    figures_.pivots = solved.rounds;
+    figures_.residual = solved.residual;
+  } else {
+    const UnilateralFigures solved =
+        unilateral_.solve(matrix_, tried_wanted_, tried_bilateral_, tried_active_, tried_amounts_);
+    figures_.converged = solved.converged;
+    figures_.pivots = solved.pivots;
+  }
+  for (std::size_t i = 0; i < tried_.size(); ++i) {
+    amounts_[static_cast<Eigen::Index>(tried_[i])] = tried_amounts_[static_cast<Eigen::Index>(i)];
+    active_[tried_[i]] = tried_active_[i];
+  }
+}
+
+void ContactIsland::spread_forces(std::span<const IslandBody> bodies) {
   forces_.resize(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b)
     forces_[b].setZero(bodies[b].solve->question().free.size());
-  for (std::size_t u = 0; u < unknowns_.size(); ++u)
+  for (const std::size_t u : tried_)
     for (const Term& term : unknowns_[u].terms)
       if (term.body >= 0)
         forces_[static_cast<std::size_t>(term.body)].segment<3>(
             at(static_cast<std::size_t>(term.cell))) +=
             amounts_[static_cast<Eigen::Index>(u)] * term.along;
+}
+
+/// Whether there are parts that these forces violate; they are tried from now on.
+bool ContactIsland::try_violated(std::span<const IslandBody> bodies) {
+  std::vector<VectorX> moved(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    moved[b] = *bodies[b].solve->question().response * forces_[b];
+  bool any = false;
+  for (Part& part : parts_) {
+    if (part.tried) continue;
+    double along = 0.0;
+    for (const Term& term : unknowns_[part.first].terms)
+      if (term.body >= 0)
+        along += term.along.dot(moved[static_cast<std::size_t>(term.body)].segment<3>(
+            at(static_cast<std::size_t>(term.cell))));
+    part.tried = wanted_[static_cast<Eigen::Index>(part.first)] - along > kUnfelt;
+    any = any || part.tried;
+  }
+  return any;
+}
+
+/// The forces that answer all open questions; false: there are none.
+bool ContactIsland::decide(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
+  ++figures_.questions;
+  set_wanted(bodies, joints);
+  choose_tried();
+  do {
+    assemble(bodies);
+    solve_tried();
+    spread_forces(bodies);
+  } while (figures_.converged && try_violated(bodies));
   return figures_.converged;
 }
 

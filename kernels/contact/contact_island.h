@@ -43,6 +43,7 @@ struct Joint {
 
 struct IslandFigures {
   int rows = 0;           ///< unknown force components
+  int tried = 0;          ///< of them that took part in the last question
   int questions = 0;      ///< that were answered
   int pivots = 0;         ///< of the last: exchanges of the active set; rounds, with friction
   double residual = 0.0;  ///< with friction: greatest violation of a condition over the greatest
@@ -51,7 +52,9 @@ struct IslandFigures {
   bool converged = true;  ///< false: no forces, each body went without
 };
 
-/// Keeps its work arrays between calls.
+/// Most of what may meet within a frame doesn't. So a question is answered for the parts that had a
+/// force or would be violated without one; parts that the answer violates are tried, too, until
+/// there are none. Keeps its work arrays between calls.
 class ContactIsland {
  public:
   /// `forces` of the joints, on their first end, world [N]: in: those of before, where the search
@@ -72,21 +75,38 @@ class ContactIsland {
     double softness = 0.0;
   };
 
+  /// What is solved for together: one unknown, or the three of a held or rubbing cell.
+  struct Part {
+    std::size_t first = 0, count = 1;  ///< of its unknowns
+    std::size_t condition = 0, conditions = 1;
+    bool tried = false;  ///< whether it takes part in the problem
+  };
+
   void list_unknowns(std::span<const IslandBody> bodies, std::span<const Joint> joints);
   void guess(std::span<const IslandBody> bodies, std::span<const Joint> joints,
              std::span<const Vec3> forces);
+  void choose_tried();
   void assemble(std::span<const IslandBody> bodies);
+  void solve_tried();
+  void spread_forces(std::span<const IslandBody> bodies);
+  bool try_violated(std::span<const IslandBody> bodies);
   void set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints);
   bool decide(std::span<const IslandBody> bodies, std::span<const Joint> joints);
   MatrixX behind(std::span<const IslandBody> bodies, std::span<const Joint> joints,
                  std::size_t body) const;
 
   std::vector<Unknown> unknowns_;
+  std::vector<Part> parts_;
   std::vector<std::size_t> first_of_joint_;
   std::vector<char> bilateral_, active_;
   std::vector<ContactCondition> conditions_;
-  MatrixX matrix_;
   VectorX wanted_, amounts_;
+  // The same of the parts that are tried.
+  std::vector<std::size_t> tried_;  // unknowns
+  std::vector<char> tried_bilateral_, tried_active_;
+  std::vector<ContactCondition> tried_conditions_;
+  MatrixX matrix_;
+  VectorX tried_wanted_, tried_amounts_;
   std::vector<VectorX> forces_;  // on the bodies' cells, in their frames
   UnilateralSolver unilateral_;
   FrictionSolver frictional_;

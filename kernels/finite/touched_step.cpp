@@ -62,7 +62,7 @@ class TouchedStep::Descent {
     told_.answered = task_.result();
     told_.evaluations = energy_.evaluations();
     if (so_far_) so_far_->reset();
-    if (!told_.answered || !std::isfinite(value_) || 
+    if (!told_.answered || !std::isfinite(value_) ||
         !is_tissue(u_, solver_.options_.free ? kFarthestFree : kFarthest)) {
       if (touch_.cells() > 0) return step_without();
       told_.lost = true;

@@ -220,7 +220,8 @@ void add_foundation(double stiff, const VolumeQuadrature& volume, const PointFie
                     SymmetricBlockMatrix& stiffness) {
   for (std::size_t q = 0; q < volume.size(); ++q)
     for (std::size_t e = fields.begin[q]; e < fields.begin[q + 1]; ++e) {
-      const std::size_t row = stiffness.pattern.row_begin[static_cast<std::size_t>(fields.nodes[e])];
+      const std::size_t row =
+          stiffness.pattern.row_begin[static_cast<std::size_t>(fields.nodes[e])];
       for (std::size_t k = 0; k < 3; ++k)
         stiffness.blocks[9 * row + 4 * k] += stiff * volume.weights[q] * fields.values[e];
     }

@@ -30,8 +30,8 @@ SceneDescription block_on_floor(const BlockOnFloor& options) {
   ground.pose.position.z() = -0.5 * floor.z();
   ground.deformable = false;
   scene.organs = {block, ground};
-  scene.extras.set(TouchingDescription{
-      .organs = true, .friction = options.friction, .pitch = options.pitch});
+  scene.extras.set(
+      TouchingDescription{.organs = true, .friction = options.friction, .pitch = options.pitch});
   scene.extras.set(GravityDescription{.table = {{.head_up = options.slope}}});
   return scene;
 }

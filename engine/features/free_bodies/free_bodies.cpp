@@ -72,10 +72,10 @@ std::vector<std::string> warnings(const World& world) {
   const Pool<FreeBody>& bodies = world.all<FreeBody>();
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (bodies[b].gone_at >= 0.0)
-      all.push_back(fmt::format("organ \"{}\": nothing held it, and at {:.2f} s it had fallen {:.0f} "
-                                "mm, out of view; it stayed there",
-                                world.find<OrganBody>(bodies.owner(b))->name, bodies[b].gone_at,
-                                1e3 * kInView));
+      all.push_back(fmt::format(
+          "organ \"{}\": nothing held it, and at {:.2f} s it had fallen {:.0f} "
+          "mm, out of view; it stayed there",
+          world.find<OrganBody>(bodies.owner(b))->name, bodies[b].gone_at, 1e3 * kInView));
   return all;
 }
 

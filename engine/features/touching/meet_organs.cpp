@@ -138,8 +138,8 @@ class PairSearch {
     const double farthest = kMostMargin + to_come_;
     const bool apart = reach.exteriorDistance(own) > farthest;
     shifted_ = moved_apart(world_, pair_);
-    if (apart || !(to_come_ > 0.0 || is_awake(world_, pair_.organs[0]) || is_awake(world_, pair_.organs[1]) ||
-                   shifted_ > kStill)) {
+    if (apart || !(to_come_ > 0.0 || is_awake(world_, pair_.organs[0]) ||
+                   is_awake(world_, pair_.organs[1]) || shifted_ > kStill)) {
       state_ = {};
       return;
     }
@@ -234,8 +234,8 @@ class PairSearch {
   const std::vector<SurfacePatch>& patches_;
   Drawn one_, other_;
   const CollisionSurface &finder_, &rest_finder_;
-  bool falls_;          // nothing holds one of them
-  double to_come_;      // how far those that fall may come [m]
+  bool falls_;      // nothing holds one of them
+  double to_come_;  // how far those that fall may come [m]
   double shifted_ = 0.0;
 };
 

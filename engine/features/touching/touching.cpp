@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "engine/features/contact/contact.h"
@@ -30,8 +31,14 @@ bool presses_back(const SceneModel& model, Entity organ) {
   return contact && contact->abilities().springs;
 }
 
-double pitch_at(const OrganModel& model, const Vec3& place, double share) {
-  return std::clamp(share * spacing_at(model.touchable, place), kFinestPitch, kCoarsestPitch);
+/// An organ has so many patches at least: with fewer, a corner that none covers sinks in. A block's
+/// six faces have some four by four then.
+constexpr double kFewestPatches = 100.0;
+
+/// Distance of an organ's patches at a place [m]; `area` of its surface [m2].
+double pitch_at(const OrganModel& model, const Vec3& place, double share, double area) {
+  const double coarsest = std::min(kCoarsestPitch, std::sqrt(area / kFewestPatches));
+  return std::min(std::max(share * spacing_at(model.touchable, place), kFinestPitch), coarsest);
 }
 
 std::string begins_inside(const SceneDescription& scene, std::size_t organ, std::size_t other,
@@ -54,10 +61,11 @@ Result<void> prepare(SceneModel& model) {
     finders.push_back(std::make_unique<CollisionSurface>(body.surface, body.rest_positions));
     soft.push_back(presses_back(model, organ));
     if (!soft.back()) continue;
+    const double whole = area(body.surface);
     constants.all<OrganPatches>().add(
         organ,
         {patches_of(body.surface, body.rest_normals, *finders.back(), [&](const Vec3& place) {
-          return pitch_at(body, place, touching_of(scene).pitch);
+          return pitch_at(body, place, touching_of(scene).pitch, whole);
         })});
   }
   const std::vector<Entity>& organs = model.organs();
@@ -69,8 +77,9 @@ Result<void> prepare(SceneModel& model) {
       };
       const Pose poses[2] = {scene.organs[i].pose_at(0.0), scene.organs[j].pose_at(0.0)};
       const bool falls = scene.organs[i].free || scene.organs[j].free;
-      if (!falls && bounds_at_rest(body(i), poses[0])
-                            .exteriorDistance(bounds_at_rest(body(j), poses[1])) > kFarthest)
+      if (!falls &&
+          bounds_at_rest(body(i), poses[0]).exteriorDistance(bounds_at_rest(body(j), poses[1])) >
+              kFarthest)
         continue;
       // The finer one brings its patches.
       const bool first = soft[i] && (!soft[j] || body(i).finest_spacing <= body(j).finest_spacing);
