@@ -50,6 +50,8 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
   if (organ.free) options.decrement = kFreeDecrement;
   options.iterations = organ.finite.iterations;
   options.iterations_released = std::max(options.iterations_released, organ.finite.iterations);
+  // Rolling turns what the factor answers by, and more steps are what brings it back.
+  if (organ.free) options.iterations = options.iterations_released;
   return options;
 }
 
@@ -91,7 +93,8 @@ Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const Fini
   auto body = FiniteBody::create(parts.region, parts.hold);
   if (!body) return std::unexpected(body.error());
   auto shared = std::make_shared<const FiniteBody>(std::move(*body));
-  auto solver = step ? FiniteSolver::prepared(std::move(shared), parts.volumes, options, step)
+  auto solver = step ? FiniteSolver::prepared(std::move(shared), model.fields->cloud().positions,
+                                              parts.volumes, options, step)
                      : FiniteSolver::prepare(std::move(shared), model.fields->cloud().positions,
                                              parts.volumes, options);
   if (!solver) return std::unexpected(solver.error());

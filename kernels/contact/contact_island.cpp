@@ -13,6 +13,8 @@ namespace {
 constexpr double kRidge = 1e-6;
 /// A part that doesn't take part isn't violated by less [m].
 constexpr double kUnfelt = 1e-9;
+/// More unknowns than these aren't solved for: their matrix takes 300 MB.
+constexpr std::size_t kMostTried = 6000;
 /// A step at finite strain asks some ten times; more than this would be a step without an end.
 constexpr int kMostQuestions = 1000;
 
@@ -125,8 +127,9 @@ void ContactIsland::choose_tried() {
   }
 }
 
-/// What each amount that is tried moves along each: sums over the bodies that both touch.
-void ContactIsland::assemble(std::span<const IslandBody> bodies) {
+/// What each amount that is tried moves along each: sums over the bodies that both touch. False:
+/// there are too many.
+bool ContactIsland::assemble(std::span<const IslandBody> bodies) {
   tried_.clear();
   tried_bilateral_.clear();
   tried_active_.clear();
@@ -141,6 +144,7 @@ void ContactIsland::assemble(std::span<const IslandBody> bodies) {
     for (std::size_t i = 0; i < part.conditions; ++i)
       tried_conditions_.push_back(conditions_[part.condition + i]);
   }
+  if (tried_.size() > kMostTried) return false;
   const auto count = static_cast<Eigen::Index>(tried_.size());
   matrix_.setZero(count, count);
   tried_wanted_.resize(count);
@@ -168,6 +172,7 @@ void ContactIsland::assemble(std::span<const IslandBody> bodies) {
   for (Eigen::Index i = 0; i < count; ++i)
     matrix_(i, i) =
         (1.0 + kRidge) * matrix_(i, i) + unknowns_[tried_[static_cast<std::size_t>(i)]].softness;
+  return true;
 }
 
 void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
@@ -265,7 +270,7 @@ bool ContactIsland::decide(std::span<const IslandBody> bodies, std::span<const J
   set_wanted(bodies, joints);
   choose_tried();
   do {
-    assemble(bodies);
+    if (!assemble(bodies)) return figures_.converged = false;
     solve_tried();
     spread_forces(bodies);
   } while (figures_.converged && try_violated(bodies));

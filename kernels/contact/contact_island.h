@@ -49,7 +49,8 @@ struct IslandFigures {
   double residual = 0.0;  ///< with friction: greatest violation of a condition over the greatest
                           ///< force
   double lifted = 0.0;    ///< as ContactSolution::lifted
-  bool converged = true;  ///< false: no forces, each body went without
+  bool converged = true;  ///< false: no forces, each body went without; as where so many touch
+                          ///< (6,000 unknowns) that their matrix would be too great
 };
 
 /// Most of what may meet within a frame doesn't. So a question is answered for the parts that had a
@@ -86,7 +87,7 @@ class ContactIsland {
   void guess(std::span<const IslandBody> bodies, std::span<const Joint> joints,
              std::span<const Vec3> forces);
   void choose_tried();
-  void assemble(std::span<const IslandBody> bodies);
+  bool assemble(std::span<const IslandBody> bodies);
   void solve_tried();
   void spread_forces(std::span<const IslandBody> bodies);
   bool try_violated(std::span<const IslandBody> bodies);

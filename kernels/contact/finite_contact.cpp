@@ -77,6 +77,7 @@ void FiniteContact::make_response() {
   near_ = still_ - by_places;
   body_.step.need(touched());
   gather_nodes();
+  gather_offsets();
   gather_groups();
   list_answers();
   step_ = coupled_by_step();
@@ -135,6 +136,18 @@ void FiniteContact::gather_nodes() {
     }
 }
 
+void FiniteContact::gather_offsets() {
+  beside_.clear();
+  if (!body_.solver.options().free) return;
+  for (std::size_t k = 0; k < place_shares().size(); ++k) {
+    Vec3 mean = Vec3::Zero();
+    for (const PlaceShare& place : place_shares()[k])
+      mean += place.share * surface().positions[static_cast<std::size_t>(
+                                touched()[static_cast<std::size_t>(place.touched)])];
+    beside_.push_back(state_.places[k].position - mean);
+  }
+}
+
 /// Cells that reach a node in common belong together.
 void FiniteContact::gather_groups() {
   const auto count = static_cast<std::size_t>(fields_.rows());
@@ -184,6 +197,7 @@ void FiniteContact::drop_response() {
   still_ = step_ = near_ = fields_ = shares_ = turned_step_ = turned_near_ = MatrixX();
   NodalRotations().swap(rotations_);
   std::vector<int>().swap(nodes_);
+  std::vector<Vec3>().swap(beside_);
   std::vector<int>().swap(group_of_cell_);
   std::vector<int>().swap(group_of_node_);
   std::vector<Group>().swap(groups_);
@@ -337,6 +351,7 @@ void FiniteContact::pose(const TouchQuestion& question) {
   for (std::size_t k = 0; k < asked_.size(); ++k) {
     ContactCell& cell = asked_[k];
     cell.free += question.free.segment<3>(at(k));
+    if (!beside_.empty()) cell.free += rotation_of_cell(k) * beside_[k] - beside_[k];
     if (near_before_.size() > 0) cell.free += near_before_.segment<3>(at(k));
     if (question.share == 1.0 || yields(k)) continue;
     const Vec3& begun = begun_[k];
@@ -495,7 +510,8 @@ class FiniteContact::Share final : public SharedSolve {
   explicit Share(FiniteContact& body)
       : body_(body),
         cells_(body.cells_.size()),
-        step_(body.body_.solver, body, body.state_.motion, body.acceleration_, &body.so_far_) {
+        step_(body.body_.solver, body, body.state_.motion, body.acceleration_, &body.so_far_,
+              true) {
     pose();
   }
   const SharedQuestion& question() const override { return question_; }

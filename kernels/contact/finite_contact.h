@@ -93,6 +93,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   MatrixX answers_to(const MatrixX& forces) const;
   MatrixX coupled_by_step();
   void gather_nodes();
+  void gather_offsets();
   void gather_groups();
   void list_answers();
   MatrixX turned(const MatrixX& response) const;
@@ -146,6 +147,9 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   MatrixX still_, step_, near_;  // responses (3 cells) x (3 cells)
   std::vector<int> nodes_;       // that cells reach, ascending                             (n)
   MatrixX fields_;               // of these nodes at the cells                      (cells x n)
+  /// From the mean place of what a cell's fields move to the cell's own, at rest: in a body that
+  /// turns freely it turns with that. Empty: it is held.                              (cells)
+  std::vector<Vec3> beside_;
   std::vector<Group> groups_;
   std::vector<int> group_of_cell_, group_of_node_;
   std::vector<int> ungrouped_;  // of a body without cells                                   (N)

@@ -1,5 +1,7 @@
 #include "kernels/finite/finite_solver.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -62,11 +64,12 @@ Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> bod
             inertia_over_step(options) * volumes[node];
   auto factor = StiffnessFactor::factor(matrix, positions);
   if (!factor) return std::unexpected(factor.error());
-  return prepared(std::move(body), volumes, options,
+  return prepared(std::move(body), positions, volumes, options,
                   std::make_shared<StiffnessFactor>(std::move(*factor)));
 }
 
 Result<FiniteSolver> FiniteSolver::prepared(std::shared_ptr<const FiniteBody> body,
+                                            std::span<const Vec3> positions,
                                             std::span<const double> volumes,
                                             const FiniteOptions& options,
                                             std::shared_ptr<const StiffnessFactor> factor) {
@@ -79,6 +82,7 @@ Result<FiniteSolver> FiniteSolver::prepared(std::shared_ptr<const FiniteBody> bo
   solver.options_ = options;
   solver.terms_ = stepped(options.relaxation, options.time_step);
   for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
+  if (options.free) solver.positions_.assign(positions.begin(), positions.end());
   if (options.dynamic) solver.compact_ = std::make_shared<CompactFactor>(factor->pack());
   solver.factor_ = std::move(factor);
   solver.body_ = std::move(body);
@@ -107,6 +111,7 @@ Result<FiniteSolver> FiniteSolver::prepare_in_levels(
   solver.options_ = options;
   solver.terms_ = stepped(options.relaxation, dt);
   for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
+  if (options.free) solver.positions_ = cloud.positions;
   solver.levels_ = std::make_shared<const TwoLevels>(std::move(*levels));
   solver.body_ = std::move(body);
   return solver;
@@ -165,8 +170,61 @@ void FiniteSolver::precondition(const NodalRotations& rotations, std::span<const
     apply_warped(*factor_, rotations, g, out);
 }
 
+VectorX FiniteSolver::coming(const FiniteState& state) const {
+  const auto n = static_cast<Eigen::Index>(state.displacements.size());
+  const double dt = options_.time_step;
+  VectorX u = Eigen::Map<const VectorX>(state.displacements.data(), n);
+  const Eigen::Map<const VectorX> v(state.velocities.data(), n);
+  if (!options_.free) return u + dt * v;
+  const auto place = [&](std::size_t node) -> Vec3 {
+    return positions_[node] + u.segment<3>(static_cast<Eigen::Index>(3 * node));
+  };
+  const auto speed = [&](std::size_t node) -> Vec3 {
+    return v.segment<3>(static_cast<Eigen::Index>(3 * node));
+  };
+  double mass = 0.0;
+  Vec3 centre = Vec3::Zero(), mean = Vec3::Zero();
+  for (std::size_t node = 0; node < masses_.size(); ++node) {
+    mass += masses_[node];
+    centre += masses_[node] * place(node);
+    mean += masses_[node] * speed(node);
+  }
+  centre /= mass;
+  mean /= mass;
+  Vec3 spin = Vec3::Zero();  // angular momentum
+  Mat3 inertia = Mat3::Zero();
+  for (std::size_t node = 0; node < masses_.size(); ++node) {
+    const Vec3 arm = place(node) - centre;
+    spin += masses_[node] * arm.cross(speed(node));
+    inertia += masses_[node] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+  }
+  const Vec3 turn = dt * inertia.ldlt().solve(spin);
+  const double angle = turn.norm();
+  const Mat3 rotation = angle > 0.0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix()
+                                    : Mat3(Mat3::Identity());
+  for (std::size_t node = 0; node < masses_.size(); ++node) {
+    const Vec3 arm = place(node) - centre;
+    u.segment<3>(static_cast<Eigen::Index>(3 * node)) += rotation * arm - arm + dt * mean;
+  }
+  return u;
+}
+
+NodalRotations FiniteSolver::turned_whole(const FiniteState& state) const {
+  const VectorX u = coming(state);
+  const std::vector<Mat3> means =
+      body_->mean_gradients({u.data(), static_cast<std::size_t>(u.size())});
+  Mat3 sum = Mat3::Zero();
+  for (std::size_t node = 0; node < means.size(); ++node) sum += masses_[node] * means[node];
+  const Mat3 rotation = polar_rotation(sum);
+  NodalRotations rotations(state.rotations.size());
+  for (std::size_t node = 0; node < means.size(); ++node)
+    Eigen::Map<Mat3>(rotations.data() + 9 * node) = rotation;
+  return rotations;
+}
+
 NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups,
                                           const FiniteState& state) const {
+  if (options_.free) return turned_whole(state);
   NodalRotations rotations = state.rotations;
   int last_group = -1;
   for (const int group : groups) last_group = std::max(last_group, group);

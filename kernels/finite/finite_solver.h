@@ -80,6 +80,7 @@ class FiniteSolver {
 
   /// The same with a factor that an earlier one has prepared.
   static Result<FiniteSolver> prepared(std::shared_ptr<const FiniteBody> body,
+                                       std::span<const Vec3> positions,
                                        std::span<const double> volumes,
                                        const FiniteOptions& options,
                                        std::shared_ptr<const StiffnessFactor> factor);
@@ -126,6 +127,11 @@ class FiniteSolver {
   FiniteSolver() = default;
   /// Rotations for this step, those of a group's nodes the same.
   NodalRotations turned_nodes(std::span<const int> groups, const FiniteState& state) const;
+  /// Of a free body: one rotation for all of it, as it goes now. Of nodes that turn each for itself
+  /// a shift is a strain, and nothing but mass withstands one here.
+  NodalRotations turned_whole(const FiniteState& state) const;
+  /// Where a step looks first: a free body goes on as a rigid one would, any other as its nodes do.
+  VectorX coming(const FiniteState& state) const;
   /// The state after a step that ended at u.
   void finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,
               FiniteState& state) const;
@@ -136,7 +142,8 @@ class FiniteSolver {
   /// most easily: sixteen bits missed a bar's sag there by 5 %.
   std::shared_ptr<const CompactFactor> compact_;
   std::shared_ptr<const TwoLevels> levels_;  // in place of both
-  std::vector<double> masses_;  // [kg]                                                          (N)
+  std::vector<double> masses_;   // [kg]                                                         (N)
+  std::vector<Vec3> positions_;  // of a free body's nodes at rest [m] (N)
   FiniteOptions options_;
   std::vector<SteppedTerm> terms_;
 };

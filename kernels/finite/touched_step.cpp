@@ -25,14 +25,15 @@ class TouchedStep::Descent {
  public:
   /// From `state`; of a step that goes on, from where that had come.
   Descent(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state,
-          const Vec3& acceleration, std::optional<StepSoFar>* so_far)
+          const Vec3& acceleration, std::optional<StepSoFar>* so_far, bool shared)
       : solver_(solver),
         touch_(touch),
         state_(state),
         acceleration_(acceleration),
         so_far_(so_far),
+        shared_(shared),
         goes_on_(so_far && so_far->has_value()),
-        warp_(state.steps_since_warp >= kStepsAWarp),
+        warp_(state.steps_since_warp >= kStepsAWarp || solver.options_.free),
         rotations_(goes_on_ ? (*so_far)->rotations : solver.turned_nodes(touch.groups(), state)),
         energy_(*solver.body_, solver.masses_, solver.options_,
                 solver.options_.gravity + acceleration, state, touch.changed(), touch.overstress(),
@@ -60,16 +61,16 @@ class TouchedStep::Descent {
 
   FiniteStep end(const VectorX* forces) {
     told_.answered = task_.result();
+    if (told_.answered && forces) end_with(*forces);
     told_.evaluations = energy_.evaluations();
     if (so_far_) so_far_->reset();
     if (!told_.answered || !std::isfinite(value_) ||
-        !is_tissue(u_, solver_.options_.free ? kFarthestFree : kFarthest)) {
-      if (touch_.cells() > 0) return step_without();
+        !is_tissue(u_, solver_.options_.free ? kFarthestFree : kFarthest) || is_flung()) {
+      if (touch_.cells() > 0 && !solver_.options_.free) return step_without();
       told_.lost = true;
       give_up(state_);
       return std::move(told_);
     }
-    if (forces) forces_ = *forces;
     for (Eigen::Index row = 0; row < forces_.size(); row += 3)
       told_.forces.push_back(forces_.segment<3>(row));
     solver_.finish(u_, warp_, held_, released_, state_);
@@ -100,8 +101,10 @@ class TouchedStep::Descent {
       share_ = static_cast<double>(part) / parts;
       Start still;
       if (part == 1 && options.dynamic && !goes_on_) {
-        still = {u_, forces_, y_};
-        u_ += options.time_step * Eigen::Map<const VectorX>(state_.velocities.data(), n_);
+        // Bodies that share their forces begin alike: one that stood while the others went would
+        // have to be met anew.
+        if (!shared_) still = {u_, forces_, y_};
+        u_ = solver_.coming(state_);
       }
       if (const bool done = co_await start_here(); !done) co_return false;
       told_.iterations = 0;
@@ -109,8 +112,39 @@ class TouchedStep::Descent {
     }
     told_.energy = value_;
     stood_ = forces_;
-    if (told_.converged) co_return true;
+    if (told_.converged && !shared_) co_return true;
     co_return co_await take_stock();
+  }
+
+  /// Whether a free body is about to be flung away: its step came nowhere near to rest, or it has
+  /// swelled or shrunk as no tissue does.
+  bool is_flung() const {
+    if (!solver_.options_.free) return false;
+    if (touch_.cells() > 0 && told_.residual > kMostResidual) return true;
+    const auto means = solver_.body_->mean_gradients({u_.data(), static_cast<std::size_t>(n_)});
+    return !std::ranges::all_of(means, [](const Mat3& mean) {
+      const double volume = mean.determinant();
+      return volume > 1.0 / kMostSwelled && volume < kMostSwelled;
+    });
+  }
+
+  /// The last step is by the forces that all bodies have come to: moved by others than its
+  /// neighbours, it would gain or lose what these lose or gain of momentum.
+  void end_with(const VectorX& forces) {
+    forces_ = forces;
+    if (z_.size() == 0 || touch_.cells() == 0) return;
+    VectorX load = VectorX::Zero(n_);
+    touch_.add_loads(forces, load);
+    Way way{touch_.answer_to(forces) - z_, forces, load, {}};
+    way.work = load.dot(way.p);
+    way.slope = g_.dot(way.p) - way.work;
+    VectorX next, next_g;
+    double next_value = value_;
+    if (way.slope < 0.0 && search(way, next, next_value, next_g) > 0.0) {
+      u_ = std::move(next);
+      value_ = next_value;
+    }
+    stood_ = forces;
   }
 
   /// Where tools ask for what can't be, as of tissue that is inside out: they let go for a step, in
@@ -238,6 +272,7 @@ class TouchedStep::Descent {
       note_residual(-way.slope);
       if (told_.converged || !(way.slope < 0.0)) {
         keep(way);
+        z_ = std::move(z);
         co_return true;
       }
       ++told_.iterations;
@@ -313,6 +348,7 @@ class TouchedStep::Descent {
   FiniteState& state_;
   Vec3 acceleration_;
   std::optional<StepSoFar>* so_far_;
+  bool shared_ = false;
   bool goes_on_ = false, warp_ = false;
   NodalRotations rotations_;
   StepEnergy energy_;
@@ -329,8 +365,8 @@ class TouchedStep::Descent {
 };
 
 TouchedStep::TouchedStep(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state,
-                         const Vec3& acceleration, std::optional<StepSoFar>* so_far)
-    : descent_(std::make_unique<Descent>(solver, touch, state, acceleration, so_far)) {}
+                         const Vec3& acceleration, std::optional<StepSoFar>* so_far, bool shared)
+    : descent_(std::make_unique<Descent>(solver, touch, state, acceleration, so_far, shared)) {}
 TouchedStep::TouchedStep(TouchedStep&&) noexcept = default;
 TouchedStep& TouchedStep::operator=(TouchedStep&&) noexcept = default;
 TouchedStep::~TouchedStep() = default;

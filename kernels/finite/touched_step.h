@@ -12,9 +12,12 @@ namespace viscera {
 
 class TouchedStep {
  public:
-  /// As FiniteSolver::step; all of it outlives the step. `touch` isn't asked for forces.
+  /// As FiniteSolver::step; all of it outlives the step. `touch` isn't asked for forces. `shared`:
+  /// they are decided with those of other bodies, which may go on when this step has come to its
+  /// end: it always asks a last question, and makes the way that the answer in the end says.
   TouchedStep(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state,
-              const Vec3& acceleration, std::optional<StepSoFar>* so_far = nullptr);
+              const Vec3& acceleration, std::optional<StepSoFar>* so_far = nullptr,
+              bool shared = false);
   TouchedStep(TouchedStep&&) noexcept;
   TouchedStep& operator=(TouchedStep&&) noexcept;
   ~TouchedStep();

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "engine/features/free_bodies/block_on_floor.h"
 #include "engine/features/touching/touching.h"
 #include "engine/features/touching/touching_balls.h"
 #include "engine/io/atomic_file.h"
@@ -58,7 +59,7 @@ class ContactBench {
       for (const Response response : {Response::kLinear, Response::kFinite})
         if (auto pressed = press_organs(response, fine, out); !pressed) return pressed;
     drag(**balls, out);
-    return {};
+    return slide_block(out);
   }
 
   std::vector<BenchRow> rows() const {
@@ -72,7 +73,8 @@ class ContactBench {
             {"a frame while they touch", "ms", cases_[3].frame_ms, 4.0},
             {"fine patches, linear: force against Hertz", "%", error(4), 4.0},
             {"fine patches, finite strain: the same", "%", error(5), 4.0},
-            {"dragged: tangential over normal force", "%", error(6), 1.0}};
+            {"dragged: tangential over normal force", "%", error(6), 1.0},
+            {"a block that nothing holds slides at tan = mu", "%", error(7), 1.0}};
   }
   nlohmann::json json() const {
     nlohmann::json all = nlohmann::json::array();
@@ -172,6 +174,55 @@ class ContactBench {
     add({"balls, dragged: tangential over normal force", answer.drag / answer.force, kFriction,
          1e3 * time, answer.island.rows},
         out);
+  }
+
+  /// A soft block on a slope whose tangent is so many times the friction: how it gets faster
+  /// [m/s2], from the ways of its surface's mean in two spans of time.
+  Result<double> acceleration(double friction, double ratio, ContactCase& told) {
+    constexpr double kSpan = 0.4;
+    Tissue rubber;
+    rubber.name = "rubber";
+    rubber.elastic = material_;
+    std::vector<std::string> warnings;
+    auto model =
+        build_model(block_on_floor({.friction = friction, .slope = std::atan(ratio * friction)}),
+                    {{"rubber", rubber}}, {assets_folder(), false}, until_interrupted(), warnings);
+    if (!model) return std::unexpected(model.error());
+    auto world = start_world(*std::move(model));
+    if (!world) return std::unexpected(world.error());
+    Trace trace(stage_names());
+    std::vector<double> times, places;
+    for (int span = 1; span <= 3; ++span) {
+      while ((*world)->time() < span * kSpan - 1e-9) {
+        if (interrupted()) return failure(kCancelled);
+        const Stopwatch watch;
+        step_frame(**world, trace);
+        times.push_back(watch.seconds());
+      }
+      double sum = 0.0;
+      const std::vector<Vec3f>& positions = (*world)->all<OrganState>()[0].positions;
+      for (const Vec3f& position : positions) sum += static_cast<double>(position.y());
+      places.push_back(sum / static_cast<double>(positions.size()));
+    }
+    told.frame_ms = 1e3 * quantiles(times).median;
+    told.rows = static_cast<int>((*world)->one<TouchingFigures>()->most_rows);
+    return -(places[2] - 2.0 * places[1] + places[0]) / (kSpan * kSpan);
+  }
+
+  /// Where it begins to slide: where g (sin - mu cos) is what it gets faster by, a little steeper
+  /// than that; a little less steep it must stay.
+  Result<void> slide_block(std::ostream& out) {
+    constexpr double kFriction = 0.3, kSteeper = 1.05, kLess = 0.99, kGravity = 9.81;
+    ContactCase told{"block on a slope: tangent where it begins to slide", 0.0, kFriction};
+    auto stays = acceleration(kFriction, kLess, told);
+    if (!stays) return std::unexpected(stays.error());
+    auto slides = acceleration(kFriction, kSteeper, told);
+    if (!slides) return std::unexpected(slides.error());
+    const double tangent = kSteeper * kFriction;
+    told.value = std::abs(*stays) > 1e-3 ? kLess * kFriction
+                                         : tangent - *slides * std::hypot(1.0, tangent) / kGravity;
+    add(told, out);
+    return {};
   }
 
   IsotropicMaterial material_;

@@ -79,6 +79,36 @@ std::vector<std::string> warnings(const World& world) {
   return all;
 }
 
+/// How an organ moves while nothing touches it; not at all where something holds it.
+class Fall {
+ public:
+  Fall(const World& world, Entity organ) : pose_(pose_of(world, organ)) {
+    if (!is_free(world, organ) || is_gone(world, organ)) return;
+    velocities_ = world.find<OrganTouch>(organ)->solver->state().motion.velocities;
+    if (const OrganSag* weight = world.find<OrganSag>(organ))
+      acceleration_ = pose_.direction_to_world(weight->change);
+    for (std::size_t at = 0; at < velocities_.size(); at += 3)
+      mean_ += pose_.direction_to_world(Vec3::Map(velocities_.data() + at));
+    mean_ *= 3.0 / static_cast<double>(velocities_.size());
+  }
+  const Vec3& acceleration() const { return acceleration_; }  ///< world [m/s2]
+
+  /// Of its nodes, beside the mean of another [m/s].
+  double fastest_beside(const Fall& other) const {
+    double most = 0.0;
+    for (std::size_t at = 0; at < velocities_.size(); at += 3) {
+      const Vec3 velocity = pose_.direction_to_world(Vec3::Map(velocities_.data() + at));
+      most = std::max(most, (velocity - other.mean_).norm());
+    }
+    return most;
+  }
+
+ private:
+  const Pose& pose_;
+  std::span<const double> velocities_;  // of its nodes
+  Vec3 acceleration_ = Vec3::Zero(), mean_ = Vec3::Zero();
+};
+
 }  // namespace
 
 bool is_free(const World& world, Entity organ) {
@@ -90,15 +120,11 @@ bool is_gone(const World& world, Entity organ) {
   return body && body->gone_at >= 0.0;
 }
 
-double way_to_come(const World& world, Entity organ, double time) {
-  if (!is_free(world, organ) || is_gone(world, organ)) return 0.0;
-  double fastest = 0.0;
-  const std::vector<double>& velocities =
-      world.find<OrganTouch>(organ)->solver->state().motion.velocities;
-  for (std::size_t at = 0; at + 2 < velocities.size(); at += 3)
-    fastest = std::max(fastest, Vec3::Map(velocities.data() + at).norm());
-  const OrganSag* weight = world.find<OrganSag>(organ);
-  return time * (fastest + (weight ? time * weight->change.norm() : 0.0));
+double way_to_come(const World& world, Entity one, Entity other, double time) {
+  if (!is_free(world, one) && !is_free(world, other)) return 0.0;
+  const Fall first(world, one), second(world, other);
+  return time * (first.fastest_beside(second) + second.fastest_beside(second)) +
+         time * time * (first.acceleration() - second.acceleration()).norm();
 }
 
 Feature free_bodies_feature() {

@@ -22,8 +22,9 @@ bool is_free(const World& world, Entity organ);
 /// Whether it has fallen out of view.
 bool is_gone(const World& world, Entity organ);
 
-/// How far it may come within so long, as it goes and falls now [m]; 0 where something holds it.
-double way_to_come(const World& world, Entity organ, double time);
+/// How much nearer two organs may come to each other within so long, as those of them that nothing
+/// holds go and fall now [m]; 0 where both are held.
+double way_to_come(const World& world, Entity one, Entity other, double time);
 
 Feature free_bodies_feature();
 

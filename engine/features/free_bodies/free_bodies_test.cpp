@@ -98,6 +98,44 @@ TEST(FreeBodies, SlideWhereTheSlopeIsSteeperThanFrictionHolds) {
   EXPECT_LT(way(1.03 * friction).y(), -3e-3);
 }
 
+/// A ball as BlockOnFloor's block, so high above the floor.
+OrganDescription ball_above(const SceneDescription& scene, double height) {
+  constexpr double kRadius = 10e-3;
+  OrganDescription ball = scene.organs[0];
+  RecipeGeometry sphere;
+  sphere.recipe = "sphere";
+  sphere.radius = kRadius;
+  sphere.edge = 3e-3;
+  ball.geometry = sphere;
+  ball.name = "ball";
+  ball.pose.position.z() = kRadius + height;
+  return ball;
+}
+
+TEST(FreeBodies, RollDownASlopeWhereFrictionHolds) {
+  constexpr double kSlope = 0.1;
+  SceneDescription scene = block_on_floor({.friction = 0.8, .slope = kSlope});
+  scene.organs[0] = ball_above(scene, 0.1e-3);
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_EQ(step_until(*world, 0.6), FlagSet());
+  // Of a rigid ball 5/7 of what slides; a soft one, by patches, rolls less.
+  const double rolls = 5.0 / 7.0 * 0.5 * kGravity * std::sin(kSlope) * 0.6 * 0.6;
+  EXPECT_LT(moved(*world, 0).y(), -0.7 * rolls);
+  EXPECT_GT(moved(*world, 0).y(), -1.1 * rolls);
+}
+
+TEST(FreeBodies, LieOnEachOtherAndPressOppositely) {
+  SceneDescription scene = block_on_floor({.friction = 0.5});
+  scene.organs.push_back(ball_above(scene, 15.5e-3));
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_EQ(step_until(*world, 0.5), FlagSet());
+  const double whole = weight(*world, 0) + weight(*world, 2);
+  EXPECT_NEAR(pressed(*world, 0).z() + pressed(*world, 1).z(), whole, 0.05 * whole);
+  EXPECT_NEAR(pressed(*world, 1).z(), weight(*world, 2), 0.05 * weight(*world, 2));
+}
+
 TEST(FreeBodies, GoOnFromASavedStateToTheSameBits) {
   auto world = build(block_on_floor({.above = 2e-3}));
   ASSERT_TRUE(world);

@@ -127,8 +127,7 @@ class PairSearch {
         finder_(finder_of(world, pair_.organs[1], false)),
         rest_finder_(finder_of(world, pair_.organs[1], true)),
         falls_(is_free(world, pair_.organs[0]) || is_free(world, pair_.organs[1])),
-        to_come_(way_to_come(world, pair_.organs[0], kFrames * kFrame) +
-                 way_to_come(world, pair_.organs[1], kFrames * kFrame)) {}
+        to_come_(way_to_come(world, pair_.organs[0], pair_.organs[1], kFrame)) {}
 
   void run(TouchingFigures& figures) {
     joints_.normals.clear();
@@ -138,7 +137,7 @@ class PairSearch {
     const double farthest = kMostMargin + to_come_;
     const bool apart = reach.exteriorDistance(own) > farthest;
     shifted_ = moved_apart(world_, pair_);
-    if (apart || !(to_come_ > 0.0 || is_awake(world_, pair_.organs[0]) ||
+    if (apart || !(falls_ || is_awake(world_, pair_.organs[0]) ||
                    is_awake(world_, pair_.organs[1]) || shifted_ > kStill)) {
       state_ = {};
       return;
@@ -235,7 +234,7 @@ class PairSearch {
   Drawn one_, other_;
   const CollisionSurface &finder_, &rest_finder_;
   bool falls_;      // nothing holds one of them
-  double to_come_;  // how far those that fall may come [m]
+  double to_come_;  // how much nearer they may fall in this frame [m]
   double shifted_ = 0.0;
 };
 

@@ -16,7 +16,7 @@ Json whole_scene() {
        "fixed": [{"half_space": {"point_mm": [0, 0, 5], "normal": [0, 0, 2]}},
                  {"sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4}},
                  {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}],
-       "formulation": "galerkin",
+       "free": false, "formulation": "galerkin",
        "resolution": {"spacing_mm": 10, "finest_spacing_mm": 2.5, "gradient": 0.3,
                       "fine": [{"half_space": {"point_mm": [0, 0, 1], "normal": [0, 0, 2]}},
                                {"sphere": {"centre_mm": [0, 0, 5], "radius_mm": 5}},

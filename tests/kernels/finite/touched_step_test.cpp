@@ -141,7 +141,8 @@ TEST(TouchedStep, OptionsThatNoStepHasAreRefused) {
   const auto body_of = std::make_shared<const FiniteBody>(body.solver().body());
   const std::vector<double> volumes(body.body().cloud.size(), 1e-8);
   const auto refused = [&](FiniteOptions options, const std::string& why) {
-    const auto made = FiniteSolver::prepared(body_of, volumes, options, body.solver().factor());
+    const auto made = FiniteSolver::prepared(body_of, body.body().cloud.positions, volumes, options,
+                                             body.solver().factor());
     ASSERT_FALSE(made) << why;
     EXPECT_TRUE(made.error().text().starts_with(why)) << made.error().text();
   };
@@ -157,8 +158,13 @@ TEST(TouchedStep, OptionsThatNoStepHasAreRefused) {
   options = {};
   options.iterations = 0;
   refused(options, "iterations: found 0 and 6");
-  const auto few = FiniteSolver::prepared(body_of, std::span(volumes).first(3), FiniteOptions(),
-                                          body.solver().factor());
+  options = {};
+  options.free = true;
+  options.dynamic = false;
+  refused(options, "free: found a body that nothing holds without motion of its own");
+  const auto few =
+      FiniteSolver::prepared(body_of, body.body().cloud.positions, std::span(volumes).first(3),
+                             FiniteOptions(), body.solver().factor());
   EXPECT_FALSE(few);
 }
 
