@@ -112,17 +112,17 @@ OrganDescription ball_above(const SceneDescription& scene, double height) {
   return ball;
 }
 
-TEST(FreeBodies, RollDownASlopeWhereFrictionHolds) {
+TEST(FreeBodies, RollDownASlopeWhereFrictionHoldsSlowerThanRigidOnes) {
   constexpr double kSlope = 0.1;
   SceneDescription scene = block_on_floor({.friction = 0.8, .slope = kSlope});
   scene.organs[0] = ball_above(scene, 0.1e-3);
   auto world = build(scene);
   ASSERT_TRUE(world);
   EXPECT_EQ(step_until(*world, 0.6), FlagSet());
-  // Of a rigid ball 5/7 of what slides; a soft one, by patches, rolls less.
-  const double rolls = 5.0 / 7.0 * 0.5 * kGravity * std::sin(kSlope) * 0.6 * 0.6;
-  EXPECT_LT(moved(*world, 0).y(), -0.7 * rolls);
-  EXPECT_GT(moved(*world, 0).y(), -1.1 * rolls);
+  // 5/7 of what slides. A soft one loses at every patch that it comes to.
+  const double rigid = 5.0 / 7.0 * 0.5 * kGravity * std::sin(kSlope) * 0.6 * 0.6;
+  EXPECT_LT(moved(*world, 0).y(), -0.25 * rigid);
+  EXPECT_GT(moved(*world, 0).y(), -rigid);
 }
 
 TEST(FreeBodies, LieOnEachOtherAndPressOppositely) {
