@@ -27,9 +27,8 @@ Eigen::Index at(std::size_t cell) {
 /// Where columns are summed, by one thread: their sum stays in the first cache, and each column is
 /// read on for long enough to be fetched ahead.
 constexpr std::size_t kNodesAtOnce = 512;
-/// Cells have columns of their own where these are so many times fewer than those of places, or
-/// where most of many carry no force: made once, they are read some four times a frame, and for
-/// long where a jaw or a link holds or organs touch.
+/// Cells have columns of their own where these are so many times fewer than those of places: made
+/// once, they are read some four times a frame, and for long where a jaw or a link holds.
 constexpr std::size_t kFewerColumns = 2;
 
 double greatest(const std::vector<double>& values) {
@@ -79,20 +78,32 @@ void FiniteContact::make_response() {
   gather_nodes();
   gather_offsets();
   gather_groups();
-  list_answers();
-  step_ = coupled_by_step();
+  gather_answers();
+  step_ = spread_out() ? coupled_by_answers() : coupled_by_step();
   turn(state_.motion.rotations);
   response_ = turned_step_ + turned_near_;  // what others that a spring ties to it meet in a step
 }
 
 /// As PatchContact couples cells through places, with the columns of a step.
-MatrixX FiniteContact::coupled_by_step() {
-  step_on_touched_.gather(body_.step, touched());
-  const auto n = static_cast<Eigen::Index>(place_shares().size());
-  MatrixX response(3 * n, 3 * n);
+MatrixX FiniteContact::coupled_by_step() const {
+  const auto m = static_cast<Eigen::Index>(touched().size());
+  const Eigen::Index n = coefficients().rows();
+  const std::size_t rows = body_.step.rows();
+  MatrixX response(3 * n, 3 * n), block(m, m);
   for (Eigen::Index a = 0; a < 3; ++a)
     for (Eigen::Index b = a; b < 3; ++b) {
-      MatrixX part = coupled_apart(step_on_touched_.parts()[static_cast<std::size_t>(3 * a + b)]);
+      for (Eigen::Index j = 0; j < m; ++j) {
+        const auto place = static_cast<std::size_t>(touched()[static_cast<std::size_t>(j)]);
+        const float* column = body_.step.columns.data() +
+                              (3 * place + static_cast<std::size_t>(b)) * rows +
+                              static_cast<std::size_t>(a);
+        for (Eigen::Index i = 0; i < m; ++i) {
+          const auto other = static_cast<std::size_t>(touched()[static_cast<std::size_t>(i)]);
+          block(i, j) = static_cast<double>(column[3 * body_.step.touchable[other]]);
+        }
+      }
+      MatrixX part = coefficients() * (basis() * block * basis().transpose()).eval() *
+                     coefficients().transpose();
       // Columns in single precision leave their mark; the mirror must be exact.
       if (a == b) part = (0.5 * (part + part.transpose())).eval();
       response(Eigen::seqN(a, n, 3), Eigen::seqN(b, n, 3)) = part;
@@ -101,9 +112,32 @@ MatrixX FiniteContact::coupled_by_step() {
   return response;
 }
 
-/// The fields of nodes at the cells: those of the places, shared as the cells' loads are. By shares
-/// that are exact, not by a basis, in which every cell reaches all places: a cell's answer is its
-/// own then, whatever others there are.
+/// The same of many cells: each one's answer, read by the fields of the others.
+MatrixX FiniteContact::coupled_by_answers() const {
+  const std::size_t n = answered_.size(), size = 3 * nodal_columns().rows;
+  std::vector<std::vector<std::pair<std::size_t, double>>> fields(n);  // of each cell's nodes
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t j = 0; j < nodes_.size(); ++j)
+      if (const double value = fields_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
+          value != 0.0)
+        fields[k].emplace_back(3 * static_cast<std::size_t>(nodes_[j]), value);
+  MatrixX response(at(n), at(n));
+  parallel_for_each_index(n, 4, [&](std::size_t l) {
+    const float* answers = answers_.data() + size * l;
+    for (std::size_t k = 0; k < n; ++k) {
+      Mat3 sum = Mat3::Zero();
+      for (const auto& [row, value] : fields[k])
+        for (std::size_t b = 0; b < 3; ++b)
+          sum.col(static_cast<Eigen::Index>(b)) +=
+              value * Eigen::Map<const Vec3f>(answers + b * (size / 3) + row).cast<double>();
+      response.block<3, 3>(at(k), at(l)) = sum;
+    }
+  });
+  // Columns in single precision leave their mark; the mirror must be exact.
+  return 0.5 * (response + response.transpose());
+}
+
+/// The fields of nodes at the cells: those of the places, shared as the cells' loads are.
 void FiniteContact::gather_nodes() {
   const SparseWeights& fields = body_.places.fields;
   const auto entries = [&](int touched_place) {
@@ -120,20 +154,25 @@ void FiniteContact::gather_nodes() {
   }
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
-  std::vector<int> local(body_.solver.body().nodes(), -1);
-  for (std::size_t n = 0; n < nodes_.size(); ++n)
-    local[static_cast<std::size_t>(nodes_[n])] = static_cast<int>(n);
-  const auto cells = static_cast<Eigen::Index>(place_shares().size());
-  shares_.setZero(cells, static_cast<Eigen::Index>(touched().size()));
-  fields_.setZero(cells, static_cast<Eigen::Index>(nodes_.size()));
-  for (Eigen::Index k = 0; k < cells; ++k)
-    for (const PlaceShare& place : place_shares()[static_cast<std::size_t>(k)]) {
-      shares_(k, place.touched) = place.share;
-      const auto [begin, end] = entries(touched()[static_cast<std::size_t>(place.touched)]);
-      for (std::size_t e = begin; e < end; ++e)
-        fields_(k, local[static_cast<std::size_t>(fields.nodes[e])]) +=
-            place.share * static_cast<double>(fields.values[e]);
-    }
+  MatrixX at_places = MatrixX::Zero(static_cast<Eigen::Index>(touched().size()),
+                                    static_cast<Eigen::Index>(nodes_.size()));
+  for (std::size_t j = 0; j < touched().size(); ++j) {
+    const auto [begin, end] = entries(touched()[j]);
+    for (std::size_t e = begin; e < end; ++e)
+      at_places(static_cast<Eigen::Index>(j),
+                std::lower_bound(nodes_.begin(), nodes_.end(), fields.nodes[e]) - nodes_.begin()) +=
+          static_cast<double>(fields.values[e]);
+  }
+  if (!spread_out()) {
+    shares_.noalias() = coefficients() * basis();
+    fields_.noalias() = shares_ * at_places;
+    return;
+  }
+  shares_ = basis();
+  fields_.setZero(shares_.rows(), at_places.cols());
+  for (std::size_t k = 0; k < place_shares().size(); ++k)
+    for (const PlaceShare& place : place_shares()[k])
+      fields_.row(static_cast<Eigen::Index>(k)) += place.share * at_places.row(place.touched);
 }
 
 void FiniteContact::gather_offsets() {
@@ -180,16 +219,36 @@ void FiniteContact::gather_groups() {
   }
 }
 
-void FiniteContact::list_answers() {
-  const std::size_t count = place_shares().size();
-  std::vector<CellShares> cells;
-  if (spread_out() || kFewerColumns * count <= touched().size()) cells.resize(count);
-  for (std::size_t k = 0; k < cells.size(); ++k)
-    for (const PlaceShare& place : place_shares()[k]) {
-      cells[k].places.push_back(touched()[static_cast<std::size_t>(place.touched)]);
-      cells[k].shares.push_back(place.share);
+/// Of cells that share their loads as before, answers are kept.
+void FiniteContact::gather_answers() {
+  const auto count = static_cast<std::size_t>(shares_.rows());
+  const std::vector<CellShares> before = std::exchange(answered_, {});
+  if (!spread_out() && kFewerColumns * count > touched().size()) {
+    answers_.clear();
+    return;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    CellShares& cell = answered_.emplace_back();
+    for (std::size_t j = 0; j < touched().size(); ++j) {
+      const double share = shares_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
+      if (share == 0.0) continue;
+      cell.places.push_back(touched()[j]);
+      cell.shares.push_back(share);
     }
-  answers_.follow(std::move(cells));
+  }
+  const std::vector<float> answers = std::exchange(answers_, {});
+  const ColumnTriples columns = nodal_columns();
+  const std::size_t size = 3 * columns.rows;
+  answers_.resize(size * count);
+  for (std::size_t k = 0; k < count; ++k) {
+    float* to = answers_.data() + size * k;
+    const auto known = std::ranges::find(before, answered_[k]);
+    if (known != before.end())
+      std::copy_n(answers.data() + size * static_cast<std::size_t>(known - before.begin()), size,
+                  to);
+    else
+      sum_weighted_triples(columns, answered_[k].places, answered_[k].shares, to);
+  }
 }
 
 void FiniteContact::drop_response() {
@@ -201,8 +260,8 @@ void FiniteContact::drop_response() {
   std::vector<int>().swap(group_of_cell_);
   std::vector<int>().swap(group_of_node_);
   std::vector<Group>().swap(groups_);
-  step_on_touched_ = {};
-  answers_ = {};
+  std::vector<CellShares>().swap(answered_);
+  std::vector<float>().swap(answers_);
   stands_ = false;
 }
 
@@ -272,35 +331,30 @@ VectorX FiniteContact::answer_to(const VectorX& forces) const {
   return answers_to(forces);
 }
 
-/// Of several at once, columns being long to read. Only cells that carry a force are asked.
+/// Of several at once, columns being long to read.
 MatrixX FiniteContact::answers_to(const MatrixX& forces) const {
   const Eigen::Index count = forces.cols();
-  const std::size_t nodes = rotations_.size() / 9;
   const bool by_cell = !answers_.empty();
-  std::vector<std::size_t> loaded;
-  for (std::size_t k = 0; k < group_of_cell_.size(); ++k)
-    if (!forces.middleRows<3>(at(k)).isZero(0.0)) loaded.push_back(k);
-  if (loaded.empty()) return MatrixX::Zero(at(nodes), count);
   std::vector<Eigen::Matrix3Xf> loads;
   for (Eigen::Index c = 0; c < count; ++c) {
-    Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(loaded.size()));
-    for (std::size_t i = 0; i < loaded.size(); ++i)
-      unturned.col(static_cast<Eigen::Index>(i)) =
-          rotation_of_cell(loaded[i]).transpose() * forces.col(c).segment<3>(at(loaded[i]));
-    loads.push_back((by_cell ? unturned : unturned * shares_(loaded, Eigen::all)).cast<float>());
+    Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(group_of_cell_.size()));
+    for (std::size_t k = 0; k < group_of_cell_.size(); ++k)
+      unturned.col(static_cast<Eigen::Index>(k)) =
+          rotation_of_cell(k).transpose() * forces.col(c).segment<3>(at(k));
+    loads.push_back((by_cell ? unturned : unturned * shares_).cast<float>());
   }
-  std::vector<int> triples;
-  if (by_cell) {
-    answers_.need(loaded, nodal_columns());
-    for (const std::size_t cell : loaded) triples.push_back(answers_.number(cell));
-  }
-  const ColumnTriples columns = by_cell ? answers_.columns() : nodal_columns();
+  const std::size_t nodes = rotations_.size() / 9;
+  std::vector<int> cells(by_cell ? answered_.size() : 0);
+  std::iota(cells.begin(), cells.end(), 0);
+  const ColumnTriples columns =
+      by_cell ? ColumnTriples{answers_.data(), 3 * nodes, 3 * nodes} : nodal_columns();
   MatrixX moved(at(nodes), count);
   parallel_chunks(nodes, kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
     const Eigen::Index first = at(begin), size = at(end) - first;
     Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(size, count);
     add_column_triples({columns.values + first, static_cast<std::size_t>(size), columns.stride},
-                       by_cell ? triples : touched(), loads, sums.data());
+                       by_cell ? std::span<const int>(cells) : std::span<const int>(touched()),
+                       loads, sums.data());
     for (std::size_t node = begin; node < end; ++node)
       for (Eigen::Index c = 0; c < count; ++c)
         moved.col(c).segment<3>(at(node)) =

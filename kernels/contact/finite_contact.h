@@ -12,7 +12,6 @@
 #include <span>
 #include <vector>
 
-#include "kernels/contact/cell_answers.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/contact/surface_places.h"
@@ -91,11 +90,12 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
                      const MatrixX& shares, const MatrixX& near) const;
   VectorX moved_cells(const VectorX& u) const;
   MatrixX answers_to(const MatrixX& forces) const;
-  MatrixX coupled_by_step();
+  MatrixX coupled_by_step() const;
+  MatrixX coupled_by_answers() const;
   void gather_nodes();
   void gather_offsets();
   void gather_groups();
-  void list_answers();
+  void gather_answers();
   MatrixX turned(const MatrixX& response) const;
   void relax();
   void remember_cells();
@@ -154,10 +154,16 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::vector<int> group_of_cell_, group_of_node_;
   std::vector<int> ungrouped_;  // of a body without cells                                   (N)
   MatrixX shares_;              // of touched places in the cells                   (cells x m)
-  TouchedCompliance step_on_touched_;
-  /// What forces on cells do to the nodes, by a step's factor (3 N x 3 each); made as they are
-  /// asked for.
-  mutable CellAnswers answers_;
+  /// The places that a cell's load is shared among.
+  struct CellShares {
+    std::vector<int> places;
+    std::vector<double> shares;
+    bool operator==(const CellShares&) const = default;
+  };
+  /// What forces on these cells do to the nodes, by a step's factor (3 N x 3 each). Empty: they are
+  /// summed place by place.
+  std::vector<CellShares> answered_;
+  std::vector<float> answers_;
   // And from the rotations of this step.
   NodalRotations rotations_;
   MatrixX turned_step_, turned_near_;  // near: as the step meets it
