@@ -178,11 +178,11 @@ void FiniteContact::gather_nodes() {
 void FiniteContact::gather_offsets() {
   beside_.clear();
   if (!body_.solver.options().free) return;
-  for (std::size_t k = 0; k < place_shares().size(); ++k) {
+  for (std::size_t k = 0; k < state_.places.size(); ++k) {
     Vec3 mean = Vec3::Zero();
-    for (const PlaceShare& place : place_shares()[k])
-      mean += place.share * surface().positions[static_cast<std::size_t>(
-                                touched()[static_cast<std::size_t>(place.touched)])];
+    for (std::size_t j = 0; j < touched().size(); ++j)
+      mean += shares_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j)) *
+              surface().positions[static_cast<std::size_t>(touched()[j])];
     beside_.push_back(state_.places[k].position - mean);
   }
 }
