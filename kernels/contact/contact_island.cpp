@@ -46,24 +46,16 @@ void ContactIsland::list_unknowns(std::span<const IslandBody> bodies,
                                   std::span<const Joint> joints) {
   unknowns_.clear();
   parts_.clear();
-  bilateral_.clear();
-  conditions_.clear();
   first_of_joint_.clear();
   using Kind = ContactCondition::Kind;
   const auto add = [&](const Ways& ways, bool held, double friction, const auto& terms_of,
                        double softness) {
-    parts_.push_back({.first = unknowns_.size(),
-                      .count = ways.count,
-                      .condition = conditions_.size(),
-                      .conditions = held ? 3u : 1u});
-    for (std::size_t w = 0; w < ways.count; ++w) {
+    const Kind kind =
+        held ? Kind::kBilateral : (friction == 0.0 ? Kind::kUnilateral : Kind::kFriction);
+    parts_.push_back(
+        {.first = unknowns_.size(), .count = ways.count, .condition = {kind, friction}});
+    for (std::size_t w = 0; w < ways.count; ++w)
       unknowns_.push_back({terms_of(ways.along[w]), softness});
-      bilateral_.push_back(held);
-    }
-    if (held)
-      conditions_.insert(conditions_.end(), 3, {Kind::kBilateral, 0.0});
-    else
-      conditions_.push_back({friction == 0.0 ? Kind::kUnilateral : Kind::kFriction, friction});
   };
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const std::vector<ContactCell>& cells = bodies[b].solve->question().cells;
@@ -122,8 +114,7 @@ void ContactIsland::guess(std::span<const IslandBody> bodies, std::span<const Jo
 void ContactIsland::choose_tried() {
   for (Part& part : parts_) {
     const auto first = static_cast<Eigen::Index>(part.first);
-    part.tried =
-        part.tried || bilateral_[part.first] || amounts_[first] > 0.0 || wanted_[first] > 0.0;
+    part.tried = part.tried || part.held() || amounts_[first] > 0.0 || wanted_[first] > 0.0;
   }
 }
 
@@ -138,11 +129,10 @@ bool ContactIsland::assemble(std::span<const IslandBody> bodies) {
     if (!part.tried) continue;
     for (std::size_t u = part.first; u < part.first + part.count; ++u) {
       tried_.push_back(u);
-      tried_bilateral_.push_back(bilateral_[u]);
+      tried_bilateral_.push_back(part.held());
       tried_active_.push_back(active_[u]);
     }
-    for (std::size_t i = 0; i < part.conditions; ++i)
-      tried_conditions_.push_back(conditions_[part.condition + i]);
+    tried_conditions_.insert(tried_conditions_.end(), part.held() ? part.count : 1, part.condition);
   }
   if (tried_.size() > kMostTried) return false;
   const auto count = static_cast<Eigen::Index>(tried_.size());

@@ -79,8 +79,9 @@ class ContactIsland {
   /// What is solved for together: one unknown, or the three of a held or rubbing cell.
   struct Part {
     std::size_t first = 0, count = 1;  ///< of its unknowns
-    std::size_t condition = 0, conditions = 1;
-    bool tried = false;  ///< whether it takes part in the problem
+    ContactCondition condition;        ///< that of each, or of all three where they rub
+    bool tried = false;                ///< whether it takes part in the problem
+    bool held() const { return condition.kind == ContactCondition::Kind::kBilateral; }
   };
 
   void list_unknowns(std::span<const IslandBody> bodies, std::span<const Joint> joints);
@@ -99,8 +100,7 @@ class ContactIsland {
   std::vector<Unknown> unknowns_;
   std::vector<Part> parts_;
   std::vector<std::size_t> first_of_joint_;
-  std::vector<char> bilateral_, active_;
-  std::vector<ContactCondition> conditions_;
+  std::vector<char> active_;
   VectorX wanted_, amounts_;
   // The same of the parts that are tried.
   std::vector<std::size_t> tried_;  // unknowns

@@ -32,12 +32,12 @@ inline constexpr double kLeastChange = 1e-4;
 /// Beyond these a state isn't tissue's any more: the last good one is taken back.
 inline constexpr double kFarthest = 0.2;      // [m]
 inline constexpr double kFarthestFree = 1.0;  // ... of a body that nothing holds: out of view [m]
+inline constexpr double kFastest = 2.0;       // [m/s]
 /// Of a free body no node's surroundings have more, or less by its inverse, of their volume at
 /// rest: what presses one is a few times its weight.
 inline constexpr double kMostSwelled = 2.0;
 /// ... nor does a step of one count whose end could still gain so much of its energy.
 inline constexpr double kMostResidual = 0.5;
-inline constexpr double kFastest = 2.0;  // [m/s]
 
 /// What a further iteration would gain, over the energy that there would be: 1 where a body at rest
 /// without energy is about to move.

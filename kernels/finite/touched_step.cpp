@@ -33,7 +33,7 @@ class TouchedStep::Descent {
         so_far_(so_far),
         shared_(shared),
         goes_on_(so_far && so_far->has_value()),
-        warp_(state.steps_since_warp >= kStepsAWarp || solver.options_.free),
+        warp_(state.steps_since_warp >= kStepsAWarp),
         rotations_(goes_on_ ? (*so_far)->rotations : solver.turned_nodes(touch.groups(), state)),
         energy_(*solver.body_, solver.masses_, solver.options_,
                 solver.options_.gravity + acceleration, state, touch.changed(), touch.overstress(),

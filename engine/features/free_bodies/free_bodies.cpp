@@ -128,7 +128,7 @@ double way_to_come(const World& world, Entity one, Entity other, double time) {
 }
 
 Feature free_bodies_feature() {
-  return {.name = "free_bodies",
+  return {.name = "free bodies",
           .check = check,
           .reach = reach,
           .start = start,

@@ -106,6 +106,26 @@ TEST_F(BlockInAnIsland, AnswersAToolAsItDoesAlone) {
   }
 }
 
+TEST_F(BlockInAnIsland, WhatTheForcesDontBringTogetherTakesNoPart) {
+  std::vector<ContactCell> cells = tip(0.0);
+  const std::size_t under = cells.size();
+  // Beside the tip the tissue sinks with what is under it.
+  cells.push_back(cells.front());
+  cells.back().position.x() += 5e-3;
+  std::vector<Joint> joints = met_by_a_wall(cells);
+  joints.back().direction = -joints.back().direction;
+  for (const auto& [depth, takes_part] : {std::pair(-10e-3, false), std::pair(-1e-6, true)}) {
+    joints.back().depth = depth;
+    forces.clear();
+    const IslandFigures figures = solve(cells, 0, joints);
+    ASSERT_TRUE(figures.converged);
+    EXPECT_EQ(figures.rows, static_cast<int>(cells.size()));
+    EXPECT_EQ(figures.tried, static_cast<int>(under + (takes_part ? 1 : 0))) << depth;
+    EXPECT_EQ(forces.back().norm() > 0.0, takes_part) << depth;
+    EXPECT_GT(contact.cell_displacements().back().dot(joints.back().direction), depth - 1e-8);
+  }
+}
+
 TEST_F(BlockInAnIsland, MeetsWhatDoesntMoveAsItMeetsATool) {
   for (const double friction : {0.0, 0.3}) {
     const auto cells = tip(friction);
