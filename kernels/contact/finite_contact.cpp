@@ -27,8 +27,9 @@ Eigen::Index at(std::size_t cell) {
 /// Where columns are summed, by one thread: their sum stays in the first cache, and each column is
 /// read on for long enough to be fetched ahead.
 constexpr std::size_t kNodesAtOnce = 512;
-/// Cells have columns of their own where these are so many times fewer than those of places: made
-/// once, they are read some four times a frame, and for long where a jaw or a link holds.
+/// Cells have columns of their own where these are so many times fewer than those of places, or
+/// where most of many carry no force: made once, they are read some four times a frame, and for
+/// long where a jaw or a link holds or organs touch.
 constexpr std::size_t kFewerColumns = 2;
 
 double greatest(const std::vector<double>& values) {
@@ -78,32 +79,23 @@ void FiniteContact::make_response() {
   gather_nodes();
   gather_offsets();
   gather_groups();
-  gather_answers();
-  step_ = spread_out() ? coupled_by_answers() : coupled_by_step();
+  list_answers();
+  step_ = coupled_by_step();
   turn(state_.motion.rotations);
   response_ = turned_step_ + turned_near_;  // what others that a spring ties to it meet in a step
 }
 
 /// As PatchContact couples cells through places, with the columns of a step.
-MatrixX FiniteContact::coupled_by_step() const {
-  const auto m = static_cast<Eigen::Index>(touched().size());
+MatrixX FiniteContact::coupled_by_step() {
+  if (spread_out()) step_on_touched_.gather(body_.step, touched());
   const Eigen::Index n = coefficients().rows();
-  const std::size_t rows = body_.step.rows();
-  MatrixX response(3 * n, 3 * n), block(m, m);
+  MatrixX response(3 * n, 3 * n);
   for (Eigen::Index a = 0; a < 3; ++a)
     for (Eigen::Index b = a; b < 3; ++b) {
-      for (Eigen::Index j = 0; j < m; ++j) {
-        const auto place = static_cast<std::size_t>(touched()[static_cast<std::size_t>(j)]);
-        const float* column = body_.step.columns.data() +
-                              (3 * place + static_cast<std::size_t>(b)) * rows +
-                              static_cast<std::size_t>(a);
-        for (Eigen::Index i = 0; i < m; ++i) {
-          const auto other = static_cast<std::size_t>(touched()[static_cast<std::size_t>(i)]);
-          block(i, j) = static_cast<double>(column[3 * body_.step.touchable[other]]);
-        }
-      }
-      MatrixX part = coefficients() * (basis() * block * basis().transpose()).eval() *
-                     coefficients().transpose();
+      MatrixX part =
+          spread_out()
+              ? coupled_apart(step_on_touched_.parts()[static_cast<std::size_t>(3 * a + b)])
+              : coupled_by_basis(a, b);
       // Columns in single precision leave their mark; the mirror must be exact.
       if (a == b) part = (0.5 * (part + part.transpose())).eval();
       response(Eigen::seqN(a, n, 3), Eigen::seqN(b, n, 3)) = part;
@@ -112,32 +104,27 @@ MatrixX FiniteContact::coupled_by_step() const {
   return response;
 }
 
-/// The same of many cells: each one's answer, read by the fields of the others.
-MatrixX FiniteContact::coupled_by_answers() const {
-  const std::size_t n = answered_.size(), size = 3 * nodal_columns().rows;
-  std::vector<std::vector<std::pair<std::size_t, double>>> fields(n);  // of each cell's nodes
-  for (std::size_t k = 0; k < n; ++k)
-    for (std::size_t j = 0; j < nodes_.size(); ++j)
-      if (const double value = fields_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
-          value != 0.0)
-        fields[k].emplace_back(3 * static_cast<std::size_t>(nodes_[j]), value);
-  MatrixX response(at(n), at(n));
-  parallel_for_each_index(n, 4, [&](std::size_t l) {
-    const float* answers = answers_.data() + size * l;
-    for (std::size_t k = 0; k < n; ++k) {
-      Mat3 sum = Mat3::Zero();
-      for (const auto& [row, value] : fields[k])
-        for (std::size_t b = 0; b < 3; ++b)
-          sum.col(static_cast<Eigen::Index>(b)) +=
-              value * Eigen::Map<const Vec3f>(answers + b * (size / 3) + row).cast<double>();
-      response.block<3, 3>(at(k), at(l)) = sum;
+MatrixX FiniteContact::coupled_by_basis(Eigen::Index a, Eigen::Index b) const {
+  const auto m = static_cast<Eigen::Index>(touched().size());
+  const std::size_t rows = body_.step.rows();
+  MatrixX block(m, m);
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const auto place = static_cast<std::size_t>(touched()[static_cast<std::size_t>(j)]);
+    const float* column = body_.step.columns.data() +
+                          (3 * place + static_cast<std::size_t>(b)) * rows +
+                          static_cast<std::size_t>(a);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const auto other = static_cast<std::size_t>(touched()[static_cast<std::size_t>(i)]);
+      block(i, j) = static_cast<double>(column[3 * body_.step.touchable[other]]);
     }
-  });
-  // Columns in single precision leave their mark; the mirror must be exact.
-  return 0.5 * (response + response.transpose());
+  }
+  return coefficients() * (basis() * block * basis().transpose()).eval() *
+         coefficients().transpose();
 }
 
-/// The fields of nodes at the cells: those of the places, shared as the cells' loads are.
+/// The fields of nodes at the cells: those of the places, shared as the cells' loads are. Of many
+/// cells these shares are exact, so that a cell's answer is its own whatever others there are; by a
+/// basis every cell reaches all places.
 void FiniteContact::gather_nodes() {
   const SparseWeights& fields = body_.places.fields;
   const auto entries = [&](int touched_place) {
@@ -154,25 +141,32 @@ void FiniteContact::gather_nodes() {
   }
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
-  MatrixX at_places = MatrixX::Zero(static_cast<Eigen::Index>(touched().size()),
-                                    static_cast<Eigen::Index>(nodes_.size()));
-  for (std::size_t j = 0; j < touched().size(); ++j) {
-    const auto [begin, end] = entries(touched()[j]);
+  std::vector<int> local(body_.solver.body().nodes(), -1);
+  for (std::size_t n = 0; n < nodes_.size(); ++n)
+    local[static_cast<std::size_t>(nodes_[n])] = static_cast<int>(n);
+  const auto add_place = [&](Eigen::Index row, int place, double share, MatrixX& to) {
+    const auto [begin, end] = entries(touched()[static_cast<std::size_t>(place)]);
     for (std::size_t e = begin; e < end; ++e)
-      at_places(static_cast<Eigen::Index>(j),
-                std::lower_bound(nodes_.begin(), nodes_.end(), fields.nodes[e]) - nodes_.begin()) +=
-          static_cast<double>(fields.values[e]);
-  }
+      to(row, local[static_cast<std::size_t>(fields.nodes[e])]) +=
+          share * static_cast<double>(fields.values[e]);
+  };
+  const auto count = static_cast<Eigen::Index>(nodes_.size());
+  const auto places = static_cast<Eigen::Index>(touched().size());
   if (!spread_out()) {
+    MatrixX at_places = MatrixX::Zero(places, count);
+    for (Eigen::Index j = 0; j < places; ++j) add_place(j, static_cast<int>(j), 1.0, at_places);
     shares_.noalias() = coefficients() * basis();
     fields_.noalias() = shares_ * at_places;
     return;
   }
-  shares_ = basis();
-  fields_.setZero(shares_.rows(), at_places.cols());
-  for (std::size_t k = 0; k < place_shares().size(); ++k)
-    for (const PlaceShare& place : place_shares()[k])
-      fields_.row(static_cast<Eigen::Index>(k)) += place.share * at_places.row(place.touched);
+  const auto cells = static_cast<Eigen::Index>(place_shares().size());
+  shares_.setZero(cells, places);
+  fields_.setZero(cells, count);
+  for (Eigen::Index k = 0; k < cells; ++k)
+    for (const PlaceShare& place : place_shares()[static_cast<std::size_t>(k)]) {
+      shares_(k, place.touched) = place.share;
+      add_place(k, place.touched, place.share, fields_);
+    }
 }
 
 void FiniteContact::gather_offsets() {
@@ -219,36 +213,18 @@ void FiniteContact::gather_groups() {
   }
 }
 
-/// Of cells that share their loads as before, answers are kept.
-void FiniteContact::gather_answers() {
+void FiniteContact::list_answers() {
   const auto count = static_cast<std::size_t>(shares_.rows());
-  const std::vector<CellShares> before = std::exchange(answered_, {});
-  if (!spread_out() && kFewerColumns * count > touched().size()) {
-    answers_.clear();
-    return;
-  }
-  for (std::size_t k = 0; k < count; ++k) {
-    CellShares& cell = answered_.emplace_back();
+  std::vector<CellShares> cells;
+  if (spread_out() || kFewerColumns * count <= touched().size()) cells.resize(count);
+  for (std::size_t k = 0; k < cells.size(); ++k)
     for (std::size_t j = 0; j < touched().size(); ++j) {
       const double share = shares_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
       if (share == 0.0) continue;
-      cell.places.push_back(touched()[j]);
-      cell.shares.push_back(share);
+      cells[k].places.push_back(touched()[j]);
+      cells[k].shares.push_back(share);
     }
-  }
-  const std::vector<float> answers = std::exchange(answers_, {});
-  const ColumnTriples columns = nodal_columns();
-  const std::size_t size = 3 * columns.rows;
-  answers_.resize(size * count);
-  for (std::size_t k = 0; k < count; ++k) {
-    float* to = answers_.data() + size * k;
-    const auto known = std::ranges::find(before, answered_[k]);
-    if (known != before.end())
-      std::copy_n(answers.data() + size * static_cast<std::size_t>(known - before.begin()), size,
-                  to);
-    else
-      sum_weighted_triples(columns, answered_[k].places, answered_[k].shares, to);
-  }
+  answers_.follow(std::move(cells));
 }
 
 void FiniteContact::drop_response() {
@@ -260,8 +236,8 @@ void FiniteContact::drop_response() {
   std::vector<int>().swap(group_of_cell_);
   std::vector<int>().swap(group_of_node_);
   std::vector<Group>().swap(groups_);
-  std::vector<CellShares>().swap(answered_);
-  std::vector<float>().swap(answers_);
+  step_on_touched_ = {};
+  answers_ = {};
   stands_ = false;
 }
 
@@ -331,30 +307,36 @@ VectorX FiniteContact::answer_to(const VectorX& forces) const {
   return answers_to(forces);
 }
 
-/// Of several at once, columns being long to read.
+/// Of several at once, columns being long to read. Of cells with columns of their own only those
+/// that carry a force are asked.
 MatrixX FiniteContact::answers_to(const MatrixX& forces) const {
   const Eigen::Index count = forces.cols();
+  const std::size_t nodes = rotations_.size() / 9;
   const bool by_cell = !answers_.empty();
+  std::vector<std::size_t> loaded;
+  for (std::size_t k = 0; k < group_of_cell_.size(); ++k)
+    if (!by_cell || !forces.middleRows<3>(at(k)).isZero(0.0)) loaded.push_back(k);
+  if (loaded.empty()) return MatrixX::Zero(at(nodes), count);
   std::vector<Eigen::Matrix3Xf> loads;
   for (Eigen::Index c = 0; c < count; ++c) {
-    Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(group_of_cell_.size()));
-    for (std::size_t k = 0; k < group_of_cell_.size(); ++k)
-      unturned.col(static_cast<Eigen::Index>(k)) =
-          rotation_of_cell(k).transpose() * forces.col(c).segment<3>(at(k));
+    Eigen::Matrix3Xd unturned(3, static_cast<Eigen::Index>(loaded.size()));
+    for (std::size_t i = 0; i < loaded.size(); ++i)
+      unturned.col(static_cast<Eigen::Index>(i)) =
+          rotation_of_cell(loaded[i]).transpose() * forces.col(c).segment<3>(at(loaded[i]));
     loads.push_back((by_cell ? unturned : unturned * shares_).cast<float>());
   }
-  const std::size_t nodes = rotations_.size() / 9;
-  std::vector<int> cells(by_cell ? answered_.size() : 0);
-  std::iota(cells.begin(), cells.end(), 0);
-  const ColumnTriples columns =
-      by_cell ? ColumnTriples{answers_.data(), 3 * nodes, 3 * nodes} : nodal_columns();
+  std::vector<int> triples;
+  if (by_cell) {
+    answers_.need(loaded, nodal_columns());
+    for (const std::size_t cell : loaded) triples.push_back(answers_.number(cell));
+  }
+  const ColumnTriples columns = by_cell ? answers_.columns() : nodal_columns();
   MatrixX moved(at(nodes), count);
   parallel_chunks(nodes, kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
     const Eigen::Index first = at(begin), size = at(end) - first;
     Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(size, count);
     add_column_triples({columns.values + first, static_cast<std::size_t>(size), columns.stride},
-                       by_cell ? std::span<const int>(cells) : std::span<const int>(touched()),
-                       loads, sums.data());
+                       by_cell ? triples : touched(), loads, sums.data());
     for (std::size_t node = begin; node < end; ++node)
       for (Eigen::Index c = 0; c < count; ++c)
         moved.col(c).segment<3>(at(node)) =
@@ -512,11 +494,11 @@ bool FiniteContact::moving() const {
          greatest(state_.motion.displacements) > 0.0 || greatest(state_.motion.velocities) > 0.0;
 }
 
-void FiniteContact::begin_solve(std::span<const ContactCell> cells, std::size_t own,
+void FiniteContact::begin_solve(std::span<const ContactCell> cells, std::size_t own, bool shared,
                                 ContactSolution& solution, ContactResponse& response) {
   relax();
   state_.motion = start_;
-  if (!cells.empty()) see_places(cells, true);
+  if (!cells.empty()) see_places(cells, true, shared);
   if (cells.empty() || state_.places != so_far_places_) so_far_.reset();
   cells_ = cells;
   own_ = own;
@@ -551,7 +533,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
   if (cells.empty() || !sound) PatchContact::solve(cells, solution, response);
   if (!sound) return;
   backing_ = backing;
-  begin_solve(cells, cells.size() - static_cast<std::size_t>(backing.rows()) / 3, solution,
+  begin_solve(cells, cells.size() - static_cast<std::size_t>(backing.rows()) / 3, false, solution,
               response);
   told_ = body_.solver.step(*this, state_.motion, acceleration_, &so_far_);
   end_solve(cells.size());
@@ -608,7 +590,7 @@ std::unique_ptr<SharedSolve> FiniteContact::share(std::span<const ContactCell> c
   std::vector<Vec3> come = state_.displacements;
   if (!begin_answer(cells, solution, response)) return nullptr;
   state_.displacements = std::move(come);
-  begin_solve(cells, own, solution, response);
+  begin_solve(cells, own, true, solution, response);
   return std::make_unique<Share>(*this);
 }
 

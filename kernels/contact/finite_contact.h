@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/contact/cell_answers.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/patch_contact.h"
 #include "kernels/contact/surface_places.h"
@@ -73,8 +74,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   class Share;
   /// Before a step on these cells, and after.
-  void begin_solve(std::span<const ContactCell> cells, std::size_t own, ContactSolution& solution,
-                   ContactResponse& response);
+  void begin_solve(std::span<const ContactCell> cells, std::size_t own, bool shared,
+                   ContactSolution& solution, ContactResponse& response);
   void end_solve(std::size_t cells);
   /// The cells as this question asks for them, and `response_` as it has that.
   void pose(const TouchQuestion& question);
@@ -90,12 +91,12 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
                      const MatrixX& shares, const MatrixX& near) const;
   VectorX moved_cells(const VectorX& u) const;
   MatrixX answers_to(const MatrixX& forces) const;
-  MatrixX coupled_by_step() const;
-  MatrixX coupled_by_answers() const;
+  MatrixX coupled_by_step();
+  MatrixX coupled_by_basis(Eigen::Index a, Eigen::Index b) const;
   void gather_nodes();
   void gather_offsets();
   void gather_groups();
-  void gather_answers();
+  void list_answers();
   MatrixX turned(const MatrixX& response) const;
   void relax();
   void remember_cells();
@@ -154,16 +155,10 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::vector<int> group_of_cell_, group_of_node_;
   std::vector<int> ungrouped_;  // of a body without cells                                   (N)
   MatrixX shares_;              // of touched places in the cells                   (cells x m)
-  /// The places that a cell's load is shared among.
-  struct CellShares {
-    std::vector<int> places;
-    std::vector<double> shares;
-    bool operator==(const CellShares&) const = default;
-  };
-  /// What forces on these cells do to the nodes, by a step's factor (3 N x 3 each). Empty: they are
-  /// summed place by place.
-  std::vector<CellShares> answered_;
-  std::vector<float> answers_;
+  TouchedCompliance step_on_touched_;
+  /// What forces on cells do to the nodes, by a step's factor (3 N x 3 each); made as they are
+  /// asked for.
+  mutable CellAnswers answers_;
   // And from the rotations of this step.
   NodalRotations rotations_;
   MatrixX turned_step_, turned_near_;  // near: as the step meets it

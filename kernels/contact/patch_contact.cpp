@@ -194,60 +194,17 @@ double PatchContact::stiffness_about(const Vec3& position,
   return whole > 0.0 ? sum / whole : 1.0;
 }
 
-/// The compliance among touched places, split by component. Where it is symmetric only one triangle
-/// is read (the rest is its mirror): the columns are long, so every entry is a miss of the cache.
-/// What was read for places that are still touched is kept.
-void PatchContact::read_compliance() {
-  const bool symmetric = compliance_.symmetric;
-  const auto m = static_cast<Eigen::Index>(touched_.size());
-  std::array<Eigen::MatrixXf, 9> before;
-  before.swap(prepared_);
-  for (std::size_t part = 0; part < 9; ++part) {
-    if (symmetric && part / 3 > part % 3) continue;
-    prepared_[part].resize(m, m);
-  }
-  std::vector<Eigen::Index> known(touched_.size(), -1);
-  for (std::size_t i = 0, old = 0; i < touched_.size(); ++i) {
-    while (old < gathered_.size() && gathered_[old] < touched_[i]) ++old;
-    if (old < gathered_.size() && gathered_[old] == touched_[i])
-      known[i] = static_cast<Eigen::Index>(old);
-  }
-  const std::size_t rows = compliance_.rows();
-  parallel_for_each_index(touched_.size(), 32, [&](std::size_t column) {
-    const auto j = static_cast<Eigen::Index>(column);
-    const float* values =
-        compliance_.columns.data() + 3 * static_cast<std::size_t>(touched_[column]) * rows;
-    for (Eigen::Index i = 0; i < (symmetric ? j + 1 : m); ++i) {
-      const auto row = static_cast<std::size_t>(i);
-      const bool kept = known[row] >= 0 && known[column] >= 0;
-      const float* entry =
-          values + 3 * compliance_.touchable[static_cast<std::size_t>(touched_[row])];
-      for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t b = symmetric ? a : 0; b < 3; ++b) {
-          const std::size_t part = 3 * a + b;
-          prepared_[part](i, j) =
-              kept ? before[part](known[row], known[column]) : entry[b * rows + a];
-          // C(j, i) is the transpose of C(i, j).
-          if (symmetric)
-            prepared_[part](j, i) =
-                kept ? before[part](known[column], known[row]) : entry[a * rows + b];
-        }
-    }
-  });
-  gathered_ = touched_;
-}
-
 void PatchContact::gather_compliance() {
-  const bool changed = gathered_ != touched_;
-  if (changed) read_compliance();
-  if (!update_ || update_->rank == 0 || !(changed || block_[0].rows() != prepared_[0].rows()))
+  const bool changed = prepared_.gather(compliance_, touched_);
+  if (!update_ || update_->rank == 0 ||
+      !(changed || block_[0].rows() != static_cast<Eigen::Index>(touched_.size())))
     return;
-  block_ = prepared_;
+  block_ = prepared_.parts();
   take_off_blocks();
 }
 
 const Eigen::MatrixXf& PatchContact::block(std::size_t part) const {
-  return update_ && update_->rank > 0 ? block_[part] : prepared_[part];
+  return update_ && update_->rank > 0 ? block_[part] : prepared_.parts()[part];
 }
 
 /// V V^T among the touched places.
@@ -274,7 +231,7 @@ void PatchContact::take_off_blocks() {
 /// S = coefficients * basis by Gram and Schmidt, taking the worst represented cell first.
 void PatchContact::compress_weights() {
   const Eigen::Index n = weights_.rows(), m = weights_.cols();
-  spread_out_ = static_cast<std::size_t>(n) > kMostOfTools;
+  spread_out_ = state_.shared || static_cast<std::size_t>(n) > kMostOfTools;
   if (spread_out_) {
     basis_ = weights_;
     coefficients_.setIdentity(n, n);
@@ -306,11 +263,13 @@ void PatchContact::compress_weights() {
 }
 
 void PatchContact::list_place_shares() {
-  place_shares_.assign(static_cast<std::size_t>(weights_.rows()), {});
-  for (Eigen::Index k = 0; k < weights_.rows(); ++k)
+  place_shares_.resize(static_cast<std::size_t>(weights_.rows()));
+  for (Eigen::Index k = 0; k < weights_.rows(); ++k) {
+    std::vector<PlaceShare>& shares = place_shares_[static_cast<std::size_t>(k)];
+    shares.clear();
     for (Eigen::Index j = 0; j < weights_.cols(); ++j)
-      if (weights_(k, j) != 0.0)
-        place_shares_[static_cast<std::size_t>(k)].push_back({static_cast<int>(j), weights_(k, j)});
+      if (weights_(k, j) != 0.0) shares.push_back({static_cast<int>(j), weights_(k, j)});
+  }
 }
 
 /// S C S^T of one component of C, by the few places under each cell.
@@ -548,9 +507,9 @@ void PatchContact::drop_response() {
   const auto drop = [](auto&... vectors) {
     (std::remove_reference_t<decltype(vectors)>().swap(vectors), ...);
   };
-  drop(stiffness_, modulus_, touched_, gathered_, spread_, cell_columns_, sound_near_,
-       place_shares_, near_known_.places, near_known_.pairs);
-  prepared_.fill(Eigen::MatrixXf());
+  drop(stiffness_, modulus_, touched_, spread_, cell_columns_, sound_near_, place_shares_,
+       near_known_.places, near_known_.pairs);
+  prepared_ = {};
   columns_made_ = 0;
   weights_ = basis_ = coefficients_ = MatrixX();
   block_.fill(Eigen::MatrixXf());
@@ -612,12 +571,11 @@ std::size_t PatchContact::memory_bytes() const {
     return static_cast<std::size_t>(matrix.size()) * sizeof(*matrix.data());
   };
   std::size_t bytes = conditions_memory_bytes() + of(stiffness_) + of(modulus_) + of(touched_) +
-                      of(gathered_) + of(local_of_) + of(spread_) + of(cell_columns_) +
+                      prepared_.memory_bytes() + of(local_of_) + of(spread_) + of(cell_columns_) +
                       of(sound_near_);
   for (const auto& shares : spread_) bytes += of(shares);
   for (const MatrixX* matrix : {&weights_, &basis_, &coefficients_}) bytes += of_matrix(*matrix);
-  for (const auto* blocks : {&block_, &prepared_})
-    for (const Eigen::MatrixXf& block : *blocks) bytes += of_matrix(block);
+  for (const Eigen::MatrixXf& block : block_) bytes += of_matrix(block);
   for (const auto& shares : place_shares_) bytes += of(shares);
   bytes += of(place_shares_) + of(near_known_.places) + of(near_known_.pairs);
   for (const Eigen::MatrixXf& modes : modes_) bytes += of_matrix(modes);

@@ -12,6 +12,7 @@
 #include "kernels/contact/stiffness_update.h"
 #include "kernels/contact/tissue_contact.h"
 #include "kernels/contact/touchable_surface.h"
+#include "kernels/contact/touched_compliance.h"
 #include "kernels/paff/elasticity.h"
 
 namespace viscera {
@@ -70,8 +71,8 @@ class PatchContact : public TissueContact {
   const std::vector<int>& touched() const { return touched_; }
   const MatrixX& coefficients() const { return coefficients_; }  ///< cells x r
   const MatrixX& basis() const { return basis_; }                ///< r x m
-  /// They are too many to be those of a tool or two, and have no basis: coefficients() is the
-  /// identity, and these are the shares, by cell.
+  /// They are too many to be those of a tool or two, or those of bodies that touch, and have no
+  /// basis: coefficients() is the identity, and place_shares() are the shares, by cell.
   bool spread_out() const { return spread_out_; }
   /// A touched place, by its index among them, and its share of a cell's load.
   struct PlaceShare {
@@ -79,6 +80,8 @@ class PatchContact : public TissueContact {
     double share = 0.0;
   };
   const std::vector<std::vector<PlaceShare>>& place_shares() const { return place_shares_; }
+  /// S C S^T by these shares, of one component of C on the touched places; cells x cells.
+  MatrixX coupled_apart(const Eigen::MatrixXf& block) const;
   const TouchableSurface& surface() const { return surface_; }
   const DrawnSurface& drawn() const { return *drawn_; }
   void make_response() override;
@@ -97,7 +100,6 @@ class PatchContact : public TissueContact {
   void make_columns();
   void spread_cells(std::span<const Place> places);
   void gather_compliance();
-  void read_compliance();
   const Eigen::MatrixXf& block(std::size_t part) const;
   double stiffness_about(const Vec3& position, const std::vector<LoadShare>& shares) const;
   void take_off_blocks();
@@ -106,7 +108,6 @@ class PatchContact : public TissueContact {
   void compress_weights();
   void list_place_shares();
   void couple_cells();
-  MatrixX coupled_apart(const Eigen::MatrixXf& block) const;
   std::optional<Mat3> near_pair(std::size_t k, std::size_t l) const;
   const std::vector<std::optional<Mat3>>& near_pairs(std::size_t moving);
 
@@ -127,17 +128,15 @@ class PatchContact : public TissueContact {
   std::vector<double> stiffness_;     // of the tissue about each cell, over sound tissue's
   std::vector<NearModulus> modulus_;  // of sound tissue about each; empty: one everywhere
   std::vector<int> touched_;          // touchable places under the cells, ascending (m)
-  std::vector<int> gathered_;         // those whose compliance block is at hand
   std::vector<int> local_of_;         // touchable place -> index in touched_, or -1
   std::vector<std::vector<LoadShare>> spread_;  // per cell
   MatrixX weights_;                             // S: cells x m
   MatrixX basis_, coefficients_;                // S ~ coefficients (cells x r) basis (r x m)
-  bool spread_out_ = false;
-  std::vector<std::vector<PlaceShare>> place_shares_;  // per cell, where they are spread out
-  // Components xx, xy, xz, yx, ... of C on touched places, m x m each; yx, zx and zy stay empty
-  // where C is symmetric, being the transposes of xy, xz and yz. As prepared, and, where an update
-  // has taken something off, without that.
-  std::array<Eigen::MatrixXf, 9> prepared_, block_;
+  bool spread_out_ = false;                     // they have no basis: coefficients are the identity
+  std::vector<std::vector<PlaceShare>> place_shares_;  // S, by cell
+  // C on touched places: as prepared, and, where an update has taken something off, without that.
+  TouchedCompliance prepared_;
+  TouchedCompliance::Parts block_;
   // Of an update: V^T of the touched places, by component (rank x m), and the near field of sound
   // tissue between moving cells k and l <= k, at k (k + 1) / 2 + l.
   std::array<Eigen::MatrixXf, 3> modes_;

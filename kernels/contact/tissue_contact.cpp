@@ -257,8 +257,10 @@ void TissueContact::lift() {
   matrix_ += state_.lifted;
 }
 
-void TissueContact::see_places(std::span<const ContactCell> cells, bool one_of_several) {
-  same_matrix_ = remember_places(cells);
+void TissueContact::see_places(std::span<const ContactCell> cells, bool one_of_several,
+                               bool shared) {
+  same_matrix_ = remember_places(cells) && shared == state_.shared;
+  state_.shared = shared;
   const bool counts = !one_of_several || !state_.counted;
   state_.counted = one_of_several;
   if (!same_matrix_) {
@@ -451,7 +453,7 @@ void TissueContact::take(std::span<const ContactCell> cells, const VectorX* forc
 
 void TissueContact::load(std::span<const ContactCell> cells, std::span<const Vec3> forces,
                          ContactSolution& solution, ContactResponse& response) {
-  see_places(cells, true);
+  see_places(cells, true, state_.shared);
   if (!same_matrix_) {
     // The matrix of the conditions belongs to other places now.
     state_.ways.clear();

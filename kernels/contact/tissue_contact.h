@@ -177,8 +177,8 @@ class TissueContact {
   /// Whether all cells are; else there is no answer to them.
   bool begin_answer(std::span<const ContactCell> cells, ContactSolution& solution,
                     ContactResponse& response);
-  /// Remembers the cells, and makes what depends on their places alone.
-  void see_places(std::span<const ContactCell> cells, bool one_of_several);
+  /// Remembers the cells, and makes what depends on their places alone. `shared`: as the state's.
+  void see_places(std::span<const ContactCell> cells, bool one_of_several, bool shared = false);
   /// Where they are at hand, that is all.
   void ensure_response();
   /// `response_` is another one for the same places: the next solve makes its matrix of it.

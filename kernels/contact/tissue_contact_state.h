@@ -59,8 +59,9 @@ struct TissueContactState {
   std::uint64_t columns_built = 0;  ///< cells whose columns are put together; hives have none
   int stayed = 0;                   ///< solves in a row at these places; several of one frame that
   bool counted = false;             ///< are told as such count once
-  FiniteState motion;               ///< of tissue at finite strain; else empty
-  TissueMemory memory;              ///< of such tissue that relaxes
+  bool shared = false;  ///< each cell has a response of its own: as those of bodies that touch
+  FiniteState motion;   ///< of tissue at finite strain; else empty
+  TissueMemory memory;  ///< of such tissue that relaxes
   /// Of what is finer than places there: the forces on each cell that tissue without rest would
   /// have had, as the step began, averaged over the past that each term knows [N] (terms x cells).
   std::vector<Vec3> remembered;
@@ -80,8 +81,8 @@ struct TissueContactState {
         field("amounts", &S::amounts), field("lifted", &S::lifted), field("forces", &S::forces),
         field("displacements", &S::displacements), field("response", &S::response),
         field("columns_built", &S::columns_built), field("stayed", &S::stayed),
-        field("counted", &S::counted), field("motion", &S::motion), field("memory", &S::memory),
-        field("remembered", &S::remembered), field("felt", &S::felt));
+        field("counted", &S::counted), field("shared", &S::shared), field("motion", &S::motion),
+        field("memory", &S::memory), field("remembered", &S::remembered), field("felt", &S::felt));
   }
 };
 static_assert(fields_cover<TissueContactState::Place>() && fields_cover<TissueContactState::Way>());

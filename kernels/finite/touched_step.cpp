@@ -129,10 +129,12 @@ class TouchedStep::Descent {
   }
 
   /// The last step is by the forces that all bodies have come to: moved by others than its
-  /// neighbours, it would gain or lose what these lose or gain of momentum.
+  /// neighbours, it would gain or lose what these lose or gain of momentum. What a held body gains
+  /// of it the hold takes, and it has come to rest as far as it iterates.
   void end_with(const VectorX& forces) {
     forces_ = forces;
     if (z_.size() == 0 || touch_.cells() == 0) return;
+    if (!solver_.options_.free && told_.converged) return;
     VectorX load = VectorX::Zero(n_);
     touch_.add_loads(forces, load);
     Way way{touch_.answer_to(forces) - z_, forces, load, {}};

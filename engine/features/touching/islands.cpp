@@ -6,6 +6,7 @@
 #include "engine/features/links/links.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/disjoint_sets.h"
+#include "kernels/base/parallel.h"
 
 namespace viscera {
 namespace {
@@ -67,18 +68,21 @@ class IslandSolve {
       : world_(world), island_(island), solver_(solver) {}
 
   IslandFigures run() {
-    std::vector<std::unique_ptr<SharedSolve>> solves;
+    std::vector<std::unique_ptr<SharedSolve>> solves(island_.organs.size());
+    parallel_for_each_index(solves.size(), 1, [&](std::size_t i) {
+      const Entity organ = island_.organs[i];
+      OrganContact& contact = *world_.find<OrganContact>(organ);
+      solves[i] = world_.find<OrganTouch>(organ)->solver->share(
+          contact.cells, own_cells(world_, organ), contact.solution, contact.response);
+    });
     std::vector<IslandBody> bodies;
     body_of_.clear();
-    for (const Entity organ : island_.organs) {
-      OrganContact& contact = *world_.find<OrganContact>(organ);
-      const std::size_t own = own_cells(world_, organ);
-      auto solve = world_.find<OrganTouch>(organ)->solver->share(
-          contact.cells, own, contact.solution, contact.response);
-      body_of_.push_back(solve ? static_cast<int>(bodies.size()) : -1);
-      if (!solve) continue;
-      bodies.push_back({solve.get(), pose_of(world_, organ).orientation.toRotationMatrix(), own});
-      solves.push_back(std::move(solve));
+    for (std::size_t i = 0; i < solves.size(); ++i) {
+      const Entity organ = island_.organs[i];
+      body_of_.push_back(solves[i] ? static_cast<int>(bodies.size()) : -1);
+      if (solves[i])
+        bodies.push_back({solves[i].get(), pose_of(world_, organ).orientation.toRotationMatrix(),
+                          own_cells(world_, organ)});
     }
     std::vector<Joint> joints;
     std::vector<Vec3> forces;
