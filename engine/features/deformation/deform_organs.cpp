@@ -154,6 +154,13 @@ bool is_answered(const World& world, Entity organ) {
          });
 }
 
+bool stays_as_it_is(const World& world, Entity organ) {
+  const Binding* binding = world.one<Binding>();
+  return binding && std::ranges::any_of(binding->binders, [&](const Binder& binder) {
+           return binder.rests && binder.rests(world, organ);
+         });
+}
+
 void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contact) {
   const Pose& pose = pose_of(world, organ);
   for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
@@ -246,7 +253,8 @@ void bring_normals_home(OrganState& state) {
 
 void deform_organs(World& world, const FrameContext& context) {
   Pool<OrganContact>& contacts = world.all<OrganContact>();
-  for (std::size_t o = 0; o < contacts.size(); ++o) begin_finite_step(world, contacts.owner(o));
+  for (std::size_t o = 0; o < contacts.size(); ++o)
+    if (!stays_as_it_is(world, contacts.owner(o))) begin_finite_step(world, contacts.owner(o));
   const OrganSolves organs(world, context);
   if (const Binding* binding = world.one<Binding>()) {
     // A pointer each: an idle frame allocates nothing.
@@ -261,6 +269,7 @@ void deform_organs(World& world, const FrameContext& context) {
     const Entity organ = contacts.owner(o);
     OrganContact& contact = contacts[o];
     OrganTouch& touch = *world.find<OrganTouch>(organ);
+    if (stays_as_it_is(world, organ)) continue;
     if (contact.cells.empty()) {
       contact.solution.forces.clear();
       touch.clings.clear();

@@ -36,6 +36,8 @@ struct ContactSolves {
 struct Binder {
   void (*solve)(World&, const ContactSolves&) = nullptr;  ///< of all bound organs
   bool (*solves)(const World&, Entity organ) = nullptr;   ///< whether that answered for this one
+  /// Whether this one stays as it is in this frame; null: none does.
+  bool (*rests)(const World&, Entity organ) = nullptr;
 };
 /// In the order in which they solve; an organ that one has answered for is none of the next one's.
 struct Binding {

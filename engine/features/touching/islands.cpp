@@ -4,55 +4,13 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/links/links.h"
+#include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/disjoint_sets.h"
 #include "kernels/base/parallel.h"
 
 namespace viscera {
 namespace {
-
-/// The pairs that meet in this frame and the organs that these and links tie together.
-struct Island {
-  std::vector<Entity> pairs;
-  std::vector<Entity> organs;  ///< that yield
-};
-
-std::vector<Island> islands_of(const World& world) {
-  const std::vector<Entity>& organs = world.model().organs();
-  const auto index_of = [&](Entity organ) {
-    return static_cast<int>(std::ranges::find(organs, organ) - organs.begin());
-  };
-  DisjointSets sets(organs.size());
-  const Pool<OrganPair>& pairs = world.all<OrganPair>();
-  std::vector<std::pair<Entity, int>> meeting;  // and an organ of it that yields
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (world.find<PairState>(pairs.owner(p))->meetings.empty()) continue;
-    const bool first = yields(world, pairs[p].organs[0]),
-               second = yields(world, pairs[p].organs[1]);
-    if (!first && !second) continue;
-    if (first && second) sets.join(index_of(pairs[p].organs[0]), index_of(pairs[p].organs[1]));
-    meeting.emplace_back(pairs.owner(p), index_of(pairs[p].organs[first ? 0 : 1]));
-  }
-  for (const Entity organ : organs)
-    if (is_link_loaded(world, organ))
-      for (const Entity other : linked_to(world, organ))
-        if (is_link_loaded(world, other)) sets.join(index_of(organ), index_of(other));
-  std::vector<Island> islands;
-  std::vector<int> island_of(organs.size(), -1);
-  for (const auto& [pair, organ] : meeting) {
-    int& island = island_of[static_cast<std::size_t>(sets.root(organ))];
-    if (island < 0) {
-      island = static_cast<int>(islands.size());
-      islands.emplace_back();
-    }
-    islands[static_cast<std::size_t>(island)].pairs.push_back(pair);
-  }
-  for (std::size_t o = 0; o < organs.size(); ++o)
-    if (const int island = island_of[static_cast<std::size_t>(sets.root(static_cast<int>(o)))];
-        island >= 0 && yields(world, organs[o]))
-      islands[static_cast<std::size_t>(island)].organs.push_back(organs[o]);
-  return islands;
-}
 
 /// Cells of tools come first.
 std::size_t own_cells(const World& world, Entity organ) {
@@ -160,8 +118,49 @@ class IslandSolve {
 
 }  // namespace
 
+std::vector<Island> islands_of(const World& world) {
+  const std::vector<Entity>& organs = world.model().organs();
+  const auto index_of = [&](Entity organ) {
+    return static_cast<int>(std::ranges::find(organs, organ) - organs.begin());
+  };
+  DisjointSets sets(organs.size());
+  const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  std::vector<std::pair<Entity, int>> meeting;  // and an organ of it that yields
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (world.find<PairState>(pairs.owner(p))->meetings.empty() ||
+        pair_rests(world, pairs.owner(p)))
+      continue;
+    const bool first = yields(world, pairs[p].organs[0]),
+               second = yields(world, pairs[p].organs[1]);
+    if (!first && !second) continue;
+    if (first && second) sets.join(index_of(pairs[p].organs[0]), index_of(pairs[p].organs[1]));
+    meeting.emplace_back(pairs.owner(p), index_of(pairs[p].organs[first ? 0 : 1]));
+  }
+  for (const Entity organ : organs)
+    if (is_link_loaded(world, organ))
+      for (const Entity other : linked_to(world, organ))
+        if (is_link_loaded(world, other)) sets.join(index_of(organ), index_of(other));
+  std::vector<Island> islands;
+  std::vector<int> island_of(organs.size(), -1);
+  for (const auto& [pair, organ] : meeting) {
+    int& island = island_of[static_cast<std::size_t>(sets.root(organ))];
+    if (island < 0) {
+      island = static_cast<int>(islands.size());
+      islands.emplace_back();
+    }
+    islands[static_cast<std::size_t>(island)].pairs.push_back(pair);
+  }
+  for (std::size_t o = 0; o < organs.size(); ++o)
+    if (const int island = island_of[static_cast<std::size_t>(sets.root(static_cast<int>(o)))];
+        island >= 0 && yields(world, organs[o]))
+      islands[static_cast<std::size_t>(island)].organs.push_back(organs[o]);
+  return islands;
+}
+
 void solve_islands(World& world, const ContactSolves& solves) {
-  for (InIsland& member : world.all<InIsland>()) member.solved = false;
+  Pool<InIsland>& members = world.all<InIsland>();
+  for (std::size_t o = 0; o < members.size(); ++o)
+    members[o].solved = rests(world, members.owner(o));
   const std::vector<Island> islands = islands_of(world);
   TouchingFigures& figures = *world.one<TouchingFigures>();
   figures.most_islands = std::max<std::uint64_t>(figures.most_islands, islands.size());

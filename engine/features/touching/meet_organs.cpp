@@ -4,6 +4,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/free_bodies/free_bodies.h"
+#include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/parallel.h"
 
@@ -92,15 +93,6 @@ bool is_awake(const World& world, Entity organ) {
   return contact && (!contact->cells.empty() || world.find<OrganTouch>(organ)->solver->moving());
 }
 
-/// How far the frames of a pair are from where they stand at rest [m].
-double moved_apart(const World& world, const OrganPair& pair) {
-  const auto shift = [&](Entity organ) {
-    return Vec3(pose_of(world, organ).position -
-                world.model().scene().organs[organ.index].pose_at(0.0).position);
-  };
-  return (shift(pair.organs[0]) - shift(pair.organs[1])).norm();
-}
-
 Box bounds_of(const World& world, Entity organ) {
   if (const OrganTouch* touch = world.find<OrganTouch>(organ)) return touch->bounds;
   return bounds_at_rest(*world.find<OrganBody>(organ)->model, pose_of(world, organ));
@@ -135,10 +127,10 @@ class PairSearch {
     const Box reach = bounds_of(world_, pair_.organs[1]);
     const Box own = bounds_of(world_, pair_.organs[0]);
     const double farthest = kMostMargin + to_come_;
-    const bool apart = reach.exteriorDistance(own) > farthest;
-    shifted_ = moved_apart(world_, pair_);
-    if (apart || !(falls_ || is_awake(world_, pair_.organs[0]) ||
-                   is_awake(world_, pair_.organs[1]) || shifted_ > kStill)) {
+    const bool out_of_reach = reach.exteriorDistance(own) > farthest;
+    shifted_ = apart(world_, pair_).norm();
+    if (out_of_reach || !(falls_ || is_awake(world_, pair_.organs[0]) ||
+                          is_awake(world_, pair_.organs[1]) || shifted_ > kStill)) {
       state_ = {};
       return;
     }
@@ -173,14 +165,14 @@ class PairSearch {
     return *world.find<StillSurface>(organ)->surface;
   }
 
-  Vec3 apart(const Meeting& meeting) const {
+  Vec3 moved_apart(const Meeting& meeting) const {
     return one_.displacement(patches_[meeting.patch]) - other_.displacement(meeting.on);
   }
 
   /// How deep the drawn surfaces overlap there, beyond what they do at rest.
   double overlap_of(const Found& found) const {
     const Meeting& meeting = found.meeting;
-    return found.depth - apart(meeting).dot(found.normal);
+    return found.depth - moved_apart(meeting).dot(found.normal);
   }
 
   /// How much nearer some patch came within the last frame, at most [m]; remembers gaps.
@@ -210,12 +202,12 @@ class PairSearch {
           patch_at(near.point, patch.area, model.surface, model.rest_normals, rest_finder_);
     }
     meeting.patch = static_cast<std::uint32_t>(p);
-    const Vec3 moved = apart(meeting);
+    const Vec3 moved = moved_apart(meeting);
     if (!before) {
       meeting.cling = moved;
     } else {
       // What the patch has slipped stays, on another place of the other organ too.
-      meeting.cling = before->cling + moved - apart(*before);
+      meeting.cling = before->cling + moved - moved_apart(*before);
       meeting.force = before->force;
     }
     if (!falls_ && moved.norm() + shifted_ < kStill && meeting.force.isZero(0.0)) return {};
@@ -271,7 +263,38 @@ void lay_cells(World& world, Entity entity) {
   }
 }
 
+/// What comes near to organs that rest wakes them, and then they look around themselves.
+void search_pairs(World& world) {
+  TouchingFigures& figures = *world.one<TouchingFigures>();
+  const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  std::vector<char> searched(pairs.size(), 0);
+  for (bool woke = true; woke;) {
+    woke = false;
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      if (searched[p] || pair_rests(world, pairs.owner(p))) continue;
+      searched[p] = 1;
+      const PairState& state = *world.find<PairState>(pairs.owner(p));
+      const bool met = !state.meetings.empty();
+      PairSearch(world, pairs.owner(p)).run(figures);
+      if (!met && state.meetings.empty()) continue;
+      for (const Entity organ : pairs[p].organs) {
+        if (!rests(world, organ)) continue;
+        wake(world, organ);
+        woke = true;
+      }
+    }
+  }
+}
+
 }  // namespace
+
+Vec3 apart(const World& world, const OrganPair& pair) {
+  const auto shift = [&](Entity organ) {
+    return Vec3(pose_of(world, organ).position -
+                world.model().scene().organs[organ.index].pose_at(0.0).position);
+  };
+  return shift(pair.organs[0]) - shift(pair.organs[1]);
+}
 
 bool yields(const World& world, Entity organ) {
   const OrganTouch* touch = world.find<OrganTouch>(organ);
@@ -299,14 +322,18 @@ std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> p
 
 void meet_organs(World& world, const FrameContext&) {
   TouchingFigures& figures = *world.one<TouchingFigures>();
+  wake_disturbed(world);
+  search_pairs(world);
+  let_rest(world);
+  std::uint64_t meeting = 0, resting = 0;
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
-  std::uint64_t meeting = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    PairSearch(world, pairs.owner(p)).run(figures);
     meeting += world.find<PairState>(pairs.owner(p))->meetings.empty() ? 0 : 1;
+    if (!pair_rests(world, pairs.owner(p))) lay_cells(world, pairs.owner(p));
   }
+  for (const Resting& one : world.all<Resting>()) resting += one.rests ? 1 : 0;
   figures.most_pairs = std::max(figures.most_pairs, meeting);
-  for (std::size_t p = 0; p < pairs.size(); ++p) lay_cells(world, pairs.owner(p));
+  figures.most_resting = std::max(figures.most_resting, resting);
 }
 
 }  // namespace viscera

@@ -9,6 +9,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
 #include "engine/features/touching/islands.h"
+#include "engine/features/touching/resting.h"
 #include "kernels/base/finite.h"
 
 namespace viscera {
@@ -110,6 +111,8 @@ Result<void> start(World& world) {
     world.all<PairJoints>().add(pairs.owner(p), {});
     for (const Entity organ : pairs[p].organs) {
       if (!world.find<InIsland>(organ)) world.all<InIsland>().add(organ, {});
+      if (world.find<OrganTouch>(organ) && !world.find<Resting>(organ))
+        world.all<Resting>().add(organ, {});
       if (world.find<OrganContact>(organ) || world.find<StillSurface>(organ)) continue;
       const OrganModel& model = *world.find<OrganBody>(organ)->model;
       world.all<StillSurface>().add(
@@ -118,7 +121,7 @@ Result<void> start(World& world) {
   }
   world.all<TouchingFigures>().add(kWhole, {});
   world.all<IslandWork>().add(kWhole, {});
-  bind(world, {solve_islands, is_in_island});
+  bind(world, {solve_islands, is_in_island, rests});
   return {};
 }
 
@@ -150,6 +153,7 @@ std::vector<ReportSection> touching_report(const World& world) {
   return {report_section("contact", {{"pairs", world.all<OrganPair>().size()},
                                      {"pairs_meeting", figures.most_pairs},
                                      {"islands", figures.most_islands},
+                                     {"organs_at_rest", figures.most_resting},
                                      {"rows", figures.most_rows},
                                      {"greatest_overlap_m", figures.greatest_overlap},
                                      {"overlap_at_rest_m", rest},
@@ -164,12 +168,12 @@ Feature touching_feature() {
           .reach = reach,
           .prepare = prepare,
           .start = start,
-          .states = {state_type<PairState>(), state_type<TouchingFigures>()},
+          .states = {state_type<PairState>(), state_type<Resting>(), state_type<TouchingFigures>()},
           .stages = {{.name = "meet organs",
-                      .reads = {"contact cells", "organ poses"},
+                      .reads = {"contact cells", "organ poses", "parts of free shapes"},
                       .reads_before = {"surfaces"},
                       .writes = {"contact cells"},
-                      .changes = {"organs that touch", "touching figures"},
+                      .changes = {"organs that touch", "resting organs", "touching figures"},
                       .needed = [](const World& world) { return world.has<OrganPair>(); },
                       .run = meet_organs}},
           .restored = restored,

@@ -59,8 +59,10 @@ struct PairState {
   /// Of the first organ's patches to the second, as the frame began; the search's reach where that
   /// is farther [m]; empty: nothing moved.                                            (patches)
   std::vector<float> gaps;
+  Vec3 apart_at_rest = Vec3::Zero();  ///< apart() as both came to rest [m]
   static constexpr auto fields() {
-    return std::tuple(field("meetings", &PairState::meetings), field("gaps", &PairState::gaps));
+    return std::tuple(field("meetings", &PairState::meetings), field("gaps", &PairState::gaps),
+                      field("apart_at_rest", &PairState::apart_at_rest));
   }
 };
 static_assert(fields_cover<PairState>());
@@ -87,20 +89,25 @@ struct TouchingFigures {
   std::uint64_t solves = 0;  ///< of islands
   std::uint64_t failed = 0;  ///< islands without an answer
   std::uint64_t most_rows = 0, most_islands = 0, most_pairs = 0;
-  double residual = 0.0;          ///< greatest, with friction, over the greatest force
-  double greatest_overlap = 0.0;  ///< beyond that at rest [m]
-  double greatest_force = 0.0;    ///< of a pair [N]
+  std::uint64_t most_resting = 0;  ///< organs at once
+  double residual = 0.0;           ///< greatest, with friction, over the greatest force
+  double greatest_overlap = 0.0;   ///< beyond that at rest [m]
+  double greatest_force = 0.0;     ///< of a pair [N]
   static constexpr auto fields() {
     using F = TouchingFigures;
     return std::tuple(field("solves", &F::solves), field("failed", &F::failed),
                       field("most_rows", &F::most_rows), field("most_islands", &F::most_islands),
-                      field("most_pairs", &F::most_pairs), field("residual", &F::residual),
+                      field("most_pairs", &F::most_pairs), field("most_resting", &F::most_resting),
+                      field("residual", &F::residual),
                       field("greatest_overlap", &F::greatest_overlap),
                       field("greatest_force", &F::greatest_force));
   }
 };
 static_assert(fields_cover<TouchingFigures>());
 
+/// How far the frames of a pair's organs have gone from where they stood as the scene began, the
+/// first from the second [m].
+Vec3 apart(const World& world, const OrganPair& pair);
 /// Whether it gives way: deformable, prepared, and sound so far.
 bool yields(const World& world, Entity organ);
 /// How deep each patch lies in the other organ, both at rest at these poses [m]; `finder` finds on

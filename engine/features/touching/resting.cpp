@@ -1,0 +1,122 @@
+#include "engine/features/touching/resting.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/features/coagulation/coagulation.h"
+#include "engine/features/gravity/gravity.h"
+#include "engine/features/links/links.h"
+#include "engine/features/pulsation/pulsation.h"
+#include "engine/features/touching/islands.h"
+#include "engine/features/touching/touching.h"
+
+namespace viscera {
+namespace {
+
+/// Frames without a change until an island rests: half a second. Drawn surfaces are made anew where
+/// some place has moved by 5 um since they were last (deform_organs.cpp), so what rests goes slower
+/// than 10 um/s. Chosen.
+constexpr std::int32_t kFramesToRest = 30;
+/// Two organs are sought again where their frames have gone so far apart or nearer since they came
+/// to rest: what has moved less meets nothing new (kStill in meet_organs.cpp) [m].
+constexpr double kShifted = 20e-6;
+
+Vec3 weight_on(const World& world, Entity organ) {
+  const OrganSag* sag = world.find<OrganSag>(organ);
+  return sag ? sag->change : Vec3(Vec3::Zero());
+}
+
+std::int64_t stiffenings_of(const World& world, Entity organ) {
+  const OrganChange* change = world.find<OrganChange>(organ);
+  return change ? change->updates : 0;
+}
+
+/// By a tool, or by what is its own.
+bool is_disturbed(const World& world, Entity organ, const Resting& resting) {
+  const FreeShape* shape = world.find<FreeShape>(organ);
+  return !world.find<OrganTouch>(organ)->ranges.empty() || is_link_loaded(world, organ) ||
+         (shape && shape->stale) || !yields(world, organ) ||
+         weight_on(world, organ) != resting.weight ||
+         stiffenings_of(world, organ) != resting.stiffenings;
+}
+
+bool may_rest(const World& world, Entity organ) {
+  const Resting* resting = world.find<Resting>(organ);
+  return resting && resting->still >= kFramesToRest && !world.find<Pulse>(organ) &&
+         !is_link_loaded(world, organ) && world.find<OrganTouch>(organ)->ranges.empty();
+}
+
+/// As an organ comes to rest.
+void note_poses(World& world, Entity organ) {
+  const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  for (std::size_t p = 0; p < pairs.size(); ++p)
+    if (std::ranges::find(pairs[p].organs, organ) != pairs[p].organs.end())
+      world.find<PairState>(pairs.owner(p))->apart_at_rest = apart(world, pairs[p]);
+}
+
+/// Both rest, or one does and the other never gives way.
+bool rest_both(const World& world, const OrganPair& pair) {
+  bool any = false;
+  for (const Entity organ : pair.organs) {
+    if (rests(world, organ))
+      any = true;
+    else if (yields(world, organ))
+      return false;
+  }
+  return any;
+}
+
+}  // namespace
+
+bool rests(const World& world, Entity organ) {
+  const Resting* resting = world.find<Resting>(organ);
+  return resting && resting->rests;
+}
+
+bool pair_rests(const World& world, Entity entity) {
+  const OrganPair& pair = *world.find<OrganPair>(entity);
+  return rest_both(world, pair) &&
+         (apart(world, pair) - world.find<PairState>(entity)->apart_at_rest).norm() < kShifted;
+}
+
+void wake(World& world, Entity organ) {
+  const std::int32_t group = world.find<Resting>(organ)->group;
+  for (Resting& one : world.all<Resting>()) {
+    if (!one.rests || one.group != group) continue;
+    one.rests = false;
+    one.group = -1;
+    one.still = 0;
+  }
+}
+
+void wake_disturbed(World& world) {
+  const Pool<Resting>& all = world.all<Resting>();
+  for (std::size_t o = 0; o < all.size(); ++o)
+    if (all[o].rests && is_disturbed(world, all.owner(o), all[o])) wake(world, all.owner(o));
+}
+
+void let_rest(World& world) {
+  Pool<Resting>& all = world.all<Resting>();
+  bool any = false;
+  for (std::size_t o = 0; o < all.size(); ++o) {
+    const std::uint64_t version = world.find<OrganState>(all.owner(o))->version;
+    const bool same = std::exchange(all[o].version, version) == version;
+    all[o].still = same ? std::min(all[o].still + 1, kFramesToRest) : 0;
+    any = any || (!all[o].rests && all[o].still == kFramesToRest);
+  }
+  if (!any) return;
+  for (const Island& island : islands_of(world)) {
+    if (!std::ranges::all_of(island.organs, [&](Entity organ) { return may_rest(world, organ); }))
+      continue;
+    for (const Entity organ : island.organs) {
+      Resting& resting = *world.find<Resting>(organ);
+      resting.rests = true;
+      resting.group = static_cast<std::int32_t>(island.organs.front().index);
+      resting.weight = weight_on(world, organ);
+      resting.stiffenings = stiffenings_of(world, organ);
+    }
+    for (const Entity organ : island.organs) note_poses(world, organ);
+  }
+}
+
+}  // namespace viscera
