@@ -5,6 +5,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/free_bodies/free_bodies.h"
 #include "engine/features/touching/touching.h"
+#include "engine/features/touching/touching_flags.h"
 #include "kernels/base/parallel.h"
 
 namespace viscera {
@@ -25,6 +26,9 @@ constexpr double kSlidOff = 0.35;
 /// What has moved less than this from where it lies at rest hasn't come to anything: a hundredth of
 /// what a tip presses [m].
 constexpr double kStill = 20e-6;
+/// What met in the last frame already and lies deeper inside the other organ than this is told as a
+/// flag: chosen, a third of the pitch of patches in a fine organ [m].
+constexpr double kMostOverlap = 1e-3;
 
 /// An organ as its drawn surface stands.
 struct Drawn {
@@ -129,7 +133,7 @@ class PairSearch {
         falls_(is_free(world, pair_.organs[0]) || is_free(world, pair_.organs[1])),
         to_come_(way_to_come(world, pair_.organs[0], pair_.organs[1], kFrame)) {}
 
-  void run(TouchingFigures& figures) {
+  void run(TouchingFigures& figures, FrameReport* report) {
     joints_.normals.clear();
     joints_.depths.clear();
     const Box reach = bounds_of(world_, pair_.organs[1]);
@@ -158,7 +162,10 @@ class PairSearch {
     std::vector<Meeting> meetings;
     for (const Found& one : found) {
       if (!one.meets) continue;
-      figures.greatest_overlap = std::max(figures.greatest_overlap, overlap_of(one));
+      const double overlap = overlap_of(one);
+      figures.greatest_overlap = std::max(figures.greatest_overlap, overlap);
+      if (report && before[one.meeting.patch] && overlap > kMostOverlap)
+        report->raise(kOrgansOverlap);
       meetings.push_back(one.meeting);
       joints_.normals.push_back(one.normal);
       joints_.depths.push_back(one.depth);
@@ -297,12 +304,12 @@ std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> p
   return overlaps;
 }
 
-void meet_organs(World& world, const FrameContext&) {
+void meet_organs(World& world, const FrameContext& context) {
   TouchingFigures& figures = *world.one<TouchingFigures>();
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   std::uint64_t meeting = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    PairSearch(world, pairs.owner(p)).run(figures);
+    PairSearch(world, pairs.owner(p)).run(figures, context.report);
     meeting += world.find<PairState>(pairs.owner(p))->meetings.empty() ? 0 : 1;
   }
   figures.most_pairs = std::max(figures.most_pairs, meeting);

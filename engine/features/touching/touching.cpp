@@ -9,6 +9,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
 #include "engine/features/touching/islands.h"
+#include "engine/features/touching/touching_flags.h"
 #include "kernels/base/finite.h"
 
 namespace viscera {
@@ -172,6 +173,7 @@ Feature touching_feature() {
                       .changes = {"organs that touch", "touching figures"},
                       .needed = [](const World& world) { return world.has<OrganPair>(); },
                       .run = meet_organs}},
+          .flags = {kOrgansOverlap},
           .restored = restored,
           .report = touching_report};
 }
