@@ -39,6 +39,7 @@ constexpr double kFewestPatches = 100.0;
 /// Distance of an organ's patches at a place [m]; `area` of its surface [m2].
 double pitch_at(const OrganModel& model, const Vec3& place, double share, double area) {
   const double coarsest = std::min(kCoarsestPitch, std::sqrt(area / kFewestPatches));
+  if (model.touchable.spacings.empty()) return coarsest;  // a local organ has no nodes
   return std::min(std::max(share * spacing_at(model.touchable, place), kFinestPitch), coarsest);
 }
 
