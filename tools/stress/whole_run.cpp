@@ -12,6 +12,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/contact_flags.h"
 #include "engine/features/deformation/deformation_flags.h"
+#include "engine/features/free_bodies/free_bodies.h"
 #include "engine/features/smoke/smoke.h"
 #include "engine/simulation/sentinel.h"
 #include "engine/simulation/state_type.h"
@@ -54,13 +55,14 @@ void look_at(const Simulation& simulation, const StepReport& report, Course& cou
                                               type.name, stray.field, stray.value));
 }
 
-/// Some nodes of each organ at finite strain are put where its tissue is inside out.
+/// Some nodes of each organ at finite strain that something holds are put where its tissue is
+/// inside out. One that nothing holds takes such a step back and says so (`tissue_lost`).
 void turn_inside_out(World& world) {
   Pool<OrganTouch>& touches = world.all<OrganTouch>();
   for (std::size_t t = 0; t < touches.size(); ++t) {
     const Entity organ = touches.owner(t);
     const OrganModel& model = *world.find<OrganBody>(organ)->model;
-    if (!model.finite) continue;
+    if (!model.finite || is_free(world, organ)) continue;
     TissueContact& tissue = *touches[t].solver;
     auto state = tissue.state();
     // Two spacings to and fro: farther than the nodes about it.
