@@ -18,6 +18,7 @@
 #include "engine/simulator/build.h"
 #include "engine/verification/two_balls.h"
 #include "kernels/base/stopwatch.h"
+#include "tools/bench/bench_pressure.h"
 #include "tools/common/bench_figures.h"
 #include "tools/common/project_paths.h"
 
@@ -59,7 +60,8 @@ class ContactBench {
       for (const Response response : {Response::kLinear, Response::kFinite})
         if (auto pressed = press_organs(response, fine, out); !pressed) return pressed;
     drag(**balls, out);
-    return slide_block(out);
+    if (auto slid = slide_block(out); !slid) return slid;
+    return press_to_modulus(out);
   }
 
   std::vector<BenchRow> rows() const {
@@ -74,7 +76,10 @@ class ContactBench {
             {"fine patches, linear: force against Hertz", "%", error(4), 4.0},
             {"fine patches, finite strain: the same", "%", error(5), 4.0},
             {"dragged: tangential over normal force", "%", error(6), 1.0},
-            {"a block that nothing holds slides at tan = mu", "%", error(7), 1.0}};
+            {"a block that nothing holds slides at tan = mu", "%", error(7), 1.0},
+            {"a block under a tenth of its modulus: force", "%", error(8), 5.0},
+            {"the pressure that it carries without a flag, over its modulus", "",
+             cases_[9].value / cases_[9].reference, 1.0, true}};
   }
   nlohmann::json json() const {
     nlohmann::json all = nlohmann::json::array();
@@ -222,6 +227,31 @@ class ContactBench {
     told.value = std::abs(*stays) > 1e-3 ? kLess * kFriction
                                          : tangent - *slides * std::hypot(1.0, tangent) / kGravity;
     add(told, out);
+    return {};
+  }
+
+  /// A free block between plates without friction, up to a pressure of its own modulus.
+  Result<void> press_to_modulus(std::ostream& out) {
+    const double modulus = material_.youngs_modulus;
+    auto curve = press_block(material_, modulus, {});
+    if (!curve) return std::unexpected(curve.error());
+    std::vector<double> times;
+    const PressureFrame* tenth = nullptr;
+    for (const PressureFrame& frame : curve->frames) {
+      times.push_back(frame.took);
+      if (!tenth && frame.pressure >= 0.1 * modulus) tenth = &frame;
+    }
+    const double median = 1e3 * quantiles(times).median;
+    if (!tenth) return failure("a block between plates came to no pressure");
+    add({"a block between plates, a tenth of its modulus: force (N)", tenth->force, tenth->exact,
+         median},
+        out);
+    const PressureFrame* refused = curve->first_refused();
+    add({"the same: pressure carried without a flag (kPa)",
+         1e-3 * (refused ? refused->pressure : curve->frames.back().pressure), 1e-3 * modulus,
+         median},
+        out);
+    print_pressure(*curve, out);
     return {};
   }
 

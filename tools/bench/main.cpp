@@ -22,6 +22,7 @@
 #include "tools/bench/bench_zwidth.h"
 #include "tools/common/command_line.h"
 #include "tools/common/measuring_commands.h"
+#include "tools/profile/different_organs.h"
 #include "tools/profile/profile_command.h"
 #include "tools/stress/stress_command.h"
 
@@ -209,6 +210,13 @@ class ProfileCommand {
         ->capture_default_str();
     command_->add_option("--seconds", seconds_,
                          "simulated in each case; without it the scene's duration");
+    add_list(*command_, "--different", different_.organs,
+             "in place of the scene's organs so many different ones of the tissue of its first, "
+             "which touch each other: 14 32 64 128 256");
+    command_
+        ->add_option("--most-preparation", different_.most_prepare,
+                     "with --different: seconds after which no more organs are prepared")
+        ->capture_default_str();
     command_->add_flag("--render", options_.render, "pictures too, each pass timed on its device");
     command_->add_option("--json", options_.json, "write the figures to this file");
     command_->add_option("--plot", options_.plots, "draw the figures into this folder");
@@ -224,6 +232,12 @@ class ProfileCommand {
     install_interrupt_handler();
     return with_scene(scene_, [&](const auto& scene, const auto& known) {
       options_.seconds = seconds_.value_or(scene.duration);
+      if (!different_.organs.empty() && !scene.organs.empty()) {
+        different_.seconds = seconds_.value_or(different_.seconds);
+        different_.json = options_.json;
+        different_.plots = options_.plots;
+        return profile_different(scene.organs.front().tissue, known, different_, std::cout);
+      }
       return profile_scene(scene, known, options_, std::cout);
     });
   }
@@ -232,6 +246,7 @@ class ProfileCommand {
   CLI::App* command_;
   SceneArguments scene_;
   ProfileOptions options_;
+  DifferentOrgans different_{.organs = {}, .json = {}, .plots = {}};
   std::optional<double> seconds_;
 };
 

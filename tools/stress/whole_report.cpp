@@ -75,6 +75,7 @@ class WholeSummary {
     for (const std::string& flag : outcome.flags) ++flags_[flag];
     smoke_residual_ = std::max(smoke_residual_, outcome.smoke_residual);
     heat_residual_ = std::max(heat_residual_, outcome.heat_residual);
+    deepest_ = std::max(deepest_, outcome.deepest_inside);
     memory_.push_back(resident());
     descriptors_.push_back(descriptors());
   }
@@ -112,6 +113,8 @@ class WholeSummary {
         "books: smoke to {:.1e} of what was emitted, heat to {:.1e} of what was "
         "delivered\n",
         smoke_residual_, heat_residual_);
+    out << fmt::format("organs lay {:.2f} mm in others at most, beyond that at rest\n",
+                       1e3 * deepest_);
     if (memory_.size() >= kFewestForMemory)
       out << fmt::format("memory: {:.0f} MB at the end, {:+.1f} MB since the second fifth\n",
                          1e-6 * memory_.back(), 1e-6 * growth(memory_));
@@ -126,7 +129,7 @@ class WholeSummary {
 
  private:
   int cases_ = 0, refused_ = 0, failed_ = 0;
-  double smoke_residual_ = 0.0, heat_residual_ = 0.0;
+  double smoke_residual_ = 0.0, heat_residual_ = 0.0, deepest_ = 0.0;
   std::map<std::string, int> flags_, reasons_;
   std::vector<double> memory_;
   std::vector<std::size_t> descriptors_;

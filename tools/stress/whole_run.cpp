@@ -12,6 +12,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/contact_flags.h"
 #include "engine/features/deformation/deformation_flags.h"
+#include "engine/features/free_bodies/free_bodies.h"
 #include "engine/features/smoke/smoke.h"
 #include "engine/simulation/sentinel.h"
 #include "engine/simulation/state_type.h"
@@ -19,6 +20,7 @@
 #include "kernels/base/caught.h"
 #include "kernels/base/finite.h"
 #include "tools/common/project_paths.h"
+#include "tools/stress/whole_bodies.h"
 #include "tools/stress/whole_scene.h"
 
 namespace viscera {
@@ -53,13 +55,14 @@ void look_at(const Simulation& simulation, const StepReport& report, Course& cou
                                               type.name, stray.field, stray.value));
 }
 
-/// Some nodes of each organ at finite strain are put where its tissue is inside out.
+/// Some nodes of each organ at finite strain that something holds are put where its tissue is
+/// inside out. One that nothing holds takes such a step back and says so (`tissue_lost`).
 void turn_inside_out(World& world) {
   Pool<OrganTouch>& touches = world.all<OrganTouch>();
   for (std::size_t t = 0; t < touches.size(); ++t) {
     const Entity organ = touches.owner(t);
     const OrganModel& model = *world.find<OrganBody>(organ)->model;
-    if (!model.finite) continue;
+    if (!model.finite || is_free(world, organ)) continue;
     TissueContact& tissue = *touches[t].solver;
     auto state = tissue.state();
     // Two spacings to and fro: farther than the nodes about it.
@@ -71,6 +74,44 @@ void turn_inside_out(World& world) {
     tissue.restore(std::move(state));
   }
 }
+
+/// Surfaces are looked at every so many frames.
+constexpr std::uint64_t kLookEvery = 4;
+
+/// What is asked of bodies that touch, along one course.
+class BodyChecks {
+ public:
+  BodyChecks(const World& world, const WholeScene& scene) : scene_(scene), insides_(world) {}
+
+  void look(const Simulation& simulation) {
+    const std::uint64_t frame = simulation.frame();
+    const World& world = simulation.world();
+    // Tissue that was turned inside out has no inside.
+    const bool sound = !scene_.inverted_at || frame <= *scene_.inverted_at;
+    if (sound && frame % kLookEvery == 0)
+      if (const auto now = insides_.deepest(world); now.depth > deepest_.depth) {
+        deepest_ = now;
+        deepest_at_ = frame;
+      }
+    if (scene_.still_from && frame > *scene_.still_from) energy_.add(frame, energy_of(world));
+  }
+  void tell(WholeOutcome& outcome) const {
+    outcome.deepest_inside = deepest_.depth;
+    if (deepest_.depth > kMostInside)
+      outcome.failures.push_back(
+          fmt::format("frame {}: {} lies {:.1f} mm inside, expected at most {:.1f} mm more than at "
+                      "rest",
+                      deepest_at_, deepest_.what, 1e3 * deepest_.depth, 1e3 * kMostInside));
+    if (energy_.failure()) outcome.failures.push_back(*energy_.failure());
+  }
+
+ private:
+  const WholeScene& scene_;
+  Insides insides_;
+  Insides::Deepest deepest_;
+  std::uint64_t deepest_at_ = 0;
+  EnergyWatch energy_;
+};
 
 /// Controls with a number that isn't finite are refused and change nothing.
 void try_impossible_controls(Simulation& simulation, Course& course) {
@@ -84,7 +125,7 @@ void try_impossible_controls(Simulation& simulation, Course& course) {
 
 /// `fault`: the last frame leaves a number that isn't finite.
 void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course,
-                 bool fault = false) {
+                 bool fault = false, BodyChecks* checks = nullptr) {
   while (simulation.frame() < scene.frames) {
     if (scene.inverted_at == simulation.frame()) turn_inside_out(simulation.world());
     const StepReport report = simulation.step();
@@ -92,6 +133,7 @@ void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course
       simulation.world().all<OrganState>()[0].positions[0].x() =
           std::numeric_limits<float>::quiet_NaN();
     look_at(simulation, report, course);
+    if (checks) checks->look(simulation);
   }
   course.hash = simulation.hash();
 }
@@ -143,12 +185,17 @@ Result<void> step_case(const WholeScene& scene, const Model& model, bool fault,
                                              1);
     auto simulation = Simulation::create(model);
     if (!simulation) return std::unexpected(simulation.error());
-    while (simulation->frame() < scene.snapshot_at) look_at(*simulation, simulation->step(), one);
+    BodyChecks checks(simulation->world(), scene);
+    while (simulation->frame() < scene.snapshot_at) {
+      look_at(*simulation, simulation->step(), one);
+      checks.look(*simulation);
+    }
     auto taken = simulation->snapshot();
     if (!taken) return std::unexpected(taken.error());
     snapshot = std::move(*taken);
     try_impossible_controls(*simulation, one);
-    step_to_end(*simulation, scene, one);
+    step_to_end(*simulation, scene, one, false, &checks);
+    checks.tell(outcome);
     check_books(simulation->world(), outcome);
     for (const FrameFlag& flag : one.flags)
       if (!is_explained(flag, simulation->world()))

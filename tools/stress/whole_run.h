@@ -19,6 +19,7 @@ struct WholeOutcome {
   std::vector<std::string> failures;  ///< of checks, each with what was found
   double smoke_residual = 0.0;        ///< of its book, over what was emitted
   double heat_residual = 0.0;         ///< of the energy book, over what was delivered
+  double deepest_inside = 0.0;        ///< of an organ in another, beyond that at rest [m]
   bool passed() const { return failures.empty(); }
 };
 
@@ -26,6 +27,8 @@ struct WholeOutcome {
 ///   twice, by one thread and by two, to the same hash;
 ///   from a snapshot at a random frame in a simulation of its own, to the same hash;
 /// turning tissue at finite strain inside out where the case says so, and
+/// asking in the first run how deep organs of a pair lie in each other and, once nothing moves the
+/// scene any more, whether it gains energy (whole_bodies.h),
 /// looking after each step for numbers that aren't finite (sentinel.h) and flags that nothing in
 /// the scene explains, trying controls that can't be, and at the end at the books of smoke and
 /// heat.

@@ -19,14 +19,18 @@ using Json = nlohmann::json;
 
 constexpr std::uint64_t kStream = 0x5748'4f4cull << 32;
 constexpr double kFrameSeconds = 1.0 / 60.0;
-/// Organs stand in a row, each in a berth so wide [mm].
-constexpr double kBerth = 44.0;
+/// Of what organs touch: draws of their own, so that scenes without contact are as before.
+constexpr std::uint64_t kContactStream = 0x434f'4e54ull << 32;
+/// Organs stand in a row, each in a berth so wide [mm]; where they touch, in a narrower one.
+constexpr double kBerth = 44.0, kNarrowest = 30.0;
+/// A scene that comes to stand still is stepped on for so many frames.
+constexpr std::uint64_t kStillFrames = 40;
 
 /// Draws, one after the other.
 class Dice {
  public:
-  Dice(std::uint64_t seed, int number)
-      : random_(seed, kStream + static_cast<std::uint64_t>(number)) {}
+  Dice(std::uint64_t seed, int number, std::uint64_t stream)
+      : random_(seed, stream + static_cast<std::uint64_t>(number)) {}
 
   double between(double low, double high) { return low + (high - low) * random_.uniform(next_++); }
   int whole(int low, int high) {  // both among them
@@ -53,13 +57,24 @@ Json vector(const Vec3& v) {
 class Draft {
  public:
   Draft(std::uint64_t seed, int number, std::filesystem::path folder)
-      : dice_(seed, number), folder_(std::move(folder)) {
+      : dice_(seed, number, kStream),
+        contact_dice_(seed, number, kContactStream),
+        folder_(std::move(folder)) {
     frames_ = static_cast<std::uint64_t>(dice_.whole(6, 90));
     scene_ = {{"version", 1},
               {"name", "whole"},
               {"duration_s", kFrameSeconds * static_cast<double>(frames_ + 1)},
               {"seed", dice_.whole(0, 1000)}};
     organs_ = dice_.whole(1, 3);
+    if (!contact_dice_.chance(0.5)) return;
+    touching_ = true;
+    berth_ = contact_dice_.between(kNarrowest, kBerth);
+    falls_ = contact_dice_.chance(0.3);
+    still_ = contact_dice_.chance(0.4);
+    scene_["contact"] = {
+        {"organs", true},
+        {"organ_friction", contact_dice_.chance(0.5) ? 0.0 : contact_dice_.between(0.0, 2.0)},
+        {"organ_pitch", contact_dice_.between(0.4, 1.5)}};
   }
 
   Result<WholeScene> written() {
@@ -67,24 +82,32 @@ class Draft {
     const int tools = dice_.whole(1, 3);
     for (int i = 0; i < tools; ++i)
       if (auto added = add_tool(i); !added) return std::unexpected(added.error());
+    if (falls_) add_free_organ();
     if (organs_ > 1 && dice_.chance(0.5)) add_link();
     if (dice_.chance(0.3)) add_link_to_ground();
     if (dice_.chance(0.5)) add_gravity();
     if (dice_.chance(0.6)) add_smoke();
     if (dice_.chance(0.3)) scene_["heat"] = {{"voxel_mm", dice_.between(0.4, 1.5)}};
+    if (still_) quieten();
 
     WholeScene whole{
         .file = folder_ / "scene.json",
         .description = fmt::format(
             "{} organs ({} local, {} rigid, {} finite, {} of parts), {} tools ({} held), "
-            "{} links, {} volumes of smoke{}{}, {} jerks, {} frames",
+            "{} links, {} volumes of smoke{}{}, {} jerks, {} frames{}{}{}",
             organs_, local_, rigid_, finite_, parted_, tools, held_, links_, smoke_,
             scene_.contains("gas") ? ", gas" : "", scene_.contains("gravity") ? ", gravity" : "",
-            jerks_, frames_),
+            jerks_, frames_, touching_ ? ", organs touch" : "", falls_ ? ", one falls" : "",
+            still_ ? ", then still" : ""),
         .frames = frames_,
         .snapshot_at = static_cast<std::uint64_t>(dice_.whole(0, static_cast<int>(frames_) - 1)),
-        .inverted_at = {}};
-    if (finite_ > 0 && dice_.chance(0.5))
+        .inverted_at = {},
+        .abused = false,
+        .still_from = {}};
+    if (still_) {
+      whole.still_from = frames_ - kStillFrames;
+      whole.snapshot_at = std::min(whole.snapshot_at, *whole.still_from);
+    } else if (finite_ > 0 && dice_.chance(0.5))
       whole.inverted_at = static_cast<std::uint64_t>(
           dice_.whole(static_cast<int>(whole.snapshot_at), static_cast<int>(frames_)));
     whole.abused = jerks_ > 0 || whole.inverted_at;
@@ -99,7 +122,62 @@ class Draft {
   static constexpr std::array<const char*, 8> kTissues{"liver", "gallbladder", "stomach", "kidney",
                                                        "lung",  "spleen",      "fat",     "rubber"};
 
-  Vec3 middle(int organ) const { return {kBerth * organ, 0.0, 0.0}; }
+  Vec3 middle(int organ) const { return {berth_ * organ, 0.0, 0.0}; }
+
+  /// A ball or block that nothing holds over a floor of its own, beside the others.
+  void add_free_organ() {
+    const double x = -50.0, size = contact_dice_.between(16.0, 24.0);
+    const double above = contact_dice_.between(0.1, 6.0);
+    Json geometry = {{"edge_mm", contact_dice_.between(2.5, 4.0)}};
+    if (contact_dice_.chance(0.5)) {
+      geometry["recipe"] = "sphere";
+      geometry["radius_mm"] = 0.5 * size;
+    } else {
+      geometry["recipe"] = "block";
+      geometry["size_mm"] = {size, contact_dice_.between(16.0, 24.0), size};
+    }
+    scene_["organs"].push_back(
+        {{"name", "falls"},
+         {"tissue", contact_dice_.one_of(kTissues)},
+         {"pose", {{"position_mm", {x, 0.0, 0.5 * size + above}}}},
+         {"free", true},
+         {"geometry", geometry},
+         {"resolution",
+          {{"spacing_mm", contact_dice_.between(5.0, 7.0)}, {"finest_spacing_mm", 5.0}}}});
+    scene_["organs"].push_back(
+        {{"name", "floor"},
+         {"tissue", "rubber"},
+         {"deformable", false},
+         {"pose", {{"position_mm", {x, 0.0, -10.0}}}},
+         {"geometry", {{"recipe", "block"}, {"size_mm", {46.0, 90.0, 20.0}}, {"edge_mm", 10.0}}}});
+  }
+
+  /// Takes out of the scene what goes on by itself or has an energy that isn't counted, and lets it
+  /// go on when its tools have come to the ends of their paths.
+  void quieten() {
+    for (const char* key : {"links", "gravity", "heat", "smoke", "gas"}) scene_.erase(key);
+    links_ = smoke_ = held_ = 0;
+    for (Json& organ : scene_["organs"]) {
+      for (const char* key : {"motion", "pulsation", "material"}) organ.erase(key);
+      if (organ.contains("deformable")) continue;
+      if (!organ.contains("response") || organ["response"] != "finite") {
+        for (const char* key : {"displacement_storage", "formulation"}) organ.erase(key);
+        organ["response"] = "finite";
+      }
+      organ["finite"] = {{"viscous_time_ms", contact_dice_.between(0.0, 60.0)},
+                         {"iterations", contact_dice_.whole(2, 4)}};
+    }
+    local_ = 0;
+    for (Json& tool : scene_["instruments"]) {
+      tool.erase("haptic");
+      for (Json& key : tool["path"]) key.erase("power_W");
+      tool.erase("mode");
+      Json& path = tool["path"];
+      for (Json& key : path) key["jaw"] = 1.0;
+    }
+    frames_ += kStillFrames + 2;
+    scene_["duration_s"] = kFrameSeconds * static_cast<double>(frames_ + 1);
+  }
 
   void add_organ(int i) {
     Json organ = {{"name", fmt::format("organ{}", i)},
@@ -338,7 +416,7 @@ class Draft {
 
   void add_smoke() {
     smoke_ = dice_.whole(1, 2);
-    const double right = kBerth * (organs_ - 1) + 40.0;
+    const double right = berth_ * (organs_ - 1) + 40.0;
     for (int i = 0; i < smoke_; ++i) {
       Json volume = {
           {"name", fmt::format("smoke{}", i)},
@@ -369,12 +447,14 @@ class Draft {
           {{{"position_mm", {10.0, -20.0, 50.0}}, {"flow_L_per_min", dice_.between(0.0, 30.0)}}});
   }
 
-  Dice dice_;
+  Dice dice_, contact_dice_;
   std::filesystem::path folder_;
   std::uint64_t frames_ = 0;
   bool travels_ = false;  ///< hives do, with each tool: they know round tips alone
   int organs_ = 0, local_ = 0, rigid_ = 0, finite_ = 0, parted_ = 0;
   int held_ = 0, links_ = 0, smoke_ = 0, jerks_ = 0;
+  bool touching_ = false, falls_ = false, still_ = false;
+  double berth_ = kBerth;  // [mm]
   Json scene_;
 };
 

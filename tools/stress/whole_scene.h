@@ -20,6 +20,10 @@ struct WholeScene {
   /// snapshot; none: never.
   std::optional<std::uint64_t> inverted_at;
   bool abused = false;  ///< so, or by tools that leap
+  /// From this frame on nothing is moved by anything but tissue's own motion, which then may gain
+  /// no energy: all that deforms is at finite strain, elastic, and tools stand still; none: a scene
+  /// in which something goes on.
+  std::optional<std::uint64_t> still_from;
 };
 
 /// Writes the case's scene into a folder. It depends on seed and number alone. Most are sound;

@@ -10,6 +10,7 @@
 #include "engine/features/contact/make_contact.h"
 #include "engine/features/touching/islands.h"
 #include "engine/features/touching/resting.h"
+#include "engine/features/touching/touching_flags.h"
 #include "kernels/base/finite.h"
 
 namespace viscera {
@@ -39,6 +40,7 @@ constexpr double kFewestPatches = 100.0;
 /// Distance of an organ's patches at a place [m]; `area` of its surface [m2].
 double pitch_at(const OrganModel& model, const Vec3& place, double share, double area) {
   const double coarsest = std::min(kCoarsestPitch, std::sqrt(area / kFewestPatches));
+  if (model.touchable.spacings.empty()) return coarsest;  // a local organ has no nodes
   return std::min(std::max(share * spacing_at(model.touchable, place), kFinestPitch), coarsest);
 }
 
@@ -176,6 +178,7 @@ Feature touching_feature() {
                       .changes = {"organs that touch", "resting organs", "touching figures"},
                       .needed = [](const World& world) { return world.has<OrganPair>(); },
                       .run = meet_organs}},
+          .flags = {kOrgansOverlap},
           .restored = restored,
           .report = touching_report};
 }

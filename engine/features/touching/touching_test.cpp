@@ -59,6 +59,15 @@ TEST(Touching, OrgansPassThroughEachOtherWhereTheSceneDoesntAskForContact) {
   EXPECT_FALSE(world->all<OrganState>()[0].deformed);
 }
 
+TEST(Touching, LocalOrgansWhichHaveNoNodesPressEachOther) {
+  auto world = build(touching_balls(1.5e-3, Response::kLocal));
+  ASSERT_TRUE(world);
+  step_until(*world, kBallsNearest);
+  const Vec3 below = pressed(*world, 0), above = pressed(*world, 1);
+  EXPECT_GT(-below.z(), 1e-3);
+  EXPECT_LT((below + above).norm(), 1e-6 * above.norm());
+}
+
 TEST(Touching, OrgansThatNothingMovesArentAsked) {
   auto scene = touching_balls(0.0, Response::kLinear);
   auto world = build(scene);

@@ -3,8 +3,12 @@
 #include <filesystem>
 #include <sstream>
 
+#include "engine/features/touching/touching_balls.h"
 #include "engine/scene/load_scene.h"
+#include "engine/simulation/world.h"
 #include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+#include "tools/stress/whole_bodies.h"
 #include "tools/stress/whole_run.h"
 #include "tools/stress/whole_scene.h"
 
@@ -60,6 +64,43 @@ TEST(WholeStress, AFailureIsToldWithItsCommandAndTheRunFails) {
   EXPECT_FALSE(*sound);
   EXPECT_NE(out.str().find("viscera stress --whole --seed 1 --case"), std::string::npos)
       << out.str();
+}
+
+TEST(WholeStress, AnOrganThatCameToLieInAnotherIsSeen) {
+  auto world = test::build(touching_balls(0.0, Response::kLinear));
+  ASSERT_TRUE(world);
+  const Insides insides(*world);
+  EXPECT_EQ(insides.deepest(*world).depth, 0.0);
+  for (Vec3f& position : world->all<OrganState>()[1].positions) position.z() -= 2e-3f;
+  const Insides::Deepest found = insides.deepest(*world);
+  EXPECT_NEAR(found.depth, 2e-3, 0.2e-3);
+  EXPECT_FALSE(found.what.empty());
+}
+
+TEST(WholeStress, EnergyThatRisesWithoutAnythingThatMovesIsSeenAndThatWhichFallsIsnt) {
+  EnergyWatch falls, rises;
+  for (int frame = 0; frame < 10; ++frame) {
+    falls.add(static_cast<std::uint64_t>(frame), 1e-3 / (1 + frame));
+    rises.add(static_cast<std::uint64_t>(frame), 1e-3 * (frame < 5 ? 1.0 : 1.2));
+  }
+  EXPECT_FALSE(falls.failure());
+  ASSERT_TRUE(rises.failure());
+  EXPECT_NE(rises.failure()->find("at frame 5"), std::string::npos) << *rises.failure();
+}
+
+TEST(WholeStress, SomeScenesTouchSomeFallAndSomeComeToStandStill) {
+  const test::TemporaryFolder folder;
+  int touching = 0, falling = 0, still = 0;
+  for (int number = 0; number < 40; ++number) {
+    const auto scene = write_whole_scene(1, number, folder.path());
+    ASSERT_TRUE(scene);
+    touching += scene->description.find("organs touch") != std::string::npos;
+    falling += scene->description.find("one falls") != std::string::npos;
+    still += scene->still_from.has_value();
+  }
+  EXPECT_GT(touching, 10);
+  EXPECT_GT(falling, 1);
+  EXPECT_GT(still, 1);
 }
 
 }  // namespace
