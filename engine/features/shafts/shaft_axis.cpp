@@ -27,7 +27,7 @@ ShaftBegin shaft_begin(const InstrumentBody& body) {
       begin.along = 16.5e-3;
       break;
     case InstrumentKind::kGrasper:
-      begin.along = 20e-3;
+      begin.along = 15.5e-3;  // its jaws are as wide as the shaft from there
       break;
   }
   // What the tip touches is the tip's.

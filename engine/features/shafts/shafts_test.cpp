@@ -1,6 +1,7 @@
 #include "engine/features/shafts/shafts.h"
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,6 @@
 #include "engine/simulation/instruments.h"
 #include "engine/simulation/prepare.h"
 #include "engine/simulator/build.h"
-#include "kernels/base/parallel.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -69,14 +69,39 @@ Vec3 on_tissue(const World& world) {
 }
 
 /// How deep the drawn surface lies in the shaft of the first tool [m].
-double drawn_inside(const World& world) {
+double drawn_inside(const World& world, double within = 1.0) {
   const ShaftAxis& axis = world.all<ShaftState>()[0].axis;
   double deepest = 0.0;
+  Vec3 where = Vec3::Zero();
   for (const Vec3f& place : world.all<OrganState>()[0].positions) {
     const Vec3 off = place.cast<double>() - axis.begin;
     const double along = off.dot(axis.direction);
-    if (along < 0.0 || along > axis.length) continue;
-    deepest = std::max(deepest, kRadius - (off - along * axis.direction).norm());
+    if (along < 0.0 || along > axis.length || std::abs(place.x()) > within) continue;
+    const double in = kRadius - (off - along * axis.direction).norm();
+    if (in > deepest) where = place.cast<double>();
+    deepest = std::max(deepest, in);
+  }
+  if (std::getenv("DBG")) {
+    const auto& m = world.all<ShaftState>()[0].meetings;
+    if (within > 0.5) std::printf("interior %.3f ", 1e3 * drawn_inside(world, kHalf - 2e-3));
+    std::printf("t %.3f in %.3f mm at %.2f %.2f %.2f axis y %.2f z %.2f; F %.4f %.4f", world.time(),
+                1e3 * deepest, 1e3 * where.x(), 1e3 * where.y(), 1e3 * where.z(),
+                1e3 * axis.begin.y(), 1e3 * axis.begin.z(),
+                world.all<ShaftState>()[0].load.force.y(),
+                world.all<ShaftState>()[0].load.force.z());
+    for (const auto& a : m)
+      for (const auto& s : a.stretches) {
+        std::printf(" [%.2f..%.2f b %.3f n %zu pitch %.3f |", 1e3 * (axis.begin.x() + s.from),
+                    1e3 * (axis.begin.x() + s.to), 1e3 * s.half_width, s.points.size(),
+                    1e3 * s.pitch);
+        for (const auto& o : s.outward) std::printf(" (%.2f %.2f)", o.y(), o.z());
+        for (std::size_t k = s.begin; k < s.end; k += 4)
+          std::printf(" %.1f:%.2f,%.4f", 1e3 * (axis.begin.x() + s.along[k - s.begin]),
+                      1e3 * world.all<OrganContact>()[0].cells[k].depth,
+                      world.all<OrganContact>()[0].solution.forces[k].norm());
+        std::printf("]");
+      }
+    std::printf("\n");
   }
   return deepest;
 }
@@ -102,14 +127,54 @@ INSTANTIATE_TEST_SUITE_P(Responses, PressingShaft,
                                                                               : "Finite");
                          });
 
+/// Force of a rigid cylinder pressed `depth` deep into the block's top along x, by many small cells
+/// over the width that it can touch, beyond all that a shaft lays [N].
+double force_of_fine_cells(double depth) {
+  auto world = build(pressed_scene(depth));
+  if (!world) return 0.0;
+  constexpr int kColumns = 48, kRows = 9;
+  const double pitch = 2.0 * kHalf / kColumns, half = std::sqrt(kRadius * depth);
+  const double row = 2.0 * half / kRows;
+  std::vector<ContactCell> cells;
+  for (int i = 0; i < kColumns; ++i)
+    for (int j = 0; j < kRows; ++j) {
+      const double y = -half + (j + 0.5) * row;
+      ContactCell cell;
+      cell.position = Vec3(-kHalf + (i + 0.5) * pitch, y, kTop);
+      cell.area = pitch * row;
+      cell.depth = depth - (kRadius - std::sqrt(kRadius * kRadius - y * y));
+      cells.push_back(cell);
+    }
+  ContactSolution solution;
+  ContactResponse response;
+  world->all<OrganTouch>()[0].solver->solve(cells, solution, response);
+  EXPECT_TRUE(solution.converged);
+  double sum = 0.0;
+  for (const Vec3& force : solution.forces) sum -= force.z();
+  return sum;
+}
+
+TEST(Shafts, PressAsHardAsARigidCylinder) {
+  for (const double depth : {0.5e-3, 1e-3, 2e-3}) {
+    auto world = build(pressed_scene(depth));
+    ASSERT_TRUE(world);
+    step_until(*world, 2.0 * kDown);
+    const double expected = force_of_fine_cells(depth);
+    EXPECT_NEAR(world->all<ShaftState>()[0].load.force.z(), expected, 0.05 * expected)
+        << "depth " << depth;
+  }
+}
+
 TEST(Shafts, PressAsHardAsACapsulesTipInTheirPlace) {
   for (const double depth : {0.5e-3, 2e-3}) {
     auto world = build(pressed_scene(depth));
     SceneDescription scene = pressed_scene(depth);
     scene.extras.set(ShaftsDescription{});
+    // As short as it may be: its cells are as many whatever its length.
     TipDescription& tip = scene.instruments[0].tip;
     tip.shape = TipDescription::Shape::kCapsule;
-    tip.length = 90e-3;
+    tip.length = 2.0 * kHalf + 2.0 * kRadius;
+    for (InstrumentKey& key : scene.instruments[0].path) key.tip.x() = -kHalf - kRadius;
     auto with_tip = build(scene);
     ASSERT_TRUE(world && with_tip);
     step_until(*world, 2.0 * kDown);
@@ -179,7 +244,9 @@ TEST(Shafts, OfAThinFlapThatIsHitFastFromAboveStayAboveIt) {
   EXPECT_GT(shaft.load.force.z(), 0.0);
   // What lies under the shaft was pushed down by it.
   for (const Vec3f& p : world->all<OrganState>()[0].positions)
-    if (std::abs(p.x() - 10e-3f) < 1e-3f) EXPECT_LT(p.z(), -5.5e-3f);
+    if (std::abs(p.x() - 10e-3f) < 1e-3f) {
+      EXPECT_LT(p.z(), -5.5e-3f);
+    }
 }
 
 TEST(Shafts, ReachTheHandByTheLeverAboutTheTrocar) {
@@ -234,7 +301,9 @@ TEST(Shafts, ChangeNothingWhereTheSceneDoesntAskForThem) {
 TEST(Shafts, GiveTheSameBitsForAnyNumberOfThreads) {
   std::string hashes[2];
   for (const int threads : {1, 3}) {
-    const ThreadLimit limit(threads);
+    using oneapi::tbb::global_control;
+    const global_control limit(global_control::max_allowed_parallelism,
+                               static_cast<std::size_t>(threads));
     auto world = build(pressed_scene(2e-3, Response::kFinite));
     ASSERT_TRUE(world);
     step_until(*world, 0.3);
