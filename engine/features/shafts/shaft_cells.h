@@ -20,7 +20,7 @@
 namespace viscera {
 
 /// A stretch has so many at most. Where they lie farther apart than w, they are wider than it, too,
-/// and the force is found too great: of a tenth for each half as far again.
+/// and the force is found too great.
 inline constexpr int kMostCellsOfStretch = 40;
 
 /// What a shaft touches an organ with.
