@@ -20,10 +20,11 @@ constexpr double kSteepestWall = -0.1;
 constexpr int kPressRings = 3;
 constexpr int kGraspRings = 2;
 
-/// The displacement that keeps tissue clinging to the tool, had it not slipped: what the spots
-/// around had, carried on with the tip; far from them, where no tissue has clung, its own. Weights
-/// by the inverse of distance^4: a cell that hasn't moved over the tissue takes over its spot's
-/// unchanged.
+}  // namespace
+
+/// What the spots around had, carried on with the tool; far from them, where no tissue has clung,
+/// its own. Weights by the inverse of distance^4: a cell that hasn't moved over the tissue takes
+/// over its spot's unchanged.
 Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own,
                            const Vec3& moved) {
   if (!cling) return own;
@@ -45,8 +46,6 @@ void put_on_tool(const Vec3& up, ContactCell& cell) {
   if (lowers > kSteepestWall) return;
   cell.displacement += (cell.depth - cell.displacement.dot(cell.direction)) / lowers * up;
 }
-
-}  // namespace
 
 Vec3 jaw_travel(const Grasp& grasp, const InstrumentState& state, const Pose& organ) {
   return state.tip - grasp.tip_at_start - (organ.position - grasp.organ_at_start) - grasp.slipped;

@@ -41,6 +41,14 @@ bool press_cells(const ToolShape& tool, const Foot& foot, const Rubbing& rubbing
                  const OrganModel& model, const TissueSheet& drawn, const TissueSheet& met,
                  std::vector<ContactCell>& cells, CellRange& range);
 
+/// Of a tool with friction: the displacement that keeps tissue clinging to it, had it not slipped.
+/// `rest`: of the cell; `own`: what moved the tissue there so far, which holds where nothing has
+/// clung; `moved`: the tool there, since the last frame [m].
+Vec3 clinging_displacement(const Cling* cling, const Vec3& rest, const Vec3& own,
+                           const Vec3& moved);
+/// Puts a clinging cell's displacement onto the tool's surface. `up`: out of the tissue.
+void put_on_tool(const Vec3& up, ContactCell& cell);
+
 /// What clings to the tool of `range` after `solution` of `cells`; no spots: nothing. `last` as in
 /// Rubbing.
 Cling clinging_tissue(const CellRange& range, const std::vector<ContactCell>& cells,

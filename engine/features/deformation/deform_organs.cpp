@@ -9,6 +9,7 @@
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/deformation/stages.h"
 #include "engine/features/finite/finite.h"
+#include "engine/features/shafts/shafts.h"
 #include "engine/simulation/sentinel.h"
 #include "kernels/base/finite.h"
 
@@ -230,7 +231,7 @@ void deform_here(World& world, Entity organ, Repeat repeat, std::string_view sta
     for (std::size_t i = 0; i < shape->places.size(); ++i)
       draft.displacements[i] += shape->places[i];
   if (repeat == Repeat::kSkipped && world.find<OrganTouch>(organ)->ranges.empty() &&
-      looks_the_same(state, draft))
+      end_of_shaft_cells(world, organ) == 0 && looks_the_same(state, draft))
     return;
   tissue.draw(draft.displacements, contact.cells, contact.solution, draft.positions);
   if (!draft_is_sound(world, organ, stage, context)) return;

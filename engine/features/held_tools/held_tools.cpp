@@ -11,6 +11,7 @@
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/held_tools/haptic_devices.h"
 #include "engine/features/local/hive_settings.h"
+#include "engine/features/shafts/shafts.h"
 #include "engine/simulation/instruments.h"
 #include "engine/simulation/tool_shape.h"
 
@@ -39,15 +40,16 @@ TactileForce ToolTissue::respond(const ToolMotion& motion, double dt) noexcept {
   TactileForce all;
   all.energy = 0.0;
   bool unknown = false;  // how much some tissue stores
-  for (Organ& organ : organs) {
-    const TactileForce one = organ.tissue->respond(motion, dt);
+  const auto add = [&](const TactileForce& one) {
     all.force += one.force;
     all.stiffness += one.stiffness;
     all.energy += std::max(0.0, one.energy);
     unknown = unknown || (one.touching && one.energy < 0.0);
     all.supplied += one.supplied;
     all.touching = all.touching || one.touching;
-  }
+  };
+  for (Organ& organ : organs) add(organ.tissue->respond(motion, dt));
+  add(shaft.respond(motion.pose.position, dt));
   if (unknown) all.energy = -1.0;
   return all;
 }
@@ -189,6 +191,11 @@ void HapticTools::publish(World& world, std::uint64_t frame) {
         snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
       organ.tissue->snapshots().publish();
     }
+    if (const ShaftState* shaft = world.find<ShaftState>(tool.instrument)) {
+      tool.tissue->shaft.frames().back() = {shaft->lever.at_tip, shaft->stiffness,
+                                            world.find<InstrumentState>(tool.instrument)->tip};
+      tool.tissue->shaft.frames().publish();
+    }
   }
 }
 
@@ -269,6 +276,7 @@ HapticTools::State HapticTools::state() const {
     one.output = tool.output;
     for (const ToolTissue::Organ& organ : tool.tissue->organs)
       one.tissue.push_back(organ.tissue->state());
+    one.shaft = tool.tissue->shaft.state();
     one.device = tool.felt().state_bytes();
     one.events = tool.events;
     one.met = tool.met;
@@ -284,7 +292,7 @@ bool HapticTools::fits(const State& state) const {
     const State::Tool& one = state.tools[t];
     const std::vector<ToolTissue::Organ>& organs = tools_[t].tissue->organs;
     if (!ServoTick::fits(one.servo) || one.tissue.size() != organs.size() ||
-        !tools_[t].felt().fits_bytes(one.device))
+        !ShaftFeel::fits(one.shaft) || !tools_[t].felt().fits_bytes(one.device))
       return false;
     for (std::size_t o = 0; o < organs.size(); ++o)
       if (!organs[o].tissue->fits(one.tissue[o])) return false;
@@ -301,6 +309,7 @@ void HapticTools::restore(State state) {
     tool.output = one.output;
     for (std::size_t o = 0; o < tool.tissue->organs.size(); ++o)
       tool.tissue->organs[o].tissue->restore(std::move(one.tissue[o]));
+    tool.tissue->shaft.restore(one.shaft);
     tool.felt().restore_bytes(one.device);
     tool.events = std::move(one.events);
     tool.met = one.met;

@@ -13,6 +13,7 @@
 
 #include "engine/features/contact/tissue_as_met.h"
 #include "engine/features/held_tools/held_tools_keys.h"
+#include "engine/features/shafts/shaft_feel.h"
 #include "engine/simulation/feature.h"
 #include "haptics/device.h"
 #include "haptics/devices/recording.h"
@@ -41,6 +42,7 @@ class ToolTissue final : public TactileModel {
     std::optional<TissueUnder> under;  ///< this frame's, where the tool touches
   };
   std::vector<Organ> organs;
+  ShaftFeel shaft;  ///< what organs do to its shaft; nothing, where shafts don't touch
 
   TactileForce respond(const ToolMotion& motion, double dt) noexcept override;
   /// Of all organs together; once the servo rests.
@@ -118,6 +120,7 @@ class HapticTools {
       LockstepServo::State lockstep;
       ServoOutput output;
       std::vector<HiveTissue::State> tissue;  ///< of its organs
+      ShaftFeel::State shaft;
       std::vector<std::byte> device;
       std::vector<std::string> events;
       bool met = false;
@@ -125,8 +128,9 @@ class HapticTools {
       static constexpr auto fields() {
         return std::tuple(field("servo", &Tool::servo), field("lockstep", &Tool::lockstep),
                           field("output", &Tool::output), field("tissue", &Tool::tissue),
-                          field("device", &Tool::device), field("events", &Tool::events),
-                          field("met", &Tool::met), field("agreement", &Tool::agreement));
+                          field("shaft", &Tool::shaft), field("device", &Tool::device),
+                          field("events", &Tool::events), field("met", &Tool::met),
+                          field("agreement", &Tool::agreement));
       }
     };
     std::vector<Tool> tools;

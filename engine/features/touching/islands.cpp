@@ -4,6 +4,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/links/links.h"
+#include "engine/features/shafts/shafts.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/disjoint_sets.h"
@@ -12,9 +13,9 @@
 namespace viscera {
 namespace {
 
-/// Cells of tools come first.
+/// Cells of tools come first, then those of their shafts.
 std::size_t own_cells(const World& world, Entity organ) {
-  std::size_t own = 0;
+  std::size_t own = end_of_shaft_cells(world, organ);
   for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
     own = std::max(own, static_cast<std::size_t>(range.end));
   return own;

@@ -31,19 +31,23 @@ std::int64_t stiffenings_of(const World& world, Entity organ) {
   return change ? change->updates : 0;
 }
 
+/// Whether a tool or a shaft lies on it: others' cells aren't laid yet.
+bool has_tools(const World& world, Entity organ) {
+  return !world.find<OrganContact>(organ)->cells.empty();
+}
+
 /// By a tool, or by what is its own.
 bool is_disturbed(const World& world, Entity organ, const Resting& resting) {
   const FreeShape* shape = world.find<FreeShape>(organ);
-  return !world.find<OrganTouch>(organ)->ranges.empty() || is_link_loaded(world, organ) ||
-         (shape && shape->stale) || !yields(world, organ) ||
-         weight_on(world, organ) != resting.weight ||
+  return has_tools(world, organ) || is_link_loaded(world, organ) || (shape && shape->stale) ||
+         !yields(world, organ) || weight_on(world, organ) != resting.weight ||
          stiffenings_of(world, organ) != resting.stiffenings;
 }
 
 bool may_rest(const World& world, Entity organ) {
   const Resting* resting = world.find<Resting>(organ);
   return resting && resting->still >= kFramesToRest && !world.find<Pulse>(organ) &&
-         !is_link_loaded(world, organ) && world.find<OrganTouch>(organ)->ranges.empty();
+         !is_link_loaded(world, organ) && !has_tools(world, organ);
 }
 
 /// As an organ comes to rest.

@@ -1,5 +1,7 @@
 #include "engine/features/touching/touching_keys.h"
 
+#include "engine/features/shafts/shafts_keys.h"
+
 namespace viscera {
 namespace {
 
@@ -22,6 +24,7 @@ ObjectSpec contact_spec() {
           .between(0.1, 4)
           .otherwise(0.5),
   };
+  for (KeySpec& key : shaft_keys_of_contact()) spec.keys.push_back(std::move(key));
   return spec;
 }
 

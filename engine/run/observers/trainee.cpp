@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/features/cautery/cautery.h"
+#include "engine/features/shafts/shafts.h"
 
 namespace viscera {
 namespace {
@@ -97,6 +98,7 @@ void Trainee::add_frame(const World& world) {
     if (!touch) continue;
     double force = 0.0;
     for (const CellRange& range : touch->ranges) force += range.felt.norm();
+    force += force_of_shafts(world, world.all<OrganBody>().owner(o));
     if (force <= 0.0) continue;
     state_.forces[o].peak = std::max(state_.forces[o].peak, force);
     state_.forces[o].impulse += force * dt;

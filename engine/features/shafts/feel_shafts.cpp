@@ -1,0 +1,160 @@
+#include <algorithm>
+
+#include "engine/features/contact/contact.h"
+#include "engine/features/contact/contact_cells.h"
+#include "engine/features/shafts/shaft_cells.h"
+#include "engine/features/shafts/shafts.h"
+
+namespace viscera {
+namespace {
+
+/// Forces on one shaft in one organ, and what remains of them for the next step.
+class Feel {
+ public:
+  Feel(World& world, const Shaft& shaft, const Vec3& tip, const Vec3& pivot, bool held)
+      : world_(world), shaft_(shaft), tip_(tip), pivot_(pivot), held_(held) {}
+
+  /// Adds to the state's load, stiffness and pressed length.
+  void take(ShaftMeeting& meeting, ShaftState& state, double& length) {
+    meeting.force = Vec3::Zero();
+    const OrganContact& contact = *world_.find<OrganContact>(meeting.organ);
+    const std::vector<Vec3>& forces = contact.solution.forces;
+    if (world_.find<OrganState>(meeting.organ)->frozen || !contact.solution.converged ||
+        forces.size() != contact.cells.size()) {
+      meeting.cling = {};
+      return;
+    }
+    const Pose& pose = pose_of(world_, meeting.organ);
+    pressed_.clear();
+    ways_.clear();
+    for (ShaftStretch& stretch : meeting.stretches) {
+      double push = 0.0, pressed = 0.0;
+      for (std::size_t k = stretch.begin; k < stretch.end; ++k) {
+        const ContactCell& cell = contact.cells[k];
+        const double one = forces[k].dot(cell.direction);
+        if (!(one > 0.0)) continue;
+        push += one;
+        pressed += stretch.pitch;
+        const Vec3 on_shaft =
+            meeting.axis.at(stretch.along[k - stretch.begin]) + shaft_.radius * cell.direction;
+        const Vec3 at = pose.to_world(on_shaft), force = -pose.direction_to_world(forces[k]);
+        meeting.force += force;
+        state.load.add(force, at, pivot_);
+        if (held_) note_way(k, at, pose.direction_to_world(cell.direction));
+      }
+      length += pressed;
+      stretch.half_width = half_width_under(push, pressed, shaft_.radius,
+                                            world_.find<OrganBody>(meeting.organ)->model->material,
+                                            stretch.half_width);
+    }
+    if (held_) state.stiffness += stiffness_of(meeting.organ, contact);
+    note_clinging(meeting, contact);
+  }
+
+ private:
+  /// How the tip's motion presses a cell.
+  void note_way(std::size_t cell, const Vec3& at, const Vec3& direction) {
+    const Vec3 arm = (tip_ - pivot_).normalized();
+    pressed_.push_back(cell);
+    const double along = direction.dot(arm);
+    ways_.push_back(lever_share(at, tip_, pivot_) * (direction - along * arm) + along * arm);
+  }
+
+  /// All that is pressed stays so: J^T C^-1 J, C the cells' compliance along their directions, J
+  /// what the tip's motion asks of them.
+  Mat3 stiffness_of(Entity organ, const OrganContact& contact) const {
+    const auto n = static_cast<Eigen::Index>(pressed_.size());
+    if (n == 0) return Mat3::Zero();
+    const MatrixX& response = world_.find<OrganTouch>(organ)->solver->cell_response();
+    if (response.rows() != static_cast<Eigen::Index>(3 * contact.cells.size())) return Mat3::Zero();
+    MatrixX compliance(n, n), ways(n, 3);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const std::size_t k = pressed_[static_cast<std::size_t>(i)];
+      ways.row(i) = ways_[static_cast<std::size_t>(i)].transpose();
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const std::size_t l = pressed_[static_cast<std::size_t>(j)];
+        compliance(i, j) =
+            contact.cells[k].direction.dot(response.block<3, 3>(static_cast<Eigen::Index>(3 * k),
+                                                                static_cast<Eigen::Index>(3 * l)) *
+                                           contact.cells[l].direction);
+      }
+    }
+    const Eigen::LLT<MatrixX> factor(0.5 * (compliance + compliance.transpose()));
+    if (factor.info() != Eigen::Success) return Mat3::Zero();
+    const Mat3 found = ways.transpose() * factor.solve(ways);
+    return 0.5 * (found + found.transpose());
+  }
+
+  void note_clinging(ShaftMeeting& meeting, const OrganContact& contact) const {
+    if (shaft_.friction == 0.0) return;
+    // Its parts move differently: how far the tissue followed is told by their mean.
+    CellRange range;
+    Cling clinging;
+    const Cling last = std::move(meeting.cling);
+    for (const ShaftStretch& stretch : meeting.stretches) {
+      range.begin = stretch.begin;
+      range.end = stretch.end;
+      range.points = stretch.points;
+      range.pitch = stretch.pitch;
+      const double middle = 0.5 * (stretch.from + stretch.to);
+      range.tip = meeting.axis.at(middle);
+      range.outward = stretch.outward_at(middle);
+      if (!last.spots.empty()) range.moved = meeting.axis.begin - last.tip;
+      Cling one = clinging_tissue(range, contact.cells, contact.solution,
+                                  last.spots.empty() ? nullptr : &last);
+      clinging.pitch = std::max(clinging.pitch, one.pitch);
+      clinging.followed = std::min(clinging.followed, one.followed);
+      clinging.spots.insert(clinging.spots.end(), one.spots.begin(), one.spots.end());
+    }
+    clinging.tip = meeting.axis.begin;
+    meeting.cling = std::move(clinging);
+  }
+
+  World& world_;
+  const Shaft& shaft_;
+  Vec3 tip_, pivot_;
+  bool held_;
+  std::vector<std::size_t> pressed_;
+  std::vector<Vec3> ways_;  // of these, world
+};
+
+void note_greatest(const World& world, ShaftState& state, double length) {
+  ShaftFigures& most = state.greatest;
+  most.force = std::max(most.force, state.load.force.norm());
+  most.torque = std::max(most.torque, state.load.torque.norm());
+  most.at_tip = std::max(most.at_tip, state.lever.at_tip.norm());
+  most.reaction = std::max(most.reaction, state.lever.reaction.norm());
+  most.length = std::max(most.length, length);
+  const std::vector<Entity>& organs = world.model().organs();
+  for (const ShaftMeeting& meeting : state.meetings) {
+    const auto o =
+        static_cast<std::size_t>(std::ranges::find(organs, meeting.organ) - organs.begin());
+    most.organs[o] = std::max(most.organs[o], meeting.force.norm());
+  }
+}
+
+}  // namespace
+
+void feel_shafts(World& world, const FrameContext&) {
+  Pool<ShaftState>& states = world.all<ShaftState>();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const Entity entity = states.owner(i);
+    ShaftState& state = states[i];
+    const InstrumentBody* body = world.find<InstrumentBody>(entity);
+    const Vec3 tip = body ? Vec3(world.find<InstrumentState>(entity)->tip) : state.axis.begin;
+    const Vec3 pivot = body ? body->description.trocar : state.axis.at(state.axis.length);
+    state.load = {};
+    state.lever = {};
+    state.stiffness = Mat3::Zero();
+    double length = 0.0;
+    Feel feel(world, *world.find<Shaft>(entity), tip, pivot, world.find<HeldTip>(entity));
+    for (ShaftMeeting& meeting : state.meetings) feel.take(meeting, state, length);
+    if (body) {
+      state.lever = about_trocar(state.load, tip, pivot);
+      world.find<InstrumentContact>(entity)->force += state.lever.at_tip;
+    }
+    note_greatest(world, state, length);
+  }
+}
+
+}  // namespace viscera
