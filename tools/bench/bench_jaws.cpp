@@ -25,7 +25,7 @@ constexpr double kModulus = 200e3;
 
 /// A strip held at its left end; jaws come from the right, close, and pull along it at 8 mm/s.
 SceneDescription pulled_strip(Response response, double force) {
-  SceneDescription scene = soft_ball_scene(5e-3, 4e-3);
+  SceneDescription scene = soft_ball_scene(3e-3, 3e-3);
   OrganDescription& strip = scene.organs[0];
   RecipeGeometry block;
   block.recipe = "block";

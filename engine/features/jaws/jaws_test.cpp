@@ -20,7 +20,7 @@ constexpr double kRadius = 5e-3, kClosed = 0.4, kSettled = 1.0;
 /// Jaws come from the right, close about the strip's right end, and go along x at `speed` [m/s].
 SceneDescription pinched_strip(Response response, double force, double speed,
                                const std::vector<JawsDescription::Turn>& turns = {}) {
-  SceneDescription scene = held_bar_scene(kStrip, 2e-3, 10e-3, 5e-3, 4e-3);
+  SceneDescription scene = held_bar_scene(kStrip, 2e-3, 10e-3, 3e-3, 3e-3);
   scene.organs[0].response = response;
   scene.organs[0].youngs_modulus = 200e3;  // it bears to be pulled by what jaws hold
   scene.duration = 6.0;
