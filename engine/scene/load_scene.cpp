@@ -155,7 +155,7 @@ InstrumentDescription instrument_of(const Json& values) {
   instrument.shaft_radius = from_milli(values["shaft_radius_mm"]);
   instrument.roll = radians(values["roll_deg"]);
   if (instrument.kind == InstrumentKind::kGrasper) {
-    instrument.grip_limit = values["grip_limit_N"];
+    if (values.contains("grip_limit_N")) instrument.grip_limit = values["grip_limit_N"];
     instrument.grip_radius = from_milli(values["grip_radius_mm"]);
   }
   instrument.friction = values["friction"];

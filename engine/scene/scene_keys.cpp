@@ -415,9 +415,8 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
              "About the shaft: at 0 a hook bends, jaws open, and a spatula faces, downwards.")
           .between(-360, 360)
           .otherwise(0.0),
-      number("grip_limit_N", "Greatest force that the closed jaw holds.")
+      number("grip_limit_N", "Greatest force that the closed jaw holds. Left out: 6.")
           .between(0, 100)
-          .otherwise(6.0)
           .only_where("kind", {"grasper"}),
       number("grip_radius_mm", "Radius of the patch that the closed jaw holds.")
           .between(0.1, 50)

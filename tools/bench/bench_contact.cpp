@@ -18,6 +18,7 @@
 #include "engine/simulator/build.h"
 #include "engine/verification/two_balls.h"
 #include "kernels/base/stopwatch.h"
+#include "tools/bench/bench_jaws.h"
 #include "tools/bench/bench_pressure.h"
 #include "tools/common/bench_figures.h"
 #include "tools/common/project_paths.h"
@@ -61,7 +62,8 @@ class ContactBench {
         if (auto pressed = press_organs(response, fine, out); !pressed) return pressed;
     drag(**balls, out);
     if (auto slid = slide_block(out); !slid) return slid;
-    return press_to_modulus(out);
+    if (auto pressed = press_to_modulus(out); !pressed) return pressed;
+    return pull_by_jaws(out);
   }
 
   std::vector<BenchRow> rows() const {
@@ -79,7 +81,9 @@ class ContactBench {
             {"a block that nothing holds slides at tan = mu", "%", error(7), 1.0},
             {"a block under a tenth of its modulus: force", "%", error(8), 5.0},
             {"the pressure that it carries without a flag, over its modulus", "",
-             cases_[9].value / cases_[9].reference, 1.0, true}};
+             cases_[9].value / cases_[9].reference, 1.0, true},
+            {"jaws: pull at which slip begins, from 2 mu N", "%", jaws_begin_, 5.0},
+            {"jaws: friction while they slide, from 2 mu N", "%", jaws_slide_, 5.0}};
   }
   nlohmann::json json() const {
     nlohmann::json all = nlohmann::json::array();
@@ -255,7 +259,19 @@ class ContactBench {
     return {};
   }
 
+  Result<void> pull_by_jaws(std::ostream& out) {
+    auto slips = bench_jaws();
+    if (!slips) return std::unexpected(slips.error());
+    for (const JawsSlip& slip : *slips) {
+      add({slip.name, slip.value, slip.reference, slip.frame_ms, slip.rows}, out);
+      jaws_begin_ = std::max(jaws_begin_, 100.0 * std::abs(slip.value / slip.reference - 1.0));
+      jaws_slide_ = std::max(jaws_slide_, 100.0 * slip.farthest);
+    }
+    return {};
+  }
+
   IsotropicMaterial material_;
+  double jaws_begin_ = 0.0, jaws_slide_ = 0.0;
   double give_ = 0.0, unbalanced_ = 0.0;
   std::vector<ContactCase> cases_;
   PlotSeries computed_, exact_;

@@ -63,7 +63,7 @@ Feature contact_feature() {
                       .reads = {"tool poses", "organ poses"},
                       .reads_before = {"surfaces"},
                       .writes = {"contact cells"},
-                      .changes = {"organ contacts", "tool forces"},
+                      .changes = {"organ contacts", "tool forces", "jaws"},
                       .run = find_contacts},
                      {.name = "free cells",
                       .reads = {"contact cells", "free shapes"},

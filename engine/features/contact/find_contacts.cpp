@@ -4,6 +4,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/tissue_as_met.h"
+#include "engine/features/jaws/hold.h"
 
 namespace viscera {
 namespace {
@@ -14,15 +15,16 @@ const Cling* cling_to(const OrganTouch& touch, Entity instrument) {
   return nullptr;
 }
 
-/// A closing jaw takes hold of the nearest tissue within its grip radius.
+/// A closing jaw takes hold of the nearest tissue within its grip radius; of one organ where `only`
+/// says so.
 void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& state,
-               InstrumentContact& grip) {
+               InstrumentContact& grip, std::optional<Entity> only = std::nullopt) {
   double nearest = body.description.grip_radius;
   for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
     const Entity organ = world.all<OrganBody>().owner(o);
     const OrganContact* contact = world.find<OrganContact>(organ);
     const OrganState& tissue = *world.find<OrganState>(organ);
-    if (!contact || tissue.frozen) continue;
+    if (!contact || tissue.frozen || (only && !(*only == organ))) continue;
     const OrganBody& organ_body = world.all<OrganBody>()[o];
     const Pose& pose = pose_of(world, organ);
     const ToolShape tool = tool_shape(body, state, pose);
@@ -39,15 +41,51 @@ void try_grasp(World& world, const InstrumentBody& body, const InstrumentState& 
   }
 }
 
-void add_grasp_cells(OrganContact& contact, OrganTouch& touch, const Pose& pose, Entity instrument,
-                     const Grasp& grasp, const InstrumentState& state) {
+/// Jaws that hold by their force take what lies between them: pinched from two sides, or, of
+/// tissue with one side there, the patch. `again`: in place of what they slid over.
+void take_between(World& world, const InstrumentBody& body, const InstrumentState& state,
+                  const JawPose& from, bool again, Jaws& jaws, InstrumentContact& grip) {
+  std::optional<Entity> only;
+  if (again) only = grip.grasp->organ;
+  const bool was_pinched = again && jaws.upper > 0;
+  grip.grasp.reset();
+  auto pinch = between_jaws(world, from.tip, from.normal, body.description.grip_radius, only);
+  if (pinch)
+    grip.grasp = Grasp{pinch->organ, from.tip,     pose_of(world, pinch->organ).position,
+                       Vec3::Zero(), pinch->cells, pinch->points};
+  else if (!was_pinched)
+    try_grasp(world, body, state, grip, only);
+  if (grip.grasp) begin_hold(from, pinch ? &*pinch : nullptr, again, jaws, *grip.grasp);
+}
+
+/// The frame of jaws that hold by their force.
+void look_at_forceful(World& world, const FrameContext& context, Entity instrument,
+                      const InstrumentBody& body, bool held, Jaws& jaws, InstrumentContact& grip) {
+  const InstrumentState& state = *world.find<InstrumentState>(instrument);
+  const JawPose before = pose_of_jaws(jaws);
+  const bool again = grip.grasp && should_retake(jaws, body.description.grip_radius);
+  move_jaws(*world.find<JawsBody>(instrument), state, context.time, grip.grasp.has_value(), jaws);
+  if (!grip.jaw_closed || (held && !again)) return;
+  take_between(world, body, state, again ? before : pose_of_jaws(jaws), again, jaws, grip);
+  if (grip.grasp) return;
+  if (again) ++jaws.lost;
+  context.report->raise(again ? kTissueLeftJaws : kGripMissed);
+}
+
+void add_grasp_cells(World& world, OrganContact& contact, OrganTouch& touch, const Pose& pose,
+                     Entity instrument, const Grasp& grasp, const InstrumentState& state) {
   CellRange range;
   range.instrument = instrument;
   range.held = true;
   range.begin = contact.cells.size();
-  const Vec3 carried = pose.direction_to_local(jaw_travel(grasp, state, pose));
-  for (ContactCell cell : grasp.cells) {
-    cell.displacement += carried;
+  const Vec3 travel = pose.direction_to_local(jaw_travel(grasp, state, pose));
+  const Jaws* jaws = world.find<Jaws>(instrument);
+  for (std::size_t k = 0; k < grasp.cells.size(); ++k) {
+    ContactCell cell = grasp.cells[k];
+    if (jaws)
+      cell.displacement = carried(*jaws, grasp, k, pose);
+    else
+      cell.displacement += travel;
     contact.cells.push_back(cell);
   }
   range.end = contact.cells.size();
@@ -68,6 +106,10 @@ void look_at_jaws(World& world, const FrameContext& context) {
     const bool held = grip.jaw_closed;
     grip.jaw_closed = jaw_closed(held, state.jaw);
     if (!grip.jaw_closed) grip.grasp.reset();
+    if (Jaws* jaws = world.find<Jaws>(instrument)) {
+      look_at_forceful(world, context, instrument, body, held, *jaws, grip);
+      continue;
+    }
     if (!grip.jaw_closed || held) continue;
     try_grasp(world, body, state, grip);
     if (!grip.grasp) context.report->raise(kGripMissed);
@@ -110,6 +152,11 @@ void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameCon
       if (touch.bounds.exteriorDistance(state.tip) > margin) continue;
       const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
       if (grip.grasp && grip.grasp->organ == organ) continue;
+      // What enters between open jaws meets no tip.
+      const Jaws* jaws = world.find<Jaws>(instrument);
+      if (jaws && !grip.jaw_closed &&
+          lies_between(world, organ, jaws->tip, jaws->normal, bodies[i].description.grip_radius))
+        continue;
       CellRange range;
       if (!lay_pressed_cells(world, organ, contact, i, range)) continue;
       if (!touch.solver->touchable(range.rest_centre)) {
@@ -125,7 +172,7 @@ void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameCon
   for (const Entity instrument : world.model().instruments()) {
     const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
     if (grip.grasp && grip.grasp->organ == organ)
-      add_grasp_cells(contact, touch, pose_of(world, organ), instrument, *grip.grasp,
+      add_grasp_cells(world, contact, touch, pose_of(world, organ), instrument, *grip.grasp,
                       *world.find<InstrumentState>(instrument));
   }
 }

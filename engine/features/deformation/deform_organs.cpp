@@ -9,6 +9,7 @@
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/deformation/stages.h"
 #include "engine/features/finite/finite.h"
+#include "engine/features/jaws/jaw_forces.h"
 #include "engine/features/shafts/shafts.h"
 #include "engine/simulation/sentinel.h"
 #include "kernels/base/finite.h"
@@ -30,13 +31,20 @@ Vec3 sum_of(const std::vector<Vec3>& forces, const CellRange& range) {
 
 /// Lets jaws slide whose pull passes their grip limit. A held patch answers a rigid shift linearly,
 /// so shortening its travel in the ratio of the forces brings it near the limit; repeated passes
-/// account for other tools on the organ. True when some jaw slid.
-bool slip_jaws(World& world, Entity organ, OrganContact& contact) {
+/// account for other tools on the organ. Jaws that hold by their force slide and close by their own
+/// law. True when some jaw moved on what it holds; `slipped`: one whose grip has a limit.
+bool slip_jaws(World& world, Entity organ, OrganContact& contact, bool& slipped) {
   bool slid = false;
   const Pose& pose = pose_of(world, organ);
   for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
     if (!range.held) continue;
     Grasp& grasp = *world.find<InstrumentContact>(range.instrument)->grasp;
+    if (Jaws* jaws = world.find<Jaws>(range.instrument)) {
+      slid |=
+          settle_jaws(*world.find<JawsBody>(range.instrument), pose, grasp, range, contact.solution,
+                      world.find<OrganTouch>(organ)->solver->cell_response(), *jaws, contact.cells);
+      continue;
+    }
     const InstrumentBody& tool = *world.find<InstrumentBody>(range.instrument);
     const double force = sum_of(contact.solution.forces, range).norm();
     const double limit = tool.description.grip_limit;
@@ -49,7 +57,7 @@ bool slip_jaws(World& world, Entity organ, OrganContact& contact) {
     grasp.slipped += back;
     const Vec3 local = pose.direction_to_local(back);
     for (std::size_t k = range.begin; k < range.end; ++k) contact.cells[k].displacement -= local;
-    slid = true;
+    slid = slipped = true;
   }
   return slid;
 }
@@ -127,9 +135,10 @@ class OrganSolves {
   OrganSolves(World& world, const FrameContext& context) : world_(world), context_(context) {}
 
   bool slide_jaws(Entity organ) const {
-    if (!slip_jaws(world_, organ, *world_.find<OrganContact>(organ))) return false;
-    context_.report->raise(kGripSlipped);
-    return true;
+    bool slipped = false;
+    const bool moved = slip_jaws(world_, organ, *world_.find<OrganContact>(organ), slipped);
+    if (slipped) context_.report->raise(kGripSlipped);
+    return moved;
   }
   void accept(Entity organ) const {
     accept_answer(world_, organ, *world_.find<OrganContact>(organ), context_);
@@ -162,7 +171,8 @@ bool stays_as_it_is(const World& world, Entity organ) {
          });
 }
 
-void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contact) {
+void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contact,
+                          FrameReport& report) {
   const Pose& pose = pose_of(world, organ);
   for (CellRange& range : world.find<OrganTouch>(organ)->ranges) {
     range.force = sum_of(contact.solution.forces, range);
@@ -170,6 +180,8 @@ void hand_forces_to_tools(World& world, Entity organ, const OrganContact& contac
     InstrumentContact& tool = *world.find<InstrumentContact>(range.instrument);
     tool.force -= pose.direction_to_world(range.force);
     const double strength = range.force.norm();
+    Jaws* jaws = range.held ? world.find<Jaws>(range.instrument) : nullptr;
+    if (jaws) note_jaws(pose, range, contact.cells, contact.solution, report, *jaws);
     if (range.held || strength <= tool.strongest) continue;
     tool.touching = true;
     tool.strongest = strength;
@@ -282,7 +294,7 @@ void deform_organs(World& world, const FrameContext& context) {
     if (!is_answered(world, organ)) organs.alone(organ, {});
     note_finite_step(world, organ, *context.report);
     if (!contact.solution.converged) continue;
-    hand_forces_to_tools(world, organ, contact);
+    hand_forces_to_tools(world, organ, contact, *context.report);
     note_what_tools_meet(world, organ);
     note_clinging_tissue(contact, touch);
     if (contact.solution.touching == 0 && !touch.solver->moving()) {
