@@ -15,6 +15,18 @@ namespace {
 constexpr int kPlaces = 6;
 /// A triangle's edge is divided into so many parts at most.
 constexpr int kMostParts = 32;
+/// A patch doesn't go around an edge: its parts face the same way by this cosine (60 degrees). One
+/// that did would lie as deep as its mean place, and touch only once the edge had sunk in so far.
+constexpr double kSameFace = 0.5;
+/// Normals between vertices hold where the triangle's own is no farther from them (20 degrees): at
+/// an edge they point to neither face.
+constexpr double kSmooth = 0.94;
+
+Vec3 face_normal(const TriangleSurface& surface, int triangle) {
+  const Vec3 across = area_vector(surface, triangle);
+  const double length = across.norm();
+  return length > 0.0 ? Vec3(across / length) : Vec3::UnitZ();
+}
 
 Vec3 mean_normal(const TriangleSurface& surface, std::span<const Vec3f> normals,
                  const SurfacePoint& point) {
@@ -24,34 +36,43 @@ Vec3 mean_normal(const TriangleSurface& surface, std::span<const Vec3f> normals,
     sum += point.weights[c] *
            normals[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])].cast<double>();
   const double length = sum.norm();
-  return length > 0.0 ? Vec3(sum / length) : Vec3::UnitZ();
+  const Vec3 flat = face_normal(surface, point.triangle);
+  return length > 0.0 && sum.dot(flat) > kSmooth * length ? Vec3(sum / length) : flat;
 }
 
-/// Vertices chosen so far, by cells of a grid as wide as the widest pitch.
+/// Middles chosen so far, by cells of a grid as wide as the widest pitch.
 class Chosen {
  public:
   explicit Chosen(double edge) : edge_(edge) {}
-  /// Index of the nearest within `radius`, which is at most the edge; -1: none.
-  int nearest(const Vec3& x, double radius) const {
-    const Cell middle = cell_of(x);
+  /// Index of the nearest within `radius`, which is at most the edge, that faces as `normal` does;
+  /// -1: none.
+  int nearest(const Vec3& x, const Vec3& normal, double radius) const {
+    const Cell home = cell_of(x);
     int found = -1;
     double best = radius * radius;
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
-          const auto at = cells_.find({middle[0] + dx, middle[1] + dy, middle[2] + dz});
+          const auto at = cells_.find({home[0] + dx, home[1] + dy, home[2] + dz});
           if (at == cells_.end()) continue;
-          for (const auto& [place, index] : at->second)
-            if (const double d = (place - x).squaredNorm(); d < best) {
+          for (const Middle& middle : at->second)
+            if (const double d = (middle.place - x).squaredNorm();
+                d < best && middle.normal.dot(normal) > kSameFace) {
               best = d;
-              found = index;
+              found = middle.index;
             }
         }
     return found;
   }
-  void add(const Vec3& x, int index) { cells_[cell_of(x)].emplace_back(x, index); }
+  void add(const Vec3& x, const Vec3& normal, int index) {
+    cells_[cell_of(x)].push_back({x, normal, index});
+  }
 
  private:
+  struct Middle {
+    Vec3 place, normal;
+    int index = 0;
+  };
   using Cell = std::array<int, 3>;
   Cell cell_of(const Vec3& x) const {
     Cell cell;
@@ -60,7 +81,7 @@ class Chosen {
     return cell;
   }
   double edge_;
-  std::map<Cell, std::vector<std::pair<Vec3, int>>> cells_;
+  std::map<Cell, std::vector<Middle>> cells_;
 };
 
 }  // namespace
@@ -79,7 +100,7 @@ SurfacePatch patch_at(const SurfacePoint& point, double area, const TriangleSurf
     const double angle = 2.0 * std::numbers::pi * i / kPlaces;
     const Vec3 about = patch.position + ring * (std::cos(angle) * first + std::sin(angle) * second);
     const auto hit = finder.closest(about, radius);
-    if (!hit) continue;
+    if (!hit || face_normal(surface, hit->point.triangle).dot(patch.normal) < kSameFace) continue;
     sum += (hit->position - patch.position).dot(patch.normal);
     ++found;
   }
@@ -92,7 +113,7 @@ namespace {
 /// A bit of the surface.
 struct Bit {
   SurfacePoint point;
-  Vec3 position = Vec3::Zero();
+  Vec3 position = Vec3::Zero(), normal = Vec3::UnitZ();
   double area = 0.0;
 };
 
@@ -109,6 +130,7 @@ std::vector<Bit> bits_of(const TriangleSurface& surface, std::span<const double>
     }
     const int parts = std::clamp(static_cast<int>(std::ceil(2.0 * longest / apart)), 1, kMostParts);
     const double area = area_vector(surface, static_cast<int>(t)).norm() / (parts * parts);
+    const Vec3 normal = face_normal(surface, static_cast<int>(t));
     for (int i = 0; i < parts; ++i)
       for (int j = 0; j < parts - i; ++j)
         for (const int up : {0, 1}) {
@@ -116,7 +138,7 @@ std::vector<Bit> bits_of(const TriangleSurface& surface, std::span<const double>
           const double third = up == 1 ? 2.0 / 3.0 : 1.0 / 3.0;
           const double x = (i + third) / parts, y = (j + third) / parts;
           const SurfacePoint point{static_cast<int>(t), Vec3(1.0 - x - y, x, y)};
-          bits.push_back({point, position(surface, point), area});
+          bits.push_back({point, position(surface, point), normal, area});
         }
   }
   return bits;
@@ -141,13 +163,13 @@ std::vector<SurfacePatch> patches_of(const TriangleSurface& surface, std::span<c
     for (std::size_t c = 0; c < 3; ++c)
       here += bits[b].point.weights[static_cast<Eigen::Index>(c)] *
               apart[static_cast<std::size_t>(corners[c])];
-    if (chosen.nearest(bits[b].position, here) >= 0) continue;
-    chosen.add(bits[b].position, static_cast<int>(middles.size()));
+    if (chosen.nearest(bits[b].position, bits[b].normal, here) >= 0) continue;
+    chosen.add(bits[b].position, bits[b].normal, static_cast<int>(middles.size()));
     middles.push_back(b);
   }
   std::vector<double> areas(middles.size(), 0.0);
   for (const Bit& bit : bits)
-    if (const int owner = chosen.nearest(bit.position, widest); owner >= 0)
+    if (const int owner = chosen.nearest(bit.position, bit.normal, widest); owner >= 0)
       areas[static_cast<std::size_t>(owner)] += bit.area;
   std::vector<SurfacePatch> patches(middles.size());
   parallel_for_each_index(middles.size(), 64, [&](std::size_t i) {

@@ -59,6 +59,62 @@ TEST(MeetingSamples, APatchOnABallLiesBelowItsMiddleByItsCurvature) {
   }
 }
 
+/// A block of 30 x 30 x 15 mm, triangles 5 mm wide: its vertices' normals lean out at its edges.
+TriangleSurface block() {
+  const Vec3 size(30e-3, 30e-3, 15e-3);
+  TriangleSurface surface;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-0.5, 0.5}) {
+      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+      const int across = static_cast<int>(std::lround(size[u] / 5e-3)),
+                along = static_cast<int>(std::lround(size[v] / 5e-3));
+      const auto first = static_cast<int>(surface.vertices.size());
+      for (int j = 0; j <= along; ++j)
+        for (int i = 0; i <= across; ++i) {
+          Vec3 x;
+          x[axis] = side * size[axis];
+          x[u] = (static_cast<double>(i) / across - 0.5) * size[u];
+          x[v] = (static_cast<double>(j) / along - 0.5) * size[v];
+          surface.vertices.push_back(x);
+        }
+      for (int j = 0; j < along; ++j)
+        for (int i = 0; i < across; ++i) {
+          const int a = first + j * (across + 1) + i, b = a + 1, c = a + across + 1, d = c + 1;
+          if (side > 0.0) {
+            surface.triangles.push_back({a, b, d});
+            surface.triangles.push_back({a, d, c});
+          } else {
+            surface.triangles.push_back({a, d, b});
+            surface.triangles.push_back({a, c, d});
+          }
+        }
+    }
+  return surface;
+}
+
+TEST(MeetingSamples, NoPatchGoesAroundAnEdge) {
+  const TriangleSurface surface = block();
+  std::vector<Vec3f> positions, normals;
+  for (const Vec3& x : surface.vertices) {
+    positions.push_back(x.cast<float>());
+    // As where faces share their vertices.
+    normals.push_back(
+        x.cwiseQuotient(Vec3(15e-3, 15e-3, 7.5e-3))
+            .unaryExpr([](double share) { return std::abs(share) > 0.99 ? share : 0.0; })
+            .normalized()
+            .cast<float>());
+  }
+  const CollisionSurface finder(surface, positions);
+  const auto patches = patches_of(surface, normals, finder, [](const Vec3&) { return 3e-3; });
+  double on_top = 0.0;
+  for (const SurfacePatch& patch : patches) {
+    EXPECT_GT(patch.normal.cwiseAbs().maxCoeff(), 0.94) << patch.position.transpose();
+    EXPECT_LT(std::abs(patch.height), 1e-8) << patch.position.transpose();
+    if (patch.normal.z() > 0.5) on_top += patch.area;
+  }
+  EXPECT_NEAR(on_top, 900e-6, 1e-9);
+}
+
 TEST(MeetingSamples, WithoutAPitchThereAreNone) {
   EXPECT_TRUE(Ball().patches(0.0).empty());
 }
