@@ -8,6 +8,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/finite/finite_limits.h"
+#include "kernels/finite/rigid_way.h"
 #include "kernels/finite/touched_step.h"
 #include "kernels/finite/untouched.h"
 
@@ -172,41 +173,9 @@ void FiniteSolver::precondition(const NodalRotations& rotations, std::span<const
 
 VectorX FiniteSolver::coming(const FiniteState& state) const {
   const auto n = static_cast<Eigen::Index>(state.displacements.size());
-  const double dt = options_.time_step;
-  VectorX u = Eigen::Map<const VectorX>(state.displacements.data(), n);
-  const Eigen::Map<const VectorX> v(state.velocities.data(), n);
-  if (!options_.free) return u + dt * v;
-  const auto place = [&](std::size_t node) -> Vec3 {
-    return positions_[node] + u.segment<3>(static_cast<Eigen::Index>(3 * node));
-  };
-  const auto speed = [&](std::size_t node) -> Vec3 {
-    return v.segment<3>(static_cast<Eigen::Index>(3 * node));
-  };
-  double mass = 0.0;
-  Vec3 centre = Vec3::Zero(), mean = Vec3::Zero();
-  for (std::size_t node = 0; node < masses_.size(); ++node) {
-    mass += masses_[node];
-    centre += masses_[node] * place(node);
-    mean += masses_[node] * speed(node);
-  }
-  centre /= mass;
-  mean /= mass;
-  Vec3 spin = Vec3::Zero();  // angular momentum
-  Mat3 inertia = Mat3::Zero();
-  for (std::size_t node = 0; node < masses_.size(); ++node) {
-    const Vec3 arm = place(node) - centre;
-    spin += masses_[node] * arm.cross(speed(node));
-    inertia += masses_[node] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
-  }
-  const Vec3 turn = dt * inertia.ldlt().solve(spin);
-  const double angle = turn.norm();
-  const Mat3 rotation = angle > 0.0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix()
-                                    : Mat3(Mat3::Identity());
-  for (std::size_t node = 0; node < masses_.size(); ++node) {
-    const Vec3 arm = place(node) - centre;
-    u.segment<3>(static_cast<Eigen::Index>(3 * node)) += rotation * arm - arm + dt * mean;
-  }
-  return u;
+  const VectorX u = Eigen::Map<const VectorX>(state.displacements.data(), n);
+  const VectorX way = options_.time_step * Eigen::Map<const VectorX>(state.velocities.data(), n);
+  return options_.free ? gone_by({positions_, masses_}, u, way, true) : VectorX(u + way);
 }
 
 NodalRotations FiniteSolver::turned_whole(const FiniteState& state) const {

@@ -15,6 +15,7 @@
 
 #include "kernels/base/task.h"
 #include "kernels/finite/finite_limits.h"
+#include "kernels/finite/rigid_way.h"
 #include "kernels/finite/secant_pairs.h"
 #include "kernels/finite/step_energy.h"
 #include "kernels/finite/untouched.h"
@@ -184,7 +185,7 @@ class TouchedStep::Descent {
   Task<bool> start_here() {
     Forces forces = VectorX();
     if (touch_.cells() == 0) {
-      if (y_.size() > 0) u_ -= share_of_move(y_) * y_;
+      if (y_.size() > 0) move_by(-y_);
     } else if (y_.size() > 0) {
       forces = co_await ask(touch_.displaced(u_ - y_));
       if (!forces) co_return false;
@@ -200,6 +201,11 @@ class TouchedStep::Descent {
     co_return true;
   }
 
+  /// After a way from here.
+  VectorX gone(const VectorX& way) const {
+    if (!solver_.options_.free) return u_ + way;
+    return gone_by({solver_.positions_, solver_.masses_}, u_, way);
+  }
   /// How much of a way no node goes too far on.
   double share_of_move(const VectorX& way) const {
     double farthest = 0.0;
@@ -207,7 +213,7 @@ class TouchedStep::Descent {
       farthest = std::max(farthest, way.segment<3>(at).norm());
     return farthest > kLongestMove ? kLongestMove / farthest : 1.0;
   }
-  void move_by(const VectorX& way) { u_ += share_of_move(way) * way; }
+  void move_by(const VectorX& way) { u_ = gone(share_of_move(way) * way); }
 
   /// Where to, and how the merit E - f . Phi u falls there.
   struct Way {
@@ -314,9 +320,10 @@ class TouchedStep::Descent {
     const double slack = std::min(kSlack, solver_.options_.decrement);
     double length = share_of_move(way.p);
     for (int trial = 0; trial < kMostTrials; ++trial) {
-      next = u_ + length * way.p;
+      next = gone(length * way.p);
       next_value = energy_.at(next, &next_g);
-      const double gained = next_value - value_ - length * way.work;
+      const double work = solver_.options_.free ? way.load.dot(next - u_) : length * way.work;
+      const double gained = next_value - value_ - work;
       if (gained <= kArmijo * length * way.slope + slack * std::abs(value_)) return length;
       const double fit = -0.5 * way.slope * length * length / (gained - length * way.slope);
       length = std::isfinite(fit) ? std::clamp(fit, 0.1 * length, 0.5 * length) : 0.1 * length;
