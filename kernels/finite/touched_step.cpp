@@ -9,6 +9,7 @@
 // the iterations don't see.
 #include "kernels/finite/touched_step.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -19,8 +20,15 @@
 #include "kernels/finite/secant_pairs.h"
 #include "kernels/finite/step_energy.h"
 #include "kernels/finite/untouched.h"
+#include "kernels/finite/warped_factor.h"
 
 namespace viscera {
+namespace {
+
+/// Of a free body, less than this strains nothing by it: 1e-3 [rad].
+constexpr double kLeastTurn = 1e-3;
+
+}  // namespace
 
 class TouchedStep::Descent {
  public:
@@ -267,6 +275,10 @@ class TouchedStep::Descent {
     z_.resize(0);
     Way way;
     for (int i = 0; i < most; ++i) {
+      if (i > 0 && turn_on()) {
+        pairs.clear();
+        z = first_guess(g_);
+      }
       if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
       if (i == 0 && other.u.size() > 0 && !(-0.5 * way.slope <= kSureStart * std::abs(value_))) {
         if (const bool done = co_await start_at_less(std::move(other)); !done) co_return false;
@@ -314,6 +326,22 @@ class TouchedStep::Descent {
   }
 
   void keep(const Way& way) { forces_ = way.forces; }
+
+  /// A free body that has turned on since its factor was warped is warped anew: what that takes for
+  /// a turn of it strains it by as much as it has turned. True: it was.
+  bool turn_on() {
+    if (!solver_.options_.free) return false;
+    Mat3 sum = Mat3::Zero();
+    const auto means = solver_.body_->mean_gradients({u_.data(), static_cast<std::size_t>(n_)});
+    for (std::size_t node = 0; node < means.size(); ++node)
+      sum += solver_.masses_[node] * means[node];
+    const Mat3 now = polar_rotation(sum), before = rotation_of(rotations_, 0);
+    if (Eigen::AngleAxisd(now * before.transpose()).angle() < kLeastTurn) return false;
+    for (std::size_t node = 0; node < rotations_.size() / 9; ++node)
+      Eigen::Map<Mat3>(rotations_.data() + 9 * node) = now;
+    touch_.turn(rotations_);
+    return true;
+  }
 
   /// How far along the way the merit falls enough; 0: nowhere.
   double search(const Way& way, VectorX& next, double& next_value, VectorX& next_g) {

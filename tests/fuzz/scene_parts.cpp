@@ -8,6 +8,7 @@
 #include "engine/features/gas/gas_keys.h"
 #include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/held_tools/held_tools_keys.h"
+#include "engine/features/jaws/jaws_keys.h"
 #include "engine/features/links/links_keys.h"
 #include "engine/features/shafts/shafts_keys.h"
 #include "engine/features/smoke/smoke_keys.h"
@@ -39,8 +40,8 @@ bool is_scene(const std::string& text,
   static const SceneLoadOptions options = {
       .assets = small_assets(),
       .features = {held_tools_keys(), breathing_keys(), gravity_keys(), cautery_keys(),
-                   smoke_keys(), gas_keys(), shafts_keys(), touching_keys(), links_keys(),
-                   coagulation_keys()}};
+                   smoke_keys(), gas_keys(), shafts_keys(), jaws_keys(), touching_keys(),
+                   links_keys(), coagulation_keys()}};
   SceneLoadOptions with = options;
   with.overrides = overrides;
   const auto loaded = load_scene(scratch("scene.json", text), with);
