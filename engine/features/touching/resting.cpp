@@ -39,7 +39,7 @@ bool has_tools(const World& world, Entity organ) {
 /// By a tool, or by what is its own.
 bool is_disturbed(const World& world, Entity organ, const Resting& resting) {
   const FreeShape* shape = world.find<FreeShape>(organ);
-  return has_tools(world, organ) || is_link_loaded(world, organ) || (shape && shape->stale) ||
+  return has_tools(world, organ) || is_link_loaded(world, organ) || (shape && shape->changed) ||
          !yields(world, organ) || weight_on(world, organ) != resting.weight ||
          stiffenings_of(world, organ) != resting.stiffenings;
 }
