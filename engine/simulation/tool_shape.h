@@ -35,10 +35,11 @@ struct ToolShape {
 /// A tip that has no size (shape "point") touches through a ball of this radius [m].
 inline constexpr double kPointTipRadius = 0.5e-3;
 
-/// Whether a grasper's jaw is closed: it closes below one opening and lets go above a wider one, so
-/// that a jaw in between keeps what it holds.
+/// Openings below which a grasper's jaw closes, and above which it lets go: one in between keeps
+/// what it holds.
+inline constexpr double kJawCloses = 0.15, kJawLetsGo = 0.3;
 constexpr bool jaw_closed(bool was_closed, double jaw) {
-  return jaw < (was_closed ? 0.3 : 0.15);
+  return jaw < (was_closed ? kJawLetsGo : kJawCloses);
 }
 
 /// The instrument's tip now, in the frame that `pose` places in the world.

@@ -178,15 +178,18 @@ VectorX FiniteSolver::coming(const FiniteState& state) const {
   return options_.free ? gone_by({positions_, masses_}, u, way, true) : VectorX(u + way);
 }
 
-NodalRotations FiniteSolver::turned_whole(const FiniteState& state) const {
-  const VectorX u = coming(state);
+Mat3 FiniteSolver::rotation_of_whole(const VectorX& u) const {
   const std::vector<Mat3> means =
       body_->mean_gradients({u.data(), static_cast<std::size_t>(u.size())});
   Mat3 sum = Mat3::Zero();
   for (std::size_t node = 0; node < means.size(); ++node) sum += masses_[node] * means[node];
-  const Mat3 rotation = polar_rotation(sum);
+  return polar_rotation(sum);
+}
+
+NodalRotations FiniteSolver::turned_whole(const FiniteState& state) const {
+  const Mat3 rotation = rotation_of_whole(coming(state));
   NodalRotations rotations(state.rotations.size());
-  for (std::size_t node = 0; node < means.size(); ++node)
+  for (std::size_t node = 0; node < body_->nodes(); ++node)
     Eigen::Map<Mat3>(rotations.data() + 9 * node) = rotation;
   return rotations;
 }

@@ -130,6 +130,7 @@ class FiniteSolver {
   /// Of a free body: one rotation for all of it, as it goes now. Of nodes that turn each for itself
   /// a shift is a strain, and nothing but mass withstands one here.
   NodalRotations turned_whole(const FiniteState& state) const;
+  Mat3 rotation_of_whole(const VectorX& u) const;  ///< of a free body that is displaced so
   /// Where a step looks first: a free body goes on as a rigid one would, any other as its nodes do.
   VectorX coming(const FiniteState& state) const;
   /// The state after a step that ended at u.

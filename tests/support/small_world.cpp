@@ -75,6 +75,14 @@ std::unique_ptr<World> build(const SceneDescription& scene) {
   return std::move(*world);
 }
 
+Model build_shared(const SceneDescription& scene) {
+  std::vector<std::string> warnings;
+  auto made =
+      build_model(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  EXPECT_TRUE(made) << made.error().text();
+  return Model(*made);
+}
+
 FlagSet step_until(World& world, double time) {
   Trace trace(stage_names());
   FlagSet flags;

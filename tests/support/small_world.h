@@ -11,6 +11,7 @@
 #include "engine/scene/soft_ball.h"
 #include "engine/simulation/frame.h"
 #include "engine/simulation/world.h"
+#include "engine/simulator/simulation.h"
 
 namespace viscera {
 
@@ -38,6 +39,9 @@ std::map<std::string, Tissue> test_tissues();
 
 /// Builds the world without any cache; a test failure when it can't be built.
 std::unique_ptr<World> build(const SceneDescription& scene);
+
+/// The same as a model, which several simulations may share.
+Model build_shared(const SceneDescription& scene);
 
 /// Steps until the world's time reaches `time` [s]; all flags raised on the way.
 FlagSet step_until(World& world, double time);

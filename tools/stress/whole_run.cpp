@@ -38,13 +38,15 @@ constexpr double kNotConverged = 0.05, kNotConvergedAbused = 0.25;
 struct Course {
   std::string hash;
   FlagSet flags;
-  std::uint64_t not_converged = 0;  ///< steps
+  std::uint64_t not_converged = 0;           ///< steps
+  std::optional<std::uint64_t> tissue_lost;  ///< the first frame after which it was
   std::vector<std::string> failures;
 };
 
 void look_at(const Simulation& simulation, const StepReport& report, Course& course) {
   course.flags.raise(report.flags);
   course.not_converged += report.has(kContactNotConverged);
+  if (!course.tissue_lost && report.has(kTissueLost)) course.tissue_lost = simulation.frame();
   for (const std::string& stray : report.strays)
     course.failures.push_back(fmt::format("frame {}: {}", simulation.frame(), stray));
   const World& world = simulation.world();
@@ -55,14 +57,13 @@ void look_at(const Simulation& simulation, const StepReport& report, Course& cou
                                               type.name, stray.field, stray.value));
 }
 
-/// Some nodes of each organ at finite strain that something holds are put where its tissue is
-/// inside out. One that nothing holds takes such a step back and says so (`tissue_lost`).
+/// Some nodes of each organ at finite strain are put where its tissue is inside out.
 void turn_inside_out(World& world) {
   Pool<OrganTouch>& touches = world.all<OrganTouch>();
   for (std::size_t t = 0; t < touches.size(); ++t) {
     const Entity organ = touches.owner(t);
     const OrganModel& model = *world.find<OrganBody>(organ)->model;
-    if (!model.finite || is_free(world, organ)) continue;
+    if (!model.finite) continue;
     TissueContact& tissue = *touches[t].solver;
     auto state = tissue.state();
     // Two spacings to and fro: farther than the nodes about it.
@@ -139,10 +140,15 @@ void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course
 }
 
 /// What the scene has that may raise a flag.
-bool is_explained(const FrameFlag& flag, const World& world) {
-  if (flag.name == kNotFinite.name || flag.name == kOrganFrozen.name ||
-      flag.name == kTissueLost.name)
-    return false;
+/// One that nothing holds takes a step back that begins inside out, and says so.
+bool loses_tissue_by_design(const Course& course, const World& world, const WholeScene& scene) {
+  return scene.inverted_at && course.tissue_lost > *scene.inverted_at && world.has<FreeBody>();
+}
+
+bool is_explained(const FrameFlag& flag, const Course& course, const World& world,
+                  const WholeScene& scene) {
+  if (flag.name == kNotFinite.name || flag.name == kOrganFrozen.name) return false;
+  if (flag.name == kTissueLost.name) return loses_tissue_by_design(course, world, scene);
   if (flag.name.starts_with("smoke")) return world.has<SmokeBody>();
   if (flag.name.starts_with("grip"))
     return std::ranges::any_of(world.model().scene().instruments, [](const auto& tool) {
@@ -198,7 +204,7 @@ Result<void> step_case(const WholeScene& scene, const Model& model, bool fault,
     checks.tell(outcome);
     check_books(simulation->world(), outcome);
     for (const FrameFlag& flag : one.flags)
-      if (!is_explained(flag, simulation->world()))
+      if (!is_explained(flag, one, simulation->world(), scene))
         one.failures.push_back(fmt::format("nothing explains the flag {}", flag.name));
     whole.emplace(*std::move(simulation));
   }

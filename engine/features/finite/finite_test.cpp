@@ -248,13 +248,9 @@ TEST(Finite, UnderALittleMoreWeightItSagsAsLinearTissue) {
 }
 
 Model make_lift_model(const std::vector<PronyTerm>& prony) {
-  std::vector<std::string> warnings;
   SceneDescription scene = lifted_bar(Response::kFinite, Vec3(0, 5e-3, 20e-3), 1.1);
   scene.organs[0].material.prony = prony;
-  auto made =
-      build_model(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
-  EXPECT_TRUE(made) << made.error().text();
-  return Model(*made);
+  return build_shared(scene);
 }
 
 Simulation lift_simulation(bool relaxes = false) {

@@ -9,11 +9,9 @@
 
 #include "engine/features/contact/first_order.h"
 #include "engine/features/held_tools/held_tools.h"
-#include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
 #include "kernels/contact/finite_contact.h"
 #include "tests/support/dense_matrix.h"
-#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -337,11 +335,7 @@ TEST(FiniteHand, FeelsTheSameBitsOnOneThreadAndOnTwo) {
 }
 
 TEST(FiniteHand, GoesOnFromASnapshotWithTheSameBits) {
-  std::vector<std::string> warnings;
-  auto made = build_model(pressed_while_lifted(), test_tissues(), {project_file("assets"), false},
-                          no_progress(), warnings);
-  ASSERT_TRUE(made) << made.error().text();
-  const Model model(*made);
+  const Model model = build_shared(pressed_while_lifted());
   auto whole = Simulation::create(model), other = Simulation::create(model);
   ASSERT_TRUE(whole && other);
   const auto step_to = [](Simulation& simulation, std::uint64_t frame) {

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "engine/simulation/tool_shape.h"
+
 namespace viscera {
 namespace {
-
-/// At this opening a closed jaw lets go (tool_shape.h).
-constexpr double kLetsGo = 0.3;
 
 Result<void> prepare(SceneModel& model) {
   for (std::size_t i = 0; i < model.instruments().size(); ++i) {
@@ -76,7 +75,7 @@ std::vector<ReportSection> report(const World& world) {
 }  // namespace
 
 double share_of_grip(double jaw) {
-  return std::clamp(1.0 - jaw / kLetsGo, 0.0, 1.0);
+  return std::clamp(1.0 - jaw / kJawLetsGo, 0.0, 1.0);
 }
 
 Feature jaws_feature() {

@@ -6,9 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
-#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -153,11 +151,7 @@ TEST_P(JawsOn, LetGoWhenTheyOpen) {
 }
 
 TEST_P(JawsOn, GoOnFromASnapshotWithTheSameBits) {
-  std::vector<std::string> warnings;
-  auto made = build_model(pinched_strip(GetParam(), 1.0, 16e-3), test_tissues(),
-                          {project_file("assets"), false}, no_progress(), warnings);
-  ASSERT_TRUE(made) << made.error().text();
-  const Model model(*made);
+  const Model model = build_shared(pinched_strip(GetParam(), 1.0, 16e-3));
   auto whole = Simulation::create(model), other = Simulation::create(model);
   ASSERT_TRUE(whole && other);
   const auto step_to = [](Simulation& simulation, std::uint64_t frame) {

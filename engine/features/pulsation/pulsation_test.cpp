@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/scene/load_scene.h"
-#include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
-#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera {
@@ -120,11 +118,7 @@ TEST(Pulsation, AtFiniteStrainItPushesAProbeThatTouches) {
 TEST(Pulsation, ARunAtFiniteStrainGoesOnFromASnapshotToTheSameBits) {
   SceneDescription scene = beating_ball();
   scene.organs[0].response = Response::kFinite;
-  std::vector<std::string> warnings;
-  auto made = build_model(scene, test::test_tissues(), {test::project_file("assets"), false},
-                          no_progress(), warnings);
-  ASSERT_TRUE(made) << made.error().text();
-  const Model model(*made);
+  const Model model = test::build_shared(scene);
   auto whole = Simulation::create(model), other = Simulation::create(model);
   ASSERT_TRUE(whole && other);
   const auto step_to = [](Simulation& simulation, std::uint64_t frame) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/features/contact/contact.h"
 #include "engine/simulation/instruments.h"
@@ -43,9 +44,9 @@ ShaftAxis axis_at_start(const SceneModel& model, Entity shaft) {
   return shaft_axis(body, state);
 }
 
-/// How deep it begins in an organ.
-Shaft::Spared begins_inside(const SceneModel& model, Entity shaft, double radius,
-                            std::size_t which) {
+/// How deep it begins in an organ. `tree`: of the organ's surface, made where it is needed.
+Shaft::Spared begins_inside(const SceneModel& model, Entity shaft, double radius, std::size_t which,
+                            std::optional<SurfaceTree>& tree) {
   const Entity organ = model.organs()[which];
   const OrganModel& body = *model.constants().all<OrganBody>().find(organ)->model;
   const Pose pose = model.scene().organs[which].pose_at(0.0);
@@ -53,10 +54,10 @@ Shaft::Spared begins_inside(const SceneModel& model, Entity shaft, double radius
   Shaft::Spared spared{organ, 0.0, false};
   const auto part = part_in_box(axis, bounds_at_rest(body, pose), radius);
   if (!part) return spared;
-  const SurfaceTree tree(body.surface);
+  if (!tree) tree.emplace(body.surface);
   const double step = std::max(0.5 * radius, 0.5e-3);
   for (double s = part->first;; s = std::min(s + step, part->second)) {
-    const double inside = -tree.signed_distance(pose.to_local(axis.at(s)));
+    const double inside = -tree->signed_distance(pose.to_local(axis.at(s)));
     spared.depth = std::max(spared.depth, inside + radius);
     if (s == axis.length && inside > 0.0 && model.constants().all<InstrumentBody>().find(shaft))
       spared.holds_trocar = true;
@@ -64,26 +65,22 @@ Shaft::Spared begins_inside(const SceneModel& model, Entity shaft, double radius
   }
 }
 
-void add_shaft(SceneModel& model, Entity entity, Shaft shaft) {
+void spare_organs(SceneModel& model) {
+  Pool<Shaft>& shafts = model.constants().all<Shaft>();
   for (std::size_t o = 0; o < model.organs().size(); ++o) {
     if (!model.scene().organs[o].deformable) continue;
-    const Shaft::Spared found = begins_inside(model, entity, shaft.radius, o);
-    if (found.depth > kMostInside || found.holds_trocar) shaft.spared.push_back(found);
+    std::optional<SurfaceTree> tree;
+    for (std::size_t i = 0; i < shafts.size(); ++i) {
+      const Shaft::Spared found = begins_inside(model, shafts.owner(i), shafts[i].radius, o, tree);
+      if (found.depth > kMostInside || found.holds_trocar) shafts[i].spared.push_back(found);
+    }
   }
-  model.constants().all<Shaft>().add(entity, std::move(shaft));
 }
 
-Result<void> prepare(SceneModel& model) {
+/// The endoscope's barrel, as the camera's path carries it.
+void add_barrel(SceneModel& model, double radius) {
   const SceneDescription& scene = model.scene();
-  const ShaftsDescription& wanted = shafts_of(scene);
-  if (!wanted.touch) return {};
-  for (std::size_t i = 0; i < scene.instruments.size(); ++i)
-    add_shaft(model, model.instruments()[i],
-              {scene.instruments[i].name,
-               scene.instruments[i].shaft_radius,
-               scene.instruments[i].friction,
-               {}});
-  if (!scene.camera || scene.camera->path.empty() || !(wanted.endoscope_radius > 0.0)) return {};
+  if (!scene.camera || scene.camera->path.empty() || !(radius > 0.0)) return;
   std::vector<double> times;
   std::vector<Vec3> tips, targets;
   for (const CameraKey& key : scene.camera->path) {
@@ -94,7 +91,20 @@ Result<void> prepare(SceneModel& model) {
   const Entity endoscope = model.add_entity();
   model.constants().all<EndoscopeBarrel>().add(
       endoscope, {KeyFrames(times, std::move(tips)), KeyFrames(times, std::move(targets))});
-  add_shaft(model, endoscope, {"endoscope", wanted.endoscope_radius, 0.0, {}});
+  model.constants().all<Shaft>().add(endoscope, {"endoscope", radius, 0.0, {}});
+}
+
+Result<void> prepare(SceneModel& model) {
+  const SceneDescription& scene = model.scene();
+  const ShaftsDescription& wanted = shafts_of(scene);
+  if (!wanted.touch) return {};
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i)
+    model.constants().all<Shaft>().add(model.instruments()[i], {scene.instruments[i].name,
+                                                                scene.instruments[i].shaft_radius,
+                                                                scene.instruments[i].friction,
+                                                                {}});
+  add_barrel(model, wanted.endoscope_radius);
+  spare_organs(model);
   return {};
 }
 

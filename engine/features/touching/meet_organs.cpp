@@ -24,9 +24,6 @@ constexpr double kFacing = -0.2;
 /// A meeting keeps its place of the second organ until the patch has slid off it by this share of
 /// its radius.
 constexpr double kSlidOff = 0.35;
-/// What has moved less than this from where it lies at rest hasn't come to anything: a hundredth of
-/// what a tip presses [m].
-constexpr double kStill = 20e-6;
 /// What met in the last frame already and lies deeper inside the other organ than this is told as a
 /// flag: chosen, a third of the pitch of patches in a fine organ [m].
 constexpr double kMostOverlap = 1e-3;
@@ -134,7 +131,7 @@ class PairSearch {
     const bool out_of_reach = reach.exteriorDistance(own) > farthest;
     shifted_ = apart(world_, pair_).norm();
     if (out_of_reach || !(falls_ || is_awake(world_, pair_.organs[0]) ||
-                          is_awake(world_, pair_.organs[1]) || shifted_ > kStill)) {
+                          is_awake(world_, pair_.organs[1]) || shifted_ > kUnmoved)) {
       state_ = {};
       return;
     }
@@ -217,7 +214,7 @@ class PairSearch {
       meeting.cling = before->cling + moved - moved_apart(*before);
       meeting.force = before->force;
     }
-    if (!falls_ && moved.norm() + shifted_ < kStill && meeting.force.isZero(0.0)) return {};
+    if (!falls_ && moved.norm() + shifted_ < kUnmoved && meeting.force.isZero(0.0)) return {};
     found.meets = true;
     found.normal = near.normal;
     const Vec3 at_rest = one_.pose.to_world(patch.mean()) - other_.pose.to_world(meeting.on.mean());

@@ -17,9 +17,6 @@ namespace {
 /// some place has moved by 5 um since they were last (deform_organs.cpp), so what rests goes slower
 /// than 10 um/s. Chosen.
 constexpr std::int32_t kFramesToRest = 30;
-/// Two organs are sought again where their frames have gone so far apart or nearer since they came
-/// to rest: what has moved less meets nothing new (kStill in meet_organs.cpp) [m].
-constexpr double kShifted = 20e-6;
 
 Vec3 weight_on(const World& world, Entity organ) {
   const OrganSag* sag = world.find<OrganSag>(organ);
@@ -80,7 +77,7 @@ bool rests(const World& world, Entity organ) {
 bool pair_rests(const World& world, Entity entity) {
   const OrganPair& pair = *world.find<OrganPair>(entity);
   return rest_both(world, pair) &&
-         (apart(world, pair) - world.find<PairState>(entity)->apart_at_rest).norm() < kShifted;
+         (apart(world, pair) - world.find<PairState>(entity)->apart_at_rest).norm() < kUnmoved;
 }
 
 void wake(World& world, Entity organ) {

@@ -8,10 +8,7 @@
 #include "engine/features/free_bodies/block_on_floor.h"
 #include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/touching/touching.h"
-#include "engine/simulation/prepare.h"
-#include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
-#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -105,11 +102,7 @@ TEST(RestingOrgans, WakeUnderATool) {
 }
 
 TEST(RestingOrgans, GoOnFromASnapshotWithTheSameBits) {
-  std::vector<std::string> warnings;
-  auto made = build_model(block_and_wall(), test_tissues(), {project_file("assets"), false},
-                          no_progress(), warnings);
-  ASSERT_TRUE(made) << made.error().text();
-  const Model model(*made);
+  const Model model = build_shared(block_and_wall());
   auto whole = Simulation::create(model), other = Simulation::create(model);
   ASSERT_TRUE(whole && other);
   while (whole->frame() < 114 && !organ_rests(whole->world(), 0)) whole->step();

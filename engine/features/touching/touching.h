@@ -105,6 +105,10 @@ struct TouchingFigures {
 };
 static_assert(fields_cover<TouchingFigures>());
 
+/// What has moved less than this from where it lies at rest hasn't come to anything: a hundredth of
+/// what a tip presses [m].
+inline constexpr double kUnmoved = 20e-6;
+
 /// How far the frames of a pair's organs have gone from where they stood as the scene began, the
 /// first from the second [m].
 Vec3 apart(const World& world, const OrganPair& pair);

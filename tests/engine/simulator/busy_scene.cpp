@@ -1,15 +1,11 @@
 #include "tests/engine/simulator/busy_scene.h"
 
-#include <gtest/gtest.h>
-
 #include "engine/features/breathing/breathing.h"
 #include "engine/features/gas/gas.h"
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/links/links.h"
 #include "engine/features/pulsation/pulsation.h"
 #include "engine/features/smoke/smoke.h"
-#include "engine/simulator/build.h"
-#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -66,13 +62,7 @@ SceneDescription busy_scene() {
 }
 
 const Model& busy_model() {
-  static const Model model = [] {
-    std::vector<std::string> warnings;
-    auto made = build_model(busy_scene(), test_tissues(), {project_file("assets"), false},
-                            no_progress(), warnings);
-    EXPECT_TRUE(made) << made.error().text();
-    return Model(*made);
-  }();
+  static const Model model = build_shared(busy_scene());
   return model;
 }
 

@@ -14,7 +14,6 @@
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/links/links.h"
 #include "engine/features/smoke/smoke.h"
-#include "engine/simulator/build.h"
 #include "tests/engine/simulator/busy_scene.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
@@ -105,11 +104,7 @@ TEST(Simulation, RefusesAFileThatIsCutOffDamagedOrOfAnotherScene) {
 
   SceneDescription scene = test::busy_scene();
   scene.source = "another";
-  std::vector<std::string> warnings;
-  auto model = build_model(scene, test::test_tissues(), {test::project_file("assets"), false},
-                           no_progress(), warnings);
-  ASSERT_TRUE(model);
-  auto other = Simulation::create(Model(*model));
+  auto other = Simulation::create(test::build_shared(scene));
   ASSERT_TRUE(other);
   const auto loaded = other->load(folder / "state.bin");
   ASSERT_FALSE(loaded);
