@@ -130,14 +130,25 @@ void CollisionSurface::update(std::span<const Vec3f> positions) {
 
 std::optional<CollisionSurface::Hit> CollisionSurface::closest(const Vec3& query,
                                                                double radius) const {
+  return nearest(query, radius, nullptr);
+}
+
+std::optional<CollisionSurface::Hit> CollisionSurface::closest(
+    const Vec3& query, double radius, const std::function<bool(const Hit&)>& accepts) const {
+  return nearest(query, radius, &accepts);
+}
+
+std::optional<CollisionSurface::Hit> CollisionSurface::nearest(
+    const Vec3& query, double radius, const std::function<bool(const Hit&)>* accepts) const {
   data_->fit();
   struct Search {
     const Data* data;
     Vec3 query;
     double best;
+    const std::function<bool(const Hit&)>* accepts;
     int triangle = -1;
     Vec3 weights = Vec3::Zero();
-  } search{data_.get(), query, radius, -1, Vec3::Zero()};
+  } search{data_.get(), query, radius, accepts};
 
   RTCPointQuery point;
   point.x = static_cast<float>(query.x());
@@ -156,7 +167,8 @@ std::optional<CollisionSurface::Hit> CollisionSurface::closest(const Vec3& query
         const Vec3 w = closest_weights(s.query, a, b, c);
         const double distance = (w[0] * a + w[1] * b + w[2] * c - s.query).norm();
         // Ties go to the lower triangle, so that the result doesn't depend on the tree.
-        if (distance < s.best || (distance == s.best && t < s.triangle)) {
+        if ((distance < s.best || (distance == s.best && t < s.triangle)) &&
+            (!s.accepts || (*s.accepts)(s.data->hit_at(t, w, distance)))) {
           s.best = distance;
           s.triangle = t;
           s.weights = w;

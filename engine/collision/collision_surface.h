@@ -1,6 +1,7 @@
 // Contact search by Embree's bounding-volume hierarchies; the only folder that knows Embree.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -28,12 +29,19 @@ class CollisionSurface {
   };
   /// The nearest point of the surface within `radius` [m].
   std::optional<Hit> closest(const Vec3& query, double radius) const;
+  /// The nearest of those that `accepts` takes; it is asked with the nearest point of each triangle
+  /// that may hold it.
+  std::optional<Hit> closest(const Vec3& query, double radius,
+                             const std::function<bool(const Hit&)>& accepts) const;
   /// The first crossing along the unit `direction` within `length` [m] where the surface faces the
   /// ray (outward normal against it) or, with `exits`, where the ray leaves the body.
   std::optional<Hit> cast(const Vec3& origin, const Vec3& direction, double length,
                           bool exits = false) const;
 
  private:
+  std::optional<Hit> nearest(const Vec3& query, double radius,
+                             const std::function<bool(const Hit&)>* accepts) const;
+
   struct Data;
   std::unique_ptr<Data> data_;
 };

@@ -130,7 +130,12 @@ struct PatchContact::Anchors {
   MatrixX response;            // among each other
 };
 
-/// S: the share of each touched place in the load of each cell.
+double PatchContact::bell_of(const Place& cell) {
+  return cell.bell > 0.0 ? cell.bell : spread_factor();
+}
+
+/// S: the share of each touched place in the load of each cell. Where a narrow bell holds no place
+/// the usual one serves.
 void PatchContact::spread_cells(std::span<const Place> cells) {
   near_fields_.clear();
   stiffness_.clear();
@@ -140,11 +145,15 @@ void PatchContact::spread_cells(std::span<const Place> cells) {
   touched_.clear();
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const Place& cell = cells[k];
-    const double sigma = std::max(spread_factor() * spacing_at(surface_, cell.position),
-                                  kNarrowestBell * std::sqrt(cell.area / std::numbers::pi));
-    if (!spread_load(surface_, cell.position, cell.normal, sigma, spread_[k])) {
-      ++beyond_touchable_;
+    const double h = spacing_at(surface_, cell.position),
+                 narrowest = kNarrowestBell * std::sqrt(cell.area / std::numbers::pi);
+    double sigma = std::max(bell_of(cell) * h, narrowest);
+    bool found = spread_load(surface_, cell.position, cell.normal, sigma, spread_[k]);
+    if (!found && cell.bell > 0.0) {
+      sigma = std::max(spread_factor() * h, narrowest);
+      found = spread_load(surface_, cell.position, cell.normal, sigma, spread_[k]);
     }
+    if (!found) ++beyond_touchable_;
     stiffness_.push_back(stiffness_about(cell.position, spread_[k]));
     double modulus = stiffness_.back();
     if (!surface_.modulus.empty()) {
@@ -426,7 +435,7 @@ std::span<const double> PatchContact::moduli_by_update() const {
 
 bool PatchContact::see_each_other(std::size_t k, std::size_t l) const {
   const Place &one = state_.places[k], &other = state_.places[l];
-  const double h = near_fields_[k].sigma() / spread_factor();
+  const double h = near_fields_[k].sigma() / bell_of(one);
   return k == l || same_side(surface_.paths.get(), kSideDepth * h, one.position, one.normal,
                              other.position, other.normal);
 }

@@ -98,6 +98,7 @@ class PatchContact : public TissueContact {
   void spread_forces(std::span<const Vec3> forces, ContactResponse& response) override;
   NearField any_near_field() const override;
   void make_columns();
+  static double bell_of(const Place& cell);  ///< [spacings of nodes]
   void spread_cells(std::span<const Place> places);
   void gather_compliance();
   const Eigen::MatrixXf& block(std::size_t part) const;

@@ -81,7 +81,7 @@ bool TissueContact::remember_places(std::span<const ContactCell> cells) {
   bool same = cells.size() == places.size();
   places.resize(cells.size());
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    const Place place{cells[k].position, cells[k].normal, cells[k].area};
+    const Place place{cells[k].position, cells[k].normal, cells[k].area, cells[k].bell};
     same = same && place == places[k];
     places[k] = place;
   }

@@ -28,11 +28,11 @@ struct TissueContactState {
   /// Where a cell is: all that its response depends on.
   struct Place {
     Vec3 position = Vec3::Zero(), normal = Vec3::UnitZ();
-    double area = 0.0;
+    double area = 0.0, bell = 0.0;
     bool operator==(const Place&) const = default;
     static constexpr auto fields() {
       return std::tuple(field("position", &Place::position), field("normal", &Place::normal),
-                        field("area", &Place::area));
+                        field("area", &Place::area), field("bell", &Place::bell));
     }
   };
   /// What turns the response into equations.

@@ -8,6 +8,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
+#include "engine/features/touching/folds.h"
 #include "engine/features/touching/islands.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching_flags.h"
@@ -25,7 +26,8 @@ constexpr double kMostInside = 0.5e-3;
 
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
-  if (touching_of(scene).organs && organ.deformable) reach.anywhere = true;
+  const TouchingDescription& touching = touching_of(scene);
+  if ((touching.organs || touching.folds) && organ.deformable) reach.anywhere = true;
 }
 
 bool presses_back(const SceneModel& model, Entity organ) {
@@ -53,9 +55,20 @@ std::string begins_inside(const SceneDescription& scene, std::size_t organ, std:
       1e3 * kMostInside);
 }
 
+void add_folds(SceneModel& model, Entity organ, const CollisionSurface& finder) {
+  Store& constants = model.constants();
+  const std::vector<SurfacePatch>& patches = constants.all<OrganPatches>().find(organ)->patches;
+  constants.all<FoldSides>().add(organ, fold_sides(patches, finder));
+  OrganPair pair;
+  pair.organs = {organ, organ};
+  pair.overlaps.assign(patches.size(), 0.0f);  // its surface doesn't cross itself
+  constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
+}
+
 Result<void> prepare(SceneModel& model) {
   const SceneDescription& scene = model.scene();
-  if (!touching_of(scene).organs) return {};
+  const TouchingDescription& touching = touching_of(scene);
+  if (!touching.organs && !touching.folds) return {};
   Store& constants = model.constants();
   std::vector<std::unique_ptr<CollisionSurface>> finders;
   std::vector<bool> soft;
@@ -68,11 +81,12 @@ Result<void> prepare(SceneModel& model) {
     constants.all<OrganPatches>().add(
         organ,
         {patches_of(body.surface, body.rest_normals, *finders.back(), [&](const Vec3& place) {
-          return pitch_at(body, place, touching_of(scene).pitch, whole);
+          return pitch_at(body, place, touching.pitch, whole);
         })});
+    if (touching.folds) add_folds(model, organ, *finders.back());
   }
   const std::vector<Entity>& organs = model.organs();
-  for (std::size_t i = 0; i < organs.size(); ++i)
+  for (std::size_t i = 0; touching.organs && i < organs.size(); ++i)
     for (std::size_t j = i + 1; j < organs.size(); ++j) {
       if (!soft[i] && !soft[j]) continue;
       const auto body = [&](std::size_t o) -> const OrganModel& {

@@ -26,12 +26,14 @@ struct OrganPatches {
   std::vector<SurfacePatch> patches;
 };
 
-/// Two organs that may meet; one component a pair, on an entity of its own.
+/// Two organs that may meet, or one that may meet itself (folds.h); one component a pair, on an
+/// entity of its own.
 struct OrganPair {
   static constexpr bool kConstant = true;
   std::array<Entity, 2> organs;   ///< the first brings its patches
   std::vector<float> overlaps;    ///< of each of these at rest, with the other [m]   (patches)
   double greatest_overlap = 0.0;  ///< [m]
+  bool folds() const { return organs[0] == organs[1]; }
 };
 
 /// Of an organ that never deforms: where others meet it, organ frame.

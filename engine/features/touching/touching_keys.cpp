@@ -13,8 +13,13 @@ ObjectSpec contact_spec() {
               "Organs press each other where their surfaces meet, deformable ones against all; "
               "what overlaps at rest is kept. false: they pass through each other.")
           .otherwise(false),
+      boolean("folds",
+              "Deformable organs press themselves where loops of them meet or folds close. false: "
+              "they pass through themselves.")
+          .otherwise(false),
       number("organ_friction",
-             "Coefficient of Coulomb friction between organs. 0: their wet surfaces slide freely.")
+             "Coefficient of Coulomb friction between organs, and of folds. 0: their wet surfaces "
+             "slide freely.")
           .between(0, 2)
           .otherwise(0.0),
       number("organ_pitch",
@@ -31,8 +36,10 @@ ObjectSpec contact_spec() {
 void read_contact(const Json& scene, Extras& extras) {
   if (!scene.contains("contact")) return;
   const Json& values = scene["contact"];
-  extras.set(
-      TouchingDescription{values["organs"], values["organ_friction"], values["organ_pitch"]});
+  extras.set(TouchingDescription{.organs = values["organs"],
+                                 .folds = values["folds"],
+                                 .friction = values["organ_friction"],
+                                 .pitch = values["organ_pitch"]});
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ namespace viscera {
 /// An extra of scenes.
 struct TouchingDescription {
   bool organs = false;    ///< they do
+  bool folds = false;     ///< and each touches itself
   double friction = 0.0;  ///< coefficient of Coulomb friction between them
   double pitch = 0.5;     ///< of the patches by which they meet, over the distance of their nodes
 };
