@@ -67,6 +67,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Shipped{"gallbladder_lift",
                             {"gallbladder", "liver", "diaphragm", "abdominal_wall"},
                             {"heat", "smoke", "haptics"}},
+                    Shipped{"retraction",
+                            {"liver", "gallbladder", "bile_ducts", "upper_loop", "head_loop",
+                             "foot_loop", "bowel_bed", "stomach", "duodenum", "colon", "spleen",
+                             "diaphragm", "abdominal_wall"},
+                            {"heat", "smoke", "haptics", "elasticity of stomach"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),
     [](const auto& shipped) { return std::string(shipped.param.scene); });
