@@ -16,7 +16,7 @@
 namespace viscera::test {
 namespace {
 
-constexpr double kLeafLong = 30e-3, kLeafWide = 16e-3, kLeafThick = 5e-3, kApart = 2e-3,
+constexpr double kLeafLong = 30e-3, kLeafWide = 16e-3, kLeafThick = 8e-3, kApart = 2e-3,
                  kRootLong = 6e-3, kStep = 2e-3;
 
 /// Two leaves on a root about the plane z = 0, or the upper one alone; both held at x < 0.
