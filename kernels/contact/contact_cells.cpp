@@ -8,7 +8,7 @@ bool is_sound(const ContactCell& cell) {
   return cell.position.allFinite() && cell.normal.allFinite() && cell.direction.allFinite() &&
          cell.displacement.allFinite() && cell.free.allFinite() && std::isfinite(cell.depth) &&
          std::isfinite(cell.area) && cell.area > 0.0 && cell.friction >= 0.0 &&
-         std::isfinite(cell.friction) && std::isfinite(cell.bell) && cell.bell >= 0.0;
+         std::isfinite(cell.friction) && std::isfinite(cell.bell) && cell.bell >= 0.0f;
 }
 
 ContactResponse merged(const ContactResponse& one, const ContactResponse& other) {

@@ -13,10 +13,10 @@ struct ContactCell {
   Vec3 position = Vec3::Zero();  ///< rest, on the surface [m]
   Vec3 normal = Vec3::UnitZ();   ///< outward unit surface normal
   double area = 0.0;             ///< [m2]
+  bool held = false;             ///< false: pressed, can only be pushed
   /// Standard deviation of the bell that spreads its load, in spacings of nodes; 0: that of a lone
   /// cell, PatchContact::spread_factor().
-  double bell = 0.0;
-  bool held = false;  ///< false: pressed, can only be pushed
+  float bell = 0.0f;
 
   Vec3 direction = -Vec3::UnitZ();  ///< pressed: unit, the way the tool pushes
   double depth = 0.0;  ///< pressed: u . direction >= depth wanted [m]; may be negative (a gap)

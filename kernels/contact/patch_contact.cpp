@@ -131,7 +131,7 @@ struct PatchContact::Anchors {
 };
 
 double PatchContact::bell_of(const Place& cell) {
-  return cell.bell > 0.0 ? cell.bell : spread_factor();
+  return cell.bell > 0.0f ? static_cast<double>(cell.bell) : spread_factor();
 }
 
 /// S: the share of each touched place in the load of each cell. Where a narrow bell holds no place
@@ -149,7 +149,7 @@ void PatchContact::spread_cells(std::span<const Place> cells) {
                  narrowest = kNarrowestBell * std::sqrt(cell.area / std::numbers::pi);
     double sigma = std::max(bell_of(cell) * h, narrowest);
     bool found = spread_load(surface_, cell.position, cell.normal, sigma, spread_[k]);
-    if (!found && cell.bell > 0.0) {
+    if (!found && cell.bell > 0.0f) {
       sigma = std::max(spread_factor() * h, narrowest);
       found = spread_load(surface_, cell.position, cell.normal, sigma, spread_[k]);
     }

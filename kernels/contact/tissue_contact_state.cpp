@@ -12,7 +12,7 @@ bool is_sound(const TissueContactState& state, std::size_t touchable, std::size_
   const std::size_t cells = state.places.size(), unknowns = state.unknowns();
   const auto is_place = [](const TissueContactState::Place& place) {
     return place.position.allFinite() && place.normal.allFinite() && std::isfinite(place.area) &&
-           place.area > 0.0 && std::isfinite(place.bell) && place.bell >= 0.0;
+           place.area > 0.0 && std::isfinite(place.bell) && place.bell >= 0.0f;
   };
   const auto is_way = [](const TissueContactState::Way& way) {
     return way.direction.allFinite() && std::isfinite(way.friction) && way.friction >= 0.0;

@@ -28,7 +28,8 @@ struct TissueContactState {
   /// Where a cell is: all that its response depends on.
   struct Place {
     Vec3 position = Vec3::Zero(), normal = Vec3::UnitZ();
-    double area = 0.0, bell = 0.0;
+    double area = 0.0;
+    float bell = 0.0f;
     bool operator==(const Place&) const = default;
     static constexpr auto fields() {
       return std::tuple(field("position", &Place::position), field("normal", &Place::normal),

@@ -37,7 +37,7 @@ constexpr double kSlidOff = 0.35;
 /// By 0.3 a soft ball hardly rolls (a patch that comes down meets few nodes), and bodies three
 /// nodes wide with friction had steps without an answer; 0.2 holds no place of the surface where
 /// nodes lie wide apart.
-constexpr double kBell = 0.4;
+constexpr float kBell = 0.4f;
 /// What met in the last frame already and lies deeper inside the other organ than this is told as a
 /// flag: chosen, a third of the pitch of patches in a fine organ [m].
 constexpr double kMostOverlap = 1e-3;
