@@ -128,24 +128,14 @@ void CollisionSurface::update(std::span<const Vec3f> positions) {
   data_->moved.store(true, std::memory_order_release);
 }
 
-std::optional<CollisionSurface::Hit> CollisionSurface::closest(const Vec3& query,
-                                                               double radius) const {
-  return nearest(query, radius, nullptr);
-}
-
 std::optional<CollisionSurface::Hit> CollisionSurface::closest(
     const Vec3& query, double radius, const std::function<bool(const Hit&)>& accepts) const {
-  return nearest(query, radius, &accepts);
-}
-
-std::optional<CollisionSurface::Hit> CollisionSurface::nearest(
-    const Vec3& query, double radius, const std::function<bool(const Hit&)>* accepts) const {
   data_->fit();
   struct Search {
     const Data* data;
     Vec3 query;
     double best;
-    const std::function<bool(const Hit&)>* accepts;
+    const std::function<bool(const Hit&)>& accepts;
     int triangle = -1;
     Vec3 weights = Vec3::Zero();
   } search{data_.get(), query, radius, accepts};
@@ -168,7 +158,7 @@ std::optional<CollisionSurface::Hit> CollisionSurface::nearest(
         const double distance = (w[0] * a + w[1] * b + w[2] * c - s.query).norm();
         // Ties go to the lower triangle, so that the result doesn't depend on the tree.
         if ((distance < s.best || (distance == s.best && t < s.triangle)) &&
-            (!s.accepts || (*s.accepts)(s.data->hit_at(t, w, distance)))) {
+            (!s.accepts || s.accepts(s.data->hit_at(t, w, distance)))) {
           s.best = distance;
           s.triangle = t;
           s.weights = w;

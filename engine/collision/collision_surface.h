@@ -27,21 +27,16 @@ class CollisionSurface {
     Vec3 position = Vec3::Zero();  ///< [m]
     double distance = 0.0;         ///< from the query point, or along the ray [m]
   };
-  /// The nearest point of the surface within `radius` [m].
-  std::optional<Hit> closest(const Vec3& query, double radius) const;
-  /// The nearest of those that `accepts` takes; it is asked with the nearest point of each triangle
-  /// that may hold it.
+  /// The nearest point of the surface within `radius` [m]; of those that `accepts` takes, which is
+  /// asked with the nearest point of each triangle that may hold it. Empty: of all.
   std::optional<Hit> closest(const Vec3& query, double radius,
-                             const std::function<bool(const Hit&)>& accepts) const;
+                             const std::function<bool(const Hit&)>& accepts = {}) const;
   /// The first crossing along the unit `direction` within `length` [m] where the surface faces the
   /// ray (outward normal against it) or, with `exits`, where the ray leaves the body.
   std::optional<Hit> cast(const Vec3& origin, const Vec3& direction, double length,
                           bool exits = false) const;
 
  private:
-  std::optional<Hit> nearest(const Vec3& query, double radius,
-                             const std::function<bool(const Hit&)>* accepts) const;
-
   struct Data;
   std::unique_ptr<Data> data_;
 };

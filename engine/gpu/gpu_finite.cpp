@@ -41,6 +41,7 @@ Result<std::unique_ptr<GpuFiniteBody>> GpuFiniteBody::create(const FiniteBody& b
                                                              GpuLimits limits) {
   const FiniteLayout flat = body.layout();
   if (flat.fibres) return failure("a body with fibres stays on the CPU");
+  if (flat.was_loaded) return failure("a body that was imaged under its weight stays on the CPU");
   if (auto able = check_bindings("a body at finite strain on the GPU", kMostBuffers); !able)
     return std::unexpected(able.error());
   std::unique_ptr<GpuFiniteBody> made(new GpuFiniteBody(limits));

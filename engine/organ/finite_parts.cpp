@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "engine/organ/organ_parts.h"
+#include "kernels/finite/unloaded_shape.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/nodal_measures.h"
 
@@ -36,6 +37,15 @@ constexpr const char* kFinite = "finite_";  // before the names of its arrays
 
 }  // namespace
 
+std::function<Vec3(const Vec3&)> moved_hold(const OrganDescription& organ, int number, int axis) {
+  return [&organ, number, axis](const Vec3& x) {
+    for (int r = 0; r <= number; ++r)
+      if (organ.fixed[static_cast<std::size_t>(r)].contains(x))
+        return r == number ? Vec3(Vec3::Unit(axis)) : Vec3(Vec3::Zero());
+    return Vec3(Vec3::Zero());
+  };
+}
+
 FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue) {
   FiniteOptions options;
   options.density = tissue.density;
@@ -56,7 +66,8 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
 }
 
 Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription& organ,
-                                 const ElasticSolver& solver, const MaterialField* field) {
+                                 const BodyDemand& demand, const ElasticSolver& solver,
+                                 const MaterialField* field) {
   const auto* regions = dynamic_cast<const RegionSolver*>(&solver);
   if (!regions)
     return failure(fmt::format("formulation: found {} with response finite, expected galerkin",
@@ -72,18 +83,49 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
   region->cell_begin = {0};
   region->cell_nodes.clear();
   region->cell_gradients.clear();
-  return FiniteParts{std::move(*region), std::move(*hold), std::move(*volumes)};
+  FiniteParts parts{std::move(*region), std::move(*hold), std::move(*volumes), {}, {}};
+  for (const int number : demand.moving_holds)
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::vector<double> loads = regions->held_loads(moved_hold(organ, number, axis));
+      parts.hold_loads.insert(parts.hold_loads.end(), loads.begin(), loads.end());
+    }
+  return parts;
+}
+
+void unload(FiniteParts& parts, const Vec3& weight, double density,
+            const std::function<VectorX(const VectorX&)>& answer, std::vector<std::string>& notes) {
+  if (weight.isZero(0.0)) return;
+  std::vector<double> forces;
+  for (const double volume : parts.volumes)
+    for (Eigen::Index k = 0; k < 3; ++k) forces.push_back(density * volume * weight[k]);
+  auto found = find_unloaded_shape(parts.region, parts.hold, forces, answer);
+  if (found)
+    parts.unloaded = std::move(found->displacements);
+  else
+    notes.push_back(found.error().text() +
+                    ". Its imaged shape counts as one without stress: only what changes of gravity "
+                    "acts on it. Hold more of it, or raise youngs_modulus_kPa");
 }
 
 namespace {
 
-void take_solver(OrganModel& model, FiniteSolver solver, const FiniteParts& parts, bool changes) {
+Result<void> take_solver(OrganModel& model, FiniteSolver solver, const FiniteParts& parts,
+                         bool changes) {
+  if (!parts.unloaded.empty()) {
+    auto body = FiniteBody::create(parts.region, parts.hold, parts.unloaded);
+    if (!body) return std::unexpected(body.error());
+    solver = solver.with(std::make_shared<const FiniteBody>(std::move(*body)));
+  }
   model.finite = std::make_shared<const FiniteSolver>(std::move(solver));
+  const auto rows = static_cast<Eigen::Index>(3 * model.finite->body().nodes());
+  model.hold_loads = Eigen::Map<const MatrixX>(
+      parts.hold_loads.data(), rows, static_cast<Eigen::Index>(parts.hold_loads.size()) / rows);
   model.step_compliance = step_columns_to_come(model, *model.finite);
-  if (!changes) return;
+  if (!changes) return {};
   model.changeable.tissue.positions = parts.region.positions;
   model.changeable.tissue.weights = parts.region.weights;
   model.changeable.tissue.modulus = parts.region.modulus;
+  return {};
 }
 
 }  // namespace
@@ -98,8 +140,7 @@ Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const Fini
                      : FiniteSolver::prepare(std::move(shared), model.fields->cloud().positions,
                                              parts.volumes, options);
   if (!solver) return std::unexpected(solver.error());
-  take_solver(model, std::move(*solver), parts, changes);
-  return {};
+  return take_solver(model, std::move(*solver), parts, changes);
 }
 
 bool answers_in_levels(std::size_t factor_entries) {
@@ -114,9 +155,9 @@ bool answers_in_levels(const OrganModel& model, const OrganDescription& organ) {
           .factor_entries);
 }
 
-Result<CoarseFactors> make_finite_in_levels(OrganModel& model, const FiniteParts& parts,
+Result<CoarseFactors> make_finite_in_levels(OrganModel& model, FiniteParts& parts,
                                             const FiniteOptions& options, bool changes,
-                                            const CoarseFactors& coarse) {
+                                            const CoarseFactors& coarse, const Vec3& weight) {
   const PointCloud& cloud = model.fields->cloud();
   std::vector<double> foundation;
   if (options.free)
@@ -127,6 +168,15 @@ Result<CoarseFactors> make_finite_in_levels(OrganModel& model, const FiniteParts
       cloud.positions, cloud.spacings, coarse.still);
   if (!still) return std::unexpected(still.error());
   auto at_rest = std::make_shared<const TwoLevels>(std::move(*still));
+  unload(
+      parts, weight, options.density,
+      [&](const VectorX& forces) {
+        std::vector<float> column(forces.begin(), forces.end());
+        at_rest->solve(column, 1);
+        return VectorX(
+            Eigen::Map<const Eigen::VectorXf>(column.data(), forces.size()).cast<double>());
+      },
+      model.notes);
   auto body = FiniteBody::create(parts.region, parts.hold);
   if (!body) return std::unexpected(body.error());
   auto solver = FiniteSolver::prepare_in_levels(
@@ -136,7 +186,8 @@ Result<CoarseFactors> make_finite_in_levels(OrganModel& model, const FiniteParts
   const CoarseFactors made{at_rest->coarse(), solver->levels()->coarse()};
   model.figures.factor_bytes = made.still->factor_bytes();
   model.compliance = columns_to_come(model, std::move(at_rest));
-  take_solver(model, std::move(*solver), parts, changes);
+  if (auto taken = take_solver(model, std::move(*solver), parts, changes); !taken)
+    return std::unexpected(taken.error());
   return made;
 }
 
@@ -147,6 +198,8 @@ void keep_finite(const FiniteParts& parts, CacheArrays& arrays) {
   arrays["finite_hold_columns"] = parts.hold.pattern.columns;
   arrays["finite_hold"] = parts.hold.blocks;
   arrays["finite_volumes"] = parts.volumes;
+  if (!parts.unloaded.empty()) arrays["finite_unloaded"] = parts.unloaded;
+  if (!parts.hold_loads.empty()) arrays["finite_hold_loads"] = parts.hold_loads;
   arrays["finite_positions"] = flat(parts.region.positions);
 }
 
@@ -162,6 +215,8 @@ std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t no
   taken.take("hold", parts.hold.blocks);
   taken.take("volumes", parts.volumes);
   taken.take("positions", positions);
+  taken.take_if_there("unloaded", parts.unloaded);
+  taken.take_if_there("hold_loads", parts.hold_loads);
   region.positions = vectors(positions);
   parts.hold.width = 3;
   parts.hold.pattern.row_begin.assign(hold_begin.begin(), hold_begin.end());
@@ -183,7 +238,9 @@ std::optional<FiniteParts> finite_from_cache(CacheArrays& arrays, std::size_t no
       (!region.modulus.empty() && region.modulus.size() != points) ||
       region.psi.size() != ElasticRegion::kTerms * region.cell.size() ||
       !ascends(hold.row_begin, nodes, hold.columns.size()) || !all_below(hold.columns, nodes) ||
-      parts.hold.blocks.size() != 9 * hold.columns.size() || parts.volumes.size() != nodes)
+      parts.hold.blocks.size() != 9 * hold.columns.size() || parts.volumes.size() != nodes ||
+      (!parts.unloaded.empty() && parts.unloaded.size() != 3 * nodes) ||
+      parts.hold_loads.size() % (9 * nodes) != 0)
     return std::nullopt;
   return parts;
 }

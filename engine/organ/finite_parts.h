@@ -1,8 +1,10 @@
 // What an organ at finite strain is prepared from, and its way through the cache.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/organ/material_field.h"
@@ -20,16 +22,31 @@ struct FiniteParts {
   SymmetricBlockMatrix hold;
   /// Of their densities over the tissue's [m3]                                                 (N)
   std::vector<double> volumes;
+  /// From the imaged shape to that without stress (unloaded_shape.h); empty: the same  (3 N) [m]
+  std::vector<double> unloaded;
+  /// As OrganModel::hold_loads, column after column.
+  std::vector<double> hold_loads;
 };
+
+/// Sets `parts.unloaded` of a body that was imaged under `weight` [m/s2]; nothing where that is 0.
+/// Where no such shape is found `notes` says so: only what changes of its weight acts then.
+/// `answer`: as find_unloaded_shape has it.
+void unload(FiniteParts& parts, const Vec3& weight, double density,
+            const std::function<VectorX(const VectorX&)>& answer, std::vector<std::string>& notes);
 
 /// A free body rests, for what hands and the next step's cells meet, on the inertia of a step
 /// (ElasticProblem::foundation): nothing else withstands them between two frames.
 FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue);
 
+/// Where a hold moves by 1 along an axis: the surface in that region of `organ.fixed`, but for what
+/// earlier regions hold.
+std::function<Vec3(const Vec3&)> moved_hold(const OrganDescription& organ, int number, int axis);
+
 /// Fails, naming the key, for formulations that have no such points.
 /// `field`: of its parts; null: it has none.
 Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription& organ,
-                                 const ElasticSolver& solver, const MaterialField* field);
+                                 const BodyDemand& demand, const ElasticSolver& solver,
+                                 const MaterialField* field);
 
 /// Sets OrganModel::finite and ::step_compliance; `step` null: factors what a step needs.
 /// `changes`: its tissue may coagulate.
@@ -47,10 +64,12 @@ struct CoarseFactors {
   std::shared_ptr<const StiffnessFactor> still, step;
 };
 
-/// The same of a large body, with OrganModel::compliance; what `coarse` lacks is factored.
-Result<CoarseFactors> make_finite_in_levels(OrganModel& model, const FiniteParts& parts,
+/// The same of a large body, with OrganModel::compliance; what `coarse` lacks is factored. Where
+/// `weight` isn't 0 it is unloaded first.
+Result<CoarseFactors> make_finite_in_levels(OrganModel& model, FiniteParts& parts,
                                             const FiniteOptions& options, bool changes,
-                                            const CoarseFactors& coarse);
+                                            const CoarseFactors& coarse,
+                                            const Vec3& weight = Vec3::Zero());
 
 void keep_finite(const FiniteParts& parts, CacheArrays& arrays);
 /// None where there is none, or not of a piece.

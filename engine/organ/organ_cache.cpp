@@ -170,6 +170,7 @@ PreparedResponse to_cache(const OrganModel& model, std::span<const std::string> 
   stored.compliance = model.compliance.on_demand ? made_part(model.compliance) : model.compliance;
   stored.figures = model.figures;
   if (!model.sag.empty()) stored.extra["sag"] = model.sag;
+  if (!model.hold_ways.empty()) stored.extra["hold_ways"] = model.hold_ways;
   if (!model.touchable.modulus.empty()) stored.extra["touchable_modulus"] = model.touchable.modulus;
   if (!model.changeable.empty() && !model.finite) keep_changeable(model.changeable, stored.extra);
   // Text, as the numbers of its characters; one note a line.
@@ -211,6 +212,8 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
   model.figures = cached.response->figures;
   if (auto* sag = std::get_if<std::vector<float>>(&cached.response->extra["sag"]))
     model.sag = std::move(*sag);
+  if (auto* ways = std::get_if<std::vector<float>>(&cached.response->extra["hold_ways"]))
+    model.hold_ways = std::move(*ways);
   model.changeable = changeable_from_cache(cached.response->extra);
   if (!model.deformable() || !add_places(model, organ, demand)) return false;
   if (auto* modulus = std::get_if<std::vector<float>>(&cached.response->extra["touchable_modulus"]))
@@ -221,9 +224,12 @@ bool load_cached(const ResponseCache& cache, OrganModel& model, const OrganDescr
     return false;
   const bool sag = demand.sags && organ.response != Response::kFinite;
   if (model.sag.size() != (sag ? 9 * model.places.size() : 0)) return false;
+  const std::size_t holds =
+      organ.response != Response::kFinite ? demand.moving_holds.size() : std::size_t{0};
+  if (model.hold_ways.size() != 9 * holds * model.places.size()) return false;
   if (!model.changeable.empty() && model.changeable.rows != 3 * model.places.size()) return false;
   if (answers_in_levels(model, organ)) {
-    const auto parts = finite_from_cache(cached.response->extra, model.places.nodes);
+    auto parts = finite_from_cache(cached.response->extra, model.places.nodes);
     if (!parts) return false;
     CoarseFactors coarse;
     coarse.still = cached_factor(factor_file(cache, model.key), model, true, organ.name, warnings);
@@ -285,6 +291,13 @@ Result<std::string> organ_key(const OrganDescription& organ, const Tissue& tissu
     hasher.value(finite.viscous_time).value(finite.dynamic);
     for (const RelaxationTerm& term : finite.relaxation) hasher.value(term.share).value(term.time);
   }
+  if (organ.response == Response::kFinite && !demand.weight.isZero(0.0))
+    hasher.text("weight")
+        .value(demand.weight.x())
+        .value(demand.weight.y())
+        .value(demand.weight.z());
+  if (!demand.moving_holds.empty()) hasher.text("moving holds");
+  for (const int hold : demand.moving_holds) hasher.value(hold);
   if (demand.sags) hasher.text("sags").value(tissue.density);
   if (!organ.parts.empty()) {
     hasher.value(tissue.density);

@@ -12,6 +12,7 @@
 #include "engine/organ/material_field.h"
 #include "engine/organ/organ_cache.h"
 #include "engine/organ/organ_parts.h"
+#include "kernels/base/finite.h"
 #include "kernels/base/stopwatch.h"
 #include "kernels/contact/near_thickness.h"
 #include "kernels/formulations/formulations.h"
@@ -63,6 +64,24 @@ Result<void> weigh(OrganModel& model, ElasticSolver& solver, double density,
   }
   if (!std::all_of(model.sag.begin(), model.sag.end(), [](float u) { return std::isfinite(u); }))
     return failure("gravity: the displacement under its own weight isn't finite");
+  return {};
+}
+
+/// Of holds that move, as far along x, y and z.
+Result<void> move_holds(OrganModel& model, const OrganDescription& organ, const BodyDemand& demand,
+                        ElasticSolver& solver) {
+  const std::size_t rows = 3 * model.places.size();
+  for (const int number : demand.moving_holds)
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto unknowns = solver.solve_static(
+          {.body_force = {}, .traction = {}, .held_displacement = moved_hold(organ, number, axis)});
+      if (!unknowns) return std::unexpected(unknowns.error());
+      model.hold_ways.resize(model.hold_ways.size() + rows);
+      read_places(model.places.fields, unknowns->data(),
+                  model.hold_ways.data() + model.hold_ways.size() - rows);
+    }
+  if (!all_finite(model.hold_ways))
+    return failure("moving holds: the displacement under their motion isn't finite");
   return {};
 }
 
@@ -179,17 +198,20 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
   if (organ.response == Response::kFinite) {
-    auto made = finite_parts(model, organ, **solver, field);
+    auto made = finite_parts(model, organ, demand, **solver, field);
     if (!made) return std::unexpected(made.error());
     parts = std::move(*made);
-  } else if (demand.sags)
-    if (auto weighed = weigh(model, **solver, tissue.density, field); !weighed) return weighed;
+  } else {
+    if (demand.sags)
+      if (auto weighed = weigh(model, **solver, tissue.density, field); !weighed) return weighed;
+    if (auto moved = move_holds(model, organ, demand, **solver); !moved) return moved;
+  }
   if (problem.points_alone) {
     model.figures = (*solver)->figures();
     solver->reset();  // its equations are half of what is held
     // No columns: those that something meets are made then.
     auto coarse = make_finite_in_levels(model, *parts, finite_options(organ, tissue),
-                                        !demand.burnt.empty(), {});
+                                        !demand.burnt.empty(), {}, demand.weight);
     if (!coarse) return std::unexpected(coarse.error());
     kept = coarse->still;
     return {};
@@ -215,6 +237,15 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   }
   if (parts) {
     const FiniteOptions finite = finite_options(organ, tissue);
+    unload(
+        *parts, demand.weight, finite.density,
+        [&](const VectorX& forces) {
+          VectorX moved(forces.size());
+          const auto size = static_cast<std::size_t>(forces.size());
+          (*solver)->factor()->apply({forces.data(), size}, {moved.data(), size});
+          return moved;
+        },
+        model.notes);
     if (auto made = make_finite(model, *parts, finite, !demand.burnt.empty(), nullptr); !made)
       return made;
     model.step_compliance.need(prepared);
@@ -257,14 +288,15 @@ std::size_t OrganModel::memory_bytes() const {
   }
   return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
          of(cloud.positions) + of(cloud.spacings) + columns + of(half_columns.entries) +
-         of(compliance.touchable) + of(sag) + changeable.memory_bytes() + of(touchable.positions) +
-         of(touchable.normals) + of(touchable.areas) + of(touchable.spacings) +
-         of(touchable.modulus) + of(touchable.places) + of(places.positions) + of(places.normals) +
-         of(places.areas) + of(places.spacings) + of(places.fields.nodes) +
-         of(places.fields.values) + of(places.fields.row_begin) + of(touchable.cell_begin) +
-         of(touchable.cell_items) + of(drawn.carriers.nodes) + of(drawn.carriers.values) +
-         of(drawn.carriers.row_begin) + of(drawn.triangle_begin) + of(drawn.triangle_items) +
-         of(drawn.rest_normals);
+         of(compliance.touchable) + of(sag) + of(hold_ways) +
+         static_cast<std::size_t>(hold_loads.size()) * sizeof(double) + changeable.memory_bytes() +
+         of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
+         of(touchable.spacings) + of(touchable.modulus) + of(touchable.places) +
+         of(places.positions) + of(places.normals) + of(places.areas) + of(places.spacings) +
+         of(places.fields.nodes) + of(places.fields.values) + of(places.fields.row_begin) +
+         of(touchable.cell_begin) + of(touchable.cell_items) + of(drawn.carriers.nodes) +
+         of(drawn.carriers.values) + of(drawn.carriers.row_begin) + of(drawn.triangle_begin) +
+         of(drawn.triangle_items) + of(drawn.rest_normals);
 }
 
 Result<std::shared_ptr<const OrganModel>> prepare_organ(

@@ -45,10 +45,14 @@ struct OrganModel {
   /// Displacements of the places of the surface per change of gravity along x, y and z [m per
   /// m/s2]; empty: it doesn't sag.                                              (3 places x 3)
   std::vector<float> sag;
+  /// The same per way of each hold that moves [m per m]; empty: none does, or at finite strain.
+  ///                                                                    (3 places x 3 holds)
+  std::vector<float> hold_ways;
   /// Of tissue at finite strain; null: it is linear. `compliance` is then that of the body at rest,
   /// this one that of a step, both with columns when they are asked for.
   std::shared_ptr<const FiniteSolver> finite;
   SurfaceCompliance step_compliance;
+  MatrixX hold_loads;  ///< as FiniteResponse::moved_holds                        (3 N x 3 holds)
   ChangeableRegion changeable;  ///< tissue that may coagulate; empty: none may, or none is followed
   SurfacePlaces places;
   TouchableSurface touchable;

@@ -117,7 +117,8 @@ Result<OrganPlan> plan_surface(TriangleSurface surface, const PlanRequest& reque
   if (finite)
     plan.memory_bytes += compliance_bytes(plan.places + plan.nodes, plan.prepared_places) +
                          finite_bytes(plan.nodes, cost.factor_entries, fibres);
-  if (demand.sags && !finite) plan.memory_bytes += 9 * plan.places * sizeof(float);
+  const std::size_t shapes = (demand.sags ? 1 : 0) + demand.moving_holds.size();
+  if (!finite) plan.memory_bytes += 9 * shapes * plan.places * sizeof(float);
   if (organ.displacement_storage == DisplacementStorage::kHalf)
     plan.memory_bytes = plan.memory_bytes -
                         compliance_bytes(plan.places, plan.touchable_places) / 2 +

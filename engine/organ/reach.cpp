@@ -22,7 +22,7 @@ bool near_any(const std::vector<Vec3>& points, double radius, const Vec3& x) {
 /// Whether anything that acts on it strains it farther than linear tissue carries.
 bool strains_far(const Reach& reach, const TriangleSurface& surface) {
   if (!reach.may_be_finite) return false;
-  if (reach.strained_anywhere || reach.sags) return true;
+  if (reach.strained_anywhere || reach.sags || !reach.moving_holds.empty()) return true;
   const Box box = bounds(surface);
   std::optional<SurfaceTree> tree;  // most tips stay clear of most organs
   const auto within = [&](const Vec3& x, double radius) {
@@ -114,6 +114,8 @@ Result<BodyDemand> demand_on(const OrganDescription& organ, const Tissue& tissue
   const std::vector<Region>& fine = organ.resolution.fine;
   if (auto sound = check_fine(fine, surface); !sound) return std::unexpected(sound.error());
   demand.sags = reach.sags;
+  demand.weight = reach.weight;
+  demand.moving_holds = reach.moving_holds;
   demand.touched =
       reach.anywhere || std::any_of(surface.vertices.begin(), surface.vertices.end(),
                                     [&](const Vec3& vertex) { return reach.covers(vertex); });

@@ -32,12 +32,14 @@ struct Reach {
   double radius = 0.0;    ///< of what a tool at a tip may touch [m]
   bool anywhere = false;  ///< a hand holds a tool of the scene: it may go where no path leads
   std::vector<Attachment> attachments;
-  bool sags = false;      ///< under gravity that changes; places its whole body in reach of a force
-  bool stiffens = false;  ///< what coagulates becomes stiffer
-  std::vector<Vec3> burns;     ///< where hooks pass with current [m]
-  double burn_radius = 0.0;    ///< tissue within this distance of one may coagulate [m]
-  std::vector<Tip> closings;   ///< where jaws close
-  bool may_be_finite = false;  ///< it says auto, and nothing that can't be at finite strain
+  bool sags = false;  ///< under gravity that changes; places its whole body in reach of a force
+  std::vector<int> moving_holds;  ///< indices of `fixed`, ascending
+  Vec3 weight = Vec3::Zero();     ///< gravity in which it was imaged, organ frame [m/s2]
+  bool stiffens = false;          ///< what coagulates becomes stiffer
+  std::vector<Vec3> burns;        ///< where hooks pass with current [m]
+  double burn_radius = 0.0;       ///< tissue within this distance of one may coagulate [m]
+  std::vector<Tip> closings;      ///< where jaws close
+  bool may_be_finite = false;     ///< it says auto, and nothing that can't be at finite strain
   bool strained_anywhere =
       false;  ///< what it is made of isn't linear, or a hand may hold it in a jaw
 
@@ -57,6 +59,8 @@ inline constexpr double kDeepPush = 9e-3;
 struct BodyDemand {
   bool touched = false;  ///< some force on its surface is to be answered, wherever it acts
   bool sags = false;
+  std::vector<int> moving_holds;  ///< indices of `fixed`, ascending
+  Vec3 weight = Vec3::Zero();     ///< under which it was imaged; 0: it counts as weightless [m/s2]
   /// It can be at finite strain, and what acts on it would strain it beyond what linear tissue
   /// carries: a jaw, current, a tip that goes deep, gravity.
   bool strained = false;
@@ -68,7 +72,7 @@ struct BodyDemand {
   double burn_depth = 0.0;  ///< [m]
 
   /// What no force can reach needs no elasticity.
-  bool elastic() const { return touched || sags; }
+  bool elastic() const { return touched || sags || !moving_holds.empty(); }
 };
 
 /// Fails for a region of `resolution.fine` that holds no vertex of the surface.

@@ -64,7 +64,11 @@ bool FiniteContact::fits(const State& state) const {
                              }) &&
          body_.solver.body().fits(state.memory, terms().size()) &&
          !first_stray(state.memory.points) && !first_stray(state.memory.dilatations) &&
-         !first_stray(state.memory.hold) && !first_stray(state.memory.fibres);
+         !first_stray(state.memory.hold) && !first_stray(state.memory.fibres) &&
+         (state.memory.holds.empty() ||
+          state.memory.holds.size() ==
+              (terms().size() + 1) * static_cast<std::size_t>(body_.moved_holds.cols())) &&
+         !first_stray(state.memory.holds);
 }
 
 // --- what follows from the cells' places --------------------------------------------------------
@@ -415,6 +419,7 @@ void FiniteContact::relax() {
   if (terms().empty() || relaxed_) return;
   relaxed_ = true;
   overstress_ = body_.solver.body().relax(start_.displacements, changed_, terms(), state_.memory);
+  relax_holds();
   start_remembered_ = remembers() ? state_.remembered : std::vector<Vec3>();
   const std::vector<Vec3> forces = without_relaxation(start_forces_);
   const std::size_t cells = start_places_.size();
@@ -463,6 +468,62 @@ std::vector<Vec3> FiniteContact::without_relaxation(std::span<const Vec3> forces
   return elastic;
 }
 
+VectorX FiniteContact::in_one(std::span<const Vec3> ways) const {
+  VectorX all = VectorX::Zero(body_.moved_holds.cols());
+  for (std::size_t h = 0; h < ways.size() && at(h) < all.size(); ++h)
+    all.segment<3>(at(h)) = ways[h];
+  return all;
+}
+
+void FiniteContact::pull_by_holds(const VectorX& ways) {
+  if (ways.isZero(0.0))
+    load_.forces.resize(0);
+  else
+    load_.forces = body_.moved_holds * ways;
+}
+
+/// Of a body at rest, by which one that has gone along as a whole has none.
+double FiniteContact::energy_of_holds(const VectorX& ways) const {
+  double energy = 0.0;
+  for (Eigen::Index h = 0; h < ways.size(); h += 3) {
+    const VectorX own = body_.moved_holds.middleCols<3>(h) * ways.segment<3>(h);
+    for (Eigen::Index node = 0; node < own.size(); node += 3)
+      energy += 0.5 * own.segment<3>(node).dot(ways.segment<3>(h));
+  }
+  return energy;
+}
+
+/// What one has that doesn't follow in this step: what a step gains is told as a share of some
+/// energy, and a body that goes along as a whole has no other.
+double FiniteContact::energy_left_behind() const {
+  return energy_of_holds(in_one(drive_.holds) - in_one(drive_.holds_before));
+}
+
+/// A hold pulls as much more as tissue that has had no time to relax, and less by what has let go:
+/// tissue that has followed it feels nothing of its way.
+void FiniteContact::relax_holds() {
+  const VectorX now = in_one(drive_.holds);
+  const Eigen::Index ways = now.size();
+  if (ways == 0) return;
+  std::vector<double>& all = state_.memory.holds;
+  const std::size_t numbers = (terms().size() + 1) * static_cast<std::size_t>(ways);
+  if (all.size() != numbers) all.assign(numbers, 0.0);
+  const auto row = [&](std::size_t t) {
+    return Eigen::Map<VectorX>(all.data() + t * static_cast<std::size_t>(ways), ways);
+  };
+  const double stiff = 1.0 + overstiffness(terms());
+  VectorX pulling = stiff * now;
+  load_.energy = stiff * energy_of_holds(now) + energy_left_behind();
+  for (std::size_t t = 0; t < terms().size(); ++t) {
+    const VectorX mean = row(t) + (1.0 - terms()[t].kept) * (row(terms().size()) - row(t));
+    row(t) = mean;
+    pulling -= terms()[t].over * mean;
+    load_.energy -= terms()[t].over * energy_of_holds(mean);
+  }
+  row(terms().size()) = now;
+  pull_by_holds(pulling);
+}
+
 // --- steps ---------------------------------------------------------------------------------------
 
 void FiniteContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
@@ -472,11 +533,13 @@ void FiniteContact::stiffen(std::shared_ptr<const StiffnessUpdate> update) {
 }
 
 void FiniteContact::note_changes() {
-  changed_ = body_.solver.body().changed(update() ? update()->change : TissueChange(), swelling_);
+  changed_ =
+      body_.solver.body().changed(update() ? update()->change : TissueChange(), drive_.swelling);
 }
 
-void FiniteContact::begin_step(const Vec3& acceleration, double swelling) {
-  if (std::exchange(swelling_, swelling) != swelling) note_changes();
+void FiniteContact::begin_step(const StepDrive& drive) {
+  const double swelled = std::exchange(drive_, drive).swelling;
+  if (swelled != drive.swelling) note_changes();
   std::erase_if(state_.felt, [](const State::FootAnswer& one) { return !one.asked; });
   for (State::FootAnswer& one : state_.felt) one.asked = false;
   start_ = state_.motion;
@@ -485,13 +548,21 @@ void FiniteContact::begin_step(const Vec3& acceleration, double swelling) {
   start_forces_ = state_.forces;
   so_far_.reset();
   relaxed_ = false;
-  acceleration_ = acceleration;
+  load_ = BodyLoad(drive.acceleration);
+  const VectorX ways = in_one(drive.holds);
+  pull_by_holds(ways);
+  load_.energy = energy_of_holds(ways) + energy_left_behind();
   told_ = {};
 }
 
+bool FiniteContact::is_driven() const {
+  return !drive_.acceleration.isZero(0.0) || !changed_.packs.empty() ||
+         std::ranges::any_of(drive_.holds, [](const Vec3& way) { return !way.isZero(0.0); });
+}
+
 bool FiniteContact::moving() const {
-  return !acceleration_.isZero(0.0) || !changed_.packs.empty() ||
-         greatest(state_.motion.displacements) > 0.0 || greatest(state_.motion.velocities) > 0.0;
+  return is_driven() || greatest(state_.motion.displacements) > 0.0 ||
+         greatest(state_.motion.velocities) > 0.0;
 }
 
 void FiniteContact::begin_solve(std::span<const ContactCell> cells, std::size_t own, bool shared,
@@ -516,8 +587,7 @@ void FiniteContact::end_solve(std::size_t cells) {
     solution_->forces.assign(cells, Vec3::Zero());
     state_.forces.clear();
   }
-  if (cells == 0 && acceleration_.isZero(0.0) && changed_.packs.empty() &&
-      greatest(state_.motion.displacements) < kAsleep &&
+  if (cells == 0 && !is_driven() && greatest(state_.motion.displacements) < kAsleep &&
       greatest(state_.motion.velocities) < kStill) {
     const std::int32_t lost = state_.motion.lost;
     state_.motion = body_.solver.at_rest();
@@ -535,7 +605,7 @@ void FiniteContact::solve(std::span<const ContactCell> cells, ContactSolution& s
   backing_ = backing;
   begin_solve(cells, cells.size() - static_cast<std::size_t>(backing.rows()) / 3, false, solution,
               response);
-  told_ = body_.solver.step(*this, state_.motion, acceleration_, &so_far_);
+  told_ = body_.solver.step(*this, state_.motion, load_, &so_far_);
   end_solve(cells.size());
 }
 
@@ -546,8 +616,7 @@ class FiniteContact::Share final : public SharedSolve {
   explicit Share(FiniteContact& body)
       : body_(body),
         cells_(body.cells_.size()),
-        step_(body.body_.solver, body, body.state_.motion, body.acceleration_, &body.so_far_,
-              true) {
+        step_(body.body_.solver, body, body.state_.motion, body.load_, &body.so_far_, true) {
     pose();
   }
   const SharedQuestion& question() const override { return question_; }

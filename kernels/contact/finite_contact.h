@@ -29,6 +29,8 @@ struct FiniteResponse {
   const TouchableSurface& surface;
   const SurfacePlaces& places;
   const FiniteSolver& solver;
+  /// Forces on the nodes per way of each hold that moves, along x, y, z (3 N x 3 holds) [N/m]
+  const MatrixX& moved_holds;
 };
 
 class FiniteContact final : public PatchContact, private FiniteTouch {
@@ -46,7 +48,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   /// The energy follows; so do near fields.
   void stiffen(std::shared_ptr<const StiffnessUpdate> update) override;
 
-  void begin_step(const Vec3& acceleration, double swelling) override;
+  void begin_step(const StepDrive& drive) override;
   bool moving() const override;
   const FiniteStep* last_step() const override { return &told_; }
   /// How often a hand was answered by the body at rest, since the tangent isn't positive.
@@ -99,6 +101,12 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void list_answers();
   MatrixX turned(const MatrixX& response) const;
   void relax();
+  VectorX in_one(std::span<const Vec3> ways) const;
+  void pull_by_holds(const VectorX& ways);
+  double energy_left_behind() const;
+  double energy_of_holds(const VectorX& ways) const;
+  void relax_holds();
+  bool is_driven() const;
   void remember_cells();
   std::vector<Vec3> without_relaxation(std::span<const Vec3> forces) const;
   bool remembers() const {
@@ -128,8 +136,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::optional<VectorX> solve(const TouchQuestion& question) override;
 
   FiniteResponse body_;
-  Vec3 acceleration_ = Vec3::Zero();
-  double swelling_ = 0.0;
+  StepDrive drive_;
+  BodyLoad load_;
   ChangedTissue changed_;
   // Where the step began.
   FiniteState start_;

@@ -433,6 +433,8 @@ std::span<const double> PatchContact::moduli_by_update() const {
   return stiffness_;
 }
 
+/// Where a wide cell, or one whose narrow bell held no place, has a wider bell than its own, the
+/// way is asked deeper.
 bool PatchContact::see_each_other(std::size_t k, std::size_t l) const {
   const Place &one = state_.places[k], &other = state_.places[l];
   const double h = near_fields_[k].sigma() / bell_of(one);

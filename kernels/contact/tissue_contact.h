@@ -65,10 +65,16 @@ class TissueContact {
   virtual void stiffen(std::shared_ptr<const StiffnessUpdate>) {}
   virtual const StiffnessUpdate* update() const { return nullptr; }
 
-  /// From now on solves are of the next step, under a weight of this acceleration [m/s2], with all
-  /// of the body swollen by this strain (length gained over length). Of one step any number may be
-  /// asked for: each begins where the last step ended.
-  virtual void begin_step(const Vec3& /*acceleration*/, double /*swelling*/) {}
+  /// What moves a body at finite strain besides what touches it.
+  struct StepDrive {
+    Vec3 acceleration = Vec3::Zero();  ///< of its weight [m/s2]
+    double swelling = 0.0;             ///< of all of it: length gained over length
+    std::vector<Vec3> holds;           ///< how far each that moves has; empty: none does [m]
+    std::vector<Vec3> holds_before;    ///< the same as the step begins [m]
+  };
+  /// From now on solves are of the next step. Of one step any number may be asked for: each begins
+  /// where the last step ended.
+  virtual void begin_step(const StepDrive&) {}
   /// Whether its shape may change though nothing touches it: a solve without cells then goes on.
   virtual bool moving() const { return false; }
   /// How the last solve's step went; null: it has no motion of its own.

@@ -5,10 +5,12 @@
 #include <limits>
 #include <numeric>
 
+#include "kernels/base/finite.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
 #include "kernels/finite/fibre_law.h"
 #include "kernels/finite/point_lanes.h"
+#include "kernels/finite/unloaded_shape.h"
 
 namespace viscera {
 namespace {
@@ -424,8 +426,18 @@ void FiniteBody::find_means(const ElasticRegion& region, std::span<const std::si
   }
 }
 
-Result<FiniteBody> FiniteBody::create(const ElasticRegion& region,
-                                      const SymmetricBlockMatrix& hold) {
+Result<FiniteBody> FiniteBody::create(const ElasticRegion& imaged, const SymmetricBlockMatrix& hold,
+                                      std::span<const double> unloaded) {
+  Result<ElasticRegion> other;
+  if (!unloaded.empty()) {
+    if (unloaded.size() != 3 * hold.pattern.rows() || !all_finite(unloaded))
+      return failure("unloaded shape: found " + std::to_string(unloaded.size()) +
+                     " numbers, expected " + std::to_string(3 * hold.pattern.rows()) +
+                     ", all of them finite");
+    other = region_unloaded(imaged, unloaded);
+    if (!other) return std::unexpected(other.error());
+  }
+  const ElasticRegion& region = unloaded.empty() ? imaged : *other;
   FiniteBody body;
   body.nodes_ = hold.pattern.rows();
   body.mu_ = region.shear_modulus;
@@ -456,9 +468,27 @@ Result<FiniteBody> FiniteBody::create(const ElasticRegion& region,
     body.pieces_.push_back(std::move(piece));
   }
   body.hold_ = HoldRows(hold);
-  body.find_means(region, order.points, order.cell_begin);
+  // Parts are turned from where they were imaged, as what answers was prepared there.
+  body.find_means(imaged, order.points, order.cell_begin);
   body.order_ = order.points;
+  if (!unloaded.empty()) body.unload(unloaded);
   return body;
+}
+
+void FiniteBody::unload(std::span<const double> unloaded) {
+  unloaded_.assign(unloaded.begin(), unloaded.end());
+  std::vector<double> room, forces(3 * nodes_, 0.0);
+  Workspace workspace;
+  image_energy_ = energy_unloaded(from_unloaded(forces, room), forces, workspace, {}, {}, {});
+  image_forces_ = std::move(forces);
+}
+
+std::span<const double> FiniteBody::from_unloaded(std::span<const double> displacements,
+                                                  std::vector<double>& room) const {
+  if (unloaded_.empty()) return displacements;
+  room.assign(displacements.begin(), displacements.end());
+  for (std::size_t i = 0; i < room.size(); ++i) room[i] -= unloaded_[i];
+  return room;
 }
 
 ChangedTissue FiniteBody::changed(const TissueChange& change, double swelling) const {
@@ -541,6 +571,22 @@ double FiniteBody::add_piece(const Piece& piece, std::span<const double> displac
 double FiniteBody::energy(std::span<const double> displacements, std::span<double> gradient,
                           Workspace& workspace, const Viscosity& viscosity,
                           const ChangedTissue& changed, const Overstress& overstress) const {
+  std::vector<double> room;
+  double sum = energy_unloaded(from_unloaded(displacements, room), gradient, workspace, viscosity,
+                               changed, overstress);
+  if (unloaded_.empty()) return sum;
+  sum -= image_energy_;
+  for (std::size_t i = 0; i < image_forces_.size(); ++i) {
+    sum -= image_forces_[i] * displacements[i];
+    if (!gradient.empty()) gradient[i] -= image_forces_[i];
+  }
+  return sum;
+}
+
+double FiniteBody::energy_unloaded(std::span<const double> displacements,
+                                   std::span<double> gradient, Workspace& workspace,
+                                   const Viscosity& viscosity, const ChangedTissue& changed,
+                                   const Overstress& overstress) const {
   const bool with_forces = !gradient.empty();
   workspace.forces.resize(pieces_.size());
   workspace.energies.assign(pieces_.size(), 0.0);
@@ -565,8 +611,9 @@ double FiniteBody::energy(std::span<const double> displacements, std::span<doubl
 
 double FiniteBody::hold_energy(std::span<const double> displacements,
                                std::span<double> gradient) const {
+  std::vector<double> room;
   double sum = 0.0;
-  add_hold(displacements, gradient, sum, {});
+  add_hold(from_unloaded(displacements, room), gradient, sum, {});
   return sum;
 }
 
@@ -577,6 +624,7 @@ FiniteLayout FiniteBody::layout() const {
   flat.lambda = lambda_;
   flat.averaged = averaged_;
   flat.fibres = !fibres_.empty();
+  flat.was_loaded = !unloaded_.empty();
   const auto word = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
   flat.cell_begin.assign(cell_begin_.begin(), cell_begin_.end());
   flat.pack_begin.assign(begin_.begin(), begin_.end());
@@ -630,6 +678,8 @@ Mat3 FiniteBody::gradient_at(std::size_t pack, std::size_t lane, const Piece& pi
 }
 
 Strains FiniteBody::strains(std::span<const double> displacements) const {
+  std::vector<double> room;
+  displacements = from_unloaded(displacements, room);
   Strains all(4 * kOfStrain * weights_.size());
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
     const std::vector<double> own = gathered(pieces_[p], displacements);
@@ -640,6 +690,8 @@ Strains FiniteBody::strains(std::span<const double> displacements) const {
 }
 
 double FiniteBody::volume(std::span<const double> displacements) const {
+  std::vector<double> room;
+  displacements = from_unloaded(displacements, room);
   double sum = 0.0;
   for (const Piece& piece : pieces_)
     for (std::size_t p = cell_begin_[piece.first_cell]; p < cell_begin_[piece.last_cell]; ++p)
@@ -675,7 +727,7 @@ std::size_t FiniteBody::memory_bytes() const {
   std::size_t sum = of(cell_begin_) + of(weights_) + of(volumes_) + of(psi_) + of(fibres_) +
                     of(begin_) + of(entry_nodes_) + of(gradients_) + hold_.memory_bytes() +
                     of(mean_begin_) + of(mean_nodes_) + of(means_) + of(share_begin_) +
-                    of(share_cells_) + of(shares_) + of(order_);
+                    of(share_cells_) + of(shares_) + of(order_) + of(unloaded_) + of(image_forces_);
   for (const Piece& piece : pieces_) sum += of(piece.nodes);
   return sum;
 }

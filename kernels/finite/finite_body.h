@@ -9,7 +9,9 @@
 // It is finite where tissue is turned inside out, so that it comes back. Fibres add theirs
 // (fibre_law.h). The hold keeps the
 // quadratic form that it has in the linear body (Nitsche's), in the frame of what holds it. At rest
-// the Hessian is the linear stiffness.
+// the Hessian is the linear stiffness, unless the body was imaged under its weight: then the energy
+// is that from the shape without stress (unloaded_shape.h), less what it is in the image and less
+// the work of the weight there, so that the imaged shape is at rest with an energy of 0.
 //
 // Evaluating it is bound by memory, so points are kept in packs of four, with all nodes that one of
 // the four reaches, and their gradients in single precision: 4e-7 of a gradient of displacements
@@ -64,7 +66,9 @@ class FiniteBody {
  public:
   /// `region`: all points of the body (GalerkinSystem::region). `hold`: what its hold adds to the
   /// stiffness (GalerkinSystem::hold). Fails where a group of points reaches over 65,535 nodes.
-  static Result<FiniteBody> create(const ElasticRegion& region, const SymmetricBlockMatrix& hold);
+  /// `unloaded`: from the imaged shape to the one without stress (3 N); empty: they are the same.
+  static Result<FiniteBody> create(const ElasticRegion& region, const SymmetricBlockMatrix& hold,
+                                   std::span<const double> unloaded = {});
 
   /// What a call works in; one a thread that calls.
   struct Workspace {
@@ -83,9 +87,10 @@ class FiniteBody {
                 Workspace& workspace, const Viscosity& viscosity = {},
                 const ChangedTissue& changed = {}, const Overstress& overstress = {}) const;
 
-  /// Of that what its hold alone has.
+  /// Of that what its hold alone has; of a body that was imaged under its weight, from where it is
+  /// unloaded.
   double hold_energy(std::span<const double> displacements, std::span<double> gradient) const;
-  /// All but the hold.
+  /// All but the hold and the weight under which it was imaged.
   FiniteLayout layout() const;
 
   /// The memory goes on by a step that ended at these displacements; what it does in the next.
@@ -96,6 +101,7 @@ class FiniteBody {
   /// Deformation gradients averaged over the cells about each node                          (N)
   std::vector<Mat3> mean_gradients(std::span<const double> displacements) const;
 
+  /// From where it has no stress.
   Strains strains(std::span<const double> displacements) const;
 
   /// The second derivative [N/m], exact; indefinite under strong compression.
@@ -109,7 +115,9 @@ class FiniteBody {
   std::size_t nodes() const { return nodes_; }
   std::size_t points() const { return points_; }
   std::size_t cells() const { return cell_begin_.size() - 1; }
-  double volume() const;  ///< at rest [m3]
+  double volume() const;  ///< without stress [m3]
+  /// From the imaged shape to that without stress [m]; empty: they are the same              (3 N)
+  std::span<const double> unloaded() const { return unloaded_; }
   /// Of the body so deformed [m3].
   double volume(std::span<const double> displacements) const;
   std::size_t memory_bytes() const;
@@ -136,6 +144,14 @@ class FiniteBody {
                 std::vector<int>& number);
   void find_means(const ElasticRegion& region, std::span<const std::size_t> points,
                   std::span<const std::size_t> cell_begin);
+  void unload(std::span<const double> unloaded);
+  /// Displacements from where it has no stress; `room` holds them where these are others.
+  std::span<const double> from_unloaded(std::span<const double> displacements,
+                                        std::vector<double>& room) const;
+  double energy_unloaded(std::span<const double> displacements, std::span<double> gradient,
+                         Workspace& workspace, const Viscosity& viscosity,
+                         const ChangedTissue& changed, const Overstress& overstress) const;
+  TissueMemory memory_at_rest(std::size_t terms) const;
   CellView view(std::size_t cell, const Viscosity& viscosity, const ChangedTissue& changed,
                 const Overstress& overstress) const;
   double relax_pack(std::size_t pack, const Strains& strains, const ChangedTissue& changed,
@@ -186,6 +202,9 @@ class FiniteBody {
   /// Along x of the four points, along y, along z [1/m]                                 (entries)
   std::vector<std::array<float, 3 * kLanes>> gradients_;
   HoldRows hold_;
+  std::vector<double> unloaded_;      // empty: it has no stress in the image [m]           (3 N)
+  std::vector<double> image_forces_;  // of the energy, in the image [N]                    (3 N)
+  double image_energy_ = 0.0;         // [J]
   /// Gradients averaged over each cell [1/m], of all nodes that it reaches.
   std::vector<std::size_t> mean_begin_{0};
   std::vector<int> mean_nodes_;

@@ -21,6 +21,7 @@ struct FiniteLayout {
   std::vector<double> psi;                        //                            (16 x packs)
   double mu = 0.0, lambda = 0.0, averaged = 0.0;  ///< [Pa]
   bool fibres = false;                            ///< it has some, which aren't in here
+  bool was_loaded = false;                        ///< in the image, which isn't in here either
 };
 
 }  // namespace viscera

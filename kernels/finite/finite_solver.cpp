@@ -118,6 +118,12 @@ Result<FiniteSolver> FiniteSolver::prepare_in_levels(
   return solver;
 }
 
+FiniteSolver FiniteSolver::with(std::shared_ptr<const FiniteBody> body) const {
+  FiniteSolver other = *this;
+  other.body_ = std::move(body);
+  return other;
+}
+
 FiniteSolver FiniteSolver::with(int iterations, double decrement) const {
   FiniteSolver other = *this;
   other.options_.iterations = iterations;
@@ -242,16 +248,16 @@ void FiniteSolver::finish(const VectorX& u, bool warped, std::int32_t held, std:
   state.held = held;
 }
 
-FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state, const Vec3& acceleration,
+FiniteStep FiniteSolver::step(FiniteTouch& touch, FiniteState& state, const BodyLoad& load,
                               std::optional<StepSoFar>* so_far) const {
-  TouchedStep step(*this, touch, state, acceleration, so_far);
+  TouchedStep step(*this, touch, state, load, so_far);
   while (const TouchQuestion* question = step.question()) step.answer(touch.solve(*question));
   return step.end();
 }
 
-FiniteStep FiniteSolver::step(FiniteState& state, const Vec3& acceleration) const {
+FiniteStep FiniteSolver::step(FiniteState& state, const BodyLoad& load) const {
   Untouched untouched(body_->nodes());
-  return step(untouched, state, acceleration);
+  return step(untouched, state, load);
 }
 
 }  // namespace viscera

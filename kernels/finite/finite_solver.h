@@ -48,6 +48,17 @@ inline double inertia_over_step(const FiniteOptions& options) {
   return options.density / (options.time_step * options.time_step);
 }
 
+/// What acts on a body in a step besides what touches it.
+struct BodyLoad {
+  BodyLoad() = default;
+  template <class Derived>
+  BodyLoad(const Eigen::MatrixBase<Derived>& of_weight) : acceleration(of_weight) {}
+
+  Vec3 acceleration = Vec3::Zero();  ///< of its weight besides that of the options [m/s2]
+  VectorX forces;       ///< on its nodes, as of holds that have moved; empty: none [N]    (3 N)
+  double energy = 0.0;  ///< of what makes these where nothing has moved [J]
+};
+
 /// How a step went.
 struct FiniteStep {
   int iterations = 0;
@@ -91,20 +102,23 @@ class FiniteSolver {
       const SymmetricBlockMatrix& hold, const PointCloud& cloud, std::span<const double> volumes,
       const FiniteOptions& options, std::shared_ptr<const StiffnessFactor> coarse = nullptr);
 
+  /// The same of the body as it was imaged under its weight; what preconditions remains. `body`: of
+  /// as many nodes.
+  FiniteSolver with(std::shared_ptr<const FiniteBody> body) const;
   /// The same with other options of the search: iterations, decrement.
   FiniteSolver with(int iterations, double decrement) const;
 
   FiniteState at_rest() const;
   Grip grip(HeldRows rows) const;
 
-  /// One step of a body that anything touches, under a weight of `acceleration` besides that of the
-  /// options [m/s2]. Where what touches it has no answer, the step is one without it. `so_far`,
-  /// unless null, is set to where the step came, or to none; if it holds where this step has come,
-  /// from the same state and on the same cells, the step goes on from there.
-  FiniteStep step(FiniteTouch& touch, FiniteState& state, const Vec3& acceleration = Vec3::Zero(),
+  /// One step of a body that anything touches. Where what touches it has no answer, the step is one
+  /// without it. `so_far`, unless null, is set to where the step came, or to none; if it holds
+  /// where this step has come, from the same state and on the same cells, the step goes on from
+  /// there.
+  FiniteStep step(FiniteTouch& touch, FiniteState& state, const BodyLoad& load = {},
                   std::optional<StepSoFar>* so_far = nullptr) const;
   /// The same where nothing does.
-  FiniteStep step(FiniteState& state, const Vec3& acceleration = Vec3::Zero()) const;
+  FiniteStep step(FiniteState& state, const BodyLoad& load = {}) const;
 
   /// out = R P^-1 R^T g, P what preconditions a step; columns one after another.  (3 N x columns)
   void precondition(const NodalRotations& rotations, std::span<const double> g,

@@ -39,6 +39,8 @@ std::size_t slot_of(const SymmetricPattern& pattern, int row, int column) {
 
 SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
                                          const TangentChange& change_of) const {
+  std::vector<double> room;
+  displacements = from_unloaded(displacements, room);
   const bool averages = !psi_.empty() && !change_of.pointwise;
   const double mu = change_of.shear * mu_, lambda = lambda_ + (averages ? 0.0 : averaged_);
   const auto nodes_of_cell = [&](const Piece& piece, std::size_t cell) {

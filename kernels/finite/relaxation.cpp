@@ -77,25 +77,36 @@ bool FiniteBody::fits(const TissueMemory& memory, std::size_t terms) const {
                               memory.fibres.size() == terms * kLanes * fibres_.size();
 }
 
+/// Of a body that has been in its imaged shape for long.
+TissueMemory FiniteBody::memory_at_rest(std::size_t terms) const {
+  TissueMemory memory;
+  const std::size_t packs = terms * weights_.size();
+  memory.points.assign(packs * TissueMemory::kOfPack, 0.0);
+  for (std::size_t p = 0; p < packs; ++p)
+    for (const std::size_t k : {0, 1, 2, 6})
+      std::fill_n(memory.points.begin() +
+                      static_cast<std::ptrdiff_t>(p * TissueMemory::kOfPack + kLanes * k),
+                  kLanes, 1.0);
+  memory.dilatations.assign(terms * cells() * kTerms, 0.0);
+  memory.hold.assign(terms * 3 * hold_.nodes().size(), 0.0);
+  memory.fibres.assign(terms * kLanes * fibres_.size(), 1.0);
+  if (unloaded_.empty()) return memory;
+  const std::vector<SteppedTerm> all_let_go(terms, SteppedTerm{.kept = 0.0, .over = 1.0});
+  relax(std::vector<double>(3 * nodes_, 0.0), {}, all_let_go, memory);
+  return memory;
+}
+
 Overstress FiniteBody::relax(std::span<const double> displacements, const ChangedTissue& changed,
                              std::span<const SteppedTerm> terms, TissueMemory& memory) const {
   Overstress sums;
   if (terms.empty()) return sums;
   const std::size_t packs = weights_.size();
   const std::vector<int>& held = hold_.nodes();
-  if (memory.empty()) {
-    memory.points.assign(terms.size() * packs * TissueMemory::kOfPack, 0.0);
-    for (std::size_t p = 0; p < terms.size() * packs; ++p)
-      for (const std::size_t k : {0, 1, 2, 6})
-        std::fill_n(memory.points.begin() +
-                        static_cast<std::ptrdiff_t>(p * TissueMemory::kOfPack + kLanes * k),
-                    kLanes, 1.0);
-    memory.dilatations.assign(terms.size() * cells() * kTerms, 0.0);
-    memory.hold.assign(terms.size() * 3 * held.size(), 0.0);
-    memory.fibres.assign(terms.size() * kLanes * fibres_.size(), 1.0);
-  }
+  if (memory.empty()) memory = memory_at_rest(terms.size());
   sums.over = overstiffness(terms);
   sums.strains = std::make_shared<const Strains>(strains(displacements));
+  std::vector<double> room;
+  displacements = from_unloaded(displacements, room);
   sums.points.assign(packs * Overstress::kOfPack, 0.0);
   sums.dilatations.assign(cells() * kTerms, 0.0);
   sums.fibres.assign(kLanes * fibres_.size(), 0.0);
@@ -116,12 +127,18 @@ Overstress FiniteBody::relax(std::span<const double> displacements, const Change
   });
   for (const double constant : constants) sums.constant += constant;
   sums.hold.assign(3 * held.size(), 0.0);
-  for (std::size_t t = 0; t < terms.size(); ++t)
-    for (std::size_t i = 0; i < sums.hold.size(); ++i) {
-      double& mean = memory.hold[t * sums.hold.size() + i];
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    std::vector<double> means(sums.hold.size());
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      double& mean = memory.hold[t * means.size() + i];
       follow(mean, displacements[3 * static_cast<std::size_t>(held[i / 3]) + i % 3], terms[t]);
+      means[i] = mean;
       sums.hold[i] += terms[t].over * mean;
     }
+    hold_.multiply(means, sums.hold_forces);
+    for (std::size_t i = 0; i < means.size(); ++i)
+      sums.constant += 0.5 * terms[t].over * means[i] * sums.hold_forces[4 * (i / 3) + i % 3];
+  }
   hold_.multiply(sums.hold, sums.hold_forces);
   return sums;
 }

@@ -54,12 +54,16 @@ struct TissueMemory {
   std::vector<double> hold;         ///< displacements of its nodes [m]      (terms x nodes x 3)
   /// Of each pack's four points: I4 of their fibres; empty: there are none (terms x packs x 4).
   std::vector<double> fibres;
+  /// How far its holds have moved, of each term and, last, when the last step began; empty: they
+  /// haven't                                                     ((terms + 1) x 3 holds) [m].
+  std::vector<double> holds;
 
   bool empty() const { return points.empty(); }
   static constexpr auto fields() {
     using M = TissueMemory;
     return std::tuple(field("points", &M::points), field("dilatations", &M::dilatations),
-                      field("hold", &M::hold), field("fibres", &M::fibres));
+                      field("hold", &M::hold), field("fibres", &M::fibres),
+                      field("holds", &M::holds));
   }
 };
 static_assert(fields_cover<TissueMemory>());

@@ -3,15 +3,16 @@
 namespace viscera {
 
 StepEnergy::StepEnergy(const FiniteBody& body, std::span<const double> masses,
-                       const FiniteOptions& options, const Vec3& acceleration,
-                       const FiniteState& state, const ChangedTissue& changed,
-                       const Overstress& overstress, std::shared_ptr<const Strains> strains)
+                       const FiniteOptions& options, const BodyLoad& load, const FiniteState& state,
+                       const ChangedTissue& changed, const Overstress& overstress,
+                       std::shared_ptr<const Strains> strains)
     : body_(body),
       masses_(masses),
       options_(options),
       changed_(changed),
       overstress_(overstress),
-      acceleration_(acceleration),
+      load_(load),
+      acceleration_(options.gravity + load.acceleration),
       strains_(std::move(strains)) {
   if (!options.dynamic) return;
   const auto n = static_cast<Eigen::Index>(state.displacements.size());
@@ -32,6 +33,11 @@ double StepEnergy::at(const VectorX& u, VectorX* gradient) {
   ++evaluations_;
   double sum = body_.energy({u.data(), static_cast<std::size_t>(u.size())}, g, workspace_,
                             viscosity_, changed_, overstress_);
+  sum += load_.energy;
+  if (load_.forces.size() > 0) {
+    sum -= load_.forces.dot(u);
+    if (gradient != nullptr) *gradient -= load_.forces;
+  }
   if (!options_.dynamic && acceleration_.isZero(0.0)) return sum;
   const double rate = 1.0 / (options_.time_step * options_.time_step);
   for (std::size_t node = 0; node < masses_.size(); ++node) {

@@ -9,14 +9,14 @@
 
 namespace viscera {
 
-/// E(u) = elastic + time mu / dt |E - E_n|^2 + sum_J m_J (|u_J - u~_J|^2 / (2 dt^2) - a . u_J),
-/// with u~ = u_n + dt v_n; of one step, that from `state` on.
+/// E(u) = elastic + time mu / dt |E - E_n|^2 + sum_J m_J (|u_J - u~_J|^2 / (2 dt^2) - a . u_J)
+/// - f . u, with u~ = u_n + dt v_n; of one step, that from `state` on.
 class StepEnergy {
  public:
-  /// `masses` of the nodes [kg]; `acceleration` of the weight [m/s2]; `strains` of an earlier one
-  /// of the same step, or null. All outlive it.
+  /// `masses` of the nodes [kg]; `load` besides the weight of the options; `strains` of an earlier
+  /// one of the same step, or null. All outlive it.
   StepEnergy(const FiniteBody& body, std::span<const double> masses, const FiniteOptions& options,
-             const Vec3& acceleration, const FiniteState& state, const ChangedTissue& changed,
+             const BodyLoad& load, const FiniteState& state, const ChangedTissue& changed,
              const Overstress& overstress, std::shared_ptr<const Strains> strains = nullptr);
 
   /// Energy [J] at u (3 N), and its derivative [N] unless that is null.
@@ -31,6 +31,7 @@ class StepEnergy {
   const FiniteOptions& options_;
   const ChangedTissue& changed_;
   const Overstress& overstress_;
+  const BodyLoad& load_;
   Vec3 acceleration_;
   VectorX aim_;
   std::shared_ptr<const Strains> strains_;

@@ -298,6 +298,8 @@ VISCERA_WIDE void FiniteBody::add_tangent(const TangentView& cell, const float* 
 
 MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const MatrixX& directions,
                                   const ChangedTissue& changed) const {
+  std::vector<double> room;
+  displacements = from_unloaded(displacements, room);
   const auto columns = static_cast<std::size_t>(directions.cols());
   const auto column = [&](std::size_t c) {
     return std::span<const double>(directions.col(static_cast<Eigen::Index>(c)).data(), 3 * nodes_);

@@ -34,20 +34,19 @@ constexpr double kLeastTurn = 1e-3;
 class TouchedStep::Descent {
  public:
   /// From `state`; of a step that goes on, from where that had come.
-  Descent(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state,
-          const Vec3& acceleration, std::optional<StepSoFar>* so_far, bool shared)
+  Descent(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state, const BodyLoad& load,
+          std::optional<StepSoFar>* so_far, bool shared)
       : solver_(solver),
         touch_(touch),
         state_(state),
-        acceleration_(acceleration),
+        load_(load),
         so_far_(so_far),
         shared_(shared),
         goes_on_(so_far && so_far->has_value()),
         warp_(state.steps_since_warp >= kStepsAWarp),
         rotations_(goes_on_ ? (*so_far)->rotations : solver.turned_nodes(touch.groups(), state)),
-        energy_(*solver.body_, solver.masses_, solver.options_,
-                solver.options_.gravity + acceleration, state, touch.changed(), touch.overstress(),
-                goes_on_ ? (*so_far)->strains : nullptr),
+        energy_(*solver.body_, solver.masses_, solver.options_, load_, state, touch.changed(),
+                touch.overstress(), goes_on_ ? (*so_far)->strains : nullptr),
         n_(static_cast<Eigen::Index>(state.displacements.size())),
         task_(run()) {
     touch_.turn(rotations_);
@@ -166,7 +165,7 @@ class TouchedStep::Descent {
     std::ranges::fill(state_.loads, 0.0);
     state_.steps_since_warp = kStepsAWarp;
     Untouched untouched(solver_.body_->nodes(), &touch_);
-    FiniteStep told = solver_.step(untouched, state_, acceleration_);
+    FiniteStep told = solver_.step(untouched, state_, load_);
     told.answered = false;
     return told;
   }
@@ -380,7 +379,7 @@ class TouchedStep::Descent {
   const FiniteSolver& solver_;
   FiniteTouch& touch_;
   FiniteState& state_;
-  Vec3 acceleration_;
+  BodyLoad load_;
   std::optional<StepSoFar>* so_far_;
   bool shared_ = false;
   bool goes_on_ = false, warp_ = false;
@@ -399,8 +398,8 @@ class TouchedStep::Descent {
 };
 
 TouchedStep::TouchedStep(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state,
-                         const Vec3& acceleration, std::optional<StepSoFar>* so_far, bool shared)
-    : descent_(std::make_unique<Descent>(solver, touch, state, acceleration, so_far, shared)) {}
+                         const BodyLoad& load, std::optional<StepSoFar>* so_far, bool shared)
+    : descent_(std::make_unique<Descent>(solver, touch, state, load, so_far, shared)) {}
 TouchedStep::TouchedStep(TouchedStep&&) noexcept = default;
 TouchedStep& TouchedStep::operator=(TouchedStep&&) noexcept = default;
 TouchedStep::~TouchedStep() = default;

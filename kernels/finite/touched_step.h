@@ -16,7 +16,7 @@ class TouchedStep {
   /// they are decided with those of other bodies, which may go on when this step has come to its
   /// end: it always asks a last question, and makes the way that the answer in the end says.
   TouchedStep(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state,
-              const Vec3& acceleration, std::optional<StepSoFar>* so_far = nullptr,
+              const BodyLoad& load, std::optional<StepSoFar>* so_far = nullptr,
               bool shared = false);
   TouchedStep(TouchedStep&&) noexcept;
   TouchedStep& operator=(TouchedStep&&) noexcept;

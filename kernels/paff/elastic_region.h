@@ -65,6 +65,9 @@ class RegionSolver {
   virtual Result<ElasticRegion> region(const std::function<bool(const Vec3&)>& wanted) const = 0;
   /// What holding the body adds to its stiffness [N/m].
   virtual Result<SymmetricBlockMatrix> hold() const = 0;
+  /// Forces on all nodes of the cloud by a hold that has moved so (3 N) [N].
+  virtual std::vector<double> held_loads(
+      const std::function<Vec3(const Vec3&)>& displacement) const = 0;
 };
 
 /// Turns numbers of the cloud in point_nodes and cell_nodes into indices, and lists `nodes`.

@@ -52,6 +52,11 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
 
   Result<SymmetricBlockMatrix> hold() const override { return system_.hold(); }
 
+  std::vector<double> held_loads(
+      const std::function<Vec3(const Vec3&)>& displacement) const override {
+    return system_.loads({.body_force = {}, .traction = {}, .held_displacement = displacement});
+  }
+
  private:
   static Result<void> no_factor() {
     return failure("stiffness: it was prepared for its points alone, expected one with a factor");

@@ -43,6 +43,11 @@ std::unique_ptr<World> build(const SceneDescription& scene);
 /// The same as a model, which several simulations may share.
 Model build_shared(const SceneDescription& scene);
 
+/// Names tests by the response that is their parameter.
+inline constexpr auto kByResponse = [](const auto& info) {
+  return std::string(info.param == Response::kLinear ? "Linear" : "Finite");
+};
+
 /// Steps until the world's time reaches `time` [s]; all flags raised on the way.
 FlagSet step_until(World& world, double time);
 

@@ -139,12 +139,12 @@ void step_to_end(Simulation& simulation, const WholeScene& scene, Course& course
   course.hash = simulation.hash();
 }
 
-/// What the scene has that may raise a flag.
-/// One that nothing holds takes a step back that begins inside out, and says so.
+/// An organ that nothing holds takes a step back that begins inside out, and says so.
 bool loses_tissue_by_design(const Course& course, const World& world, const WholeScene& scene) {
   return scene.inverted_at && course.tissue_lost > *scene.inverted_at && world.has<FreeBody>();
 }
 
+/// Whether the scene has what may raise a flag.
 bool is_explained(const FrameFlag& flag, const Course& course, const World& world,
                   const WholeScene& scene) {
   if (flag.name == kNotFinite.name || flag.name == kOrganFrozen.name) return false;

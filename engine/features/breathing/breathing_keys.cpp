@@ -1,5 +1,7 @@
 #include "engine/features/breathing/breathing_keys.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -9,9 +11,10 @@
 namespace viscera {
 namespace {
 
-ObjectSpec motion_spec() {
-  return {
-      "Breathing: the organ goes from its pose along a line and back, with a pause there.",
+/// Of what goes so; `own`: keys besides.
+ObjectSpec motion_spec(std::string description, std::vector<KeySpec> own = {}) {
+  ObjectSpec spec{
+      std::move(description),
       {number("amplitude_mm", "Greatest way.").needed().between(0, 100),
        vector("direction", "Of the way; its length doesn't matter.")
            .between(-1000, 1000)
@@ -22,6 +25,36 @@ ObjectSpec motion_spec() {
            .otherwise(0.0)},
       {},
       {has_direction("direction")}};
+  spec.keys.insert(spec.keys.begin(), own.begin(), own.end());
+  return spec;
+}
+
+MotionDescription motion_from(const Json& values) {
+  return {.amplitude = from_milli(values["amplitude_mm"]),
+          .direction = direction_of(values["direction"]),
+          .period = values["period_s"],
+          .phase = radians(values["phase_deg"])};
+}
+
+struct HoldMotions {
+  std::vector<HoldMotion> all;
+};
+
+/// Each names a region that there is.
+ObjectCheck holds_are_there() {
+  return {{"moving_holds", "fixed"},
+          [](const Json& organ) -> std::optional<std::pair<std::string, std::string>> {
+            const Json& list = organ["moving_holds"];
+            for (std::size_t i = 0; i < list.size(); ++i) {
+              const auto hold = list[i]["fixed"].get<std::size_t>();
+              if (hold < organ["fixed"].size()) continue;
+              return {{fmt::format("moving_holds/{}/fixed", i),
+                       fmt::format("found {}, expected the index of one of the {} regions of fixed",
+                                   hold, organ["fixed"].size())}};
+            }
+            return {};
+          },
+          {}};
 }
 
 void add_motion(Extras& organ, const MotionDescription& motion) {
@@ -46,6 +79,16 @@ const MotionDescription* motion_of(const OrganDescription& organ) {
   return organ.extras.find<MotionDescription>();
 }
 
+const std::vector<HoldMotion>& hold_motions_of(const OrganDescription& organ) {
+  static const std::vector<HoldMotion> none;
+  const HoldMotions* holds = organ.extras.find<HoldMotions>();
+  return holds ? holds->all : none;
+}
+
+void set_hold_motions(OrganDescription& organ, std::vector<HoldMotion> motions) {
+  organ.extras.set(HoldMotions{std::move(motions)});
+}
+
 void set_motion(OrganDescription& organ, const MotionDescription& motion) {
   add_motion(organ.extras, motion);
 }
@@ -53,14 +96,28 @@ void set_motion(OrganDescription& organ, const MotionDescription& motion) {
 FeatureKeys breathing_keys() {
   FeatureKeys keys;
   keys.organ.keys = {
-      object("motion", "How breathing moves it; without it, it stays.", motion_spec())};
+      object("motion", "How breathing moves it; without it, it stays.",
+             motion_spec("Breathing: the organ goes from its pose along a line and back, with a "
+                         "pause there.")),
+      list("moving_holds",
+           "Holds that breathing moves against the others: the tissue between them is stretched. "
+           "An organ whose holds all go alike has a motion.",
+           motion_spec(
+               "What holds the surface in one region goes along a line and back, with a "
+               "pause there; with the organ's own motion, if it has one.",
+               {integer("fixed", "Index of the region; what earlier regions hold too is theirs.")
+                    .needed()
+                    .between(0, 99)}))
+          .items(0, 100)
+          .ascending_by("fixed")
+          .otherwise(Json::array())};
+  keys.organ.checks = {holds_are_there()};
   keys.organ.read = [](const Json& organ, Extras& extras) {
-    if (!organ.contains("motion")) return;
-    const Json& values = organ["motion"];
-    add_motion(extras, {.amplitude = from_milli(values["amplitude_mm"]),
-                        .direction = direction_of(values["direction"]),
-                        .period = values["period_s"],
-                        .phase = radians(values["phase_deg"])});
+    if (organ.contains("motion")) add_motion(extras, motion_from(organ["motion"]));
+    HoldMotions holds;
+    for (const Json& values : organ["moving_holds"])
+      holds.all.push_back({.hold = values["fixed"], .motion = motion_from(values)});
+    if (!holds.all.empty()) extras.set(std::move(holds));
   };
   return keys;
 }

@@ -1,6 +1,8 @@
 // What a scene says of an organ's breathing.
 #pragma once
 
+#include <vector>
+
 #include "engine/scene/feature_keys.h"
 #include "engine/scene/scene.h"
 
@@ -18,6 +20,16 @@ struct MotionDescription {
   Vec3 displacement(double time) const;
   Vec3 velocity(double time) const;  ///< its rate [m/s]
 };
+
+/// What holds an organ's surface in one region of `fixed` moves so, against its frame.
+struct HoldMotion {
+  int hold = 0;  ///< index of the region
+  MotionDescription motion;
+};
+
+/// Ascending; empty: all of its holds go with its frame.
+const std::vector<HoldMotion>& hold_motions_of(const OrganDescription& organ);
+void set_hold_motions(OrganDescription& organ, std::vector<HoldMotion> motions);
 
 /// Null: the organ stays.
 const MotionDescription* motion_of(const OrganDescription& organ);

@@ -20,6 +20,24 @@ TEST(BreathingKeys, ArriveInSiUnits) {
   EXPECT_DOUBLE_EQ(motion->phase, 0.5 * std::numbers::pi);
 }
 
+TEST(BreathingKeys, OfHoldsArriveInSiUnits) {
+  const Result<SceneDescription> scene = SceneFolder().load(whole_scene());
+  ASSERT_TRUE(scene) << scene.error().text();
+  const std::vector<HoldMotion>& holds = hold_motions_of(scene->organs[0]);
+  ASSERT_EQ(holds.size(), 1u);
+  EXPECT_EQ(holds[0].hold, 0);
+  EXPECT_EQ(holds[0].motion.amplitude, 0.003);
+  EXPECT_EQ(holds[0].motion.direction, Vec3(0, 0, 1));
+  EXPECT_EQ(holds[0].motion.period, 6.0);
+  EXPECT_DOUBLE_EQ(holds[0].motion.phase, std::numbers::pi);
+  EXPECT_TRUE(hold_motions_of(scene->organs[1]).empty());
+}
+
+TEST(BreathingKeys, AMovingHoldThatIsNoneOfTheRegionsIsRefused) {
+  EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/moving_holds/0/fixed", 7),
+                     "organs/0/moving_holds/0/fixed", "found 7, expected the index of one of the");
+}
+
 TEST(BreathingKeys, MoveTheFrameOfTheOrganThatHasThemAndNoOther) {
   const Result<SceneDescription> scene = SceneFolder().load(whole_scene());
   ASSERT_TRUE(scene) << scene.error().text();

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include "tests/support/small_world.h"
 
@@ -78,6 +80,89 @@ TEST(Breathing, PullsAtAJawThatStaysAndNotAtOneThatMovesAlong) {
   ASSERT_TRUE(one->all<InstrumentContact>()[0].grasp && other->all<InstrumentContact>()[0].grasp);
   EXPECT_LT(force_on(*one, 0).z(), -0.05);
   EXPECT_LT(force_on(*other, 0).norm(), 0.02 * force_on(*one, 0).norm());
+}
+
+/// A bar between two holds, of which the right one breathes by 1 mm to the right, and the left one
+/// by `left` of that.
+SceneDescription bar_between_holds(Response response, double left) {
+  SceneDescription scene = held_bar_scene(Vec3(60e-3, 16e-3, 16e-3), 2e-3, 6e-3, 5e-3, 5e-3);
+  OrganDescription& bar = scene.organs[0];
+  bar.response = response;
+  Region right;
+  right.a = Vec3(24e-3, 0, 0);
+  right.b = -Vec3::UnitX();
+  bar.fixed.push_back(right);
+  const MotionDescription breath{1e-3, Vec3::UnitX(), 2.0, 0.0};
+  MotionDescription less = breath;
+  less.amplitude *= left;
+  set_hold_motions(bar, {{0, less}, {1, breath}});
+  return scene;
+}
+
+/// How far its drawn surface has moved along x, at least and at most, within `from` ... `to` [m].
+std::pair<double, double> moved_between(const World& world, double from, double to) {
+  const auto& rest = world.all<OrganBody>()[0].model->rest_positions;
+  const auto& now = world.all<OrganState>()[0].positions;
+  double least = 1.0, most = -1.0;
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    if (rest[v].x() < from || rest[v].x() > to) continue;
+    least = std::min(least, static_cast<double>(now[v].x() - rest[v].x()));
+    most = std::max(most, static_cast<double>(now[v].x() - rest[v].x()));
+  }
+  return {least, most};
+}
+
+class MovingHold : public testing::TestWithParam<Response> {};
+
+TEST_P(MovingHold, StretchesWhatLiesBetweenItAndOneThatStays) {
+  const auto world = build(bar_between_holds(GetParam(), 0.0));
+  ASSERT_TRUE(world);
+  EXPECT_EQ(step_until(*world, 1.0), FlagSet());
+  const auto [left, left_most] = moved_between(*world, -30e-3, -29e-3);
+  const auto [right, right_most] = moved_between(*world, 29e-3, 30e-3);
+  const auto [middle, middle_most] = moved_between(*world, -1.5e-3, 1.5e-3);
+  EXPECT_NEAR(left, 0.0, 2e-5);
+  EXPECT_NEAR(left_most, 0.0, 2e-5);
+  EXPECT_NEAR(right, 1e-3, 2e-5);
+  EXPECT_NEAR(right_most, 1e-3, 2e-5);
+  EXPECT_NEAR(middle, 0.5e-3, 6e-5);
+  EXPECT_NEAR(middle_most, 0.5e-3, 6e-5);
+  // And back, as it was.
+  step_until(*world, 2.0);
+  const auto [still, still_most] = moved_between(*world, -30e-3, 30e-3);
+  EXPECT_NEAR(still, 0.0, 2e-5);
+  EXPECT_NEAR(still_most, 0.0, 2e-5);
+}
+
+TEST_P(MovingHold, TakesTheWholeOrganAlongWhereAllItsHoldsMoveAlike) {
+  for (const bool relaxes : {false, true}) {
+    if (relaxes && GetParam() == Response::kLinear) continue;
+    SceneDescription scene = bar_between_holds(GetParam(), 1.0);
+    if (relaxes) scene.organs[0].material.prony = {{0.5, 0.3}};
+    const auto world = build(scene);
+    ASSERT_TRUE(world);
+    for (const double time : {0.5, 0.75, 1.0, 1.4}) {
+      EXPECT_EQ(step_until(*world, time), FlagSet());
+      const double now = world->all<HoldWays>()[0].ways[1].x();
+      EXPECT_EQ(world->all<HoldWays>()[0].ways[0].x(), now);
+      const auto [least, most] = moved_between(*world, -30e-3, 30e-3);
+      // At finite strain mass and viscosity count.
+      EXPECT_NEAR(least, now, 1e-5) << time << ' ' << relaxes;
+      EXPECT_NEAR(most, now, 1e-5) << time << ' ' << relaxes;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Responses, MovingHold,
+                         testing::Values(Response::kLinear, Response::kFinite), kByResponse);
+
+TEST(Breathing, AnOrganWhoseHoldBreathesIsAtFiniteStrainWhereTheSceneDoesntSay) {
+  SceneDescription scene = bar_between_holds(Response::kAuto, 0.0);
+  scene.instruments = {
+      straight_tool("tip", InstrumentKind::kProbe, 2e-3, {{0.0, Vec3(0, 0, 11e-3), 0.0, 1.0}})};
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_TRUE(world->all<OrganBody>()[0].model->finite);
 }
 
 }  // namespace

@@ -10,10 +10,10 @@ namespace viscera {
 std::unique_ptr<TissueContact> make_contact(const SceneModel& model, Entity organ) {
   const OrganModel& body = *model.constants().all<OrganBody>().find(organ)->model;
   if (body.finite) {
-    auto finite =
-        std::make_unique<FiniteContact>(FiniteResponse{body.compliance, body.step_compliance,
-                                                       body.touchable, body.places, *body.finite},
-                                        body.material);
+    auto finite = std::make_unique<FiniteContact>(
+        FiniteResponse{body.compliance, body.step_compliance, body.touchable, body.places,
+                       *body.finite, body.hold_loads},
+        body.material);
     finite->draw_on(body.drawn, nullptr);
     return finite;
   }

@@ -22,7 +22,7 @@ Vec3 drawn_normal(const OrganModel& model, const OrganState& state, const Surfac
 
 }  // namespace
 
-Vec3 corner_mean(const std::vector<Vec3f>& values, const TriangleSurface& surface,
+Vec3 corner_mean(std::span<const Vec3f> values, const TriangleSurface& surface,
                  const SurfacePoint& point) {
   const auto& corners = surface.triangles[static_cast<std::size_t>(point.triangle)];
   Vec3 sum = Vec3::Zero();

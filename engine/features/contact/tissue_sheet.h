@@ -2,14 +2,14 @@
 #pragma once
 
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "engine/simulation/components.h"
 
 namespace viscera {
 
 /// Interpolated at a place of the drawn surface.
-Vec3 corner_mean(const std::vector<Vec3f>& values, const TriangleSurface& surface,
+Vec3 corner_mean(std::span<const Vec3f> values, const TriangleSurface& surface,
                  const SurfacePoint& point);
 
 /// All in the organ's frame. Refers to what it was made of.

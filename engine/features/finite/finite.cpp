@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/held_tools/held_tools_keys.h"
@@ -104,8 +105,12 @@ void begin_finite_step(World& world, Entity organ) {
   if (!world.find<FiniteFigures>(organ)) return;
   const OrganSag* weight = world.find<OrganSag>(organ);
   const Pulse* pulse = world.find<Pulse>(organ);
-  world.find<OrganTouch>(organ)->solver->begin_step(weight ? weight->change : Vec3(Vec3::Zero()),
-                                                    pulse ? pulse->strain : 0.0);
+  const HoldWays* holds = world.find<HoldWays>(organ);
+  world.find<OrganTouch>(organ)->solver->begin_step(
+      {.acceleration = weight ? weight->change : Vec3(Vec3::Zero()),
+       .swelling = pulse ? pulse->strain : 0.0,
+       .holds = holds ? holds->ways : std::vector<Vec3>(),
+       .holds_before = holds ? holds->before : std::vector<Vec3>()});
 }
 
 void note_finite_step(World& world, Entity organ, FrameReport& report) {

@@ -26,6 +26,8 @@ void check_organ(const SceneDescription& scene, const OrganDescription& organ,
     wrong("finite/quasi_static: found true with free, expected false: mass is what carries it");
   if (motion_of(organ))
     wrong("motion: found one with free, expected none: contact is what moves it");
+  if (!hold_motions_of(organ).empty())
+    wrong("moving_holds: found some with free, expected none: nothing holds it");
   if (!touching_of(scene).organs)
     wrong("free: found true without contact/organs, expected that true: it would fall through all");
 }

@@ -1,6 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "engine/features/gravity/gravity.h"
+#include "kernels/finite/finite_solver.h"
 
 namespace viscera {
 namespace {
@@ -12,7 +16,10 @@ constexpr double kLongSag = 0.1;
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
   const GravityDescription* gravity = gravity_of(scene);
-  if (gravity && gravity->changes() && organ.deformable && sags(organ)) reach.sags = true;
+  if (!gravity || !organ.deformable || !sags(organ)) return;
+  if (gravity->changes()) reach.sags = true;
+  if (!organ.free)
+    reach.weight = organ.pose.direction_to_local(gravity->acceleration * gravity->rest_direction);
 }
 
 void warn_of_long_sags(const SceneDescription& scene, const OrganModels& models,
@@ -75,6 +82,22 @@ bool shape(const World& world, Entity organ, std::vector<float>& places) {
   return true;
 }
 
+std::vector<ReportSection> report(const World& world) {
+  Json unloaded = Json::array();
+  const Pool<OrganBody>& bodies = world.all<OrganBody>();
+  for (std::size_t o = 0; o < bodies.size(); ++o) {
+    const auto& finite = bodies[o].model->finite;
+    if (!finite || finite->body().unloaded().empty()) continue;
+    const std::span<const double> shape = finite->body().unloaded();
+    double most = 0.0;
+    for (std::size_t i = 0; i < shape.size(); i += 3)
+      most = std::max(most, Vec3::Map(shape.data() + i).norm());
+    unloaded.push_back({{"organ", bodies[o].name}, {"unloaded_m", most}});
+  }
+  if (unloaded.empty()) return {};
+  return {report_section("gravity", unloaded)};
+}
+
 }  // namespace
 
 Feature gravity_feature() {
@@ -91,7 +114,8 @@ Feature gravity_feature() {
                       .changes = {"sagging organs", "free shapes"},
                       .needed = [](const World& world) { return world.has<OrganSag>(); },
                       .run = sag_organs}},
-          .shape = shape};
+          .shape = shape,
+          .report = report};
 }
 
 }  // namespace viscera

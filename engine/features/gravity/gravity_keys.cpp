@@ -25,7 +25,8 @@ ObjectSpec gravity_spec() {
       {}};
   return {
       "Organs have their rest shapes under the gravity in which they were imaged; what gravity "
-      "differs from that, as the table tilts, moves them.",
+      "differs from that, as the table tilts, moves them. Those at finite strain are prepared from "
+      "the shapes that they would have without it.",
       {number("acceleration_m_per_s2", "Of free fall.").between(0, 100).otherwise(9.81),
        vector("rest_direction",
               "Of gravity while the organs were imaged, in the patient's frame; its length "

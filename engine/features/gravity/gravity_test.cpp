@@ -9,6 +9,7 @@
 #include "engine/features/breathing/breathing.h"
 #include "engine/features/links/links.h"
 #include "engine/simulator/build.h"
+#include "kernels/finite/finite_solver.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -100,6 +101,62 @@ TEST(Gravity, ABlockThatHangsWhereItStoodStretchesAsABarUnderTwiceItsWeight) {
   step_until(*world, 0.05);
   const double exact = test_tissues().at("rubber").density * 9.81 * kLength * kLength / 10e3;
   EXPECT_NEAR(moved_at(*world, 0, Vec3(0, 0, -0.5 * kLength)).z(), -exact, 0.02 * exact);
+}
+
+/// Hung from its upper end in its image, and level since.
+SceneDescription hung_block(Response response, double youngs_modulus) {
+  SceneDescription scene = soft_ball_scene(6e-3, 6e-3);
+  OrganDescription& block = scene.organs[0];
+  RecipeGeometry geometry;
+  geometry.recipe = "block";
+  geometry.size = Vec3(20e-3, 20e-3, 60e-3);
+  geometry.edge = 4e-3;
+  block.geometry = geometry;
+  block.response = response;
+  block.youngs_modulus = youngs_modulus;
+  Region top;
+  top.a = Vec3(0, 0, 30e-3 - 1e-6);
+  top.b = -Vec3::UnitZ();
+  block.fixed = {top};
+  scene.extras.set(GravityDescription());
+  scene.instruments = {
+      straight_tool("tip", InstrumentKind::kProbe, kTip, {{0.0, Vec3(0, 0, -33e-3), 0.0, 1.0}})};
+  return scene;
+}
+
+double greatest_unloading(const World& world) {
+  const auto& finite = world.all<OrganBody>()[0].model->finite;
+  if (!finite) return 0.0;
+  const std::span<const double> shape = finite->body().unloaded();
+  double most = 0.0;
+  for (std::size_t i = 0; i < shape.size(); i += 3)
+    most = std::max(most, Vec3::Map(shape.data() + i).norm());
+  return most;
+}
+
+TEST(Gravity, AnOrganAtFiniteStrainLiesInItsImageToTheLastBitThoughItWasStretchedThere) {
+  const auto world = build(hung_block(Response::kFinite, 4e3));
+  ASSERT_TRUE(world);
+  // A bar's, about: rho g L^2 / (2 E).
+  const double about = test_tissues().at("rubber").density * 9.81 * 60e-3 * 60e-3 / (2.0 * 4e3);
+  EXPECT_NEAR(greatest_unloading(*world), about, 0.25 * about);
+  EXPECT_EQ(step_until(*world, 0.3), FlagSet());
+  EXPECT_EQ(world->all<OrganState>()[0].positions,
+            world->all<OrganBody>()[0].model->rest_positions);
+  EXPECT_FALSE(world->all<OrganState>()[0].deformed);
+  EXPECT_EQ(greatest_unloading(*build(hung_block(Response::kLinear, 4e3))), 0.0)
+      << "its answer is the same whatever bore it";
+}
+
+TEST(Gravity, AnOrganTooSoftForItsWeightCountsAsFreeOfStressAndTheRunSaysSo) {
+  const auto world = build(hung_block(Response::kFinite, 0.2e3));
+  ASSERT_TRUE(world);
+  EXPECT_EQ(greatest_unloading(*world), 0.0);
+  const std::vector<std::string>& notes = world->all<OrganBody>()[0].model->notes;
+  EXPECT_TRUE(std::ranges::any_of(notes, [](const std::string& note) {
+    return note.starts_with("unloaded shape: ") &&
+           note.find("raise youngs_modulus_kPa") != std::string::npos;
+  }));
 }
 
 TEST(Gravity, PartsWeighWhatTheirDensitySays) {

@@ -55,9 +55,9 @@ class Pressed {
   Pressed(const OrganModel& model, const TissueContact::State& state,
           std::vector<ContactCell> cells, const CellRange& range, std::vector<Vec3> forces)
       : model_(model),
-        tissue_(
-            {model.compliance, model.step_compliance, model.touchable, model.places, *model.finite},
-            model.material),
+        tissue_({model.compliance, model.step_compliance, model.touchable, model.places,
+                 *model.finite, model.hold_loads},
+                model.material),
         cells_(std::move(cells)),
         range_(range) {
     tissue_.restore(state);

@@ -97,11 +97,7 @@ TEST_P(PressingShaft, SinksInNoDeeperThanAskedAndPushesBackAsItIsPushed) {
   EXPECT_TRUE(world->all<OrganTouch>()[0].ranges.empty());
 }
 INSTANTIATE_TEST_SUITE_P(Responses, PressingShaft,
-                         testing::Values(Response::kLinear, Response::kFinite),
-                         [](const auto& info) {
-                           return std::string(info.param == Response::kLinear ? "Linear"
-                                                                              : "Finite");
-                         });
+                         testing::Values(Response::kLinear, Response::kFinite), kByResponse);
 
 /// Force of a rigid cylinder pressed `depth` deep into the block's top along x, by many small cells
 /// over the width that it can touch, beyond all that a shaft lays [N].

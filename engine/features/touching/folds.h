@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/collision/collision_surface.h"
-#include "engine/features/touching/meeting_samples.h"
+#include "engine/features/touching/drawn_organ.h"
 
 namespace viscera {
 
@@ -24,17 +24,11 @@ struct FoldSides {
 /// rest.
 FoldSides fold_sides(std::span<const SurfacePatch> patches, const CollisionSurface& finder);
 
-/// The drawn surface of an organ, in its frame.
-struct FoldedSurface {
-  const TriangleSurface& rest;
-  std::span<const Vec3f> positions;
-  const CollisionSurface& finder;  ///< on these
-};
-
 /// Where on its own organ a patch is nearest to meeting something, within `farthest` ahead of it or
-/// `behind` inside. Of two places that meet each other only one finds the other, but where a fold
-/// lies along a certain way (same_fold).
-std::optional<CollisionSurface::Hit> nearest_fold(const FoldedSurface& surface,
+/// `behind` inside; `finder` finds on its drawn surface. Of two places that meet each other only
+/// one finds the other, but where a fold lies along a certain way (same_fold).
+std::optional<CollisionSurface::Hit> nearest_fold(const DrawnOrgan& organ,
+                                                  const CollisionSurface& finder,
                                                   const SurfacePatch& patch, double behind,
                                                   double farthest);
 

@@ -114,11 +114,7 @@ TEST_P(FoldsThatClose, PressAsOneSideDoesOnAStillPlateInTheMiddle) {
   EXPECT_LT(fold->one<TouchingFigures>()->greatest_overlap, 0.2e-3);
 }
 INSTANTIATE_TEST_SUITE_P(Responses, FoldsThatClose,
-                         testing::Values(Response::kLinear, Response::kFinite),
-                         [](const auto& info) {
-                           return std::string(info.param == Response::kLinear ? "Linear"
-                                                                              : "Finite");
-                         });
+                         testing::Values(Response::kLinear, Response::kFinite), kByResponse);
 
 TEST_F(Folds, PassThroughThemselvesWhereTheSceneDoesntAsk) {
   SceneDescription scene = folded(1.5e-3, Response::kLinear);

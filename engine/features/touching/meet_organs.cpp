@@ -4,6 +4,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/free_bodies/free_bodies.h"
+#include "engine/features/touching/drawn_organ.h"
 #include "engine/features/touching/folds.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
@@ -42,43 +43,6 @@ constexpr float kBell = 0.4f;
 /// flag: chosen, a third of the pitch of patches in a fine organ [m].
 constexpr double kMostOverlap = 1e-3;
 
-/// An organ as its drawn surface stands.
-struct Drawn {
-  const OrganState& state;
-  const TriangleSurface& surface;
-  const Pose& pose;
-  Drawn(const World& world, Entity organ)
-      : state(*world.find<OrganState>(organ)),
-        surface(world.find<OrganBody>(organ)->model->surface),
-        pose(pose_of(world, organ)) {}
-
-  Vec3 mean(const std::vector<Vec3f>& values, const SurfacePoint& point) const {
-    Vec3 sum = Vec3::Zero();
-    const auto& corners = surface.triangles[static_cast<std::size_t>(point.triangle)];
-    for (std::size_t c = 0; c < 3; ++c)
-      sum += point.weights[static_cast<Eigen::Index>(c)] *
-             values[static_cast<std::size_t>(corners[c])].cast<double>();
-    return sum;
-  }
-  Vec3 place(const SurfacePoint& point) const {
-    return pose.to_world(mean(state.positions, point));
-  }
-  /// By what moves its points from their rest, world [m].
-  Vec3 displacement(const SurfacePatch& patch) const {
-    return pose.direction_to_world(mean(state.positions, patch.point) - patch.position);
-  }
-  /// Normal of the drawn triangle, world.
-  Vec3 normal(int triangle) const {
-    const auto& corners = surface.triangles[static_cast<std::size_t>(triangle)];
-    const auto at = [&](std::size_t c) {
-      return state.positions[static_cast<std::size_t>(corners[c])].cast<double>();
-    };
-    const Vec3 across = (at(1) - at(0)).cross(at(2) - at(0));
-    const double length = across.norm();
-    return length > 0.0 ? pose.direction_to_world(across / length) : Vec3(Vec3::Zero());
-  }
-};
-
 /// Where a patch is nearest to the other organ.
 struct Near {
   SurfacePoint point;
@@ -87,15 +51,16 @@ struct Near {
   double gap = 0.0;             ///< below 0: inside [m]
 };
 
-Near near_at(const CollisionSurface::Hit& hit, const Vec3& here, const Drawn& other) {
+Near near_at(const CollisionSurface::Hit& hit, const Vec3& here, const DrawnOrgan& other) {
   Near near{hit.point, other.pose.to_world(hit.position), other.normal(hit.point.triangle), 0.0};
   near.gap = (here - near.place).dot(near.normal);
   return near;
 }
 
 /// Within `farthest` [m].
-std::optional<Near> nearest(const Drawn& one, const SurfacePatch& patch, const Drawn& other,
-                            const CollisionSurface& finder, double farthest) {
+std::optional<Near> nearest(const DrawnOrgan& one, const SurfacePatch& patch,
+                            const DrawnOrgan& other, const CollisionSurface& finder,
+                            double farthest) {
   const Vec3 here = one.place(patch.point);
   const auto hit = finder.closest(other.pose.to_local(here), std::max(kDeepest, farthest));
   if (!hit) return std::nullopt;
@@ -194,9 +159,8 @@ class PairSearch {
 
   std::optional<Near> fold_of(std::size_t p, double farthest) const {
     const FoldSides& sides = *world_.find<FoldSides>(pair_.organs[0]);
-    const FoldedSurface surface{one_.surface, one_.state.positions, finder_};
     const auto hit =
-        nearest_fold(surface, patches_[p], static_cast<double>(sides.behind[p]), farthest);
+        nearest_fold(one_, finder_, patches_[p], static_cast<double>(sides.behind[p]), farthest);
     if (!hit) return std::nullopt;
     return near_at(*hit, one_.place(patches_[p].point), other_);
   }
@@ -272,7 +236,7 @@ class PairSearch {
   PairState& state_;
   PairJoints& joints_;
   const std::vector<SurfacePatch>& patches_;
-  Drawn one_, other_;
+  DrawnOrgan one_, other_;
   const CollisionSurface &finder_, &rest_finder_;
   bool falls_;      // nothing holds one of them
   double to_come_;  // how much nearer they may fall in this frame [m]

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "engine/features/contact/tissue_sheet.h"
 #include "kernels/base/parallel.h"
 
 namespace viscera {
@@ -30,11 +31,7 @@ Vec3 face_normal(const TriangleSurface& surface, int triangle) {
 
 Vec3 mean_normal(const TriangleSurface& surface, std::span<const Vec3f> normals,
                  const SurfacePoint& point) {
-  Vec3 sum = Vec3::Zero();
-  const std::array<int, 3>& corners = surface.triangles[static_cast<std::size_t>(point.triangle)];
-  for (int c = 0; c < 3; ++c)
-    sum += point.weights[c] *
-           normals[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])].cast<double>();
+  const Vec3 sum = corner_mean(normals, surface, point);
   const double length = sum.norm();
   const Vec3 flat = face_normal(surface, point.triangle);
   return length > 0.0 && sum.dot(flat) > kSmooth * length ? Vec3(sum / length) : flat;

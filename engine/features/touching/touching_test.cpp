@@ -43,11 +43,7 @@ TEST_P(TouchingBalls, PressEachOtherAsHertzFoundAndEquallyHard) {
   EXPECT_LT(world->one<TouchingFigures>()->greatest_overlap, 0.2e-3);
 }
 INSTANTIATE_TEST_SUITE_P(Responses, TouchingBalls,
-                         testing::Values(Response::kLinear, Response::kFinite),
-                         [](const auto& info) {
-                           return std::string(info.param == Response::kLinear ? "Linear"
-                                                                              : "Finite");
-                         });
+                         testing::Values(Response::kLinear, Response::kFinite), kByResponse);
 
 TEST(Touching, OrgansPassThroughEachOtherWhereTheSceneDoesntAskForContact) {
   auto scene = touching_balls(1.5e-3, Response::kLinear);

@@ -13,6 +13,8 @@ Json whole_scene() {
        "material": {"model": "neo_hookean", "relaxes": false, "prony": [{"g": 0.4, "tau_s": 2}]},
        "pose": {"position_mm": [10, 20, 30], "rotation_deg": [90, 0, 90]},
        "motion": {"amplitude_mm": 6, "direction": [0, -2, 0], "period_s": 5, "phase_deg": 90},
+       "moving_holds": [{"fixed": 0, "amplitude_mm": 3, "direction": [0, 0, 1], "period_s": 6,
+                         "phase_deg": 180}],
        "fixed": [{"half_space": {"point_mm": [0, 0, 5], "normal": [0, 0, 2]}},
                  {"sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4}},
                  {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}],
