@@ -18,7 +18,7 @@ void reach(const SceneDescription& scene, const OrganDescription& organ,
   const GravityDescription* gravity = gravity_of(scene);
   if (!gravity || !organ.deformable || !sags(organ)) return;
   if (gravity->changes()) reach.sags = true;
-  if (!organ.free)
+  if (hung_in_image(organ))
     reach.weight = organ.pose.direction_to_local(gravity->acceleration * gravity->rest_direction);
 }
 

@@ -25,8 +25,7 @@ ObjectSpec gravity_spec() {
       {}};
   return {
       "Organs have their rest shapes under the gravity in which they were imaged; what gravity "
-      "differs from that, as the table tilts, moves them. Those at finite strain are prepared from "
-      "the shapes that they would have without it.",
+      "differs from that, as the table tilts, moves them.",
       {number("acceleration_m_per_s2", "Of free fall.").between(0, 100).otherwise(9.81),
        vector("rest_direction",
               "Of gravity while the organs were imaged, in the patient's frame; its length "
@@ -69,6 +68,10 @@ const GravityDescription* gravity_of(const SceneDescription& scene) {
   return scene.extras.find<GravityDescription>();
 }
 
+bool hung_in_image(const OrganDescription& organ) {
+  return organ.extras.find<HungInImage>();
+}
+
 bool sags(const OrganDescription& organ) {
   return !organ.extras.find<NeverSags>();
 }
@@ -85,8 +88,22 @@ FeatureKeys gravity_keys() {
           "sags",
           "Whether gravity moves it where the scene has gravity that changes; then it is prepared "
           "though nothing touches it. Scenery never sags.")
-          .otherwise(true)};
+          .otherwise(true),
+      boolean("hung_in_image",
+              "Whether its holds alone bore its weight while it was imaged, so that it was "
+              "stretched there: preparation then finds its shape without weight. false: what it "
+              "lay among bore it from all sides, as a fluid does, which strains nothing. Counts at "
+              "finite strain, where the scene has gravity.")
+          .otherwise(false)};
+  keys.organ.checks = {
+      {{"hung_in_image", "free"},
+       [](const Json& organ) -> std::optional<std::pair<std::string, std::string>> {
+         if (!organ["hung_in_image"].get<bool>() || !organ["free"].get<bool>()) return {};
+         return {{"hung_in_image", "found true with free, expected false: nothing held it"}};
+       },
+       {}}};
   keys.organ.read = [](const Json& organ, Extras& extras) {
+    if (organ["hung_in_image"].get<bool>()) extras.set(HungInImage());
     if (!organ["sags"].get<bool>()) extras.set(NeverSags());
   };
   return keys;

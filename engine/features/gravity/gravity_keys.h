@@ -29,11 +29,17 @@ struct GravityDescription {
 
 /// Of organs that no change of gravity moves.
 struct NeverSags {};
+/// Of organs whose holds alone bore them in their images.
+struct HungInImage {};
 
 /// Null: organs weigh nothing.
 const GravityDescription* gravity_of(const SceneDescription& scene);
 /// Whether a change of gravity moves it, if it is deformable.
 bool sags(const OrganDescription& organ);
+
+/// Whether its holds alone bore it while it was imaged. False: what it lay among did, as a fluid
+/// would: then it had no stress but a pressure there.
+bool hung_in_image(const OrganDescription& organ);
 
 FeatureKeys gravity_keys();
 

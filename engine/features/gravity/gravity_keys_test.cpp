@@ -22,6 +22,8 @@ TEST(GravityKeys, ArriveInSiUnits) {
   EXPECT_DOUBLE_EQ(gravity->table[1].head_up, 20 * kDegree);
   EXPECT_DOUBLE_EQ(gravity->table[1].left_down, 15 * kDegree);
   EXPECT_FALSE(sags(scene->organs[0]));
+  EXPECT_TRUE(hung_in_image(scene->organs[0]));
+  EXPECT_FALSE(hung_in_image(scene->organs[1]));
   EXPECT_TRUE(sags(scene->organs[1]));
 }
 

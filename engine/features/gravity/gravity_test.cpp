@@ -113,6 +113,7 @@ SceneDescription hung_block(Response response, double youngs_modulus) {
   geometry.edge = 4e-3;
   block.geometry = geometry;
   block.response = response;
+  block.extras.set(HungInImage());
   block.youngs_modulus = youngs_modulus;
   Region top;
   top.a = Vec3(0, 0, 30e-3 - 1e-6);
@@ -146,6 +147,14 @@ TEST(Gravity, AnOrganAtFiniteStrainLiesInItsImageToTheLastBitThoughItWasStretche
   EXPECT_FALSE(world->all<OrganState>()[0].deformed);
   EXPECT_EQ(greatest_unloading(*build(hung_block(Response::kLinear, 4e3))), 0.0)
       << "its answer is the same whatever bore it";
+}
+
+TEST(Gravity, AnOrganThatLayAmongOthersInItsImageHadNoStressThere) {
+  SceneDescription scene = hung_block(Response::kFinite, 4e3);
+  scene.organs[0].extras = {};
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  EXPECT_EQ(greatest_unloading(*world), 0.0);
 }
 
 TEST(Gravity, AnOrganTooSoftForItsWeightCountsAsFreeOfStressAndTheRunSaysSo) {

@@ -24,6 +24,7 @@ Json whole_scene() {
                                {"sphere": {"centre_mm": [0, 0, 5], "radius_mm": 5}},
                                {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}]},
        "displacement_storage": "half", "deformable": true, "sags": false,
+       "hung_in_image": true,
        "response": "local", "stiffens": false, "spared": true,
        "finite": {"quasi_static": true, "viscous_time_ms": 5, "iterations": 3},
        "pulsation": {"strain": 0.05, "rate_per_min": 72}},
