@@ -46,6 +46,14 @@ std::function<Vec3(const Vec3&)> moved_hold(const OrganDescription& organ, int n
   };
 }
 
+Result<void> expect_hold(std::span<const double> loads_or_ways, int number) {
+  if (std::ranges::any_of(loads_or_ways, [](double one) { return one != 0.0; })) return {};
+  return failure(fmt::format(
+      "moving_holds: found region {} of fixed, which holds no surface that earlier regions leave, "
+      "expected one that does",
+      number));
+}
+
 FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue) {
   FiniteOptions options;
   options.density = tissue.density;
@@ -87,24 +95,29 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
   for (const int number : demand.moving_holds)
     for (int axis = 0; axis < 3; ++axis) {
       const std::vector<double> loads = regions->held_loads(moved_hold(organ, number, axis));
+      if (auto holds = expect_hold(loads, number); !holds) return std::unexpected(holds.error());
       parts.hold_loads.insert(parts.hold_loads.end(), loads.begin(), loads.end());
     }
   return parts;
 }
 
-void unload(FiniteParts& parts, const Vec3& weight, double density,
-            const std::function<VectorX(const VectorX&)>& answer, std::vector<std::string>& notes) {
-  if (weight.isZero(0.0)) return;
+Result<void> unload(FiniteParts& parts, const Vec3& weight, double density,
+                    const std::function<VectorX(const VectorX&)>& answer,
+                    std::vector<std::string>& notes, const Progress& progress) {
+  if (weight.isZero(0.0)) return {};
   std::vector<double> forces;
   for (const double volume : parts.volumes)
     for (Eigen::Index k = 0; k < 3; ++k) forces.push_back(density * volume * weight[k]);
-  auto found = find_unloaded_shape(parts.region, parts.hold, forces, answer);
+  auto found = find_unloaded_shape(parts.region, parts.hold, forces, answer, progress);
   if (found)
     parts.unloaded = std::move(found->displacements);
+  else if (found.error().text() == kCancelled)
+    return std::unexpected(found.error());
   else
     notes.push_back(found.error().text() +
                     ". Its imaged shape counts as one without stress: only what changes of gravity "
                     "acts on it. Hold more of it, or raise youngs_modulus_kPa");
+  return {};
 }
 
 namespace {
@@ -168,7 +181,7 @@ Result<CoarseFactors> make_finite_in_levels(OrganModel& model, FiniteParts& part
       cloud.positions, cloud.spacings, coarse.still);
   if (!still) return std::unexpected(still.error());
   auto at_rest = std::make_shared<const TwoLevels>(std::move(*still));
-  unload(
+  auto unloaded = unload(
       parts, weight, options.density,
       [&](const VectorX& forces) {
         std::vector<float> column(forces.begin(), forces.end());
@@ -177,6 +190,7 @@ Result<CoarseFactors> make_finite_in_levels(OrganModel& model, FiniteParts& part
             Eigen::Map<const Eigen::VectorXf>(column.data(), forces.size()).cast<double>());
       },
       model.notes);
+  if (!unloaded) return std::unexpected(unloaded.error());
   auto body = FiniteBody::create(parts.region, parts.hold);
   if (!body) return std::unexpected(body.error());
   auto solver = FiniteSolver::prepare_in_levels(

@@ -30,9 +30,10 @@ struct FiniteParts {
 
 /// Sets `parts.unloaded` of a body that was imaged under `weight` [m/s2]; nothing where that is 0.
 /// Where no such shape is found `notes` says so: only what changes of its weight acts then.
-/// `answer`: as find_unloaded_shape has it.
-void unload(FiniteParts& parts, const Vec3& weight, double density,
-            const std::function<VectorX(const VectorX&)>& answer, std::vector<std::string>& notes);
+/// `answer`: as find_unloaded_shape has it. Fails where it is cancelled.
+Result<void> unload(FiniteParts& parts, const Vec3& weight, double density,
+                    const std::function<VectorX(const VectorX&)>& answer,
+                    std::vector<std::string>& notes, const Progress& progress = {});
 
 /// A free body rests, for what hands and the next step's cells meet, on the inertia of a step
 /// (ElasticProblem::foundation): nothing else withstands them between two frames.
@@ -41,6 +42,8 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
 /// Where a hold moves by 1 along an axis: the surface in that region of `organ.fixed`, but for what
 /// earlier regions hold.
 std::function<Vec3(const Vec3&)> moved_hold(const OrganDescription& organ, int number, int axis);
+/// What a hold does that holds nothing.
+Result<void> expect_hold(std::span<const double> loads_or_ways, int number);
 
 /// Fails, naming the key, for formulations that have no such points.
 /// `field`: of its parts; null: it has none.

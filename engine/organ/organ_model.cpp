@@ -76,6 +76,7 @@ Result<void> move_holds(OrganModel& model, const OrganDescription& organ, const 
       const auto unknowns = solver.solve_static(
           {.body_force = {}, .traction = {}, .held_displacement = moved_hold(organ, number, axis)});
       if (!unknowns) return std::unexpected(unknowns.error());
+      if (auto holds = expect_hold(*unknowns, number); !holds) return holds;
       model.hold_ways.resize(model.hold_ways.size() + rows);
       read_places(model.places.fields, unknowns->data(),
                   model.hold_ways.data() + model.hold_ways.size() - rows);
@@ -237,7 +238,7 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
   }
   if (parts) {
     const FiniteOptions finite = finite_options(organ, tissue);
-    unload(
+    auto unloaded = unload(
         *parts, demand.weight, finite.density,
         [&](const VectorX& forces) {
           VectorX moved(forces.size());
@@ -245,7 +246,8 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
           (*solver)->factor()->apply({forces.data(), size}, {moved.data(), size});
           return moved;
         },
-        model.notes);
+        model.notes, part_of(progress, kComplianceDone, 1.0));
+    if (!unloaded) return unloaded;
     if (auto made = make_finite(model, *parts, finite, !demand.burnt.empty(), nullptr); !made)
       return made;
     model.step_compliance.need(prepared);

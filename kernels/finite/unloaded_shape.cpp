@@ -157,12 +157,15 @@ Result<ElasticRegion> region_unloaded(const ElasticRegion& region,
 Result<UnloadedShape> find_unloaded_shape(const ElasticRegion& region,
                                           const SymmetricBlockMatrix& hold,
                                           std::span<const double> weight,
-                                          const std::function<VectorX(const VectorX&)>& answer) {
+                                          const std::function<VectorX(const VectorX&)>& answer,
+                                          const Progress& progress) {
   const Unloading unloading(region, hold, weight, answer);
   Mixing mixing;
   VectorX best = VectorX::Zero(static_cast<Eigen::Index>(weight.size())), best_way, guess = best;
   double least = 0.0;
   for (int i = 0; i <= kMostUnloading; ++i) {
+    if (progress && !progress(static_cast<double>(i) / kMostUnloading, "unloading"))
+      return failure(kCancelled);
     const Result<VectorX> way = unloading.way_of_image(guess);
     const double off = way ? farthest(*way) : 0.0;
     if (way && std::isfinite(off) && (best_way.size() == 0 || off < 2.0 * least)) {

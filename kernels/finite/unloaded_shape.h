@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/progress.h"
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
 #include "kernels/paff/elastic_region.h"
@@ -35,11 +36,12 @@ struct UnloadedShape {
 /// Of a body of such points and such a hold, at finite strain. `weight`: the forces that its nodes
 /// bear in the image (3 N) [N]. `answer`: displacements of a body at rest under forces, about (3
 /// N). Fails where no such shape is found within `kMostUnloading` iterations: the body is too soft
-/// for its weight, or held too little.
+/// for its weight, or held too little; and with kCancelled where `progress` says so.
 Result<UnloadedShape> find_unloaded_shape(const ElasticRegion& region,
                                           const SymmetricBlockMatrix& hold,
                                           std::span<const double> weight,
-                                          const std::function<VectorX(const VectorX&)>& answer);
+                                          const std::function<VectorX(const VectorX&)>& answer,
+                                          const Progress& progress = {});
 
 /// Searches end where the image would go by less than this [m], a hundredth of a voxel.
 inline constexpr double kStillOff = 1e-5;

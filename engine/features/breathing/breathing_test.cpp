@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/simulator/build.h"
+#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -155,6 +157,19 @@ TEST_P(MovingHold, TakesTheWholeOrganAlongWhereAllItsHoldsMoveAlike) {
 
 INSTANTIATE_TEST_SUITE_P(Responses, MovingHold,
                          testing::Values(Response::kLinear, Response::kFinite), kByResponse);
+
+TEST_P(MovingHold, ThatHoldsNoneOfTheSurfaceIsRefused) {
+  SceneDescription scene = bar_between_holds(GetParam(), 0.0);
+  scene.organs[0].fixed[1] = scene.organs[0].fixed[0];
+  std::vector<std::string> warnings;
+  const auto world = build_world(
+      scene, test_tissues(), {project_file("assets"), false},
+      [](double, std::string_view) { return true; }, warnings);
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().text().find("moving_holds: found region 1 of fixed, which holds no"),
+            std::string::npos)
+      << world.error().text();
+}
 
 TEST(Breathing, AnOrganWhoseHoldBreathesIsAtFiniteStrainWhereTheSceneDoesntSay) {
   SceneDescription scene = bar_between_holds(Response::kAuto, 0.0);
