@@ -42,7 +42,7 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
 /// Where a hold moves by 1 along an axis: the surface in that region of `organ.fixed`, but for what
 /// earlier regions hold.
 std::function<Vec3(const Vec3&)> moved_hold(const OrganDescription& organ, int number, int axis);
-/// What a hold does that holds nothing.
+/// Fails where all of these are 0: that hold has no surface.
 Result<void> expect_hold(std::span<const double> loads_or_ways, int number);
 
 /// Fails, naming the key, for formulations that have no such points.

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,10 @@ struct FreeShape {
 static_assert(fields_cover<FreeShape>());
 /// Of an organ that nothing moves.
 FreeShape level_shape(const OrganModel& model);
+/// Adds `by` times displacements per unit along x, y and z, one after another (3 x rows), to
+/// `places` (rows).
+void add_along_axes(std::span<const float> displacements, const Vec3& by,
+                    std::vector<float>& places);
 
 // --- contact ------------------------------------------------------------------------------------
 

@@ -44,6 +44,11 @@ FiniteContact::FiniteContact(const FiniteResponse& body, const IsotropicMaterial
     : PatchContact(body.still, body.surface, material), body_(body) {
   state_.motion = start_ = body_.solver.at_rest();
   ungrouped_.assign(body_.solver.body().nodes(), -1);
+  const MatrixX& forces = body_.moved_holds;
+  for (Eigen::Index h = 0; h < forces.cols(); h += 3) {
+    Mat3& sum = whole_pulls_.emplace_back(Mat3::Zero());
+    for (Eigen::Index node = 0; node < forces.rows(); node += 3) sum += forces.block<3, 3>(node, h);
+  }
 }
 
 bool FiniteContact::fits(const State& state) const {
@@ -67,7 +72,7 @@ bool FiniteContact::fits(const State& state) const {
          !first_stray(state.memory.hold) && !first_stray(state.memory.fibres) &&
          (state.memory.holds.empty() ||
           state.memory.holds.size() ==
-              (terms().size() + 1) * static_cast<std::size_t>(body_.moved_holds.cols())) &&
+              terms().size() * static_cast<std::size_t>(body_.moved_holds.cols())) &&
          !first_stray(state.memory.holds);
 }
 
@@ -485,10 +490,9 @@ void FiniteContact::pull_by_holds(const VectorX& ways) {
 /// Of a body at rest, by which one that has gone along as a whole has none.
 double FiniteContact::energy_of_holds(const VectorX& ways) const {
   double energy = 0.0;
-  for (Eigen::Index h = 0; h < ways.size(); h += 3) {
-    const VectorX own = body_.moved_holds.middleCols<3>(h) * ways.segment<3>(h);
-    for (Eigen::Index node = 0; node < own.size(); node += 3)
-      energy += 0.5 * own.segment<3>(node).dot(ways.segment<3>(h));
+  for (std::size_t h = 0; h < whole_pulls_.size(); ++h) {
+    const Vec3 way = ways.segment<3>(at(h));
+    energy += 0.5 * way.dot(whole_pulls_[h] * way);
   }
   return energy;
 }
@@ -499,28 +503,29 @@ double FiniteContact::energy_left_behind() const {
   return energy_of_holds(in_one(drive_.holds) - in_one(drive_.holds_before));
 }
 
+void FiniteContact::pull_at_once() {
+  const VectorX ways = in_one(drive_.holds);
+  pull_by_holds(ways);
+  load_.energy = energy_of_holds(ways) + energy_left_behind();
+}
+
 /// A hold pulls as much more as tissue that has had no time to relax, and less by what has let go:
 /// tissue that has followed it feels nothing of its way.
 void FiniteContact::relax_holds() {
-  const VectorX now = in_one(drive_.holds);
-  const Eigen::Index ways = now.size();
+  const VectorX now = in_one(drive_.holds), before = in_one(drive_.holds_before);
+  const auto ways = static_cast<std::size_t>(now.size());
   if (ways == 0) return;
-  std::vector<double>& all = state_.memory.holds;
-  const std::size_t numbers = (terms().size() + 1) * static_cast<std::size_t>(ways);
-  if (all.size() != numbers) all.assign(numbers, 0.0);
-  const auto row = [&](std::size_t t) {
-    return Eigen::Map<VectorX>(all.data() + t * static_cast<std::size_t>(ways), ways);
-  };
+  std::vector<double>& means = state_.memory.holds;
+  if (means.empty()) means.assign(terms().size() * ways, 0.0);
   const double stiff = 1.0 + overstiffness(terms());
   VectorX pulling = stiff * now;
   load_.energy = stiff * energy_of_holds(now) + energy_left_behind();
   for (std::size_t t = 0; t < terms().size(); ++t) {
-    const VectorX mean = row(t) + (1.0 - terms()[t].kept) * (row(terms().size()) - row(t));
-    row(t) = mean;
+    Eigen::Map<VectorX> mean(means.data() + t * ways, now.size());
+    mean += (1.0 - terms()[t].kept) * (before - mean);
     pulling -= terms()[t].over * mean;
     load_.energy -= terms()[t].over * energy_of_holds(mean);
   }
-  row(terms().size()) = now;
   pull_by_holds(pulling);
 }
 
@@ -549,9 +554,7 @@ void FiniteContact::begin_step(const StepDrive& drive) {
   so_far_.reset();
   relaxed_ = false;
   load_ = BodyLoad(drive.acceleration);
-  const VectorX ways = in_one(drive.holds);
-  pull_by_holds(ways);
-  load_.energy = energy_of_holds(ways) + energy_left_behind();
+  if (terms().empty()) pull_at_once();
   told_ = {};
 }
 

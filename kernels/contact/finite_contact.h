@@ -105,6 +105,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void pull_by_holds(const VectorX& ways);
   double energy_left_behind() const;
   double energy_of_holds(const VectorX& ways) const;
+  void pull_at_once();
   void relax_holds();
   bool is_driven() const;
   void remember_cells();
@@ -136,6 +137,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   std::optional<VectorX> solve(const TouchQuestion& question) override;
 
   FiniteResponse body_;
+  std::vector<Mat3> whole_pulls_;  // of each hold that moves: its forces' sum per way [N/m]
   StepDrive drive_;
   BodyLoad load_;
   ChangedTissue changed_;

@@ -54,8 +54,7 @@ struct TissueMemory {
   std::vector<double> hold;         ///< displacements of its nodes [m]      (terms x nodes x 3)
   /// Of each pack's four points: I4 of their fibres; empty: there are none (terms x packs x 4).
   std::vector<double> fibres;
-  /// How far its holds have moved, of each term and, last, when the last step began; empty: they
-  /// haven't                                                     ((terms + 1) x 3 holds) [m].
+  /// How far its holds had moved, of each term [m]; empty: they hadn't        (terms x 3 holds).
   std::vector<double> holds;
 
   bool empty() const { return points.empty(); }

@@ -83,13 +83,6 @@ class Unloading {
   const std::function<VectorX(const VectorX&)>& answer_;
 };
 
-double farthest(const VectorX& u) {
-  double most = 0.0;
-  for (Eigen::Index at = 0; at < u.size(); at += 3)
-    most = std::max(most, u.segment<3>(at).squaredNorm());
-  return std::sqrt(most);
-}
-
 /// Where a fixed point is sought next, of what was found out at the last guesses.
 class Mixing {
  public:
@@ -126,6 +119,13 @@ class Mixing {
 };
 
 }  // namespace
+
+double farthest(std::span<const double> displacements) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < displacements.size(); i += 3)
+    most = std::max(most, Vec3::Map(displacements.data() + i).squaredNorm());
+  return std::sqrt(most);
+}
 
 Result<ElasticRegion> region_unloaded(const ElasticRegion& region,
                                       std::span<const double> unloaded) {
@@ -167,7 +167,7 @@ Result<UnloadedShape> find_unloaded_shape(const ElasticRegion& region,
     if (progress && !progress(static_cast<double>(i) / kMostUnloading, "unloading"))
       return failure(kCancelled);
     const Result<VectorX> way = unloading.way_of_image(guess);
-    const double off = way ? farthest(*way) : 0.0;
+    const double off = way ? farthest({way->data(), weight.size()}) : 0.0;
     if (way && std::isfinite(off) && (best_way.size() == 0 || off < 2.0 * least)) {
       if (best_way.size() == 0 || off < least) {
         best = guess;

@@ -26,6 +26,9 @@ namespace viscera {
 Result<ElasticRegion> region_unloaded(const ElasticRegion& region,
                                       std::span<const double> unloaded);
 
+/// The farthest way of a node (3 N) [m].
+double farthest(std::span<const double> displacements);
+
 struct UnloadedShape {
   std::vector<double> displacements;  ///< u0 [m]                                           (3 N)
   /// How far the imaged shape would still go by itself under its weight, at most [m].

@@ -82,16 +82,14 @@ bool shape(const World& world, Entity organ, std::vector<float>& places) {
   if (!holds) return false;
   const OrganModel& model = *world.find<OrganBody>(organ)->model;
   if (model.hold_ways.empty()) return false;
-  const std::size_t rows = model.displacement_rows();
-  const float* column = model.hold_ways.data();
+  const std::size_t of_hold = 3 * places.size();
   bool moved = false;
-  for (const Vec3& way : holds->ways)
-    for (int axis = 0; axis < 3; ++axis, column += rows) {
-      const auto by = static_cast<float>(way[axis]);
-      if (by == 0.0f) continue;
-      moved = true;
-      for (std::size_t row = 0; row < rows; ++row) places[row] += by * column[row];
-    }
+  for (std::size_t h = 0; h < holds->ways.size(); ++h) {
+    if (holds->ways[h].isZero(0.0)) continue;
+    moved = true;
+    add_along_axes(std::span(model.hold_ways).subspan(h * of_hold, of_hold), holds->ways[h],
+                   places);
+  }
   return moved;
 }
 

@@ -45,12 +45,7 @@ Vec3 Gravity::at(double time) const {
 }
 
 void add_sag(const OrganModel& model, const Vec3& change, std::vector<float>& places) {
-  if (model.sag.empty()) return;
-  const std::size_t rows = model.displacement_rows();
-  const Vec3f by = change.cast<float>();
-  for (std::size_t i = 0; i < rows; ++i)
-    places[i] +=
-        by.x() * model.sag[i] + by.y() * model.sag[rows + i] + by.z() * model.sag[2 * rows + i];
+  if (!model.sag.empty()) add_along_axes(model.sag, change, places);
 }
 
 double greatest_sag(const OrganModel& model, const Pose& pose, const Gravity& gravity,

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "engine/features/gravity/gravity.h"
 #include "kernels/finite/finite_solver.h"
+#include "kernels/finite/unloaded_shape.h"
 
 namespace viscera {
 namespace {
@@ -88,11 +88,8 @@ std::vector<ReportSection> report(const World& world) {
   for (std::size_t o = 0; o < bodies.size(); ++o) {
     const auto& finite = bodies[o].model->finite;
     if (!finite || finite->body().unloaded().empty()) continue;
-    const std::span<const double> shape = finite->body().unloaded();
-    double most = 0.0;
-    for (std::size_t i = 0; i < shape.size(); i += 3)
-      most = std::max(most, Vec3::Map(shape.data() + i).norm());
-    unloaded.push_back({{"organ", bodies[o].name}, {"unloaded_m", most}});
+    unloaded.push_back(
+        {{"organ", bodies[o].name}, {"unloaded_m", farthest(finite->body().unloaded())}});
   }
   if (unloaded.empty()) return {};
   return {report_section("gravity", unloaded)};

@@ -10,6 +10,7 @@
 #include "engine/features/links/links.h"
 #include "engine/simulator/build.h"
 #include "kernels/finite/finite_solver.h"
+#include "kernels/finite/unloaded_shape.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -81,20 +82,26 @@ TEST(Gravity, ATiltedTableMovesOrgansAndTiltingBackReturnsThemExactly) {
   EXPECT_FALSE(world->all<OrganState>()[0].deformed);
 }
 
-TEST(Gravity, ABlockThatHangsWhereItStoodStretchesAsABarUnderTwiceItsWeight) {
-  constexpr double kLength = 60e-3;
+constexpr double kLength = 60e-3;  // of the block [m]
+
+/// Upright, held at its upper end.
+SceneDescription held_block() {
   SceneDescription scene = soft_ball_scene(6e-3, 6e-3);
-  OrganDescription& block = scene.organs[0];
   RecipeGeometry geometry;
   geometry.recipe = "block";
   geometry.size = Vec3(20e-3, 20e-3, kLength);
   geometry.edge = 4e-3;
-  block.geometry = geometry;
-  block.poisson_ratio = 0.0;
+  scene.organs[0].geometry = geometry;
   Region top;
   top.a = Vec3(0, 0, 0.5 * kLength - 1e-6);
   top.b = -Vec3::UnitZ();
-  block.fixed = {top};
+  scene.organs[0].fixed = {top};
+  return scene;
+}
+
+TEST(Gravity, ABlockThatHangsWhereItStoodStretchesAsABarUnderTwiceItsWeight) {
+  SceneDescription scene = held_block();
+  scene.organs[0].poisson_ratio = 0.0;
   scene.extras.get<GravityDescription>().rest_direction = Vec3::UnitZ();
   const auto world = build(scene);
   ASSERT_TRUE(world);
@@ -105,20 +112,11 @@ TEST(Gravity, ABlockThatHangsWhereItStoodStretchesAsABarUnderTwiceItsWeight) {
 
 /// Hung from its upper end in its image, and level since.
 SceneDescription hung_block(Response response, double youngs_modulus) {
-  SceneDescription scene = soft_ball_scene(6e-3, 6e-3);
+  SceneDescription scene = held_block();
   OrganDescription& block = scene.organs[0];
-  RecipeGeometry geometry;
-  geometry.recipe = "block";
-  geometry.size = Vec3(20e-3, 20e-3, 60e-3);
-  geometry.edge = 4e-3;
-  block.geometry = geometry;
   block.response = response;
   block.extras.set(HungInImage());
   block.youngs_modulus = youngs_modulus;
-  Region top;
-  top.a = Vec3(0, 0, 30e-3 - 1e-6);
-  top.b = -Vec3::UnitZ();
-  block.fixed = {top};
   scene.extras.set(GravityDescription());
   scene.instruments = {
       straight_tool("tip", InstrumentKind::kProbe, kTip, {{0.0, Vec3(0, 0, -33e-3), 0.0, 1.0}})};
@@ -127,19 +125,14 @@ SceneDescription hung_block(Response response, double youngs_modulus) {
 
 double greatest_unloading(const World& world) {
   const auto& finite = world.all<OrganBody>()[0].model->finite;
-  if (!finite) return 0.0;
-  const std::span<const double> shape = finite->body().unloaded();
-  double most = 0.0;
-  for (std::size_t i = 0; i < shape.size(); i += 3)
-    most = std::max(most, Vec3::Map(shape.data() + i).norm());
-  return most;
+  return finite ? farthest(finite->body().unloaded()) : 0.0;
 }
 
 TEST(Gravity, AnOrganAtFiniteStrainLiesInItsImageToTheLastBitThoughItWasStretchedThere) {
   const auto world = build(hung_block(Response::kFinite, 4e3));
   ASSERT_TRUE(world);
   // A bar's, about: rho g L^2 / (2 E).
-  const double about = test_tissues().at("rubber").density * 9.81 * 60e-3 * 60e-3 / (2.0 * 4e3);
+  const double about = test_tissues().at("rubber").density * 9.81 * kLength * kLength / (2.0 * 4e3);
   EXPECT_NEAR(greatest_unloading(*world), about, 0.25 * about);
   EXPECT_EQ(step_until(*world, 0.3), FlagSet());
   EXPECT_EQ(world->all<OrganState>()[0].positions,
