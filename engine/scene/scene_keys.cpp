@@ -271,11 +271,11 @@ ObjectSpec organ(const std::vector<FeatureKeys>& features) {
            "called global), its energy at finite strain (finite), which carries being lifted and "
            "bent far and swings back when it is let go, or hives about whatever touches it "
            "(local), with nothing to prepare. auto: finite where a jaw closes on the organ or a "
-           "hand "
-           "holds a jaw, where current passes, where a tip's path goes deeper than 9 mm below the "
-           "surface at rest, under gravity that changes, and where the organ's material isn't "
-           "linear or relaxes, unless the organ has what finite strain doesn't know yet ("
-           "stvk, a formulation but galerkin, storage in half precision); else linear.")
+           "hand holds a jaw, where current passes, where a tip's path goes deeper than 9 mm below "
+           "the surface at rest, under gravity that changes, where some of its holds move, and "
+           "where the organ's material isn't linear or relaxes, unless the organ has what finite "
+           "strain doesn't know yet (stvk, a formulation but galerkin, storage in half precision); "
+           "else linear.")
           .one_of({"auto", "linear", "finite", "local", "global"})
           .otherwise("auto"),
       object("finite", "How it moves where its response is finite.", finite())
