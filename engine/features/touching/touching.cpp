@@ -141,6 +141,10 @@ Result<void> start(World& world) {
   return {};
 }
 
+/// Pairs that overlap by more than this as they rest are named in the report [m]: half of what a
+/// shipped scene may have.
+constexpr double kReportedOverlap = 0.1e-3;
+
 /// A state that another program made may say anything.
 bool is_sound(const Meeting& meeting, std::size_t patches, std::size_t triangles) {
   return meeting.patch < patches && meeting.on.point.triangle >= 0 &&
@@ -165,7 +169,15 @@ std::vector<ReportSection> touching_report(const World& world) {
   if (!world.has<OrganPair>()) return {};
   const TouchingFigures& figures = *world.one<TouchingFigures>();
   double rest = 0.0;
-  for (const OrganPair& pair : world.all<OrganPair>()) rest = std::max(rest, pair.greatest_overlap);
+  Json overlaps = Json::array();
+  for (const OrganPair& pair : world.all<OrganPair>()) {
+    rest = std::max(rest, pair.greatest_overlap);
+    if (pair.greatest_overlap > kReportedOverlap)
+      overlaps.push_back({{"between",
+                           {world.find<OrganBody>(pair.organs[0])->name,
+                            world.find<OrganBody>(pair.organs[1])->name}},
+                          {"overlap_m", pair.greatest_overlap}});
+  }
   return {report_section("contact", {{"pairs", world.all<OrganPair>().size()},
                                      {"pairs_meeting", figures.most_pairs},
                                      {"islands", figures.most_islands},
@@ -173,6 +185,7 @@ std::vector<ReportSection> touching_report(const World& world) {
                                      {"rows", figures.most_rows},
                                      {"greatest_overlap_m", figures.greatest_overlap},
                                      {"overlap_at_rest_m", rest},
+                                     {"overlaps_at_rest", overlaps},
                                      {"greatest_force_N", figures.greatest_force},
                                      {"residual", figures.residual},
                                      {"without_answer", figures.failed}})};
