@@ -108,6 +108,10 @@ void GpuSmoke::mark(const char* name) {
   if (timer_ != nullptr) timer_->mark(name);
 }
 
+void GpuSmoke::skip() {
+  if (timer_ != nullptr) timer_->skip();
+}
+
 void GpuSmoke::clear(const Buffer& buffer, std::size_t words) {
   clear_.set("count", static_cast<int>(words));
   queue_.dispatch(clear_, (words + kClearGroup - 1) / kClearGroup, {}, {{0, &buffer}});
@@ -254,6 +258,7 @@ void GpuSmoke::integrate(IntegrateParameters parameters, std::span<const SwirlWa
     const std::vector<Float4> positions = now_.positions.download<Float4>(0, particles_);
     around_.resize(particles_);
     gas->velocity(positions, around_);
+    skip();
     if (!reserve(gas_, particles_ * sizeof(Float4), "gas")) return;
     gas_.upload_part(0, std::span<const Float4>(around_));
   }
@@ -425,6 +430,7 @@ void GpuSmoke::read_splat(const SplatParameters& parameters, SmokeGrid& grid) {
 
 bool GpuSmoke::splat(const SmokeParticles& particles, SplatParameters& parameters,
                      SmokeGrid& grid) {
+  skip();
   if (!upload(particles) || !splat_here(parameters)) return false;
   read_splat(parameters, grid);
   return watch_.is_well();

@@ -88,6 +88,7 @@ class GpuSmoke final : public SmokePasses {
   std::size_t particle_groups() const;
   void add_and_blur(const SplatParameters& parameters);
   void mark(const char* name);
+  void skip();
 
   GpuWatch watch_;  // first made, last destroyed: it holds the context
   GpuLimits limits_;

@@ -28,6 +28,10 @@ void PassTimer::mark(const char* name) {
   stamp();
 }
 
+void PassTimer::skip() {
+  mark(nullptr);
+}
+
 std::vector<PassTime> PassTimer::finish() {
   std::vector<GLuint64> times(used_, 0);
   for (std::size_t i = 0; i < used_; ++i) {
@@ -35,6 +39,7 @@ std::vector<PassTime> PassTimer::finish() {
   }
   std::vector<PassTime> passes;
   for (std::size_t i = 0; i < names_.size(); ++i) {
+    if (names_[i] == nullptr) continue;
     passes.push_back({names_[i], 1e-9 * static_cast<double>(times[i + 1] - times[i])});
   }
   return passes;

@@ -22,6 +22,8 @@ class PassTimer {
   void start();
   /// Ends the pass that began at the last mark, or at start().
   void mark(const char* name);
+  /// What went on since the last mark, or start(), is no pass's: the processor's own work.
+  void skip();
   /// Waits for the device. Passes in the order of their marks.
   std::vector<PassTime> finish();
 
@@ -29,7 +31,7 @@ class PassTimer {
   void stamp();
   std::vector<unsigned> queries_;  // made as needed, used again every picture
   std::size_t used_ = 0;
-  std::vector<const char*> names_;
+  std::vector<const char*> names_;  // null: skipped
 };
 
 }  // namespace viscera

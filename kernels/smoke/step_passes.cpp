@@ -34,9 +34,9 @@ void CpuSmokePasses::integrate(IntegrateParameters parameters, std::span<const S
                                SurroundingGas* gas) {
   parameters.particles = static_cast<std::uint32_t>(particles_->size());
   parameters.waves = static_cast<std::uint32_t>(waves.size());
+  gas_.resize(gas != nullptr ? particles_->size() : 0);
+  if (gas != nullptr) gas->velocity(particles_->positions, gas_);
   timed("integrate", [&] {
-    gas_.resize(gas != nullptr ? particles_->size() : 0);
-    if (gas != nullptr) gas->velocity(particles_->positions, gas_);
     viscera::integrate(particles_->positions, particles_->velocities, particles_->ids,
                        viscosity_.accelerations(), gas_, waves, parameters);
   });

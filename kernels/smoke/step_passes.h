@@ -78,8 +78,8 @@ class CpuSmokePasses final : public SmokePasses {
   const std::string& trouble() const override { return trouble_; }
   std::size_t memory_bytes() const override;
 
-  /// Adds what "bin", "viscosity", "integrate" (with the gas's part), "collide" (with the surface
-  /// cells) and "splat" take to `seconds`; null: nothing is timed.
+  /// Adds what "bin", "viscosity", "integrate" (without what the gas is asked), "collide" (with
+  /// the surface cells) and "splat" take to `seconds`; null: nothing is timed.
   void time_with(std::map<std::string, double>* seconds) { seconds_ = seconds; }
 
  private:

@@ -184,8 +184,6 @@ Result<CaseTimes> time_case(SmokeCase& smoke, Timed& timed, int steps, ProgressB
     const double step_s = whole.seconds();
     if (!volume.device_failure().empty()) return failure(volume.device_failure());
     if (s < 0) continue;
-    // What particles ask of the gas happens while they are integrated.
-    seconds["integrate"] -= timed_gas.seconds();
     seconds["gas"] = timed_gas.seconds() + gas_s;
     double rest = step_s;
     for (const auto& [pass, taken] : seconds) rest -= taken;

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <chrono>
+#include <thread>
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/pass_timer.h"
@@ -68,6 +70,26 @@ TEST(EglContextTest, FramebufferKeepsWhatWasDrawnAndTimerMeasuresIt) {
   EXPECT_EQ(passes[0].name, "clear");
   EXPECT_GE(passes[0].seconds, 0.0);
   EXPECT_LT(passes[0].seconds, 10.0);
+}
+
+TEST(PassTimer, WhatTheProcessorDoesBetweenPassesIsNoPasss) {
+  const auto context = EglContext::create();
+  if (!context) GTEST_SKIP() << context.error().text();
+  constexpr double kOwnWork = 0.05;  // [s]
+  PassTimer timer;
+  timer.start();
+  timer.mark("before");
+  glFinish();
+  std::this_thread::sleep_for(std::chrono::duration<double>(kOwnWork));
+  timer.skip();
+  glFinish();
+  std::this_thread::sleep_for(std::chrono::duration<double>(kOwnWork));
+  timer.mark("with its work");
+  const std::vector<PassTime> passes = timer.finish();
+  ASSERT_EQ(passes.size(), 2u);
+  EXPECT_EQ(passes[0].name, "before");
+  EXPECT_EQ(passes[1].name, "with its work");
+  EXPECT_GE(passes[1].seconds, 0.9 * kOwnWork);
 }
 
 TEST(EglContextTest, BufferHoldsTheLastUploadAfterGrowingAndShrinking) {
