@@ -298,6 +298,14 @@ void FiniteContact::turn(const NodalRotations& rotations) {
   if (near_loads_.size() == turned_near_.cols()) near_before_ = turned_near_ * near_loads_;
 }
 
+double FiniteContact::near_energy() const {
+  VectorX forces(at(state_.forces.size()));
+  if (forces.size() != turned_near_.cols()) return 0.0;
+  for (std::size_t k = 0; k < state_.forces.size(); ++k)
+    forces.segment<3>(at(k)) = state_.forces[k];
+  return 0.5 * forces.dot(turned_near_ * forces);
+}
+
 VectorX FiniteContact::displaced(const VectorX& u) const {
   return cells_.empty() ? VectorX() : moved_cells(u);
 }

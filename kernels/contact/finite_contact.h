@@ -51,6 +51,9 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void begin_step(const StepDrive& drive) override;
   bool moving() const override;
   const FiniteStep* last_step() const override { return &told_; }
+  /// What the last solve's forces have stored under its cells in what is finer than places [J]; the
+  /// body's own energy (FiniteBody::energy) knows nothing of it. Of tissue without a memory.
+  double near_energy() const;
   /// How often a hand was answered by the body at rest, since the tangent isn't positive.
   std::size_t tangents_refused() const { return tangents_refused_; }
 

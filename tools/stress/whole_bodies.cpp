@@ -8,6 +8,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/free_bodies/free_bodies.h"
 #include "engine/features/touching/touching.h"
+#include "kernels/contact/finite_contact.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/points/surface_tree.h"
 
@@ -85,6 +86,8 @@ double energy_of(const World& world) {
     if (!model.finite) continue;
     const FiniteState motion = touches[t].solver->state().motion;
     energy += model.finite->body().energy(motion.displacements, {}, workspace);
+    if (const auto* contact = dynamic_cast<const FiniteContact*>(touches[t].solver.get()))
+      energy += contact->near_energy();
     double shares = 0.0, squares = 0.0;
     for (std::size_t node = 0; node < model.cloud.size(); ++node) {
       const double share = std::pow(model.cloud.spacings[node], 3.0);

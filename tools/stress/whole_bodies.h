@@ -14,9 +14,8 @@ namespace viscera {
 /// surface may lie [m]. Where an organ has come to lie in another, forces don't mean much.
 inline constexpr double kMostInside = 1e-3;
 /// What energy may rise by within a still scene: a share of the greatest that it had while still,
-/// and this besides [J]. Chosen: contact keeps energy of its own under cells, which isn't counted
-/// and comes back, and a step's minimum is found to its residual. A millijoule lifts a gram by
-/// 100 mm.
+/// and this besides [J]. Chosen: a step's minimum is found to its residual. A millijoule lifts a
+/// gram by 100 mm.
 inline constexpr double kEnergyRise = 0.05, kEnergyFloor = 1e-7;
 
 /// How deep vertices of one organ of each pair lie in the other, by the signed distance
@@ -38,8 +37,9 @@ class Insides {
   std::vector<Side> sides_;
 };
 
-/// Strain energy of all organs at finite strain, and that of their motion, with the share of their
-/// mass that each node's spacing cubed gives it [J].
+/// Strain energy of all organs at finite strain, what contact has stored under their cells besides
+/// (FiniteContact::near_energy: under a small tip, ten times as much), and that of their motion,
+/// with the share of their mass that each node's spacing cubed gives it [J].
 double energy_of(const World& world);
 
 /// Watches that energy doesn't rise: from each frame's to any later one's.

@@ -106,6 +106,29 @@ TEST(Finite, TwoIterationsAFrameLiftWithinAPercentOfConvergedForces) {
   EXPECT_GT(many.back().norm(), 0.2);
 }
 
+TEST(Finite, TheWorkOfAToolIsWhatTissueAndContactHaveStored) {
+  SceneDescription scene = pressed_bar(Response::kFinite, 3e-3);
+  scene.organs[0].finite = {.quasi_static = true, .viscous_time = 0.0, .iterations = 20};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  double work = 0.0, force = 0.0, height = world->all<InstrumentState>()[0].tip.z();
+  while (world->time() < 0.5 - 1e-6) {
+    step_until(*world, world->time() + 1.0 / 60.0);
+    const double now = world->all<InstrumentState>()[0].tip.z();
+    const double pushed = force_on(*world, 0).z();
+    work += 0.5 * (force + pushed) * (height - now);
+    force = pushed;
+    height = now;
+  }
+  const auto& contact = dynamic_cast<const FiniteContact&>(tissue_of(*world));
+  FiniteBody::Workspace workspace;
+  const double body = world->all<OrganBody>()[0].model->finite->body().energy(
+      motion_of(*world).displacements, {}, workspace);
+  EXPECT_GT(body, 0.02 * work);
+  EXPECT_GT(contact.near_energy(), 0.02 * work);
+  EXPECT_NEAR(body + contact.near_energy(), work, 0.03 * work);
+}
+
 TEST(Finite, AtEquilibriumTheTissuesForcesAreWhatTheJawPulls) {
   SceneDescription scene = lifted_bar(Response::kFinite, Vec3(-10e-3, 0, 25e-3));
   scene.organs[0].finite = {.quasi_static = true, .viscous_time = 0.0, .iterations = 100};
