@@ -25,6 +25,9 @@ constexpr double kBeyond = 1.05;
 constexpr double kStraightUpTo = 1.03, kAsItIsFrom = 1.10;
 /// CUTTING's bounds: what is deep in shadow, and the least share of a node's integral for a twin.
 constexpr double kDeep = 0.5, kLeastTwin = 1e-2;
+/// A node farther than this outside the tissue lies in air; its ways begin as far below the wall,
+/// in spacings.
+constexpr double kInAir = 1e-3;
 /// Places of a deep shadow that see each other across this many spacings are of one part.
 constexpr double kOnePart = 0.8;
 
@@ -55,11 +58,23 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
   return found->find_blocked() ? found : nullptr;
 }
 
+void TrueNeighbours::find_origins() {
+  origins_ = cloud_.positions;
+  parallel_for_each_index(origins_.size(), 32, [&](std::size_t i) {
+    const double least = kInAir * cloud_.spacings[i];
+    const SurfaceTree& tree = paths_.tree();
+    if (!(tree.signed_distance(origins_[i]) > least)) return;
+    const SurfaceTree::Closest wall = tree.closest(origins_[i]);
+    origins_[i] = wall.position + least / wall.distance * (wall.position - origins_[i]);
+  });
+}
+
 bool TrueNeighbours::find_blocked() {
   const std::size_t n = cloud_.size();
+  find_origins();
   std::vector<std::vector<Vec3>> walls(n);
   parallel_for_each_index(n, 32, [&](std::size_t i) {
-    walls[i] = paths_.walls_beyond_air(cloud_.positions[i], kBeyond * radius(i));
+    walls[i] = paths_.walls_beyond_air(origins_[i], kBeyond * radius(i));
   });
   std::vector<std::size_t> nodes;  // that have some
   for (std::size_t i = 0; i < n; ++i)
@@ -72,11 +87,11 @@ bool TrueNeighbours::find_blocked() {
   // little longer than the straight one.
   std::vector<char> keeps(nodes.size(), 0), severed(nodes.size(), 0);
   parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
-    const Vec3& from = cloud_.positions[nodes[k]];
+    const Vec3& from = origins_[nodes[k]];
     keeps[k] = std::any_of(walls[nodes[k]].begin(), walls[nodes[k]].end(), [&](const Vec3& to) {
       const double r = radius(nodes[k]), straight = (to - from).norm();
       Shadow shadow;
-      if (!way_through(blocked[k], from, kLongerWay * r, to, shadow)) return false;
+      if (!way_through(blocked[k], nodes[k], kLongerWay * r, to, shadow)) return false;
       severed[k] = severed[k] || shadow.way >= kLongerWay * r;
       return severed[k] ||
              (shadow.way > kLongerWay * straight &&
@@ -127,7 +142,7 @@ std::vector<TrueNeighbours::Blocked> TrueNeighbours::ways_around(
   std::vector<Vec3> centres;
   std::vector<double> about;
   for (const std::size_t i : nodes) {
-    centres.push_back(cloud_.positions[i]);
+    centres.push_back(origins_[i]);
     about.push_back(kLongerWay * radius(i));
   }
   const InfluenceGrid near_nodes(centres, about);
@@ -185,7 +200,7 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
     const double full = quartic_weight((places[p] - from).norm() / r);
     whole += weights[p] * full;
     Shadow shadow;
-    if (!way_through(blocked, from, r, places[p], shadow)) continue;
+    if (!way_through(blocked, node, r, places[p], shadow)) continue;
     const double kept = quartic_weight(shadow.way / r);
     if (kept >= kDeep * full) continue;
     blocked.places.push_back(places[p]);
@@ -218,8 +233,9 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
 
 /// The weighing way from a node to a place, at most `longest`; false where they see each other, or
 /// nearly.
-bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& from, double longest,
+bool TrueNeighbours::way_through(const Blocked& blocked, std::size_t node, double longest,
                                  const Vec3& place, Shadow& out) const {
+  const Vec3& from = origins_[node];
   if (paths_.straight(from, place)) return false;
   struct Candidate {
     double length;
@@ -246,6 +262,14 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& from, doubl
     out.way = weighing_way(straight, one.length, slope_straight, slope_way);
     if (slope_way == 0.0) return false;
     out.gradient = slope_way * last.normalized() + slope_straight * direct.normalized();
+    // From a node in air the same share of its weight is left as from where its ways begin.
+    const Vec3 whole = place - cloud_.positions[node];
+    if (from != cloud_.positions[node] && whole.norm() > 0.0) {
+      const double share = whole.norm() / straight;
+      out.gradient = share * out.gradient +
+                     out.way / straight * (whole.normalized() - share * direct.normalized());
+      out.way *= share;
+    }
     break;
   }
   return true;
@@ -255,7 +279,7 @@ bool TrueNeighbours::shadow(int node, const Vec3& place, Shadow& out) const {
   const auto i = static_cast<std::size_t>(node);
   if (blocked_of_[i] < 0) return false;
   const Blocked& blocked = blocked_[static_cast<std::size_t>(blocked_of_[i])];
-  if (!way_through(blocked, cloud_.positions[i], radius(i), place, out)) return false;
+  if (!way_through(blocked, i, radius(i), place, out)) return false;
   out.twin = -1;
   if (blocked.twins.empty()) return true;
   if (!blocked.divided) {

@@ -7,6 +7,9 @@
 // twins of the others, and s falls from 1 to 0 continuously around the end of a fold. A node whose
 // twin would be slight (a hundredth of its integral) has none: there it weighs W of the way through
 // tissue. One twin a part of the deep shadow {s < 1/2}.
+//
+// A node may lie in air itself, where tissue was taken away about it: it stays to carry what is
+// left, and its ways begin at the nearest wall.
 #pragma once
 
 #include <cstddef>
@@ -66,12 +69,14 @@ class TrueNeighbours {
   void find_parts(std::size_t node, const std::vector<Vec3>& places,
                   const std::vector<double>& weights, Blocked& blocked) const;
   double radius(std::size_t node) const { return support_factor_ * cloud_.spacings[node]; }
-  bool way_through(const Blocked& blocked, const Vec3& from, double longest, const Vec3& place,
+  void find_origins();
+  bool way_through(const Blocked& blocked, std::size_t node, double longest, const Vec3& place,
                    Shadow& out) const;
 
   PointCloud cloud_;
   double support_factor_ = 0.0;
   TissuePaths paths_;
+  std::vector<Vec3> origins_;  ///< where the nodes' ways begin: they, or a wall nearby   (nodes)
   std::vector<int> parents_;
   std::vector<int> blocked_of_;  ///< -1: sees all                                      (nodes)
   std::vector<Blocked> blocked_;
