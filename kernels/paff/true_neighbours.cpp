@@ -25,9 +25,9 @@ constexpr double kBeyond = 1.05;
 constexpr double kStraightUpTo = 1.03, kAsItIsFrom = 1.10;
 /// CUTTING's bounds: what is deep in shadow, and the least share of a node's integral for a twin.
 constexpr double kDeep = 0.5, kLeastTwin = 1e-2;
-/// A node farther than this outside the tissue lies in air; its ways begin as far below the wall,
-/// in spacings.
-constexpr double kInAir = 1e-3;
+/// A node farther than the first outside the tissue lies in air, not on the surface; its ways begin
+/// the second below the wall; in spacings.
+constexpr double kInAir = 1e-7, kBelowWall = 1e-3;
 /// Places of a deep shadow that see each other across this many spacings are of one part.
 constexpr double kOnePart = 0.8;
 
@@ -61,11 +61,11 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
 void TrueNeighbours::find_origins() {
   origins_ = cloud_.positions;
   parallel_for_each_index(origins_.size(), 32, [&](std::size_t i) {
-    const double least = kInAir * cloud_.spacings[i];
+    const double h = cloud_.spacings[i];
     const SurfaceTree& tree = paths_.tree();
-    if (!(tree.signed_distance(origins_[i]) > least)) return;
+    if (!(tree.signed_distance(origins_[i]) > kInAir * h)) return;
     const SurfaceTree::Closest wall = tree.closest(origins_[i]);
-    origins_[i] = wall.position + least / wall.distance * (wall.position - origins_[i]);
+    origins_[i] = wall.position + kBelowWall * h / wall.distance * (wall.position - origins_[i]);
   });
 }
 

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace viscera {
 namespace {
 
 /// Where voxel 0 has its middle, in voxels: so that planes at round coordinates pass through none.
 const Vec3 kOffset(0.18301, 0.31415, 0.27182);
+
+/// From half a share to none or all of it, in voxels: from corner to corner of one, so that it is
+/// linear along all edges between middles that meet a wall.
+const double kRamp = std::numbers::sqrt3;
 
 int floor_divided(int number, int by) {
   return (number >= 0 ? number : number - by + 1) / by;
@@ -54,14 +59,14 @@ bool TissueShare::take_out(const Box& reach, const std::function<double(const Ve
   Voxel low, high;
   for (int c = 0; c < 3; ++c) {
     const auto at = static_cast<std::size_t>(c);
-    low[at] = static_cast<int>(std::floor(reach.min()[c] / voxel_ - kOffset[c])) - 1;
-    high[at] = static_cast<int>(std::ceil(reach.max()[c] / voxel_ - kOffset[c])) + 1;
+    low[at] = static_cast<int>(std::floor(reach.min()[c] / voxel_ - kOffset[c])) - 2;
+    high[at] = static_cast<int>(std::ceil(reach.max()[c] / voxel_ - kOffset[c])) + 2;
   }
   bool less = false;
   for (int z = low[2]; z <= high[2]; ++z)
     for (int y = low[1]; y <= high[1]; ++y)
       for (int x = low[0]; x <= high[0]; ++x) {
-        const double share = 0.5 + 0.5 * distance(middle({x, y, z})) / voxel_;
+        const double share = 0.5 + 0.5 * distance(middle({x, y, z})) / (kRamp * voxel_);
         if (share < 1.0) less = limit({x, y, z}, share) || less;
       }
   return less;
@@ -88,13 +93,6 @@ double TissueShare::share(const Vec3& place) const {
     sum += weight * share(voxel);
   }
   return sum;
-}
-
-double TissueShare::taken() const {
-  double sum = 0.0;
-  for (const auto& [number, brick] : bricks_)
-    for (const float left : brick) sum += 1.0 - static_cast<double>(left);
-  return sum * voxel_ * voxel_ * voxel_;
 }
 
 std::size_t TissueShare::memory_bytes() const {

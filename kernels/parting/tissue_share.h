@@ -2,9 +2,9 @@
 // sheared or heat has vaporised is gone. In the organ's shape at rest, in bricks of voxels, of
 // which there are some only where something is gone.
 //
-// A voxel's share stands for its middle. By closed-form shapes it falls from 1 to 0 between a voxel
-// outside of them and a voxel inside, linearly with the distance, so that the places between
-// voxels where half is left lie on the shape to a small part of a voxel.
+// A voxel's share stands for its middle. By closed-form shapes it falls from 1 to 0 between a
+// voxel's diagonal outside of them and as much inside, linearly with the distance, so that the
+// places between voxels where half is left lie on the shape to a small part of a voxel.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ class TissueShare {
   bool untouched() const { return bricks_.empty(); }
   Vec3 middle(const Voxel& voxel) const;
 
-  /// Takes out where `distance` [m] is negative; it is asked within `reach` and a voxel about it.
-  /// True: less is left somewhere. Parts thinner than least_kerf() may be missed.
+  /// Takes out where `distance` [m] is negative; it is asked within `reach` and two voxels about
+  /// it. True: less is left somewhere. Parts thinner than least_kerf() may be missed.
   bool take_out(const Box& reach, const std::function<double(const Vec3&)>& distance);
   /// No more than this share is left of a voxel; true: that is less than before.
   bool limit(const Voxel& voxel, double share);
@@ -36,8 +36,6 @@ class TissueShare {
   double share(const Voxel& voxel) const;
   /// Of a place, linear between the middles of voxels.
   double share(const Vec3& place) const;
-  /// What is gone: of every voxel its share [m3].
-  double taken() const;
   std::size_t memory_bytes() const;
 
   /// The thinnest cut that surely leaves a way through: the middles of two voxels.

@@ -133,5 +133,41 @@ TEST(CutBody, NodesThatTheCutLeavesInAirCarryWhatIsLeftAboutThem) {
   EXPECT_LT(wide.mouth, 1.06 * narrow.mouth);
 }
 
+TEST(CutBody, APieceThatIsCutOffMovesWithoutForce) {
+  const double h = 4e-3, side = 0.25e-3, end = 0.5 * kSize.x();
+  const TriangleSurface whole = block(0.5 * h);
+  const TriangleSurface cut =
+      test::bricks(joined({lines(-end, -side, 0.5 * h), {side}, lines(side, end, 0.5 * h)}),
+                   lines(-0.5 * kSize.y(), 0.5 * kSize.y(), 0.5 * h),
+                   lines(-0.5 * kSize.z(), 0.5 * kSize.z(), 0.5 * h),
+                   [&](const Vec3& x) { return std::abs(x.x()) > side; });
+  const PointCloud cloud =
+      place_nodes(
+          whole, SurfaceTree(whole), [&](const Vec3&) { return h; }, {}, no_progress())
+          .value();
+  ElasticProblem problem{&cut, &cloud, kTissue, [&](const Vec3& x) { return x.x() < 1e-9 - end; }};
+  problem.may_have_free_pieces = true;
+  const auto assembled = GalerkinSystem::assemble(problem, 1.8, no_progress());
+  ASSERT_TRUE(assembled) << assembled.error().text();
+  const std::vector<TissuePiece>& pieces = assembled->pieces();
+  ASSERT_EQ(pieces.size(), 2u);
+  const TissuePiece& off = pieces[0].held ? pieces[1] : pieces[0];
+  EXPECT_FALSE(off.held);
+  const PointCloud& nodes = assembled->fields().cloud();
+  EXPECT_GT(nodes.size(), cloud.size());
+  for (int motion = 0; motion < 6; ++motion) {
+    std::vector<double> moved(3 * nodes.size(), 0.0);
+    for (const int node : off.nodes) {
+      const auto n = static_cast<std::size_t>(node);
+      const Vec3 axis = Vec3::Unit(motion % 3);
+      // By a spacing, or as if turned by a radian.
+      Vec3::Map(moved.data() + 3 * n) =
+          motion < 3 ? Vec3(h * axis) : Vec3(axis.cross(nodes.positions[n]));
+    }
+    const double energy = 0.5 * work_of(assembled->stiffness(), moved);
+    EXPECT_LT(std::abs(energy), 1e-10 * kTissue.youngs_modulus * h * h * h) << motion;
+  }
+}
+
 }  // namespace
 }  // namespace viscera

@@ -10,7 +10,7 @@ namespace viscera {
 namespace {
 
 /// Areas add up, none is turned over, and each side but those of the loops belongs to two.
-void expect_sound(const std::vector<Vec2>& places, const std::vector<PolygonLoop>& loops) {
+void expect_filled(const std::vector<Vec2>& places, const std::vector<PolygonLoop>& loops) {
   const std::vector<std::array<int, 3>> triangles = polygon_triangles(places, loops);
   double sum = 0.0, area = 0.0;
   std::size_t corners = 0;
@@ -46,7 +46,7 @@ TEST(PolygonTriangles, FillAPolygonThatIsNotConvex) {
   const std::vector<Vec2> places = ring(40, 1.0, 0.6);
   PolygonLoop loop;
   for (int i = 0; i < 40; ++i) loop.push_back(i);
-  expect_sound(places, {loop});
+  expect_filled(places, {loop});
 }
 
 TEST(PolygonTriangles, LeaveHolesOpen) {
@@ -62,19 +62,19 @@ TEST(PolygonTriangles, LeaveHolesOpen) {
     std::reverse(hole.begin(), hole.end());
     loops.push_back(hole);
   }
-  expect_sound(places, loops);
+  expect_filled(places, loops);
 }
 
 TEST(PolygonTriangles, UseCornersOnStraightSides) {
   const std::vector<Vec2> places = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {0, 1}};
-  expect_sound(places, {{0, 1, 2, 3, 4, 5, 6, 7}});
+  expect_filled(places, {{0, 1, 2, 3, 4, 5, 6, 7}});
   // Two lines side by side, as a flat cut leaves them.
   std::vector<Vec2> strip;
   PolygonLoop around;
   for (int i = 0; i < 30; ++i) strip.push_back({0.1 * i + 0.03 * (i % 3), 0.0});
   for (int i = 30; i-- > 0;) strip.push_back({0.1 * i, 0.4});
   for (int i = 0; i < 60; ++i) around.push_back(i);
-  expect_sound(strip, {around});
+  expect_filled(strip, {around});
 }
 
 TEST(PolygonTriangles, KnowWhatLiesWithin) {
