@@ -9,11 +9,12 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/points/closed_pieces.h"
+#include "kernels/points/marching_tetrahedra.h"
 
 namespace viscera {
 namespace {
 
-using Index = Eigen::Vector3i;
+using Index = MarchingTetrahedra::Index;
 
 // Fields whose slope exceeds this somewhere may lose cells; the open surface is then noticed, and
 // every cell is visited instead.
@@ -83,7 +84,7 @@ class Corners {
     corners.reserve(8 * cells.size());
     for (const Index& cell : cells) {
       for (int c = 0; c < 8; ++c) {
-        const Index at = cell + Index(c & 1, c >> 1 & 1, c >> 2);
+        const Index at = MarchingTetrahedra::corner(cell, c);
         corners.emplace_back(grid.key(at), at);
       }
     }
@@ -101,115 +102,12 @@ class Corners {
     for (std::size_t i = 0; i < keys_.size(); ++i) numbers_.emplace(keys_[i], static_cast<int>(i));
   }
 
-  int number(std::uint64_t key) const { return numbers_.find(key)->second; }
-  double value(int number) const { return values_[number]; }
+  double value(std::uint64_t key) const { return values_[numbers_.find(key)->second]; }
 
  private:
   std::vector<std::uint64_t> keys_;
   std::vector<double> values_;
   std::unordered_map<std::uint64_t, int> numbers_;
-};
-
-// Freudenthal's six tetrahedra of a cube about the diagonal from corner 0 to corner 7; neighbouring
-// cubes split their common face the same way. Each is positively oriented.
-constexpr std::array<std::array<int, 4>, 6> kTetrahedra = {
-    {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
-
-class Marcher {
- public:
-  Marcher(const Grid& grid, const Corners& corners) : grid_(grid), corners_(corners) {}
-
-  void visit(const Index& cell) {
-    std::array<Corner, 8> corner;
-    int inside = 0;
-    for (int c = 0; c < 8; ++c) {
-      const Index at = cell + Index(c & 1, c >> 1 & 1, c >> 2);
-      const int number = corners_.number(grid_.key(at));
-      corner[c] = {at, number, corners_.value(number)};
-      inside += corner[c].value < 0.0;
-    }
-    if (inside == 0 || inside == 8) return;
-    for (const auto& [a, b, c, d] : kTetrahedra) {
-      tetrahedron({&corner[a], &corner[b], &corner[c], &corner[d]});
-    }
-  }
-
-  TriangleSurface take() { return std::move(surface_); }
-
- private:
-  struct Corner {
-    Index at;
-    int number;
-    double value;
-  };
-
-  void tetrahedron(std::array<const Corner*, 4> c) {
-    // Bring the inside corners to the front by even permutations, which keep the orientation.
-    const auto in = [&c](int i) { return c[i]->value < 0.0; };
-    const int inside = in(0) + in(1) + in(2) + in(3);
-    if (inside == 0 || inside == 4) return;
-    const auto rotate = [&c](int i, int j, int k) {
-      const Corner* first = c[i];
-      c[i] = c[j];
-      c[j] = c[k];
-      c[k] = first;
-    };
-    if (inside == 1) {
-      if (in(1))
-        rotate(0, 1, 2);
-      else if (in(2))
-        rotate(0, 2, 1);
-      else if (in(3))
-        rotate(0, 3, 1);
-      triangle(cut(c[0], c[1]), cut(c[0], c[2]), cut(c[0], c[3]));
-    } else if (inside == 3) {
-      if (!in(1))
-        rotate(0, 1, 2);
-      else if (!in(2))
-        rotate(0, 2, 1);
-      else if (!in(3))
-        rotate(0, 3, 1);
-      triangle(cut(c[0], c[1]), cut(c[0], c[3]), cut(c[0], c[2]));
-    } else {
-      if (in(0)) {
-        if (in(2))
-          rotate(1, 2, 3);
-        else if (in(3))
-          rotate(1, 3, 2);
-      } else if (in(1)) {
-        if (in(2))
-          rotate(0, 1, 2);
-        else
-          rotate(0, 1, 3);
-      } else {
-        rotate(0, 2, 1);
-        rotate(1, 3, 2);
-      }
-      const int p = cut(c[0], c[2]), q = cut(c[0], c[3]), r = cut(c[1], c[3]), s = cut(c[1], c[2]);
-      triangle(p, q, r);
-      triangle(p, r, s);
-    }
-  }
-
-  void triangle(int a, int b, int c) { surface_.triangles.push_back({a, b, c}); }
-
-  int cut(const Corner* a, const Corner* b) {
-    if (a->number > b->number) std::swap(a, b);
-    const std::uint64_t key = static_cast<std::uint64_t>(a->number) << 32 | b->number;
-    const auto [entry, fresh] = cuts_.try_emplace(key, surface_.vertices.size());
-    if (fresh) {
-      // Kept away from corners, so that no triangle begins with zero area.
-      const double share = std::clamp(a->value / (a->value - b->value), 0.05, 0.95);
-      surface_.vertices.push_back((1.0 - share) * grid_.corner(a->at) +
-                                  share * grid_.corner(b->at));
-    }
-    return entry->second;
-  }
-
-  const Grid& grid_;
-  const Corners& corners_;
-  std::unordered_map<std::uint64_t, int> cuts_;
-  TriangleSurface surface_;
 };
 
 bool is_closed(const TriangleSurface& surface) {
@@ -230,13 +128,18 @@ bool is_closed(const TriangleSurface& surface) {
   return true;
 }
 
-// Orientation is decided once, by the sign of the field, in `tetrahedron`.
 TriangleSurface march(const SignedDistance& distance, const Grid& grid,
                       const std::vector<Index>& cells) {
   const Corners corners(distance, grid, cells);
-  Marcher marcher(grid, corners);
-  for (const Index& cell : cells) marcher.visit(cell);
-  return marcher.take();
+  MarchingTetrahedra marching([&](const Index& at) { return grid.corner(at); });
+  for (const Index& cell : cells) {
+    std::array<double, 8> values;
+    for (int c = 0; c < 8; ++c)
+      values[static_cast<std::size_t>(c)] =
+          corners.value(grid.key(MarchingTetrahedra::corner(cell, c)));
+    marching.visit(cell, values);
+  }
+  return marching.take();
 }
 
 }  // namespace
@@ -273,22 +176,8 @@ Result<TriangleSurface> marching_tetrahedra(const SignedDistance& distance, cons
 
 std::vector<TriangleSurface> pieces_of(const TriangleSurface& surface) {
   std::vector<TriangleSurface> pieces;
-  std::vector<int> number(surface.vertices.size(), -1);
-  for (const auto& part : connected_triangles(surface)) {
-    TriangleSurface& piece = pieces.emplace_back();
-    for (const auto& triangle : part) {
-      std::array<int, 3> renumbered;
-      for (int i = 0; i < 3; ++i) {
-        int& to = number[triangle[i]];
-        if (to < 0) {
-          to = static_cast<int>(piece.vertices.size());
-          piece.vertices.push_back(surface.vertices[triangle[i]]);
-        }
-        renumbered[i] = to;
-      }
-      piece.triangles.push_back(renumbered);
-    }
-  }
+  for (auto& part : connected_triangles(surface))
+    pieces.push_back(with_used_vertices({surface.vertices, std::move(part)}));
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const auto& a, const auto& b) { return volume(a) > volume(b); });
   return pieces;

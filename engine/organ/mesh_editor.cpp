@@ -298,22 +298,10 @@ void MeshEditor::project_all() {
 }
 
 TriangleSurface MeshEditor::surface() const {
-  TriangleSurface result;
-  std::vector<int> number(at_.size(), -1);
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    if (!alive(static_cast<int>(t))) continue;
-    Triangle corners;
-    for (int i = 0; i < 3; ++i) {
-      int& to = number[triangles_[t][i]];
-      if (to < 0) {
-        to = static_cast<int>(result.vertices.size());
-        result.vertices.push_back(at_[triangles_[t][i]]);
-      }
-      corners[i] = to;
-    }
-    result.triangles.push_back(corners);
-  }
-  return result;
+  TriangleSurface all{at_, {}};
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
+    if (alive(static_cast<int>(t))) all.triangles.push_back(triangles_[t]);
+  return with_used_vertices(all);
 }
 
 }  // namespace viscera

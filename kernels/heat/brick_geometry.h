@@ -7,9 +7,12 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/heat/bricks.h"
+#include "kernels/heat/brick_layout.h"
+#include "kernels/points/bricks.h"
 
 namespace viscera {
+
+static_assert(BrickField::kEdge == kBrickEdge, "a device's bricks are these");
 
 /// Signed distance of a rest position from an organ's surface [m], negative inside. Like every
 /// distance it changes by no more than one moves. Asked when bricks are made, from many threads at

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "kernels/heat/bricks.h"
+#include "kernels/points/bricks.h"
 
 namespace viscera {
 

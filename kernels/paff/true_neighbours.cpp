@@ -58,40 +58,42 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
   return found->find_blocked() ? found : nullptr;
 }
 
-void TrueNeighbours::find_origins() {
-  origins_ = cloud_.positions;
-  parallel_for_each_index(origins_.size(), 32, [&](std::size_t i) {
-    const double h = cloud_.spacings[i];
-    const SurfaceTree& tree = paths_.tree();
-    if (!(tree.signed_distance(origins_[i]) > kInAir * h)) return;
-    const SurfaceTree::Closest wall = tree.closest(origins_[i]);
-    origins_[i] = wall.position + kBelowWall * h / wall.distance * (wall.position - origins_[i]);
-  });
+Vec3 TrueNeighbours::beginning(std::size_t node) const {
+  const Vec3& place = cloud_.positions[node];
+  const double h = cloud_.spacings[node];
+  if (!(paths_.tree().signed_distance(place) > kInAir * h)) return place;
+  const SurfaceTree::Closest wall = paths_.tree().closest(place);
+  return wall.position + kBelowWall * h / wall.distance * (wall.position - place);
 }
 
 bool TrueNeighbours::find_blocked() {
   const std::size_t n = cloud_.size();
-  find_origins();
+  std::vector<Vec3> from(n);
   std::vector<std::vector<Vec3>> walls(n);
   parallel_for_each_index(n, 32, [&](std::size_t i) {
-    walls[i] = paths_.walls_beyond_air(origins_[i], kBeyond * radius(i));
+    from[i] = beginning(i);
+    walls[i] = paths_.walls_beyond_air(from[i], kBeyond * radius(i));
   });
   std::vector<std::size_t> nodes;  // that have some
-  for (std::size_t i = 0; i < n; ++i)
-    if (!walls[i].empty()) nodes.push_back(i);
+  std::vector<Vec3> beginnings;    // theirs
+  for (std::size_t i = 0; i < n; ++i) {
+    if (walls[i].empty()) continue;
+    nodes.push_back(i);
+    beginnings.push_back(from[i]);
+  }
   if (nodes.empty()) return false;
 
   const LocalSpacing spacing(cloud_);
-  std::vector<Blocked> blocked = ways_around(nodes, spacing);
+  std::vector<Blocked> blocked = ways_around(nodes, beginnings, spacing);
   // Ways that are longer than the support are none; so few can be told from those that are only a
   // little longer than the straight one.
   std::vector<char> keeps(nodes.size(), 0), severed(nodes.size(), 0);
   parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
-    const Vec3& from = origins_[nodes[k]];
+    const Vec3& place = cloud_.positions[nodes[k]];
     keeps[k] = std::any_of(walls[nodes[k]].begin(), walls[nodes[k]].end(), [&](const Vec3& to) {
-      const double r = radius(nodes[k]), straight = (to - from).norm();
+      const double r = radius(nodes[k]), straight = (to - place).norm();
       Shadow shadow;
-      if (!way_through(blocked[k], nodes[k], kLongerWay * r, to, shadow)) return false;
+      if (!way_through(blocked[k], place, kLongerWay * r, to, shadow)) return false;
       severed[k] = severed[k] || shadow.way >= kLongerWay * r;
       return severed[k] ||
              (shadow.way > kLongerWay * straight &&
@@ -138,14 +140,11 @@ bool TrueNeighbours::find_blocked() {
 
 /// Shortest ways from each of these nodes to the bends about it, up to kLongerWay of its support.
 std::vector<TrueNeighbours::Blocked> TrueNeighbours::ways_around(
-    const std::vector<std::size_t>& nodes, const LocalSpacing& spacing) const {
-  std::vector<Vec3> centres;
+    const std::vector<std::size_t>& nodes, const std::vector<Vec3>& beginnings,
+    const LocalSpacing& spacing) const {
   std::vector<double> about;
-  for (const std::size_t i : nodes) {
-    centres.push_back(origins_[i]);
-    about.push_back(kLongerWay * radius(i));
-  }
-  const InfluenceGrid near_nodes(centres, about);
+  for (const std::size_t i : nodes) about.push_back(kLongerWay * radius(i));
+  const InfluenceGrid near_nodes(beginnings, about);
   const auto wanted = [&](const Vec3& x) {
     thread_local std::vector<int> found;
     near_nodes.reaching(x, found);
@@ -154,7 +153,8 @@ std::vector<TrueNeighbours::Blocked> TrueNeighbours::ways_around(
   const TissueBends bends(paths_, wanted, [&](const Vec3& x) { return spacing(x); });
   std::vector<Blocked> blocked(nodes.size());
   parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
-    blocked[k].bends = bends.reached(centres[k], about[k]);
+    blocked[k].from = beginnings[k];
+    blocked[k].bends = bends.reached(beginnings[k], about[k]);
   });
   return blocked;
 }
@@ -200,7 +200,7 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
     const double full = quartic_weight((places[p] - from).norm() / r);
     whole += weights[p] * full;
     Shadow shadow;
-    if (!way_through(blocked, node, r, places[p], shadow)) continue;
+    if (!way_through(blocked, from, r, places[p], shadow)) continue;
     const double kept = quartic_weight(shadow.way / r);
     if (kept >= kDeep * full) continue;
     blocked.places.push_back(places[p]);
@@ -233,9 +233,9 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
 
 /// The weighing way from a node to a place, at most `longest`; false where they see each other, or
 /// nearly.
-bool TrueNeighbours::way_through(const Blocked& blocked, std::size_t node, double longest,
+bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, double longest,
                                  const Vec3& place, Shadow& out) const {
-  const Vec3& from = origins_[node];
+  const Vec3& from = blocked.from;
   if (paths_.straight(from, place)) return false;
   struct Candidate {
     double length;
@@ -263,8 +263,8 @@ bool TrueNeighbours::way_through(const Blocked& blocked, std::size_t node, doubl
     if (slope_way == 0.0) return false;
     out.gradient = slope_way * last.normalized() + slope_straight * direct.normalized();
     // From a node in air the same share of its weight is left as from where its ways begin.
-    const Vec3 whole = place - cloud_.positions[node];
-    if (from != cloud_.positions[node] && whole.norm() > 0.0) {
+    const Vec3 whole = place - node;
+    if (from != node && whole.norm() > 0.0) {
       const double share = whole.norm() / straight;
       out.gradient = share * out.gradient +
                      out.way / straight * (whole.normalized() - share * direct.normalized());
@@ -279,7 +279,7 @@ bool TrueNeighbours::shadow(int node, const Vec3& place, Shadow& out) const {
   const auto i = static_cast<std::size_t>(node);
   if (blocked_of_[i] < 0) return false;
   const Blocked& blocked = blocked_[static_cast<std::size_t>(blocked_of_[i])];
-  if (!way_through(blocked, i, radius(i), place, out)) return false;
+  if (!way_through(blocked, cloud_.positions[i], radius(i), place, out)) return false;
   out.twin = -1;
   if (blocked.twins.empty()) return true;
   if (!blocked.divided) {

@@ -53,6 +53,7 @@ class TrueNeighbours {
  private:
   /// A node with shadows.
   struct Blocked {
+    Vec3 from;  ///< where its ways begin: the node, or a wall near one in air
     std::vector<TissuePaths::Bend> bends;
     std::vector<Vec3> places;  ///< that lie in its deep shadow
     std::vector<int> twins;    ///< of each: node of the cloud, or -1
@@ -63,20 +64,20 @@ class TrueNeighbours {
       : cloud_(cloud), support_factor_(support_factor), paths_(surface) {}
   bool find_blocked();
   std::vector<Blocked> ways_around(const std::vector<std::size_t>& nodes,
+                                   const std::vector<Vec3>& beginnings,
                                    const LocalSpacing& spacing) const;
   void find_shadows(const std::vector<std::size_t>& nodes, const std::vector<char>& keeps,
                     const VolumeQuadrature& volume, std::vector<Blocked>& blocked) const;
   void find_parts(std::size_t node, const std::vector<Vec3>& places,
                   const std::vector<double>& weights, Blocked& blocked) const;
   double radius(std::size_t node) const { return support_factor_ * cloud_.spacings[node]; }
-  void find_origins();
-  bool way_through(const Blocked& blocked, std::size_t node, double longest, const Vec3& place,
+  Vec3 beginning(std::size_t node) const;
+  bool way_through(const Blocked& blocked, const Vec3& node, double longest, const Vec3& place,
                    Shadow& out) const;
 
   PointCloud cloud_;
   double support_factor_ = 0.0;
   TissuePaths paths_;
-  std::vector<Vec3> origins_;  ///< where the nodes' ways begin: they, or a wall nearby   (nodes)
   std::vector<int> parents_;
   std::vector<int> blocked_of_;  ///< -1: sees all                                      (nodes)
   std::vector<Blocked> blocked_;

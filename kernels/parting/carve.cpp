@@ -8,6 +8,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "kernels/base/random.h"
 #include "kernels/parting/polygon_triangles.h"
 #include "kernels/points/surface_tree.h"
 
@@ -20,7 +21,6 @@ using Triangle = std::array<int, 3>;
 struct Side {
   int low, high;
   Side(int a, int b) : low(std::min(a, b)), high(std::max(a, b)) {}
-  bool operator==(const Side&) const = default;
   std::uint64_t key() const {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(low)) << 32 |
            static_cast<std::uint32_t>(high);
@@ -143,6 +143,21 @@ class Meeting {
     return (at(triangle[1]) - at(triangle[0])).cross(at(triangle[2]) - at(triangle[0]));
   }
 
+  /// Coordinates in the plane of a triangle, anticlockwise as it goes.
+  struct Plane {
+    Vec3 origin, normal, right, up;
+
+    Vec2 at(const Vec3& x) const {
+      const Vec3 from = x - origin;
+      return {from.dot(right), from.dot(up)};
+    }
+  };
+  Plane plane_of(const Triangle& triangle) const {
+    const Vec3 normal = normal_of(triangle).stableNormalized();
+    const Vec3 right = (at(triangle[1]) - at(triangle[0])).stableNormalized();
+    return {at(triangle[0]), normal, right, normal.cross(right)};
+  }
+
   /// The vertices on a side of a triangle from one end to the other, without the last.
   PolygonLoop along(const One& one, int from, int to) const {
     PolygonLoop line = {from};
@@ -166,8 +181,7 @@ class Meeting {
             static_cast<int>(t));
     std::vector<std::pair<int, bool>> known;
     for (std::size_t t = 0; t < one.triangles.size(); ++t) {
-      const bool divided = !one.cuts[t].empty();
-      if (!divided) continue;
+      if (one.cuts[t].empty()) continue;
       const std::size_t first = one.parts.size();
       if (auto parted = part(which, static_cast<int>(t)); !parted)
         return std::unexpected(parted.error());
@@ -219,9 +233,7 @@ class Meeting {
   };
   struct CrossingHash {
     std::size_t operator()(const CrossingKey& key) const {
-      std::uint64_t sum = key.side * 0x9E3779B97F4A7C15ull;
-      sum = (sum ^ sum >> 31 ^ static_cast<std::uint32_t>(key.triangle)) * 0xBF58476D1CE4E5B9ull;
-      return sum ^ sum >> 27;
+      return mix64(mix64(key.side) ^ static_cast<std::uint32_t>(key.triangle));
     }
   };
 
@@ -238,14 +250,13 @@ class Meeting {
 class Division {
  public:
   struct Way {
-    int from, to;   // places
-    int other;      // the cut's; -1: part of a side
-    bool forwards;  // goes as the cut does
+    int from, to;  // places
+    int other;     // the cut's; -1: part of a side
   };
 
   void add(int from, int to, int other) {
-    ways.push_back({from, to, other, true});
-    ways.push_back({to, from, other, false});
+    ways.push_back({from, to, other});
+    ways.push_back({to, from, other});
   }
 
   /// Loops with what they go along; each keeps the same part of the triangle on its left.
@@ -289,18 +300,15 @@ class Division {
 Result<void> Meeting::part(std::size_t which, int number) {
   One& one = surfaces_[which];
   const Triangle& triangle = one.triangles[static_cast<std::size_t>(number)];
-  const Vec3 normal = normal_of(triangle).stableNormalized();
-  const Vec3 right = (at(triangle[1]) - at(triangle[0])).stableNormalized();
-  const Vec3 up = normal.cross(right);
+  const Plane plane = plane_of(triangle);
   std::map<int, int> place_of;
   std::vector<int> vertices;
   std::vector<Vec2> places;
   const auto place = [&](int vertex) {
     const auto [found, is_new] = place_of.try_emplace(vertex, static_cast<int>(places.size()));
     if (is_new) {
-      const Vec3 from = at(vertex) - at(triangle[0]);
       vertices.push_back(vertex);
-      places.push_back({from.dot(right), from.dot(up)});
+      places.push_back(plane.at(at(vertex)));
     }
     return found->second;
   };
@@ -329,7 +337,7 @@ Result<void> Meeting::part(std::size_t which, int number) {
       const Vec3 along_cut = at(vertices[static_cast<std::size_t>(way.to)]) -
                              at(vertices[static_cast<std::size_t>(way.from)]);
       const Triangle& other = surfaces_[1 - which].triangles[static_cast<std::size_t>(way.other)];
-      outline.vote += normal.cross(along_cut).dot(normal_of(other).stableNormalized());
+      outline.vote += plane.normal.cross(along_cut).dot(normal_of(other).stableNormalized());
     }
     outline.area = doubled_area(places, outline.loop);
     outlines.push_back(std::move(outline));
@@ -393,10 +401,7 @@ CarvedSurface Meeting::gather() const {
         add(one.triangles[t], skin(static_cast<int>(t)), !is_body);
     for (const Part& part : one.parts) {
       if (part.outside != is_body) continue;
-      const Triangle& triangle = one.triangles[static_cast<std::size_t>(part.triangle)];
-      const Vec3 normal = normal_of(triangle).stableNormalized();
-      const Vec3 right = (at(triangle[1]) - at(triangle[0])).stableNormalized();
-      const Vec3 up = normal.cross(right);
+      const Plane plane = plane_of(one.triangles[static_cast<std::size_t>(part.triangle)]);
       std::vector<int> corners;
       std::vector<Vec2> places;
       std::vector<PolygonLoop> loops;
@@ -405,8 +410,7 @@ CarvedSurface Meeting::gather() const {
         for (const int corner : loop) {
           loops.back().push_back(static_cast<int>(corners.size()));
           corners.push_back(corner);
-          const Vec3 from = at(corner) - at(triangle[0]);
-          places.push_back({from.dot(right), from.dot(up)});
+          places.push_back(plane.at(at(corner)));
         }
       }
       for (Triangle piece : polygon_triangles(places, loops)) {

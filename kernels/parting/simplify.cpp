@@ -94,7 +94,6 @@ class Simplifier {
 
   static std::size_t index(int number) { return static_cast<std::size_t>(number); }
   const Vec3& at(int vertex) const { return at_[index(vertex)]; }
-  bool alive(int triangle) const { return triangles_[index(triangle)][0] >= 0; }
   std::uint64_t changes_of(int a, int b) const {
     return static_cast<std::uint64_t>(changes_[index(a)]) << 32 | changes_[index(b)];
   }
@@ -199,22 +198,10 @@ class Simplifier {
   }
 
   TriangleSurface gathered() const {
-    TriangleSurface found;
-    std::vector<int> numbers(at_.size(), -1);
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      if (!alive(static_cast<int>(t))) continue;
-      auto triangle = triangles_[t];
-      for (int& corner : triangle) {
-        int& number = numbers[index(corner)];
-        if (number < 0) {
-          number = static_cast<int>(found.vertices.size());
-          found.vertices.push_back(at(corner));
-        }
-        corner = number;
-      }
-      found.triangles.push_back(triangle);
-    }
-    return found;
+    TriangleSurface all{at_, {}};
+    for (const auto& triangle : triangles_)
+      if (triangle[0] >= 0) all.triangles.push_back(triangle);
+    return with_used_vertices(all);
   }
 
   Simplification wanted_;

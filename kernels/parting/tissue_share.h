@@ -7,25 +7,23 @@
 // places between voxels where half is left lie on the shape to a small part of a voxel.
 #pragma once
 
-#include <array>
 #include <functional>
-#include <map>
 #include <vector>
 
-#include "kernels/base/types.h"
+#include "kernels/points/bricks.h"
 
 namespace viscera {
 
 class TissueShare {
  public:
-  using Voxel = std::array<int, 3>;
+  using Voxel = BrickField::Index;
 
   /// Edge of a voxel [m].
-  explicit TissueShare(double voxel);
+  explicit TissueShare(double voxel) : gone_(voxel) {}
 
-  double voxel() const { return voxel_; }
-  bool untouched() const { return bricks_.empty(); }
-  Vec3 middle(const Voxel& voxel) const;
+  double voxel() const { return gone_.voxel(); }
+  bool untouched() const { return gone_.brick_count() == 0; }
+  Vec3 middle(const Voxel& voxel) const { return gone_.centre(voxel) + shift(); }
 
   /// Takes out where `distance` [m] is negative; it is asked within `reach` and two voxels about
   /// it. True: less is left somewhere. Parts thinner than least_kerf() may be missed.
@@ -33,25 +31,22 @@ class TissueShare {
   /// No more than this share is left of a voxel; true: that is less than before.
   bool limit(const Voxel& voxel, double share);
 
-  double share(const Voxel& voxel) const;
+  double share(const Voxel& voxel) const { return 1.0 - static_cast<double>(gone_.at(voxel)); }
   /// Of a place, linear between the middles of voxels.
-  double share(const Vec3& place) const;
-  std::size_t memory_bytes() const;
+  double share(const Vec3& place) const { return 1.0 - gone_.sample(place - shift()); }
 
   /// The thinnest cut that surely leaves a way through: the middles of two voxels.
-  double least_kerf() const { return 2.0 * voxel_; }
+  double least_kerf() const { return 2.0 * voxel(); }
 
-  static constexpr int kEdge = 8;  ///< of a brick, in voxels
-  /// Lowest voxels of the bricks that have some, in their order.
+  static constexpr int kEdge = BrickField::kEdge;  ///< of a brick, in voxels
+  /// Lowest voxels of the bricks that have some, in the order in which they came.
   std::vector<Voxel> bricks() const;
 
  private:
-  using Brick = std::array<float, kEdge * kEdge * kEdge>;
-  static Voxel brick_of(const Voxel& voxel);
-  static std::size_t within(const Voxel& voxel);
+  /// From the field's frame to the organ's: planes at round coordinates pass through no middle.
+  Vec3 shift() const { return voxel() * Vec3(0.18301, 0.31415, 0.27182); }
 
-  double voxel_;
-  std::map<Voxel, Brick> bricks_;  // by their numbers
+  BrickField gone_;  // shares that are gone
 };
 
 }  // namespace viscera

@@ -73,4 +73,21 @@ Vec3 position(const TriangleSurface& surface, const SurfacePoint& point) {
   return point.weights[0] * a + point.weights[1] * b + point.weights[2] * c;
 }
 
+TriangleSurface with_used_vertices(const TriangleSurface& surface) {
+  TriangleSurface used;
+  std::vector<int> numbers(surface.vertices.size(), -1);
+  for (std::array<int, 3> triangle : surface.triangles) {
+    for (int& corner : triangle) {
+      int& number = numbers[static_cast<std::size_t>(corner)];
+      if (number < 0) {
+        number = static_cast<int>(used.vertices.size());
+        used.vertices.push_back(surface.vertices[static_cast<std::size_t>(corner)]);
+      }
+      corner = number;
+    }
+    used.triangles.push_back(triangle);
+  }
+  return used;
+}
+
 }  // namespace viscera

@@ -45,5 +45,7 @@ std::vector<Vec3> vertex_normals(const TriangleSurface& surface);
 /// A third of the area of the triangles around each vertex [m2].
 std::vector<double> vertex_areas(const TriangleSurface& surface);
 Vec3 position(const TriangleSurface& surface, const SurfacePoint& point);
+/// Without vertices that no triangle has; numbered as the triangles come to them.
+TriangleSurface with_used_vertices(const TriangleSurface& surface);
 
 }  // namespace viscera

@@ -2,34 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <numeric>
-#include <stdexcept>
 
 #include "kernels/parting/blade_sweep.h"
 #include "kernels/parting/carve.h"
 #include "kernels/parting/simplify.h"
 #include "kernels/parting/void_surface.h"
-#include "tests/kernels/paff/elastic_bodies.h"
-#include "tests/support/blocks.h"
+#include "tests/kernels/paff/pulled_block.h"
 
 namespace viscera {
 namespace {
 
-using test::lines;
+using test::PulledBlock;
 
-const Vec3 kPulledSize(60e-3, 40e-3, 20e-3);  // [m]
-constexpr double kPulled = 3e-3;              // each end, along x [m]
-const IsotropicMaterial kTissue{5e3, 0.45};
 constexpr double kSpacing = 3e-3, kKerfVoxel = 0.25e-3, kBlade = 0.5e-3;  // [m]
 constexpr double kBeyond = 25e-3, kAbove = 15e-3;                         // half way and height [m]
-
-TriangleSurface pulled_block() {
-  return test::bricks(lines(-0.5 * kPulledSize.x(), 0.5 * kPulledSize.x(), 0.5 * kSpacing),
-                      lines(-0.5 * kPulledSize.y(), 0.5 * kPulledSize.y(), 0.5 * kSpacing),
-                      lines(-0.5 * kPulledSize.z(), 0.5 * kPulledSize.z(), 0.5 * kSpacing),
-                      [](const Vec3&) { return true; });
-}
 
 /// A blade along y goes from one place of the plane of x and z to another. Its kerf's end is round,
 /// half a blade ahead.
@@ -66,55 +52,16 @@ void curved(TissueShare& tissue) {
   for (int k = -7; k <= 40; ++k) cut_across(tissue, at(k - 1), at(k));
 }
 
-struct CutBlock {
-  TriangleSurface surface;
-  PointCloud cloud;  // of the block before it was cut
-
-  ElasticProblem problem() const {
-    return {&surface, &cloud, kTissue,
-            [](const Vec3& x) { return std::abs(x.x()) > 0.5 * kPulledSize.x() - 1e-9; }};
+/// At each end of the block, cut so, after its nodes were placed; null: it is whole [N].
+double force_of(void (*cut)(TissueShare&), std::uint64_t seed) {
+  PulledBlock block = PulledBlock::whole(kSpacing, seed);
+  if (cut) {
+    TissueShare tissue(kKerfVoxel);
+    cut(tissue);
+    const TriangleSurface gone = simplified(void_surface(tissue), {0.1 * kKerfVoxel, kSpacing});
+    block.surface = carve(block.surface, gone).value().surface;
   }
-};
-
-CutBlock cut_block(const std::function<void(TissueShare&)>& cut, std::uint64_t seed) {
-  CutBlock made;
-  made.surface = pulled_block();
-  NodePlacement placement;
-  placement.seed = seed;
-  made.cloud = place_nodes(
-                   made.surface, SurfaceTree(made.surface), [](const Vec3&) { return kSpacing; },
-                   placement, no_progress())
-                   .value();
-  if (!cut) return made;
-  TissueShare tissue(kKerfVoxel);
-  cut(tissue);
-  const TriangleSurface gone = simplified(void_surface(tissue), {0.1 * kKerfVoxel, kSpacing});
-  const auto left = carve(made.surface, gone);
-  if (!left) throw std::runtime_error(left.error().text());
-  made.surface = left->surface;
-  return made;
-}
-
-double work_of(const SymmetricBlockMatrix& stiffness, const std::vector<double>& moved) {
-  std::vector<double> forces(moved.size());
-  stiffness.multiply(moved, forces);
-  return std::inner_product(forces.begin(), forces.end(), moved.begin(), 0.0);
-}
-
-/// At each end of a block whose ends are held flat and pulled apart [N].
-double force_of(const CutBlock& body) {
-  auto assembled = GalerkinSystem::assemble(body.problem(), 1.8, no_progress());
-  if (!assembled) throw std::runtime_error(assembled.error().text());
-  const GalerkinSystem& system = *assembled;
-  StaticLoads loads;
-  loads.held_displacement = [](const Vec3& x) {
-    return Vec3(std::copysign(kPulled, x.x()), 0.0, 0.0);
-  };
-  const auto solved = system.solve(loads);
-  if (!solved) throw std::runtime_error(solved.error().text());
-  const std::vector<double>& moved = *solved;
-  return (work_of(system.stiffness(), moved) - work_of(system.hold().value(), moved)) /
-         (2.0 * kPulled);
+  return test::pull(block.assemble(PulledBlock::is_end).value()).value().force;
 }
 
 /// The same blocks by CalculiX 2.20, meshed by gmsh 4.8 around the same kerfs with square ends:
@@ -138,8 +85,7 @@ TEST_P(KerfBody, IsSofterByWhatFiniteElementsSay) {
   const double expected = 1.0 / GetParam().force - 1.0 / kWhole;
   double mean = 0.0;
   for (const std::uint64_t seed : {11, 12}) {
-    const double added =
-        1.0 / force_of(cut_block(GetParam().cut, seed)) - 1.0 / force_of(cut_block({}, seed));
+    const double added = 1.0 / force_of(GetParam().cut, seed) - 1.0 / force_of(nullptr, seed);
     EXPECT_NEAR(added, expected, 0.08 * expected) << seed;
     mean += 0.5 * (added / expected - 1.0);
   }

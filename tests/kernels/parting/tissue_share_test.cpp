@@ -39,7 +39,7 @@ TEST(TissueShare, OnlyEverFalls) {
   EXPECT_EQ(tissue.share(TissueShare::Voxel{-9, 0, 3}), static_cast<double>(0.3f));
   EXPECT_EQ(tissue.share(TissueShare::Voxel{-8, 0, 3}), 1.0);
   EXPECT_FALSE(tissue.limit({500, 0, 0}, 1.0));
-  EXPECT_EQ(tissue.bricks(), (std::vector<TissueShare::Voxel>{{-16, 0, 0}}));
+  EXPECT_EQ(tissue.bricks(), (std::vector<TissueShare::Voxel>{TissueShare::Voxel(-16, 0, 0)}));
 }
 
 TEST(TissueShare, ABladesWayIsOutAsWideAsTheBladeOrTheLeastKerf) {

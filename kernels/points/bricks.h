@@ -1,5 +1,6 @@
-// Sparse bricks of a scalar field in an organ's rest space: what a burn does is finer than nodes,
-// so it lives on voxels of about 0.5 mm, allocated only where something happens.
+// Sparse bricks of a scalar field in an organ's rest space: what a burn or a cut does is finer than
+// nodes, so it lives on voxels of some tenths of a millimetre, allocated only where something
+// happens.
 #pragma once
 
 #include <array>
@@ -7,15 +8,14 @@
 #include <span>
 #include <vector>
 
-#include "kernels/heat/brick_layout.h"
-#include "kernels/heat/brick_map.h"
+#include "kernels/points/brick_map.h"
 
 namespace viscera {
 
 /// 8 x 8 x 8 voxels a brick, values at voxel centres, float, zero where no brick is.
 class BrickField {
  public:
-  static constexpr int kEdge = kBrickEdge;  ///< voxels along a brick
+  static constexpr int kEdge = 8;  ///< voxels along a brick
   static constexpr int kVoxels = kEdge * kEdge * kEdge;
   using Values = std::array<float, kVoxels>;  ///< x fastest
   using Index = BrickIndex;                   ///< of a brick or a voxel

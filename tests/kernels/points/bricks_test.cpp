@@ -1,4 +1,4 @@
-#include "kernels/heat/bricks.h"
+#include "kernels/points/bricks.h"
 
 #include <gtest/gtest.h>
 
