@@ -16,10 +16,10 @@ constexpr double kAllCoagulated = 300.0;  // Omega; nothing is left to compute
 
 // Of collagen. The step is over within the 150 s in which the samples were heated to 60 C, and so
 // in less time than anybody saw [A]; the two of the logarithm are least squares.
-constexpr double kUncoiled = 0.02;    // Omega
-constexpr double kStep = 0.12861;     // of a length, where Omega is 1
-constexpr double kCreep = 0.0061761;  // of a length, for every factor e of Omega
-constexpr double kNoCollagen = 1e-6;  // Omega
+constexpr double kUncoiled = 0.02;          // Omega
+constexpr double kStepShrinkage = 0.12861;  // of a length, where Omega is 1
+constexpr double kCreep = 0.0061761;        // of a length, for every factor e of Omega
+constexpr double kNoCollagen = 1e-6;        // Omega
 
 constexpr double kCoagulatedStiffness = 7.0;  // 6.64 to 46.4 kPa
 constexpr double kDryStiffness = 4.0;         // on top of that
@@ -44,7 +44,7 @@ double coagulated_share(double coagulation) {
 
 double collagen_shrinkage(double collagen) {
   if (!(collagen > kNoCollagen)) return 0.0;
-  return -std::expm1(-collagen / kUncoiled) * (kStep + kCreep * std::log(collagen));
+  return -std::expm1(-collagen / kUncoiled) * (kStepShrinkage + kCreep * std::log(collagen));
 }
 
 TissueState tissue_state(double coagulation, double water, double charred) {

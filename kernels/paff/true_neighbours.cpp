@@ -68,11 +68,16 @@ Vec3 TrueNeighbours::beginning(std::size_t node) const {
 
 bool TrueNeighbours::find_blocked() {
   const std::size_t n = cloud_.size();
-  std::vector<Vec3> from(n);
+  std::vector<Vec3> from = cloud_.positions;
   std::vector<std::vector<Vec3>> walls(n);
   parallel_for_each_index(n, 32, [&](std::size_t i) {
+    const auto walls_from_there = [&] {
+      return paths_.walls_beyond_air(from[i], kBeyond * radius(i));
+    };
+    walls[i] = walls_from_there();
+    if (walls[i].empty()) return;
     from[i] = beginning(i);
-    walls[i] = paths_.walls_beyond_air(from[i], kBeyond * radius(i));
+    if (from[i] != cloud_.positions[i]) walls[i] = walls_from_there();
   });
   std::vector<std::size_t> nodes;  // that have some
   std::vector<Vec3> beginnings;    // theirs
