@@ -91,7 +91,7 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
   region->cell_begin = {0};
   region->cell_nodes.clear();
   region->cell_gradients.clear();
-  FiniteParts parts{std::move(*region), std::move(*hold), std::move(*volumes), {}, {}};
+  FiniteParts parts{std::move(*region), std::move(*hold), std::move(*volumes), {}, {}, {}};
   for (const int number : demand.moving_holds)
     for (int axis = 0; axis < 3; ++axis) {
       const std::vector<double> loads = regions->held_loads(moved_hold(organ, number, axis));
@@ -125,7 +125,7 @@ namespace {
 Result<void> take_solver(OrganModel& model, FiniteSolver solver, const FiniteParts& parts,
                          bool changes) {
   if (!parts.unloaded.empty()) {
-    auto body = FiniteBody::create(parts.region, parts.hold, parts.unloaded);
+    auto body = FiniteBody::create(parts.region, parts.hold, parts.unloaded, parts.weight);
     if (!body) return std::unexpected(body.error());
     solver = solver.with(std::make_shared<const FiniteBody>(std::move(*body)));
   }
@@ -134,6 +134,7 @@ Result<void> take_solver(OrganModel& model, FiniteSolver solver, const FinitePar
   model.hold_loads = Eigen::Map<const MatrixX>(
       parts.hold_loads.data(), rows, static_cast<Eigen::Index>(parts.hold_loads.size()) / rows);
   model.step_compliance = step_columns_to_come(model, *model.finite);
+  model.energy_points = parts.region.positions;
   if (!changes) return {};
   model.changeable.tissue.positions = parts.region.positions;
   model.changeable.tissue.weights = parts.region.weights;

@@ -24,6 +24,8 @@ struct FiniteParts {
   std::vector<double> volumes;
   /// From the imaged shape to that without stress (unloaded_shape.h); empty: the same  (3 N) [m]
   std::vector<double> unloaded;
+  /// Of an unloaded body that isn't as it was imaged: the weight there (3 N) [N]; empty: it is.
+  std::vector<double> weight;
   /// As OrganModel::hold_loads, column after column.
   std::vector<double> hold_loads;
 };

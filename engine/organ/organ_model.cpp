@@ -14,7 +14,6 @@
 #include "engine/organ/organ_parts.h"
 #include "kernels/base/finite.h"
 #include "kernels/base/stopwatch.h"
-#include "kernels/contact/near_thickness.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/compliance_checks.h"
 #include "kernels/paff/compliance_columns.h"
@@ -171,30 +170,8 @@ Result<void> compute(OrganModel& model, const OrganDescription& organ, const Tis
     if (auto sound = field->check(model.cloud); !sound) return sound;
   }
 
-  ElasticProblem problem;
-  if (field) {
-    problem.relative_modulus = [field](const Vec3& x, double edge) {
-      return field->modulus(x, edge);
-    };
-    note_modulus(model.touchable, model.material, PatchContact::spread_factor(),
-                 problem.relative_modulus);
-  }
-  problem.is_fixed = [&](const Vec3& x) { return in_any(organ.fixed, x); };
-  if (model.touchable.size() > 0 && !organ.fixed.empty())
-    note_thickness(model.touchable, model.material, PatchContact::spread_factor(), model.surface,
-                   SurfaceTree(model.surface), problem.is_fixed);
-  if (field ? field->has_fibres() : tissue.fibres.modulus > 0.0)
-    problem.fibres = [field, &tissue](const Vec3& x, double edge) {
-      return field ? field->fibres(x, edge) : tissue.fibres;
-    };
-  problem.surface = &model.surface;
-  problem.cloud = &model.cloud;
-  problem.fields = model.fields;
-  problem.material = model.material;
+  ElasticProblem problem = elastic_problem(model, organ, tissue, field);
   problem.most_memory = options.most_memory;
-  problem.few_points = organ.response == Response::kFinite;
-  problem.points_alone = answers_in_levels(model, organ);
-  if (organ.free) problem.foundation = inertia_over_step(finite_options(organ, tissue));
   const Formulation* formulation = find_formulation(organ.formulation);
   auto solver = formulation->prepare(problem, part_of(progress, kCloudDone, kFactorDone));
   if (!solver) return std::unexpected(solver.error());
@@ -288,9 +265,9 @@ std::size_t OrganModel::memory_bytes() const {
     columns += (made.prepared + made.on_demand) * step_compliance.rows() * sizeof(float) +
                finite->memory_bytes();
   }
-  return of(surface.vertices) + of(surface.triangles) + of(rest_positions) + of(rest_normals) +
-         of(cloud.positions) + of(cloud.spacings) + columns + of(half_columns.entries) +
-         of(compliance.touchable) + of(sag) + of(hold_ways) +
+  return of(energy_points) + of(surface.vertices) + of(surface.triangles) + of(rest_positions) +
+         of(rest_normals) + of(cloud.positions) + of(cloud.spacings) + columns +
+         of(half_columns.entries) + of(compliance.touchable) + of(sag) + of(hold_ways) +
          static_cast<std::size_t>(hold_loads.size()) * sizeof(double) + changeable.memory_bytes() +
          of(touchable.positions) + of(touchable.normals) + of(touchable.areas) +
          of(touchable.spacings) + of(touchable.modulus) + of(touchable.places) +

@@ -52,6 +52,7 @@ struct OrganModel {
   /// this one that of a step, both with columns when they are asked for.
   std::shared_ptr<const FiniteSolver> finite;
   SurfaceCompliance step_compliance;
+  std::vector<Vec3> energy_points;  ///< of its energy, at rest [m]
   MatrixX hold_loads;  ///< as FiniteResponse::moved_holds                        (3 N x 3 holds)
   ChangeableRegion changeable;  ///< tissue that may coagulate; empty: none may, or none is followed
   SurfacePlaces places;

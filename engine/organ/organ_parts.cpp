@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "engine/organ/finite_parts.h"
+#include "kernels/contact/near_modulus.h"
+#include "kernels/contact/near_thickness.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
@@ -50,6 +53,34 @@ Result<void> add_places(OrganModel& model, const OrganDescription& organ,
   model.finest_spacing =
       *std::min_element(model.cloud.spacings.begin(), model.cloud.spacings.end());
   return {};
+}
+
+ElasticProblem elastic_problem(OrganModel& model, const OrganDescription& organ,
+                               const Tissue& tissue, const MaterialField* field) {
+  ElasticProblem problem;
+  if (field) {
+    problem.relative_modulus = [field](const Vec3& x, double edge) {
+      return field->modulus(x, edge);
+    };
+    note_modulus(model.touchable, model.material, PatchContact::spread_factor(),
+                 problem.relative_modulus);
+  }
+  problem.is_fixed = [&organ](const Vec3& x) { return in_any(organ.fixed, x); };
+  if (model.touchable.size() > 0 && !organ.fixed.empty())
+    note_thickness(model.touchable, model.material, PatchContact::spread_factor(), model.surface,
+                   SurfaceTree(model.surface), problem.is_fixed);
+  if (field ? field->has_fibres() : tissue.fibres.modulus > 0.0)
+    problem.fibres = [field, &tissue](const Vec3& x, double edge) {
+      return field ? field->fibres(x, edge) : tissue.fibres;
+    };
+  problem.surface = &model.surface;
+  problem.cloud = &model.cloud;
+  problem.fields = model.fields;
+  problem.material = model.material;
+  problem.few_points = organ.response == Response::kFinite;
+  problem.points_alone = answers_in_levels(model, organ);
+  if (organ.free) problem.foundation = inertia_over_step(finite_options(organ, tissue));
+  return problem;
 }
 
 std::size_t compliance_bytes(std::size_t places, std::size_t touchable) {

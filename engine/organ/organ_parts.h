@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/organ/material_field.h"
 #include "engine/organ/organ_model.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/paff/stiffness_factor.h"
@@ -20,6 +21,11 @@ Result<PointCloud> place_cloud(const OrganDescription& organ, const TriangleSurf
 /// Fills what follows from surface and cloud alone: kept out of the cache because it takes less
 /// time to compute than to read.
 Result<void> add_places(OrganModel& model, const OrganDescription& organ, const BodyDemand& demand);
+
+/// What its equations are made from; notes at its touchable places what lies under them. `field`:
+/// of its parts; null: it has none. Refers to all of these.
+ElasticProblem elastic_problem(OrganModel& model, const OrganDescription& organ,
+                               const Tissue& tissue, const MaterialField* field);
 
 bool in_any(const std::vector<Region>& regions, const Vec3& x);
 

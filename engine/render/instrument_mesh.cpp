@@ -190,6 +190,35 @@ void add_spatula(Builder& builder, const InstrumentView& view) {
   add_sleeve(builder, view, Vec3::Zero(), neck + 3.5e-3);
 }
 
+/// A pointed blade: its edge lies straight along the shaft, from the tip on, and looks towards +x;
+/// its back slants to the tip. Behind it a neck goes over into the handle.
+void add_scalpel(Builder& builder, const InstrumentView& view) {
+  constexpr double kDepth = 4.5e-3, kThick = 0.4e-3, kNeck = 6e-3;
+  constexpr int kStations = 24;
+  const double length = view.blade_length, r = view.shaft_radius;
+  const auto back = [&](double z) -> double { return -kDepth * std::min(1.0, z / (0.7 * length)); };
+  for (const double side : {-0.5, 0.5}) {
+    const Vec3 flat = Vec3(0.5 * kThick / kDepth, side > 0.0 ? 1.0 : -1.0, 0.0).normalized();
+    for (int i = 0; i < kStations; ++i) {
+      const double a = length * i / kStations, b = length * (i + 1) / kStations;
+      const Vec3 edge_a(0.0, 0.0, a), edge_b(0.0, 0.0, b);
+      const Vec3 back_a(back(a), side * kThick, a), back_b(back(b), side * kThick, b);
+      builder.quad({edge_a, back_a, back_b, edge_b}, {flat, flat, flat, flat}, Finish::kSteel);
+      if (side > 0.0) continue;
+      const Vec3 out = Vec3(-(b - a), 0.0, back(b) - back(a)).normalized();
+      const Vec3 across(0.0, kThick, 0.0);
+      builder.quad({back_a, Vec3(back_a + across), Vec3(back_b + across), back_b},
+                   {out, out, out, out}, Finish::kSteel);
+    }
+  }
+  builder.turned({{length - 0.5e-3, 0.0},
+                  {length - 0.5e-3, 0.35 * r},
+                  {length + kNeck, 0.8 * r},
+                  {length + kNeck + 1.5e-3, r},
+                  {view.shaft_length, r}},
+                 Vec3::Zero(), Finish::kSteel);
+}
+
 /// One jaw, closed, on the +x side, lying from the tip (z = 0) to the hinge.
 void add_jaw(Builder& builder, const InstrumentView& view, double hinge, double angle,
              double sign) {
@@ -284,6 +313,9 @@ InstrumentMesh make_instrument(const InstrumentView& view) {
       break;
     case InstrumentView::Kind::kGrasper:
       add_grasper(builder, view);
+      break;
+    case InstrumentView::Kind::kScalpel:
+      add_scalpel(builder, view);
       break;
     case InstrumentView::Kind::kMesh:
       if (view.mesh != nullptr) add_given_mesh(mesh, *view.mesh);

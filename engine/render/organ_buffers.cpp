@@ -21,7 +21,7 @@ bool shows_a_facet(const Vec3& a, const Vec3& b, const Vec3& middle) {
 
 }  // namespace
 
-void OrganBuffers::upload_rest(const TriangleSurface& rest) {
+void OrganBuffers::upload_rest(const TriangleSurface& rest, std::span<const float> depths) {
   std::vector<Vec3f> places, normals;
   for (const Vec3& vertex : rest.vertices) places.push_back(vertex.cast<float>());
   for (const Vec3& normal : vertex_normals(rest)) normals.push_back(normal.cast<float>());
@@ -36,6 +36,14 @@ void OrganBuffers::upload_rest(const TriangleSurface& rest) {
   array_.attribute(2, rest_, 3, sizeof(Vec3f));
   array_.attribute(3, rest_normals_, 3, sizeof(Vec3f));
   array_.elements(elements_);
+  if (!depths.empty()) {
+    // Divided edges without normals stay straight: means of their ends.
+    std::vector<Vec3f> along, none(depths.size(), Vec3f::Zero());
+    for (const float depth : depths) along.emplace_back(depth, 0.0f, 0.0f);
+    refinement_.extend(along, none);
+    depths_.upload(std::span<const Vec3f>(along));
+    array_.attribute(4, depths_, 1, sizeof(Vec3f));
+  }
   rest_source_ = &rest;
   vertices_ = rest.vertices.size();
   triangles_ = rest.triangles.size();
@@ -54,7 +62,7 @@ Result<void> OrganBuffers::update(const OrganView& view) {
   }
   if (view.rest != rest_source_ || view.rest->vertices.size() != vertices_ ||
       view.rest->triangles.size() != triangles_) {
-    upload_rest(*view.rest);
+    upload_rest(*view.rest, view.depths);
   }
   if (surface_version_ != view.surface_version) {
     take_surface(view);

@@ -24,10 +24,10 @@ class OrganBuffers {
   const BurnAtlas* burn() const { return burn_.empty() ? nullptr : &burn_; }
 
  private:
-  void upload_rest(const TriangleSurface& rest);
+  void upload_rest(const TriangleSurface& rest, std::span<const float> depths);
   void take_surface(const OrganView& view);
 
-  Buffer positions_, normals_, rest_, rest_normals_, elements_;
+  Buffer positions_, normals_, rest_, rest_normals_, depths_, elements_;
   VertexArray array_;
   BurnAtlas burn_;
   CurvedRefinement refinement_;  ///< of a surface whose facets would show

@@ -30,9 +30,10 @@ struct DeviceSurface {
 struct OrganView {
   std::uint32_t id = 0;  ///< stable over the run: the renderer keeps buffers by it
   std::string name;
-  const TriangleSurface* rest = nullptr;  ///< organ frame [m]; triangles never change
+  const TriangleSurface* rest = nullptr;  ///< organ frame [m]; another one where it was cut
   std::span<const Vec3f> positions;       ///< deformed vertices, organ frame [m]     (V)
   std::span<const Vec3f> normals;         ///< deformed unit normals, organ frame     (V)
+  std::span<const float> depths;          ///< of cuts' walls below the skin [m]; empty: whole (V)
   DeviceSurface device;                   ///< where given, drawn in place of the two above
   std::uint64_t surface_version = 0;      ///< raised when positions or normals changed
   Pose pose;
@@ -45,7 +46,7 @@ struct OrganView {
 
 /// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
 struct InstrumentView {
-  enum class Kind { kProbe, kGrasper, kHook, kSpatula, kMesh };
+  enum class Kind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kMesh };
   std::uint32_t id = 0;
   std::string name;
   Kind kind = Kind::kProbe;
@@ -56,6 +57,7 @@ struct InstrumentView {
   double shaft_radius = 2.5e-3;  ///< [m]
   double shaft_length = 0.3;     ///< [m]
   double tip_radius = 1.5e-3;    ///< [m]
+  double blade_length = 0.0;     ///< of a scalpel's edge, from the tip along the shaft [m]
   double jaw = 1.0;              ///< 0 closed ... 1 open
   bool energised = false;
   const TriangleSurface* mesh = nullptr;  ///< kMesh: shaft along +z, tip at the origin [m]

@@ -7,6 +7,7 @@
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/gas/gas.h"
+#include "engine/features/parting/parting.h"
 #include "engine/features/smoke/smoke.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/smoke/fog.h"
@@ -51,6 +52,9 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
     case InstrumentKind::kSpatula:
       view.kind = InstrumentView::Kind::kSpatula;
       break;
+    case InstrumentKind::kScalpel:
+      view.kind = InstrumentView::Kind::kScalpel;
+      break;
   }
   if (!body.mesh.empty()) {
     view.kind = InstrumentView::Kind::kMesh;
@@ -62,6 +66,7 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
   view.shaft_radius = body.description.shaft_radius;
   view.shaft_length = (body.description.trocar - state.tip).norm() + kShaftBeyondTrocar;
   view.tip_radius = body.description.tip.radius;
+  if (const BladeDescription* blade = blade_of(body.description)) view.blade_length = blade->length;
   view.jaw = std::clamp(state.jaw, 0.0, 1.0);
   view.energised = state.power > 0.0;
   return view;
@@ -222,6 +227,7 @@ FrameView make_view(const World& world, Shown& shown, const SceneDescription& sc
     drawn.rest = &body.model->surface;
     drawn.positions = state.positions;
     drawn.normals = shown.normals.of(world, o);
+    if (const OrganLeft* left = world.find<OrganLeft>(organ)) drawn.depths = left->depths;
     if (state.on_gpu) drawn.device = world.one<GpuOrgans>()->surfaces->surface(organ);
     drawn.surface_version = state.version;
     drawn.pose = pose_of(world, organ);

@@ -149,6 +149,7 @@ InstrumentDescription instrument_of(const Json& values) {
   instrument.kind = kind == "probe"     ? InstrumentKind::kProbe
                     : kind == "grasper" ? InstrumentKind::kGrasper
                     : kind == "hook"    ? InstrumentKind::kHook
+                    : kind == "scalpel" ? InstrumentKind::kScalpel
                                         : InstrumentKind::kSpatula;
   instrument.tip = tip_of(values["tip"]);
   instrument.trocar = from_milli_vector(values["trocar_mm"]);

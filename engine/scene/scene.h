@@ -142,7 +142,7 @@ struct OrganDescription {
 
 // --- instruments --------------------------------------------------------------------------------
 
-enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula };
+enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula, kScalpel };
 
 struct TipDescription {
   enum class Shape { kPoint, kSphere, kCapsule, kMesh };

@@ -405,9 +405,9 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
   spec.description = "An instrument that enters through a trocar.";
   spec.keys = {
       name_key("Its name in forces.csv, reports and --set; unique among instruments."),
-      text("kind", "What it can do: press, hold, or burn.")
+      text("kind", "What it can do: press, hold, burn, or cut.")
           .needed()
-          .one_of({"probe", "grasper", "hook", "spatula"}),
+          .one_of({"probe", "grasper", "hook", "spatula", "scalpel"}),
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),

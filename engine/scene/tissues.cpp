@@ -97,6 +97,7 @@ ObjectSpec tissue() {
       object("fibres", "Fibres that it is woven of; without it, none.", tissue_fibres()),
       quantity("ultimate_strength", "Pa", 1, 1e9, "Stress at failure."),
       quantity("ultimate_strain", "1", 0, 10, "Strain at failure."),
+      quantity("fracture_energy", "J/m2", 0.1, 1e6, "What a blade's cut takes for its area."),
       quantity("electrical_conductivity", "S/m", 0, 10, "At 500 kHz."),
       quantity("specific_heat", "J/(kg K)", 100, 10000, "At constant pressure."),
       quantity("thermal_conductivity", "W/(m K)", 0.001, 10, "Fourier's."),
@@ -197,6 +198,8 @@ Tissue tissue_of(const std::string& name, const Json& values) {
           ? value_of(values["youngs_modulus"])
           : 2.0 * value_of(values["shear_modulus"]) * (1.0 + poisson_ratio);
   tissue.density = value_of(values["density"]);
+  if (values.contains("fracture_energy"))
+    tissue.fracture_energy = value_of(values["fracture_energy"]);
   if (values.contains("prony"))
     for (const Json& term : values["prony"])
       tissue.prony.push_back({value_of(term["g"]), value_of(term["tau"])});

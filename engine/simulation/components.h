@@ -23,6 +23,7 @@ namespace viscera {
 
 // --- organs -------------------------------------------------------------------------------------
 
+/// Each world has its own: `model` becomes another one where the organ is cut (World::replace).
 struct OrganBody {
   static constexpr bool kConstant = true;
   std::string name;

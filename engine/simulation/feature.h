@@ -52,6 +52,11 @@ struct Feature {
   std::vector<FrameFlag> flags = {};
   /// Adds its part to an organ's FreeShape::places [m]; false: it moves nothing.
   bool (*shape)(const World&, Entity organ, std::vector<float>& places) = nullptr;
+  /// An organ is another body than `before` (World::replace): makes anew what follows from it.
+  void (*replaced)(World&, Entity organ, const OrganModel& before) = nullptr;
+  /// While a state is loaded, once those of StateType::of_bodies are there: replaces bodies that
+  /// are others in it. Fails where they can't be made.
+  Result<void> (*bodies_loaded)(World&) = nullptr;
   /// After a state has been loaded: makes what follows from it.
   void (*restored)(World&) = nullptr;
   /// Why a world with it can't be saved; empty: it can.

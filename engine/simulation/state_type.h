@@ -47,6 +47,8 @@ struct StateType {
   std::vector<std::pair<Entity, StrayNumber>> (*first_strays)(const AnyPool&) = nullptr;
   void (*zero_strays)(AnyPool&, Entity owner) = nullptr;
   Strays strays = {};
+  /// It says which bodies organs are: loaded before all others, whose sizes follow from that.
+  bool of_bodies = false;
 };
 
 namespace state_detail {
@@ -140,7 +142,10 @@ StateType state_type(Strays strays = {}) {
           [](Any& any, Entity owner) {
             zero_strays(*static_cast<store_detail::PoolOf<T>&>(any).pool.find(owner));
           },
-      .strays = strays};
+      .strays = strays,
+      .of_bodies = requires {T::kOfBodies;
+}
+};  // namespace viscera
 }
 
 }  // namespace viscera

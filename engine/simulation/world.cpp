@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/simulation/feature.h"
 #include "engine/simulation/state_type.h"
@@ -17,10 +18,12 @@ void put_clock(Sink& to, const Clock& clock) {
 
 }  // namespace
 
-World::World(std::shared_ptr<const SceneModel> model) : model_(std::move(model)) {
+World::World(std::shared_ptr<const SceneModel> model)
+    : model_(std::move(model)), bodies_(model_->constants().all<OrganBody>()) {
   for (const Feature& feature : model_->features())
     types_.insert(types_.end(), feature.states.begin(), feature.states.end());
   std::ranges::sort(types_, {}, &StateType::name);
+  std::ranges::stable_partition(types_, &StateType::of_bodies);
   for (const StateType& type : types_) state_.at(type.number) = type.make();
 }
 
@@ -35,6 +38,13 @@ const store_detail::AnyPool& World::states_of(const StateType& type) const {
   return state_.at(type.number);
 }
 
+void World::replace(Entity organ, std::shared_ptr<const OrganModel> body) {
+  const std::shared_ptr<const OrganModel> before =
+      std::exchange(bodies_.find(organ)->model, std::move(body));
+  for (const Feature& feature : model_->features())
+    if (feature.replaced) feature.replaced(*this, organ, *before);
+}
+
 std::vector<std::byte> World::save_state() const {
   ByteWriter writer;
   writer.reserve(state_bytes());
@@ -47,7 +57,12 @@ Result<void> World::load_state(std::span<const std::byte> bytes) {
   ByteReader reader(bytes);
   Clock clock;
   read(reader, clock);
+  bool bodies = false;
   for (const StateType& type : types_) {
+    if (!type.of_bodies && !std::exchange(bodies, true))
+      for (const Feature& feature : model_->features())
+        if (feature.bodies_loaded)
+          if (auto made = feature.bodies_loaded(*this); !made) return made;
     type.load(*state_.at(type.number), reader);
     if (reader.failed())
       return failure(

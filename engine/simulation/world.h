@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -78,6 +79,10 @@ class World {
   store_detail::AnyPool& states_of(const StateType& type);
   const store_detail::AnyPool& states_of(const StateType& type) const;
 
+  /// From now on an organ is another body, as where it was cut; features make anew what follows
+  /// from it (Feature::replaced). Which body it is must follow from state (StateType::of_bodies).
+  void replace(Entity organ, std::shared_ptr<const OrganModel> body);
+
   // --- state as a whole ---
 
   /// All of it, as bytes for load_state() of a world of the same model.
@@ -96,7 +101,9 @@ class World {
  private:
   template <class T, class Self>
   static decltype(auto) pool_of(Self& self) {
-    if constexpr (ConstantComponent<T>)
+    if constexpr (std::is_same_v<T, OrganBody>)
+      return std::as_const(self.bodies_);
+    else if constexpr (ConstantComponent<T>)
       return std::as_const(*self.model_).constants().template all<T>();
     else if constexpr (StateComponent<T>)
       return self.state_.template all<T>();
@@ -106,6 +113,7 @@ class World {
 
   std::shared_ptr<const SceneModel> model_;
   std::vector<StateType> types_;  ///< all states that the model's features have, by name
+  Pool<OrganBody> bodies_;        ///< the model's, until replace()
   Store state_, runtime_;
   Clock clock_;
 };

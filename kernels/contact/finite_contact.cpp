@@ -10,6 +10,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/deformation.h"
+#include "kernels/finite/finite_limits.h"
 #include "kernels/finite/touched_step.h"
 #include "kernels/paff/compliance_columns.h"
 
@@ -49,6 +50,29 @@ FiniteContact::FiniteContact(const FiniteResponse& body, const IsotropicMaterial
     Mat3& sum = whole_pulls_.emplace_back(Mat3::Zero());
     for (Eigen::Index node = 0; node < forces.rows(); node += 3) sum += forces.block<3, 3>(node, h);
   }
+}
+
+void FiniteContact::go_on_from(const FiniteContact& before, const Continuation& continuation) {
+  State next;
+  const FiniteState& was = before.state_.motion;
+  next.motion = body_.solver.at_rest();
+  const auto copy = [&](const std::vector<double>& from, std::vector<double>& to,
+                        std::size_t numbers) {
+    for (std::size_t node = 0; node < continuation.nodes.size(); ++node)
+      std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(
+                                     numbers * static_cast<std::size_t>(continuation.nodes[node])),
+                  numbers, to.begin() + static_cast<std::ptrdiff_t>(numbers * node));
+  };
+  copy(was.displacements, next.motion.displacements, 3);
+  copy(was.velocities, next.motion.velocities, 3);
+  copy(was.rotations, next.motion.rotations, 9);
+  next.motion.held = was.held;
+  next.motion.lost = was.lost;
+  next.motion.steps_released = kStepsReleased;  // what the cut has set free
+  next.memory = body_.solver.body().continued(before.body_.solver.body(), before.state_.memory,
+                                              terms().size(), continuation);
+  restore(std::move(next));
+  start_ = state_.motion;
 }
 
 bool FiniteContact::fits(const State& state) const {

@@ -42,6 +42,9 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   }
   bool fits(const State& state) const override;
 
+  /// From now on this is the body that another one was, as after a cut: it moves on as that did.
+  void go_on_from(const FiniteContact& before, const Continuation& continuation);
+
   /// Nothing is put together: the body is another one at each step.
   void anchor(std::span<const ContactCell>) override {}
 

@@ -427,7 +427,8 @@ void FiniteBody::find_means(const ElasticRegion& region, std::span<const std::si
 }
 
 Result<FiniteBody> FiniteBody::create(const ElasticRegion& imaged, const SymmetricBlockMatrix& hold,
-                                      std::span<const double> unloaded) {
+                                      std::span<const double> unloaded,
+                                      std::span<const double> weight) {
   Result<ElasticRegion> other;
   if (!unloaded.empty()) {
     if (unloaded.size() != 3 * hold.pattern.rows() || !all_finite(unloaded))
@@ -471,16 +472,17 @@ Result<FiniteBody> FiniteBody::create(const ElasticRegion& imaged, const Symmetr
   // Parts are turned from where they were imaged, as what answers was prepared there.
   body.find_means(imaged, order.points, order.cell_begin);
   body.order_ = order.points;
-  if (!unloaded.empty()) body.unload(unloaded);
+  if (!unloaded.empty()) body.unload(unloaded, weight);
   return body;
 }
 
-void FiniteBody::unload(std::span<const double> unloaded) {
+void FiniteBody::unload(std::span<const double> unloaded, std::span<const double> weight) {
   unloaded_.assign(unloaded.begin(), unloaded.end());
   std::vector<double> room, forces(3 * nodes_, 0.0);
   Workspace workspace;
   image_energy_ = energy_unloaded(from_unloaded(forces, room), forces, workspace, {}, {}, {});
   image_forces_ = std::move(forces);
+  if (!weight.empty()) image_forces_.assign(weight.begin(), weight.end());
 }
 
 std::span<const double> FiniteBody::from_unloaded(std::span<const double> displacements,

@@ -26,6 +26,7 @@
 
 #include "kernels/base/result.h"
 #include "kernels/base/types.h"
+#include "kernels/finite/continuation.h"
 #include "kernels/finite/finite_layout.h"
 #include "kernels/finite/hold_rows.h"
 #include "kernels/finite/relaxation.h"
@@ -67,8 +68,11 @@ class FiniteBody {
   /// `region`: all points of the body (GalerkinSystem::region). `hold`: what its hold adds to the
   /// stiffness (GalerkinSystem::hold). Fails where a group of points reaches over 65,535 nodes.
   /// `unloaded`: from the imaged shape to the one without stress (3 N); empty: they are the same.
+  /// `weight`: the nodes' that acts in the image [N] (3 N); empty: what keeps the body at rest
+  /// there.
   static Result<FiniteBody> create(const ElasticRegion& region, const SymmetricBlockMatrix& hold,
-                                   std::span<const double> unloaded = {});
+                                   std::span<const double> unloaded = {},
+                                   std::span<const double> weight = {});
 
   /// What a call works in; one a thread that calls.
   struct Workspace {
@@ -97,6 +101,9 @@ class FiniteBody {
   Overstress relax(std::span<const double> displacements, const ChangedTissue& changed,
                    std::span<const SteppedTerm> terms, TissueMemory& memory) const;
   bool fits(const TissueMemory& memory, std::size_t terms) const;  ///< its sizes
+  /// What the tissue of a body remembers that goes on as this one.
+  TissueMemory continued(const FiniteBody& before, const TissueMemory& memory, std::size_t terms,
+                         const Continuation& continuation) const;
 
   /// Deformation gradients averaged over the cells about each node                          (N)
   std::vector<Mat3> mean_gradients(std::span<const double> displacements) const;
@@ -144,7 +151,7 @@ class FiniteBody {
                 std::vector<int>& number);
   void find_means(const ElasticRegion& region, std::span<const std::size_t> points,
                   std::span<const std::size_t> cell_begin);
-  void unload(std::span<const double> unloaded);
+  void unload(std::span<const double> unloaded, std::span<const double> weight);
   /// Displacements from where it has no stress; `room` holds them where these are others.
   std::span<const double> from_unloaded(std::span<const double> displacements,
                                         std::vector<double>& room) const;
@@ -152,6 +159,14 @@ class FiniteBody {
                          Workspace& workspace, const Viscosity& viscosity,
                          const ChangedTissue& changed, const Overstress& overstress) const;
   TissueMemory memory_at_rest(std::size_t terms) const;
+  /// Visits pack, lane and point of the region of each point.
+  template <class Visit>
+  void each_point(const Visit& visit) const {
+    std::size_t i = 0;
+    for (std::size_t pack = 0; pack < weights_.size(); ++pack)
+      for (std::size_t lane = 0; lane < kLanes; ++lane)
+        if (weights_[pack][lane] > 0.0) visit(pack, lane, order_[i++]);
+  }
   CellView view(std::size_t cell, const Viscosity& viscosity, const ChangedTissue& changed,
                 const Overstress& overstress) const;
   double relax_pack(std::size_t pack, const Strains& strains, const ChangedTissue& changed,

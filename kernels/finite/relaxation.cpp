@@ -96,6 +96,66 @@ TissueMemory FiniteBody::memory_at_rest(std::size_t terms) const {
   return memory;
 }
 
+TissueMemory FiniteBody::continued(const FiniteBody& before, const TissueMemory& memory,
+                                   std::size_t terms, const Continuation& continuation) const {
+  if (memory.empty()) return {};
+  TissueMemory next = memory_at_rest(terms);
+  struct PackLane {
+    std::size_t pack = 0, lane = 0;
+  };
+  std::vector<PackLane> was(before.order_.size());
+  before.each_point([&](std::size_t pack, std::size_t lane, std::size_t point) {
+    was[point] = {pack, lane};
+  });
+  const auto copy = [&](const std::vector<double>& from, std::size_t from_packs, PackLane source,
+                        std::vector<double>& to, std::size_t to_packs, PackLane target,
+                        std::size_t numbers) {
+    for (std::size_t t = 0; t < terms; ++t)
+      for (std::size_t k = 0; k < numbers; ++k)
+        to[((t * to_packs + target.pack) * numbers + k) * kLanes + target.lane] =
+            from[((t * from_packs + source.pack) * numbers + k) * kLanes + source.lane];
+  };
+  std::vector<std::size_t> pack_was(weights_.size(), 0);  // of each pack's first point
+  each_point([&](std::size_t pack, std::size_t lane, std::size_t point) {
+    const PackLane source = was[static_cast<std::size_t>(continuation.points[point])];
+    if (lane == 0) pack_was[pack] = source.pack;
+    copy(memory.points, before.weights_.size(), source, next.points, weights_.size(), {pack, lane},
+         TissueMemory::kOfPack / kLanes);
+    if (!fibres_.empty())
+      copy(memory.fibres, before.weights_.size(), source, next.fibres, weights_.size(),
+           {pack, lane}, 1);
+  });
+  const auto volume_of = [](const FiniteBody& body, std::size_t cell) {
+    double sum = 0.0;
+    for (std::size_t p = body.cell_begin_[cell]; p < body.cell_begin_[cell + 1]; ++p)
+      for (const double volume : body.volumes_[p]) sum += volume;
+    return sum;
+  };
+  for (std::size_t c = 0; c < cells(); ++c) {
+    const auto after = std::ranges::upper_bound(before.cell_begin_, pack_was[cell_begin_[c]]);
+    const auto source = static_cast<std::size_t>(after - before.cell_begin_.begin()) - 1;
+    // Projections on polynomials that have a norm of 1 on their cell.
+    const double scale = std::sqrt(volume_of(*this, c) / volume_of(before, source));
+    for (std::size_t t = 0; t < terms; ++t)
+      for (std::size_t k = 0; k < kTerms; ++k)
+        next.dilatations[(t * cells() + c) * kTerms + k] =
+            scale * memory.dilatations[(t * before.cells() + source) * kTerms + k];
+  }
+  const std::vector<int>&held = hold_.nodes(), &held_before = before.hold_.nodes();
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const int node = continuation.nodes[static_cast<std::size_t>(held[i])];
+    const auto found = std::ranges::lower_bound(held_before, node);
+    if (found == held_before.end() || *found != node) continue;
+    const auto source = static_cast<std::size_t>(found - held_before.begin());
+    for (std::size_t t = 0; t < terms; ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        next.hold[(t * held.size() + i) * 3 + k] =
+            memory.hold[(t * held_before.size() + source) * 3 + k];
+  }
+  next.holds = memory.holds;
+  return next;
+}
+
 Overstress FiniteBody::relax(std::span<const double> displacements, const ChangedTissue& changed,
                              std::span<const SteppedTerm> terms, TissueMemory& memory) const {
   Overstress sums;

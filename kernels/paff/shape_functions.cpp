@@ -66,9 +66,10 @@ struct ShapeFunctions::Shadows {
 void ShapeFunctions::find_shadows(const Vec3& x, ShapeValues& out, Shadows& shadows) const {
   shadows.all.clear();
   std::size_t kept = 0;
+  const int piece = neighbours_->piece_at(x);
   for (const int node : out.nodes) {
     TrueNeighbours::Shadow shadow;
-    if (neighbours_->shadow(node, x, shadow)) {
+    if (neighbours_->shadow(node, x, piece, shadow)) {
       const double radius = support_radius(node), s = shadow.way / radius;
       const double weight = quartic_weight(s);
       if (weight == 0.0 && shadow.twin < 0) continue;

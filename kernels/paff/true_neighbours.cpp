@@ -8,6 +8,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/paff/local_spacing.h"
 #include "kernels/paff/shape_functions.h"
+#include "kernels/points/closed_pieces.h"
 
 namespace viscera {
 namespace {
@@ -55,7 +56,25 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
                                                            const PointCloud& cloud,
                                                            double support_factor) {
   std::shared_ptr<TrueNeighbours> found(new TrueNeighbours(surface, cloud, support_factor));
+  found->find_pieces();
   return found->find_blocked() ? found : nullptr;
+}
+
+void TrueNeighbours::find_pieces() {
+  const std::vector<TriangleSurface> pieces = closed_pieces(paths_.surface());
+  if (pieces.size() < 2) return;
+  piece_of_vertex_.assign(paths_.surface().vertices.size(), 0);
+  for (std::size_t p = 0; p < pieces.size(); ++p)
+    for (const std::array<int, 3>& triangle : pieces[p].triangles)
+      for (const int corner : triangle)
+        piece_of_vertex_[static_cast<std::size_t>(corner)] = static_cast<int>(p);
+}
+
+int TrueNeighbours::piece_at(const Vec3& place) const {
+  if (piece_of_vertex_.empty()) return 0;
+  const int triangle = paths_.tree().closest(place).point.triangle;
+  const int corner = paths_.surface().triangles[static_cast<std::size_t>(triangle)][0];
+  return piece_of_vertex_[static_cast<std::size_t>(corner)];
 }
 
 Vec3 TrueNeighbours::beginning(std::size_t node) const {
@@ -96,6 +115,10 @@ bool TrueNeighbours::find_blocked() {
   parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
     const Vec3& place = cloud_.positions[nodes[k]];
     keeps[k] = std::any_of(walls[nodes[k]].begin(), walls[nodes[k]].end(), [&](const Vec3& to) {
+      if (piece_at(to) != blocked[k].piece) {
+        severed[k] = 1;
+        return true;
+      }
       const double r = radius(nodes[k]), straight = (to - place).norm();
       Shadow shadow;
       if (!way_through(blocked[k], place, kLongerWay * r, to, shadow)) return false;
@@ -134,6 +157,7 @@ bool TrueNeighbours::find_blocked() {
     for (int& twin : one.twins)
       if (twin >= 0) twin += static_cast<int>(cloud_.size());
     for (int t = 0; t < count; ++t) {
+      places_.push_back(nearest_place(one, static_cast<int>(cloud_.size()), nodes[k]));
       parents_.push_back(static_cast<int>(nodes[k]));
       cloud_.positions.push_back(Vec3(cloud_.positions[nodes[k]]));
       cloud_.spacings.push_back(double(cloud_.spacings[nodes[k]]));
@@ -141,6 +165,17 @@ bool TrueNeighbours::find_blocked() {
     blocked_.push_back(std::move(one));
   }
   return !blocked_.empty();
+}
+
+/// Of those in deep shadow that the twin carries: the one where most of the node's field is.
+Vec3 TrueNeighbours::nearest_place(const Blocked& blocked, int twin, std::size_t node) const {
+  const Vec3& from = cloud_.positions[node];
+  const Vec3* nearest = nullptr;
+  for (std::size_t p = 0; p < blocked.places.size(); ++p)
+    if (blocked.twins[p] == twin &&
+        (!nearest || (blocked.places[p] - from).norm() < (*nearest - from).norm()))
+      nearest = &blocked.places[p];
+  return *nearest;
 }
 
 /// Shortest ways from each of these nodes to the bends about it, up to kLongerWay of its support.
@@ -159,6 +194,7 @@ std::vector<TrueNeighbours::Blocked> TrueNeighbours::ways_around(
   std::vector<Blocked> blocked(nodes.size());
   parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
     blocked[k].from = beginnings[k];
+    blocked[k].piece = piece_at(beginnings[k]);
     blocked[k].bends = bends.reached(beginnings[k], about[k]);
   });
   return blocked;
@@ -204,10 +240,13 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
   for (std::size_t p = 0; p < places.size(); ++p) {
     const double full = quartic_weight((places[p] - from).norm() / r);
     whole += weights[p] * full;
+    const int piece = piece_at(places[p]);
     Shadow shadow;
-    if (!way_through(blocked, from, r, places[p], shadow)) continue;
+    shadow.way = r;
+    if (piece == blocked.piece && !way_through(blocked, from, r, places[p], shadow)) continue;
     const double kept = quartic_weight(shadow.way / r);
     if (kept >= kDeep * full) continue;
+    if (!piece_of_vertex_.empty()) blocked.pieces.push_back(piece);
     blocked.places.push_back(places[p]);
     lost.push_back(weights[p] * (full - kept));
   }
@@ -220,6 +259,7 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t b = a + 1; b < count; ++b) {
       if (root(a) == root(b)) continue;
+      if (!blocked.pieces.empty() && blocked.pieces[a] != blocked.pieces[b]) continue;
       const Vec3 &x = blocked.places[a], &y = blocked.places[b];
       if ((x - y).squaredNorm() < apart * apart && paths_.straight(x, y))
         sets.join(static_cast<int>(a), static_cast<int>(b));
@@ -280,28 +320,40 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, doubl
   return true;
 }
 
-bool TrueNeighbours::shadow(int node, const Vec3& place, Shadow& out) const {
+bool TrueNeighbours::shadow(int node, const Vec3& place, int piece, Shadow& out) const {
   const auto i = static_cast<std::size_t>(node);
   if (blocked_of_[i] < 0) return false;
   const Blocked& blocked = blocked_[static_cast<std::size_t>(blocked_of_[i])];
-  if (!way_through(blocked, cloud_.positions[i], radius(i), place, out)) return false;
+  if (piece != blocked.piece) {
+    out.way = radius(i);
+    out.gradient = Vec3::Zero();
+  } else if (!way_through(blocked, cloud_.positions[i], radius(i), place, out)) {
+    return false;
+  }
   out.twin = -1;
-  if (blocked.twins.empty()) return true;
-  if (!blocked.divided) {
+  const bool several = !piece_of_vertex_.empty();
+  if (blocked.twins.empty() && !several) return true;
+  if (!blocked.divided && !several) {
     out.twin = blocked.twins.front();
     return true;
   }
   // The part of the nearest place in deep shadow that it sees, or of the nearest.
-  constexpr std::size_t kAsked = 12;
+  constexpr std::size_t kAtOnce = 12;
   thread_local std::vector<std::pair<double, std::size_t>> near;
   near.clear();
   for (std::size_t p = 0; p < blocked.places.size(); ++p)
-    near.emplace_back((blocked.places[p] - place).squaredNorm(), p);
-  const std::size_t asked = std::min(kAsked, near.size());
-  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(asked), near.end());
-  out.twin = blocked.twins[near.front().second];
-  for (std::size_t k = 0; k < asked; ++k) {
+    if (!several || blocked.pieces[p] == piece)
+      near.emplace_back((blocked.places[p] - place).squaredNorm(), p);
+  // Hidden from a node of its own piece, without a way, by a wall's dent: it sees it all the same.
+  if (near.empty()) return piece != blocked.piece || out.way < radius(i);
+  for (std::size_t sorted = 0, k = 0; k < near.size(); ++k) {
+    if (k == sorted) {
+      const auto begin = near.begin() + static_cast<std::ptrdiff_t>(sorted);
+      sorted = std::min(sorted + kAtOnce, near.size());
+      std::partial_sort(begin, near.begin() + static_cast<std::ptrdiff_t>(sorted), near.end());
+    }
     const std::size_t p = near[k].second;
+    if (k == 0) out.twin = blocked.twins[p];
     if (!paths_.straight(place, blocked.places[p])) continue;
     out.twin = blocked.twins[p];
     break;

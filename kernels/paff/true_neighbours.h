@@ -8,6 +8,10 @@
 // twin would be slight (a hundredth of its integral) has none: there it weighs W of the way through
 // tissue. One twin a part of the deep shadow {s < 1/2}.
 //
+// Of a body in several pieces, as one that is severed, a node has nothing of another piece but by a
+// twin that is that piece's own: which piece a place is of, the wall nearest to it says, exactly,
+// where ways past walls are known to their dents alone.
+//
 // A node may lie in air itself, where tissue was taken away about it: it stays to carry what is
 // left, and its ways begin at the nearest wall.
 #pragma once
@@ -38,6 +42,8 @@ class TrueNeighbours {
   std::size_t twins() const { return parents_.size(); }
   /// Node of the twin i.
   int parent(std::size_t twin) const { return parents_[twin]; }
+  /// The place nearest to its node in the deep shadow that the twin i carries.
+  const Vec3& place_of_twin(std::size_t twin) const { return places_[twin]; }
 
   const TissuePaths& paths() const { return paths_; }
 
@@ -47,8 +53,11 @@ class TrueNeighbours {
     Vec3 gradient = Vec3::Zero();  ///< of it by the place
     int twin = -1;                 ///< node of the cloud that has the rest; -1: none
   };
-  /// False where the node (one of the first ones, without the twins) sees the place.
-  bool shadow(int node, const Vec3& place, Shadow& out) const;
+  /// Which closed piece of the body a place in it is of; 0 of a body in one.
+  int piece_at(const Vec3& place) const;
+  /// False where the node (one of the first ones, without the twins) sees the place, which is of
+  /// this piece.
+  bool shadow(int node, const Vec3& place, int piece, Shadow& out) const;
 
  private:
   /// A node with shadows.
@@ -57,11 +66,14 @@ class TrueNeighbours {
     std::vector<TissuePaths::Bend> bends;
     std::vector<Vec3> places;  ///< that lie in its deep shadow
     std::vector<int> twins;    ///< of each: node of the cloud, or -1
+    std::vector<int> pieces;   ///< of each; empty: the body is in one
     bool divided = false;      ///< the places have different ones
+    int piece = 0;             ///< of the node
   };
 
   TrueNeighbours(const TriangleSurface& surface, const PointCloud& cloud, double support_factor)
       : cloud_(cloud), support_factor_(support_factor), paths_(surface) {}
+  void find_pieces();
   bool find_blocked();
   std::vector<Blocked> ways_around(const std::vector<std::size_t>& nodes,
                                    const std::vector<Vec3>& beginnings,
@@ -72,13 +84,16 @@ class TrueNeighbours {
                   const std::vector<double>& weights, Blocked& blocked) const;
   double radius(std::size_t node) const { return support_factor_ * cloud_.spacings[node]; }
   Vec3 beginning(std::size_t node) const;
+  Vec3 nearest_place(const Blocked& blocked, int twin, std::size_t node) const;
   bool way_through(const Blocked& blocked, const Vec3& node, double longest, const Vec3& place,
                    Shadow& out) const;
 
   PointCloud cloud_;
   double support_factor_ = 0.0;
   TissuePaths paths_;
+  std::vector<int> piece_of_vertex_;  ///< of the surface; empty: it is in one piece
   std::vector<int> parents_;
+  std::vector<Vec3> places_;     ///< of the twins: place_of_twin
   std::vector<int> blocked_of_;  ///< -1: sees all                                      (nodes)
   std::vector<Blocked> blocked_;
 };

@@ -28,7 +28,7 @@ Box BladeSweep::reach() const {
   return Box(box.min() - half, box.max() + half);
 }
 
-bool sweep(const BladeSweep& blade, TissueShare& tissue) {
+double sweep(const BladeSweep& blade, TissueShare& tissue) {
   BladeSweep thick = blade;
   thick.thickness = std::max(blade.thickness, tissue.least_kerf());
   return tissue.take_out(thick.reach(), [&](const Vec3& x) { return thick.distance(x); });

@@ -18,7 +18,7 @@ struct BladeSweep {
 };
 
 /// Takes it out. A blade thinner than least_kerf() parts no more than one of that thickness would,
-/// which is what is taken then. True: less is left somewhere.
-bool sweep(const BladeSweep& blade, TissueShare& tissue);
+/// which is what is taken then. What has gone by this [m3].
+double sweep(const BladeSweep& blade, TissueShare& tissue);
 
 }  // namespace viscera

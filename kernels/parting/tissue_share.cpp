@@ -12,29 +12,42 @@ const double kRamp = std::numbers::sqrt3;
 
 }  // namespace
 
-bool TissueShare::limit(const Voxel& voxel, double share) {
+double TissueShare::limit(const Voxel& voxel, double share) {
   const auto gone = static_cast<float>(1.0 - std::clamp(share, 0.0, 1.0));
-  if (!(gone > gone_.at(voxel))) return false;
+  const float before = gone_.at(voxel);
+  if (!(gone > before)) return 0.0;
   const Voxel brick = BrickField::brick_of(voxel);
   const Voxel local = voxel - kEdge * brick;
   const auto at = static_cast<std::size_t>(local.x() + kEdge * (local.y() + kEdge * local.z()));
   gone_.brick(gone_.ensure(brick))[at] = gone;
-  return true;
+  return static_cast<double>(gone - before);
 }
 
-bool TissueShare::take_out(const Box& reach, const std::function<double(const Vec3&)>& distance) {
-  if (reach.isEmpty()) return false;
+double TissueShare::take_out(const Box& reach, const std::function<double(const Vec3&)>& distance) {
+  if (reach.isEmpty()) return 0.0;
   const Voxel low = gone_.voxel_of(reach.min() - shift()) - Voxel::Constant(2);
   const Voxel high = gone_.voxel_of(reach.max() - shift()) + Voxel::Constant(2);
-  bool less = false;
+  double less = 0.0;
   for (int z = low.z(); z <= high.z(); ++z)
     for (int y = low.y(); y <= high.y(); ++y)
       for (int x = low.x(); x <= high.x(); ++x) {
         const Voxel voxel(x, y, z);
         const double share = 0.5 + 0.5 * distance(middle(voxel)) / (kRamp * gone_.voxel());
-        if (share < 1.0) less = limit(voxel, share) || less;
+        if (share < 1.0) less += limit(voxel, share);
       }
-  return less;
+  return less * gone_.voxel() * gone_.voxel() * gone_.voxel();
+}
+
+double TissueShare::taken_by_plate(double thickness) const {
+  const double ramp = kRamp * voxel(), half = std::min(0.5 * thickness, ramp);
+  return thickness - 2.0 * half + 0.5 * ramp + half + 0.5 * half * half / ramp;
+}
+
+bool TissueShare::fits(const State& state) {
+  return BrickField::fits(state) &&
+         std::ranges::all_of(state.values, [](const BrickField::Values& gone) {
+           return std::ranges::all_of(gone, [](float one) { return one >= 0.0f && one <= 1.0f; });
+         });
 }
 
 std::vector<TissueShare::Voxel> TissueShare::bricks() const {

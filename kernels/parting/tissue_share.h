@@ -8,6 +8,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "kernels/points/bricks.h"
@@ -17,6 +18,7 @@ namespace viscera {
 class TissueShare {
  public:
   using Voxel = BrickField::Index;
+  using State = BrickField::State;
 
   /// Edge of a voxel [m].
   explicit TissueShare(double voxel) : gone_(voxel) {}
@@ -26,10 +28,13 @@ class TissueShare {
   Vec3 middle(const Voxel& voxel) const { return gone_.centre(voxel) + shift(); }
 
   /// Takes out where `distance` [m] is negative; it is asked within `reach` and two voxels about
-  /// it. True: less is left somewhere. Parts thinner than least_kerf() may be missed.
-  bool take_out(const Box& reach, const std::function<double(const Vec3&)>& distance);
-  /// No more than this share is left of a voxel; true: that is less than before.
-  bool limit(const Voxel& voxel, double share);
+  /// it. What has gone by this [m3]. Parts thinner than least_kerf() may be missed.
+  double take_out(const Box& reach, const std::function<double(const Vec3&)>& distance);
+  /// What taking out a plate takes of it, over the plate's area [m]: shares fall off across its
+  /// faces.
+  double taken_by_plate(double thickness) const;
+  /// No more than this share is left of a voxel; what has gone by this, of all of it.
+  double limit(const Voxel& voxel, double share);
 
   double share(const Voxel& voxel) const { return 1.0 - static_cast<double>(gone_.at(voxel)); }
   /// Of a place, linear between the middles of voxels.
@@ -41,6 +46,10 @@ class TissueShare {
   static constexpr int kEdge = BrickField::kEdge;  ///< of a brick, in voxels
   /// Lowest voxels of the bricks that have some, in the order in which they came.
   std::vector<Voxel> bricks() const;
+
+  const State& state() const { return gone_.state(); }
+  void restore(State state) { gone_.restore(std::move(state)); }
+  static bool fits(const State& state);  ///< shares are between none and all
 
  private:
   /// From the field's frame to the organ's: planes at round coordinates pass through no middle.

@@ -1,5 +1,6 @@
 #include "kernels/points/bricks.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -9,11 +10,11 @@ BrickField::BrickField(double voxel) : voxel_(voxel) {
 }
 
 std::size_t BrickField::ensure(const Index& brick) {
-  const int fresh = static_cast<int>(bricks_.size());
+  const int fresh = static_cast<int>(state_.values.size());
   const int number = lookup_.find_or_add(brick, fresh);
   if (number == fresh) {
-    indices_.push_back(brick);
-    bricks_.emplace_back().fill(0.0f);
+    state_.indices.push_back(brick);
+    state_.values.emplace_back().fill(0.0f);
   }
   return static_cast<std::size_t>(number);
 }
@@ -23,7 +24,8 @@ float BrickField::at(const Index& voxel) const {
   const int found = find(brick);
   if (found < 0) return 0.0f;
   const Index local = voxel - brick * kEdge;
-  return bricks_[found][local.x() + kEdge * (local.y() + kEdge * local.z())];
+  return state_
+      .values[static_cast<std::size_t>(found)][local.x() + kEdge * (local.y() + kEdge * local.z())];
 }
 
 double BrickField::sample(const Vec3& rest_position) const {
@@ -49,8 +51,26 @@ BrickField::Index BrickField::voxel_of(const Vec3& rest_position) const {
   return (rest_position / voxel_).array().floor().cast<int>();
 }
 
+void BrickField::restore(State state) {
+  state_ = std::move(state);
+  lookup_ = {};
+  for (std::size_t b = 0; b < state_.indices.size(); ++b)
+    lookup_.set(state_.indices[b], static_cast<int>(b));
+}
+
+bool BrickField::fits(const State& state) {
+  if (state.indices.size() != state.values.size()) return false;
+  BrickMap seen;
+  for (std::size_t b = 0; b < state.indices.size(); ++b)
+    if (!BrickMap::holds(state.indices[b]) ||
+        seen.find_or_add(state.indices[b], static_cast<int>(b)) != static_cast<int>(b) ||
+        !std::ranges::all_of(state.values[b], [](float value) { return std::isfinite(value); }))
+      return false;
+  return true;
+}
+
 std::size_t BrickField::memory_bytes() const {
-  return bricks_.capacity() * sizeof(Values) + indices_.capacity() * sizeof(Index) +
+  return state_.values.capacity() * sizeof(Values) + state_.indices.capacity() * sizeof(Index) +
          lookup_.memory_bytes();
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/fields.h"
 #include "kernels/points/brick_map.h"
 
 namespace viscera {
@@ -20,14 +21,22 @@ class BrickField {
   using Values = std::array<float, kVoxels>;  ///< x fastest
   using Index = BrickIndex;                   ///< of a brick or a voxel
 
+  struct State {
+    std::vector<Index> indices;  ///< of the bricks, in order of allocation
+    std::vector<Values> values;  ///< of each
+    static constexpr auto fields() {
+      return std::tuple(field("indices", &State::indices), field("values", &State::values));
+    }
+  };
+
   /// `voxel` is the edge of a voxel [m]; voxel (0,0,0) spans [0, voxel)^3 of the rest frame.
   explicit BrickField(double voxel = 0.5e-3);
 
   double voxel() const { return voxel_; }
-  std::size_t brick_count() const { return bricks_.size(); }
-  const std::vector<Index>& brick_indices() const { return indices_; }  ///< in order of allocation
-  const Values& brick(std::size_t i) const { return bricks_[i]; }
-  Values& brick(std::size_t i) { return bricks_[i]; }
+  std::size_t brick_count() const { return state_.values.size(); }
+  const std::vector<Index>& brick_indices() const { return state_.indices; }
+  const Values& brick(std::size_t i) const { return state_.values[i]; }
+  Values& brick(std::size_t i) { return state_.values[i]; }
 
   /// The brick with this index, or -1.
   int find(const Index& brick) const { return lookup_.find(brick); }
@@ -43,11 +52,17 @@ class BrickField {
   Vec3 centre(const Index& voxel) const { return (voxel.cast<double>().array() + 0.5) * voxel_; }
   std::size_t memory_bytes() const;
 
+  const State& state() const { return state_; }
+  void restore(State state);
+  /// As many values as indices, each index once and one that a brick can have; all finite.
+  static bool fits(const State& state);
+
  private:
   double voxel_;
-  std::vector<Index> indices_;
-  std::vector<Values> bricks_;
+  State state_;
   BrickMap lookup_;
 };
+
+static_assert(fields_cover<BrickField::State>());
 
 }  // namespace viscera

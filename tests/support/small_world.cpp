@@ -60,6 +60,7 @@ std::map<std::string, Tissue> test_tissues() {
   Tissue rubber;
   rubber.name = "rubber";
   rubber.elastic = {10e3, 0.45};
+  rubber.fracture_energy = 150.0;
   rubber.thermal.emplace();
   return {{"rubber", rubber}};
 }

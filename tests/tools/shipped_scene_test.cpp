@@ -72,6 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
                              "foot_loop", "bowel_bed", "stomach", "duodenum", "colon", "spleen",
                              "diaphragm", "abdominal_wall"},
                             {"heat", "smoke", "haptics", "elasticity of stomach"}},
+                    Shipped{"incision", {"liver"}, {"heat", "smoke", "haptics"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),
     [](const auto& shipped) { return std::string(shipped.param.scene); });

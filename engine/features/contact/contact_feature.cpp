@@ -1,5 +1,8 @@
+#include <limits>
+
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
+#include "engine/features/parting/parting.h"
 
 namespace viscera {
 namespace {
@@ -32,6 +35,34 @@ Result<void> start(World& world) {
     world.all<OrganContact>().add(organ, std::move(contact));
   }
   return {};
+}
+
+/// A point of the drawn surface where tissue is now that was at this place at rest.
+void put_on(const CollisionSurface& rest, const Vec3& place, SurfacePoint& point) {
+  if (const auto hit = rest.closest(place, std::numeric_limits<double>::infinity()))
+    point = hit->point;
+}
+
+/// What touches an organ touches the same tissue of the body that it is now.
+void replaced(World& world, Entity organ, const OrganModel&) {
+  OrganTouch* touch = world.find<OrganTouch>(organ);
+  OrganContact* contact = world.find<OrganContact>(organ);
+  if (!touch || !contact) return;
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  contact->surface = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
+  contact->rest = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
+  auto solver = make_finite_contact(model);
+  const OrganLeft& left = *world.find<OrganLeft>(organ);
+  const auto* before = dynamic_cast<const FiniteContact*>(touch->solver.get());
+  if (before && !left.continuation.nodes.empty()) solver->go_on_from(*before, left.continuation);
+  touch->solver = std::move(solver);
+  for (Cling& cling : touch->clings)
+    for (Cling::Spot& spot : cling.spots) put_on(*contact->rest, spot.rest, spot.point);
+  for (InstrumentContact& tool : world.all<InstrumentContact>()) {
+    if (!tool.grasp || !(tool.grasp->organ == organ)) continue;
+    for (std::size_t k = 0; k < tool.grasp->cells.size(); ++k)
+      put_on(*contact->rest, tool.grasp->cells[k].position, tool.grasp->points[k]);
+  }
 }
 
 void restored(World& world) {
@@ -72,6 +103,7 @@ Feature contact_feature() {
                       .needed = [](const World& world) { return world.has<FreeShape>(); },
                       .run = [](World& world, const FrameContext&) { let_cells_move(world); }}},
           .flags = {kOutOfReach, kGripMissed},
+          .replaced = replaced,
           .restored = restored};
 }
 

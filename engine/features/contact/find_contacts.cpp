@@ -5,6 +5,7 @@
 #include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/tissue_as_met.h"
 #include "engine/features/jaws/hold.h"
+#include "engine/features/parting/parting.h"
 
 namespace viscera {
 namespace {
@@ -152,6 +153,7 @@ void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameCon
       if (touch.bounds.exteriorDistance(state.tip) > margin) continue;
       const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
       if (grip.grasp && grip.grasp->organ == organ) continue;
+      if (cuts(world, instrument, organ)) continue;
       // What enters between open jaws meets no tip.
       const Jaws* jaws = world.find<Jaws>(instrument);
       if (jaws && !grip.jaw_closed &&

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/features/parting/parting_keys.h"
+
 namespace viscera {
 
 ShaftAxis in_frame(const ShaftAxis& axis, const Pose& pose) {
@@ -25,6 +27,9 @@ ShaftBegin shaft_begin(const InstrumentBody& body) {
       break;
     case InstrumentKind::kSpatula:
       begin.along = 16.5e-3;
+      break;
+    case InstrumentKind::kScalpel:
+      begin.along = blade_of(tool) ? blade_of(tool)->length + 8e-3 : 16.5e-3;
       break;
     case InstrumentKind::kGrasper:
       begin.along = 15.5e-3;  // its jaws are as wide as the shaft from there

@@ -4,6 +4,7 @@ in vec3 world;
 in vec3 organ_normal;
 in vec3 rest;
 in vec3 rest_normal;
+in float depth;  // of a cut's wall below the skin that the organ had [m]
 out vec4 radiance;
 
 uniform mat3 rotation;             // organ frame to world
@@ -114,6 +115,18 @@ void main() {
 #endif
 
   float wet = wetness;
+  if (depth > 0.0) {
+    // What a cut has opened: bare tissue, grained as its lobules, under blood that runs together in
+    // places. Chosen by eye.
+    vec4 lobules = noise(p / 1.3e-3 + 5.0) * kept(1.3e-3, pixel);
+    float blood = smoothstep(-0.2, 0.5, broad.x + 0.8 * swell.x);
+    vec3 bare = mottle_colour * vec3(0.80, 0.58, 0.50) * (1.0 + 0.22 * lobules.x);
+    bare = mix(bare, vec3(0.16, 0.006, 0.005), 0.55 * blood);
+    float opened = smoothstep(0.05e-3, 0.35e-3, depth);
+    albedo = mix(albedo, bare, opened);
+    slope = mix(slope, slope + 0.30 * lobules.yzw, opened);
+    wet = mix(wet, 1.0, opened);
+  }
   float char_amount = 0.0;
   vec3 burn_bend = vec3(0.0), glow = vec3(0.0);
 #ifdef BURNT

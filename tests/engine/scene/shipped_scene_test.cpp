@@ -35,7 +35,8 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedScene,
                          testing::Values("laparoscopic_cautery", "kidney_palpation",
                                          "lung_palpation", "sphere_press", "hemisphere",
                                          "tilted_table", "kidney_rubbed", "liver_deep_palpation",
-                                         "liver_retraction", "gallbladder_lift", "retraction"),
+                                         "liver_retraction", "gallbladder_lift", "retraction",
+                                         "incision"),
                          [](const auto& scene) { return std::string(scene.param); });
 
 /// Scenes that load without data of others.

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "engine/verification/lifted_body.h"
+#include "kernels/base/archive.h"
 #include "kernels/hive/prony.h"
 #include "tests/kernels/finite/finite_cube.h"
 
@@ -236,6 +237,32 @@ TEST(RelaxationOf, TermsThatNoTissueHasAreRefused) {
     ASSERT_FALSE(made);
     EXPECT_NE(made.error().text().find("relaxation: found"), std::string::npos);
   }
+}
+
+TEST(Relaxation, TheMemoryOfABodyThatGoesOnAsItselfIsTheSameAndAsAnotherOneItsPlaces) {
+  const Cube cube = Cube::make(0.45);
+  const std::vector<double> shape = random_vector(3 * cube.finite.nodes(), 0.02, 5);
+  Past past{cube};
+  past.after(shape, 4);
+  Continuation same;
+  for (std::size_t node = 0; node < cube.finite.nodes(); ++node)
+    same.nodes.push_back(static_cast<int>(node));
+  for (std::size_t point = 0; point < cube.finite.points(); ++point)
+    same.points.push_back(static_cast<int>(point));
+  const TissueMemory next =
+      cube.finite.continued(cube.finite, past.memory, past.terms.size(), same);
+  EXPECT_EQ(first_difference(next, past.memory), "");
+  // All points as one of them was: every point has that one's memory.
+  Continuation one = same;
+  std::ranges::fill(one.points, 17);
+  const TissueMemory spread =
+      cube.finite.continued(cube.finite, past.memory, past.terms.size(), one);
+  ASSERT_TRUE(cube.finite.fits(spread, past.terms.size()));
+  const std::size_t packs = spread.points.size() / (TissueMemory::kOfPack * past.terms.size());
+  for (std::size_t pack = 1; pack < packs; ++pack)
+    for (std::size_t k = 0; k < 7; ++k)
+      EXPECT_EQ(spread.points[pack * TissueMemory::kOfPack + 4 * k], spread.points[4 * k]);
+  EXPECT_TRUE(cube.finite.continued(cube.finite, {}, past.terms.size(), same).empty());
 }
 
 }  // namespace

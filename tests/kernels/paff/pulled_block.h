@@ -2,6 +2,8 @@
 // by is known from finite elements.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -80,6 +82,29 @@ inline Result<Pulled> pull(const GalerkinSystem& block) {
   // The work of the ends is twice the energy of the tissue, which the hold has no part in.
   const double work = quadratic_form(block.stiffness(), *moved) - quadratic_form(*hold, *moved);
   return Pulled{*std::move(moved), work / (2.0 * PulledBlock::kEachEnd)};
+}
+
+/// Of a block in two pieces, one of which isn't held: the energy of that one's six rigid motions,
+/// by a spacing or as if turned by a radian.
+inline void expect_free_piece_to_move_without_force(const GalerkinSystem& block, double spacing) {
+  const std::vector<TissuePiece>& pieces = block.pieces();
+  ASSERT_EQ(pieces.size(), 2u);
+  const TissuePiece& off = pieces[0].held ? pieces[1] : pieces[0];
+  EXPECT_FALSE(off.held);
+  const PointCloud& nodes = block.fields().cloud();
+  for (int motion = 0; motion < 6; ++motion) {
+    std::vector<double> moved(3 * nodes.size(), 0.0);
+    for (const int node : off.nodes) {
+      const auto n = static_cast<std::size_t>(node);
+      const Vec3 axis = Vec3::Unit(motion % 3);
+      Vec3::Map(moved.data() + 3 * n) =
+          motion < 3 ? Vec3(spacing * axis) : Vec3(axis.cross(nodes.positions[n]));
+    }
+    const double energy = 0.5 * quadratic_form(block.stiffness(), moved);
+    EXPECT_LT(std::abs(energy),
+              1e-10 * PulledBlock::kTissue.youngs_modulus * spacing * spacing * spacing)
+        << motion;
+  }
 }
 
 }  // namespace viscera::test

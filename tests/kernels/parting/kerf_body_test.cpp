@@ -92,5 +92,42 @@ TEST_P(KerfBody, IsSofterByWhatFiniteElementsSay) {
   RecordProperty("added_compliance_error", std::to_string(mean));
 }
 
+/// Cut through by a blade: straight, at a slant, and by an arc.
+class SeveredBody : public testing::TestWithParam<Kerf> {};
+constexpr Kerf kThrough[] = {{"Straight",
+                              [](TissueShare& tissue) {
+                                cut_across(tissue, {1e-3, 0.0, kAbove}, {1e-3, 0.0, -kAbove});
+                              },
+                              0.0},
+                             {"Oblique",
+                              [](TissueShare& tissue) {
+                                cut_across(tissue, {12e-3, 0.0, kAbove}, {-12e-3, 0.0, -kAbove});
+                              },
+                              0.0},
+                             {"Curved",
+                              [](TissueShare& tissue) {
+                                const auto at = [](int k) {
+                                  return Vec3(4e-3 * std::sin(0.1 * k), 0.0, 15e-3 - 1e-3 * k);
+                                };
+                                for (int k = 1; k <= 30; ++k) cut_across(tissue, at(k - 1), at(k));
+                              },
+                              0.0}};
+INSTANTIATE_TEST_SUITE_P(Kerfs, SeveredBody, testing::ValuesIn(kThrough),
+                         [](const auto& info) { return info.param.name; });
+
+TEST_P(SeveredBody, HasAPieceThatMovesWithoutForce) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    PulledBlock block = PulledBlock::whole(4e-3, seed);
+    TissueShare tissue(kKerfVoxel);
+    GetParam().cut(tissue);
+    const TriangleSurface gone = simplified(void_surface(tissue), {0.1 * kKerfVoxel, 4e-3});
+    block.surface = carve(block.surface, gone).value().surface;
+    const auto assembled =
+        block.assemble([](const Vec3& x) { return PulledBlock::is_end(x) && x.x() < 0.0; });
+    ASSERT_TRUE(assembled) << seed << ": " << assembled.error().text();
+    test::expect_free_piece_to_move_without_force(*assembled, 4e-3);
+  }
+}
+
 }  // namespace
 }  // namespace viscera

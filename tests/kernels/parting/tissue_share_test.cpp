@@ -59,5 +59,35 @@ TEST(TissueShare, ABladesWayIsOutAsWideAsTheBladeOrTheLeastKerf) {
   }
 }
 
+TEST(TissueShare, APlateTakesWhatItSaysOverItsArea) {
+  for (const double thickness : {0.5e-3, 0.9e-3, 3e-3}) {
+    TissueShare tissue(0.25e-3);
+    constexpr double kAcross = 12e-3;
+    // So large that its rim is little, which takes a half of a round plate's more.
+    const Box reach(Vec3(-kAcross, -kAcross, -0.5 * thickness),
+                    Vec3(kAcross, kAcross, 0.5 * thickness));
+    const double taken =
+        tissue.take_out(reach, [&](const Vec3& x) { return std::abs(x.z()) - 0.5 * thickness; });
+    const double voxels = 2.0 * 2.25 * 0.25e-3;  // that it is asked beyond its reach, about
+    const double across = 2.0 * kAcross + voxels;
+    const double expected = tissue.taken_by_plate(thickness);
+    EXPECT_NEAR(taken / (across * across), expected, 0.03 * expected) << thickness;
+    EXPECT_GE(expected, thickness);
+    EXPECT_LT(expected, thickness + 0.1e-3);
+  }
+}
+
+TEST(TissueShare, TakesNoStateWhoseSharesAreNone) {
+  TissueShare tissue(0.25e-3);
+  tissue.limit({1, 2, 3}, 0.25);
+  TissueShare other(0.25e-3);
+  other.restore(tissue.state());
+  EXPECT_EQ(other.share(TissueShare::Voxel(1, 2, 3)), 0.25);
+  TissueShare::State wrong = tissue.state();
+  wrong.values[0][0] = 1.5f;
+  EXPECT_TRUE(TissueShare::fits(tissue.state()));
+  EXPECT_FALSE(TissueShare::fits(wrong));
+}
+
 }  // namespace
 }  // namespace viscera

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace viscera {
 namespace {
 
@@ -57,6 +59,31 @@ TEST(BrickField, SamplesALinearFieldExactlyAcrossBrickBorders) {
        {Vec3(0.0, 0.0, 0.0), Vec3(-2.3e-3, 7.9e-3, 0.2e-3), Vec3(4.4e-3, -6.1e-3, -0.05e-3)}) {
     EXPECT_NEAR(field.sample(p), 1.0 + slope.dot(p), 1e-6);
   }
+}
+
+TEST(BrickField, GoesOnFromItsStateAndRefusesOnesThatCannotBe) {
+  BrickField field;
+  field.brick(field.ensure({3, -1, 2}))[7] = 0.5f;
+  field.brick(field.ensure({-4, 0, 0}))[0] = 0.25f;
+  BrickField other;
+  other.ensure({9, 9, 9});
+  other.restore(field.state());
+  EXPECT_EQ(other.find({3, -1, 2}), 0);
+  EXPECT_EQ(other.find({-4, 0, 0}), 1);
+  EXPECT_EQ(other.find({9, 9, 9}), -1);
+  EXPECT_EQ(other.brick(0)[7], 0.5f);
+  EXPECT_TRUE(BrickField::fits(field.state()));
+
+  BrickField::State twice = field.state();
+  twice.indices[1] = twice.indices[0];
+  BrickField::State fewer = field.state();
+  fewer.values.pop_back();
+  BrickField::State far = field.state();
+  far.indices[0].x() = 1 << 20;
+  BrickField::State broken = field.state();
+  broken.values[0][0] = std::numeric_limits<float>::quiet_NaN();
+  for (const BrickField::State& wrong : {twice, fewer, far, broken})
+    EXPECT_FALSE(BrickField::fits(wrong));
 }
 
 }  // namespace

@@ -1,0 +1,196 @@
+// Where a blade's edge is in tissue as it was at rest, and what it has swept since the last step.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/features/contact/tissue_sheet.h"
+#include "engine/features/parting/parting.h"
+#include "kernels/parting/blade_sweep.h"
+
+namespace viscera {
+namespace {
+
+/// Places along an edge are so far from each other, at most [m]: between them it stays straight at
+/// rest.
+constexpr double kAlongEdge = 1e-3;
+/// A blade whose edge is farther from an organ than this doesn't come to it within a step [m].
+constexpr double kBeside = 6e-3;
+/// What moves less than this has swept nothing that a voxel sees, in voxels.
+constexpr double kStill = 0.02;
+/// Of the search for where a place was at rest.
+constexpr int kMostSteps = 20;
+constexpr double kFound = 1e-6;  // [m]
+
+/// An organ as it is now, to find where places of it were at rest. All in the organ's frame.
+class MovedTissue {
+ public:
+  MovedTissue(const World& world, Entity organ)
+      : model_(*world.find<OrganBody>(organ)->model),
+        state_(*world.find<OrganState>(organ)),
+        drawn_(*world.find<OrganContact>(organ)->surface),
+        moved_(world.find<OrganTouch>(organ)->solver->state().motion.displacements),
+        fields_(*world.find<OrganLeft>(organ)->fields) {}
+
+  struct AtRest {
+    Vec3 place = Vec3::Zero();  ///< [m]
+    double above = 0.0;         ///< the drawn surface; below 0 in tissue [m]
+  };
+  /// Tissue that is at this place; beside the organ what moves as the surface nearest to it does.
+  std::optional<AtRest> at_rest(const Vec3& place, double reach) const {
+    const auto hit = drawn_.closest(place, reach);
+    if (!hit) return std::nullopt;
+    const TissueSheet sheet(model_, state_, drawn_);
+    const Vec3 rest = corner_mean(model_.rest_positions, model_.surface, hit->point);
+    const bool inside = (place - hit->position).dot(sheet.normal(hit->point)) < 0.0;
+    AtRest found{place - (hit->position - rest), inside ? -hit->distance : hit->distance};
+    if (inside) refine(place, found.place);
+    return found;
+  }
+
+ private:
+  Vec3 displacement(const Vec3& rest, bool& known) const {
+    Vec3 moved = Vec3::Zero();
+    known = fields_.evaluate(rest, false, values_);
+    for (std::size_t k = 0; known && k < values_.nodes.size(); ++k) {
+      const auto node = static_cast<std::size_t>(values_.nodes[k]);
+      moved += values_.values[k] * Eigen::Map<const Vec3>(moved_.data() + 3 * node);
+    }
+    return moved;
+  }
+  /// rest + displacement(rest) = place, from a guess, which stays where the search ends in nothing.
+  void refine(const Vec3& place, Vec3& rest) const {
+    Vec3 now = rest;
+    double last = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < kMostSteps; ++step) {
+      bool known = false;
+      const Vec3 missed = place - now - displacement(now, known);
+      if (!known || !(missed.norm() < last)) return;
+      last = missed.norm();
+      now += missed;
+      if (last < kFound) break;
+    }
+    rest = now;
+  }
+
+  const OrganModel& model_;
+  const OrganState& state_;
+  const CollisionSurface& drawn_;
+  const std::vector<double>& moved_;
+  const ShapeFunctions& fields_;
+  mutable ShapeValues values_;
+};
+
+/// A blade in one organ.
+class Cutting {
+ public:
+  Cutting(World& world, Entity organ, const BladeDescription& blade)
+      : world_(world), organ_(organ), blade_(blade), tissue_(world, organ) {}
+
+  /// From where the edge was, in `track`, to where it is; the force on the blade, world [N].
+  Vec3 go_on(const std::vector<Vec3>& edge, BladeTrack& track) {
+    OrganCut& cut = *world_.find<OrganCut>(organ_);
+    std::vector<Vec3> rest;
+    std::vector<double> above;
+    for (const Vec3& place : edge) {
+      const auto found = tissue_.at_rest(place, blade_.length + kBeside);
+      if (!found) {
+        track.edge.clear();
+        return Vec3::Zero();
+      }
+      rest.push_back(found->place);
+      above.push_back(found->above);
+    }
+    const bool follows = track.edge.size() == rest.size();
+    const std::vector<Vec3> before = std::exchange(track.edge, rest);
+    if (!follows) return Vec3::Zero();
+    Vec3 force = Vec3::Zero();
+    for (std::size_t k = 0; k + 1 < rest.size(); ++k) {
+      const double inside = share_below(above[k], above[k + 1]);
+      if (inside > 0.0)
+        force += sweep_piece({before[k], before[k + 1]}, {rest[k], rest[k + 1]}, inside, cut);
+    }
+    return pose_of(world_, organ_).direction_to_world(force);
+  }
+
+ private:
+  /// Of a straight piece between two heights above a surface.
+  static double share_below(double one, double other) {
+    if (one <= 0.0 && other <= 0.0) return 1.0;
+    if (one >= 0.0 && other >= 0.0) return 0.0;
+    return std::min(one, other) / (std::min(one, other) - std::max(one, other));
+  }
+
+  /// `inside`: the share of the piece that is in tissue.
+  Vec3 sweep_piece(const std::array<Vec3, 2>& before, const std::array<Vec3, 2>& now, double inside,
+                   OrganCut& cut) {
+    const double longest = std::max((now[0] - before[0]).norm(), (now[1] - before[1]).norm());
+    if (longest < kStill * cut.gone.voxel()) return Vec3::Zero();
+    const double taken = sweep({before, now, blade_.thickness}, cut.gone);
+    if (taken == 0.0) return Vec3::Zero();
+    cut.changed = true;
+    const Vec3 way = 0.5 * (now[0] + now[1] - before[0] - before[1]);
+    const Vec3 along = 0.5 * (now[1] - now[0] + before[1] - before[0]);
+    // Of what it went over a part may have been parted before.
+    const double over = along.cross(way).norm();
+    const double wide = std::max(blade_.thickness, cut.gone.least_kerf());
+    const double area = inside * std::min(over, taken / cut.gone.taken_by_plate(wide));
+    cut.area += area;
+    const double work = world_.find<Cuttable>(organ_)->fracture_energy * area;
+    cut.work += work;
+    const double length = way.norm();
+    return length > 0.0 ? Vec3(-work / (length * length) * way) : Vec3(Vec3::Zero());
+  }
+
+  World& world_;
+  Entity organ_;
+  const BladeDescription& blade_;
+  MovedTissue tissue_;
+};
+
+BladeTrack& track_of(OrganCut& cut, Entity instrument) {
+  for (BladeTrack& track : cut.blades)
+    if (track.instrument == instrument) return track;
+  return cut.blades.emplace_back(BladeTrack{instrument, {}});
+}
+
+bool is_near(const std::vector<Vec3>& edge, const OrganTouch& touch, const Pose& pose) {
+  Box world;
+  for (const Vec3& place : edge) world.extend(pose.to_world(place));
+  return touch.bounds.exteriorDistance(world) <= kBeside;
+}
+
+}  // namespace
+
+std::vector<Vec3> edge_of(const BladeDescription& blade, const InstrumentState& state,
+                          const Pose& organ) {
+  const int pieces = std::max(1, static_cast<int>(std::ceil(blade.length / kAlongEdge)));
+  std::vector<Vec3> places;
+  for (int i = 0; i <= pieces; ++i)
+    places.push_back(organ.to_local(state.tip + blade.length * i / pieces * state.shaft_direction));
+  return places;
+}
+
+void cut_tissue(World& world, const FrameContext&) {
+  Pool<OrganCut>& organs = world.all<OrganCut>();
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    const Entity organ = organs.owner(o);
+    const OrganTouch* touch = world.find<OrganTouch>(organ);
+    if (!touch || world.find<OrganState>(organ)->frozen) continue;
+    for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i) {
+      const BladeDescription* blade = blade_of(world.all<InstrumentBody>()[i].description);
+      if (!blade) continue;
+      const Entity instrument = world.all<InstrumentBody>().owner(i);
+      BladeTrack& track = track_of(organs[o], instrument);
+      const Pose& pose = pose_of(world, organ);
+      const std::vector<Vec3> edge =
+          edge_of(*blade, *world.find<InstrumentState>(instrument), pose);
+      if (!is_near(edge, *touch, pose)) {
+        track.edge.clear();
+        continue;
+      }
+      world.find<InstrumentContact>(instrument)->force +=
+          Cutting(world, organ, *blade).go_on(edge, track);
+    }
+  }
+}
+
+}  // namespace viscera

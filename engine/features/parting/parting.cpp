@@ -1,0 +1,323 @@
+#include "engine/features/parting/parting.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "engine/features/cautery/cautery_keys.h"
+#include "engine/features/held_tools/held_tools_keys.h"
+#include "engine/features/links/links_keys.h"
+#include "engine/features/parting/parting_flags.h"
+#include "engine/features/shafts/shafts_keys.h"
+#include "engine/features/smoke/smoke_keys.h"
+#include "engine/features/touching/touching_keys.h"
+#include "engine/simulation/instruments.h"
+#include "engine/simulation/prepare.h"
+
+namespace viscera {
+namespace {
+
+/// Nodes that are prepared anew beside one frame, at the least, on one of two cores.
+constexpr double kNodesAFrame = 8.0;
+/// And the frames that handing over takes at the least.
+constexpr std::uint64_t kSoonest = 6;
+
+bool same(const TissueShare::State& a, const TissueShare::State& b) {
+  return a.indices == b.indices && a.values == b.values;
+}
+
+// --- before a scene starts ----------------------------------------------------------------------
+
+/// Of two lists of places along lines, the least distance from the organ's surface [m].
+double nearest_on_path(const InstrumentBody& tool, const OrganDescription& organ,
+                       const CollisionSurface& surface, double farthest) {
+  const BladeDescription& blade = *blade_of(tool.description);
+  double nearest = std::numeric_limits<double>::infinity();
+  constexpr double kStep = 1.0 / 60.0;
+  InstrumentState state;
+  for (double time = 0.0; time <= tool.description.path.back().time + kStep; time += kStep) {
+    place_tool(tool, time, state);
+    for (const Vec3& place : edge_of(blade, state, organ.pose_at(time)))
+      if (const auto hit = surface.closest(place, farthest))
+        nearest = std::min(nearest, hit->distance);
+  }
+  return nearest;
+}
+
+/// What can't be cut beside it as yet.
+Result<void> check(const SceneDescription& scene, const std::map<std::string, Tissue>&) {
+  Error mistakes;
+  const auto wrong = [&](const std::string& where, const std::string& what) {
+    mistakes.messages.push_back(fmt::format("{}: {}: {}", scene.file.string(), where, what));
+  };
+  bool cuttable = false;
+  for (std::size_t o = 0; o < scene.organs.size(); ++o) {
+    const OrganDescription& organ = scene.organs[o];
+    if (!cuttable_of(organ)) continue;
+    cuttable = true;
+    const std::string at = fmt::format("organs/{}/", o);
+    if (!organ.deformable) wrong(at + "cuttable", "found beside deformable false, expected true");
+    if (organ.response == Response::kLinear || organ.response == Response::kLocal)
+      wrong(at + "response", fmt::format("found {} for an organ that is cuttable, expected finite "
+                                         "or auto",
+                                         organ.response == Response::kLinear ? "linear" : "local"));
+    if (organ.formulation != "galerkin")
+      wrong(at + "formulation", fmt::format("found {} for an organ that is cuttable, expected "
+                                            "galerkin",
+                                            organ.formulation));
+  }
+  const TouchingDescription& touching = touching_of(scene);
+  if (cuttable && (touching.organs || touching.folds || shafts_of(scene).touch))
+    wrong("contact",
+          "found organs, folds or shafts that touch beside an organ that is cuttable, "
+          "expected false: walls of cuts aren't met yet");
+  if (cuttable && !smoke_of(scene).empty())
+    wrong("smoke",
+          "found some beside an organ that is cuttable, expected none: smoke doesn't meet "
+          "walls of cuts yet");
+  const auto links = links_of(scene);
+  for (std::size_t l = 0; l < links.size(); ++l)
+    for (const OrganDescription& organ : scene.organs)
+      if (cuttable_of(organ) &&
+          std::ranges::find(links[l].between, organ.name) != links[l].between.end())
+        wrong(fmt::format("links/{}/between", l),
+              fmt::format("found \"{}\", which is cuttable, expected organs that aren't: links "
+                          "don't follow cuts yet",
+                          organ.name));
+  bool blades = false;
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+    const InstrumentDescription& tool = scene.instruments[i];
+    blades |= blade_of(tool) != nullptr;
+    if (cuttable && haptic_of(tool))
+      wrong(fmt::format("instruments/{}/haptic", i),
+            "found beside an organ that is cuttable, expected none: hands don't feel cuts yet");
+    if (cuttable && carries_current(tool))
+      wrong(fmt::format("instruments/{}/path", i),
+            "found current beside an organ that is cuttable, expected none: heat doesn't know cuts "
+            "yet");
+  }
+  if (blades && !cuttable)
+    wrong("instruments", "found a scalpel, expected an organ with \"cuttable\" for it to cut");
+  if (!mistakes.messages.empty()) return std::unexpected(mistakes);
+  return {};
+}
+
+void reach(const SceneDescription&, const OrganDescription& organ,
+           const std::vector<InstrumentBody>&, Reach& reach) {
+  if (!cuttable_of(organ)) return;
+  reach.anywhere = true;
+  reach.strained_anywhere = true;
+}
+
+Result<void> prepare_organ_to_cut(SceneModel& model, std::size_t o,
+                                  const std::filesystem::path& assets,
+                                  std::vector<std::string>& warnings) {
+  const OrganDescription& organ = model.scene().organs[o];
+  const Entity entity = model.organs()[o];
+  const OrganBody& body = *model.constants().all<OrganBody>().find(entity);
+  const auto at = [&](const std::string& what) {
+    return fmt::format("{}: organs/{} (\"{}\"): {}", model.scene().file.string(), o, organ.name,
+                       what);
+  };
+  if (!body.model->finite)
+    return failure(
+        at("cuttable: found an organ that isn't at finite strain, expected response "
+           "finite"));
+  std::vector<InstrumentBody> tools;
+  for (const InstrumentBody& tool : model.constants().all<InstrumentBody>()) tools.push_back(tool);
+  const Tissue tissue = tissue_of(organ, model.tissues());
+  const Reach reached = reach_of(tools, model.scene(), organ, model.features());
+  auto demand = demand_on(organ, tissue, reached, body.model->surface);
+  if (!demand) return std::unexpected(demand.error());
+  auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), assets);
+  const double voxel = cuttable_of(organ)->voxel;
+  if (tissue.fracture_energy == 0.0)
+    warnings.push_back(
+        at(fmt::format("cuttable: tissues/{} has no fracture_energy: blades feel no "
+                       "force of it",
+                       organ.tissue)));
+  for (const InstrumentBody& tool : tools) {
+    const BladeDescription* blade = blade_of(tool.description);
+    if (!blade || blade->thickness >= 2.0 * voxel) continue;
+    warnings.push_back(at(fmt::format(
+        "cuttable/voxel_mm: cuts by \"{}\" are {:g} mm wide, two voxels, where its blade has {:g}",
+        tool.description.name, 2e3 * voxel, 1e3 * blade->thickness)));
+  }
+  model.constants().all<Cuttable>().add(entity, {std::move(made), voxel, tissue.fracture_energy});
+  return {};
+}
+
+/// Blades that come to no organ that they could cut.
+Result<void> expect_blades_to_cut(const SceneModel& model) {
+  constexpr double kFarthest = 0.1;  // [m]
+  const Pool<InstrumentBody>& tools = model.constants().all<InstrumentBody>();
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    if (!blade_of(tools[i].description)) continue;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t o = 0; o < model.organs().size(); ++o) {
+      const Cuttable* cuttable = model.constants().all<Cuttable>().find(model.organs()[o]);
+      if (!cuttable) continue;
+      const OrganModel& body = *cuttable->organ->whole;
+      const CollisionSurface surface(body.surface, body.rest_positions);
+      nearest =
+          std::min(nearest, nearest_on_path(tools[i], model.scene().organs[o], surface, kFarthest));
+    }
+    constexpr double kBeside = 20e-3;  // an organ may come to it [m]
+    if (nearest <= kBeside) continue;
+    return failure(fmt::format(
+        "{}: instruments/{}/path: found a blade that stays {} from every organ that is cuttable, "
+        "expected one that comes within {:g} mm",
+        model.scene().file.string(), i,
+        nearest <= kFarthest ? fmt::format("{:.0f} mm", 1e3 * nearest) : "over 100 mm",
+        1e3 * kBeside));
+  }
+  return {};
+}
+
+Result<void> finish(SceneModel& model, const std::filesystem::path& assets,
+                    std::vector<std::string>& warnings) {
+  for (std::size_t o = 0; o < model.organs().size(); ++o) {
+    if (!cuttable_of(model.scene().organs[o])) continue;
+    if (auto prepared = prepare_organ_to_cut(model, o, assets, warnings); !prepared)
+      return prepared;
+  }
+  return expect_blades_to_cut(model);
+}
+
+Result<void> start(World& world) {
+  const Pool<Cuttable>& organs = world.all<Cuttable>();
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    OrganCut cut;
+    cut.gone = cut.asked = cut.used = TissueShare(organs[o].voxel);
+    world.all<OrganCut>().add(organs.owner(o), std::move(cut));
+    OrganLeft left;
+    left.fields = organs[o].organ->fields;
+    world.all<OrganLeft>().add(organs.owner(o), std::move(left));
+  }
+  return {};
+}
+
+// --- in a step ----------------------------------------------------------------------------------
+
+/// Prepares what is asked for, beside the frames.
+void begin_body(World& world, Entity organ) {
+  OrganLeft& left = *world.find<OrganLeft>(organ);
+  left.next = std::async(std::launch::async, [organ = world.find<Cuttable>(organ)->organ,
+                                              tissue = world.find<OrganCut>(organ)->asked,
+                                              before = world.find<OrganBody>(organ)->model,
+                                              fields = left.fields] {
+                return cut_organ(*organ, tissue, *before, *fields);
+              }).share();
+}
+
+/// The organ is this body from now on.
+void take_body(World& world, Entity organ, const CutOrgan& cut) {
+  OrganLeft& left = *world.find<OrganLeft>(organ);
+  left.fields = cut.fields;
+  left.depths = cut.depths;
+  left.continuation = cut.continuation;
+  left.greatest_seconds = std::max(left.greatest_seconds, cut.seconds);
+  world.replace(organ, cut.model);
+}
+
+void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& report) {
+  OrganLeft& left = *world.find<OrganLeft>(organ);
+  const Result<CutOrgan>& made = left.next.get();
+  cut.pending = false;
+  if (made) {
+    cut.used = cut.asked;
+    left.made_of = cut.used.state();
+    ++cut.bodies;
+    take_body(world, organ, *made);
+  } else {
+    left.refusal = made.error().text();
+    ++cut.refused;
+    report.raise(kCutRefused);
+  }
+  left.next = {};
+}
+
+void ask_for_body(World& world, Entity organ, OrganCut& cut, std::uint64_t frame) {
+  cut.asked = cut.gone;
+  cut.changed = false;
+  cut.pending = true;
+  const std::size_t nodes = world.find<OrganBody>(organ)->model->cloud.size();
+  cut.due =
+      frame + kSoonest + static_cast<std::uint64_t>(static_cast<double>(nodes) / kNodesAFrame);
+  begin_body(world, organ);
+}
+
+/// Bodies that a loaded state has otherwise are made again.
+Result<void> bodies_loaded(World& world) {
+  const Pool<OrganCut>& cuts = world.all<OrganCut>();
+  for (std::size_t c = 0; c < cuts.size(); ++c) {
+    const Entity organ = cuts.owner(c);
+    const OrganCut& cut = cuts[c];
+    OrganLeft& left = *world.find<OrganLeft>(organ);
+    left.next = {};
+    if (!same(left.made_of, cut.used.state())) {
+      const CuttableOrgan& whole = *world.find<Cuttable>(organ)->organ;
+      left.made_of = cut.used.state();
+      if (cut.used.untouched()) {
+        left.fields = whole.fields;
+        left.depths.clear();
+        left.continuation = {};
+        world.replace(organ, whole.whole);
+      } else {
+        auto made = cut_organ(whole, cut.used, *whole.whole, *whole.fields);
+        if (!made) return failure("cut organs: " + made.error().text());
+        made->continuation = {};
+        take_body(world, organ, *made);
+      }
+    }
+    if (cut.pending) begin_body(world, organ);
+  }
+  return {};
+}
+
+}  // namespace
+
+bool cuts(const World& world, Entity instrument, Entity organ) {
+  return world.find<OrganCut>(organ) &&
+         blade_of(world.find<InstrumentBody>(instrument)->description);
+}
+
+void part_organs(World& world, const FrameContext& context) {
+  Pool<OrganCut>& organs = world.all<OrganCut>();
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    const Entity organ = organs.owner(o);
+    if (organs[o].pending && context.frame >= organs[o].due)
+      take_due_body(world, organ, organs[o], *context.report);
+    if (!organs[o].pending && organs[o].changed)
+      ask_for_body(world, organ, organs[o], context.frame);
+  }
+}
+
+Feature parting_feature() {
+  return {.name = "parting",
+          .keys = parting_keys(),
+          .check = check,
+          .reach = reach,
+          .finish = finish,
+          .start = start,
+          .states = {state_type<OrganCut>()},
+          .stages = {{.name = "part organs",
+                      .reads_before = {"cuts"},
+                      .writes = {"organ bodies"},
+                      .changes = {"cut organs", "organ contacts", "organ shapes", "tool forces"},
+                      .needed = [](const World& world) { return world.has<OrganCut>(); },
+                      .run = part_organs},
+                     {.name = "cut tissue",
+                      .reads = {"tool poses", "organ poses", "shapes", "forces"},
+                      .writes = {"forces", "cuts"},
+                      .changes = {"cut organs", "tool forces"},
+                      .needed = [](const World& world) { return world.has<OrganCut>(); },
+                      .run = cut_tissue}},
+          .flags = {kCutRefused},
+          .bodies_loaded = bodies_loaded,
+          .report = parting_report};
+}
+
+}  // namespace viscera

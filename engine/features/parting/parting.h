@@ -1,0 +1,93 @@
+// Tissue that parts: what a blade has swept is gone (kernels/parting), and the organ is prepared
+// once more with the walls of the cut (engine/organ/cut_organ.h).
+//
+// Preparing takes longer than a frame, so it goes on beside the frames and the organ is cut from a
+// frame on that its size alone decides: a run is the same on any machine, which waits where it is
+// slower. Meanwhile the blade goes on, and what it has swept since is the next one's.
+#pragma once
+
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/features/parting/parting_keys.h"
+#include "engine/organ/cut_organ.h"
+#include "engine/simulation/feature.h"
+
+namespace viscera {
+
+/// Of an organ that may be cut.
+struct Cuttable {
+  static constexpr bool kConstant = true;
+  std::shared_ptr<const CuttableOrgan> organ;
+  double voxel = 0.0;            ///< [m]
+  double fracture_energy = 0.0;  ///< [J/m2]; 0: not known
+};
+
+/// The edge of a blade that is in an organ or near it, as the last step left it.
+struct BladeTrack {
+  Entity instrument;
+  std::vector<Vec3> edge;  ///< places along it, at rest, organ frame [m]
+  static constexpr auto fields() {
+    return std::tuple(field("instrument", &BladeTrack::instrument),
+                      field("edge", &BladeTrack::edge));
+  }
+};
+static_assert(fields_cover<BladeTrack>());
+
+/// What is gone from an organ.
+struct OrganCut {
+  static constexpr std::string_view kName = "cut organs";
+  static constexpr bool kOfBodies = true;
+  TissueShare gone{0.25e-3};  ///< now
+  TissueShare asked{
+      0.25e-3};  ///< of the body that is being prepared, where `pending`; else of `used`
+  TissueShare used{0.25e-3};  ///< of the body that the organ is
+  std::uint64_t due = 0;      ///< frame from which on `asked` is used
+  std::uint64_t bodies = 0;   ///< that it has become
+  std::uint64_t refused = 0;  ///< that couldn't be prepared
+  double area = 0.0;          ///< parted, of one side [m2]
+  double work = 0.0;          ///< of blades, by fracture energy [J]
+  std::vector<BladeTrack> blades;
+  bool pending = false;
+  bool changed = false;  ///< something has gone since `asked`
+  static constexpr auto fields() {
+    using S = OrganCut;
+    return std::tuple(field("gone", &S::gone), field("asked", &S::asked), field("used", &S::used),
+                      field("due", &S::due), field("bodies", &S::bodies),
+                      field("refused", &S::refused), field("area", &S::area),
+                      field("work", &S::work), field("blades", &S::blades),
+                      field("pending", &S::pending), field("changed", &S::changed));
+  }
+};
+static_assert(fields_cover<OrganCut>());
+
+/// What follows from it.
+struct OrganLeft {
+  std::shared_ptr<const ShapeFunctions> fields;  ///< of the body that the organ is
+  std::vector<float> depths;                     ///< as CutOrgan::depths; empty: it is whole
+  Continuation continuation;                     ///< from the body that it was; empty: from none
+  TissueShare::State made_of;                    ///< what it is made of
+  std::shared_future<Result<CutOrgan>> next;     ///< of OrganCut::asked
+  std::string refusal;                           ///< why the last one was refused
+  double greatest_seconds = 0.0;                 ///< that one took to be prepared
+};
+
+/// Whether this instrument cuts this organ, and so doesn't press it.
+bool cuts(const World& world, Entity instrument, Entity organ);
+
+/// OrganCut::asked that is due -> the organ's body.
+void part_organs(World& world, const FrameContext& context);
+/// Where blades have gone -> OrganCut, forces on them.
+void cut_tissue(World& world, const FrameContext& context);
+
+/// The places along a blade's edge as it stands, organ frame [m].
+std::vector<Vec3> edge_of(const BladeDescription& blade, const InstrumentState& state,
+                          const Pose& organ);
+
+std::vector<ReportSection> parting_report(const World& world);
+
+Feature parting_feature();
+
+}  // namespace viscera

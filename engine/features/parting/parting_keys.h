@@ -1,0 +1,27 @@
+// What a scene says of tissue that parts: which organs may be cut, and by which blades.
+#pragma once
+
+#include "engine/scene/feature_keys.h"
+#include "engine/scene/scene.h"
+
+namespace viscera {
+
+/// An extra of organs that may be cut.
+struct CuttableDescription {
+  double voxel = 0.25e-3;  ///< edge of the voxels that know what is gone [m]
+};
+
+/// An extra of scalpels: an edge from the tip back along the shaft.
+struct BladeDescription {
+  double length = 10e-3;      ///< [m]
+  double thickness = 0.4e-3;  ///< [m]
+};
+
+/// Null: it can't be cut.
+const CuttableDescription* cuttable_of(const OrganDescription& organ);
+/// Null: it has none.
+const BladeDescription* blade_of(const InstrumentDescription& instrument);
+
+FeatureKeys parting_keys();
+
+}  // namespace viscera

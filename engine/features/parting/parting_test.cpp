@@ -1,0 +1,264 @@
+// A blade that is drawn across a block which its ends pull at.
+#include "engine/features/parting/parting.h"
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+
+#include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/parting/parting_flags.h"
+#include "engine/features/touching/touching_keys.h"
+#include "engine/simulator/build.h"
+#include "kernels/points/surface_checks.h"
+#include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+constexpr double kTop = 8e-3, kWide = 16e-3, kLong = 36e-3;  // of the block [m]
+constexpr double kDeep = 5e-3;                               // the blade goes below its top [m]
+constexpr double kBeyond = 4e-3;                             // ... and over both its sides [m]
+constexpr double kBlade = 0.8e-3;                            // [m]
+constexpr double kFracture = 150.0;                          // of test_tissues() [J/m2]
+/// A blade that begins then is through the block a second later, and the block is cut soon after.
+constexpr double kThrough = 1.0, kCut = 2.0;  // [s]
+
+/// The block's ends are held, and go away from each other by `pulled` until 2.5 s, back until 5 s.
+/// The scalpel stands upright, on a line along y at `along`.
+SceneDescription block_to_cut(double deep, double begins, double pulled = 0.0, double along = 0.0,
+                              double spacing = 4.2e-3) {
+  SceneDescription scene =
+      held_bar_scene({kLong, kWide, 2.0 * kTop}, 2e-3, 0.1e-3, spacing, spacing);
+  OrganDescription& block = scene.organs[0];
+  Region right;
+  right.a = Vec3(0.5 * kLong - 0.1e-3, 0, 0);
+  right.b = -Vec3::UnitX();
+  block.fixed.push_back(right);
+  if (pulled > 0.0)
+    set_hold_motions(block, {{0, {0.5 * pulled, -Vec3::UnitX(), 5.0, 0.0}},
+                             {1, {0.5 * pulled, Vec3::UnitX(), 5.0, 0.0}}});
+  block.response = Response::kFinite;
+  block.extras.set(CuttableDescription{0.4e-3});
+  const double from = 0.5 * kWide + kBeyond;
+  const Vec3 start(along, from, kTop - deep), end(along, -from, kTop - deep);
+  InstrumentDescription scalpel = straight_tool(
+      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
+      {{0.0, start, 0.0, 1.0}, {begins, start, 0.0, 1.0}, {begins + kThrough, end, 0.0, 1.0}});
+  // So far away that it hardly leans.
+  scalpel.trocar = Vec3(along, 0.0, 20.0);
+  scalpel.extras.set(BladeDescription{12e-3, kBlade});
+  scene.instruments = {scalpel};
+  return scene;
+}
+
+const OrganCut& cut_of(const World& world) {
+  return world.all<OrganCut>()[0];
+}
+const OrganModel& body_of(const World& world) {
+  return *world.all<OrganBody>()[0].model;
+}
+
+/// At the top of the kerf's two walls, in the middle of the block, in the mean: how much farther
+/// from each other they are than at rest [m].
+double mouth_of(const World& world) {
+  const OrganModel& body = body_of(world);
+  double left = 0.0, right = 0.0;
+  int left_count = 0, right_count = 0;
+  for (std::size_t v = 0; v < body.surface.vertices.size(); ++v) {
+    const Vec3& rest = body.surface.vertices[v];
+    if (rest.z() < kTop - 1e-6 || std::abs(rest.y()) > 3e-3 || std::abs(rest.x()) > kBlade)
+      continue;
+    const double moved =
+        static_cast<double>(world.all<OrganState>()[0].positions[v].x()) - rest.x();
+    (rest.x() < 0.0 ? left : right) += moved;
+    ++(rest.x() < 0.0 ? left_count : right_count);
+  }
+  return left_count > 0 && right_count > 0 ? right / right_count - left / left_count : 0.0;
+}
+
+TEST(Parting, ABladeLeavesAClosedSurfaceWithWallsAsDeepAsItWent) {
+  const auto world = build(block_to_cut(kDeep, 0.01));
+  ASSERT_TRUE(world);
+  const TriangleSurface whole = body_of(*world).surface;
+  EXPECT_EQ(step_until(*world, kCut), FlagSet());
+  const OrganCut& cut = cut_of(*world);
+  EXPECT_GE(cut.bodies, 1u);
+  EXPECT_FALSE(cut.pending || cut.changed);
+  const TriangleSurface& left = body_of(*world).surface;
+  EXPECT_EQ(surface_defects(left), std::vector<std::string>());
+  const double parted = kDeep * kWide;
+  EXPECT_NEAR(volume(whole) - volume(left), kBlade * parted, 0.1 * kBlade * parted);
+  EXPECT_NEAR(cut.area, parted, 0.1 * parted);
+  const std::vector<float>& depths = world->all<OrganLeft>()[0].depths;
+  ASSERT_EQ(depths.size(), left.vertices.size());
+  EXPECT_NEAR(std::ranges::max(depths), kDeep + 0.5 * kBlade, 0.15e-3);
+  EXPECT_EQ(world->all<OrganState>()[0].positions.size(), left.vertices.size());
+}
+
+TEST(Parting, TissueThatIsPulledGapesAsWideCutAtRestAsCutWhileItIsPulled) {
+  constexpr double kPulled = 3e-3;
+  const auto first = build(block_to_cut(kDeep, 0.01, kPulled, 0.0, 3e-3));
+  const auto last = build(block_to_cut(kDeep, 2.0, kPulled, 0.0, 3e-3));
+  ASSERT_TRUE(first && last);
+  EXPECT_EQ(step_until(*first, 2.5), FlagSet());
+  const double gape = mouth_of(*first);
+  EXPECT_GT(gape, 0.4 * kPulled);
+  // The ends are where they were, and so is the mouth; then they come again.
+  step_until(*last, 5.0);
+  EXPECT_GE(cut_of(*last).bodies, 1u);
+  EXPECT_NEAR(mouth_of(*last), 0.0, 0.05e-3);
+  step_until(*last, 7.5);
+  // Drawn out, the block is thinner, and the blade goes deeper below its top's places.
+  EXPECT_NEAR(mouth_of(*last), gape, 0.1 * gape);
+}
+
+TEST(Parting, WhatMovesGoesOnMovingAsTheBodyBecomesAnother) {
+  // A cut through one corner of the top: hardly anything is softer by it.
+  const auto cut = build(block_to_cut(1e-3, 0.01, 3e-3, -12e-3));
+  const auto spared = build(block_to_cut(-2e-3, 0.01, 3e-3, -12e-3));
+  ASSERT_TRUE(cut && spared);
+  Trace trace(stage_names());
+  double greatest = 0.0;
+  const auto place = [](const World& world) {
+    return world.all<OrganState>()[0].positions[0].cast<double>().eval();
+  };
+  while (cut->time() < 2.5) {
+    step_frame(*cut, trace);
+    step_frame(*spared, trace);
+    greatest = std::max(greatest, (place(*cut) - place(*spared)).norm());
+  }
+  EXPECT_GE(cut_of(*cut).bodies, 1u);
+  EXPECT_EQ(cut_of(*spared).bodies, 0u);
+  EXPECT_LT(greatest, 0.03e-3);
+}
+
+TEST(Parting, TheForceOnABladeDoesTheWorkThatTheCutTakes) {
+  const auto world = build(block_to_cut(kDeep, 0.01));
+  ASSERT_TRUE(world);
+  double work = 0.0;
+  Trace trace(stage_names());
+  Vec3 last = world->all<InstrumentState>()[0].tip;
+  while (world->time() < 1.2) {
+    step_frame(*world, trace);
+    const Vec3 tip = world->all<InstrumentState>()[0].tip;
+    work -= force_on(*world, 0).dot(tip - last);
+    last = tip;
+  }
+  const double expected = kFracture * kDeep * kWide;
+  EXPECT_NEAR(cut_of(*world).work, expected, 0.1 * expected);
+  EXPECT_NEAR(work, cut_of(*world).work, 0.03 * expected);
+}
+
+TEST(Parting, ABladeThatGoesOverTissueCutsNothing) {
+  const auto world = build(block_to_cut(-1e-3, 0.01));
+  ASSERT_TRUE(world);
+  EXPECT_EQ(step_until(*world, 1.5), FlagSet());
+  EXPECT_TRUE(cut_of(*world).gone.untouched());
+  EXPECT_EQ(cut_of(*world).bodies, 0u);
+  EXPECT_EQ(force_on(*world, 0).norm(), 0.0);
+}
+
+TEST(Parting, ACutThatSeversWhatNothingHoldsIsRefusedAndSaidSo) {
+  // A blade that lies flat takes off the top of a block that is held at its left end alone; another
+  // one cuts it through on the left.
+  SceneDescription scene = block_to_cut(kDeep, 0.01);
+  scene.organs[0].fixed.pop_back();
+  scene.instruments[0].path.clear();
+  const double beyond = 0.5 * kWide + kBeyond;
+  scene.instruments[0].trocar = Vec3(20.0, 0.0, 3e-3);
+  scene.instruments[0].extras.set(BladeDescription{24e-3, kBlade});
+  for (const double time : {0.0, 1.0})
+    scene.instruments[0].path.push_back(
+        {time, Vec3(1e-3, time > 0.0 ? -beyond : beyond, 3e-3), 0.0, 1.0});
+  InstrumentDescription down = block_to_cut(kDeep, 1.0, 0.0, 2e-3).instruments[0];
+  down.name = "down";
+  scene.instruments.push_back(down);
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  const FlagSet flags = step_until(*world, 3.5);
+  EXPECT_TRUE(flags.has(kCutRefused));
+  EXPECT_GE(cut_of(*world).bodies, 1u) << "the flat cut alone severs nothing";
+  EXPECT_GE(cut_of(*world).refused, 1u);
+  EXPECT_FALSE(world->all<OrganLeft>()[0].refusal.empty());
+  EXPECT_FALSE(world->all<OrganState>()[0].frozen);
+}
+
+TEST(Parting, ASimulationGoesOnFromASnapshotBeforeWhileAndAfterAnOrganIsCut) {
+  const Model model = build_shared(block_to_cut(kDeep, 0.01, 2e-3));
+  auto one = Simulation::create(model);
+  ASSERT_TRUE(one);
+  std::vector<Snapshot> snapshots;
+  std::vector<std::string> hashes;
+  for (const double time : {0.05, 0.5, 0.9, 1.3, 2.2}) {
+    while (one->time() < time) one->step();
+    snapshots.push_back(*one->snapshot());
+    hashes.push_back(one->hash());
+  }
+  while (one->time() < 2.5) one->step();
+  EXPECT_GE(cut_of(one->world()).bodies, 1u);
+  auto other = Simulation::create(model);
+  ASSERT_TRUE(other);
+  for (const std::size_t i : {4, 1, 3, 0, 2}) {
+    const auto restored = other->restore(snapshots[i]);
+    ASSERT_TRUE(restored) << restored.error().text();
+    EXPECT_EQ(other->hash(), hashes[i]) << i;
+    while (other->time() < 2.5) other->step();
+    EXPECT_EQ(other->hash(), one->hash())
+        << "from " << i << ": " << other->world().state_difference(one->world());
+  }
+}
+
+TEST(Parting, ARunIsTheSameOnAnyNumberOfThreads) {
+  std::array<std::string, 2> hashes;
+  const Model model = build_shared(block_to_cut(kDeep, 0.01, 2e-3));
+  for (const std::size_t threads : {1, 2}) {
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
+    auto simulation = Simulation::create(model);
+    ASSERT_TRUE(simulation);
+    while (simulation->time() < 2.2) simulation->step();
+    hashes[threads - 1] = simulation->hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+// --- what is refused ----------------------------------------------------------------------------
+
+std::string refusal(const SceneDescription& scene) {
+  std::vector<std::string> warnings;
+  const auto model =
+      build_model(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  return model ? "" : model.error().text();
+}
+
+TEST(Parting, ABladeThatStaysAwayFromAllThatItCouldCutIsNamed) {
+  SceneDescription scene = block_to_cut(kDeep, 0.01);
+  for (InstrumentKey& key : scene.instruments[0].path) key.tip.x() += 70e-3;
+  EXPECT_NE(refusal(scene).find("instruments/0/path: found a blade that stays 52 mm from every "
+                                "organ that is cuttable"),
+            std::string::npos)
+      << refusal(scene);
+}
+
+TEST(Parting, AScalpelWithoutAnOrganToCutAndAnOrganThatCannotBeAreNamed) {
+  SceneDescription scene = block_to_cut(kDeep, 0.01);
+  scene.organs[0].extras.remove<CuttableDescription>();
+  EXPECT_NE(
+      refusal(scene).find("instruments: found a scalpel, expected an organ with \"cuttable\""),
+      std::string::npos);
+  scene = block_to_cut(kDeep, 0.01);
+  scene.organs[0].response = Response::kLinear;
+  EXPECT_NE(refusal(scene).find("organs/0/response: found linear for an organ that is cuttable"),
+            std::string::npos);
+  scene = block_to_cut(kDeep, 0.01);
+  TouchingDescription touching;
+  touching.folds = true;
+  scene.extras.set(touching);
+  EXPECT_NE(refusal(scene).find("contact: found organs, folds or shafts that touch"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace viscera::test

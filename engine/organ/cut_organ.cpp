@@ -1,0 +1,129 @@
+#include "engine/organ/cut_organ.h"
+
+#include "engine/organ/finite_parts.h"
+#include "engine/organ/material_field.h"
+#include "engine/organ/organ_parts.h"
+#include "kernels/base/parallel.h"
+#include "kernels/base/stopwatch.h"
+#include "kernels/formulations/formulations.h"
+#include "kernels/paff/continued_nodes.h"
+#include "kernels/parting/carve.h"
+#include "kernels/parting/simplify.h"
+#include "kernels/parting/void_surface.h"
+#include "kernels/points/kd_tree.h"
+#include "kernels/points/surface_tree.h"
+
+namespace viscera {
+namespace {
+
+/// Of the walls' vertices from where they were contoured, in voxels.
+constexpr double kThinning = 0.1;
+
+Progress unwatched() {
+  return [](double, std::string_view) { return true; };
+}
+
+/// Of each of these places the nearest of those.
+std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<Vec3>& those) {
+  const KdTree tree(those);
+  std::vector<int> nearest(places.size());
+  parallel_for_each_index(places.size(), 256, [&](std::size_t i) {
+    thread_local std::vector<KdTree::Found> found;
+    tree.nearest(places[i], 1, -1, found);
+    nearest[i] = found.front().index;
+  });
+  return nearest;
+}
+
+/// Of vertices that walls alone have.
+std::vector<float> depths_below(const TriangleSurface& whole, const TriangleSurface& left,
+                                const std::vector<int>& skin) {
+  std::vector<char> in_skin(left.vertices.size(), 0);
+  for (std::size_t t = 0; t < skin.size(); ++t)
+    if (skin[t] >= 0)
+      for (const int corner : left.triangles[t]) in_skin[static_cast<std::size_t>(corner)] = 1;
+  const SurfaceTree tree(whole);
+  std::vector<float> depths(left.vertices.size(), 0.0f);
+  parallel_for_each_index(depths.size(), 64, [&](std::size_t v) {
+    if (!in_skin[v]) depths[v] = static_cast<float>(tree.closest(left.vertices[v]).distance);
+  });
+  return depths;
+}
+
+/// The body counts from where the whole one has no stress, and its weight acts as it did there.
+void take_unloaded_shape(const CuttableOrgan& organ, const OrganModel& model, double density,
+                         FiniteParts& parts) {
+  const std::span<const double> unloaded = organ.whole->finite->body().unloaded();
+  if (unloaded.empty()) return;
+  for (const int node : continued_nodes(*organ.fields, *model.fields))
+    for (std::size_t k = 0; k < 3; ++k)
+      parts.unloaded.push_back(unloaded[3 * static_cast<std::size_t>(node) + k]);
+  for (const double volume : parts.volumes)
+    for (Eigen::Index k = 0; k < 3; ++k)
+      parts.weight.push_back(density * volume * organ.demand.weight[k]);
+}
+
+Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
+  if (auto placed = add_places(model, organ.organ, organ.demand); !placed) return placed;
+  // Layers under the surface are those that the whole one has.
+  auto field = MaterialField::make(organ.organ, organ.tissue, organ.whole->surface, organ.assets);
+  if (!field) return std::unexpected(field.error());
+  const ElasticProblem problem = elastic_problem(model, organ.organ, organ.tissue, field->get());
+  if (problem.points_alone) return failure("it has too many nodes to be cut");
+  const Formulation* formulation = find_formulation(organ.organ.formulation);
+  auto solver = formulation->prepare(problem, unwatched());
+  if (!solver) return std::unexpected(solver.error());
+  auto parts = finite_parts(model, organ.organ, organ.demand, **solver, field->get());
+  if (!parts) return std::unexpected(parts.error());
+  const FiniteOptions options = finite_options(organ.organ, organ.tissue);
+  take_unloaded_shape(organ, model, options.density, *parts);
+  model.compliance = columns_to_come(model, (*solver)->factor());
+  model.compliance.on_demand->end_preparation();
+  if (auto made = make_finite(model, *parts, options, !organ.demand.burnt.empty(), nullptr); !made)
+    return made;
+  model.step_compliance.on_demand->end_preparation();
+  model.figures = (*solver)->figures();
+  return {};
+}
+
+}  // namespace
+
+std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganModel> whole,
+                                                   OrganDescription organ, Tissue tissue,
+                                                   BodyDemand demand,
+                                                   std::filesystem::path assets) {
+  organ.response = Response::kFinite;
+  auto fields = std::make_shared<const ShapeFunctions>(
+      find_formulation(organ.formulation)->fields(whole->surface, whole->cloud));
+  return std::make_shared<const CuttableOrgan>(CuttableOrgan{std::move(whole), std::move(fields),
+                                                             std::move(organ), std::move(tissue),
+                                                             std::move(demand), std::move(assets)});
+}
+
+Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
+                           const OrganModel& before, const ShapeFunctions& fields_before) {
+  const Stopwatch watch;
+  const OrganModel& whole = *organ.whole;
+  const TriangleSurface gone =
+      simplified(void_surface(tissue), {kThinning * tissue.voxel(), organ.organ.resolution.finest});
+  auto left = carve(whole.surface, gone);
+  if (!left) return std::unexpected(left.error());
+  if (left->surface.triangles.empty()) return failure("nothing is left of it");
+  auto model = std::make_shared<OrganModel>();
+  set_surface(*model, std::move(left->surface));
+  model->material = whole.material;
+  model->cloud = whole.cloud;
+  model->key = whole.key;
+  if (auto prepared = prepare_left(organ, *model); !prepared)
+    return std::unexpected(prepared.error());
+  CutOrgan cut;
+  cut.fields = std::move(model->fields);
+  cut.depths = depths_below(whole.surface, model->surface, left->skin);
+  cut.continuation = {continued_nodes(fields_before, *cut.fields),
+                      nearest_of(model->energy_points, before.energy_points)};
+  model->prepare_s = cut.seconds = watch.seconds();
+  cut.model = std::move(model);
+  return cut;
+}
+
+}  // namespace viscera

@@ -1,0 +1,45 @@
+// An organ that is prepared once more, less what is gone from it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "engine/organ/organ_model.h"
+#include "engine/organ/reach.h"
+#include "kernels/finite/continuation.h"
+#include "kernels/parting/tissue_share.h"
+
+namespace viscera {
+
+/// An organ at finite strain that may be cut; immutable.
+struct CuttableOrgan {
+  std::shared_ptr<const OrganModel> whole;
+  std::shared_ptr<const ShapeFunctions> fields;  ///< of `whole`
+  OrganDescription organ;                        ///< its response is finite
+  Tissue tissue;
+  BodyDemand demand;
+  std::filesystem::path assets;
+};
+
+std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganModel> whole,
+                                                   OrganDescription organ, Tissue tissue,
+                                                   BodyDemand demand, std::filesystem::path assets);
+
+/// What is left of it.
+struct CutOrgan {
+  std::shared_ptr<const OrganModel> model;
+  std::shared_ptr<const ShapeFunctions> fields;
+  std::vector<float> depths;  ///< of its vertices below the whole one's surface; 0: on it [m] (V)
+  Continuation continuation;  ///< from the body that it was before
+  double seconds = 0.0;       ///< it took
+};
+
+/// Nodes stay where they are, twins come (kernels/paff/true_neighbours.h); what holds it and the
+/// shape that it has without weight stay. `before` and its fields: the body until now, the whole
+/// one or one cut less. Fails where walls can't be told from the surface, nothing is left, a piece
+/// is cut off that nothing holds, or preparing it fails.
+Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
+                           const OrganModel& before, const ShapeFunctions& fields_before);
+
+}  // namespace viscera

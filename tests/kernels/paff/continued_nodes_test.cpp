@@ -1,0 +1,81 @@
+// Which node of a body that is cut goes on as which.
+#include "kernels/paff/continued_nodes.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "kernels/paff/true_neighbours.h"
+#include "tests/kernels/paff/pulled_block.h"
+
+namespace viscera {
+namespace {
+
+using test::PulledBlock;
+
+constexpr double kSpacing = 5e-3, kSupport = 1.8, kGap = 0.5e-3;  // [m]
+
+/// Slit across x = 0 from the top down to a height.
+TriangleSurface slit(double down) {
+  std::vector<double> x = PulledBlock::across(PulledBlock::kLength, kSpacing);
+  std::erase_if(x, [](double at) { return std::abs(at) < 1e-9; });
+  x.insert(x.end(), {-0.5 * kGap, 0.5 * kGap});
+  std::ranges::sort(x);
+  return PulledBlock::bricks_along(
+      x, PulledBlock::across(PulledBlock::kHeight, kSpacing), kSpacing,
+      [&](const Vec3& at) { return std::abs(at.x()) > 0.5 * kGap || at.z() < down; });
+}
+
+TEST(ContinuedNodes, AreThemselvesAndTwinsComeFromTheirNodesOrFromTheTwinsThatWere) {
+  const PulledBlock block = PulledBlock::whole(kSpacing, 3);
+  const ShapeFunctions whole(block.surface, block.cloud, kSupport);
+  const ShapeFunctions half(slit(0.0), block.cloud, kSupport);
+  const ShapeFunctions deep(slit(-5e-3), block.cloud, kSupport);
+  ASSERT_FALSE(whole.true_neighbours());
+  const std::size_t own = block.cloud.size();
+  ASSERT_GT(half.cloud().size(), own);
+  ASSERT_GT(deep.cloud().size(), half.cloud().size());
+
+  const std::vector<int> first = continued_nodes(whole, half), next = continued_nodes(half, deep);
+  ASSERT_EQ(first.size(), half.cloud().size());
+  ASSERT_EQ(next.size(), deep.cloud().size());
+  for (std::size_t node = 0; node < own; ++node) {
+    EXPECT_EQ(first[node], static_cast<int>(node));
+    EXPECT_EQ(next[node], static_cast<int>(node));
+  }
+  std::size_t kept = 0;
+  for (std::size_t twin = own; twin < first.size(); ++twin)
+    EXPECT_EQ(first[twin], half.true_neighbours()->parent(twin - own));
+  for (std::size_t twin = own; twin < next.size(); ++twin) {
+    const int parent = deep.true_neighbours()->parent(twin - own);
+    const auto from = static_cast<std::size_t>(next[twin]);
+    if (from == static_cast<std::size_t>(parent)) continue;
+    ASSERT_GE(from, own);
+    EXPECT_EQ(half.true_neighbours()->parent(from - own), parent);
+    ++kept;
+  }
+  // All of the first cut's twins are there, or nearly.
+  EXPECT_GE(kept, (half.cloud().size() - own) * 9 / 10);
+}
+
+TEST(ContinuedNodes, CarryALinearFieldOverToAnyCut) {
+  const PulledBlock block = PulledBlock::whole(kSpacing, 3);
+  const ShapeFunctions half(slit(0.0), block.cloud, kSupport);
+  const ShapeFunctions deep(slit(-5e-3), block.cloud, kSupport);
+  const auto field = [](const Vec3& x) { return 0.3 * x.x() - 0.1 * x.y() + 0.7 * x.z(); };
+  std::vector<double> before;
+  for (const Vec3& x : half.cloud().positions) before.push_back(field(x));
+  const std::vector<int> from = continued_nodes(half, deep);
+  ShapeValues values;
+  for (const Vec3& x : {Vec3(2e-3, 1e-3, 4e-3), Vec3(-2e-3, 1e-3, 4e-3), Vec3(1e-3, 0, -4e-3)}) {
+    ASSERT_TRUE(deep.evaluate(x, false, values));
+    double sum = 0.0;
+    for (std::size_t k = 0; k < values.nodes.size(); ++k)
+      sum += values.values[k] *
+             before[static_cast<std::size_t>(from[static_cast<std::size_t>(values.nodes[k])])];
+    EXPECT_NEAR(sum, field(x), 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace viscera
