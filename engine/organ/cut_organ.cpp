@@ -1,5 +1,9 @@
 #include "engine/organ/cut_organ.h"
 
+#include <algorithm>
+#include <array>
+#include <utility>
+
 #include "engine/organ/finite_parts.h"
 #include "engine/organ/material_field.h"
 #include "engine/organ/organ_parts.h"
@@ -10,6 +14,7 @@
 #include "kernels/parting/carve.h"
 #include "kernels/parting/simplify.h"
 #include "kernels/parting/void_surface.h"
+#include "kernels/points/closed_pieces.h"
 #include "kernels/points/kd_tree.h"
 #include "kernels/points/surface_tree.h"
 
@@ -18,6 +23,10 @@ namespace {
 
 /// Of the walls' vertices from where they were contoured, in voxels.
 constexpr double kThinning = 0.1;
+
+/// Of a step at the most: what hangs by little that a cut has left moves far under little force,
+/// and with two iterations it flew apart. A step ends as soon as more would gain nothing.
+constexpr int kIterations = 12;
 
 Progress unwatched() {
   return [](double, std::string_view) { return true; };
@@ -33,6 +42,32 @@ std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<V
     nearest[i] = found.front().index;
   });
   return nearest;
+}
+
+/// Takes away pieces that are too small for a node to stand for them; how much [m3].
+double drop_crumbs(double least, CarvedSurface& left) {
+  const std::vector<TriangleSurface> pieces = closed_pieces(left.surface);
+  if (pieces.size() < 2) return 0.0;
+  double dropped = 0.0;
+  std::vector<char> kept(left.surface.vertices.size(), 0);
+  for (const TriangleSurface& piece : pieces) {
+    const double size = volume(piece);
+    if (size < least) {
+      dropped += size;
+      continue;
+    }
+    for (const std::array<int, 3>& triangle : piece.triangles)
+      for (const int corner : triangle) kept[static_cast<std::size_t>(corner)] = 1;
+  }
+  CarvedSurface whole = std::exchange(left, {});
+  left.surface.vertices = std::move(whole.surface.vertices);
+  for (std::size_t t = 0; t < whole.skin.size(); ++t) {
+    if (!kept[static_cast<std::size_t>(whole.surface.triangles[t][0])]) continue;
+    left.surface.triangles.push_back(whole.surface.triangles[t]);
+    left.skin.push_back(whole.skin[t]);
+  }
+  left.surface = with_used_vertices(left.surface);
+  return dropped;
 }
 
 /// Of vertices that walls alone have.
@@ -75,7 +110,9 @@ Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
   if (!solver) return std::unexpected(solver.error());
   auto parts = finite_parts(model, organ.organ, organ.demand, **solver, field->get());
   if (!parts) return std::unexpected(parts.error());
-  const FiniteOptions options = finite_options(organ.organ, organ.tissue);
+  FiniteOptions options = finite_options(organ.organ, organ.tissue);
+  options.iterations = std::max(options.iterations, kIterations);
+  options.iterations_released = std::max(options.iterations_released, kIterations);
   take_unloaded_shape(organ, model, options.density, *parts);
   model.compliance = columns_to_come(model, (*solver)->factor());
   model.compliance.on_demand->end_preparation();
@@ -108,6 +145,8 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
       simplified(void_surface(tissue), {kThinning * tissue.voxel(), organ.organ.resolution.finest});
   auto left = carve(whole.surface, gone);
   if (!left) return std::unexpected(left.error());
+  const double finest = organ.organ.resolution.finest;
+  const double crumbs = drop_crumbs(finest * finest * finest, *left);
   if (left->surface.triangles.empty()) return failure("nothing is left of it");
   auto model = std::make_shared<OrganModel>();
   set_surface(*model, std::move(left->surface));
@@ -117,6 +156,7 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   if (auto prepared = prepare_left(organ, *model); !prepared)
     return std::unexpected(prepared.error());
   CutOrgan cut;
+  cut.crumbs = crumbs;
   cut.fields = std::move(model->fields);
   cut.depths = depths_below(whole.surface, model->surface, left->skin);
   cut.continuation = {continued_nodes(fields_before, *cut.fields),

@@ -32,6 +32,7 @@ struct CutOrgan {
   std::shared_ptr<const ShapeFunctions> fields;
   std::vector<float> depths;  ///< of its vertices below the whole one's surface; 0: on it [m] (V)
   Continuation continuation;  ///< from the body that it was before
+  double crumbs = 0.0;        ///< pieces too small for nodes, which are gone, too [m3]
   double seconds = 0.0;       ///< it took
 };
 

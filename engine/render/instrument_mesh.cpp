@@ -219,6 +219,43 @@ void add_scalpel(Builder& builder, const InstrumentView& view) {
                  Vec3::Zero(), Finish::kSteel);
 }
 
+/// One of two blades that swing about the hinge, across the shaft: its edge looks at the other one.
+void add_scissor_blade(Builder& builder, const InstrumentView& view, double angle, double sign) {
+  constexpr double kThick = 1.0e-3;
+  constexpr int kStations = 16;
+  const double length = view.blade_length, c = std::cos(angle), s = std::sin(angle);
+  const auto place = [&](double along, double away, double across) -> Vec3 {
+    // From the hinge towards the tip, `away` from the edge.
+    const double x = s * along + c * away, z = length - (c * along - s * away);
+    return {sign * x, sign * across, z};
+  };
+  const auto deep = [&](double along) { return 2.2e-3 * (1.0 - 0.75 * along / length); };
+  for (int i = 0; i < kStations; ++i) {
+    const double a = length * i / kStations, b = length * (i + 1) / kStations;
+    for (const double side : {0.0, 1.0}) {
+      const Vec3 n(0.0, sign * (side > 0.0 ? 1.0 : -1.0), 0.0);
+      builder.quad({place(a, 0, 0), place(a, deep(a), side * kThick),
+                    place(b, deep(b), side * kThick), place(b, 0, 0)},
+                   {n, n, n, n}, Finish::kSteel);
+    }
+    const Vec3 out(sign * c, 0.0, s);
+    builder.quad({place(a, deep(a), 0), place(a, deep(a), kThick), place(b, deep(b), kThick),
+                  place(b, deep(b), 0)},
+                 {out, out, out, out}, Finish::kSteel);
+  }
+}
+
+void add_scissors(Builder& builder, const InstrumentView& view) {
+  const double hinge = view.blade_length, r = view.shaft_radius;
+  const double angle = kScissorsOpen * std::clamp(view.jaw, 0.0, 1.0);
+  add_scissor_blade(builder, view, angle, 1.0);
+  add_scissor_blade(builder, view, angle, -1.0);
+  builder.ball(Vec3(0.0, 0.0, hinge), 0.6 * r, Finish::kSteel);
+  builder.turned({{hinge, 0.5 * r}, {hinge + 3e-3, 0.9 * r}, {hinge + 9.5e-3, 0.92 * r}},
+                 Vec3::Zero(), Finish::kSteel);
+  add_sleeve(builder, view, Vec3::Zero(), hinge + 9e-3);
+}
+
 /// One jaw, closed, on the +x side, lying from the tip (z = 0) to the hinge.
 void add_jaw(Builder& builder, const InstrumentView& view, double hinge, double angle,
              double sign) {
@@ -316,6 +353,9 @@ InstrumentMesh make_instrument(const InstrumentView& view) {
       break;
     case InstrumentView::Kind::kScalpel:
       add_scalpel(builder, view);
+      break;
+    case InstrumentView::Kind::kScissors:
+      add_scissors(builder, view);
       break;
     case InstrumentView::Kind::kMesh:
       if (view.mesh != nullptr) add_given_mesh(mesh, *view.mesh);

@@ -44,9 +44,12 @@ struct OrganView {
       std::numeric_limits<double>::quiet_NaN();  ///< of its surface [K]; NaN: unknown
 };
 
+/// How far each blade of scissors swings from the shaft's axis, fully open [rad]: 25 degrees.
+inline constexpr double kScissorsOpen = 0.4363;
+
 /// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
 struct InstrumentView {
-  enum class Kind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kMesh };
+  enum class Kind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors, kMesh };
   std::uint32_t id = 0;
   std::string name;
   Kind kind = Kind::kProbe;
@@ -57,8 +60,9 @@ struct InstrumentView {
   double shaft_radius = 2.5e-3;  ///< [m]
   double shaft_length = 0.3;     ///< [m]
   double tip_radius = 1.5e-3;    ///< [m]
-  double blade_length = 0.0;     ///< of a scalpel's edge, from the tip along the shaft [m]
-  double jaw = 1.0;              ///< 0 closed ... 1 open
+  /// Of a scalpel's edge, from the tip along the shaft; of scissors' blades, to the hinge [m].
+  double blade_length = 0.0;
+  double jaw = 1.0;  ///< 0 closed ... 1 open
   bool energised = false;
   const TriangleSurface* mesh = nullptr;  ///< kMesh: shaft along +z, tip at the origin [m]
 };

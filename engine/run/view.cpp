@@ -55,6 +55,9 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
     case InstrumentKind::kScalpel:
       view.kind = InstrumentView::Kind::kScalpel;
       break;
+    case InstrumentKind::kScissors:
+      view.kind = InstrumentView::Kind::kScissors;
+      break;
   }
   if (!body.mesh.empty()) {
     view.kind = InstrumentView::Kind::kMesh;

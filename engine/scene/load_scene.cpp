@@ -146,11 +146,12 @@ InstrumentDescription instrument_of(const Json& values) {
   const Json& kind = values["kind"];
   InstrumentDescription instrument;
   instrument.name = values["name"];
-  instrument.kind = kind == "probe"     ? InstrumentKind::kProbe
-                    : kind == "grasper" ? InstrumentKind::kGrasper
-                    : kind == "hook"    ? InstrumentKind::kHook
-                    : kind == "scalpel" ? InstrumentKind::kScalpel
-                                        : InstrumentKind::kSpatula;
+  instrument.kind = kind == "probe"      ? InstrumentKind::kProbe
+                    : kind == "grasper"  ? InstrumentKind::kGrasper
+                    : kind == "hook"     ? InstrumentKind::kHook
+                    : kind == "scalpel"  ? InstrumentKind::kScalpel
+                    : kind == "scissors" ? InstrumentKind::kScissors
+                                         : InstrumentKind::kSpatula;
   instrument.tip = tip_of(values["tip"]);
   instrument.trocar = from_milli_vector(values["trocar_mm"]);
   instrument.shaft_radius = from_milli(values["shaft_radius_mm"]);

@@ -142,7 +142,7 @@ struct OrganDescription {
 
 // --- instruments --------------------------------------------------------------------------------
 
-enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula, kScalpel };
+enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors };
 
 struct TipDescription {
   enum class Shape { kPoint, kSphere, kCapsule, kMesh };

@@ -398,7 +398,9 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
        number("power_W", "Electrical power of a hook or spatula; held until the next key.")
            .between(0, 400)
            .otherwise(0.0),
-       number("jaw", "Opening of a grasper: 0 closed, 1 open.").between(0, 1).otherwise(1.0)},
+       number("jaw", "Opening of a grasper or of scissors: 0 closed, 1 open.")
+           .between(0, 1)
+           .otherwise(1.0)},
       {},
       {}};
   ObjectSpec spec;
@@ -407,7 +409,7 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
       name_key("Its name in forces.csv, reports and --set; unique among instruments."),
       text("kind", "What it can do: press, hold, burn, or cut.")
           .needed()
-          .one_of({"probe", "grasper", "hook", "spatula", "scalpel"}),
+          .one_of({"probe", "grasper", "hook", "spatula", "scalpel", "scissors"}),
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),

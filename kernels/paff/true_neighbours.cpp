@@ -61,13 +61,27 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
 }
 
 void TrueNeighbours::find_pieces() {
-  const std::vector<TriangleSurface> pieces = closed_pieces(paths_.surface());
+  std::vector<TriangleSurface> pieces = closed_pieces(paths_.surface());
   if (pieces.size() < 2) return;
   piece_of_vertex_.assign(paths_.surface().vertices.size(), 0);
   for (std::size_t p = 0; p < pieces.size(); ++p)
     for (const std::array<int, 3>& triangle : pieces[p].triangles)
       for (const int corner : triangle)
         piece_of_vertex_[static_cast<std::size_t>(corner)] = static_cast<int>(p);
+  for (const TriangleSurface& piece : pieces)
+    walls_of_pieces_.emplace_back(with_used_vertices(piece));
+}
+
+/// The nearest place of each other piece that the node's field would reach.
+void TrueNeighbours::add_other_pieces(std::size_t node, const Vec3& from,
+                                      std::vector<Vec3>& walls) const {
+  if (walls_of_pieces_.empty()) return;
+  const auto own = static_cast<std::size_t>(piece_at(from));
+  for (std::size_t p = 0; p < walls_of_pieces_.size(); ++p) {
+    if (p == own) continue;
+    const SurfaceTree::Closest wall = walls_of_pieces_[p].closest(cloud_.positions[node]);
+    if (wall.distance < kBeyond * radius(node)) walls.push_back(wall.position);
+  }
 }
 
 int TrueNeighbours::piece_at(const Vec3& place) const {
@@ -94,9 +108,10 @@ bool TrueNeighbours::find_blocked() {
       return paths_.walls_beyond_air(from[i], kBeyond * radius(i));
     };
     walls[i] = walls_from_there();
-    if (walls[i].empty()) return;
+    if (walls[i].empty() && walls_of_pieces_.empty()) return;
     from[i] = beginning(i);
     if (from[i] != cloud_.positions[i]) walls[i] = walls_from_there();
+    add_other_pieces(i, from[i], walls[i]);
   });
   std::vector<std::size_t> nodes;  // that have some
   std::vector<Vec3> beginnings;    // theirs

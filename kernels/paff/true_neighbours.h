@@ -74,6 +74,7 @@ class TrueNeighbours {
   TrueNeighbours(const TriangleSurface& surface, const PointCloud& cloud, double support_factor)
       : cloud_(cloud), support_factor_(support_factor), paths_(surface) {}
   void find_pieces();
+  void add_other_pieces(std::size_t node, const Vec3& from, std::vector<Vec3>& walls) const;
   bool find_blocked();
   std::vector<Blocked> ways_around(const std::vector<std::size_t>& nodes,
                                    const std::vector<Vec3>& beginnings,
@@ -91,7 +92,8 @@ class TrueNeighbours {
   PointCloud cloud_;
   double support_factor_ = 0.0;
   TissuePaths paths_;
-  std::vector<int> piece_of_vertex_;  ///< of the surface; empty: it is in one piece
+  std::vector<int> piece_of_vertex_;          ///< of the surface; empty: it is in one piece
+  std::vector<SurfaceTree> walls_of_pieces_;  ///< likewise
   std::vector<int> parents_;
   std::vector<Vec3> places_;     ///< of the twins: place_of_twin
   std::vector<int> blocked_of_;  ///< -1: sees all                                      (nodes)

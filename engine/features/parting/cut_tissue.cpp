@@ -4,6 +4,7 @@
 
 #include "engine/features/contact/tissue_sheet.h"
 #include "engine/features/parting/parting.h"
+#include "engine/render/view.h"
 #include "kernels/parting/blade_sweep.h"
 
 namespace viscera {
@@ -85,8 +86,9 @@ class Cutting {
   Cutting(World& world, Entity organ, const BladeDescription& blade)
       : world_(world), organ_(organ), blade_(blade), tissue_(world, organ) {}
 
-  /// From where the edge was, in `track`, to where it is; the force on the blade, world [N].
-  Vec3 go_on(const std::vector<Vec3>& edge, BladeTrack& track) {
+  /// From where the edge was, in `track`, to where it is; if it `cuts`, through what is between.
+  /// The force on the blade, world [N].
+  Vec3 go_on(const std::vector<Vec3>& edge, bool cuts, BladeTrack& track) {
     OrganCut& cut = *world_.find<OrganCut>(organ_);
     std::vector<Vec3> rest;
     std::vector<double> above;
@@ -101,7 +103,7 @@ class Cutting {
     }
     const bool follows = track.edge.size() == rest.size();
     const std::vector<Vec3> before = std::exchange(track.edge, rest);
-    if (!follows) return Vec3::Zero();
+    if (!follows || !cuts) return Vec3::Zero();
     Vec3 force = Vec3::Zero();
     for (std::size_t k = 0; k + 1 < rest.size(); ++k) {
       const double inside = share_below(above[k], above[k + 1]);
@@ -146,10 +148,10 @@ class Cutting {
   MovedTissue tissue_;
 };
 
-BladeTrack& track_of(OrganCut& cut, Entity instrument) {
+BladeTrack& track_of(OrganCut& cut, Entity instrument, std::uint64_t blade) {
   for (BladeTrack& track : cut.blades)
-    if (track.instrument == instrument) return track;
-  return cut.blades.emplace_back(BladeTrack{instrument, {}});
+    if (track.instrument == instrument && track.blade == blade) return track;
+  return cut.blades.emplace_back(BladeTrack{instrument, blade, 1.0, {}});
 }
 
 bool is_near(const std::vector<Vec3>& edge, const OrganTouch& touch, const Pose& pose) {
@@ -158,15 +160,45 @@ bool is_near(const std::vector<Vec3>& edge, const OrganTouch& touch, const Pose&
   return touch.bounds.exteriorDistance(world) <= kBeside;
 }
 
+/// All blades of an instrument in one organ.
+void cut_with(World& world, Entity instrument, Entity organ, const OrganTouch& touch,
+              OrganCut& cut) {
+  const InstrumentDescription& tool = world.find<InstrumentBody>(instrument)->description;
+  const InstrumentState& state = *world.find<InstrumentState>(instrument);
+  const Pose& pose = pose_of(world, organ);
+  const auto edges = edges_of(tool, state, pose);
+  for (std::size_t b = 0; b < edges.size(); ++b) {
+    BladeTrack& track = track_of(cut, instrument, b);
+    // Scissors cut as they close; open, tissue lies between their blades.
+    const bool cuts = tool.kind != InstrumentKind::kScissors || state.jaw < track.jaw;
+    track.jaw = state.jaw;
+    if (!is_near(edges[b], touch, pose))
+      track.edge.clear();
+    else
+      world.find<InstrumentContact>(instrument)->force +=
+          Cutting(world, organ, *blade_of(tool)).go_on(edges[b], cuts, track);
+  }
+}
+
 }  // namespace
 
-std::vector<Vec3> edge_of(const BladeDescription& blade, const InstrumentState& state,
-                          const Pose& organ) {
+std::vector<std::vector<Vec3>> edges_of(const InstrumentDescription& tool,
+                                        const InstrumentState& state, const Pose& organ) {
+  const BladeDescription& blade = *blade_of(tool);
   const int pieces = std::max(1, static_cast<int>(std::ceil(blade.length / kAlongEdge)));
-  std::vector<Vec3> places;
-  for (int i = 0; i <= pieces; ++i)
-    places.push_back(organ.to_local(state.tip + blade.length * i / pieces * state.shaft_direction));
-  return places;
+  const auto line = [&](const Vec3& from, const Vec3& along) {
+    std::vector<Vec3> places;
+    for (int i = 0; i <= pieces; ++i)
+      places.push_back(organ.to_local(from + blade.length * i / pieces * along));
+    return places;
+  };
+  if (tool.kind != InstrumentKind::kScissors) return {line(state.tip, state.shaft_direction)};
+  const Vec3 hinge = state.tip + blade.length * state.shaft_direction;
+  const double angle = kScissorsOpen * std::clamp(state.jaw, 0.0, 1.0);
+  const auto swung = [&](double sign) -> Vec3 {
+    return sign * std::sin(angle) * state.side_direction - std::cos(angle) * state.shaft_direction;
+  };
+  return {line(hinge, swung(1.0)), line(hinge, swung(-1.0))};
 }
 
 void cut_tissue(World& world, const FrameContext&) {
@@ -175,21 +207,9 @@ void cut_tissue(World& world, const FrameContext&) {
     const Entity organ = organs.owner(o);
     const OrganTouch* touch = world.find<OrganTouch>(organ);
     if (!touch || world.find<OrganState>(organ)->frozen) continue;
-    for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i) {
-      const BladeDescription* blade = blade_of(world.all<InstrumentBody>()[i].description);
-      if (!blade) continue;
-      const Entity instrument = world.all<InstrumentBody>().owner(i);
-      BladeTrack& track = track_of(organs[o], instrument);
-      const Pose& pose = pose_of(world, organ);
-      const std::vector<Vec3> edge =
-          edge_of(*blade, *world.find<InstrumentState>(instrument), pose);
-      if (!is_near(edge, *touch, pose)) {
-        track.edge.clear();
-        continue;
-      }
-      world.find<InstrumentContact>(instrument)->force +=
-          Cutting(world, organ, *blade).go_on(edge, track);
-    }
+    for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i)
+      if (blade_of(world.all<InstrumentBody>()[i].description))
+        cut_with(world, world.all<InstrumentBody>().owner(i), organ, *touch, organs[o]);
   }
 }
 

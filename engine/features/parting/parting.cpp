@@ -33,15 +33,15 @@ bool same(const TissueShare::State& a, const TissueShare::State& b) {
 /// Of two lists of places along lines, the least distance from the organ's surface [m].
 double nearest_on_path(const InstrumentBody& tool, const OrganDescription& organ,
                        const CollisionSurface& surface, double farthest) {
-  const BladeDescription& blade = *blade_of(tool.description);
   double nearest = std::numeric_limits<double>::infinity();
   constexpr double kStep = 1.0 / 60.0;
   InstrumentState state;
   for (double time = 0.0; time <= tool.description.path.back().time + kStep; time += kStep) {
     place_tool(tool, time, state);
-    for (const Vec3& place : edge_of(blade, state, organ.pose_at(time)))
-      if (const auto hit = surface.closest(place, farthest))
-        nearest = std::min(nearest, hit->distance);
+    for (const auto& edge : edges_of(tool.description, state, organ.pose_at(time)))
+      for (const Vec3& place : edge)
+        if (const auto hit = surface.closest(place, farthest))
+          nearest = std::min(nearest, hit->distance);
   }
   return nearest;
 }
@@ -99,7 +99,8 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
             "yet");
   }
   if (blades && !cuttable)
-    wrong("instruments", "found a scalpel, expected an organ with \"cuttable\" for it to cut");
+    wrong("instruments",
+          "found a scalpel or scissors, expected an organ with \"cuttable\" for it to cut");
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
   return {};
 }
@@ -217,6 +218,7 @@ void take_body(World& world, Entity organ, const CutOrgan& cut) {
   OrganLeft& left = *world.find<OrganLeft>(organ);
   left.fields = cut.fields;
   left.depths = cut.depths;
+  left.crumbs = cut.crumbs;
   left.continuation = cut.continuation;
   left.greatest_seconds = std::max(left.greatest_seconds, cut.seconds);
   world.replace(organ, cut.model);
@@ -263,6 +265,7 @@ Result<void> bodies_loaded(World& world) {
       if (cut.used.untouched()) {
         left.fields = whole.fields;
         left.depths.clear();
+        left.crumbs = 0.0;
         left.continuation = {};
         world.replace(organ, whole.whole);
       } else {

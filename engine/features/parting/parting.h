@@ -28,9 +28,12 @@ struct Cuttable {
 /// The edge of a blade that is in an organ or near it, as the last step left it.
 struct BladeTrack {
   Entity instrument;
-  std::vector<Vec3> edge;  ///< places along it, at rest, organ frame [m]
+  std::uint64_t blade = 0;  ///< of the instrument's
+  double jaw = 1.0;         ///< of its scissors
+  std::vector<Vec3> edge;   ///< places along it, at rest, organ frame [m]
   static constexpr auto fields() {
     return std::tuple(field("instrument", &BladeTrack::instrument),
+                      field("blade", &BladeTrack::blade), field("jaw", &BladeTrack::jaw),
                       field("edge", &BladeTrack::edge));
   }
 };
@@ -71,6 +74,7 @@ struct OrganLeft {
   TissueShare::State made_of;                    ///< what it is made of
   std::shared_future<Result<CutOrgan>> next;     ///< of OrganCut::asked
   std::string refusal;                           ///< why the last one was refused
+  double crumbs = 0.0;                           ///< as CutOrgan::crumbs [m3]
   double greatest_seconds = 0.0;                 ///< that one took to be prepared
 };
 
@@ -82,9 +86,10 @@ void part_organs(World& world, const FrameContext& context);
 /// Where blades have gone -> OrganCut, forces on them.
 void cut_tissue(World& world, const FrameContext& context);
 
-/// The places along a blade's edge as it stands, organ frame [m].
-std::vector<Vec3> edge_of(const BladeDescription& blade, const InstrumentState& state,
-                          const Pose& organ);
+/// The places along each of an instrument's blades as they stand, organ frame [m]: one edge of a
+/// scalpel, two of scissors, from the hinge on.
+std::vector<std::vector<Vec3>> edges_of(const InstrumentDescription& tool,
+                                        const InstrumentState& state, const Pose& organ);
 
 std::vector<ReportSection> parting_report(const World& world);
 

@@ -14,32 +14,35 @@ const BladeDescription* blade_of(const InstrumentDescription& instrument) {
 
 FeatureKeys parting_keys() {
   FeatureKeys keys;
-  keys.organ.keys = {object("cuttable",
-                            "A scalpel may cut it. It is then at finite strain. Left out: nothing "
-                            "cuts it, and a scalpel presses it as a probe does.",
-                            {"How cuts are followed.",
-                             {number("voxel_mm",
-                                     "Edge of the voxels that know what is gone. No cut is thinner "
-                                     "than two of them.")
-                                  .between(0.1, 1)
-                                  .otherwise(0.25)},
-                             {},
-                             {}})};
+  keys.organ.keys = {
+      object("cuttable",
+             "Scalpels and scissors may cut it. It is then at finite strain. Left out: "
+             "nothing cuts it, and they press it as a probe does.",
+             {"How cuts are followed.",
+              {number("voxel_mm",
+                      "Edge of the voxels that know what is gone. No cut is thinner "
+                      "than two of them.")
+                   .between(0.1, 1)
+                   .otherwise(0.25)},
+              {},
+              {}})};
   keys.organ.read = [](const Json& organ, Extras& extras) {
     if (!organ.contains("cuttable")) return;
     extras.set(CuttableDescription{from_milli(organ["cuttable"]["voxel_mm"])});
   };
   keys.instrument.keys = {
-      number("blade_mm", "Length of a scalpel's edge, from the tip back along the shaft.")
+      number("blade_mm",
+             "Length of a scalpel's edge or of scissors' blades, from the tip back along the "
+             "shaft.")
           .between(1, 60)
           .otherwise(10.0)
-          .only_where("kind", {"scalpel"}),
-      number("blade_thickness_mm", "Of a scalpel's blade; as wide is its cut.")
+          .only_where("kind", {"scalpel", "scissors"}),
+      number("blade_thickness_mm", "Of a scalpel's or scissors' blade; as wide is its cut.")
           .between(0.1, 2)
           .otherwise(0.4)
-          .only_where("kind", {"scalpel"})};
+          .only_where("kind", {"scalpel", "scissors"})};
   keys.instrument.read = [](const Json& instrument, Extras& extras) {
-    if (instrument["kind"] != "scalpel") return;
+    if (!instrument.contains("blade_mm")) return;
     extras.set(BladeDescription{from_milli(instrument["blade_mm"]),
                                 from_milli(instrument["blade_thickness_mm"])});
   };

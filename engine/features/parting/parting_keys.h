@@ -11,7 +11,8 @@ struct CuttableDescription {
   double voxel = 0.25e-3;  ///< edge of the voxels that know what is gone [m]
 };
 
-/// An extra of scalpels: an edge from the tip back along the shaft.
+/// An extra of scalpels, an edge from the tip back along the shaft, and of scissors, two that swing
+/// about a hinge so far back and cut as they close.
 struct BladeDescription {
   double length = 10e-3;      ///< [m]
   double thickness = 0.4e-3;  ///< [m]

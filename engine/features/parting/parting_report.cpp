@@ -24,6 +24,7 @@ std::vector<ReportSection> parting_report(const World& world) {
                                   {"depth_m", depth},
                                   {"pieces", closed_pieces(model.surface).size()},
                                   {"taken_m3", volume(whole) - volume(model.surface)},
+                                  {"crumbs_m3", left.crumbs},
                                   {"work_J", cut.work},
                                   {"bodies", cut.bodies},
                                   {"refused", cut.refused},

@@ -5,10 +5,12 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/parting/parting_flags.h"
 #include "engine/features/touching/touching_keys.h"
+#include "engine/render/view.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/surface_checks.h"
 #include "tests/support/paths.h"
@@ -112,6 +114,47 @@ TEST(Parting, TissueThatIsPulledGapesAsWideCutAtRestAsCutWhileItIsPulled) {
   step_until(*last, 7.5);
   // Drawn out, the block is thinner, and the blade goes deeper below its top's places.
   EXPECT_NEAR(mouth_of(*last), gape, 0.1 * gape);
+}
+
+TEST(Parting, ABlockThatIsCutThroughComesApart) {
+  constexpr double kPulled = 3e-3;
+  SceneDescription scene = block_to_cut(2.0 * kTop + 1e-3, 0.01, kPulled);
+  scene.instruments[0].extras.set(BladeDescription{22e-3, kBlade});
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 2.5);
+  EXPECT_EQ(cut_of(*world).refused, 0u);
+  // Its halves go with what holds them, as they are.
+  EXPECT_NEAR(mouth_of(*world), kPulled, 0.02e-3);
+  EXPECT_NEAR(cut_of(*world).area, kWide * 2.0 * kTop, 0.1 * kWide * 2.0 * kTop);
+}
+
+TEST(Parting, ScissorsCutAsTheyCloseAndNotAsTheyOpenOrMove) {
+  SceneDescription scene = block_to_cut(kDeep, 0.01);
+  constexpr double kJaws = 14e-3;
+  // From above, with the block's top edge between the blades, which swing along y.
+  const Vec3 at(0.0, 0.0, kTop - 4e-3);
+  InstrumentDescription scissors = straight_tool("scissors", InstrumentKind::kScissors, 0.5e-3,
+                                                 {{0.0, Vec3(0, 0, kTop + 4e-3), 0.0, 0.0},
+                                                  {0.2, Vec3(0, 0, kTop + 4e-3), 0.0, 1.0},
+                                                  {0.4, at, 0.0, 1.0},
+                                                  {0.5, at, 0.0, 1.0},
+                                                  {0.7, at, 0.0, 0.0}});
+  scissors.trocar = Vec3(0.0, 0.0, 20.0);
+  scissors.roll = std::numbers::pi / 2.0;
+  scissors.extras.set(BladeDescription{kJaws, kBlade});
+  scene.instruments = {scissors};
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.49);
+  EXPECT_TRUE(cut_of(*world).gone.untouched());
+  step_until(*world, 0.8);
+  // A sector less the part above the block: half the angle on either side of the axis.
+  const double tan = std::tan(kScissorsOpen), above = kJaws - 4e-3;
+  const double sector = kScissorsOpen * kJaws * kJaws - tan * above * above;
+  // Where both blades meet, each finds what the other's width has parted.
+  EXPECT_LT(cut_of(*world).area, sector);
+  EXPECT_GT(cut_of(*world).area, sector - kBlade * kJaws);
 }
 
 TEST(Parting, WhatMovesGoesOnMovingAsTheBodyBecomesAnother) {
@@ -245,9 +288,9 @@ TEST(Parting, ABladeThatStaysAwayFromAllThatItCouldCutIsNamed) {
 TEST(Parting, AScalpelWithoutAnOrganToCutAndAnOrganThatCannotBeAreNamed) {
   SceneDescription scene = block_to_cut(kDeep, 0.01);
   scene.organs[0].extras.remove<CuttableDescription>();
-  EXPECT_NE(
-      refusal(scene).find("instruments: found a scalpel, expected an organ with \"cuttable\""),
-      std::string::npos);
+  EXPECT_NE(refusal(scene).find(
+                "instruments: found a scalpel or scissors, expected an organ with \"cuttable\""),
+            std::string::npos);
   scene = block_to_cut(kDeep, 0.01);
   scene.organs[0].response = Response::kLinear;
   EXPECT_NE(refusal(scene).find("organs/0/response: found linear for an organ that is cuttable"),

@@ -29,6 +29,7 @@ ShaftBegin shaft_begin(const InstrumentBody& body) {
       begin.along = 16.5e-3;
       break;
     case InstrumentKind::kScalpel:
+    case InstrumentKind::kScissors:
       begin.along = blade_of(tool) ? blade_of(tool)->length + 8e-3 : 16.5e-3;
       break;
     case InstrumentKind::kGrasper:
