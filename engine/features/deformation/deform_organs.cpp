@@ -13,8 +13,6 @@
 #include "engine/features/shafts/shafts.h"
 #include "engine/simulation/sentinel.h"
 #include "kernels/base/finite.h"
-#include "kernels/finite/finite_limits.h"
-#include "kernels/finite/finite_solver.h"
 
 namespace viscera {
 namespace {
@@ -120,23 +118,10 @@ bool looks_the_same(const OrganState& state, const OrganDraft& draft) {
   return state.pressed;
 }
 
-/// Whether forces move the tissue under them farther than tissue goes: no answer, though they meet
-/// every condition.
-bool throws_tissue(const World& world, Entity organ) {
-  const OrganModel& model = *world.find<OrganBody>(organ)->model;
-  const double farthest = model.finite && model.finite->options().free ? kFarthestFree : kFarthest;
-  return std::ranges::any_of(world.find<OrganTouch>(organ)->solver->cell_displacements(),
-                             [&](const Vec3& way) { return !(way.norm() < farthest); });
-}
-
 /// Once an organ's forces are found: nothing that isn't finite goes on.
 void accept_answer(World& world, Entity organ, OrganContact& contact, const FrameContext& context) {
   if (const auto stray = first_stray(contact.solution.forces)) {
     tell_stray(world, *context.report, {"deform organs", "forces", organ, *stray});
-    contact.solution.converged = false;
-    std::ranges::fill(contact.solution.forces, Vec3::Zero());
-  }
-  if (contact.solution.converged && !contact.cells.empty() && throws_tissue(world, organ)) {
     contact.solution.converged = false;
     std::ranges::fill(contact.solution.forces, Vec3::Zero());
   }
