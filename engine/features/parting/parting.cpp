@@ -30,7 +30,8 @@ bool same(const TissueShare::State& a, const TissueShare::State& b) {
 
 // --- before a scene starts ----------------------------------------------------------------------
 
-/// Of two lists of places along lines, the least distance from the organ's surface [m].
+/// How near a blade comes to an organ's surface at rest along its path [m]; infinite: no nearer than
+/// `farthest`.
 double nearest_on_path(const InstrumentBody& tool, const OrganDescription& organ,
                        const CollisionSurface& surface, double farthest) {
   double nearest = std::numeric_limits<double>::infinity();
