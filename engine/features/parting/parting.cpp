@@ -30,8 +30,8 @@ bool same(const TissueShare::State& a, const TissueShare::State& b) {
 
 // --- before a scene starts ----------------------------------------------------------------------
 
-/// How near a blade comes to an organ's surface at rest along its path [m]; infinite: no nearer than
-/// `farthest`.
+/// How near a blade comes to an organ's surface at rest along its path [m]; infinite: no nearer
+/// than `farthest`.
 double nearest_on_path(const InstrumentBody& tool, const OrganDescription& organ,
                        const CollisionSurface& surface, double farthest) {
   double nearest = std::numeric_limits<double>::infinity();
