@@ -170,9 +170,9 @@ TEST(SceneMistake, UnknownNamesSayWhichAreKnown) {
                      "did you mean \"liver\"");
   EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/formulation", "galerkn"), "organs/0/formulation",
                      "did you mean \"galerkin\"");
-  EXPECT_ONE_MISTAKE(
-      mistakes_with("/instruments/0/kind", "graspr"), "instruments/0/kind",
-      "expected \"probe\", \"grasper\", \"hook\" or \"spatula\" (did you mean \"grasper\"?)");
+  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/kind", "graspr"), "instruments/0/kind",
+                     "expected \"probe\", \"grasper\", \"hook\", \"spatula\", \"scalpel\" or "
+                     "\"scissors\" (did you mean \"grasper\"?)");
 }
 
 TEST(SceneMistake, ANameThatThisBuildLeavesOutSaysWhy) {
