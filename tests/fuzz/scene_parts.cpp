@@ -10,6 +10,7 @@
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/jaws/jaws_keys.h"
 #include "engine/features/links/links_keys.h"
+#include "engine/features/parting/parting_keys.h"
 #include "engine/features/shafts/shafts_keys.h"
 #include "engine/features/smoke/smoke_keys.h"
 #include "engine/features/touching/touching_keys.h"
@@ -41,7 +42,7 @@ bool is_scene(const std::string& text,
       .assets = small_assets(),
       .features = {held_tools_keys(), breathing_keys(), gravity_keys(), cautery_keys(),
                    smoke_keys(), gas_keys(), shafts_keys(), jaws_keys(), touching_keys(),
-                   links_keys(), coagulation_keys()}};
+                   links_keys(), coagulation_keys(), parting_keys()}};
   SceneLoadOptions with = options;
   with.overrides = overrides;
   const auto loaded = load_scene(scratch("scene.json", text), with);
