@@ -3,7 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <algorithm>
+#include <cmath>
 
 #include "kernels/paff/true_neighbours.h"
 #include "tests/kernels/paff/pulled_block.h"
