@@ -12,7 +12,6 @@
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/continued_nodes.h"
 #include "kernels/parting/carve.h"
-#include "kernels/parting/simplify.h"
 #include "kernels/parting/void_surface.h"
 #include "kernels/points/closed_pieces.h"
 #include "kernels/points/kd_tree.h"
@@ -21,16 +20,9 @@
 namespace viscera {
 namespace {
 
-/// Of the walls' vertices from where they were contoured, in voxels.
-constexpr double kThinning = 0.1;
-
 /// Of a step at the most: what hangs by little that a cut has left moves far under little force,
 /// and with two iterations it flew apart. A step ends as soon as more would gain nothing.
 constexpr int kIterations = 12;
-
-Progress unwatched() {
-  return [](double, std::string_view) { return true; };
-}
 
 /// Of each of these places the nearest of those.
 std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<Vec3>& those) {
@@ -106,7 +98,7 @@ Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
   const ElasticProblem problem = elastic_problem(model, organ.organ, organ.tissue, field->get());
   if (problem.points_alone) return failure("it has too many nodes to be cut");
   const Formulation* formulation = find_formulation(organ.organ.formulation);
-  auto solver = formulation->prepare(problem, unwatched());
+  auto solver = formulation->prepare(problem, no_progress());
   if (!solver) return std::unexpected(solver.error());
   auto parts = finite_parts(model, organ.organ, organ.demand, **solver, field->get());
   if (!parts) return std::unexpected(parts.error());
@@ -141,8 +133,7 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
                            const OrganModel& before, const ShapeFunctions& fields_before) {
   const Stopwatch watch;
   const OrganModel& whole = *organ.whole;
-  const TriangleSurface gone =
-      simplified(void_surface(tissue), {kThinning * tissue.voxel(), organ.organ.resolution.finest});
+  const TriangleSurface gone = plain_void_surface(tissue, organ.organ.resolution.finest);
   auto left = carve(whole.surface, gone);
   if (!left) return std::unexpected(left.error());
   const double finest = organ.organ.resolution.finest;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/scene/scene.h"
+
 namespace viscera {
 
 namespace {

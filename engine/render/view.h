@@ -44,9 +44,6 @@ struct OrganView {
       std::numeric_limits<double>::quiet_NaN();  ///< of its surface [K]; NaN: unknown
 };
 
-/// How far each blade of scissors swings from the shaft's axis, fully open [rad]: 25 degrees.
-inline constexpr double kScissorsOpen = 0.4363;
-
 /// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
 struct InstrumentView {
   enum class Kind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors, kMesh };

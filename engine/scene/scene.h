@@ -144,6 +144,9 @@ struct OrganDescription {
 
 enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors };
 
+/// How far each blade of scissors swings from the shaft's axis, fully open [rad]: 25 degrees.
+inline constexpr double kScissorsOpen = 0.4363;
+
 struct TipDescription {
   enum class Shape { kPoint, kSphere, kCapsule, kMesh };
   Shape shape = Shape::kSphere;

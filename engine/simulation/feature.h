@@ -16,6 +16,8 @@
 
 namespace viscera {
 
+struct Continuation;
+
 /// A part of a step. Where in the step it comes follows from what it reads and writes (schedule.h).
 struct Stage {
   std::string_view name;                     ///< for profile, report and trace: "heat tissue"
@@ -52,8 +54,8 @@ struct Feature {
   std::vector<FrameFlag> flags = {};
   /// Adds its part to an organ's FreeShape::places [m]; false: it moves nothing.
   bool (*shape)(const World&, Entity organ, std::vector<float>& places) = nullptr;
-  /// An organ is another body than `before` (World::replace): makes anew what follows from it.
-  void (*replaced)(World&, Entity organ, const OrganModel& before) = nullptr;
+  /// An organ is another body than it was (World::replace): makes anew what follows from it.
+  void (*replaced)(World&, Entity organ, const Continuation*) = nullptr;
   /// While a state is loaded, once those of StateType::of_bodies are there: replaces bodies that
   /// are others in it. Fails where they can't be made.
   Result<void> (*bodies_loaded)(World&) = nullptr;

@@ -38,11 +38,13 @@ const store_detail::AnyPool& World::states_of(const StateType& type) const {
   return state_.at(type.number);
 }
 
-void World::replace(Entity organ, std::shared_ptr<const OrganModel> body) {
+void World::replace(Entity organ, std::shared_ptr<const OrganModel> body,
+                    const Continuation* continuation) {
+  // Until the features are done: what they have refers to it.
   const std::shared_ptr<const OrganModel> before =
       std::exchange(bodies_.find(organ)->model, std::move(body));
   for (const Feature& feature : model_->features())
-    if (feature.replaced) feature.replaced(*this, organ, *before);
+    if (feature.replaced) feature.replaced(*this, organ, continuation);
 }
 
 std::vector<std::byte> World::save_state() const {

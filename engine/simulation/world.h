@@ -16,6 +16,7 @@
 
 namespace viscera {
 
+struct Continuation;
 struct StateType;
 
 struct Clock {
@@ -81,7 +82,10 @@ class World {
 
   /// From now on an organ is another body, as where it was cut; features make anew what follows
   /// from it (Feature::replaced). Which body it is must follow from state (StateType::of_bodies).
-  void replace(Entity organ, std::shared_ptr<const OrganModel> body);
+  /// `continuation`: how it goes on as the old one did; null: it is at rest, or its state is
+  /// loaded.
+  void replace(Entity organ, std::shared_ptr<const OrganModel> body,
+               const Continuation* continuation);
 
   // --- state as a whole ---
 

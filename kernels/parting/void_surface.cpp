@@ -4,6 +4,7 @@
 #include <array>
 #include <tuple>
 
+#include "kernels/parting/simplify.h"
 #include "kernels/points/marching_tetrahedra.h"
 
 namespace viscera {
@@ -63,6 +64,10 @@ TriangleSurface void_surface(const TissueShare& tissue) {
         }
   }
   return marching.take();
+}
+
+TriangleSurface plain_void_surface(const TissueShare& tissue, double longest) {
+  return simplified(void_surface(tissue), {0.1 * tissue.voxel(), longest});
 }
 
 }  // namespace viscera

@@ -10,5 +10,8 @@ namespace viscera {
 /// tetrahedra between the middles of voxels. Closed and manifold whatever the shares are. Empty
 /// where nothing is gone.
 TriangleSurface void_surface(const TissueShare& tissue);
+/// The same in as few triangles as its shape needs, within a tenth of a voxel, no side longer than
+/// this [m].
+TriangleSurface plain_void_surface(const TissueShare& tissue, double longest);
 
 }  // namespace viscera

@@ -2,7 +2,6 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
-#include "engine/features/parting/parting.h"
 
 namespace viscera {
 namespace {
@@ -44,7 +43,7 @@ void put_on(const CollisionSurface& rest, const Vec3& place, SurfacePoint& point
 }
 
 /// What touches an organ touches the same tissue of the body that it is now.
-void replaced(World& world, Entity organ, const OrganModel&) {
+void replaced(World& world, Entity organ, const Continuation* continuation) {
   OrganTouch* touch = world.find<OrganTouch>(organ);
   OrganContact* contact = world.find<OrganContact>(organ);
   if (!touch || !contact) return;
@@ -52,9 +51,8 @@ void replaced(World& world, Entity organ, const OrganModel&) {
   contact->surface = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
   contact->rest = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
   auto solver = make_finite_contact(model);
-  const OrganLeft& left = *world.find<OrganLeft>(organ);
   const auto* before = dynamic_cast<const FiniteContact*>(touch->solver.get());
-  if (before && !left.continuation.nodes.empty()) solver->go_on_from(*before, left.continuation);
+  if (before && continuation) solver->go_on_from(*before, *continuation);
   touch->solver = std::move(solver);
   for (Cling& cling : touch->clings)
     for (Cling::Spot& spot : cling.spots) put_on(*contact->rest, spot.rest, spot.point);

@@ -339,6 +339,17 @@ void fetch_surfaces(World& world, const FrameContext& context) {
   if (!gpu.trouble().empty()) leave_gpu(world, std::string(gpu.trouble()));
 }
 
+void take_shape_of_body(World& world, Entity organ, const Continuation*) {
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  OrganState& state = *world.find<OrganState>(organ);
+  world.find<OrganTouch>(organ)->solver->place_displacements({}, state.displacements);
+  deformed_positions(model.drawn, state.displacements, {}, {}, {}, state.positions);
+  state.normals = model.rest_normals;
+  state.normals_fit = false;
+  state.on_gpu = false;
+  note_new_shape(world, organ);
+}
+
 void freeze_organ(World& world, Entity organ) {
   OrganState& state = *world.find<OrganState>(organ);
   const OrganModel& model = *world.find<OrganBody>(organ)->model;

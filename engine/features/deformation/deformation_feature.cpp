@@ -52,20 +52,6 @@ void check_world(World& world, const FrameContext& context) {
   if (measure_strains(world, context.time)) context.report->raise(kBeyondLinear);
 }
 
-/// The shape that the body has which goes on; tools' dents come back with the next step.
-void replaced(World& world, Entity organ, const OrganModel&) {
-  const OrganModel& model = *world.find<OrganBody>(organ)->model;
-  OrganState& state = *world.find<OrganState>(organ);
-  OrganTouch& touch = *world.find<OrganTouch>(organ);
-  touch.solver->place_displacements({}, state.displacements);
-  deformed_positions(model.drawn, state.displacements, {}, {}, {}, state.positions);
-  state.normals = model.rest_normals;
-  state.normals_fit = false;
-  state.on_gpu = false;
-  ++state.version;
-  world.find<OrganContact>(organ)->surface->update(state.positions);
-}
-
 void restored(World& world) {
   forget_device_shapes(world);
   forget_strains(world);
@@ -105,7 +91,7 @@ Feature deformation_feature() {
                       .run = check_world}},
           .flags = {kOrganFrozen, kContactNotConverged, kBeyondLinear, kTissueLost,
                     kTissueUnsettled, kGripSlipped},
-          .replaced = replaced,
+          .replaced = take_shape_of_body,
           .restored = restored,
           .warnings = deformation_warnings};
 }

@@ -13,4 +13,8 @@ void fetch_surfaces(World& world, const FrameContext& context);
 /// An organ whose shape isn't finite is at rest where it isn't, stays so and answers no force.
 void freeze_organ(World& world, Entity organ);
 
+/// Of an organ that is another body: the shape that it has without tools' dents, which come back
+/// with the next step.
+void take_shape_of_body(World& world, Entity organ, const Continuation*);
+
 }  // namespace viscera

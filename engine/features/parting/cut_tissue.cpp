@@ -4,7 +4,6 @@
 
 #include "engine/features/contact/tissue_sheet.h"
 #include "engine/features/parting/parting.h"
-#include "engine/render/view.h"
 #include "kernels/parting/blade_sweep.h"
 
 namespace viscera {

@@ -214,15 +214,14 @@ void begin_body(World& world, Entity organ) {
               }).share();
 }
 
-/// The organ is this body from now on.
-void take_body(World& world, Entity organ, const CutOrgan& cut) {
+/// The organ is this body from now on; `continuation` as World::replace has it.
+void take_body(World& world, Entity organ, const CutOrgan& cut, const Continuation* continuation) {
   OrganLeft& left = *world.find<OrganLeft>(organ);
   left.fields = cut.fields;
   left.depths = cut.depths;
   left.crumbs = cut.crumbs;
-  left.continuation = cut.continuation;
   left.greatest_seconds = std::max(left.greatest_seconds, cut.seconds);
-  world.replace(organ, cut.model);
+  world.replace(organ, cut.model, continuation);
 }
 
 void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& report) {
@@ -233,7 +232,7 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
     cut.used = cut.asked;
     left.made_of = cut.used.state();
     ++cut.bodies;
-    take_body(world, organ, *made);
+    take_body(world, organ, *made, &made->continuation);
   } else {
     left.refusal = made.error().text();
     ++cut.refused;
@@ -267,13 +266,11 @@ Result<void> bodies_loaded(World& world) {
         left.fields = whole.fields;
         left.depths.clear();
         left.crumbs = 0.0;
-        left.continuation = {};
-        world.replace(organ, whole.whole);
+        world.replace(organ, whole.whole, nullptr);
       } else {
         auto made = cut_organ(whole, cut.used, *whole.whole, *whole.fields);
         if (!made) return failure("cut organs: " + made.error().text());
-        made->continuation = {};
-        take_body(world, organ, *made);
+        take_body(world, organ, *made, nullptr);
       }
     }
     if (cut.pending) begin_body(world, organ);

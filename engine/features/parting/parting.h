@@ -70,7 +70,6 @@ static_assert(fields_cover<OrganCut>());
 struct OrganLeft {
   std::shared_ptr<const ShapeFunctions> fields;  ///< of the body that the organ is
   std::vector<float> depths;                     ///< as CutOrgan::depths; empty: it is whole
-  Continuation continuation;                     ///< from the body that it was; empty: from none
   TissueShare::State made_of;                    ///< what it is made of
   std::shared_future<Result<CutOrgan>> next;     ///< of OrganCut::asked
   std::string refusal;                           ///< why the last one was refused

@@ -10,7 +10,6 @@
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/parting/parting_flags.h"
 #include "engine/features/touching/touching_keys.h"
-#include "engine/render/view.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/surface_checks.h"
 #include "tests/support/paths.h"

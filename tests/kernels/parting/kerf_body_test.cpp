@@ -5,7 +5,6 @@
 
 #include "kernels/parting/blade_sweep.h"
 #include "kernels/parting/carve.h"
-#include "kernels/parting/simplify.h"
 #include "kernels/parting/void_surface.h"
 #include "tests/kernels/paff/pulled_block.h"
 
@@ -58,7 +57,7 @@ double force_of(void (*cut)(TissueShare&), std::uint64_t seed) {
   if (cut) {
     TissueShare tissue(kKerfVoxel);
     cut(tissue);
-    const TriangleSurface gone = simplified(void_surface(tissue), {0.1 * kKerfVoxel, kSpacing});
+    const TriangleSurface gone = plain_void_surface(tissue, kSpacing);
     block.surface = carve(block.surface, gone).value().surface;
   }
   return test::pull(block.assemble(PulledBlock::is_end).value()).value().force;
@@ -120,7 +119,7 @@ TEST_P(SeveredBody, HasAPieceThatMovesWithoutForce) {
     PulledBlock block = PulledBlock::whole(4e-3, seed);
     TissueShare tissue(kKerfVoxel);
     GetParam().cut(tissue);
-    const TriangleSurface gone = simplified(void_surface(tissue), {0.1 * kKerfVoxel, 4e-3});
+    const TriangleSurface gone = plain_void_surface(tissue, 4e-3);
     block.surface = carve(block.surface, gone).value().surface;
     const auto assembled =
         block.assemble([](const Vec3& x) { return PulledBlock::is_end(x) && x.x() < 0.0; });
