@@ -17,6 +17,9 @@ constexpr double kUnfelt = 1e-9;
 constexpr std::size_t kMostTried = 6000;
 /// A step at finite strain asks some ten times; more than this would be a step without an end.
 constexpr int kMostQuestions = 1000;
+/// Answers to one question by another softness each. What hasn't settled by then goes on at the
+/// body's next question, or in the next step.
+constexpr int kMostSofter = 6;
 
 Eigen::Index at(std::size_t cell) {
   return static_cast<Eigen::Index>(3 * cell);
@@ -162,7 +165,27 @@ bool ContactIsland::assemble(std::span<const IslandBody> bodies) {
   for (Eigen::Index i = 0; i < count; ++i)
     matrix_(i, i) =
         (1.0 + kRidge) * matrix_(i, i) + unknowns_[tried_[static_cast<std::size_t>(i)]].softness;
+  add_yielding();
   return true;
+}
+
+/// Held joints have three unknowns each, and are always tried.
+void ContactIsland::add_yielding() {
+  for (const JointsThatYield& part : yielding_) {
+    const MatrixX& softness = part.joints->softness();
+    for (Eigen::Index i = 0; i < softness.rows(); ++i)
+      for (Eigen::Index j = 0; j < softness.cols(); ++j) {
+        const auto row = row_of(part.first + static_cast<std::size_t>(i));
+        const auto column = row_of(part.first + static_cast<std::size_t>(j));
+        for (Eigen::Index way = 0; way < 3; ++way)
+          matrix_(row + way, column + way) += softness(i, j);
+      }
+  }
+}
+
+/// Of a held joint's first unknown in what is tried.
+Eigen::Index ContactIsland::row_of(std::size_t joint) const {
+  return std::ranges::lower_bound(tried_, first_of_joint_[joint]) - tried_.begin();
 }
 
 void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
@@ -259,12 +282,58 @@ bool ContactIsland::decide(std::span<const IslandBody> bodies, std::span<const J
   ++figures_.questions;
   set_wanted(bodies, joints);
   choose_tried();
+  bool known = answer(bodies);
+  for (int pass = 0; pass < kMostSofter && known && follow_yielding(joints); ++pass) {
+    known = answer(bodies);
+    ++figures_.softer;
+  }
+  return known;
+}
+
+bool ContactIsland::answer(std::span<const IslandBody> bodies) {
   do {
     if (!assemble(bodies)) return figures_.converged = false;
     solve_tried();
     spread_forces(bodies);
   } while (figures_.converged && try_violated(bodies));
   return figures_.converged;
+}
+
+Vec3 ContactIsland::force_on(std::span<const Joint> joints, std::size_t joint) const {
+  const Joint& one = joints[joint];
+  const Ways ways = ways_of(one.held, one.direction, one.friction);
+  Vec3 force = Vec3::Zero();
+  for (std::size_t w = 0; w < ways.count; ++w)
+    force += amounts_[static_cast<Eigen::Index>(first_of_joint_[joint] + w)] * ways.along[w];
+  return force;
+}
+
+/// What forces on the first ends pull together has come apart by as much.
+bool ContactIsland::follow_yielding(std::span<const Joint> joints) {
+  bool other = false;
+  for (const JointsThatYield& part : yielding_) {
+    const MatrixX& softness = part.joints->softness();
+    Eigen::MatrixX3d forces(softness.cols(), 3);
+    for (Eigen::Index j = 0; j < forces.rows(); ++j)
+      forces.row(j) = force_on(joints, part.first + static_cast<std::size_t>(j)).transpose();
+    const Eigen::MatrixX3d moved = -(softness * forces);
+    std::vector<Vec3> apart;
+    for (Eigen::Index j = 0; j < moved.rows(); ++j) apart.push_back(moved.row(j).transpose());
+    other = part.joints->follow(apart) || other;
+  }
+  return other;
+}
+
+/// Of two joints that yield together [m/N].
+double ContactIsland::yield_between(std::size_t one, std::size_t two) const {
+  for (const JointsThatYield& part : yielding_) {
+    const MatrixX& softness = part.joints->softness();
+    const auto end = part.first + static_cast<std::size_t>(softness.rows());
+    if (one >= part.first && two >= part.first && one < end && two < end)
+      return softness(static_cast<Eigen::Index>(one - part.first),
+                      static_cast<Eigen::Index>(two - part.first));
+  }
+  return 0.0;
 }
 
 /// What stands behind a body's joined cells: the bodies that these meet, in its own frame, as if
@@ -279,19 +348,21 @@ MatrixX ContactIsland::behind(std::span<const IslandBody> bodies, std::span<cons
     std::size_t cell = 0;
     Joint::End other;
     double softness = 0.0;
+    std::size_t joint = 0;
   };
   std::vector<Met> met;
-  for (const Joint& joint : joints)
+  for (std::size_t j = 0; j < joints.size(); ++j)
     for (std::size_t e = 0; e < 2; ++e)
-      if (joint.ends[e].body == static_cast<int>(body) &&
-          static_cast<std::size_t>(joint.ends[e].cell) >= own)
+      if (const Joint& joint = joints[j]; joint.ends[e].body == static_cast<int>(body) &&
+                                          static_cast<std::size_t>(joint.ends[e].cell) >= own)
         met.push_back({static_cast<std::size_t>(joint.ends[e].cell) - own, joint.ends[1 - e],
-                       joint.softness});
+                       joint.softness, j});
   const Mat3& turn = bodies[body].turn;
   for (const Met& one : met)
     for (const Met& two : met) {
       Mat3 block = Mat3::Zero();
       if (&one == &two) block.diagonal().array() += one.softness;
+      block.diagonal().array() += yield_between(one.joint, two.joint);
       if (one.other.body >= 0 && one.other.body == two.other.body) {
         const IslandBody& other = bodies[static_cast<std::size_t>(one.other.body)];
         const Mat3 between = turn.transpose() * other.turn;
@@ -306,8 +377,10 @@ MatrixX ContactIsland::behind(std::span<const IslandBody> bodies, std::span<cons
 }
 
 IslandFigures ContactIsland::solve(std::span<const IslandBody> bodies,
-                                   std::span<const Joint> joints, std::vector<Vec3>& forces) {
+                                   std::span<const Joint> joints, std::vector<Vec3>& forces,
+                                   std::span<const JointsThatYield> yielding) {
   figures_ = {};
+  yielding_ = yielding;
   list_unknowns(bodies, joints);
   guess(bodies, joints, forces);
   figures_.rows = static_cast<int>(unknowns_.size());
@@ -327,11 +400,7 @@ IslandFigures ContactIsland::solve(std::span<const IslandBody> bodies,
     bodies[b].solve->end(known ? &forces_[b] : nullptr, backings[b]);
   });
   forces.assign(joints.size(), Vec3::Zero());
-  for (std::size_t j = 0; known && j < joints.size(); ++j) {
-    const Ways ways = ways_of(joints[j].held, joints[j].direction, joints[j].friction);
-    for (std::size_t w = 0; w < ways.count; ++w)
-      forces[j] += amounts_[static_cast<Eigen::Index>(first_of_joint_[j] + w)] * ways.along[w];
-  }
+  for (std::size_t j = 0; known && j < joints.size(); ++j) forces[j] = force_on(joints, j);
   return figures_;
 }
 

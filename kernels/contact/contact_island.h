@@ -12,6 +12,7 @@
 #include "kernels/contact/frictional.h"
 #include "kernels/contact/shared_solve.h"
 #include "kernels/contact/unilateral.h"
+#include "kernels/contact/yielding_joints.h"
 
 namespace viscera {
 
@@ -41,10 +42,17 @@ struct Joint {
   double softness = 0.0;             ///< [m/N]
 };
 
+/// Joints [first, first + size of its softness), which are held and have no softness of their own.
+struct JointsThatYield {
+  std::size_t first = 0;
+  YieldingJoints* joints = nullptr;
+};
+
 struct IslandFigures {
   int rows = 0;           ///< unknown force components
   int tried = 0;          ///< of them that took part in the last question
   int questions = 0;      ///< that were answered
+  int softer = 0;         ///< how often what yields had another softness for an answer
   int pivots = 0;         ///< of the last: exchanges of the active set; rounds, with friction
   double residual = 0.0;  ///< with friction: greatest violation of a condition over the greatest
                           ///< force
@@ -62,7 +70,7 @@ class ContactIsland {
   /// begins, or none; out: the answer.                                               (joints)
   /// Ends every body's solve.
   IslandFigures solve(std::span<const IslandBody> bodies, std::span<const Joint> joints,
-                      std::vector<Vec3>& forces);
+                      std::vector<Vec3>& forces, std::span<const JointsThatYield> yielding = {});
 
  private:
   /// What one unknown amount of force does to one body: along a direction of its frame.
@@ -89,17 +97,24 @@ class ContactIsland {
              std::span<const Vec3> forces);
   void choose_tried();
   bool assemble(std::span<const IslandBody> bodies);
+  void add_yielding();
+  Eigen::Index row_of(std::size_t joint) const;
+  double yield_between(std::size_t one, std::size_t two) const;
   void solve_tried();
   void spread_forces(std::span<const IslandBody> bodies);
   bool try_violated(std::span<const IslandBody> bodies);
   void set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints);
   bool decide(std::span<const IslandBody> bodies, std::span<const Joint> joints);
+  bool answer(std::span<const IslandBody> bodies);
+  Vec3 force_on(std::span<const Joint> joints, std::size_t joint) const;
+  bool follow_yielding(std::span<const Joint> joints);
   MatrixX behind(std::span<const IslandBody> bodies, std::span<const Joint> joints,
                  std::size_t body) const;
 
   std::vector<Unknown> unknowns_;
   std::vector<Part> parts_;
   std::vector<std::size_t> first_of_joint_;
+  std::span<const JointsThatYield> yielding_;
   std::vector<char> active_;
   VectorX wanted_, amounts_;
   // The same of the parts that are tried.

@@ -20,8 +20,8 @@ constexpr double kRadius = 25e-3, kTip = 10e-3;  // [m]
 /// A third of what is free of the ball. Two millimetres deeper it leaves sideways from under the
 /// tip.
 constexpr double kDepth = 14e-3;
-constexpr double kFelt = 1e-3;            // errors count from this depth on [m]
-constexpr int kFew = 2, kConverged = 40;  // iterations a frame
+constexpr double kFelt = 1e-3;                 // errors count from this depth on [m]
+constexpr int kFew = 2, kConvergedPress = 40;  // iterations a frame
 
 struct Press {
   double speed;        ///< [m/s]
@@ -68,7 +68,7 @@ class PressedDeep : public testing::TestWithParam<Press> {};
 
 TEST_P(PressedDeep, TwoIterationsAFrameMeetConvergedForcesAndNothingIsPassed) {
   const auto& [speed, force_error] = GetParam();
-  const Frames few = pressed(speed, kFew), many = pressed(speed, kConverged);
+  const Frames few = pressed(speed, kFew), many = pressed(speed, kConvergedPress);
   ASSERT_EQ(few.forces.size(), many.forces.size());
   ASSERT_GT(static_cast<double>(few.forces.size()), 0.9 * 60.0 * (kDepth - kFelt) / speed - 2.0);
   std::vector<double> errors;

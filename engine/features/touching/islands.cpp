@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/features/beds/beds.h"
 #include "engine/features/contact/contact.h"
 #include "engine/features/links/links.h"
 #include "engine/features/shafts/shafts.h"
@@ -48,9 +49,14 @@ class IslandSolve {
     add_meetings(joints, forces);
     const std::size_t met = joints.size();
     add_springs(world_, island_.organs, body_of_, joints, forces);
-    const IslandFigures figures = solver_.solve(bodies, joints, forces);
+    const std::size_t sprung = joints.size();
+    std::vector<JointsThatYield> yielding;
+    add_beds(world_, island_.organs, body_of_, joints, forces, yielding);
+    const IslandFigures figures = solver_.solve(bodies, joints, forces, yielding);
     take_meetings(joints, forces);
-    take_springs(world_, island_.organs, body_of_, std::span<const Vec3>(forces).subspan(met));
+    const std::span<const Vec3> found(forces);
+    take_springs(world_, island_.organs, body_of_, found.subspan(met, sprung - met));
+    take_beds(world_, island_.organs, body_of_, found.subspan(sprung), figures.converged);
     return figures;
   }
 
@@ -137,20 +143,30 @@ std::vector<Island> islands_of(const World& world) {
     if (first && second) sets.join(index_of(pairs[p].organs[0]), index_of(pairs[p].organs[1]));
     meeting.emplace_back(pairs.owner(p), index_of(pairs[p].organs[first ? 0 : 1]));
   }
+  std::vector<char> bedded(organs.size(), 0);
+  for (const Entity organ : organs)
+    for (const Entity other : bedded_with(world, organ)) {
+      if (!yields(world, organ)) continue;
+      bedded[static_cast<std::size_t>(index_of(organ))] = 1;
+      if (yields(world, other)) sets.join(index_of(organ), index_of(other));
+    }
   for (const Entity organ : organs)
     if (is_link_loaded(world, organ))
       for (const Entity other : linked_to(world, organ))
         if (is_link_loaded(world, other)) sets.join(index_of(organ), index_of(other));
   std::vector<Island> islands;
   std::vector<int> island_of(organs.size(), -1);
-  for (const auto& [pair, organ] : meeting) {
+  const auto island_with = [&](int organ) -> Island& {
     int& island = island_of[static_cast<std::size_t>(sets.root(organ))];
     if (island < 0) {
       island = static_cast<int>(islands.size());
       islands.emplace_back();
     }
-    islands[static_cast<std::size_t>(island)].pairs.push_back(pair);
-  }
+    return islands[static_cast<std::size_t>(island)];
+  };
+  for (const auto& [pair, organ] : meeting) island_with(organ).pairs.push_back(pair);
+  for (std::size_t o = 0; o < organs.size(); ++o)
+    if (bedded[o]) island_with(static_cast<int>(o));
   for (std::size_t o = 0; o < organs.size(); ++o)
     if (const int island = island_of[static_cast<std::size_t>(sets.root(static_cast<int>(o)))];
         island >= 0 && yields(world, organs[o]))

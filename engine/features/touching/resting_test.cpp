@@ -14,7 +14,7 @@
 namespace viscera::test {
 namespace {
 
-constexpr double kSettled = 1.9;  // [s]
+constexpr double kHasSettled = 1.9;  // [s]
 
 std::uint64_t steps_of(const World& world, std::size_t organ) {
   return world.find<FiniteFigures>(world.model().organs()[organ])->steps;
@@ -26,7 +26,8 @@ bool organ_rests(const World& world, std::size_t organ) {
 
 /// Until what lies on the floor rests, or a while later.
 void settle(World& world) {
-  while (world.time() < kSettled && !organ_rests(world, 0)) step_until(world, end_of_step(world));
+  while (world.time() < kHasSettled && !organ_rests(world, 0))
+    step_until(world, end_of_step(world));
 }
 
 TEST(RestingOrgans, AreNeitherSolvedNorDrawn) {
@@ -51,7 +52,7 @@ TEST(RestingOrgans, WakeAsGravityTurnsAndSlideThen) {
                                                 {.time = 3.0, .head_up = 0.4}}});
   auto world = build(scene);
   ASSERT_TRUE(world);
-  step_until(*world, kSettled);
+  step_until(*world, kHasSettled);
   ASSERT_TRUE(organ_rests(*world, 0));
   step_until(*world, 3.0);
   EXPECT_FALSE(organ_rests(*world, 0));

@@ -228,6 +228,58 @@ TEST(ContactIsland, BodiesThatStopEarlierGiveWayWhileOthersGoOn) {
   EXPECT_NEAR(one.behind(0, 0), 4.0, 1e-12);
 }
 
+/// Springs that give way three times as easily once they have been apart by more than `far`.
+class GivingWay final : public YieldingJoints {
+ public:
+  explicit GivingWay(double far) : far_(far), softness_(MatrixX::Identity(2, 2)) {
+    softness_(0, 1) = softness_(1, 0) = 0.5;
+  }
+  const MatrixX& softness() const override { return softness_; }
+  bool follow(std::span<const Vec3> apart) override {
+    apart_by = apart[0].norm();
+    if (gave_way || !(apart_by > far_)) return false;
+    softness_ *= 3.0;
+    return gave_way = true;
+  }
+  double apart_by = 0.0;
+  bool gave_way = false;
+
+ private:
+  double far_;
+  MatrixX softness_;
+};
+
+TEST(ContactIsland, JointsThatYieldTogetherComeApartByTheirSharedSoftness) {
+  for (const double far : {10.0, 0.1}) {
+    SpringBody one(1.0, 0), other(2.0, 0);
+    const std::array<IslandBody, 2> bodies = {IslandBody{&one, Mat3::Identity(), 0},
+                                              IslandBody{&other, Mat3::Identity(), 0}};
+    // Two joints from one cell to another are one of the sum of their forces.
+    std::array<Joint, 2> joints;
+    for (Joint& joint : joints) {
+      joint.ends = {Joint::End{0, 0}, Joint::End{1, 0}};
+      joint.held = true;
+      joint.displacement = Vec3(0, 2.0, 0);
+    }
+    GivingWay layer(far);
+    const JointsThatYield yielding{0, &layer};
+    std::vector<Vec3> forces;
+    ContactIsland island;
+    const IslandFigures figures = island.solve(bodies, joints, forces, {&yielding, 1});
+    ASSERT_TRUE(figures.converged);
+    EXPECT_EQ(layer.gave_way, far < 1.0);
+    EXPECT_EQ(figures.softer, far < 1.0 ? 1 : 0);
+    const double times = far < 1.0 ? 3.0 : 1.0;
+    // 2 = (1 + 2) 2 f + times (1 + .5) f.
+    const double exact = 2.0 / (6.0 + 1.5 * times);
+    EXPECT_NEAR(forces[0].y(), exact, 1e-5);
+    EXPECT_NEAR(forces[1].y(), exact, 1e-5);
+    EXPECT_EQ(one.force, Vec3(-other.force));
+    EXPECT_NEAR(layer.apart_by, times * 1.5 * exact, 1e-5);
+    EXPECT_NEAR(one.behind(1, 1), 4.0 * 2.0 + 3.0 * times, 1e-12) << "both joints end in its cell";
+  }
+}
+
 TEST(ContactIsland, WhereNothingAnswersEachBodyGoesWithout) {
   SpringBody one(std::numeric_limits<double>::quiet_NaN(), 1), other(1.0, 0);
   const std::array<IslandBody, 2> bodies = {IslandBody{&one, Mat3::Identity(), 0},

@@ -1,0 +1,135 @@
+#include "engine/features/beds/beds_keys.h"
+
+#include <fmt/format.h>
+
+#include "engine/scene/common_keys.h"
+#include "engine/scene/to_si.h"
+#include "kernels/heat/tissue_thermal.h"
+
+namespace viscera {
+namespace {
+
+CohesiveLaw law_of(const Json& bed) {
+  const double kilo = 1e3;
+  return {kilo * bed["strength_kPa"].get<double>(),
+          kilo / from_milli(Json(1.0)) * bed["stiffness_kPa_per_mm"].get<double>(),
+          bed["toughness_J_per_m2"].get<double>()};
+}
+
+Finding law_falls(const Json& bed) {
+  const CohesiveLaw law = law_of(bed);
+  if (law.is_sound()) return {};
+  return {
+      {"toughness_J_per_m2",
+       fmt::format("found {:g}, expected more than {:g}: what a bond takes up before it softens "
+                   "(strength_kPa, stiffness_kPa_per_mm)",
+                   law.toughness, 0.5 * law.strength * law.first())}};
+}
+
+Finding ties_two(const Json& bed) {
+  const Json& between = bed["between"];
+  if (between[0] != between[1]) return {};
+  return {{"between/1", "found " + between[1].dump() + " again, expected another than between/0"}};
+}
+
+ObjectSpec bed_spec() {
+  const ObjectSpec region{"A part of the world, where the organs stand at their poses.",
+                          {object("sphere", "A ball.", ball()),
+                           object("box", "An axis-aligned box.", box("An axis-aligned box."))},
+                          {"sphere", "box"},
+                          {}};
+  ObjectSpec spec;
+  spec.description =
+      "A layer of connective tissue that holds two organs together until force or heat parts it: "
+      "the gallbladder's bed.";
+  spec.keys = {
+      name_key("Its name in reports and --set; unique among beds."),
+      texts("between", "The two organs that it holds together.", 2).known_as("organ").needed(),
+      object("region", "Holds the bed.", region).needed(),
+      number("within_mm",
+             "Surfaces are bonded where they are no farther than this from each other at rest.")
+          .between(0.1, 10)
+          .otherwise(2.0),
+      number("bond_mm", "Distance of its bonds.").between(0.3, 3).otherwise(1.0),
+      number("strength_kPa",
+             "Greatest traction that it stands. The fallback is chosen: nobody has "
+             "measured a gallbladder's bed.")
+          .between(0.1, 10000)
+          .otherwise(6.0),
+      number("stiffness_kPa_per_mm",
+             "Traction per opening while it is whole. The fallback is chosen: loose tissue of "
+             "7 kPa, a millimetre thick.")
+          .between(0.1, 1e6)
+          .otherwise(7.0),
+      number("toughness_J_per_m2", "Work that parts it. The fallback is assumed, between 5 and 20.")
+          .between(0.01, 10000)
+          .otherwise(10.0),
+      number("parts_at_C",
+             "A bond parts when tissue at one of its ends gets so hot. The fallback is where its "
+             "water boils.")
+          .between(45, 400)
+          .otherwise(100.0)};
+  spec.checks = {
+      {{"between"}, ties_two, {{"properties", {{"between", {{"uniqueItems", true}}}}}}},
+      {{"strength_kPa", "stiffness_kPa_per_mm", "toughness_J_per_m2"}, law_falls, nullptr}};
+  return spec;
+}
+
+/// At least one yields; and what a bed lets go of is met by contact.
+Finding beds_hold_tissue(const Json& scene) {
+  const Json& beds = scene["beds"];
+  if (beds.empty()) return {};
+  if (!scene.contains("contact") || !scene["contact"]["organs"].get<bool>())
+    return {{"beds",
+             "found beds where organs don't touch, expected contact/organs to be true: what a bed "
+             "lets go of would pass through what it lay on"}};
+  const auto deforms = [&](const Json& name) {
+    for (const Json& organ : scene["organs"])
+      if (organ["name"] == name) return organ["deformable"].get<bool>();
+    return false;
+  };
+  for (std::size_t i = 0; i < beds.size(); ++i) {
+    const Json& between = beds[i]["between"];
+    if (deforms(between[0]) || deforms(between[1])) continue;
+    return {{"beds/" + std::to_string(i) + "/between",
+             "found " + between.dump() + ", expected at least one deformable organ"}};
+  }
+  return {};
+}
+
+void read_beds(const Json& scene, Extras& extras) {
+  BedDescriptions beds;
+  for (const Json& values : scene["beds"]) {
+    BedDescription bed;
+    bed.name = values["name"];
+    bed.between = {values["between"][0], values["between"][1]};
+    bed.region = region_of(values["region"]);
+    bed.within = from_milli(values["within_mm"]);
+    bed.pitch = from_milli(values["bond_mm"]);
+    bed.law = law_of(values);
+    bed.parts_at = kZeroCelsius + values["parts_at_C"].get<double>();
+    beds.push_back(std::move(bed));
+  }
+  extras.set(std::move(beds));
+}
+
+}  // namespace
+
+std::span<const BedDescription> beds_of(const SceneDescription& scene) {
+  const auto* beds = scene.extras.find<BedDescriptions>();
+  return beds ? std::span<const BedDescription>(*beds) : std::span<const BedDescription>();
+}
+
+FeatureKeys beds_keys() {
+  FeatureKeys keys;
+  keys.scene.keys = {
+      list("beds", "Layers that hold organs together until force or heat parts them.", bed_spec())
+          .items(0, 20)
+          .unique_by("name")
+          .otherwise(Json::array())};
+  keys.scene.checks = {{{"organs", "beds", "contact"}, beds_hold_tissue, nullptr}};
+  keys.scene.read = read_beds;
+  return keys;
+}
+
+}  // namespace viscera

@@ -1,0 +1,53 @@
+#include <nlohmann/json.hpp>
+
+#include "engine/features/beds/beds.h"
+
+namespace viscera {
+
+std::vector<BedFigures> bed_figures(const World& world) {
+  std::vector<BedFigures> all;
+  const Pool<Bed>& beds = world.all<Bed>();
+  for (std::size_t b = 0; b < beds.size(); ++b) {
+    const Bed& bed = beds[b];
+    const CohesiveLayer& layer = bed.places.layer;
+    const BedState& state = *world.find<BedState>(beds.owner(b));
+    BedFigures figures;
+    figures.name = bed.name;
+    for (std::size_t side = 0; side < 2; ++side)
+      figures.between[side] = world.find<OrganBody>(bed.organs[side])->name;
+    figures.bonds = layer.areas.size();
+    figures.greatest_force = state.greatest_force;
+    for (std::size_t i = 0; i < figures.bonds; ++i) {
+      const double area = layer.areas[i];
+      figures.area += area;
+      figures.work += area * layer.law.spent(state.bonds.opened[i]);
+      if (holds(layer, state.bonds, i)) {
+        ++figures.whole;
+        continue;
+      }
+      figures.parted += area;
+      ++(state.bonds.burnt[i] ? figures.by_heat : figures.by_force);
+    }
+    all.push_back(figures);
+  }
+  return all;
+}
+
+std::vector<ReportSection> beds_report(const World& world) {
+  const std::vector<BedFigures> figures = bed_figures(world);
+  if (figures.empty()) return {};
+  Json list = Json::array();
+  for (const BedFigures& bed : figures)
+    list.push_back({{"name", bed.name},
+                    {"between", {bed.between[0], bed.between[1]}},
+                    {"bonds", bed.bonds},
+                    {"bonds_whole", bed.whole},
+                    {"bonds_broken", {{"force", bed.by_force}, {"heat", bed.by_heat}}},
+                    {"area_m2", bed.area},
+                    {"parted_m2", bed.parted},
+                    {"work_J", bed.work},
+                    {"greatest_force_N", bed.greatest_force}});
+  return {report_section("beds", list)};
+}
+
+}  // namespace viscera

@@ -1,0 +1,201 @@
+// Organs that a bed holds together, until it parts.
+#include "engine/features/beds/beds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/features/beds/lifted_block.h"
+#include "engine/features/cautery/cautery.h"
+#include "engine/features/deformation/deformation_flags.h"
+#include "engine/features/touching/touching.h"
+#include "engine/simulation/prepare.h"
+#include "engine/simulator/build.h"
+#include "tests/support/paths.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+/// Of a bed on its first organ, world [N].
+Vec3 pull_of_bed(const World& world) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& force : world.all<BedState>()[0].forces) sum += force;
+  return sum;
+}
+
+Vec3 place_of_block(const World& world) {
+  return pose_of(world, world.model().organs()[0]).position;
+}
+
+struct Lifted {
+  double work = 0.0, greatest = 0.0, farthest_off = 0.0;
+  FlagSet flags;
+};
+
+/// Until `time`; `farthest_off`: of the pull from what the law has at that opening, whose block
+/// doesn't yield, over the greatest.
+Lifted lift(World& world, double time) {
+  Trace trace(stage_names());
+  Lifted lifted;
+  Vec3 before = place_of_block(world), pull_before = Vec3::Zero();
+  const double area = bed_figures(world)[0].area;
+  while (world.time() < time - 1e-9) {
+    lifted.flags.raise(step_frame(world, trace).flags);
+    const Vec3 at = place_of_block(world), pull = pull_of_bed(world);
+    lifted.work -= 0.5 * (pull + pull_before).dot(at - before);
+    lifted.greatest = std::max(lifted.greatest, pull.norm());
+    const double open = at.norm();
+    const double exact = area * kLiftedBed.stiffness * kLiftedBed.left(open) * open;
+    lifted.farthest_off = std::max(lifted.farthest_off, std::abs(pull.norm() - exact));
+    before = at;
+    pull_before = pull;
+  }
+  lifted.farthest_off /= lifted.greatest;
+  return lifted;
+}
+
+class Bedded : public testing::TestWithParam<Response> {};
+
+TEST_P(Bedded, ABlockThatIsCarriedAwayTakesItsBedsToughnessToPart) {
+  for (const Vec3& way : {Vec3(0, 0, 4e-3), Vec3(4e-3, 0, 0)}) {
+    // As stiff as bone, it opens as its hold goes.
+    auto world = build(lifted_block({.response = GetParam(), .way = way, .modulus = 3e6}));
+    ASSERT_TRUE(world);
+    const Lifted lifted = lift(*world, 1.0);
+    const BedFigures bed = bed_figures(*world)[0];
+    EXPECT_EQ(bed.whole, 0u);
+    EXPECT_EQ(bed.by_force, bed.bonds);
+    EXPECT_NEAR(bed.work, kLiftedBed.toughness * bed.area, 1e-9);
+    EXPECT_NEAR(lifted.work, bed.work, 0.015 * bed.work) << way.transpose();
+    EXPECT_LT(lifted.farthest_off, 0.05) << way.transpose();
+    EXPECT_FALSE(lifted.flags.has(kContactNotConverged));
+    step_until(*world, 1.5);
+    EXPECT_EQ(pull_of_bed(*world), Vec3(Vec3::Zero())) << "what has parted doesn't hold again";
+  }
+}
+
+TEST_P(Bedded, ASoftBlockStoresWorkButPartsByTheSame) {
+  auto world = build(lifted_block({.response = GetParam(), .modulus = 300e3, .soft_floor = true}));
+  ASSERT_TRUE(world);
+  const Lifted lifted = lift(*world, 1.0);
+  const BedFigures bed = bed_figures(*world)[0];
+  EXPECT_EQ(bed.by_force, bed.bonds);
+  EXPECT_NEAR(lifted.work, bed.work, 0.03 * bed.work);
+  EXPECT_LT(lifted.greatest, kLiftedBed.strength * bed.area);
+}
+
+TEST_P(Bedded, BothOrgansFeelTheSame) {
+  auto world = build(lifted_block({.response = GetParam(), .soft_floor = true}));
+  ASSERT_TRUE(world);
+  step_until(*world, 0.5);
+  Vec3 sum = Vec3::Zero();
+  double greatest = 0.0;
+  for (const OrganContact& contact : world->all<OrganContact>()) {
+    Vec3 own = Vec3::Zero();
+    for (const Vec3& force : contact.solution.forces) own += force;
+    sum += own;
+    greatest = std::max(greatest, own.norm());
+  }
+  EXPECT_GT(greatest, 0.1);
+  EXPECT_LT(sum.norm(), 1e-9 * greatest);
+}
+
+TEST_P(Bedded, WhatOpenedALittleClosesToWhereItWas) {
+  const double half_open = 0.5 * kLiftedBed.first();
+  auto world = build(lifted_block({.response = GetParam(), .way = Vec3(0, 0, half_open)}));
+  ASSERT_TRUE(world);
+  const double area = bed_figures(*world)[0].area;
+  const Lifted lifted = lift(*world, 2.0);
+  EXPECT_EQ(bed_figures(*world)[0].whole, bed_figures(*world)[0].bonds);
+  EXPECT_EQ(bed_figures(*world)[0].work, 0.0);
+  EXPECT_NEAR(lifted.work, 0.0, 1e-3 * kLiftedBed.toughness * area);
+  EXPECT_LT(pull_of_bed(*world).norm(), 0.01 * lifted.greatest);
+}
+
+TEST_P(Bedded, ASavedStateGoesOnToTheSameBits) {
+  auto world = build(lifted_block({.response = GetParam(), .soft_floor = true}));
+  ASSERT_TRUE(world);
+  step_until(*world, 0.6);
+  const BedFigures bed = bed_figures(*world)[0];
+  ASSERT_GT(bed.work, 0.0);
+  ASSERT_GT(bed.whole, 0u);
+  auto other = start_world(world->shared_model());
+  ASSERT_TRUE(other);
+  ASSERT_TRUE((*other)->load_state(world->save_state()));
+  EXPECT_EQ((*other)->state_difference(*world), "");
+  step_until(*world, 0.9);
+  step_until(**other, 0.9);
+  EXPECT_EQ((*other)->state_difference(*world), "");
+}
+INSTANTIATE_TEST_SUITE_P(Responses, Bedded, testing::Values(Response::kLinear, Response::kFinite),
+                         kByResponse);
+
+TEST(Beds, OfOrgansThatNothingMovesTakeNoPart) {
+  auto world = build(lifted_block({.way = Vec3::Zero(), .soft_floor = true}));
+  ASSERT_TRUE(world);
+  EXPECT_EQ(step_until(*world, 0.2), FlagSet());
+  EXPECT_EQ(world->one<TouchingFigures>()->solves, 0u);
+  for (const OrganContact& contact : world->all<OrganContact>()) EXPECT_TRUE(contact.cells.empty());
+}
+
+TEST(Beds, PartWhereAHookHeatsTheirEnds) {
+  auto scene = lifted_block({.way = Vec3::Zero()});
+  // Beside the block, low on its side.
+  const Vec3 beside(14e-3, 0, -2.5e-3);
+  auto hook = straight_tool("hook", InstrumentKind::kHook, 1e-3,
+                            {{0.0, beside, 0.0, 1.0},
+                             {0.2, beside - Vec3(3.2e-3, 0, 0), 40.0, 1.0},
+                             {2.0, beside - Vec3(3.2e-3, 0, 0), 40.0, 1.0}});
+  scene.instruments = {hook};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 2.0);
+  const BedFigures bed = bed_figures(*world)[0];
+  EXPECT_GT(bed.by_heat, 0u);
+  EXPECT_LT(bed.by_heat, bed.bonds / 4);
+  EXPECT_EQ(bed.by_force, 0u);
+  const Bed& places = world->all<Bed>()[0];
+  const BondStates& bonds = world->all<BedState>()[0].bonds;
+  for (std::size_t b = 0; b < bonds.burnt.size(); ++b)
+    if (bonds.burnt[b]) EXPECT_LT((places.places.ends[0][b] - Vec3(10e-3, 0, -4e-3)).norm(), 5e-3);
+}
+
+TEST(Beds, AStateThatFitsNoBedIsTakenAsAWholeOne) {
+  auto world = build(lifted_block({}));
+  ASSERT_TRUE(world);
+  step_until(*world, 0.6);
+  BedState& state = world->all<BedState>()[0];
+  state.bonds.opened.pop_back();
+  state.forces.clear();
+  const auto bytes = world->save_state();
+  auto other = start_world(world->shared_model());
+  ASSERT_TRUE(other);
+  ASSERT_TRUE((*other)->load_state(bytes));
+  const BedFigures bed = bed_figures(**other)[0];
+  EXPECT_EQ(bed.whole, bed.bonds);
+  step_until(**other, 0.7);
+}
+
+std::string refusal_of(const SceneDescription& scene) {
+  std::vector<std::string> warnings;
+  const auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  return world ? "" : world.error().text();
+}
+
+TEST(Beds, WhereNoSurfacesFaceEachOtherAreRefusedWithTheirDistance) {
+  auto scene = lifted_block({});
+  scene.organs[0].pose.position.z() += 3e-3;
+  const std::string far = refusal_of(scene);
+  EXPECT_NE(far.find("beds/0/region: found none nearer than 3.0 mm"), std::string::npos) << far;
+  BedDescriptions beds = *scene.extras.find<BedDescriptions>();
+  beds[0].region.a = Vec3::Constant(0.1);
+  beds[0].region.b = Vec3::Constant(0.2);
+  scene.extras.set(beds);
+  const std::string nowhere = refusal_of(scene);
+  EXPECT_NE(nowhere.find("found no surface of \"block\""), std::string::npos) << nowhere;
+}
+
+}  // namespace
+}  // namespace viscera::test

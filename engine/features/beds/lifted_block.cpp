@@ -1,0 +1,56 @@
+#include "engine/features/beds/lifted_block.h"
+
+#include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/touching/touching_keys.h"
+
+namespace viscera {
+
+SceneDescription lifted_block(const LiftedBlock& options) {
+  SceneDescription scene;
+  scene.file = scene.name = "lifted_block";
+  OrganDescription block;
+  block.name = "block";
+  RecipeGeometry geometry;
+  geometry.recipe = "block";
+  geometry.size = Vec3(20e-3, 20e-3, 8e-3);
+  geometry.edge = 1e-3;
+  block.geometry = geometry;
+  block.tissue = "rubber";
+  block.youngs_modulus = options.modulus;
+  block.response = options.response;
+  block.resolution.spacing = block.resolution.finest = 4e-3;
+  Region upper;
+  upper.a = Vec3(0, 0, 1e-3);
+  upper.b = -Vec3::UnitZ();
+  block.fixed = {upper};
+  OrganDescription floor = block;
+  floor.name = "floor";
+  geometry.size = Vec3(40e-3, 40e-3, 10e-3);
+  floor.geometry = geometry;
+  floor.pose.position.z() = -9e-3;
+  floor.deformable = options.soft_floor;
+  floor.fixed[0].a = Vec3(0, 0, -2e-3);
+  floor.fixed[0].b = Vec3::UnitZ();
+  if (!options.soft_floor) floor.fixed.clear();
+  scene.organs = {block, floor};
+  if (const double far = options.way.norm(); far > 0.0)
+    set_motion(
+        scene.organs[0],
+        {.amplitude = far, .direction = options.way / far, .period = options.period, .phase = 0.0});
+  BedDescription bed;
+  bed.name = "bed";
+  bed.between = {"block", "floor"};
+  bed.region.shape = Region::Shape::kBox;
+  bed.region.a = Vec3::Constant(-15e-3);
+  bed.region.b = Vec3::Constant(15e-3);
+  bed.within = 0.5e-3;
+  bed.pitch = 1e-3;
+  bed.law = kLiftedBed;
+  bed.parts_at = 373.15;
+  scene.extras.set(BedDescriptions{bed});
+  scene.extras.set(TouchingDescription{.organs = true, .friction = 0.0, .pitch = 1.0});
+  scene.duration = options.period;
+  return scene;
+}
+
+}  // namespace viscera
