@@ -1,6 +1,8 @@
 #include "engine/features/beds/beds.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/contact/contact.h"
@@ -194,17 +196,63 @@ bool is_burnt(const World& world, const Bed& bed, std::size_t bond) {
   return false;
 }
 
+/// The metal of a hook that carries current.
+struct LiveTip {
+  Vec3 middle = Vec3::Zero();  ///< world [m]
+  double radius = 0.0;         ///< [m]
+};
+std::vector<LiveTip> live_tips(const World& world) {
+  std::vector<LiveTip> tips;
+  const Pool<BurnTrace>& traces = world.all<BurnTrace>();
+  for (std::size_t t = 0; t < traces.size(); ++t) {
+    const InstrumentState& state = *world.find<InstrumentState>(traces.owner(t));
+    if (state.power > 0.0)
+      tips.push_back(
+          {state.tip, world.find<InstrumentBody>(traces.owner(t))->description.tip.radius});
+  }
+  return tips;
+}
+
+/// Whether the strand of a bond, between its ends as they are drawn, lies on such metal.
+class StrandsOnMetal {
+ public:
+  StrandsOnMetal(const World& world, const Bed& bed, std::span<const LiveTip> tips)
+      : bed_(bed), tips_(tips), one_(world, bed.organs[0]), other_(world, bed.organs[1]) {}
+
+  bool touched(std::size_t bond) const {
+    if (tips_.empty()) return false;
+    const Vec3 begin = one_.place(bed_.places.points[0][bond]);
+    const Vec3 along = other_.place(bed_.places.points[1][bond]) - begin;
+    const double thick = std::sqrt(bed_.places.layer.areas[bond] / std::numbers::pi);
+    return std::ranges::any_of(tips_, [&](const LiveTip& tip) {
+      const double length = along.squaredNorm();
+      const double share =
+          length > 0.0 ? std::clamp((tip.middle - begin).dot(along) / length, 0.0, 1.0) : 0.0;
+      return (begin + share * along - tip.middle).norm() < tip.radius + thick;
+    });
+  }
+
+ private:
+  const Bed& bed_;
+  std::span<const LiveTip> tips_;
+  DrawnOrgan one_, other_;
+};
+
 void burn_beds(World& world, const FrameContext&) {
   const Pool<Bed>& beds = world.all<Bed>();
+  const std::vector<LiveTip> tips = live_tips(world);
   for (std::size_t b = 0; b < beds.size(); ++b) {
     const bool warm = std::ranges::any_of(beds[b].organs, [&](Entity organ) {
       const OrganBurn* burn = world.find<OrganBurn>(organ);
       return burn && burn->heat.warm_bricks() > 0;
     });
-    if (!warm) continue;
+    if (!warm && tips.empty()) continue;
+    const StrandsOnMetal strands(world, beds[b], tips);
     BondStates& bonds = world.find<BedState>(beds.owner(b))->bonds;
     for (std::size_t i = 0; i < bonds.burnt.size(); ++i)
-      if (holds(beds[b].places.layer, bonds, i) && is_burnt(world, beds[b], i)) bonds.burnt[i] = 1;
+      if (holds(beds[b].places.layer, bonds, i) &&
+          (strands.touched(i) || is_burnt(world, beds[b], i)))
+        bonds.burnt[i] = 1;
   }
 }
 
@@ -311,7 +359,7 @@ Feature beds_feature() {
                   .needed = [](const World& world) { return world.has<Bed>(); },
                   .run = lay_beds},
                  {.name = "burn beds",
-                  .reads = {"heat"},
+                  .reads = {"heat", "shapes", "organ poses", "tool poses"},
                   .writes = {"bonds"},
                   .changes = {"beds"},
                   .needed =

@@ -65,8 +65,8 @@ ObjectSpec bed_spec() {
           .between(0.01, 10000)
           .otherwise(10.0),
       number("parts_at_C",
-             "A bond parts when tissue at one of its ends gets so hot. The fallback is where its "
-             "water boils.")
+             "A bond parts when tissue at one of its ends gets so hot, or a hook with current "
+             "touches it. The fallback is where its water boils.")
           .between(45, 400)
           .otherwise(100.0)};
   spec.checks = {

@@ -161,6 +161,30 @@ TEST(Beds, PartWhereAHookHeatsTheirEnds) {
     if (bonds.burnt[b]) EXPECT_LT((places.places.ends[0][b] - Vec3(10e-3, 0, -4e-3)).norm(), 5e-3);
 }
 
+TEST(Beds, PartWhereTheMetalOfAHookTouchesThemWithCurrentAlone) {
+  for (const double power : {0.0, 30.0}) {
+    auto scene = lifted_block({.way = Vec3::Zero()});
+    // At the edge, where it touches the outermost bonds and hardly the block.
+    const Vec3 edge(10.8e-3, 0, -4.3e-3);
+    scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
+                                       {{0.0, edge + Vec3(3e-3, 0, 5e-3), 0.0, 1.0},
+                                        {0.15, edge, power, 1.0},
+                                        {0.2, edge, power, 1.0}})};
+    // So that heat is followed all the same.
+    scene.instruments[0].path.push_back({9.0, edge + Vec3(9e-3, 0, 5e-3), 30.0, 1.0});
+    if (power == 0.0)
+      scene.instruments[0].path.insert(scene.instruments[0].path.end() - 1,
+                                       {8.9, edge + Vec3(9e-3, 0, 5e-3), 0.0, 1.0});
+    auto world = build(scene);
+    ASSERT_TRUE(world);
+    step_until(*world, 0.2);
+    const BedFigures bed = bed_figures(*world)[0];
+    EXPECT_EQ(bed.by_heat > 0, power > 0.0);
+    EXPECT_LT(bed.by_heat, 10u);
+    EXPECT_EQ(bed.by_force, 0u);
+  }
+}
+
 TEST(Beds, AStateThatFitsNoBedIsTakenAsAWholeOne) {
   auto world = build(lifted_block({}));
   ASSERT_TRUE(world);
