@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/features/links/links_keys.h"
 #include "engine/scene/common_keys.h"
 #include "engine/scene/to_si.h"
 #include "kernels/heat/tissue_thermal.h"
@@ -28,6 +29,10 @@ Finding law_falls(const Json& bed) {
 
 Finding ties_two(const Json& bed) {
   const Json& between = bed["between"];
+  for (std::size_t side = 0; side < 2; ++side)
+    if (between[side] == LinkDescription::kGround)
+      return {{"between/" + std::to_string(side),
+               "found \"ground\", expected an organ: a bed lies between two surfaces"}};
   if (between[0] != between[1]) return {};
   return {{"between/1", "found " + between[1].dump() + " again, expected another than between/0"}};
 }

@@ -32,6 +32,8 @@ TEST(BedsKeys, HoldTwoKnownOrgansOfWhichOneDeforms) {
                      "found \"liver\" again, expected another than between/0");
   EXPECT_ONE_MISTAKE(mistakes_with("/beds/0/between/0", "brick"), "beds/0/between",
                      "found [\"brick\",\"ball\"], expected at least one deformable organ");
+  EXPECT_ONE_MISTAKE(mistakes_with("/beds/0/between/1", "ground"), "beds/0/between/1",
+                     "found \"ground\", expected an organ");
   EXPECT_ONE_MISTAKE(mistakes_with("/beds/1/name", "bed"), "beds/1/name", "again");
 }
 

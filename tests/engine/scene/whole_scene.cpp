@@ -56,7 +56,7 @@ Json whole_scene() {
       {"name": "bed", "between": ["liver", "ball"], "within_mm": 3, "bond_mm": 0.5,
        "strength_kPa": 8, "stiffness_kPa_per_mm": 20, "toughness_J_per_m2": 12, "parts_at_C": 90,
        "region": {"sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4}}},
-      {"name": "fat", "between": ["liver", "brick"],
+      {"name": "fat", "between": ["liver", "imported"],
        "region": {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}}],
     "contact": {"organs": true, "folds": true, "organ_friction": 0.2, "organ_pitch": 1.5, "shafts": true, "endoscope_radius_mm": 4},
     "instruments": [
