@@ -72,6 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
                              "foot_loop", "bowel_bed", "stomach", "duodenum", "colon", "spleen",
                              "diaphragm", "abdominal_wall"},
                             {"heat", "smoke", "haptics", "elasticity of stomach"}},
+                    Shipped{"dissection", {"liver", "gallbladder"}, {"smoke", "haptics"}},
                     Shipped{"incision", {"liver"}, {"heat", "smoke", "haptics"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),
