@@ -14,6 +14,9 @@
 namespace viscera {
 namespace {
 
+/// What is tied to an organ pulls at its nodes this far around, in their spacings.
+constexpr double kPullSpacings = 2.6;
+
 bool near_any(const std::vector<Vec3>& points, double radius, const Vec3& x) {
   return std::any_of(points.begin(), points.end(),
                      [&](const Vec3& p) { return (p - x).squaredNorm() < radius * radius; });
@@ -89,6 +92,10 @@ Result<void> check_fine(const std::vector<Region>& regions, const TriangleSurfac
 }
 
 }  // namespace
+
+void Reach::attach(const Region& region, const OrganDescription& organ) {
+  attachments.push_back({region.grown(kPullSpacings * organ.resolution.finest), organ.pose});
+}
 
 bool Reach::covers(const Vec3& x) const {
   return std::ranges::any_of(

@@ -44,6 +44,8 @@ struct Reach {
       false;  ///< what it is made of isn't linear, or a hand may hold it in a jaw
 
   bool covers(const Vec3& x) const;
+  /// Something pulls at the organ in this region; world.
+  void attach(const Region& region, const OrganDescription& organ);
 };
 
 /// Edge of the bricks [m]. Chosen: wide enough that a key frame which is moved a little seldom

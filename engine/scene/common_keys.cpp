@@ -82,6 +82,40 @@ ObjectSpec ball() {
           {}};
 }
 
+ObjectSpec part_of_world() {
+  return {"A part of the world, where the organs stand at their poses.",
+          {object("sphere", "A ball.", ball()),
+           object("box", "An axis-aligned box.", box("An axis-aligned box."))},
+          {"sphere", "box"},
+          {}};
+}
+
+ObjectCheck between_two() {
+  return {{"between"},
+          [](const Json& values) -> Finding {
+            const Json& between = values["between"];
+            if (between[0] != between[1]) return {};
+            return {{"between/1",
+                     "found " + between[1].dump() + " again, expected another than between/0"}};
+          },
+          {{"properties", {{"between", {{"uniqueItems", true}}}}}}};
+}
+
+Finding first_between_scenery(const Json& scene, const std::string& list) {
+  const auto deforms = [&](const Json& name) {
+    for (const Json& organ : scene["organs"])
+      if (organ["name"] == name) return organ["deformable"].get<bool>();
+    return false;
+  };
+  for (std::size_t i = 0; i < scene[list].size(); ++i) {
+    const Json& between = scene[list][i]["between"];
+    if (deforms(between[0]) || deforms(between[1])) continue;
+    return {{list + "/" + std::to_string(i) + "/between",
+             "found " + between.dump() + ", expected at least one deformable organ"}};
+  }
+  return {};
+}
+
 Finding first_outside(const Json& list, const std::string& path, const Json& low, const Json& high,
                       const std::string& box) {
   for (std::size_t k = 0; k < list.size(); ++k) {

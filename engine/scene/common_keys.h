@@ -28,6 +28,13 @@ ObjectSpec fibres();
 /// centre_mm and radius_mm.
 ObjectSpec ball();
 
+/// sphere or box: where what ties organs lies.
+ObjectSpec part_of_world();
+/// "between" names two organs, not one twice.
+ObjectCheck between_two();
+/// The first of a list's objects between organs of which none deforms.
+Finding first_between_scenery(const Json& scene, const std::string& list);
+
 /// The first of a list's places (position_mm) that doesn't lie in a box, below `path`.
 Finding first_outside(const Json& list, const std::string& path, const Json& low, const Json& high,
                       const std::string& box);

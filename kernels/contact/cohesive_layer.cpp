@@ -81,7 +81,7 @@ LayerInStep::LayerInStep(const CohesiveLayer& layer, const BondStates& before)
     : layer_(layer), before_(before), joint_of_(layer.cells, -1), opened_(before.opened) {
   std::vector<char> held(layer.cells, 0);
   for (std::size_t b = 0; b < layer.areas.size(); ++b) {
-    left_.push_back(before.burnt[b] ? 0.0 : layer.law.left(opened_[b]));
+    left_.push_back(holds(layer, before, b) ? layer.law.left(opened_[b]) : 0.0);
     if (left_[b] == 0.0) continue;
     for (std::uint32_t e = layer.shares.begin[b]; e < layer.shares.begin[b + 1]; ++e)
       held[layer.shares.cells[e]] = 1;
@@ -119,7 +119,7 @@ bool LayerInStep::follow(std::span<const Vec3> apart) {
   double greatest = 0.0;
   std::vector<double> left(left_.size(), 0.0);
   for (std::size_t b = 0; b < left_.size(); ++b) {
-    if (before_.burnt[b] || layer_.law.left(before_.opened[b]) == 0.0) continue;
+    if (!holds(layer_, before_, b)) continue;
     Vec3 open = Vec3::Zero();
     for (std::uint32_t e = layer_.shares.begin[b]; e < layer_.shares.begin[b + 1]; ++e)
       open += layer_.shares.values[e] *

@@ -173,19 +173,15 @@ bool ContactIsland::assemble(std::span<const IslandBody> bodies) {
 void ContactIsland::add_yielding() {
   for (const JointsThatYield& part : yielding_) {
     const MatrixX& softness = part.joints->softness();
-    for (Eigen::Index i = 0; i < softness.rows(); ++i)
-      for (Eigen::Index j = 0; j < softness.cols(); ++j) {
-        const auto row = row_of(part.first + static_cast<std::size_t>(i));
-        const auto column = row_of(part.first + static_cast<std::size_t>(j));
-        for (Eigen::Index way = 0; way < 3; ++way)
-          matrix_(row + way, column + way) += softness(i, j);
-      }
+    std::vector<Eigen::Index> rows;  // of each joint's first unknown in what is tried
+    for (std::size_t j = part.first; j < part.first + static_cast<std::size_t>(softness.rows());
+         ++j)
+      rows.push_back(std::ranges::lower_bound(tried_, first_of_joint_[j]) - tried_.begin());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      for (std::size_t j = 0; j < rows.size(); ++j)
+        matrix_.block<3, 3>(rows[i], rows[j]).diagonal().array() +=
+            softness(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
   }
-}
-
-/// Of a held joint's first unknown in what is tried.
-Eigen::Index ContactIsland::row_of(std::size_t joint) const {
-  return std::ranges::lower_bound(tried_, first_of_joint_[joint]) - tried_.begin();
 }
 
 void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
@@ -324,18 +320,6 @@ bool ContactIsland::follow_yielding(std::span<const Joint> joints) {
   return other;
 }
 
-/// Of two joints that yield together [m/N].
-double ContactIsland::yield_between(std::size_t one, std::size_t two) const {
-  for (const JointsThatYield& part : yielding_) {
-    const MatrixX& softness = part.joints->softness();
-    const auto end = part.first + static_cast<std::size_t>(softness.rows());
-    if (one >= part.first && two >= part.first && one < end && two < end)
-      return softness(static_cast<Eigen::Index>(one - part.first),
-                      static_cast<Eigen::Index>(two - part.first));
-  }
-  return 0.0;
-}
-
 /// What stands behind a body's joined cells: the bodies that these meet, in its own frame, as if
 /// nothing else touched them.
 MatrixX ContactIsland::behind(std::span<const IslandBody> bodies, std::span<const Joint> joints,
@@ -348,21 +332,22 @@ MatrixX ContactIsland::behind(std::span<const IslandBody> bodies, std::span<cons
     std::size_t cell = 0;
     Joint::End other;
     double softness = 0.0;
-    std::size_t joint = 0;
   };
   std::vector<Met> met;
-  for (std::size_t j = 0; j < joints.size(); ++j)
+  const auto is_met = [&](const Joint& joint, std::size_t e) {
+    return joint.ends[e].body == static_cast<int>(body) &&
+           static_cast<std::size_t>(joint.ends[e].cell) >= own;
+  };
+  for (const Joint& joint : joints)
     for (std::size_t e = 0; e < 2; ++e)
-      if (const Joint& joint = joints[j]; joint.ends[e].body == static_cast<int>(body) &&
-                                          static_cast<std::size_t>(joint.ends[e].cell) >= own)
+      if (is_met(joint, e))
         met.push_back({static_cast<std::size_t>(joint.ends[e].cell) - own, joint.ends[1 - e],
-                       joint.softness, j});
+                       joint.softness});
   const Mat3& turn = bodies[body].turn;
   for (const Met& one : met)
     for (const Met& two : met) {
       Mat3 block = Mat3::Zero();
       if (&one == &two) block.diagonal().array() += one.softness;
-      block.diagonal().array() += yield_between(one.joint, two.joint);
       if (one.other.body >= 0 && one.other.body == two.other.body) {
         const IslandBody& other = bodies[static_cast<std::size_t>(one.other.body)];
         const Mat3 between = turn.transpose() * other.turn;
@@ -373,6 +358,19 @@ MatrixX ContactIsland::behind(std::span<const IslandBody> bodies, std::span<cons
       }
       backing.block<3, 3>(at(one.cell), at(two.cell)) += block;
     }
+  for (const JointsThatYield& part : yielding_) {
+    const MatrixX& softness = part.joints->softness();
+    const std::size_t side = is_met(joints[part.first], 0) ? 0 : 1;
+    if (!is_met(joints[part.first], side)) continue;
+    const auto row = [&](Eigen::Index j) {
+      return at(static_cast<std::size_t>(
+                    joints[part.first + static_cast<std::size_t>(j)].ends[side].cell) -
+                own);
+    };
+    for (Eigen::Index i = 0; i < softness.rows(); ++i)
+      for (Eigen::Index j = 0; j < softness.cols(); ++j)
+        backing.block<3, 3>(row(i), row(j)).diagonal().array() += softness(i, j);
+  }
   return 0.5 * (backing + backing.transpose());
 }
 

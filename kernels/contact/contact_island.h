@@ -42,7 +42,8 @@ struct Joint {
   double softness = 0.0;             ///< [m/N]
 };
 
-/// Joints [first, first + size of its softness), which are held and have no softness of their own.
+/// Joints [first, first + size of its softness), at least one, between the same two bodies, which
+/// are held and have no softness of their own.
 struct JointsThatYield {
   std::size_t first = 0;
   YieldingJoints* joints = nullptr;
@@ -98,8 +99,6 @@ class ContactIsland {
   void choose_tried();
   bool assemble(std::span<const IslandBody> bodies);
   void add_yielding();
-  Eigen::Index row_of(std::size_t joint) const;
-  double yield_between(std::size_t one, std::size_t two) const;
   void solve_tried();
   void spread_forces(std::span<const IslandBody> bodies);
   bool try_violated(std::span<const IslandBody> bodies);

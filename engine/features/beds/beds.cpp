@@ -6,34 +6,25 @@
 
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/contact/contact.h"
-#include "engine/features/contact/make_contact.h"
 #include "engine/features/links/links.h"
 #include "engine/features/touching/drawn_organ.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
+#include "engine/simulation/tool_shape.h"
 
 namespace viscera {
 namespace {
-
-/// A bed's pull is spread this far around its region, in spacings of nodes.
-constexpr double kSpreadSpacings = 2.6;
 
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
   for (const BedDescription& bed : beds_of(scene))
     if (bed.between[0] == organ.name || bed.between[1] == organ.name)
-      reach.attachments.push_back(
-          {bed.region.grown(kSpreadSpacings * organ.resolution.finest), organ.pose});
+      reach.attach(bed.region, organ);
 }
 
 std::size_t index_of(const SceneDescription& scene, const std::string& organ) {
   return static_cast<std::size_t>(std::ranges::find(scene.organs, organ, &OrganDescription::name) -
                                   scene.organs.begin());
-}
-
-bool gives_way(const SceneModel& model, Entity organ) {
-  const auto contact = make_contact(model, organ);
-  return contact && contact->abilities().springs;
 }
 
 Result<void> prepare(SceneModel& model) {
@@ -53,7 +44,7 @@ Result<void> prepare(SceneModel& model) {
       bed.organs[side] = model.organs()[index];
       organs[side] = constants.all<OrganBody>().find(bed.organs[side])->model.get();
       poses[side] = scene.organs[index].pose_at(0.0);
-      soft[side] = gives_way(model, bed.organs[side]);
+      soft[side] = constants.all<OrganPatches>().find(bed.organs[side]) != nullptr;
     }
     if (!soft[0] && !soft[1]) continue;
     const bool first =
@@ -83,16 +74,10 @@ Result<void> start(World& world) {
   return {};
 }
 
-/// How far breathing has taken an organ's frame from where it began [m].
-Vec3 frame_shift(const World& world, Entity organ) {
-  return pose_of(world, organ).position -
-         world.model().scene().organs[organ.index].pose_at(0.0).position;
-}
-
 /// By which the first organ's places must have moved beyond the second's for the bed to be as it
 /// was at rest [m].
 Vec3 shift_of(const World& world, const Bed& bed) {
-  return frame_shift(world, bed.organs[1]) - frame_shift(world, bed.organs[0]);
+  return -apart(world, bed.organs);
 }
 
 /// Something moves the organ in this frame.
@@ -101,17 +86,6 @@ bool is_loaded(const World& world, Entity organ) {
   const FreeShape* shape = world.find<FreeShape>(organ);
   return !world.find<OrganContact>(organ)->cells.empty() || (shape && shape->moves) ||
          world.find<OrganTouch>(organ)->solver->moving();
-}
-
-bool both_rest(const World& world, const Bed& bed) {
-  bool any = false;
-  for (const Entity organ : bed.organs) {
-    if (rests(world, organ))
-      any = true;
-    else if (yields(world, organ))
-      return false;
-  }
-  return any;
 }
 
 /// Of beds that something loads; what loads one organ loads those that it hangs together with.
@@ -159,12 +133,11 @@ void lay_beds(World& world, const FrameContext&) {
     BedState& state = *world.find<BedState>(beds.owner(b));
     BedInStep& step = *world.find<BedInStep>(beds.owner(b));
     step.layer.reset();
-    if (both_rest(world, bed)) continue;
+    if (both_rest(world, bed.organs)) continue;
     if (loaded[b]) step.layer = std::make_unique<LayerInStep>(bed.places.layer, state.bonds);
     if (!step.layer || step.layer->joined().empty()) {
       step.layer.reset();
       std::ranges::fill(state.forces, Vec3::Zero());
-      state.force = 0.0;
       continue;
     }
     for (std::size_t side = 0; side < 2; ++side) {
@@ -196,19 +169,14 @@ bool is_burnt(const World& world, const Bed& bed, std::size_t bond) {
   return false;
 }
 
-/// The metal of a hook that carries current.
-struct LiveTip {
-  Vec3 middle = Vec3::Zero();  ///< world [m]
-  double radius = 0.0;         ///< [m]
-};
-std::vector<LiveTip> live_tips(const World& world) {
-  std::vector<LiveTip> tips;
+/// Tips of hooks that carry current; world.
+std::vector<ToolShape> live_tips(const World& world) {
+  std::vector<ToolShape> tips;
   const Pool<BurnTrace>& traces = world.all<BurnTrace>();
   for (std::size_t t = 0; t < traces.size(); ++t) {
     const InstrumentState& state = *world.find<InstrumentState>(traces.owner(t));
     if (state.power > 0.0)
-      tips.push_back(
-          {state.tip, world.find<InstrumentBody>(traces.owner(t))->description.tip.radius});
+      tips.push_back(tool_shape(*world.find<InstrumentBody>(traces.owner(t)), state, Pose{}));
   }
   return tips;
 }
@@ -216,31 +184,38 @@ std::vector<LiveTip> live_tips(const World& world) {
 /// Whether the strand of a bond, between its ends as they are drawn, lies on such metal.
 class StrandsOnMetal {
  public:
-  StrandsOnMetal(const World& world, const Bed& bed, std::span<const LiveTip> tips)
-      : bed_(bed), tips_(tips), one_(world, bed.organs[0]), other_(world, bed.organs[1]) {}
+  StrandsOnMetal(const World& world, const Bed& bed, std::span<const ToolShape> tips)
+      : bed_(bed), one_(world, bed.organs[0]), other_(world, bed.organs[1]) {
+    for (const ToolShape& tip : tips)
+      for (const Vec3& probe : tip.probes()) metal_.push_back({probe, tip.probe_radius()});
+  }
 
   bool touched(std::size_t bond) const {
-    if (tips_.empty()) return false;
+    if (metal_.empty()) return false;
     const Vec3 begin = one_.place(bed_.places.points[0][bond]);
     const Vec3 along = other_.place(bed_.places.points[1][bond]) - begin;
     const double thick = std::sqrt(bed_.places.layer.areas[bond] / std::numbers::pi);
-    return std::ranges::any_of(tips_, [&](const LiveTip& tip) {
+    return std::ranges::any_of(metal_, [&](const Ball& ball) {
       const double length = along.squaredNorm();
       const double share =
-          length > 0.0 ? std::clamp((tip.middle - begin).dot(along) / length, 0.0, 1.0) : 0.0;
-      return (begin + share * along - tip.middle).norm() < tip.radius + thick;
+          length > 0.0 ? std::clamp((ball.middle - begin).dot(along) / length, 0.0, 1.0) : 0.0;
+      return (begin + share * along - ball.middle).norm() < ball.radius + thick;
     });
   }
 
  private:
+  struct Ball {
+    Vec3 middle = Vec3::Zero();  // world [m]
+    double radius = 0.0;         // [m]
+  };
   const Bed& bed_;
-  std::span<const LiveTip> tips_;
   DrawnOrgan one_, other_;
+  std::vector<Ball> metal_;
 };
 
 void burn_beds(World& world, const FrameContext&) {
   const Pool<Bed>& beds = world.all<Bed>();
-  const std::vector<LiveTip> tips = live_tips(world);
+  const std::vector<ToolShape> tips = live_tips(world);
   for (std::size_t b = 0; b < beds.size(); ++b) {
     const bool warm = std::ranges::any_of(beds[b].organs, [&](Entity organ) {
       const OrganBurn* burn = world.find<OrganBurn>(organ);
@@ -337,8 +312,7 @@ void take_beds(World& world, std::span<const Entity> organs, std::span<const int
                    state.forces[cell] = forces[next++];
                    sum += state.forces[cell];
                  }
-                 state.force = sum.norm();
-                 state.greatest_force = std::max(state.greatest_force, state.force);
+                 state.greatest_force = std::max(state.greatest_force, sum.norm());
                  if (known) state.bonds = step.layer->after();
                });
 }

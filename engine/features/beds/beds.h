@@ -26,12 +26,12 @@ struct Bed {
 struct BedState {
   static constexpr std::string_view kName = "beds";
   BondStates bonds;
-  std::vector<Vec3> forces;  ///< of each cell on the first organ, world [N]          (cells)
-  double force = 0.0, greatest_force = 0.0;  ///< of all, now and so far [N]
+  std::vector<Vec3> forces;     ///< of each cell on the first organ, world [N]          (cells)
+  double greatest_force = 0.0;  ///< of all together, so far [N]
   static constexpr auto fields() {
     using S = BedState;
     return std::tuple(field("bonds", &S::bonds), field("forces", &S::forces),
-                      field("force", &S::force), field("greatest_force", &S::greatest_force));
+                      field("greatest_force", &S::greatest_force));
   }
 };
 static_assert(fields_cover<BedState>());

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/features/beds/beds.h"
-#include "engine/features/beds/lifted_block.h"
+#include "tests/support/lifted_block.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {

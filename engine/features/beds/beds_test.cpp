@@ -5,12 +5,12 @@
 
 #include <cmath>
 
-#include "engine/features/beds/lifted_block.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/touching/touching.h"
 #include "engine/simulation/prepare.h"
 #include "engine/simulator/build.h"
+#include "tests/support/lifted_block.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 

@@ -402,15 +402,11 @@ class GroupSolve {
   MatrixX compliance_, backing_;          // of behind_of(), where some organ is local
 };
 
-/// A link's pull is spread this far around its springs, in spacings of nodes.
-constexpr double kSpreadSpacings = 2.6;
-
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
   for (const LinkDescription& link : links_of(scene))
     if (link.stiffness > 0.0 && (link.between[0] == organ.name || link.between[1] == organ.name))
-      reach.attachments.push_back(
-          {link.region.grown(kSpreadSpacings * organ.resolution.finest), organ.pose});
+      reach.attach(link.region, organ);
 }
 
 /// The errors name the keys of the scene.

@@ -7,11 +7,6 @@ namespace viscera {
 namespace {
 
 ObjectSpec link_spec() {
-  const ObjectSpec region{"A part of the world, where the organs stand at their poses.",
-                          {object("sphere", "A ball.", ball()),
-                           object("box", "An axis-aligned box.", box("An axis-aligned box."))},
-                          {"sphere", "box"},
-                          {}};
   ObjectSpec spec;
   spec.description = "Springs that tie two organs: a ligament, the gallbladder's bed.";
   spec.keys = {
@@ -20,7 +15,8 @@ ObjectSpec link_spec() {
             "The two organs that it ties; in the place of one, \"ground\": what never moves.", 2)
           .known_as("organ")
           .needed(),
-      object("region", "Holds the surface on which its springs end, of both organs.", region)
+      object("region", "Holds the surface on which its springs end, of both organs.",
+             part_of_world())
           .needed(),
       number("stiffness_N_per_m",
              "Of all its springs together, in every direction; without tension where both organs "
@@ -28,35 +24,17 @@ ObjectSpec link_spec() {
           .needed()
           .between(0, 1e9),
   };
-  spec.checks = {{{"between"},
-                  [](const Json& values) -> Finding {
-                    const Json& between = values["between"];
-                    if (between[0] != between[1]) return {};
-                    return {{"between/1", "found " + between[1].dump() +
-                                              " again, expected another than between/0"}};
-                  },
-                  {{"properties", {{"between", {{"uniqueItems", true}}}}}}}};
+  spec.checks = {between_two()};
   return spec;
 }
 
 // Both ends on what never deforms: nothing would come of it.
 Finding links_tie_tissue(const Json& scene) {
-  const auto deforms = [&](const Json& name) {
-    for (const Json& organ : scene["organs"])
-      if (organ["name"] == name) return organ["deformable"].get<bool>();
-    return false;
-  };
   for (std::size_t i = 0; i < scene["organs"].size() && !scene["links"].empty(); ++i)
     if (scene["organs"][i]["name"] == LinkDescription::kGround)
       return {{"organs/" + std::to_string(i) + "/name",
                "found \"ground\", expected another name: links mean by it what never moves"}};
-  for (std::size_t i = 0; i < scene["links"].size(); ++i) {
-    const Json& between = scene["links"][i]["between"];
-    if (deforms(between[0]) || deforms(between[1])) continue;
-    return {{"links/" + std::to_string(i) + "/between",
-             "found " + between.dump() + ", expected at least one deformable organ"}};
-  }
-  return {};
+  return first_between_scenery(scene, "links");
 }
 
 void read_links(const Json& scene, Extras& extras) {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "engine/features/beds/beds_keys.h"
 #include "engine/features/cautery/cautery_keys.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/links_keys.h"
@@ -86,15 +85,6 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
           std::ranges::find(links[l].between, organ.name) != links[l].between.end())
         wrong(fmt::format("links/{}/between", l),
               fmt::format("found \"{}\", which is cuttable, expected organs that aren't: links "
-                          "don't follow cuts yet",
-                          organ.name));
-  const auto beds = beds_of(scene);
-  for (std::size_t b = 0; b < beds.size(); ++b)
-    for (const OrganDescription& organ : scene.organs)
-      if (cuttable_of(organ) &&
-          std::ranges::find(beds[b].between, organ.name) != beds[b].between.end())
-        wrong(fmt::format("beds/{}/between", b),
-              fmt::format("found \"{}\", which is cuttable, expected organs that aren't: beds "
                           "don't follow cuts yet",
                           organ.name));
   bool blades = false;

@@ -114,7 +114,7 @@ class PairSearch {
     const Box own = bounds_of(world_, pair_.organs[0]);
     const double farthest = kMostMargin + to_come_;
     const bool out_of_reach = reach.exteriorDistance(own) > farthest;
-    shifted_ = apart(world_, pair_).norm();
+    shifted_ = apart(world_, pair_.organs).norm();
     if (out_of_reach || !(falls_ || is_awake(world_, pair_.organs[0]) ||
                           is_awake(world_, pair_.organs[1]) || shifted_ > kUnmoved)) {
       state_ = {};
@@ -302,12 +302,12 @@ void search_pairs(World& world, FrameReport* report) {
 
 }  // namespace
 
-Vec3 apart(const World& world, const OrganPair& pair) {
+Vec3 apart(const World& world, const std::array<Entity, 2>& organs) {
   const auto shift = [&](Entity organ) {
     return Vec3(pose_of(world, organ).position -
                 world.model().scene().organs[organ.index].pose_at(0.0).position);
   };
-  return shift(pair.organs[0]) - shift(pair.organs[1]);
+  return shift(organs[0]) - shift(organs[1]);
 }
 
 bool yields(const World& world, Entity organ) {

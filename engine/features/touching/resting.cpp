@@ -52,19 +52,7 @@ void note_poses(World& world, Entity organ) {
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   for (std::size_t p = 0; p < pairs.size(); ++p)
     if (std::ranges::find(pairs[p].organs, organ) != pairs[p].organs.end())
-      world.find<PairState>(pairs.owner(p))->apart_at_rest = apart(world, pairs[p]);
-}
-
-/// Both rest, or one does and the other never gives way.
-bool rest_both(const World& world, const OrganPair& pair) {
-  bool any = false;
-  for (const Entity organ : pair.organs) {
-    if (rests(world, organ))
-      any = true;
-    else if (yields(world, organ))
-      return false;
-  }
-  return any;
+      world.find<PairState>(pairs.owner(p))->apart_at_rest = apart(world, pairs[p].organs);
 }
 
 }  // namespace
@@ -74,10 +62,22 @@ bool rests(const World& world, Entity organ) {
   return resting && resting->rests;
 }
 
+bool both_rest(const World& world, const std::array<Entity, 2>& organs) {
+  bool any = false;
+  for (const Entity organ : organs) {
+    if (rests(world, organ))
+      any = true;
+    else if (yields(world, organ))
+      return false;
+  }
+  return any;
+}
+
 bool pair_rests(const World& world, Entity entity) {
   const OrganPair& pair = *world.find<OrganPair>(entity);
-  return rest_both(world, pair) &&
-         (apart(world, pair) - world.find<PairState>(entity)->apart_at_rest).norm() < kUnmoved;
+  return both_rest(world, pair.organs) &&
+         (apart(world, pair.organs) - world.find<PairState>(entity)->apart_at_rest).norm() <
+             kUnmoved;
 }
 
 void wake(World& world, Entity organ) {

@@ -6,6 +6,8 @@
 // than when it came to rest, or one that doesn't rest comes near.
 #pragma once
 
+#include <array>
+
 #include "engine/simulation/feature.h"
 #include "kernels/base/fields.h"
 
@@ -30,8 +32,9 @@ struct Resting {
 static_assert(fields_cover<Resting>());
 
 bool rests(const World& world, Entity organ);
-/// Whether both of a pair rest, or one does and the other never gives way, and neither has been
-/// carried nearer to the other or away since.
+/// Whether both rest, or one does and the other never gives way.
+bool both_rest(const World& world, const std::array<Entity, 2>& organs);
+/// That, of a pair, and neither has been carried nearer to the other or away since.
 bool pair_rests(const World& world, Entity pair);
 /// An organ, and all that it rests with.
 void wake(World& world, Entity organ);

@@ -111,9 +111,9 @@ static_assert(fields_cover<TouchingFigures>());
 /// what a tip presses [m].
 inline constexpr double kUnmoved = 20e-6;
 
-/// How far the frames of a pair's organs have gone from where they stood as the scene began, the
-/// first from the second [m].
-Vec3 apart(const World& world, const OrganPair& pair);
+/// How far the frames of two organs have gone from where they stood as the scene began, the first
+/// from the second [m].
+Vec3 apart(const World& world, const std::array<Entity, 2>& organs);
 /// Whether it gives way: deformable, prepared, and sound so far.
 bool yields(const World& world, Entity organ);
 /// How deep each patch lies in the other organ, both at rest at these poses [m]; `finder` finds on

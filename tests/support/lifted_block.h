@@ -4,7 +4,7 @@
 #include "engine/features/beds/beds_keys.h"
 #include "engine/scene/scene.h"
 
-namespace viscera {
+namespace viscera::test {
 
 inline constexpr CohesiveLaw kLiftedBed{6e3, 7e6, 10.0};
 
@@ -19,4 +19,4 @@ struct LiftedBlock {
 /// Organs: block, 20 x 20 x 8 mm about the origin, and floor, below it; bed: "bed", of kLiftedBed.
 SceneDescription lifted_block(const LiftedBlock& options);
 
-}  // namespace viscera
+}  // namespace viscera::test

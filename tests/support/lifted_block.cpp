@@ -1,9 +1,9 @@
-#include "engine/features/beds/lifted_block.h"
+#include "tests/support/lifted_block.h"
 
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/touching/touching_keys.h"
 
-namespace viscera {
+namespace viscera::test {
 
 SceneDescription lifted_block(const LiftedBlock& options) {
   SceneDescription scene;
@@ -53,4 +53,4 @@ SceneDescription lifted_block(const LiftedBlock& options) {
   return scene;
 }
 
-}  // namespace viscera
+}  // namespace viscera::test
