@@ -19,6 +19,7 @@ Result<DepthPass> DepthPass::create() {
   load(pass.field_, "full_screen.vert", "depth.frag");
   load(pass.organ_, "organ.vert", "depth.frag");
   load(pass.instrument_, "instrument.vert", "depth.frag");
+  load(pass.strand_, "strand.vert", "depth.frag");
   return load.give(std::move(pass));
 }
 
@@ -42,6 +43,8 @@ void DepthPass::draw(const FrameView& view, const SceneBuffers& buffers, const C
     instrument_.set("model", model_matrix(instrument));
     buffers.instruments.at(instrument.id).draw();
   }
+  strand_.use();
+  for (const BedView& bed : view.beds) buffers.beds.at(bed.id).draw();
   glDepthMask(GL_FALSE);
   glDisable(GL_DEPTH_TEST);
 }

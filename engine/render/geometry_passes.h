@@ -13,7 +13,7 @@ class DepthPass {
   void draw(const FrameView& view, const SceneBuffers& buffers, const Canvas& canvas);
 
  private:
-  Program field_, organ_, instrument_;
+  Program field_, organ_, instrument_, strand_;
 };
 
 /// Ambient occlusion and the contact shadows of the lens light, at half the shaded resolution.

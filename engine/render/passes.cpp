@@ -85,6 +85,7 @@ Result<LabelPass> LabelPass::create() {
   load(pass.organ_, "organ.vert", "label.frag");
   load(pass.burnt_organ_, "organ.vert", "label.frag", {"BURNT"}, {"burn.glsl"});
   load(pass.instrument_, "instrument.vert", "label.frag");
+  load(pass.strand_, "strand.vert", "label.frag");
   return load.give(std::move(pass));
 }
 
@@ -115,6 +116,12 @@ void LabelPass::draw(const FrameView& view, const SceneBuffers& buffers, const C
     instrument_.set("label", ++label);
     instrument_.set("temperature", kUnknown);
     buffers.instruments.at(instrument.id).draw();
+  }
+  for (const BedView& bed : view.beds) {
+    strand_.use();
+    strand_.set("label", ++label);
+    strand_.set("temperature", kUnknown);
+    buffers.beds.at(bed.id).draw();
   }
   glDisable(GL_DEPTH_TEST);
 }

@@ -37,7 +37,7 @@ class LabelPass {
             const PassLayers& layers);
 
  private:
-  Program organ_, burnt_organ_, instrument_;
+  Program organ_, burnt_organ_, instrument_, strand_;
 };
 
 }  // namespace viscera

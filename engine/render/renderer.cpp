@@ -20,6 +20,7 @@ struct Passes {
   OcclusionPass occlusion;
   OrganPass organs;
   InstrumentPass instruments;
+  StrandPass strands;
   SmokePass smoke;
   LabelPass labels;
   LensPass lens;
@@ -40,6 +41,7 @@ Result<Passes> create_passes(const QualitySettings& settings) {
   take(passes.occlusion, OcclusionPass::create(settings));
   take(passes.organs, OrganPass::create(settings));
   take(passes.instruments, InstrumentPass::create());
+  take(passes.strands, StrandPass::create());
   take(passes.smoke, SmokePass::create(settings));
   take(passes.labels, LabelPass::create());
   take(passes.lens, LensPass::create(settings));
@@ -129,6 +131,8 @@ Result<void> Renderer::draw(const FrameView& view, Picture& picture, PassImages*
   timer.mark("organs");
   passes.instruments.draw(view, data.buffers, data.canvas);
   timer.mark("instruments");
+  passes.strands.draw(view, data.buffers, data.canvas);
+  timer.mark("strands");
   if (layers != nullptr) {
     passes.labels.draw(view, data.buffers, data.canvas, *layers);
     PassLayers::read_clean(data.canvas, *images);

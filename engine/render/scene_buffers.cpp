@@ -17,6 +17,12 @@ Result<void> SceneBuffers::update(const FrameView& view, bool with_temperature) 
     instruments[instrument.id].update(instrument);
   }
   std::erase_if(instruments, [&](const auto& entry) { return !seen.contains(entry.first); });
+  seen.clear();
+  for (const BedView& bed : view.beds) {
+    seen.insert(bed.id);
+    beds[bed.id].update(bed);
+  }
+  std::erase_if(beds, [&](const auto& entry) { return !seen.contains(entry.first); });
   smoke.resize(view.smoke.size());
   for (std::size_t i = 0; i < smoke.size(); ++i) {
     if (Result<void> done = smoke[i].update(view.smoke[i], with_temperature); !done) return done;

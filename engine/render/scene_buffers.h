@@ -8,6 +8,7 @@
 #include "engine/render/instrument_buffers.h"
 #include "engine/render/organ_buffers.h"
 #include "engine/render/smoke_texture.h"
+#include "engine/render/strand_buffers.h"
 #include "engine/render/view.h"
 #include "kernels/base/result.h"
 
@@ -16,6 +17,7 @@ namespace viscera {
 struct SceneBuffers {
   std::map<std::uint32_t, OrganBuffers> organs;
   std::map<std::uint32_t, InstrumentBuffers> instruments;
+  std::map<std::uint32_t, StrandBuffers> beds;
   std::vector<SmokeTexture> smoke;
 
   /// Uploads what changed; forgets what is gone. `with_temperature`: the smoke's, too.

@@ -36,6 +36,16 @@ class InstrumentPass {
   Program program_;
 };
 
+/// What beds' bonds look like.
+class StrandPass {
+ public:
+  static Result<StrandPass> create();
+  void draw(const FrameView& view, const SceneBuffers& buffers, const Canvas& canvas);
+
+ private:
+  Program program_;
+};
+
 /// Lays smoke over what has been drawn: marched through its density, or as the particles' sprites.
 class SmokePass {
  public:

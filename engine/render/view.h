@@ -64,6 +64,25 @@ struct InstrumentView {
   const TriangleSurface* mesh = nullptr;  ///< kMesh: shaft along +z, tip at the origin [m]
 };
 
+/// Half of a strand of connective tissue between two organs: a thread that tapers from its foot on
+/// one of them to where its other half goes on, or to where it tore.
+struct StrandHalf {
+  Vec3f foot = Vec3f::Zero();   ///< world [m]
+  float foot_radius = 0.0f;     ///< [m]
+  Vec3f reach = Vec3f::Zero();  ///< from the foot to the end, world [m]
+  float end_radius = 0.0f;      ///< [m]
+  Vec3f bend = Vec3f::Zero();   ///< by which the end lies aside of a straight reach, world [m]
+  float seed = 0.0f;            ///< tells strands apart, in [0, 1)
+  float charred = 0.0f;         ///< 0 ... 1
+};
+
+/// What a bed's bonds look like.
+struct BedView {
+  std::uint32_t id = 0;  ///< stable over the run
+  std::string name;
+  std::span<const StrandHalf> halves;
+};
+
 /// One smoke volume on a dense grid of cell centres, x fastest. Volumes may overlap: what they hold
 /// adds up.
 struct SmokeView {
@@ -103,6 +122,7 @@ struct FrameView {
   Vec3 light_colour = Vec3::Ones();  ///< linear RGB
   std::vector<OrganView> organs;
   std::vector<InstrumentView> instruments;
+  std::vector<BedView> beds;
   std::vector<SmokeView> smoke;
   double gas_temperature = 310.15;  ///< [K]
   std::uint64_t frame = 0;          ///< number of the picture: seeds jitter

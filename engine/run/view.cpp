@@ -9,6 +9,7 @@
 #include "engine/features/gas/gas.h"
 #include "engine/features/parting/parting.h"
 #include "engine/features/smoke/smoke.h"
+#include "engine/run/strands.h"
 #include "kernels/contact/deformation.h"
 #include "kernels/smoke/fog.h"
 #include "kernels/smoke/sight.h"
@@ -246,6 +247,12 @@ FrameView make_view(const World& world, Shown& shown, const SceneDescription& sc
   }
   for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i)
     view.instruments.push_back(instrument_view(world, i));
+  const Pool<Bed>& beds = world.all<Bed>();
+  shown.strands.resize(beds.size());
+  for (std::size_t b = 0; b < beds.size(); ++b) {
+    shown.strands[b] = strand_halves(world, beds.owner(b));
+    view.beds.push_back({beds.owner(b).index, beds[b].name, shown.strands[b]});
+  }
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();
   for (std::size_t s = 0; s < std::min(shown.smoke.size(), sources.size()); ++s) {
     const SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));

@@ -73,6 +73,7 @@ class ShownNormals {
 struct Shown {
   std::vector<ShownSmoke> smoke;
   ShownNormals normals;
+  std::vector<std::vector<StrandHalf>> strands;  ///< of each bed
 };
 
 /// Spans into the world and into `shown`: valid until the world's next step. Smoke is that of

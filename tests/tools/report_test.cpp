@@ -191,6 +191,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"current_without_contact_s", Type::number_float},
                {"greatest_temperature_K", Type::number_float},
                {"spared_organs_burnt", Type::array},
+               {"beds_torn", Type::array},
                {"organs", Type::array},
                {"tips", Type::array},
                {"time_in_smoke_s", Type::number_float}},

@@ -61,6 +61,7 @@ struct BedFigures {
   std::size_t bonds = 0, whole = 0, by_force = 0, by_heat = 0;  ///< whole: they hold something
   double area = 0.0;                                            ///< of all bonds [m2]
   double parted = 0.0;                                          ///< of that [m2]
+  double torn = 0.0;                                            ///< of what parted, by force [m2]
   double work = 0.0;            ///< that force has put into parting it [J]
   double greatest_force = 0.0;  ///< [N]
 };

@@ -26,7 +26,12 @@ std::vector<BedFigures> bed_figures(const World& world) {
         continue;
       }
       figures.parted += area;
-      ++(state.bonds.burnt[i] ? figures.by_heat : figures.by_force);
+      if (state.bonds.burnt[i]) {
+        ++figures.by_heat;
+      } else {
+        ++figures.by_force;
+        figures.torn += area;
+      }
     }
     all.push_back(figures);
   }

@@ -99,6 +99,7 @@ std::string label_table(const FrameView& view) {
   std::size_t label = 0;
   for (const OrganView& organ : view.organs) table[std::to_string(++label)] = organ.name;
   for (const InstrumentView& tool : view.instruments) table[std::to_string(++label)] = tool.name;
+  for (const BedView& bed : view.beds) table[std::to_string(++label)] = bed.name;
   return table.dump();
 }
 

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
+#include "engine/features/beds/beds.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/gas/gas.h"
 #include "engine/features/links/links.h"
@@ -82,9 +84,10 @@ void ReviewRecorder::Watched::comes(const World& world, std::string what) {
   picture.reset();
 }
 
-std::array<ReviewRecorder::Watched*, 5> ReviewRecorder::watched() {
+std::array<ReviewRecorder::Watched*, 7> ReviewRecorder::watched() {
   Moments& m = state_.moments;
-  return {&m.contact, &m.hold, &m.force_peak, &m.smoke, &m.displacement_peak};
+  return {&m.contact,           &m.hold,         &m.force_peak, &m.smoke,
+          &m.displacement_peak, &m.first_parted, &m.last_parted};
 }
 
 ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene,
@@ -107,6 +110,11 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
     curves.displacement.emplace_back(world.all<OrganBody>()[o].name);
   }
   for (const Link& link : world.all<Link>()) curves.links.emplace_back(link.name);
+  for (const Bed& bed : world.all<Bed>()) {
+    curves.bed_forces.emplace_back(bed.name);
+    curves.bonds_parted.emplace_back(bed.name + ", by force");
+    curves.bonds_parted.emplace_back(bed.name + ", by heat");
+  }
   for (std::size_t t = 0; t < world.all<BurnTrace>().size(); ++t)
     curves.power.emplace_back(
         world.find<InstrumentBody>(world.all<BurnTrace>().owner(t))->description.name);
@@ -126,6 +134,7 @@ void ReviewRecorder::add_frame(const World& world) {
   watch_smoke(world);
   watch_heat(world);
   watch_gas(world);
+  watch_beds(world);
   for (std::size_t l = 0; l < world.all<LinkState>().size(); ++l)
     state_.curves.links[l].add(world.time(), world.all<LinkState>()[l].force);
 }
@@ -190,6 +199,25 @@ void ReviewRecorder::watch_gas(const World& world) {
                                   gas->cavity.pressure() / kPascalPerMillimetreOfMercury);
 }
 
+void ReviewRecorder::watch_beds(const World& world) {
+  const std::vector<BedFigures> figures = bed_figures(world);
+  Moments& moments = state_.moments;
+  for (std::size_t b = 0; b < figures.size(); ++b) {
+    const BedFigures& bed = figures[b];
+    const std::vector<Vec3>& forces = world.all<BedState>()[b].forces;
+    const Vec3 sum = std::accumulate(forces.begin(), forces.end(), Vec3(Vec3::Zero()));
+    state_.curves.bed_forces[b].add(world.time(), sum.norm());
+    state_.curves.bonds_parted[2 * b].add(world.time(), static_cast<double>(bed.by_force));
+    state_.curves.bonds_parted[2 * b + 1].add(world.time(), static_cast<double>(bed.by_heat));
+    if (moments.first_parted.frame == 0 && bed.whole < bed.bonds)
+      moments.first_parted.comes(
+          world, fmt::format("{}, by {}", bed.name, bed.by_heat > 0 ? "heat" : "force"));
+    if (moments.last_parted.frame == 0 && bed.whole == 0)
+      moments.last_parted.comes(world, fmt::format("{}: {} bonds by force, {} by heat", bed.name,
+                                                   bed.by_force, bed.by_heat));
+  }
+}
+
 Result<void> ReviewRecorder::add_picture(FrameViews& views) {
   const auto shot = views.shot();
   if (!shot) return std::unexpected(shot.error());
@@ -240,17 +268,21 @@ Result<Review> ReviewRecorder::review(const RunReport& report) const {
       review.charts.push_back({.title = title, .unit = unit, .curves = some, .note = note});
   };
   add_if_any("Force of the links", "N", curves.links, "");
+  add_if_any("Force of the beds", "N", curves.bed_forces, "of all their bonds together");
+  add_if_any("Bonds parted", "bonds", curves.bonds_parted, "of the beds, so far");
   add_if_any("Power into tissue", "W", curves.power, "that it heats");
   add_if_any("Hottest tissue", "°C", curves.hottest, "");
   add_if_any("Pressure of the cavity", "mmHg", curves.pressure, "over atmosphere");
   review.charts.push_back(stage_chart(trace_));
   const Moments& moments = state_.moments;
-  const std::array<std::pair<const char*, const Watched*>, 5> titled = {{
+  const std::array<std::pair<const char*, const Watched*>, 7> titled = {{
       {"First contact", &moments.contact},
       {"Jaws first hold tissue", &moments.hold},
       {"Peak force", &moments.force_peak},
       {"First smoke", &moments.smoke},
       {"Greatest displacement", &moments.displacement_peak},
+      {"A first bond parts", &moments.first_parted},
+      {"A bed is parted whole", &moments.last_parted},
   }};
   for (const auto& [title, watched] : titled) {
     if (watched->frame == 0) continue;

@@ -62,20 +62,25 @@ class ReviewRecorder : public Observer {
     void comes(const World& world, std::string what);
   };
   struct Moments {
-    Watched contact, hold, force_peak, smoke, displacement_peak;
+    Watched contact, hold, force_peak, smoke, displacement_peak, first_parted, last_parted;
     static constexpr auto fields() {
       return std::tuple(field("contact", &Moments::contact), field("hold", &Moments::hold),
                         field("force_peak", &Moments::force_peak), field("smoke", &Moments::smoke),
-                        field("displacement_peak", &Moments::displacement_peak));
+                        field("displacement_peak", &Moments::displacement_peak),
+                        field("first_parted", &Moments::first_parted),
+                        field("last_parted", &Moments::last_parted));
     }
   };
   struct Curves {
-    std::vector<Curve> force, penetration, displacement, links, power, hottest, pressure;
+    std::vector<Curve> force, penetration, displacement, links, bed_forces, bonds_parted, power,
+        hottest, pressure;
     static constexpr auto fields() {
       return std::tuple(field("force", &Curves::force), field("penetration", &Curves::penetration),
                         field("displacement", &Curves::displacement),
-                        field("links", &Curves::links), field("power", &Curves::power),
-                        field("hottest", &Curves::hottest), field("pressure", &Curves::pressure));
+                        field("links", &Curves::links), field("bed_forces", &Curves::bed_forces),
+                        field("bonds_parted", &Curves::bonds_parted),
+                        field("power", &Curves::power), field("hottest", &Curves::hottest),
+                        field("pressure", &Curves::pressure));
     }
   };
   struct State {
@@ -94,7 +99,8 @@ class ReviewRecorder : public Observer {
   void watch_smoke(const World& world);
   void watch_heat(const World& world);
   void watch_gas(const World& world);
-  std::array<Watched*, 5> watched();
+  void watch_beds(const World& world);
+  std::array<Watched*, 7> watched();
 
   const Trace& trace_;
   std::string film_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "engine/features/beds/beds.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/shafts/shafts.h"
 
@@ -18,7 +19,9 @@ Json optional_json(const std::optional<double>& value) {
 }
 
 Json json_of(const TraineeFigures& trainee) {
-  Json spared = Json::array(), organs = Json::array(), tips = Json::array();
+  Json spared = Json::array(), torn = Json::array(), organs = Json::array(), tips = Json::array();
+  for (const auto& bed : trainee.torn_beds)
+    torn.push_back({{"bed", bed.bed}, {"bonds", bed.bonds}, {"area_m2", bed.area}});
   for (const TraineeFigures::SparedBurn& burn : trainee.spared_burns)
     spared.push_back({{"organ", burn.organ},
                       {"volume_coagulated_m3", burn.coagulated},
@@ -36,6 +39,7 @@ Json json_of(const TraineeFigures& trainee) {
           {"current_without_contact_s", trainee.idle_current},
           {"greatest_temperature_K", optional_json(trainee.greatest_temperature)},
           {"spared_organs_burnt", spared},
+          {"beds_torn", torn},
           {"organs", organs},
           {"tips", tips},
           {"time_in_smoke_s", nullptr}};  // for whoever looks through the smoke
@@ -123,6 +127,8 @@ TraineeFigures Trainee::figures(const World& world) const {
     if (spared_[organ] && burn.dead > 0.0)
       figures.spared_burns.push_back({body.name, burn.coagulated, burn.dead});
   }
+  for (const BedFigures& bed : bed_figures(world))
+    if (bed.by_force > 0) figures.torn_beds.push_back({bed.name, bed.by_force, bed.torn});
   for (std::size_t o = 0; o < state_.forces.size(); ++o)
     if (state_.forces[o].touched > 0.0)
       figures.organs.push_back({.name = world.all<OrganBody>()[o].name,

@@ -66,10 +66,16 @@ struct TraineeFigures {
     std::string organ;
     double coagulated = 0.0, dead = 0.0;  ///< of that the coagulated is a part [m3]
   };
+  struct TornBed {
+    std::string bed;
+    std::size_t bonds = 0;  ///< that force has parted
+    double area = 0.0;      ///< of these [m2]
+  };
   double energy = 0.0;                         ///< that hooks delivered [J]
   double idle_current = 0.0;                   ///< current asked for with no tissue to take it [s]
   std::optional<double> greatest_temperature;  ///< of tissue [K]
   std::vector<SparedBurn> spared_burns;        ///< of organs that the scene spares
+  std::vector<TornBed> torn_beds;              ///< of which force has parted some
   std::vector<Organ> organs;                   ///< that were touched
   std::vector<Tip> tips;
 };

@@ -115,6 +115,33 @@ TEST_F(RendererTest, WithoutTheMaskTheWholePictureIsSeen) {
   EXPECT_EQ(brightness(mean(draw(), 0, 0, 20, 20)), 0.0);
 }
 
+TEST_F(RendererTest, AStrandIsSeenBeforeTissueNotBehindItAndHasALabelOfItsOwn) {
+  // 12 mm across the ball's pole towards the lens, and as much behind the ball.
+  StrandHalf strand;
+  strand.foot_radius = strand.end_radius = 1e-3f;
+  strand.reach = Vec3f(12e-3f, 0, 0);
+  const Eigen::Vector2i at = pixel(Vec3(0, -0.023, 0));
+  const auto labels = [&](float y) {
+    strand.foot = Vec3f(-6e-3f, y, 0);
+    view_.beds = {{.id = 7, .name = "bed", .halves = std::span(&strand, 1)}};
+    Picture picture;
+    PassImages images;
+    const Result<void> done = renderer_->draw(view_, picture, &images);
+    EXPECT_TRUE(done) << done.error().text();
+    return images;
+  };
+  const auto middle = [&](const PassImages& images) {
+    return static_cast<std::size_t>(images.width) * (images.height * at.y() / kHeight) +
+           images.width * at.x() / kWidth;
+  };
+  const PassImages seen = labels(-0.023f), hidden = labels(0.023f);
+  EXPECT_EQ(seen.labels[middle(seen)], 2u) << "after the ball";
+  EXPECT_EQ(hidden.labels[middle(hidden)], 1u);
+  EXPECT_LT(seen.depth[middle(seen)], hidden.depth[middle(hidden)]);
+  EXPECT_NE(seen.clean[3 * middle(seen) + 1], hidden.clean[3 * middle(hidden) + 1]);
+  view_.beds.clear();
+}
+
 TEST_F(RendererTest, SameViewGivesTheSameBytes) {
   const Picture first = draw();
   const Picture second = draw();

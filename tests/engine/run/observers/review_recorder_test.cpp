@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/features/beds/beds.h"
 #include "engine/simulator/build.h"
+#include "tests/support/lifted_block.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -131,6 +133,33 @@ TEST(ReviewRecorder, DrawsForcePenetrationDisplacementAndStages) {
   ASSERT_NE(deform, stages.end());
   EXPECT_EQ(deform->buckets().size(), 60u);
   EXPECT_NEAR(deform->buckets().back().time, 1.0, 1e-9);
+}
+
+TEST(ReviewRecorder, DrawsHowABedPartsAndKeepsItsFirstAndLastMoment) {
+  LiftedBlock options;
+  options.period = 1.6;
+  const auto scene = lifted_block(options);
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const Review review = recorded(*world, scene, 2);
+  const auto chart = [&](const std::string& title) {
+    const auto found = std::ranges::find(review.charts, title, &Chart::title);
+    return found == review.charts.end() ? nullptr : &*found;
+  };
+  const Chart *forces = chart("Force of the beds"), *parted = chart("Bonds parted");
+  ASSERT_TRUE(forces && parted);
+  ASSERT_EQ(forces->curves.size(), 1u);
+  ASSERT_EQ(parted->curves.size(), 2u);
+  const BedFigures figures = bed_figures(*world)[0];
+  EXPECT_EQ(parted->curves[0].buckets().back().greatest, static_cast<double>(figures.bonds));
+  EXPECT_EQ(parted->curves[1].buckets().back().greatest, 0.0) << "nothing burns";
+  EXPECT_EQ(forces->curves[0].buckets().back().greatest, 0.0) << "nothing holds any more";
+  const Moment *first = moment(review, "A first bond parts"),
+               *last = moment(review, "A bed is parted whole");
+  ASSERT_TRUE(first && last);
+  EXPECT_LE(first->time, last->time);
+  EXPECT_EQ(first->detail, "bed, by force");
+  EXPECT_FALSE(last->picture.empty());
 }
 
 }  // namespace

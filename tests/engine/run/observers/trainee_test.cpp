@@ -8,6 +8,7 @@
 
 #include "engine/features/cautery/cautery.h"
 #include "engine/simulator/build.h"
+#include "tests/support/lifted_block.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -119,6 +120,19 @@ TEST(Trainee, BurningASparedOrganIsAMistakeBurningAnotherIsNot) {
   EXPECT_GT(seen.trainee.spared_burns[0].coagulated, 0.0);
   EXPECT_GT(seen.trainee.spared_burns[0].dead, seen.trainee.spared_burns[0].coagulated);
   EXPECT_EQ(seen.report["trainee"]["spared_organs_burnt"][0]["organ"], scene.organs[0].name);
+}
+
+TEST(Trainee, WhatIsTornOffABedIsToldWhatIsBurntOffIsNot) {
+  EXPECT_TRUE(watch(lifted_block({}), 0.1).trainee.torn_beds.empty());
+  LiftedBlock options;
+  options.period = 1.6;
+  const Watched seen = watch(lifted_block(options), 0.9);
+  ASSERT_EQ(seen.trainee.torn_beds.size(), 1u);
+  EXPECT_NEAR(seen.trainee.torn_beds[0].area, 4e-4, 0.1e-4);
+  const Json& told = seen.report["trainee"]["beds_torn"][0];
+  EXPECT_EQ(told["bed"], "bed");
+  EXPECT_EQ(told["bonds"], seen.trainee.torn_beds[0].bonds);
+  EXPECT_EQ(told["area_m2"], seen.trainee.torn_beds[0].area);
 }
 
 TEST(Trainee, WithoutAHookThereIsNoBook) {

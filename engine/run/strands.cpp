@@ -1,0 +1,128 @@
+#include "engine/run/strands.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "engine/features/touching/drawn_organ.h"
+
+namespace viscera {
+namespace {
+
+/// Fibres that a bond is drawn as; the first thick, the others fine.
+constexpr std::size_t kFibres = 3;
+/// Of the radius of the area that a bond stands for, at its waist: most of it is water.
+constexpr std::array<double, kFibres> kThick = {0.3, 0.17, 0.1};
+/// Feet are wider by this.
+constexpr double kFoot = 1.9;
+/// Feet lie this far from the bond's end, of the radius of its area.
+constexpr double kSpread = 1.7;
+/// What is drawn out keeps its volume down to this radius, and tapers to it where it tore [m].
+constexpr double kThinnest = 0.04e-3;
+/// A bond between surfaces that touch is as long as this [m].
+constexpr double kShortest = 1e-3;
+/// Of the way at which it parts, what is left of a half that tore.
+constexpr double kDrawnBack = 0.17;
+/// What is left of a half that heat parted [m].
+constexpr double kCharred = 0.3e-3;
+/// Torn ends lie down: aside of the surface's normal by so much of it at most.
+constexpr double kLying = 1.6;
+/// How far torn ends bend aside, of their length.
+constexpr double kLoose = 0.6;
+
+/// Evenly spread over [0, 1), another one for each fibre of each bond, and for each `purpose`.
+double own_number(std::size_t fibre, std::size_t purpose) {
+  constexpr std::array kWays = {std::numbers::phi, std::numbers::sqrt2, std::numbers::sqrt3,
+                                std::numbers::e};
+  const double turns = static_cast<double>(fibre + 1) * kWays[purpose];
+  return turns - std::floor(turns);
+}
+
+/// A surface where a bond ends, as it is drawn, world.
+struct End {
+  Vec3 place = Vec3::Zero();   ///< [m]
+  Vec3 normal = Vec3::Zero();  ///< unit
+  Vec3 along = Vec3::Zero();   ///< unit, across the normal: fast to the tissue
+
+  End(const DrawnOrgan& organ, const SurfacePoint& point)
+      : place(organ.place(point)),
+        normal(organ.normal(point.triangle)),
+        along((organ.place({point.triangle, Vec3::UnitY()}) -
+               organ.place({point.triangle, Vec3::UnitX()}))
+                  .normalized()) {}
+
+  /// Unit, across the normal.
+  Vec3 aside(double turns) const {
+    const double angle = 2.0 * std::numbers::pi * turns;
+    return std::cos(angle) * along + std::sin(angle) * normal.cross(along);
+  }
+};
+
+class BedStrands {
+ public:
+  BedStrands(const World& world, Entity entity)
+      : bed_(*world.find<Bed>(entity)),
+        bonds_(world.find<BedState>(entity)->bonds),
+        organs_{DrawnOrgan(world, bed_.organs[0]), DrawnOrgan(world, bed_.organs[1])} {}
+
+  void add(std::size_t bond, std::vector<StrandHalf>& halves) const {
+    const double wide = std::sqrt(bed_.places.layer.areas[bond] / std::numbers::pi);
+    const bool whole = holds(bed_.places.layer, bonds_, bond);
+    const std::array<End, 2> ends = {End(organs_[0], bed_.places.points[0][bond]),
+                                     End(organs_[1], bed_.places.points[1][bond])};
+    for (std::size_t f = 0; f < kFibres; ++f) {
+      const std::size_t fibre = kFibres * bond + f;
+      const double thick = wide * kThick[f] * (0.5 + own_number(fibre, 1));
+      std::array<Vec3, 2> feet;
+      for (std::size_t side = 0; side < 2; ++side)
+        feet[side] = ends[side].place + kSpread * wide * own_number(fibre, 2) *
+                                            ends[side].aside(own_number(2 * fibre + side, 3));
+      for (std::size_t side = 0; side < 2; ++side) {
+        StrandHalf half;
+        half.foot = feet[side].cast<float>();
+        half.foot_radius = static_cast<float>(kFoot * std::max(kThinnest, thick));
+        half.seed = static_cast<float>(own_number(fibre, 0));
+        if (whole)
+          reach_across(feet[1 - side], thick, half);
+        else
+          draw_back(bonds_.burnt[bond] != 0, ends[side], 2 * fibre + side, half);
+        halves.push_back(half);
+      }
+    }
+  }
+
+ private:
+  static void reach_across(const Vec3& to, double thick, StrandHalf& half) {
+    half.reach = 0.5f * (to.cast<float>() - half.foot);
+    const double drawn_out = std::max(1.0, 2.0 * half.reach.cast<double>().norm() / kShortest);
+    half.end_radius = static_cast<float>(std::max(kThinnest, thick / std::sqrt(drawn_out)));
+  }
+
+  void draw_back(bool burnt, const End& end, std::size_t number, StrandHalf& half) const {
+    const double length = (burnt ? kCharred : kDrawnBack * bed_.places.layer.law.last()) *
+                          (0.4 + own_number(number, 0));
+    const Vec3 lying = kLying * own_number(number, 2) * end.aside(own_number(number, 1));
+    half.reach = (length * (end.normal + lying).normalized()).cast<float>();
+    half.end_radius = kThinnest;
+    half.bend = (kLoose * length * end.aside(own_number(number, 3))).cast<float>();
+    half.charred = burnt ? 1.0f : 0.0f;
+  }
+
+  const Bed& bed_;
+  const BondStates& bonds_;
+  std::array<DrawnOrgan, 2> organs_;
+};
+
+}  // namespace
+
+std::vector<StrandHalf> strand_halves(const World& world, Entity bed) {
+  const BedStrands strands(world, bed);
+  std::vector<StrandHalf> halves;
+  const std::size_t bonds = world.find<BedState>(bed)->bonds.opened.size();
+  halves.reserve(2 * kFibres * bonds);
+  for (std::size_t bond = 0; bond < bonds; ++bond) strands.add(bond, halves);
+  return halves;
+}
+
+}  // namespace viscera
