@@ -158,7 +158,9 @@ TEST(Beds, PartWhereAHookHeatsTheirEnds) {
   const Bed& places = world->all<Bed>()[0];
   const BondStates& bonds = world->all<BedState>()[0].bonds;
   for (std::size_t b = 0; b < bonds.burnt.size(); ++b)
-    if (bonds.burnt[b]) EXPECT_LT((places.places.ends[0][b] - Vec3(10e-3, 0, -4e-3)).norm(), 5e-3);
+    if (bonds.burnt[b]) {
+      EXPECT_LT((places.places.ends[0][b] - Vec3(10e-3, 0, -4e-3)).norm(), 5e-3);
+    }
 }
 
 TEST(Beds, PartWhereTheMetalOfAHookTouchesThemWithCurrentAlone) {
