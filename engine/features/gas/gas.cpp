@@ -14,20 +14,37 @@ namespace {
 
 /// Cells of the gas are marked afresh when an organ has moved by this share of one.
 constexpr double kStaleSolid = 0.25;
+/// Vertices of an organ that are asked whether it has: what moves alone between them is small
+/// beside a cell.
+constexpr std::size_t kSamples = 256;
 /// Smoke goes with the gas from this far where no grid says [m].
 constexpr double kOpeningWithoutGrid = 3e-3;
 
-/// Organs' cells are solid; marked again when one has moved.
+/// Where some of an organ's vertices are, spread over all of it; world [m].
+std::vector<Vec3f> sampled_places(const World& world, Entity organ) {
+  const std::vector<Vec3f>& vertices = world.find<OrganState>(organ)->positions;
+  const Pose& pose = pose_of(world, organ);
+  const std::size_t each = std::max<std::size_t>(1, vertices.size() / kSamples);
+  std::vector<Vec3f> places;
+  for (std::size_t v = 0; v < vertices.size(); v += each)
+    places.emplace_back(pose.to_world(vertices[v].cast<double>()).cast<float>());
+  return places;
+}
+
+bool has_moved(const World& world, const GasBody::Solid& solid, float stale) {
+  const std::vector<Vec3f> now = sampled_places(world, solid.organ);
+  return !std::ranges::equal(now, solid.places, [&](const Vec3f& one, const Vec3f& other) {
+    return (one - other).norm() <= stale;
+  });
+}
+
+/// Organs' cells are solid; marked again when one has moved, or is another shape.
 void mark_organs(World& world, GasBody& gas) {
-  const double stale = kStaleSolid * gas.grid->spacing().minCoeff();
-  const bool first = gas.solids.empty();
-  bool moved = first;
-  for (const GasBody::Solid& solid : gas.solids) {
-    const Pose& pose = pose_of(world, solid.organ);
-    moved = moved || (pose.position - solid.pose.position).norm() > stale ||
-            pose.orientation.angularDistance(solid.pose.orientation) > 1e-2;
-  }
-  if (!moved) return;
+  const auto stale = static_cast<float>(kStaleSolid * gas.grid->spacing().minCoeff());
+  if (!gas.solids.empty() && std::ranges::none_of(gas.solids, [&](const auto& one) {
+        return has_moved(world, one, stale);
+      }))
+    return;
   const SolidGrid grid{gas.grid->parameters().domain.min(), gas.grid->spacing(), gas.grid->cells()};
   std::vector<std::uint8_t> cells(grid.size(), 0);
   gas.solids.clear();
@@ -36,7 +53,7 @@ void mark_organs(World& world, GasBody& gas) {
     const OrganBody& body = world.all<OrganBody>()[o];
     mark_solid(world.find<OrganState>(organ)->positions, body.model->surface.triangles,
                pose_of(world, organ), grid, cells);
-    gas.solids.push_back({organ, pose_of(world, organ)});
+    gas.solids.push_back({organ, sampled_places(world, organ)});
   }
   gas.grid->set_solids(cells);
 }

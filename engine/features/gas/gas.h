@@ -28,9 +28,10 @@ struct GasBody {
   static constexpr std::string_view kName = "gas";
   struct Solid {
     Entity organ;
-    Pose pose;  ///< where its cells were marked last
+    std::vector<Vec3f>
+        places;  ///< of some of its vertices, as its cells were marked last, world [m]
     static constexpr auto fields() {
-      return std::tuple(field("organ", &Solid::organ), field("pose", &Solid::pose));
+      return std::tuple(field("organ", &Solid::organ), field("places", &Solid::places));
     }
   };
   std::unique_ptr<GasGrid> grid;  ///< null: the gas stands still

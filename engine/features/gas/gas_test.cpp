@@ -88,6 +88,30 @@ TEST(GasStages, SteamThatIsGivenRaisesThePressureWithAndWithoutCells) {
   }
 }
 
+TEST(GasStages, FlowGoesWhereAnOrganWasBeforeItWasDrawnAside) {
+  const auto world = build(cavity_scene());
+  ASSERT_TRUE(world);
+  step_until(*world, 0.2);
+  const GasGrid& grid = *world->one<GasBody>()->grid;
+  const auto solid_at = [&](const Vec3& place) {
+    const Vec3 cell =
+        (place - grid.parameters().domain.min()).cwiseQuotient(grid.spacing()).array().floor();
+    return grid.is_solid(static_cast<int>(cell.x()), static_cast<int>(cell.y()),
+                         static_cast<int>(cell.z()));
+  };
+  OrganState& ball = world->all<OrganState>()[0];
+  Vec3f middle = Vec3f::Zero();
+  for (const Vec3f& vertex : ball.positions)
+    middle += vertex / static_cast<float>(ball.positions.size());
+  const Vec3 place =
+      pose_of(*world, world->all<OrganBody>().owner(0)).to_world(middle.cast<double>());
+  ASSERT_TRUE(solid_at(place));
+  // Its frame stays where it is: the shape alone goes.
+  for (Vec3f& vertex : ball.positions) vertex += Vec3f(0, 0, 60e-3f);
+  step_until(*world, 0.3);
+  EXPECT_FALSE(solid_at(place));
+}
+
 TEST(GasStages, TheReportHasThePressureAndABookThatCloses) {
   SceneDescription scene = cavity_scene();
   GasDescription& gas = scene.extras.get<GasDescription>();
