@@ -113,6 +113,15 @@ bool Canvas::may_show(const Box& box, const Pose& pose) const {
   return std::ranges::find(beyond, 8) == beyond.end();
 }
 
+void Canvas::shade_seen(Program& program) const {
+  scene.bind();
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_EQUAL);
+  program.use();
+  program.set("open_map", kOpenUnit);
+  program.set("distance_map", kDistanceUnit);
+}
+
 void Canvas::full_screen(Program& program, const Framebuffer& target, const float* outside) const {
   target.bind();
   if (outside != nullptr) glClearBufferfv(GL_COLOR, 0, outside);

@@ -50,6 +50,9 @@ class Canvas {
   /// there.
   void full_screen(Program& program, const Framebuffer& target, const float* outside) const;
 
+  /// Before draws that shade what the depth pass has laid; their fragment shader has open.glsl.
+  void shade_seen(Program& program) const;
+
   /// False when no point of the box (organ frame) can be in the picture.
   bool may_show(const Box& box, const Pose& pose) const;
 

@@ -7,21 +7,15 @@ namespace viscera {
 
 Result<InstrumentPass> InstrumentPass::create() {
   InstrumentPass pass;
-  Result<Program> program = load_program("instrument.vert", "instrument.frag", {}, {"open.glsl"});
-  if (!program) return std::unexpected(program.error());
-  pass.program_ = *std::move(program);
-  return pass;
+  ProgramLoader load;
+  load(pass.program_, "instrument.vert", "instrument.frag", {}, {"open.glsl"});
+  return load.give(std::move(pass));
 }
 
 void InstrumentPass::draw(const FrameView& view, const SceneBuffers& buffers,
                           const Canvas& canvas) {
   if (view.instruments.empty()) return;
-  canvas.scene.bind();
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_EQUAL);
-  program_.use();
-  program_.set("open_map", kOpenUnit);
-  program_.set("distance_map", kDistanceUnit);
+  canvas.shade_seen(program_);
   for (const InstrumentView& instrument : view.instruments) {
     program_.set("model", model_matrix(instrument));
     buffers.instruments.at(instrument.id).draw();

@@ -77,14 +77,10 @@ Result<void> OrganPass::draw(const FrameView& view, const SceneBuffers& buffers,
       vessels_ = Texture::pattern(pattern.edge, pattern.edge, pattern.coverage.data());
     }
     if (vessels_) vessels_.bind(kVesselUnit);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_EQUAL);
-    program.use();
+    canvas.shade_seen(program);
     program.set("model", model_matrix(organ.pose));
     program.set("rotation",
                 Eigen::Matrix3f(organ.pose.orientation.toRotationMatrix().cast<float>()));
-    program.set("open_map", kOpenUnit);
-    program.set("distance_map", kDistanceUnit);
     program.set("vessel_map", kVesselUnit);
     const float id = static_cast<float>(organ.id % 1024);
     program.set("seed_offset",

@@ -21,7 +21,7 @@ struct PassImages {
   std::vector<float> surface_temperature;  ///< [K]; NaN: unknown
   std::vector<float> smoke_temperature;    ///< mean over the smoke on the way, by mass [K]
   std::vector<std::uint32_t>
-      labels;  ///< 0: nothing; 1 ...: organs, then instruments, as in the view
+      labels;  ///< 0: nothing; 1 ...: organs, instruments, beds, as in the view
 };
 
 }  // namespace viscera

@@ -117,10 +117,10 @@ void LabelPass::draw(const FrameView& view, const SceneBuffers& buffers, const C
     instrument_.set("temperature", kUnknown);
     buffers.instruments.at(instrument.id).draw();
   }
+  strand_.use();
+  strand_.set("temperature", kUnknown);
   for (const BedView& bed : view.beds) {
-    strand_.use();
     strand_.set("label", ++label);
-    strand_.set("temperature", kUnknown);
     buffers.beds.at(bed.id).draw();
   }
   glDisable(GL_DEPTH_TEST);

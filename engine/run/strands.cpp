@@ -66,6 +66,15 @@ class BedStrands {
         bonds_(world.find<BedState>(entity)->bonds),
         organs_{DrawnOrgan(world, bed_.organs[0]), DrawnOrgan(world, bed_.organs[1])} {}
 
+  std::vector<StrandHalf> halves() const {
+    const std::size_t bonds = bonds_.opened.size();
+    std::vector<StrandHalf> all;
+    all.reserve(2 * kFibres * bonds);
+    for (std::size_t bond = 0; bond < bonds; ++bond) add(bond, all);
+    return all;
+  }
+
+ private:
   void add(std::size_t bond, std::vector<StrandHalf>& halves) const {
     const double wide = std::sqrt(bed_.places.layer.areas[bond] / std::numbers::pi);
     const bool whole = holds(bed_.places.layer, bonds_, bond);
@@ -92,7 +101,6 @@ class BedStrands {
     }
   }
 
- private:
   static void reach_across(const Vec3& to, double thick, StrandHalf& half) {
     half.reach = 0.5f * (to.cast<float>() - half.foot);
     const double drawn_out = std::max(1.0, 2.0 * half.reach.cast<double>().norm() / kShortest);
@@ -117,12 +125,7 @@ class BedStrands {
 }  // namespace
 
 std::vector<StrandHalf> strand_halves(const World& world, Entity bed) {
-  const BedStrands strands(world, bed);
-  std::vector<StrandHalf> halves;
-  const std::size_t bonds = world.find<BedState>(bed)->bonds.opened.size();
-  halves.reserve(2 * kFibres * bonds);
-  for (std::size_t bond = 0; bond < bonds; ++bond) strands.add(bond, halves);
-  return halves;
+  return BedStrands(world, bed).halves();
 }
 
 }  // namespace viscera

@@ -2,6 +2,7 @@
 
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/touching/touching_keys.h"
+#include "tests/support/small_world.h"
 
 namespace viscera::test {
 
@@ -10,11 +11,7 @@ SceneDescription lifted_block(const LiftedBlock& options) {
   scene.file = scene.name = "lifted_block";
   OrganDescription block;
   block.name = "block";
-  RecipeGeometry geometry;
-  geometry.recipe = "block";
-  geometry.size = Vec3(20e-3, 20e-3, 8e-3);
-  geometry.edge = 1e-3;
-  block.geometry = geometry;
+  block.geometry = block_geometry(Vec3(20e-3, 20e-3, 8e-3), 1e-3);
   block.tissue = "rubber";
   block.youngs_modulus = options.modulus;
   block.response = options.response;
@@ -25,8 +22,7 @@ SceneDescription lifted_block(const LiftedBlock& options) {
   block.fixed = {upper};
   OrganDescription floor = block;
   floor.name = "floor";
-  geometry.size = Vec3(40e-3, 40e-3, 10e-3);
-  floor.geometry = geometry;
+  floor.geometry = block_geometry(Vec3(40e-3, 40e-3, 10e-3), 1e-3);
   floor.pose.position.z() = -9e-3;
   floor.deformable = options.soft_floor;
   floor.fixed[0].a = Vec3(0, 0, -2e-3);

@@ -31,16 +31,20 @@ InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind
   return tool;
 }
 
+RecipeGeometry block_geometry(const Vec3& size, double edge) {
+  RecipeGeometry block;
+  block.recipe = "block";
+  block.size = size;
+  block.edge = edge;
+  return block;
+}
+
 SceneDescription held_bar_scene(const Vec3& size, double edge, double held, double spacing,
                                 double finest) {
   SceneDescription scene = soft_ball_scene(spacing, finest);
   OrganDescription& bar = scene.organs[0];
   bar.name = "bar";
-  RecipeGeometry block;
-  block.recipe = "block";
-  block.size = size;
-  block.edge = edge;
-  bar.geometry = block;
+  bar.geometry = block_geometry(size, edge);
   Region left;
   left.a = Vec3(-0.5 * size.x() + held, 0, 0);
   left.b = Vec3::UnitX();

@@ -26,6 +26,9 @@ namespace viscera::test {
 InstrumentDescription straight_tool(const std::string& name, InstrumentKind kind, double radius,
                                     std::vector<InstrumentKey> keys);
 
+/// A block about the origin: edges `size` [m] with rounding `edge` [m].
+RecipeGeometry block_geometry(const Vec3& size, double edge);
+
 /// A bar along x about the origin, held on `held` [m] at its left end: edges `size` [m] with
 /// rounding `edge` [m], nodes `spacing` apart, `finest` where instruments reach [m].
 SceneDescription held_bar_scene(const Vec3& size, double edge, double held, double spacing,

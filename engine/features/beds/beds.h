@@ -62,8 +62,8 @@ struct BedFigures {
   double area = 0.0;                                            ///< of all bonds [m2]
   double parted = 0.0;                                          ///< of that [m2]
   double torn = 0.0;                                            ///< of what parted, by force [m2]
-  double work = 0.0;            ///< that force has put into parting it [J]
-  double greatest_force = 0.0;  ///< [N]
+  double work = 0.0;                         ///< that force has put into parting it [J]
+  double force = 0.0, greatest_force = 0.0;  ///< of all bonds together, now and so far [N]
 };
 std::vector<BedFigures> bed_figures(const World& world);
 std::vector<ReportSection> beds_report(const World& world);  ///< "beds"

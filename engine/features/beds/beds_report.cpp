@@ -1,4 +1,5 @@
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "engine/features/beds/beds.h"
 
@@ -16,6 +17,8 @@ std::vector<BedFigures> bed_figures(const World& world) {
     for (std::size_t side = 0; side < 2; ++side)
       figures.between[side] = world.find<OrganBody>(bed.organs[side])->name;
     figures.bonds = layer.areas.size();
+    figures.force =
+        std::accumulate(state.forces.begin(), state.forces.end(), Vec3(Vec3::Zero())).norm();
     figures.greatest_force = state.greatest_force;
     for (std::size_t i = 0; i < figures.bonds; ++i) {
       const double area = layer.areas[i];

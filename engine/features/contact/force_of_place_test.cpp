@@ -21,11 +21,7 @@ const Vec3 kBlock(60e-3, 60e-3, 2 * kTop);  // edges [m]
 SceneDescription block_scene(std::size_t tools) {
   auto scene = soft_ball_scene(6e-3, 4e-3);
   OrganDescription& block = scene.organs[0];
-  RecipeGeometry geometry;
-  geometry.recipe = "block";
-  geometry.size = kBlock;
-  geometry.edge = 2e-3;
-  block.geometry = geometry;
+  block.geometry = block_geometry(kBlock, 2e-3);
   block.fixed[0].a = Vec3(0, 0, -kTop + 1e-9);
   for (std::size_t i = 0; i < tools; ++i) {
     const Vec3 start(20e-3 * static_cast<double>(i), 0, kTop + kRadius + 3e-3);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "engine/features/smoke/smoke_keys.h"
@@ -20,22 +21,36 @@ constexpr std::size_t kSamples = 256;
 /// Smoke goes with the gas from this far where no grid says [m].
 constexpr double kOpeningWithoutGrid = 3e-3;
 
-/// Where some of an organ's vertices are, spread over all of it; world [m].
-std::vector<Vec3f> sampled_places(const World& world, Entity organ) {
-  const std::vector<Vec3f>& vertices = world.find<OrganState>(organ)->positions;
-  const Pose& pose = pose_of(world, organ);
-  const std::size_t each = std::max<std::size_t>(1, vertices.size() / kSamples);
-  std::vector<Vec3f> places;
-  for (std::size_t v = 0; v < vertices.size(); v += each)
-    places.emplace_back(pose.to_world(vertices[v].cast<double>()).cast<float>());
-  return places;
-}
+/// Where some of an organ's vertices are, spread over all of it.
+class SampledPlaces {
+ public:
+  SampledPlaces(const World& world, Entity organ)
+      : vertices_(world.find<OrganState>(organ)->positions),
+        pose_(pose_of(world, organ)),
+        stride_(std::max<std::size_t>(1, vertices_.size() / kSamples)) {}
+
+  std::size_t size() const { return (vertices_.size() + stride_ - 1) / stride_; }
+  Vec3f operator[](std::size_t i) const {  // world [m]
+    return pose_.to_world(vertices_[i * stride_].cast<double>()).cast<float>();
+  }
+  std::vector<Vec3f> all() const {
+    std::vector<Vec3f> places(size());
+    for (std::size_t i = 0; i < places.size(); ++i) places[i] = (*this)[i];
+    return places;
+  }
+
+ private:
+  std::span<const Vec3f> vertices_;
+  const Pose& pose_;
+  std::size_t stride_;
+};
 
 bool has_moved(const World& world, const GasBody::Solid& solid, float stale) {
-  const std::vector<Vec3f> now = sampled_places(world, solid.organ);
-  return !std::ranges::equal(now, solid.places, [&](const Vec3f& one, const Vec3f& other) {
-    return (one - other).norm() <= stale;
-  });
+  const SampledPlaces now(world, solid.organ);
+  if (now.size() != solid.places.size()) return true;
+  for (std::size_t i = 0; i < now.size(); ++i)
+    if ((now[i] - solid.places[i]).norm() > stale) return true;
+  return false;
 }
 
 /// Organs' cells are solid; marked again when one has moved, or is another shape.
@@ -53,7 +68,7 @@ void mark_organs(World& world, GasBody& gas) {
     const OrganBody& body = world.all<OrganBody>()[o];
     mark_solid(world.find<OrganState>(organ)->positions, body.model->surface.triangles,
                pose_of(world, organ), grid, cells);
-    gas.solids.push_back({organ, sampled_places(world, organ)});
+    gas.solids.push_back({organ, SampledPlaces(world, organ).all()});
   }
   gas.grid->set_solids(cells);
 }

@@ -28,8 +28,7 @@ struct GasBody {
   static constexpr std::string_view kName = "gas";
   struct Solid {
     Entity organ;
-    std::vector<Vec3f>
-        places;  ///< of some of its vertices, as its cells were marked last, world [m]
+    std::vector<Vec3f> places;  ///< of some vertices, as its cells were marked last, world [m]
     static constexpr auto fields() {
       return std::tuple(field("organ", &Solid::organ), field("places", &Solid::places));
     }

@@ -87,11 +87,7 @@ constexpr double kLength = 60e-3;  // of the block [m]
 /// Upright, held at its upper end.
 SceneDescription held_block() {
   SceneDescription scene = soft_ball_scene(6e-3, 6e-3);
-  RecipeGeometry geometry;
-  geometry.recipe = "block";
-  geometry.size = Vec3(20e-3, 20e-3, kLength);
-  geometry.edge = 4e-3;
-  scene.organs[0].geometry = geometry;
+  scene.organs[0].geometry = block_geometry(Vec3(20e-3, 20e-3, kLength), 4e-3);
   Region top;
   top.a = Vec3(0, 0, 0.5 * kLength - 1e-6);
   top.b = -Vec3::UnitZ();

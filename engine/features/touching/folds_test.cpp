@@ -91,11 +91,7 @@ TEST_P(FoldsThatClose, PressAsOneSideDoesOnAStillPlateInTheMiddle) {
   half.instruments.pop_back();
   OrganDescription plate;
   plate.name = "plate";
-  RecipeGeometry geometry;
-  geometry.recipe = "block";
-  geometry.size = Vec3(80e-3, 40e-3, 20e-3);
-  geometry.edge = 4e-3;
-  plate.geometry = geometry;
+  plate.geometry = block_geometry(Vec3(80e-3, 40e-3, 20e-3), 4e-3);
   plate.tissue = "rubber";
   plate.pose.position = Vec3(30e-3, 0, -10e-3);
   plate.deformable = false;
@@ -134,11 +130,7 @@ TEST_F(Folds, ThatStayApartPressNothing) {
 
 TEST_F(Folds, AWallThatIsSqueezedDoesntMeetItsFarSide) {
   SceneDescription scene = folded(0.0, Response::kLinear);
-  RecipeGeometry plate;
-  plate.recipe = "block";
-  plate.size = Vec3(40e-3, 30e-3, 4e-3);
-  plate.edge = 1.5e-3;
-  scene.organs[0].geometry = plate;
+  scene.organs[0].geometry = block_geometry(Vec3(40e-3, 30e-3, 4e-3), 1.5e-3);
   scene.organs[0].fixed[0].a = Vec3(-10e-3, 0, 0);
   scene.organs[0].resolution.spacing = scene.organs[0].resolution.finest = 2.5e-3;
   scene.instruments.clear();

@@ -12,6 +12,18 @@ vec3 cavity_light(float distance_to_lens) {
   return frame.light.rgb * vec3(0.098, 0.048, 0.037) * clamp(0.09 / distance_to_lens, 0.25, 1.6);
 }
 
+// What tissue gives back of the light that reaches it, without gloss. The colours that are absorbed
+// least travel furthest under the surface: they wrap round the terminator. `incoming` meets it at
+// `cosine`; of `around` as much as `open` says.
+vec3 diffuse_tissue(vec3 albedo, float translucency, float cosine, vec3 incoming, vec3 around,
+                    float open) {
+  vec3 wrap = 0.6 * translucency * sqrt(albedo);
+  vec3 lit = clamp((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)), 0.0, 1.0);
+  // Crevices are lit by what bounces between red walls: darker and redder, not grey.
+  vec3 crevice = pow(vec3(open), vec3(1.3, 1.9, 2.0));
+  return albedo * (lit * incoming * mix(vec3(1.0), crevice, 0.55) + around * crevice);
+}
+
 // GGX lobe [Walter2007] for light along the view: D G / (4 cos^2) times cos, for irradiance as
 // above.
 float retro_lobe(float cosine, float roughness) {

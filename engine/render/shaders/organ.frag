@@ -168,13 +168,8 @@ void main() {
   // A shadow's edge is lit by the guide's far side, and by the tissue beside it.
   incoming *= mix(0.30, 1.0, open.y);
 
-  // The colours that are absorbed least travel furthest under the surface: they wrap round the
-  // terminator.
-  vec3 wrap = 0.6 * translucency * (1.0 - char_amount) * sqrt(albedo);
-  vec3 lit = clamp((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)), 0.0, 1.0);
-  // Crevices are lit by what bounces between red walls: darker and redder, not grey.
-  vec3 crevice = pow(vec3(open.x), vec3(1.3, 1.9, 2.0));
-  vec3 diffuse = albedo * (lit * incoming * mix(vec3(1.0), crevice, 0.55) + around * crevice);
+  vec3 diffuse = diffuse_tissue(albedo, translucency * (1.0 - char_amount), cosine, incoming, around,
+                                open.x);
 
   // The base's broad lobe and the film's sharp one, widened where the normal turns within a pixel.
   float base_roughness = filtered_roughness(n, mix(roughness, 0.9, char_amount));

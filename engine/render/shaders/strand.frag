@@ -30,11 +30,8 @@ void main() {
   albedo = mix(albedo, kChar, kind.y);
 
   float cosine = dot(n, v);
-  vec3 wrap = 0.6 * sqrt(albedo) * (1.0 - kind.y);
-  vec3 lit = clamp((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)), 0.0, 1.0);
-  vec3 crevice = pow(vec3(open.x), vec3(1.3, 1.9, 2.0));
-  vec3 around = cavity_light(distance_to_lens);
-  vec3 diffuse = albedo * (lit * incoming * mix(vec3(1.0), crevice, 0.55) + around * crevice);
+  vec3 diffuse = diffuse_tissue(albedo, 1.0 - kind.y, cosine, incoming,
+                                cavity_light(distance_to_lens), open.x);
   float glint = 0.021 * (1.0 - kind.y) * retro_lobe(max(cosine, 0.0), filtered_roughness(n, 0.30));
   radiance = vec4(diffuse + incoming * min(glint, 4.0) * open.x, 1.0);
 }

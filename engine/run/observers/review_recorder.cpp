@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <utility>
 
 #include "engine/features/beds/beds.h"
@@ -204,9 +203,7 @@ void ReviewRecorder::watch_beds(const World& world) {
   Moments& moments = state_.moments;
   for (std::size_t b = 0; b < figures.size(); ++b) {
     const BedFigures& bed = figures[b];
-    const std::vector<Vec3>& forces = world.all<BedState>()[b].forces;
-    const Vec3 sum = std::accumulate(forces.begin(), forces.end(), Vec3(Vec3::Zero()));
-    state_.curves.bed_forces[b].add(world.time(), sum.norm());
+    state_.curves.bed_forces[b].add(world.time(), bed.force);
     state_.curves.bonds_parted[2 * b].add(world.time(), static_cast<double>(bed.by_force));
     state_.curves.bonds_parted[2 * b + 1].add(world.time(), static_cast<double>(bed.by_heat));
     if (moments.first_parted.frame == 0 && bed.whole < bed.bonds)

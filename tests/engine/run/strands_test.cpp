@@ -47,6 +47,12 @@ TEST(Strands, ThinAsTheyAreDrawnOut) {
     EXPECT_GT(drawn[h].reach.norm(), before[h].reach.norm());
     EXPECT_LE(drawn[h].end_radius, before[h].end_radius);
   }
+  const auto thickness = [](const std::vector<StrandHalf>& halves) {
+    float sum = 0.0f;
+    for (const StrandHalf& half : halves) sum += half.end_radius;
+    return sum;
+  };
+  EXPECT_LT(thickness(drawn), 0.95f * thickness(before));
 }
 
 TEST(Strands, WhatPartedLeavesShortStumpsOnBothOrgansCharredWhereHeatDidIt) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "engine/features/beds/beds.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/simulator/build.h"
 #include "tests/support/lifted_block.h"
@@ -123,16 +124,22 @@ TEST(Trainee, BurningASparedOrganIsAMistakeBurningAnotherIsNot) {
 }
 
 TEST(Trainee, WhatIsTornOffABedIsToldWhatIsBurntOffIsNot) {
-  EXPECT_TRUE(watch(lifted_block({}), 0.1).trainee.torn_beds.empty());
-  LiftedBlock options;
-  options.period = 1.6;
-  const Watched seen = watch(lifted_block(options), 0.9);
-  ASSERT_EQ(seen.trainee.torn_beds.size(), 1u);
-  EXPECT_NEAR(seen.trainee.torn_beds[0].area, 4e-4, 0.1e-4);
-  const Json& told = seen.report["trainee"]["beds_torn"][0];
-  EXPECT_EQ(told["bed"], "bed");
-  EXPECT_EQ(told["bonds"], seen.trainee.torn_beds[0].bonds);
-  EXPECT_EQ(told["area_m2"], seen.trainee.torn_beds[0].area);
+  const auto scene = lifted_block({});
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const Trainee trainee(*world, scene);
+  BondStates& bonds = world->all<BedState>()[0].bonds;
+  bonds.burnt[0] = bonds.burnt[1] = 1;
+  EXPECT_TRUE(trainee.figures(*world).torn_beds.empty());
+  bonds.opened[2] = 1.0;
+  const std::vector<double>& areas = world->all<Bed>()[0].places.layer.areas;
+  RunReport report;
+  trainee.describe(*world, report);
+  const Json torn = Json::parse(to_json(report))["trainee"]["beds_torn"];
+  ASSERT_EQ(torn.size(), 1u);
+  EXPECT_EQ(torn[0]["bed"], "bed");
+  EXPECT_EQ(torn[0]["bonds"], 1);
+  EXPECT_EQ(torn[0]["area_m2"], areas[2]);
 }
 
 TEST(Trainee, WithoutAHookThereIsNoBook) {
