@@ -14,6 +14,7 @@
 #include "tools/bench/bench_command.h"
 #include "tools/bench/bench_contact.h"
 #include "tools/bench/bench_convergence.h"
+#include "tools/bench/bench_cut.h"
 #include "tools/bench/bench_heat.h"
 #include "tools/bench/bench_hemisphere.h"
 #include "tools/bench/bench_hive.h"
@@ -30,7 +31,7 @@ namespace viscera {
 namespace {
 
 /// `bench scene`, `bench hemisphere`, `bench bodies`, `bench convergence`, `bench smoke`,
-/// `bench hive`, `bench lift`, `bench contact`, `bench heat` and `bench zwidth`.
+/// `bench hive`, `bench lift`, `bench contact`, `bench cut`, `bench heat` and `bench zwidth`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -69,6 +70,9 @@ class BenchCommand {
     contact_ =
         command_->add_subcommand("contact", "bodies that touch each other, time against error");
     add_outputs(*contact_, contact_options_.json, &contact_options_.plots);
+    cut_ = command_->add_subcommand("cut", "bodies that are cut, time against error");
+    cut_->add_flag("--quick", cut_options_.quick, "fewer cases; some seconds");
+    add_outputs(*cut_, cut_options_.json, &cut_options_.plots);
     heat_ = command_->add_subcommand(
         "heat", "time of a step of heat, with its error and the standard burn's lesion");
     heat_->add_flag("--quick", heat_options_.quick, "fewer cases; some seconds");
@@ -94,6 +98,7 @@ class BenchCommand {
     if (hive_->parsed()) return code_of(bench_hive(hive_options_, std::cout));
     if (lift_->parsed()) return code_of(bench_lift(lift_options_, std::cout));
     if (contact_->parsed()) return code_of(bench_contact(contact_options_, std::cout));
+    if (cut_->parsed()) return code_of(bench_cut(cut_options_, std::cout));
     if (smoke_->parsed()) {
       smoke_options_.backend = *backend_of(backend_);
       return code_of(bench_smoke(smoke_options_, std::cout));
@@ -182,6 +187,7 @@ class BenchCommand {
   CLI::App* hive_ = nullptr;
   CLI::App* lift_ = nullptr;
   CLI::App* contact_ = nullptr;
+  CLI::App* cut_ = nullptr;
   CLI::App* heat_ = nullptr;
   CLI::App* zwidth_ = nullptr;
   SceneArguments arguments_;
@@ -193,6 +199,7 @@ class BenchCommand {
   HiveBenchOptions hive_options_;
   LiftBenchOptions lift_options_;
   ContactBenchOptions contact_options_;
+  CutBenchOptions cut_options_;
   HeatBenchOptions heat_options_;
   ZWidthBenchOptions zwidth_options_;
   std::string backend_ = name_of(smoke_options_.backend);

@@ -6,29 +6,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/verification/cut_block.h"
 #include "kernels/paff/true_neighbours.h"
-#include "tests/kernels/paff/pulled_block.h"
 
 namespace viscera {
 namespace {
-
-using test::PulledBlock;
 
 constexpr double kSpacing = 5e-3, kSupport = 1.8, kGap = 0.5e-3;  // [m]
 
 /// Slit across x = 0 from the top down to a height.
 TriangleSurface slit(double down) {
-  std::vector<double> x = PulledBlock::across(PulledBlock::kLength, kSpacing);
-  std::erase_if(x, [](double at) { return std::abs(at) < 1e-9; });
-  x.insert(x.end(), {-0.5 * kGap, 0.5 * kGap});
-  std::ranges::sort(x);
-  return PulledBlock::bricks_along(
-      x, PulledBlock::across(PulledBlock::kHeight, kSpacing), kSpacing,
-      [&](const Vec3& at) { return std::abs(at.x()) > 0.5 * kGap || at.z() < down; });
+  CutBlock block;
+  block.slit_down_to(down, kSpacing, kGap);
+  return block.surface;
 }
 
 TEST(ContinuedNodes, AreThemselvesAndTwinsComeFromTheirNodesOrFromTheTwinsThatWere) {
-  const PulledBlock block = PulledBlock::whole(kSpacing, 3);
+  const CutBlock block = CutBlock::whole(kSpacing, 3).value();
   const ShapeFunctions whole(block.surface, block.cloud, kSupport);
   const ShapeFunctions half(slit(0.0), block.cloud, kSupport);
   const ShapeFunctions deep(slit(-5e-3), block.cloud, kSupport);
@@ -60,7 +54,7 @@ TEST(ContinuedNodes, AreThemselvesAndTwinsComeFromTheirNodesOrFromTheTwinsThatWe
 }
 
 TEST(ContinuedNodes, CarryALinearFieldOverToAnyCut) {
-  const PulledBlock block = PulledBlock::whole(kSpacing, 3);
+  const CutBlock block = CutBlock::whole(kSpacing, 3).value();
   const ShapeFunctions half(slit(0.0), block.cloud, kSupport);
   const ShapeFunctions deep(slit(-5e-3), block.cloud, kSupport);
   const auto field = [](const Vec3& x) { return 0.3 * x.x() - 0.1 * x.y() + 0.7 * x.z(); };

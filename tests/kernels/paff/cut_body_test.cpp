@@ -4,39 +4,10 @@
 
 #include <cmath>
 
-#include "tests/kernels/paff/pulled_block.h"
+#include "engine/verification/cut_block.h"
 
 namespace viscera {
 namespace {
-
-using test::lines;
-using test::PulledBlock;
-
-/// The block slit across from the middle of its top to half its depth by CalculiX 2.20: a quarter
-/// of it in C3D20R, finer towards the front of the slit, 13,133 nodes; with 5,121 nodes the force
-/// is .16 % greater.
-constexpr double kSlitForce = 0.2960;    // [N]
-constexpr double kSlitMouth = 5.826e-3;  // how far it gapes at the top, in the middle plane [m]
-
-/// Ascending ones, those that coincide once.
-std::vector<double> joined(std::initializer_list<std::vector<double>> parts) {
-  std::vector<double> all;
-  for (const std::vector<double>& part : parts)
-    for (const double line : part)
-      if (all.empty() || line > all.back() + 1e-9) all.push_back(line);
-  return all;
-}
-
-/// Parted in the middle of its length where `cut` holds for a height.
-void part_in_the_middle(PulledBlock& block, double spacing, double width,
-                        const std::function<bool(double)>& cut) {
-  const double end = 0.5 * PulledBlock::kLength, top = 0.5 * PulledBlock::kHeight;
-  const double side = 0.5 * width, step = 0.5 * spacing;
-  block.surface = PulledBlock::bricks_along(
-      joined({lines(-end, -side, step), {side}, lines(side, end, step)}),
-      joined({lines(-top, 0.0, step), lines(0.0, top, step)}), spacing,
-      [&](const Vec3& x) { return std::abs(x.x()) > side || !cut(x.z()); });
-}
 
 struct Slit {
   double force = 0.0, mouth = 0.0;  // [N], [m]
@@ -44,16 +15,13 @@ struct Slit {
 };
 
 Slit pull_slit_block(double spacing, double width, std::uint64_t seed) {
-  PulledBlock block = PulledBlock::whole(spacing, seed);
-  part_in_the_middle(block, spacing, width, [](double height) { return height > 0.0; });
-  const GalerkinSystem system = block.assemble(PulledBlock::is_end).value();
-  const test::Pulled pulled = test::pull(system).value();
-  const double beside = 0.5 * width + 1e-6, top = 0.5 * PulledBlock::kHeight - 1e-6;
+  CutBlock block = CutBlock::whole(spacing, seed).value();
+  block.slit_down_to(0.0, spacing, width);
+  const GalerkinSystem system = block.assemble(CutBlock::is_end).value();
+  const PulledBlock pulled = pull(system).value();
   Slit slit;
   slit.force = pulled.force;
-  slit.mouth = (system.displacement(pulled.moved, {beside, 0.0, top}) -
-                system.displacement(pulled.moved, {-beside, 0.0, top}))
-                   .x();
+  slit.mouth = mouth_of(system, pulled, width);
   slit.twins = system.figures().twins;
   for (const Vec3& x : block.cloud.positions)
     slit.in_air += std::abs(x.x()) < 0.5 * width - 1e-5 && x.z() > 1e-5;
@@ -100,15 +68,56 @@ TEST(CutBody, NodesThatTheCutLeavesInAirCarryWhatIsLeftAboutThem) {
   EXPECT_LT(wide.mouth, 1.06 * narrow.mouth);
 }
 
+TEST(CutBody, GivesBackLessForceTheDeeperItIsSlitAndTheEnergyThatFiniteElementsSay) {
+  // Half a millimetre a step; what the energy falls by over two.
+  const double h = 4e-3, top = 0.5 * CutBlock::kHeight;
+  CutBlock block = CutBlock::whole(h, 1).value();
+  double before = 0.0, at_last = 0.0;
+  std::size_t reference = 0;
+  for (int step = 0; step <= 20; ++step) {
+    const double depth = kSlitForces.front().depth + 0.5e-3 * step;
+    block.slit_down_to(top - depth, h);
+    const double force = pull(block.assemble(CutBlock::is_end).value()).value().force;
+    if (step > 0) {
+      EXPECT_LE(force, before) << depth;
+    }
+    before = force;
+    if (step % 4 != 0) continue;
+    if (reference > 0) {
+      const double exact = kSlitForces[reference - 1].force - kSlitForces[reference].force;
+      EXPECT_NEAR(at_last - force, exact, 0.1 * exact) << depth;
+    }
+    ++reference;
+    at_last = force;
+  }
+}
+
+TEST(CutBody, GivesWayWithoutStepsAsASlitGoesOn) {
+  const double h = 4e-3;
+  CutBlock block = CutBlock::whole(h, 1).value();
+  double before = 0.0;
+  for (int step = 0; step <= 30; ++step) {
+    block.slit_along_to(-10e-3 + 0.5e-3 * step, h);
+    const double force = pull(block.assemble(CutBlock::is_end).value()).value().force;
+    if (step > 0) {
+      EXPECT_LE(force, before) << step;
+      EXPECT_GT(force, 0.99 * before) << step;
+    }
+    before = force;
+  }
+}
+
 TEST(CutBody, APieceThatIsCutOffMovesWithoutForce) {
   const double h = 4e-3;
-  PulledBlock block = PulledBlock::whole(h, 1);
-  part_in_the_middle(block, h, 0.5e-3, [](double) { return true; });
+  CutBlock block = CutBlock::whole(h, 1).value();
+  block.slit_down_to(-0.5 * CutBlock::kHeight, h, 0.5e-3);
   const auto assembled =
-      block.assemble([](const Vec3& x) { return PulledBlock::is_end(x) && x.x() < 0.0; });
+      block.assemble([](const Vec3& x) { return CutBlock::is_end(x) && x.x() < 0.0; });
   ASSERT_TRUE(assembled) << assembled.error().text();
   EXPECT_GT(assembled->fields().cloud().size(), block.cloud.size());
-  test::expect_free_piece_to_move_without_force(*assembled, h);
+  const auto energy = energy_of_free_piece(*assembled, h);
+  ASSERT_TRUE(energy) << energy.error().text();
+  EXPECT_LT(*energy, 1e-10);
 }
 
 }  // namespace

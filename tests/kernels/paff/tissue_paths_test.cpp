@@ -70,9 +70,9 @@ TEST(TissuePaths, OfAConvexBodyNeverMeetAir) {
 
 TEST(TissuePaths, PassOverAGentleHollowButNotOverACrease) {
   // A block whose upper side is a hollow of radius 10.
-  const auto lines = test::lines(-4.0, 4.0, 0.5);
+  const auto around = lines(-4.0, 4.0, 0.5);
   TriangleSurface hollow =
-      test::bricks(lines, lines, test::lines(-6.0, 0.0, 1.0), [](const Vec3&) { return true; });
+      bricks(around, around, lines(-6.0, 0.0, 1.0), [](const Vec3&) { return true; });
   for (Vec3& v : hollow.vertices)
     if (v.z() > -1e-9) v.z() = 10.0 - std::sqrt(100.0 - v.x() * v.x());
   const TissuePaths gentle(hollow);
@@ -82,9 +82,9 @@ TEST(TissuePaths, PassOverAGentleHollowButNotOverACrease) {
   EXPECT_TRUE(gentle.walls_beyond_air(left, 3.0).empty());
 
   // A step: the crease between its faces bends by 90 degrees.
-  const auto across = test::lines(0.0, 4.0, 1.0);
-  const TissuePaths step(test::bricks(across, across, across,
-                                      [](const Vec3& x) { return x.x() < 2.0 || x.z() < 2.0; }));
+  const auto across = lines(0.0, 4.0, 1.0);
+  const TissuePaths step(
+      bricks(across, across, across, [](const Vec3& x) { return x.x() < 2.0 || x.z() < 2.0; }));
   EXPECT_FALSE(step.nearly_straight({2, 2, 3}, {3, 2, 2}));
   EXPECT_FALSE(step.walls_beyond_air({2, 2, 3}, 2.0).empty());
 }

@@ -22,10 +22,9 @@ constexpr double kVoxel = 0.5e-3;
 const Vec3 kSize(30e-3, 20e-3, 10e-3);  // of the block [m]
 
 TriangleSurface block() {
-  return test::bricks(test::lines(-0.5 * kSize.x(), 0.5 * kSize.x(), 2.5e-3),
-                      test::lines(-0.5 * kSize.y(), 0.5 * kSize.y(), 2.5e-3),
-                      test::lines(-0.5 * kSize.z(), 0.5 * kSize.z(), 2.5e-3),
-                      [](const Vec3&) { return true; });
+  return bricks(lines(-0.5 * kSize.x(), 0.5 * kSize.x(), 2.5e-3),
+                lines(-0.5 * kSize.y(), 0.5 * kSize.y(), 2.5e-3),
+                lines(-0.5 * kSize.z(), 0.5 * kSize.z(), 2.5e-3), [](const Vec3&) { return true; });
 }
 
 TissueShare without_ball(const Vec3& centre, double radius) {
