@@ -30,6 +30,10 @@ StressCommand::StressCommand(CLI::App& program)
       "--whole", whole_,
       "random scenes of everything instead: organs, tools, devices that fail, links, gravity, "
       "burns, smoke, gas; each by one thread, by two and from a snapshot");
+  command_
+      ->add_flag("--cuts", whole_options_.cuts,
+                 "whole scenes in which scalpels and scissors cut an organ")
+      ->needs(whole);
   command_->add_option("--minutes", whole_options_.minutes, "whole scenes for so long")
       ->check(CLI::Range(0.01, 100'000.0))
       ->needs(whole);

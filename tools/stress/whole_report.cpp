@@ -76,6 +76,9 @@ class WholeSummary {
     smoke_residual_ = std::max(smoke_residual_, outcome.smoke_residual);
     heat_residual_ = std::max(heat_residual_, outcome.heat_residual);
     deepest_ = std::max(deepest_, outcome.deepest_inside);
+    bodies_ += outcome.bodies;
+    mass_residual_ = std::max(mass_residual_, outcome.mass_residual);
+    for (const std::string& reason : outcome.cuts_refused) ++cuts_refused_[refusal_sort(reason)];
     memory_.push_back(resident());
     descriptors_.push_back(descriptors());
   }
@@ -115,6 +118,11 @@ class WholeSummary {
         smoke_residual_, heat_residual_);
     out << fmt::format("organs lay {:.2f} mm in others at most, beyond that at rest\n",
                        1e3 * deepest_);
+    if (bodies_ > 0)
+      out << fmt::format("organs became {} cut bodies, of whose mass points miss {:.1e} at most\n",
+                         bodies_, mass_residual_);
+    for (const auto& [reason, count] : cuts_refused_)
+      out << fmt::format("{:>6} scenes with cuts that were refused: {}\n", count, reason);
     if (memory_.size() >= kFewestForMemory)
       out << fmt::format("memory: {:.0f} MB at the end, {:+.1f} MB since the second fifth\n",
                          1e-6 * memory_.back(), 1e-6 * growth(memory_));
@@ -130,7 +138,9 @@ class WholeSummary {
  private:
   int cases_ = 0, refused_ = 0, failed_ = 0;
   double smoke_residual_ = 0.0, heat_residual_ = 0.0, deepest_ = 0.0;
-  std::map<std::string, int> flags_, reasons_;
+  std::uint64_t bodies_ = 0;
+  double mass_residual_ = 0.0;
+  std::map<std::string, int> flags_, reasons_, cuts_refused_;
   std::vector<double> memory_;
   std::vector<std::size_t> descriptors_;
 };
@@ -144,7 +154,8 @@ void tell_failure(const WholeOptions& options, const WholeOutcome& outcome, std:
 }  // namespace
 
 std::string replay_whole(const WholeOptions& options, int number) {
-  return fmt::format("viscera stress --whole --seed {} --case {}{}", options.seed, number,
+  return fmt::format("viscera stress --whole{} --seed {} --case {}{}",
+                     options.cuts ? " --cuts" : "", options.seed, number,
                      options.fault ? " --inject-fault" : "");
 }
 
@@ -165,7 +176,7 @@ Result<bool> run_whole_stress(const WholeOptions& options, std::ostream& out) {
     const double by_time = options.minutes > 0.0 ? watch.seconds() / most_seconds : 0.0;
     if (bar) bar->update(std::max(by_cases, by_time), "running whole scenes");
     const WholeOutcome outcome =
-        run_whole_case({options.seed, options.first + done, options.fault}, where);
+        run_whole_case({options.seed, options.first + done, options.fault, options.cuts}, where);
     summary.add(outcome);
     if (options.cases == 1) {
       out << fmt::format("case {}: {}\n", outcome.number, outcome.description);

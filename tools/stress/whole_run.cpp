@@ -13,6 +13,7 @@
 #include "engine/features/contact/contact_flags.h"
 #include "engine/features/deformation/deformation_flags.h"
 #include "engine/features/free_bodies/free_bodies.h"
+#include "engine/features/parting/parting.h"
 #include "engine/features/smoke/smoke.h"
 #include "engine/simulation/sentinel.h"
 #include "engine/simulation/state_type.h"
@@ -20,6 +21,7 @@
 #include "kernels/base/caught.h"
 #include "kernels/base/finite.h"
 #include "tools/common/project_paths.h"
+#include "tools/stress/cut_scene.h"
 #include "tools/stress/whole_bodies.h"
 #include "tools/stress/whole_scene.h"
 
@@ -30,6 +32,8 @@ namespace {
 constexpr double kSmokeResidual = 1e-4;
 /// The bound of the feature's own test (engine/features/cautery/cautery_report_test.cpp).
 constexpr double kHeatResidual = 0.01;
+/// Points of a cut body have the volume of what its surface encloses, over that of the whole one.
+constexpr double kMassResidual = 1e-6;
 /// Steps whose contact may find no forces, and where jaws leap by centimetres or tissue was turned
 /// inside out; chosen by eye. A jaw and a stiff link that part by 50 mm ask for kilonewtons.
 constexpr double kNotConverged = 0.05, kNotConvergedAbused = 0.25;
@@ -95,6 +99,7 @@ class BodyChecks {
         deepest_at_ = frame;
       }
     if (scene_.still_from && frame > *scene_.still_from) energy_.add(frame, energy_of(world));
+    look_at_cuts(world);
   }
   void tell(WholeOutcome& outcome) const {
     outcome.deepest_inside = deepest_.depth;
@@ -104,14 +109,43 @@ class BodyChecks {
                       "rest",
                       deepest_at_, deepest_.what, 1e3 * deepest_.depth, 1e3 * kMostInside));
     if (energy_.failure()) outcome.failures.push_back(*energy_.failure());
+    outcome.bodies = bodies_;
+    outcome.mass_residual = mass_residual_;
+    outcome.cuts_refused = refusals_;
+    if (!(mass_residual_ < kMassResidual))
+      outcome.failures.push_back(
+          fmt::format("a cut body's points have {:.1e} more or less than its surface encloses, "
+                      "expected {:.0e} of the whole body",
+                      mass_residual_, kMassResidual));
   }
 
  private:
+  void look_at_cuts(const World& world) {
+    const Pool<OrganCut>& cuts = world.all<OrganCut>();
+    std::uint64_t bodies = 0;
+    for (std::size_t c = 0; c < cuts.size(); ++c) bodies += cuts[c].bodies;
+    for (std::size_t c = 0; c < cuts.size(); ++c) {
+      const OrganLeft& left = world.all<OrganLeft>()[c];
+      if (!left.refusal.empty() && std::ranges::find(refusals_, left.refusal) == refusals_.end())
+        refusals_.push_back(left.refusal);
+      if (bodies == bodies_) continue;
+      const Entity organ = cuts.owner(c);
+      const OrganModel& model = *world.find<OrganBody>(organ)->model;
+      const double whole = volume(world.find<Cuttable>(organ)->organ->whole->surface);
+      mass_residual_ = std::max(
+          mass_residual_, std::abs(model.finite->body().volume() - volume(model.surface)) / whole);
+    }
+    bodies_ = bodies;
+  }
+
   const WholeScene& scene_;
   Insides insides_;
   Insides::Deepest deepest_;
   std::uint64_t deepest_at_ = 0;
   EnergyWatch energy_;
+  std::uint64_t bodies_ = 0;
+  double mass_residual_ = 0.0;
+  std::vector<std::string> refusals_;
 };
 
 /// Controls with a number that isn't finite are refused and change nothing.
@@ -239,7 +273,8 @@ Result<void> step_case(const WholeScene& scene, const Model& model, bool fault,
 WholeOutcome run_whole_case(const WholeCase& whole, const std::filesystem::path& folder) {
   WholeOutcome outcome{.number = whole.number};
   const auto done = caught([&]() -> Result<void> {
-    const auto scene = write_whole_scene(whole.seed, whole.number, folder);
+    const auto write = whole.cuts ? write_cut_scene : write_whole_scene;
+    const auto scene = write(whole.seed, whole.number, folder);
     if (!scene) return std::unexpected(scene.error());
     outcome.description = scene->description;
     const auto model = Model::load(scene->file, {.assets = assets_folder(), .use_cache = false});

@@ -20,6 +20,9 @@ struct WholeOutcome {
   double smoke_residual = 0.0;        ///< of its book, over what was emitted
   double heat_residual = 0.0;         ///< of the energy book, over what was delivered
   double deepest_inside = 0.0;        ///< of an organ in another, beyond that at rest [m]
+  std::uint64_t bodies = 0;           ///< that organs became as they were cut
+  double mass_residual = 0.0;  ///< of a cut body's points against its surface, over the whole's
+  std::vector<std::string> cuts_refused;  ///< why a cut body wasn't, each once
   bool passed() const { return failures.empty(); }
 };
 
@@ -28,14 +31,15 @@ struct WholeOutcome {
 ///   from a snapshot at a random frame in a simulation of its own, to the same hash;
 /// turning tissue at finite strain inside out where the case says so, and
 /// asking in the first run how deep organs of a pair lie in each other and, once nothing moves the
-/// scene any more, whether it gains energy (whole_bodies.h),
-/// looking after each step for numbers that aren't finite (sentinel.h) and flags that nothing in
-/// the scene explains, trying controls that can't be, and at the end at the books of smoke and
-/// heat.
+/// scene any more, whether it gains energy (whole_bodies.h), and whether cut bodies have the mass
+/// of what their surfaces enclose, looking after each step for numbers that aren't finite
+/// (sentinel.h) and flags that nothing in the scene explains, trying controls that can't be, and at
+/// the end at the books of smoke and heat.
 struct WholeCase {
   std::uint64_t seed = 1;
   int number = 0;
   bool fault = false;  ///< a number that isn't finite is put into the second run's state
+  bool cuts = false;   ///< of write_cut_scene
 };
 WholeOutcome run_whole_case(const WholeCase& whole, const std::filesystem::path& folder);
 
@@ -45,6 +49,7 @@ struct WholeOptions {
   int cases = 0;         ///< 0: as many as the time allows
   double minutes = 0.0;  ///< 0: as many as there are cases
   bool fault = false;    ///< a test of the checks themselves: every case that is stepped must fail
+  bool cuts = false;     ///< scenes in which blades cut
   std::filesystem::path keep;  ///< where the last case's scene stays; empty: nowhere
   bool quiet = false;
 };

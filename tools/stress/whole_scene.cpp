@@ -10,7 +10,7 @@
 
 #include "engine/features/held_tools/haptic_recording.h"
 #include "haptics/devices/simulated_device.h"
-#include "kernels/base/random.h"
+#include "tools/stress/dice.h"
 
 namespace viscera {
 namespace {
@@ -25,29 +25,6 @@ constexpr std::uint64_t kContactStream = 0x434f'4e54ull << 32;
 constexpr double kBerth = 44.0, kNarrowest = 30.0;
 /// A scene that comes to stand still is stepped on for so many frames.
 constexpr std::uint64_t kStillFrames = 40;
-
-/// Draws, one after the other.
-class Dice {
- public:
-  Dice(std::uint64_t seed, int number, std::uint64_t stream)
-      : random_(seed, stream + static_cast<std::uint64_t>(number)) {}
-
-  double between(double low, double high) { return low + (high - low) * random_.uniform(next_++); }
-  int whole(int low, int high) {  // both among them
-    return low +
-           static_cast<int>(random_.bits(next_++) % static_cast<std::uint64_t>(high - low + 1));
-  }
-  bool chance(double share) { return random_.uniform(next_++) < share; }
-  template <std::size_t N>
-  const char* one_of(const std::array<const char*, N>& words) {
-    return words[static_cast<std::size_t>(whole(0, static_cast<int>(N) - 1))];
-  }
-  Vec3 direction() { return random_.direction(next_++); }
-
- private:
-  Random random_;
-  std::uint64_t next_ = 0;
-};
 
 Json vector(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
@@ -119,9 +96,6 @@ class Draft {
   }
 
  private:
-  static constexpr std::array<const char*, 8> kTissues{"liver", "gallbladder", "stomach", "kidney",
-                                                       "lung",  "spleen",      "fat",     "rubber"};
-
   Vec3 middle(int organ) const { return {berth_ * organ, 0.0, 0.0}; }
 
   /// A ball or block that nothing holds over a floor of its own, beside the others.

@@ -1,0 +1,170 @@
+#include "tools/stress/cut_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tools/stress/dice.h"
+
+namespace viscera {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::uint64_t kCutStream = 0x4355'5453ull << 32;
+/// So many frames after the last stroke the last body is there, for so many more nothing moves.
+constexpr std::uint64_t kFramesToSettle = 70, kFramesAtRest = 40;
+constexpr double kFrameRate = 60.0;  // [1/s]
+constexpr double kFarAway = 150.0;   // of trocars [mm]
+constexpr double kJawLength = 14.0;  // of scissors [mm]
+
+Json list(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+/// Lengths in mm, as the file has them.
+class CutDraft {
+ public:
+  CutDraft(std::uint64_t seed, int number) : dice_(seed, number, kCutStream) {}
+
+  Result<WholeScene> written(const std::filesystem::path& folder) {
+    add_organ();
+    const int graspers = dice_.whole(0, 2);
+    for (int i = 0; i < graspers; ++i) add_grasper(i);
+    const int blades = dice_.whole(1, 2);
+    double end = 0.0;
+    for (int i = 0; i < blades; ++i) end = std::max(end, add_blade(i));
+    const auto moving = static_cast<std::uint64_t>(std::ceil(end * kFrameRate));
+    WholeScene whole{
+        .file = folder / "scene.json",
+        .description =
+            fmt::format("{} mm of {}, {} graspers, {} blades, {} strokes",
+                        fmt::format("{:.0f} x {:.0f} x {:.0f}", size_.x(), size_.y(), size_.z()),
+                        tissue_, graspers, blades, strokes_),
+        .frames = moving + kFramesToSettle + kFramesAtRest,
+        .snapshot_at = static_cast<std::uint64_t>(dice_.whole(0, static_cast<int>(moving))),
+        .inverted_at = {},
+        .abused = false,
+        .still_from = moving + kFramesToSettle};
+    scene_["version"] = 1;
+    scene_["name"] = "cut";
+    scene_["duration_s"] = static_cast<double>(whole.frames + 1) / kFrameRate;
+    std::ofstream file(whole.file);
+    file << scene_.dump(1) << '\n';
+    file.close();
+    if (!file) return failure(whole.file.string() + ": can't be written");
+    return whole;
+  }
+
+ private:
+  void add_organ() {
+    tissue_ = dice_.one_of(kTissues);
+    size_ = {dice_.between(20, 50), dice_.between(20, 50), dice_.between(8, 22)};
+    Json organ = {{"name", "organ"}, {"tissue", tissue_}, {"response", "finite"}};
+    Json& geometry = organ["geometry"];
+    geometry["edge_mm"] = dice_.between(2.0, 4.0);
+    if (dice_.chance(0.3)) {
+      size_ = Vec3(2.0, 2.0, 1.0) * dice_.between(12, 20);
+      geometry["recipe"] = "hemisphere";
+      geometry["radius_mm"] = size_.z();
+      low_ = 0.0;
+    } else {
+      geometry["recipe"] = "block";
+      geometry["size_mm"] = list(size_);
+      low_ = -0.5 * size_.z();
+    }
+    const bool by_side = dice_.chance(0.5);
+    const Vec3 at = by_side ? Vec3(-0.5 * size_.x() + 0.5, 0, 0) : Vec3(0, 0, low_ + 0.5);
+    organ["fixed"] = Json::array(
+        {{{"half_space",
+           {{"point_mm", list(at)}, {"normal", by_side ? Json{1, 0, 0} : Json{0, 0, 1}}}}}});
+    const double spacing = dice_.between(4.5, 8.0);
+    organ["resolution"] = {{"spacing_mm", spacing}, {"finest_spacing_mm", spacing}};
+    organ["finite"] = {{"viscous_time_ms", dice_.between(0.0, 60.0)},
+                       {"iterations", dice_.whole(2, 8)}};
+    organ["cuttable"] = {{"voxel_mm", dice_.between(0.25, 0.5)}};
+    if (dice_.chance(0.3)) organ["youngs_modulus_kPa"] = std::pow(10.0, dice_.between(-0.5, 2.0));
+    if (dice_.chance(0.3)) organ["poisson_ratio"] = dice_.between(0.0, 0.49);
+    scene_["organs"] = Json::array({organ});
+  }
+
+  double top() const { return low_ + size_.z(); }
+  Vec3 above(double height) {
+    return {dice_.between(-0.4, 0.4) * size_.x(), dice_.between(-0.4, 0.4) * size_.y(),
+            top() + height};
+  }
+  Json tool(const std::string& name, const char* kind) {
+    Vec3 away = dice_.direction();
+    away.z() = 0.6 + std::abs(away.z());
+    return {{"name", name}, {"kind", kind}, {"trocar_mm", list(kFarAway * away.normalized())}};
+  }
+  static Json key(double time, const Vec3& tip, double jaw) {
+    return {{"time_s", time}, {"tip_mm", list(tip)}, {"jaw", jaw}};
+  }
+
+  void add_grasper(int number) {
+    Json grasper = tool(fmt::format("grasper{}", number), "grasper");
+    grasper["grip_radius_mm"] = dice_.between(3.0, 5.0);
+    const Vec3 foot = above(-1.0);
+    Vec3 pull = dice_.direction() * dice_.between(0.0, 0.4) * size_.z();
+    pull.z() = std::abs(pull.z());
+    grasper["path"] = {key(0.0, foot + Vec3(0, 0, 14), 1.0), key(0.15, foot, 1.0),
+                       key(0.25, foot, 0.0), key(0.6, foot + pull, 0.0)};
+    scene_["instruments"].push_back(grasper);
+  }
+
+  /// When its last stroke has ended [s].
+  double add_blade(int number) {
+    const bool scissors = dice_.chance(0.4);
+    Json blade = tool(fmt::format("blade{}", number), scissors ? "scissors" : "scalpel");
+    blade["blade_mm"] = scissors ? kJawLength : dice_.between(6.0, 30.0);
+    blade["blade_thickness_mm"] = dice_.between(0.5, 1.2);
+    double time = 0.3;
+    const Vec3 start = above(kJawLength + 8.0);
+    Json path = {key(0.0, start, 1.0), key(time, start, 1.0)};
+    const int strokes = dice_.whole(1, 3);
+    for (int i = 0; i < strokes; ++i) {
+      ++strokes_;
+      if (scissors) {
+        const Vec3 at = above(-dice_.between(0.1, 1.0) * size_.z());
+        path.push_back(key(time += 0.25, at, 1.0));
+        path.push_back(key(time += dice_.between(0.1, 0.4), at, 0.0));
+        path.push_back(key(time += 0.2, above(kJawLength), 1.0));
+        continue;
+      }
+      // From beyond one side to another place, at times beyond the other side, at some depth.
+      const double depth = dice_.between(0.1, 1.1) * size_.z();
+      const double turn = dice_.between(0.0, 6.3), reach = 0.5 * size_.head<2>().norm() + 3.0;
+      const Vec3 from(reach * std::cos(turn), reach * std::sin(turn), top() - depth);
+      const Vec3 middle = above(-depth);
+      const Vec3 to = dice_.chance(0.4) ? Vec3(2.0 * middle - from) : middle;
+      path.push_back(key(time += 0.2, Vec3(from.x(), from.y(), top() + 5.0), 1.0));
+      path.push_back(key(time += 0.1, from, 1.0));
+      path.push_back(key(time += (to - from).norm() / dice_.between(30.0, 120.0),
+                         {to.x(), to.y(), top() - depth}, 1.0));
+      path.push_back(key(time += 0.2, Vec3(to.x(), to.y(), top() + 8.0), 1.0));
+    }
+    blade["path"] = path;
+    scene_["instruments"].push_back(blade);
+    return time;
+  }
+
+  Dice dice_;
+  Json scene_;
+  std::string tissue_;
+  Vec3 size_ = Vec3::Zero();
+  double low_ = 0.0;  // its base
+  int strokes_ = 0;
+};
+
+}  // namespace
+
+Result<WholeScene> write_cut_scene(std::uint64_t seed, int number,
+                                   const std::filesystem::path& folder) {
+  return CutDraft(seed, number).written(folder);
+}
+
+}  // namespace viscera
