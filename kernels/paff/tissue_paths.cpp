@@ -61,11 +61,7 @@ TissuePaths::TissuePaths(const TriangleSurface& surface)
 }
 
 bool TissuePaths::straight(const Vec3& from, const Vec3& to) const {
-  thread_local Crossings found;
-  tree_.crossings(from, to, found);
-  return std::none_of(found.begin(), found.end(), [](const SurfaceTree::Crossing& one) {
-    return one.enters && one.share > kAtStart;
-  });
+  return !tree_.enters_after(kAtStart, from, to);
 }
 
 bool TissuePaths::nearly_straight(const Vec3& from, const Vec3& to, bool may_start_outside) const {

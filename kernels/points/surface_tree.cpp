@@ -89,6 +89,14 @@ struct SurfaceTree::Data {
   /// wanted.
   template <class Wanted, class Visit>
   void each_place(const Wanted& wanted, const Visit& visit) const {
+    any_place(wanted, [&](int place) {
+      visit(place);
+      return false;
+    });
+  }
+  /// The same until it says true for one, which is the answer.
+  template <class Wanted, class Visit>
+  bool any_place(const Wanted& wanted, const Visit& visit) const {
     std::array<int, kStackSize> stack;
     int depth = 0;
     if (!nodes.empty()) stack[depth++] = 0;
@@ -101,8 +109,10 @@ struct SurfaceTree::Data {
         stack[depth++] = at + 1;
         continue;
       }
-      for (int place = node.begin; place < node.end; ++place) visit(place);
+      for (int place = node.begin; place < node.end; ++place)
+        if (visit(place)) return true;
     }
+    return false;
   }
 };
 
@@ -250,51 +260,92 @@ double SurfaceTree::signed_distance(const Vec3& query) const {
 
 namespace {
 
-/// Whether the way from `from` along `way` meets a box that is larger by `pad` all around.
-bool meets(const Box& box, const Vec3& from, const Vec3& way, double pad) {
-  double begin = 0.0, end = 1.0;
-  for (int a = 0; a < 3; ++a) {
-    const double low = box.min()[a] - from[a] - pad, high = box.max()[a] - from[a] + pad;
-    if (way[a] == 0.0) {
-      if (low > 0.0 || high < 0.0) return false;
-      continue;
-    }
-    const double first = low / way[a], second = high / way[a];
-    begin = std::max(begin, std::min(first, second));
-    end = std::min(end, std::max(first, second));
-  }
-  return begin <= end;
-}
-
 /// How far beyond its ends a way, and beyond its edges a triangle, still counts, over their sizes.
 constexpr double kCrossingSlack = 1e-6;
+
+/// A straight way, for boxes and triangles that it may meet.
+class Way {
+ public:
+  /// Boxes count as larger by the slack of it and of what is `across` [m].
+  Way(const Vec3& from, const Vec3& to, double across)
+      : from_(from),
+        way_(to - from),
+        inverse_(way_.cwiseInverse()),
+        length_(way_.norm()),
+        pad_(kCrossingSlack * (length_ + across)) {}
+
+  bool meets(const Box& box) const {
+    double begin = 0.0, end = 1.0;
+    for (int a = 0; a < 3; ++a) {
+      const double low = box.min()[a] - from_[a] - pad_, high = box.max()[a] - from_[a] + pad_;
+      if (way_[a] == 0.0) {
+        if (low > 0.0 || high < 0.0) return false;
+        continue;
+      }
+      const double first = low * inverse_[a], second = high * inverse_[a];
+      begin = std::max(begin, std::min(first, second));
+      end = std::min(end, std::max(first, second));
+    }
+    return begin <= end;
+  }
+
+  struct Meeting {
+    double share;
+    bool enters;
+  };
+  /// Where it meets a triangle [Moeller1997]; `only_entering`: from outside alone.
+  std::optional<Meeting> meet(const std::array<Vec3, 3>& p, bool only_entering) const {
+    const Vec3 ab = p[1] - p[0], ac = p[2] - p[0], across = way_.cross(ac);
+    const double determinant = ab.dot(across);  // > 0: against the outward normal
+    if (only_entering && !(determinant > 0.0)) return std::nullopt;
+    const Vec3 offset = from_ - p[0], other = offset.cross(ab);
+    const double u = offset.dot(across) / determinant, v = way_.dot(other) / determinant;
+    if (!(u >= -kCrossingSlack && v >= -kCrossingSlack && u + v <= 1.0 + kCrossingSlack))
+      return std::nullopt;
+    const double share = ac.dot(other) / determinant;
+    if (!(share >= -kCrossingSlack && share <= 1.0 + kCrossingSlack)) return std::nullopt;
+    // It runs along the triangle, or the triangle is a needle.
+    if (!(std::abs(determinant) > 1e-9 * ab.norm() * ac.norm() * length_)) return std::nullopt;
+    return Meeting{share, determinant > 0.0};
+  }
+
+ private:
+  Vec3 from_, way_, inverse_;
+  double length_, pad_;
+};
 
 }  // namespace
 
 void SurfaceTree::crossings(const Vec3& from, const Vec3& to, std::vector<Crossing>& found) const {
   found.clear();
   if (data_->nodes.empty()) return;
-  const Vec3 way = to - from;
-  const double pad = kCrossingSlack * (way.norm() + data_->nodes[0].box.diagonal().norm());
-  data_->each_place(
-      [&](const Box& box) { return meets(box, from, way, pad); },
-      [&](int place) {
-        // [Moeller1997].
-        const std::array<Vec3, 3>& p = data_->corners[place];
-        const Vec3 ab = p[1] - p[0], ac = p[2] - p[0], across = way.cross(ac);
-        const double determinant = ab.dot(across);  // > 0: against the outward normal
-        const double size = ab.norm() * ac.norm() * way.norm();
-        if (!(std::abs(determinant) > 1e-9 * size)) return;
-        const Vec3 offset = from - p[0], other = offset.cross(ab);
-        const double u = offset.dot(across) / determinant, v = way.dot(other) / determinant;
-        if (u < -kCrossingSlack || v < -kCrossingSlack || u + v > 1.0 + kCrossingSlack) return;
-        const double share = ac.dot(other) / determinant;
-        if (share < -kCrossingSlack || share > 1.0 + kCrossingSlack) return;
-        found.push_back({share, data_->triangles[place], determinant > 0.0});
-      });
+  const Way way(from, to, data_->nodes[0].box.diagonal().norm());
+  data_->each_place([&](const Box& box) { return way.meets(box); },
+                    [&](int place) {
+                      if (const auto meeting = way.meet(data_->corners[place], false))
+                        found.push_back({meeting->share, data_->triangles[place], meeting->enters});
+                    });
   std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) {
     return a.share < b.share || (a.share == b.share && a.triangle < b.triangle);
   });
+}
+
+bool SurfaceTree::enters_after(double share, const Vec3& from, const Vec3& to) const {
+  if (data_->nodes.empty()) return false;
+  const Way way(from, to, data_->nodes[0].box.diagonal().norm());
+  const auto is_met = [&](int place) {
+    const auto meeting = way.meet(data_->corners[place], true);
+    return meeting && meeting->share > share;
+  };
+  // What stood in the last way often stands in the next.
+  thread_local int last = 0;
+  if (last < static_cast<int>(data_->corners.size()) && is_met(last)) return true;
+  return data_->any_place([&](const Box& box) { return way.meets(box); },
+                          [&](int place) {
+                            if (!is_met(place)) return false;
+                            last = place;
+                            return true;
+                          });
 }
 
 void SurfaceTree::within(const Vec3& centre, double radius, std::vector<int>& found) const {

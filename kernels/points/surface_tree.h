@@ -37,6 +37,8 @@ class SurfaceTree {
   /// way more, edges belong to both of their triangles: no way slips through between two, and one
   /// through an edge meets both. Triangles that the way runs along are left out. Clears `found`.
   void crossings(const Vec3& from, const Vec3& to, std::vector<Crossing>& found) const;
+  /// Whether one of these enters, later than at this share of the way: the same answer, sooner.
+  bool enters_after(double share, const Vec3& from, const Vec3& to) const;
   /// The triangles nearer than `radius` [m], ascending. Clears `found` first.
   void within(const Vec3& centre, double radius, std::vector<int>& found) const;
 
