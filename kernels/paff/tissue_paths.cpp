@@ -65,6 +65,7 @@ bool TissuePaths::straight(const Vec3& from, const Vec3& to) const {
 }
 
 bool TissuePaths::nearly_straight(const Vec3& from, const Vec3& to, bool may_start_outside) const {
+  if (straight(from, to)) return true;
   thread_local Crossings found;
   tree_.crossings(from, to, found);
   const SurfaceTree::Crossing* left = nullptr;

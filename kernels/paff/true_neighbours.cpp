@@ -300,8 +300,9 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, doubl
   struct Candidate {
     double length;
     int bend;
+    /// The shortest is the greatest, on top of the heap.
     bool operator<(const Candidate& other) const {
-      return length < other.length || (length == other.length && bend < other.bend);
+      return length > other.length || (length == other.length && bend > other.bend);
     }
   };
   thread_local std::vector<Candidate> candidates;
@@ -310,10 +311,13 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, doubl
     const double length = blocked.bends[b].length + (place - blocked.bends[b].position).norm();
     if (length < longest) candidates.push_back({length, static_cast<int>(b)});
   }
-  std::sort(candidates.begin(), candidates.end());
+  // Most often one of the first few will do.
+  std::make_heap(candidates.begin(), candidates.end());
   out.way = longest;
   out.gradient = Vec3::Zero();
-  for (const Candidate& one : candidates) {
+  for (auto end = candidates.end(); end != candidates.begin(); --end) {
+    std::pop_heap(candidates.begin(), end);
+    const Candidate& one = *(end - 1);
     const Vec3& bend = blocked.bends[static_cast<std::size_t>(one.bend)].position;
     if (!paths_.straight(bend, place)) continue;
     const Vec3 last = place - bend, direct = place - from;
