@@ -8,6 +8,7 @@
 #include "engine/simulation/world.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
+#include "tools/stress/cut_scene.h"
 #include "tools/stress/whole_bodies.h"
 #include "tools/stress/whole_run.h"
 #include "tools/stress/whole_scene.h"
@@ -34,6 +35,20 @@ TEST(WholeStress, RandomScenesHoldUnderEveryCheckOrAreRefusedWithWhatWasExpected
   EXPECT_GE(stepped, 5);
 }
 
+TEST(WholeStress, OrgansThatBladesCutAtRandomHoldUnderEveryCheckAndKeepTheirMass) {
+  const test::TemporaryFolder folder;
+  std::uint64_t bodies = 0;
+  for (const int number : {3, 7}) {
+    const WholeOutcome outcome =
+        run_whole_case({.seed = 1, .number = number, .cuts = true}, folder.path());
+    EXPECT_TRUE(outcome.passed()) << failures_of(outcome);
+    EXPECT_EQ(outcome.refused, "") << number;
+    EXPECT_LT(outcome.mass_residual, 1e-6);
+    bodies += outcome.bodies;
+  }
+  EXPECT_GE(bodies, 3u);
+}
+
 TEST(WholeStress, ANumberThatIsNotFiniteIsSeenInEveryCaseThatIsStepped) {
   const test::TemporaryFolder folder;
   for (int number = 0; number < 4; ++number) {
@@ -54,6 +69,18 @@ TEST(WholeStress, ACaseIsTheSameSceneEveryTimeAndNoTwoAreAlike) {
   EXPECT_NE(text(7, 4), first);
   EXPECT_NE(text(8, 3), first);
   EXPECT_EQ(text(7, 3), first);
+}
+
+TEST(WholeStress, ACaseOfCutsIsTheSameSceneEveryTimeAndNoTwoAreAlike) {
+  const test::TemporaryFolder folder;
+  const auto text = [&](int number) {
+    const auto scene = write_cut_scene(7, number, folder.path());
+    EXPECT_TRUE(scene) << scene.error().text();
+    return test::file_text(scene->file);
+  };
+  const std::string first = text(3);
+  EXPECT_NE(text(4), first);
+  EXPECT_EQ(text(3), first);
 }
 
 TEST(WholeStress, AFailureIsToldWithItsCommandAndTheRunFails) {
