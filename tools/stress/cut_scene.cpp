@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tools/stress/dice.h"
@@ -41,9 +40,8 @@ class CutDraft {
     WholeScene whole{
         .file = folder / "scene.json",
         .description =
-            fmt::format("{} mm of {}, {} graspers, {} blades, {} strokes",
-                        fmt::format("{:.0f} x {:.0f} x {:.0f}", size_.x(), size_.y(), size_.z()),
-                        tissue_, graspers, blades, strokes_),
+            fmt::format("{:.0f} x {:.0f} x {:.0f} mm of {}, {} graspers, {} blades, {} strokes",
+                        size_.x(), size_.y(), size_.z(), tissue_, graspers, blades, strokes_),
         .frames = moving + kFramesToSettle + kFramesAtRest,
         .snapshot_at = static_cast<std::uint64_t>(dice_.whole(0, static_cast<int>(moving))),
         .inverted_at = {},
@@ -52,10 +50,8 @@ class CutDraft {
     scene_["version"] = 1;
     scene_["name"] = "cut";
     scene_["duration_s"] = static_cast<double>(whole.frames + 1) / kFrameRate;
-    std::ofstream file(whole.file);
-    file << scene_.dump(1) << '\n';
-    file.close();
-    if (!file) return failure(whole.file.string() + ": can't be written");
+    if (auto done = write_drawn_scene(scene_, whole.file); !done)
+      return std::unexpected(done.error());
     return whole;
   }
 

@@ -88,10 +88,8 @@ class Draft {
       whole.inverted_at = static_cast<std::uint64_t>(
           dice_.whole(static_cast<int>(whole.snapshot_at), static_cast<int>(frames_)));
     whole.abused = jerks_ > 0 || whole.inverted_at;
-    std::ofstream file(whole.file);
-    file << scene_.dump(1) << '\n';
-    file.close();
-    if (!file) return failure(whole.file.string() + ": can't be written");
+    if (auto done = write_drawn_scene(scene_, whole.file); !done)
+      return std::unexpected(done.error());
     return whole;
   }
 
@@ -433,6 +431,14 @@ class Draft {
 };
 
 }  // namespace
+
+Result<void> write_drawn_scene(const nlohmann::json& scene, const std::filesystem::path& file) {
+  std::ofstream out(file);
+  out << scene.dump(1) << '\n';
+  out.close();
+  if (!out) return failure(file.string() + ": can't be written");
+  return {};
+}
 
 Result<WholeScene> write_whole_scene(std::uint64_t seed, int number,
                                      const std::filesystem::path& folder) {
