@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "kernels/base/random.h"
 #include "tests/support/shapes.h"
@@ -102,6 +103,25 @@ TEST(SurfaceTree, ClosestPointLiesOnItsTriangleAtItsDistance) {
     EXPECT_GE(closest.point.weights.minCoeff(), 0.0);
     EXPECT_NEAR(closest.point.weights.sum(), 1.0, 1e-12);
   }
+}
+
+TEST(SurfaceTree, AWayEntersLaterThanAShareWhereItsCrossingsSaySo) {
+  const SurfaceTree tree(star()), other(test::cube(1.0, 4));
+  const Random random(4, 0);
+  std::vector<SurfaceTree::Crossing> found;
+  int entering = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 from = random_place(random, 2 * i, 2.0), to = random_place(random, 2 * i + 1, 2.0);
+    const double share = random.uniform(1'000'000 + i);
+    for (const SurfaceTree* one : {&tree, &other}) {
+      one->crossings(from, to, found);
+      const bool enters = std::ranges::any_of(
+          found, [&](const auto& crossing) { return crossing.enters && crossing.share > share; });
+      ASSERT_EQ(one->enters_after(share, from, to), enters) << i;
+      entering += enters;
+    }
+  }
+  EXPECT_GT(entering, 400);
 }
 
 TEST(SurfaceTree, VerticesAreTheirOwnClosestPoints) {
