@@ -27,6 +27,24 @@ std::vector<double> joined(std::initializer_list<std::vector<double>> parts) {
   return all;
 }
 
+std::vector<double> across(double size, double spacing) {
+  return lines(-0.5 * size, 0.5 * size, 0.5 * spacing);
+}
+
+/// x K x.
+double quadratic_form(const SymmetricBlockMatrix& stiffness, const std::vector<double>& x) {
+  std::vector<double> forces(x.size());
+  stiffness.multiply(x, forces);
+  return std::inner_product(forces.begin(), forces.end(), x.begin(), 0.0);
+}
+
+/// A blade along y goes through the block from one place of the plane of x and z to another. Its
+/// kerf's end is round, half a blade ahead.
+void cut_across(TissueShare& tissue, const Vec3& from, const Vec3& to) {
+  const Vec3 y(0.0, kBeyond, 0.0);
+  sweep({{Vec3(from - y), Vec3(from + y)}, {Vec3(to - y), Vec3(to + y)}, CutBlock::kBlade}, tissue);
+}
+
 void straight(TissueShare& tissue) {
   cut_across(tissue, {0.0, 0.0, kAbove}, {0.0, 0.0, 0.5 * CutBlock::kBlade});
 }
@@ -78,11 +96,6 @@ const std::array<Kerf, 3> kSeveringKerfs{{{"Straight", straight_through, 0.0},
                                           {"Oblique", oblique_through, 0.0},
                                           {"Curved", curved_through, 0.0}}};
 
-void cut_across(TissueShare& tissue, const Vec3& from, const Vec3& to) {
-  const Vec3 y(0.0, kBeyond, 0.0);
-  sweep({{Vec3(from - y), Vec3(from + y)}, {Vec3(to - y), Vec3(to + y)}, CutBlock::kBlade}, tissue);
-}
-
 Result<CutBlock> CutBlock::whole(double spacing, std::uint64_t seed) {
   CutBlock made;
   made.surface = bricks(across(kLength, spacing), across(kWidth, spacing), across(kHeight, spacing),
@@ -95,10 +108,6 @@ Result<CutBlock> CutBlock::whole(double spacing, std::uint64_t seed) {
   if (!cloud) return std::unexpected(cloud.error());
   made.cloud = *std::move(cloud);
   return made;
-}
-
-std::vector<double> CutBlock::across(double size, double spacing) {
-  return lines(-0.5 * size, 0.5 * size, 0.5 * spacing);
 }
 
 void CutBlock::slit_down_to(double height, double spacing, double width) {
@@ -134,12 +143,6 @@ Result<GalerkinSystem> CutBlock::assemble(std::function<bool(const Vec3&)> is_fi
 
 bool CutBlock::is_end(const Vec3& x) {
   return std::abs(x.x()) > 0.5 * kLength - 1e-9;
-}
-
-double quadratic_form(const SymmetricBlockMatrix& stiffness, const std::vector<double>& x) {
-  std::vector<double> forces(x.size());
-  stiffness.multiply(x, forces);
-  return std::inner_product(forces.begin(), forces.end(), x.begin(), 0.0);
 }
 
 Result<PulledBlock> pull(const GalerkinSystem& block) {

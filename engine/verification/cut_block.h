@@ -24,8 +24,6 @@ struct CutBlock {
   /// Whole, with nodes so far apart. Fails where they can't be placed.
   static Result<CutBlock> whole(double spacing, std::uint64_t seed);
 
-  static std::vector<double> across(double size, double spacing);
-
   /// Parted in the middle of its length, this wide, from the top down to a height [m].
   void slit_down_to(double height, double spacing, double width = 0.02e-3);
   /// Parted in the middle of its length, half through from the top, along the width from its end at
@@ -53,13 +51,6 @@ double mouth_of(const GalerkinSystem& block, const PulledBlock& pulled, double w
 /// motions, by a spacing h or as if turned by a radian, over E h^3. Fails where it isn't in two.
 Result<double> energy_of_free_piece(const GalerkinSystem& block, double spacing);
 
-/// x K x.
-double quadratic_form(const SymmetricBlockMatrix& stiffness, const std::vector<double>& x);
-
-/// A blade along y goes through the block from one place of the plane of x and z to another. Its
-/// kerf's end is round, half a blade ahead.
-void cut_across(TissueShare& tissue, const Vec3& from, const Vec3& to);
-
 /// A slit half through, a quarter of the block in C3D20R by CalculiX 2.20, finer towards its front,
 /// 13,133 nodes; with 5,121 nodes the force is .16 % greater.
 inline constexpr double kSlitForce = 0.2960;    // [N]
@@ -67,7 +58,7 @@ inline constexpr double kSlitMouth = 5.826e-3;  // [m]
 /// The whole block, likewise.
 inline constexpr double kWholeForce = 0.4311;  // [N]
 
-/// Kerfs of a blade half a millimetre thick, whose fronts lie in the middle of the height.
+/// Kerfs of a blade kBlade thick, whose fronts lie in the middle of the height.
 struct Kerf {
   const char* name;
   void (*cut)(TissueShare&);

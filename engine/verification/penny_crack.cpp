@@ -67,8 +67,9 @@ double PennyCrack::exact_opening(double r) const {
 Result<OpenedCrack> open_crack(const PennyCrack& crack) {
   const Stopwatch watch;
   const std::vector<double> across = lines(-crack.half, crack.half, crack.coarse);
-  TriangleSurface surface = bricks(across, across, across, [](const Vec3&) { return true; });
+  const TriangleSurface whole = bricks(across, across, across, [](const Vec3&) { return true; });
   const TriangleSurface inner = faces(crack);
+  TriangleSurface surface = whole;
   const int first = static_cast<int>(surface.vertices.size());
   surface.vertices.insert(surface.vertices.end(), inner.vertices.begin(), inner.vertices.end());
   for (const auto& t : inner.triangles)
@@ -76,7 +77,6 @@ Result<OpenedCrack> open_crack(const PennyCrack& crack) {
   NodePlacement placement;
   placement.seed = crack.seed;
   // Nodes as without the crack.
-  const TriangleSurface whole = bricks(across, across, across, [](const Vec3&) { return true; });
   auto cloud = place_nodes(whole, SurfaceTree(whole),
                            graded_spacing(crack.coarse, crack.spacing, 0.25, inner.vertices),
                            placement, no_progress());

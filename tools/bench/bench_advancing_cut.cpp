@@ -119,9 +119,11 @@ Result<AdvancingCut> advancing_cut() {
   const auto force = [&] {
     return w.find<InstrumentContact>(w.model().instruments()[0])->force.norm();
   };
+  double uncut = 0.0;
   while (settled.size() < times.arrives.size()) {
     if (interrupted()) return failure(kCancelled);
     step_frame(w, trace);
+    if (w.all<OrganCut>()[0].area == 0.0) uncut = force();
     lateness.look(w.all<OrganCut>()[0], w.frame());
     if (passing.size() == settled.size()) {
       if (w.time() >= times.arrives[passing.size()]) passing.push_back(force());
@@ -130,8 +132,12 @@ Result<AdvancingCut> advancing_cut() {
     }
     goes_on.push_back(w.time() > times.begins && passing.size() == settled.size());
   }
-  for (std::size_t i = 0; i < settled.size(); ++i)
-    cut.force_error = std::max(cut.force_error, std::abs(passing[i] / settled[i] - 1.0));
+  const double change = std::abs(uncut - settled.back());
+  for (std::size_t i = 0; i < settled.size(); ++i) {
+    const double off = std::abs(passing[i] - settled[i]);
+    cut.force_error = std::max(cut.force_error, off / settled[i]);
+    cut.missing = std::max(cut.missing, off / change);
+  }
   cut.frames_late = static_cast<double>(lateness.greatest);
   cut.worker = w.all<OrganLeft>()[0].greatest_seconds;
   const auto deform = static_cast<int>(std::ranges::find(stages, "deform organs") - stages.begin());

@@ -13,8 +13,9 @@ struct AdvancingCut {
   double frame = 0.0;        ///< the tissue's part of one while the blade goes on, median [s]
   double worker = 0.0;       ///< to prepare one cut body beside the frames, at most [s]
   double frames_late = 0.0;  ///< from where the blade was to the body that knows it, at most
-  double force_error = 0.0;  ///< of the graspers' force, over what it comes to once the blade has
-                             ///< waited at the same place, at most
+  /// Of the graspers' force as the blade passes, against what it comes to once the blade has waited
+  /// at the same place, at most: over that force, and over what the whole cut changes it by.
+  double force_error = 0.0, missing = 0.0;
 };
 
 /// The shipped scene `incision` with finer nodes, an elastic tissue and a blade that waits on its

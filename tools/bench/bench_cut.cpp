@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -32,6 +33,13 @@ struct CutCase {
   std::optional<double> frames_late = {};
 };
 
+struct SlitCase {
+  double spacing;                             // [m]
+  double most_force = 0.0, most_mouth = 0.0;  // errors to reach; 0: none is asked for
+};
+constexpr std::array<SlitCase, 4> kSlits{
+    {{5e-3}, {4e-3, 0.03, 0.04}, {3e-3}, {2.5e-3, 0.02, 0.02}}};
+
 std::string cell(const std::optional<double>& value, double scale, const char* unit, int digits) {
   return value ? fmt::format("{:>12}", fmt::format("{:.{}f} {}", scale * *value, digits, unit))
                : fmt::format("{:>12}", "");
@@ -48,8 +56,9 @@ class CutBench {
   Result<void> run(std::ostream& out) {
     out << fmt::format("{:<52}{:>9}{:>12}{:>12}{:>12}{:>12}{:>12}\n", "case", "spacing", "force",
                        "opening", "a frame", "worker", "late");
-    for (const double spacing : spacings())
-      if (auto done = slit(spacing, out); !done) return done;
+    for (const SlitCase& one : kSlits)
+      if (!quick_ || one.spacing > 3.5e-3)
+        if (auto done = slit(one, out); !done) return done;
     for (const double spacing : quick_ ? std::vector{4e-3} : std::vector{4e-3, 3e-3})
       for (const Kerf& kerf : kKerfs)
         if (auto done = cut_by_blade(kerf, spacing, out); !done) return done;
@@ -103,9 +112,6 @@ class CutBench {
   }
 
  private:
-  std::vector<double> spacings() const {
-    return quick_ ? std::vector{5e-3, 4e-3} : std::vector{5e-3, 4e-3, 3e-3, 2.5e-3};
-  }
   void add(const CutCase& one, std::ostream& out) {
     out << fmt::format("{:<52}{:>6.2f} mm{}{}{}{}{}\n", one.name, 1e3 * one.spacing,
                        cell(one.force_error, 100.0, "%", 2), cell(one.opening_error, 100.0, "%", 2),
@@ -117,16 +123,12 @@ class CutBench {
   void reach(std::string what, std::string unit, double value, double target) {
     rows_.push_back({std::move(what), std::move(unit), value, target});
   }
-  static Result<void> unless_stopped() {
-    if (interrupted()) return failure(kCancelled);
-    return {};
-  }
-
-  Result<void> slit(double spacing, std::ostream& out) {
+  Result<void> slit(const SlitCase& one, std::ostream& out) {
+    const double spacing = one.spacing;
     double force = 0.0, mouth = 0.0;
     std::vector<double> times;
     for (const std::uint64_t seed : {1, 2, 3}) {
-      if (auto on = unless_stopped(); !on) return on;
+      if (interrupted()) return failure(kCancelled);
       auto block = CutBlock::whole(spacing, seed);
       if (!block) return std::unexpected(block.error());
       block->slit_down_to(0.0, spacing);
@@ -141,15 +143,19 @@ class CutBench {
       mouth += std::abs(mouth_of(*system, *pulled) / kSlitMouth - 1.0) / 3.0;
     }
     const double time = quantiles(times).median, h = 1e3 * spacing;
-    add({"slit half through", spacing, force, mouth, {}, time}, out);
+    add({.name = "slit half through",
+         .spacing = spacing,
+         .force_error = force,
+         .opening_error = mouth,
+         .worker = time},
+        out);
     slit_force_.points.emplace_back(h, 100.0 * force);
     slit_mouth_.points.emplace_back(h, 100.0 * mouth);
     slit_time_.points.emplace_back(h, time);
-    const bool coarse = std::abs(spacing - 4e-3) < 1e-6;
-    if (coarse || std::abs(spacing - 2.5e-3) < 1e-6) {
+    if (one.most_force > 0.0) {
       reach(fmt::format("slit half through, nodes {:g} mm apart: force", h), "%", 100.0 * force,
-            coarse ? 3.0 : 2.0);
-      reach("its mouth", "%", 100.0 * mouth, coarse ? 4.0 : 2.0);
+            100.0 * one.most_force);
+      reach("its mouth", "%", 100.0 * mouth, 100.0 * one.most_mouth);
     }
     return {};
   }
@@ -160,7 +166,7 @@ class CutBench {
     double error = 0.0;
     std::vector<double> times;
     for (const std::uint64_t seed : {11, 12}) {
-      if (auto on = unless_stopped(); !on) return on;
+      if (interrupted()) return failure(kCancelled);
       auto block = CutBlock::whole(spacing, seed);
       if (!block) return std::unexpected(block.error());
       auto whole = force_of(*block);
@@ -177,12 +183,10 @@ class CutBench {
       const double added = 1.0 / pulled->force - 1.0 / *whole;
       error += 0.5 * std::abs(added / expected - 1.0);
     }
-    add({fmt::format("kerf of voxels, {}: added compliance", lower(kerf.name)),
-         spacing,
-         error,
-         {},
-         {},
-         quantiles(times).median},
+    add({.name = fmt::format("kerf of voxels, {}: added compliance", lower(kerf.name)),
+         .spacing = spacing,
+         .force_error = error,
+         .worker = quantiles(times).median},
         out);
     if (spacing < 3.5e-3)
       reach(fmt::format("kerf of voxels, {}: added compliance", lower(kerf.name)), "%",
@@ -211,7 +215,7 @@ class CutBench {
       std::vector<double> forces;
       const auto steps = static_cast<int>(kSlitForces.size() - 1) * kSteps;
       for (int step = 0; step <= steps; ++step) {
-        if (auto on = unless_stopped(); !on) return on;
+        if (interrupted()) return failure(kCancelled);
         const double depth = kSlitForces[0].depth + kStep * step;
         block->slit_down_to(0.5 * CutBlock::kHeight - depth, spacing);
         const Stopwatch watch;
@@ -228,12 +232,10 @@ class CutBench {
         worst = std::max(worst, std::abs(found / exact - 1.0));
       }
     }
-    add({"-dW/dA over 2 mm of a slit, worst of 15",
-         spacing,
-         worst,
-         {},
-         {},
-         quantiles(times).median},
+    add({.name = "-dW/dA over 2 mm of a slit, worst of 15",
+         .spacing = spacing,
+         .force_error = worst,
+         .worker = quantiles(times).median},
         out);
     reach(fmt::format("-dW/dA over 2 mm, nodes {:g} mm apart, worst of 15", 1e3 * spacing), "%",
           100.0 * worst, 10.0);
@@ -249,7 +251,7 @@ class CutBench {
     auto block = CutBlock::whole(kSpacing, 1);
     if (!block) return std::unexpected(block.error());
     for (int step = 0; step <= 60; ++step) {
-      if (auto on = unless_stopped(); !on) return on;
+      if (interrupted()) return failure(kCancelled);
       block->slit_along_to(-15e-3 + kStep * step, kSpacing);
       auto force = force_of(*block);
       if (!force) return std::unexpected(force.error());
@@ -259,14 +261,17 @@ class CutBench {
       }
       before = *force;
     }
-    add({"a slit goes on by .5 mm: greatest step of the force", kSpacing, greatest}, out);
+    add({.name = "a slit goes on by .5 mm: greatest step of the force",
+         .spacing = kSpacing,
+         .force_error = greatest},
+        out);
     reach("a cut goes on by .5 mm: greatest step of the force", "%", 100.0 * greatest, 1.0);
     reach("its greatest step upwards", "%", 100.0 * upwards, 0.0);
     return {};
   }
 
   Result<void> open_penny(double spacing, std::ostream& out) {
-    if (auto on = unless_stopped(); !on) return on;
+    if (interrupted()) return failure(kCancelled);
     PennyCrack crack;
     crack.spacing = spacing;
     auto opened = open_crack(crack);
@@ -287,7 +292,10 @@ class CutBench {
       found.points.emplace_back(1e3 * one.r, 1e6 * one.opening);
     const double error =
         std::abs(opened->openings.front().opening / crack.exact_opening(0.0) - 1.0);
-    add({"a crack under pressure: opening at its centre", spacing, {}, error, {}, opened->seconds},
+    add({.name = "a crack under pressure: opening at its centre",
+         .spacing = spacing,
+         .opening_error = error,
+         .worker = opened->seconds},
         out);
     if (spacing < 2e-3)
       reach("a crack under pressure: opening at its centre", "%", 100.0 * error, 8.0);
@@ -300,7 +308,7 @@ class CutBench {
       double energy = 0.0;
       std::vector<double> times;
       for (const std::uint64_t seed : {1, 2, 3}) {
-        if (auto on = unless_stopped(); !on) return on;
+        if (interrupted()) return failure(kCancelled);
         auto block = CutBlock::whole(kSpacing, seed);
         if (!block) return std::unexpected(block.error());
         const Stopwatch watch;
@@ -315,12 +323,9 @@ class CutBench {
         if (!free) return std::unexpected(free.error());
         energy = std::max(energy, *free);
       }
-      add({fmt::format("cut through, {}", lower(kerf.name)),
-           kSpacing,
-           {},
-           {},
-           {},
-           quantiles(times).median},
+      add({.name = fmt::format("cut through, {}", lower(kerf.name)),
+           .spacing = kSpacing,
+           .worker = quantiles(times).median},
           out);
       reach(fmt::format("cut through, {}: rigid motions over E h^3", lower(kerf.name)), "", energy,
             1e-10);
@@ -331,17 +336,19 @@ class CutBench {
   Result<void> cut_in_scene(std::ostream& out) {
     auto cut = advancing_cut();
     if (!cut) return std::unexpected(cut.error());
-    add({fmt::format("a scene's blade at 10 mm/s, {} nodes", cut->nodes),
-         cut->spacing,
-         cut->force_error,
-         {},
-         cut->frame,
-         cut->worker,
-         cut->frames_late},
+    add({.name =
+             fmt::format("a scene's blade at {:g} mm/s, {} nodes", 1e3 * cut->speed, cut->nodes),
+         .spacing = cut->spacing,
+         .force_error = cut->force_error,
+         .frame = cut->frame,
+         .worker = cut->worker,
+         .frames_late = cut->frames_late},
         out);
-    reach("a scene's blade at 10 mm/s: the tissue's part of a frame", "ms", 1e3 * cut->frame, 16.0);
+    reach("a scene's blade: the tissue's part of a frame", "ms", 1e3 * cut->frame, 16.0);
     reach("how late the tissue opens, at most", "fr.", cut->frames_late, 5.0);
-    reach("the graspers' force meanwhile, at most", "%", 100.0 * cut->force_error, 5.0);
+    // Over the force itself it errs by less, since the cut doesn't change much of that.
+    reach("the graspers' force meanwhile, over what the cut changes", "%", 100.0 * cut->missing,
+          5.0);
     return {};
   }
 

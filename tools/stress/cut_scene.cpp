@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "engine/simulation/frame.h"
 #include "tools/stress/dice.h"
+#include "tools/stress/drawn_scene.h"
 
 namespace viscera {
 namespace {
@@ -14,15 +15,10 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::uint64_t kCutStream = 0x4355'5453ull << 32;
-/// So many frames after the last stroke the last body is there, for so many more nothing moves.
+/// So many frames after the last stroke tools and most tissue have come to rest; then as many more.
 constexpr std::uint64_t kFramesToSettle = 70, kFramesAtRest = 40;
-constexpr double kFrameRate = 60.0;  // [1/s]
 constexpr double kFarAway = 150.0;   // of trocars [mm]
 constexpr double kJawLength = 14.0;  // of scissors [mm]
-
-Json list(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 /// Lengths in mm, as the file has them.
 class CutDraft {
@@ -36,7 +32,8 @@ class CutDraft {
     const int blades = dice_.whole(1, 2);
     double end = 0.0;
     for (int i = 0; i < blades; ++i) end = std::max(end, add_blade(i));
-    const auto moving = static_cast<std::uint64_t>(std::ceil(end * kFrameRate));
+    const auto moving =
+        static_cast<std::uint64_t>(std::ceil(end * static_cast<double>(kFramesPerSecond)));
     WholeScene whole{
         .file = folder / "scene.json",
         .description =
@@ -49,7 +46,8 @@ class CutDraft {
         .still_from = moving + kFramesToSettle};
     scene_["version"] = 1;
     scene_["name"] = "cut";
-    scene_["duration_s"] = static_cast<double>(whole.frames + 1) / kFrameRate;
+    scene_["duration_s"] =
+        static_cast<double>(whole.frames + 1) / static_cast<double>(kFramesPerSecond);
     if (auto done = write_drawn_scene(scene_, whole.file); !done)
       return std::unexpected(done.error());
     return whole;
@@ -69,14 +67,14 @@ class CutDraft {
       low_ = 0.0;
     } else {
       geometry["recipe"] = "block";
-      geometry["size_mm"] = list(size_);
+      geometry["size_mm"] = listed(size_);
       low_ = -0.5 * size_.z();
     }
     const bool by_side = dice_.chance(0.5);
     const Vec3 at = by_side ? Vec3(-0.5 * size_.x() + 0.5, 0, 0) : Vec3(0, 0, low_ + 0.5);
     organ["fixed"] = Json::array(
         {{{"half_space",
-           {{"point_mm", list(at)}, {"normal", by_side ? Json{1, 0, 0} : Json{0, 0, 1}}}}}});
+           {{"point_mm", listed(at)}, {"normal", by_side ? Json{1, 0, 0} : Json{0, 0, 1}}}}}});
     const double spacing = dice_.between(4.5, 8.0);
     organ["resolution"] = {{"spacing_mm", spacing}, {"finest_spacing_mm", spacing}};
     organ["finite"] = {{"viscous_time_ms", dice_.between(0.0, 60.0)},
@@ -95,10 +93,10 @@ class CutDraft {
   Json tool(const std::string& name, const char* kind) {
     Vec3 away = dice_.direction();
     away.z() = 0.6 + std::abs(away.z());
-    return {{"name", name}, {"kind", kind}, {"trocar_mm", list(kFarAway * away.normalized())}};
+    return {{"name", name}, {"kind", kind}, {"trocar_mm", listed(kFarAway * away.normalized())}};
   }
   static Json key(double time, const Vec3& tip, double jaw) {
-    return {{"time_s", time}, {"tip_mm", list(tip)}, {"jaw", jaw}};
+    return {{"time_s", time}, {"tip_mm", listed(tip)}, {"jaw", jaw}};
   }
 
   void add_grasper(int number) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/contact/contact.h"
@@ -98,8 +99,9 @@ class BodyChecks {
         deepest_ = now;
         deepest_at_ = frame;
       }
-    if (scene_.still_from && frame > *scene_.still_from) energy_.add(frame, energy_of(world));
     look_at_cuts(world);
+    if (scene_.still_from && frame > *scene_.still_from && !parts_still(world))
+      energy_.add(frame, energy_of(world));
   }
   void tell(WholeOutcome& outcome) const {
     outcome.deepest_inside = deepest_.depth;
@@ -120,22 +122,32 @@ class BodyChecks {
   }
 
  private:
+  /// Whether an organ is still to become what is left of it.
+  static bool parts_still(const World& world) {
+    const Pool<OrganCut>& cuts = world.all<OrganCut>();
+    for (std::size_t c = 0; c < cuts.size(); ++c)
+      if (cuts[c].pending || cuts[c].changed) return true;
+    return false;
+  }
+
   void look_at_cuts(const World& world) {
     const Pool<OrganCut>& cuts = world.all<OrganCut>();
     std::uint64_t bodies = 0;
-    for (std::size_t c = 0; c < cuts.size(); ++c) bodies += cuts[c].bodies;
     for (std::size_t c = 0; c < cuts.size(); ++c) {
-      const OrganLeft& left = world.all<OrganLeft>()[c];
-      if (!left.refusal.empty() && std::ranges::find(refusals_, left.refusal) == refusals_.end())
-        refusals_.push_back(left.refusal);
-      if (bodies == bodies_) continue;
+      bodies += cuts[c].bodies;
+      const Entity organ = cuts.owner(c);
+      if (const std::string& why = world.find<OrganLeft>(organ)->refusal; !why.empty())
+        refusals_.insert(why);
+    }
+    if (bodies == bodies_) return;
+    bodies_ = bodies;
+    for (std::size_t c = 0; c < cuts.size(); ++c) {
       const Entity organ = cuts.owner(c);
       const OrganModel& model = *world.find<OrganBody>(organ)->model;
       const double whole = volume(world.find<Cuttable>(organ)->organ->whole->surface);
       mass_residual_ = std::max(
           mass_residual_, std::abs(model.finite->body().volume() - volume(model.surface)) / whole);
     }
-    bodies_ = bodies;
   }
 
   const WholeScene& scene_;
@@ -145,7 +157,7 @@ class BodyChecks {
   EnergyWatch energy_;
   std::uint64_t bodies_ = 0;
   double mass_residual_ = 0.0;
-  std::vector<std::string> refusals_;
+  std::set<std::string> refusals_;
 };
 
 /// Controls with a number that isn't finite are refused and change nothing.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <iosfwd>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ struct WholeOutcome {
   double deepest_inside = 0.0;        ///< of an organ in another, beyond that at rest [m]
   std::uint64_t bodies = 0;           ///< that organs became as they were cut
   double mass_residual = 0.0;  ///< of a cut body's points against its surface, over the whole's
-  std::vector<std::string> cuts_refused;  ///< why a cut body wasn't, each once
+  std::set<std::string> cuts_refused;  ///< why cut bodies couldn't be prepared
   bool passed() const { return failures.empty(); }
 };
 

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "engine/features/held_tools/haptic_recording.h"
 #include "haptics/devices/simulated_device.h"
 #include "tools/stress/dice.h"
+#include "tools/stress/drawn_scene.h"
 
 namespace viscera {
 namespace {
@@ -25,10 +24,6 @@ constexpr std::uint64_t kContactStream = 0x434f'4e54ull << 32;
 constexpr double kBerth = 44.0, kNarrowest = 30.0;
 /// A scene that comes to stand still is stepped on for so many frames.
 constexpr std::uint64_t kStillFrames = 40;
-
-Json vector(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 /// Draws one scene; what it has is counted on the way.
 class Draft {
@@ -155,7 +150,7 @@ class Draft {
     Json organ = {{"name", fmt::format("organ{}", i)},
                   {"tissue", dice_.one_of(kTissues)},
                   {"pose",
-                   {{"position_mm", vector(middle(i))},
+                   {{"position_mm", listed(middle(i))},
                     {"rotation_deg",
                      {dice_.between(-20, 20), dice_.between(-20, 20), dice_.between(-180, 180)}}}}};
     const double size = dice_.between(14.0, 20.0);
@@ -183,7 +178,7 @@ class Draft {
     if (dice_.chance(0.2)) organ["displacement_storage"] = "half";
     if (dice_.chance(0.4))
       organ["motion"] = {{"amplitude_mm", dice_.between(0.0, 6.0)},
-                         {"direction", vector(dice_.direction())},
+                         {"direction", listed(dice_.direction())},
                          {"period_s", dice_.between(0.3, 5.0)},
                          {"phase_deg", dice_.between(0.0, 360.0)}};
     if (dice_.chance(0.3))
@@ -230,11 +225,11 @@ class Draft {
         part["capsule_mm"] = dice_.between(0.05, 3.0);
       else if (dice_.chance(0.5))
         part["region"] = {{"half_space",
-                           {{"point_mm", vector(0.5 * size * dice_.direction())},
-                            {"normal", vector(dice_.direction())}}}};
+                           {{"point_mm", listed(0.5 * size * dice_.direction())},
+                            {"normal", listed(dice_.direction())}}}};
       else
         part["region"] = {{"sphere",
-                           {{"centre_mm", vector(Vec3(0, 0, 0.3 * size))},
+                           {{"centre_mm", listed(Vec3(0, 0, 0.3 * size))},
                             {"radius_mm", dice_.between(2.0, size)}}}};
       part["youngs_modulus_kPa"] = std::pow(10.0, dice_.between(0.0, 2.0));
       if (dice_.chance(0.3)) part["density_kg_m3"] = dice_.between(300.0, 3000.0);
@@ -256,7 +251,7 @@ class Draft {
       const double depth = k == 0 ? start : start + (deepest - start) * std::min(1.0, 1.6 * along);
       const Vec3 aside = 4.0 * along * dice_.direction();
       Json key = {{"time_s", along * duration},
-                  {"tip_mm", vector(middle(organ) + depth * way + aside)}};
+                  {"tip_mm", listed(middle(organ) + depth * way + aside)}};
       if (current) key["power_W"] = dice_.chance(0.8) ? power : 0.0;
       key["jaw"] = dice_.chance(0.5) ? 0.0 : dice_.between(0.0, 1.0);
       path.push_back(std::move(key));
@@ -298,7 +293,7 @@ class Draft {
     Json tool = {{"name", name},
                  {"kind", kind},
                  {"tip", {{"radius_mm", dice_.between(0.5, 4.0)}}},
-                 {"trocar_mm", vector(middle(organ) +
+                 {"trocar_mm", listed(middle(organ) +
                                       Vec3(dice_.between(-60, 60), dice_.between(-60, 60), 150))},
                  {"path", path(organ, current)}};
     const bool held = dice_.chance(0.4);
@@ -359,7 +354,7 @@ class Draft {
          {"between", {fmt::format("organ{}", first), fmt::format("organ{}", first + 1)}},
          {"region",
           {{"sphere",
-            {{"centre_mm", vector(0.5 * (middle(first) + middle(first + 1)))},
+            {{"centre_mm", listed(0.5 * (middle(first) + middle(first + 1)))},
              {"radius_mm", dice_.between(6.0, 16.0)}}}}},
          {"stiffness_N_per_m", std::pow(10.0, dice_.between(-1.0, 5.0))}});
   }
@@ -372,7 +367,7 @@ class Draft {
          {"between", {fmt::format("organ{}", organ), "ground"}},
          {"region",
           {{"sphere",
-            {{"centre_mm", vector(middle(organ) + Vec3(0, 0, 16))}, {"radius_mm", 8.0}}}}},
+            {{"centre_mm", listed(middle(organ) + Vec3(0, 0, 16))}, {"radius_mm", 8.0}}}}},
          {"stiffness_N_per_m", std::pow(10.0, dice_.between(-1.0, 4.0))}});
   }
 
@@ -398,8 +393,8 @@ class Draft {
           {"particle_mass_ug", std::pow(10.0, dice_.between(-2.0, 0.5))}};
       if (i > 0 || dice_.chance(0.5))
         volume["emitters"] =
-            Json::array({{{"position_mm", vector(Vec3(dice_.between(-30, 30), 0, 45))},
-                          {"direction", vector(dice_.direction())},
+            Json::array({{{"position_mm", listed(Vec3(dice_.between(-30, 30), 0, 45))},
+                          {"direction", listed(dice_.direction())},
                           {"rate_mg_per_s", dice_.between(0.0, 20.0)},
                           {"particles_per_s", dice_.whole(1, 3000)},
                           {"speed_mm_per_s", dice_.between(0.0, 1000.0)},
@@ -431,14 +426,6 @@ class Draft {
 };
 
 }  // namespace
-
-Result<void> write_drawn_scene(const nlohmann::json& scene, const std::filesystem::path& file) {
-  std::ofstream out(file);
-  out << scene.dump(1) << '\n';
-  out.close();
-  if (!out) return failure(file.string() + ": can't be written");
-  return {};
-}
 
 Result<WholeScene> write_whole_scene(std::uint64_t seed, int number,
                                      const std::filesystem::path& folder) {

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -31,8 +30,5 @@ struct WholeScene {
 /// some have tools that start in tissue, or links between organs that lie apart, and are refused.
 Result<WholeScene> write_whole_scene(std::uint64_t seed, int number,
                                      const std::filesystem::path& folder);
-
-/// What draws scenes of a kind writes them by this.
-Result<void> write_drawn_scene(const nlohmann::json& scene, const std::filesystem::path& file);
 
 }  // namespace viscera
