@@ -62,6 +62,18 @@ double drop_crumbs(double least, CarvedSurface& left) {
   return dropped;
 }
 
+/// As CutOrgan::pieces.
+std::vector<int> pieces_of_vertices(const TriangleSurface& surface) {
+  const std::vector<TriangleSurface> pieces = closed_pieces(surface);
+  if (pieces.size() < 2) return {};
+  std::vector<int> numbers(surface.vertices.size(), 0);
+  for (std::size_t p = 0; p < pieces.size(); ++p)
+    for (const std::array<int, 3>& triangle : pieces[p].triangles)
+      for (const int corner : triangle)
+        numbers[static_cast<std::size_t>(corner)] = static_cast<int>(p);
+  return numbers;
+}
+
 /// Of vertices that walls alone have.
 std::vector<float> depths_below(const TriangleSurface& whole, const TriangleSurface& left,
                                 const std::vector<int>& skin) {
@@ -77,17 +89,25 @@ std::vector<float> depths_below(const TriangleSurface& whole, const TriangleSurf
   return depths;
 }
 
-/// The body counts from where the whole one has no stress, and its weight acts as it did there.
-void take_unloaded_shape(const CuttableOrgan& organ, const OrganModel& model, double density,
-                         FiniteParts& parts) {
+bool any_loose(const FiniteParts& parts) {
+  return std::ranges::any_of(parts.piece_of, [](int piece) { return piece >= 0; });
+}
+
+/// The body counts from where the whole one has no stress, and its weight acts as it did there. One
+/// that what it lay among bore (hung_in_image) has none, but for the pieces that fall.
+void take_weight(const CuttableOrgan& organ, const OrganModel& model, double density,
+                 FiniteParts& parts) {
   const std::span<const double> unloaded = organ.whole->finite->body().unloaded();
-  if (unloaded.empty()) return;
+  if (unloaded.empty() && (organ.gravity.isZero(0.0) || !any_loose(parts))) return;
   for (const int node : continued_nodes(*organ.fields, *model.fields))
     for (std::size_t k = 0; k < 3; ++k)
-      parts.unloaded.push_back(unloaded[3 * static_cast<std::size_t>(node) + k]);
-  for (const double volume : parts.volumes)
-    for (Eigen::Index k = 0; k < 3; ++k)
-      parts.weight.push_back(density * volume * organ.demand.weight[k]);
+      parts.unloaded.push_back(unloaded.empty() ? 0.0
+                                                : unloaded[3 * static_cast<std::size_t>(node) + k]);
+  for (std::size_t node = 0; node < parts.volumes.size(); ++node) {
+    Vec3 acts = organ.demand.weight;
+    if (unloaded.empty()) acts = parts.piece_of[node] >= 0 ? organ.gravity : Vec3(Vec3::Zero());
+    for (const double along : acts) parts.weight.push_back(density * parts.volumes[node] * along);
+  }
 }
 
 Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
@@ -95,17 +115,19 @@ Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
   // Layers under the surface are those that the whole one has.
   auto field = MaterialField::make(organ.organ, organ.tissue, organ.whole->surface, organ.assets);
   if (!field) return std::unexpected(field.error());
-  const ElasticProblem problem = elastic_problem(model, organ.organ, organ.tissue, field->get());
+  ElasticProblem problem = elastic_problem(model, organ.organ, organ.tissue, field->get());
   if (problem.points_alone) return failure("it has too many nodes to be cut");
+  FiniteOptions options = finite_options(organ.organ, organ.tissue);
+  if (options.dynamic) problem.foundation = inertia_over_step(options);
   const Formulation* formulation = find_formulation(organ.organ.formulation);
   auto solver = formulation->prepare(problem, no_progress());
   if (!solver) return std::unexpected(solver.error());
   auto parts = finite_parts(model, organ.organ, organ.demand, **solver, field->get());
   if (!parts) return std::unexpected(parts.error());
-  FiniteOptions options = finite_options(organ.organ, organ.tissue);
   options.iterations = std::max(options.iterations, kIterations);
   options.iterations_released = std::max(options.iterations_released, kIterations);
-  take_unloaded_shape(organ, model, options.density, *parts);
+  if (any_loose(*parts)) options.decrement = std::min(options.decrement, kFreeDecrement);
+  take_weight(organ, model, options.density, *parts);
   model.compliance = columns_to_come(model, (*solver)->factor());
   model.compliance.on_demand->end_preparation();
   if (auto made = make_finite(model, *parts, options, !organ.demand.burnt.empty(), nullptr); !made)
@@ -119,14 +141,14 @@ Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
 
 std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganModel> whole,
                                                    OrganDescription organ, Tissue tissue,
-                                                   BodyDemand demand,
+                                                   BodyDemand demand, const Vec3& gravity,
                                                    std::filesystem::path assets) {
   organ.response = Response::kFinite;
   auto fields = std::make_shared<const ShapeFunctions>(
       find_formulation(organ.formulation)->fields(whole->surface, whole->cloud));
-  return std::make_shared<const CuttableOrgan>(CuttableOrgan{std::move(whole), std::move(fields),
-                                                             std::move(organ), std::move(tissue),
-                                                             std::move(demand), std::move(assets)});
+  return std::make_shared<const CuttableOrgan>(
+      CuttableOrgan{std::move(whole), std::move(fields), std::move(organ), std::move(tissue),
+                    std::move(demand), gravity, std::move(assets)});
 }
 
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
@@ -149,6 +171,7 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   CutOrgan cut;
   cut.crumbs = crumbs;
   cut.fields = std::move(model->fields);
+  cut.pieces = pieces_of_vertices(model->surface);
   cut.depths = depths_below(whole.surface, model->surface, left->skin);
   cut.continuation = {continued_nodes(fields_before, *cut.fields),
                       nearest_of(model->energy_points, before.energy_points)};

@@ -19,27 +19,32 @@ struct CuttableOrgan {
   OrganDescription organ;                        ///< its response is finite
   Tissue tissue;
   BodyDemand demand;
+  Vec3 gravity = Vec3::Zero();  ///< on what is cut off and falls, organ frame [m/s2]
   std::filesystem::path assets;
 };
 
 std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganModel> whole,
                                                    OrganDescription organ, Tissue tissue,
-                                                   BodyDemand demand, std::filesystem::path assets);
+                                                   BodyDemand demand, const Vec3& gravity,
+                                                   std::filesystem::path assets);
 
 /// What is left of it.
 struct CutOrgan {
   std::shared_ptr<const OrganModel> model;
   std::shared_ptr<const ShapeFunctions> fields;
   std::vector<float> depths;  ///< of its vertices below the whole one's surface; 0: on it [m] (V)
+  /// Of each vertex the number of the piece on whose surface it is; empty: it is one piece.   (V)
+  std::vector<int> pieces;
   Continuation continuation;  ///< from the body that it was before
   double crumbs = 0.0;        ///< pieces too small for nodes, which are gone, too [m3]
   double seconds = 0.0;       ///< it took
 };
 
 /// Nodes stay where they are, twins come (kernels/paff/true_neighbours.h); what holds it and the
-/// shape that it has without weight stay. `before` and its fields: the body until now, the whole
-/// one or one cut less. Fails where walls can't be told from the surface, nothing is left, a piece
-/// is cut off that nothing holds, or preparing it fails.
+/// shape that it has without weight stay. A piece that nothing holds moves by itself
+/// (kernels/finite/loose_pieces.h). `before` and its fields: the body until now, the whole one or
+/// one cut less. Fails where walls can't be told from the surface, nothing is left, or preparing it
+/// fails.
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
                            const OrganModel& before, const ShapeFunctions& fields_before);
 

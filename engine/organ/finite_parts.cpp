@@ -30,9 +30,6 @@ constexpr std::size_t kFewNodes = 4000;
 /// What two levels keep of each node beside the coarse factor: rows of K, cells, groups [bytes].
 constexpr std::size_t kLevelBytesANode = 14000;
 
-/// FiniteOptions::decrement of a body that nothing holds.
-constexpr double kFreeDecrement = 2e-8;
-
 constexpr const char* kFinite = "finite_";  // before the names of its arrays
 
 }  // namespace
@@ -63,8 +60,6 @@ FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue
     options.relaxation.push_back({term.g * instantaneous, term.tau});
   options.dynamic = !organ.finite.quasi_static;
   options.free = organ.free;
-  // Of a body that lies still, the weight that it doesn't give in to is nearly all of a step's
-  // energy, m g^2 dt^2 / 2: what moves it by a of g too much has a^2 of that.
   if (organ.free) options.decrement = kFreeDecrement;
   options.iterations = organ.finite.iterations;
   options.iterations_released = std::max(options.iterations_released, organ.finite.iterations);
@@ -91,7 +86,10 @@ Result<FiniteParts> finite_parts(const OrganModel& model, const OrganDescription
   region->cell_begin = {0};
   region->cell_nodes.clear();
   region->cell_gradients.clear();
-  FiniteParts parts{std::move(*region), std::move(*hold), std::move(*volumes), {}, {}, {}};
+  FiniteParts parts{.region = std::move(*region),
+                    .hold = std::move(*hold),
+                    .volumes = std::move(*volumes),
+                    .piece_of = loose_pieces(regions->pieces(), model.fields->cloud().size())};
   for (const int number : demand.moving_holds)
     for (int axis = 0; axis < 3; ++axis) {
       const std::vector<double> loads = regions->held_loads(moved_hold(organ, number, axis));
@@ -150,9 +148,9 @@ Result<void> make_finite(OrganModel& model, const FiniteParts& parts, const Fini
   if (!body) return std::unexpected(body.error());
   auto shared = std::make_shared<const FiniteBody>(std::move(*body));
   auto solver = step ? FiniteSolver::prepared(std::move(shared), model.fields->cloud().positions,
-                                              parts.volumes, options, step)
+                                              parts.volumes, options, step, parts.piece_of)
                      : FiniteSolver::prepare(std::move(shared), model.fields->cloud().positions,
-                                             parts.volumes, options);
+                                             parts.volumes, options, parts.piece_of);
   if (!solver) return std::unexpected(solver.error());
   return take_solver(model, std::move(*solver), parts, changes);
 }

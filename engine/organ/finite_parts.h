@@ -22,6 +22,8 @@ struct FiniteParts {
   SymmetricBlockMatrix hold;
   /// Of their densities over the tissue's [m3]                                                 (N)
   std::vector<double> volumes;
+  /// As LoosePieces has it; empty: something holds all of it, or nothing any. (N)
+  std::vector<int> piece_of;
   /// From the imaged shape to that without stress (unloaded_shape.h); empty: the same  (3 N) [m]
   std::vector<double> unloaded;
   /// Of an unloaded body that isn't as it was imaged: the weight there (3 N) [N]; empty: it is.
@@ -37,8 +39,13 @@ Result<void> unload(FiniteParts& parts, const Vec3& weight, double density,
                     const std::function<VectorX(const VectorX&)>& answer,
                     std::vector<std::string>& notes, const Progress& progress = {});
 
-/// A free body rests, for what hands and the next step's cells meet, on the inertia of a step
-/// (ElasticProblem::foundation): nothing else withstands them between two frames.
+/// FiniteOptions::decrement of a body or a piece that nothing holds. Where it lies still, the weight
+/// that it doesn't give in to is nearly all of a step's energy, m g^2 dt^2 / 2: what moves it by a
+/// of g too much has a^2 of that.
+inline constexpr double kFreeDecrement = 2e-8;
+
+/// What nothing holds rests, for what hands and the next step's cells meet, on the inertia of a
+/// step (ElasticProblem::foundation): nothing else withstands them between two frames.
 FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue);
 
 /// Where a hold moves by 1 along an axis: the surface in that region of `organ.fixed`, but for what

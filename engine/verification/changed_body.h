@@ -37,6 +37,7 @@ class ChangedBody final : public ElasticSolver, public RegionSolver {
     return system_->region(wanted);
   }
   Result<SymmetricBlockMatrix> hold() const override { return system_->hold(); }
+  const std::vector<TissuePiece>& pieces() const override { return system_->pieces(); }
   std::vector<double> held_loads(
       const std::function<Vec3(const Vec3&)>& displacement) const override {
     return system_->loads({.body_force = {}, .traction = {}, .held_displacement = displacement});

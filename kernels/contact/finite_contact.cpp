@@ -204,8 +204,16 @@ void FiniteContact::gather_nodes() {
 
 void FiniteContact::gather_offsets() {
   beside_.clear();
-  if (!body_.solver.options().free) return;
+  const LoosePieces& loose = body_.solver.loose();
+  if (loose.empty()) return;
   for (std::size_t k = 0; k < state_.places.size(); ++k) {
+    const auto row = fields_.row(static_cast<Eigen::Index>(k));
+    const auto first = std::ranges::find_if(row, [](double value) { return value != 0.0; });
+    if (first == row.end() || !loose.holds_none_of(static_cast<std::size_t>(
+                                  nodes_[static_cast<std::size_t>(first - row.begin())]))) {
+      beside_.push_back(Vec3::Zero());
+      continue;
+    }
     Vec3 mean = Vec3::Zero();
     for (std::size_t j = 0; j < touched().size(); ++j)
       mean += shares_(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j)) *
@@ -592,6 +600,7 @@ void FiniteContact::begin_step(const StepDrive& drive) {
 
 bool FiniteContact::is_driven() const {
   return !drive_.acceleration.isZero(0.0) || !changed_.packs.empty() ||
+         !body_.solver.body().weight().empty() ||
          std::ranges::any_of(drive_.holds, [](const Vec3& way) { return !way.isZero(0.0); });
 }
 

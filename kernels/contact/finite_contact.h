@@ -164,8 +164,8 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   MatrixX still_, step_, near_;  // responses (3 cells) x (3 cells)
   std::vector<int> nodes_;       // that cells reach, ascending                             (n)
   MatrixX fields_;               // of these nodes at the cells                      (cells x n)
-  /// From the mean place of what a cell's fields move to the cell's own, at rest: in a body that
-  /// turns freely it turns with that. Empty: it is held.                              (cells)
+  /// From the mean place of what a cell's fields move to the cell's own, at rest: in a piece that
+  /// turns freely it turns with that. Empty: all is held.                             (cells)
   std::vector<Vec3> beside_;
   std::vector<Group> groups_;
   std::vector<int> group_of_cell_, group_of_node_;

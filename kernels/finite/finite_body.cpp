@@ -482,7 +482,9 @@ void FiniteBody::unload(std::span<const double> unloaded, std::span<const double
   Workspace workspace;
   image_energy_ = energy_unloaded(from_unloaded(forces, room), forces, workspace, {}, {}, {});
   image_forces_ = std::move(forces);
-  if (!weight.empty()) image_forces_.assign(weight.begin(), weight.end());
+  if (weight.empty()) return;
+  image_forces_.assign(weight.begin(), weight.end());
+  rests_as_imaged_ = false;
 }
 
 std::span<const double> FiniteBody::from_unloaded(std::span<const double> displacements,

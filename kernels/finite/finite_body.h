@@ -125,6 +125,10 @@ class FiniteBody {
   double volume() const;  ///< without stress [m3]
   /// From the imaged shape to that without stress [m]; empty: they are the same              (3 N)
   std::span<const double> unloaded() const { return unloaded_; }
+  /// That acts where it isn't what keeps the imaged shape at rest [N]; empty: it is.          (3 N)
+  std::span<const double> weight() const {
+    return rests_as_imaged_ ? std::span<const double>() : image_forces_;
+  }
   /// Of the body so deformed [m3].
   double volume(std::span<const double> displacements) const;
   std::size_t memory_bytes() const;
@@ -220,6 +224,7 @@ class FiniteBody {
   std::vector<double> unloaded_;      // empty: it has no stress in the image [m]           (3 N)
   std::vector<double> image_forces_;  // of the energy, in the image [N]                    (3 N)
   double image_energy_ = 0.0;         // [J]
+  bool rests_as_imaged_ = true;
   /// Gradients averaged over each cell [1/m], of all nodes that it reaches.
   std::vector<std::size_t> mean_begin_{0};
   std::vector<int> mean_nodes_;

@@ -26,15 +26,20 @@ inline constexpr int kMostTrials = 6;
 inline constexpr double kSureStart = 1e-2;
 /// A step shorter than this says that the pairs of before don't fit.
 inline constexpr double kShortest = 0.1;
+/// A step that could move all of a body by no more than this has ended [m]. Chosen: what single
+/// precision makes of displacements of a tenth of a metre.
+inline constexpr double kNoWay = 10e-9;
 /// A step that changes what the factor makes of the gradient by a smaller share is the last: some
 /// hundred times the rounding of single precision.
 inline constexpr double kLeastChange = 1e-4;
 /// Beyond these a state isn't tissue's any more: the last good one is taken back.
 inline constexpr double kFarthest = 0.2;      // [m]
-inline constexpr double kFarthestFree = 1.0;  // ... of a body that nothing holds: out of view [m]
-inline constexpr double kFastest = 2.0;       // [m/s]
-/// Of a free body no node's surroundings have more, or less by its inverse, of their volume at
-/// rest: what presses one is a few times its weight.
+inline constexpr double kFarthestFree = 1.0;  // ... of what nothing holds [m]
+/// A piece of a body that has fallen farther than this is out of view, and stays there [m].
+inline constexpr double kInView = 0.5;
+inline constexpr double kFastest = 2.0;  // [m/s]
+/// Of what nothing holds no node's surroundings have more, or less by its inverse, of their volume
+/// at rest: what presses one is a few times its weight.
 inline constexpr double kMostSwelled = 2.0;
 /// ... nor does a step of one count whose end could still gain so much of its energy.
 inline constexpr double kMostResidual = 0.5;
@@ -43,14 +48,6 @@ inline constexpr double kMostResidual = 0.5;
 /// without energy is about to move.
 inline double residual_of(double gain, double energy) {
   return gain > 0.0 ? gain / (gain + std::abs(energy)) : 0.0;
-}
-
-/// Finite, and nowhere farther than this.
-inline bool is_tissue(const VectorX& u, double farthest) {
-  if (!u.allFinite()) return false;
-  for (Eigen::Index at = 0; at < u.size(); at += 3)
-    if (!(u.segment<3>(at).norm() < farthest)) return false;
-  return true;
 }
 
 /// The last good state stays, at rest.

@@ -8,7 +8,6 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/finite/finite_limits.h"
-#include "kernels/finite/rigid_way.h"
 #include "kernels/finite/touched_step.h"
 #include "kernels/finite/untouched.h"
 
@@ -48,7 +47,8 @@ Result<void> check_options(const FiniteOptions& options) {
 Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> body,
                                            std::span<const Vec3> positions,
                                            std::span<const double> volumes,
-                                           const FiniteOptions& options) {
+                                           const FiniteOptions& options,
+                                           std::span<const int> piece_of) {
   if (auto sound = check_options(options); !sound) return std::unexpected(sound.error());
   const double dt = options.time_step;
   const std::vector<double> rest(3 * body->nodes(), 0.0);
@@ -66,24 +66,28 @@ Result<FiniteSolver> FiniteSolver::prepare(std::shared_ptr<const FiniteBody> bod
   auto factor = StiffnessFactor::factor(matrix, positions);
   if (!factor) return std::unexpected(factor.error());
   return prepared(std::move(body), positions, volumes, options,
-                  std::make_shared<StiffnessFactor>(std::move(*factor)));
+                  std::make_shared<StiffnessFactor>(std::move(*factor)), piece_of);
 }
 
 Result<FiniteSolver> FiniteSolver::prepared(std::shared_ptr<const FiniteBody> body,
                                             std::span<const Vec3> positions,
                                             std::span<const double> volumes,
                                             const FiniteOptions& options,
-                                            std::shared_ptr<const StiffnessFactor> factor) {
+                                            std::shared_ptr<const StiffnessFactor> factor,
+                                            std::span<const int> piece_of) {
   if (auto sound = check_options(options); !sound) return std::unexpected(sound.error());
   if (volumes.size() != body->nodes() || factor->nodes() != body->nodes())
     return failure("factor: found one of " + std::to_string(factor->nodes()) + " nodes with " +
                    std::to_string(volumes.size()) + " volumes, expected " +
                    std::to_string(body->nodes()));
+  if (!options.dynamic && std::ranges::any_of(piece_of, [](int piece) { return piece >= 0; }))
+    return failure(
+        "a piece that nothing holds: found one without motion of its own, expected "
+        "dynamic");
   FiniteSolver solver;
   solver.options_ = options;
   solver.terms_ = stepped(options.relaxation, options.time_step);
-  for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
-  if (options.free) solver.positions_.assign(positions.begin(), positions.end());
+  solver.take_nodes(positions, volumes, piece_of);
   if (options.dynamic) solver.compact_ = std::make_shared<CompactFactor>(factor->pack());
   solver.factor_ = std::move(factor);
   solver.body_ = std::move(body);
@@ -111,11 +115,17 @@ Result<FiniteSolver> FiniteSolver::prepare_in_levels(
   FiniteSolver solver;
   solver.options_ = options;
   solver.terms_ = stepped(options.relaxation, dt);
-  for (const double volume : volumes) solver.masses_.push_back(options.density * volume);
-  if (options.free) solver.positions_ = cloud.positions;
+  solver.take_nodes(cloud.positions, volumes, {});
   solver.levels_ = std::make_shared<const TwoLevels>(std::move(*levels));
   solver.body_ = std::move(body);
   return solver;
+}
+
+void FiniteSolver::take_nodes(std::span<const Vec3> positions, std::span<const double> volumes,
+                              std::span<const int> piece_of) {
+  for (const double volume : volumes) masses_.push_back(options_.density * volume);
+  const std::vector<int> whole(options_.free ? volumes.size() : 0, 0);
+  loose_ = LoosePieces(options_.free ? std::span(whole) : piece_of, positions, masses_);
 }
 
 FiniteSolver FiniteSolver::with(std::shared_ptr<const FiniteBody> body) const {
@@ -181,29 +191,35 @@ VectorX FiniteSolver::coming(const FiniteState& state) const {
   const auto n = static_cast<Eigen::Index>(state.displacements.size());
   const VectorX u = Eigen::Map<const VectorX>(state.displacements.data(), n);
   const VectorX way = options_.time_step * Eigen::Map<const VectorX>(state.velocities.data(), n);
-  return options_.free ? gone_by({positions_, masses_}, u, way, true) : VectorX(u + way);
+  return loose_.empty() ? VectorX(u + way) : loose_.gone_by(u, way, true);
 }
 
-Mat3 FiniteSolver::rotation_of_whole(const VectorX& u) const {
-  const std::vector<Mat3> means =
-      body_->mean_gradients({u.data(), static_cast<std::size_t>(u.size())});
-  Mat3 sum = Mat3::Zero();
-  for (std::size_t node = 0; node < means.size(); ++node) sum += masses_[node] * means[node];
-  return polar_rotation(sum);
-}
-
-NodalRotations FiniteSolver::turned_whole(const FiniteState& state) const {
-  const Mat3 rotation = rotation_of_whole(coming(state));
-  NodalRotations rotations(state.rotations.size());
-  for (std::size_t node = 0; node < body_->nodes(); ++node)
-    Eigen::Map<Mat3>(rotations.data() + 9 * node) = rotation;
-  return rotations;
+BodyLoad FiniteSolver::load_in_view(BodyLoad load, const FiniteState& state) const {
+  if (loose_.empty()) return load;
+  const auto n = static_cast<Eigen::Index>(state.displacements.size());
+  const std::vector<int> stopped =
+      loose_.out_of_view(Eigen::Map<const VectorX>(state.displacements.data(), n));
+  if (!stopped.empty() && load.forces.size() == 0) load.forces = VectorX::Zero(n);
+  const std::span<const double> weight = body_->weight();
+  for (const int node : stopped) {
+    const auto at = static_cast<std::size_t>(node);
+    Vec3 force = masses_[at] * (options_.gravity + load.acceleration);
+    if (!weight.empty()) force += Vec3::Map(weight.data() + 3 * at);
+    load.forces.segment<3>(static_cast<Eigen::Index>(3 * at)) -= force;
+  }
+  return load;
 }
 
 NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups,
                                           const FiniteState& state) const {
-  if (options_.free) return turned_whole(state);
   NodalRotations rotations = state.rotations;
+  if (!loose_.whole()) turn_held_nodes(groups, state, rotations);
+  if (!loose_.empty()) loose_.set(loose_.rotations(*body_, coming(state)), rotations);
+  return rotations;
+}
+
+void FiniteSolver::turn_held_nodes(std::span<const int> groups, const FiniteState& state,
+                                   NodalRotations& rotations) const {
   int last_group = -1;
   for (const int group : groups) last_group = std::max(last_group, group);
   const auto group_count = static_cast<std::size_t>(last_group + 1);
@@ -218,7 +234,7 @@ NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups,
       Eigen::Map<Mat3>(rotations.data() + 9 * node) =
           groups[node] >= 0 ? of_group[static_cast<std::size_t>(groups[node])]
                             : polar_rotation(means[node]);
-    return rotations;
+    return;
   }
   // What is newly held turns as its first node does until rotations are taken anew.
   std::vector<int> first(group_count, -1);
@@ -229,7 +245,6 @@ NodalRotations FiniteSolver::turned_nodes(std::span<const int> groups,
     const Mat3 shared = rotation_of(rotations, static_cast<std::size_t>(of));
     Eigen::Map<Mat3>(rotations.data() + 9 * node) = shared;
   }
-  return rotations;
 }
 
 void FiniteSolver::finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,
@@ -241,6 +256,8 @@ void FiniteSolver::finish(const VectorX& u, bool warped, std::int32_t held, std:
       if (const double speed = velocity.norm(); speed > kFastest) velocity *= kFastest / speed;
       Vec3::Map(state.velocities.data() + at) = velocity;
     }
+    for (const int node : loose_.out_of_view(u))
+      Vec3::Map(state.velocities.data() + 3 * node).setZero();
   }
   std::copy(u.begin(), u.end(), state.displacements.begin());
   state.steps_since_warp = warped ? 1 : state.steps_since_warp + 1;

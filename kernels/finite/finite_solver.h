@@ -20,6 +20,7 @@
 #include "kernels/finite/finite_body.h"
 #include "kernels/finite/finite_state.h"
 #include "kernels/finite/grip_touch.h"
+#include "kernels/finite/loose_pieces.h"
 #include "kernels/finite/warped_factor.h"
 #include "kernels/paff/compact_factor.h"
 #include "kernels/paff/stiffness_factor.h"
@@ -82,19 +83,20 @@ struct StepSoFar {
 class FiniteSolver {
  public:
   /// Factors what preconditions: the body at rest with viscosity and mass. `volumes`: of the nodes,
-  /// the integrals of their fields [m3] (N). Fails for options that no step has, and as factoring
-  /// does: without dynamics, for a body that nothing holds.
+  /// the integrals of their fields [m3] (N). `piece_of`: as LoosePieces has it. Fails for options
+  /// that no step has, and as factoring does: without dynamics, for a body that nothing holds.
   static Result<FiniteSolver> prepare(std::shared_ptr<const FiniteBody> body,
                                       std::span<const Vec3> positions,
-                                      std::span<const double> volumes,
-                                      const FiniteOptions& options);
+                                      std::span<const double> volumes, const FiniteOptions& options,
+                                      std::span<const int> piece_of = {});
 
   /// The same with a factor that an earlier one has prepared.
   static Result<FiniteSolver> prepared(std::shared_ptr<const FiniteBody> body,
                                        std::span<const Vec3> positions,
                                        std::span<const double> volumes,
                                        const FiniteOptions& options,
-                                       std::shared_ptr<const StiffnessFactor> factor);
+                                       std::shared_ptr<const StiffnessFactor> factor,
+                                       std::span<const int> piece_of = {});
 
   /// Of a large body (TwoLevels), of the region and hold that it was created from.
   static Result<FiniteSolver> prepare_in_levels(
@@ -126,6 +128,7 @@ class FiniteSolver {
 
   const FiniteBody& body() const { return *body_; }
   const FiniteOptions& options() const { return options_; }
+  const LoosePieces& loose() const { return loose_; }
   const std::vector<SteppedTerm>& terms() const { return terms_; }  ///< by which it relaxes
   /// Of the body at rest with what a step adds to it.
   /// Null where `levels` answer.
@@ -139,13 +142,18 @@ class FiniteSolver {
  private:
   friend class TouchedStep;
   FiniteSolver() = default;
-  /// Rotations for this step, those of a group's nodes the same.
+  /// Sets masses, and with them the pieces.
+  void take_nodes(std::span<const Vec3> positions, std::span<const double> volumes,
+                  std::span<const int> piece_of);
+  /// Rotations for this step, those of a group's nodes the same. A loose piece has one, as it goes
+  /// now: of nodes that turn each for itself a shift is a strain, and nothing but mass withstands
+  /// one there.
   NodalRotations turned_nodes(std::span<const int> groups, const FiniteState& state) const;
-  /// Of a free body: one rotation for all of it, as it goes now. Of nodes that turn each for itself
-  /// a shift is a strain, and nothing but mass withstands one here.
-  NodalRotations turned_whole(const FiniteState& state) const;
-  Mat3 rotation_of_whole(const VectorX& u) const;  ///< of a free body that is displaced so
-  /// Where a step looks first: a free body goes on as a rigid one would, any other as its nodes do.
+  void turn_held_nodes(std::span<const int> groups, const FiniteState& state,
+                       NodalRotations& rotations) const;
+  /// Less what would pull on at pieces that have fallen out of view.
+  BodyLoad load_in_view(BodyLoad load, const FiniteState& state) const;
+  /// Where a step looks first: loose pieces go on as rigid ones would, all else as its nodes do.
   VectorX coming(const FiniteState& state) const;
   /// The state after a step that ended at u.
   void finish(const VectorX& u, bool warped, std::int32_t held, std::int32_t released,
@@ -157,8 +165,8 @@ class FiniteSolver {
   /// most easily: sixteen bits missed a bar's sag there by 5 %.
   std::shared_ptr<const CompactFactor> compact_;
   std::shared_ptr<const TwoLevels> levels_;  // in place of both
-  std::vector<double> masses_;   // [kg]                                                         (N)
-  std::vector<Vec3> positions_;  // of a free body's nodes at rest [m] (N)
+  std::vector<double> masses_;  // [kg]                                                         (N)
+  LoosePieces loose_;
   FiniteOptions options_;
   std::vector<SteppedTerm> terms_;
 };

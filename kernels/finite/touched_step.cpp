@@ -16,7 +16,6 @@
 
 #include "kernels/base/task.h"
 #include "kernels/finite/finite_limits.h"
-#include "kernels/finite/rigid_way.h"
 #include "kernels/finite/secant_pairs.h"
 #include "kernels/finite/step_energy.h"
 #include "kernels/finite/untouched.h"
@@ -24,7 +23,7 @@
 namespace viscera {
 namespace {
 
-/// A free body that has turned on by this takes its factor with it [rad]. Its square times E is
+/// A loose piece that has turned on by this takes its factor with it [rad]. Its square times E is
 /// what a factor that lags takes a turn to cost; what mass withstands one with, rho h^2 / dt^2, is
 /// more for nodes 5 mm apart up to 95 MPa.
 constexpr double kLeastTurn = 1e-3;
@@ -37,9 +36,10 @@ class TouchedStep::Descent {
   Descent(const FiniteSolver& solver, FiniteTouch& touch, FiniteState& state, const BodyLoad& load,
           std::optional<StepSoFar>* so_far, bool shared)
       : solver_(solver),
+        loose_(solver.loose()),
         touch_(touch),
         state_(state),
-        load_(load),
+        load_(solver.load_in_view(load, state)),
         so_far_(so_far),
         shared_(shared),
         goes_on_(so_far && so_far->has_value()),
@@ -73,9 +73,8 @@ class TouchedStep::Descent {
     if (told_.answered && forces) end_with(*forces);
     told_.evaluations = energy_.evaluations();
     if (so_far_) so_far_->reset();
-    if (!told_.answered || !std::isfinite(value_) ||
-        !is_tissue(u_, solver_.options_.free ? kFarthestFree : kFarthest) || is_flung()) {
-      if (touch_.cells() > 0 && !solver_.options_.free) return step_without();
+    if (!told_.answered || !std::isfinite(value_) || !loose_.is_tissue(u_) || is_flung()) {
+      if (touch_.cells() > 0 && !loose_.whole()) return step_without();
       told_.lost = true;
       give_up(state_);
       return std::move(told_);
@@ -125,16 +124,11 @@ class TouchedStep::Descent {
     co_return co_await take_stock();
   }
 
-  /// Whether a free body is about to be flung away: its step came nowhere near to rest, or it has
-  /// swelled or shrunk as no tissue does.
+  /// Whether what nothing holds is about to be flung away: the step of a free body came nowhere
+  /// near to rest, or a piece has swelled or shrunk as no tissue does.
   bool is_flung() const {
-    if (!solver_.options_.free) return false;
-    if (touch_.cells() > 0 && told_.residual > kMostResidual) return true;
-    const auto means = solver_.body_->mean_gradients({u_.data(), static_cast<std::size_t>(n_)});
-    return !std::ranges::all_of(means, [](const Mat3& mean) {
-      const double volume = mean.determinant();
-      return volume > 1.0 / kMostSwelled && volume < kMostSwelled;
-    });
+    if (loose_.whole() && touch_.cells() > 0 && told_.residual > kMostResidual) return true;
+    return loose_.any_swollen(*solver_.body_, u_);
   }
 
   /// The last step is by the forces that all bodies have come to: moved by others than its
@@ -143,7 +137,7 @@ class TouchedStep::Descent {
   void end_with(const VectorX& forces) {
     forces_ = forces;
     if (z_.size() == 0 || touch_.cells() == 0) return;
-    if (!solver_.options_.free && told_.converged) return;
+    if (loose_.empty() && told_.converged) return;
     VectorX load = VectorX::Zero(n_);
     touch_.add_loads(forces, load);
     Way way{touch_.answer_to(forces) - z_, forces, load, {}};
@@ -211,8 +205,7 @@ class TouchedStep::Descent {
 
   /// After a way from here.
   VectorX gone(const VectorX& way) const {
-    if (!solver_.options_.free) return u_ + way;
-    return gone_by({solver_.positions_, solver_.masses_}, u_, way);
+    return loose_.empty() ? VectorX(u_ + way) : loose_.gone_by(u_, way);
   }
   /// How much of a way no node goes too far on.
   double share_of_move(const VectorX& way) const {
@@ -327,14 +320,20 @@ class TouchedStep::Descent {
 
   void keep(const Way& way) { forces_ = way.forces; }
 
-  /// A free body that has turned on since its factor was warped is warped anew: what that takes for
-  /// a turn of it strains it by as much as it has turned. True: it was.
+  /// Loose pieces of which one has turned on since its factor was warped are warped anew: what that
+  /// takes for a turn of it strains it by as much as it has turned. True: they were.
   bool turn_on() {
-    if (!solver_.options_.free) return false;
-    const Mat3 now = solver_.rotation_of_whole(u_), before = rotation_of(rotations_, 0);
-    if (Eigen::AngleAxisd(now * before.transpose()).angle() < kLeastTurn) return false;
-    for (std::size_t node = 0; node < rotations_.size() / 9; ++node)
-      Eigen::Map<Mat3>(rotations_.data() + 9 * node) = now;
+    if (loose_.empty()) return false;
+    const std::vector<Mat3> now = loose_.rotations(*solver_.body_, u_);
+    const auto has_turned = [&](std::size_t piece) {
+      const auto first = static_cast<std::size_t>(loose_.pieces()[piece].front());
+      return !(Eigen::AngleAxisd(now[piece] * rotation_of(rotations_, first).transpose()).angle() <
+               kLeastTurn);
+    };
+    bool any = false;
+    for (std::size_t piece = 0; piece < now.size() && !any; ++piece) any = has_turned(piece);
+    if (!any) return false;
+    loose_.set(now, rotations_);
     touch_.turn(rotations_);
     return true;
   }
@@ -346,7 +345,7 @@ class TouchedStep::Descent {
     for (int trial = 0; trial < kMostTrials; ++trial) {
       next = gone(length * way.p);
       next_value = energy_.at(next, &next_g);
-      const double work = solver_.options_.free ? way.load.dot(next - u_) : length * way.work;
+      const double work = loose_.empty() ? length * way.work : way.load.dot(next - u_);
       const double gained = next_value - value_ - work;
       if (gained <= kArmijo * length * way.slope + slack * std::abs(value_)) return length;
       const double fit = -0.5 * way.slope * length * length / (gained - length * way.slope);
@@ -355,8 +354,16 @@ class TouchedStep::Descent {
     return 0.0;
   }
 
+  /// What a step gains that moves all of the body by no more than kNoWay [J].
+  double noise() const {
+    if (!solver_.options_.dynamic) return 0.0;
+    double mass = 0.0;
+    for (const double one : solver_.masses_) mass += one;
+    const double speed = kNoWay / solver_.options_.time_step;
+    return 0.5 * mass * speed * speed;
+  }
   void note_residual(double decrement) {
-    told_.residual = residual_of(0.5 * decrement, value_);
+    told_.residual = 0.5 * decrement > noise() ? residual_of(0.5 * decrement, value_) : 0.0;
     told_.converged = told_.residual <= solver_.options_.decrement;
   }
 
@@ -377,6 +384,7 @@ class TouchedStep::Descent {
   }
 
   const FiniteSolver& solver_;
+  const LoosePieces& loose_;
   FiniteTouch& touch_;
   FiniteState& state_;
   BodyLoad load_;

@@ -11,6 +11,7 @@
 #include "kernels/base/types.h"
 #include "kernels/paff/block_matrix.h"
 #include "kernels/paff/fibres.h"
+#include "kernels/paff/tissue_pieces.h"
 
 namespace viscera {
 
@@ -65,6 +66,8 @@ class RegionSolver {
   virtual Result<ElasticRegion> region(const std::function<bool(const Vec3&)>& wanted) const = 0;
   /// What holding the body adds to its stiffness [N/m].
   virtual Result<SymmetricBlockMatrix> hold() const = 0;
+  /// What no field joins, and which of it something holds.
+  virtual const std::vector<TissuePiece>& pieces() const = 0;
   /// Forces on all nodes of the cloud by a hold that has moved so (3 N) [N].
   virtual std::vector<double> held_loads(
       const std::function<Vec3(const Vec3&)>& displacement) const = 0;

@@ -43,9 +43,9 @@ struct ElasticProblem {
   /// Pieces that nothing holds are let be, for a response that needs no hold; their stiffness is
   /// singular. False: they are refused.
   bool may_have_free_pieces = false;
-  /// Of a body that nothing holds: a foundation under all of it, so much force for each volume and
+  /// A foundation under the pieces of a body that nothing holds, so much force for each volume and
   /// displacement [N/m3]. What solves stands on it; region and hold (elastic_region.h) don't know
-  /// it. 0: none.
+  /// it. 0: none, and such pieces are refused.
   double foundation = 0.0;
   /// Half the quadrature points (SmallCells::kOne), for a response that asks them all each frame.
   bool few_points = false;

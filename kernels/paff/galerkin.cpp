@@ -215,13 +215,14 @@ void add_fibres(const VolumeQuadrature& volume, const PointFields& fields,
   });
 }
 
-/// On the diagonal alone, as a step of a body with mass has that.
-void add_foundation(double stiff, const VolumeQuadrature& volume, const PointFields& fields,
-                    SymmetricBlockMatrix& stiffness) {
+/// Under nodes of loose pieces; on the diagonal alone, as a step of a body with mass has that.
+void add_foundation(double stiff, std::span<const int> under, const VolumeQuadrature& volume,
+                    const PointFields& fields, SymmetricBlockMatrix& stiffness) {
   for (std::size_t q = 0; q < volume.size(); ++q)
     for (std::size_t e = fields.begin[q]; e < fields.begin[q + 1]; ++e) {
-      const std::size_t row =
-          stiffness.pattern.row_begin[static_cast<std::size_t>(fields.nodes[e])];
+      const auto node = static_cast<std::size_t>(fields.nodes[e]);
+      if (under[node] < 0) continue;
+      const std::size_t row = stiffness.pattern.row_begin[node];
       for (std::size_t k = 0; k < 3; ++k)
         stiffness.blocks[9 * row + 4 * k] += stiff * volume.weights[q] * fields.values[e];
     }
@@ -361,7 +362,8 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
       add_fibres(system.volume_, *inside, system.fibres_, system.surface_, *fixed,
                  system.held_fibres_, system.stiffness_);
     if (problem.foundation > 0.0)
-      add_foundation(problem.foundation, system.volume_, *inside, system.stiffness_);
+      add_foundation(problem.foundation, loose_pieces(system.pieces_, n), system.volume_, *inside,
+                     system.stiffness_);
   }
   system.figures_.unknowns = 3 * n;
   if (!problem.points_alone) system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();

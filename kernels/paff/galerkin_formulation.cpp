@@ -52,6 +52,8 @@ class GalerkinSolver final : public ElasticSolver, public RegionSolver {
 
   Result<SymmetricBlockMatrix> hold() const override { return system_.hold(); }
 
+  const std::vector<TissuePiece>& pieces() const override { return system_.pieces(); }
+
   std::vector<double> held_loads(
       const std::function<Vec3(const Vec3&)>& displacement) const override {
     return system_.loads({.body_force = {}, .traction = {}, .held_displacement = displacement});

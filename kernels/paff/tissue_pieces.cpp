@@ -33,6 +33,17 @@ std::vector<TissuePiece> tissue_pieces(std::size_t node_count, const PointFields
   return pieces;
 }
 
+std::vector<int> loose_pieces(const std::vector<TissuePiece>& pieces, std::size_t node_count) {
+  std::vector<int> number(node_count, -1);
+  int count = 0;
+  for (const TissuePiece& piece : pieces) {
+    if (piece.held) continue;
+    for (const int node : piece.nodes) number[static_cast<std::size_t>(node)] = count;
+    ++count;
+  }
+  return number;
+}
+
 std::string free_pieces_text(const std::vector<TissuePiece>& pieces, const PointCloud& cloud,
                              std::size_t own) {
   std::vector<const TissuePiece*> free;

@@ -21,6 +21,10 @@ struct TissuePiece {
 std::vector<TissuePiece> tissue_pieces(std::size_t node_count, const PointFields& volume,
                                        const PointFields& fixed);
 
+/// Numbers of the pieces that nothing holds, from 0, of the nodes that they have; -1: of others.
+/// (N)
+std::vector<int> loose_pieces(const std::vector<TissuePiece>& pieces, std::size_t node_count);
+
 /// Says how many pieces nothing holds, how many nodes the largest has and where; empty where all
 /// are held. The first `own` nodes of the cloud lie where they are; the others, twins, in other
 /// pieces.

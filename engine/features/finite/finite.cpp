@@ -58,8 +58,8 @@ void reach(const SceneDescription&, const OrganDescription& organ,
   reach.may_be_finite = true;
   check_organ(organ, [&](const std::string&) { reach.may_be_finite = false; });
   reach.strained_anywhere =
-      organ.material.model != HyperelasticModel::kLinear || organ.material.relaxes ||
-      !organ.material.prony.empty() ||
+      reach.strained_anywhere || organ.material.model != HyperelasticModel::kLinear ||
+      organ.material.relaxes || !organ.material.prony.empty() ||
       std::ranges::any_of(instruments, [](const InstrumentBody& body) {
         return body.description.kind == InstrumentKind::kGrasper && haptic_of(body.description);
       });

@@ -8,6 +8,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/touching/touching_keys.h"
+#include "kernels/finite/finite_solver.h"
 
 namespace viscera {
 namespace {
@@ -81,14 +82,14 @@ std::vector<std::string> warnings(const World& world) {
   return all;
 }
 
-/// How an organ moves while nothing touches it; not at all where something holds it.
+/// How an organ moves while nothing touches it; not at all where something holds all of it.
 class Fall {
  public:
   Fall(const World& world, Entity organ) : pose_(pose_of(world, organ)) {
-    if (!is_free(world, organ) || is_gone(world, organ)) return;
+    if (!is_loose(world, organ) || is_gone(world, organ)) return;
     velocities_ = world.find<OrganTouch>(organ)->solver->state().motion.velocities;
-    if (const OrganSag* weight = world.find<OrganSag>(organ))
-      acceleration_ = pose_.direction_to_world(weight->change);
+    if (const TableGravity* table = world.one<TableGravity>())
+      acceleration_ = table->gravity.at(world.time());
     for (std::size_t at = 0; at < velocities_.size(); at += 3)
       mean_ += pose_.direction_to_world(Vec3::Map(velocities_.data() + at));
     mean_ *= 3.0 / static_cast<double>(velocities_.size());
@@ -113,8 +114,9 @@ class Fall {
 
 }  // namespace
 
-bool is_free(const World& world, Entity organ) {
-  return world.find<FreeBody>(organ) != nullptr;
+bool is_loose(const World& world, Entity organ) {
+  const auto& finite = world.find<OrganBody>(organ)->model->finite;
+  return finite && !finite->loose().empty();
 }
 
 bool is_gone(const World& world, Entity organ) {
@@ -123,8 +125,11 @@ bool is_gone(const World& world, Entity organ) {
 }
 
 double way_to_come(const World& world, Entity one, Entity other, double time) {
-  if (!is_free(world, one) && !is_free(world, other)) return 0.0;
-  const Fall first(world, one), second(world, other);
+  if (!is_loose(world, one) && !is_loose(world, other)) return 0.0;
+  const Fall first(world, one);
+  if (one == other)
+    return 2.0 * time * first.fastest_beside(first) + time * time * first.acceleration().norm();
+  const Fall second(world, other);
   return time * (first.fastest_beside(second) + second.fastest_beside(second)) +
          time * time * (first.acceleration() - second.acceleration()).norm();
 }

@@ -18,12 +18,13 @@ struct FreeBody {
 };
 static_assert(fields_cover<FreeBody>());
 
-bool is_free(const World& world, Entity organ);
+/// Whether all of it falls, or pieces that a cut has taken off it do.
+bool is_loose(const World& world, Entity organ);
 /// Whether it has fallen out of view.
 bool is_gone(const World& world, Entity organ);
 
-/// How much nearer two organs may come to each other within so long, as those of them that nothing
-/// holds go and fall now [m]; 0 where both are held.
+/// How much nearer two organs, or pieces of one, may come to each other within so long, as what of
+/// them nothing holds goes and falls now [m]; 0 where all is held.
 double way_to_come(const World& world, Entity one, Entity other, double time);
 
 Feature free_bodies_feature();

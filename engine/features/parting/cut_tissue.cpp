@@ -94,20 +94,25 @@ class Cutting {
     for (const Vec3& place : edge) {
       const auto found = tissue_.at_rest(place, blade_.length + kBeside);
       if (!found) {
-        track.edge.clear();
+        track.lose();
         return Vec3::Zero();
       }
       rest.push_back(found->place);
       above.push_back(found->above);
     }
-    const bool follows = track.edge.size() == rest.size();
+    const bool follows = track.edge.size() == rest.size() && track.above.size() == rest.size();
     const std::vector<Vec3> before = std::exchange(track.edge, rest);
+    const std::vector<double> above_before = std::exchange(track.above, above);
     if (!follows || !cuts) return Vec3::Zero();
     Vec3 force = Vec3::Zero();
     for (std::size_t k = 0; k + 1 < rest.size(); ++k) {
-      const double inside = share_below(above[k], above[k + 1]);
-      if (inside > 0.0)
-        force += sweep_piece({before[k], before[k + 1]}, {rest[k], rest[k + 1]}, inside, cut);
+      // An edge of the organ may stick out between places that are all outside.
+      if (std::min({above[k], above[k + 1], above_before[k], above_before[k + 1]}) >
+          0.5 * kAlongEdge)
+        continue;
+      const double inside = 0.5 * (share_below(above[k], above[k + 1]) +
+                                   share_below(above_before[k], above_before[k + 1]));
+      force += sweep_piece({before[k], before[k + 1]}, {rest[k], rest[k + 1]}, inside, cut);
     }
     return pose_of(world_, organ_).direction_to_world(force);
   }
@@ -120,7 +125,7 @@ class Cutting {
     return std::min(one, other) / (std::min(one, other) - std::max(one, other));
   }
 
-  /// `inside`: the share of the piece that is in tissue.
+  /// `inside`: the share of its way that is in tissue.
   Vec3 sweep_piece(const std::array<Vec3, 2>& before, const std::array<Vec3, 2>& now, double inside,
                    OrganCut& cut) {
     const double longest = std::max((now[0] - before[0]).norm(), (now[1] - before[1]).norm());
@@ -150,7 +155,7 @@ class Cutting {
 BladeTrack& track_of(OrganCut& cut, Entity instrument, std::uint64_t blade) {
   for (BladeTrack& track : cut.blades)
     if (track.instrument == instrument && track.blade == blade) return track;
-  return cut.blades.emplace_back(BladeTrack{instrument, blade, 1.0, {}});
+  return cut.blades.emplace_back(BladeTrack{instrument, blade, 1.0, {}, {}});
 }
 
 bool is_near(const std::vector<Vec3>& edge, const OrganTouch& touch, const Pose& pose) {
@@ -172,7 +177,7 @@ void cut_with(World& world, Entity instrument, Entity organ, const OrganTouch& t
     const bool cuts = tool.kind != InstrumentKind::kScissors || state.jaw < track.jaw;
     track.jaw = state.jaw;
     if (!is_near(edges[b], touch, pose))
-      track.edge.clear();
+      track.lose();
     else
       world.find<InstrumentContact>(instrument)->force +=
           Cutting(world, organ, *blade_of(tool)).go_on(edges[b], cuts, track);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/features/cautery/cautery_keys.h"
+#include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/links_keys.h"
 #include "engine/features/parting/parting_flags.h"
@@ -70,10 +71,10 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
                                             organ.formulation));
   }
   const TouchingDescription& touching = touching_of(scene);
-  if (cuttable && (touching.organs || touching.folds || shafts_of(scene).touch))
+  if (cuttable && (touching.folds || shafts_of(scene).touch))
     wrong("contact",
-          "found organs, folds or shafts that touch beside an organ that is cuttable, "
-          "expected false: walls of cuts aren't met yet");
+          "found folds or shafts that touch beside an organ that is cuttable, expected false: they "
+          "don't meet walls of cuts yet");
   if (cuttable && !smoke_of(scene).empty())
     wrong("smoke",
           "found some beside an organ that is cuttable, expected none: smoke doesn't meet "
@@ -133,7 +134,10 @@ Result<void> prepare_organ_to_cut(SceneModel& model, std::size_t o,
   const Reach reached = reach_of(tools, model.scene(), organ, model.features());
   auto demand = demand_on(organ, tissue, reached, body.model->surface);
   if (!demand) return std::unexpected(demand.error());
-  auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), assets);
+  Vec3 gravity = Vec3::Zero();
+  if (const GravityDescription* acts = gravity_of(model.scene()))
+    gravity = organ.pose.direction_to_local(acts->acceleration * acts->rest_direction);
+  auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), gravity, assets);
   const double voxel = cuttable_of(organ)->voxel;
   if (tissue.fracture_energy == 0.0)
     warnings.push_back(
@@ -219,6 +223,7 @@ void take_body(World& world, Entity organ, const CutOrgan& cut, const Continuati
   OrganLeft& left = *world.find<OrganLeft>(organ);
   left.fields = cut.fields;
   left.depths = cut.depths;
+  left.pieces = cut.pieces;
   left.crumbs = cut.crumbs;
   left.greatest_seconds = std::max(left.greatest_seconds, cut.seconds);
   world.replace(organ, cut.model, continuation);
@@ -265,6 +270,7 @@ Result<void> bodies_loaded(World& world) {
       if (cut.used.untouched()) {
         left.fields = whole.fields;
         left.depths.clear();
+        left.pieces.clear();
         left.crumbs = 0.0;
         world.replace(organ, whole.whole, nullptr);
       } else {

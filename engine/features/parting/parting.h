@@ -28,13 +28,19 @@ struct Cuttable {
 /// The edge of a blade that is in an organ or near it, as the last step left it.
 struct BladeTrack {
   Entity instrument;
-  std::uint64_t blade = 0;  ///< of the instrument's
-  double jaw = 1.0;         ///< of its scissors
-  std::vector<Vec3> edge;   ///< places along it, at rest, organ frame [m]
+  std::uint64_t blade = 0;    ///< of the instrument's
+  double jaw = 1.0;           ///< of its scissors
+  std::vector<Vec3> edge;     ///< places along it, at rest, organ frame [m]
+  std::vector<double> above;  ///< ... the drawn surface; below 0 in tissue [m]
+  /// It has left.
+  void lose() {
+    edge.clear();
+    above.clear();
+  }
   static constexpr auto fields() {
     return std::tuple(field("instrument", &BladeTrack::instrument),
                       field("blade", &BladeTrack::blade), field("jaw", &BladeTrack::jaw),
-                      field("edge", &BladeTrack::edge));
+                      field("edge", &BladeTrack::edge), field("above", &BladeTrack::above));
   }
 };
 static_assert(fields_cover<BladeTrack>());
@@ -70,6 +76,7 @@ static_assert(fields_cover<OrganCut>());
 struct OrganLeft {
   std::shared_ptr<const ShapeFunctions> fields;  ///< of the body that the organ is
   std::vector<float> depths;                     ///< as CutOrgan::depths; empty: it is whole
+  std::vector<int> pieces;                       ///< as CutOrgan::pieces
   TissueShare::State made_of;                    ///< what it is made of
   std::shared_future<Result<CutOrgan>> next;     ///< of OrganCut::asked
   std::string refusal;                           ///< why the last one was refused

@@ -4,6 +4,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/free_bodies/free_bodies.h"
+#include "engine/features/touching/cut_bodies.h"
 #include "engine/features/touching/drawn_organ.h"
 #include "engine/features/touching/folds.h"
 #include "engine/features/touching/resting.h"
@@ -57,17 +58,22 @@ Near near_at(const CollisionSurface::Hit& hit, const Vec3& here, const DrawnOrga
   return near;
 }
 
+/// If the patch of `one` faces what it hit, within `farthest` [m].
+std::optional<Near> faced(const std::optional<CollisionSurface::Hit>& hit, const DrawnOrgan& one,
+                          const SurfacePatch& patch, const DrawnOrgan& other, double farthest) {
+  if (!hit) return std::nullopt;
+  const Near near = near_at(*hit, one.place(patch.point), other);
+  const Vec3 own = one.normal(patch.point.triangle);
+  if (!(own.dot(near.normal) < kFacing) || !(near.gap < farthest)) return std::nullopt;
+  return near;
+}
+
 /// Within `farthest` [m].
 std::optional<Near> nearest(const DrawnOrgan& one, const SurfacePatch& patch,
                             const DrawnOrgan& other, const CollisionSurface& finder,
                             double farthest) {
-  const Vec3 here = one.place(patch.point);
-  const auto hit = finder.closest(other.pose.to_local(here), std::max(kDeepest, farthest));
-  if (!hit) return std::nullopt;
-  const Near near = near_at(*hit, here, other);
-  const Vec3 own = one.normal(patch.point.triangle);
-  if (!(own.dot(near.normal) < kFacing) || !(near.gap < farthest)) return std::nullopt;
-  return near;
+  const Vec3 here = other.pose.to_local(one.place(patch.point));
+  return faced(finder.closest(here, std::max(kDeepest, farthest)), one, patch, other, farthest);
 }
 
 bool is_awake(const World& world, Entity organ) {
@@ -97,15 +103,16 @@ class PairSearch {
         pair_(*world.find<OrganPair>(entity)),
         state_(*world.find<PairState>(entity)),
         joints_(*world.find<PairJoints>(entity)),
-        patches_(world.find<OrganPatches>(pair_.organs[0])->patches),
+        patches_(patches_now(world, pair_.organs[0])),
+        overlaps_(overlaps_now(world, entity)),
         one_(world, pair_.organs[0]),
         other_(world, pair_.organs[1]),
         finder_(finder_of(world, pair_.organs[1], false)),
         rest_finder_(finder_of(world, pair_.organs[1], true)),
-        falls_(!pair_.folds() &&
-               (is_free(world, pair_.organs[0]) || is_free(world, pair_.organs[1]))),
-        to_come_(pair_.folds() ? 0.0
-                               : way_to_come(world, pair_.organs[0], pair_.organs[1], kFrame)) {}
+        folds_(world.find<FoldSides>(pair_.organs[0])),
+        falls_(!(pair_.folds() && folds_) &&
+               (is_loose(world, pair_.organs[0]) || is_loose(world, pair_.organs[1]))),
+        to_come_(way_to_come(world, pair_.organs[0], pair_.organs[1], kFrame)) {}
 
   void run(TouchingFigures& figures, FrameReport* report) {
     joints_.normals.clear();
@@ -113,7 +120,9 @@ class PairSearch {
     const Box reach = bounds_of(world_, pair_.organs[1]);
     const Box own = bounds_of(world_, pair_.organs[0]);
     const double farthest = kMostMargin + to_come_;
-    const bool out_of_reach = reach.exteriorDistance(own) > farthest;
+    const bool is_one_piece =
+        pair_.folds() && !folds_ && pieces_of(world_, pair_.organs[0]).empty();
+    const bool out_of_reach = is_one_piece || reach.exteriorDistance(own) > farthest;
     shifted_ = apart(world_, pair_.organs).norm();
     if (out_of_reach || !(falls_ || is_awake(world_, pair_.organs[0]) ||
                           is_awake(world_, pair_.organs[1]) || shifted_ > kUnmoved)) {
@@ -123,7 +132,7 @@ class PairSearch {
     std::vector<std::optional<Near>> near(patches_.size());
     parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
       if (pair_.folds())
-        near[p] = fold_of(p, farthest);
+        near[p] = own_of(p, farthest);
       else if (reach.exteriorDistance(one_.place(patches_[p].point)) < farthest)
         near[p] = nearest(one_, patches_[p], other_, finder_, farthest);
     });
@@ -157,10 +166,15 @@ class PairSearch {
     return *world.find<StillSurface>(organ)->surface;
   }
 
-  std::optional<Near> fold_of(std::size_t p, double farthest) const {
-    const FoldSides& sides = *world_.find<FoldSides>(pair_.organs[0]);
+  /// On its own organ: what a piece that was cut off lies on, or the other side of a fold.
+  std::optional<Near> own_of(std::size_t p, double farthest) const {
+    if (!folds_) {
+      const auto hit = nearest_piece(one_, pieces_of(world_, pair_.organs[0]), finder_, patches_[p],
+                                     std::max(kDeepest, farthest));
+      return faced(hit, one_, patches_[p], other_, farthest);
+    }
     const auto hit =
-        nearest_fold(one_, finder_, patches_[p], static_cast<double>(sides.behind[p]), farthest);
+        nearest_fold(one_, finder_, patches_[p], static_cast<double>(folds_->behind[p]), farthest);
     if (!hit) return std::nullopt;
     return near_at(*hit, one_.place(patches_[p].point), other_);
   }
@@ -227,7 +241,7 @@ class PairSearch {
     found.meets = true;
     found.normal = near.normal;
     const Vec3 at_rest = one_.pose.to_world(patch.mean()) - other_.pose.to_world(meeting.on.mean());
-    found.depth = -at_rest.dot(found.normal) - static_cast<double>(pair_.overlaps[p]);
+    found.depth = -at_rest.dot(found.normal) - static_cast<double>(overlaps_[p]);
     return found;
   }
 
@@ -236,10 +250,12 @@ class PairSearch {
   PairState& state_;
   PairJoints& joints_;
   const std::vector<SurfacePatch>& patches_;
+  const std::vector<float>& overlaps_;
   DrawnOrgan one_, other_;
   const CollisionSurface &finder_, &rest_finder_;
-  bool falls_;      // nothing holds one of them
-  double to_come_;  // how much nearer they may fall in this frame [m]
+  const FoldSides* folds_;  // null: if it is one organ, pieces of it meet
+  bool falls_;              // nothing holds one of them
+  double to_come_;          // how much nearer they may fall in this frame [m]
   double shifted_ = 0.0;
 };
 
@@ -260,7 +276,7 @@ void lay_cells(World& world, Entity entity) {
   const OrganPair& pair = *world.find<OrganPair>(entity);
   const PairState& state = *world.find<PairState>(entity);
   PairJoints& joints = *world.find<PairJoints>(entity);
-  const std::vector<SurfacePatch>& patches = world.find<OrganPatches>(pair.organs[0])->patches;
+  const std::vector<SurfacePatch>& patches = patches_now(world, pair.organs[0]);
   const double friction = touching_of(world.model().scene()).friction;
   for (std::size_t side = 0; side < 2; ++side) {
     if (!yields(world, pair.organs[side])) continue;

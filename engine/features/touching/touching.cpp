@@ -8,6 +8,8 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
+#include "engine/features/parting/parting_keys.h"
+#include "engine/features/touching/cut_bodies.h"
 #include "engine/features/touching/folds.h"
 #include "engine/features/touching/islands.h"
 #include "engine/features/touching/resting.h"
@@ -55,10 +57,12 @@ std::string begins_inside(const SceneDescription& scene, std::size_t organ, std:
       1e3 * kMostInside);
 }
 
+/// It may meet itself.
 void add_folds(SceneModel& model, Entity organ, const CollisionSurface& finder) {
   Store& constants = model.constants();
   const std::vector<SurfacePatch>& patches = constants.all<OrganPatches>().find(organ)->patches;
-  constants.all<FoldSides>().add(organ, fold_sides(patches, finder));
+  if (touching_of(model.scene()).folds)
+    constants.all<FoldSides>().add(organ, fold_sides(patches, finder));
   OrganPair pair;
   pair.organs = {organ, organ};
   pair.overlaps.assign(patches.size(), 0.0f);  // its surface doesn't cross itself
@@ -77,13 +81,9 @@ Result<void> prepare(SceneModel& model) {
     finders.push_back(std::make_unique<CollisionSurface>(body.surface, body.rest_positions));
     soft.push_back(presses_back(model, organ));
     if (!soft.back()) continue;
-    const double whole = area(body.surface);
-    constants.all<OrganPatches>().add(
-        organ,
-        {patches_of(body.surface, body.rest_normals, *finders.back(), [&](const Vec3& place) {
-          return pitch_at(body, place, touching.pitch, whole);
-        })});
-    if (touching.folds) add_folds(model, organ, *finders.back());
+    constants.all<OrganPatches>().add(organ, {patches_on(body, *finders.back(), touching)});
+    if (touching.folds || cuttable_of(scene.organs[organ.index]))
+      add_folds(model, organ, *finders.back());
   }
   const std::vector<Entity>& organs = model.organs();
   for (std::size_t i = 0; touching.organs && i < organs.size(); ++i)
@@ -93,7 +93,8 @@ Result<void> prepare(SceneModel& model) {
         return *constants.all<OrganBody>().find(organs[o])->model;
       };
       const Pose poses[2] = {scene.organs[i].pose_at(0.0), scene.organs[j].pose_at(0.0)};
-      const bool falls = scene.organs[i].free || scene.organs[j].free;
+      const bool free = scene.organs[i].free || scene.organs[j].free;
+      const bool falls = free || cuttable_of(scene.organs[i]) || cuttable_of(scene.organs[j]);
       if (!falls &&
           bounds_at_rest(body(i), poses[0]).exteriorDistance(bounds_at_rest(body(j), poses[1])) >
               kFarthest)
@@ -108,7 +109,7 @@ Result<void> prepare(SceneModel& model) {
                                   body(other), poses[first ? 1 : 0], *finders[other]);
       for (const float overlap : pair.overlaps)
         pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
-      if (falls) {
+      if (free) {
         if (pair.greatest_overlap > kMostInside)
           return failure(begins_inside(scene, scene.organs[i].free ? i : j,
                                        scene.organs[i].free ? j : i, pair.greatest_overlap));
@@ -155,7 +156,7 @@ bool is_sound(const Meeting& meeting, std::size_t patches, std::size_t triangles
 void restored(World& world) {
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const std::size_t patches = world.find<OrganPatches>(pairs[p].organs[0])->patches.size();
+    const std::size_t patches = patches_now(world, pairs[p].organs[0]).size();
     const std::size_t triangles =
         world.find<OrganBody>(pairs[p].organs[1])->model->surface.triangles.size();
     std::erase_if(world.find<PairState>(pairs.owner(p))->meetings,
@@ -164,6 +165,14 @@ void restored(World& world) {
 }
 
 }  // namespace
+
+std::vector<SurfacePatch> patches_on(const OrganModel& model, const CollisionSurface& finder,
+                                     const TouchingDescription& touching) {
+  const double whole = area(model.surface);
+  return patches_of(model.surface, model.rest_normals, finder, [&](const Vec3& place) {
+    return pitch_at(model, place, touching.pitch, whole);
+  });
+}
 
 std::vector<ReportSection> touching_report(const World& world) {
   if (!world.has<OrganPair>()) return {};
@@ -206,6 +215,7 @@ Feature touching_feature() {
                       .needed = [](const World& world) { return world.has<OrganPair>(); },
                       .run = meet_organs}},
           .flags = {kOrgansOverlap},
+          .replaced = meet_as_cut,
           .restored = restored,
           .report = touching_report};
 }

@@ -26,8 +26,8 @@ struct OrganPatches {
   std::vector<SurfacePatch> patches;
 };
 
-/// Two organs that may meet, or one that may meet itself (folds.h); one component a pair, on an
-/// entity of its own.
+/// Two organs that may meet, or one that may meet itself (folds.h, cut_bodies.h); one component a
+/// pair, on an entity of its own.
 struct OrganPair {
   static constexpr bool kConstant = true;
   std::array<Entity, 2> organs;   ///< the first brings its patches
@@ -121,6 +121,10 @@ bool yields(const World& world, Entity organ);
 std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> patches,
                                const OrganModel& other, const Pose& other_pose,
                                const CollisionSurface& finder);
+
+/// The patches of an organ of this scene.
+std::vector<SurfacePatch> patches_on(const OrganModel& model, const CollisionSurface& finder,
+                                     const TouchingDescription& touching);
 
 /// Surfaces, poses -> PairState, PairJoints, the meetings' cells in OrganContact.cells: behind
 /// those of the tools.
