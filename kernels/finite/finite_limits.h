@@ -24,6 +24,13 @@ inline constexpr int kMostTrials = 6;
 /// Where a further iteration would gain no more than this share of the energy, the step's other
 /// start isn't asked for: it could save no more.
 inline constexpr double kSureStart = 1e-2;
+/// A way of which no more than this may be gone isn't gone so far: what answers is made stiffer, by
+/// what may be gone but at most by the least share, so many times an iteration. Chosen.
+inline constexpr double kFarEnough = 0.9, kLeastShare = 0.1;
+inline constexpr int kMostStiffenings = 3;
+/// A step that would still gain more than this of its energy goes on, to so many iterations.
+inline constexpr double kUnsettled = 1e-2;
+inline constexpr int kMostOfAll = 20;
 /// A step shorter than this says that the pairs of before don't fit.
 inline constexpr double kShortest = 0.1;
 /// A step that could move all of a body by no more than this has ended [m]. Chosen: what single

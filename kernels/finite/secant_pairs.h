@@ -21,12 +21,16 @@ class SecantPairs {
   bool add(VectorX s, VectorX y, VectorX h0_y);
   void clear() { pairs_.clear(); }
   std::size_t size() const { return pairs_.size(); }
+  /// From now on H0 is this share of what it was: the body is stiffer than its first guess.
+  void stiffen(double share) { scale_ *= share; }
 
   /// H v, given H0 v.
   VectorX apply(const VectorX& v, VectorX h0_v) const { return apply(v, std::move(h0_v), size()); }
 
-  /// Phi (H - H0) Phi^T, `rows` giving Phi v.
-  MatrixX response_change(const std::function<VectorX(const VectorX&)>& rows) const;
+  /// Phi (H - H0) Phi^T, `rows` giving Phi v, `response` Phi H0 Phi^T; empty: they are the same. H0
+  /// as it is given, before stiffen().
+  MatrixX response_change(const std::function<VectorX(const VectorX&)>& rows,
+                          const MatrixX& response) const;
 
  private:
   /// By the first `count` pairs alone.
@@ -37,6 +41,7 @@ class SecantPairs {
     double rho;  // 1 / s.y
   };
   std::deque<Pair> pairs_;
+  double scale_ = 1.0;
 };
 
 }  // namespace viscera

@@ -229,9 +229,8 @@ class TouchedStep::Descent {
     way.y = way.load;
     way.forces.resize(0);
     if (touch_.cells() > 0) {
-      MatrixX more;
-      if (pairs.size() > 0)
-        more = pairs.response_change([&](const VectorX& v) { return touch_.displaced(v); });
+      MatrixX more = pairs.response_change([&](const VectorX& v) { return touch_.displaced(v); },
+                                           touch_.response());
       Forces forces = co_await ask(touch_.displaced(u_ - down), std::move(more));
       if (!forces) co_return false;
       way.forces = std::move(*forces);
@@ -267,7 +266,7 @@ class TouchedStep::Descent {
     VectorX z = first_guess(g_);
     z_.resize(0);
     Way way;
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < most || (i < kMostOfAll && told_.residual > kUnsettled); ++i) {
       if (i > 0 && turn_on()) {
         pairs.clear();
         z = first_guess(g_);
@@ -294,6 +293,13 @@ class TouchedStep::Descent {
       double length = search(way, next, next_value, next_g);
       if (length < kShortest && pairs.size() > 0) {
         pairs.clear();
+        if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
+        length = search(way, next, next_value, next_g);
+      }
+      // Strained far, tissue is stiffer than its factor at rest. What answers is stiffened, not the
+      // way cut short, which would leave the gaps open that the cells are to close.
+      for (int times = 0; length < kFarEnough && times < kMostStiffenings; ++times) {
+        pairs.stiffen(std::max(length, kLeastShare));
         if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
         length = search(way, next, next_value, next_g);
       }

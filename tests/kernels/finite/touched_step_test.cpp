@@ -188,7 +188,8 @@ TEST(TouchedStep, TheChangeOfAResponseByPairsIsThatOfTheirInverse) {
     const VectorX load = rows.row(c).transpose();
     exact.col(c) = rows * (pairs.apply(load, load) - load);
   }
-  const MatrixX change = pairs.response_change([&](const VectorX& v) { return VectorX(rows * v); });
+  const MatrixX change =
+      pairs.response_change([&](const VectorX& v) { return VectorX(rows * v); }, MatrixX());
   EXPECT_LT((change - exact).norm(), 1e-12 * exact.norm());
 }
 
