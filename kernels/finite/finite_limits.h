@@ -29,7 +29,7 @@ inline constexpr double kSureStart = 1e-2;
 inline constexpr double kFarEnough = 0.9, kLeastShare = 0.1;
 inline constexpr int kMostStiffenings = 3;
 /// A step that would still gain more than this of its energy goes on, to so many iterations.
-inline constexpr double kUnsettled = 1e-2;
+inline constexpr double kUnsettled = 1e-3;
 inline constexpr int kMostOfAll = 20;
 /// A step shorter than this says that the pairs of before don't fit.
 inline constexpr double kShortest = 0.1;
