@@ -297,8 +297,10 @@ class TouchedStep::Descent {
         length = search(way, next, next_value, next_g);
       }
       // Strained far, tissue is stiffer than its factor at rest. What answers is stiffened, not the
-      // way cut short, which would leave the gaps open that the cells are to close.
-      for (int times = 0; length < kFarEnough && times < kMostStiffenings; ++times) {
+      // way cut short, which would leave the gaps open that the cells are to close. Of a body that
+      // nothing holds most of a way is that of its mass, which is as it is.
+      const int stiffenings = loose_.whole() ? 0 : kMostStiffenings;
+      for (int times = 0; length < kFarEnough && times < stiffenings; ++times) {
         pairs.stiffen(std::max(length, kLeastShare));
         if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
         length = search(way, next, next_value, next_g);

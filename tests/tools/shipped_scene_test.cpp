@@ -77,6 +77,7 @@ INSTANTIATE_TEST_SUITE_P(
                              "omentum", "diaphragm", "falciform_ligament", "abdominal_wall"},
                             {"haptics"}},
                     Shipped{"incision", {"liver"}, {"heat", "smoke", "haptics"}},
+                    Shipped{"sever", {"pedicle"}, {"heat", "smoke", "haptics"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),
     [](const auto& shipped) { return std::string(shipped.param.scene); });

@@ -24,6 +24,9 @@ constexpr double kFrames = 2.0, kFrame = 1.0 / kFramesPerSecond;
 constexpr double kDeepest = 8e-3;
 /// Surfaces that face each other less than this (cosine) don't meet: the far side of a thin organ.
 constexpr double kFacing = -0.2;
+/// A patch whose nearest place of the other organ is farther than so many times how far it is along
+/// the normal there, and its own radius, lies beside an edge, neither above nor inside.
+constexpr double kBesideEdge = 1.2;
 /// A meeting keeps its place of the second organ until the patch has slid off it by this share of
 /// its radius.
 constexpr double kSlidOff = 0.35;
@@ -63,6 +66,8 @@ std::optional<Near> faced(const std::optional<CollisionSurface::Hit>& hit, const
                           const SurfacePatch& patch, const DrawnOrgan& other, double farthest) {
   if (!hit) return std::nullopt;
   const Near near = near_at(*hit, one.place(patch.point), other);
+  if (hit->distance > kBesideEdge * (std::abs(near.gap) + std::sqrt(patch.area / 3.0)))
+    return std::nullopt;
   const Vec3 own = one.normal(patch.point.triangle);
   if (!(own.dot(near.normal) < kFacing) || !(near.gap < farthest)) return std::nullopt;
   return near;
