@@ -1,6 +1,7 @@
 // Limited-memory BFGS [Nocedal1980] on top of any first guess H0 of the inverse Hessian.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -23,6 +24,9 @@ class SecantPairs {
   std::size_t size() const { return pairs_.size(); }
   /// From now on H0 is this share of what it was: the body is stiffer than its first guess.
   void stiffen(double share) { scale_ *= share; }
+  /// Four times as much of it again, at most all.
+  void relax() { scale_ = std::min(1.0, 4.0 * scale_); }
+  double scale() const { return scale_; }  ///< of H0
 
   /// H v, given H0 v.
   VectorX apply(const VectorX& v, VectorX h0_v) const { return apply(v, std::move(h0_v), size()); }

@@ -299,6 +299,7 @@ class TouchedStep::Descent {
       // Strained far, tissue is stiffer than its factor at rest. What answers is stiffened, not the
       // way cut short, which would leave the gaps open that the cells are to close. Of a body that
       // nothing holds most of a way is that of its mass, which is as it is.
+      if (length == 1.0) pairs.relax();
       const int stiffenings = loose_.whole() ? 0 : kMostStiffenings;
       for (int times = 0; length < kFarEnough && times < stiffenings; ++times) {
         pairs.stiffen(std::max(length, kLeastShare));
@@ -309,7 +310,7 @@ class TouchedStep::Descent {
       if (length == 0.0) co_return true;
       VectorX next_z = first_guess(next_g);
       // What a factor in single precision makes of less is noise, and so is a step by it.
-      const bool at_floor = (next_z - z).norm() < kLeastChange * next_z.norm();
+      const bool at_floor = (next_z - z).norm() < kLeastChange * pairs.scale() * next_z.norm();
       if (!at_floor) pairs.add(next - u_, next_g - g_, next_z - z);
       u_ = std::move(next);
       g_ = std::move(next_g);

@@ -27,6 +27,8 @@ class CutDraft {
 
   Result<WholeScene> written(const std::filesystem::path& folder) {
     add_organ();
+    const bool falls = dice_.chance(0.5);
+    if (falls) add_floor();
     const int graspers = dice_.whole(0, 2);
     for (int i = 0; i < graspers; ++i) add_grasper(i);
     const int blades = dice_.whole(1, 2);
@@ -37,13 +39,14 @@ class CutDraft {
     WholeScene whole{
         .file = folder / "scene.json",
         .description =
-            fmt::format("{:.0f} x {:.0f} x {:.0f} mm of {}, {} graspers, {} blades, {} strokes",
-                        size_.x(), size_.y(), size_.z(), tissue_, graspers, blades, strokes_),
+            fmt::format("{:.0f} x {:.0f} x {:.0f} mm of {}{}, {} graspers, {} blades, {} strokes",
+                        size_.x(), size_.y(), size_.z(), tissue_, falls ? " over a floor" : "",
+                        graspers, blades, strokes_),
         .frames = moving + kFramesToSettle + kFramesAtRest,
         .snapshot_at = static_cast<std::uint64_t>(dice_.whole(0, static_cast<int>(moving))),
         .inverted_at = {},
         .abused = false,
-        .still_from = moving + kFramesToSettle};
+        .still_from = falls ? std::nullopt : std::optional(moving + kFramesToSettle)};
     scene_["version"] = 1;
     scene_["name"] = "cut";
     scene_["duration_s"] =
@@ -83,6 +86,21 @@ class CutDraft {
     if (dice_.chance(0.3)) organ["youngs_modulus_kPa"] = std::pow(10.0, dice_.between(-0.5, 2.0));
     if (dice_.chance(0.3)) organ["poisson_ratio"] = dice_.between(0.0, 0.49);
     scene_["organs"] = Json::array({organ});
+  }
+
+  /// What is cut off falls on it; its own weight moves it as long as something does.
+  void add_floor() {
+    constexpr double kThick = 6.0;
+    const double below = dice_.between(2.0, 40.0);
+    scene_["gravity"] = Json::object();
+    scene_["contact"] = {{"organs", true}, {"organ_friction", dice_.between(0.0, 0.5)}};
+    scene_["organs"].push_back(
+        {{"name", "floor"},
+         {"tissue", "liver"},
+         {"deformable", false},
+         {"geometry",
+          {{"recipe", "block"}, {"size_mm", {200.0, 200.0, kThick}}, {"edge_mm", 10.0}}},
+         {"pose", {{"position_mm", {0.0, 0.0, low_ - below - 0.5 * kThick}}}}});
   }
 
   double top() const { return low_ + size_.z(); }

@@ -67,8 +67,11 @@ Insides::Deepest Insides::deepest(const World& world) const {
   Deepest deepest;
   for (const Side& side : sides_) {
     const std::vector<float> now = depths(drawn(world, side.inner), drawn(world, side.outer));
+    // Of an organ that was cut other vertices are drawn.
+    const bool as_begun = now.size() == side.at_rest.size();
     for (std::size_t v = 0; v < now.size(); ++v) {
-      const double beyond = static_cast<double>(now[v]) - static_cast<double>(side.at_rest[v]);
+      const double beyond =
+          static_cast<double>(now[v]) - (as_begun ? static_cast<double>(side.at_rest[v]) : 0.0);
       if (beyond <= deepest.depth) continue;
       deepest = {beyond, world.find<OrganBody>(side.inner)->name + " in " +
                              world.find<OrganBody>(side.outer)->name};

@@ -1,40 +1,62 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "engine/features/beds/beds.h"
+#include "engine/features/cautery/cautery.h"
 #include "engine/features/parting/parting.h"
+#include "kernels/finite/finite_solver.h"
 #include "kernels/points/closed_pieces.h"
 
 namespace viscera {
+namespace {
+
+nlohmann::ordered_json organ_parted(const World& world, Entity organ, const OrganCut& cut) {
+  const OrganLeft& left = *world.find<OrganLeft>(organ);
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  const TriangleSurface& whole = world.find<Cuttable>(organ)->organ->whole->surface;
+  nlohmann::ordered_json one = {
+      {"organ", world.find<OrganBody>(organ)->name},
+      {"cut_area_m2", cut.area},
+      {"depth_m", left.depths.empty() ? 0.0 : std::ranges::max(left.depths)},
+      {"pieces", closed_pieces(model.surface).size()},
+      {"loose_pieces", model.finite->loose().pieces().size()},
+      {"taken_m3", volume(whole) - volume(model.surface)},
+      {"crumbs_m3", left.crumbs},
+      {"work_J", cut.work},
+      {"bodies", cut.bodies},
+      {"refused", cut.refused},
+      {"twins", model.figures.twins},
+      {"greatest_preparation_s", left.greatest_seconds}};
+  if (!left.refusal.empty()) one["refusal"] = left.refusal;
+  return one;
+}
+
+}  // namespace
+
 std::vector<ReportSection> parting_report(const World& world) {
   const Pool<OrganCut>& cuts = world.all<OrganCut>();
-  if (cuts.size() == 0) return {};
+  const std::vector<BedFigures> beds = bed_figures(world);
+  if (cuts.size() == 0 && beds.empty()) return {};
   nlohmann::ordered_json organs = nlohmann::ordered_json::array();
-  double area = 0.0, deepest = 0.0;
+  double area = 0.0, deepest = 0.0, vaporised = 0.0;
+  std::size_t pieces = 0, by_force = 0, by_heat = 0;
   for (std::size_t c = 0; c < cuts.size(); ++c) {
-    const Entity organ = cuts.owner(c);
-    const OrganCut& cut = cuts[c];
-    const OrganLeft& left = *world.find<OrganLeft>(organ);
-    const OrganModel& model = *world.find<OrganBody>(organ)->model;
-    const TriangleSurface& whole = world.find<Cuttable>(organ)->organ->whole->surface;
-    const double depth = left.depths.empty() ? 0.0 : std::ranges::max(left.depths);
-    area += cut.area;
-    deepest = std::max(deepest, depth);
-    nlohmann::ordered_json one = {{"organ", world.find<OrganBody>(organ)->name},
-                                  {"cut_area_m2", cut.area},
-                                  {"depth_m", depth},
-                                  {"pieces", closed_pieces(model.surface).size()},
-                                  {"taken_m3", volume(whole) - volume(model.surface)},
-                                  {"crumbs_m3", left.crumbs},
-                                  {"work_J", cut.work},
-                                  {"bodies", cut.bodies},
-                                  {"refused", cut.refused},
-                                  {"twins", model.figures.twins},
-                                  {"greatest_preparation_s", left.greatest_seconds}};
-    if (!left.refusal.empty()) one["refusal"] = left.refusal;
-    organs.push_back(std::move(one));
+    organs.push_back(organ_parted(world, cuts.owner(c), cuts[c]));
+    area += cuts[c].area;
+    deepest = std::max(deepest, organs.back()["depth_m"].get<double>());
+    pieces += organs.back()["pieces"].get<std::size_t>();
   }
-  return {report_section(
-      "parting", {{"cut_area_m2", area}, {"depth_m", deepest}, {"organs", std::move(organs)}})};
+  for (const BedFigures& bed : beds) {
+    by_force += bed.by_force;
+    by_heat += bed.by_heat;
+  }
+  for (const BurnFigures& burn : burn_figures(world)) vaporised += burn.vaporised;
+  return {report_section("parting", {{"cut_area_m2", area},
+                                     {"depth_m", deepest},
+                                     {"pieces", pieces},
+                                     {"bonds_broken", {{"force", by_force}, {"heat", by_heat}}},
+                                     {"vaporised_kg", vaporised},
+                                     {"organs", std::move(organs)}})};
 }
 
 }  // namespace viscera
