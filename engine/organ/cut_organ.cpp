@@ -20,8 +20,9 @@
 namespace viscera {
 namespace {
 
-/// Of a step at the most: what hangs by little that a cut has left moves far under little force,
-/// and with two iterations it flew apart. A step ends as soon as more would gain nothing.
+/// Of a step, at the most where it comes to rest: what hangs by little that a cut has left moves
+/// far under little force, and with two iterations it flew apart. A step ends as soon as more would
+/// gain nothing.
 constexpr int kIterations = 12;
 
 /// Of each of these places the nearest of those.

@@ -43,8 +43,8 @@ struct CutOrgan {
 /// Nodes stay where they are, twins come (kernels/paff/true_neighbours.h); what holds it and the
 /// shape that it has without weight stay. A piece that nothing holds moves by itself
 /// (kernels/finite/loose_pieces.h). `before` and its fields: the body until now, the whole one or
-/// one cut less. Fails where walls can't be told from the surface, nothing is left, or preparing it
-/// fails.
+/// one cut less. Fails where walls can't be told from the surface, nothing is left, a
+/// piece comes off of an organ that is quasi-static, or preparing it fails.
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
                            const OrganModel& before, const ShapeFunctions& fields_before);
 

@@ -28,7 +28,8 @@ inline constexpr double kSureStart = 1e-2;
 /// what may be gone but at most by the least share, so many times an iteration. Chosen.
 inline constexpr double kFarEnough = 0.9, kLeastShare = 0.1;
 inline constexpr int kMostStiffenings = 3;
-/// A step that would still gain more than this of its energy goes on, to so many iterations.
+/// A step of tissue that anything touches goes on while it would still gain more than this of its
+/// energy, to so many iterations. Untouched, what was turned inside out finds back by its motion.
 inline constexpr double kUnsettled = 1e-3;
 inline constexpr int kMostOfAll = 20;
 /// A step shorter than this says that the pairs of before don't fit.

@@ -124,8 +124,8 @@ Result<FiniteSolver> FiniteSolver::prepare_in_levels(
 void FiniteSolver::take_nodes(std::span<const Vec3> positions, std::span<const double> volumes,
                               std::span<const int> piece_of) {
   for (const double volume : volumes) masses_.push_back(options_.density * volume);
-  const std::vector<int> whole(options_.free ? volumes.size() : 0, 0);
-  loose_ = LoosePieces(options_.free ? std::span(whole) : piece_of, positions, masses_);
+  loose_ = options_.free ? LoosePieces::of_free_body(positions, masses_)
+                         : LoosePieces(piece_of, positions, masses_);
 }
 
 FiniteSolver FiniteSolver::with(std::shared_ptr<const FiniteBody> body) const {

@@ -37,7 +37,8 @@ struct FiniteOptions {
   bool dynamic = true;
   /// Nothing holds it: it may go farther than tissue stretches. Needs `dynamic`.
   bool free = false;
-  int iterations = 2;           ///< quasi-Newton steps a step; more after a release
+  int iterations = 2;           ///< quasi-Newton steps a step; more after a release, and while it
+                                ///< is still far from rest (kUnsettled)
   int iterations_released = 6;  ///< ... for the first steps after
   /// A step ends where a further iteration would gain less than this share of the energy.
   double decrement = 2e-6;

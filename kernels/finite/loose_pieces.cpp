@@ -24,14 +24,20 @@ LoosePieces::LoosePieces(std::span<const int> piece_of, std::span<const Vec3> po
     pieces_[piece].push_back(static_cast<int>(node));
   }
   if (pieces_.empty()) return;
-  whole_ = std::ranges::none_of(piece_of, [](int piece) { return piece < 0; });
   piece_of_.assign(piece_of.begin(), piece_of.end());
   positions_.assign(positions.begin(), positions.end());
   masses_.assign(masses.begin(), masses.end());
 }
 
+LoosePieces LoosePieces::of_free_body(std::span<const Vec3> positions,
+                                      std::span<const double> masses) {
+  LoosePieces all(std::vector<int>(positions.size(), 0), positions, masses);
+  all.whole_ = true;
+  return all;
+}
+
 VectorX LoosePieces::gone_by(const VectorX& u, const VectorX& way, bool rigidly) const {
-  if (whole_ && pieces_.size() == 1) {
+  if (whole_) {
     VectorX next(u.size());
     go_by({pieces_[0], positions_, masses_}, u, way, rigidly, next);
     return next;

@@ -18,9 +18,11 @@ class LoosePieces {
   /// are none. With the nodes' places at rest [m] and masses [kg].                            (N)
   LoosePieces(std::span<const int> piece_of, std::span<const Vec3> positions,
               std::span<const double> masses);
+  /// Nothing holds any of a body, whose scene watches where it goes.
+  static LoosePieces of_free_body(std::span<const Vec3> positions, std::span<const double> masses);
 
   bool empty() const { return pieces_.empty(); }
-  bool whole() const { return whole_; }  ///< nothing holds any of the body
+  bool whole() const { return whole_; }  ///< it is a free body
   /// Nodes of each piece, ascending.
   const std::vector<std::vector<int>>& pieces() const { return pieces_; }
   bool holds_none_of(std::size_t node) const { return !empty() && piece_of_[node] >= 0; }

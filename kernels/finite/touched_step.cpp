@@ -39,6 +39,7 @@ class TouchedStep::Descent {
         loose_(solver.loose()),
         touch_(touch),
         state_(state),
+        given_(load),
         load_(solver.load_in_view(load, state)),
         so_far_(so_far),
         shared_(shared),
@@ -155,11 +156,12 @@ class TouchedStep::Descent {
   /// Where tools ask for what can't be, as of tissue that is inside out: they let go for a step, in
   /// which it makes its way back. Unanswered.
   FiniteStep step_without() {
-    std::ranges::fill(state_.velocities, 0.0);
+    for (std::size_t at = 0; at < state_.velocities.size(); ++at)
+      if (!loose_.holds_none_of(at / 3)) state_.velocities[at] = 0.0;
     std::ranges::fill(state_.loads, 0.0);
     state_.steps_since_warp = kStepsAWarp;
     Untouched untouched(solver_.body_->nodes(), &touch_);
-    FiniteStep told = solver_.step(untouched, state_, load_);
+    FiniteStep told = solver_.step(untouched, state_, given_);
     told.answered = false;
     return told;
   }
@@ -266,7 +268,8 @@ class TouchedStep::Descent {
     VectorX z = first_guess(g_);
     z_.resize(0);
     Way way;
-    for (int i = 0; i < most || (i < kMostOfAll && told_.residual > kUnsettled); ++i) {
+    const int most_of_all = touch_.cells() > 0 ? kMostOfAll : most;
+    for (int i = 0; i < most || (i < most_of_all && told_.residual > kUnsettled); ++i) {
       if (i > 0 && turn_on()) {
         pairs.clear();
         z = first_guess(g_);
@@ -300,7 +303,7 @@ class TouchedStep::Descent {
       // way cut short, which would leave the gaps open that the cells are to close. Of a body that
       // nothing holds most of a way is that of its mass, which is as it is.
       if (length == 1.0) pairs.relax();
-      const int stiffenings = loose_.whole() ? 0 : kMostStiffenings;
+      const int stiffenings = touch_.cells() == 0 || loose_.whole() ? 0 : kMostStiffenings;
       for (int times = 0; length < kFarEnough && times < stiffenings; ++times) {
         pairs.stiffen(std::max(length, kLeastShare));
         if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
@@ -396,7 +399,7 @@ class TouchedStep::Descent {
   const LoosePieces& loose_;
   FiniteTouch& touch_;
   FiniteState& state_;
-  BodyLoad load_;
+  BodyLoad given_, load_;  // less what pulls at pieces out of view
   std::optional<StepSoFar>* so_far_;
   bool shared_ = false;
   bool goes_on_ = false, warp_ = false;

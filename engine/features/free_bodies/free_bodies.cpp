@@ -98,6 +98,7 @@ class Fall {
 
   /// Of its nodes, beside the mean of another [m/s].
   double fastest_beside(const Fall& other) const {
+    if (velocities_.empty()) return other.mean_.norm();
     double most = 0.0;
     for (std::size_t at = 0; at < velocities_.size(); at += 3) {
       const Vec3 velocity = pose_.direction_to_world(Vec3::Map(velocities_.data() + at));

@@ -31,6 +31,7 @@ struct TableGravity {
 };
 
 /// How gravity has changed for an organ since its rest shape; of one that nothing holds, all of it.
+/// A piece that was cut off has the rest of it as a weight of its own (engine/organ/cut_organ.h).
 struct OrganSag {
   static constexpr std::string_view kName = "sagging organs";
   Vec3 change = Vec3::Zero();  ///< organ frame [m/s2]

@@ -87,7 +87,7 @@ std::vector<ReportSection> report(const World& world) {
   const Pool<OrganBody>& bodies = world.all<OrganBody>();
   for (std::size_t o = 0; o < bodies.size(); ++o) {
     const auto& finite = bodies[o].model->finite;
-    if (!finite || finite->body().unloaded().empty()) continue;
+    if (!finite || farthest(finite->body().unloaded()) == 0.0) continue;
     unloaded.push_back(
         {{"organ", bodies[o].name}, {"unloaded_m", farthest(finite->body().unloaded())}});
   }

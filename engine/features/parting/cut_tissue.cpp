@@ -28,11 +28,13 @@ class MovedTissue {
         state_(*world.find<OrganState>(organ)),
         drawn_(*world.find<OrganContact>(organ)->surface),
         moved_(world.find<OrganTouch>(organ)->solver->state().motion.displacements),
-        fields_(*world.find<OrganLeft>(organ)->fields) {}
+        left_(*world.find<OrganLeft>(organ)),
+        fields_(*left_.fields) {}
 
   struct AtRest {
     Vec3 place = Vec3::Zero();  ///< [m]
     double above = 0.0;         ///< the drawn surface; below 0 in tissue [m]
+    std::int32_t piece = 0;     ///< of the organ, whose surface is nearest
   };
   /// Tissue that is at this place; beside the organ what moves as the surface nearest to it does.
   std::optional<AtRest> at_rest(const Vec3& place, double reach) const {
@@ -41,12 +43,18 @@ class MovedTissue {
     const TissueSheet sheet(model_, state_, drawn_);
     const Vec3 rest = corner_mean(model_.rest_positions, model_.surface, hit->point);
     const bool inside = (place - hit->position).dot(sheet.normal(hit->point)) < 0.0;
-    AtRest found{place - (hit->position - rest), inside ? -hit->distance : hit->distance};
+    AtRest found{place - (hit->position - rest), inside ? -hit->distance : hit->distance,
+                 piece_of(hit->point)};
     if (inside) refine(place, found.place);
     return found;
   }
 
  private:
+  std::int32_t piece_of(const SurfacePoint& point) const {
+    if (left_.pieces.empty()) return 0;
+    const auto& corners = model_.surface.triangles[static_cast<std::size_t>(point.triangle)];
+    return left_.pieces[static_cast<std::size_t>(corners[0])];
+  }
   Vec3 displacement(const Vec3& rest, bool& known) const {
     Vec3 moved = Vec3::Zero();
     known = fields_.evaluate(rest, false, values_);
@@ -75,6 +83,7 @@ class MovedTissue {
   const OrganState& state_;
   const CollisionSurface& drawn_;
   const std::vector<double>& moved_;
+  const OrganLeft& left_;
   const ShapeFunctions& fields_;
   mutable ShapeValues values_;
 };
@@ -91,6 +100,7 @@ class Cutting {
     OrganCut& cut = *world_.find<OrganCut>(organ_);
     std::vector<Vec3> rest;
     std::vector<double> above;
+    std::vector<std::int32_t> pieces;
     for (const Vec3& place : edge) {
       const auto found = tissue_.at_rest(place, blade_.length + kBeside);
       if (!found) {
@@ -99,13 +109,21 @@ class Cutting {
       }
       rest.push_back(found->place);
       above.push_back(found->above);
+      pieces.push_back(found->piece);
     }
-    const bool follows = track.edge.size() == rest.size() && track.above.size() == rest.size();
+    const bool follows = track.edge.size() == rest.size() && track.above.size() == rest.size() &&
+                         track.pieces.size() == rest.size();
+    const bool same_body = std::exchange(track.body, cut.bodies) == cut.bodies;
     const std::vector<Vec3> before = std::exchange(track.edge, rest);
     const std::vector<double> above_before = std::exchange(track.above, above);
+    const std::vector<std::int32_t> pieces_before = std::exchange(track.pieces, pieces);
     if (!follows || !cuts) return Vec3::Zero();
     Vec3 force = Vec3::Zero();
     for (std::size_t k = 0; k + 1 < rest.size(); ++k) {
+      // From one piece to another there is no way at rest.
+      if (pieces[k] != pieces[k + 1] ||
+          (same_body && (pieces_before[k] != pieces[k] || pieces_before[k + 1] != pieces[k])))
+        continue;
       // An edge of the organ may stick out between places that are all outside.
       if (std::min({above[k], above[k + 1], above_before[k], above_before[k + 1]}) >
           0.5 * kAlongEdge)
@@ -155,7 +173,7 @@ class Cutting {
 BladeTrack& track_of(OrganCut& cut, Entity instrument, std::uint64_t blade) {
   for (BladeTrack& track : cut.blades)
     if (track.instrument == instrument && track.blade == blade) return track;
-  return cut.blades.emplace_back(BladeTrack{instrument, blade, 1.0, {}, {}});
+  return cut.blades.emplace_back(BladeTrack{instrument, blade, 1.0, {}, {}, {}, 0});
 }
 
 bool is_near(const std::vector<Vec3>& edge, const OrganTouch& touch, const Pose& pose) {

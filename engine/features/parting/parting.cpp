@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "engine/features/beds/beds_keys.h"
 #include "engine/features/cautery/cautery_keys.h"
 #include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/held_tools/held_tools_keys.h"
@@ -60,6 +61,8 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
     if (!cuttable_of(organ)) continue;
     cuttable = true;
     const std::string at = fmt::format("organs/{}/", o);
+    if (organ.free)
+      wrong(at + "free", "found true for an organ that is cuttable, expected false: hold it");
     if (!organ.deformable) wrong(at + "cuttable", "found beside deformable false, expected true");
     if (organ.response == Response::kLinear || organ.response == Response::kLocal)
       wrong(at + "response", fmt::format("found {} for an organ that is cuttable, expected finite "
@@ -88,6 +91,16 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
               fmt::format("found \"{}\", which is cuttable, expected organs that aren't: links "
                           "don't follow cuts yet",
                           organ.name));
+  const auto beds = beds_of(scene);
+  for (std::size_t b = 0; b < beds.size(); ++b)
+    for (const OrganDescription& organ : scene.organs)
+      if (cuttable_of(organ) &&
+          std::ranges::find(beds[b].between, organ.name) != beds[b].between.end())
+        wrong(
+            fmt::format("beds/{}/between", b),
+            fmt::format("found \"{}\", which is cuttable, expected organs that aren't: beds don't "
+                        "follow cuts yet",
+                        organ.name));
   bool blades = false;
   for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
     const InstrumentDescription& tool = scene.instruments[i];
@@ -313,7 +326,8 @@ Feature parting_feature() {
           .stages = {{.name = "part organs",
                       .reads_before = {"cuts"},
                       .writes = {"organ bodies"},
-                      .changes = {"cut organs", "organ contacts", "organ shapes", "tool forces"},
+                      .changes = {"cut organs", "organ contacts", "organ shapes", "tool forces",
+                                  "organs that touch", "resting organs"},
                       .needed = [](const World& world) { return world.has<OrganCut>(); },
                       .run = part_organs},
                      {.name = "cut tissue",

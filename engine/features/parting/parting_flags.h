@@ -9,6 +9,6 @@ namespace viscera {
 inline constexpr FrameFlag kCutRefused{
     "cut_refused",
     "an organ couldn't be prepared as it is cut, and moves as it was cut before; report.json says "
-    "why (parting): a cut that severs nothing, or finer nodes"};
+    "why (parting): another cut, or finer nodes"};
 
 }  // namespace viscera

@@ -3,10 +3,12 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/parting/parting.h"
+#include "engine/features/parting/parting_flags.h"
 #include "engine/features/touching/touching.h"
 #include "engine/simulator/build.h"
 #include "kernels/finite/finite_solver.h"
@@ -89,6 +91,32 @@ TEST(Severed, APieceThatNothingHoldsFallsAsGravitySays) {
   EXPECT_LT(gone(*world, true).norm(), 2e-4) << "what is held stays";
   EXPECT_EQ(closed_pieces(world->all<OrganBody>()[0].model->surface).size(), 2u);
   EXPECT_EQ(world->all<OrganCut>()[0].refused, 0u);
+}
+
+TEST(Severed, APieceOfABodyWithoutMassIsRefusedAndSaidSo) {
+  SceneDescription scene = end_to_sever();
+  scene.organs[0].finite.quasi_static = true;
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  const FlagSet flags = step_until(*world, kSeveredBy);
+  EXPECT_TRUE(flags.has(kCutRefused));
+  EXPECT_GE(world->all<OrganCut>()[0].refused, 1u);
+  EXPECT_NE(world->all<OrganLeft>()[0].refusal.find("isn't held"), std::string::npos)
+      << world->all<OrganLeft>()[0].refusal;
+  EXPECT_TRUE(loose_of(*world).empty());
+  EXPECT_FALSE(world->all<OrganState>()[0].frozen);
+}
+
+TEST(Severed, TheReportCountsPiecesAndThoseThatNothingHolds) {
+  const auto world = build(end_to_sever());
+  ASSERT_TRUE(world);
+  sever(*world);
+  const std::vector<ReportSection> sections = parting_report(*world);
+  ASSERT_EQ(sections.size(), 1u);
+  const nlohmann::json told = nlohmann::json::parse(sections[0].json);
+  EXPECT_EQ(told["pieces"], 2);
+  EXPECT_EQ(told["organs"][0]["loose_pieces"], 1);
+  EXPECT_EQ(told["bonds_broken"]["force"], 0);
 }
 
 TEST(Severed, APieceThatHasFallenOutOfViewStaysThere) {

@@ -56,9 +56,9 @@ void meet_as_cut(World& world, Entity organ, const Continuation* continuation) {
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (std::ranges::find(pairs[p].organs, organ) == pairs[p].organs.end()) continue;
-    if (pairs[p].organs[0] == organ)
-      put(world, pairs.owner(p),
-          CutOverlaps{overlaps_as_cut(world, pairs[p], patches_now(world, organ))});
+    // By what both are now, in whatever order they became that.
+    put(world, pairs.owner(p),
+        CutOverlaps{overlaps_as_cut(world, pairs[p], patches_now(world, pairs[p].organs[0]))});
     PairState& state = *world.find<PairState>(pairs.owner(p));
     if (continuation) {
       state.meetings.clear();

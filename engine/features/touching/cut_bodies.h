@@ -17,7 +17,7 @@ namespace viscera {
 struct CutPatches {
   std::vector<SurfacePatch> patches;
 };
-/// Of a pair whose first organ is such a one, in place of OrganPair::overlaps.
+/// Of a pair of which one is such a one, in place of OrganPair::overlaps.
 struct CutOverlaps {
   std::vector<float> overlaps;
 };

@@ -61,13 +61,16 @@ Near near_at(const CollisionSurface::Hit& hit, const Vec3& here, const DrawnOrga
   return near;
 }
 
+bool is_beside_edge(double distance, double gap, const SurfacePatch& patch) {
+  return distance > kBesideEdge * (std::abs(gap) + std::sqrt(patch.area / 3.0));
+}
+
 /// If the patch of `one` faces what it hit, within `farthest` [m].
 std::optional<Near> faced(const std::optional<CollisionSurface::Hit>& hit, const DrawnOrgan& one,
                           const SurfacePatch& patch, const DrawnOrgan& other, double farthest) {
   if (!hit) return std::nullopt;
   const Near near = near_at(*hit, one.place(patch.point), other);
-  if (hit->distance > kBesideEdge * (std::abs(near.gap) + std::sqrt(patch.area / 3.0)))
-    return std::nullopt;
+  if (is_beside_edge(hit->distance, near.gap, patch)) return std::nullopt;
   const Vec3 own = one.normal(patch.point.triangle);
   if (!(own.dot(near.normal) < kFacing) || !(near.gap < farthest)) return std::nullopt;
   return near;
@@ -117,7 +120,9 @@ class PairSearch {
         folds_(world.find<FoldSides>(pair_.organs[0])),
         falls_(!(pair_.folds() && folds_) &&
                (is_loose(world, pair_.organs[0]) || is_loose(world, pair_.organs[1]))),
-        to_come_(way_to_come(world, pair_.organs[0], pair_.organs[1], kFrame)) {}
+        to_come_(pair_.folds() && folds_
+                     ? 0.0
+                     : way_to_come(world, pair_.organs[0], pair_.organs[1], kFrame)) {}
 
   void run(TouchingFigures& figures, FrameReport* report) {
     joints_.normals.clear();
@@ -350,6 +355,7 @@ std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> p
     const Vec3 normal = other_pose.direction_to_world(on.normal);
     if (!(pose.direction_to_world(patch.normal).dot(normal) < kFacing)) return;
     const double gap = (mean - other_pose.to_world(on.mean())).dot(normal);
+    if (is_beside_edge(hit->distance, gap, patch)) return;
     overlaps[p] = static_cast<float>(std::max(0.0, -gap));
   });
   return overlaps;

@@ -201,23 +201,24 @@ std::vector<ReportSection> touching_report(const World& world) {
 }
 
 Feature touching_feature() {
-  return {.name = "touching",
-          .keys = touching_keys(),
-          .reach = reach,
-          .prepare = prepare,
-          .start = start,
-          .states = {state_type<PairState>(), state_type<Resting>(), state_type<TouchingFigures>()},
-          .stages = {{.name = "meet organs",
-                      .reads = {"contact cells", "organ poses", "parts of free shapes"},
-                      .reads_before = {"surfaces"},
-                      .writes = {"contact cells"},
-                      .changes = {"organs that touch", "resting organs", "touching figures"},
-                      .needed = [](const World& world) { return world.has<OrganPair>(); },
-                      .run = meet_organs}},
-          .flags = {kOrgansOverlap},
-          .replaced = meet_as_cut,
-          .restored = restored,
-          .report = touching_report};
+  return {
+      .name = "touching",
+      .keys = touching_keys(),
+      .reach = reach,
+      .prepare = prepare,
+      .start = start,
+      .states = {state_type<PairState>(), state_type<Resting>(), state_type<TouchingFigures>()},
+      .stages = {{.name = "meet organs",
+                  .reads = {"organ bodies", "contact cells", "organ poses", "parts of free shapes"},
+                  .reads_before = {"surfaces"},
+                  .writes = {"contact cells"},
+                  .changes = {"organs that touch", "resting organs", "touching figures"},
+                  .needed = [](const World& world) { return world.has<OrganPair>(); },
+                  .run = meet_organs}},
+      .flags = {kOrgansOverlap},
+      .replaced = meet_as_cut,
+      .restored = restored,
+      .report = touching_report};
 }
 
 }  // namespace viscera

@@ -64,8 +64,8 @@ TEST(LoosePieces, GoFartherThanTissueStretchesAndLeaveTheView) {
 
 TEST(LoosePieces, AreAllOfABodyThatNothingHoldsAndNoneOfOneThatIsHeld) {
   const TwoCubes cubes;
-  const std::vector<int> all(TwoCubes::kNodes, 0), none(TwoCubes::kNodes, -1);
-  const LoosePieces whole(all, cubes.positions, cubes.masses);
+  const std::vector<int> none(TwoCubes::kNodes, -1);
+  const LoosePieces whole = LoosePieces::of_free_body(cubes.positions, cubes.masses);
   EXPECT_TRUE(whole.whole());
   VectorX far = VectorX::Constant(48, 0.4);
   EXPECT_TRUE(whole.out_of_view(far).empty()) << "its scene watches it";

@@ -180,6 +180,7 @@ TEST(TouchedStep, TheChangeOfAResponseByPairsIsThatOfTheirInverse) {
     const VectorX y = stiffness.cwiseProduct(s);
     ASSERT_TRUE(pairs.add(s, y, y));
   }
+  pairs.stiffen(0.3);
   MatrixX rows(3, n);
   for (Eigen::Index r = 0; r < 3; ++r)
     for (Eigen::Index i = 0; i < n; ++i) rows(r, i) = std::cos(static_cast<double>(r + 2 * i));
@@ -188,8 +189,8 @@ TEST(TouchedStep, TheChangeOfAResponseByPairsIsThatOfTheirInverse) {
     const VectorX load = rows.row(c).transpose();
     exact.col(c) = rows * (pairs.apply(load, load) - load);
   }
-  const MatrixX change =
-      pairs.response_change([&](const VectorX& v) { return VectorX(rows * v); }, MatrixX());
+  const MatrixX change = pairs.response_change([&](const VectorX& v) { return VectorX(rows * v); },
+                                               rows * rows.transpose());
   EXPECT_LT((change - exact).norm(), 1e-12 * exact.norm());
 }
 
