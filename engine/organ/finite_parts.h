@@ -39,9 +39,9 @@ Result<void> unload(FiniteParts& parts, const Vec3& weight, double density,
                     const std::function<VectorX(const VectorX&)>& answer,
                     std::vector<std::string>& notes, const Progress& progress = {});
 
-/// FiniteOptions::decrement of a body or a piece that nothing holds. Where it lies still, the weight
-/// that it doesn't give in to is nearly all of a step's energy, m g^2 dt^2 / 2: what moves it by a
-/// of g too much has a^2 of that.
+/// FiniteOptions::decrement of a body or a piece that nothing holds. Where it lies still, the
+/// weight that it doesn't give in to is nearly all of a step's energy, m g^2 dt^2 / 2: what moves
+/// it by a of g too much has a^2 of that.
 inline constexpr double kFreeDecrement = 2e-8;
 
 /// What nothing holds rests, for what hands and the next step's cells meet, on the inertia of a
