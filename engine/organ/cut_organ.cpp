@@ -152,6 +152,12 @@ std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganMo
                     std::move(demand), gravity, std::move(assets)});
 }
 
+int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int triangle) {
+  if (pieces.empty()) return 0;
+  const int corner = surface.triangles[static_cast<std::size_t>(triangle)][0];
+  return pieces[static_cast<std::size_t>(corner)];
+}
+
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
                            const OrganModel& before, const ShapeFunctions& fields_before) {
   const Stopwatch watch;

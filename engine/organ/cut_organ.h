@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/organ/organ_model.h"
@@ -40,11 +41,14 @@ struct CutOrgan {
   double seconds = 0.0;       ///< it took
 };
 
+/// By CutOrgan::pieces, of a triangle of its surface; 0 where it is one piece.
+int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int triangle);
+
 /// Nodes stay where they are, twins come (kernels/paff/true_neighbours.h); what holds it and the
 /// shape that it has without weight stay. A piece that nothing holds moves by itself
 /// (kernels/finite/loose_pieces.h). `before` and its fields: the body until now, the whole one or
-/// one cut less. Fails where walls can't be told from the surface, nothing is left, a
-/// piece comes off of an organ that is quasi-static, or preparing it fails.
+/// one cut less. Fails where walls can't be told from the surface, nothing is left, a piece comes
+/// off of an organ that is quasi-static, or preparing it fails.
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
                            const OrganModel& before, const ShapeFunctions& fields_before);
 

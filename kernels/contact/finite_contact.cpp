@@ -209,7 +209,7 @@ void FiniteContact::gather_offsets() {
   for (std::size_t k = 0; k < state_.places.size(); ++k) {
     const auto row = fields_.row(static_cast<Eigen::Index>(k));
     const auto first = std::ranges::find_if(row, [](double value) { return value != 0.0; });
-    if (first == row.end() || !loose.holds_none_of(static_cast<std::size_t>(
+    if (first == row.end() || !loose.has(static_cast<std::size_t>(
                                   nodes_[static_cast<std::size_t>(first - row.begin())]))) {
       beside_.push_back(Vec3::Zero());
       continue;

@@ -43,7 +43,7 @@ inline constexpr double kLeastChange = 1e-4;
 /// Beyond these a state isn't tissue's any more: the last good one is taken back.
 inline constexpr double kFarthest = 0.2;      // [m]
 inline constexpr double kFarthestFree = 1.0;  // ... of what nothing holds [m]
-/// A piece of a body that has fallen farther than this is out of view, and stays there [m].
+/// What nothing holds and has gone farther than this is out of view, and stays there [m].
 inline constexpr double kInView = 0.5;
 inline constexpr double kFastest = 2.0;  // [m/s]
 /// Of what nothing holds no node's surroundings have more, or less by its inverse, of their volume

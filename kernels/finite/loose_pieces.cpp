@@ -37,11 +37,6 @@ LoosePieces LoosePieces::of_free_body(std::span<const Vec3> positions,
 }
 
 VectorX LoosePieces::gone_by(const VectorX& u, const VectorX& way, bool rigidly) const {
-  if (whole_) {
-    VectorX next(u.size());
-    go_by({pieces_[0], positions_, masses_}, u, way, rigidly, next);
-    return next;
-  }
   VectorX next = u + way;
   for (const std::vector<int>& piece : pieces_)
     go_by({piece, positions_, masses_}, u, way, rigidly, next);
@@ -90,7 +85,7 @@ std::vector<int> LoosePieces::out_of_view(const VectorX& u) const {
 bool LoosePieces::is_tissue(const VectorX& u) const {
   if (!u.allFinite()) return false;
   for (Eigen::Index at = 0; at < u.size(); at += 3) {
-    const bool loose = holds_none_of(static_cast<std::size_t>(at / 3));
+    const bool loose = has(static_cast<std::size_t>(at / 3));
     if (!(u.segment<3>(at).norm() < (loose ? kFarthestFree : kFarthest))) return false;
   }
   return true;

@@ -25,7 +25,7 @@ class LoosePieces {
   bool whole() const { return whole_; }  ///< it is a free body
   /// Nodes of each piece, ascending.
   const std::vector<std::vector<int>>& pieces() const { return pieces_; }
-  bool holds_none_of(std::size_t node) const { return !empty() && piece_of_[node] >= 0; }
+  bool has(std::size_t node) const { return !empty() && piece_of_[node] >= 0; }
 
   /// u after a way: pieces turn as one on it. `rigidly`: they do nothing else.                (3 N)
   VectorX gone_by(const VectorX& u, const VectorX& way, bool rigidly = false) const;

@@ -23,8 +23,7 @@ struct RigidWay {
 RigidWay rigid_part(const FreeNodes& nodes, const VectorX& u, const VectorX& way);
 
 /// Sets `next` of the piece's nodes to u after a way whose turn is made as one: as a straight way
-/// it would stretch the piece by half its square. `rigidly`: after that part of the way alone.  (3
-/// N)
+/// it would stretch the piece by half its square. `rigidly`: by that part of the way alone.  (3 N)
 void go_by(const FreeNodes& nodes, const VectorX& u, const VectorX& way, bool rigidly,
            VectorX& next);
 

@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "kernels/base/task.h"
@@ -27,6 +28,13 @@ namespace {
 /// what a factor that lags takes a turn to cost; what mass withstands one with, rho h^2 / dt^2, is
 /// more for nodes 5 mm apart up to 95 MPa.
 constexpr double kLeastTurn = 1e-3;
+
+/// What a step gains that moves all of the body by no more than kNoWay [J].
+double noise_of(const FiniteOptions& options, std::span<const double> masses) {
+  if (!options.dynamic) return 0.0;
+  const double speed = kNoWay / options.time_step;
+  return 0.5 * std::accumulate(masses.begin(), masses.end(), 0.0) * speed * speed;
+}
 
 }  // namespace
 
@@ -49,6 +57,7 @@ class TouchedStep::Descent {
         energy_(*solver.body_, solver.masses_, solver.options_, load_, state, touch.changed(),
                 touch.overstress(), goes_on_ ? (*so_far)->strains : nullptr),
         n_(static_cast<Eigen::Index>(state.displacements.size())),
+        noise_(noise_of(solver.options_, solver.masses_)),
         task_(run()) {
     touch_.turn(rotations_);
     held_ = touch_.held();
@@ -157,7 +166,7 @@ class TouchedStep::Descent {
   /// which it makes its way back. Unanswered.
   FiniteStep step_without() {
     for (std::size_t at = 0; at < state_.velocities.size(); ++at)
-      if (!loose_.holds_none_of(at / 3)) state_.velocities[at] = 0.0;
+      if (!loose_.has(at / 3)) state_.velocities[at] = 0.0;
     std::ranges::fill(state_.loads, 0.0);
     state_.steps_since_warp = kStepsAWarp;
     Untouched untouched(solver_.body_->nodes(), &touch_);
@@ -366,16 +375,8 @@ class TouchedStep::Descent {
     return 0.0;
   }
 
-  /// What a step gains that moves all of the body by no more than kNoWay [J].
-  double noise() const {
-    if (!solver_.options_.dynamic) return 0.0;
-    double mass = 0.0;
-    for (const double one : solver_.masses_) mass += one;
-    const double speed = kNoWay / solver_.options_.time_step;
-    return 0.5 * mass * speed * speed;
-  }
   void note_residual(double decrement) {
-    told_.residual = 0.5 * decrement > noise() ? residual_of(0.5 * decrement, value_) : 0.0;
+    told_.residual = 0.5 * decrement > noise_ ? residual_of(0.5 * decrement, value_) : 0.0;
     told_.converged = told_.residual <= solver_.options_.decrement;
   }
 
@@ -406,6 +407,7 @@ class TouchedStep::Descent {
   NodalRotations rotations_;
   StepEnergy energy_;
   Eigen::Index n_ = 0;
+  double noise_ = 0.0;
   std::int32_t held_ = 0, released_ = 0;
   FiniteStep told_;
   VectorX u_, forces_, y_;  // as Start

@@ -55,12 +55,14 @@ Insides::Insides(const World& world) {
     const OrganModel& model = model_of(world, organ);
     return placed(model, scene.organs[organ.index].pose_at(0.0), model.rest_positions);
   };
-  for (const OrganPair& pair : world.all<OrganPair>())
+  for (const OrganPair& pair : world.all<OrganPair>()) {
+    if (pair.folds()) continue;  // its own surface is where its vertices are
     for (const std::size_t inner : {std::size_t{0}, std::size_t{1}}) {
       Side side{pair.organs[inner], pair.organs[1 - inner], {}};
       side.at_rest = depths(resting(side.inner), resting(side.outer));
       sides_.push_back(std::move(side));
     }
+  }
 }
 
 Insides::Deepest Insides::deepest(const World& world) const {

@@ -8,13 +8,11 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/gravity/gravity.h"
 #include "engine/features/touching/touching_keys.h"
+#include "kernels/finite/finite_limits.h"
 #include "kernels/finite/finite_solver.h"
 
 namespace viscera {
 namespace {
-
-/// Farther than this from where it began nothing of a scene is looked at [m].
-constexpr double kInView = 0.5;
 
 /// What keeps a body from being free.
 void check_organ(const SceneDescription& scene, const OrganDescription& organ,

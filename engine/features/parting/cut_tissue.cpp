@@ -44,17 +44,12 @@ class MovedTissue {
     const Vec3 rest = corner_mean(model_.rest_positions, model_.surface, hit->point);
     const bool inside = (place - hit->position).dot(sheet.normal(hit->point)) < 0.0;
     AtRest found{place - (hit->position - rest), inside ? -hit->distance : hit->distance,
-                 piece_of(hit->point)};
+                 piece_of(left_.pieces, model_.surface, hit->point.triangle)};
     if (inside) refine(place, found.place);
     return found;
   }
 
  private:
-  std::int32_t piece_of(const SurfacePoint& point) const {
-    if (left_.pieces.empty()) return 0;
-    const auto& corners = model_.surface.triangles[static_cast<std::size_t>(point.triangle)];
-    return left_.pieces[static_cast<std::size_t>(corners[0])];
-  }
   Vec3 displacement(const Vec3& rest, bool& known) const {
     Vec3 moved = Vec3::Zero();
     known = fields_.evaluate(rest, false, values_);
@@ -173,7 +168,7 @@ class Cutting {
 BladeTrack& track_of(OrganCut& cut, Entity instrument, std::uint64_t blade) {
   for (BladeTrack& track : cut.blades)
     if (track.instrument == instrument && track.blade == blade) return track;
-  return cut.blades.emplace_back(BladeTrack{instrument, blade, 1.0, {}, {}, {}, 0});
+  return cut.blades.emplace_back(BladeTrack{.instrument = instrument, .blade = blade});
 }
 
 bool is_near(const std::vector<Vec3>& edge, const OrganTouch& touch, const Pose& pose) {

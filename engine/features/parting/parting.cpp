@@ -82,25 +82,19 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
     wrong("smoke",
           "found some beside an organ that is cuttable, expected none: smoke doesn't meet "
           "walls of cuts yet");
-  const auto links = links_of(scene);
-  for (std::size_t l = 0; l < links.size(); ++l)
-    for (const OrganDescription& organ : scene.organs)
-      if (cuttable_of(organ) &&
-          std::ranges::find(links[l].between, organ.name) != links[l].between.end())
-        wrong(fmt::format("links/{}/between", l),
-              fmt::format("found \"{}\", which is cuttable, expected organs that aren't: links "
-                          "don't follow cuts yet",
-                          organ.name));
-  const auto beds = beds_of(scene);
-  for (std::size_t b = 0; b < beds.size(); ++b)
-    for (const OrganDescription& organ : scene.organs)
-      if (cuttable_of(organ) &&
-          std::ranges::find(beds[b].between, organ.name) != beds[b].between.end())
-        wrong(
-            fmt::format("beds/{}/between", b),
-            fmt::format("found \"{}\", which is cuttable, expected organs that aren't: beds don't "
-                        "follow cuts yet",
-                        organ.name));
+  const auto expect_uncut = [&](const auto& ties, const char* key) {
+    for (std::size_t k = 0; k < ties.size(); ++k)
+      for (const OrganDescription& organ : scene.organs)
+        if (cuttable_of(organ) &&
+            std::ranges::find(ties[k].between, organ.name) != ties[k].between.end())
+          wrong(
+              fmt::format("{}/{}/between", key, k),
+              fmt::format("found \"{}\", which is cuttable, expected organs that aren't: {} don't "
+                          "follow cuts yet",
+                          organ.name, key));
+  };
+  expect_uncut(links_of(scene), "links");
+  expect_uncut(beds_of(scene), "beds");
   bool blades = false;
   for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
     const InstrumentDescription& tool = scene.instruments[i];

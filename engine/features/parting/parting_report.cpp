@@ -5,7 +5,6 @@
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/parting/parting.h"
 #include "kernels/finite/finite_solver.h"
-#include "kernels/points/closed_pieces.h"
 
 namespace viscera {
 namespace {
@@ -18,7 +17,7 @@ nlohmann::ordered_json organ_parted(const World& world, Entity organ, const Orga
       {"organ", world.find<OrganBody>(organ)->name},
       {"cut_area_m2", cut.area},
       {"depth_m", left.depths.empty() ? 0.0 : std::ranges::max(left.depths)},
-      {"pieces", closed_pieces(model.surface).size()},
+      {"pieces", left.pieces.empty() ? 1 : 1 + std::ranges::max(left.pieces)},
       {"loose_pieces", model.finite->loose().pieces().size()},
       {"taken_m3", volume(whole) - volume(model.surface)},
       {"crumbs_m3", left.crumbs},

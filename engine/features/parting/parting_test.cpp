@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "engine/features/beds/beds_keys.h"
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/touching/touching_keys.h"
 #include "engine/simulator/build.h"
@@ -282,6 +283,18 @@ TEST(Parting, AScalpelWithoutAnOrganToCutAndAnOrganThatCannotBeAreNamed) {
   scene.organs[0].response = Response::kLinear;
   EXPECT_NE(refusal(scene).find("organs/0/response: found linear for an organ that is cuttable"),
             std::string::npos);
+  scene = block_to_cut(kDeep, 0.01);
+  scene.organs[0].free = true;
+  EXPECT_NE(refusal(scene).find("organs/0/free: found true for an organ that is cuttable"),
+            std::string::npos);
+  scene = block_to_cut(kDeep, 0.01);
+  scene.organs.push_back(scene.organs[0]);
+  scene.organs[1].name = "other";
+  scene.extras.set(BedDescriptions{{.name = "bed", .between = {"other", scene.organs[0].name}}});
+  EXPECT_NE(refusal(scene).find("beds/0/between: found \"" + scene.organs[0].name +
+                                "\", which is cuttable"),
+            std::string::npos)
+      << refusal(scene);
   scene = block_to_cut(kDeep, 0.01);
   TouchingDescription touching;
   touching.folds = true;

@@ -65,7 +65,7 @@ Vec3 gone(const World& world, bool held = false) {
   int count = 0;
   const std::span<const double> u = displacements(world);
   for (std::size_t node = 0; node < u.size() / 3; ++node) {
-    if (loose_of(world).holds_none_of(node) == held) continue;
+    if (loose_of(world).has(node) == held) continue;
     sum += Vec3::Map(u.data() + 3 * node);
     ++count;
   }

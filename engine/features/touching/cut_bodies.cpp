@@ -77,15 +77,12 @@ std::optional<CollisionSurface::Hit> nearest_piece(const DrawnOrgan& organ,
                                                    const std::vector<int>& pieces,
                                                    const CollisionSurface& finder,
                                                    const SurfacePatch& patch, double farthest) {
-  const auto piece_of = [&](int triangle) {
-    const auto& corners = organ.surface.triangles[static_cast<std::size_t>(triangle)];
-    return pieces[static_cast<std::size_t>(corners[0])];
-  };
-  const int own = piece_of(patch.point.triangle);
+  const int own = piece_of(pieces, organ.surface, patch.point.triangle);
   if (own == 0) return std::nullopt;
-  return finder.closest(
-      organ.place_in_organ(patch.point), farthest,
-      [&](const CollisionSurface::Hit& found) { return piece_of(found.point.triangle) < own; });
+  return finder.closest(organ.place_in_organ(patch.point), farthest,
+                        [&](const CollisionSurface::Hit& found) {
+                          return piece_of(pieces, organ.surface, found.point.triangle) < own;
+                        });
 }
 
 }  // namespace viscera

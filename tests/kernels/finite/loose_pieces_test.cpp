@@ -50,8 +50,8 @@ TEST(LoosePieces, GoFartherThanTissueStretchesAndLeaveTheView) {
   const TwoCubes cubes;
   const LoosePieces pieces = cubes.pieces();
   EXPECT_FALSE(pieces.whole());
-  EXPECT_FALSE(pieces.holds_none_of(7));
-  EXPECT_TRUE(pieces.holds_none_of(8));
+  EXPECT_FALSE(pieces.has(7));
+  EXPECT_TRUE(pieces.has(8));
   VectorX u = VectorX::Zero(48);
   for (int node = 8; node < 16; ++node) TwoCubes::of(u, node).z() = -1.2 * kInView;
   EXPECT_TRUE(pieces.is_tissue(u));
