@@ -5,19 +5,7 @@
 #include <cstring>
 
 #include "kernels/base/lanes.h"
-#include "kernels/base/sanitized.h"
-
-// One definition each of a function of three of the same name; the fastest that the machine can run
-// is chosen when the program starts. See wide.h for the sanitizers.
-#if defined(__x86_64__) && !defined(VISCERA_SANITIZED)
-#define VISCERA_THREE_TARGETS 1
-#define VISCERA_FOR_AVX512 __attribute__((target("avx512f")))
-#define VISCERA_FOR_AVX2 __attribute__((target("avx2")))
-#define VISCERA_FOR_ANY __attribute__((target("default")))
-#else
-#define VISCERA_THREE_TARGETS 0
-#define VISCERA_FOR_ANY
-#endif
+#include "kernels/base/wide.h"
 
 namespace viscera {
 

@@ -179,8 +179,19 @@ class FiniteBody {
   static double add_cell(const CellView& cell, const double* displacements, double* scratch,
                          double* forces);
   static void find_tangent(const TangentView& cell, const double* displacements, float* scratch);
+  template <class In>
   static void add_tangent(const TangentView& cell, const float* directions, float* scratch,
                           float* forces);
+  static void add_tangent_in_pairs(const TangentView& cell, const float* directions, float* scratch,
+                                   float* forces);
+  static void add_tangent_in_fours(const TangentView& cell, const float* directions, float* scratch,
+                                   float* forces);
+  /// How many vectors at once, and by what.
+  struct TangentPass {
+    std::size_t vectors = 0;
+    void (*add)(const TangentView&, const float*, float*, float*) = nullptr;
+  };
+  static TangentPass widest_pass();
   static double add_averaged(const CellView& cell, const double* dilatation, double* derivative);
   static void find_strains(const CellView& cell, const double* displacements, double* strains);
   std::vector<double> gathered(const Piece& piece, std::span<const double> displacements) const;

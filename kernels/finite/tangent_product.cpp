@@ -15,28 +15,45 @@ using namespace point_lanes;
 
 constexpr std::size_t kTerms = ElasticRegion::kTerms, kOfF = 9;
 
-/// Of a pack's points for two vectors, one after the other, in single precision: the product errs
-/// by what rounding the gradients to that does.
-constexpr std::size_t kTwo = 2;
-using Pair = float __attribute__((vector_size(32)));
-constexpr std::size_t kPairLanes = 8;
+/// Of a pack's points for some vectors, one after the other, in single precision: the product errs
+/// by what rounding the gradients to that does. A hand asks for three.
+struct InPairs {
+  static constexpr std::size_t kVectors = 2, kLanes = 4 * kVectors;
+  using Batch = float __attribute__((vector_size(32)));
+  /// The same numbers for all.
+  VISCERA_INLINE static void repeat(const FloatLanes& one, Batch& to) {
+    to = __builtin_shufflevector(one, one, 0, 1, 2, 3, 0, 1, 2, 3);
+  }
+};
+/// For registers of 64 bytes alone: in others GCC 12 takes such vectors apart, six times as slow.
+struct InFours {
+  static constexpr std::size_t kVectors = 4, kLanes = 4 * kVectors;
+  using Batch = float __attribute__((vector_size(64)));
+  VISCERA_INLINE static void repeat(const FloatLanes& one, Batch& to) {
+    InPairs::Batch two;
+    InPairs::repeat(one, two);
+    to = __builtin_shufflevector(two, two, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  }
+};
 
-/// The same numbers for both.
-VISCERA_INLINE void load_both(const float* from, Pair& to) {
+template <class In>
+VISCERA_INLINE void load_for_all(const float* from, typename In::Batch& to) {
   FloatLanes one;
   std::memcpy(&one, from, sizeof one);
-  to = __builtin_shufflevector(one, one, 0, 1, 2, 3, 0, 1, 2, 3);
+  In::repeat(one, to);
 }
-VISCERA_INLINE void load_both(const double* from, Pair& to) {
+template <class In>
+VISCERA_INLINE void load_for_all(const double* from, typename In::Batch& to) {
   Lanes wide;
   load(from, wide);
-  const FloatLanes one = __builtin_convertvector(wide, FloatLanes);
-  to = __builtin_shufflevector(one, one, 0, 1, 2, 3, 0, 1, 2, 3);
+  In::repeat(__builtin_convertvector(wide, FloatLanes), to);
 }
-VISCERA_INLINE void load_pair(const float* from, Pair& to) {
+template <class Batch>
+VISCERA_INLINE void load_batch(const float* from, Batch& to) {
   std::memcpy(&to, from, sizeof to);
 }
-VISCERA_INLINE void store_pair(const Pair& from, float* to) {
+template <class Batch>
+VISCERA_INLINE void store_batch(const Batch& from, float* to) {
   std::memcpy(to, &from, sizeof from);
 }
 VISCERA_INLINE void store_narrow(const Lanes& from, float* to) {
@@ -45,9 +62,9 @@ VISCERA_INLINE void store_narrow(const Lanes& from, float* to) {
 }
 
 /// Of a pack: F, its cofactors, what multiplies their change, where fibres have come with what
-/// multiplies their change and their stretch, and a change of F for two vectors.
+/// multiplies their change and their stretch, and a change of F for a batch of vectors.
 constexpr std::size_t kCofactors = 4 * kOfF, kPressure = 8 * kOfF, kFibres = kPressure + 4,
-                      kChange = kFibres + 5 * 4, kScratch = kChange + 8 * kOfF;
+                      kChange = kFibres + 5 * 4, kScratch = kChange + InFours::kLanes * kOfF;
 
 }  // namespace
 
@@ -86,20 +103,22 @@ struct FiniteBody::TangentView {
     store_narrow(2.0 * slope * stiff * squared, kept + 12);
     store_narrow(4.0 * curvature * stiff * squared * squared, kept + 16);
   }
-  VISCERA_INLINE void add_fibres(std::size_t pack, const float* kept, const Pair* d,
-                                 Pair* stress) const {
-    Pair a[3], along[3], change[3], pull, stretch;
+  template <class In>
+  VISCERA_INLINE void add_fibres(std::size_t pack, const float* kept, const typename In::Batch* d,
+                                 typename In::Batch* stress) const {
+    using Batch = typename In::Batch;
+    Batch a[3], along[3], change[3], pull, stretch;
     for (std::size_t k = 0; k < 3; ++k) {
-      load_both(fibres[pack].direction[k].data(), a[k]);
-      load_both(kept + 4 * k, along[k]);
+      load_for_all<In>(fibres[pack].direction[k].data(), a[k]);
+      load_for_all<In>(kept + 4 * k, along[k]);
     }
-    load_both(kept + 12, pull);
-    load_both(kept + 16, stretch);
+    load_for_all<In>(kept + 12, pull);
+    load_for_all<In>(kept + 16, stretch);
     for (std::size_t i = 0; i < 3; ++i)
       change[i] = d[3 * i] * a[0] + d[3 * i + 1] * a[1] + d[3 * i + 2] * a[2];
     stretch *= along[0] * change[0] + along[1] * change[1] + along[2] * change[2];
     for (std::size_t i = 0; i < 3; ++i) {
-      const Pair more = pull * change[i] + stretch * along[i];
+      const Batch more = pull * change[i] + stretch * along[i];
       for (std::size_t k = 0; k < 3; ++k) stress[3 * i + k] += more * a[k];
     }
   }
@@ -199,52 +218,55 @@ VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double
   }
 }
 
-/// Adds what a cell makes of two vectors: `directions` has each of a node's components four times
-/// for one and four times for the other, `forces` the four lanes of each.
-VISCERA_WIDE void FiniteBody::add_tangent(const TangentView& cell, const float* directions,
-                                          float* scratch, float* forces) {
-  Pair theta[kTerms] = {};
+/// Adds what a cell makes of a batch of vectors: `directions` has each of a node's components four
+/// times for each of them, `forces` the four lanes of each.
+template <class In>
+VISCERA_INLINE void FiniteBody::add_tangent(const TangentView& cell, const float* directions,
+                                            float* scratch, float* forces) {
+  using Batch = typename In::Batch;
+  Batch theta[kTerms] = {};
   for (std::size_t p = 0; p < cell.packs; ++p) {
     float* kept = scratch + kScratch * p;
-    Pair d[kOfF] = {};
+    Batch d[kOfF] = {};
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
-      const float* u = directions + 3 * kPairLanes * static_cast<std::size_t>(cell.nodes[e]);
-      Pair g[3], moved;
-      for (std::size_t k = 0; k < 3; ++k) load_both(cell.gradients[e].data() + kLanes * k, g[k]);
+      const float* u = directions + 3 * In::kLanes * static_cast<std::size_t>(cell.nodes[e]);
+      Batch g[3], moved;
+      for (std::size_t k = 0; k < 3; ++k)
+        load_for_all<In>(cell.gradients[e].data() + kLanes * k, g[k]);
       for (std::size_t i = 0; i < 3; ++i) {
-        load_pair(u + kPairLanes * i, moved);
+        load_batch(u + In::kLanes * i, moved);
         for (std::size_t k = 0; k < 3; ++k) d[3 * i + k] += moved * g[k];
       }
     }
-    for (std::size_t i = 0; i < kOfF; ++i) store_pair(d[i], kept + kChange + kPairLanes * i);
+    for (std::size_t i = 0; i < kOfF; ++i) store_batch(d[i], kept + kChange + In::kLanes * i);
     if (cell.psi == nullptr) continue;
-    Pair w, change = {};
-    load_both(cell.weights[p].data(), w);
+    Batch w, change = {};
+    load_for_all<In>(cell.weights[p].data(), w);
     for (std::size_t i = 0; i < kOfF; ++i) {
-      Pair c;
-      load_both(kept + kCofactors + 4 * i, c);
+      Batch c;
+      load_for_all<In>(kept + kCofactors + 4 * i, c);
       change += c * d[i];
     }
     change *= w;
     for (std::size_t k = 0; k < kTerms; ++k) {
-      Pair psi;
-      load_both(cell.psi[p][k].data(), psi);
+      Batch psi;
+      load_for_all<In>(cell.psi[p][k].data(), psi);
       theta[k] += psi * change;
     }
   }
-  Pair derivative[kTerms];
+  Batch derivative[kTerms];
   if (cell.psi != nullptr) {
-    double one[kTerms], by[kTwo][kTerms];
-    for (std::size_t v = 0; v < kTwo; ++v) {
+    double one[kTerms], by[In::kVectors][kTerms];
+    for (std::size_t v = 0; v < In::kVectors; ++v) {
       for (std::size_t k = 0; k < kTerms; ++k) {
-        const Pair& sums = theta[k];
+        const Batch& sums = theta[k];
         one[k] = static_cast<double>((sums[4 * v] + sums[4 * v + 1]) +
                                      (sums[4 * v + 2] + sums[4 * v + 3]));
       }
       cell.average(one, true, by[v]);
     }
     for (std::size_t k = 0; k < kTerms; ++k)
-      for (std::size_t lane = 0; lane < kPairLanes; ++lane)
+      for (std::size_t lane = 0; lane < In::kLanes; ++lane)
         derivative[k][lane] = static_cast<float>(by[lane / 4][k]);
   }
   const auto bulk = static_cast<float>(cell.lambda + cell.mu),
@@ -258,42 +280,63 @@ VISCERA_WIDE void FiniteBody::add_tangent(const TangentView& cell, const float* 
     store(weight, of_points[0]);
     store(stiff_of * growth_of * growth_of, of_points[1]);
     store(growth_of, of_points[2]);
-    Pair f[kOfF], c[kOfF], d[kOfF], turned[kOfF], w, stiff, growth, pressure, change = {};
-    load_both(of_points[0], w);
-    load_both(of_points[1], stiff);
-    load_both(of_points[2], growth);
+    Batch f[kOfF], c[kOfF], d[kOfF], turned[kOfF], w, stiff, growth, pressure, change = {};
+    load_for_all<In>(of_points[0], w);
+    load_for_all<In>(of_points[1], stiff);
+    load_for_all<In>(of_points[2], growth);
     for (std::size_t i = 0; i < kOfF; ++i) {
-      load_both(kept + 4 * i, f[i]);
-      load_both(kept + kCofactors + 4 * i, c[i]);
-      load_pair(kept + kChange + kPairLanes * i, d[i]);
+      load_for_all<In>(kept + 4 * i, f[i]);
+      load_for_all<In>(kept + kCofactors + 4 * i, c[i]);
+      load_batch(kept + kChange + In::kLanes * i, d[i]);
       change += c[i] * d[i];
     }
-    load_both(kept + kPressure, pressure);
-    Pair rise = bulk * stiff * (growth * growth) * (growth * growth) * change;
+    load_for_all<In>(kept + kPressure, pressure);
+    Batch rise = bulk * stiff * (growth * growth) * (growth * growth) * change;
     if (cell.psi != nullptr)
       for (std::size_t k = 0; k < kTerms; ++k) {
-        Pair psi;
-        load_both(cell.psi[p][k].data(), psi);
+        Batch psi;
+        load_for_all<In>(cell.psi[p][k].data(), psi);
         rise += w * derivative[k] * psi;
       }
     change_of_cofactors(f, d, turned);
-    const Pair shear = shear_modulus * stiff;
-    Pair stress[kOfF];
+    const Batch shear = shear_modulus * stiff;
+    Batch stress[kOfF];
     for (std::size_t i = 0; i < kOfF; ++i)
       stress[i] = shear * d[i] + rise * c[i] + pressure * turned[i];
-    if (cell.fibres != nullptr) cell.add_fibres(p, kept + kFibres, d, stress);
+    if (cell.fibres != nullptr) cell.add_fibres<In>(p, kept + kFibres, d, stress);
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
-      Pair g[3];
-      for (std::size_t k = 0; k < 3; ++k) load_both(cell.gradients[e].data() + kLanes * k, g[k]);
-      float* on_node = forces + 3 * kPairLanes * static_cast<std::size_t>(cell.nodes[e]);
+      Batch g[3];
+      for (std::size_t k = 0; k < 3; ++k)
+        load_for_all<In>(cell.gradients[e].data() + kLanes * k, g[k]);
+      float* on_node = forces + 3 * In::kLanes * static_cast<std::size_t>(cell.nodes[e]);
       for (std::size_t i = 0; i < 3; ++i) {
-        Pair force;
-        load_pair(on_node + kPairLanes * i, force);
+        Batch force;
+        load_batch(on_node + In::kLanes * i, force);
         force += stress[3 * i] * g[0] + stress[3 * i + 1] * g[1] + stress[3 * i + 2] * g[2];
-        store_pair(force, on_node + kPairLanes * i);
+        store_batch(force, on_node + In::kLanes * i);
       }
     }
   }
+}
+
+VISCERA_WIDE void FiniteBody::add_tangent_in_pairs(const TangentView& cell, const float* directions,
+                                                   float* scratch, float* forces) {
+  add_tangent<InPairs>(cell, directions, scratch, forces);
+}
+#if VISCERA_THREE_TARGETS
+VISCERA_FOR_AVX512 void FiniteBody::add_tangent_in_fours(const TangentView& cell,
+                                                         const float* directions, float* scratch,
+                                                         float* forces) {
+  add_tangent<InFours>(cell, directions, scratch, forces);
+}
+#endif
+
+/// The same digits by both.
+FiniteBody::TangentPass FiniteBody::widest_pass() {
+#if VISCERA_THREE_TARGETS
+  if (__builtin_cpu_supports("avx512f")) return {InFours::kVectors, add_tangent_in_fours};
+#endif
+  return {InPairs::kVectors, add_tangent_in_pairs};
 }
 
 MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const MatrixX& directions,
@@ -304,20 +347,22 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
   const auto column = [&](std::size_t c) {
     return std::span<const double>(directions.col(static_cast<Eigen::Index>(c)).data(), 3 * nodes_);
   };
-  const std::size_t pairs = (columns + kTwo - 1) / kTwo;
+  const TangentPass pass = widest_pass();
+  const std::size_t vectors = pass.vectors, lanes = 4 * vectors;
+  const std::size_t batches = (columns + vectors - 1) / vectors;
   std::vector<std::vector<float>> forces(pieces_.size());
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t i) {
     const Piece& piece = pieces_[i];
     const std::vector<double> at = gathered(piece, displacements);
-    const std::size_t size = kPairLanes * at.size();
-    std::vector<float> along(pairs * size, 0.0f);
+    const std::size_t size = lanes * at.size();
+    std::vector<float> along(batches * size, 0.0f);
     for (std::size_t c = 0; c < columns; ++c) {
       const std::vector<double> one = gathered(piece, column(c));
-      float* to = along.data() + c / kTwo * size + c % kTwo * 4;
+      float* to = along.data() + c / vectors * size + c % vectors * 4;
       for (std::size_t k = 0; k < one.size(); ++k)
-        std::fill_n(to + kPairLanes * k, 4, static_cast<float>(one[k]));
+        std::fill_n(to + lanes * k, 4, static_cast<float>(one[k]));
     }
-    forces[i].assign(pairs * size, 0.0f);
+    forces[i].assign(batches * size, 0.0f);
     std::size_t most = 0;
     for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c)
       most = std::max(most, cell_begin_[c + 1] - cell_begin_[c]);
@@ -337,19 +382,19 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
           .lambda = lambda_,
           .averaged = averaged_};
       find_tangent(cell, at.data(), scratch.data());
-      for (std::size_t pair = 0; pair < pairs; ++pair)
-        add_tangent(cell, along.data() + size * pair, scratch.data(),
-                    forces[i].data() + size * pair);
+      for (std::size_t batch = 0; batch < batches; ++batch)
+        pass.add(cell, along.data() + size * batch, scratch.data(),
+                 forces[i].data() + size * batch);
     }
   });
   MatrixX product = MatrixX::Zero(directions.rows(), directions.cols());
   for (std::size_t i = 0; i < pieces_.size(); ++i)
     for (std::size_t c = 0; c < columns; ++c) {
-      const std::size_t size = 3 * kPairLanes * pieces_[i].nodes.size();
-      const float* force = forces[i].data() + c / kTwo * size + c % kTwo * 4;
+      const std::size_t size = 3 * lanes * pieces_[i].nodes.size();
+      const float* force = forces[i].data() + c / vectors * size + c % vectors * 4;
       double* to = product.col(static_cast<Eigen::Index>(c)).data();
       for (const int node : pieces_[i].nodes)
-        for (int k = 0; k < 3; ++k, force += kPairLanes)
+        for (int k = 0; k < 3; ++k, force += lanes)
           to[3 * node + k] += static_cast<double>((force[0] + force[1]) + (force[2] + force[3]));
     }
   double energy = 0.0;
