@@ -52,24 +52,25 @@ double scaled_bessel_i1(double x, double decay) {
          std::sqrt(x);
 }
 
-/// Complete elliptic integrals of the first and second kind, where 1 - k^2 is `m`, to 2e-8:
-/// [Abramowitz1964] 17.3.34 and 17.3.36. The library's were a tenth of what a bed's frame takes.
+/// Complete elliptic integrals of the first and second kind, where 1 - k^2 is `m`, by means that
+/// meet [Abramowitz1964] 17.6. The library's took most of what drawing near fields takes.
 struct Elliptic {
   double first = 0.0;  // times m, which is finite where k is 1
   double second = 0.0;
 };
 Elliptic elliptic(double m) {
   if (m <= 0.0) return {0.0, 1.0};
-  const double log = -std::log(m);
-  const double first =
-      1.38629436112 +
-      m * (0.09666344259 + m * (0.03590092383 + m * (0.03742563713 + m * 0.01451196212))) +
-      log * (0.5 +
-             m * (0.12498593597 + m * (0.06880248576 + m * (0.03328355346 + m * 0.00441787012))));
-  const double second =
-      1.0 + m * (0.44325141463 + m * (0.06260601220 + m * (0.04757383546 + m * 0.01736506451))) +
-      log * m * (0.24998368310 + m * (0.09200180037 + m * (0.04069697526 + m * 0.00526449639)));
-  return {m * first, second};
+  double a = 1.0, b = std::sqrt(m), weight = 0.5, sum = 0.5 * (1.0 - m);
+  // They meet to 1e-8, and with them their squares to 1e-16.
+  while (a - b > 1e-8 * a) {
+    const double half = 0.5 * (a - b), mean = 0.5 * (a + b);
+    b = std::sqrt(a * b);
+    a = mean;
+    weight *= 2.0;
+    sum += weight * half * half;
+  }
+  const double first = kPi / (a + b);
+  return {m * first, first * (1.0 - sum)};
 }
 
 /// Overlap of two unit discs whose centres are d apart.
