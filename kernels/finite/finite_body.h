@@ -115,9 +115,10 @@ class FiniteBody {
   SymmetricBlockMatrix tangent(std::span<const double> displacements,
                                const TangentChange& change = {}) const;
   /// The same times some vectors, without putting it together; (3 N) x (any). Of what has had all
-  /// the time to relax. In single precision; the same bits for any number of threads.
+  /// the time to relax. In single precision; the same bits for any number of threads, and however
+  /// many vectors a machine's registers hold at once (`in_pairs`: two on any).
   MatrixX tangent_times(std::span<const double> displacements, const MatrixX& directions,
-                        const ChangedTissue& changed = {}) const;
+                        const ChangedTissue& changed = {}, bool in_pairs = false) const;
 
   std::size_t nodes() const { return nodes_; }
   std::size_t points() const { return points_; }
@@ -186,12 +187,12 @@ class FiniteBody {
                                    float* forces);
   static void add_tangent_in_fours(const TangentView& cell, const float* directions, float* scratch,
                                    float* forces);
-  /// How many vectors at once, and by what.
+  /// How many vectors at once, and by what: the same digits by both.
   struct TangentPass {
     std::size_t vectors = 0;
     void (*add)(const TangentView&, const float*, float*, float*) = nullptr;
   };
-  static TangentPass widest_pass();
+  static TangentPass tangent_pass(bool in_pairs);
   static double add_averaged(const CellView& cell, const double* dilatation, double* derivative);
   static void find_strains(const CellView& cell, const double* displacements, double* strains);
   std::vector<double> gathered(const Piece& piece, std::span<const double> displacements) const;

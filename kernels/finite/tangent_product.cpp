@@ -331,23 +331,23 @@ VISCERA_FOR_AVX512 void FiniteBody::add_tangent_in_fours(const TangentView& cell
 }
 #endif
 
-/// The same digits by both.
-FiniteBody::TangentPass FiniteBody::widest_pass() {
+FiniteBody::TangentPass FiniteBody::tangent_pass([[maybe_unused]] bool in_pairs) {
 #if VISCERA_THREE_TARGETS
-  if (__builtin_cpu_supports("avx512f")) return {InFours::kVectors, add_tangent_in_fours};
+  if (!in_pairs && __builtin_cpu_supports("avx512f"))
+    return {InFours::kVectors, add_tangent_in_fours};
 #endif
   return {InPairs::kVectors, add_tangent_in_pairs};
 }
 
 MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const MatrixX& directions,
-                                  const ChangedTissue& changed) const {
+                                  const ChangedTissue& changed, bool in_pairs) const {
   std::vector<double> room;
   displacements = from_unloaded(displacements, room);
   const auto columns = static_cast<std::size_t>(directions.cols());
   const auto column = [&](std::size_t c) {
     return std::span<const double>(directions.col(static_cast<Eigen::Index>(c)).data(), 3 * nodes_);
   };
-  const TangentPass pass = widest_pass();
+  const TangentPass pass = tangent_pass(in_pairs);
   const std::size_t vectors = pass.vectors, lanes = 4 * vectors;
   const std::size_t batches = (columns + vectors - 1) / vectors;
   std::vector<std::vector<float>> forces(pieces_.size());

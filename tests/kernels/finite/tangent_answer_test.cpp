@@ -18,13 +18,15 @@ TEST(TangentTimes, AVectorIsTheTangentPutTogetherTimesIt) {
   const Cube cube = Cube::make(0.45);
   const std::vector<double> u = random_vector(3 * cube.finite.nodes(), 0.02, 3);
   const MatrixX whole = dense(cube.finite.tangent(u));
-  MatrixX directions(whole.rows(), 2);
-  for (Eigen::Index c = 0; c < 2; ++c) {
+  MatrixX directions(whole.rows(), 5);  // more than one batch
+  for (Eigen::Index c = 0; c < directions.cols(); ++c) {
     const std::vector<double> one = random_vector(u.size(), 1.0, 7 + static_cast<unsigned>(c));
     directions.col(c) = Eigen::Map<const VectorX>(one.data(), whole.rows());
   }
   const MatrixX product = cube.finite.tangent_times(u, directions), expected = whole * directions;
-  EXPECT_LT((product - expected).norm(), 1e-7 * expected.norm());  // single precision
+  for (Eigen::Index c = 0; c < directions.cols(); ++c)  // single precision
+    EXPECT_LT((product - expected).col(c).norm(), 1e-7 * expected.col(c).norm());
+  EXPECT_EQ(product, cube.finite.tangent_times(u, directions, {}, true)) << "two at once";
 }
 
 TEST(TangentTimes, IsWhatTheGradientOfChangedTissueChangesBy) {
