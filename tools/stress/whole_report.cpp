@@ -119,8 +119,10 @@ class WholeSummary {
     out << fmt::format("organs lay {:.2f} mm in others at most, beyond that at rest\n",
                        1e3 * deepest_);
     if (bodies_ > 0)
-      out << fmt::format("organs became {} cut bodies, of whose mass points miss {:.1e} at most\n",
-                         bodies_, mass_residual_);
+      out << fmt::format(
+          "organs became {} cut bodies; points, surfaces and what is gone agree to {:.1e} of their "
+          "mass\n",
+          bodies_, mass_residual_);
     for (const auto& [reason, count] : cuts_refused_)
       out << fmt::format("{:>6} scenes with cuts that were refused: {}\n", count, reason);
     if (memory_.size() >= kFewestForMemory)

@@ -22,7 +22,9 @@ struct WholeOutcome {
   double heat_residual = 0.0;         ///< of the energy book, over what was delivered
   double deepest_inside = 0.0;        ///< of an organ in another, beyond that at rest [m]
   std::uint64_t bodies = 0;           ///< that organs became as they were cut
-  double mass_residual = 0.0;  ///< of a cut body's points against its surface, over the whole's
+  /// Of a cut body's points against its surface, and of that and what is gone against the whole
+  /// one; over the latter's.
+  double mass_residual = 0.0;
   std::set<std::string> cuts_refused;  ///< why cut bodies couldn't be prepared
   bool passed() const { return failures.empty(); }
 };

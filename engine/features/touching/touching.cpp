@@ -23,8 +23,9 @@ namespace {
 constexpr double kFinestPitch = 0.5e-3, kCoarsestPitch = 10e-3;
 /// Organs that lie farther apart than this at rest are no pair [m]. Chosen: what a retractor lifts.
 constexpr double kFarthest = 30e-3;
-/// No deeper than this may one that nothing holds begin inside another [m].
-constexpr double kMostInside = 0.5e-3;
+/// No deeper than this may one that nothing holds begin inside another, and one that is held [m].
+/// The latter is chosen: two voxels of an image of 1.5 mm, by which segmented organs overlap.
+constexpr double kMostInside = 0.5e-3, kMostInsideHeld = 3e-3;
 
 void reach(const SceneDescription& scene, const OrganDescription& organ,
            const std::vector<InstrumentBody>&, Reach& reach) {
@@ -50,11 +51,11 @@ double pitch_at(const OrganModel& model, const Vec3& place, double share, double
 
 std::string begins_inside(const SceneDescription& scene, std::size_t organ, std::size_t other,
                           double depth) {
+  const bool free = scene.organs[organ].free;
   return fmt::format(
-      "{}: organs/{}/pose: \"{}\", which nothing holds, begins {:.1f} mm inside \"{}\"; expected "
-      "at most {:.1f} mm",
-      scene.file.string(), organ, scene.organs[organ].name, 1e3 * depth, scene.organs[other].name,
-      1e3 * kMostInside);
+      "{}: organs/{}/pose: \"{}\"{} begins {:.1f} mm inside \"{}\"; expected at most {:.1f} mm",
+      scene.file.string(), organ, scene.organs[organ].name, free ? ", which nothing holds," : "",
+      1e3 * depth, scene.organs[other].name, 1e3 * (free ? kMostInside : kMostInsideHeld));
 }
 
 /// It may meet itself.
@@ -109,12 +110,10 @@ Result<void> prepare(SceneModel& model) {
                                   body(other), poses[first ? 1 : 0], *finders[other]);
       for (const float overlap : pair.overlaps)
         pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
-      if (free) {
-        if (pair.greatest_overlap > kMostInside)
-          return failure(begins_inside(scene, scene.organs[i].free ? i : j,
-                                       scene.organs[i].free ? j : i, pair.greatest_overlap));
-        std::ranges::fill(pair.overlaps, 0.0f);
-      }
+      if (pair.greatest_overlap > (free ? kMostInside : kMostInsideHeld))
+        return failure(begins_inside(scene, scene.organs[i].free ? i : j,
+                                     scene.organs[i].free ? j : i, pair.greatest_overlap));
+      if (free) std::ranges::fill(pair.overlaps, 0.0f);
       constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
     }
   return {};

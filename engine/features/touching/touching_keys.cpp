@@ -11,7 +11,7 @@ ObjectSpec contact_spec() {
   spec.keys = {
       boolean("organs",
               "Organs press each other where their surfaces meet, deformable ones against all; "
-              "what overlaps at rest is kept. false: they pass through each other.")
+              "what overlaps at rest is kept, up to 3 mm. false: they pass through each other.")
           .otherwise(false),
       boolean("folds",
               "Deformable organs press themselves where loops of them meet or folds close. false: "

@@ -102,6 +102,18 @@ TEST(Touching, OrgansThatOverlapAtRestKeepThatAndTellIt) {
   EXPECT_GT(-pressed(*world, 0).z(), 5e-3) << "what comes nearer than at rest is pressed";
 }
 
+TEST(Touching, OrgansThatBeginDeepInsideEachOtherAreRefusedWithThePlace) {
+  auto scene = touching_balls(0.5e-3, Response::kLinear);
+  scene.organs[1].pose.position.z() -= 4e-3;
+  std::vector<std::string> warnings;
+  const auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  ASSERT_FALSE(world);
+  const std::string said = world.error().text();
+  EXPECT_NE(said.find("organs/1/pose: \"upper\" begins "), std::string::npos) << said;
+  EXPECT_NE(said.find(" mm inside \"lower\"; expected at most 3.0 mm"), std::string::npos) << said;
+}
+
 TEST(Touching, AToolThatPressesOneOrganIsFeltByTheOneBelow) {
   auto scene = touching_balls(0.0, Response::kLinear);
   // The upper ball hangs on its side.
