@@ -530,8 +530,11 @@ std::optional<OthersHold> TissueContact::hold_of_others(std::span<const ContactC
     }
     const Eigen::LLT<MatrixX> factor(others);
     if (factor.info() != Eigen::Success) return std::nullopt;
-    const double share = bearable(response_.block(first, first, m, m), mixed, factor);
+    // Nobody's own compliance stands in for the response where only `free` is asked for: a body
+    // that others hold nearly alone would seem to fly by what is left of its way without them.
+    double share = 1.0;
     if (shares.rows() > 0) {
+      share = bearable(response_.block(first, first, m, m), mixed, factor);
       const MatrixX solved = factor.matrixL().solve((for_axes(shares) * mixed).transpose());
       hold.taken.noalias() = share * (solved.transpose() * solved);
     }

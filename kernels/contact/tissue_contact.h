@@ -30,7 +30,8 @@ struct TissueAbilities {
 
 /// The body as some of its cells meet it while everything else that touches it stays in touch.
 struct OthersHold {
-  /// Mean displacement of these cells if they weren't loaded [m]                         (m)
+  /// Mean displacement of these cells if they weren't loaded; where sums were asked for, as the
+  /// response less what is taken has it [m]                                               (m)
   std::vector<Vec3> free;
   /// Tissue right about the cells may have stiffened since the body was prepared. The logarithm of
   /// its modulus over what that was, put together by shares (c), and the bounds that this keeps to.

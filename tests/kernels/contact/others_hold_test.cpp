@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "kernels/contact/patch_contact.h"
 #include "tests/kernels/contact/bodies.h"
@@ -123,6 +124,29 @@ TEST_F(OthersHoldOf, AskedForNoSumsItTellsWhereTheTissueGoesAlone) {
   ASSERT_TRUE(all && none);
   EXPECT_EQ(none->taken.size(), 0);
   EXPECT_EQ(none->free, all->free);
+}
+
+// Only of a response that a hand shall have something is left, whatever holds.
+TEST_F(OthersHoldOf, ToldWhereTissueGoesAloneThatAJawHoldsRightUnderTheTool) {
+  auto others = test::plane_cells(Vec3(-1.9e-3, 0.1e-3, kTop), 0.5e-3, 2, 0.0, 0.0);
+  const Vec3 lift(0, 0, 0.2e-3);
+  for (ContactCell& cell : others) {
+    cell.held = true;
+    cell.displacement = lift;
+  }
+  const auto cells = punch(0.1e-3, others);
+  solve(cells);
+  const auto alone = contact.hold_of_others(cells, 0, 19, MatrixX(0, 19));
+  const auto for_hand = contact.hold_of_others(cells, 0, 19, kEach);
+  ASSERT_TRUE(alone && for_hand);
+  solve(punch(-5e-3, others));
+  double hand_errs = 0.0;
+  for (std::size_t k = 0; k < 19; ++k) {
+    const Vec3& is = contact.cell_displacements()[k];
+    EXPECT_LT((is - alone->free[k]).norm(), 1e-8) << k;
+    hand_errs = std::max(hand_errs, (is - for_hand->free[k]).norm());
+  }
+  EXPECT_GT(hand_errs, 0.02e-3) << "nothing was left out: this tests nothing";
 }
 
 TEST_F(OthersHoldOf, WithoutASolveThereIsNothingToTell) {
