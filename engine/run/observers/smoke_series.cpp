@@ -19,10 +19,7 @@ Result<void> SmokeSeries::add_picture(FrameViews& views) {
   const std::span<const ShownSmoke> shown = views.smoke();
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();
   for (std::size_t s = 0; s < sources.size(); ++s) {
-    // What has drifted out of the grid leaves no voxel that a volume could hold.
-    if (world.find<SmokeBody>(sources.owner(s))->volume.particles().size() == 0 ||
-        shown[s].grid.density.empty())
-      continue;
+    if (world.find<SmokeBody>(sources.owner(s))->volume.particles().size() == 0) continue;
     const std::string& name = sources[s].description.name;
     const std::filesystem::path folder = sources.size() == 1 ? folder_ : folder_ / name;
     std::error_code error;
