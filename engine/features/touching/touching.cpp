@@ -50,12 +50,12 @@ double pitch_at(const OrganModel& model, const Vec3& place, double share, double
 }
 
 std::string begins_inside(const SceneDescription& scene, std::size_t organ, std::size_t other,
-                          double depth) {
-  const bool free = scene.organs[organ].free;
+                          double depth, double most) {
   return fmt::format(
       "{}: organs/{}/pose: \"{}\"{} begins {:.1f} mm inside \"{}\"; expected at most {:.1f} mm",
-      scene.file.string(), organ, scene.organs[organ].name, free ? ", which nothing holds," : "",
-      1e3 * depth, scene.organs[other].name, 1e3 * (free ? kMostInside : kMostInsideHeld));
+      scene.file.string(), organ, scene.organs[organ].name,
+      scene.organs[organ].free ? ", which nothing holds," : "", 1e3 * depth,
+      scene.organs[other].name, 1e3 * most);
 }
 
 /// It may meet itself.
@@ -110,9 +110,10 @@ Result<void> prepare(SceneModel& model) {
                                   body(other), poses[first ? 1 : 0], *finders[other]);
       for (const float overlap : pair.overlaps)
         pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
-      if (pair.greatest_overlap > (free ? kMostInside : kMostInsideHeld))
+      const double most = free ? kMostInside : kMostInsideHeld;
+      if (pair.greatest_overlap > most)
         return failure(begins_inside(scene, scene.organs[i].free ? i : j,
-                                     scene.organs[i].free ? j : i, pair.greatest_overlap));
+                                     scene.organs[i].free ? j : i, pair.greatest_overlap, most));
       if (free) std::ranges::fill(pair.overlaps, 0.0f);
       constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
     }
