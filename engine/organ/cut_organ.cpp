@@ -25,6 +25,10 @@ namespace {
 /// gain nothing.
 constexpr int kIterations = 12;
 
+/// Remnants that nothing carries are taken away so often at most, and so far about a place [voxels].
+constexpr int kRounds = 4;
+constexpr double kAboutRemnant = 3.0;
+
 /// Of each of these places the nearest of those.
 std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<Vec3>& those) {
   const KdTree tree(those);
@@ -90,6 +94,43 @@ std::vector<float> depths_below(const TriangleSurface& whole, const TriangleSurf
   return depths;
 }
 
+/// Bricks of heat, of this voxel, that anything gone reaches. Beside them the organ is as it was
+/// whole.
+std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, double voxel) {
+  BrickMap seen;
+  std::vector<BrickIndex> bricks;
+  const double edge = BrickGeometry::kEdge * voxel;
+  const Vec3 beside = Vec3::Constant(voxel + 2.0 * tissue.voxel());
+  for (const TissueShare::Voxel& lowest : tissue.bricks()) {
+    const Vec3 low = tissue.middle(lowest) - beside;
+    const Vec3 high =
+        tissue.middle(lowest + TissueShare::Voxel::Constant(TissueShare::kEdge - 1)) + beside;
+    const BrickIndex first = (low / edge).array().floor().cast<int>();
+    const BrickIndex last = (high / edge).array().floor().cast<int>();
+    for (int z = first.z(); z <= last.z(); ++z)
+      for (int y = first.y(); y <= last.y(); ++y)
+        for (int x = first.x(); x <= last.x(); ++x) {
+          const BrickIndex index(x, y, z);
+          const int fresh = static_cast<int>(bricks.size());
+          if (BrickMap::holds(index) && seen.find_or_add(index, fresh) == fresh)
+            bricks.push_back(index);
+        }
+  }
+  return bricks;
+}
+
+std::vector<ShapedBrick> heated_shapes(const TissueShare& tissue, double voxel,
+                                       const SurfaceTree& left) {
+  if (voxel == 0.0) return {};
+  const SignedDistance distance = [&](const Vec3& place) { return left.signed_distance(place); };
+  std::vector<ShapedBrick> shapes;
+  for (const BrickIndex& index : heated_bricks(tissue, voxel)) shapes.push_back({index, nullptr});
+  parallel_for_each_index(shapes.size(), 1, [&](std::size_t s) {
+    shapes[s].geometry = make_geometry(shapes[s].index, voxel, distance);
+  });
+  return shapes;
+}
+
 bool any_loose(const FiniteParts& parts) {
   return std::ranges::any_of(parts.piece_of, [](int piece) { return piece >= 0; });
 }
@@ -111,7 +152,7 @@ void take_weight(const CuttableOrgan& organ, const OrganModel& model, double den
   }
 }
 
-Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
+Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
   if (auto placed = add_places(model, organ.organ, organ.demand); !placed) return placed;
   // Layers under the surface are those that the whole one has.
   auto field = MaterialField::make(organ.organ, organ.tissue, organ.whole->surface, organ.assets);
@@ -138,18 +179,71 @@ Result<void> prepare_left(const CuttableOrgan& organ, OrganModel& model) {
   return {};
 }
 
+/// What that leaves, maybe with parts that can't be prepared.
+struct Left {
+  std::shared_ptr<OrganModel> model;
+  std::vector<int> skin;  ///< as CarvedSurface::skin
+  double crumbs = 0.0;    ///< [m3]
+  Result<void> prepared;
+};
+
+Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue) {
+  const OrganModel& whole = *organ.whole;
+  const double finest = organ.organ.resolution.finest;
+  auto carved = carve(whole.surface, plain_void_surface(tissue, finest));
+  if (!carved) return std::unexpected(carved.error());
+  Left left;
+  left.crumbs = drop_crumbs(finest * finest * finest, *carved);
+  if (carved->surface.triangles.empty()) return failure("nothing is left of it");
+  left.model = std::make_shared<OrganModel>();
+  set_surface(*left.model, std::move(carved->surface));
+  left.model->material = whole.material;
+  left.model->cloud = whole.cloud;
+  left.model->key = whole.key;
+  left.skin = std::move(carved->skin);
+  left.prepared = prepare(organ, *left.model);
+  return left;
+}
+
+/// Takes away about places of the surface that no nodes carry; false: there are none.
+bool take_remnants(const OrganModel& model, TissueShare& tissue) {
+  if (!model.fields) return false;
+  std::vector<Vec3> places = model.surface.vertices;
+  for (const std::array<int, 3>& t : model.surface.triangles)
+    places.push_back((places[static_cast<std::size_t>(t[0])] + places[static_cast<std::size_t>(t[1])] +
+                      places[static_cast<std::size_t>(t[2])]) /
+                     3.0);
+  std::vector<char> covered(places.size());
+  parallel_for_each_index(places.size(), 64, [&](std::size_t p) {
+    thread_local ShapeValues values;
+    covered[p] = model.fields->evaluate(places[p], false, values);
+  });
+  const double radius = kAboutRemnant * tissue.voxel();
+  bool any = false;
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    if (covered[p]) continue;
+    const Vec3& place = places[p];
+    const Vec3 reach = Vec3::Constant(radius);
+    any |= tissue.take_out({place - reach, place + reach}, [&](const Vec3& at) {
+             return (at - place).norm() - radius;
+           }) > 0.0;
+  }
+  return any;
+}
+
 }  // namespace
 
 std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganModel> whole,
                                                    OrganDescription organ, Tissue tissue,
                                                    BodyDemand demand, const Vec3& gravity,
+                                                   double heat_voxel,
                                                    std::filesystem::path assets) {
   organ.response = Response::kFinite;
   auto fields = std::make_shared<const ShapeFunctions>(
       find_formulation(organ.formulation)->fields(whole->surface, whole->cloud));
   return std::make_shared<const CuttableOrgan>(
       CuttableOrgan{std::move(whole), std::move(fields), std::move(organ), std::move(tissue),
-                    std::move(demand), gravity, std::move(assets)});
+                    std::move(demand), gravity, heat_voxel, std::move(assets)});
 }
 
 int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int triangle) {
@@ -162,28 +256,27 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
                            const OrganModel& before, const ShapeFunctions& fields_before) {
   const Stopwatch watch;
   const OrganModel& whole = *organ.whole;
-  const TriangleSurface gone = plain_void_surface(tissue, organ.organ.resolution.finest);
-  auto left = carve(whole.surface, gone);
-  if (!left) return std::unexpected(left.error());
-  const double finest = organ.organ.resolution.finest;
-  const double crumbs = drop_crumbs(finest * finest * finest, *left);
-  if (left->surface.triangles.empty()) return failure("nothing is left of it");
-  auto model = std::make_shared<OrganModel>();
-  set_surface(*model, std::move(left->surface));
-  model->material = whole.material;
-  model->cloud = whole.cloud;
-  model->key = whole.key;
-  if (auto prepared = prepare_left(organ, *model); !prepared)
-    return std::unexpected(prepared.error());
-  CutOrgan cut;
-  cut.crumbs = crumbs;
-  cut.fields = std::move(model->fields);
-  cut.pieces = pieces_of_vertices(model->surface);
-  cut.depths = depths_below(whole.surface, model->surface, left->skin);
+  CutOrgan cut{.tissue = tissue};
+  Left left;
+  for (int round = 0;; ++round) {
+    auto tried = prepare_left(organ, cut.tissue);
+    if (!tried) return std::unexpected(tried.error());
+    left = *std::move(tried);
+    if (left.prepared) break;
+    if (round == kRounds || !take_remnants(*left.model, cut.tissue))
+      return std::unexpected(left.prepared.error());
+  }
+  OrganModel& model = *left.model;
+  cut.crumbs = left.crumbs;
+  cut.fields = std::move(model.fields);
+  cut.pieces = pieces_of_vertices(model.surface);
+  cut.depths = depths_below(whole.surface, model.surface, left.skin);
   cut.continuation = {continued_nodes(fields_before, *cut.fields),
-                      nearest_of(model->energy_points, before.energy_points)};
-  model->prepare_s = cut.seconds = watch.seconds();
-  cut.model = std::move(model);
+                      nearest_of(model.energy_points, before.energy_points)};
+  cut.tree = std::make_shared<const SurfaceTree>(model.surface);
+  cut.heated = heated_shapes(cut.tissue, organ.heat_voxel, *cut.tree);
+  model.prepare_s = cut.seconds = watch.seconds();
+  cut.model = std::move(left.model);
   return cut;
 }
 

@@ -97,6 +97,19 @@ void Bioheat::draw_from_voxel(HeatBrick& brick, int voxel, double energy) {
   state_->totals.book.instrument += energy;
 }
 
+void Bioheat::take_shapes(std::vector<ShapedBrick> shapes) {
+  fetch();
+  const double before = stored();
+  for (HeatBrick* brick : bricks_.take_shapes(std::move(shapes))) {
+    if (!brick->warm) continue;
+    for (std::size_t v = 0; v < BrickField::kVoxels; ++v)
+      if (brick->geometry->fraction[v] <= 0.0f) brick->warm->excess[v] = 0.0f;
+    brick->warm->slot = -1;  // a device has to take its geometry, too
+  }
+  state_->totals.book.removed += before - stored();
+  ++state_->version;
+}
+
 void Bioheat::compute_on(std::shared_ptr<HeatPasses> passes, HeatReturn fields) {
   fetch();
   forget_device();

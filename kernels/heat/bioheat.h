@@ -116,6 +116,10 @@ class Bioheat {
   /// Heat capacity of the tissue in one voxel [J/K].
   double voxel_capacity(const HeatBrick& brick, int voxel) const;
 
+  /// The tissue has been cut within these bricks: see HeatBricks::take_shapes(). What warmth has
+  /// gone with it is booked as `removed`.
+  void take_shapes(std::vector<ShapedBrick> shapes);
+
   /// Advances by dt [s], any length; nothing is done where nothing is warm. Same digits for any
   /// number of threads.
   void step(double dt);

@@ -48,4 +48,10 @@ struct BrickGeometry {
 std::shared_ptr<const BrickGeometry> make_geometry(const BrickIndex& brick, double voxel,
                                                    const SignedDistance& distance);
 
+/// A brick that isn't as the distance says: there the tissue has been cut.
+struct ShapedBrick {
+  BrickIndex index = BrickIndex::Zero();
+  std::shared_ptr<const BrickGeometry> geometry;
+};
+
 }  // namespace viscera

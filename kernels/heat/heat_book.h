@@ -17,10 +17,12 @@ struct HeatBook {
   double gas = 0.0;         ///< to the gas at the surface
   double instrument = 0.0;  ///< to instruments that touch
   double boundary = 0.0;    ///< into tissue too cold to be followed
+  double removed = 0.0;     ///< with tissue that was taken away
 
   double given() const { return delivered + metabolic; }
   double taken() const {
-    return stored + latent + vapour + pyrolysis + perfused + gas + instrument + boundary;
+    return stored + latent + vapour + pyrolysis + perfused + gas + instrument + boundary +
+           removed;
   }
   /// What the book doesn't explain: rounding of temperatures.
   double residual() const { return given() - taken(); }
@@ -31,7 +33,7 @@ struct HeatBook {
                       field("stored", &H::stored), field("latent", &H::latent),
                       field("vapour", &H::vapour), field("pyrolysis", &H::pyrolysis),
                       field("perfused", &H::perfused), field("gas", &H::gas),
-                      field("instrument", &H::instrument), field("boundary", &H::boundary));
+                      field("instrument", &H::instrument), field("boundary", &H::boundary), field("removed", &H::removed));
   }
 };
 static_assert(fields_cover<HeatBook>());

@@ -58,6 +58,27 @@ void HeatBricks::restore(State state) {
   link_neighbours();
 }
 
+std::shared_ptr<const BrickGeometry> HeatBricks::geometry_at(const BrickIndex& index) const {
+  const int shape = shape_numbers_.find(index);
+  return shape == BrickMap::kNone ? make_geometry(index, voxel_, distance_)
+                                  : shapes_[static_cast<std::size_t>(shape)].geometry;
+}
+
+std::vector<HeatBrick*> HeatBricks::take_shapes(std::vector<ShapedBrick> shapes) {
+  const BrickMap before = std::exchange(shape_numbers_, {});
+  shapes_ = std::move(shapes);
+  for (std::size_t i = 0; i < shapes_.size(); ++i)
+    shape_numbers_.set(shapes_[i].index, static_cast<int>(i));
+  std::vector<HeatBrick*> changed;
+  for (const auto& brick : state_->bricks)
+    if (before.find(brick->index) != BrickMap::kNone ||
+        shape_numbers_.find(brick->index) != BrickMap::kNone)
+      changed.push_back(brick.get());
+  parallel_for_each_index(changed.size(), 1,
+                          [&](std::size_t c) { changed[c]->geometry = geometry_at(changed[c]->index); });
+  return changed;
+}
+
 void HeatBricks::find_geometry(State& state) const {
   std::vector<HeatBrick*> missing;
   for (const auto& brick : state.bricks) {
@@ -68,7 +89,7 @@ void HeatBricks::find_geometry(State& state) const {
       missing.push_back(brick.get());
   }
   parallel_for_each_index(missing.size(), 1, [&](std::size_t m) {
-    missing[m]->geometry = make_geometry(missing[m]->index, voxel_, distance_);
+    missing[m]->geometry = geometry_at(missing[m]->index);
   });
 }
 
@@ -128,7 +149,7 @@ std::vector<HeatBrick*> HeatBricks::warm_up(std::span<const BrickIndex> indices)
     if (numbers_.find(indices[i]) == BrickMap::kNone && state_->bricks.size() < most_)
       missing.push_back(i);
   parallel_for_each_index(missing.size(), 1, [&](std::size_t m) {
-    made[missing[m]] = make_geometry(indices[missing[m]], voxel_, distance_);
+    made[missing[m]] = geometry_at(indices[missing[m]]);
   });
   std::vector<HeatBrick*> bricks;
   for (std::size_t i = 0; i < indices.size(); ++i)
@@ -145,7 +166,7 @@ HeatBrick* HeatBricks::warm_up(const BrickIndex& index,
       state_->overflowed = true;
       return nullptr;
     }
-    if (!geometry) geometry = make_geometry(index, voxel_, distance_);
+    if (!geometry) geometry = geometry_at(index);
     if (geometry->empty) {
       numbers_.set(index, kEmpty);
       state_->empty.push_back(index);
@@ -208,6 +229,13 @@ double HeatBricks::lasting_at(const BrickIndex& voxel, BrickField::Values BrickT
   const BrickIndex index = BrickField::brick_of(voxel);
   const HeatBrick* brick = find(index);
   return brick ? static_cast<double>((brick->*field)[within(voxel, index)]) : sound;
+}
+
+double HeatBricks::tissue_at(const BrickIndex& voxel) const {
+  const BrickIndex index = BrickField::brick_of(voxel);
+  if (numbers_.find(index) == kEmpty) return 0.0;
+  const HeatBrick* brick = find(index);
+  return brick ? static_cast<double>(brick->geometry->fraction[within(voxel, index)]) : 1.0;
 }
 
 double HeatBricks::water_at(const BrickIndex& voxel) const {

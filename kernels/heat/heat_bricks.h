@@ -151,6 +151,10 @@ class HeatBricks {
   const HeatBrick* find(const BrickIndex& index) const;
   bool overflowed() const { return state_->overflowed; }
 
+  /// From now on these bricks, and no others, are shaped otherwise than the distance says. Tissue
+  /// only becomes less by it: bricks without any stay so. Those that change are returned.
+  std::vector<HeatBrick*> take_shapes(std::vector<ShapedBrick> shapes);
+
   /// The brick here, made and warmed if need be; null where there is no tissue, or no room.
   HeatBrick* warm_up(const BrickIndex& index);
   /// The same for many, on all threads: null ones left out, the others in order.
@@ -163,6 +167,7 @@ class HeatBricks {
   Vec3 centre(const HeatBrick& brick, int voxel) const;
   /// One voxel's value; what is sound and at body temperature where no brick is.
   double excess_at(const BrickIndex& voxel) const;
+  double tissue_at(const BrickIndex& voxel) const;  ///< share of it that is; 1 where no brick is
   double water_at(const BrickIndex& voxel) const;
   double charred_at(const BrickIndex& voxel) const;
   double dose_at(const BrickIndex& voxel) const;
@@ -177,6 +182,7 @@ class HeatBricks {
   HeatBrick* warm_up(const BrickIndex& index, std::shared_ptr<const BrickGeometry> geometry);
   double lasting_at(const BrickIndex& voxel, BrickField::Values BrickTissue::*field,
                     double sound) const;
+  std::shared_ptr<const BrickGeometry> geometry_at(const BrickIndex& index) const;
   void find_geometry(State& state) const;
   void link_neighbours();
 
@@ -185,6 +191,8 @@ class HeatBricks {
   std::size_t most_;
   std::shared_ptr<State> state_;  // never null
   BrickMap numbers_;              // kEmpty where there is no tissue
+  std::vector<ShapedBrick> shapes_;
+  BrickMap shape_numbers_;
 };
 static_assert(fields_cover<HeatBricks::State>());
 

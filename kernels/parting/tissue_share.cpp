@@ -23,6 +23,14 @@ double TissueShare::limit(const Voxel& voxel, double share) {
   return static_cast<double>(gone - before);
 }
 
+void TissueShare::limit_by(const TissueShare& other) {
+  for (std::size_t b = 0; b < other.gone_.brick_count(); ++b) {
+    BrickField::Values& gone = gone_.brick(gone_.ensure(other.gone_.brick_indices()[b]));
+    const BrickField::Values& more = other.gone_.brick(b);
+    for (std::size_t v = 0; v < gone.size(); ++v) gone[v] = std::max(gone[v], more[v]);
+  }
+}
+
 double TissueShare::take_out(const Box& reach, const std::function<double(const Vec3&)>& distance) {
   if (reach.isEmpty()) return 0.0;
   const Voxel low = gone_.voxel_of(reach.min() - shift()) - Voxel::Constant(2);

@@ -36,6 +36,9 @@ class TissueShare {
   /// No more than this share is left of a voxel; what has gone by this, of all of it.
   double limit(const Voxel& voxel, double share);
 
+  /// No more is left anywhere than of that, which has the same voxels.
+  void limit_by(const TissueShare& other);
+
   double share(const Voxel& voxel) const { return 1.0 - static_cast<double>(gone_.at(voxel)); }
   /// Of a place, linear between the middles of voxels.
   double share(const Vec3& place) const { return 1.0 - gone_.sample(place - shift()); }

@@ -6,6 +6,7 @@
 
 #include "engine/features/cautery/heat_setup.h"
 #include "engine/features/contact/contact_cells.h"
+#include "engine/features/parting/parting.h"
 
 namespace viscera {
 namespace {
@@ -55,8 +56,7 @@ std::optional<Meeting> meet(const World& world, Entity instrument, double gap) {
     if (!burn) return {};
     Meeting meeting{touch.organ, {}};
     lay_on(*world.find<OrganBody>(touch.organ)->model,
-           world.find<BurnableOrgan>(touch.organ)->surface->closest(touch.rest_point).point,
-           meeting.contact);
+           surface_left(world, touch.organ).closest(touch.rest_point).point, meeting.contact);
     meeting.contact.area = touched_area(world, touch.organ, instrument);
     return meeting;
   }
@@ -121,7 +121,18 @@ void heat_tissue(World& world, const FrameContext& context) {
   }
 }
 
+/// Heat spreads in what cuts have left.
+void heat_what_is_left(World& world, Entity organ, const Continuation*) {
+  if (OrganBurn* burn = world.find<OrganBurn>(organ))
+    burn->heat.take_shapes(world.find<OrganLeft>(organ)->heated);
+}
+
 }  // namespace
+
+const SurfaceTree& surface_left(const World& world, Entity organ) {
+  const OrganLeft* left = world.find<OrganLeft>(organ);
+  return left && left->tree ? *left->tree : *world.find<BurnableOrgan>(organ)->surface;
+}
 
 void GeneratorBook::add(const CurrentReport& current, double dt) {
   if (!(current.current > 0.0)) return;
@@ -153,6 +164,7 @@ Feature cautery_feature() {
                       .needed = [](const World& world) { return world.has<BurnTrace>(); },
                       .run = heat_tissue}},
           .flags = {kHeatFull, kNotHeated},
+          .replaced = heat_what_is_left,
           .report = cautery_report,
           .warnings = cautery_warnings,
           .skipped = cautery_skipped};

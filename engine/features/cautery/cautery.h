@@ -80,6 +80,10 @@ struct BurnTrace {
 };
 static_assert(fields_cover<BurnTrace>());
 
+/// Of an organ that a hook can burn, its surface at rest as it is now: the whole one's, or what cuts
+/// have left.
+const SurfaceTree& surface_left(const World& world, Entity organ);
+
 /// Has the heat of every OrganBurn computed in `context` from now on; how many there are. Where the
 /// kernels don't compile it fails, and all stays on the CPU. What goes wrong later,
 /// Bioheat::device_failure() says.
@@ -101,7 +105,7 @@ struct CauteryFigures {
   double stored = 0.0;     ///< in tissue that is still warm [J]
   double latent = 0.0;     ///< of water that left [J]
   double perfused = 0.0;   ///< carried away by blood [J]
-  double lost = 0.0;       ///< to gas, instruments, vapour's warmth, char and cold tissue [J]
+  double lost = 0.0;       ///< to gas, instruments, vapour's warmth, char, cold and removed tissue [J]
   double residual = 0.0;   ///< over what was delivered
 
   double time = 0.0;  ///< with current, of all hooks together [s]

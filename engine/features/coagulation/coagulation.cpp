@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/features/cautery/cautery.h"
+#include "kernels/finite/continuation.h"
 
 namespace viscera {
 namespace {
@@ -60,9 +61,10 @@ void begin_update(OrganUpdate& update, const OrganBody& body, const TissueChange
 }
 
 OrganUpdate& update_of(World& world, Entity organ) {
-  if (OrganUpdate* there = world.find<OrganUpdate>(organ)) return *there;
+  OrganUpdate* there = world.find<OrganUpdate>(organ);
+  if (there && there->gauge) return *there;
   const ElasticRegion& tissue = world.find<OrganBody>(organ)->model->changeable.tissue;
-  OrganUpdate& made = world.all<OrganUpdate>().add(organ, {});
+  OrganUpdate& made = there ? *there : world.all<OrganUpdate>().add(organ, {});
   std::vector<double> volumes(tissue.size());
   for (std::size_t q = 0; q < volumes.size(); ++q) volumes[q] = tissue.volume(q);
   made.gauge = std::make_unique<CoagulationGauge>(tissue.positions, volumes);
@@ -156,6 +158,38 @@ void use_update(World& world, Entity organ, const std::shared_ptr<const Stiffnes
   solver.restore(std::move(memory));
 }
 
+void carry_on(const Continuation& continuation, std::vector<double>& values) {
+  if (values.empty()) return;
+  std::vector<double> next;
+  next.reserve(continuation.points.size());
+  for (const int point : continuation.points)
+    next.push_back(values[static_cast<std::size_t>(point)]);
+  values = std::move(next);
+}
+
+/// What has coagulated stays so in the body that cuts have left.
+void stiffen_what_is_left(World& world, Entity organ, const Continuation* continuation) {
+  OrganUpdate* update = world.find<OrganUpdate>(organ);
+  if (!update) return;
+  *update = {};
+  OrganChange* change = world.find<OrganChange>(organ);
+  if (!change || !continuation) return;  // a state that is loaded brings its own
+  for (TissueChange* one : {&change->asked, &change->used}) {
+    carry_on(*continuation, one->stiffness);
+    carry_on(*continuation, one->shrinkage);
+  }
+  change->seen = 0;
+  const OrganBody& body = *world.find<OrganBody>(organ);
+  update_of(world, organ);
+  if (!change->used.stiffness.empty()) {
+    update->update =
+        std::make_shared<const StiffnessUpdate>(update_of_change(*body.model, change->used));
+    update->made_of = change->used;
+    use_update(world, organ, update->update);
+  }
+  if (change->pending) begin_update(*update, body, change->asked);
+}
+
 /// A restored world's updates: those in use are made again where they are others, and those that
 /// were under way are begun anew.
 void restored(World& world) {
@@ -205,6 +239,7 @@ Feature coagulation_feature() {
                       .needed = [](const World& world) { return world.has<OrganBurn>(); },
                       .run = follow_changes}},
           .shape = shape,
+          .replaced = stiffen_what_is_left,
           .restored = restored,
           .report = coagulation_report};
 }

@@ -7,13 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/features/beds/beds_keys.h"
-#include "engine/features/cautery/cautery_keys.h"
+#include "engine/features/cautery/cautery.h"
 #include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/links_keys.h"
 #include "engine/features/parting/parting_flags.h"
 #include "engine/features/shafts/shafts_keys.h"
-#include "engine/features/smoke/smoke_keys.h"
 #include "engine/features/touching/touching_keys.h"
 #include "engine/simulation/instruments.h"
 #include "engine/simulation/prepare.h"
@@ -78,10 +77,6 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
     wrong("contact",
           "found folds or shafts that touch beside an organ that is cuttable, expected false: they "
           "don't meet walls of cuts yet");
-  if (cuttable && !smoke_of(scene).empty())
-    wrong("smoke",
-          "found some beside an organ that is cuttable, expected none: smoke doesn't meet "
-          "walls of cuts yet");
   const auto expect_uncut = [&](const auto& ties, const char* key) {
     for (std::size_t k = 0; k < ties.size(); ++k)
       for (const OrganDescription& organ : scene.organs)
@@ -102,10 +97,6 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
     if (cuttable && haptic_of(tool))
       wrong(fmt::format("instruments/{}/haptic", i),
             "found beside an organ that is cuttable, expected none: hands don't feel cuts yet");
-    if (cuttable && carries_current(tool))
-      wrong(fmt::format("instruments/{}/path", i),
-            "found current beside an organ that is cuttable, expected none: heat doesn't know cuts "
-            "yet");
   }
   if (blades && !cuttable)
     wrong("instruments",
@@ -144,7 +135,9 @@ Result<void> prepare_organ_to_cut(SceneModel& model, std::size_t o,
   Vec3 gravity = Vec3::Zero();
   if (const GravityDescription* acts = gravity_of(model.scene()))
     gravity = organ.pose.direction_to_local(acts->acceleration * acts->rest_direction);
-  auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), gravity, assets);
+  const BurnableOrgan* burnable = model.constants().all<BurnableOrgan>().find(entity);
+  auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), gravity,
+                            burnable ? burnable->options.voxel : 0.0, assets);
   const double voxel = cuttable_of(organ)->voxel;
   if (tissue.fracture_energy == 0.0)
     warnings.push_back(
@@ -232,6 +225,8 @@ void take_body(World& world, Entity organ, const CutOrgan& cut, const Continuati
   left.depths = cut.depths;
   left.pieces = cut.pieces;
   left.crumbs = cut.crumbs;
+  left.tree = cut.tree;
+  left.heated = cut.heated;
   left.greatest_seconds = std::max(left.greatest_seconds, cut.seconds);
   world.replace(organ, cut.model, continuation);
 }
@@ -241,7 +236,8 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
   const Result<CutOrgan>& made = left.next.get();
   cut.pending = false;
   if (made) {
-    cut.used = cut.asked;
+    cut.used = made->tissue;
+    cut.gone.limit_by(made->tissue);
     left.made_of = cut.used.state();
     ++cut.bodies;
     take_body(world, organ, *made, &made->continuation);
@@ -255,6 +251,7 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
 
 void ask_for_body(World& world, Entity organ, OrganCut& cut, std::uint64_t frame) {
   cut.asked = cut.gone;
+  cut.vaporised_asked = cut.vaporised;
   cut.changed = false;
   cut.pending = true;
   const std::size_t nodes = world.find<OrganBody>(organ)->model->cloud.size();
@@ -278,6 +275,8 @@ Result<void> bodies_loaded(World& world) {
         left.fields = whole.fields;
         left.depths.clear();
         left.pieces.clear();
+        left.tree = nullptr;
+        left.heated.clear();
         left.crumbs = 0.0;
         world.replace(organ, whole.whole, nullptr);
       } else {
@@ -329,7 +328,16 @@ Feature parting_feature() {
                       .writes = {"forces", "cuts"},
                       .changes = {"cut organs", "tool forces"},
                       .needed = [](const World& world) { return world.has<OrganCut>(); },
-                      .run = cut_tissue}},
+                      .run = cut_tissue},
+                     {.name = "vaporise tissue",
+                      .reads = {"heat"},
+                      .writes = {"cuts"},
+                      .changes = {"cut organs"},
+                      .needed =
+                          [](const World& world) {
+                            return world.has<OrganCut>() && world.has<OrganBurn>();
+                          },
+                      .run = take_vaporised}},
           .flags = {kCutRefused},
           .bodies_loaded = bodies_loaded,
           .report = parting_report};

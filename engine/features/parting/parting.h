@@ -62,6 +62,8 @@ struct OrganCut {
   std::uint64_t refused = 0;  ///< that couldn't be prepared
   double area = 0.0;          ///< parted, of one side [m2]
   double work = 0.0;          ///< of blades, by fracture energy [J]
+  double vaporised = 0.0;     ///< taken by heat [m3]
+  double vaporised_asked = 0.0;  ///< of that, before `asked` [m3]
   std::vector<BladeTrack> blades;
   bool pending = false;
   bool changed = false;  ///< something has gone since `asked`
@@ -70,7 +72,8 @@ struct OrganCut {
     return std::tuple(field("gone", &S::gone), field("asked", &S::asked), field("used", &S::used),
                       field("due", &S::due), field("bodies", &S::bodies),
                       field("refused", &S::refused), field("area", &S::area),
-                      field("work", &S::work), field("blades", &S::blades),
+                      field("work", &S::work), field("vaporised", &S::vaporised),
+                      field("vaporised_asked", &S::vaporised_asked), field("blades", &S::blades),
                       field("pending", &S::pending), field("changed", &S::changed));
   }
 };
@@ -81,6 +84,8 @@ struct OrganLeft {
   std::shared_ptr<const ShapeFunctions> fields;  ///< of the body that the organ is
   std::vector<float> depths;                     ///< as CutOrgan::depths; empty: it is whole
   std::vector<int> pieces;                       ///< as CutOrgan::pieces
+  std::shared_ptr<const SurfaceTree> tree;       ///< as CutOrgan::tree; null: it is whole
+  std::vector<ShapedBrick> heated;               ///< as CutOrgan::heated
   TissueShare::State made_of;                    ///< what it is made of
   std::shared_future<Result<CutOrgan>> next;     ///< of OrganCut::asked
   std::string refusal;                           ///< why the last one was refused
@@ -95,6 +100,9 @@ bool cuts(const World& world, Entity instrument, Entity organ);
 void part_organs(World& world, const FrameContext& context);
 /// Where blades have gone -> OrganCut, forces on them.
 void cut_tissue(World& world, const FrameContext& context);
+
+/// What has left as vapour in the last step -> OrganCut.
+void take_vaporised(World& world, const FrameContext& context);
 
 /// The places along each of an instrument's blades as they stand, organ frame [m]: one edge of a
 /// scalpel, two of scissors, from the hinge on.

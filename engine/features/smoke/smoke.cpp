@@ -73,7 +73,7 @@ struct Vent {
 Vent vent_of(const World& world, Entity organ, const Vec3& rest) {
   const OrganBody& body = *world.find<OrganBody>(organ);
   const std::vector<Vec3f>& now = world.find<OrganState>(organ)->positions;
-  const SurfacePoint at = world.find<BurnableOrgan>(organ)->surface->closest(rest).point;
+  const SurfacePoint at = surface_left(world, organ).closest(rest).point;
   const auto& corners = body.model->surface.triangles[static_cast<std::size_t>(at.triangle)];
   std::array<Vec3, 3> corner;
   Vec3 place = Vec3::Zero();
@@ -169,7 +169,27 @@ void emit_steadily(World& world, SmokeBody& smoke, SmokeDebt& emitter,
             context);
 }
 
+bool smokes(const World& world) {
+  return world.has<SmokeBody>();
+}
+
 // --- what smoke meets ---------------------------------------------------------------------------
+
+const SurfaceTopology* topology_of(const World& world, Entity organ,
+                                   const TriangleSurface& surface) {
+  const CutTopology* cut = world.find<CutTopology>(organ);
+  return cut ? cut->topology.get() : world.one<SmokeScenery>()->topologies.at(&surface).get();
+}
+
+/// Smoke meets what cuts have left of an organ.
+void meet_what_is_left(World& world, Entity organ, const Continuation*) {
+  if (!smokes(world)) return;
+  CutTopology made{topology_of(world.find<OrganBody>(organ)->model->surface)};
+  if (CutTopology* before = world.find<CutTopology>(organ))
+    *before = std::move(made);
+  else
+    world.all<CutTopology>().add(organ, std::move(made));
+}
 
 std::vector<SmokeSurface> surfaces_near(const World& world, const Box& domain) {
   std::vector<SmokeSurface> surfaces;
@@ -183,8 +203,7 @@ std::vector<SmokeSurface> surfaces_near(const World& world, const Box& domain) {
           pose.to_world(body.model->rest_bounds.corner(static_cast<Box::CornerType>(corner))));
     if (domain.exteriorDistance(bounds) > kObstacleMargin) continue;
     const OrganState& state = *world.find<OrganState>(organ);
-    surfaces.push_back({organ.index,
-                        world.one<SmokeScenery>()->topologies.at(&body.model->surface).get(),
+    surfaces.push_back({organ.index, topology_of(world, organ, body.model->surface),
                         state.positions, pose, state.version + 1});
   }
   return surfaces;
@@ -262,10 +281,6 @@ void end_stray_smoke(World& world, Entity volume) {
   world.find<SmokeBody>(volume)->volume.end_strays();
 }
 
-bool smokes(const World& world) {
-  return world.has<SmokeBody>();
-}
-
 }  // namespace
 
 Feature smoke_feature() {
@@ -288,6 +303,7 @@ Feature smoke_feature() {
                       .needed = smokes,
                       .run = move_smoke}},
           .flags = {kSmokeFull, kSmokeOutside},
+          .replaced = meet_what_is_left,
           .report = smoke_report,
           .warnings = smoke_warnings,
           .skipped = smoke_skipped};

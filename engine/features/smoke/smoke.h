@@ -57,6 +57,11 @@ struct SmokeScenery {
   std::map<const TriangleSurface*, std::shared_ptr<const SurfaceTopology>> topologies;
 };
 
+/// Of an organ that is cut, in place of SmokeScenery's.
+struct CutTopology {
+  std::shared_ptr<const SurfaceTopology> topology;
+};
+
 /// How smoke looks.
 struct SmokeSight {
   static constexpr bool kConstant = true;

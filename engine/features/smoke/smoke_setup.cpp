@@ -57,16 +57,19 @@ void add_topologies(SceneModel& model) {
   for (const OrganBody& body : model.constants().all<OrganBody>()) {
     const TriangleSurface& surface = body.model->surface;
     auto& topology = scenery.topologies[&surface];
-    if (topology) continue;
-    std::vector<Eigen::Vector3i> triangles;
-    triangles.reserve(surface.triangles.size());
-    for (const std::array<int, 3>& t : surface.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-    topology = std::make_shared<const SurfaceTopology>(std::move(triangles));
+    if (!topology) topology = topology_of(surface);
   }
   model.constants().all<SmokeScenery>().add(kWhole, std::move(scenery));
 }
 
 }  // namespace
+
+std::shared_ptr<const SurfaceTopology> topology_of(const TriangleSurface& surface) {
+  std::vector<Eigen::Vector3i> triangles;
+  triangles.reserve(surface.triangles.size());
+  for (const std::array<int, 3>& t : surface.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  return std::make_shared<const SurfaceTopology>(std::move(triangles));
+}
 
 std::size_t smoke_memory(const SmokeDescription& smoke) {
   const double voxels = (smoke.domain.sizes() / smoke.voxel).array().ceil().prod();

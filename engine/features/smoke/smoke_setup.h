@@ -13,6 +13,8 @@ Result<void> start_smoke(World& world);
 Result<void> load_sight(SceneModel& model, const std::filesystem::path& assets,
                         std::vector<std::string>& warnings);
 
+std::shared_ptr<const SurfaceTopology> topology_of(const TriangleSurface& surface);
+
 /// What a volume will need at most: particles with all that their passes keep, and the written
 /// volume's grids [bytes].
 std::size_t smoke_memory(const SmokeDescription& smoke);
