@@ -25,7 +25,8 @@ namespace {
 /// gain nothing.
 constexpr int kIterations = 12;
 
-/// Remnants that nothing carries are taken away so often at most, and so far about a place [voxels].
+/// Remnants that nothing carries are taken away so often at most, and so far about a place
+/// [voxels].
 constexpr int kRounds = 4;
 constexpr double kAboutRemnant = 3.0;
 
@@ -210,7 +211,8 @@ bool take_remnants(const OrganModel& model, TissueShare& tissue) {
   if (!model.fields) return false;
   std::vector<Vec3> places = model.surface.vertices;
   for (const std::array<int, 3>& t : model.surface.triangles)
-    places.push_back((places[static_cast<std::size_t>(t[0])] + places[static_cast<std::size_t>(t[1])] +
+    places.push_back((places[static_cast<std::size_t>(t[0])] +
+                      places[static_cast<std::size_t>(t[1])] +
                       places[static_cast<std::size_t>(t[2])]) /
                      3.0);
   std::vector<char> covered(places.size());
@@ -224,9 +226,8 @@ bool take_remnants(const OrganModel& model, TissueShare& tissue) {
     if (covered[p]) continue;
     const Vec3& place = places[p];
     const Vec3 reach = Vec3::Constant(radius);
-    any |= tissue.take_out({place - reach, place + reach}, [&](const Vec3& at) {
-             return (at - place).norm() - radius;
-           }) > 0.0;
+    any |= tissue.take_out({place - reach, place + reach},
+                           [&](const Vec3& at) { return (at - place).norm() - radius; }) > 0.0;
   }
   return any;
 }

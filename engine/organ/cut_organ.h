@@ -30,8 +30,7 @@ struct CuttableOrgan {
 std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganModel> whole,
                                                    OrganDescription organ, Tissue tissue,
                                                    BodyDemand demand, const Vec3& gravity,
-                                                   double heat_voxel,
-                                                   std::filesystem::path assets);
+                                                   double heat_voxel, std::filesystem::path assets);
 
 /// What is left of it.
 struct CutOrgan {
@@ -41,11 +40,11 @@ struct CutOrgan {
   std::vector<float> depths;  ///< of its vertices below the whole one's surface; 0: on it [m] (V)
   /// Of each vertex the number of the piece on whose surface it is; empty: it is one piece.   (V)
   std::vector<int> pieces;
-  Continuation continuation;  ///< from the body that it was before
+  Continuation continuation;                ///< from the body that it was before
   std::shared_ptr<const SurfaceTree> tree;  ///< of its surface at rest
   std::vector<ShapedBrick> heated;          ///< bricks of heat that what is gone reaches
-  double crumbs = 0.0;        ///< pieces too small for nodes, which are gone, too [m3]
-  double seconds = 0.0;       ///< it took
+  double crumbs = 0.0;   ///< pieces too small for nodes, which are gone, too [m3]
+  double seconds = 0.0;  ///< it took
 };
 
 /// By CutOrgan::pieces, of a triangle of its surface; 0 where it is one piece.
@@ -54,9 +53,9 @@ int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int tr
 /// Nodes stay where they are, twins come (kernels/paff/true_neighbours.h); what holds it and the
 /// shape that it has without weight stay. A piece that nothing holds moves by itself
 /// (kernels/finite/loose_pieces.h). `before` and its fields: the body until now, the whole one or
-/// one cut less. Slivers beside a cut, of which every node has so little that it needs no twin, have
-/// nothing to carry them: they go with it. Fails where walls can't be told from the surface, nothing
-/// is left, a piece comes off of an organ that is quasi-static, or preparing it fails.
+/// one cut less. Slivers beside a cut, of which every node has so little that it needs no twin,
+/// have nothing to carry them: they go with it. Fails where walls can't be told from the surface,
+/// nothing is left, a piece comes off of an organ that is quasi-static, or preparing it fails.
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
                            const OrganModel& before, const ShapeFunctions& fields_before);
 

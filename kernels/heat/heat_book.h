@@ -21,8 +21,7 @@ struct HeatBook {
 
   double given() const { return delivered + metabolic; }
   double taken() const {
-    return stored + latent + vapour + pyrolysis + perfused + gas + instrument + boundary +
-           removed;
+    return stored + latent + vapour + pyrolysis + perfused + gas + instrument + boundary + removed;
   }
   /// What the book doesn't explain: rounding of temperatures.
   double residual() const { return given() - taken(); }
@@ -33,7 +32,8 @@ struct HeatBook {
                       field("stored", &H::stored), field("latent", &H::latent),
                       field("vapour", &H::vapour), field("pyrolysis", &H::pyrolysis),
                       field("perfused", &H::perfused), field("gas", &H::gas),
-                      field("instrument", &H::instrument), field("boundary", &H::boundary), field("removed", &H::removed));
+                      field("instrument", &H::instrument), field("boundary", &H::boundary),
+                      field("removed", &H::removed));
   }
 };
 static_assert(fields_cover<HeatBook>());

@@ -74,8 +74,9 @@ std::vector<HeatBrick*> HeatBricks::take_shapes(std::vector<ShapedBrick> shapes)
     if (before.find(brick->index) != BrickMap::kNone ||
         shape_numbers_.find(brick->index) != BrickMap::kNone)
       changed.push_back(brick.get());
-  parallel_for_each_index(changed.size(), 1,
-                          [&](std::size_t c) { changed[c]->geometry = geometry_at(changed[c]->index); });
+  parallel_for_each_index(changed.size(), 1, [&](std::size_t c) {
+    changed[c]->geometry = geometry_at(changed[c]->index);
+  });
   return changed;
 }
 

@@ -80,8 +80,8 @@ struct BurnTrace {
 };
 static_assert(fields_cover<BurnTrace>());
 
-/// Of an organ that a hook can burn, its surface at rest as it is now: the whole one's, or what cuts
-/// have left.
+/// Of an organ that a hook can burn, its surface at rest as it is now: the whole one's, or what
+/// cuts have left.
 const SurfaceTree& surface_left(const World& world, Entity organ);
 
 /// Has the heat of every OrganBurn computed in `context` from now on; how many there are. Where the
@@ -105,8 +105,8 @@ struct CauteryFigures {
   double stored = 0.0;     ///< in tissue that is still warm [J]
   double latent = 0.0;     ///< of water that left [J]
   double perfused = 0.0;   ///< carried away by blood [J]
-  double lost = 0.0;       ///< to gas, instruments, vapour's warmth, char, cold and removed tissue [J]
-  double residual = 0.0;   ///< over what was delivered
+  double lost = 0.0;  ///< to gas, instruments, vapour's warmth, char, cold and removed tissue [J]
+  double residual = 0.0;  ///< over what was delivered
 
   double time = 0.0;  ///< with current, of all hooks together [s]
   /// What the generators saw in it [Ohm], and the shares of it in which their current and their

@@ -56,8 +56,8 @@ std::optional<CauteryFigures> cautery_figures(const World& world) {
     figures.stored += book.stored;
     figures.latent += book.latent;
     figures.perfused += book.perfused;
-    figures.lost += book.vapour + book.pyrolysis + book.gas + book.instrument + book.boundary +
-                    book.removed;
+    figures.lost +=
+        book.vapour + book.pyrolysis + book.gas + book.instrument + book.boundary + book.removed;
     residual += book.residual();
   }
   if (figures.delivered > 0.0) figures.residual = residual / figures.delivered;

@@ -56,13 +56,13 @@ struct OrganCut {
   TissueShare gone{0.25e-3};  ///< now
   TissueShare asked{
       0.25e-3};  ///< of the body that is being prepared, where `pending`; else of `used`
-  TissueShare used{0.25e-3};  ///< of the body that the organ is
-  std::uint64_t due = 0;      ///< frame from which on `asked` is used
-  std::uint64_t bodies = 0;   ///< that it has become
-  std::uint64_t refused = 0;  ///< that couldn't be prepared
-  double area = 0.0;          ///< parted, of one side [m2]
-  double work = 0.0;          ///< of blades, by fracture energy [J]
-  double vaporised = 0.0;     ///< taken by heat [m3]
+  TissueShare used{0.25e-3};     ///< of the body that the organ is
+  std::uint64_t due = 0;         ///< frame from which on `asked` is used
+  std::uint64_t bodies = 0;      ///< that it has become
+  std::uint64_t refused = 0;     ///< that couldn't be prepared
+  double area = 0.0;             ///< parted, of one side [m2]
+  double work = 0.0;             ///< of blades, by fracture energy [J]
+  double vaporised = 0.0;        ///< taken by heat [m3]
   double vaporised_asked = 0.0;  ///< of that, before `asked` [m3]
   std::vector<BladeTrack> blades;
   bool pending = false;

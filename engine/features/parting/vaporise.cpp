@@ -22,8 +22,9 @@ class Left {
     const HeatBricks& bricks = heat.bricks();
     const ThermalTissue& tissue = heat.tissue();
     for (std::size_t n = 0; n < left_.size(); ++n) {
-      const BrickIndex at = voxel + BrickIndex(static_cast<int>(n % 3), static_cast<int>(n / 3 % 3),
-                                               static_cast<int>(n / 9)) -
+      const BrickIndex at = voxel +
+                            BrickIndex(static_cast<int>(n % 3), static_cast<int>(n / 3 % 3),
+                                       static_cast<int>(n / 9)) -
                             BrickIndex::Ones();
       const double solids = 1.0 - tissue.water_fraction;
       tissue_[n] = bricks.tissue_at(at);

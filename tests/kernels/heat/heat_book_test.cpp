@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "tests/kernels/heat/heated_liver.h"
 
@@ -53,6 +55,70 @@ TEST(HeatBook, HeatDrawnFromAVoxelIsTheInstruments) {
   EXPECT_NEAR(heat.bricks().brick(0).warm->excess[100], 15.0, 1e-4);
   EXPECT_NEAR(heat.book().instrument, 5.0 * capacity, 1e-12);
   EXPECT_NEAR(heat.book().residual(), 0.0, 1e-6 * capacity * 5.0);
+}
+
+/// Bricks about the burn of an organ from which a plate across x is gone, between 1 and 1.6 mm.
+std::vector<ShapedBrick> less_a_plate(double voxel) {
+  const SignedDistance left = [](const Vec3& p) {
+    return std::max(half_space()(p), 0.3e-3 - std::abs(p.x() - 1.3e-3));
+  };
+  std::vector<ShapedBrick> shapes;
+  for (int x = -3; x < 3; ++x)
+    for (int y = -3; y < 3; ++y)
+      for (int z = -3; z < 1; ++z) {
+        const BrickIndex index(x, y, z);
+        shapes.push_back({index, make_geometry(index, voxel, left)});
+      }
+  return shapes;
+}
+
+/// The greatest excess where x is over `from`, either sign [K].
+double excess_beyond(const Bioheat& heat, double from) {
+  double most = 0.0;
+  for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
+    const HeatBrick& brick = heat.bricks().brick(b);
+    for (int v = 0; brick.warm && v < BrickField::kVoxels; ++v)
+      if (heat.bricks().centre(brick, v).x() > from)
+        most = std::max(most, std::abs(static_cast<double>(brick.warm->excess[v])));
+  }
+  return most;
+}
+
+TEST(HeatBook, TissueThatIsTakenAwayTakesItsWarmthAlong) {
+  BioheatOptions options;
+  Bioheat heat(ThermalTissue{}, options, half_space());
+  burn(heat, 20.0, 1.0);
+  const double before = heat.book().stored;
+  heat.take_shapes(less_a_plate(options.voxel));
+  const HeatBook book = heat.book();
+  EXPECT_GT(book.removed, 0.02 * before);
+  EXPECT_NEAR(book.stored + book.removed, before, 1e-12 * before);
+  wait(heat, 2.0);
+  EXPECT_LT(std::abs(heat.book().residual()), 1e-4 * heat.book().delivered);
+}
+
+TEST(HeatBook, HeatDoesNotCrossWhereTissueIsGone) {
+  BioheatOptions options;
+  Bioheat whole(ThermalTissue{}, options, half_space()),
+      cut(ThermalTissue{}, options, half_space());
+  cut.take_shapes(less_a_plate(options.voxel));
+  for (Bioheat* heat : {&whole, &cut}) {
+    set_excess(*heat, Box(Vec3(-2e-3, -2e-3, -3e-3), Vec3(0.9e-3, 2e-3, -0.2e-3)),
+               [](const Vec3& at) { return at.x() < 0.9e-3 ? 30.0 : 0.0; });
+    wait(*heat, 4.0);
+  }
+  EXPECT_GT(excess_beyond(whole, 1.7e-3), 5.0);
+  EXPECT_EQ(excess_beyond(cut, 1.7e-3), 0.0);
+}
+
+TEST(HeatBook, AnOrganThatIsWholeAgainIsAsItWasBefore) {
+  BioheatOptions options;
+  Bioheat heat(ThermalTissue{}, options, half_space());
+  burn(heat, 5.0, 0.3);
+  const auto before = heat.bricks().brick(0).geometry->fraction;
+  heat.take_shapes(less_a_plate(options.voxel));
+  heat.take_shapes({});
+  EXPECT_EQ(heat.bricks().brick(0).geometry->fraction, before);
 }
 
 TEST(HeatBook, AnyNumberOfThreadsGivesTheSameBits) {

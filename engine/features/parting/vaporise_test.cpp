@@ -1,0 +1,188 @@
+// A hook that takes tissue by heat.
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+
+#include "engine/features/cautery/cautery.h"
+#include "engine/features/coagulation/coagulation.h"
+#include "engine/features/parting/parting.h"
+#include "engine/features/smoke/smoke.h"
+#include "engine/simulator/build.h"
+#include "kernels/points/surface_checks.h"
+#include "tests/support/small_world.h"
+
+namespace viscera::test {
+namespace {
+
+constexpr double kHigh = 6e-3;   // of the block's top [m]
+constexpr double kHalf = 5e-3;   // of the hook's way [m]
+constexpr double kUntil = 1.4;   // it has current [s]
+constexpr double kOpened = 3.0;  // what is gone by then is gone from the organ, too [s]
+
+/// A hook goes along x over the top of a block that its left end holds.
+SceneDescription block_to_vaporise(double power) {
+  SceneDescription scene =
+      held_bar_scene({24e-3, 14e-3, 2.0 * kHigh}, 2e-3, 0.1e-3, 4.2e-3, 4.2e-3);
+  OrganDescription& block = scene.organs[0];
+  block.response = Response::kFinite;
+  block.extras.set(CuttableDescription{0.25e-3});
+  InstrumentDescription hook =
+      straight_tool("hook", InstrumentKind::kHook, 0.8e-3,
+                    {{0.0, Vec3(-kHalf, 0, kHigh + 3e-3), 0.0, 1.0},
+                     {0.2, Vec3(-kHalf, 0, kHigh + 0.4e-3), power, 1.0},
+                     {kUntil, Vec3(kHalf, 0, kHigh + 0.4e-3), 0.0, 1.0},
+                     {kUntil + 0.1, Vec3(kHalf, 0, kHigh + 9e-3), 0.0, 1.0}});
+  hook.extras.set(CurrentMode::kCut);
+  scene.instruments = {hook};
+  SmokeDescription smoke;
+  smoke.name = "plume";
+  smoke.domain = Box(Vec3(-30e-3, -30e-3, -20e-3), Vec3(30e-3, 30e-3, 60e-3));
+  scene.extras.set(SmokeDescriptions{smoke});
+  return scene;
+}
+
+const OrganCut& cut_now(const World& world) {
+  return world.all<OrganCut>()[0];
+}
+const Bioheat& heat_now(const World& world) {
+  return world.all<OrganBurn>()[0].heat;
+}
+
+TEST(Vaporised, WhatLeavesAsVapourIsGoneFromTheOrgan) {
+  const auto world = build(block_to_vaporise(40.0));
+  ASSERT_TRUE(world);
+  const TriangleSurface whole = world->all<OrganBody>()[0].model->surface;
+  EXPECT_EQ(step_until(*world, kOpened), FlagSet());
+  EXPECT_GE(cut_now(*world).bodies, 1u);
+  EXPECT_EQ(cut_now(*world).refused, 0u);
+  const TriangleSurface& left = world->all<OrganBody>()[0].model->surface;
+  EXPECT_EQ(surface_defects(left), std::vector<std::string>());
+  // A voxel with less than half of its mass left is gone, one with more stays.
+  const double mass = heat_now(*world).vaporised_water() + heat_now(*world).vaporised_tissue();
+  const double vapour = mass / heat_now(*world).tissue().density;
+  const double taken = volume(whole) - volume(left);
+  EXPECT_GT(vapour, 1e-9);
+  EXPECT_NEAR(taken, vapour, 0.35 * vapour);
+  // A groove under the tip's way, no wider than the tip and no deeper than a millimetre or two.
+  double deepest = 0.0;
+  for (std::size_t v = 0; v < left.vertices.size(); ++v) {
+    if (!(world->all<OrganLeft>()[0].depths[v] > 0.1e-3f)) continue;
+    const Vec3& place = left.vertices[v];
+    deepest = std::max(deepest, kHigh - place.z());
+    EXPECT_LT(std::abs(place.y()), 1.6e-3) << place.transpose();
+    EXPECT_LT(std::abs(place.x()), kHalf + 2e-3) << place.transpose();
+  }
+  EXPECT_GT(deepest, 0.4e-3);
+  EXPECT_LT(deepest, 3e-3);
+}
+
+TEST(Vaporised, TheBookOfHeatClosesAsWarmTissueGoes) {
+  const auto world = build(block_to_vaporise(40.0));
+  ASSERT_TRUE(world);
+  step_until(*world, kOpened);
+  const HeatBook book = heat_now(*world).book();
+  EXPECT_GT(book.removed, 0.0);
+  EXPECT_LT(std::abs(book.residual()), 1e-4 * book.delivered);
+  ASSERT_TRUE(cautery_figures(*world));
+  EXPECT_LT(std::abs(cautery_figures(*world)->residual), 1e-4);
+}
+
+TEST(Vaporised, ASlightBurnTakesNothing) {
+  const auto world = build(block_to_vaporise(0.5));
+  ASSERT_TRUE(world);
+  step_until(*world, kOpened);
+  EXPECT_GT(heat_now(*world).greatest_excess(), 5.0);
+  EXPECT_EQ(cut_now(*world).bodies, 0u);
+  EXPECT_TRUE(cut_now(*world).gone.untouched());
+}
+
+TEST(Vaporised, WhatHasCoagulatedStaysStiffAsTheBodyBecomesAnother) {
+  const auto world = build(block_to_vaporise(40.0));
+  ASSERT_TRUE(world);
+  Trace trace(stage_names());
+  int looked_at = 0;
+  double before = 1.0;
+  std::int64_t updates = 0;
+  std::uint64_t bodies = 0;
+  while (world->time() < kOpened) {
+    step_frame(*world, trace);
+    if (world->all<OrganChange>().size() == 0) continue;
+    const OrganChange& change = world->all<OrganChange>()[0];
+    const OrganUpdate& update = world->all<OrganUpdate>()[0];
+    // In a frame in which it becomes another body and has no other update than before.
+    if (cut_now(*world).bodies > bodies && change.updates == updates && updates > 0) {
+      ASSERT_TRUE(update.update);
+      EXPECT_EQ(update.made_of.stiffness.size(),
+                world->all<OrganBody>()[0].model->energy_points.size());
+      EXPECT_NEAR(update.update->greatest_stiffness, before, 0.1 * before);
+      EXPECT_EQ(world->all<OrganTouch>()[0].solver->update(), update.update.get());
+      ++looked_at;
+    }
+    bodies = cut_now(*world).bodies;
+    updates = change.updates;
+    if (update.update) before = update.update->greatest_stiffness;
+  }
+  EXPECT_GT(before, 2.0);
+  EXPECT_GT(looked_at, 0);
+  EXPECT_TRUE(stiffening_of(*world, world->all<OrganBody>().owner(0)));
+}
+
+TEST(Vaporised, SmokeComesOutOfTheGrooveAndStaysOutOfTheTissue) {
+  const auto world = build(block_to_vaporise(40.0));
+  ASSERT_TRUE(world);
+  const SmokeVolume& smoke = world->all<SmokeBody>()[0].volume;
+  Trace trace(stage_names());
+  double after = 0.0;
+  while (world->time() < kOpened) {
+    const double emitted = smoke.book().emitted;
+    step_frame(*world, trace);
+    if (cut_now(*world).bodies > 0) after += smoke.book().emitted - emitted;
+    const CollisionSurface& surface = *world->all<OrganContact>()[0].surface;
+    for (std::size_t i = 0; i < smoke.particles().size(); ++i) {
+      const Vec3 place =
+          smoke.parameters().domain.min() + smoke.particles().position(i).cast<double>();
+      const auto hit = surface.closest(place, 3e-3);
+      if (!hit) continue;
+      const auto& t = world->all<OrganBody>()[0]
+                          .model->surface.triangles[static_cast<std::size_t>(hit->point.triangle)];
+      const auto corner = [&](int c) -> Vec3 {
+        return world->all<OrganState>()[0].positions[static_cast<std::size_t>(t[c])].cast<double>();
+      };
+      const Vec3 normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+      EXPECT_GT((place - hit->position).dot(normal), -0.3e-3) << world->time();
+    }
+  }
+  EXPECT_GT(after, 0.0);
+}
+
+TEST(Vaporised, ARunIsTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
+  const Model model = build_shared(block_to_vaporise(40.0));
+  std::array<std::string, 2> hashes;
+  std::vector<Snapshot> snapshots;
+  for (const std::size_t threads : {1, 2}) {
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
+    auto simulation = Simulation::create(model);
+    ASSERT_TRUE(simulation);
+    for (const double time : {0.9, 1.6, kOpened}) {
+      while (simulation->time() < time) simulation->step();
+      if (threads == 1) snapshots.push_back(*simulation->snapshot());
+    }
+    EXPECT_GE(cut_now(simulation->world()).bodies, 1u);
+    hashes[threads - 1] = simulation->hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  auto other = Simulation::create(model);
+  ASSERT_TRUE(other);
+  for (const std::size_t s : {1, 0}) {
+    const auto restored = other->restore(snapshots[s]);
+    ASSERT_TRUE(restored) << restored.error().text();
+    while (other->time() < kOpened) other->step();
+    EXPECT_EQ(other->hash(), hashes[0]) << s;
+  }
+}
+
+}  // namespace
+}  // namespace viscera::test
