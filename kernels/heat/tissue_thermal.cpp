@@ -32,6 +32,11 @@ double heat_capacity(const ThermalTissue& tissue, double water, double charred) 
                            tissue.water_fraction * water * water::kSpecificHeat);
 }
 
+double mass_left(const ThermalTissue& tissue, double water, double charred) {
+  const double solids = 1.0 - (1.0 - tissue.char_share) * charred;
+  return tissue.water_fraction * water + (1.0 - tissue.water_fraction) * solids;
+}
+
 double heat_conductivity(const ThermalTissue& tissue, double water, double excess, double body) {
   const double warm = std::clamp(excess, 0.0, water::kBoiling - body);
   return (tissue.dry_conductivity + (tissue.conductivity - tissue.dry_conductivity) * water) *

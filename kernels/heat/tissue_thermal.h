@@ -80,6 +80,9 @@ double solids_specific_heat(const ThermalTissue& tissue);
 /// less than 1 % between 37 and 100 C, so temperature doesn't enter.
 double heat_capacity(const ThermalTissue& tissue, double water, double charred = 0.0);
 
+/// Share of wet tissue's mass that such a volume has kept: neither boiled off nor gone as fumes.
+double mass_left(const ThermalTissue& tissue, double water, double charred);
+
 /// [W/(m K)] at `excess` over body temperature [K].
 double heat_conductivity(const ThermalTissue& tissue, double water, double excess, double body);
 

@@ -184,6 +184,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"volume_above_60C_m3", Type::number_float},
                {"volume_coagulated_m3", Type::number_float},
                {"volume_dead_m3", Type::number_float},
+               {"dead_depth_m", Type::number_float},
                {"greatest_temperature_K", Type::number_float}},
               true);
   expect_keys(report["trainee"],
@@ -191,6 +192,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"current_without_contact_s", Type::number_float},
                {"greatest_temperature_K", Type::number_float},
                {"spared_organs_burnt", Type::array},
+               {"organs_perforated", Type::array},
                {"beds_torn", Type::array},
                {"organs", Type::array},
                {"tips", Type::array},

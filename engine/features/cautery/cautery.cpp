@@ -36,6 +36,26 @@ void lay_on(const OrganModel& model, const SurfacePoint& point, ElectrodeContact
   contact.outward = normal.normalized();
 }
 
+/// Where tissue that vapour has taken yields to metal that presses it: on what is left under it,
+/// though the organ doesn't have another body yet. No deeper than the surface is pressed in there.
+void sink_in(const World& world, Entity organ, const SurfacePoint& point,
+             ElectrodeContact& contact) {
+  const OrganCut* cut = world.find<OrganCut>(organ);
+  if (!cut || cut->gone.untouched()) return;
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  const std::vector<Vec3f>& now = world.find<OrganState>(organ)->positions;
+  const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
+  Vec3 place = Vec3::Zero();
+  for (std::size_t c = 0; c < 3; ++c)
+    place += point.weights[static_cast<int>(c)] *
+             now[static_cast<std::size_t>(corners[c])].cast<double>();
+  const double pressed = (contact.point - place).dot(contact.outward);
+  const double step = 0.5 * cut->gone.voxel();
+  const Vec3 surface = contact.point;
+  for (double depth = step; depth <= pressed && cut->gone.share(contact.point) < 0.5; depth += step)
+    contact.point = surface - depth * contact.outward;
+}
+
 /// What of the tissue a tip presses [m2].
 double touched_area(const World& world, Entity at, Entity instrument) {
   double area = 0.0;
@@ -55,8 +75,9 @@ std::optional<Meeting> meet(const World& world, Entity instrument, double gap) {
     const OrganBurn* burn = world.find<OrganBurn>(touch.organ);
     if (!burn) return {};
     Meeting meeting{touch.organ, {}};
-    lay_on(*world.find<OrganBody>(touch.organ)->model,
-           surface_left(world, touch.organ).closest(touch.rest_point).point, meeting.contact);
+    const SurfacePoint at = surface_left(world, touch.organ).closest(touch.rest_point).point;
+    lay_on(*world.find<OrganBody>(touch.organ)->model, at, meeting.contact);
+    sink_in(world, touch.organ, at, meeting.contact);
     meeting.contact.area = touched_area(world, touch.organ, instrument);
     return meeting;
   }

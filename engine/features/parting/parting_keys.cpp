@@ -8,6 +8,10 @@ const CuttableDescription* cuttable_of(const OrganDescription& organ) {
   return organ.extras.find<CuttableDescription>();
 }
 
+const WallDescription* wall_of(const OrganDescription& organ) {
+  return organ.extras.find<WallDescription>();
+}
+
 const BladeDescription* blade_of(const InstrumentDescription& instrument) {
   return instrument.extras.find<BladeDescription>();
 }
@@ -25,10 +29,16 @@ FeatureKeys parting_keys() {
                    .between(0.1, 1)
                    .otherwise(0.25)},
               {},
-              {}})};
+              {}}),
+      number("wall_mm",
+             "Thickness of a hollow organ's wall; here it is solid. report.json counts the places "
+             "where heat or blades have gone through it (parting, perforations). Left out: nothing "
+             "is known of a wall, and none are counted.")
+          .between(0.2, 50)};
   keys.organ.read = [](const Json& organ, Extras& extras) {
-    if (!organ.contains("cuttable")) return;
-    extras.set(CuttableDescription{from_milli(organ["cuttable"]["voxel_mm"])});
+    if (organ.contains("wall_mm")) extras.set(WallDescription{from_milli(organ["wall_mm"])});
+    if (organ.contains("cuttable"))
+      extras.set(CuttableDescription{from_milli(organ["cuttable"]["voxel_mm"])});
   };
   keys.instrument.keys = {
       number("blade_mm",

@@ -11,6 +11,11 @@ struct CuttableDescription {
   double voxel = 0.25e-3;  ///< edge of the voxels that know what is gone [m]
 };
 
+/// An extra of hollow organs, which are solid here.
+struct WallDescription {
+  double thickness = 0.0;  ///< [m]
+};
+
 /// An extra of scalpels, an edge from the tip back along the shaft, and of scissors, two that swing
 /// about a hinge so far back and cut as they close.
 struct BladeDescription {
@@ -20,6 +25,8 @@ struct BladeDescription {
 
 /// Null: it can't be cut.
 const CuttableDescription* cuttable_of(const OrganDescription& organ);
+/// Null: nothing is said of one.
+const WallDescription* wall_of(const OrganDescription& organ);
 /// Null: it has none.
 const BladeDescription* blade_of(const InstrumentDescription& instrument);
 

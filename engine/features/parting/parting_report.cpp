@@ -4,6 +4,7 @@
 #include "engine/features/beds/beds.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/parting/parting.h"
+#include "engine/features/parting/perforations.h"
 #include "kernels/finite/finite_solver.h"
 
 namespace viscera {
@@ -22,6 +23,7 @@ nlohmann::ordered_json organ_parted(const World& world, Entity organ, const Orga
       {"taken_m3", volume(whole) - volume(model.surface)},
       {"crumbs_m3", left.crumbs},
       {"work_J", cut.work},
+      {"vaporised_m3", cut.vaporised},
       {"bodies", cut.bodies},
       {"refused", cut.refused},
       {"twins", model.figures.twins},
@@ -35,10 +37,12 @@ nlohmann::ordered_json organ_parted(const World& world, Entity organ, const Orga
 std::vector<ReportSection> parting_report(const World& world) {
   const Pool<OrganCut>& cuts = world.all<OrganCut>();
   const std::vector<BedFigures> beds = bed_figures(world);
-  if (cuts.size() == 0 && beds.empty()) return {};
-  nlohmann::ordered_json organs = nlohmann::ordered_json::array();
+  const std::vector<WallFigures> walls = wall_figures(world);
+  if (cuts.size() == 0 && beds.empty() && walls.empty()) return {};
+  nlohmann::ordered_json organs = nlohmann::ordered_json::array(),
+                         walled = nlohmann::ordered_json::array();
   double area = 0.0, deepest = 0.0, vaporised = 0.0;
-  std::size_t pieces = 0, by_force = 0, by_heat = 0;
+  std::size_t pieces = 0, by_force = 0, by_heat = 0, perforations = 0;
   for (std::size_t c = 0; c < cuts.size(); ++c) {
     organs.push_back(organ_parted(world, cuts.owner(c), cuts[c]));
     area += cuts[c].area;
@@ -50,12 +54,21 @@ std::vector<ReportSection> parting_report(const World& world) {
     by_heat += bed.by_heat;
   }
   for (const BurnFigures& burn : burn_figures(world)) vaporised += burn.vaporised;
+  for (const WallFigures& wall : walls) {
+    perforations += wall.perforations;
+    walled.push_back({{"organ", world.find<OrganBody>(wall.organ)->name},
+                      {"wall_m", wall.wall},
+                      {"perforations", wall.perforations},
+                      {"depth_m", wall.depth}});
+  }
   return {report_section("parting", {{"cut_area_m2", area},
                                      {"depth_m", deepest},
                                      {"pieces", pieces},
                                      {"bonds_broken", {{"force", by_force}, {"heat", by_heat}}},
                                      {"vaporised_kg", vaporised},
-                                     {"organs", std::move(organs)}})};
+                                     {"perforations", perforations},
+                                     {"organs", std::move(organs)},
+                                     {"walls", std::move(walled)}})};
 }
 
 }  // namespace viscera

@@ -26,10 +26,8 @@ class Left {
                             BrickIndex(static_cast<int>(n % 3), static_cast<int>(n / 3 % 3),
                                        static_cast<int>(n / 9)) -
                             BrickIndex::Ones();
-      const double solids = 1.0 - tissue.water_fraction;
       tissue_[n] = bricks.tissue_at(at);
-      left_[n] = tissue.water_fraction * bricks.water_at(at) +
-                 solids * (1.0 - (1.0 - tissue.char_share) * bricks.charred_at(at));
+      left_[n] = mass_left(tissue, bricks.water_at(at), bricks.charred_at(at));
     }
   }
 

@@ -8,6 +8,7 @@
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/coagulation/coagulation.h"
 #include "engine/features/parting/parting.h"
+#include "engine/features/parting/perforations.h"
 #include "engine/features/smoke/smoke.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/surface_checks.h"
@@ -76,6 +77,47 @@ TEST(Vaporised, WhatLeavesAsVapourIsGoneFromTheOrgan) {
   }
   EXPECT_GT(deepest, 0.4e-3);
   EXPECT_LT(deepest, 3e-3);
+}
+
+TEST(Vaporised, AWallIsPerforatedWhereItIsThinnerThanWhatIsGoneIsDeep) {
+  for (const bool cuttable : {true, false})
+    for (const auto& [wall, perforations] :
+         {std::pair<double, std::size_t>(0.3e-3, 1), std::pair<double, std::size_t>(5e-3, 0)}) {
+      SceneDescription scene = block_to_vaporise(40.0);
+      scene.organs[0].extras.set(WallDescription{wall});
+      if (!cuttable) scene.organs[0].extras.remove<CuttableDescription>();
+      const auto world = build(scene);
+      ASSERT_TRUE(world);
+      EXPECT_EQ(wall_figures(*world)[0].perforations, 0u);
+      EXPECT_EQ(wall_figures(*world)[0].depth, 0.0);
+      step_until(*world, kUntil);
+      const std::vector<WallFigures> walls = wall_figures(*world);
+      ASSERT_EQ(walls.size(), 1u);
+      EXPECT_EQ(walls[0].wall, wall);
+      EXPECT_EQ(walls[0].perforations, perforations) << cuttable;
+      EXPECT_GT(walls[0].depth, 0.3e-3);
+      EXPECT_LT(walls[0].depth, 3e-3);
+    }
+}
+
+TEST(Vaporised, ThermalSpreadIsHowFarBelowTheWallsDeadTissueLies) {
+  const auto world = build(block_to_vaporise(40.0));
+  ASSERT_TRUE(world);
+  step_until(*world, kOpened);
+  ASSERT_GE(cut_now(*world).bodies, 1u);
+  const std::vector<BurnFigures> burns = burn_figures(*world);
+  ASSERT_EQ(burns.size(), 1u);
+  EXPECT_GT(burns[0].dead_depth, 0.3e-3);
+  EXPECT_LT(burns[0].dead_depth, 4e-3);
+  // From the whole surface it would be deeper by about the groove's depth.
+  const SurfaceTree whole(world->all<Cuttable>()[0].organ->whole->surface);
+  double from_top = 0.0;
+  const HeatBricks& bricks = heat_now(*world).bricks();
+  for (std::size_t b = 0; b < bricks.count(); ++b)
+    for (int v = 0; v < BrickField::kVoxels; ++v)
+      if (bricks.brick(b).dose[static_cast<std::size_t>(v)] >= 1.0f)
+        from_top = std::max(from_top, -whole.signed_distance(bricks.centre(bricks.brick(b), v)));
+  EXPECT_GT(from_top, burns[0].dead_depth + 0.2e-3);
 }
 
 TEST(Vaporised, TheBookOfHeatClosesAsWarmTissueGoes) {

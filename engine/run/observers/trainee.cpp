@@ -6,6 +6,7 @@
 
 #include "engine/features/beds/beds.h"
 #include "engine/features/cautery/cautery.h"
+#include "engine/features/parting/perforations.h"
 #include "engine/features/shafts/shafts.h"
 
 namespace viscera {
@@ -19,6 +20,9 @@ Json optional_json(const std::optional<double>& value) {
 }
 
 Json json_of(const TraineeFigures& trainee) {
+  Json perforated = Json::array();
+  for (const TraineeFigures::Perforated& one : trainee.perforated)
+    perforated.push_back({{"organ", one.organ}, {"perforations", one.places}});
   Json spared = Json::array(), torn = Json::array(), organs = Json::array(), tips = Json::array();
   for (const auto& bed : trainee.torn_beds)
     torn.push_back({{"bed", bed.bed}, {"bonds", bed.bonds}, {"area_m2", bed.area}});
@@ -39,6 +43,7 @@ Json json_of(const TraineeFigures& trainee) {
           {"current_without_contact_s", trainee.idle_current},
           {"greatest_temperature_K", optional_json(trainee.greatest_temperature)},
           {"spared_organs_burnt", spared},
+          {"organs_perforated", perforated},
           {"beds_torn", torn},
           {"organs", organs},
           {"tips", tips},
@@ -127,6 +132,9 @@ TraineeFigures Trainee::figures(const World& world) const {
     if (spared_[organ] && burn.dead > 0.0)
       figures.spared_burns.push_back({body.name, burn.coagulated, burn.dead});
   }
+  for (const WallFigures& wall : wall_figures(world))
+    if (wall.perforations > 0)
+      figures.perforated.push_back({world.find<OrganBody>(wall.organ)->name, wall.perforations});
   for (const BedFigures& bed : bed_figures(world))
     if (bed.by_force > 0) figures.torn_beds.push_back({bed.name, bed.by_force, bed.torn});
   for (std::size_t o = 0; o < state_.forces.size(); ++o)

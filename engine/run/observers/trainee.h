@@ -71,10 +71,15 @@ struct TraineeFigures {
     std::size_t bonds = 0;  ///< that force has parted
     double area = 0.0;      ///< of these [m2]
   };
+  struct Perforated {
+    std::string organ;
+    std::size_t places = 0;
+  };
   double energy = 0.0;                         ///< that hooks delivered [J]
   double idle_current = 0.0;                   ///< current asked for with no tissue to take it [s]
   std::optional<double> greatest_temperature;  ///< of tissue [K]
   std::vector<SparedBurn> spared_burns;        ///< of organs that the scene spares
+  std::vector<Perforated> perforated;          ///< walls that heat or blades went through
   std::vector<TornBed> torn_beds;              ///< of which force has parted some
   std::vector<Organ> organs;                   ///< that were touched
   std::vector<Tip> tips;

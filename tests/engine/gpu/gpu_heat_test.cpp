@@ -28,7 +28,7 @@ double book_difference(const HeatBook& a, const HeatBook& b) {
   for (const auto entry :
        {&HeatBook::delivered, &HeatBook::metabolic, &HeatBook::stored, &HeatBook::latent,
         &HeatBook::vapour, &HeatBook::pyrolysis, &HeatBook::perfused, &HeatBook::gas,
-        &HeatBook::instrument, &HeatBook::boundary})
+        &HeatBook::instrument, &HeatBook::boundary, &HeatBook::removed})
     most = std::max(most, std::abs(a.*entry - b.*entry));
   return most / std::max(a.delivered, 1e-12);
 }
@@ -328,6 +328,27 @@ TEST_F(GpuHeatTest, TheStandardBurnHasTheSameLesion) {
   EXPECT_NEAR(gpu.width, cpu.width, 0.01 * cpu.width);
   EXPECT_EQ(asked.depth, gpu.depth);
   EXPECT_EQ(asked.width, gpu.width);
+}
+
+TEST_F(GpuHeatTest, WhereTissueIsCutAwayHeatGoesOnAsOnTheCpu) {
+  BioheatOptions options;
+  const SignedDistance left = [](const Vec3& p) {
+    return std::max(half_space()(p), 0.3e-3 - std::abs(p.x() - 1.3e-3));
+  };
+  const Twins pair = twins(ThermalTissue{}, options, half_space(), [&](Bioheat& heat) {
+    burn(heat, 5.0, 0.5);
+    std::vector<ShapedBrick> shapes;
+    for (int x = -2; x < 2; ++x)
+      for (int y = -2; y < 2; ++y)
+        for (int z = -2; z < 1; ++z)
+          shapes.push_back({{x, y, z}, make_geometry({x, y, z}, options.voxel, left)});
+    heat.take_shapes(std::move(shapes));
+    burn(heat, 2.0, 0.5);
+    wait(heat, 1.0);
+  });
+  EXPECT_GT(pair.cpu.book().removed, 0.0);
+  EXPECT_LT(book_difference(pair.gpu.book(), pair.cpu.book()), 2e-5);
+  EXPECT_LT(pair.difference().excess, 2e-5);
 }
 
 TEST_F(GpuHeatTest, TheSameRunGivesTheSameBits) {

@@ -43,7 +43,7 @@ Json whole_scene() {
                  {"labels": {"file": "map.nii", "label": 3}, "youngs_modulus_kPa": 40},
                  {"field": {"file": "map.nii", "kPa_per_unit": 0.001}}]},
       {"name": "brick", "geometry": {"recipe": "block", "size_mm": [10, 20, 30]},
-       "tissue": "rubber", "deformable": false, "cuttable": {"voxel_mm": 0.3}},
+       "tissue": "rubber", "deformable": false, "cuttable": {"voxel_mm": 0.3}, "wall_mm": 3},
       {"name": "imported", "tissue": "kidney", "deformable": false,
        "geometry": {"file": "ball.obj", "unit": "cm", "recentre": true, "edge_mm": 2,
                     "wrap": {"voxel_mm": 1.5, "close_mm": 4}}}],
