@@ -25,10 +25,10 @@ namespace {
 /// gain nothing.
 constexpr int kIterations = 12;
 
-/// Remnants that nothing carries are taken away so often at most, and so far about a place
-/// [voxels].
-constexpr int kRounds = 4;
-constexpr double kAboutRemnant = 3.0;
+/// Remnants that nothing carries are taken away so often at most; about a place of one so far
+/// surely, and so far where nothing is carried either [voxels].
+constexpr int kRounds = 6;
+constexpr double kOfRemnant = 1.5, kAboutRemnant = 3.0;
 
 /// Of each of these places the nearest of those.
 std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<Vec3>& those) {
@@ -42,16 +42,26 @@ std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<V
   return nearest;
 }
 
-/// Takes away pieces that are too small for a node to stand for them; how much [m3].
-double drop_crumbs(double least, CarvedSurface& left) {
+/// Pieces that are too small for a node to stand for them.
+struct Crumbs {
+  double volume = 0.0;     ///< [m3]
+  std::vector<Box> boxes;  ///< about each
+};
+
+/// Takes them away.
+Crumbs drop_crumbs(double least, CarvedSurface& left) {
   const std::vector<TriangleSurface> pieces = closed_pieces(left.surface);
-  if (pieces.size() < 2) return 0.0;
-  double dropped = 0.0;
+  if (pieces.size() < 2) return {};
+  Crumbs dropped;
   std::vector<char> kept(left.surface.vertices.size(), 0);
   for (const TriangleSurface& piece : pieces) {
     const double size = volume(piece);
     if (size < least) {
-      dropped += size;
+      dropped.volume += size;
+      Box& box = dropped.boxes.emplace_back();
+      for (const std::array<int, 3>& triangle : piece.triangles)
+        for (const int corner : triangle)
+          box.extend(piece.vertices[static_cast<std::size_t>(corner)]);
       continue;
     }
     for (const std::array<int, 3>& triangle : piece.triangles)
@@ -97,17 +107,15 @@ std::vector<float> depths_below(const TriangleSurface& whole, const TriangleSurf
 
 /// Bricks of heat, of this voxel, that anything gone reaches. Beside them the organ is as it was
 /// whole.
-std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, double voxel) {
+std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, std::span<const Box> crumbs,
+                                      double voxel) {
   BrickMap seen;
   std::vector<BrickIndex> bricks;
   const double edge = BrickGeometry::kEdge * voxel;
   const Vec3 beside = Vec3::Constant(voxel + 2.0 * tissue.voxel());
-  for (const TissueShare::Voxel& lowest : tissue.bricks()) {
-    const Vec3 low = tissue.middle(lowest) - beside;
-    const Vec3 high =
-        tissue.middle(lowest + TissueShare::Voxel::Constant(TissueShare::kEdge - 1)) + beside;
-    const BrickIndex first = (low / edge).array().floor().cast<int>();
-    const BrickIndex last = (high / edge).array().floor().cast<int>();
+  const auto add = [&](const Box& box) {
+    const BrickIndex first = ((box.min() - beside) / edge).array().floor().cast<int>();
+    const BrickIndex last = ((box.max() + beside) / edge).array().floor().cast<int>();
     for (int z = first.z(); z <= last.z(); ++z)
       for (int y = first.y(); y <= last.y(); ++y)
         for (int x = first.x(); x <= last.x(); ++x) {
@@ -116,16 +124,21 @@ std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, double voxel) {
           if (BrickMap::holds(index) && seen.find_or_add(index, fresh) == fresh)
             bricks.push_back(index);
         }
-  }
+  };
+  for (const TissueShare::Voxel& lowest : tissue.bricks())
+    add({tissue.middle(lowest),
+         tissue.middle(lowest + TissueShare::Voxel::Constant(TissueShare::kEdge - 1))});
+  for (const Box& box : crumbs) add(box);
   return bricks;
 }
 
-std::vector<ShapedBrick> heated_shapes(const TissueShare& tissue, double voxel,
-                                       const SurfaceTree& left) {
+std::vector<ShapedBrick> heated_shapes(const TissueShare& tissue, std::span<const Box> crumbs,
+                                       double voxel, const SurfaceTree& left) {
   if (voxel == 0.0) return {};
   const SignedDistance distance = [&](const Vec3& place) { return left.signed_distance(place); };
   std::vector<ShapedBrick> shapes;
-  for (const BrickIndex& index : heated_bricks(tissue, voxel)) shapes.push_back({index, nullptr});
+  for (const BrickIndex& index : heated_bricks(tissue, crumbs, voxel))
+    shapes.push_back({index, nullptr});
   parallel_for_each_index(shapes.size(), 1, [&](std::size_t s) {
     shapes[s].geometry = make_geometry(shapes[s].index, voxel, distance);
   });
@@ -184,7 +197,7 @@ Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
 struct Left {
   std::shared_ptr<OrganModel> model;
   std::vector<int> skin;  ///< as CarvedSurface::skin
-  double crumbs = 0.0;    ///< [m3]
+  Crumbs crumbs;
   Result<void> prepared;
 };
 
@@ -206,28 +219,40 @@ Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue)
   return left;
 }
 
-/// Takes away about places of the surface that no nodes carry; false: there are none.
+/// Takes away about places of the surface that no nodes carry, and, farther about them, what none
+/// do either; false: there are none.
 bool take_remnants(const OrganModel& model, TissueShare& tissue) {
   if (!model.fields) return false;
-  std::vector<Vec3> places = model.surface.vertices;
-  for (const std::array<int, 3>& t : model.surface.triangles)
-    places.push_back((places[static_cast<std::size_t>(t[0])] +
-                      places[static_cast<std::size_t>(t[1])] +
-                      places[static_cast<std::size_t>(t[2])]) /
-                     3.0);
-  std::vector<char> covered(places.size());
-  parallel_for_each_index(places.size(), 64, [&](std::size_t p) {
+  const TriangleSurface& surface = model.surface;
+  std::vector<Vec3> places = surface.vertices;
+  for (const std::array<int, 3>& t : surface.triangles) {
+    std::array<Vec3, 3> corners;
+    for (std::size_t c = 0; c < 3; ++c)
+      corners[c] = surface.vertices[static_cast<std::size_t>(t[c])];
+    const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+    places.push_back(middle);
+    for (std::size_t c = 0; c < 3; ++c) {
+      places.push_back(0.5 * (corners[c] + corners[(c + 1) % 3]));
+      places.push_back(0.5 * (corners[c] + middle));
+    }
+  }
+  const auto carried = [&](const Vec3& place) {
     thread_local ShapeValues values;
-    covered[p] = model.fields->evaluate(places[p], false, values);
-  });
-  const double radius = kAboutRemnant * tissue.voxel();
+    return model.fields->evaluate(place, false, values);
+  };
+  std::vector<char> covered(places.size());
+  parallel_for_each_index(places.size(), 64,
+                          [&](std::size_t p) { covered[p] = carried(places[p]); });
+  const double surely = kOfRemnant * tissue.voxel(), radius = kAboutRemnant * tissue.voxel();
+  const Vec3 reach = Vec3::Constant(radius);
   bool any = false;
   for (std::size_t p = 0; p < places.size(); ++p) {
     if (covered[p]) continue;
-    const Vec3& place = places[p];
-    const Vec3 reach = Vec3::Constant(radius);
-    any |= tissue.take_out({place - reach, place + reach},
-                           [&](const Vec3& at) { return (at - place).norm() - radius; }) > 0.0;
+    const auto outside = [&](const Vec3& at) {
+      const double away = (at - places[p]).norm();
+      return away < surely || (away < radius && !carried(at)) ? -radius : radius;
+    };
+    any |= tissue.take_out({places[p] - reach, places[p] + reach}, outside) > 0.0;
   }
   return any;
 }
@@ -259,23 +284,26 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   const OrganModel& whole = *organ.whole;
   CutOrgan cut{.tissue = tissue};
   Left left;
+  double asked_left = 0.0;
   for (int round = 0;; ++round) {
     auto tried = prepare_left(organ, cut.tissue);
     if (!tried) return std::unexpected(tried.error());
     left = *std::move(tried);
+    if (round == 0) asked_left = volume(left.model->surface) + left.crumbs.volume;
     if (left.prepared) break;
     if (round == kRounds || !take_remnants(*left.model, cut.tissue))
       return std::unexpected(left.prepared.error());
   }
   OrganModel& model = *left.model;
-  cut.crumbs = left.crumbs;
+  cut.crumbs = left.crumbs.volume;
+  cut.remnants = asked_left - volume(model.surface) - cut.crumbs;
   cut.fields = std::move(model.fields);
   cut.pieces = pieces_of_vertices(model.surface);
   cut.depths = depths_below(whole.surface, model.surface, left.skin);
   cut.continuation = {continued_nodes(fields_before, *cut.fields),
                       nearest_of(model.energy_points, before.energy_points)};
   cut.tree = std::make_shared<const SurfaceTree>(model.surface);
-  cut.heated = heated_shapes(cut.tissue, organ.heat_voxel, *cut.tree);
+  cut.heated = heated_shapes(cut.tissue, left.crumbs.boxes, organ.heat_voxel, *cut.tree);
   model.prepare_s = cut.seconds = watch.seconds();
   cut.model = std::move(left.model);
   return cut;

@@ -43,8 +43,9 @@ struct CutOrgan {
   Continuation continuation;                ///< from the body that it was before
   std::shared_ptr<const SurfaceTree> tree;  ///< of its surface at rest
   std::vector<ShapedBrick> heated;          ///< bricks of heat that what is gone reaches
-  double crumbs = 0.0;   ///< pieces too small for nodes, which are gone, too [m3]
-  double seconds = 0.0;  ///< it took
+  double crumbs = 0.0;    ///< pieces too small for nodes, which are gone, too [m3]
+  double remnants = 0.0;  ///< that `tissue` lacks and what was asked for has [m3]
+  double seconds = 0.0;   ///< it took
 };
 
 /// By CutOrgan::pieces, of a triangle of its surface; 0 where it is one piece.

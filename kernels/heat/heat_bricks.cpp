@@ -261,7 +261,9 @@ double HeatBricks::collagen_at(const BrickIndex& voxel) const {
 
 std::size_t HeatBricks::memory_bytes() const {
   std::size_t bytes = numbers_.memory_bytes() + state_->empty.capacity() * sizeof(BrickIndex) +
-                      state_->bricks.capacity() * sizeof(state_->bricks[0]);
+                      state_->bricks.capacity() * sizeof(state_->bricks[0]) +
+                      shape_numbers_.memory_bytes() +
+                      shapes_.capacity() * (sizeof(ShapedBrick) + sizeof(BrickGeometry));
   for (const auto& brick : state_->bricks) {
     bytes += sizeof(HeatBrick);
     if (brick->geometry != BrickGeometry::whole())

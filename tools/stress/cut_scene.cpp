@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/simulation/frame.h"
@@ -34,19 +35,22 @@ class CutDraft {
     const int blades = dice_.whole(1, 2);
     double end = 0.0;
     for (int i = 0; i < blades; ++i) end = std::max(end, add_blade(i));
+    const bool burns = dice_.chance(0.4);
+    if (burns) end = std::max(end, add_hook(end));
     const auto moving =
         static_cast<std::uint64_t>(std::ceil(end * static_cast<double>(kFramesPerSecond)));
     WholeScene whole{
         .file = folder / "scene.json",
         .description =
-            fmt::format("{:.0f} x {:.0f} x {:.0f} mm of {}{}, {} graspers, {} blades, {} strokes",
+            fmt::format("{:.0f} x {:.0f} x {:.0f} mm of {}{}, {} graspers, {} blades, {} strokes{}",
                         size_.x(), size_.y(), size_.z(), tissue_, falls ? " over a floor" : "",
-                        graspers, blades, strokes_),
+                        graspers, blades, strokes_, burns ? ", a hook" : ""),
         .frames = moving + kFramesToSettle + kFramesAtRest,
         .snapshot_at = static_cast<std::uint64_t>(dice_.whole(0, static_cast<int>(moving))),
         .inverted_at = {},
         .abused = false,
-        .still_from = falls ? std::nullopt : std::optional(moving + kFramesToSettle)};
+        // What is warm goes on shrinking.
+        .still_from = falls || burns ? std::nullopt : std::optional(moving + kFramesToSettle)};
     scene_["version"] = 1;
     scene_["name"] = "cut";
     scene_["duration_s"] =
@@ -161,6 +165,27 @@ class CutDraft {
     }
     blade["path"] = path;
     scene_["instruments"].push_back(blade);
+    return time;
+  }
+
+  /// With current over the top from then on, to and fro, deeper each time; when it has ended [s].
+  double add_hook(double time) {
+    Json hook = tool("hook", "hook");
+    hook["mode"] = dice_.one_of(std::array{"cut", "blend", "coagulate", "fulgurate"});
+    hook["tip"] = {{"shape", "sphere"}, {"radius_mm", dice_.between(0.5, 1.5)}};
+    const double power = dice_.between(10.0, 120.0);
+    const Vec3 from = above(0.0), to = above(0.0);
+    Json path = {key(0.0, from + Vec3(0, 0, 40), 0.0), key(time, from + Vec3(0, 0, 8), 0.0)};
+    const int passes = dice_.whole(1, 3);
+    for (int pass = 0; pass <= passes; ++pass) {
+      Vec3 at = pass % 2 == 0 ? from : to;
+      at.z() -= dice_.between(0.0, 2.0) * (pass + 1);
+      path.push_back(key(time += dice_.between(0.3, 1.0), at, 0.0));
+      if (pass < passes) path.back()["power_W"] = power;
+    }
+    path.push_back(key(time += 0.2, to + Vec3(0, 0, 15), 0.0));
+    hook["path"] = path;
+    scene_["instruments"].push_back(hook);
     return time;
   }
 

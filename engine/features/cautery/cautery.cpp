@@ -37,11 +37,15 @@ void lay_on(const OrganModel& model, const SurfacePoint& point, ElectrodeContact
 }
 
 /// Where tissue that vapour has taken yields to metal that presses it: on what is left under it,
-/// though the organ doesn't have another body yet. No deeper than the surface is pressed in there.
-void sink_in(const World& world, Entity organ, const SurfacePoint& point,
+/// though the organ doesn't have another body yet. No deeper than the metal presses the surface in.
+void sink_in(const World& world, Entity instrument, Entity organ, const SurfacePoint& point,
              ElectrodeContact& contact) {
   const OrganCut* cut = world.find<OrganCut>(organ);
   if (!cut || cut->gone.untouched()) return;
+  const std::vector<CellRange>& ranges = world.find<OrganTouch>(organ)->ranges;
+  const auto range = std::ranges::find_if(
+      ranges, [&](const CellRange& one) { return one.instrument == instrument && !one.held; });
+  if (range == ranges.end()) return;
   const OrganModel& model = *world.find<OrganBody>(organ)->model;
   const std::vector<Vec3f>& now = world.find<OrganState>(organ)->positions;
   const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
@@ -49,7 +53,8 @@ void sink_in(const World& world, Entity organ, const SurfacePoint& point,
   for (std::size_t c = 0; c < 3; ++c)
     place += point.weights[static_cast<int>(c)] *
              now[static_cast<std::size_t>(corners[c])].cast<double>();
-  const double pressed = (contact.point - place).dot(contact.outward);
+  const double pressed = (range->met.to_world(contact.point) - place)
+                             .dot(range->met.direction_to_world(contact.outward));
   const double step = 0.5 * cut->gone.voxel();
   const Vec3 surface = contact.point;
   for (double depth = step; depth <= pressed && cut->gone.share(contact.point) < 0.5; depth += step)
@@ -77,7 +82,7 @@ std::optional<Meeting> meet(const World& world, Entity instrument, double gap) {
     Meeting meeting{touch.organ, {}};
     const SurfacePoint at = surface_left(world, touch.organ).closest(touch.rest_point).point;
     lay_on(*world.find<OrganBody>(touch.organ)->model, at, meeting.contact);
-    sink_in(world, touch.organ, at, meeting.contact);
+    sink_in(world, instrument, touch.organ, at, meeting.contact);
     meeting.contact.area = touched_area(world, touch.organ, instrument);
     return meeting;
   }
@@ -179,7 +184,8 @@ Feature cautery_feature() {
           .start = start_heat,
           .states = {state_type<OrganBurn>(), state_type<BurnTrace>({Strays::Become::kAsBefore})},
           .stages = {{.name = "heat tissue",
-                      .reads = {"forces", "shapes", "tool poses", "organ poses"},
+                      .reads = {"forces", "shapes", "tool poses", "organ poses", "cuts"},
+                      .reads_before = {"cuts by heat"},
                       .writes = {"heat"},
                       .changes = {"burns", "electrodes"},
                       .needed = [](const World& world) { return world.has<BurnTrace>(); },

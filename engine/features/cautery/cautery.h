@@ -123,7 +123,8 @@ struct BurnFigures {
   double vaporised = 0.0;             ///< water and solids [kg]
   double smoke = 0.0;                 ///< of that [kg]
   double above_60 = 0.0;              ///< volume above 60 C at its greatest [m3]
-  double coagulated = 0.0;            ///< volume that has blanched, Omega at least 1 [m3]
+  double coagulated = 0.0;            ///< volume that has blanched, Omega at least 1; of what cuts
+                                      ///< have left of an organ [m3]
   double dead = 0.0;                  ///< that, or with the lethal dose of heat [m3]
   double dead_depth = 0.0;            ///< of that, below the surface that there is now, walls of
                                       ///< cuts among it: thermal spread [m]

@@ -112,6 +112,43 @@ void reach(const SceneDescription&, const OrganDescription& organ,
   reach.strained_anywhere = true;
 }
 
+/// Heat knows cuts by its own voxels: wider ones would let it cross them, and finer ones than a
+/// cut's say less of them than there is to know.
+Result<void> check_heat_voxel(const SceneDescription& scene, std::size_t o, double voxel) {
+  const double heat = heat_of(scene).voxel;
+  constexpr double kAlmost = 1.0 + 1e-9;
+  if (heat <= 2.0 * voxel * kAlmost && voxel <= heat * kAlmost) return {};
+  return failure(fmt::format(
+      "{}: organs/{}/cuttable/voxel_mm: found {:g} where heat/voxel_mm is {:g}, expected {:g} to "
+      "{:g}: heat would cross cuts, or not know where they are",
+      scene.file.string(), o, 1e3 * voxel, 1e3 * heat, 0.5e3 * heat, 1e3 * heat));
+}
+
+/// Of organs with a wall: it isn't thicker than the organ, and something may go through it.
+Result<void> check_wall(const SceneModel& model, std::size_t o,
+                        std::vector<std::string>& warnings) {
+  const WallDescription* wall = wall_of(model.scene().organs[o]);
+  if (!wall) return {};
+  const Store& constants = model.constants();
+  const Entity organ = model.organs()[o];
+  const std::string at = fmt::format("{}: organs/{}/wall_mm", model.scene().file.string(), o);
+  if (!constants.all<Cuttable>().find(organ) && !constants.all<BurnableOrgan>().find(organ)) {
+    warnings.push_back(at + ": nothing cuts or heats this organ: there can be no perforations");
+    return {};
+  }
+  const OrganModel& body = *constants.all<OrganBody>().find(organ)->model;
+  const SurfaceTree surface(body.surface);
+  double deepest = 0.0;  // no place is farther from a node than its spacing
+  for (std::size_t n = 0; n < body.cloud.size(); ++n)
+    deepest = std::max(deepest,
+                       body.cloud.spacings[n] - surface.signed_distance(body.cloud.positions[n]));
+  if (wall->thickness <= deepest) return {};
+  return failure(
+      fmt::format("{}: found {:g}, expected at most {:.1f}: no place of the organ lies "
+                  "deeper below its surface",
+                  at, 1e3 * wall->thickness, 1e3 * deepest));
+}
+
 Result<void> prepare_organ_to_cut(SceneModel& model, std::size_t o,
                                   const std::filesystem::path& assets,
                                   std::vector<std::string>& warnings) {
@@ -139,6 +176,8 @@ Result<void> prepare_organ_to_cut(SceneModel& model, std::size_t o,
   auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), gravity,
                             burnable ? burnable->options.voxel : 0.0, assets);
   const double voxel = cuttable_of(organ)->voxel;
+  if (burnable)
+    if (auto fits = check_heat_voxel(model.scene(), o, voxel); !fits) return fits;
   if (tissue.fracture_energy == 0.0)
     warnings.push_back(
         at(fmt::format("cuttable: tissues/{} has no fracture_energy: blades feel no "
@@ -185,9 +224,10 @@ Result<void> expect_blades_to_cut(const SceneModel& model) {
 Result<void> finish(SceneModel& model, const std::filesystem::path& assets,
                     std::vector<std::string>& warnings) {
   for (std::size_t o = 0; o < model.organs().size(); ++o) {
-    if (!cuttable_of(model.scene().organs[o])) continue;
-    if (auto prepared = prepare_organ_to_cut(model, o, assets, warnings); !prepared)
-      return prepared;
+    if (cuttable_of(model.scene().organs[o]))
+      if (auto prepared = prepare_organ_to_cut(model, o, assets, warnings); !prepared)
+        return prepared;
+    if (auto sound = check_wall(model, o, warnings); !sound) return sound;
   }
   return expect_blades_to_cut(model);
 }
@@ -237,6 +277,7 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
   cut.pending = false;
   if (made) {
     cut.used = made->tissue;
+    cut.remnants += made->remnants;
     cut.gone.limit_by(made->tissue);
     left.made_of = cut.used.state();
     ++cut.bodies;
@@ -309,38 +350,39 @@ void part_organs(World& world, const FrameContext& context) {
 }
 
 Feature parting_feature() {
-  return {.name = "parting",
-          .keys = parting_keys(),
-          .check = check,
-          .reach = reach,
-          .finish = finish,
-          .start = start,
-          .states = {state_type<OrganCut>()},
-          .stages = {{.name = "part organs",
-                      .reads_before = {"cuts"},
-                      .writes = {"organ bodies"},
-                      .changes = {"cut organs", "organ contacts", "organ shapes", "tool forces",
-                                  "organs that touch", "resting organs"},
-                      .needed = [](const World& world) { return world.has<OrganCut>(); },
-                      .run = part_organs},
-                     {.name = "cut tissue",
-                      .reads = {"tool poses", "organ poses", "shapes", "forces"},
-                      .writes = {"forces", "cuts"},
-                      .changes = {"cut organs", "tool forces"},
-                      .needed = [](const World& world) { return world.has<OrganCut>(); },
-                      .run = cut_tissue},
-                     {.name = "vaporise tissue",
-                      .reads = {"heat"},
-                      .writes = {"cuts"},
-                      .changes = {"cut organs"},
-                      .needed =
-                          [](const World& world) {
-                            return world.has<OrganCut>() && world.has<OrganBurn>();
-                          },
-                      .run = take_vaporised}},
-          .flags = {kCutRefused},
-          .bodies_loaded = bodies_loaded,
-          .report = parting_report};
+  return {
+      .name = "parting",
+      .keys = parting_keys(),
+      .check = check,
+      .reach = reach,
+      .finish = finish,
+      .start = start,
+      .states = {state_type<OrganCut>()},
+      .stages = {{.name = "part organs",
+                  .reads_before = {"cuts", "cuts by heat"},
+                  .writes = {"organ bodies"},
+                  .changes = {"cut organs", "organ contacts", "organ shapes", "tool forces",
+                              "organs that touch", "resting organs", "burns", "coagulated organs"},
+                  .needed = [](const World& world) { return world.has<OrganCut>(); },
+                  .run = part_organs},
+                 {.name = "cut tissue",
+                  .reads = {"tool poses", "organ poses", "shapes", "forces"},
+                  .writes = {"forces", "cuts"},
+                  .changes = {"cut organs", "tool forces"},
+                  .needed = [](const World& world) { return world.has<OrganCut>(); },
+                  .run = cut_tissue},
+                 {.name = "vaporise tissue",
+                  .reads = {"heat"},
+                  .writes = {"cuts by heat"},
+                  .changes = {"cut organs"},
+                  .needed =
+                      [](const World& world) {
+                        return world.has<OrganCut>() && world.has<OrganBurn>();
+                      },
+                  .run = take_vaporised}},
+      .flags = {kCutRefused},
+      .bodies_loaded = bodies_loaded,
+      .report = parting_report};
 }
 
 }  // namespace viscera

@@ -1,5 +1,5 @@
-// Tissue that parts: what a blade has swept is gone (kernels/parting), and the organ is prepared
-// once more with the walls of the cut (engine/organ/cut_organ.h).
+// Tissue that parts: what a blade has swept or heat has vaporised is gone (kernels/parting), and
+// the organ is prepared once more with the walls of the cut (engine/organ/cut_organ.h).
 //
 // Preparing takes longer than a frame, so it goes on beside the frames and the organ is cut from a
 // frame on that its size alone decides: a run is the same on any machine, which waits where it is
@@ -53,28 +53,28 @@ static_assert(fields_cover<BladeTrack>());
 struct OrganCut {
   static constexpr std::string_view kName = "cut organs";
   static constexpr bool kOfBodies = true;
-  TissueShare gone{0.25e-3};  ///< now
-  TissueShare asked{
-      0.25e-3};  ///< of the body that is being prepared, where `pending`; else of `used`
+  TissueShare gone{0.25e-3};     ///< now
+  TissueShare asked{0.25e-3};    ///< of the body that was last asked for
   TissueShare used{0.25e-3};     ///< of the body that the organ is
   std::uint64_t due = 0;         ///< frame from which on `asked` is used
   std::uint64_t bodies = 0;      ///< that it has become
   std::uint64_t refused = 0;     ///< that couldn't be prepared
   double area = 0.0;             ///< parted, of one side [m2]
   double work = 0.0;             ///< of blades, by fracture energy [J]
-  double vaporised = 0.0;        ///< taken by heat [m3]
+  double vaporised = 0.0;        ///< by volume, what has left as vapour [m3]
   double vaporised_asked = 0.0;  ///< of that, before `asked` [m3]
+  double remnants = 0.0;         ///< that no nodes carried, which went with cuts [m3]
   std::vector<BladeTrack> blades;
   bool pending = false;
-  bool changed = false;  ///< something has gone since `asked`
+  bool changed = false;  ///< so much has gone since `asked` that another body is wanted
   static constexpr auto fields() {
     using S = OrganCut;
-    return std::tuple(field("gone", &S::gone), field("asked", &S::asked), field("used", &S::used),
-                      field("due", &S::due), field("bodies", &S::bodies),
-                      field("refused", &S::refused), field("area", &S::area),
-                      field("work", &S::work), field("vaporised", &S::vaporised),
-                      field("vaporised_asked", &S::vaporised_asked), field("blades", &S::blades),
-                      field("pending", &S::pending), field("changed", &S::changed));
+    return std::tuple(
+        field("gone", &S::gone), field("asked", &S::asked), field("used", &S::used),
+        field("due", &S::due), field("bodies", &S::bodies), field("refused", &S::refused),
+        field("area", &S::area), field("work", &S::work), field("vaporised", &S::vaporised),
+        field("vaporised_asked", &S::vaporised_asked), field("remnants", &S::remnants),
+        field("blades", &S::blades), field("pending", &S::pending), field("changed", &S::changed));
   }
 };
 static_assert(fields_cover<OrganCut>());

@@ -22,6 +22,7 @@ nlohmann::ordered_json organ_parted(const World& world, Entity organ, const Orga
       {"loose_pieces", model.finite->loose().pieces().size()},
       {"taken_m3", volume(whole) - volume(model.surface)},
       {"crumbs_m3", left.crumbs},
+      {"remnants_m3", cut.remnants},
       {"work_J", cut.work},
       {"vaporised_m3", cut.vaporised},
       {"bodies", cut.bodies},

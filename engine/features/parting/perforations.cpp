@@ -50,28 +50,41 @@ Gone gone_by_heat(const Bioheat& heat) {
   return gone;
 }
 
-/// Voxels that touch, by a corner at least, are one place.
-void count(const Gone& gone, const SurfaceTree& surface, WallFigures& figures) {
-  BrickMap numbers;
+/// Joins those of these voxels that touch, by a corner at least.
+template <class Counts>
+DisjointSets joined(const Gone& gone, const BrickMap& numbers, const Counts& counts) {
+  DisjointSets sets(gone.voxels.size());
   for (std::size_t i = 0; i < gone.voxels.size(); ++i)
-    numbers.set(gone.voxels[i], static_cast<int>(i));
-  DisjointSets places(gone.voxels.size());
-  for (std::size_t i = 0; i < gone.voxels.size(); ++i)
-    for (int side = 0; side < 27; ++side) {
+    for (int side = 0; counts(i) && side < 27; ++side) {
       const BrickIndex beside(side % 3 - 1, side / 3 % 3 - 1, side / 9 - 1);
       const int other = numbers.find(gone.voxels[i] + beside);
-      if (other != BrickMap::kNone) places.join(static_cast<int>(i), other);
+      if (other != BrickMap::kNone && counts(static_cast<std::size_t>(other)))
+        sets.join(static_cast<int>(i), other);
     }
-  std::vector<double> depths(gone.voxels.size(), 0.0);
+  return sets;
+}
+
+/// What lies as deep as the wall is thick, and hangs together there, is one place, where it is
+/// open to the skin.
+void count(const Gone& gone, const SurfaceTree& surface, WallFigures& figures) {
+  BrickMap numbers;
+  std::vector<double> depths;  // of their far sides
   for (std::size_t i = 0; i < gone.voxels.size(); ++i) {
-    // As deep as the voxel's far side.
-    const double depth = 0.5 * gone.voxel - surface.signed_distance(gone.middles[i]);
-    double& deepest = depths[static_cast<std::size_t>(places.root(static_cast<int>(i)))];
-    deepest = std::max(deepest, depth);
+    numbers.set(gone.voxels[i], static_cast<int>(i));
+    depths.push_back(0.5 * gone.voxel - surface.signed_distance(gone.middles[i]));
+    figures.depth = std::max(figures.depth, depths.back());
   }
-  for (const double depth : depths) {
-    if (depth >= figures.wall) ++figures.perforations;
-    figures.depth = std::max(figures.depth, depth);
+  const auto is_deep = [&](std::size_t i) { return depths[i] >= figures.wall; };
+  DisjointSets all = joined(gone, numbers, [](std::size_t) { return true; });
+  DisjointSets deep = joined(gone, numbers, is_deep);
+  std::vector<char> open(gone.voxels.size(), 0), counted(gone.voxels.size(), 0);
+  for (std::size_t i = 0; i < gone.voxels.size(); ++i)
+    if (depths[i] <= gone.voxel) open[static_cast<std::size_t>(all.root(static_cast<int>(i)))] = 1;
+  for (std::size_t i = 0; i < gone.voxels.size(); ++i) {
+    if (!is_deep(i) || !open[static_cast<std::size_t>(all.root(static_cast<int>(i)))]) continue;
+    char& seen = counted[static_cast<std::size_t>(deep.root(static_cast<int>(i)))];
+    if (!seen) ++figures.perforations;
+    seen = 1;
   }
 }
 

@@ -1,5 +1,5 @@
 // Where heat or blades have gone through the walls of hollow organs. These are solid here: a wall
-// is gone through where what is gone from the surface on reaches as deep as the wall is thick.
+// is gone through where what is gone from the skin on reaches as deep as the wall is thick.
 #pragma once
 
 #include <vector>

@@ -31,9 +31,12 @@ class Left {
     }
   }
 
-  /// At a place less than a voxel from the middle, by its place from there in voxels. 1 where there
-  /// is no tissue about it.
-  double at(const Vec3& place) const {
+  struct At {
+    double left = 1.0;    ///< of its mass; 1 where there is no tissue about it
+    double tissue = 0.0;  ///< the share of it that was
+  };
+  /// At a place less than a voxel from the middle, by its place from there in voxels.
+  At at(const Vec3& place) const {
     std::array<int, 3> low;
     std::array<double, 3> share;
     for (int axis = 0; axis < 3; ++axis) {
@@ -52,7 +55,7 @@ class Left {
       sum += weight * tissue_[n] * left_[n];
       weights += weight * tissue_[n];
     }
-    return weights > 0.0 ? sum / weights : 1.0;
+    return weights > 0.0 ? At{sum / weights, weights} : At{};
   }
   const BrickIndex& voxel() const { return voxel_; }
 
@@ -61,7 +64,7 @@ class Left {
   std::array<double, 27> left_, tissue_;
 };
 
-/// Around the middle of that voxel, less than its edge away [m3].
+/// Around the middle of that voxel, less than its edge away; how much tissue that was [m3].
 double take(const Left& left, double edge, TissueShare& gone) {
   const Vec3 middle = (left.voxel().cast<double>().array() + 0.5) * edge;
   const auto voxel_below = [&](const Vec3& place) -> TissueShare::Voxel {
@@ -75,7 +78,9 @@ double take(const Left& left, double edge, TissueShare& gone) {
       for (int x = low.x(); x <= high.x(); ++x) {
         const TissueShare::Voxel voxel(x, y, z);
         const Vec3 from = (gone.middle(voxel) - middle) / edge;
-        if (from.cwiseAbs().maxCoeff() < 1.0) less += gone.limit(voxel, left.at(from));
+        if (!(from.cwiseAbs().maxCoeff() < 1.0)) continue;
+        const Left::At here = left.at(from);
+        less += here.tissue * gone.limit(voxel, here.left);
       }
   return less * gone.voxel() * gone.voxel() * gone.voxel();
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/coagulation/coagulation.h"
 #include "engine/features/parting/parting.h"
@@ -12,6 +13,7 @@
 #include "engine/features/smoke/smoke.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/surface_checks.h"
+#include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -66,6 +68,7 @@ TEST(Vaporised, WhatLeavesAsVapourIsGoneFromTheOrgan) {
   const double taken = volume(whole) - volume(left);
   EXPECT_GT(vapour, 1e-9);
   EXPECT_NEAR(taken, vapour, 0.35 * vapour);
+  EXPECT_NEAR(cut_now(*world).vaporised, vapour, 0.15 * vapour);
   // A groove under the tip's way, no wider than the tip and no deeper than a millimetre or two.
   double deepest = 0.0;
   for (std::size_t v = 0; v < left.vertices.size(); ++v) {
@@ -98,6 +101,25 @@ TEST(Vaporised, AWallIsPerforatedWhereItIsThinnerThanWhatIsGoneIsDeep) {
       EXPECT_GT(walls[0].depth, 0.3e-3);
       EXPECT_LT(walls[0].depth, 3e-3);
     }
+}
+
+TEST(Vaporised, TwoHolesThroughAWallAreTwoPerforations) {
+  SceneDescription scene = block_to_vaporise(40.0);
+  scene.organs[0].extras.set(WallDescription{0.4e-3});
+  InstrumentDescription& hook = scene.instruments[0];
+  const auto at = [](double time, double x, double above, double power) {
+    return InstrumentKey{time, Vec3(x, 0, kHigh + above), power, 1.0};
+  };
+  constexpr double kUp = 6e-3, kOn = 0.3e-3;
+  hook.path = {at(0.0, -kHalf, kUp, 0.0), at(0.2, -kHalf, kOn, 40.0), at(0.7, -kHalf, kOn, 0.0),
+               at(0.8, -kHalf, kUp, 0.0), at(0.9, kHalf, kUp, 0.0),   at(1.0, kHalf, kOn, 40.0),
+               at(1.5, kHalf, kOn, 0.0),  at(1.6, kHalf, kUp, 0.0)};
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.85);
+  EXPECT_EQ(wall_figures(*world)[0].perforations, 1u);
+  step_until(*world, 1.7);
+  EXPECT_EQ(wall_figures(*world)[0].perforations, 2u);
 }
 
 TEST(Vaporised, ThermalSpreadIsHowFarBelowTheWallsDeadTissueLies) {
@@ -224,6 +246,76 @@ TEST(Vaporised, ARunIsTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
     while (other->time() < kOpened) other->step();
     EXPECT_EQ(other->hash(), hashes[0]) << s;
   }
+}
+
+/// What building it says: why it is refused, or what a person should know.
+std::string said_of(const SceneDescription& scene) {
+  std::vector<std::string> warnings;
+  const auto model =
+      build_model(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  std::string said = model ? "" : model.error().text();
+  for (const std::string& warning : warnings) said += warning + "\n";
+  return said;
+}
+
+TEST(Vaporised, VoxelsOfHeatThatCutsWouldBeLostInAreRefusedWithTheirPlace) {
+  SceneDescription scene = block_to_vaporise(40.0);
+  scene.organs[0].extras.set(CuttableDescription{0.1e-3});
+  EXPECT_NE(said_of(scene).find("organs/0/cuttable/voxel_mm: found 0.1 where heat/voxel_mm is 0.5, "
+                                "expected 0.25 to 0.5"),
+            std::string::npos)
+      << said_of(scene);
+  scene.organs[0].extras.set(CuttableDescription{0.8e-3});
+  EXPECT_NE(said_of(scene).find("organs/0/cuttable/voxel_mm: found 0.8"), std::string::npos);
+}
+
+TEST(Vaporised, AWallThickerThanItsOrganIsRefusedAndOneThatNothingReachesIsTold) {
+  SceneDescription scene = block_to_vaporise(40.0);
+  scene.organs[0].extras.set(WallDescription{20e-3});
+  EXPECT_NE(said_of(scene).find("organs/0/wall_mm: found 20, expected at most"), std::string::npos)
+      << said_of(scene);
+  scene = block_to_vaporise(0.0);
+  scene.organs[0].extras.remove<CuttableDescription>();
+  scene.organs[0].extras.set(WallDescription{2e-3});
+  EXPECT_NE(said_of(scene).find("organs/0/wall_mm: nothing cuts or heats this organ"),
+            std::string::npos)
+      << said_of(scene);
+}
+
+/// How far below the skin at rest current enters a block that its base holds, at the most, where
+/// the base rises so far meanwhile [m].
+double deepest_current(double lifted) {
+  SceneDescription scene = block_to_vaporise(40.0);
+  Region base;
+  base.a = Vec3(0, 0, -kHigh + 0.1e-3);
+  base.b = Vec3::UnitZ();
+  scene.organs[0].fixed = {base};
+  const MotionDescription rise{lifted, Vec3::UnitZ(), 3.2, 0.0};
+  if (lifted > 0.0) set_hold_motions(scene.organs[0], {{0, rise}});
+  constexpr double kDown = 1.5e-3;
+  std::vector<InstrumentKey>& path = scene.instruments[0].path;
+  path = {{0.0, Vec3(0, 0, kHigh + 12e-3), 0.0, 1.0}};
+  for (int tenth = 6; tenth <= 16; ++tenth) {
+    const double time = 0.1 * tenth, height = tenth < 8 ? 8e-3 : -kDown;
+    path.push_back({time, Vec3(0, 0, kHigh + height) + rise.displacement(time),
+                    tenth < 8 || tenth == 16 ? 0.0 : 40.0, 1.0});
+  }
+  const auto world = build(scene);
+  if (!world) return 0.0;
+  Trace trace(stage_names());
+  double deepest = 0.0;
+  while (world->time() < 1.6) {
+    step_frame(*world, trace);
+    const BurnTrace& burn = world->all<BurnTrace>()[0];
+    if (burn.current.power > 0.0) deepest = std::max(deepest, kHigh - burn.contact.point.z());
+  }
+  return deepest;
+}
+
+TEST(Vaporised, MetalSinksInAsFarIntoTissueThatIsLiftedAsIntoTissueThatIsNot) {
+  const double still = deepest_current(0.0), lifted = deepest_current(3e-3);
+  EXPECT_GT(still, 0.4e-3);
+  EXPECT_NEAR(lifted, still, 0.3e-3);
 }
 
 }  // namespace

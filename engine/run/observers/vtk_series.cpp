@@ -102,8 +102,10 @@ Result<void> VtkSeries::write(const World& world, std::size_t o, bool loaded,
   Last& last = state_.organs[o];
   forces_.assign(count, Vec3f::Zero());
   if (loaded) {
-    if (!shares_[o]) shares_[o].emplace(model);
-    shares_[o]->add(world.find<OrganContact>(organ)->response, forces_);
+    // A cut makes it another body.
+    if (!shares_[o] || shares_[o]->body != body.model)
+      shares_[o].emplace(Shares{body.model, ForceShares(model)});
+    shares_[o]->shares.add(world.find<OrganContact>(organ)->response, forces_);
   }
   points_.resize(count);
   displacements_.resize(count);

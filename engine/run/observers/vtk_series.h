@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -66,7 +67,11 @@ class VtkSeries : public Observer {
 
   std::filesystem::path folder_;
   State state_;
-  std::vector<std::optional<ForceShares>> shares_;  ///< of each organ, made when first touched
+  struct Shares {
+    std::shared_ptr<const OrganModel> body;  ///< that the organ was then
+    ForceShares shares;
+  };
+  std::vector<std::optional<Shares>> shares_;  ///< of each organ, made when first touched
   std::vector<Vec3f> points_, displacements_, forces_;
 };
 

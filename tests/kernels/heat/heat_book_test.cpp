@@ -115,10 +115,11 @@ TEST(HeatBook, AnOrganThatIsWholeAgainIsAsItWasBefore) {
   BioheatOptions options;
   Bioheat heat(ThermalTissue{}, options, half_space());
   burn(heat, 5.0, 0.3);
-  const auto before = heat.bricks().brick(0).geometry->fraction;
+  const double before = tissue_volume(heat);
   heat.take_shapes(less_a_plate(options.voxel));
+  EXPECT_LT(tissue_volume(heat), 0.95 * before);
   heat.take_shapes({});
-  EXPECT_EQ(heat.bricks().brick(0).geometry->fraction, before);
+  EXPECT_EQ(tissue_volume(heat), before);
 }
 
 TEST(HeatBook, AnyNumberOfThreadsGivesTheSameBits) {
