@@ -340,9 +340,7 @@ double Bioheat::coagulated_volume() const {
 }
 
 double Bioheat::dead_volume() const {
-  return volume_that([](const HeatBrick& brick, std::size_t v) {
-    return std::max(brick.dose[v], brick.coagulation[v]) >= 1.0f;
-  });
+  return volume_that([](const HeatBrick& brick, std::size_t v) { return is_dead(brick, v); });
 }
 
 }  // namespace viscera

@@ -1,6 +1,7 @@
 // The bricks of an organ that are warm or were harmed, with the fields that heat works on.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -44,6 +45,11 @@ struct BrickTissue {
   }
 };
 static_assert(fields_cover<BrickTissue>());
+
+/// By the lethal dose of heat, or coagulated.
+inline bool is_dead(const BrickTissue& brick, std::size_t voxel) {
+  return std::max(brick.dose[voxel], brick.coagulation[voxel]) >= 1.0f;
+}
 
 /// What lasts of its warmth from step to step.
 struct BrickWarmth {

@@ -36,7 +36,7 @@ class CutDraft {
     double end = 0.0;
     for (int i = 0; i < blades; ++i) end = std::max(end, add_blade(i));
     const bool burns = dice_.chance(0.4);
-    if (burns) end = std::max(end, add_hook(end));
+    if (burns) end = add_hook(end);
     const auto moving =
         static_cast<std::uint64_t>(std::ceil(end * static_cast<double>(kFramesPerSecond)));
     WholeScene whole{

@@ -6,6 +6,7 @@
 
 #include "engine/features/cautery/heat_setup.h"
 #include "engine/features/contact/contact_cells.h"
+#include "engine/features/contact/tissue_sheet.h"
 #include "engine/features/parting/parting.h"
 
 namespace viscera {
@@ -47,12 +48,7 @@ void sink_in(const World& world, Entity instrument, Entity organ, const SurfaceP
       ranges, [&](const CellRange& one) { return one.instrument == instrument && !one.held; });
   if (range == ranges.end()) return;
   const OrganModel& model = *world.find<OrganBody>(organ)->model;
-  const std::vector<Vec3f>& now = world.find<OrganState>(organ)->positions;
-  const auto& corners = model.surface.triangles[static_cast<std::size_t>(point.triangle)];
-  Vec3 place = Vec3::Zero();
-  for (std::size_t c = 0; c < 3; ++c)
-    place += point.weights[static_cast<int>(c)] *
-             now[static_cast<std::size_t>(corners[c])].cast<double>();
+  const Vec3 place = corner_mean(world.find<OrganState>(organ)->positions, model.surface, point);
   const double pressed = (range->met.to_world(contact.point) - place)
                              .dot(range->met.direction_to_world(contact.outward));
   const double step = 0.5 * cut->gone.voxel();

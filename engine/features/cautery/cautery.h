@@ -126,11 +126,12 @@ struct BurnFigures {
   double coagulated = 0.0;            ///< volume that has blanched, Omega at least 1; of what cuts
                                       ///< have left of an organ [m3]
   double dead = 0.0;                  ///< that, or with the lethal dose of heat [m3]
-  double dead_depth = 0.0;            ///< of that, below the surface that there is now, walls of
-                                      ///< cuts among it: thermal spread [m]
   double greatest_temperature = 0.0;  ///< [K]
 };
 std::vector<BurnFigures> burn_figures(const World& world);
+/// How far below an organ's surface as it is now, walls of cuts among it, dead tissue lies, by
+/// voxels' middles: the thermal spread [m].
+double dead_depth(const World& world, Entity organ);
 std::vector<ReportSection> cautery_report(const World& world);  ///< "cautery", "tissue"
 std::vector<std::string> cautery_warnings(const World& world);
 std::vector<SkippedReport> cautery_skipped(const SceneDescription& scene);

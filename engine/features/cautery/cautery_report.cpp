@@ -33,22 +33,6 @@ Json impedance(const CauteryFigures& figures) {
           {"greatest_Ohm", figures.greatest_impedance}};
 }
 
-/// How far below the surface dead tissue lies, by its voxels' middles [m].
-double dead_depth(const Bioheat& heat, const SurfaceTree& surface) {
-  double deepest = 0.0;
-  for (std::size_t b = 0; b < heat.bricks().count(); ++b) {
-    const HeatBrick& brick = heat.bricks().brick(b);
-    if (!brick.harmed) continue;
-    for (int v = 0; v < BrickField::kVoxels; ++v) {
-      const auto at = static_cast<std::size_t>(v);
-      if (std::max(brick.dose[at], brick.coagulation[at]) >= 1.0f &&
-          brick.geometry->fraction[at] > 0.0f)
-        deepest = std::max(deepest, -surface.signed_distance(heat.bricks().centre(brick, v)));
-    }
-  }
-  return deepest;
-}
-
 }  // namespace
 
 bool anything_burns(const SceneDescription& scene) {
@@ -91,10 +75,23 @@ std::vector<BurnFigures> burn_figures(const World& world) {
                    .above_60 = burns[b].greatest_hot,
                    .coagulated = heat.coagulated_volume(),
                    .dead = heat.dead_volume(),
-                   .dead_depth = dead_depth(heat, surface_left(world, burns.owner(b))),
                    .greatest_temperature = heat.options().body + heat.greatest_excess()});
   }
   return all;
+}
+
+double dead_depth(const World& world, Entity organ) {
+  const SurfaceTree& surface = surface_left(world, organ);
+  const HeatBricks& bricks = world.find<OrganBurn>(organ)->heat.bricks();
+  double deepest = 0.0;
+  for (std::size_t b = 0; b < bricks.count(); ++b) {
+    const HeatBrick& brick = bricks.brick(b);
+    if (!brick.harmed) continue;
+    for (int v = 0; v < BrickField::kVoxels; ++v)
+      if (is_dead(brick, static_cast<std::size_t>(v)) && brick.geometry->fraction[v] > 0.0f)
+        deepest = std::max(deepest, -surface.signed_distance(bricks.centre(brick, v)));
+  }
+  return deepest;
 }
 
 std::vector<ReportSection> cautery_report(const World& world) {
@@ -124,7 +121,7 @@ std::vector<ReportSection> cautery_report(const World& world) {
                       {"volume_above_60C_m3", burn.above_60},
                       {"volume_coagulated_m3", burn.coagulated},
                       {"volume_dead_m3", burn.dead},
-                      {"dead_depth_m", burn.dead_depth},
+                      {"dead_depth_m", dead_depth(world, burn.organ)},
                       {"greatest_temperature_K", burn.greatest_temperature}});
   return {report_section("cautery", cautery), report_section("tissue", tissue)};
 }

@@ -173,11 +173,11 @@ Result<void> prepare_organ_to_cut(SceneModel& model, std::size_t o,
   if (const GravityDescription* acts = gravity_of(model.scene()))
     gravity = organ.pose.direction_to_local(acts->acceleration * acts->rest_direction);
   const BurnableOrgan* burnable = model.constants().all<BurnableOrgan>().find(entity);
-  auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), gravity,
-                            burnable ? burnable->options.voxel : 0.0, assets);
   const double voxel = cuttable_of(organ)->voxel;
   if (burnable)
     if (auto fits = check_heat_voxel(model.scene(), o, voxel); !fits) return fits;
+  auto made = make_cuttable(body.model, organ, tissue, *std::move(demand), gravity,
+                            burnable ? burnable->options.voxel : 0.0, assets);
   if (tissue.fracture_energy == 0.0)
     warnings.push_back(
         at(fmt::format("cuttable: tissues/{} has no fracture_energy: blades feel no "
@@ -331,6 +331,10 @@ Result<void> bodies_loaded(World& world) {
   return {};
 }
 
+bool may_vaporise(const World& world) {
+  return world.has<OrganCut>() && world.has<OrganBurn>();
+}
+
 }  // namespace
 
 bool cuts(const World& world, Entity instrument, Entity organ) {
@@ -375,10 +379,7 @@ Feature parting_feature() {
                   .reads = {"heat"},
                   .writes = {"cuts by heat"},
                   .changes = {"cut organs"},
-                  .needed =
-                      [](const World& world) {
-                        return world.has<OrganCut>() && world.has<OrganBurn>();
-                      },
+                  .needed = may_vaporise,
                   .run = take_vaporised}},
       .flags = {kCutRefused},
       .bodies_loaded = bodies_loaded,

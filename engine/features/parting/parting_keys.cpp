@@ -20,8 +20,8 @@ FeatureKeys parting_keys() {
   FeatureKeys keys;
   keys.organ.keys = {
       object("cuttable",
-             "Scalpels and scissors may cut it. It is then at finite strain. Left out: "
-             "nothing cuts it, and they press it as a probe does.",
+             "Scalpels and scissors may cut it, and hooks and spatulas with current. It is then at "
+             "finite strain. Left out: nothing cuts it, and blades press it as a probe does.",
              {"How cuts are followed.",
               {number("voxel_mm",
                       "Edge of the voxels that know what is gone. No cut is thinner "
