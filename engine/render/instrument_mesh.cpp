@@ -324,6 +324,20 @@ void add_grasper(Builder& builder, const InstrumentView& view) {
   add_sleeve(builder, view, Vec3::Zero(), hinge + 9e-3);
 }
 
+/// A wire bent to a U, open away from the shaft.
+void add_clip(Builder& builder, const InstrumentView& view) {
+  constexpr int kBend = 12;
+  const double r = view.tip_radius, half = 0.5 * view.blade_length, x = 0.5 * view.jaw + r;
+  std::vector<Vec3> path = {Vec3(-x, 0.0, -half)};
+  for (int i = 0; i <= kBend; ++i) {
+    const double angle = kPi * i / kBend;
+    path.emplace_back(-x * std::cos(angle), 0.0, half + std::min(x, 1e-3) * std::sin(angle));
+  }
+  path.emplace_back(x, 0.0, -half);
+  builder.wire(path, r, Finish::kSteel);
+  for (const double side : {-x, x}) builder.ball(Vec3(side, 0.0, -half), r, Finish::kSteel);
+}
+
 void add_given_mesh(InstrumentMesh& mesh, const TriangleSurface& surface) {
   const std::vector<Vec3> normals = vertex_normals(surface);
   for (std::size_t i = 0; i < surface.vertices.size(); ++i) {
@@ -350,6 +364,10 @@ InstrumentMesh make_instrument(const InstrumentView& view) {
     case InstrumentView::Kind::kSpatula:
       add_spatula(builder, view);
       break;
+    case InstrumentView::Kind::kClip:
+      add_clip(builder, view);
+      break;
+    case InstrumentView::Kind::kClipApplier:
     case InstrumentView::Kind::kGrasper:
       add_grasper(builder, view);
       break;

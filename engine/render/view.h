@@ -46,7 +46,17 @@ struct OrganView {
 
 /// One instrument: a shaft from the tip through the trocar, and a working end drawn by kind.
 struct InstrumentView {
-  enum class Kind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors, kMesh };
+  enum class Kind {
+    kProbe,
+    kGrasper,
+    kHook,
+    kSpatula,
+    kScalpel,
+    kScissors,
+    kClipApplier,
+    kClip,  ///< `tip` is its middle, its bars lie along `shaft_direction` and part along the side
+    kMesh
+  };
   std::uint32_t id = 0;
   std::string name;
   Kind kind = Kind::kProbe;
@@ -57,9 +67,10 @@ struct InstrumentView {
   double shaft_radius = 2.5e-3;  ///< [m]
   double shaft_length = 0.3;     ///< [m]
   double tip_radius = 1.5e-3;    ///< [m]
-  /// Of a scalpel's edge, from the tip along the shaft; of scissors' blades, to the hinge [m].
+  /// Of a scalpel's edge, from the tip along the shaft; of scissors' blades, to the hinge; of a
+  /// clip's bars, as wide as the tip [m].
   double blade_length = 0.0;
-  double jaw = 1.0;  ///< 0 closed ... 1 open
+  double jaw = 1.0;  ///< 0 closed ... 1 open; of a clip: between its bars [m]
   bool energised = false;
   const TriangleSurface* mesh = nullptr;  ///< kMesh: shaft along +z, tip at the origin [m]
 };

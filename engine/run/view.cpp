@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/features/cautery/cautery.h"
+#include "engine/features/clips/clips.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/deformation/gpu_surfaces.h"
 #include "engine/features/gas/gas.h"
@@ -59,6 +60,9 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
     case InstrumentKind::kScissors:
       view.kind = InstrumentView::Kind::kScissors;
       break;
+    case InstrumentKind::kClipApplier:
+      view.kind = InstrumentView::Kind::kClipApplier;
+      break;
   }
   if (!body.mesh.empty()) {
     view.kind = InstrumentView::Kind::kMesh;
@@ -74,6 +78,41 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
   view.jaw = std::clamp(state.jaw, 0.0, 1.0);
   view.energised = state.power > 0.0;
   return view;
+}
+
+/// All clips that an applier was loaded with: on organs, one between its jaws while these are open,
+/// the others in its shaft.
+void add_clips(const World& world, std::size_t i, std::vector<InstrumentView>& views) {
+  const Entity applier = world.all<AppliedClips>().owner(i);
+  const AppliedClips& applied = world.all<AppliedClips>()[i];
+  const InstrumentDescription& tool = world.find<InstrumentBody>(applier)->description;
+  const InstrumentState& state = *world.find<InstrumentState>(applier);
+  const ClipsDescription& clips = *clips_of(tool);
+  constexpr double kInShaft = 40e-3;  // behind the tip [m]
+  constexpr std::uint32_t kIds = 1u << 31, kIdsEach = 32;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(clips.count); ++c) {
+    InstrumentView view;
+    view.id = kIds + static_cast<std::uint32_t>(i) * kIdsEach + static_cast<std::uint32_t>(c);
+    view.name = tool.name + " clip " + std::to_string(c + 1);
+    view.kind = InstrumentView::Kind::kClip;
+    view.tip_radius = 0.5 * clips.width;
+    view.blade_length = clips.length;
+    if (c < applied.clips.size()) {
+      const Clip& clip = applied.clips[c];
+      const Pose& pose = pose_of(world, clip.organ);
+      view.tip = pose.to_world(clip.centre);
+      view.shaft_direction = pose.direction_to_world(clip.along);
+      view.side_direction = pose.direction_to_world(clip.normal);
+      view.jaw = clip.apart;
+    } else {
+      const bool next = c == applied.clips.size() && !applied.closed;
+      view.shaft_direction = state.shaft_direction;
+      view.side_direction = state.side_direction;
+      view.tip = state.tip + (next ? 0.5 * clips.length : kInShaft) * state.shaft_direction;
+      view.jaw = next ? std::clamp(state.jaw, 0.0, 1.0) * clips.opening : 0.0;
+    }
+    views.push_back(std::move(view));
+  }
 }
 
 /// Of what is mixed into the whole cavity [kg/m3].
@@ -247,6 +286,8 @@ FrameView make_view(const World& world, Shown& shown, const SceneDescription& sc
   }
   for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i)
     view.instruments.push_back(instrument_view(world, i));
+  for (std::size_t i = 0; i < world.all<AppliedClips>().size(); ++i)
+    add_clips(world, i, view.instruments);
   const Pool<Bed>& beds = world.all<Bed>();
   shown.strands.resize(beds.size());
   for (std::size_t b = 0; b < beds.size(); ++b) {

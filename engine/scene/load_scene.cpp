@@ -151,7 +151,8 @@ InstrumentDescription instrument_of(const Json& values) {
                     : kind == "hook"     ? InstrumentKind::kHook
                     : kind == "scalpel"  ? InstrumentKind::kScalpel
                     : kind == "scissors" ? InstrumentKind::kScissors
-                                         : InstrumentKind::kSpatula;
+                    : kind == "spatula"  ? InstrumentKind::kSpatula
+                                         : InstrumentKind::kClipApplier;
   instrument.tip = tip_of(values["tip"]);
   instrument.trocar = from_milli_vector(values["trocar_mm"]);
   instrument.shaft_radius = from_milli(values["shaft_radius_mm"]);

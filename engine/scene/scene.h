@@ -142,7 +142,7 @@ struct OrganDescription {
 
 // --- instruments --------------------------------------------------------------------------------
 
-enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors };
+enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors, kClipApplier };
 
 /// How far each blade of scissors swings from the shaft's axis, fully open [rad]: 25 degrees.
 inline constexpr double kScissorsOpen = 0.4363;

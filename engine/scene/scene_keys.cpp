@@ -398,7 +398,7 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
        number("power_W", "Electrical power of a hook or spatula; held until the next key.")
            .between(0, 400)
            .otherwise(0.0),
-       number("jaw", "Opening of a grasper or of scissors: 0 closed, 1 open.")
+       number("jaw", "Opening of a grasper, of scissors or of a clip applier: 0 closed, 1 open.")
            .between(0, 1)
            .otherwise(1.0)},
       {},
@@ -407,9 +407,9 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
   spec.description = "An instrument that enters through a trocar.";
   spec.keys = {
       name_key("Its name in forces.csv, reports and --set; unique among instruments."),
-      text("kind", "What it can do: press, hold, burn, or cut.")
+      text("kind", "What it can do: press, hold, burn, cut, or apply clips.")
           .needed()
-          .one_of({"probe", "grasper", "hook", "spatula", "scalpel", "scissors"}),
+          .one_of({"probe", "grasper", "hook", "spatula", "scalpel", "scissors", "clip_applier"}),
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),

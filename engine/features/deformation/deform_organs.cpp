@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/features/clips/clips.h"
 #include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/contact_flags.h"
 #include "engine/features/contact/tissue_as_met.h"
@@ -134,9 +135,11 @@ class OrganSolves {
  public:
   OrganSolves(World& world, const FrameContext& context) : world_(world), context_(context) {}
 
+  /// And clips.
   bool slide_jaws(Entity organ) const {
     bool slipped = false;
-    const bool moved = slip_jaws(world_, organ, *world_.find<OrganContact>(organ), slipped);
+    bool moved = slip_jaws(world_, organ, *world_.find<OrganContact>(organ), slipped);
+    moved |= settle_clips(world_, organ);
     if (slipped) context_.report->raise(kGripSlipped);
     return moved;
   }
@@ -243,7 +246,8 @@ void deform_here(World& world, Entity organ, Repeat repeat, std::string_view sta
     for (std::size_t i = 0; i < shape->places.size(); ++i)
       draft.displacements[i] += shape->places[i];
   if (repeat == Repeat::kSkipped && world.find<OrganTouch>(organ)->ranges.empty() &&
-      end_of_shaft_cells(world, organ) == 0 && looks_the_same(state, draft))
+      end_of_shaft_cells(world, organ) == 0 && end_of_clip_cells(world, organ) == 0 &&
+      looks_the_same(state, draft))
     return;
   tissue.draw(draft.displacements, contact.cells, contact.solution, draft.positions);
   if (!draft_is_sound(world, organ, stage, context)) return;

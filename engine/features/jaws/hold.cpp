@@ -25,53 +25,16 @@ Mat3 axes(const Vec3& shaft, const Vec3& normal) {
 /// The pairs on one organ.
 Pinch pairs_on(const World& world, Entity organ, const Vec3& middle, const Vec3& normal,
                double radius) {
-  Pinch pinch{.organ = organ};
-  const OrganContact* contact = world.find<OrganContact>(organ);
-  const OrganState& tissue = *world.find<OrganState>(organ);
-  const OrganTouch* touch = world.find<OrganTouch>(organ);
-  if (!contact || !touch || tissue.frozen) return pinch;
-  if (touch->bounds.exteriorDistance(middle) > radius) return pinch;
-  const OrganModel& model = *world.find<OrganBody>(organ)->model;
-  const TissueSheet drawn(model, tissue, *contact->surface);
+  if (!may_lie_within(world, organ, middle, radius)) return {.organ = organ};
   const Pose& pose = pose_of(world, organ);
-  const Vec3 at = pose.to_local(middle), up = pose.direction_to_local(normal);
-  const auto [e1, e2] = plane_across(up);
+  const Vec3 at = pose.to_local(middle);
+  const auto [e1, e2] = plane_across(pose.direction_to_local(normal));
+  const double poisson_ratio = world.find<OrganBody>(organ)->model->material.poisson_ratio;
   const CellPattern pattern =
-      fitted_to_punch(hexagonal_grid(1.0, kRings), radius, model.material.poisson_ratio, true);
-  std::vector<ContactCell> lower;
-  std::vector<SurfacePoint> lower_points;
-  for (std::size_t i = 0; i < pattern.places.size(); ++i) {
-    const Vec3 place = at + pattern.places[i].x() * e1 + pattern.places[i].y() * e2;
-    const auto top = drawn.cast(place + radius * up, -up, 2.0 * radius);
-    const auto bottom = drawn.cast(place - radius * up, up, 2.0 * radius);
-    if (!top || !bottom) continue;
-    const double gap = (top->position - bottom->position).dot(up);
-    if (gap <= 0.0) continue;
-    const auto cell_at = [&](const TissueSheet::Hit& hit) {
-      ContactCell cell;
-      cell.held = true;
-      cell.position = position(model.surface, hit.point);
-      cell.normal = corner_mean(model.rest_normals, model.surface, hit.point).normalized();
-      cell.area = pattern.areas[i];
-      cell.displacement = hit.position - cell.position;
-      return cell;
-    };
-    const ContactCell above = cell_at(*top), below = cell_at(*bottom);
-    if (!touch->solver->touchable(above.position) || !touch->solver->touchable(below.position))
-      continue;
-    pinch.gap += gap;
-    pinch.thickness += (above.position - below.position).norm();
-    pinch.cells.push_back(above);
-    pinch.points.push_back(top->point);
-    lower.push_back(below);
-    lower_points.push_back(bottom->point);
-  }
-  if (lower.empty()) return pinch;
-  pinch.gap /= static_cast<double>(lower.size());
-  pinch.thickness /= static_cast<double>(lower.size());
-  pinch.cells.insert(pinch.cells.end(), lower.begin(), lower.end());
-  pinch.points.insert(pinch.points.end(), lower_points.begin(), lower_points.end());
-  return pinch;
+      fitted_to_punch(hexagonal_grid(1.0, kRings), radius, poisson_ratio, true);
+  std::vector<Vec3> places;
+  for (const Vec2& place : pattern.places) places.push_back(at + place.x() * e1 + place.y() * e2);
+  return pinched(world, organ, places, pattern.areas, normal, 2.0 * radius);
 }
 
 }  // namespace
@@ -105,6 +68,56 @@ void move_jaws(const JawsBody& body, const InstrumentState& state, double time, 
 
 bool should_retake(const Jaws& jaws, double radius) {
   return jaws.sliding && jaws.slid.norm() > kRetakeShare * radius;
+}
+
+bool may_lie_within(const World& world, Entity organ, const Vec3& middle, double distance) {
+  const OrganTouch* touch = world.find<OrganTouch>(organ);
+  return touch && world.find<OrganContact>(organ) && !world.find<OrganState>(organ)->frozen &&
+         !(touch->bounds.exteriorDistance(middle) > distance);
+}
+
+Pinch pinched(const World& world, Entity organ, std::span<const Vec3> places,
+              std::span<const double> areas, const Vec3& normal, double opening) {
+  Pinch pinch{.organ = organ};
+  const OrganTouch* touch = world.find<OrganTouch>(organ);
+  const OrganModel& model = *world.find<OrganBody>(organ)->model;
+  const TissueSheet drawn(model, *world.find<OrganState>(organ),
+                          *world.find<OrganContact>(organ)->surface);
+  const Vec3 up = pose_of(world, organ).direction_to_local(normal);
+  const double reach = 0.5 * opening;
+  std::vector<ContactCell> lower;
+  std::vector<SurfacePoint> lower_points;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto top = drawn.cast(places[i] + reach * up, -up, opening);
+    const auto bottom = drawn.cast(places[i] - reach * up, up, opening);
+    if (!top || !bottom) continue;
+    const double gap = (top->position - bottom->position).dot(up);
+    if (gap <= 0.0) continue;
+    const auto cell_at = [&](const TissueSheet::Hit& hit) {
+      ContactCell cell;
+      cell.held = true;
+      cell.position = position(model.surface, hit.point);
+      cell.normal = corner_mean(model.rest_normals, model.surface, hit.point).normalized();
+      cell.area = areas[i];
+      cell.displacement = hit.position - cell.position;
+      return cell;
+    };
+    const ContactCell above = cell_at(*top), below = cell_at(*bottom);
+    if (!touch->solver->touchable(above.position) || !touch->solver->touchable(below.position))
+      continue;
+    pinch.gap += gap;
+    pinch.thickness += (above.position - below.position).norm();
+    pinch.cells.push_back(above);
+    pinch.points.push_back(top->point);
+    lower.push_back(below);
+    lower_points.push_back(bottom->point);
+  }
+  if (lower.empty()) return pinch;
+  pinch.gap /= static_cast<double>(lower.size());
+  pinch.thickness /= static_cast<double>(lower.size());
+  pinch.cells.insert(pinch.cells.end(), lower.begin(), lower.end());
+  pinch.points.insert(pinch.points.end(), lower_points.begin(), lower_points.end());
+  return pinch;
 }
 
 std::optional<Pinch> between_jaws(const World& world, const Vec3& middle, const Vec3& normal,

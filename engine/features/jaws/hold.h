@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "engine/features/jaws/jaws.h"
 
@@ -14,14 +15,22 @@ void move_jaws(const JawsBody& body, const InstrumentState& state, double time, 
 /// Whether they slid so far over what they hold that they should hold what lies between them now.
 bool should_retake(const Jaws& jaws, double radius);
 
-/// Tissue that two jaws with this middle pinch from two sides: of all organs (or one) the one of
-/// which most lies between. Nothing: there aren't two sides within their opening.
+/// Tissue between two sides.
 struct Pinch {
   Entity organ;
   std::vector<ContactCell> cells;     ///< of the upper jaw, then as many of the lower
   std::vector<SurfacePoint> points;   ///< of the drawn surface
   double gap = 0.0, thickness = 0.0;  ///< mean, as drawn and at rest [m]
 };
+/// False: an organ of which nothing is to be found so near.
+bool may_lie_within(const World& world, Entity organ, const Vec3& middle, double distance);
+/// What of such an organ two sides pinch, each half of `opening` away from `places` (between them,
+/// organ's frame) along the unit `normal` (world): a pair of cells, of these areas, at each place
+/// whose line meets it from both sides. May have none.
+Pinch pinched(const World& world, Entity organ, std::span<const Vec3> places,
+              std::span<const double> areas, const Vec3& normal, double opening);
+/// Tissue that two jaws with this middle pinch from two sides: of all organs (or one) the one of
+/// which most lies between. Nothing: there aren't two sides within their opening.
 std::optional<Pinch> between_jaws(const World& world, const Vec3& middle, const Vec3& normal,
                                   double radius, std::optional<Entity> only);
 /// The same of open jaws, but only whether there is such tissue on this organ.

@@ -4,6 +4,7 @@
 // much of its place, as it shrinks about what it has lost. Where less than half is left there is
 // none, and a wall comes.
 #include <array>
+#include <cmath>
 
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/parting/parting.h"
@@ -14,20 +15,20 @@ namespace {
 /// So much must be gone for another body to be asked for: a ball 1 mm wide [m3].
 constexpr double kNoticed = 0.5e-9;
 
-/// What is left about a voxel of heat, in it and its neighbours; linear between their middles.
-/// Where there was no tissue at rest it goes on as beside it.
+/// What is left about a voxel of heat, in it and its neighbours: by quadratic B-splines over the
+/// middles of voxels, so that walls don't show these. Where there was no tissue at rest it goes on
+/// as beside it.
 class Left {
  public:
   Left(const Bioheat& heat, const BrickIndex& voxel) : voxel_(voxel) {
     const HeatBricks& bricks = heat.bricks();
     const ThermalTissue& tissue = heat.tissue();
-    for (std::size_t n = 0; n < left_.size(); ++n) {
-      const BrickIndex at = voxel +
-                            BrickIndex(static_cast<int>(n % 3), static_cast<int>(n / 3 % 3),
-                                       static_cast<int>(n / 9)) -
-                            BrickIndex::Ones();
-      tissue_[n] = bricks.tissue_at(at);
-      left_[n] = mass_left(tissue, bricks.water_at(at), bricks.charred_at(at));
+    for (int n = 0; n < kWide * kWide * kWide; ++n) {
+      const BrickIndex at = voxel + BrickIndex(n % kWide, n / kWide % kWide, n / (kWide * kWide)) -
+                            BrickIndex::Constant(kWide / 2);
+      const auto i = static_cast<std::size_t>(n);
+      tissue_[i] = bricks.tissue_at(at);
+      left_[i] = mass_left(tissue, bricks.water_at(at), bricks.charred_at(at));
     }
   }
 
@@ -35,50 +36,56 @@ class Left {
     double left = 1.0;    ///< of its mass; 1 where there is no tissue about it
     double tissue = 0.0;  ///< the share of it that was
   };
-  /// At a place less than a voxel from the middle, by its place from there in voxels.
+  /// At a place less than kReach from the middle, by its place from there in voxels.
   At at(const Vec3& place) const {
-    std::array<int, 3> low;
-    std::array<double, 3> share;
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = place[axis] < 0.0 ? 0 : 1;
-      share[axis] = place[axis] - (low[axis] - 1);
+    std::array<int, 3> nearest;
+    std::array<std::array<double, 3>, 3> spline;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double along = place[static_cast<Eigen::Index>(axis)];
+      const double round = std::floor(along + 0.5), off = along - round;
+      nearest[axis] = static_cast<int>(round) + kWide / 2;
+      spline[axis] = {0.5 * (0.5 - off) * (0.5 - off), 0.75 - off * off,
+                      0.5 * (0.5 + off) * (0.5 + off)};
     }
     double sum = 0.0, weights = 0.0;
-    for (int corner = 0; corner < 8; ++corner) {
-      std::size_t n = 0;
-      double weight = 1.0;
-      for (int axis = 2; axis >= 0; --axis) {
-        const int up = corner >> axis & 1;
-        n = 3 * n + static_cast<std::size_t>(low[axis] + up);
-        weight *= up ? share[axis] : 1.0 - share[axis];
-      }
-      sum += weight * tissue_[n] * left_[n];
-      weights += weight * tissue_[n];
-    }
+    for (int z = 0; z < 3; ++z)
+      for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 3; ++x) {
+          const auto n = static_cast<std::size_t>(
+              ((nearest[2] + z - 1) * kWide + nearest[1] + y - 1) * kWide + nearest[0] + x - 1);
+          const double weight = spline[0][static_cast<std::size_t>(x)] *
+                                spline[1][static_cast<std::size_t>(y)] *
+                                spline[2][static_cast<std::size_t>(z)];
+          sum += weight * tissue_[n] * left_[n];
+          weights += weight * tissue_[n];
+        }
     return weights > 0.0 ? At{sum / weights, weights} : At{};
   }
   const BrickIndex& voxel() const { return voxel_; }
+  static constexpr double kReach = 1.5;  ///< of a voxel's spline [voxels]
 
  private:
+  static constexpr int kWide = 5;
   BrickIndex voxel_;
-  std::array<double, 27> left_, tissue_;
+  std::array<double, kWide * kWide * kWide> left_, tissue_;
 };
 
-/// Around the middle of that voxel, less than its edge away; how much tissue that was [m3].
+/// Around the middle of that voxel, as far as its spline reaches; how much tissue that was [m3].
 double take(const Left& left, double edge, TissueShare& gone) {
   const Vec3 middle = (left.voxel().cast<double>().array() + 0.5) * edge;
   const auto voxel_below = [&](const Vec3& place) -> TissueShare::Voxel {
     return (place / gone.voxel()).array().floor().cast<int>();
   };
-  const TissueShare::Voxel low = voxel_below(middle - Vec3::Constant(edge + gone.voxel()));
-  const TissueShare::Voxel high = voxel_below(middle + Vec3::Constant(edge));
+  const double reach = Left::kReach * edge;
+  const TissueShare::Voxel low = voxel_below(middle - Vec3::Constant(reach + gone.voxel()));
+  const TissueShare::Voxel high = voxel_below(middle + Vec3::Constant(reach));
   double less = 0.0;
   for (int z = low.z(); z <= high.z(); ++z)
     for (int y = low.y(); y <= high.y(); ++y)
       for (int x = low.x(); x <= high.x(); ++x) {
         const TissueShare::Voxel voxel(x, y, z);
         const Vec3 from = (gone.middle(voxel) - middle) / edge;
-        if (!(from.cwiseAbs().maxCoeff() < 1.0)) continue;
+        if (!(from.cwiseAbs().maxCoeff() < Left::kReach)) continue;
         const Left::At here = left.at(from);
         less += here.tissue * gone.limit(voxel, here.left);
       }

@@ -33,6 +33,7 @@ ShaftBegin shaft_begin(const InstrumentBody& body) {
       begin.along = blade_of(tool) ? blade_of(tool)->length + 8e-3 : 16.5e-3;
       break;
     case InstrumentKind::kGrasper:
+    case InstrumentKind::kClipApplier:
       begin.along = 15.5e-3;  // its jaws are as wide as the shaft from there
       break;
   }

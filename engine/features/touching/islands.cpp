@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/features/beds/beds.h"
+#include "engine/features/clips/clips.h"
 #include "engine/features/contact/contact.h"
 #include "engine/features/links/links.h"
 #include "engine/features/shafts/shafts.h"
@@ -14,9 +15,9 @@
 namespace viscera {
 namespace {
 
-/// Cells of tools come first, then those of their shafts.
+/// Cells of tools come first, then those of their shafts, and of clips.
 std::size_t own_cells(const World& world, Entity organ) {
-  std::size_t own = end_of_shaft_cells(world, organ);
+  std::size_t own = std::max(end_of_shaft_cells(world, organ), end_of_clip_cells(world, organ));
   for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
     own = std::max(own, static_cast<std::size_t>(range.end));
   return own;

@@ -1,0 +1,99 @@
+// Clips: two bars that squeeze what lies between them and stay there, carried by the tissue.
+//
+// A clip applier closes as a grasper does. The clip that it leaves is a body without weight that
+// nobody holds: its bars come together at the speed of a hand, and with what they hold they move
+// and turn so that the tissue's forces on them, and their moments, cancel. That is found within
+// each frame's solve, as slipping jaws are (deformation.h).
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "engine/features/clips/clips_keys.h"
+#include "engine/simulation/feature.h"
+
+namespace viscera {
+
+/// On an instrument that applies clips.
+struct ClipApplier {
+  static constexpr bool kConstant = true;
+  ClipsDescription clips;
+};
+
+/// Lengths and directions in the organ's frame.
+struct Clip {
+  Entity organ;
+  Vec3 centre = Vec3::Zero();        ///< midway between the bars [m]
+  Vec3 along = Vec3::UnitX();        ///< the bars; unit
+  Vec3 normal = Vec3::UnitZ();       ///< from the lower to the upper one; unit
+  double length = 0.0, width = 0.0;  ///< of a bar [m]
+  double apart = 0.0;                ///< the bars now [m]
+  double shut = 0.0;                 ///< the bars at last [m]
+  double holds = 0.0;                ///< as ClipsDescription [Pa]
+  double applied = 0.0;              ///< when [s]
+  std::uint64_t upper = 0;           ///< cells on the upper bar
+  std::vector<ContactCell> cells;    ///< of the upper bar, then of the lower; rest places
+  std::vector<SurfacePoint> points;  ///< of the drawn surface, where they are
+  std::vector<Vec3> arms;            ///< from the centre by (along, normal, across) [m]
+  std::uint64_t first = 0;           ///< of the organ's cells, this frame
+  // Within a frame: where it was in the last trial, with what pull, and how it moved on from there;
+  // pull and motion as hold_clips.cpp has them.
+  std::uint64_t trials = 0;
+  Vec3 centre_before = Vec3::Zero(), along_before = Vec3::UnitX(), normal_before = Vec3::UnitZ();
+  std::array<double, 6> pull{}, motion{};
+  std::array<double, 36> learned{};  ///< by trials of its stiffness, beyond the tissue's response
+  double squeeze = 0.0;              ///< of either bar [N]
+  bool fell = false;                 ///< what it held is gone
+
+  static constexpr auto fields() {
+    using C = Clip;
+    return std::tuple(
+        field("organ", &C::organ), field("centre", &C::centre), field("along", &C::along),
+        field("normal", &C::normal), field("length", &C::length), field("width", &C::width),
+        field("apart", &C::apart), field("shut", &C::shut), field("holds", &C::holds),
+        field("applied", &C::applied), field("upper", &C::upper), field("cells", &C::cells),
+        field("points", &C::points), field("arms", &C::arms), field("first", &C::first),
+        field("trials", &C::trials), field("centre_before", &C::centre_before),
+        field("along_before", &C::along_before), field("normal_before", &C::normal_before),
+        field("pull", &C::pull), field("motion", &C::motion), field("learned", &C::learned),
+        field("squeeze", &C::squeeze), field("fell", &C::fell));
+  }
+  Vec3 across() const { return along.cross(normal); }
+  /// Of either bar on the tissue [Pa].
+  double pressure() const;
+};
+static_assert(fields_cover<Clip>());
+
+/// The clips that an applier has left.
+struct AppliedClips {
+  static constexpr std::string_view kName = "clips";
+  std::vector<Clip> clips;
+  bool closed = false;  ///< the applier
+  static constexpr auto fields() {
+    using A = AppliedClips;
+    return std::tuple(field("clips", &A::clips), field("closed", &A::closed));
+  }
+};
+static_assert(fields_cover<AppliedClips>());
+
+/// End of clips' cells on an organ; 0: there are none.
+std::size_t end_of_clip_cells(const World& world, Entity organ);
+
+/// After an organ's contact was solved: moves and turns its clips as the answer asks, and their
+/// cells. True: it must be solved again.
+bool settle_clips(World& world, Entity organ);
+
+/// Whether a duct is cut, and closed.
+struct DuctFigures {
+  Entity organ;
+  std::string name;
+  double pressure = 0.0;  ///< [Pa]
+  bool cut = false;
+  bool open = false;  ///< cut, and not closed towards an end that feeds it
+};
+std::vector<DuctFigures> duct_figures(const World& world);
+
+Feature clips_feature();
+
+}  // namespace viscera

@@ -1,0 +1,88 @@
+// Ducts and vessels: lines through organs that are solid here. One is cut where what is gone of its
+// organ reaches it. A clip closes it that has it between its bars, is shut, and holds its pressure.
+// What bars press a solid with, squeezed to a third, says less than that of a wall that lies on
+// itself.
+#include <algorithm>
+#include <limits>
+
+#include "engine/features/clips/clips.h"
+#include "engine/features/parting/parting.h"
+
+namespace viscera {
+namespace {
+
+/// Of a body between two samples of a line, and where half is gone.
+constexpr double kDuctStep = 0.25e-3;  // [m]
+constexpr double kHalfGone = 0.5;
+
+std::vector<Vec3> samples_of(const DuctDescription& duct) {
+  std::vector<Vec3> samples = {duct.path.front()};
+  for (std::size_t p = 0; p + 1 < duct.path.size(); ++p) {
+    const Vec3 way = duct.path[p + 1] - duct.path[p];
+    const int steps = std::max(1, static_cast<int>(std::ceil(way.norm() / kDuctStep)));
+    for (int s = 1; s <= steps; ++s)
+      samples.push_back(duct.path[p] + static_cast<double>(s) / steps * way);
+  }
+  return samples;
+}
+
+/// The sample that a clip has between its bars; none: -1.
+int clipped_at(const Clip& clip, std::span<const Vec3> samples) {
+  Vec3 upper = Vec3::Zero(), lower = Vec3::Zero();
+  for (std::size_t k = 0; k < clip.cells.size(); ++k)
+    (k < clip.upper ? upper : lower) += clip.cells[k].position;
+  upper /= static_cast<double>(clip.upper);
+  lower /= static_cast<double>(clip.cells.size() - clip.upper);
+  const Vec3 middle = 0.5 * (upper + lower);
+  const double within = 0.5 * std::max(clip.length, (upper - lower).norm());
+  int nearest = -1;
+  double distance = within;
+  for (std::size_t s = 0; s < samples.size(); ++s) {
+    const double away = (samples[s] - middle).norm();
+    if (away >= distance) continue;
+    distance = away;
+    nearest = static_cast<int>(s);
+  }
+  return nearest;
+}
+
+DuctFigures figures_of(const World& world, Entity organ, const DuctDescription& duct) {
+  DuctFigures figures{organ, duct.name, duct.pressure, false, false};
+  const TissueShare& gone = world.find<OrganCut>(organ)->gone;
+  if (gone.untouched()) return figures;
+  const std::vector<Vec3> samples = samples_of(duct);
+  constexpr int kNone = std::numeric_limits<int>::max();
+  int first = kNone, last = -1;  // that are cut
+  for (int s = 0; s < static_cast<int>(samples.size()); ++s) {
+    if (gone.share(samples[static_cast<std::size_t>(s)]) >= kHalfGone) continue;
+    first = std::min(first, s);
+    last = s;
+  }
+  figures.cut = last >= 0;
+  if (!figures.cut) return figures;
+  bool before = false, behind = false;  // closed
+  for (const AppliedClips& applied : world.all<AppliedClips>())
+    for (const Clip& clip : applied.clips) {
+      if (!(clip.organ == organ) || clip.fell) continue;
+      if (clip.apart > clip.shut || clip.holds < duct.pressure) continue;
+      const int at = clipped_at(clip, samples);
+      before |= at >= 0 && at < first;
+      behind |= at > last;
+    }
+  using Fed = DuctDescription::Fed;
+  figures.open = (duct.fed != Fed::kEnd && !before) || (duct.fed != Fed::kStart && !behind);
+  return figures;
+}
+
+}  // namespace
+
+std::vector<DuctFigures> duct_figures(const World& world) {
+  std::vector<DuctFigures> all;
+  const SceneModel& model = world.model();
+  for (std::size_t o = 0; o < model.organs().size(); ++o)
+    for (const DuctDescription& duct : ducts_of(model.scene().organs[o]))
+      all.push_back(figures_of(world, model.organs()[o], duct));
+  return all;
+}
+
+}  // namespace viscera

@@ -1,0 +1,16 @@
+// The parts of a step that clips have.
+#pragma once
+
+#include "engine/features/clips/clips.h"
+
+namespace viscera {
+
+/// Appliers that close leave clips, bars come nearer to each other, and the cells that they hold
+/// are laid.
+void hold_clips(World& world, const FrameContext& context);
+/// Once forces are known: Clip::squeeze, and flags of open ducts.
+void feel_clips(World& world, const FrameContext& context);
+/// As Feature::replaced has it: clips hold the same tissue of the body that the organ is now.
+void hold_what_is_left(World& world, Entity organ, const Continuation* continuation);
+
+}  // namespace viscera
