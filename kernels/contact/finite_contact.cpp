@@ -222,6 +222,13 @@ void FiniteContact::gather_offsets() {
   }
 }
 
+std::vector<Vec3> FiniteContact::beside_places() const {
+  std::vector<Vec3> beside = PatchContact::beside_places();
+  for (std::size_t k = 0; k < beside_.size(); ++k)
+    if (!beside_[k].isZero(0.0)) beside[k].setZero();
+  return beside;
+}
+
 /// Cells that reach a node in common belong together.
 void FiniteContact::gather_groups() {
   const auto count = static_cast<std::size_t>(fields_.rows());

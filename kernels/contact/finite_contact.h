@@ -69,6 +69,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   void place_displacements(const ContactResponse& response,
                            std::vector<float>& displacements) override;
+  std::vector<Vec3> beside_places() const override;
   void draw(std::span<const float> displacements, std::span<const ContactCell> cells,
             const ContactSolution& solution, std::vector<Vec3f>& positions) const override;
 

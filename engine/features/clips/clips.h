@@ -24,19 +24,21 @@ struct ClipApplier {
 /// Lengths and directions in the organ's frame.
 struct Clip {
   Entity organ;
-  Vec3 centre = Vec3::Zero();        ///< midway between the bars [m]
-  Vec3 along = Vec3::UnitX();        ///< the bars; unit
-  Vec3 normal = Vec3::UnitZ();       ///< from the lower to the upper one; unit
-  double length = 0.0, width = 0.0;  ///< of a bar [m]
-  double apart = 0.0;                ///< the bars now [m]
-  double shut = 0.0;                 ///< the bars at last [m]
-  double holds = 0.0;                ///< as ClipsDescription [Pa]
-  double applied = 0.0;              ///< when [s]
-  std::uint64_t upper = 0;           ///< cells on the upper bar
-  std::vector<ContactCell> cells;    ///< of the upper bar, then of the lower; rest places
-  std::vector<SurfacePoint> points;  ///< of the drawn surface, where they are
-  std::vector<Vec3> arms;            ///< from the centre by (along, normal, across) [m]
-  std::uint64_t first = 0;           ///< of the organ's cells, this frame
+  Vec3 centre = Vec3::Zero();         ///< midway between the bars [m]
+  Vec3 along = Vec3::UnitX();         ///< the bars; unit
+  Vec3 normal = Vec3::UnitZ();        ///< from the lower to the upper one; unit
+  double length = 0.0, width = 0.0;   ///< of a bar [m]
+  double apart = 0.0;                 ///< the bars now [m]
+  double shut = 0.0;                  ///< the bars at last [m]
+  double holds = 0.0;                 ///< as ClipsDescription [Pa]
+  double applied = 0.0;               ///< when [s]
+  std::uint64_t upper = 0;            ///< cells on the upper bar
+  std::vector<ContactCell> cells;     ///< of the upper bar, then of the lower; rest places
+  std::vector<SurfacePoint> points;   ///< of the drawn surface, where they are
+  std::vector<Vec3> arms;             ///< from the centre by (along, normal, across) [m]
+  Mat3 axes_then = Mat3::Identity();  ///< (along, normal, across) as it was applied
+  std::vector<Vec3> beside;  ///< TissueContact::beside_places, at rest; empty: not known yet [m]
+  std::uint64_t first = 0;   ///< of the organ's cells, this frame
   // Within a frame: where it was in the last trial, with what pull, and how it moved on from there;
   // pull and motion as hold_clips.cpp has them.
   std::uint64_t trials = 0;
@@ -53,11 +55,12 @@ struct Clip {
         field("normal", &C::normal), field("length", &C::length), field("width", &C::width),
         field("apart", &C::apart), field("shut", &C::shut), field("holds", &C::holds),
         field("applied", &C::applied), field("upper", &C::upper), field("cells", &C::cells),
-        field("points", &C::points), field("arms", &C::arms), field("first", &C::first),
-        field("trials", &C::trials), field("centre_before", &C::centre_before),
-        field("along_before", &C::along_before), field("normal_before", &C::normal_before),
-        field("pull", &C::pull), field("motion", &C::motion), field("learned", &C::learned),
-        field("squeeze", &C::squeeze), field("fell", &C::fell));
+        field("points", &C::points), field("arms", &C::arms), field("axes_then", &C::axes_then),
+        field("beside", &C::beside), field("first", &C::first), field("trials", &C::trials),
+        field("centre_before", &C::centre_before), field("along_before", &C::along_before),
+        field("normal_before", &C::normal_before), field("pull", &C::pull),
+        field("motion", &C::motion), field("learned", &C::learned), field("squeeze", &C::squeeze),
+        field("fell", &C::fell));
   }
   Vec3 across() const { return along.cross(normal); }
   /// Of either bar on the tissue [Pa].

@@ -40,6 +40,12 @@ Pinch between_bars(const World& world, Entity organ, const Vec3& middle,
   return pinched(world, organ, places, areas, state.side_direction, clips.opening);
 }
 
+Mat3 axes_of(const Clip& clip) {
+  Mat3 axes;
+  axes << clip.along, clip.normal, clip.across();
+  return axes;
+}
+
 /// Lays its bars on both sides of what they pinch.
 Clip begin_clip(const World& world, const Pinch& pinch, const Vec3& middle,
                 const InstrumentState& state, const ClipsDescription& clips, double time) {
@@ -49,6 +55,7 @@ Clip begin_clip(const World& world, const Pinch& pinch, const Vec3& middle,
   clip.centre = pose.to_local(middle);
   clip.along = pose.direction_to_local(state.shaft_direction);
   clip.normal = pose.direction_to_local(state.side_direction);
+  clip.axes_then = axes_of(clip);
   clip.length = clips.length;
   clip.width = clips.width;
   clip.holds = clips.holds;
@@ -92,13 +99,20 @@ void apply_clip(World& world, const FrameContext& context, Entity applier, Appli
   applied.clips.push_back(begin_clip(world, *most, middle, state, clips, context.time));
 }
 
+/// How far the clip has turned what moves its cell, less that at rest [m]: a cell's displacement is
+/// the mean one of places beside it, which squeezing alone would leave aside of a clip that turns.
+Vec3 turned_beside(const Clip& clip, std::size_t k) {
+  if (clip.beside.empty()) return Vec3::Zero();
+  return axes_of(clip) * (clip.axes_then.transpose() * clip.beside[k]) - clip.beside[k];
+}
+
 /// u wanted of its cell [m].
 Vec3 wanted(const Clip& clip, std::size_t k) {
   const Vec3& arm = clip.arms[k];
   const double height =
       k < clip.upper ? std::min(arm.y(), 0.5 * clip.apart) : std::max(arm.y(), -0.5 * clip.apart);
   return clip.centre + arm.x() * clip.along + height * clip.normal + arm.z() * clip.across() -
-         clip.cells[k].position;
+         clip.cells[k].position - turned_beside(clip, k);
 }
 
 void lay_cells(World& world, Clip& clip) {
@@ -116,6 +130,12 @@ bool holds_on(const World& world, const Clip& clip, Entity organ) {
   return clip.organ == organ && !clip.fell && !world.find<OrganState>(organ)->frozen;
 }
 
+/// The mean place of what moves with its cell: forces turn the tissue about these.
+Vec3 moved_place(const Clip& clip, const OrganContact& contact, std::size_t k) {
+  const Vec3 beside = clip.beside.empty() ? Vec3(Vec3::Zero()) : clip.beside[k];
+  return clip.cells[k].position + contact.cells[clip.first + k].displacement - beside;
+}
+
 /// Force and moment about its centre that a clip puts on the tissue.
 struct Wrench {
   Vec3 force = Vec3::Zero();   // [N]
@@ -127,7 +147,7 @@ Wrench wrench_of(const Clip& clip, const OrganContact& contact) {
   Wrench wrench;
   for (std::size_t k = 0; k < clip.cells.size(); ++k) {
     const Vec3& force = contact.solution.forces[clip.first + k];
-    const Vec3 place = clip.cells[k].position + contact.cells[clip.first + k].displacement;
+    const Vec3 place = moved_place(clip, contact, k);
     wrench.force += force;
     wrench.moment += (place - clip.centre).cross(force);
     wrench.squeeze += (k < clip.upper ? -0.5 : 0.5) * force.dot(clip.normal);
@@ -139,12 +159,6 @@ Wrench wrench_of(const Clip& clip, const OrganContact& contact) {
 /// moments over half a bar [N].
 using ClipVector = Eigen::Matrix<double, 6, 1>;
 using ClipStiffness = Eigen::Matrix<double, 6, 6>;  // [N/m]
-
-Mat3 axes_of(const Clip& clip) {
-  Mat3 axes;
-  axes << clip.along, clip.normal, clip.across();
-  return axes;
-}
 
 ClipVector pull_of(const Clip& clip, const Wrench& wrench) {
   const Mat3 to_clip = axes_of(clip).transpose();
@@ -166,8 +180,7 @@ std::optional<ClipStiffness> stiffness_of(const Clip& clip, const OrganContact& 
   MatrixX motions(size, 6);
   for (std::size_t k = 0; k < clip.cells.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(3 * k);
-    const Vec3 arm =
-        clip.cells[k].position + contact.cells[clip.first + k].displacement - clip.centre;
+    const Vec3 arm = moved_place(clip, contact, k) - clip.centre;
     motions.block<3, 3>(row, 0) = axes;
     for (int i = 0; i < 3; ++i)
       motions.block<3, 1>(row, 3 + i) = axes.col(i).cross(arm) / (0.5 * clip.length);
@@ -191,6 +204,14 @@ ClipStiffness as_found(const ClipStiffness& stiffness, const ClipVector& motion,
   const ClipVector found = share * change + (1.0 - share) * awaited;
   return stiffness - awaited * awaited.transpose() / by_awaited +
          found * found.transpose() / motion.dot(found);
+}
+
+/// Once its cells have been solved for.
+void learn_places(const World& world, Clip& clip) {
+  const std::vector<Vec3> beside = world.find<OrganTouch>(clip.organ)->solver->beside_places();
+  if (beside.size() < clip.first + clip.cells.size()) return;
+  const auto begin = beside.begin() + static_cast<std::ptrdiff_t>(clip.first);
+  clip.beside.assign(begin, begin + static_cast<std::ptrdiff_t>(clip.cells.size()));
 }
 
 /// The response's stiffness with all that trials have taught; without, where that isn't positive
@@ -302,8 +323,9 @@ void feel_clips(World& world, const FrameContext& context) {
       if (clip.fell) context.report->raise(kClipFell);
       if (!holds_on(world, clip, clip.organ)) continue;
       const OrganContact& contact = *world.find<OrganContact>(clip.organ);
-      if (contact.solution.forces.size() >= clip.first + clip.cells.size())
-        clip.squeeze = wrench_of(clip, contact).squeeze;
+      if (contact.solution.forces.size() < clip.first + clip.cells.size()) continue;
+      clip.squeeze = wrench_of(clip, contact).squeeze;
+      if (clip.beside.empty()) learn_places(world, clip);
     }
   for (const DuctFigures& duct : duct_figures(world))
     if (duct.open) context.report->raise(kDuctOpen);
@@ -319,6 +341,7 @@ void hold_what_is_left(World& world, Entity organ, const Continuation*) {
       left.cells.clear();
       left.points.clear();
       left.arms.clear();
+      left.beside.clear();
       left.upper = 0;
       for (std::size_t k = 0; k < clip.cells.size(); ++k) {
         const auto hit = contact->rest->closest(clip.cells[k].position, kTissueLostBy);
@@ -327,6 +350,7 @@ void hold_what_is_left(World& world, Entity organ, const Continuation*) {
         left.cells.push_back(clip.cells[k]);
         left.points.push_back(hit->point);
         left.arms.push_back(clip.arms[k]);
+        if (!clip.beside.empty()) left.beside.push_back(clip.beside[k]);
       }
       left.learned.fill(0.0);
       left.fell = left.upper < kLeastClipPairs || left.cells.size() - left.upper < kLeastClipPairs;

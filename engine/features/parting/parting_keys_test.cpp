@@ -19,7 +19,8 @@ TEST(PartingKeys, ArriveInMetresAndOnlyWhereTheyStand) {
   ASSERT_TRUE(cuttable("brick"));
   EXPECT_DOUBLE_EQ(cuttable("brick")->voxel, 0.3e-3);
   EXPECT_FALSE(cuttable("liver"));
-  const BladeDescription* blade = blade_of(scene->instruments.back());
+  const BladeDescription* blade =
+      blade_of(*std::ranges::find(scene->instruments, "knife", &InstrumentDescription::name));
   ASSERT_TRUE(blade);
   EXPECT_DOUBLE_EQ(blade->length, 8e-3);
   EXPECT_DOUBLE_EQ(blade->thickness, 0.5e-3);
