@@ -109,7 +109,7 @@ void add_clips(const World& world, std::size_t i, std::vector<InstrumentView>& v
       view.shaft_direction = state.shaft_direction;
       view.side_direction = state.side_direction;
       view.tip = state.tip + (next ? 0.5 * clips.length : kInShaft) * state.shaft_direction;
-      view.jaw = next ? std::clamp(state.jaw, 0.0, 1.0) * clips.opening : 0.0;
+      view.jaw = next ? clips.opening : 0.0;
     }
     views.push_back(std::move(view));
   }

@@ -193,6 +193,7 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"greatest_temperature_K", Type::number_float},
                {"spared_organs_burnt", Type::array},
                {"organs_perforated", Type::array},
+               {"ducts_open", Type::array},
                {"beds_torn", Type::array},
                {"organs", Type::array},
                {"tips", Type::array},

@@ -15,6 +15,8 @@ namespace {
 
 /// A clip may be applied to an organ that comes to it from so far [m].
 constexpr double kAboutClip = 20e-3;
+/// Tissue this far beside its bars moves with them [m].
+constexpr double kBesideBars = 4e-3;
 /// Ducts may begin and end on the surface, up to this [m].
 constexpr double kInOrgan = 0.5e-3;
 
@@ -40,12 +42,25 @@ Vec3 middle_at(const InstrumentBody& tool, double time) {
 
 Result<void> check_clips(const SceneDescription& scene, const std::map<std::string, Tissue>&) {
   Error mistakes;
-  for (std::size_t i = 0; i < scene.instruments.size(); ++i)
-    if (clips_of(scene.instruments[i]) && haptic_of(scene.instruments[i]))
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+    const ClipsDescription* clips = clips_of(scene.instruments[i]);
+    if (!clips) continue;
+    for (std::size_t o = 0; o < scene.organs.size(); ++o)
+      if (scene.organs[o].deformable && scene.organs[o].response == Response::kLocal)
+        mistakes.messages.push_back(fmt::format(
+            "{}: organs/{}/response: found local beside a clip applier, expected linear, finite or "
+            "auto: hives hold no clips",
+            scene.file.string(), o));
+    if (clips->gap >= clips->opening)
+      mistakes.messages.push_back(fmt::format(
+          "{}: instruments/{}/clip_gap_mm: found {:g}, expected less than clip_opening_mm, {:g}",
+          scene.file.string(), i, 1e3 * clips->gap, 1e3 * clips->opening));
+    if (haptic_of(scene.instruments[i]))
       mistakes.messages.push_back(
           fmt::format("{}: instruments/{}/haptic: found for a clip applier, expected none: hands "
                       "don't feel one",
                       scene.file.string(), i));
+  }
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
   return {};
 }
@@ -56,9 +71,12 @@ void reach_clips(const SceneDescription&, const OrganDescription& organ,
   for (const InstrumentBody& tool : tools) {
     const ClipsDescription* clips = clips_of(tool.description);
     if (!clips) continue;
-    for (const double time : closings_of(tool))
-      reach.closings.push_back(
-          {organ.pose_at(time).to_local(middle_at(tool, time)), kAboutClip + clips->length});
+    const double radius = 0.5 * std::hypot(clips->length, clips->opening);
+    for (const double time : closings_of(tool)) {
+      const Vec3 local = organ.pose_at(time).to_local(middle_at(tool, time));
+      reach.closings.push_back({local, kBesideBars + radius});
+      reach.tips.push_back({local, radius, true});
+    }
   }
 }
 
@@ -149,7 +167,7 @@ std::vector<ReportSection> clips_report(const World& world) {
                        {"organ", world.find<OrganBody>(clip.organ)->name},
                        {"applied_s", clip.applied},
                        {"gap_mm", 1e3 * clip.apart},
-                       {"shut", clip.apart <= clip.shut},
+                       {"shut", clip.closed()},
                        {"holds_kPa", 1e-3 * clip.holds},
                        {"squeeze_N", clip.squeeze},
                        {"pressure_kPa", 1e-3 * clip.pressure()},
@@ -173,7 +191,7 @@ Feature clips_feature() {
           .prepare = prepare_clips,
           .finish = finish_clips,
           .start = start_clips,
-          .states = {state_type<AppliedClips>()},
+          .states = {state_type<AppliedClips>({Strays::Become::kAsBefore})},
           .stages = {{.name = "hold clips",
                       .reads = {"tool poses", "contact cells", "organ poses"},
                       .reads_before = {"surfaces"},
@@ -183,12 +201,14 @@ Feature clips_feature() {
                       .run = hold_clips},
                      {.name = "feel clips",
                       .reads = {"forces", "cuts"},
+                      .reads_before = {"cuts by heat"},
                       .writes = {"clip forces"},
                       .changes = {"clips"},
                       .needed = some_to_feel,
                       .run = feel_clips}},
           .flags = {kClipOnNothing, kNoClipLeft, kClipFell, kDuctOpen},
           .replaced = hold_what_is_left,
+          .restored = drop_unsound,
           .report = clips_report};
 }
 

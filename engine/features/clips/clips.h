@@ -28,6 +28,7 @@ struct Clip {
   Vec3 along = Vec3::UnitX();         ///< the bars; unit
   Vec3 normal = Vec3::UnitZ();        ///< from the lower to the upper one; unit
   double length = 0.0, width = 0.0;   ///< of a bar [m]
+  double open = 0.0;                  ///< between the bars as they met tissue [m]
   double apart = 0.0;                 ///< the bars now [m]
   double shut = 0.0;                  ///< the bars at last [m]
   double holds = 0.0;                 ///< as ClipsDescription [Pa]
@@ -53,16 +54,18 @@ struct Clip {
     return std::tuple(
         field("organ", &C::organ), field("centre", &C::centre), field("along", &C::along),
         field("normal", &C::normal), field("length", &C::length), field("width", &C::width),
-        field("apart", &C::apart), field("shut", &C::shut), field("holds", &C::holds),
-        field("applied", &C::applied), field("upper", &C::upper), field("cells", &C::cells),
-        field("points", &C::points), field("arms", &C::arms), field("axes_then", &C::axes_then),
-        field("beside", &C::beside), field("first", &C::first), field("trials", &C::trials),
-        field("centre_before", &C::centre_before), field("along_before", &C::along_before),
-        field("normal_before", &C::normal_before), field("pull", &C::pull),
-        field("motion", &C::motion), field("learned", &C::learned), field("squeeze", &C::squeeze),
-        field("fell", &C::fell));
+        field("open", &C::open), field("apart", &C::apart), field("shut", &C::shut),
+        field("holds", &C::holds), field("applied", &C::applied), field("upper", &C::upper),
+        field("cells", &C::cells), field("points", &C::points), field("arms", &C::arms),
+        field("axes_then", &C::axes_then), field("beside", &C::beside), field("first", &C::first),
+        field("trials", &C::trials), field("centre_before", &C::centre_before),
+        field("along_before", &C::along_before), field("normal_before", &C::normal_before),
+        field("pull", &C::pull), field("motion", &C::motion), field("learned", &C::learned),
+        field("squeeze", &C::squeeze), field("fell", &C::fell));
   }
   Vec3 across() const { return along.cross(normal); }
+  /// Its bars have come as near as they do, and squeeze.
+  bool closed() const { return !fell && shut < open && apart <= shut && squeeze > 0.0; }
   /// Of either bar on the tissue [Pa].
   double pressure() const;
 };
@@ -83,6 +86,8 @@ static_assert(fields_cover<AppliedClips>());
 /// End of clips' cells on an organ; 0: there are none.
 std::size_t end_of_clip_cells(const World& world, Entity organ);
 
+/// Before an organ's contact is solved: what clips learn goes by what they moved in that solve.
+void begin_clips(World& world, Entity organ);
 /// After an organ's contact was solved: moves and turns its clips as the answer asks, and their
 /// cells. True: it must be solved again.
 bool settle_clips(World& world, Entity organ);

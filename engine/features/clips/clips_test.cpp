@@ -76,8 +76,10 @@ TEST(Clips, SqueezeTissueToAThirdAndAreInBalanceWithIt) {
   EXPECT_GT(clip.upper, 2u);
   EXPECT_GT(clip.squeeze, 0.05);
   EXPECT_LT(sum_of_forces(*world, clip).norm(), 4e-3 * clip.squeeze);
-  // Bars that squeeze a bar evenly stay where they came together.
-  EXPECT_LT(clip.centre.norm(), 0.2e-3);
+  // Bars that squeeze a bar evenly stay where they came together, but for what that shifts it from
+  // its held end on.
+  EXPECT_LT(std::abs(clip.centre.x()), 0.5e-3);
+  EXPECT_LT(clip.centre.tail<2>().norm(), 0.1e-3);
   EXPECT_LT((clip.along - Vec3(0, -1, 0)).norm(), 0.02);
 }
 
@@ -95,7 +97,7 @@ TEST(Clips, ComeTogetherAsFastAsAHandClosesThem) {
 TEST(Clips, GoWithTissueThatIsLiftedAndHoldItNowhere) {
   constexpr double kAt = 4e-3, kLift = 5e-3;
   SceneDescription lifted = clipped_bar(kAt);
-  const Vec3 end(17e-3, 0, 3.5e-3);
+  const Vec3 end(17e-3, 0, 4.7e-3);
   lifted.instruments.push_back(straight_tool("grasper", InstrumentKind::kGrasper, 1e-3,
                                              {{0.0, end, 0.0, 1.0},
                                               {0.6, end, 0.0, 1.0},

@@ -26,7 +26,7 @@ std::vector<Vec3> samples_of(const DuctDescription& duct) {
   return samples;
 }
 
-/// The sample that a clip has between its bars; none: -1.
+/// The sample nearest to the middle of what a clip has between its bars, at rest; none: -1.
 int clipped_at(const Clip& clip, std::span<const Vec3> samples) {
   Vec3 upper = Vec3::Zero(), lower = Vec3::Zero();
   for (std::size_t k = 0; k < clip.cells.size(); ++k)
@@ -34,13 +34,18 @@ int clipped_at(const Clip& clip, std::span<const Vec3> samples) {
   upper /= static_cast<double>(clip.upper);
   lower /= static_cast<double>(clip.cells.size() - clip.upper);
   const Vec3 middle = 0.5 * (upper + lower);
-  const double within = 0.5 * std::max(clip.length, (upper - lower).norm());
+  // A cell's area is its part of the bar.
+  Vec3 half(0.5 * clip.cells[0].area / clip.width, 0.5 * (upper - lower).norm(),
+            0.5 * clip.width + kDuctStep);
+  for (const ContactCell& cell : clip.cells)
+    half.x() = std::max(half.x(), 0.5 * clip.cells[0].area / clip.width +
+                                      std::abs(clip.axes_then.col(0).dot(cell.position - middle)));
   int nearest = -1;
-  double distance = within;
+  double distance = std::numeric_limits<double>::infinity();
   for (std::size_t s = 0; s < samples.size(); ++s) {
-    const double away = (samples[s] - middle).norm();
-    if (away >= distance) continue;
-    distance = away;
+    const Vec3 from = clip.axes_then.transpose() * (samples[s] - middle);
+    if ((from.cwiseAbs() - half).maxCoeff() > 0.0 || !(from.norm() < distance)) continue;
+    distance = from.norm();
     nearest = static_cast<int>(s);
   }
   return nearest;
@@ -64,7 +69,7 @@ DuctFigures figures_of(const World& world, Entity organ, const DuctDescription& 
   for (const AppliedClips& applied : world.all<AppliedClips>())
     for (const Clip& clip : applied.clips) {
       if (!(clip.organ == organ) || clip.fell) continue;
-      if (clip.apart > clip.shut || clip.holds < duct.pressure) continue;
+      if (!clip.closed() || clip.holds < duct.pressure) continue;
       const int at = clipped_at(clip, samples);
       before |= at >= 0 && at < first;
       behind |= at > last;

@@ -76,7 +76,7 @@ Clip begin_clip(const World& world, const Pinch& pinch, const Vec3& middle,
   const double shift = 0.5 * (highest + lowest);
   clip.centre += shift * clip.normal;
   for (Vec3& arm : clip.arms) arm.y() -= shift;
-  clip.apart = highest - lowest;
+  clip.apart = clip.open = highest - lowest;
   clip.shut = std::min(clip.apart, std::max(clips.gap, kLeastBarGap * thickest));
   return clip;
 }
@@ -237,11 +237,34 @@ constexpr double kInBalance = 2e-3, kBalanceBesides = 2e-5;  // ., [N]
 /// Of a motion in one trial, at the most [m].
 constexpr double kFarthest = 1e-3;
 
+void lay_again(const Clip& clip, OrganContact& contact) {
+  for (std::size_t k = 0; k < clip.cells.size(); ++k)
+    contact.cells[clip.first + k].displacement = wanted(clip, k);
+}
+
+void take_back(Clip& clip) {
+  clip.centre = clip.centre_before;
+  clip.along = clip.along_before;
+  clip.normal = clip.normal_before;
+}
+
+/// A trial that the tissue had no answer to; false: there was none.
+bool take_back(Clip& clip, OrganContact& contact) {
+  if (clip.trials == 0) return false;
+  take_back(clip);
+  clip.trials = 0;
+  lay_again(clip, contact);
+  return true;
+}
+
 /// False: it is in balance, or nothing is known to better it.
 bool settle(Clip& clip, OrganContact& contact, const MatrixX& response) {
   const Wrench wrench = wrench_of(clip, contact);
   ClipVector pull = pull_of(clip, wrench);
-  if (!(pull.norm() > kInBalance * std::abs(wrench.squeeze) + kBalanceBesides)) return false;
+  if (!(pull.norm() > kInBalance * std::abs(wrench.squeeze) + kBalanceBesides)) {
+    clip.trials = 0;
+    return false;
+  }
   const auto stiffness = stiffness_of(clip, contact, response);
   if (!stiffness) return false;
   ClipStiffness learned = with_learned(*stiffness, clip);
@@ -252,9 +275,7 @@ bool settle(Clip& clip, OrganContact& contact, const MatrixX& response) {
     // What has come out worse is taken back, and tried with what it taught.
     if (pull.norm() > before.norm()) {
       pull = before;
-      clip.centre = clip.centre_before;
-      clip.along = clip.along_before;
-      clip.normal = clip.normal_before;
+      take_back(clip);
     }
   }
   Eigen::Map<ClipStiffness>(clip.learned.data()) = learned - *stiffness;
@@ -268,9 +289,23 @@ bool settle(Clip& clip, OrganContact& contact, const MatrixX& response) {
   clip.normal_before = clip.normal;
   ++clip.trials;
   move(motion, clip);
-  for (std::size_t k = 0; k < clip.cells.size(); ++k)
-    contact.cells[clip.first + k].displacement = wanted(clip, k);
+  lay_again(clip, contact);
   return true;
+}
+
+bool is_sound(const World& world, const Clip& clip) {
+  const OrganBody* body = world.find<OrganBody>(clip.organ);
+  if (!body || !world.find<OrganContact>(clip.organ)) return false;
+  const std::size_t count = clip.cells.size(), triangles = body->model->surface.triangles.size();
+  if (clip.points.size() != count || clip.arms.size() != count || clip.upper > count ||
+      (!clip.beside.empty() && clip.beside.size() != count) || !(clip.width > 0.0) ||
+      !(clip.length > 0.0))
+    return false;
+  if (!clip.fell && (clip.upper < kLeastClipPairs || count - clip.upper < kLeastClipPairs))
+    return false;
+  return std::ranges::all_of(clip.points, [&](const SurfacePoint& point) {
+    return point.triangle >= 0 && static_cast<std::size_t>(point.triangle) < triangles;
+  });
 }
 
 }  // namespace
@@ -290,13 +325,21 @@ std::size_t end_of_clip_cells(const World& world, Entity organ) {
   return end;
 }
 
+void begin_clips(World& world, Entity organ) {
+  for (AppliedClips& applied : world.all<AppliedClips>())
+    for (Clip& clip : applied.clips)
+      if (clip.organ == organ) clip.trials = 0;
+}
+
 bool settle_clips(World& world, Entity organ) {
   OrganContact& contact = *world.find<OrganContact>(organ);
   bool moved = false;
   for (AppliedClips& applied : world.all<AppliedClips>())
     for (Clip& clip : applied.clips)
       if (holds_on(world, clip, organ))
-        moved |= settle(clip, contact, world.find<OrganTouch>(organ)->solver->cell_response());
+        moved |= contact.solution.converged
+                     ? settle(clip, contact, world.find<OrganTouch>(organ)->solver->cell_response())
+                     : take_back(clip, contact);
   return moved;
 }
 
@@ -325,10 +368,19 @@ void feel_clips(World& world, const FrameContext& context) {
       const OrganContact& contact = *world.find<OrganContact>(clip.organ);
       if (contact.solution.forces.size() < clip.first + clip.cells.size()) continue;
       clip.squeeze = wrench_of(clip, contact).squeeze;
-      if (clip.beside.empty()) learn_places(world, clip);
+      learn_places(world, clip);
     }
   for (const DuctFigures& duct : duct_figures(world))
     if (duct.open) context.report->raise(kDuctOpen);
+}
+
+void drop_unsound(World& world) {
+  const Pool<ClipApplier>& appliers = world.all<ClipApplier>();
+  for (std::size_t i = 0; i < appliers.size(); ++i) {
+    std::vector<Clip>& clips = world.find<AppliedClips>(appliers.owner(i))->clips;
+    std::erase_if(clips, [&](const Clip& clip) { return !is_sound(world, clip); });
+    clips.resize(std::min(clips.size(), static_cast<std::size_t>(appliers[i].clips.count)));
+  }
 }
 
 void hold_what_is_left(World& world, Entity organ, const Continuation*) {

@@ -10,6 +10,8 @@ namespace viscera {
 void hold_clips(World& world, const FrameContext& context);
 /// Once forces are known: Clip::squeeze, and flags of open ducts.
 void feel_clips(World& world, const FrameContext& context);
+/// After a state was loaded: one that another program made may say anything of clips.
+void drop_unsound(World& world);
 /// As Feature::replaced has it: clips hold the same tissue of the body that the organ is now.
 void hold_what_is_left(World& world, Entity organ, const Continuation* continuation);
 

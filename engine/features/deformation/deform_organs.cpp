@@ -149,6 +149,7 @@ class OrganSolves {
   void alone(Entity organ, const MatrixX& backing) const {
     OrganContact& contact = *world_.find<OrganContact>(organ);
     TissueContact& solver = *world_.find<OrganTouch>(organ)->solver;
+    begin_clips(world_, organ);
     solver.solve(contact.cells, contact.solution, contact.response, backing);
     for (int pass = 0; pass < kSlipPasses && slide_jaws(organ); ++pass)
       solver.solve(contact.cells, contact.solution, contact.response, backing);

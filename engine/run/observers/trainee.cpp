@@ -6,6 +6,7 @@
 
 #include "engine/features/beds/beds.h"
 #include "engine/features/cautery/cautery.h"
+#include "engine/features/clips/clips.h"
 #include "engine/features/parting/perforations.h"
 #include "engine/features/shafts/shafts.h"
 
@@ -23,6 +24,9 @@ Json json_of(const TraineeFigures& trainee) {
   Json perforated = Json::array();
   for (const TraineeFigures::Perforated& one : trainee.perforated)
     perforated.push_back({{"organ", one.organ}, {"perforations", one.places}});
+  Json ducts = Json::array();
+  for (const TraineeFigures::OpenDuct& one : trainee.open_ducts)
+    ducts.push_back({{"organ", one.organ}, {"duct", one.duct}});
   Json spared = Json::array(), torn = Json::array(), organs = Json::array(), tips = Json::array();
   for (const auto& bed : trainee.torn_beds)
     torn.push_back({{"bed", bed.bed}, {"bonds", bed.bonds}, {"area_m2", bed.area}});
@@ -44,6 +48,7 @@ Json json_of(const TraineeFigures& trainee) {
           {"greatest_temperature_K", optional_json(trainee.greatest_temperature)},
           {"spared_organs_burnt", spared},
           {"organs_perforated", perforated},
+          {"ducts_open", ducts},
           {"beds_torn", torn},
           {"organs", organs},
           {"tips", tips},
@@ -135,6 +140,9 @@ TraineeFigures Trainee::figures(const World& world) const {
   for (const WallFigures& wall : wall_figures(world))
     if (wall.perforations > 0)
       figures.perforated.push_back({world.find<OrganBody>(wall.organ)->name, wall.perforations});
+  for (const DuctFigures& duct : duct_figures(world))
+    if (duct.open)
+      figures.open_ducts.push_back({world.find<OrganBody>(duct.organ)->name, duct.name});
   for (const BedFigures& bed : bed_figures(world))
     if (bed.by_force > 0) figures.torn_beds.push_back({bed.name, bed.by_force, bed.torn});
   for (std::size_t o = 0; o < state_.forces.size(); ++o)

@@ -75,11 +75,15 @@ struct TraineeFigures {
     std::string organ;
     std::size_t places = 0;
   };
+  struct OpenDuct {
+    std::string organ, duct;
+  };
   double energy = 0.0;                         ///< that hooks delivered [J]
   double idle_current = 0.0;                   ///< current asked for with no tissue to take it [s]
   std::optional<double> greatest_temperature;  ///< of tissue [K]
   std::vector<SparedBurn> spared_burns;        ///< of organs that the scene spares
   std::vector<Perforated> perforated;          ///< walls that heat or blades went through
+  std::vector<OpenDuct> open_ducts;            ///< cut, and closed by no clip
   std::vector<TornBed> torn_beds;              ///< of which force has parted some
   std::vector<Organ> organs;                   ///< that were touched
   std::vector<Tip> tips;
