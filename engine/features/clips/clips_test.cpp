@@ -149,6 +149,37 @@ TEST(Clips, AppliedFarFromEveryOrganAreRefusedWithTheirTime) {
   EXPECT_NE(model.error().text().find("away from every organ"), std::string::npos);
 }
 
+TEST(Clips, ThatCantCloseOrThatHivesWouldHoldAreRefusedWithTheirPlace) {
+  const auto mistake = [](const SceneDescription& scene) {
+    std::vector<std::string> warnings;
+    const auto model = build_model(scene, test_tissues(), {project_file("assets"), false},
+                                   no_progress(), warnings);
+    return model ? std::string("none") : model.error().text();
+  };
+  SceneDescription scene = clipped_bar();
+  scene.instruments[0] = applier_at(0.0, {.length = 11e-3, .opening = 4e-3, .gap = 5e-3});
+  EXPECT_NE(mistake(scene).find("instruments/0/clip_gap_mm: found 5"), std::string::npos)
+      << mistake(scene);
+  scene = clipped_bar();
+  scene.organs[0].response = Response::kLocal;
+  EXPECT_NE(mistake(scene).find("organs/0/response: found local"), std::string::npos)
+      << mistake(scene);
+}
+
+TEST(Clips, OfAStateThatSaysWhatCantBeAreDropped) {
+  const auto world = build(clipped_bar());
+  ASSERT_TRUE(world);
+  step_until(*world, 0.3);
+  AppliedClips& applied = world->all<AppliedClips>()[0];
+  ASSERT_EQ(applied.clips.size(), 1u);
+  clips_feature().restored(*world);
+  EXPECT_EQ(applied.clips.size(), 1u) << "what is sound stays";
+  applied.clips[0].upper = 1000;
+  clips_feature().restored(*world);
+  EXPECT_TRUE(applied.clips.empty());
+  step_until(*world, 0.4);
+}
+
 // --- ducts --------------------------------------------------------------------------------------
 
 /// A duct along the bar, fed from its held end, that a scalpel cuts at x = 8 mm; a clip at `x`.
@@ -197,6 +228,17 @@ TEST(Ducts, StayOpenWhereAClipIsOnTheOtherSideOrHoldsLessThanTheirPressure) {
     EXPECT_TRUE(duct.open);
     EXPECT_TRUE(flagged);
   }
+}
+
+TEST(Ducts, StayOpenWhereShortBarsPassThemBy) {
+  SceneDescription scene = bar_to_cut(0.0, 13e3, Fed::kStart);
+  scene.instruments[0] = applier_at(0.0, {.length = 4e-3, .opening = 10e-3});
+  scene.organs[0].extras.set(DuctsDescription{
+      {{"artery", {Vec3(-19e-3, 3e-3, 0), Vec3(19e-3, 3e-3, 0)}, 13e3, Fed::kStart}}});
+  bool flagged = false;
+  const DuctFigures duct = duct_after_cut(scene, flagged);
+  EXPECT_TRUE(duct.cut);
+  EXPECT_TRUE(duct.open);
 }
 
 TEST(Ducts, OutsideOfTheirOrganAreRefusedWithTheirPlace) {
