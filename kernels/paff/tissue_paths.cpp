@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "kernels/points/closest_on_triangle.h"
@@ -172,7 +172,7 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
     return surface.vertices[static_cast<std::size_t>(v)];
   };
   // One bend for each direction of its surface in each small cube of space.
-  std::map<std::array<long, 6>, std::size_t> taken;
+  std::set<std::array<long, 6>> taken;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
       const int other = paths.adjacent_[t][i];
@@ -197,35 +197,20 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
               static_cast<long>(std::floor(on[c] / (kDistance * h)));
           cell[static_cast<std::size_t>(3 + c)] = std::lround(normal[c]);
         }
-        const auto [bend, is_new] = taken.emplace(cell, bends_.size());
-        if (is_new) bends_.push_back({on - kDepth * h * normal, {}});
-        bends_[bend->second].edges.push_back({first, second});
+        if (!taken.insert(cell).second) continue;
+        positions_.push_back(on - kDepth * h * normal);
       }
     }
   }
-}
-
-bool TissueBends::Place::passed(const Vec3& along) const {
-  // Bends lie below the surface, and stand for edges beside them: as an angle from there, at most.
-  constexpr double kGrazing = 0.2;
-  const double least = kGrazing * along.norm();
-  return std::any_of(edges.begin(), edges.end(), [&](const Edge& edge) {
-    return along.dot(edge[0]) < least || along.dot(edge[1]) < least;
-  });
 }
 
 std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double longest) const {
   // Dijkstra's search. Whether two bends see each other is asked only where that makes a way
   // shorter: to most there is a straight one from the start.
   std::vector<TissuePaths::Bend> bends;
-  std::vector<const Place*> places;
-  for (const Place& place : bends_) {
-    const Vec3 along = place.position - from;
-    const double direct = along.norm();
-    if (!(direct < longest)) continue;
-    const bool seen = place.passed(along) && paths_.straight(from, place.position);
-    bends.push_back({place.position, seen ? direct : longest});
-    places.push_back(&place);
+  for (const Vec3& x : positions_) {
+    const double direct = (x - from).norm();
+    if (direct < longest) bends.push_back({x, paths_.straight(from, x) ? direct : longest});
   }
   std::vector<char> settled(bends.size(), 0);
   for (;;) {
@@ -238,10 +223,8 @@ std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double lon
     settled[next] = 1;
     for (std::size_t i = 0; i < bends.size(); ++i) {
       if (settled[i]) continue;
-      const Vec3 along = bends[i].position - bends[next].position;
-      const double farther = bends[next].length + along.norm();
-      if (farther < bends[i].length && places[i]->passed(along) &&
-          paths_.straight(bends[next].position, bends[i].position))
+      const double farther = bends[next].length + (bends[i].position - bends[next].position).norm();
+      if (farther < bends[i].length && paths_.straight(bends[next].position, bends[i].position))
         bends[i].length = farther;
     }
   }

@@ -54,8 +54,7 @@ class TissuePaths {
 
 /// Where shortest ways bend: along the edges at which the surface is concave. Bends lie a fiftieth
 /// of `detail` below the surface, so that ways to them don't run along walls, and about an eighth
-/// of it apart. A way bends where it passes an edge, not where it meets both of its sides from
-/// before: of ragged walls most edges are such to most ways.
+/// of it apart.
 class TissueBends {
  public:
   /// Bends at the places that `wanted` holds for; `detail`: the local node spacing [m].
@@ -65,20 +64,11 @@ class TissueBends {
   /// All bends that a way through tissue shorter than `longest` leads to from `from`.
   std::vector<TissuePaths::Bend> reached(const Vec3& from, double longest) const;
 
-  std::size_t size() const { return bends_.size(); }
+  std::size_t size() const { return positions_.size(); }
 
  private:
-  /// Outward normals of an edge's two triangles.
-  using Edge = std::array<Vec3, 2>;
-  struct Place {
-    Vec3 position;
-    std::vector<Edge> edges;  ///< that it stands for
-    /// Whether a way that comes along `along` passes one of them.
-    bool passed(const Vec3& along) const;
-  };
-
   const TissuePaths& paths_;
-  std::vector<Place> bends_;
+  std::vector<Vec3> positions_;
 };
 
 }  // namespace viscera
