@@ -24,9 +24,11 @@ constexpr double kApplied = 0.2, kShut = 0.5;  // [s]
 InstrumentDescription applier_at(double x, const ClipsDescription& clips = {.length = 11e-3,
                                                                             .opening = 10e-3}) {
   const Vec3 tip(x, 0.5 * clips.length, 0.0);
-  InstrumentDescription tool =
-      straight_tool("applier", InstrumentKind::kClipApplier, 1e-3,
-                    {{0.0, tip, 0.0, 1.0}, {kApplied, tip, 0.0, 0.0}, {0.3, tip, 0.0, 1.0}});
+  InstrumentDescription tool = straight_tool("applier", InstrumentKind::kClipApplier, 1e-3,
+                                             {{0.0, tip - Vec3(0, 25e-3, 0), 0.0, 1.0},
+                                              {0.1, tip, 0.0, 1.0},
+                                              {kApplied, tip, 0.0, 0.0},
+                                              {0.3, tip, 0.0, 1.0}});
   tool.trocar = tip - Vec3(0.0, 0.2, 0.0);
   tool.extras.set(clips);
   return tool;
