@@ -132,6 +132,34 @@ double background_of(const World& world) {
   return density;
 }
 
+/// Where walls of a cut meet the skin the normal is the skin's: its triangles there are long, and
+/// would be shaded as walls in part.
+void take_normals_of_skin(const TriangleSurface& surface, std::span<const float> depths,
+                          std::span<const Vec3f> positions, std::vector<Vec3f>& normals) {
+  const auto each = [&](const auto& visit) {
+    for (const std::array<int, 3>& corners : surface.triangles)
+      visit(corners, std::ranges::any_of(corners, [&](int corner) {
+              return depths[static_cast<std::size_t>(corner)] > 0.0f;
+            }));
+  };
+  std::vector<char> meets_wall(normals.size(), 0);
+  each([&](const std::array<int, 3>& corners, bool wall) {
+    if (!wall) return;
+    for (const int corner : corners) meets_wall[static_cast<std::size_t>(corner)] = 1;
+  });
+  std::vector<Vec3f> of_skin(normals.size(), Vec3f::Zero());
+  each([&](const std::array<int, 3>& corners, bool wall) {
+    if (wall) return;
+    const auto at = [&](std::size_t c) -> const Vec3f& {
+      return positions[static_cast<std::size_t>(corners[c])];
+    };
+    const Vec3f area = (at(1) - at(0)).cross(at(2) - at(0));
+    for (const int corner : corners) of_skin[static_cast<std::size_t>(corner)] += area;
+  });
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    if (meets_wall[v] && of_skin[v].norm() > 0.0f) normals[v] = of_skin[v].normalized();
+}
+
 /// The world's smoke as light goes through it; points into `smoke`.
 struct SmokeInSight {
   SmokeInSight(const World& world, std::span<const ShownSmoke> smoke) {
@@ -245,7 +273,11 @@ std::span<const Vec3f> ShownNormals::of(const World& world, std::size_t organ) {
   made_.resize(std::max(made_.size(), world.all<OrganBody>().size()));
   Made& made = made_[organ];
   if (!made.fits || made.version != state.version) {
-    deformed_normals(world.all<OrganBody>()[organ].model->drawn, state.positions, made.normals);
+    const OrganModel& model = *world.all<OrganBody>()[organ].model;
+    deformed_normals(model.drawn, state.positions, made.normals);
+    const OrganLeft* left = world.find<OrganLeft>(world.all<OrganBody>().owner(organ));
+    if (left && !left->depths.empty())
+      take_normals_of_skin(model.surface, left->depths, state.positions, made.normals);
     made.version = state.version;
     made.fits = true;
   }
