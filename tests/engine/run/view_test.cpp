@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/features/clips/clips.h"
+#include "engine/features/parting/parting.h"
 #include "kernels/contact/deformation.h"
 #include "tests/support/small_world.h"
 
@@ -100,6 +102,81 @@ TEST(View, NormalsAreThoseOfThePressedShapeAndTheWorldStaysAsItWas) {
               view.organs[0].normals.data())
         << "they are made once a shape";
   }
+}
+
+/// A bar that a scalpel cuts half through, behind a clip.
+SceneDescription clipped_and_cut_bar() {
+  SceneDescription scene = held_bar_scene(Vec3(40e-3, 8e-3, 7e-3), 1.5e-3, 0.1e-3, 2.4e-3, 2.4e-3);
+  scene.organs[0].response = Response::kFinite;
+  scene.organs[0].extras.set(CuttableDescription{0.4e-3});
+  const Vec3 clip(0, 5.5e-3, 0), tip(8e-3, 12e-3, 0);
+  InstrumentDescription applier =
+      straight_tool("applier", InstrumentKind::kClipApplier, 1e-3,
+                    {{0.0, clip, 0.0, 1.0}, {0.1, clip, 0.0, 0.0}, {0.2, clip, 0.0, 1.0}});
+  applier.trocar = clip - Vec3(0, 0.2, 0);
+  applier.extras.set(ClipsDescription{.count = 3, .length = 11e-3, .opening = 10e-3});
+  InstrumentDescription scalpel = straight_tool(
+      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
+      {{0.0, tip, 0.0, 1.0}, {0.3, tip, 0.0, 1.0}, {0.5, tip - Vec3(0, 24e-3, 0), 0.0, 1.0}});
+  scalpel.trocar = Vec3(8e-3, 0, 20.0);
+  scalpel.extras.set(BladeDescription{16e-3, 0.8e-3});
+  scene.instruments = {applier, scalpel};
+  scene.camera = looking_along_y(0.0);
+  return scene;
+}
+
+TEST(View, ShowsAllClipsThatAnApplierHasFromTheFirstPictureOn) {
+  const SceneDescription scene = clipped_and_cut_bar();
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  Shown shown;
+  const Endoscope endoscope(*scene.camera);
+  const auto clips_of_view = [&] {
+    std::vector<InstrumentView> clips;
+    for (const InstrumentView& one : make_view(*world, shown, scene, endoscope, 0).instruments)
+      if (one.kind == InstrumentView::Kind::kClip) clips.push_back(one);
+    return clips;
+  };
+  step_until(*world, 0.02);
+  const auto before = clips_of_view();
+  ASSERT_EQ(before.size(), 3u);
+  EXPECT_EQ(before[0].jaw, 10e-3) << "it waits in the jaws";
+  step_until(*world, 0.5);
+  const auto after = clips_of_view();
+  ASSERT_EQ(after.size(), 3u);
+  EXPECT_EQ(after[0].id, before[0].id);
+  EXPECT_LT(after[0].jaw, 5e-3) << "it has squeezed";
+  EXPECT_LT(after[0].tip.norm(), 1e-3);
+  EXPECT_EQ(after[1].jaw, 10e-3) << "the next one waits";
+  EXPECT_NE(after[1].id, after[2].id);
+}
+
+TEST(View, ShadesSkinThatEndsAtACutAsSkin) {
+  const SceneDescription scene = clipped_and_cut_bar();
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  while (world->all<OrganCut>()[0].bodies == 0 && world->time() < 3.0)
+    step_until(*world, world->time() + 0.01);
+  step_until(*world, world->time() + 0.1);
+  Shown shown;
+  const FrameView view = make_view(*world, shown, scene, Endoscope(*scene.camera), 0);
+  const OrganView& bar = view.organs[0];
+  ASSERT_EQ(bar.depths.size(), bar.positions.size());
+  int at_rim = 0;
+  for (const std::array<int, 3>& corners : bar.rest->triangles) {
+    const auto v = [&](std::size_t c) { return static_cast<std::size_t>(corners[c]); };
+    if (bar.depths[v(0)] > 0.0f || bar.depths[v(1)] > 0.0f || bar.depths[v(2)] > 0.0f) continue;
+    const Vec3f normal = (bar.positions[v(1)] - bar.positions[v(0)])
+                             .cross(bar.positions[v(2)] - bar.positions[v(0)]);
+    const Vec3f middle = (bar.positions[v(0)] + bar.positions[v(1)] + bar.positions[v(2)]) / 3.0f;
+    // On the flat top, beside the kerf and away from the bar's own edges.
+    if (!(normal.z() > 0.98f * normal.norm()) || std::abs(middle.x() - 8e-3f) > 1.5e-3f ||
+        std::abs(middle.y()) > 1.2e-3f)
+      continue;
+    ++at_rim;
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_GT(bar.normals[v(c)].z(), 0.85f);
+  }
+  EXPECT_GT(at_rim, 2);
 }
 
 }  // namespace
