@@ -171,8 +171,8 @@ TEST(SceneMistake, UnknownNamesSayWhichAreKnown) {
   EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/formulation", "galerkn"), "organs/0/formulation",
                      "did you mean \"galerkin\"");
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/kind", "graspr"), "instruments/0/kind",
-                     "expected \"probe\", \"grasper\", \"hook\", \"spatula\", \"scalpel\" or "
-                     "\"scissors\" (did you mean \"grasper\"?)");
+                     "expected \"probe\", \"grasper\", \"hook\", \"spatula\", \"scalpel\", "
+                     "\"scissors\" or \"clip_applier\" (did you mean \"grasper\"?)");
 }
 
 TEST(SceneMistake, ANameThatThisBuildLeavesOutSaysWhy) {
