@@ -5,6 +5,7 @@
 #include "engine/features/beds/beds_keys.h"
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/cautery/cautery_keys.h"
+#include "engine/features/clips/clips_keys.h"
 #include "engine/features/coagulation/coagulation_keys.h"
 #include "engine/features/gas/gas_keys.h"
 #include "engine/features/gravity/gravity_keys.h"
@@ -43,7 +44,7 @@ bool is_scene(const std::string& text,
       .assets = small_assets(),
       .features = {held_tools_keys(), breathing_keys(), gravity_keys(), cautery_keys(),
                    smoke_keys(), gas_keys(), shafts_keys(), jaws_keys(), touching_keys(),
-                   links_keys(), coagulation_keys(), parting_keys(), beds_keys()}};
+                   links_keys(), coagulation_keys(), parting_keys(), beds_keys(), clips_keys()}};
   SceneLoadOptions with = options;
   with.overrides = overrides;
   const auto loaded = load_scene(scratch("scene.json", text), with);
