@@ -100,9 +100,9 @@ void add_clips(const World& world, std::size_t i, std::vector<InstrumentView>& v
     if (c < applied.clips.size()) {
       const Clip& clip = applied.clips[c];
       const Pose& pose = pose_of(world, clip.organ);
-      view.tip = pose.to_world(clip.centre);
-      view.shaft_direction = pose.direction_to_world(clip.along);
-      view.side_direction = pose.direction_to_world(clip.normal);
+      view.tip = pose.to_world(clip.pose.centre);
+      view.shaft_direction = pose.direction_to_world(clip.pose.axes.col(0));
+      view.side_direction = pose.direction_to_world(clip.pose.axes.col(1));
       view.jaw = clip.apart;
     } else {
       const bool next = c == applied.clips.size() && !applied.closed;

@@ -222,10 +222,12 @@ void FiniteContact::gather_offsets() {
   }
 }
 
-std::vector<Vec3> FiniteContact::beside_places() const {
-  std::vector<Vec3> beside = PatchContact::beside_places();
-  for (std::size_t k = 0; k < beside_.size(); ++k)
-    if (!beside_[k].isZero(0.0)) beside[k].setZero();
+/// Those of loose pieces turn already (pose).
+std::vector<Vec3> FiniteContact::beside_places(std::size_t begin, std::size_t end) const {
+  std::vector<Vec3> beside = PatchContact::beside_places(begin, end);
+  if (beside_.empty()) return beside;
+  for (std::size_t k = 0; k < beside.size(); ++k)
+    if (!beside_[begin + k].isZero(0.0)) beside[k].setZero();
   return beside;
 }
 

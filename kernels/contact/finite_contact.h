@@ -69,7 +69,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
 
   void place_displacements(const ContactResponse& response,
                            std::vector<float>& displacements) override;
-  std::vector<Vec3> beside_places() const override;
+  std::vector<Vec3> beside_places(std::size_t begin, std::size_t end) const override;
   void draw(std::span<const float> displacements, std::span<const ContactCell> cells,
             const ContactSolution& solution, std::vector<Vec3f>& positions) const override;
 

@@ -493,13 +493,14 @@ std::size_t PatchContact::moving_cells() const {
   return state_.places.size() - (anchored_ ? anchors_->places.size() : 0);
 }
 
-std::vector<Vec3> PatchContact::beside_places() const {
-  std::vector<Vec3> beside(state_.places.size(), Vec3::Zero());
-  for (std::size_t k = 0; k < std::min(moving_cells(), spread_.size()); ++k) {
+std::vector<Vec3> PatchContact::beside_places(std::size_t begin, std::size_t end) const {
+  if (end > std::min(moving_cells(), spread_.size())) return {};
+  std::vector<Vec3> beside;
+  for (std::size_t k = begin; k < end; ++k) {
     Vec3 mean = Vec3::Zero();
     for (const LoadShare& share : spread_[k])
       mean += share.share * surface_.positions[static_cast<std::size_t>(share.place)];
-    beside[k] = state_.places[k].position - mean;
+    beside.push_back(state_.places[k].position - mean);
   }
   return beside;
 }

@@ -60,7 +60,7 @@ class PatchContact : public TissueContact {
                            std::vector<float>& displacements) override;
   void draw(std::span<const float> displacements, std::span<const ContactCell> cells,
             const ContactSolution& solution, std::vector<Vec3f>& positions) const override;
-  std::vector<Vec3> beside_places() const override;
+  std::vector<Vec3> beside_places(std::size_t begin, std::size_t end) const override;
 
  protected:
   /// Weights, and `response_` as the body's part alone; then what is finer than places.

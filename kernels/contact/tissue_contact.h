@@ -109,10 +109,12 @@ class TissueContact {
   /// (3 cells).
   const MatrixX& cell_response();
 
-  /// How far each cell of the last solve lies beside the mean of the places whose mean displacement
-  /// is its own, where it doesn't turn as these do: what turns a cell by itself must turn that with
-  /// it [m]. Empty: none does.
-  virtual std::vector<Vec3> beside_places() const { return {}; }
+  /// How far each of the last solve's cells [begin, end) lies beside the mean of the places whose
+  /// mean displacement is its own, where it doesn't turn as these do: what turns a cell by itself
+  /// must turn that with it [m]. Empty: none does, or there was no solve.
+  virtual std::vector<Vec3> beside_places(std::size_t /*begin*/, std::size_t /*end*/) const {
+    return {};
+  }
 
   /// Of the last solve's cells [begin, end), one tool's: what they would meet alone. Cells that
   /// are held, and pressed ones that touch, stay as they are: the body's answer is linear about

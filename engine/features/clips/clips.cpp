@@ -88,24 +88,37 @@ Result<void> prepare_clips(SceneModel& model) {
 }
 
 /// Each time that an applier closes there is an organ.
-Result<void> expect_tissue(const SceneModel& model, std::size_t i) {
-  const InstrumentBody& tool =
-      *model.constants().all<InstrumentBody>().find(model.instruments()[i]);
-  for (const double time : closings_of(tool)) {
-    const Vec3 middle = middle_at(tool, time);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t o = 0; o < model.organs().size(); ++o) {
-      const OrganDescription& organ = model.scene().organs[o];
-      if (!organ.deformable) continue;
-      const OrganModel& body = *model.constants().all<OrganBody>().find(model.organs()[o])->model;
-      nearest = std::min(
-          nearest, SurfaceTree(body.surface).signed_distance(organ.pose_at(time).to_local(middle)));
+Result<void> expect_tissue(const SceneModel& model) {
+  struct Closing {
+    std::size_t instrument = 0;
+    double time = 0.0;
+    double nearest = std::numeric_limits<double>::infinity();  ///< tissue to the middle [m]
+  };
+  std::vector<Closing> closings;
+  const auto tool_of = [&](std::size_t i) -> const InstrumentBody& {
+    return *model.constants().all<InstrumentBody>().find(model.instruments()[i]);
+  };
+  for (std::size_t i = 0; i < model.instruments().size(); ++i)
+    if (clips_of(model.scene().instruments[i]))
+      for (const double time : closings_of(tool_of(i))) closings.push_back({i, time});
+  for (std::size_t o = 0; o < model.organs().size() && !closings.empty(); ++o) {
+    const OrganDescription& organ = model.scene().organs[o];
+    if (!organ.deformable) continue;
+    const SurfaceTree surface(
+        model.constants().all<OrganBody>().find(model.organs()[o])->model->surface);
+    for (Closing& one : closings) {
+      const Vec3 middle = middle_at(tool_of(one.instrument), one.time);
+      one.nearest =
+          std::min(one.nearest, surface.signed_distance(organ.pose_at(one.time).to_local(middle)));
     }
-    if (nearest <= kAboutClip + 0.5 * clips_of(tool.description)->opening) continue;
+  }
+  for (const Closing& one : closings) {
+    const ClipsDescription& clips = *clips_of(model.scene().instruments[one.instrument]);
+    if (one.nearest <= kAboutClip + 0.5 * clips.opening) continue;
     return failure(fmt::format(
         "{}: instruments/{}/path: found a clip applied at {:.2f} s {:.0f} mm away from every organ "
         "that deforms, expected tissue between its bars",
-        model.scene().file.string(), i, time, 1e3 * nearest));
+        model.scene().file.string(), one.instrument, one.time, 1e3 * one.nearest));
   }
   return {};
 }
@@ -130,9 +143,7 @@ Result<void> expect_inside(const SceneModel& model, std::size_t o) {
 
 Result<void> finish_clips(SceneModel& model, const std::filesystem::path&,
                           std::vector<std::string>&) {
-  for (std::size_t i = 0; i < model.instruments().size(); ++i)
-    if (clips_of(model.scene().instruments[i]))
-      if (auto found = expect_tissue(model, i); !found) return found;
+  if (auto found = expect_tissue(model); !found) return found;
   for (std::size_t o = 0; o < model.organs().size(); ++o)
     if (auto inside = expect_inside(model, o); !inside) return inside;
   return {};
@@ -168,7 +179,7 @@ std::vector<ReportSection> clips_report(const World& world) {
                        {"applied_s", clip.applied},
                        {"gap_mm", 1e3 * clip.apart},
                        {"shut", clip.closed()},
-                       {"holds_kPa", 1e-3 * clip.holds},
+                       {"holds_kPa", 1e-3 * world.find<ClipApplier>(all.owner(i))->clips.holds},
                        {"squeeze_N", clip.squeeze},
                        {"pressure_kPa", 1e-3 * clip.pressure()},
                        {"fell", clip.fell}});

@@ -21,29 +21,34 @@ struct ClipApplier {
   ClipsDescription clips;
 };
 
-/// Lengths and directions in the organ's frame.
+/// Where a clip is, in the organ's frame.
+struct ClipPose {
+  Vec3 centre = Vec3::Zero();    ///< midway between the bars [m]
+  Mat3 axes = Mat3::Identity();  ///< columns: along the bars, from the lower to the upper, across
+  static constexpr auto fields() {
+    return std::tuple(field("centre", &ClipPose::centre), field("axes", &ClipPose::axes));
+  }
+};
+static_assert(fields_cover<ClipPose>());
+
 struct Clip {
   Entity organ;
-  Vec3 centre = Vec3::Zero();         ///< midway between the bars [m]
-  Vec3 along = Vec3::UnitX();         ///< the bars; unit
-  Vec3 normal = Vec3::UnitZ();        ///< from the lower to the upper one; unit
-  double length = 0.0, width = 0.0;   ///< of a bar [m]
+  ClipPose pose;
   double open = 0.0;                  ///< between the bars as they met tissue [m]
   double apart = 0.0;                 ///< the bars now [m]
   double shut = 0.0;                  ///< the bars at last [m]
-  double holds = 0.0;                 ///< as ClipsDescription [Pa]
   double applied = 0.0;               ///< when [s]
   std::uint64_t upper = 0;            ///< cells on the upper bar
   std::vector<ContactCell> cells;     ///< of the upper bar, then of the lower; rest places
   std::vector<SurfacePoint> points;   ///< of the drawn surface, where they are
-  std::vector<Vec3> arms;             ///< from the centre by (along, normal, across) [m]
-  Mat3 axes_then = Mat3::Identity();  ///< (along, normal, across) as it was applied
+  std::vector<Vec3> arms;             ///< from the centre, by the axes [m]
+  Mat3 axes_then = Mat3::Identity();  ///< as it was applied
   std::vector<Vec3> beside;  ///< TissueContact::beside_places, at rest; empty: not known yet [m]
   std::uint64_t first = 0;   ///< of the organ's cells, this frame
   // Within a frame: where it was in the last trial, with what pull, and how it moved on from there;
   // pull and motion as hold_clips.cpp has them.
   std::uint64_t trials = 0;
-  Vec3 centre_before = Vec3::Zero(), along_before = Vec3::UnitX(), normal_before = Vec3::UnitZ();
+  ClipPose before;
   std::array<double, 6> pull{}, motion{};
   std::array<double, 36> learned{};  ///< by trials of its stiffness, beyond the tissue's response
   double squeeze = 0.0;              ///< of either bar [N]
@@ -52,18 +57,14 @@ struct Clip {
   static constexpr auto fields() {
     using C = Clip;
     return std::tuple(
-        field("organ", &C::organ), field("centre", &C::centre), field("along", &C::along),
-        field("normal", &C::normal), field("length", &C::length), field("width", &C::width),
-        field("open", &C::open), field("apart", &C::apart), field("shut", &C::shut),
-        field("holds", &C::holds), field("applied", &C::applied), field("upper", &C::upper),
-        field("cells", &C::cells), field("points", &C::points), field("arms", &C::arms),
-        field("axes_then", &C::axes_then), field("beside", &C::beside), field("first", &C::first),
-        field("trials", &C::trials), field("centre_before", &C::centre_before),
-        field("along_before", &C::along_before), field("normal_before", &C::normal_before),
+        field("organ", &C::organ), field("pose", &C::pose), field("open", &C::open),
+        field("apart", &C::apart), field("shut", &C::shut), field("applied", &C::applied),
+        field("upper", &C::upper), field("cells", &C::cells), field("points", &C::points),
+        field("arms", &C::arms), field("axes_then", &C::axes_then), field("beside", &C::beside),
+        field("first", &C::first), field("trials", &C::trials), field("before", &C::before),
         field("pull", &C::pull), field("motion", &C::motion), field("learned", &C::learned),
         field("squeeze", &C::squeeze), field("fell", &C::fell));
   }
-  Vec3 across() const { return along.cross(normal); }
   /// Its bars have come as near as they do, and squeeze.
   bool closed() const { return !fell && shut < open && apart <= shut && squeeze > 0.0; }
   /// Of either bar on the tissue [Pa].
@@ -82,6 +83,15 @@ struct AppliedClips {
   }
 };
 static_assert(fields_cover<AppliedClips>());
+
+/// Visits all clips that were left, with what their applier says of them: (clip, ClipsDescription).
+template <class AnyWorld, class Visit>
+void each_clip(AnyWorld& world, const Visit& visit) {
+  auto& all = world.template all<AppliedClips>();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (auto& clip : all[i].clips)
+      visit(clip, world.template find<ClipApplier>(all.owner(i))->clips);
+}
 
 /// End of clips' cells on an organ; 0: there are none.
 std::size_t end_of_clip_cells(const World& world, Entity organ);

@@ -27,19 +27,19 @@ std::vector<Vec3> samples_of(const DuctDescription& duct) {
 }
 
 /// The sample nearest to the middle of what a clip has between its bars, at rest; none: -1.
-int clipped_at(const Clip& clip, std::span<const Vec3> samples) {
+int clipped_at(const Clip& clip, double width, std::span<const Vec3> samples) {
   Vec3 upper = Vec3::Zero(), lower = Vec3::Zero();
   for (std::size_t k = 0; k < clip.cells.size(); ++k)
     (k < clip.upper ? upper : lower) += clip.cells[k].position;
   upper /= static_cast<double>(clip.upper);
   lower /= static_cast<double>(clip.cells.size() - clip.upper);
   const Vec3 middle = 0.5 * (upper + lower);
-  // A cell's area is its part of the bar.
-  Vec3 half(0.5 * clip.cells[0].area / clip.width, 0.5 * (upper - lower).norm(),
-            0.5 * clip.width + kDuctStep);
+  double outermost = 0.0;  // cell along the bars
   for (const ContactCell& cell : clip.cells)
-    half.x() = std::max(half.x(), 0.5 * clip.cells[0].area / clip.width +
-                                      std::abs(clip.axes_then.col(0).dot(cell.position - middle)));
+    outermost = std::max(outermost, std::abs(clip.axes_then.col(0).dot(cell.position - middle)));
+  // A cell's area is its part of the bar.
+  const Vec3 half(outermost + 0.5 * clip.cells[0].area / width, 0.5 * (upper - lower).norm(),
+                  0.5 * width + kDuctStep);
   int nearest = -1;
   double distance = std::numeric_limits<double>::infinity();
   for (std::size_t s = 0; s < samples.size(); ++s) {
@@ -66,14 +66,12 @@ DuctFigures figures_of(const World& world, Entity organ, const DuctDescription& 
   figures.cut = last >= 0;
   if (!figures.cut) return figures;
   bool before = false, behind = false;  // closed
-  for (const AppliedClips& applied : world.all<AppliedClips>())
-    for (const Clip& clip : applied.clips) {
-      if (!(clip.organ == organ) || clip.fell) continue;
-      if (!clip.closed() || clip.holds < duct.pressure) continue;
-      const int at = clipped_at(clip, samples);
-      before |= at >= 0 && at < first;
-      behind |= at > last;
-    }
+  each_clip(world, [&](const Clip& clip, const ClipsDescription& clips) {
+    if (!(clip.organ == organ) || !clip.closed() || clips.holds < duct.pressure) return;
+    const int at = clipped_at(clip, clips.width, samples);
+    before |= at >= 0 && at < first;
+    behind |= at > last;
+  });
   using Fed = DuctDescription::Fed;
   figures.open = (duct.fed != Fed::kEnd && !before) || (duct.fed != Fed::kStart && !behind);
   return figures;

@@ -11,9 +11,6 @@
 namespace viscera {
 namespace {
 
-/// As jaws do (jaw_forces.cpp): a hand doesn't close bars faster [m/s], and elastic tissue isn't
-/// squeezed farther than to this share of its thickness.
-constexpr double kBarsClose = 30e-3, kLeastBarGap = 1.0 / 3.0;
 /// Cells along a bar are so many spacings of nodes apart, and so many.
 constexpr double kCellPitch = 0.7;
 constexpr int kFewestCells = 3, kMostCells = 15;
@@ -40,25 +37,17 @@ Pinch between_bars(const World& world, Entity organ, const Vec3& middle,
   return pinched(world, organ, places, areas, state.side_direction, clips.opening);
 }
 
-Mat3 axes_of(const Clip& clip) {
-  Mat3 axes;
-  axes << clip.along, clip.normal, clip.across();
-  return axes;
-}
-
 /// Lays its bars on both sides of what they pinch.
 Clip begin_clip(const World& world, const Pinch& pinch, const Vec3& middle,
                 const InstrumentState& state, const ClipsDescription& clips, double time) {
   const Pose& pose = pose_of(world, pinch.organ);
   Clip clip;
   clip.organ = pinch.organ;
-  clip.centre = pose.to_local(middle);
-  clip.along = pose.direction_to_local(state.shaft_direction);
-  clip.normal = pose.direction_to_local(state.side_direction);
-  clip.axes_then = axes_of(clip);
-  clip.length = clips.length;
-  clip.width = clips.width;
-  clip.holds = clips.holds;
+  const Vec3 along = pose.direction_to_local(state.shaft_direction);
+  const Vec3 normal = pose.direction_to_local(state.side_direction);
+  clip.pose.centre = pose.to_local(middle);
+  clip.pose.axes << along, normal, along.cross(normal);
+  clip.axes_then = clip.pose.axes;
   clip.applied = time;
   clip.cells = pinch.cells;
   clip.points = pinch.points;
@@ -66,18 +55,18 @@ Clip begin_clip(const World& world, const Pinch& pinch, const Vec3& middle,
   double highest = -std::numeric_limits<double>::infinity(), lowest = -highest, thickest = 0.0;
   for (std::size_t k = 0; k < clip.cells.size(); ++k) {
     const ContactCell& cell = clip.cells[k];
-    const Vec3 from = cell.position + cell.displacement - clip.centre;
-    clip.arms.emplace_back(from.dot(clip.along), from.dot(clip.normal), from.dot(clip.across()));
+    clip.arms.push_back(clip.pose.axes.transpose() *
+                        (cell.position + cell.displacement - clip.pose.centre));
     highest = std::max(highest, clip.arms.back().y());
     lowest = std::min(lowest, clip.arms.back().y());
     if (k >= clip.upper)
       thickest = std::max(thickest, (clip.cells[k - clip.upper].position - cell.position).norm());
   }
   const double shift = 0.5 * (highest + lowest);
-  clip.centre += shift * clip.normal;
+  clip.pose.centre += shift * normal;
   for (Vec3& arm : clip.arms) arm.y() -= shift;
   clip.apart = clip.open = highest - lowest;
-  clip.shut = std::min(clip.apart, std::max(clips.gap, kLeastBarGap * thickest));
+  clip.shut = std::min(clip.apart, std::max(clips.gap, kLeastGap * thickest));
   return clip;
 }
 
@@ -103,16 +92,14 @@ void apply_clip(World& world, const FrameContext& context, Entity applier, Appli
 /// the mean one of places beside it, which squeezing alone would leave aside of a clip that turns.
 Vec3 turned_beside(const Clip& clip, std::size_t k) {
   if (clip.beside.empty()) return Vec3::Zero();
-  return axes_of(clip) * (clip.axes_then.transpose() * clip.beside[k]) - clip.beside[k];
+  return clip.pose.axes * (clip.axes_then.transpose() * clip.beside[k]) - clip.beside[k];
 }
 
 /// u wanted of its cell [m].
 Vec3 wanted(const Clip& clip, std::size_t k) {
-  const Vec3& arm = clip.arms[k];
-  const double height =
-      k < clip.upper ? std::min(arm.y(), 0.5 * clip.apart) : std::max(arm.y(), -0.5 * clip.apart);
-  return clip.centre + arm.x() * clip.along + height * clip.normal + arm.z() * clip.across() -
-         clip.cells[k].position - turned_beside(clip, k);
+  Vec3 arm = clip.arms[k];
+  arm.y() = std::clamp(arm.y(), -0.5 * clip.apart, 0.5 * clip.apart);
+  return clip.pose.centre + clip.pose.axes * arm - clip.cells[k].position - turned_beside(clip, k);
 }
 
 void lay_cells(World& world, Clip& clip) {
@@ -149,41 +136,40 @@ Wrench wrench_of(const Clip& clip, const OrganContact& contact) {
     const Vec3& force = contact.solution.forces[clip.first + k];
     const Vec3 place = moved_place(clip, contact, k);
     wrench.force += force;
-    wrench.moment += (place - clip.centre).cross(force);
-    wrench.squeeze += (k < clip.upper ? -0.5 : 0.5) * force.dot(clip.normal);
+    wrench.moment += (place - clip.pose.centre).cross(force);
+    wrench.squeeze += (k < clip.upper ? -0.5 : 0.5) * force.dot(clip.pose.axes.col(1));
   }
   return wrench;
 }
 
-/// By the axes (along, normal, across): shifts [m] and turns times half a bar [m]; forces [N] and
-/// moments over half a bar [N].
+/// By the axes: shifts [m] and turns times half a bar [m]; forces [N] and moments over half a bar
+/// [N].
 using ClipVector = Eigen::Matrix<double, 6, 1>;
 using ClipStiffness = Eigen::Matrix<double, 6, 6>;  // [N/m]
 
-ClipVector pull_of(const Clip& clip, const Wrench& wrench) {
-  const Mat3 to_clip = axes_of(clip).transpose();
+ClipVector pull_of(const Clip& clip, const Wrench& wrench, double half_bar) {
+  const Mat3 to_clip = clip.pose.axes.transpose();
   ClipVector pull;
-  pull << to_clip * wrench.force, to_clip * wrench.moment / (0.5 * clip.length);
+  pull << to_clip * wrench.force, to_clip * wrench.moment / half_bar;
   return pull;
 }
 
 /// What motions would add to its pull by the tissue's response, which is of tissue at rest.
 std::optional<ClipStiffness> stiffness_of(const Clip& clip, const OrganContact& contact,
-                                          const MatrixX& response) {
+                                          const MatrixX& response, double half_bar) {
   const auto at = static_cast<Eigen::Index>(3 * clip.first);
   const auto size = static_cast<Eigen::Index>(3 * clip.cells.size());
   if (response.rows() < at + size) return std::nullopt;
   const MatrixX own = response.block(at, at, size, size);
   const Eigen::LLT<MatrixX> factor(0.5 * (own + own.transpose()));
   if (factor.info() != Eigen::Success) return std::nullopt;
-  const Mat3 axes = axes_of(clip);
+  const Mat3& axes = clip.pose.axes;
   MatrixX motions(size, 6);
   for (std::size_t k = 0; k < clip.cells.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(3 * k);
-    const Vec3 arm = moved_place(clip, contact, k) - clip.centre;
+    const Vec3 arm = moved_place(clip, contact, k) - clip.pose.centre;
     motions.block<3, 3>(row, 0) = axes;
-    for (int i = 0; i < 3; ++i)
-      motions.block<3, 1>(row, 3 + i) = axes.col(i).cross(arm) / (0.5 * clip.length);
+    for (int i = 0; i < 3; ++i) motions.block<3, 1>(row, 3 + i) = axes.col(i).cross(arm) / half_bar;
   }
   const ClipStiffness stiffness = motions.transpose() * factor.solve(motions);
   if (!stiffness.allFinite()) return std::nullopt;
@@ -206,14 +192,6 @@ ClipStiffness as_found(const ClipStiffness& stiffness, const ClipVector& motion,
          found * found.transpose() / motion.dot(found);
 }
 
-/// Once its cells have been solved for.
-void learn_places(const World& world, Clip& clip) {
-  const std::vector<Vec3> beside = world.find<OrganTouch>(clip.organ)->solver->beside_places();
-  if (beside.size() < clip.first + clip.cells.size()) return;
-  const auto begin = beside.begin() + static_cast<std::ptrdiff_t>(clip.first);
-  clip.beside.assign(begin, begin + static_cast<std::ptrdiff_t>(clip.cells.size()));
-}
-
 /// The response's stiffness with all that trials have taught; without, where that isn't positive
 /// with this response.
 ClipStiffness with_learned(const ClipStiffness& stiffness, const Clip& clip) {
@@ -221,15 +199,14 @@ ClipStiffness with_learned(const ClipStiffness& stiffness, const Clip& clip) {
   return Eigen::LLT<ClipStiffness>(learned).info() == Eigen::Success ? learned : stiffness;
 }
 
-void move(const ClipVector& motion, Clip& clip) {
-  const Mat3 axes = axes_of(clip);
-  const Vec3 turn = axes * motion.tail<3>() / (0.5 * clip.length);
-  clip.centre += axes * motion.head<3>();
+void move(const ClipVector& motion, double half_bar, ClipPose& pose) {
+  const Vec3 turn = pose.axes * motion.tail<3>() / half_bar;
+  pose.centre += pose.axes * motion.head<3>();
   if (!(turn.norm() > 0.0)) return;
   const Eigen::AngleAxisd turned(turn.norm(), turn.normalized());
-  clip.along = (turned * clip.along).normalized();
-  clip.normal = turned * clip.normal;
-  clip.normal = (clip.normal - clip.normal.dot(clip.along) * clip.along).normalized();
+  const Vec3 along = (turned * pose.axes.col(0)).normalized(), up = turned * pose.axes.col(1);
+  const Vec3 normal = (up - up.dot(along) * along).normalized();
+  pose.axes << along, normal, along.cross(normal);
 }
 
 /// Of the squeeze, and besides: what may be left of its pull.
@@ -242,30 +219,24 @@ void lay_again(const Clip& clip, OrganContact& contact) {
     contact.cells[clip.first + k].displacement = wanted(clip, k);
 }
 
-void take_back(Clip& clip) {
-  clip.centre = clip.centre_before;
-  clip.along = clip.along_before;
-  clip.normal = clip.normal_before;
-}
-
 /// A trial that the tissue had no answer to; false: there was none.
 bool take_back(Clip& clip, OrganContact& contact) {
   if (clip.trials == 0) return false;
-  take_back(clip);
+  clip.pose = clip.before;
   clip.trials = 0;
   lay_again(clip, contact);
   return true;
 }
 
 /// False: it is in balance, or nothing is known to better it.
-bool settle(Clip& clip, OrganContact& contact, const MatrixX& response) {
+bool settle(Clip& clip, OrganContact& contact, const MatrixX& response, double half_bar) {
   const Wrench wrench = wrench_of(clip, contact);
-  ClipVector pull = pull_of(clip, wrench);
+  ClipVector pull = pull_of(clip, wrench, half_bar);
   if (!(pull.norm() > kInBalance * std::abs(wrench.squeeze) + kBalanceBesides)) {
     clip.trials = 0;
     return false;
   }
-  const auto stiffness = stiffness_of(clip, contact, response);
+  const auto stiffness = stiffness_of(clip, contact, response, half_bar);
   if (!stiffness) return false;
   ClipStiffness learned = with_learned(*stiffness, clip);
   if (clip.trials > 0) {
@@ -275,7 +246,7 @@ bool settle(Clip& clip, OrganContact& contact, const MatrixX& response) {
     // What has come out worse is taken back, and tried with what it taught.
     if (pull.norm() > before.norm()) {
       pull = before;
-      take_back(clip);
+      clip.pose = clip.before;
     }
   }
   Eigen::Map<ClipStiffness>(clip.learned.data()) = learned - *stiffness;
@@ -284,11 +255,9 @@ bool settle(Clip& clip, OrganContact& contact, const MatrixX& response) {
   motion *= std::min(1.0, kFarthest / std::max(motion.norm(), 1e-12));
   Eigen::Map<ClipVector>(clip.pull.data()) = pull;
   Eigen::Map<ClipVector>(clip.motion.data()) = motion;
-  clip.centre_before = clip.centre;
-  clip.along_before = clip.along;
-  clip.normal_before = clip.normal;
+  clip.before = clip.pose;
   ++clip.trials;
-  move(motion, clip);
+  move(motion, half_bar, clip.pose);
   lay_again(clip, contact);
   return true;
 }
@@ -298,8 +267,7 @@ bool is_sound(const World& world, const Clip& clip) {
   if (!body || !world.find<OrganContact>(clip.organ)) return false;
   const std::size_t count = clip.cells.size(), triangles = body->model->surface.triangles.size();
   if (clip.points.size() != count || clip.arms.size() != count || clip.upper > count ||
-      (!clip.beside.empty() && clip.beside.size() != count) || !(clip.width > 0.0) ||
-      !(clip.length > 0.0))
+      (!clip.beside.empty() && clip.beside.size() != count))
     return false;
   if (!clip.fell && (clip.upper < kLeastClipPairs || count - clip.upper < kLeastClipPairs))
     return false;
@@ -318,28 +286,29 @@ double Clip::pressure() const {
 
 std::size_t end_of_clip_cells(const World& world, Entity organ) {
   std::size_t end = 0;
-  for (const AppliedClips& applied : world.all<AppliedClips>())
-    for (const Clip& clip : applied.clips)
-      if (holds_on(world, clip, organ))
-        end = std::max<std::size_t>(end, clip.first + clip.cells.size());
+  each_clip(world, [&](const Clip& clip, const ClipsDescription&) {
+    if (holds_on(world, clip, organ))
+      end = std::max<std::size_t>(end, clip.first + clip.cells.size());
+  });
   return end;
 }
 
 void begin_clips(World& world, Entity organ) {
-  for (AppliedClips& applied : world.all<AppliedClips>())
-    for (Clip& clip : applied.clips)
-      if (clip.organ == organ) clip.trials = 0;
+  each_clip(world, [&](Clip& clip, const ClipsDescription&) {
+    if (clip.organ == organ) clip.trials = 0;
+  });
 }
 
 bool settle_clips(World& world, Entity organ) {
   OrganContact& contact = *world.find<OrganContact>(organ);
+  TissueContact& solver = *world.find<OrganTouch>(organ)->solver;
   bool moved = false;
-  for (AppliedClips& applied : world.all<AppliedClips>())
-    for (Clip& clip : applied.clips)
-      if (holds_on(world, clip, organ))
-        moved |= contact.solution.converged
-                     ? settle(clip, contact, world.find<OrganTouch>(organ)->solver->cell_response())
-                     : take_back(clip, contact);
+  each_clip(world, [&](Clip& clip, const ClipsDescription& clips) {
+    if (!holds_on(world, clip, organ)) return;
+    moved |= contact.solution.converged
+                 ? settle(clip, contact, solver.cell_response(), 0.5 * clips.length)
+                 : take_back(clip, contact);
+  });
   return moved;
 }
 
@@ -350,26 +319,26 @@ void hold_clips(World& world, const FrameContext& context) {
     const bool was_closed = applied.closed;
     applied.closed = jaw_closed(was_closed, world.find<InstrumentState>(all.owner(i))->jaw);
     if (applied.closed && !was_closed) apply_clip(world, context, all.owner(i), applied);
-    for (Clip& clip : applied.clips) {
-      if (!holds_on(world, clip, clip.organ)) continue;
-      clip.apart = std::max(clip.shut, clip.apart - kBarsClose * context.dt);
-      clip.trials = 0;
-      lay_cells(world, clip);
-    }
   }
+  each_clip(world, [&](Clip& clip, const ClipsDescription&) {
+    if (!holds_on(world, clip, clip.organ)) return;
+    clip.apart = std::max(clip.shut, clip.apart - kClosingSpeed * context.dt);
+    clip.trials = 0;
+    lay_cells(world, clip);
+  });
 }
 
 void feel_clips(World& world, const FrameContext& context) {
-  for (AppliedClips& applied : world.all<AppliedClips>())
-    for (Clip& clip : applied.clips) {
-      clip.squeeze = 0.0;
-      if (clip.fell) context.report->raise(kClipFell);
-      if (!holds_on(world, clip, clip.organ)) continue;
-      const OrganContact& contact = *world.find<OrganContact>(clip.organ);
-      if (contact.solution.forces.size() < clip.first + clip.cells.size()) continue;
-      clip.squeeze = wrench_of(clip, contact).squeeze;
-      learn_places(world, clip);
-    }
+  each_clip(world, [&](Clip& clip, const ClipsDescription&) {
+    clip.squeeze = 0.0;
+    if (clip.fell) context.report->raise(kClipFell);
+    if (!holds_on(world, clip, clip.organ)) return;
+    const OrganContact& contact = *world.find<OrganContact>(clip.organ);
+    const std::size_t end = clip.first + clip.cells.size();
+    if (contact.solution.forces.size() < end) return;
+    clip.squeeze = wrench_of(clip, contact).squeeze;
+    clip.beside = world.find<OrganTouch>(clip.organ)->solver->beside_places(clip.first, end);
+  });
   for (const DuctFigures& duct : duct_figures(world))
     if (duct.open) context.report->raise(kDuctOpen);
 }
@@ -386,28 +355,27 @@ void drop_unsound(World& world) {
 void hold_what_is_left(World& world, Entity organ, const Continuation*) {
   const OrganContact* contact = world.find<OrganContact>(organ);
   if (!contact) return;
-  for (AppliedClips& applied : world.all<AppliedClips>())
-    for (Clip& clip : applied.clips) {
-      if (!(clip.organ == organ) || clip.fell) continue;
-      Clip left = clip;
-      left.cells.clear();
-      left.points.clear();
-      left.arms.clear();
-      left.beside.clear();
-      left.upper = 0;
-      for (std::size_t k = 0; k < clip.cells.size(); ++k) {
-        const auto hit = contact->rest->closest(clip.cells[k].position, kTissueLostBy);
-        if (!hit) continue;
-        if (k < clip.upper) ++left.upper;
-        left.cells.push_back(clip.cells[k]);
-        left.points.push_back(hit->point);
-        left.arms.push_back(clip.arms[k]);
-        if (!clip.beside.empty()) left.beside.push_back(clip.beside[k]);
-      }
-      left.learned.fill(0.0);
-      left.fell = left.upper < kLeastClipPairs || left.cells.size() - left.upper < kLeastClipPairs;
-      clip = std::move(left);
+  each_clip(world, [&](Clip& clip, const ClipsDescription&) {
+    if (!(clip.organ == organ) || clip.fell) return;
+    Clip left = clip;
+    left.cells.clear();
+    left.points.clear();
+    left.arms.clear();
+    left.beside.clear();
+    left.upper = 0;
+    for (std::size_t k = 0; k < clip.cells.size(); ++k) {
+      const auto hit = contact->rest->closest(clip.cells[k].position, kTissueLostBy);
+      if (!hit) continue;
+      if (k < clip.upper) ++left.upper;
+      left.cells.push_back(clip.cells[k]);
+      left.points.push_back(hit->point);
+      left.arms.push_back(clip.arms[k]);
+      if (!clip.beside.empty()) left.beside.push_back(clip.beside[k]);
     }
+    left.learned.fill(0.0);
+    left.fell = left.upper < kLeastClipPairs || left.cells.size() - left.upper < kLeastClipPairs;
+    clip = std::move(left);
+  });
 }
 
 }  // namespace viscera

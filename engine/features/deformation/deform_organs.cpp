@@ -135,8 +135,8 @@ class OrganSolves {
  public:
   OrganSolves(World& world, const FrameContext& context) : world_(world), context_(context) {}
 
-  /// And clips.
-  bool slide_jaws(Entity organ) const {
+  /// Jaws slide, clips go where they are in balance. True: it must be solved again.
+  bool settle_held(Entity organ) const {
     bool slipped = false;
     bool moved = slip_jaws(world_, organ, *world_.find<OrganContact>(organ), slipped);
     moved |= settle_clips(world_, organ);
@@ -151,7 +151,7 @@ class OrganSolves {
     TissueContact& solver = *world_.find<OrganTouch>(organ)->solver;
     begin_clips(world_, organ);
     solver.solve(contact.cells, contact.solution, contact.response, backing);
-    for (int pass = 0; pass < kSlipPasses && slide_jaws(organ); ++pass)
+    for (int pass = 0; pass < kSlipPasses && settle_held(organ); ++pass)
       solver.solve(contact.cells, contact.solution, contact.response, backing);
     accept(organ);
   }
@@ -246,9 +246,7 @@ void deform_here(World& world, Entity organ, Repeat repeat, std::string_view sta
   if (const FreeShape* shape = world.find<FreeShape>(organ))
     for (std::size_t i = 0; i < shape->places.size(); ++i)
       draft.displacements[i] += shape->places[i];
-  if (repeat == Repeat::kSkipped && world.find<OrganTouch>(organ)->ranges.empty() &&
-      end_of_shaft_cells(world, organ) == 0 && end_of_clip_cells(world, organ) == 0 &&
-      looks_the_same(state, draft))
+  if (repeat == Repeat::kSkipped && own_cells(world, organ) == 0 && looks_the_same(state, draft))
     return;
   tissue.draw(draft.displacements, contact.cells, contact.solution, draft.positions);
   if (!draft_is_sound(world, organ, stage, context)) return;
@@ -269,6 +267,13 @@ void bring_normals_home(OrganState& state) {
 
 }  // namespace
 
+std::size_t own_cells(const World& world, Entity organ) {
+  std::size_t own = std::max(end_of_shaft_cells(world, organ), end_of_clip_cells(world, organ));
+  for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
+    own = std::max(own, static_cast<std::size_t>(range.end));
+  return own;
+}
+
 void deform_organs(World& world, const FrameContext& context) {
   Pool<OrganContact>& contacts = world.all<OrganContact>();
   for (std::size_t o = 0; o < contacts.size(); ++o)
@@ -278,7 +283,7 @@ void deform_organs(World& world, const FrameContext& context) {
     // A pointer each: an idle frame allocates nothing.
     const ContactSolves solves = {
         [&organs](Entity organ, const MatrixX& backing) { organs.alone(organ, backing); },
-        [&organs](Entity organ) { return organs.slide_jaws(organ); },
+        [&organs](Entity organ) { return organs.settle_held(organ); },
         [&organs](Entity organ) { organs.accept(organ); }};
     for (const Binder& binder : binding->binders) binder.solve(world, solves);
   }

@@ -18,16 +18,17 @@ struct GpuOrgans {
   std::shared_ptr<GpuSurfaces> surfaces;
 };
 
-/// A jaw that slips is solved again with the tissue let back; this many times a frame at most.
+/// A jaw that slips, or a clip out of balance, is solved again with the tissue let back; this many
+/// times a frame at most.
 inline constexpr int kSlipPasses = 4;
 
 /// Contact on single organs, as *deform organs* hands it to what binds them.
 struct ContactSolves {
   /// Solves it on one, its last cells met by what yields as this matrix says.
   std::function<void(Entity organ, const MatrixX& backing)> alone;
-  /// Of an organ whose forces were found with those of others: lets jaws slide that pull too hard.
-  /// True: one did, and all of it must be solved again.
-  std::function<bool(Entity organ)> slide_jaws;
+  /// Of an organ whose forces were found with those of others: lets jaws slide that pull too hard,
+  /// and clips go. True: one did, and all of it must be solved again.
+  std::function<bool(Entity organ)> settle_held;
   /// Of such an organ, once none does: nothing that isn't finite goes on, flags are raised.
   std::function<void(Entity organ)> accept;
 };
@@ -44,6 +45,10 @@ struct Binding {
   std::vector<Binder> binders;
 };
 void bind(World& world, const Binder& binder);
+
+/// End of an organ's cells of tools, of their shafts and of clips, which come before those of what
+/// binds it; 0: there are none.
+std::size_t own_cells(const World& world, Entity organ);
 
 /// The device has failed: from now on all organs are the CPU's, which makes what their last shapes
 /// lack. Nothing to do where none is on the GPU.

@@ -8,6 +8,12 @@
 
 namespace viscera {
 
+/// A hand closes jaws on tissue no faster than this [m/s]. Chosen.
+inline constexpr double kClosingSpeed = 30e-3;
+/// Elastic tissue, that nothing but its modulus stiffens, doesn't bear what squeezes it: that stops
+/// at this share of its thickness. Chosen.
+inline constexpr double kLeastGap = 1.0 / 3.0;
+
 /// To be called once a frame, before anything is taken: where the jaws are, carried with the shaft
 /// without spin but the handle's.
 void move_jaws(const JawsBody& body, const InstrumentState& state, double time, bool hold,

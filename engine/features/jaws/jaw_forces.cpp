@@ -14,11 +14,7 @@ using Mat2 = Eigen::Matrix2d;
 
 /// Of the friction and of the jaws' force: what both may miss.
 constexpr double kExact = 1e-3;
-/// A handle doesn't close jaws faster than this on tissue [m/s]. Chosen.
-constexpr double kClosingPerFrame = 30e-3 / 60.0;
-/// Elastic tissue, that nothing but its modulus stiffens, doesn't bear what jaws press it with:
-/// they stop at this share of its thickness. Chosen.
-constexpr double kLeastGap = 1.0 / 3.0;
+constexpr double kClosingPerFrame = kClosingSpeed / 60.0;  // [m]
 /// What a trial may find of the tissue's stiffness over its response's.
 constexpr double kLeastStiffer = 0.1, kMostStiffer = 10.0;
 constexpr double kLeastWay = 1e-9;  // [m]

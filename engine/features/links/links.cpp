@@ -5,12 +5,10 @@
 #include <numbers>
 
 #include "engine/features/breathing/breathing.h"
-#include "engine/features/clips/clips.h"
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/links/link_places.h"
-#include "engine/features/shafts/shafts.h"
 
 namespace viscera {
 namespace {
@@ -245,9 +243,7 @@ class GroupSolve {
   /// answer.
   bool only_follows(std::size_t i) const {
     if (is_frozen(world_, group_[i])) return false;
-    if (!world_.find<OrganTouch>(group_[i])->ranges.empty() || moves(group_[i]) ||
-        end_of_shaft_cells(world_, group_[i]) > 0 || end_of_clip_cells(world_, group_[i]) > 0)
-      return false;
+    if (own_cells(world_, group_[i]) > 0 || moves(group_[i])) return false;
     const std::vector<OrganTies::Tie>& ties = world_.find<OrganTies>(group_[i])->ties;
     const Entity leader = ties.front().other;
     if (!world_.find<OrganTies>(leader) || is_frozen(world_, leader) || follows(leader))

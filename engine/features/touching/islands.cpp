@@ -3,10 +3,9 @@
 #include <algorithm>
 
 #include "engine/features/beds/beds.h"
-#include "engine/features/clips/clips.h"
 #include "engine/features/contact/contact.h"
+#include "engine/features/deformation/deformation.h"
 #include "engine/features/links/links.h"
-#include "engine/features/shafts/shafts.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
 #include "kernels/base/disjoint_sets.h"
@@ -14,14 +13,6 @@
 
 namespace viscera {
 namespace {
-
-/// Cells of tools come first, then those of their shafts, and of clips.
-std::size_t own_cells(const World& world, Entity organ) {
-  std::size_t own = std::max(end_of_shaft_cells(world, organ), end_of_clip_cells(world, organ));
-  for (const CellRange& range : world.find<OrganTouch>(organ)->ranges)
-    own = std::max(own, static_cast<std::size_t>(range.end));
-  return own;
-}
 
 class IslandSolve {
  public:
@@ -189,7 +180,7 @@ void solve_islands(World& world, const ContactSolves& solves) {
     IslandFigures told = solve.run();
     const auto slides = [&] {
       bool slid = false;
-      for (const Entity organ : island.organs) slid = solves.slide_jaws(organ) || slid;
+      for (const Entity organ : island.organs) slid = solves.settle_held(organ) || slid;
       return slid;
     };
     for (int pass = 0; pass < kSlipPasses && slides(); ++pass) told = solve.run();
