@@ -63,6 +63,19 @@ double smooth(double share) {
 
 }  // namespace
 
+HiveTissueFigures& HiveTissueFigures::operator+=(const HiveTissueFigures& other) noexcept {
+  hives += other.hives;
+  refused += other.refused;
+  searches += other.searches;
+  uncovered += other.uncovered;
+  newton_steps += other.newton_steps;
+  tangent_answers += other.tangent_answers;
+  deadline_misses += other.deadline_misses;
+  linear_answers += other.linear_answers;
+  if (other.last_refusal != HiveVerdict::kSound) last_refusal = other.last_refusal;
+  return *this;
+}
+
 Result<std::unique_ptr<HiveTissue>> HiveTissue::create(const HiveBody& body,
                                                        const HiveTissueSettings& settings) {
   if (!(settings.tool_radius > 0.0))
@@ -336,6 +349,25 @@ void HiveTissue::relax(TactileForce& felt, double dt) noexcept {
   felt.supplied *= elastic > 0.0 ? force / elastic : 0.0;
   felt.energy = -1.0;
   felt.touching = felt.touching && force > 0.0;
+}
+
+void HiveTissue::stand_at(const SurfacePoint& place) {
+  if (place.triangle < 0) return;
+  if (const HiveVerdict verdict = hives_[0].build(body_.surface->at(place));
+      verdict != HiveVerdict::kSound) {
+    ++figures_.refused;
+    figures_.last_refusal = verdict;
+    return;
+  }
+  ++figures_.hives;
+  now_ = 0;
+}
+
+void HiveTissue::go_on_from(const HiveTissue& before) noexcept {
+  prony_ = before.prony_;
+  const HiveTissueFigures own = figures_;
+  figures_ = before.figures_;
+  figures_ += own;
 }
 
 TactileForce HiveTissue::respond(const ToolMotion& motion, double dt) noexcept {

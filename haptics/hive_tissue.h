@@ -54,6 +54,7 @@ struct HiveTissueFigures {
   std::uint64_t deadline_misses = 0;  ///< of them, because time was up
   std::uint64_t linear_answers = 0;   ///< ticks in which there was none: the linear hive's answer
 
+  HiveTissueFigures& operator+=(const HiveTissueFigures& other) noexcept;
   static constexpr auto fields() {
     using F = HiveTissueFigures;
     return std::tuple(
@@ -76,6 +77,12 @@ class HiveTissue final : public TactileModel {
   TripleBuffer<TissueSnapshot>& snapshots() { return snapshots_; }
 
   TactileForce respond(const ToolMotion& motion, double dt) noexcept override;
+
+  /// Before the first tick: the hive about this place is built at once. Milliseconds.
+  void stand_at(const SurfacePoint& place);
+  /// Likewise: of a body that `before`'s has become. What relaxes goes on from there, and counters
+  /// go on.
+  void go_on_from(const HiveTissue& before) noexcept;
 
   const HiveTissueSettings& settings() const { return settings_; }
   const HiveTissueFigures& figures() const { return figures_; }

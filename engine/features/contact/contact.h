@@ -12,6 +12,10 @@ struct ScannedSurface {
   static constexpr bool kConstant = true;
   SurfaceScan scan;
 };
+/// Of one that is another body than the model's.
+struct RescannedSurface {
+  SurfaceScan scan;
+};
 
 /// Of an organ at rest, its frame here; world [m].
 Box bounds_at_rest(const OrganModel& model, const Pose& pose);

@@ -50,6 +50,8 @@ void replaced(World& world, Entity organ, const Continuation* continuation) {
   const OrganModel& model = *world.find<OrganBody>(organ)->model;
   contact->surface = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
   contact->rest = std::make_unique<CollisionSurface>(model.surface, model.rest_positions);
+  world.all<RescannedSurface>().remove(organ);
+  world.all<RescannedSurface>().add(organ, {SurfaceScan(model.surface)});
   auto solver = make_finite_contact(model);
   const auto* before = dynamic_cast<const FiniteContact*>(touch->solver.get());
   if (before && continuation) solver->go_on_from(*before, *continuation);

@@ -22,6 +22,11 @@ bool moves_itself(const World& world, Entity organ) {
   return world.find<OrganTouch>(organ)->solver->abilities().moves;
 }
 
+const SurfaceScan& scan_of(const World& world, Entity organ) {
+  const RescannedSurface* again = world.find<RescannedSurface>(organ);
+  return again ? again->scan : world.find<ScannedSurface>(organ)->scan;
+}
+
 /// About a range of cells; nothing where they have no side.
 std::optional<FirstOrder> about_cells(const OrganContact& contact, const CellRange& range) {
   std::vector<Vec3> places;
@@ -178,9 +183,9 @@ bool meet_tissue(World& world, Entity organ, Entity instrument, double reach,
     snapshot.nearest = hit->point;
     return meet_touched(world, organ, *under, snapshot);
   }
-  const auto found = world.find<ScannedSurface>(organ)->scan.closest(
-      world.find<OrganBody>(organ)->model->surface.triangles,
-      world.find<OrganState>(organ)->positions, from, reach);
+  const auto found = scan_of(world, organ)
+                         .closest(world.find<OrganBody>(organ)->model->surface.triangles,
+                                  world.find<OrganState>(organ)->positions, from, reach);
   if (!found) return true;
   snapshot.nearest = {found->triangle, found->weights};
   snapshot.pose =

@@ -11,6 +11,7 @@
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/held_tools/haptic_devices.h"
 #include "engine/features/local/hive_settings.h"
+#include "engine/features/parting/parting.h"
 #include "engine/features/shafts/shafts.h"
 #include "engine/simulation/instruments.h"
 #include "engine/simulation/tool_shape.h"
@@ -34,6 +35,17 @@ Vec3 pull_on(const World& world, Entity instrument) {
   return sum;
 }
 
+/// -> HapticTool::events
+void note_event(HapticTool& tool, std::string event) {
+  constexpr std::size_t kMost = 1000;  // a device that fails again and again fills no memory
+  if (tool.events.size() == kMost) tool.events.push_back("further events aren't listed");
+  if (tool.events.size() <= kMost) tool.events.push_back(std::move(event));
+}
+
+HiveBuilding building_of(ServoClock clock) {
+  return clock == ServoClock::kLockstep ? HiveBuilding::kInLockstep : HiveBuilding::kOnAThread;
+}
+
 }  // namespace
 
 TactileForce ToolTissue::respond(const ToolMotion& motion, double dt) noexcept {
@@ -48,34 +60,22 @@ TactileForce ToolTissue::respond(const ToolMotion& motion, double dt) noexcept {
     all.supplied += one.supplied;
     all.touching = all.touching || one.touching;
   };
-  for (Organ& organ : organs) add(organ.tissue->respond(motion, dt));
+  for (FeltOrgan& organ : organs) add(organ.respond(motion, dt));
   add(shaft.respond(motion.pose.position, dt));
+  add(blade.respond(motion.pose.position, dt));
   if (unknown) all.energy = -1.0;
   return all;
 }
 
 HiveTissueFigures ToolTissue::figures() const {
   HiveTissueFigures all;
-  for (const Organ& organ : organs) {
-    const HiveTissueFigures& one = organ.tissue->figures();
-    all.hives += one.hives;
-    all.refused += one.refused;
-    all.searches += one.searches;
-    all.uncovered += one.uncovered;
-    all.newton_steps += one.newton_steps;
-    all.tangent_answers += one.tangent_answers;
-    all.deadline_misses += one.deadline_misses;
-    all.linear_answers += one.linear_answers;
-    if (one.last_refusal != HiveVerdict::kSound) all.last_refusal = one.last_refusal;
-  }
+  for (const FeltOrgan& organ : organs) all += organ.figures();
   return all;
 }
 
 Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription& scene,
                                                          const World& world, const ServoRun& run) {
   const ServoClock clock = run.clock;
-  const HiveBuilding building =
-      clock == ServoClock::kLockstep ? HiveBuilding::kInLockstep : HiveBuilding::kOnAThread;
   if (!holds_tools(scene)) return std::unique_ptr<HapticTools>();
   auto all = std::unique_ptr<HapticTools>(new HapticTools(clock));
   std::map<const OrganModel*, std::shared_ptr<const WalkableSurface>> surfaces;
@@ -92,31 +92,21 @@ Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription&
     tool.name = instrument.name;
     tool.instrument = world.all<InstrumentBody>().owner(i);
     tool.tissue = std::make_unique<ToolTissue>();
+    if (auto round = check_round(instrument.tip); !round) {
+      wrong("", round.error().text());
+      continue;
+    }
     for (std::size_t o = 0; o < world.all<OrganBody>().size(); ++o) {
       const OrganBody& organ = world.all<OrganBody>()[o];
       const bool local = scene.organs[o].response == Response::kLocal;
       if (!scene.organs[o].deformable || !(organ.model->touchable_anywhere() || local)) continue;
-      const auto settings = hive_settings(instrument, organ, building);
-      if (!settings) {
-        wrong("", settings.error().text());
-        break;
-      }
-      auto& surface = surfaces[organ.model.get()];
-      if (!surface) {
-        auto walkable = WalkableSurface::make(organ.model->surface);
-        if (!walkable) {
-          wrong("haptic", fmt::format("organ \"{}\": {}", organ.name, walkable.error().text()));
-          continue;
-        }
-        surface = std::make_shared<const WalkableSurface>(std::move(*walkable));
-      }
-      const HiveBody body{surface.get(), &organ.model->compliance, &organ.model->touchable};
-      auto tissue = HiveTissue::create(body, *settings);
-      if (!tissue) {
-        wrong("haptic/hive", fmt::format("organ \"{}\": {}", organ.name, tissue.error().text()));
-        continue;
-      }
-      tool.tissue->organs.push_back({world.all<OrganBody>().owner(o), surface, std::move(*tissue)});
+      const Entity entity = world.all<OrganBody>().owner(o);
+      if (cuts(world, tool.instrument, entity)) continue;
+      auto body = felt_body(instrument, organ, building_of(clock), surfaces[organ.model.get()]);
+      if (!body)
+        wrong("", body.error().text());
+      else
+        tool.tissue->organs.emplace_back(entity, *std::move(body));
     }
     const double seconds = std::max(scene.duration, run.seconds);
     auto device = open_device(instrument, world.all<InstrumentBody>()[i].tip, seconds);
@@ -154,6 +144,26 @@ void HapticTools::stop() {
     if (tool.loop) tool.loop->stop();
 }
 
+void HapticTools::replace_body(const World& world, Entity organ, const Continuation* continuation) {
+  std::shared_ptr<const WalkableSurface> surface;
+  for (HapticTool& tool : tools_)
+    for (FeltOrgan& felt : tool.tissue->organs) {
+      if (!(felt.organ() == organ)) continue;
+      auto body = felt_body(world.find<InstrumentBody>(tool.instrument)->description,
+                            *world.find<OrganBody>(organ), building_of(clock_), surface);
+      if (!body) {
+        note_event(tool, fmt::format(
+                             "{:.3f} s: the hand feels the organ as it was before the last cut: {}",
+                             world.time(), body.error().text()));
+        continue;
+      }
+      felt.become(*std::move(body));
+      if (continuation) continue;
+      felt.hand_over({});
+      felt.take_over();
+    }
+}
+
 void HapticTools::ask_tissue(World& world, Aside& aside) {
   struct Question {
     std::function<TissueUnder()> ask;
@@ -161,10 +171,10 @@ void HapticTools::ask_tissue(World& world, Aside& aside) {
   };
   std::map<std::uint32_t, std::vector<Question>> of_organs;  // one at a time of each
   for (HapticTool& tool : tools_)
-    for (ToolTissue::Organ& organ : tool.tissue->organs) {
+    for (FeltOrgan& organ : tool.tissue->organs) {
       organ.under.reset();
-      if (auto ask = ask_tissue_under(world, organ.entity, tool.instrument))
-        of_organs[organ.entity.index].push_back({std::move(ask), &organ.under});
+      if (auto ask = ask_tissue_under(world, organ.organ(), tool.instrument))
+        of_organs[organ.organ().index].push_back({std::move(ask), &organ.under});
     }
   for (auto& [organ, questions] : of_organs)
     aside.begin([questions = std::move(questions)] {
@@ -179,22 +189,30 @@ void HapticTools::publish(World& world, std::uint64_t frame) {
     // On the wall clock a scene may be late: what it shows now is what is felt from now on.
     const std::uint64_t scene_tick = last_tick_of_frame(frame);
     const std::uint64_t tick = clock_ == ServoClock::kLockstep ? scene_tick : tool.output.tick;
-    for (ToolTissue::Organ& organ : tool.tissue->organs) {
-      TissueSnapshot& snapshot = organ.tissue->snapshots().back();
+    for (FeltOrgan& organ : tool.tissue->organs) {
+      HiveTissue& tissue = organ.tissue();
+      TissueSnapshot& snapshot = tissue.snapshots().back();
       snapshot.frame = frame;
       snapshot.tick = tick;
-      if (!meet_tissue(world, organ.entity, tool.instrument, organ.tissue->reach(), organ.under,
+      if (!meet_tissue(world, organ.organ(), tool.instrument, tissue.reach(), organ.under,
                        snapshot))
         continue;
       snapshot.velocity = Vec3::Zero();
-      if (const OrganMotion* motion = world.find<OrganMotion>(organ.entity))
+      if (const OrganMotion* motion = world.find<OrganMotion>(organ.organ()))
         snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
-      organ.tissue->snapshots().publish();
+      const SurfacePoint nearest = snapshot.nearest;
+      tissue.snapshots().publish();
+      organ.hand_over(nearest);
+      if (clock_ == ServoClock::kLockstep) organ.take_over();
     }
     if (const ShaftState* shaft = world.find<ShaftState>(tool.instrument)) {
       tool.tissue->shaft.frames().back() = {shaft->lever.at_tip, shaft->stiffness,
                                             world.find<InstrumentState>(tool.instrument)->tip};
       tool.tissue->shaft.frames().publish();
+    }
+    if (blade_of(world.find<InstrumentBody>(tool.instrument)->description)) {
+      tool.tissue->blade.frames().back() = blade_as_felt(world, tool.instrument);
+      tool.tissue->blade.frames().publish();
     }
   }
 }
@@ -249,20 +267,17 @@ void HapticTools::take_felt_forces(World& world, double dt) {
 }
 
 void HapticTools::collect_events() {
-  constexpr std::size_t kMost = 1000;  // a device that fails again and again fills no memory
   for (HapticTool& tool : tools_) {
-    const auto note = [&](const ServoEvent& event) {
-      if (tool.events.size() == kMost) tool.events.push_back("further events aren't listed");
-      if (tool.events.size() > kMost) return;
-      tool.events.push_back(
-          event.tick > 0
-              ? fmt::format("{:.3f} s: {}", 1e-3 * static_cast<double>(event.tick), describe(event))
-              : describe(event));
+    const auto tell = [&](const ServoEvent& event) {
+      note_event(tool, event.tick > 0
+                           ? fmt::format("{:.3f} s: {}", 1e-3 * static_cast<double>(event.tick),
+                                         describe(event))
+                           : describe(event));
     };
     ServoEvent event;
-    while (tool.servo->events().pop(event)) note(event);
-    while (tool.loop && tool.loop->watchdog_events().pop(event)) note(event);
-    while (tool.device->next_event(event)) note(event);
+    while (tool.servo->events().pop(event)) tell(event);
+    while (tool.loop && tool.loop->watchdog_events().pop(event)) tell(event);
+    while (tool.device->next_event(event)) tell(event);
   }
 }
 
@@ -274,9 +289,9 @@ HapticTools::State HapticTools::state() const {
     one.servo = tool.servo->state();
     if (tool.lockstep) one.lockstep = tool.lockstep->state();
     one.output = tool.output;
-    for (const ToolTissue::Organ& organ : tool.tissue->organs)
-      one.tissue.push_back(organ.tissue->state());
+    for (const FeltOrgan& organ : tool.tissue->organs) one.tissue.push_back(organ.state());
     one.shaft = tool.tissue->shaft.state();
+    one.blade = tool.tissue->blade.state();
     one.device = tool.felt().state_bytes();
     one.events = tool.events;
     one.met = tool.met;
@@ -290,12 +305,13 @@ bool HapticTools::fits(const State& state) const {
   if (!why_not_saved().empty() || state.tools.size() != tools_.size()) return false;
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const State::Tool& one = state.tools[t];
-    const std::vector<ToolTissue::Organ>& organs = tools_[t].tissue->organs;
+    const std::vector<FeltOrgan>& organs = tools_[t].tissue->organs;
     if (!ServoTick::fits(one.servo) || one.tissue.size() != organs.size() ||
-        !ShaftFeel::fits(one.shaft) || !tools_[t].felt().fits_bytes(one.device))
+        !ShaftFeel::fits(one.shaft) || !BladeFeel::fits(one.blade) ||
+        !tools_[t].felt().fits_bytes(one.device))
       return false;
     for (std::size_t o = 0; o < organs.size(); ++o)
-      if (!organs[o].tissue->fits(one.tissue[o])) return false;
+      if (!organs[o].fits(one.tissue[o])) return false;
   }
   return true;
 }
@@ -308,8 +324,9 @@ void HapticTools::restore(State state) {
     tool.lockstep->restore(one.lockstep);
     tool.output = one.output;
     for (std::size_t o = 0; o < tool.tissue->organs.size(); ++o)
-      tool.tissue->organs[o].tissue->restore(std::move(one.tissue[o]));
+      tool.tissue->organs[o].restore(std::move(one.tissue[o]));
     tool.tissue->shaft.restore(one.shaft);
+    tool.tissue->blade.restore(one.blade);
     tool.felt().restore_bytes(one.device);
     tool.events = std::move(one.events);
     tool.met = one.met;
@@ -383,44 +400,50 @@ bool held(const World& world) {
   return world.has<Servos>();
 }
 
+void feel_other_body(World& world, Entity organ, const Continuation* continuation) {
+  if (HapticTools* servos = servos_of(world)) servos->replace_body(world, organ, continuation);
+}
+
 }  // namespace
 
 Feature held_tools_feature() {
-  return {.name = "held tools",
-          .keys = held_tools_keys(),
-          .reach = reach,
-          .states = {state_type<Servos>({Strays::Become::kUnwatched})},
-          .stages = {{.name = "run servos",
-                      .reads = {"tool poses"},
-                      .reads_before = {"tissue snapshots"},
-                      .writes = {"tool poses"},
-                      .changes = {"servos", "tool poses"},
-                      .needed = held,
-                      .run = run_servos},
-                     {.name = "take felt forces",
-                      .reads = {"tool poses", "organ poses", "forces"},
-                      .writes = {"forces"},
-                      .changes = {"servos", "organ contacts", "tool forces"},
-                      .needed = held,
-                      .run = take_felt_forces},
-                     {.name = "ask tissue",
-                      .reads = {"contact problem", "forces"},
-                      .writes = {"tissue under tools"},
-                      .needed = held,
-                      .run = ask_for_servos},
-                     {.name = "publish",
-                      .reads = {"tissue under tools", "surfaces", "organ poses", "tool poses"},
-                      .writes = {"tissue snapshots"},
-                      .changes = {"servos", "organ contacts"},
-                      .needed = held,
-                      .run = publish_to_servos}},
-          .unsavable =
-              [](const World& world) {
-                const HapticTools* servos = servos_of(world);
-                return servos ? servos->why_not_saved() : std::string();
-              },
-          .report = held_tools_report,
-          .skipped = held_tools_skipped};
+  return {
+      .name = "held tools",
+      .keys = held_tools_keys(),
+      .reach = reach,
+      .states = {state_type<Servos>({Strays::Become::kUnwatched})},
+      .stages = {{.name = "run servos",
+                  .reads = {"tool poses"},
+                  .reads_before = {"tissue snapshots"},
+                  .writes = {"tool poses"},
+                  .changes = {"servos", "tool poses"},
+                  .needed = held,
+                  .run = run_servos},
+                 {.name = "take felt forces",
+                  .reads = {"tool poses", "organ poses", "forces"},
+                  .writes = {"forces"},
+                  .changes = {"servos", "organ contacts", "tool forces"},
+                  .needed = held,
+                  .run = take_felt_forces},
+                 {.name = "ask tissue",
+                  .reads = {"contact problem", "forces"},
+                  .writes = {"tissue under tools"},
+                  .needed = held,
+                  .run = ask_for_servos},
+                 {.name = "publish",
+                  .reads = {"tissue under tools", "surfaces", "organ poses", "tool poses", "cuts"},
+                  .writes = {"tissue snapshots"},
+                  .changes = {"servos", "organ contacts"},
+                  .needed = held,
+                  .run = publish_to_servos}},
+      .replaced = feel_other_body,
+      .unsavable =
+          [](const World& world) {
+            const HapticTools* servos = servos_of(world);
+            return servos ? servos->why_not_saved() : std::string();
+          },
+      .report = held_tools_report,
+      .skipped = held_tools_skipped};
 }
 
 }  // namespace viscera

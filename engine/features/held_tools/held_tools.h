@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "engine/features/contact/tissue_as_met.h"
+#include "engine/features/held_tools/felt_organ.h"
 #include "engine/features/held_tools/held_tools_keys.h"
+#include "engine/features/parting/blade_feel.h"
 #include "engine/features/shafts/shaft_feel.h"
 #include "engine/simulation/feature.h"
 #include "haptics/device.h"
 #include "haptics/devices/recording.h"
-#include "haptics/hive_tissue.h"
 #include "haptics/servo_loop.h"
 #include "haptics/servo_tick.h"
 
@@ -34,15 +34,9 @@ struct ServoRun {
 /// All tissue that one tool may feel: the sum of its organs. Servo thread, but for the snapshots.
 class ToolTissue final : public TactileModel {
  public:
-  struct Organ {
-    Entity entity;
-    std::shared_ptr<const WalkableSurface> surface;  ///< that the hives stand on, also while a
-                                                     ///< thread builds one: it goes after them
-    std::unique_ptr<HiveTissue> tissue;
-    std::optional<TissueUnder> under;  ///< this frame's, where the tool touches
-  };
-  std::vector<Organ> organs;
+  std::vector<FeltOrgan> organs;
   ShaftFeel shaft;  ///< what organs do to its shaft; nothing, where shafts don't touch
+  BladeFeel blade;  ///< what holds its edge; nothing of what is no scalpel
 
   TactileForce respond(const ToolMotion& motion, double dt) noexcept override;
   /// Of all organs together; once the servo rests.
@@ -93,6 +87,9 @@ class HapticTools {
                                                      const World& world, const ServoRun& run);
   ~HapticTools();  ///< stops
 
+  /// As Feature::replaced has it: an organ is another body, which hands go over to once it is
+  /// published; at once where a state is loaded.
+  void replace_body(const World& world, Entity organ, const Continuation* continuation);
   /// Begins to find what the tissue under tools answers.
   void ask_tissue(World& world, Aside& aside);
   /// What the servos see of the scene as it is at the end of this frame: each organ as their tool
@@ -119,8 +116,9 @@ class HapticTools {
       ServoTick::State servo;
       LockstepServo::State lockstep;
       ServoOutput output;
-      std::vector<HiveTissue::State> tissue;  ///< of its organs
+      std::vector<FeltOrgan::State> tissue;  ///< of its organs
       ShaftFeel::State shaft;
+      BladeFeel::State blade;
       std::vector<std::byte> device;
       std::vector<std::string> events;
       bool met = false;
@@ -128,9 +126,9 @@ class HapticTools {
       static constexpr auto fields() {
         return std::tuple(field("servo", &Tool::servo), field("lockstep", &Tool::lockstep),
                           field("output", &Tool::output), field("tissue", &Tool::tissue),
-                          field("shaft", &Tool::shaft), field("device", &Tool::device),
-                          field("events", &Tool::events), field("met", &Tool::met),
-                          field("agreement", &Tool::agreement));
+                          field("shaft", &Tool::shaft), field("blade", &Tool::blade),
+                          field("device", &Tool::device), field("events", &Tool::events),
+                          field("met", &Tool::met), field("agreement", &Tool::agreement));
       }
     };
     std::vector<Tool> tools;

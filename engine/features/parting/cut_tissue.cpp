@@ -83,6 +83,18 @@ class MovedTissue {
   mutable ShapeValues values_;
 };
 
+/// Of a straight piece between two heights above a surface.
+double share_below(double one, double other) {
+  if (one <= 0.0 && other <= 0.0) return 1.0;
+  if (one >= 0.0 && other >= 0.0) return 0.0;
+  return std::min(one, other) / (std::min(one, other) - std::max(one, other));
+}
+
+/// How wide a cut by it is in these voxels [m].
+double kerf_of(const BladeDescription& blade, const TissueShare& tissue) {
+  return std::max(blade.thickness, tissue.least_kerf());
+}
+
 /// A blade in one organ.
 class Cutting {
  public:
@@ -131,13 +143,6 @@ class Cutting {
   }
 
  private:
-  /// Of a straight piece between two heights above a surface.
-  static double share_below(double one, double other) {
-    if (one <= 0.0 && other <= 0.0) return 1.0;
-    if (one >= 0.0 && other >= 0.0) return 0.0;
-    return std::min(one, other) / (std::min(one, other) - std::max(one, other));
-  }
-
   /// `inside`: the share of its way that is in tissue.
   Vec3 sweep_piece(const std::array<Vec3, 2>& before, const std::array<Vec3, 2>& now, double inside,
                    OrganCut& cut) {
@@ -150,8 +155,8 @@ class Cutting {
     const Vec3 along = 0.5 * (now[1] - now[0] + before[1] - before[0]);
     // Of what it went over a part may have been parted before.
     const double over = along.cross(way).norm();
-    const double wide = std::max(blade_.thickness, cut.gone.least_kerf());
-    const double area = inside * std::min(over, taken / cut.gone.taken_by_plate(wide));
+    const double area =
+        inside * std::min(over, taken / cut.gone.taken_by_plate(kerf_of(blade_, cut.gone)));
     cut.area += area;
     const double work = world_.find<Cuttable>(organ_)->fracture_energy * area;
     cut.work += work;
@@ -197,7 +202,42 @@ void cut_with(World& world, Entity instrument, Entity organ, const OrganTouch& t
   }
 }
 
+/// What an organ's tissue about an edge in it withstands each way across -> felt.holds.
+void add_holds(const World& world, Entity organ, const BladeTrack& track,
+               const BladeDescription& blade, BladeAsFelt& felt) {
+  const TissueShare& left = world.find<OrganCut>(organ)->gone;
+  const double fracture = world.find<Cuttable>(organ)->fracture_energy;
+  // Shares rise over two voxels across a wall, which is where half is left.
+  const double ahead = 0.5 * kerf_of(blade, left) + 2.0 * left.voxel();
+  for (std::size_t k = 0; k + 1 < track.edge.size(); ++k) {
+    const double inside = share_below(track.above[k], track.above[k + 1]);
+    if (inside == 0.0 || track.pieces[k] != track.pieces[k + 1]) continue;
+    const Vec3 middle = 0.5 * (track.edge[k] + track.edge[k + 1]);
+    const double length = inside * (track.edge[k + 1] - track.edge[k]).norm();
+    for (std::size_t way = 0; way < BladeAsFelt::kWays; ++way) {
+      const Vec3 beyond = middle + ahead * pose_of(world, organ).direction_to_local(felt.way(way));
+      felt.holds[way] += fracture * length * std::max(0.0, 2.0 * left.share(beyond) - 1.0);
+    }
+  }
+}
+
 }  // namespace
+
+BladeAsFelt blade_as_felt(const World& world, Entity instrument) {
+  BladeAsFelt felt;
+  const InstrumentDescription& tool = world.find<InstrumentBody>(instrument)->description;
+  // What scissors shear holds their handles, not their tip.
+  if (tool.kind != InstrumentKind::kScalpel) return felt;
+  felt.along = world.find<InstrumentState>(instrument)->shaft_direction;
+  const Pool<OrganCut>& organs = world.all<OrganCut>();
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    if (world.find<OrganState>(organs.owner(o))->frozen) continue;
+    for (const BladeTrack& track : organs[o].blades)
+      if (track.instrument == instrument)
+        add_holds(world, organs.owner(o), track, *blade_of(tool), felt);
+  }
+  return felt;
+}
 
 std::vector<std::vector<Vec3>> edges_of(const InstrumentDescription& tool,
                                         const InstrumentState& state, const Pose& organ) {

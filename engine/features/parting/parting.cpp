@@ -9,7 +9,6 @@
 #include "engine/features/beds/beds_keys.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/gravity/gravity_keys.h"
-#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/links_keys.h"
 #include "engine/features/parting/parting_flags.h"
 #include "engine/features/shafts/shafts_keys.h"
@@ -90,15 +89,7 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
   };
   expect_uncut(links_of(scene), "links");
   expect_uncut(beds_of(scene), "beds");
-  bool blades = false;
-  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
-    const InstrumentDescription& tool = scene.instruments[i];
-    blades |= blade_of(tool) != nullptr;
-    if (cuttable && haptic_of(tool))
-      wrong(fmt::format("instruments/{}/haptic", i),
-            "found beside an organ that is cuttable, expected none: hands don't feel cuts yet");
-  }
-  if (blades && !cuttable)
+  if (!cuttable && std::ranges::any_of(scene.instruments, blade_of))
     wrong("instruments",
           "found a scalpel or scissors, expected an organ with \"cuttable\" for it to cut");
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/parting/blade_feel.h"
 #include "engine/features/parting/parting_keys.h"
 #include "engine/organ/cut_organ.h"
 #include "engine/simulation/feature.h"
@@ -103,6 +104,9 @@ void cut_tissue(World& world, const FrameContext& context);
 
 /// What has left as vapour in the last step -> OrganCut.
 void take_vaporised(World& world, const FrameContext& context);
+
+/// A scalpel as it stands in tissue, for the hand that holds it; of other tools nothing.
+BladeAsFelt blade_as_felt(const World& world, Entity instrument);
 
 /// The places along each of an instrument's blades as they stand, organ frame [m]: one edge of a
 /// scalpel, two of scissors, from the hinge on.

@@ -1,0 +1,108 @@
+#include "engine/features/held_tools/felt_organ.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/features/local/hive_settings.h"
+
+namespace viscera {
+namespace {
+
+/// What another body changes at the tool is shown over so long: a frame [s].
+constexpr double kEasing = 1.0 / 60.0;
+/// What is left of it then isn't felt [N].
+constexpr double kUnfelt = 1e-6;
+
+}  // namespace
+
+Result<std::unique_ptr<FeltBody>> felt_body(const InstrumentDescription& instrument,
+                                            const OrganBody& organ, HiveBuilding building,
+                                            std::shared_ptr<const WalkableSurface>& surface) {
+  const auto wrong = [&](const char* key, const Error& error) {
+    return failure(fmt::format("{}: organ \"{}\": {}", key, organ.name, error.text()));
+  };
+  const auto settings = hive_settings(instrument, organ, building);
+  if (!settings) return std::unexpected(settings.error());
+  if (!surface) {
+    auto walkable = WalkableSurface::make(organ.model->surface);
+    if (!walkable) return wrong("haptic", walkable.error());
+    surface = std::make_shared<const WalkableSurface>(std::move(*walkable));
+  }
+  auto tissue = HiveTissue::create(
+      {surface.get(), &organ.model->compliance, &organ.model->touchable}, *settings);
+  if (!tissue) return wrong("haptic/hive", tissue.error());
+  return std::make_unique<FeltBody>(FeltBody{organ.model, surface, std::move(*tissue)});
+}
+
+FeltOrgan::FeltOrgan(Entity organ, std::unique_ptr<FeltBody> body)
+    : organ_(organ), newest_(body.get()), now_(std::move(body)) {}
+
+FeltOrgan::FeltOrgan(FeltOrgan&& other) noexcept
+    : under(std::move(other.under)),
+      organ_(other.organ_),
+      next_(std::move(other.next_)),
+      newest_(other.newest_),
+      coming_(other.coming_.exchange(nullptr)),
+      gone_(other.gone_.exchange(nullptr)),
+      now_(std::move(other.now_)),
+      force_(other.force_),
+      uneased_(other.uneased_),
+      afresh_(other.afresh_) {}
+
+FeltOrgan::~FeltOrgan() {
+  delete coming_.load();
+  delete gone_.load();
+}
+
+void FeltOrgan::take_over() noexcept {
+  // The one before is the frame's to destroy, which may wait; until it has, there is no other.
+  if (gone_.load(std::memory_order_acquire)) return;
+  std::unique_ptr<FeltBody> next(coming_.exchange(nullptr, std::memory_order_acquire));
+  if (!next) return;
+  next->tissue->go_on_from(*now_->tissue);
+  std::swap(now_, next);
+  gone_.store(next.release(), std::memory_order_release);
+  afresh_ = true;
+}
+
+TactileForce FeltOrgan::respond(const ToolMotion& motion, double dt) noexcept {
+  take_over();
+  TactileForce felt = now_->tissue->respond(motion, dt);
+  uneased_ *= std::max(0.0, 1.0 - dt / kEasing);
+  if (std::exchange(afresh_, false)) uneased_ = force_ - felt.force;
+  if (uneased_.norm() > kUnfelt) {
+    felt.force += uneased_;
+    felt.touching = true;
+    felt.energy = -1.0;  // nobody knows what two bodies at once would give back
+  }
+  force_ = felt.force;
+  return felt;
+}
+
+void FeltOrgan::hand_over(const SurfacePoint& nearest) {
+  delete gone_.exchange(nullptr, std::memory_order_acquire);
+  if (!next_) return;
+  next_->tissue->stand_at(nearest);
+  newest_ = next_.get();
+  // One that wasn't taken in a whole frame isn't the organ's any more.
+  delete coming_.exchange(next_.release(), std::memory_order_acq_rel);
+}
+
+FeltOrgan::State FeltOrgan::state() const {
+  return {now_->tissue->state(), force_, uneased_, afresh_};
+}
+
+void FeltOrgan::restore(State state) {
+  now_->tissue->restore(std::move(state.tissue));
+  force_ = state.force;
+  uneased_ = state.uneased;
+  afresh_ = state.afresh;
+}
+
+bool FeltOrgan::fits(const State& state) const {
+  return now_->tissue->fits(state.tissue) && state.force.allFinite() && state.uneased.allFinite();
+}
+
+}  // namespace viscera

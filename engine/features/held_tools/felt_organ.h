@@ -1,0 +1,85 @@
+// An organ as one hand feels it.
+//
+// An organ that is cut becomes another body between two frames. The hand goes over to that once the
+// new body's hives know where the tool is: the frame's thread makes and publishes, the servo's
+// takes, and neither waits for the other. What changes by that at the tool is eased in.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+
+#include "engine/features/contact/tissue_as_met.h"
+#include "engine/scene/scene.h"
+#include "engine/simulation/world.h"
+#include "haptics/hive_tissue.h"
+
+namespace viscera {
+
+/// A body of an organ, and the hives that one tool feels of it.
+struct FeltBody {
+  std::shared_ptr<const OrganModel> model;
+  std::shared_ptr<const WalkableSurface> surface;  ///< that the hives stand on
+  std::unique_ptr<HiveTissue> tissue;  ///< goes before both, and with it the thread that builds
+};
+
+/// Fails, naming the key, where hives can't stand on it. `surface`, where it is known already: of
+/// the same body, for another tool; null: made, and left there.
+Result<std::unique_ptr<FeltBody>> felt_body(const InstrumentDescription& instrument,
+                                            const OrganBody& organ, HiveBuilding building,
+                                            std::shared_ptr<const WalkableSurface>& surface);
+
+class FeltOrgan {
+ public:
+  FeltOrgan(Entity organ, std::unique_ptr<FeltBody> body);
+  ~FeltOrgan();  ///< once the servo rests
+  FeltOrgan(FeltOrgan&& other) noexcept;
+  FeltOrgan& operator=(FeltOrgan&&) = delete;
+
+  Entity organ() const { return organ_; }
+
+  /// Servo's thread.
+  TactileForce respond(const ToolMotion& motion, double dt) noexcept;
+
+  // The frame's thread:
+  /// Of the newest body, whose snapshots are to be filled and published.
+  HiveTissue& tissue() const { return next_ ? *next_->tissue : *newest_->tissue; }
+  std::optional<TissueUnder> under;  ///< this frame's, where the tool touches
+  /// The organ is that body from now on.
+  void become(std::unique_ptr<FeltBody> next) { next_ = std::move(next); }
+  /// After its first snapshot was published, which found the tool nearest to this place: the servo
+  /// goes over to it at its next tick. Builds a hive there. Nothing where nothing is new.
+  void hand_over(const SurfacePoint& nearest);
+  /// The servo's part of that, of a servo whose ticks run on this thread.
+  void take_over() noexcept;
+  /// Counters; once the servo rests.
+  const HiveTissueFigures& figures() const { return now_->tissue->figures(); }
+
+  /// In lockstep, between ticks, with nothing that waits to be taken over.
+  struct State {
+    HiveTissue::State tissue;
+    Vec3 force = Vec3::Zero();    ///< of the last tick [N]
+    Vec3 uneased = Vec3::Zero();  ///< of what going over to another body changed [N]
+    bool afresh = false;          ///< it has gone over since
+    static constexpr auto fields() {
+      return std::tuple(field("tissue", &State::tissue), field("force", &State::force),
+                        field("uneased", &State::uneased), field("afresh", &State::afresh));
+    }
+  };
+  State state() const;
+  void restore(State state);
+  bool fits(const State& state) const;
+
+ private:
+  Entity organ_;
+  std::unique_ptr<FeltBody> next_;    // the frame's, until it is handed over
+  const FeltBody* newest_ = nullptr;  // of those that were
+  std::atomic<FeltBody*> coming_ = nullptr, gone_ = nullptr;
+  // The servo's:
+  std::unique_ptr<FeltBody> now_;
+  Vec3 force_ = Vec3::Zero(), uneased_ = Vec3::Zero();
+  bool afresh_ = false;
+};
+static_assert(fields_cover<FeltOrgan::State>() && StateOwner<FeltOrgan>);
+
+}  // namespace viscera

@@ -1,0 +1,94 @@
+#include "engine/features/parting/blade_feel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace viscera {
+namespace {
+
+/// Of the spring, as stiff as the coupling of a device bears without being felt softer by it;
+/// chosen [N/m]. A newton takes .7 mm of it.
+constexpr double kSpring = 1500.0;
+/// What a frame finds otherwise is shown over so long [s].
+constexpr double kEasing = 1.0 / 60.0;
+constexpr double kNone = 1e-9;  // [N]
+
+/// Linear between ways, by the angle; `d` across the edge, not zero.
+double hold_that_way(const BladeAsFelt& frame, const std::array<double, BladeAsFelt::kWays>& holds,
+                     const Vec3& d) {
+  const auto [x, y] = frame.across();
+  const double turns = std::atan2(d.dot(y), d.dot(x)) / (2.0 * std::numbers::pi);
+  const double at = (turns - std::floor(turns)) * static_cast<double>(holds.size());
+  const auto first = static_cast<std::size_t>(at) % holds.size();
+  const double share = std::clamp(at - static_cast<double>(first), 0.0, 1.0);
+  return (1.0 - share) * holds[first] + share * holds[(first + 1) % holds.size()];
+}
+
+}  // namespace
+
+std::array<Vec3, 2> BladeAsFelt::across() const {
+  int least = 0;
+  along.cwiseAbs().minCoeff(&least);
+  const Vec3 x = along.cross(Vec3::Unit(least)).normalized();
+  return {x, along.cross(x)};
+}
+
+Vec3 BladeAsFelt::way(std::size_t k) const {
+  const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(kWays);
+  const auto [x, y] = across();
+  return std::cos(angle) * x + std::sin(angle) * y;
+}
+
+TactileForce BladeFeel::respond(const Vec3& tip, double dt) noexcept {
+  frames_.update();
+  const BladeAsFelt& frame = frames_.front();
+  const double share = std::min(1.0, dt / kEasing);
+  double greatest = 0.0;
+  for (std::size_t k = 0; k < holds_.size(); ++k) {
+    holds_[k] += share * (frame.holds[k] - holds_[k]);
+    greatest = std::max(greatest, holds_[k]);
+  }
+  TactileForce felt;
+  felt.energy = 0.0;
+  if (!(greatest > kNone) || !held_) anchor_ = tip;
+  held_ = greatest > kNone;
+  if (!held_) return felt;
+  Vec3 stretch = tip - anchor_;
+  stretch -= stretch.dot(frame.along) * frame.along;
+  felt.stiffness = kSpring * (Mat3::Identity() - frame.along * frame.along.transpose());
+  if (const double length = stretch.norm(); length > 0.0) {
+    const double most = hold_that_way(frame, holds_, stretch) / kSpring;
+    if (length > most) {
+      // It cuts: no harder for going farther.
+      felt.stiffness -= kSpring * (stretch / length) * (stretch / length).transpose();
+      stretch *= most / length;
+    }
+  }
+  anchor_ = tip - stretch;
+  felt.touching = true;
+  felt.force = -kSpring * stretch;
+  felt.energy = 0.5 * kSpring * stretch.squaredNorm();
+  return felt;
+}
+
+void BladeFeel::restore(State state) {
+  frames_.restore(std::move(state.frames));
+  anchor_ = state.anchor;
+  held_ = state.held;
+  holds_ = state.holds;
+}
+
+bool BladeFeel::fits(const State& state) {
+  const auto sound = [](const std::array<double, BladeAsFelt::kWays>& holds) {
+    return std::ranges::all_of(holds,
+                               [](double hold) { return hold >= 0.0 && std::isfinite(hold); });
+  };
+  return TripleBuffer<BladeAsFelt>::fits(state.frames) && state.anchor.allFinite() &&
+         sound(state.holds) &&
+         std::ranges::all_of(state.frames.slots, [&](const BladeAsFelt& frame) {
+           return frame.along.allFinite() && sound(frame.holds);
+         });
+}
+
+}  // namespace viscera
