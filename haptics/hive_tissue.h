@@ -88,6 +88,8 @@ class HiveTissue final : public TactileModel {
   const HiveTissueFigures& figures() const { return figures_; }
   /// Displacement of the surface at a rest place under the last tick's force [m].
   Vec3 displacement(const SurfaceSpot& spot) const noexcept;
+  /// Some hive answered in the last tick, if the tool touched; false: it gave no force.
+  bool covers() const { return covered_; }
   /// Surface farther than this from the tool isn't followed [m].
   double reach() const { return 3.0 * settings_.hive.radius; }
   /// The running hive; null before the first.

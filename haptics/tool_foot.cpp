@@ -21,6 +21,8 @@ constexpr double kNextCell = 1.1;
 /// A cell that found no surface stands this far off [m].
 constexpr double kNowhere = 1e-2;
 constexpr double kNoHeight = -1e9;
+/// Of the cosine between the normals of two cells: below, an edge lies under the tool.
+constexpr double kEdge = 0.5;
 
 Vec3 tangential(const Vec3& v, const Vec3& up) {
   return v - v.dot(up) * up;
@@ -127,7 +129,12 @@ void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
     state_.heights[k] = there ? (cell.position - state_.centre).dot(state_.up) : kNoHeight;
     cell.depth = state_.depths[k];
   }
-  for (std::size_t k = 0; k < pattern_.size(); ++k) lean(k, pitch);
+  state_.whole = true;
+  for (std::size_t k = 0; k < pattern_.size(); ++k) {
+    lean(k, pitch);
+    for (std::size_t l = 0; l < k; ++l)
+      state_.whole &= state_.cells[k].normal.dot(state_.cells[l].normal) > kEdge;
+  }
 }
 
 bool ToolFoot::fits(const State& state, const WalkableSurface& surface) const {

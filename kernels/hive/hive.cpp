@@ -31,6 +31,9 @@ double usable_share(const HivePattern& pattern) {
   return 0.5 * (radius_of(pattern.rings() - 1) + radius_of(pattern.rings()));
 }
 
+/// A hive that finds no room is tried so much smaller, down to this share of its radius.
+constexpr double kSmaller = 0.7, kSmallest = 0.4;
+
 double disc_radius(double area) {
   return std::sqrt(area / std::numbers::pi);
 }
@@ -343,9 +346,20 @@ Result<std::vector<Hive>> Hive::create_some(const HiveBody& body, const HiveSett
 HiveVerdict Hive::build(const SurfaceSpot& centre) noexcept {
   Data& d = *data_;
   d.is_built = d.is_seated = false;
-  const HiveVerdict placed =
-      d.nodes.place(d.pattern, *d.body.surface, centre, d.settings.radius, d.settings.depth);
+  double radius = d.settings.radius;
+  const auto place = [&] {
+    return d.nodes.place(d.pattern, *d.body.surface, centre, radius, d.settings.depth);
+  };
+  HiveVerdict placed = place();
+  // Where the body itself moves its edge, a smaller one answers as well, and finds room beside
+  // walls of cuts, edges and folds.
+  while (placed == HiveVerdict::kFolded && d.workshop->spread &&
+         radius > kSmallest * d.settings.radius) {
+    radius *= kSmaller;
+    placed = place();
+  }
   if (placed != HiveVerdict::kSound) return placed;
+  d.usable = usable_share(d.pattern) * radius;
   Workshop& shop = *d.workshop;
   d.look_down();
   if (shop.spread) {

@@ -94,7 +94,7 @@ class Hive {
   ~Hive();
 
   /// Nodes about `centre`, their equations, factored and condensed to the surface nodes. Cells must
-  /// be seated anew.
+  /// be seated anew. `coupled`, it is smaller where the surface leaves no room for all of it.
   HiveVerdict build(const SurfaceSpot& centre) noexcept;
 
   /// Condenses to these cells of a tool: at rest positions of the surface, pressed (not held) along

@@ -14,6 +14,8 @@ namespace {
 constexpr double kEasing = 1.0 / 60.0;
 /// What is left of it then isn't felt [N].
 constexpr double kUnfelt = 1e-6;
+/// Of the cosine between a hive's force and the frame's: below, they stand on different walls.
+constexpr double kAlike = 0.5;
 
 }  // namespace
 
@@ -39,18 +41,6 @@ Result<std::unique_ptr<FeltBody>> felt_body(const InstrumentDescription& instrum
 FeltOrgan::FeltOrgan(Entity organ, std::unique_ptr<FeltBody> body)
     : organ_(organ), newest_(body.get()), now_(std::move(body)) {}
 
-FeltOrgan::FeltOrgan(FeltOrgan&& other) noexcept
-    : under(std::move(other.under)),
-      organ_(other.organ_),
-      next_(std::move(other.next_)),
-      newest_(other.newest_),
-      coming_(other.coming_.exchange(nullptr)),
-      gone_(other.gone_.exchange(nullptr)),
-      now_(std::move(other.now_)),
-      force_(other.force_),
-      uneased_(other.uneased_),
-      afresh_(other.afresh_) {}
-
 FeltOrgan::~FeltOrgan() {
   delete coming_.load();
   delete gone_.load();
@@ -70,6 +60,14 @@ void FeltOrgan::take_over() noexcept {
 TactileForce FeltOrgan::respond(const ToolMotion& motion, double dt) noexcept {
   take_over();
   TactileForce felt = now_->tissue->respond(motion, dt);
+  const TactileForce found = frame_.respond(motion.pose.position, dt);
+  const bool by_frame =
+      !now_->tissue->covers() ||
+      (felt.touching && found.touching &&
+       (!now_->tissue->foot().whole() ||
+        felt.force.dot(found.force) < kAlike * felt.force.norm() * found.force.norm()));
+  if (by_frame) felt = found;
+  if (std::exchange(by_frame_, by_frame) != by_frame) afresh_ = true;
   uneased_ *= std::max(0.0, 1.0 - dt / kEasing);
   if (std::exchange(afresh_, false)) uneased_ = force_ - felt.force;
   if (uneased_.norm() > kUnfelt) {
@@ -91,18 +89,21 @@ void FeltOrgan::hand_over(const SurfacePoint& nearest) {
 }
 
 FeltOrgan::State FeltOrgan::state() const {
-  return {now_->tissue->state(), force_, uneased_, afresh_};
+  return {now_->tissue->state(), frame_.state(), force_, uneased_, afresh_, by_frame_};
 }
 
 void FeltOrgan::restore(State state) {
   now_->tissue->restore(std::move(state.tissue));
+  frame_.restore(std::move(state.frame));
   force_ = state.force;
   uneased_ = state.uneased;
   afresh_ = state.afresh;
+  by_frame_ = state.by_frame;
 }
 
 bool FeltOrgan::fits(const State& state) const {
-  return now_->tissue->fits(state.tissue) && state.force.allFinite() && state.uneased.allFinite();
+  return now_->tissue->fits(state.tissue) && FrameFeel::fits(state.frame) &&
+         state.force.allFinite() && state.uneased.allFinite();
 }
 
 }  // namespace viscera

@@ -2,13 +2,15 @@
 //
 // An organ that is cut becomes another body between two frames. The hand goes over to that once the
 // new body's hives know where the tool is: the frame's thread makes and publishes, the servo's
-// takes, and neither waits for the other. What changes by that at the tool is eased in.
+// takes, and neither waits for the other. Where no hive can stand, as over the edge of a cut, the
+// frame's own force is felt. What either changes at the tool is eased in.
 #pragma once
 
 #include <atomic>
 #include <memory>
 #include <optional>
 
+#include "engine/features/contact/frame_feel.h"
 #include "engine/features/contact/tissue_as_met.h"
 #include "engine/scene/scene.h"
 #include "engine/simulation/world.h"
@@ -33,8 +35,8 @@ class FeltOrgan {
  public:
   FeltOrgan(Entity organ, std::unique_ptr<FeltBody> body);
   ~FeltOrgan();  ///< once the servo rests
-  FeltOrgan(FeltOrgan&& other) noexcept;
-  FeltOrgan& operator=(FeltOrgan&&) = delete;
+  FeltOrgan(const FeltOrgan&) = delete;
+  FeltOrgan& operator=(const FeltOrgan&) = delete;
 
   Entity organ() const { return organ_; }
 
@@ -44,6 +46,8 @@ class FeltOrgan {
   // The frame's thread:
   /// Of the newest body, whose snapshots are to be filled and published.
   HiveTissue& tissue() const { return next_ ? *next_->tissue : *newest_->tissue; }
+  /// What the frame finds of the tool in this organ.
+  TripleBuffer<AsFrameFound>& frames() { return frame_.frames(); }
   std::optional<TissueUnder> under;  ///< this frame's, where the tool touches
   /// The organ is that body from now on.
   void become(std::unique_ptr<FeltBody> next) { next_ = std::move(next); }
@@ -52,18 +56,23 @@ class FeltOrgan {
   void hand_over(const SurfacePoint& nearest);
   /// The servo's part of that, of a servo whose ticks run on this thread.
   void take_over() noexcept;
-  /// Counters; once the servo rests.
+  // Once the servo rests:
+  bool on_newest() const { return !next_ && now_.get() == newest_; }
+  /// Counters.
   const HiveTissueFigures& figures() const { return now_->tissue->figures(); }
 
   /// In lockstep, between ticks, with nothing that waits to be taken over.
   struct State {
     HiveTissue::State tissue;
+    FrameFeel::State frame;
     Vec3 force = Vec3::Zero();    ///< of the last tick [N]
-    Vec3 uneased = Vec3::Zero();  ///< of what going over to another body changed [N]
-    bool afresh = false;          ///< it has gone over since
+    Vec3 uneased = Vec3::Zero();  ///< of what another answer has changed [N]
+    bool afresh = false;          ///< the next tick's is another's than the last one's
+    bool by_frame = false;        ///< the last one's was the frame's
     static constexpr auto fields() {
-      return std::tuple(field("tissue", &State::tissue), field("force", &State::force),
-                        field("uneased", &State::uneased), field("afresh", &State::afresh));
+      return std::tuple(field("tissue", &State::tissue), field("frame", &State::frame),
+                        field("force", &State::force), field("uneased", &State::uneased),
+                        field("afresh", &State::afresh), field("by_frame", &State::by_frame));
     }
   };
   State state() const;
@@ -77,8 +86,9 @@ class FeltOrgan {
   std::atomic<FeltBody*> coming_ = nullptr, gone_ = nullptr;
   // The servo's:
   std::unique_ptr<FeltBody> now_;
+  FrameFeel frame_;
   Vec3 force_ = Vec3::Zero(), uneased_ = Vec3::Zero();
-  bool afresh_ = false;
+  bool afresh_ = false, by_frame_ = false;
 };
 static_assert(fields_cover<FeltOrgan::State>() && StateOwner<FeltOrgan>);
 

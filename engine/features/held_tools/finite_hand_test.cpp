@@ -9,6 +9,7 @@
 
 #include "engine/features/contact/first_order.h"
 #include "engine/features/held_tools/held_tools.h"
+#include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
 #include "kernels/contact/finite_contact.h"
 #include "tests/support/dense_matrix.h"

@@ -8,6 +8,7 @@
 
 #include "engine/features/breathing/breathing.h"
 #include "engine/features/contact/contact_cells.h"
+#include "engine/features/contact/pressed_stiffness.h"
 #include "engine/features/deformation/deformation.h"
 #include "engine/features/held_tools/haptic_devices.h"
 #include "engine/features/local/hive_settings.h"
@@ -44,6 +45,29 @@ void note_event(HapticTool& tool, std::string event) {
 
 HiveBuilding building_of(ServoClock clock) {
   return clock == ServoClock::kLockstep ? HiveBuilding::kInLockstep : HiveBuilding::kOnAThread;
+}
+
+/// What the frame found of a tool that presses an organ.
+AsFrameFound press_as_found(const World& world, Entity organ, Entity instrument) {
+  AsFrameFound found;
+  found.tip = world.find<InstrumentState>(instrument)->tip;
+  const OrganContact& contact = *world.find<OrganContact>(organ);
+  const std::vector<Vec3>& forces = contact.solution.forces;
+  if (!contact.solution.converged || forces.size() != contact.cells.size()) return found;
+  const Pose& pose = pose_of(world, organ);
+  std::vector<std::size_t> pressed;
+  std::vector<Vec3> ways;
+  for (const CellRange& range : world.find<OrganTouch>(organ)->ranges) {
+    if (range.instrument != instrument || range.held) continue;
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+      if (!(forces[k].dot(contact.cells[k].direction) > 0.0)) continue;
+      found.force -= pose.direction_to_world(forces[k]);
+      pressed.push_back(k);
+      ways.push_back(pose.direction_to_world(contact.cells[k].direction));
+    }
+  }
+  found.stiffness = pressed_stiffness(world, organ, pressed, ways);
+  return found;
 }
 
 }  // namespace
@@ -202,6 +226,9 @@ void HapticTools::publish(World& world, std::uint64_t frame) {
         snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
       const SurfacePoint nearest = snapshot.nearest;
       tissue.snapshots().publish();
+      organ.frames().back() =
+          organ.under ? press_as_found(world, organ.organ(), tool.instrument) : AsFrameFound();
+      organ.frames().publish();
       organ.hand_over(nearest);
       if (clock_ == ServoClock::kLockstep) organ.take_over();
     }
@@ -305,9 +332,9 @@ bool HapticTools::fits(const State& state) const {
   if (!why_not_saved().empty() || state.tools.size() != tools_.size()) return false;
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const State::Tool& one = state.tools[t];
-    const std::vector<FeltOrgan>& organs = tools_[t].tissue->organs;
+    const std::deque<FeltOrgan>& organs = tools_[t].tissue->organs;
     if (!ServoTick::fits(one.servo) || one.tissue.size() != organs.size() ||
-        !ShaftFeel::fits(one.shaft) || !BladeFeel::fits(one.blade) ||
+        !FrameFeel::fits(one.shaft) || !BladeFeel::fits(one.blade) ||
         !tools_[t].felt().fits_bytes(one.device))
       return false;
     for (std::size_t o = 0; o < organs.size(); ++o)

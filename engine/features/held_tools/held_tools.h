@@ -6,15 +6,16 @@
 #pragma once
 
 #include <cmath>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/features/contact/frame_feel.h"
 #include "engine/features/held_tools/felt_organ.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/parting/blade_feel.h"
-#include "engine/features/shafts/shaft_feel.h"
 #include "engine/simulation/feature.h"
 #include "haptics/device.h"
 #include "haptics/devices/recording.h"
@@ -34,8 +35,8 @@ struct ServoRun {
 /// All tissue that one tool may feel: the sum of its organs. Servo thread, but for the snapshots.
 class ToolTissue final : public TactileModel {
  public:
-  std::vector<FeltOrgan> organs;
-  ShaftFeel shaft;  ///< what organs do to its shaft; nothing, where shafts don't touch
+  std::deque<FeltOrgan> organs;
+  FrameFeel shaft;  ///< what organs do to its shaft; nothing, where shafts don't touch
   BladeFeel blade;  ///< what holds its edge; nothing of what is no scalpel
 
   TactileForce respond(const ToolMotion& motion, double dt) noexcept override;
@@ -117,7 +118,7 @@ class HapticTools {
       LockstepServo::State lockstep;
       ServoOutput output;
       std::vector<FeltOrgan::State> tissue;  ///< of its organs
-      ShaftFeel::State shaft;
+      FrameFeel::State shaft;
       BladeFeel::State blade;
       std::vector<std::byte> device;
       std::vector<std::string> events;

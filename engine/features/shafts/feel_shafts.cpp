@@ -2,6 +2,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/contact_cells.h"
+#include "engine/features/contact/pressed_stiffness.h"
 #include "engine/features/shafts/shaft_cells.h"
 #include "engine/features/shafts/shafts.h"
 
@@ -47,7 +48,7 @@ class Feel {
                                             world_.find<OrganBody>(meeting.organ)->model->material,
                                             stretch.half_width);
     }
-    if (held_) state.stiffness += stiffness_of(meeting.organ, contact);
+    if (held_) state.stiffness += pressed_stiffness(world_, meeting.organ, pressed_, ways_);
     note_clinging(meeting, contact);
   }
 
@@ -58,31 +59,6 @@ class Feel {
     pressed_.push_back(cell);
     const double along = direction.dot(arm);
     ways_.push_back(lever_share(at, tip_, pivot_) * (direction - along * arm) + along * arm);
-  }
-
-  /// All that is pressed stays so: J^T C^-1 J, C the cells' compliance along their directions, J
-  /// what the tip's motion asks of them.
-  Mat3 stiffness_of(Entity organ, const OrganContact& contact) const {
-    const auto n = static_cast<Eigen::Index>(pressed_.size());
-    if (n == 0) return Mat3::Zero();
-    const MatrixX& response = world_.find<OrganTouch>(organ)->solver->cell_response();
-    if (response.rows() != static_cast<Eigen::Index>(3 * contact.cells.size())) return Mat3::Zero();
-    MatrixX compliance(n, n), ways(n, 3);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const std::size_t k = pressed_[static_cast<std::size_t>(i)];
-      ways.row(i) = ways_[static_cast<std::size_t>(i)].transpose();
-      for (Eigen::Index j = 0; j < n; ++j) {
-        const std::size_t l = pressed_[static_cast<std::size_t>(j)];
-        compliance(i, j) =
-            contact.cells[k].direction.dot(response.block<3, 3>(static_cast<Eigen::Index>(3 * k),
-                                                                static_cast<Eigen::Index>(3 * l)) *
-                                           contact.cells[l].direction);
-      }
-    }
-    const Eigen::LLT<MatrixX> factor(0.5 * (compliance + compliance.transpose()));
-    if (factor.info() != Eigen::Success) return Mat3::Zero();
-    const Mat3 found = ways.transpose() * factor.solve(ways);
-    return 0.5 * (found + found.transpose());
   }
 
   void note_clinging(ShaftMeeting& meeting, const OrganContact& contact) const {

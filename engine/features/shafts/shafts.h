@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/features/contact/frame_feel.h"
 #include "engine/features/shafts/lever.h"
-#include "engine/features/shafts/shaft_feel.h"
 #include "engine/features/shafts/shafts_flags.h"
 #include "engine/features/shafts/shafts_keys.h"
 #include "engine/features/shafts/stretches.h"

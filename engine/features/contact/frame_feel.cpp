@@ -1,4 +1,4 @@
-#include "engine/features/shafts/shaft_feel.h"
+#include "engine/features/contact/frame_feel.h"
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@ namespace {
 /// A frame [s].
 constexpr double kEasing = 1.0 / 60.0;
 
-Vec3 force_at(const ShaftAsFelt& felt, const Vec3& tip) {
+Vec3 force_at(const AsFrameFound& felt, const Vec3& tip) {
   if (felt.force.isZero(0.0)) return Vec3::Zero();
   const Vec3 force = felt.force - felt.stiffness * (tip - felt.tip);
   return force.dot(felt.force) > 0.0 ? force : Vec3(Vec3::Zero());
@@ -16,7 +16,7 @@ Vec3 force_at(const ShaftAsFelt& felt, const Vec3& tip) {
 
 }  // namespace
 
-TactileForce ShaftFeel::respond(const Vec3& tip, double dt) noexcept {
+TactileForce FrameFeel::respond(const Vec3& tip, double dt) noexcept {
   uneased_ *= std::max(0.0, 1.0 - dt / kEasing);
   const Vec3 before = force_at(frames_.front(), tip);
   if (frames_.update()) uneased_ += before - force_at(frames_.front(), tip);
@@ -30,7 +30,7 @@ TactileForce ShaftFeel::respond(const Vec3& tip, double dt) noexcept {
   return answer;
 }
 
-void ShaftFeel::restore(State state) {
+void FrameFeel::restore(State state) {
   frames_.restore(std::move(state.frames));
   uneased_ = state.uneased;
 }
