@@ -92,6 +92,25 @@ TEST(ToolFoot, AnEdgeTurnsItWithinTwoRadiiOfTheBallAndNoFarther) {
   EXPECT_LT(up_at(5e-3).x(), normal.x() - 0.01);
 }
 
+TEST(ToolFoot, IsWholeUntilAnEdgeComesUnderTheBall) {
+  const auto whole_at = [](double fall, double off) {
+    const WalkableSurface surface =
+        WalkableSurface::make(height_field(40, 2e-3, [&](double x, double) {
+          return -fall * std::max(0.0, x);
+        })).value();
+    ToolFoot foot(kBall, 2, CellWays::kTogether);
+    const Vec3 place(-off, 0.0, 0.0), centre = place + Vec3(0.0, 0.0, kBall - kDeep);
+    foot.start(surface.nearest(place), centre);
+    EXPECT_TRUE(foot.follow(surface, centre, kReach));
+    foot.lay_cells(surface);
+    return foot.whole();
+  };
+  // A plane that ends in a slope of 73 degrees, and in one of 31.
+  EXPECT_TRUE(whole_at(3.3, 8e-3));
+  EXPECT_FALSE(whole_at(3.3, 1e-3));
+  EXPECT_TRUE(whole_at(0.6, 1e-3));
+}
+
 TEST(ToolFoot, AToolWhoseCentreIsInTheTissueHasAFootThatMovesSmoothly) {
   // Facets of 11 mm: the nearest place of a centre 3 mm inside jumps at their edges.
   const double body = 0.04, step = 5e-5;

@@ -250,6 +250,29 @@ TEST(Hive, RefusesContactsThatReachItsPeriphery) {
   EXPECT_EQ(hive.press(std::vector<double>(37, 1e-4)).verdict, HiveVerdict::kNotBuilt);
 }
 
+TEST(Hive, StandsSmallerWhereTheSurfaceTurnsBackIfTheBodyMovesItsEdge) {
+  // Past the rim and the middle of the base.
+  const double nu = 0.30;
+  auto coupled =
+      Hive::create(ground(nu).on(), settings_of(nu, HivePeriphery::kCoupled, 3.5, 120), 127);
+  auto alone =
+      Hive::create(ground(nu).on(), settings_of(nu, HivePeriphery::kBoussinesq, 3.5, 120), 127);
+  ASSERT_TRUE(coupled && alone);
+  const SurfaceSpot pole = ground(nu).surface->nearest(on_dome(0.0));
+  EXPECT_EQ(alone->build(pole), HiveVerdict::kFolded);
+  const double whole = coupled->usable_radius();
+  ASSERT_EQ(coupled->build(pole), HiveVerdict::kSound);
+  EXPECT_LT(coupled->usable_radius(), 0.75 * whole);
+  EXPECT_GT(coupled->usable_radius(), 0.3 * whole);
+  EXPECT_LT(std::abs(force_error(*coupled, nu)), 0.06);
+  // A state goes on with a smaller one.
+  auto other =
+      Hive::create(ground(nu).on(), settings_of(nu, HivePeriphery::kCoupled, 3.5, 120), 127);
+  ASSERT_TRUE(other);
+  other->restore(coupled->state());
+  EXPECT_EQ(other->usable_radius(), coupled->usable_radius());
+}
+
 TEST(Hive, SaysWhatIsWrongInsteadOfGivingAForce) {
   const double nu = 0.30;
   Hive hive = hive_at(ground(nu), settings_of(nu, HivePeriphery::kBoussinesq, 0.4, 80), 0.0);
