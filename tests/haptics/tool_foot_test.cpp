@@ -95,7 +95,7 @@ TEST(ToolFoot, AnEdgeTurnsItWithinTwoRadiiOfTheBallAndNoFarther) {
 TEST(ToolFoot, IsWholeUntilAnEdgeComesUnderTheBall) {
   const auto whole_at = [](double fall, double off) {
     const WalkableSurface surface =
-        WalkableSurface::make(height_field(40, 2e-3, [&](double x, double) {
+        WalkableSurface::make(height_field(120, 0.5e-3, [&](double x, double) {
           return -fall * std::max(0.0, x);
         })).value();
     ToolFoot foot(kBall, 2, CellWays::kTogether);
