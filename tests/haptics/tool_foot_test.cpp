@@ -107,8 +107,8 @@ TEST(ToolFoot, IsWholeUntilAnEdgeComesUnderTheBall) {
   };
   // A plane that ends in a slope of 73 degrees, and in one of 31.
   EXPECT_TRUE(whole_at(3.3, 8e-3));
-  EXPECT_FALSE(whole_at(3.3, 1e-3));
-  EXPECT_TRUE(whole_at(0.6, 1e-3));
+  EXPECT_FALSE(whole_at(3.3, -1e-3));
+  EXPECT_TRUE(whole_at(0.6, -1e-3));
 }
 
 TEST(ToolFoot, AToolWhoseCentreIsInTheTissueHasAFootThatMovesSmoothly) {
