@@ -379,11 +379,13 @@ Finding path_fits_instrument(const Json& instrument) {
     if (distance(path[i]["tip_mm"], instrument["trocar_mm"]) < kShortestShaft_mm)
       return {{here + "/tip_mm", "found " + path[i]["tip_mm"].dump() +
                                      ", expected a point at least 1 mm from trocar_mm"}};
-    const bool conducts = instrument["kind"] == "hook" || instrument["kind"] == "spatula";
+    const bool conducts = instrument["kind"] == "hook" || instrument["kind"] == "spatula" ||
+                          instrument.contains("bipolar");
     if (!conducts && path[i]["power_W"] > 0)
       return {{here + "/power_W", "found " + path[i]["power_W"].dump() + " for a " +
                                       instrument["kind"].get<std::string>() +
-                                      ", expected 0: only a hook or a spatula conducts"}};
+                                      ", expected 0: only a hook, a spatula or a grasper with "
+                                      "\"bipolar\" conducts"}};
   }
   return {};
 }
@@ -395,7 +397,8 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
        position("tip_mm",
                 "Where the tip is: the centre of its sphere, the end of a capsule's axis.")
            .needed(),
-       number("power_W", "Electrical power of a hook or spatula; held until the next key.")
+       number("power_W",
+              "Electrical power of a hook, a spatula or bipolar jaws; held until the next key.")
            .between(0, 400)
            .otherwise(0.0),
        number("jaw", "Opening of a grasper, of scissors or of a clip applier: 0 closed, 1 open.")

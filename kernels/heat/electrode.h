@@ -100,12 +100,12 @@ class ElectrodeTip {
   /// power 0 only the latter. Call it once a step for each tip on an organ.
   CurrentReport energise(Bioheat& heat, CurrentMode mode, double power,
                          const ElectrodeContact& from, const ElectrodeContact& to, double dt);
+  /// Warmth between metal and the tissue under a disc of this radius [m], during dt.
+  void trade_heat(Bioheat& heat, const ElectrodeContact& contact, double radius, double dt);
   /// A step away from tissue: up the shaft, to the gas, and by radiation.
   void cool(double dt);
 
  private:
-  void trade_heat(Bioheat& heat, const ElectrodeContact& contact, double radius, double dt);
-
   Electrode electrode_;
   Generator generator_;
   State state_;

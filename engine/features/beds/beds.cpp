@@ -175,7 +175,7 @@ std::vector<ToolShape> live_tips(const World& world) {
   const Pool<BurnTrace>& traces = world.all<BurnTrace>();
   for (std::size_t t = 0; t < traces.size(); ++t) {
     const InstrumentState& state = *world.find<InstrumentState>(traces.owner(t));
-    if (state.power > 0.0)
+    if (state.power > 0.0 && !bipolar_of(world.find<InstrumentBody>(traces.owner(t))->description))
       tips.push_back(tool_shape(*world.find<InstrumentBody>(traces.owner(t)), state, Pose{}));
   }
   return tips;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "engine/features/cautery/bipolar.h"
 #include "engine/features/cautery/heat_setup.h"
 #include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/tissue_sheet.h"
@@ -105,6 +106,7 @@ std::optional<Meeting> meet(const World& world, Entity instrument, double gap) {
 }
 
 void give_current(World& world, Entity instrument, BurnTrace& trace, const FrameContext& context) {
+  if (world.find<Sealer>(instrument)) return seal_tissue(world, instrument, trace, context);
   const InstrumentDescription& hook = world.find<InstrumentBody>(instrument)->description;
   const double power = world.find<InstrumentState>(instrument)->power;
   const InstrumentContact& touch = *world.find<InstrumentContact>(instrument);
@@ -178,12 +180,13 @@ Feature cautery_feature() {
           .prepare = prepare_heat,
           .finish = warn_of_cold_organs,
           .start = start_heat,
-          .states = {state_type<OrganBurn>(), state_type<BurnTrace>({Strays::Become::kAsBefore})},
+          .states = {state_type<OrganBurn>(), state_type<BurnTrace>({Strays::Become::kAsBefore}),
+                     state_type<Sealer>()},
           .stages = {{.name = "heat tissue",
                       .reads = {"forces", "shapes", "tool poses", "organ poses", "cuts"},
                       .reads_before = {"cuts by heat"},
                       .writes = {"heat"},
-                      .changes = {"burns", "electrodes"},
+                      .changes = {"burns", "electrodes", "sealers"},
                       .needed = [](const World& world) { return world.has<BurnTrace>(); },
                       .run = heat_tissue}},
           .flags = {kHeatFull, kNotHeated},

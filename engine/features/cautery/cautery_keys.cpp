@@ -73,8 +73,13 @@ CurrentMode mode_of(const InstrumentDescription& hook) {
   return mode ? *mode : CurrentMode::kBlend;
 }
 
+const BipolarDescription* bipolar_of(const InstrumentDescription& tool) {
+  return tool.extras.find<BipolarDescription>();
+}
+
 bool carries_current(const InstrumentDescription& tool) {
-  return (tool.kind == InstrumentKind::kHook || tool.kind == InstrumentKind::kSpatula) &&
+  return (tool.kind == InstrumentKind::kHook || tool.kind == InstrumentKind::kSpatula ||
+          bipolar_of(tool)) &&
          std::any_of(tool.path.begin(), tool.path.end(),
                      [](const InstrumentKey& key) { return key.power > 0.0; });
 }
@@ -97,8 +102,25 @@ FeatureKeys cautery_keys() {
            "for a touching tip; fulgurate, short waves of high voltage that spark over a gap.")
           .one_of({"cut", "blend", "coagulate", "fulgurate"})
           .otherwise("blend")
-          .only_where("kind", {"hook", "spatula"})};
-  keys.instrument.read = read_mode;
+          .only_where("kind", {"hook", "spatula"}),
+      object(
+          "bipolar",
+          "Jaws that seal: power_W of the path goes from jaw to jaw through what they hold, until "
+          "its impedance has risen threefold; the next cycle begins after power_W 0.",
+          {"What a seal bears.",
+           {number("holds_kPa",
+                   "Pressure that a seal keeps in a duct (ducts), once nine tenths of it have "
+                   "coagulated. That of a vessel sealer's is some 48, thrice that of an artery.")
+                .between(0.1, 200)
+                .otherwise(48.0)},
+           {},
+           {}})
+          .only_beside("grip_force_N")};
+  keys.instrument.read = [](const Json& instrument, Extras& extras) {
+    read_mode(instrument, extras);
+    if (instrument.contains("bipolar"))
+      extras.set(BipolarDescription{1e3 * instrument["bipolar"]["holds_kPa"].get<double>()});
+  };
   return keys;
 }
 

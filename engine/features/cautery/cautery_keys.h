@@ -25,11 +25,18 @@ struct HeatDescription {
 /// Of organs whose burning is a mistake of the trainee's, which reports count.
 struct Spared {};
 
+/// An extra of graspers with `grip_force_N` whose jaws seal what they hold.
+struct BipolarDescription {
+  double holds = 48e3;  ///< pressure that a seal bears [Pa]
+};
+
 const HeatDescription& heat_of(const SceneDescription& scene);
 bool is_spared(const OrganDescription& organ);
 /// Of the generator of a hook or spatula; an extra of instruments.
 CurrentMode mode_of(const InstrumentDescription& hook);
-/// True for a hook that carries current at some time.
+/// Null: its jaws carry no current.
+const BipolarDescription* bipolar_of(const InstrumentDescription& tool);
+/// True for a hook, or for jaws that seal, with current at some time.
 bool carries_current(const InstrumentDescription& tool);
 
 FeatureKeys cautery_keys();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "engine/features/cautery/cautery.h"
+#include "engine/features/cautery/bipolar.h"
 
 namespace viscera {
 
@@ -24,6 +24,24 @@ void add(const GeneratorBook& book, CauteryFigures& figures) {
   figures.by_current += book.by_current;
   figures.by_voltage += book.by_voltage;
   figures.time += book.time;
+}
+
+Json seals_of(const World& world) {
+  Json seals = Json::array();
+  const Pool<Sealer>& all = world.all<Sealer>();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (const Seal& seal : all[i].seals)
+      seals.push_back({{"instrument", world.find<InstrumentBody>(all.owner(i))->description.name},
+                       {"organ", world.find<OrganBody>(seal.organ)->name},
+                       {"begun_s", seal.begun},
+                       {"ended_s", seal.ended},
+                       {"dried", seal.dried},
+                       {"coagulated", seal.coagulated},
+                       {"fused", seal.fused()},
+                       {"squeezed_to", seal.squeezed},
+                       {"least_Ohm", seal.least},
+                       {"last_Ohm", seal.last}});
+  return seals;
 }
 
 Json impedance(const CauteryFigures& figures) {
@@ -112,7 +130,8 @@ std::vector<ReportSection> cautery_report(const World& world) {
                {"time_with_current_s", figures->time},
                {"impedance", impedance(*figures)},
                {"limited_by_current", figures->by_current},
-               {"limited_by_voltage", figures->by_voltage}};
+               {"limited_by_voltage", figures->by_voltage},
+               {"seals", seals_of(world)}};
   Json tissue = Json::array();
   for (const BurnFigures& burn : burn_figures(world))
     tissue.push_back({{"organ", world.find<OrganBody>(burn.organ)->name},

@@ -7,10 +7,12 @@
 #include <limits>
 #include <utility>
 
+#include "engine/features/cautery/bipolar.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/local/local.h"
 #include "engine/gpu/gpu_heat.h"
 #include "engine/simulation/tool_shape.h"
+#include "kernels/heat/jaw_current.h"
 
 namespace viscera {
 namespace {
@@ -92,6 +94,7 @@ Error refused_electrodes(const SceneDescription& scene) {
 }  // namespace
 
 Electrode electrode_of(const InstrumentDescription& hook) {
+  if (bipolar_of(hook)) return electrode_of_jaws();
   Electrode electrode;
   electrode.tip_radius = std::max(hook.tip.radius, kPointTipRadius);
   return electrode;
@@ -163,11 +166,12 @@ Result<void> start_heat(World& world) {
             .hook = {}});
   for (const Entity instrument : world.model().instruments()) {
     const InstrumentDescription& tool = world.find<InstrumentBody>(instrument)->description;
-    if (carries_current(tool))
-      world.all<BurnTrace>().add(
-          instrument,
-          BurnTrace{
-              .tip = ElectrodeTip(electrode_of(tool)), .organ = {}, .contact = {}, .current = {}});
+    if (!carries_current(tool)) continue;
+    world.all<BurnTrace>().add(
+        instrument,
+        BurnTrace{
+            .tip = ElectrodeTip(electrode_of(tool)), .organ = {}, .contact = {}, .current = {}});
+    if (bipolar_of(tool)) world.all<Sealer>().add(instrument, {});
   }
   return {};
 }

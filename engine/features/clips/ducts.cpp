@@ -1,10 +1,12 @@
 // Ducts and vessels: lines through organs that are solid here. One is cut where what is gone of its
-// organ reaches it. A clip closes it that has it between its bars, is shut, and holds its pressure.
+// organ reaches it. A clip closes it that has it between its bars, is shut, and holds its pressure;
+// so does a seal of bipolar jaws that goes on for a millimetre beside the cut.
 // What bars press a solid with, squeezed to a third, says less than that of a wall that lies on
 // itself.
 #include <algorithm>
 #include <limits>
 
+#include "engine/features/cautery/bipolar.h"
 #include "engine/features/clips/clips.h"
 #include "engine/features/parting/parting.h"
 
@@ -14,6 +16,8 @@ namespace {
 /// Of a body between two samples of a line, and where half is gone.
 constexpr double kDuctStep = 0.25e-3;  // [m]
 constexpr double kHalfGone = 0.5;
+/// Of a duct's length, for a seal beside a cut to hold. Chosen.
+constexpr double kLeastSeal = 1e-3;  // [m]
 
 std::vector<Vec3> samples_of(const DuctDescription& duct) {
   std::vector<Vec3> samples = {duct.path.front()};
@@ -71,6 +75,17 @@ DuctFigures figures_of(const World& world, Entity organ, const DuctDescription& 
     const int at = clipped_at(clip, clips.width, samples);
     before |= at >= 0 && at < first;
     behind |= at > last;
+  });
+  each_seal(world, [&](const Seal& seal, const BipolarDescription& bipolar) {
+    if (!(seal.organ == organ) || !seal.fused() || bipolar.holds < duct.pressure) return;
+    int in_front = 0, beyond = 0;  // samples
+    for (int s = 0; s < static_cast<int>(samples.size()); ++s) {
+      if (!seal.holds_within(samples[static_cast<std::size_t>(s)])) continue;
+      in_front += s < first;
+      beyond += s > last;
+    }
+    before |= in_front * kDuctStep >= kLeastSeal;
+    behind |= beyond * kDuctStep >= kLeastSeal;
   });
   using Fed = DuctDescription::Fed;
   figures.open = (duct.fed != Fed::kEnd && !before) || (duct.fed != Fed::kStart && !behind);

@@ -14,7 +14,7 @@ namespace viscera::test {
 namespace {
 
 const Vec3 kSlab(40e-3, 16e-3, 12e-3);
-constexpr double kTopOfSlab = 6e-3, kProbeTip = 3e-3, kDepth = 1e-3;
+constexpr double kTopOfSlab = 6e-3, kProbeTip = 3e-3, kPressedIn = 1e-3;
 constexpr double kCutDeep = 8e-3, kBladeWidth = 0.8e-3;
 constexpr double kToughness = 150.0;  // of test_tissues() [J/m2]
 
@@ -44,7 +44,7 @@ SceneDescription slab_to_cut(double begins, double along) {
 SceneDescription pressed_while_cut(double beside = 4e-3) {
   SceneDescription scene = slab_to_cut(1.7, 0.0);
   const Vec3 above(beside, 0, kTopOfSlab + kProbeTip + 2e-3),
-      pressed(beside, 0, kTopOfSlab + kProbeTip - kDepth);
+      pressed(beside, 0, kTopOfSlab + kProbeTip - kPressedIn);
   InstrumentDescription probe =
       straight_tool("probe", InstrumentKind::kProbe, kProbeTip,
                     {{0.6, above, 0.0, 1.0}, {1.0, pressed, 0.0, 1.0}, {6.0, pressed, 0.0, 1.0}});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
 #include "tests/support/small_world.h"
 
@@ -13,7 +14,7 @@ namespace viscera::test {
 namespace {
 
 const Vec3 kStrip(60e-3, 24e-3, 8e-3);  // held at its left end [m]
-constexpr double kRadius = 5e-3, kClosed = 0.4, kSettled = 1.0;
+constexpr double kRadius = 5e-3, kJawsClosed = 0.4, kSettled = 1.0;
 
 /// Jaws come from the right, close about the strip's right end, and go along x at `speed` [m/s].
 SceneDescription pinched_strip(Response response, double force, double speed,
@@ -27,7 +28,7 @@ SceneDescription pinched_strip(Response response, double force, double speed,
       straight_tool("grasper", InstrumentKind::kGrasper, 2e-3,
                     {{0.0, away, 0.0, 1.0},
                      {0.3, at, 0.0, 1.0},
-                     {kClosed, at, 0.0, 0.0},
+                     {kJawsClosed, at, 0.0, 0.0},
                      {kSettled, at, 0.0, 0.0},
                      {kSettled + 4.0, at + 4.0 * speed * Vec3::UnitX(), 0.0, 0.0}});
   grasper.trocar = Vec3(0.25, 0, 0);

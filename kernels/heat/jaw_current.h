@@ -1,0 +1,60 @@
+// Bipolar current: between two jaws, through the tissue that they squeeze.
+//
+// Jaws are wide beside what lies between them, so current goes straight from one to the other, in
+// columns beside each other: of a column of rest length L and area A, squeezed to the share s of
+// its length, its volume staying, the resistance is s^2 / A times the integral of 1/sigma over L.
+// What leaves at the jaws' rims and comes in from beside is left out.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kernels/heat/electrode.h"
+
+namespace viscera {
+
+/// Tissue between two places of the jaws; rest frame.
+struct JawColumn {
+  Vec3 upper = Vec3::Zero(), lower = Vec3::Zero();  ///< [m]
+  double area = 0.0;                                ///< [m2]
+};
+
+/// Of a bipolar generator: it holds the power until its voltage or current ends. That of vessel
+/// sealers is some 180 V and 4 A. [R]
+struct BipolarGenerator {
+  double most_voltage = 180.0;  ///< root mean square [V]
+  double most_current = 4.0;    ///< [A]
+};
+
+/// The metal of both jaws together: plates of 20 x 4 x 2 mm. [R]
+Electrode electrode_of_jaws();
+
+class JawCurrent {
+ public:
+  /// As the tissue is now; `squeezed`: its thickness between the jaws over that at rest.
+  JawCurrent(Bioheat& heat, std::span<const JawColumn> columns, double squeezed);
+
+  /// Of all columns together; infinite: no tissue is between [Ohm].
+  double resistance() const;
+  /// Share of the volume between whose proteins have coagulated.
+  double coagulated() const;
+  /// Current during the step of dt [s] that follows, of a generator set to `power` [W]: heats the
+  /// tissue (heat.step then spreads it).
+  CurrentReport pass(Bioheat& heat, const BipolarGenerator& generator, double power, double dt);
+
+ private:
+  struct Part {
+    HeatBrick* brick;
+    int voxel;
+    double resistance;  ///< [Ohm]
+    double volume;      ///< at rest [m3]
+  };
+  struct Column {
+    std::size_t first = 0, last = 0;  // of the parts
+    double resistance = 0.0;
+  };
+  std::vector<Part> parts_;
+  std::vector<Column> columns_;
+};
+
+}  // namespace viscera
