@@ -170,7 +170,9 @@ bool HiveTissue::find_nearest(const TissueSnapshot& scene, const Vec3& tip, bool
   if (!near) nearest_.point.triangle = -1;
   // The walk may end in a hollow while the tool comes near elsewhere: the scene's search is global.
   const bool pressing = near && foot_.standing() && foot_.depth() > 0.0;
-  if (scene.nearest.triangle < 0 || (near && (pressing || !fresh))) return near;
+  if (scene.nearest.triangle < 0 || !body_.surface->has(scene.nearest) ||
+      (near && (pressing || !fresh)))
+    return near;
   SurfaceSpot other = body_.surface->at(scene.nearest);
   if (!walk(other)) return near;
   if (near && off(other) > off(nearest_) - kNearer) return true;
@@ -341,7 +343,8 @@ HiveTissue::Answer HiveTissue::answer(Clock::time_point began, const HoldBlend& 
 
 /// What the Prony series makes of the elastic force. What the tissue stores then isn't known.
 void HiveTissue::relax(TactileForce& felt, double dt) noexcept {
-  if (prony_.empty()) return;
+  // Without a hive nobody knows what it would relax from.
+  if (prony_.empty() || !covered_) return;
   const double elastic = felt.force.norm();
   const double force = prony_.update(elastic, dt);
   felt.force *= elastic > 0.0 ? force / elastic : 0.0;

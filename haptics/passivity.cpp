@@ -63,7 +63,9 @@ Vec3 PassivityGuard::update(const Vec3& held, const Step& step) {
   const double moved = (step.device - state_.device).norm();
   const double work = book(held, step.device, step.dt);
   const bool reference = step.stored >= 0.0 && state_.stored >= 0.0;
-  const double rise = reference ? step.stored - state_.stored : 0.0;
+  double rise = reference ? step.stored - state_.stored : 0.0;
+  // What was stored until now is the hand's own, though nobody knows it any more.
+  if (step.stored < 0.0 && state_.stored > 0.0) rise = -state_.stored;
   state_.stored = step.stored;
 
   const double before = state_.budget;

@@ -12,15 +12,13 @@ namespace {
 
 /// What another body changes at the tool is shown over so long: a frame [s].
 constexpr double kEasing = 1.0 / 60.0;
-/// What is left of it then isn't felt [N].
-constexpr double kUnfelt = 1e-6;
 /// Of the cosine between a hive's force and the frame's: below, they stand on different walls.
 constexpr double kAlike = 0.5;
 
 }  // namespace
 
 Result<std::unique_ptr<FeltBody>> felt_body(const InstrumentDescription& instrument,
-                                            const OrganBody& organ, HiveBuilding building,
+                                            const OrganBody& organ, bool cut, HiveBuilding building,
                                             std::shared_ptr<const WalkableSurface>& surface) {
   const auto wrong = [&](const char* key, const Error& error) {
     return failure(fmt::format("{}: organ \"{}\": {}", key, organ.name, error.text()));
@@ -35,7 +33,7 @@ Result<std::unique_ptr<FeltBody>> felt_body(const InstrumentDescription& instrum
   auto tissue = HiveTissue::create(
       {surface.get(), &organ.model->compliance, &organ.model->touchable}, *settings);
   if (!tissue) return wrong("haptic/hive", tissue.error());
-  return std::make_unique<FeltBody>(FeltBody{organ.model, surface, std::move(*tissue)});
+  return std::make_unique<FeltBody>(FeltBody{organ.model, surface, cut, std::move(*tissue)});
 }
 
 FeltOrgan::FeltOrgan(Entity organ, std::unique_ptr<FeltBody> body)
@@ -57,26 +55,46 @@ void FeltOrgan::take_over() noexcept {
   afresh_ = true;
 }
 
+/// Where no hive stands, where the frame meets tissue that a walk doesn't lead to, and where both
+/// stand on different walls; then for a frame at least.
+bool FeltOrgan::frame_answers(const TactileForce& by_hives, const TactileForce& found,
+                              double dt) noexcept {
+  const HiveTissue& tissue = *now_->tissue;
+  const bool apart = by_hives.touching && by_hives.force.dot(found.force) <
+                                              kAlike * by_hives.force.norm() * found.force.norm();
+  if (!stands() || !tissue.covers() ||
+      (now_->cut && found.touching && (!tissue.foot().whole() || apart))) {
+    by_hives_for_ = 0.0;
+    return true;
+  }
+  by_hives_for_ += dt;
+  return by_frame_ && by_hives_for_ < kEasing;
+}
+
 TactileForce FeltOrgan::respond(const ToolMotion& motion, double dt) noexcept {
   take_over();
   TactileForce felt = now_->tissue->respond(motion, dt);
   const TactileForce found = frame_.respond(motion.pose.position, dt);
-  const bool by_frame =
-      !now_->tissue->covers() ||
-      (felt.touching && found.touching &&
-       (!now_->tissue->foot().whole() ||
-        felt.force.dot(found.force) < kAlike * felt.force.norm() * found.force.norm()));
+  const bool by_frame = frame_answers(felt, found, dt);
   if (by_frame) felt = found;
-  if (std::exchange(by_frame_, by_frame) != by_frame) afresh_ = true;
-  uneased_ *= std::max(0.0, 1.0 - dt / kEasing);
-  if (std::exchange(afresh_, false)) uneased_ = force_ - felt.force;
-  if (uneased_.norm() > kUnfelt) {
-    felt.force += uneased_;
+  afresh_ |= std::exchange(by_frame_, by_frame) != by_frame;
+  easing_left_ = std::max(0.0, easing_left_ - dt);
+  if (std::exchange(afresh_, false)) {
+    change_ = force_ - felt.force;
+    easing_left_ = change_.isZero(0.0) ? 0.0 : kEasing;
+  }
+  if (easing_left_ > 0.0) {
+    felt.force += easing_left_ / kEasing * change_;
     felt.touching = true;
     felt.energy = -1.0;  // nobody knows what two bodies at once would give back
   }
   force_ = felt.force;
   return felt;
+}
+
+void FeltOrgan::become(std::unique_ptr<FeltBody> next) {
+  lost_.store(next == nullptr, std::memory_order_relaxed);
+  next_ = std::move(next);
 }
 
 void FeltOrgan::hand_over(const SurfacePoint& nearest) {
@@ -89,21 +107,25 @@ void FeltOrgan::hand_over(const SurfacePoint& nearest) {
 }
 
 FeltOrgan::State FeltOrgan::state() const {
-  return {now_->tissue->state(), frame_.state(), force_, uneased_, afresh_, by_frame_};
+  return {now_->tissue->state(), frame_.state(), force_,    change_,
+          easing_left_,          afresh_,        by_frame_, by_hives_for_};
 }
 
 void FeltOrgan::restore(State state) {
   now_->tissue->restore(std::move(state.tissue));
   frame_.restore(std::move(state.frame));
   force_ = state.force;
-  uneased_ = state.uneased;
+  change_ = state.change;
+  easing_left_ = state.easing_left;
   afresh_ = state.afresh;
   by_frame_ = state.by_frame;
+  by_hives_for_ = state.by_hives_for;
 }
 
 bool FeltOrgan::fits(const State& state) const {
   return now_->tissue->fits(state.tissue) && FrameFeel::fits(state.frame) &&
-         state.force.allFinite() && state.uneased.allFinite();
+         state.force.allFinite() && state.change.allFinite() && state.easing_left >= 0.0 &&
+         state.easing_left <= kEasing && state.by_hives_for >= 0.0;
 }
 
 }  // namespace viscera

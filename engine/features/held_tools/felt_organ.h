@@ -22,13 +22,14 @@ namespace viscera {
 struct FeltBody {
   std::shared_ptr<const OrganModel> model;
   std::shared_ptr<const WalkableSurface> surface;  ///< that the hives stand on
+  bool cut = false;                    ///< it has walls, beside which walks miss what a ball meets
   std::unique_ptr<HiveTissue> tissue;  ///< goes before both, and with it the thread that builds
 };
 
 /// Fails, naming the key, where hives can't stand on it. `surface`, where it is known already: of
-/// the same body, for another tool; null: made, and left there.
+/// the same body, for another tool; null: made, and left there. `cut`: as FeltBody::cut.
 Result<std::unique_ptr<FeltBody>> felt_body(const InstrumentDescription& instrument,
-                                            const OrganBody& organ, HiveBuilding building,
+                                            const OrganBody& organ, bool cut, HiveBuilding building,
                                             std::shared_ptr<const WalkableSurface>& surface);
 
 class FeltOrgan {
@@ -49,8 +50,12 @@ class FeltOrgan {
   /// What the frame finds of the tool in this organ.
   TripleBuffer<AsFrameFound>& frames() { return frame_.frames(); }
   std::optional<TissueUnder> under;  ///< this frame's, where the tool touches
-  /// The organ is that body from now on.
-  void become(std::unique_ptr<FeltBody> next) { next_ = std::move(next); }
+  /// The organ is that body from now on; null: one that hives can't stand on. The frame's force is
+  /// felt then.
+  void become(std::unique_ptr<FeltBody> next);
+  /// Hives stand on the body that the organ is, once it is handed over.
+  bool stands() const { return !lost_.load(std::memory_order_relaxed); }
+  bool waits() const { return next_ != nullptr; }  ///< for hand_over()
   /// After its first snapshot was published, which found the tool nearest to this place: the servo
   /// goes over to it at its next tick. Builds a hive there. Nothing where nothing is new.
   void hand_over(const SurfacePoint& nearest);
@@ -65,14 +70,18 @@ class FeltOrgan {
   struct State {
     HiveTissue::State tissue;
     FrameFeel::State frame;
-    Vec3 force = Vec3::Zero();    ///< of the last tick [N]
-    Vec3 uneased = Vec3::Zero();  ///< of what another answer has changed [N]
-    bool afresh = false;          ///< the next tick's is another's than the last one's
-    bool by_frame = false;        ///< the last one's was the frame's
+    Vec3 force = Vec3::Zero();   ///< of the last tick [N]
+    Vec3 change = Vec3::Zero();  ///< that another answer has made [N]
+    double easing_left = 0.0;    ///< of that [s]
+    bool afresh = false;         ///< the next tick's is another's than the last one's
+    bool by_frame = false;       ///< the last one's was the frame's
+    double by_hives_for = 0.0;   ///< they could have answered since [s]
     static constexpr auto fields() {
       return std::tuple(field("tissue", &State::tissue), field("frame", &State::frame),
-                        field("force", &State::force), field("uneased", &State::uneased),
-                        field("afresh", &State::afresh), field("by_frame", &State::by_frame));
+                        field("force", &State::force), field("change", &State::change),
+                        field("easing_left", &State::easing_left), field("afresh", &State::afresh),
+                        field("by_frame", &State::by_frame),
+                        field("by_hives_for", &State::by_hives_for));
     }
   };
   State state() const;
@@ -80,14 +89,18 @@ class FeltOrgan {
   bool fits(const State& state) const;
 
  private:
+  bool frame_answers(const TactileForce& by_hives, const TactileForce& found, double dt) noexcept;
+
   Entity organ_;
   std::unique_ptr<FeltBody> next_;    // the frame's, until it is handed over
   const FeltBody* newest_ = nullptr;  // of those that were
   std::atomic<FeltBody*> coming_ = nullptr, gone_ = nullptr;
+  std::atomic<bool> lost_ = false;
   // The servo's:
   std::unique_ptr<FeltBody> now_;
   FrameFeel frame_;
-  Vec3 force_ = Vec3::Zero(), uneased_ = Vec3::Zero();
+  Vec3 force_ = Vec3::Zero(), change_ = Vec3::Zero();
+  double easing_left_ = 0.0, by_hives_for_ = 0.0;
   bool afresh_ = false, by_frame_ = false;
 };
 static_assert(fields_cover<FeltOrgan::State>() && StateOwner<FeltOrgan>);

@@ -47,6 +47,11 @@ HiveBuilding building_of(ServoClock clock) {
   return clock == ServoClock::kLockstep ? HiveBuilding::kInLockstep : HiveBuilding::kOnAThread;
 }
 
+bool is_cut(const World& world, Entity organ) {
+  const OrganLeft* left = world.find<OrganLeft>(organ);
+  return left && !left->depths.empty();
+}
+
 /// What the frame found of a tool that presses an organ.
 AsFrameFound press_as_found(const World& world, Entity organ, Entity instrument) {
   AsFrameFound found;
@@ -126,7 +131,8 @@ Result<std::unique_ptr<HapticTools>> HapticTools::create(const SceneDescription&
       if (!scene.organs[o].deformable || !(organ.model->touchable_anywhere() || local)) continue;
       const Entity entity = world.all<OrganBody>().owner(o);
       if (cuts(world, tool.instrument, entity)) continue;
-      auto body = felt_body(instrument, organ, building_of(clock), surfaces[organ.model.get()]);
+      auto body = felt_body(instrument, organ, is_cut(world, entity), building_of(clock),
+                            surfaces[organ.model.get()]);
       if (!body)
         wrong("", body.error().text());
       else
@@ -174,15 +180,15 @@ void HapticTools::replace_body(const World& world, Entity organ, const Continuat
     for (FeltOrgan& felt : tool.tissue->organs) {
       if (!(felt.organ() == organ)) continue;
       auto body = felt_body(world.find<InstrumentBody>(tool.instrument)->description,
-                            *world.find<OrganBody>(organ), building_of(clock_), surface);
-      if (!body) {
-        note_event(tool, fmt::format(
-                             "{:.3f} s: the hand feels the organ as it was before the last cut: {}",
-                             world.time(), body.error().text()));
-        continue;
-      }
-      felt.become(*std::move(body));
-      if (continuation) continue;
+                            *world.find<OrganBody>(organ), is_cut(world, organ),
+                            building_of(clock_), surface);
+      if (!body)
+        note_event(tool, fmt::format("{:.3f} s: no hives stand on what the last cut has left, and "
+                                     "the hand feels the frame's force: {}",
+                                     world.time(), body.error().text()));
+      felt.become(body ? *std::move(body) : nullptr);
+      // A loaded state is to be restored, which only lockstep has.
+      if (continuation || clock_ == ServoClock::kRealTime) continue;
       felt.hand_over({});
       felt.take_over();
     }
@@ -214,21 +220,24 @@ void HapticTools::publish(World& world, std::uint64_t frame) {
     const std::uint64_t scene_tick = last_tick_of_frame(frame);
     const std::uint64_t tick = clock_ == ServoClock::kLockstep ? scene_tick : tool.output.tick;
     for (FeltOrgan& organ : tool.tissue->organs) {
+      organ.frames().back() =
+          organ.under ? press_as_found(world, organ.organ(), tool.instrument) : AsFrameFound();
+      organ.frames().publish();
+      if (!organ.stands()) continue;
       HiveTissue& tissue = organ.tissue();
       TissueSnapshot& snapshot = tissue.snapshots().back();
       snapshot.frame = frame;
       snapshot.tick = tick;
-      if (!meet_tissue(world, organ.organ(), tool.instrument, tissue.reach(), organ.under,
-                       snapshot))
-        continue;
+      const auto meet = [&](const std::optional<TissueUnder>& under) {
+        return meet_tissue(world, organ.organ(), tool.instrument, tissue.reach(), under, snapshot);
+      };
+      // A body that waits to be handed over is met as it is drawn, where contact has no answer.
+      if (!meet(organ.under) && !(organ.waits() && meet({}))) continue;
       snapshot.velocity = Vec3::Zero();
       if (const OrganMotion* motion = world.find<OrganMotion>(organ.organ()))
         snapshot.velocity = motion->motion.velocity(1e-3 * static_cast<double>(scene_tick));
       const SurfacePoint nearest = snapshot.nearest;
       tissue.snapshots().publish();
-      organ.frames().back() =
-          organ.under ? press_as_found(world, organ.organ(), tool.instrument) : AsFrameFound();
-      organ.frames().publish();
       organ.hand_over(nearest);
       if (clock_ == ServoClock::kLockstep) organ.take_over();
     }
@@ -274,6 +283,13 @@ void HapticTools::take_felt_forces(World& world, double dt) {
     // What a jaw holds pulls at it through the frame: the hand's tissue is only what it presses.
     const Vec3 pull = pull_on(world, tool.instrument);
     const Vec3 felt = tool.output.tissue, more = felt - (contact.force - pull);
+    if (blade_of(world.find<InstrumentBody>(tool.instrument)->description)) {
+      // Of a blade it isn't known what its edge feels and what its tip. Scissors' edges hold their
+      // handles, which no device knows.
+      if (world.find<InstrumentBody>(tool.instrument)->description.kind == InstrumentKind::kScalpel)
+        contact.force = felt;
+      continue;
+    }
     const Vec3 way = tool.output.tool.position - tool.agreement.tip;
     tool.agreement.tip = tool.output.tool.position;
     if (contact.touching && tool.output.touching && way.norm() < kStandsStill * dt) {
@@ -350,8 +366,12 @@ void HapticTools::restore(State state) {
     tool.servo->restore(one.servo);
     tool.lockstep->restore(one.lockstep);
     tool.output = one.output;
-    for (std::size_t o = 0; o < tool.tissue->organs.size(); ++o)
-      tool.tissue->organs[o].restore(std::move(one.tissue[o]));
+    for (std::size_t o = 0; o < tool.tissue->organs.size(); ++o) {
+      FeltOrgan& organ = tool.tissue->organs[o];
+      organ.hand_over({});
+      organ.take_over();
+      organ.restore(std::move(one.tissue[o]));
+    }
     tool.tissue->shaft.restore(one.shaft);
     tool.tissue->blade.restore(one.blade);
     tool.felt().restore_bytes(one.device);

@@ -12,7 +12,8 @@ namespace {
 constexpr double kSpring = 1500.0;
 /// What a frame finds otherwise is shown over so long [s].
 constexpr double kEasing = 1.0 / 60.0;
-constexpr double kNone = 1e-9;  // [N]
+/// Less isn't felt; up to there the spring is as stiff as it says [N].
+constexpr double kNone = 1e-3, kStiff = 0.05;
 
 /// Linear between ways, by the angle; `d` across the edge, not zero.
 double hold_that_way(const BladeAsFelt& frame, const std::array<double, BladeAsFelt::kWays>& holds,
@@ -28,9 +29,7 @@ double hold_that_way(const BladeAsFelt& frame, const std::array<double, BladeAsF
 }  // namespace
 
 std::array<Vec3, 2> BladeAsFelt::across() const {
-  int least = 0;
-  along.cwiseAbs().minCoeff(&least);
-  const Vec3 x = along.cross(Vec3::Unit(least)).normalized();
+  const Vec3 x = (side - side.dot(along) * along).normalized();
   return {x, along.cross(x)};
 }
 
@@ -54,14 +53,17 @@ TactileForce BladeFeel::respond(const Vec3& tip, double dt) noexcept {
   if (!(greatest > kNone) || !held_) anchor_ = tip;
   held_ = greatest > kNone;
   if (!held_) return felt;
+  const Vec3 carried = dt * frame.velocity;
+  anchor_ += carried;
   Vec3 stretch = tip - anchor_;
   stretch -= stretch.dot(frame.along) * frame.along;
-  felt.stiffness = kSpring * (Mat3::Identity() - frame.along * frame.along.transpose());
+  const double stiffness = kSpring * std::min(1.0, greatest / kStiff);
+  felt.stiffness = stiffness * (Mat3::Identity() - frame.along * frame.along.transpose());
   if (const double length = stretch.norm(); length > 0.0) {
     const double most = hold_that_way(frame, holds_, stretch) / kSpring;
     if (length > most) {
       // It cuts: no harder for going farther.
-      felt.stiffness -= kSpring * (stretch / length) * (stretch / length).transpose();
+      felt.stiffness -= stiffness * (stretch / length) * (stretch / length).transpose();
       stretch *= most / length;
     }
   }
@@ -69,6 +71,7 @@ TactileForce BladeFeel::respond(const Vec3& tip, double dt) noexcept {
   felt.touching = true;
   felt.force = -kSpring * stretch;
   felt.energy = 0.5 * kSpring * stretch.squaredNorm();
+  felt.supplied = std::max(0.0, felt.force.dot(carried));
   return felt;
 }
 
@@ -87,7 +90,8 @@ bool BladeFeel::fits(const State& state) {
   return TripleBuffer<BladeAsFelt>::fits(state.frames) && state.anchor.allFinite() &&
          sound(state.holds) &&
          std::ranges::all_of(state.frames.slots, [&](const BladeAsFelt& frame) {
-           return frame.along.allFinite() && sound(frame.holds);
+           return frame.along.allFinite() && frame.side.allFinite() && frame.velocity.allFinite() &&
+                  sound(frame.holds);
          });
 }
 

@@ -19,13 +19,17 @@ namespace viscera {
 struct BladeAsFelt {
   static constexpr std::size_t kWays = 12;
   Vec3 along = Vec3::UnitZ();         ///< the edge, unit
+  Vec3 side = Vec3::UnitX();          ///< across it; ways are counted from there
+  Vec3 velocity = Vec3::Zero();       ///< of the tissue, by breathing [m/s]
   std::array<double, kWays> holds{};  ///< that way across it, as way() has them, at the most [N]
 
   /// The unit vectors across the edge that ways are counted from.
   std::array<Vec3, 2> across() const;
   Vec3 way(std::size_t k) const;
   static constexpr auto fields() {
-    return std::tuple(field("along", &BladeAsFelt::along), field("holds", &BladeAsFelt::holds));
+    return std::tuple(field("along", &BladeAsFelt::along), field("side", &BladeAsFelt::side),
+                      field("velocity", &BladeAsFelt::velocity),
+                      field("holds", &BladeAsFelt::holds));
   }
 };
 static_assert(fields_cover<BladeAsFelt>());

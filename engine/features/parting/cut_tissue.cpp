@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/features/breathing/breathing.h"
 #include "engine/features/contact/tissue_sheet.h"
 #include "engine/features/parting/parting.h"
 #include "kernels/parting/blade_sweep.h"
@@ -228,13 +229,18 @@ BladeAsFelt blade_as_felt(const World& world, Entity instrument) {
   const InstrumentDescription& tool = world.find<InstrumentBody>(instrument)->description;
   // What scissors shear holds their handles, not their tip.
   if (tool.kind != InstrumentKind::kScalpel) return felt;
-  felt.along = world.find<InstrumentState>(instrument)->shaft_direction;
+  const InstrumentState& state = *world.find<InstrumentState>(instrument);
+  felt.along = state.shaft_direction;
+  felt.side = state.side_direction;
   const Pool<OrganCut>& organs = world.all<OrganCut>();
   for (std::size_t o = 0; o < organs.size(); ++o) {
     if (world.find<OrganState>(organs.owner(o))->frozen) continue;
-    for (const BladeTrack& track : organs[o].blades)
-      if (track.instrument == instrument)
-        add_holds(world, organs.owner(o), track, *blade_of(tool), felt);
+    for (const BladeTrack& track : organs[o].blades) {
+      if (!(track.instrument == instrument) || track.edge.empty()) continue;
+      if (const OrganMotion* motion = world.find<OrganMotion>(organs.owner(o)))
+        felt.velocity = motion->motion.velocity(world.time());
+      add_holds(world, organs.owner(o), track, *blade_of(tool), felt);
+    }
   }
   return felt;
 }

@@ -9,6 +9,7 @@
 #include "engine/features/beds/beds_keys.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/gravity/gravity_keys.h"
+#include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/links_keys.h"
 #include "engine/features/parting/parting_flags.h"
 #include "engine/features/shafts/shafts_keys.h"
@@ -191,6 +192,9 @@ Result<void> expect_blades_to_cut(const SceneModel& model) {
   const Pool<InstrumentBody>& tools = model.constants().all<InstrumentBody>();
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!blade_of(tools[i].description)) continue;
+    // A hand that only its device knows may take it anywhere.
+    const HapticDescription* held = haptic_of(tools[i].description);
+    if (held && held->device != HapticDescription::Device::kSimulated) continue;
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t o = 0; o < model.organs().size(); ++o) {
       const Cuttable* cuttable = model.constants().all<Cuttable>().find(model.organs()[o]);
