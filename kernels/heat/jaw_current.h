@@ -1,11 +1,13 @@
 // Bipolar current: between two jaws, through the tissue that they squeeze.
 //
 // Jaws are wide beside what lies between them, so current goes straight from one to the other, in
-// columns beside each other: of a column of rest length L and area A, squeezed to the share s of
-// its length, its volume staying, the resistance is s^2 / A times the integral of 1/sigma over L.
-// What leaves at the jaws' rims and comes in from beside is left out.
+// columns beside each other: of a column of rest length L and area A, squeezed to the gap g between
+// them, its volume staying, the resistance is (g / L)^2 / A times the integral of 1/sigma over L.
+// What leaves at the jaws' rims and comes in from beside is left out. Of a voxel on the surface the
+// share that is tissue counts.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -26,13 +28,14 @@ struct BipolarGenerator {
   double most_current = 4.0;    ///< [A]
 };
 
-/// The metal of both jaws together: plates of 20 x 4 x 2 mm. [R]
+/// The metal of both jaws together that tissue warms: plates .3 mm thick on an insulator, 10 x 4 mm
+/// of each. [R]
 Electrode electrode_of_jaws();
 
 class JawCurrent {
  public:
-  /// As the tissue is now; `squeezed`: its thickness between the jaws over that at rest.
-  JawCurrent(Bioheat& heat, std::span<const JawColumn> columns, double squeezed);
+  /// As the tissue is now; `gap`: between the jaws [m]. What is thinner touches but one of them.
+  JawCurrent(Bioheat& heat, std::span<const JawColumn> columns, double gap);
 
   /// Of all columns together; infinite: no tissue is between [Ohm].
   double resistance() const;
@@ -43,9 +46,14 @@ class JawCurrent {
   CurrentReport pass(Bioheat& heat, const BipolarGenerator& generator, double power, double dt);
 
  private:
-  struct Part {
+  struct Voxel {
     HeatBrick* brick;
-    int voxel;
+    int index;
+    double room;  ///< heat until kHottest [J]
+    double power = 0.0;
+  };
+  struct Part {
+    std::size_t voxel;
     double resistance;  ///< [Ohm]
     double volume;      ///< at rest [m3]
   };
@@ -53,6 +61,7 @@ class JawCurrent {
     std::size_t first = 0, last = 0;  // of the parts
     double resistance = 0.0;
   };
+  std::vector<Voxel> voxels_;
   std::vector<Part> parts_;
   std::vector<Column> columns_;
 };

@@ -166,7 +166,8 @@ TEST(RunReport, HasItsKeysWithTheirTypes) {
                {"time_with_current_s", Type::number_float},
                {"impedance", Type::object},
                {"limited_by_current", Type::number_float},
-               {"limited_by_voltage", Type::number_float}},
+               {"limited_by_voltage", Type::number_float},
+               {"seals", Type::array}},
               true);
   expect_keys(report["cautery"]["impedance"],
               {{"least_Ohm", Type::number_float},

@@ -74,6 +74,7 @@ INSTANTIATE_TEST_SUITE_P(
                             {"heat", "smoke", "haptics", "elasticity of stomach"}},
                     Shipped{"incision", {"liver"}, {"heat", "smoke", "haptics"}},
                     Shipped{"sever", {"pedicle"}, {"heat", "smoke", "haptics"}},
+                    Shipped{"seal", {"pedicle"}, {"smoke", "haptics"}},
                     Shipped{"cutting_hook", {"liver"}, {"haptics"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),

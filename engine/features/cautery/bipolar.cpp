@@ -12,7 +12,7 @@ namespace {
 
 /// The generator ends once the impedance is so many times its least of the cycle. Chosen: those of
 /// vessel sealers watch its rise and plateau.
-constexpr double kRises = 3.0;
+constexpr double kRises = 4.0;
 /// Share of a seal that has coagulated, for it to hold. Chosen.
 constexpr double kFused = 0.9;
 
@@ -20,20 +20,22 @@ constexpr double kFused = 0.9;
 struct Held {
   Entity organ;
   std::vector<JawColumn> columns;
-  double squeezed = 1.0;
+  double gap = 0.0;        ///< between the jaws [m]
+  double thickness = 0.0;  ///< of the tissue at rest [m]
 };
 
 std::optional<Held> held_between(const World& world, Entity instrument) {
   const std::optional<Grasp>& grasp = world.find<InstrumentContact>(instrument)->grasp;
   const Jaws* jaws = world.find<Jaws>(instrument);
-  if (!grasp || !jaws || jaws->upper == 0 || !(jaws->thickness > 0.0)) return {};
-  Held held{grasp->organ, {}, 1.0};
+  if (!grasp || !jaws || jaws->upper == 0 || !(jaws->thickness > 0.0) ||
+      !(jaws->gap_then > jaws->closed))
+    return {};
+  Held held{grasp->organ, {}, jaws->gap_then - jaws->closed, jaws->thickness};
   const std::size_t pairs = std::min<std::size_t>(jaws->upper, grasp->cells.size() - jaws->upper);
   for (std::size_t k = 0; k < pairs; ++k) {
     const ContactCell &upper = grasp->cells[k], &lower = grasp->cells[jaws->upper + k];
     held.columns.push_back({upper.position, lower.position, 0.5 * (upper.area + lower.area)});
   }
-  held.squeezed = std::clamp((jaws->gap_then - jaws->closed) / jaws->thickness, kLeastGap, 1.0);
   return held;
 }
 
@@ -74,7 +76,10 @@ void trade_heat(const Held& held, const Seal& seal, Bioheat& heat, ElectrodeTip&
 }
 
 void end_cycle(Sealer& sealer) {
-  if (sealer.on && sealer.now.ended > sealer.now.begun) sealer.seals.push_back(sealer.now);
+  if (sealer.on && sealer.now.ended > sealer.now.begun) {
+    sealer.seals.push_back(sealer.now);
+    sealer.cooling = true;
+  }
   sealer.on = sealer.over = false;
 }
 
@@ -96,6 +101,7 @@ void seal_tissue(World& world, Entity instrument, BurnTrace& trace, const FrameC
   trace.current = {};
   if (!burn) {
     end_cycle(sealer);
+    sealer.cooling = false;
     trace.current.open = state.power > 0.0;
     if (state.power > 0.0 && held) context.report->raise(kNotHeated);
     trace.tip.cool(context.dt);
@@ -104,22 +110,27 @@ void seal_tissue(World& world, Entity instrument, BurnTrace& trace, const FrameC
   Seal seal;
   const Pose& pose = pose_of(world, held->organ);
   measure(*held, pose.direction_to_local(state.shaft_direction), seal);
-  if (state.power > 0.0) {
-    JawCurrent current(burn->heat, held->columns, held->squeezed);
+  JawCurrent current(burn->heat, held->columns, held->gap);
+  if (!(state.power > 0.0)) {
+    end_cycle(sealer);
+    // Warm tissue goes on coagulating between the jaws.
+    if (sealer.cooling) sealer.seals.back().coagulated = current.coagulated();
+  } else {
     if (!sealer.on || !(sealer.now.organ == held->organ)) {
       end_cycle(sealer);
       sealer.on = true;
-      seal.begun = context.time - context.dt;
-      seal.least = current.resistance();
       sealer.now = seal;
       sealer.now.organ = held->organ;
+      sealer.now.begun = context.time - context.dt;
+      sealer.now.least = current.resistance();
     }
+    sealer.cooling = false;
     Seal& now = sealer.now;
+    now.coagulated = current.coagulated();
     if (!sealer.over) {
       now.least = std::min(now.least, current.resistance());
       now.last = current.resistance();
-      now.coagulated = current.coagulated();
-      now.squeezed = held->squeezed;
+      now.squeezed = held->gap / held->thickness;
       now.middle = seal.middle;
       now.axes = seal.axes;
       now.half = seal.half;
@@ -131,8 +142,6 @@ void seal_tissue(World& world, Entity instrument, BurnTrace& trace, const FrameC
       trace.book.add(trace.current, context.dt);
       burn->hook = instrument;
     }
-  } else {
-    end_cycle(sealer);
   }
   trade_heat(*held, seal, burn->heat, trace.tip, context.dt);
   trace.tip.cool(context.dt);

@@ -39,13 +39,15 @@ static_assert(fields_cover<Seal>());
 /// Of an instrument with bipolar jaws.
 struct Sealer {
   static constexpr std::string_view kName = "sealers";
-  bool on = false;    ///< the handle asks for current, on tissue
-  bool over = false;  ///< its generator has ended since it does
-  Seal now;           ///< of the cycle under way
+  bool on = false;       ///< the handle asks for current, on tissue
+  bool over = false;     ///< its generator has ended since it does
+  bool cooling = false;  ///< no current any more, but the jaws still hold what the last seal is
+  Seal now;              ///< of the cycle under way
   std::vector<Seal> seals;
   static constexpr auto fields() {
     return std::tuple(field("on", &Sealer::on), field("over", &Sealer::over),
-                      field("now", &Sealer::now), field("seals", &Sealer::seals));
+                      field("cooling", &Sealer::cooling), field("now", &Sealer::now),
+                      field("seals", &Sealer::seals));
   }
 };
 static_assert(fields_cover<Sealer>());

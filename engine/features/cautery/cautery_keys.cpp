@@ -106,7 +106,7 @@ FeatureKeys cautery_keys() {
       object(
           "bipolar",
           "Jaws that seal: power_W of the path goes from jaw to jaw through what they hold, until "
-          "its impedance has risen threefold; the next cycle begins after power_W 0.",
+          "its impedance is four times its least; the next cycle begins after power_W 0.",
           {"What a seal bears.",
            {number("holds_kPa",
                    "Pressure that a seal keeps in a duct (ducts), once nine tenths of it have "

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/engine/scene/scene_fixture.h"
 
 namespace viscera::test {
@@ -19,6 +21,12 @@ TEST(CauteryKeys, ArriveInSiUnits) {
   EXPECT_EQ(mode_of(scene->instruments.at(1)), CurrentMode::kCoagulate);
   EXPECT_TRUE(is_spared(scene->organs[0]));
   EXPECT_FALSE(is_spared(scene->organs[1]));
+  const auto pincher =
+      std::ranges::find(scene->instruments, "pincher", &InstrumentDescription::name);
+  ASSERT_NE(pincher, scene->instruments.end());
+  ASSERT_TRUE(bipolar_of(*pincher));
+  EXPECT_EQ(bipolar_of(*pincher)->holds, 40e3);
+  EXPECT_FALSE(bipolar_of(scene->instruments.at(1)));
 }
 
 TEST(CauteryKeys, LeftOutAreAsInTheStructures) {
@@ -48,6 +56,11 @@ TEST(CauteryKeys, AModeThatIsNoneSaysWhichIsMeant) {
                      "did you mean \"cut\"?");
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/mode", "cut"), "instruments/0/mode",
                      "expected this key only where kind is \"hook\" or \"spatula\"");
+}
+
+TEST(CauteryKeys, BipolarJawsAreAGraspersThatHoldByTheirForce) {
+  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/1/bipolar", Json::object()),
+                     "instruments/1/bipolar", "grip_force_N");
 }
 
 TEST(CauteryKeys, ALesionIsOfAnInstrument) {

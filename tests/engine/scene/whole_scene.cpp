@@ -75,7 +75,7 @@ Json whole_scene() {
        "path": [{"time_s": 0, "tip_mm": [0, 0, 100]}],
        "haptic": {"device": "network", "port": 18945}},
       {"name": "pincher", "kind": "grasper", "trocar_mm": [-50, 0, 200],
-       "grip_force_N": 2, "jaw_friction": 0.7,
+       "grip_force_N": 2, "jaw_friction": 0.7, "bipolar": {"holds_kPa": 40},
        "jaw_turns": [{"time_s": 0, "roll_deg": 0}, {"time_s": 1, "roll_deg": 30}],
        "path": [{"time_s": 0, "tip_mm": [0, 50, 100]}]},
       {"name": "clipper", "kind": "clip_applier", "trocar_mm": [-50, 0, 200], "clips": 3,
