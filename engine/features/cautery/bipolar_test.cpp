@@ -43,7 +43,7 @@ const Sealer& sealer_in(const World& world) {
 }
 
 TEST(Bipolar, CoagulatesWhatItSqueezesAndEndsByItselfAsThatDries) {
-  const auto world = build(bar_to_seal(120.0));
+  const auto world = build(bar_to_seal(250.0));
   ASSERT_TRUE(world);
   while (!sealer_in(*world).over && world->time() < kOff) step_until(*world, world->time() + 0.02);
   ASSERT_TRUE(sealer_in(*world).over);
@@ -106,7 +106,8 @@ SceneDescription bar_to_seal_and_cut(double power, double holds) {
 
 TEST(Bipolar, ASealClosesADuctThatIsCutThroughIt) {
   for (const auto& [power, holds, open] :
-       {std::tuple(120.0, 48e3, false), std::tuple(120.0, 10e3, true), std::tuple(1.0, 48e3, true)}) {
+       {std::tuple(120.0, 48e3, false), std::tuple(120.0, 10e3, true),
+        std::tuple(1.0, 48e3, true)}) {
     const auto world = build(bar_to_seal_and_cut(power, holds));
     ASSERT_TRUE(world);
     step_until(*world, 5.5);
