@@ -142,6 +142,17 @@ TEST(PassivityGuard, BooksTheWorkOfTheHeldForceAgainstWhatIsStored) {
   EXPECT_EQ(guard.violations(), 1u);
 }
 
+TEST(PassivityGuard, WhatWasStoredStaysTheHandsWhenNobodyKnowsItAnyMore) {
+  PassivityGuard guard({}, round_limits(), kTick);
+  guard.reset(Vec3::Zero());
+  guard.update(Vec3::Zero(), step(0.0, 0.0));
+  guard.update(Vec3(-2.0, 0.0, 0.0), step(1e-3, 2e-3));  // 2 mJ given, and stored
+  guard.update(Vec3::Zero(), step(1e-3, -1.0));
+  guard.update(Vec3(2.0, 0.0, 0.0), step(2e-3, -1.0));  // given back
+  EXPECT_GE(guard.state().budget, -1e-12);
+  EXPECT_EQ(guard.violations(), 0u);
+}
+
 TEST(PassivityGuard, NoMoreThanTheToleranceIsKeptForLater) {
   PassivityGuard guard({}, round_limits(), kTick);
   guard.reset(Vec3::Zero());

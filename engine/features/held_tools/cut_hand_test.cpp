@@ -8,7 +8,7 @@
 #include "engine/features/held_tools/held_tools.h"
 #include "engine/features/parting/parting.h"
 #include "engine/simulator/build.h"
-#include "tests/support/small_world.h"
+#include "tests/support/held_world.h"
 
 namespace viscera::test {
 namespace {
@@ -58,16 +58,6 @@ SceneDescription cut_by_hand() {
   SceneDescription scene = slab_to_cut(0.8, 6e-3);
   scene.instruments[0].extras.get<HapticDescription>().grip = HapticDescription::Grip::kFirm;
   return scene;
-}
-
-std::unique_ptr<World> in_hand(const SceneDescription& scene, const ServoRun& run = {}) {
-  auto world = build(scene);
-  if (!world) return nullptr;
-  if (const auto hand = hold_tools(*world, run); !hand) {
-    ADD_FAILURE() << hand.error().text();
-    return nullptr;
-  }
-  return world;
 }
 
 const HapticTool& hand_of(const World& world) {

@@ -9,8 +9,8 @@
 #include "engine/features/local/local.h"
 #include "engine/run/state_hash.h"
 #include "engine/simulator/build.h"
+#include "tests/support/held_world.h"
 #include "tests/support/paths.h"
-#include "tests/support/small_world.h"
 
 namespace viscera::test {
 namespace {
@@ -34,17 +34,6 @@ SceneDescription held_probe(Response response) {
   probe.extras.get<HapticDescription>().grip = HapticDescription::Grip::kFirm;
   scene.instruments = {probe};
   return scene;
-}
-
-// The world with its haptic tools; a test failure where it can't be built.
-std::unique_ptr<World> held(const SceneDescription& scene, const ServoRun& run = {}) {
-  auto world = build(scene);
-  if (!world) return nullptr;
-  if (const auto hand = hold_tools(*world, run); !hand) {
-    ADD_FAILURE() << hand.error().text();
-    return nullptr;
-  }
-  return world;
 }
 
 const HapticTool& tool_of(const World& world) {
@@ -95,7 +84,7 @@ TEST(HapticTools, WithoutAServoThePathMovesAHeldTool) {
 }
 
 TEST(HapticTools, TheHandMovesTheToolAndTheTissueHoldsItBack) {
-  auto world = held(held_probe(Response::kLinear));
+  auto world = in_hand(held_probe(Response::kLinear));
   ASSERT_TRUE(world);
   step_until(*world, 0.5);
   EXPECT_EQ(tool_of(*world).output.force, Vec3::Zero());
@@ -112,7 +101,7 @@ TEST(HapticTools, TheHandMovesTheToolAndTheTissueHoldsItBack) {
 // Hand and picture meet one tissue: what a frame finds at the same tip is what the hand felt.
 TEST(HapticTools, AtRestTheFramesForceIsTheHandsWithinThreePercent) {
   for (const Response response : {Response::kLinear, Response::kLocal, Response::kFinite}) {
-    auto world = held(held_probe(response));
+    auto world = in_hand(held_probe(response));
     ASSERT_TRUE(world);
     step_until(*world, 1.49);
     EXPECT_GT(tool_of(*world).output.tissue.z(), 0.05);
@@ -146,7 +135,7 @@ struct Felt {
 Felt felt_beside(Response response, const std::optional<InstrumentDescription>& other) {
   SceneDescription scene = held_probe(response);
   if (other) scene.instruments.push_back(*other);
-  auto world = held(scene);
+  auto world = in_hand(scene);
   if (!world) return {};
   step_until(*world, 1.45);
   return {tool_of(*world).output.tissue.z(),
@@ -194,7 +183,7 @@ TEST(HapticTools, WhatAnOrganIsMadeOfIsFeltBeyondLinearAndRepeats) {
     SceneDescription scene = held_probe(Response::kLocal);
     scene.organs[0].material.model = model;
     scene.organs[0].material.prony = std::move(prony);
-    auto world = held(scene);
+    auto world = in_hand(scene);
     EXPECT_TRUE(world);
     const std::string state = hash_until(*world, 1.45);
     if (hash) *hash = state;
@@ -219,7 +208,7 @@ TEST(HapticTools, WhatAnOrganIsMadeOfIsFeltBeyondLinearAndRepeats) {
 }
 
 TEST(HapticTools, AnOrganWithoutAGlobalModelIsFeltAndDentedByHivesAlone) {
-  auto world = held(held_probe(Response::kLocal));
+  auto world = in_hand(held_probe(Response::kLocal));
   ASSERT_TRUE(world);
   ASSERT_EQ(world->all<LocalBody>().size(), 1u);
   EXPECT_FALSE(world->all<OrganBody>()[0].model->touchable_anywhere());
@@ -234,13 +223,14 @@ TEST(HapticTools, AnOrganWithoutAGlobalModelIsFeltAndDentedByHivesAlone) {
 }
 
 TEST(HapticTools, LockstepGivesTheSameStateEveryTime) {
-  auto first = held(held_probe(Response::kLocal)), second = held(held_probe(Response::kLocal));
+  auto first = in_hand(held_probe(Response::kLocal)),
+       second = in_hand(held_probe(Response::kLocal));
   ASSERT_TRUE(first && second);
   EXPECT_EQ(hash_until(*first, 2.0), hash_until(*second, 2.0));
 }
 
 TEST(HapticTools, TheFrameReadsNothingThatServosWriteInRealTime) {
-  auto world = held(held_probe(Response::kLocal), {ServoClock::kRealTime, 0.0, true});
+  auto world = in_hand(held_probe(Response::kLocal), {ServoClock::kRealTime, 0.0, true});
   ASSERT_TRUE(world);
   Trace trace(stage_names());
   for (int frame = 0; frame < 10; ++frame) step_frame(*world, trace);
@@ -250,7 +240,7 @@ TEST(HapticTools, TheFrameReadsNothingThatServosWriteInRealTime) {
 }
 
 TEST(HapticTools, TheSentinelLeavesServosToTheirOwnGates) {
-  auto world = held(held_probe(Response::kLocal));
+  auto world = in_hand(held_probe(Response::kLocal));
   ASSERT_TRUE(world);
   Trace trace(stage_names());
   step_frame(*world, trace);
@@ -264,7 +254,7 @@ TEST(HapticTools, ARecordingReplaysToTheSameForces) {
   SceneDescription scene = held_probe(Response::kLocal);
   std::string hash;
   {
-    auto world = held(scene, {ServoClock::kLockstep, 0.0, true});
+    auto world = in_hand(scene, {ServoClock::kLockstep, 0.0, true});
     ASSERT_TRUE(world);
     hash = forces_until(*world, 2.0);
     const auto saved = save_recording(folder / "hand.h5", tool_of(*world).recorder->recording());
@@ -273,7 +263,7 @@ TEST(HapticTools, ARecordingReplaysToTheSameForces) {
   scene.instruments[0].extras.get<HapticDescription>().device =
       HapticDescription::Device::kRecorded;
   scene.instruments[0].extras.get<HapticDescription>().recording = folder / "hand.h5";
-  auto world = held(scene);
+  auto world = in_hand(scene);
   ASSERT_TRUE(world);
   EXPECT_EQ(forces_until(*world, 2.0), hash);
 }
@@ -316,7 +306,7 @@ TEST(HapticTools, AHeldGraspersPullStaysInWhatIsRecorded) {
                                         {3.0, high, 0.0, 0.0}});
   scene.instruments[0].grip_limit = 100.0;
   scene.instruments[0].extras.get<HapticDescription>().grip = HapticDescription::Grip::kFirm;
-  auto world = held(scene);
+  auto world = in_hand(scene);
   ASSERT_TRUE(world);
   step_until(*world, 1.5);
   ASSERT_TRUE(world->all<InstrumentContact>()[0].grasp);

@@ -82,6 +82,31 @@ TEST(BladeFeel, AClosedWayTakesWorkAndNeverGives) {
   EXPECT_LE(least, 0.0);
 }
 
+TEST(BladeFeel, MovingTissueTakesItsEdgeAlongAndPaysForIt) {
+  BladeAsFelt felt = edge_in_tissue(0.6, 0.6);
+  felt.velocity = 20e-3 * kAhead;
+  BladeFeel follows, stays;
+  tell(follows, felt);
+  tell(stays, felt);
+  after_way(follows, Vec3::Zero(), 4e-3 * kAhead);  // as fast as the tissue
+  EXPECT_LT(follows.respond(4.02e-3 * kAhead, kTick).force.norm(), 0.04);
+  after_way(stays, Vec3::Zero(), Vec3::Zero());
+  const TactileForce held = stays.respond(Vec3::Zero(), kTick);
+  EXPECT_NEAR(held.force.dot(kAhead), 0.6, 0.01);
+  EXPECT_NEAR(held.supplied, 0.6 * 20e-3 * kTick, 0.01 * 0.6 * 20e-3 * kTick);
+}
+
+TEST(BladeFeel, ABladeThatTurnsIsHeldByTheSameTissue) {
+  BladeFeel blade;
+  BladeAsFelt felt = edge_in_tissue(0.6, 0.0);
+  tell(blade, felt);
+  after_way(blade, Vec3::Zero(), 5e-3 * kAhead);
+  // Its edge leans past the diagonal between two axes.
+  felt.along = Vec3(0.02, -0.021, 1.0).normalized();
+  tell(blade, felt);
+  EXPECT_NEAR(blade.respond(5.05e-3 * kAhead, kTick).force.norm(), 0.6, 0.02);
+}
+
 TEST(BladeFeel, WhatAFrameFindsOtherwiseIsEasedIn) {
   BladeFeel blade;
   tell(blade, edge_in_tissue(0.2, 0.2));
