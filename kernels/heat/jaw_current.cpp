@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include "kernels/heat/current_field.h"
@@ -13,18 +14,26 @@ namespace {
 
 /// Dried tissue still conducts this share of wet: some current always creeps.
 constexpr double kLeastShare = 1e-3;
-/// Of a voxel with less tissue nothing is kept; nearly all of one.
-constexpr double kSomeTissue = 0.05, kAlmost = 1e-6;
+/// Of a voxel with less tissue nothing is kept; a filament of which so much is tissue is as long as
+/// its column; nearly all of one.
+constexpr double kSomeTissue = 0.05, kInside = 0.7, kAlmost = 1e-6;
+/// Filaments are as wide as a voxel, or wider where they would be more than this.
+constexpr double kMostFilaments = 4096.0;
 
-/// The same, none wider than a voxel: squares beside each other.
+/// Squares beside each other that the columns consist of.
 std::vector<JawColumn> filaments_of(std::span<const JawColumn> columns, double voxel) {
   Vec3 along = Vec3::Zero();
-  for (const JawColumn& column : columns) along += column.lower - column.upper;
+  double area = 0.0;
+  for (const JawColumn& column : columns) {
+    along += column.lower - column.upper;
+    area += column.area;
+  }
+  const double wide = std::max(voxel, std::sqrt(area / kMostFilaments));
   const Vec3 x = along.unitOrthogonal(), y = along.cross(x).normalized();
   std::vector<JawColumn> all;
   for (const JawColumn& column : columns) {
     const double side = std::sqrt(column.area);
-    const int across = std::max(1, static_cast<int>(std::ceil(side / voxel)));
+    const int across = std::max(1, static_cast<int>(std::ceil(side / wide)));
     for (int j = 0; j < across; ++j)
       for (int i = 0; i < across; ++i) {
         const Vec3 aside = side * (((i + 0.5) / across - 0.5) * x + ((j + 0.5) / across - 0.5) * y);
@@ -33,6 +42,36 @@ std::vector<JawColumn> filaments_of(std::span<const JawColumn> columns, double v
       }
   }
   return all;
+}
+
+/// Visits the places along a filament, half a voxel apart at most: (voxel, length [m]).
+template <class Visit>
+void along(const JawColumn& filament, const Bioheat& heat, const Visit& visit) {
+  const Vec3 way = filament.lower - filament.upper;
+  const int count =
+      std::max(1, static_cast<int>(std::ceil(2.0 * way.norm() / heat.options().voxel)));
+  for (int i = 0; i < count; ++i)
+    visit(heat.bricks().voxel_of(filament.upper + (i + 0.5) / count * way), way.norm() / count);
+}
+
+int index_in_brick(const BrickIndex& voxel) {
+  const BrickIndex local = voxel - BrickField::brick_of(voxel) * HeatBricks::kEdge;
+  return local.x() + HeatBricks::kEdge * (local.y() + HeatBricks::kEdge * local.z());
+}
+
+void warm_up(std::span<const JawColumn> filaments, Bioheat& heat) {
+  std::vector<BrickIndex> wanted;
+  for (const JawColumn& filament : filaments)
+    along(filament, heat, [&](const BrickIndex& voxel, double) {
+      const BrickIndex brick = BrickField::brick_of(voxel);
+      if (wanted.empty() || wanted.back() != brick) wanted.push_back(brick);
+    });
+  const auto before = [](const BrickIndex& a, const BrickIndex& b) {
+    return std::tuple(a.z(), a.y(), a.x()) < std::tuple(b.z(), b.y(), b.x());
+  };
+  std::ranges::sort(wanted, before);
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  heat.bricks().warm_up(wanted);
 }
 
 }  // namespace
@@ -45,58 +84,71 @@ Electrode electrode_of_jaws() {
   return jaws;
 }
 
+double coagulated_between(const Bioheat& heat, std::span<const JawColumn> columns) {
+  double all = 0.0, done = 0.0;
+  for (const JawColumn& filament : filaments_of(columns, heat.options().voxel))
+    along(filament, heat, [&](const BrickIndex& voxel, double length) {
+      const HeatBrick* brick = heat.bricks().find(BrickField::brick_of(voxel));
+      const int at = index_in_brick(voxel);
+      // Where nothing was ever warm, all is sound; of tissue or not isn't known there.
+      const double fraction = brick ? static_cast<double>(brick->geometry->fraction[at]) : 1.0;
+      all += fraction * filament.area * length;
+      if (brick && brick->coagulation[at] >= 1.0f) done += fraction * filament.area * length;
+    });
+  return all > 0.0 ? done / all : 0.0;
+}
+
 JawCurrent::JawCurrent(Bioheat& heat, std::span<const JawColumn> columns, double gap) {
   const ThermalTissue& tissue = heat.tissue();
   const double body = heat.options().body;
   const double least = kLeastShare * electric_conductivity(tissue, 1.0, body);
-  std::map<std::pair<HeatBrick*, int>, std::size_t> numbers;
-  for (const JawColumn& column : filaments_of(columns, heat.options().voxel)) {
-    const Vec3 way = column.lower - column.upper;
-    const int count =
-        std::max(1, static_cast<int>(std::ceil(2.0 * way.norm() / heat.options().voxel)));
-    const double length = way.norm() / count;
+  const std::vector<JawColumn> filaments = filaments_of(columns, heat.options().voxel);
+  warm_up(filaments, heat);
+  std::map<std::pair<const HeatBrick*, int>, std::size_t> numbers;
+  const auto number_of = [&](HeatBrick* brick, int at, double kelvin) {
+    const auto [known, fresh] = numbers.try_emplace({brick, at}, voxels_.size());
+    if (fresh) {
+      const double latent = static_cast<double>(brick->water[at]) * tissue.density *
+                            tissue.water_fraction *
+                            static_cast<double>(brick->geometry->fraction[at]) *
+                            heat.voxel_volume() * water::kLatentHeat;
+      voxels_.push_back(
+          {brick, at,
+           heat.voxel_capacity(*brick, at) * std::max(0.0, CurrentField::kHottest - kelvin) +
+               latent});
+    }
+    return known->second;
+  };
+  for (const JawColumn& filament : filaments) {
     Column one{parts_.size(), parts_.size(), 0.0};
     double thick = 0.0;  // of tissue [m]
-    for (int i = 0; i < count; ++i) {
-      const Vec3 place = column.upper + (i + 0.5) / count * way;
-      const BrickIndex voxel = heat.bricks().voxel_of(place);
-      const BrickIndex index = BrickField::brick_of(voxel);
-      HeatBrick* brick = heat.bricks().warm_up(index);
-      if (!brick) continue;
-      const BrickIndex local = voxel - index * HeatBricks::kEdge;
-      const int at = local.x() + HeatBricks::kEdge * (local.y() + HeatBricks::kEdge * local.z());
-      const double fraction = brick->geometry->fraction[at];
-      if (fraction < kSomeTissue) continue;
-      thick += fraction * length;
+    along(filament, heat, [&](const BrickIndex& voxel, double length) {
+      HeatBrick* brick = heat.bricks().warm_up(BrickField::brick_of(voxel));
+      const int at = index_in_brick(voxel);
+      if (!brick || brick->geometry->fraction[at] < kSomeTissue) return;
+      const double share = static_cast<double>(brick->geometry->fraction[at]) * length;
       const double kelvin = body + static_cast<double>(brick->warm->excess[at]);
       const double conducts =
           kelvin < CurrentField::kHottest
               ? electric_conductivity(tissue, static_cast<double>(brick->water[at]), kelvin)
               : 0.0;
-      const auto [known, fresh] = numbers.try_emplace({brick, at}, voxels_.size());
-      if (fresh) {
-        const double latent = static_cast<double>(brick->water[at]) * tissue.density *
-                              tissue.water_fraction * fraction * heat.voxel_volume() *
-                              water::kLatentHeat;
-        voxels_.push_back(
-            {brick, at,
-             heat.voxel_capacity(*brick, at) * std::max(0.0, CurrentField::kHottest - kelvin) +
-                 latent});
-      }
-      parts_.push_back({known->second,
-                        fraction * length / (column.area * std::max(least, conducts)),
-                        fraction * column.area * length});
+      thick += share;
+      parts_.push_back(
+          {number_of(brick, at, kelvin), share / (filament.area * std::max(least, conducts))});
       one.resistance += parts_.back().resistance;
-    }
+    });
+    const double whole = (filament.lower - filament.upper).norm();
+    const double stretched = thick > kInside * whole ? whole / thick : 1.0;
+    thick *= stretched;
     // What is thinner than the gap doesn't touch both jaws.
     if (!(thick > gap * (1.0 - kAlmost))) {
       parts_.resize(one.first);
       continue;
     }
-    const double squeezed = gap / thick;
     one.last = parts_.size();
-    for (std::size_t p = one.first; p < one.last; ++p) parts_[p].resistance *= squeezed * squeezed;
-    one.resistance *= squeezed * squeezed;
+    const double squeezed = (gap / thick) * (gap / thick) * stretched;
+    for (std::size_t p = one.first; p < one.last; ++p) parts_[p].resistance *= squeezed;
+    one.resistance *= squeezed;
     columns_.push_back(one);
   }
 }
@@ -105,16 +157,6 @@ double JawCurrent::resistance() const {
   double conductance = 0.0;
   for (const Column& column : columns_) conductance += 1.0 / column.resistance;
   return conductance > 0.0 ? 1.0 / conductance : std::numeric_limits<double>::infinity();
-}
-
-double JawCurrent::coagulated() const {
-  double all = 0.0, done = 0.0;
-  for (const Part& part : parts_) {
-    all += part.volume;
-    const Voxel& voxel = voxels_[part.voxel];
-    if (voxel.brick->coagulation[voxel.index] >= 1.0f) done += part.volume;
-  }
-  return all > 0.0 ? done / all : 0.0;
 }
 
 CurrentReport JawCurrent::pass(Bioheat& heat, const BipolarGenerator& generator, double power,

@@ -3,8 +3,8 @@
 // Jaws are wide beside what lies between them, so current goes straight from one to the other, in
 // columns beside each other: of a column of rest length L and area A, squeezed to the gap g between
 // them, its volume staying, the resistance is (g / L)^2 / A times the integral of 1/sigma over L.
-// What leaves at the jaws' rims and comes in from beside is left out. Of a voxel on the surface the
-// share that is tissue counts.
+// What leaves at the jaws' rims and comes in from beside is left out. A column's end lies on the
+// surface, within a voxel: of what is beside it the share that is tissue counts.
 #pragma once
 
 #include <cstddef>
@@ -20,6 +20,9 @@ struct JawColumn {
   Vec3 upper = Vec3::Zero(), lower = Vec3::Zero();  ///< [m]
   double area = 0.0;                                ///< [m2]
 };
+
+/// Share of the volume between whose proteins have coagulated.
+double coagulated_between(const Bioheat& heat, std::span<const JawColumn> columns);
 
 /// Of a bipolar generator: it holds the power until its voltage or current ends. That of vessel
 /// sealers is some 180 V and 4 A. [R]
@@ -39,8 +42,6 @@ class JawCurrent {
 
   /// Of all columns together; infinite: no tissue is between [Ohm].
   double resistance() const;
-  /// Share of the volume between whose proteins have coagulated.
-  double coagulated() const;
   /// Current during the step of dt [s] that follows, of a generator set to `power` [W]: heats the
   /// tissue (heat.step then spreads it).
   CurrentReport pass(Bioheat& heat, const BipolarGenerator& generator, double power, double dt);
@@ -55,7 +56,6 @@ class JawCurrent {
   struct Part {
     std::size_t voxel;
     double resistance;  ///< [Ohm]
-    double volume;      ///< at rest [m3]
   };
   struct Column {
     std::size_t first = 0, last = 0;  // of the parts

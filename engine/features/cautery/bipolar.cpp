@@ -10,9 +10,9 @@
 namespace viscera {
 namespace {
 
-/// The generator ends once the impedance is so many times its least of the cycle. Chosen: those of
-/// vessel sealers watch its rise and plateau.
-constexpr double kRises = 4.0;
+/// The generator ends once the impedance is so many times its least of the cycle, at the same gap.
+/// Chosen: those of vessel sealers watch its rise and plateau.
+constexpr double kRises = 1.25;
 /// Share of a seal that has coagulated, for it to hold. Chosen.
 constexpr double kFused = 0.9;
 
@@ -27,14 +27,17 @@ struct Held {
 std::optional<Held> held_between(const World& world, Entity instrument) {
   const std::optional<Grasp>& grasp = world.find<InstrumentContact>(instrument)->grasp;
   const Jaws* jaws = world.find<Jaws>(instrument);
-  if (!grasp || !jaws || jaws->upper == 0 || !(jaws->thickness > 0.0) ||
-      !(jaws->gap_then > jaws->closed))
+  if (!grasp || !jaws || jaws->upper == 0 || jaws->upper >= grasp->cells.size() ||
+      !(jaws->thickness > 0.0) || !(jaws->gap_then > jaws->closed))
     return {};
   Held held{grasp->organ, {}, jaws->gap_then - jaws->closed, jaws->thickness};
+  // Cells have the areas that they had as they were taken, squeezed as the tissue was then.
+  const double wider = std::clamp(jaws->gap_then / jaws->thickness, kLeastGap, 1.0);
   const std::size_t pairs = std::min<std::size_t>(jaws->upper, grasp->cells.size() - jaws->upper);
   for (std::size_t k = 0; k < pairs; ++k) {
     const ContactCell &upper = grasp->cells[k], &lower = grasp->cells[jaws->upper + k];
-    held.columns.push_back({upper.position, lower.position, 0.5 * (upper.area + lower.area)});
+    held.columns.push_back(
+        {upper.position, lower.position, 0.5 * wider * (upper.area + lower.area)});
   }
   return held;
 }
@@ -59,20 +62,15 @@ void measure(const Held& held, const Vec3& shaft, Seal& seal) {
                                      0.5 * std::sqrt(column.area) * Vec3(1.0, 0.0, 1.0));
 }
 
-/// Warmth between the jaws' metal and the tissue on both sides, as discs of their area.
-void trade_heat(const Held& held, const Seal& seal, Bioheat& heat, ElectrodeTip& metal, double dt) {
-  double area = 0.0;
-  for (const JawColumn& column : held.columns) area += column.area;
-  for (const double side : {1.0, -1.0}) {
-    ElectrodeContact contact;
-    contact.outward = side * seal.axes.col(1);
-    contact.point = seal.middle + side * 0.5 * seal.half.y() * seal.axes.col(1);
-    Vec3 sum = Vec3::Zero();
-    for (const JawColumn& column : held.columns)
-      sum += column.area * (side > 0.0 ? column.upper : column.lower);
-    contact.point = sum / area;
-    metal.trade_heat(heat, contact, std::sqrt(area / std::numbers::pi), dt);
-  }
+/// Warmth between the jaws' metal and the tissue under each cell.
+void trade_heat(const Held& held, Bioheat& heat, ElectrodeTip& metal, double dt) {
+  for (const JawColumn& column : held.columns)
+    for (const double side : {1.0, -1.0}) {
+      ElectrodeContact contact;
+      contact.outward = side * (column.upper - column.lower).normalized();
+      contact.point = side > 0.0 ? column.upper : column.lower;
+      metal.trade_heat(heat, contact, std::sqrt(column.area / std::numbers::pi), dt);
+    }
 }
 
 void end_cycle(Sealer& sealer) {
@@ -93,57 +91,78 @@ bool Seal::holds_within(const Vec3& place) const {
   return ((axes.transpose() * (place - middle)).cwiseAbs() - half).maxCoeff() <= 0.0;
 }
 
+void drop_unsound_seals(World& world) {
+  for (Sealer& sealer : world.all<Sealer>()) {
+    std::erase_if(sealer.seals,
+                  [&](const Seal& seal) { return !world.find<OrganBurn>(seal.organ); });
+    sealer.on = sealer.on && world.find<OrganBurn>(sealer.now.organ);
+    sealer.cooling = sealer.cooling && !sealer.seals.empty();
+  }
+}
+
 void seal_tissue(World& world, Entity instrument, BurnTrace& trace, const FrameContext& context) {
   Sealer& sealer = *world.find<Sealer>(instrument);
   const InstrumentState& state = *world.find<InstrumentState>(instrument);
   const auto held = held_between(world, instrument);
   OrganBurn* burn = held ? world.find<OrganBurn>(held->organ) : nullptr;
   trace.current = {};
+  trace.organ = {};
   if (!burn) {
     end_cycle(sealer);
     sealer.cooling = false;
-    trace.current.open = state.power > 0.0;
+    trace.current.open = state.power > 0.0 && !held;
     if (state.power > 0.0 && held) context.report->raise(kNotHeated);
     trace.tip.cool(context.dt);
     return;
   }
-  Seal seal;
-  const Pose& pose = pose_of(world, held->organ);
-  measure(*held, pose.direction_to_local(state.shaft_direction), seal);
-  JawCurrent current(burn->heat, held->columns, held->gap);
-  if (!(state.power > 0.0)) {
+  const std::uint64_t retaken = world.find<Jaws>(instrument)->retaken;
+  if ((sealer.on || sealer.cooling) &&
+      (sealer.retaken != retaken || !(sealer.now.organ == held->organ))) {
     end_cycle(sealer);
-    // Warm tissue goes on coagulating between the jaws.
-    if (sealer.cooling) sealer.seals.back().coagulated = current.coagulated();
-  } else {
-    if (!sealer.on || !(sealer.now.organ == held->organ)) {
-      end_cycle(sealer);
+    sealer.cooling = false;
+  }
+  if (!(state.power > 0.0)) end_cycle(sealer);
+  if (state.power > 0.0 && !sealer.over) {
+    JawCurrent current(burn->heat, held->columns, held->gap);
+    const double resistance = current.resistance();
+    const double by_gap = resistance / (held->gap * held->gap);
+    trace.current.open = !std::isfinite(resistance);
+    if (!trace.current.open && !sealer.on) {
       sealer.on = true;
-      sealer.now = seal;
+      sealer.cooling = false;
+      sealer.retaken = retaken;
+      sealer.least_by_gap = by_gap;
+      sealer.now = {};
       sealer.now.organ = held->organ;
       sealer.now.begun = context.time - context.dt;
-      sealer.now.least = current.resistance();
+      sealer.now.least = resistance;
+      measure(*held, pose_of(world, held->organ).direction_to_local(state.shaft_direction),
+              sealer.now);
     }
-    sealer.cooling = false;
-    Seal& now = sealer.now;
-    now.coagulated = current.coagulated();
-    if (!sealer.over) {
-      now.least = std::min(now.least, current.resistance());
-      now.last = current.resistance();
+    if (!trace.current.open) {
+      Seal& now = sealer.now;
+      now.least = std::min(now.least, resistance);
+      now.last = resistance;
       now.squeezed = held->gap / held->thickness;
-      now.middle = seal.middle;
-      now.axes = seal.axes;
-      now.half = seal.half;
       now.ended = context.time;
-      sealer.over = now.dried = now.last > kRises * now.least;
+      sealer.least_by_gap = std::min(sealer.least_by_gap, by_gap);
+      sealer.over = now.dried = by_gap > kRises * sealer.least_by_gap;
     }
-    if (!sealer.over) {
+    if (sealer.on && !sealer.over && !trace.current.open) {
       trace.current = current.pass(burn->heat, BipolarGenerator{}, state.power, context.dt);
       trace.book.add(trace.current, context.dt);
       burn->hook = instrument;
     }
   }
-  trade_heat(*held, seal, burn->heat, trace.tip, context.dt);
+  if (sealer.on || sealer.cooling) {
+    // Warm tissue goes on coagulating between the jaws, and nothing undoes that.
+    Seal& seal = sealer.on ? sealer.now : sealer.seals.back();
+    seal.coagulated = std::max(seal.coagulated, coagulated_between(burn->heat, held->columns));
+    trace.organ = held->organ;
+    trace.contact.point = seal.middle;
+    trace.contact.outward = seal.axes.col(1);
+  }
+  trade_heat(*held, burn->heat, trace.tip, context.dt);
   trace.tip.cool(context.dt);
 }
 

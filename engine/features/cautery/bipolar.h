@@ -1,8 +1,8 @@
-// Jaws that seal: bipolar current through what they squeeze, until it has dried.
+// Jaws that seal: bipolar current through what they squeeze, until it begins to dry.
 //
 // A generator of that kind holds its power while tissue coagulates, and ends by itself once the
-// impedance has risen well beyond its least: then the water between the jaws is leaving. Tissue
-// whose proteins have coagulated between jaws that press it stays fused.
+// impedance, for the gap between the jaws as it is, has risen well beyond its least: then water
+// leaves. Tissue whose proteins have coagulated between jaws that press it stays fused.
 #pragma once
 
 #include <vector>
@@ -39,14 +39,17 @@ static_assert(fields_cover<Seal>());
 /// Of an instrument with bipolar jaws.
 struct Sealer {
   static constexpr std::string_view kName = "sealers";
-  bool on = false;       ///< the handle asks for current, on tissue
-  bool over = false;     ///< its generator has ended since it does
-  bool cooling = false;  ///< no current any more, but the jaws still hold what the last seal is
-  Seal now;              ///< of the cycle under way
+  bool on = false;            ///< a cycle is under way: the handle asks for current, on tissue
+  bool over = false;          ///< its generator has ended
+  bool cooling = false;       ///< after it; the jaws still hold what the last seal is
+  std::uint64_t retaken = 0;  ///< Jaws::retaken as it began
+  double least_by_gap = 0.0;  ///< least impedance over the gap's square [Ohm/m2]
+  Seal now;                   ///< of the cycle under way
   std::vector<Seal> seals;
   static constexpr auto fields() {
     return std::tuple(field("on", &Sealer::on), field("over", &Sealer::over),
-                      field("cooling", &Sealer::cooling), field("now", &Sealer::now),
+                      field("cooling", &Sealer::cooling), field("retaken", &Sealer::retaken),
+                      field("least_by_gap", &Sealer::least_by_gap), field("now", &Sealer::now),
                       field("seals", &Sealer::seals));
   }
 };
@@ -54,6 +57,9 @@ static_assert(fields_cover<Sealer>());
 
 /// A step of such an instrument: heat between its jaws -> BurnTrace, Sealer, OrganBurn.
 void seal_tissue(World& world, Entity instrument, BurnTrace& trace, const FrameContext& context);
+
+/// After a state was loaded: seals are of organs that there are.
+void drop_unsound_seals(World& world);
 
 /// Visits all seals that cycles have left: (seal, BipolarDescription).
 template <class Visit>

@@ -191,6 +191,7 @@ Feature cautery_feature() {
                       .run = heat_tissue}},
           .flags = {kHeatFull, kNotHeated},
           .replaced = heat_what_is_left,
+          .restored = drop_unsound_seals,
           .report = cautery_report,
           .warnings = cautery_warnings,
           .skipped = cautery_skipped};

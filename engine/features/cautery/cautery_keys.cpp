@@ -106,7 +106,9 @@ FeatureKeys cautery_keys() {
       object(
           "bipolar",
           "Jaws that seal: power_W of the path goes from jaw to jaw through what they hold, until "
-          "its impedance is four times its least; the next cycle begins after power_W 0.",
+          "its impedance lies a quarter above its least at the same gap. The next cycle begins "
+          "after "
+          "power_W 0, or as they hold something else.",
           {"What a seal bears.",
            {number("holds_kPa",
                    "Pressure that a seal keeps in a duct (ducts), once nine tenths of it have "

@@ -28,6 +28,17 @@ constexpr double kBurnMargin = 6e-3;
 /// Paths are thinned to this distance [m].
 constexpr double kPathPitch = 1e-3;
 
+/// Whether what is under the tip from this key on may be heated. Jaws heat what they have closed
+/// on, wherever they carry it.
+bool heats(const InstrumentDescription& tool, const InstrumentKey& key) {
+  return bipolar_of(tool) ? key.jaw < kJawLetsGo : key.power > 0.0;
+}
+
+/// How far about its tip [m].
+double reach_of_metal(const InstrumentBody& tool) {
+  return tool.extent + (bipolar_of(tool.description) ? tool.description.grip_radius : 0.0);
+}
+
 /// True where some hook comes near with current.
 bool burns_near(const InstrumentBody& hook, const OrganDescription& organ, const Box& bounds,
                 const SurfaceTree& surface) {
@@ -36,9 +47,9 @@ bool burns_near(const InstrumentBody& hook, const OrganDescription& organ, const
   const HapticDescription* held = haptic_of(hook.description);
   if (held && held->device != HapticDescription::Device::kSimulated)
     return carries_current(hook.description);
-  const double reach = kBurnReach + hook.extent;
+  const double reach = kBurnReach + reach_of_metal(hook);
   for (std::size_t k = 0; k < path.size(); ++k) {
-    if (path[k].power <= 0.0) continue;
+    if (!heats(hook.description, path[k])) continue;
     const double end = k + 1 < path.size() ? path[k + 1].time : path[k].time;
     for (double time = path[k].time; time <= end; time += kSampleStep) {
       const Vec3 tip = organ.pose_at(time).to_local(hook.tip.at(time));
@@ -104,11 +115,11 @@ void burn_reach(const SceneDescription&, const OrganDescription& organ,
                 const std::vector<InstrumentBody>& instruments, Reach& reach) {
   for (const InstrumentBody& hook : instruments) {
     if (!carries_current(hook.description)) continue;
-    reach.burn_radius = std::max(reach.burn_radius, kBurnMargin + hook.extent);
+    reach.burn_radius = std::max(reach.burn_radius, kBurnMargin + reach_of_metal(hook));
     Vec3 last = Vec3::Constant(std::numeric_limits<double>::infinity());
     const std::vector<InstrumentKey>& path = hook.description.path;
     for (double time = 0.0; time <= path.back().time + kSampleStep; time += kSampleStep) {
-      if (path[hook.tip.key_at(time)].power <= 0.0) continue;
+      if (!heats(hook.description, path[hook.tip.key_at(time)])) continue;
       const Vec3 local = organ.pose_at(time).to_local(hook.tip.at(time));
       if ((local - last).norm() < kPathPitch) continue;
       reach.burns.push_back(local);

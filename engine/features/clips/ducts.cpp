@@ -78,14 +78,16 @@ DuctFigures figures_of(const World& world, Entity organ, const DuctDescription& 
   });
   each_seal(world, [&](const Seal& seal, const BipolarDescription& bipolar) {
     if (!(seal.organ == organ) || !seal.fused() || bipolar.holds < duct.pressure) return;
-    int in_front = 0, beyond = 0;  // samples
-    for (int s = 0; s < static_cast<int>(samples.size()); ++s) {
-      if (!seal.holds_within(samples[static_cast<std::size_t>(s)])) continue;
-      in_front += s < first;
-      beyond += s > last;
+    double in_front = 0.0, beyond = 0.0;  // of the duct in the seal [m]
+    for (int s = 0; s + 1 < static_cast<int>(samples.size()); ++s) {
+      const Vec3 &one = samples[static_cast<std::size_t>(s)],
+                 &next = samples[static_cast<std::size_t>(s) + 1];
+      if (!seal.holds_within(one) || !seal.holds_within(next)) continue;
+      if (s + 1 < first) in_front += (next - one).norm();
+      if (s > last) beyond += (next - one).norm();
     }
-    before |= in_front * kDuctStep >= kLeastSeal;
-    behind |= beyond * kDuctStep >= kLeastSeal;
+    before |= in_front >= kLeastSeal;
+    behind |= beyond >= kLeastSeal;
   });
   using Fed = DuctDescription::Fed;
   figures.open = (duct.fed != Fed::kEnd && !before) || (duct.fed != Fed::kStart && !behind);

@@ -33,7 +33,7 @@ TEST(JawCurrent, MeetsTheResistanceOfASlabAsItIsSqueezed) {
     Bioheat heat = tissue_everywhere();
     const JawCurrent current(heat, between_jaws(), squeezed * kThick);
     EXPECT_NEAR(current.resistance(), of_slab(squeezed), 1e-3 * of_slab(squeezed));
-    EXPECT_EQ(current.coagulated(), 0.0);
+    EXPECT_EQ(coagulated_between(heat, between_jaws()), 0.0);
   }
 }
 
@@ -88,7 +88,7 @@ TEST(JawCurrent, CoagulatesAndDriesWhatItGoesThrough) {
     JawCurrent current(heat, columns, 0.4 * kThick);
     last = current.resistance();
     least = std::min(least, last);
-    coagulated = current.coagulated();
+    coagulated = coagulated_between(heat, columns);
     generated += current.pass(heat, {}, 40.0, kFrame).power * kFrame;
     heat.step(kFrame);
   }
