@@ -7,6 +7,9 @@
 
 namespace viscera {
 
+/// What a frame of the scene changes at a tool is shown over so long: a frame [s].
+inline constexpr double kFrameEasing = 1.0 / 60.0;
+
 /// Where the tool is, in the scene's frame.
 struct ToolMotion {
   Pose pose;

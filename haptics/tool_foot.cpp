@@ -129,12 +129,14 @@ void ToolFoot::lay_cells(const WalkableSurface& surface) noexcept {
     state_.heights[k] = there ? (cell.position - state_.centre).dot(state_.up) : kNoHeight;
     cell.depth = state_.depths[k];
   }
-  state_.whole = true;
-  for (std::size_t k = 0; k < pattern_.size(); ++k) {
-    lean(k, pitch);
+  for (std::size_t k = 0; k < pattern_.size(); ++k) lean(k, pitch);
+}
+
+bool ToolFoot::whole() const {
+  for (std::size_t k = 0; k < pattern_.size(); ++k)
     for (std::size_t l = 0; l < k; ++l)
-      state_.whole &= state_.cells[k].normal.dot(state_.cells[l].normal) > kEdge;
-  }
+      if (!(state_.cells[k].normal.dot(state_.cells[l].normal) > kEdge)) return false;
+  return true;
 }
 
 bool ToolFoot::fits(const State& state, const WalkableSurface& surface) const {

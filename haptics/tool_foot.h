@@ -55,7 +55,7 @@ class ToolFoot {
   /// cells together that is what they push the tissue by, turned round, to the pattern's accuracy.
   std::span<const Vec3> pushes() const { return state_.pushes; }
   /// No edge lies under the tool. Beyond one, as across a cut, a walk misses what the ball meets.
-  bool whole() const { return state_.whole; }
+  bool whole() const;
   double across() const { return state_.across; }  ///< radius of the pattern [m]
 
   struct State {
@@ -66,14 +66,12 @@ class ToolFoot {
     std::vector<double> depths;
     std::vector<double> heights;  ///< of the surface under each cell, from the centre along up [m]
     std::vector<Vec3> pushes;
-    bool whole = true;
     static constexpr auto fields() {
       return std::tuple(field("spot", &State::spot), field("up", &State::up),
                         field("side", &State::side), field("centre", &State::centre),
                         field("depth", &State::depth), field("across", &State::across),
                         field("cells", &State::cells), field("depths", &State::depths),
-                        field("heights", &State::heights), field("pushes", &State::pushes),
-                        field("whole", &State::whole));
+                        field("heights", &State::heights), field("pushes", &State::pushes));
     }
   };
   const State& state() const { return state_; }

@@ -7,6 +7,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/heat/heat_room.h"
 
 namespace viscera {
 namespace {
@@ -167,9 +168,6 @@ double CurrentField::struck_share(const Vec3& centre) const {
 }
 
 CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat) const {
-  const ThermalTissue& tissue = heat.tissue();
-  const HeatBrick::Warm& warm = *brick.warm;
-  const double body = heat.options().body, edge = heat.voxel_volume();
   Voxels voxels;
   std::array<Shares, HeatBricks::kEdge> shares;
   for (int row = 0; row < BrickField::kVoxels; row += HeatBricks::kEdge) {
@@ -184,18 +182,15 @@ CurrentField::Voxels CurrentField::collect(HeatBrick& brick, const Bioheat& heat
       voxel.brick = &brick;
       voxel.index = i;
       voxel.fraction = fraction;
-      voxel.kelvin = body + static_cast<double>(warm.excess[i]);
+      const HeatRoom room = heat_room(heat, brick, i);
+      voxel.kelvin = room.kelvin;
       voxel.water = brick.water[i];
-      voxel.capacity = heat.voxel_capacity(brick, i);
-      voxel.to_boil = voxel.capacity * std::max(0.0, water::kBoiling - voxel.kelvin);
-      voxel.latent = voxel.water * tissue.density * tissue.water_fraction * fraction * edge *
-                     water::kLatentHeat;
-      // Beyond boiling nothing is left to warm but char.
-      voxel.room = voxel.to_boil + voxel.latent +
-                   heat_capacity(tissue, 0.0, 1.0) * fraction * edge *
-                       std::max(0.0, kHottest - std::max(voxel.kelvin, water::kBoiling));
+      voxel.capacity = room.capacity;
+      voxel.to_boil = room.to_boil;
+      voxel.latent = room.latent;
+      voxel.room = room.room;
       // Of other tips, or of this one at other places.
-      voxel.taken = static_cast<double>(warm.source[i]) * edge * dt_;
+      voxel.taken = heat_taken(heat, brick, i, dt_);
       voxel.struck = fraction * struck_share(heat.bricks().centre(brick, i));
       voxels.state.push_back(voxel);
       voxels.shares.push_back(share);

@@ -20,9 +20,6 @@ namespace viscera {
 /// has taken, as if no heat left it until the step's end: see lasts() and follow().
 class CurrentField {
  public:
-  /// Char glows and crumbles beyond this: there current crosses gas instead [K].               [R]
-  static constexpr double kHottest = 1300.0;
-
   /// Of a disc at `point` facing into the tissue against `outward`, during a step of `dt` [s];
   /// warms bricks up to a few radii away. Dried layers thinner in all than `gap` [m] are crossed by
   /// sparks.

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <tuple>
-#include <utility>
 
-#include "kernels/heat/current_field.h"
+#include "kernels/heat/heat_room.h"
 
 namespace viscera {
 namespace {
@@ -104,21 +102,6 @@ JawCurrent::JawCurrent(Bioheat& heat, std::span<const JawColumn> columns, double
   const double least = kLeastShare * electric_conductivity(tissue, 1.0, body);
   const std::vector<JawColumn> filaments = filaments_of(columns, heat.options().voxel);
   warm_up(filaments, heat);
-  std::map<std::pair<const HeatBrick*, int>, std::size_t> numbers;
-  const auto number_of = [&](HeatBrick* brick, int at, double kelvin) {
-    const auto [known, fresh] = numbers.try_emplace({brick, at}, voxels_.size());
-    if (fresh) {
-      const double latent = static_cast<double>(brick->water[at]) * tissue.density *
-                            tissue.water_fraction *
-                            static_cast<double>(brick->geometry->fraction[at]) *
-                            heat.voxel_volume() * water::kLatentHeat;
-      voxels_.push_back(
-          {brick, at,
-           heat.voxel_capacity(*brick, at) * std::max(0.0, CurrentField::kHottest - kelvin) +
-               latent});
-    }
-    return known->second;
-  };
   for (const JawColumn& filament : filaments) {
     Column one{parts_.size(), parts_.size(), 0.0};
     double thick = 0.0;  // of tissue [m]
@@ -129,12 +112,11 @@ JawCurrent::JawCurrent(Bioheat& heat, std::span<const JawColumn> columns, double
       const double share = static_cast<double>(brick->geometry->fraction[at]) * length;
       const double kelvin = body + static_cast<double>(brick->warm->excess[at]);
       const double conducts =
-          kelvin < CurrentField::kHottest
+          kelvin < kHottest
               ? electric_conductivity(tissue, static_cast<double>(brick->water[at]), kelvin)
               : 0.0;
       thick += share;
-      parts_.push_back(
-          {number_of(brick, at, kelvin), share / (filament.area * std::max(least, conducts))});
+      parts_.push_back({brick, at, share / (filament.area * std::max(least, conducts))});
       one.resistance += parts_.back().resistance;
     });
     const double whole = (filament.lower - filament.upper).norm();
@@ -176,16 +158,17 @@ CurrentReport JawCurrent::pass(Bioheat& heat, const BipolarGenerator& generator,
   report.by_current = report.current < asked && report.by_voltage == 0.0 ? 1.0 : 0.0;
   for (const Column& column : columns_) {
     const double current = report.voltage / column.resistance;
-    for (std::size_t p = column.first; p < column.last; ++p)
-      voxels_[parts_[p].voxel].power += current * current * parts_[p].resistance;
-  }
-  // Beyond its room nothing is left of a voxel but char: the rest goes off with steam and fumes.
-  for (Voxel& voxel : voxels_) {
-    const double asked_of = std::exchange(voxel.power, 0.0);
-    const double taken = std::min(asked_of, voxel.room / dt);
-    heat.heat_voxel(*voxel.brick, voxel.index, taken);
-    report.power += taken;
-    report.gas_power += asked_of - taken;
+    for (std::size_t p = column.first; p < column.last; ++p) {
+      const Part& part = parts_[p];
+      const double asked_of = current * current * part.resistance;
+      // Beyond its room nothing is left of a voxel but char: that goes off with steam and fumes.
+      const double left = heat_room(heat, *part.brick, part.voxel).room -
+                          heat_taken(heat, *part.brick, part.voxel, dt);
+      const double taken = std::min(asked_of, std::max(0.0, left) / dt);
+      heat.heat_voxel(*part.brick, part.voxel, taken);
+      report.power += taken;
+      report.gas_power += asked_of - taken;
+    }
   }
   return report;
 }

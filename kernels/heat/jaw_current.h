@@ -47,21 +47,15 @@ class JawCurrent {
   CurrentReport pass(Bioheat& heat, const BipolarGenerator& generator, double power, double dt);
 
  private:
-  struct Voxel {
-    HeatBrick* brick;
-    int index;
-    double room;  ///< heat until kHottest [J]
-    double power = 0.0;
-  };
   struct Part {
-    std::size_t voxel;
+    HeatBrick* brick;
+    int voxel;
     double resistance;  ///< [Ohm]
   };
   struct Column {
     std::size_t first = 0, last = 0;  // of the parts
     double resistance = 0.0;
   };
-  std::vector<Voxel> voxels_;
   std::vector<Part> parts_;
   std::vector<Column> columns_;
 };

@@ -9,6 +9,7 @@
 #include "engine/features/jaws/jaws.h"
 #include "engine/features/parting/parting_keys.h"
 #include "engine/simulator/build.h"
+#include "tests/support/cutting.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -81,7 +82,9 @@ TEST(Bipolar, LeavesNoSealWhereCurrentEndsEarlyAndIsOpenOnNothing) {
   const auto nothing = build(beside);
   ASSERT_TRUE(nothing);
   step_until(*nothing, 1.0);
-  EXPECT_TRUE(nothing->all<BurnTrace>().size() == 0 || nothing->all<BurnTrace>()[0].current.open);
+  ASSERT_EQ(nothing->all<BurnTrace>().size(), 1u);
+  EXPECT_TRUE(nothing->all<BurnTrace>()[0].current.open);
+  EXPECT_TRUE(sealer_in(*nothing).seals.empty());
 }
 
 /// A duct along the bar, fed from its held end, that a scalpel cuts where the jaws were.
@@ -96,12 +99,8 @@ SceneDescription bar_to_seal_and_cut(double power, double holds) {
   sealer.path.push_back({2.4, sealer.path[1].tip, 0.0, 1.0});
   sealer.path.push_back({2.6, sealer.path[0].tip, 0.0, 1.0});
   const Vec3 tip(10e-3, 12e-3, -8e-3);
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, tip, 0.0, 1.0}, {2.8, tip, 0.0, 1.0}, {3.0, tip - Vec3(0, 24e-3, 0), 0.0, 1.0}});
-  scalpel.trocar = Vec3(10e-3, 0, 20.0);
-  scalpel.extras.set(BladeDescription{16e-3, 0.8e-3});
-  scene.instruments.push_back(scalpel);
+  scene.instruments.push_back(
+      upright_scalpel(tip, tip - Vec3(0, 24e-3, 0), 2.8, 3.0, {16e-3, 0.8e-3}));
   return scene;
 }
 

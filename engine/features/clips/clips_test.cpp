@@ -11,6 +11,7 @@
 #include "engine/features/parting/parting.h"
 #include "engine/simulator/build.h"
 #include "kernels/finite/finite_solver.h"
+#include "tests/support/cutting.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -190,12 +191,8 @@ SceneDescription bar_to_cut(double x, double pressure, DuctDescription::Fed fed)
   bar.extras.set(
       DuctsDescription{{{"artery", {Vec3(-19e-3, 0, 0), Vec3(19e-3, 0, 0)}, pressure, fed}}});
   const Vec3 tip(8e-3, 12e-3, -8e-3);
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, tip, 0.0, 1.0}, {0.9, tip, 0.0, 1.0}, {1.1, tip - Vec3(0, 24e-3, 0), 0.0, 1.0}});
-  scalpel.trocar = Vec3(8e-3, 0, 20.0);
-  scalpel.extras.set(BladeDescription{16e-3, 0.8e-3});
-  scene.instruments.push_back(scalpel);
+  scene.instruments.push_back(
+      upright_scalpel(tip, tip - Vec3(0, 24e-3, 0), 0.9, 1.1, {16e-3, 0.8e-3}));
   return scene;
 }
 

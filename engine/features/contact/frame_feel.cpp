@@ -5,9 +5,6 @@
 namespace viscera {
 namespace {
 
-/// A frame [s].
-constexpr double kEasing = 1.0 / 60.0;
-
 Vec3 force_at(const AsFrameFound& felt, const Vec3& tip) {
   if (felt.force.isZero(0.0)) return Vec3::Zero();
   const Vec3 force = felt.force - felt.stiffness * (tip - felt.tip);
@@ -17,7 +14,7 @@ Vec3 force_at(const AsFrameFound& felt, const Vec3& tip) {
 }  // namespace
 
 TactileForce FrameFeel::respond(const Vec3& tip, double dt) noexcept {
-  uneased_ *= std::max(0.0, 1.0 - dt / kEasing);
+  uneased_ *= std::max(0.0, 1.0 - dt / kFrameEasing);
   const Vec3 before = force_at(frames_.front(), tip);
   if (frames_.update()) uneased_ += before - force_at(frames_.front(), tip);
   const Vec3 now = force_at(frames_.front(), tip);

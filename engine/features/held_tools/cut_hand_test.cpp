@@ -8,6 +8,7 @@
 #include "engine/features/held_tools/held_tools.h"
 #include "engine/features/parting/parting.h"
 #include "engine/simulator/build.h"
+#include "tests/support/cutting.h"
 #include "tests/support/held_world.h"
 
 namespace viscera::test {
@@ -29,13 +30,9 @@ SceneDescription slab_to_cut(double begins, double along) {
   scene.organs[0].extras.set(CuttableDescription{0.4e-3});
   scene.duration = 6.0;
   const Vec3 start(along, 12e-3, kTopOfSlab - kCutDeep), end(along, -12e-3, start.z());
-  InstrumentDescription scalpel = straight_tool("scalpel", InstrumentKind::kScalpel, 0.5e-3,
-                                                {{0.0, start, 0.0, 1.0},
-                                                 {begins, start, 0.0, 1.0},
-                                                 {begins + 0.8, end, 0.0, 1.0},
-                                                 {6.0, end, 0.0, 1.0}});
-  scalpel.trocar = Vec3(along, 0.0, 20.0);
-  scalpel.extras.set(BladeDescription{16e-3, kBladeWidth});
+  InstrumentDescription scalpel =
+      upright_scalpel(start, end, begins, begins + 0.8, {16e-3, kBladeWidth});
+  scalpel.path.push_back({6.0, end, 0.0, 1.0});  // a hand would begin its path again
   scene.instruments = {scalpel};
   return scene;
 }

@@ -10,8 +10,6 @@
 namespace viscera {
 namespace {
 
-/// What another body changes at the tool is shown over so long: a frame [s].
-constexpr double kEasing = 1.0 / 60.0;
 /// Of the cosine between a hive's force and the frame's: below, they stand on different walls.
 constexpr double kAlike = 0.5;
 
@@ -68,7 +66,7 @@ bool FeltOrgan::frame_answers(const TactileForce& by_hives, const TactileForce& 
     return true;
   }
   by_hives_for_ += dt;
-  return by_frame_ && by_hives_for_ < kEasing;
+  return by_frame_ && by_hives_for_ < kFrameEasing;
 }
 
 TactileForce FeltOrgan::respond(const ToolMotion& motion, double dt) noexcept {
@@ -81,10 +79,10 @@ TactileForce FeltOrgan::respond(const ToolMotion& motion, double dt) noexcept {
   easing_left_ = std::max(0.0, easing_left_ - dt);
   if (std::exchange(afresh_, false)) {
     change_ = force_ - felt.force;
-    easing_left_ = change_.isZero(0.0) ? 0.0 : kEasing;
+    easing_left_ = change_.isZero(0.0) ? 0.0 : kFrameEasing;
   }
   if (easing_left_ > 0.0) {
-    felt.force += easing_left_ / kEasing * change_;
+    felt.force += easing_left_ / kFrameEasing * change_;
     felt.touching = true;
     felt.energy = -1.0;  // nobody knows what two bodies at once would give back
   }
@@ -112,6 +110,8 @@ FeltOrgan::State FeltOrgan::state() const {
 }
 
 void FeltOrgan::restore(State state) {
+  hand_over({});
+  take_over();
   now_->tissue->restore(std::move(state.tissue));
   frame_.restore(std::move(state.frame));
   force_ = state.force;
@@ -123,9 +123,9 @@ void FeltOrgan::restore(State state) {
 }
 
 bool FeltOrgan::fits(const State& state) const {
-  return now_->tissue->fits(state.tissue) && FrameFeel::fits(state.frame) &&
-         state.force.allFinite() && state.change.allFinite() && state.easing_left >= 0.0 &&
-         state.easing_left <= kEasing && state.by_hives_for >= 0.0;
+  return tissue().fits(state.tissue) && FrameFeel::fits(state.frame) && state.force.allFinite() &&
+         state.change.allFinite() && state.easing_left >= 0.0 &&
+         state.easing_left <= kFrameEasing && state.by_hives_for >= 0.0;
 }
 
 }  // namespace viscera

@@ -85,6 +85,7 @@ class FeltOrgan {
     }
   };
   State state() const;
+  /// Goes over to a body that waits before, which the state is of.
   void restore(State state);
   bool fits(const State& state) const;
 

@@ -174,7 +174,7 @@ void HapticTools::stop() {
     if (tool.loop) tool.loop->stop();
 }
 
-void HapticTools::replace_body(const World& world, Entity organ, const Continuation* continuation) {
+void HapticTools::replace_body(const World& world, Entity organ) {
   std::shared_ptr<const WalkableSurface> surface;
   for (HapticTool& tool : tools_)
     for (FeltOrgan& felt : tool.tissue->organs) {
@@ -187,10 +187,6 @@ void HapticTools::replace_body(const World& world, Entity organ, const Continuat
                                      "the hand feels the frame's force: {}",
                                      world.time(), body.error().text()));
       felt.become(body ? *std::move(body) : nullptr);
-      // A loaded state is to be restored, which only lockstep has.
-      if (continuation || clock_ == ServoClock::kRealTime) continue;
-      felt.hand_over({});
-      felt.take_over();
     }
 }
 
@@ -283,11 +279,11 @@ void HapticTools::take_felt_forces(World& world, double dt) {
     // What a jaw holds pulls at it through the frame: the hand's tissue is only what it presses.
     const Vec3 pull = pull_on(world, tool.instrument);
     const Vec3 felt = tool.output.tissue, more = felt - (contact.force - pull);
-    if (blade_of(world.find<InstrumentBody>(tool.instrument)->description)) {
+    const InstrumentDescription& held = world.find<InstrumentBody>(tool.instrument)->description;
+    if (blade_of(held)) {
       // Of a blade it isn't known what its edge feels and what its tip. Scissors' edges hold their
       // handles, which no device knows.
-      if (world.find<InstrumentBody>(tool.instrument)->description.kind == InstrumentKind::kScalpel)
-        contact.force = felt;
+      if (held.kind == InstrumentKind::kScalpel) contact.force = felt;
       continue;
     }
     const Vec3 way = tool.output.tool.position - tool.agreement.tip;
@@ -366,12 +362,8 @@ void HapticTools::restore(State state) {
     tool.servo->restore(one.servo);
     tool.lockstep->restore(one.lockstep);
     tool.output = one.output;
-    for (std::size_t o = 0; o < tool.tissue->organs.size(); ++o) {
-      FeltOrgan& organ = tool.tissue->organs[o];
-      organ.hand_over({});
-      organ.take_over();
-      organ.restore(std::move(one.tissue[o]));
-    }
+    for (std::size_t o = 0; o < tool.tissue->organs.size(); ++o)
+      tool.tissue->organs[o].restore(std::move(one.tissue[o]));
     tool.tissue->shaft.restore(one.shaft);
     tool.tissue->blade.restore(one.blade);
     tool.felt().restore_bytes(one.device);
@@ -447,8 +439,8 @@ bool held(const World& world) {
   return world.has<Servos>();
 }
 
-void feel_other_body(World& world, Entity organ, const Continuation* continuation) {
-  if (HapticTools* servos = servos_of(world)) servos->replace_body(world, organ, continuation);
+void feel_other_body(World& world, Entity organ, const Continuation*) {
+  if (HapticTools* servos = servos_of(world)) servos->replace_body(world, organ);
 }
 
 }  // namespace

@@ -88,9 +88,8 @@ class HapticTools {
                                                      const World& world, const ServoRun& run);
   ~HapticTools();  ///< stops
 
-  /// As Feature::replaced has it: an organ is another body, which hands go over to once it is
-  /// published; at once where a state is loaded.
-  void replace_body(const World& world, Entity organ, const Continuation* continuation);
+  /// An organ is another body, which hands go over to once it is published or a state is restored.
+  void replace_body(const World& world, Entity organ);
   /// Begins to find what the tissue under tools answers.
   void ask_tissue(World& world, Aside& aside);
   /// What the servos see of the scene as it is at the end of this frame: each organ as their tool

@@ -10,8 +10,6 @@ namespace {
 /// Of the spring, as stiff as the coupling of a device bears without being felt softer by it;
 /// chosen [N/m]. A newton takes .7 mm of it.
 constexpr double kSpring = 1500.0;
-/// What a frame finds otherwise is shown over so long [s].
-constexpr double kEasing = 1.0 / 60.0;
 /// Less isn't felt; up to there the spring is as stiff as it says [N].
 constexpr double kNone = 1e-3, kStiff = 0.05;
 
@@ -42,7 +40,7 @@ Vec3 BladeAsFelt::way(std::size_t k) const {
 TactileForce BladeFeel::respond(const Vec3& tip, double dt) noexcept {
   frames_.update();
   const BladeAsFelt& frame = frames_.front();
-  const double share = std::min(1.0, dt / kEasing);
+  const double share = std::min(1.0, dt / kFrameEasing);
   double greatest = 0.0;
   for (std::size_t k = 0; k < holds_.size(); ++k) {
     holds_[k] += share * (frame.holds[k] - holds_[k]);

@@ -12,6 +12,7 @@
 #include "engine/features/touching/touching_keys.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/surface_checks.h"
+#include "tests/support/cutting.h"
 #include "tests/support/paths.h"
 #include "tests/support/small_world.h"
 
@@ -44,13 +45,7 @@ SceneDescription block_to_cut(double deep, double begins, double pulled = 0.0, d
   block.extras.set(CuttableDescription{0.4e-3});
   const double from = 0.5 * kWide + kBeyond;
   const Vec3 start(along, from, kTop - deep), end(along, -from, kTop - deep);
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, start, 0.0, 1.0}, {begins, start, 0.0, 1.0}, {begins + kThrough, end, 0.0, 1.0}});
-  // So far away that it hardly leans.
-  scalpel.trocar = Vec3(along, 0.0, 20.0);
-  scalpel.extras.set(BladeDescription{12e-3, kBlade});
-  scene.instruments = {scalpel};
+  scene.instruments = {upright_scalpel(start, end, begins, begins + kThrough, {12e-3, kBlade})};
   return scene;
 }
 

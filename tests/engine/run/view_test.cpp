@@ -9,6 +9,7 @@
 #include "engine/features/clips/clips.h"
 #include "engine/features/parting/parting.h"
 #include "kernels/contact/deformation.h"
+#include "tests/support/cutting.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -115,12 +116,8 @@ SceneDescription clipped_and_cut_bar() {
                     {{0.0, clip, 0.0, 1.0}, {0.1, clip, 0.0, 0.0}, {0.2, clip, 0.0, 1.0}});
   applier.trocar = clip - Vec3(0, 0.2, 0);
   applier.extras.set(ClipsDescription{.count = 3, .length = 11e-3, .opening = 10e-3});
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, tip, 0.0, 1.0}, {0.3, tip, 0.0, 1.0}, {0.5, tip - Vec3(0, 24e-3, 0), 0.0, 1.0}});
-  scalpel.trocar = Vec3(8e-3, 0, 20.0);
-  scalpel.extras.set(BladeDescription{16e-3, 0.8e-3});
-  scene.instruments = {applier, scalpel};
+  scene.instruments = {applier,
+                       upright_scalpel(tip, tip - Vec3(0, 24e-3, 0), 0.3, 0.5, {16e-3, 0.8e-3})};
   scene.camera = looking_along_y(0.0);
   return scene;
 }

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "kernels/heat/current_field.h"
+#include "kernels/heat/heat_room.h"
 
 namespace viscera {
 namespace {
@@ -185,7 +186,7 @@ TEST(Electrode, NoPowerAndNoStepMakeTissueHotterThanCharCanBe) {
         for (const double dt : {1.0 / 240.0, 1.0 / 60.0, 0.1}) {
           const Burn burn = burn_for(0.3, dt, power, radius, mode, 0.5e-3);
           const auto what = testing::Message() << power << " W, " << radius << " m, " << dt << " s";
-          EXPECT_LT(burn.greatest, CurrentField::kHottest + 1.0) << what;
+          EXPECT_LT(burn.greatest, kHottest + 1.0) << what;
           EXPECT_LT(std::abs(burn.residual), 1e-4 * burn.delivered) << what;
           EXPECT_LE(burn.delivered, burn.generated * (1.0 + 1e-6)) << what;
         }
@@ -197,7 +198,7 @@ TEST(Electrode, NoPowerAndNoStepMakeTissueHotterThanCharCanBe) {
 TEST(Electrode, FineVoxelsThatDryWithinAFrameStayPhysicalToo) {
   const Burn burn = burn_for(0.1, kFrame, 120.0, 0.3e-3, CurrentMode::kCoagulate, 0.2e-3);
   EXPECT_GT(burn.greatest, 373.15);
-  EXPECT_LT(burn.greatest, CurrentField::kHottest + 1.0);
+  EXPECT_LT(burn.greatest, kHottest + 1.0);
   EXPECT_LT(std::abs(burn.residual), 1e-4 * burn.delivered);
 }
 
@@ -356,7 +357,7 @@ TEST(Electrode, TheBookClosesWithSparksOn) {
   EXPECT_LT(sparks, book.delivered);
   EXPECT_NEAR(book.delivered + body + metal + gas, generated, 1e-5 * generated);
   EXPECT_LT(std::abs(book.residual()), 1e-4 * book.delivered);
-  EXPECT_LT(heat.greatest_excess() + heat.options().body, CurrentField::kHottest + 1.0);
+  EXPECT_LT(heat.greatest_excess() + heat.options().body, kHottest + 1.0);
 }
 
 TEST(Electrode, AGlowingTipLosesWhatSparksGiveIt) {
