@@ -7,8 +7,8 @@
 namespace viscera {
 namespace {
 
-/// Of the spring, as stiff as the coupling of a device bears without being felt softer by it;
-/// chosen [N/m]. A newton takes .7 mm of it.
+/// Of the spring: less stiff than a device's coupling (virtual_coupling.h); chosen [N/m]. A newton
+/// takes .7 mm of it.
 constexpr double kSpring = 1500.0;
 /// Less isn't felt; up to there the spring is as stiff as it says [N].
 constexpr double kNone = 1e-3, kStiff = 0.05;
