@@ -147,6 +147,8 @@ void GpuHeat::upload_geometry(const Slot& slot) {
   words.resize(kGeometryWords, 0.0f);
   float* area = words.data() + kSurfaceArea;
   for (const BrickGeometry::Surface& face : geometry.surface) area[face.voxel] = face.area;
+  for (std::size_t voxel = 0; voxel < kVoxels; ++voxel)
+    words[kPerfused + voxel] = geometry.perfused_at(voxel);
   geometry_.upload_part(static_cast<std::size_t>(slot.place) * kGeometryWords * sizeof(float),
                         std::span<const float>(words));
 }

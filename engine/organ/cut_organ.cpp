@@ -4,9 +4,11 @@
 #include <array>
 #include <utility>
 
+#include "engine/organ/dropped_pieces.h"
 #include "engine/organ/finite_parts.h"
 #include "engine/organ/material_field.h"
 #include "engine/organ/organ_parts.h"
+#include "engine/organ/severed_bricks.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/stopwatch.h"
 #include "kernels/formulations/formulations.h"
@@ -42,40 +44,11 @@ std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<V
   return nearest;
 }
 
-/// Pieces that are too small for a node to stand for them.
-struct Crumbs {
-  double volume = 0.0;     ///< [m3]
-  std::vector<Box> boxes;  ///< about each
-};
-
-/// Takes them away.
-Crumbs drop_crumbs(double least, CarvedSurface& left) {
-  const std::vector<TriangleSurface> pieces = closed_pieces(left.surface);
-  if (pieces.size() < 2) return {};
-  Crumbs dropped;
-  std::vector<char> kept(left.surface.vertices.size(), 0);
-  for (const TriangleSurface& piece : pieces) {
-    const double size = volume(piece);
-    if (size < least) {
-      dropped.volume += size;
-      Box& box = dropped.boxes.emplace_back();
-      for (const std::array<int, 3>& triangle : piece.triangles)
-        for (const int corner : triangle)
-          box.extend(piece.vertices[static_cast<std::size_t>(corner)]);
-      continue;
-    }
-    for (const std::array<int, 3>& triangle : piece.triangles)
-      for (const int corner : triangle) kept[static_cast<std::size_t>(corner)] = 1;
-  }
-  CarvedSurface whole = std::exchange(left, {});
-  left.surface.vertices = std::move(whole.surface.vertices);
-  for (std::size_t t = 0; t < whole.skin.size(); ++t) {
-    if (!kept[static_cast<std::size_t>(whole.surface.triangles[t][0])]) continue;
-    left.surface.triangles.push_back(whole.surface.triangles[t]);
-    left.skin.push_back(whole.skin[t]);
-  }
-  left.surface = with_used_vertices(left.surface);
-  return dropped;
+/// Of each node that carries what is left of an organ the one that did `before`.
+std::vector<int> gone_on(const ShapeFunctions& before, const ShapeFunctions& now,
+                         const TriangleSurface& left, bool pieces_are_gone) {
+  return pieces_are_gone ? continued_beside_gone_pieces(before, now, SurfaceTree(left))
+                         : continued_nodes(before, now);
 }
 
 /// As CutOrgan::pieces.
@@ -107,7 +80,7 @@ std::vector<float> depths_below(const TriangleSurface& whole, const TriangleSurf
 
 /// Bricks of heat, of this voxel, that anything gone reaches. Beside them the organ is as it was
 /// whole.
-std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, std::span<const Box> crumbs,
+std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, std::span<const Box> dropped,
                                       double voxel) {
   BrickMap seen;
   std::vector<BrickIndex> bricks;
@@ -128,16 +101,16 @@ std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, std::span<const
   for (const TissueShare::Voxel& lowest : tissue.bricks())
     add({tissue.middle(lowest),
          tissue.middle(lowest + TissueShare::Voxel::Constant(TissueShare::kEdge - 1))});
-  for (const Box& box : crumbs) add(box);
+  for (const Box& box : dropped) add(box);
   return bricks;
 }
 
-std::vector<ShapedBrick> heated_shapes(const TissueShare& tissue, std::span<const Box> crumbs,
+std::vector<ShapedBrick> heated_shapes(const TissueShare& tissue, std::span<const Box> dropped,
                                        double voxel, const SurfaceTree& left) {
   if (voxel == 0.0) return {};
   const SignedDistance distance = [&](const Vec3& place) { return left.signed_distance(place); };
   std::vector<ShapedBrick> shapes;
-  for (const BrickIndex& index : heated_bricks(tissue, crumbs, voxel))
+  for (const BrickIndex& index : heated_bricks(tissue, dropped, voxel))
     shapes.push_back({index, nullptr});
   parallel_for_each_index(shapes.size(), 1, [&](std::size_t s) {
     shapes[s].geometry = make_geometry(shapes[s].index, voxel, distance);
@@ -152,10 +125,10 @@ bool any_loose(const FiniteParts& parts) {
 /// The body counts from where the whole one has no stress, and its weight acts as it did there. One
 /// that what it lay among bore (hung_in_image) has none, but for the pieces that fall.
 void take_weight(const CuttableOrgan& organ, const OrganModel& model, double density,
-                 FiniteParts& parts) {
+                 bool pieces_are_gone, FiniteParts& parts) {
   const std::span<const double> unloaded = organ.whole->finite->body().unloaded();
   if (unloaded.empty() && (organ.gravity.isZero(0.0) || !any_loose(parts))) return;
-  for (const int node : continued_nodes(*organ.fields, *model.fields))
+  for (const int node : gone_on(*organ.fields, *model.fields, model.surface, pieces_are_gone))
     for (std::size_t k = 0; k < 3; ++k)
       parts.unloaded.push_back(unloaded.empty() ? 0.0
                                                 : unloaded[3 * static_cast<std::size_t>(node) + k]);
@@ -166,7 +139,7 @@ void take_weight(const CuttableOrgan& organ, const OrganModel& model, double den
   }
 }
 
-Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
+Result<void> prepare(const CuttableOrgan& organ, bool pieces_are_gone, OrganModel& model) {
   if (auto placed = add_places(model, organ.organ, organ.demand); !placed) return placed;
   // Layers under the surface are those that the whole one has.
   auto field = MaterialField::make(organ.organ, organ.tissue, organ.whole->surface, organ.assets);
@@ -183,7 +156,7 @@ Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
   options.iterations = std::max(options.iterations, kIterations);
   options.iterations_released = std::max(options.iterations_released, kIterations);
   if (any_loose(*parts)) options.decrement = std::min(options.decrement, kFreeDecrement);
-  take_weight(organ, model, options.density, *parts);
+  take_weight(organ, model, options.density, pieces_are_gone, *parts);
   model.compliance = columns_to_come(model, (*solver)->factor());
   model.compliance.on_demand->end_preparation();
   if (auto made = make_finite(model, *parts, options, !organ.demand.burnt.empty(), nullptr); !made)
@@ -197,25 +170,26 @@ Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
 struct Left {
   std::shared_ptr<OrganModel> model;
   std::vector<int> skin;  ///< as CarvedSurface::skin
-  Crumbs crumbs;
+  Dropped dropped;
   Result<void> prepared;
 };
 
-Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue) {
+Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
+                          std::span<const Vec3> removed) {
   const OrganModel& whole = *organ.whole;
   const double finest = organ.organ.resolution.finest;
   auto carved = carve(whole.surface, plain_void_surface(tissue, finest));
   if (!carved) return std::unexpected(carved.error());
   Left left;
-  left.crumbs = drop_crumbs(finest * finest * finest, *carved);
+  left.dropped = drop_pieces(finest * finest * finest, removed, *carved);
   if (carved->surface.triangles.empty()) return failure("nothing is left of it");
   left.model = std::make_shared<OrganModel>();
   set_surface(*left.model, std::move(carved->surface));
   left.model->material = whole.material;
-  left.model->cloud = whole.cloud;
+  left.model->cloud = removed.empty() ? whole.cloud : nodes_about(left.model->surface, whole.cloud);
   left.model->key = whole.key;
   left.skin = std::move(carved->skin);
-  left.prepared = prepare(organ, *left.model);
+  left.prepared = prepare(organ, !removed.empty(), *left.model);
   return left;
 }
 
@@ -279,31 +253,38 @@ int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int tr
 }
 
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
-                           const OrganModel& before, const ShapeFunctions& fields_before) {
+                           std::span<const Vec3> removed, const OrganModel& before,
+                           const ShapeFunctions& fields_before) {
   const Stopwatch watch;
   const OrganModel& whole = *organ.whole;
   CutOrgan cut{.tissue = tissue};
   Left left;
   double asked_left = 0.0;
   for (int round = 0;; ++round) {
-    auto tried = prepare_left(organ, cut.tissue);
+    auto tried = prepare_left(organ, cut.tissue, removed);
     if (!tried) return std::unexpected(tried.error());
     left = *std::move(tried);
-    if (round == 0) asked_left = volume(left.model->surface) + left.crumbs.volume;
+    if (round == 0)
+      asked_left = volume(left.model->surface) + left.dropped.crumbs + left.dropped.removed;
     if (left.prepared) break;
     if (round == kRounds || !take_remnants(*left.model, cut.tissue))
       return std::unexpected(left.prepared.error());
   }
   OrganModel& model = *left.model;
-  cut.crumbs = left.crumbs.volume;
-  cut.remnants = asked_left - volume(model.surface) - cut.crumbs;
+  cut.crumbs = left.dropped.crumbs;
+  cut.removed = left.dropped.removed;
+  cut.remnants = asked_left - volume(model.surface) - cut.crumbs - cut.removed;
   cut.fields = std::move(model.fields);
   cut.pieces = pieces_of_vertices(model.surface);
   cut.depths = depths_below(whole.surface, model.surface, left.skin);
-  cut.continuation = {continued_nodes(fields_before, *cut.fields),
+  cut.continuation = {gone_on(fields_before, *cut.fields, model.surface, !removed.empty()),
                       nearest_of(model.energy_points, before.energy_points)};
   cut.tree = std::make_shared<const SurfaceTree>(model.surface);
-  cut.heated = heated_shapes(cut.tissue, left.crumbs.boxes, organ.heat_voxel, *cut.tree);
+  cut.heated = heated_shapes(cut.tissue, left.dropped.boxes, organ.heat_voxel, *cut.tree);
+  if (organ.heat_voxel > 0.0)
+    take_blood(model.surface, *cut.tree, cut.pieces,
+               severed_pieces(model, *cut.fields, *cut.tree, cut.pieces), organ.heat_voxel,
+               cut.heated);
   model.prepare_s = cut.seconds = watch.seconds();
   cut.model = std::move(left.model);
   return cut;

@@ -42,8 +42,10 @@ struct CutOrgan {
   std::vector<int> pieces;
   Continuation continuation;                ///< from the body that it was before
   std::shared_ptr<const SurfaceTree> tree;  ///< of its surface at rest
-  std::vector<ShapedBrick> heated;          ///< bricks of heat that what is gone reaches
+  /// Bricks of heat that what is gone reaches, and those of pieces that have no blood.
+  std::vector<ShapedBrick> heated;
   double crumbs = 0.0;    ///< pieces too small for nodes, which are gone, too [m3]
+  double removed = 0.0;   ///< pieces that were taken out of the scene [m3]
   double remnants = 0.0;  ///< that `tissue` lacks and what was asked for has [m3]
   double seconds = 0.0;   ///< it took
 };
@@ -55,9 +57,12 @@ int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int tr
 /// shape that it has without weight stay. A piece that nothing holds moves by itself
 /// (kernels/finite/loose_pieces.h). `before` and its fields: the body until now, the whole one or
 /// one cut less. Slivers beside a cut, of which every node has so little that it needs no twin,
-/// have nothing to carry them: they go with it. Fails where walls can't be told from the surface,
-/// nothing is left, a piece comes off of an organ that is quasi-static, or preparing it fails.
+/// have nothing to carry them: they go with it. `removed`: a place at rest [m] within each piece
+/// that was taken out of the scene; the closed surface about it is dropped, and the nodes that only
+/// it needed. Fails where walls can't be told from the surface, nothing is left, a piece comes off
+/// of an organ that is quasi-static, or preparing it fails.
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
-                           const OrganModel& before, const ShapeFunctions& fields_before);
+                           std::span<const Vec3> removed, const OrganModel& before,
+                           const ShapeFunctions& fields_before);
 
 }  // namespace viscera

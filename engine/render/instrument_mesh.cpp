@@ -324,6 +324,52 @@ void add_grasper(Builder& builder, const InstrumentView& view) {
   add_sleeve(builder, view, Vec3::Zero(), hinge + 9e-3);
 }
 
+/// A sprung ring beyond the tip, which closes to a slit along the shaft, and the film that hangs
+/// from it towards +x, seen from both sides.
+void add_bag(Builder& builder, const InstrumentView& view) {
+  constexpr int kSides = 12, kDown = 16;
+  constexpr double kWire = 0.8e-3, kFilm = 0.1e-3, kNearlyShut = 0.06;
+  const double radius = view.mouth_radius;
+  const double wide = radius * std::max(kNearlyShut, std::clamp(view.jaw, 0.0, 1.0));
+  const auto rim = [&](int i) -> Vec3 {
+    const double angle = 2.0 * kPi * i / kRound;
+    return {0.0, wide * std::sin(angle), -radius + radius * std::cos(angle)};
+  };
+  const auto out = [&](int i, int k) -> Vec3 {
+    const double angle = 2.0 * kPi * i / kRound, around = 2.0 * kPi * k / kSides;
+    const Vec3 away = Vec3(0.0, radius * std::sin(angle), wide * std::cos(angle)).normalized();
+    return std::cos(around) * away + std::sin(around) * Vec3::UnitX();
+  };
+  for (int i = 0; i < kRound; ++i)
+    for (int k = 0; k < kSides; ++k)
+      builder.quad({rim(i) + kWire * out(i, k), rim(i) + kWire * out(i, k + 1),
+                    rim(i + 1) + kWire * out(i + 1, k + 1), rim(i + 1) + kWire * out(i + 1, k)},
+                   {out(i, k), out(i, k + 1), out(i + 1, k + 1), out(i + 1, k)}, Finish::kSteel);
+  const auto film = [&](int i, int j) -> Vec3 {
+    const double polar = 0.5 * kPi * j / kDown, angle = 2.0 * kPi * i / kRound;
+    return {view.sack_depth * std::sin(polar), wide * std::sin(angle) * std::cos(polar),
+            -radius + radius * std::cos(angle) * std::cos(polar)};
+  };
+  const auto outward = [&](int i, int j) -> Vec3 {
+    const Vec3 place = film(i, j) + Vec3(0.0, 0.0, radius);
+    return Vec3(place.x() / (view.sack_depth * view.sack_depth), place.y() / (wide * wide),
+                place.z() / (radius * radius))
+        .normalized();
+  };
+  for (int i = 0; i < kRound; ++i)
+    for (int j = 0; j < kDown; ++j) {
+      const std::array<Vec3, 4> p = {film(i, j), film(i, j + 1), film(i + 1, j + 1),
+                                     film(i + 1, j)};
+      const std::array<Vec3, 4> n = {outward(i, j), outward(i, j + 1), outward(i + 1, j + 1),
+                                     outward(i + 1, j)};
+      builder.quad(p, n, Finish::kSleeve);
+      std::array<Vec3, 4> inner;
+      for (std::size_t c = 0; c < 4; ++c) inner[c] = p[3 - c] - kFilm * n[3 - c];
+      builder.quad(inner, {-n[3], -n[2], -n[1], -n[0]}, Finish::kSleeve);
+    }
+  add_sleeve(builder, view, Vec3::Zero(), 0.0);
+}
+
 /// A wire bent to a U, open away from the shaft.
 void add_clip(Builder& builder, const InstrumentView& view) {
   constexpr int kBend = 12;
@@ -370,6 +416,9 @@ InstrumentMesh make_instrument(const InstrumentView& view) {
     case InstrumentView::Kind::kClipApplier:
     case InstrumentView::Kind::kGrasper:
       add_grasper(builder, view);
+      break;
+    case InstrumentView::Kind::kBag:
+      add_bag(builder, view);
       break;
     case InstrumentView::Kind::kScalpel:
       add_scalpel(builder, view);

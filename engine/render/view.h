@@ -54,6 +54,7 @@ struct InstrumentView {
     kScalpel,
     kScissors,
     kClipApplier,
+    kBag,
     kClip,  ///< `tip` is its middle, its bars lie along `shaft_direction` and part along the side
     kMesh
   };
@@ -70,6 +71,7 @@ struct InstrumentView {
   /// Of a scalpel's edge, from the tip along the shaft; of scissors' blades, to the hinge; of a
   /// clip's bars, as wide as the tip [m].
   double blade_length = 0.0;
+  double mouth_radius = 0.0, sack_depth = 0.0;  ///< of a bag; the mouth is open by `jaw` [m]
   double jaw = 1.0;  ///< 0 closed ... 1 open; of a clip: between its bars [m]
   bool energised = false;
   const TriangleSurface* mesh = nullptr;  ///< kMesh: shaft along +z, tip at the origin [m]

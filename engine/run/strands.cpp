@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/features/beds/cut_beds.h"
 #include "engine/features/touching/drawn_organ.h"
 
 namespace viscera {
@@ -12,6 +13,8 @@ namespace {
 
 /// Fibres that a bond is drawn as; the first thick, the others fine.
 constexpr std::size_t kFibres = 3;
+/// And, fine ones beside each other, of a film over the bed's edge.
+constexpr std::size_t kFilmFibres = 6;
 /// Of the radius of the area that a bond stands for, at its waist: most of it is water.
 constexpr std::array<double, kFibres> kThick = {0.3, 0.17, 0.1};
 /// Feet are wider by this.
@@ -63,6 +66,7 @@ class BedStrands {
  public:
   BedStrands(const World& world, Entity entity)
       : bed_(*world.find<Bed>(entity)),
+        places_(places_now(world, entity)),
         bonds_(world.find<BedState>(entity)->bonds),
         organs_{DrawnOrgan(world, bed_.organs[0]), DrawnOrgan(world, bed_.organs[1])} {}
 
@@ -70,34 +74,40 @@ class BedStrands {
     const std::size_t bonds = bonds_.opened.size();
     std::vector<StrandHalf> all;
     all.reserve(2 * kFibres * bonds);
-    for (std::size_t bond = 0; bond < bonds; ++bond) add(bond, all);
+    for (std::size_t bond = 0; bond < bonds; ++bond)
+      for (std::size_t f = 0; f < kFibres; ++f)
+        add(bond, kFibres * bond + f, kThick[f], places_.layer.law, all);
+    for (std::size_t bond = 0; bond < bonds; ++bond)
+      for (std::size_t f = 0; places_.layer.edge(bond) > 0.0 && f < kFilmFibres; ++f)
+        add(bond, kFibres * bonds + kFilmFibres * bond + f, kThick.back(), places_.layer.film, all);
     return all;
   }
 
  private:
-  void add(std::size_t bond, std::vector<StrandHalf>& halves) const {
-    const double wide = std::sqrt(bed_.places.layer.areas[bond] / std::numbers::pi);
-    const bool whole = holds(bed_.places.layer, bonds_, bond);
-    const std::array<End, 2> ends = {End(organs_[0], bed_.places.points[0][bond]),
-                                     End(organs_[1], bed_.places.points[1][bond])};
-    for (std::size_t f = 0; f < kFibres; ++f) {
-      const std::size_t fibre = kFibres * bond + f;
-      const double thick = wide * kThick[f] * (0.5 + own_number(fibre, 1));
-      std::array<Vec3, 2> feet;
-      for (std::size_t side = 0; side < 2; ++side)
-        feet[side] = ends[side].place + kSpread * wide * own_number(fibre, 2) *
-                                            ends[side].aside(own_number(2 * fibre + side, 3));
-      for (std::size_t side = 0; side < 2; ++side) {
-        StrandHalf half;
-        half.foot = feet[side].cast<float>();
-        half.foot_radius = static_cast<float>(kFoot * std::max(kThinnest, thick));
-        half.seed = static_cast<float>(own_number(fibre, 0));
-        if (whole)
-          reach_across(feet[1 - side], thick, half);
-        else
-          draw_back(bonds_.burnt[bond] != 0, ends[side], 2 * fibre + side, half);
-        halves.push_back(half);
-      }
+  /// A fibre of a bond, by its number among all, its radius over the bond's and the law that says
+  /// how far it goes.
+  void add(std::size_t bond, std::size_t fibre, double slender, const CohesiveLaw& law,
+           std::vector<StrandHalf>& halves) const {
+    const double wide = std::sqrt(places_.layer.areas[bond] / std::numbers::pi);
+    const bool whole = bonds_.parted_by[bond] == 0 && law.left(bonds_.opened[bond]) > 0.0;
+    const std::array<End, 2> ends = {End(organs_[0], places_.points[0][bond]),
+                                     End(organs_[1], places_.points[1][bond])};
+    const double thick = wide * slender * (0.5 + own_number(fibre, 1));
+    std::array<Vec3, 2> feet;
+    for (std::size_t side = 0; side < 2; ++side)
+      feet[side] = ends[side].place + kSpread * wide * own_number(fibre, 2) *
+                                          ends[side].aside(own_number(2 * fibre + side, 3));
+    for (std::size_t side = 0; side < 2; ++side) {
+      StrandHalf half;
+      half.foot = feet[side].cast<float>();
+      half.foot_radius = static_cast<float>(kFoot * std::max(kThinnest, thick));
+      half.seed = static_cast<float>(own_number(fibre, 0));
+      if (whole)
+        reach_across(feet[1 - side], thick, half);
+      else
+        draw_back(bonds_.parted_by[bond] == kPartedByHeat, law.last(), ends[side], 2 * fibre + side,
+                  half);
+      halves.push_back(half);
     }
   }
 
@@ -107,9 +117,9 @@ class BedStrands {
     half.end_radius = static_cast<float>(std::max(kThinnest, thick / std::sqrt(drawn_out)));
   }
 
-  void draw_back(bool burnt, const End& end, std::size_t number, StrandHalf& half) const {
-    const double length = (burnt ? kCharred : kDrawnBack * bed_.places.layer.law.last()) *
-                          (0.4 + own_number(number, 0));
+  static void draw_back(bool burnt, double last, const End& end, std::size_t number,
+                        StrandHalf& half) {
+    const double length = (burnt ? kCharred : kDrawnBack * last) * (0.4 + own_number(number, 0));
     const Vec3 lying = kLying * own_number(number, 2) * end.aside(own_number(number, 1));
     half.reach = (length * (end.normal + lying).normalized()).cast<float>();
     half.end_radius = kThinnest;
@@ -118,6 +128,7 @@ class BedStrands {
   }
 
   const Bed& bed_;
+  const BedPlaces& places_;
   const BondStates& bonds_;
   std::array<DrawnOrgan, 2> organs_;
 };

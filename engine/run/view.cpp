@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/features/bag/bag_keys.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/clips/clips.h"
 #include "engine/features/deformation/deformation.h"
@@ -63,6 +64,9 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
     case InstrumentKind::kClipApplier:
       view.kind = InstrumentView::Kind::kClipApplier;
       break;
+    case InstrumentKind::kBag:
+      view.kind = InstrumentView::Kind::kBag;
+      break;
   }
   if (!body.mesh.empty()) {
     view.kind = InstrumentView::Kind::kMesh;
@@ -75,6 +79,10 @@ InstrumentView instrument_view(const World& world, std::size_t i) {
   view.shaft_length = (body.description.trocar - state.tip).norm() + kShaftBeyondTrocar;
   view.tip_radius = body.description.tip.radius;
   if (const BladeDescription* blade = blade_of(body.description)) view.blade_length = blade->length;
+  if (const BagDescription* bag = bag_of(body.description)) {
+    view.mouth_radius = 0.5 * bag->mouth;
+    view.sack_depth = bag->depth;
+  }
   view.jaw = std::clamp(state.jaw, 0.0, 1.0);
   view.energised = state.power > 0.0;
   return view;

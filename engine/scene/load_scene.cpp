@@ -152,6 +152,7 @@ InstrumentDescription instrument_of(const Json& values) {
                     : kind == "scalpel"  ? InstrumentKind::kScalpel
                     : kind == "scissors" ? InstrumentKind::kScissors
                     : kind == "spatula"  ? InstrumentKind::kSpatula
+                    : kind == "bag"      ? InstrumentKind::kBag
                                          : InstrumentKind::kClipApplier;
   instrument.tip = tip_of(values["tip"]);
   instrument.trocar = from_milli_vector(values["trocar_mm"]);
@@ -163,8 +164,8 @@ InstrumentDescription instrument_of(const Json& values) {
   }
   instrument.friction = values["friction"];
   for (const Json& key : values["path"]) {
-    instrument.path.push_back(
-        {key["time_s"], from_milli_vector(key["tip_mm"]), key["power_W"], key["jaw"]});
+    instrument.path.push_back({key["time_s"], from_milli_vector(key["tip_mm"]), key["power_W"],
+                               key["jaw"], key["blade"]});
   }
   return instrument;
 }

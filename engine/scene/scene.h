@@ -142,7 +142,16 @@ struct OrganDescription {
 
 // --- instruments --------------------------------------------------------------------------------
 
-enum class InstrumentKind { kProbe, kGrasper, kHook, kSpatula, kScalpel, kScissors, kClipApplier };
+enum class InstrumentKind {
+  kProbe,
+  kGrasper,
+  kHook,
+  kSpatula,
+  kScalpel,
+  kScissors,
+  kClipApplier,
+  kBag
+};
 
 /// How far each blade of scissors swings from the shaft's axis, fully open [rad]: 25 degrees.
 inline constexpr double kScissorsOpen = 0.4363;
@@ -163,6 +172,7 @@ struct InstrumentKey {
   Vec3 tip = Vec3::Zero();  ///< [m]
   double power = 0.0;       ///< electrical power while the hook touches [W]; held, not interpolated
   double jaw = 1.0;         ///< 0 closed ... 1 open
+  bool blade = false;       ///< the trigger of a knife between its jaws; held, not interpolated
 };
 
 struct InstrumentDescription {

@@ -370,8 +370,8 @@ ObjectSpec tip() {
       {}};
 }
 
-// Which mistakes a path has for its instrument: the shaft needs a direction, and only a hook
-// conducts.
+// Which mistakes a path has for its instrument: the shaft needs a direction, only some kinds
+// conduct, and only sealing jaws may have a knife.
 Finding path_fits_instrument(const Json& instrument) {
   const Json& path = instrument["path"];
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -380,12 +380,18 @@ Finding path_fits_instrument(const Json& instrument) {
       return {{here + "/tip_mm", "found " + path[i]["tip_mm"].dump() +
                                      ", expected a point at least 1 mm from trocar_mm"}};
     const bool conducts = instrument["kind"] == "hook" || instrument["kind"] == "spatula" ||
-                          instrument.contains("bipolar");
+                          instrument["kind"] == "scissors" || instrument.contains("bipolar");
     if (!conducts && path[i]["power_W"] > 0)
       return {{here + "/power_W", "found " + path[i]["power_W"].dump() + " for a " +
                                       instrument["kind"].get<std::string>() +
-                                      ", expected 0: only a hook, a spatula or a grasper with "
-                                      "\"bipolar\" conducts"}};
+                                      ", expected 0: only a hook, a spatula, scissors or a "
+                                      "grasper with \"bipolar\" conducts"}};
+    const bool has_knife =
+        instrument.contains("bipolar") && instrument["bipolar"].contains("blade_mm");
+    if (!has_knife && path[i]["blade"] == true)
+      return {{here + "/blade",
+               "found true, expected false: only a grasper whose \"bipolar\" has \"blade_mm\" has "
+               "a knife between its jaws"}};
   }
   return {};
 }
@@ -397,22 +403,33 @@ ObjectSpec instrument(const std::vector<FeatureKeys>& features) {
        position("tip_mm",
                 "Where the tip is: the centre of its sphere, the end of a capsule's axis.")
            .needed(),
-       number("power_W",
-              "Electrical power of a hook, a spatula or bipolar jaws; held until the next key.")
+       number(
+           "power_W",
+           "Electrical power of a hook, a spatula, scissors or bipolar jaws; held until the next "
+           "key.")
            .between(0, 400)
            .otherwise(0.0),
-       number("jaw", "Opening of a grasper, of scissors or of a clip applier: 0 closed, 1 open.")
+       number("jaw",
+              "Opening of a grasper, of scissors, of a clip applier or of a bag's mouth: 0 closed, "
+              "1 open.")
            .between(0, 1)
-           .otherwise(1.0)},
+           .otherwise(1.0),
+       boolean("blade",
+               "The trigger of a knife between sealing jaws (bipolar, blade_mm): true sends it "
+               "forward while they are closed, false back; held until the next key.")
+           .otherwise(false)},
       {},
       {}};
   ObjectSpec spec;
   spec.description = "An instrument that enters through a trocar.";
   spec.keys = {
       name_key("Its name in forces.csv, reports and --set; unique among instruments."),
-      text("kind", "What it can do: press, hold, burn, cut, or apply clips.")
+      text(
+          "kind",
+          "What it can do: press, hold, burn, cut, apply clips, or keep what was cut off in a bag.")
           .needed()
-          .one_of({"probe", "grasper", "hook", "spatula", "scalpel", "scissors", "clip_applier"}),
+          .one_of({"probe", "grasper", "hook", "spatula", "scalpel", "scissors", "clip_applier",
+                   "bag"}),
       object("tip", "The end that touches tissue.", tip()).otherwise(Json::object()),
       position("trocar_mm", "Point of the wall that its shaft pivots about.").needed(),
       number("shaft_radius_mm", "Of the shaft.").between(0.1, 25).otherwise(2.5),

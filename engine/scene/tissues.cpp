@@ -200,6 +200,8 @@ Tissue tissue_of(const std::string& name, const Json& values) {
   tissue.density = value_of(values["density"]);
   if (values.contains("fracture_energy"))
     tissue.fracture_energy = value_of(values["fracture_energy"]);
+  if (values.contains("ultimate_strain"))
+    tissue.ultimate_strain = value_of(values["ultimate_strain"]);
   if (values.contains("prony"))
     for (const Json& term : values["prony"])
       tissue.prony.push_back({value_of(term["g"]), value_of(term["tau"])});

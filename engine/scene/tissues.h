@@ -51,6 +51,7 @@ struct Tissue {
   Fibres fibres;                         ///< in the organ's frame
   double density = 1050.0;               ///< [kg/m3]
   double fracture_energy = 0.0;          ///< of a cut, of its area [J/m2]; 0: not known
+  double ultimate_strain = 0.0;          ///< at which it fails when it's pulled; 0: not known
   std::optional<ThermalTissue> thermal;  ///< none: the file doesn't say enough for heat
   std::vector<std::string> thermal_lacks;  ///< then: the keys that it misses
   TissueLook look;

@@ -201,11 +201,12 @@ struct InstrumentState {
   Vec3 side_direction = Vec3::UnitX();   ///< unit, across the shaft, downwards
   double power = 0.0;                    ///< asked for [W]
   double jaw = 1.0;
+  bool blade = false;  ///< asked for: the trigger of a knife between its jaws
   static constexpr auto fields() {
     using S = InstrumentState;
     return std::tuple(field("tip", &S::tip), field("shaft_direction", &S::shaft_direction),
                       field("side_direction", &S::side_direction), field("power", &S::power),
-                      field("jaw", &S::jaw));
+                      field("jaw", &S::jaw), field("blade", &S::blade));
   }
 };
 static_assert(fields_cover<InstrumentState>());

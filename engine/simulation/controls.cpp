@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "engine/simulation/world.h"
 
 namespace viscera {
@@ -12,13 +14,27 @@ constexpr double kShortestShaft = 1e-3;
 /// As scene files have it [W].
 constexpr double kGreatestPower = 400.0;
 
+/// Jaws conduct where their path says so: scene files refuse it of others.
+bool can_conduct(const InstrumentDescription& tool) {
+  switch (tool.kind) {
+    case InstrumentKind::kHook:
+    case InstrumentKind::kSpatula:
+    case InstrumentKind::kScissors:
+      return true;
+    default:
+      return std::ranges::any_of(tool.path,
+                                 [](const InstrumentKey& key) { return key.power > 0.0; });
+  }
+}
+
 }  // namespace
 
 void controls_of_paths(const World& world, double time, Controls& controls) {
   controls.tools.clear();
-  for (const InstrumentBody& body : world.all<InstrumentBody>())
-    controls.tools.push_back({body.tip.at(time), body.jaw.at(time).x(),
-                              body.description.path[body.tip.key_at(time)].power});
+  for (const InstrumentBody& body : world.all<InstrumentBody>()) {
+    const InstrumentKey& key = body.description.path[body.tip.key_at(time)];
+    controls.tools.push_back({body.tip.at(time), body.jaw.at(time).x(), key.power, key.blade});
+  }
 }
 
 Controls controls_of_paths(const World& world, double time) {
@@ -45,12 +61,15 @@ Result<void> check_controls(const World& world, const Controls& controls) {
     }
     if (!(asked.jaw >= 0.0 && asked.jaw <= 1.0))
       wrong(fmt::format("the jaw {:g}, expected 0 (closed) to 1 (open)", asked.jaw));
-    const bool conducts =
-        tool.kind == InstrumentKind::kHook || tool.kind == InstrumentKind::kSpatula;
     if (!(asked.power >= 0.0 && asked.power <= kGreatestPower))
       wrong(fmt::format("{:g} W, expected 0 to {:g}", asked.power, kGreatestPower));
-    else if (asked.power > 0.0 && !conducts)
-      wrong(fmt::format("{:g} W, expected 0: only a hook or a spatula conducts", asked.power));
+    else if (asked.power > 0.0 && !can_conduct(tool))
+      wrong(
+          fmt::format("{:g} W, expected 0: only a hook, a spatula, scissors or jaws whose path "
+                      "has current conducts",
+                      asked.power));
+    if (asked.blade && tool.kind != InstrumentKind::kGrasper)
+      wrong("a knife's trigger, expected none: only a grasper has a knife between its jaws");
     if ((asked.tip - tool.trocar).norm() < kShortestShaft)
       wrong("the tip in its trocar, expected it at least 1 mm away");
     // Before the first step nothing is anywhere yet.

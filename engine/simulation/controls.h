@@ -16,12 +16,13 @@ struct ToolControl {
   Vec3 tip = Vec3::Zero();  ///< [m]; of a tool that a haptic device holds: where its hand waits
   double jaw = 1.0;         ///< 0 closed ... 1 open
   double power = 0.0;       ///< asked of the generator: the pedal [W]
+  bool blade = false;       ///< the trigger of a knife between its jaws
   static constexpr auto fields() {
     return std::tuple(field("tip", &ToolControl::tip), field("jaw", &ToolControl::jaw),
-                      field("power", &ToolControl::power));
+                      field("power", &ToolControl::power), field("blade", &ToolControl::blade));
   }
 };
-static_assert(fields_cover<ToolControl>() && is_flat<ToolControl>());
+static_assert(fields_cover<ToolControl>());
 
 struct Controls {
   std::vector<ToolControl> tools;  ///< one an instrument, in the scene's order
@@ -36,8 +37,8 @@ Controls controls_of_paths(const World& world, double time);
 void controls_of_paths(const World& world, double time, Controls& controls);
 
 /// Refuses, naming the tool, numbers that aren't finite, a jaw outside [0, 1], power of a tool that
-/// doesn't conduct or below zero, a tip in its trocar, and one that jumps; and a wrong number of
-/// tools.
+/// doesn't conduct or below zero, a knife's trigger of what can't have one, a tip in its trocar,
+/// and one that jumps; and a wrong number of tools.
 Result<void> check_controls(const World& world, const Controls& controls);
 
 }  // namespace viscera

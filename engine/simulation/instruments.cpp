@@ -99,7 +99,9 @@ std::string buried_message(const SceneDescription& scene, std::size_t instrument
 
 void place_tool(const InstrumentBody& body, double time, InstrumentState& state) {
   state.jaw = body.jaw.at(time).x();
-  state.power = body.description.path[body.tip.key_at(time)].power;
+  const InstrumentKey& key = body.description.path[body.tip.key_at(time)];
+  state.power = key.power;
+  state.blade = key.blade;
   aim_tool(body, body.tip.at(time), state);
 }
 

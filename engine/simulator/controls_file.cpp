@@ -31,12 +31,16 @@ bool number_of(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
+/// As files of before have it: no knife's trigger.
+constexpr std::string_view kHeaderWithoutBlade = "frame,tool,tip_x_m,tip_y_m,tip_z_m,jaw,power_W";
+
 /// What is wrong with a row; empty: nothing, and `control` is what it says.
-std::string mistake_in(std::string_view line, std::uint64_t frame, const std::string& tool,
-                       ToolControl& control) {
+std::string mistake_in(std::string_view line, std::string_view header, std::uint64_t frame,
+                       const std::string& tool, ToolControl& control) {
   const std::vector<std::string_view> cells = cells_of(line);
-  if (cells.size() != 7)
-    return fmt::format("found {} values, expected 7: {}", cells.size(), controls_header());
+  const std::size_t columns = header == kHeaderWithoutBlade ? 7 : 8;
+  if (cells.size() != columns)
+    return fmt::format("found {} values, expected {}: {}", cells.size(), columns, header);
   if (cells[0] != fmt::format("{}", frame) || cells[1] != tool)
     return fmt::format("found frame and tool \"{:.40}\", \"{:.40}\", expected {}, \"{}\"", cells[0],
                        cells[1], frame, tool);
@@ -45,13 +49,17 @@ std::string mistake_in(std::string_view line, std::uint64_t frame, const std::st
   for (std::size_t i = 0; i < 5; ++i)
     if (!number_of(cells[i + 2], *values[i]))
       return fmt::format("found \"{:.40}\", expected a number", cells[i + 2]);
+  if (columns == 7) return {};
+  if (cells[7] != "0" && cells[7] != "1")
+    return fmt::format("found \"{:.40}\", expected 0 or 1", cells[7]);
+  control.blade = cells[7] == "1";
   return {};
 }
 
 }  // namespace
 
 std::string controls_header() {
-  return "frame,tool,tip_x_m,tip_y_m,tip_z_m,jaw,power_W";
+  return std::string(kHeaderWithoutBlade) + ",blade";
 }
 
 std::string controls_rows(std::uint64_t frame, const std::vector<std::string>& tools,
@@ -59,8 +67,8 @@ std::string controls_rows(std::uint64_t frame, const std::vector<std::string>& t
   std::string rows;
   for (std::size_t i = 0; i < tools.size(); ++i) {
     const ToolControl& one = controls.tools[i];
-    rows += fmt::format("{},{},{},{},{},{},{}\n", frame, tools[i], one.tip.x(), one.tip.y(),
-                        one.tip.z(), one.jaw, one.power);
+    rows += fmt::format("{},{},{},{},{},{},{},{}\n", frame, tools[i], one.tip.x(), one.tip.y(),
+                        one.tip.z(), one.jaw, one.power, one.blade ? 1 : 0);
   }
   return rows;
 }
@@ -72,8 +80,8 @@ Result<std::vector<Controls>> read_controls(const std::filesystem::path& file,
   auto text = read_input(file, "recorded controls", kLargestFile);
   if (!text) return std::unexpected(text.error());
   std::istringstream in(*std::move(text));
-  std::string line;
-  if (!std::getline(in, line) || line != controls_header())
+  std::string line, header;
+  if (!std::getline(in, header) || (header != controls_header() && header != kHeaderWithoutBlade))
     return failure(
         fmt::format("{}:1: found another first line, expected {}", name, controls_header()));
   std::vector<Controls> frames;
@@ -85,7 +93,7 @@ Result<std::vector<Controls>> read_controls(const std::filesystem::path& file,
     const std::string wrong =
         line.size() > kLongestLine
             ? "found a line of " + std::to_string(line.size()) + " bytes, expected a row"
-            : mistake_in(line, frames.size(), tools[tool], frames.back().tools[tool]);
+            : mistake_in(line, header, frames.size(), tools[tool], frames.back().tools[tool]);
     if (!wrong.empty()) mistakes.messages.push_back(fmt::format("{}:{}: {}", name, row + 2, wrong));
   }
   if (mistakes.messages.empty() && row % tools.size() != 0)

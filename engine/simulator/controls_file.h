@@ -1,10 +1,11 @@
 // Controls on disk: what moved the tools, step by step; a text for people and programs.
 //
-//   frame,tool,tip_x_m,tip_y_m,tip_z_m,jaw,power_W
-//   1,hook,-0.042,0.01,0.033,1,30
+//   frame,tool,tip_x_m,tip_y_m,tip_z_m,jaw,power_W,blade
+//   1,hook,-0.042,0.01,0.033,1,30,0
 //
 // A row a tool and frame, frames from 1 without gaps, tools in the scene's order. Digits are the
-// shortest that read back to the same numbers.
+// shortest that read back to the same numbers. Files without the last column, a knife's trigger,
+// are read, too: nobody pulls it.
 #pragma once
 
 #include <cstdint>

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <optional>
 
 namespace viscera {
 namespace {
@@ -24,32 +26,42 @@ struct Near {
 };
 
 std::vector<Near> cells_about(const Vec3& bond, const Vec3& normal, std::span<const Vec3> cells,
-                              double radius) {
+                              double radius, const std::function<bool(std::size_t)>& joins) {
   const Vec3 first = normal.unitOrthogonal(), second = normal.cross(first);
   std::vector<Near> near;
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const Vec3 off = cells[c] - bond;
     const double share = 1.0 - off.squaredNorm() / (radius * radius);
-    if (share > 0.0)
+    if (share > 0.0 && joins(c))
       near.push_back({static_cast<std::uint32_t>(c), share * share,
                       Vec3(1.0, off.dot(first) / radius, off.dot(second) / radius)});
   }
   return near;
 }
 
-std::uint32_t nearest(const Vec3& bond, std::span<const Vec3> cells) {
-  const auto least = std::ranges::min_element(
-      cells, {}, [&](const Vec3& cell) { return (cell - bond).squaredNorm(); });
-  return static_cast<std::uint32_t>(least - cells.begin());
+/// None: no cell joins.
+std::optional<std::uint32_t> nearest(const Vec3& bond, std::span<const Vec3> cells,
+                                     const std::function<bool(std::size_t)>& joins) {
+  std::optional<std::uint32_t> found;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const double away = (cells[c] - bond).squaredNorm();
+    if (!(away < least) || !joins(c)) continue;
+    least = away;
+    found = static_cast<std::uint32_t>(c);
+  }
+  return found;
 }
 
 }  // namespace
 
 BondShares bond_shares(std::span<const Vec3> bonds, std::span<const Vec3> normals,
-                       std::span<const Vec3> cells, double radius) {
+                       std::span<const Vec3> cells, double radius,
+                       const std::function<bool(std::size_t, std::size_t)>& joins) {
   BondShares shares;
   for (std::size_t b = 0; b < bonds.size(); ++b) {
-    const std::vector<Near> near = cells_about(bonds[b], normals[b], cells, radius);
+    const auto counts = [&](std::size_t cell) { return !joins || joins(b, cell); };
+    const std::vector<Near> near = cells_about(bonds[b], normals[b], cells, radius, counts);
     Mat3 moment = Mat3::Zero();
     for (const Near& one : near) moment += one.weight * one.place * one.place.transpose();
     const double spread = Eigen::SelfAdjointEigenSolver<Mat3>(moment).eigenvalues().minCoeff();
@@ -59,13 +71,48 @@ BondShares bond_shares(std::span<const Vec3> bonds, std::span<const Vec3> normal
         shares.cells.push_back(one.cell);
         shares.values.push_back(one.weight * solved.dot(one.place));
       }
-    } else {
-      shares.cells.push_back(nearest(bonds[b], cells));
+    } else if (const auto one = nearest(bonds[b], cells, counts)) {
+      shares.cells.push_back(*one);
       shares.values.push_back(1.0);
     }
     shares.begin.push_back(static_cast<std::uint32_t>(shares.cells.size()));
   }
   return shares;
+}
+
+double CohesiveLayer::stiffness(std::size_t bond, double opened) const {
+  double sum = areas[bond] * law.stiffness * law.left(opened);
+  if (const double length = edge(bond); length > 0.0)
+    sum += length * film.stiffness * film.left(opened);
+  return sum;
+}
+
+double CohesiveLayer::spent(std::size_t bond, double opened) const {
+  double sum = areas[bond] * law.spent(opened);
+  if (const double length = edge(bond); length > 0.0) sum += length * film.spent(opened);
+  return sum;
+}
+
+std::vector<double> layer_edges(std::span<const Vec3> bonds, std::span<const Vec3> normals,
+                                std::span<const double> areas, double radius) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  std::vector<double> edges(bonds.size(), 0.0);
+  std::vector<double> around;
+  for (std::size_t b = 0; b < bonds.size(); ++b) {
+    const Vec3 first = normals[b].unitOrthogonal(), second = normals[b].cross(first);
+    around.clear();
+    for (std::size_t c = 0; c < bonds.size(); ++c) {
+      const Vec3 off = bonds[c] - bonds[b];
+      if (c != b && off.squaredNorm() < radius * radius)
+        around.push_back(std::atan2(off.dot(second), off.dot(first)));
+    }
+    std::ranges::sort(around);
+    double widest = around.empty() ? kTurn : kTurn + around.front() - around.back();
+    for (std::size_t i = 0; i + 1 < around.size(); ++i)
+      widest = std::max(widest, around[i + 1] - around[i]);
+    if (widest > kTurn / 3.0) edges[b] = std::sqrt(areas[b]);
+  }
+  return edges;
 }
 
 BondStates whole_bonds(const CohesiveLayer& layer) {
@@ -74,14 +121,14 @@ BondStates whole_bonds(const CohesiveLayer& layer) {
 }
 
 bool holds(const CohesiveLayer& layer, const BondStates& states, std::size_t bond) {
-  return states.burnt[bond] == 0 && layer.law.left(states.opened[bond]) > 0.0;
+  return states.parted_by[bond] == 0 && layer.stiffness(bond, states.opened[bond]) > 0.0;
 }
 
 LayerInStep::LayerInStep(const CohesiveLayer& layer, const BondStates& before)
     : layer_(layer), before_(before), joint_of_(layer.cells, -1), opened_(before.opened) {
   std::vector<char> held(layer.cells, 0);
   for (std::size_t b = 0; b < layer.areas.size(); ++b) {
-    left_.push_back(holds(layer, before, b) ? layer.law.left(opened_[b]) : 0.0);
+    left_.push_back(holds(layer, before, b) ? left_of(b) : 0.0);
     if (left_[b] == 0.0) continue;
     for (std::uint32_t e = layer.shares.begin[b]; e < layer.shares.begin[b + 1]; ++e)
       held[layer.shares.cells[e]] = 1;
@@ -94,12 +141,16 @@ LayerInStep::LayerInStep(const CohesiveLayer& layer, const BondStates& before)
   assemble();
 }
 
+double LayerInStep::left_of(std::size_t bond) const {
+  return layer_.stiffness(bond, opened_[bond]) / layer_.stiffness(bond, 0.0);
+}
+
 void LayerInStep::assemble() {
   const auto count = static_cast<Eigen::Index>(joined_.size());
   MatrixX stiffness = MatrixX::Zero(count, count);
   VectorX ridge = VectorX::Zero(count);
   for (std::size_t b = 0; b < left_.size(); ++b) {
-    const double whole = layer_.areas[b] * layer_.law.stiffness;
+    const double whole = layer_.stiffness(b, 0.0);
     for (std::uint32_t e = layer_.shares.begin[b]; e < layer_.shares.begin[b + 1]; ++e) {
       const int row = joint_of_[layer_.shares.cells[e]];
       if (row < 0) continue;
@@ -125,7 +176,7 @@ bool LayerInStep::follow(std::span<const Vec3> apart) {
       open += layer_.shares.values[e] *
               apart[static_cast<std::size_t>(joint_of_[layer_.shares.cells[e]])];
     opened_[b] = std::max(before_.opened[b], open.norm());
-    left[b] = layer_.law.left(opened_[b]);
+    left[b] = left_of(b);
     greatest = std::max(greatest, std::abs(left[b] - left_[b]));
   }
   if (!(greatest > kSameStiffness)) return false;
@@ -135,7 +186,7 @@ bool LayerInStep::follow(std::span<const Vec3> apart) {
 }
 
 BondStates LayerInStep::after() const {
-  return {opened_, before_.burnt};
+  return {opened_, before_.parted_by};
 }
 
 }  // namespace viscera

@@ -28,6 +28,8 @@ using namespace point_lanes;
 /// Of a pack: the deformation gradients row by row, how strains have changed within the step, and
 /// the determinants less one.
 constexpr std::size_t kOfF = 9, kOfStrain = 6, kScratch = 4 * (kOfF + kOfStrain + 1);
+/// Of a pack: F, and an averaged change of volume.
+constexpr std::size_t kOfDeformation = kOfF + 1;
 
 /// E = (F^T F - 1) / 2 as xx, yy, zz, xy, yz, zx.
 VISCERA_INLINE void green_strain(const Lanes* f, Lanes* e) {
@@ -321,6 +323,35 @@ VISCERA_WIDE void FiniteBody::find_strains(const CellView& cell, const double* d
     cell.deform(p, displacements, f);
     green_strain(f, e);
     for (std::size_t k = 0; k < kOfStrain; ++k) store(e[k], strains + 4 * (kOfStrain * p + k));
+  }
+}
+
+/// F row by row, and what is averaged of the change of volume there.
+VISCERA_WIDE void FiniteBody::find_deformations(const CellView& cell, const double* displacements,
+                                                double* found) {
+  Lanes theta[kTerms] = {};
+  for (std::size_t p = 0; p < cell.packs; ++p) {
+    Lanes f[kOfF], c[kOfF], w;
+    cell.deform(p, displacements, f);
+    for (std::size_t i = 0; i < kOfF; ++i) store(f[i], found + 4 * (kOfDeformation * p + i));
+    if (cell.psi == nullptr) continue;
+    cofactors(f, c);
+    load(cell.weights[p].data(), w);
+    const Lanes grown = w * (f[0] * c[0] + f[1] * c[1] + f[2] * c[2] - 1.0);
+    for (std::size_t k = 0; k < kTerms; ++k) {
+      Lanes psi;
+      load(cell.psi[p][k].data(), psi);
+      theta[k] += grown * psi;
+    }
+  }
+  for (std::size_t p = 0; p < cell.packs; ++p) {
+    Lanes averaged = {};
+    for (std::size_t k = 0; cell.psi != nullptr && k < kTerms; ++k) {
+      Lanes psi;
+      load(cell.psi[p][k].data(), psi);
+      averaged += sum_of(theta[k]) * psi;
+    }
+    store(averaged, found + 4 * (kOfDeformation * p + kOfF));
   }
 }
 
@@ -691,6 +722,35 @@ Strains FiniteBody::strains(std::span<const double> displacements) const {
       find_strains(view(c, {}, {}, {}), own.data(), all.data() + 4 * kOfStrain * cell_begin_[c]);
   });
   return all;
+}
+
+std::vector<PointDeformation> FiniteBody::deformations(
+    std::span<const double> displacements) const {
+  std::vector<double> room;
+  displacements = from_unloaded(displacements, room);
+  std::vector<double> all(4 * kOfDeformation * weights_.size());
+  parallel_for_each_index(pieces_.size(), 1, [&](std::size_t p) {
+    const std::vector<double> own = gathered(pieces_[p], displacements);
+    for (std::size_t c = pieces_[p].first_cell; c < pieces_[p].last_cell; ++c)
+      find_deformations(view(c, {}, {}, {}), own.data(),
+                        all.data() + 4 * kOfDeformation * cell_begin_[c]);
+  });
+  std::vector<PointDeformation> of_points(points_);
+  each_point([&](std::size_t pack, std::size_t lane, std::size_t point) {
+    const double* found = all.data() + 4 * kOfDeformation * pack + lane;
+    for (Eigen::Index i = 0; i < 3; ++i)
+      for (Eigen::Index k = 0; k < 3; ++k) of_points[point].gradient(i, k) = found[4 * (3 * i + k)];
+    of_points[point].dilatation = found[4 * kOfF];
+  });
+  return of_points;
+}
+
+std::vector<double> FiniteBody::point_volumes() const {
+  std::vector<double> of_points(points_);
+  each_point([&](std::size_t pack, std::size_t lane, std::size_t point) {
+    of_points[point] = volumes_[pack][lane];
+  });
+  return of_points;
 }
 
 double FiniteBody::volume(std::span<const double> displacements) const {

@@ -29,6 +29,7 @@
 #include "kernels/finite/continuation.h"
 #include "kernels/finite/finite_layout.h"
 #include "kernels/finite/hold_rows.h"
+#include "kernels/finite/pulled_tissue.h"
 #include "kernels/finite/relaxation.h"
 #include "kernels/finite/tissue_change.h"
 #include "kernels/paff/block_matrix.h"
@@ -107,6 +108,12 @@ class FiniteBody {
 
   /// Deformation gradients averaged over the cells about each node                          (N)
   std::vector<Mat3> mean_gradients(std::span<const double> displacements) const;
+
+  /// Of each point in the order of the region that it was created from, as of sound tissue.  (Q)
+  std::vector<PointDeformation> deformations(std::span<const double> displacements) const;
+  /// Of the same points, without stress [m3]                                                (Q)
+  std::vector<double> point_volumes() const;
+  LawModuli moduli() const { return {mu_, lambda_, averaged_}; }
 
   /// From where it has no stress.
   Strains strains(std::span<const double> displacements) const;
@@ -195,6 +202,7 @@ class FiniteBody {
   static TangentPass tangent_pass(bool in_pairs);
   static double add_averaged(const CellView& cell, const double* dilatation, double* derivative);
   static void find_strains(const CellView& cell, const double* displacements, double* strains);
+  static void find_deformations(const CellView& cell, const double* displacements, double* found);
   std::vector<double> gathered(const Piece& piece, std::span<const double> displacements) const;
   double add_piece(const Piece& piece, std::span<const double> displacements, bool with_forces,
                    const Viscosity& viscosity, const ChangedTissue& changed,

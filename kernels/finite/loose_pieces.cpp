@@ -36,6 +36,13 @@ LoosePieces LoosePieces::of_free_body(std::span<const Vec3> positions,
   return all;
 }
 
+double LoosePieces::mass(int piece) const {
+  double sum = 0.0;
+  for (const int node : pieces_[static_cast<std::size_t>(piece)])
+    sum += masses_[static_cast<std::size_t>(node)];
+  return sum;
+}
+
 VectorX LoosePieces::gone_by(const VectorX& u, const VectorX& way, bool rigidly) const {
   VectorX next = u + way;
   for (const std::vector<int>& piece : pieces_)

@@ -26,6 +26,9 @@ class LoosePieces {
   /// Nodes of each piece, ascending.
   const std::vector<std::vector<int>>& pieces() const { return pieces_; }
   bool has(std::size_t node) const { return !empty() && piece_of_[node] >= 0; }
+  /// The number of the piece that has this node; -1: something holds it.
+  int piece_of(std::size_t node) const { return empty() ? -1 : piece_of_[node]; }
+  double mass(int piece) const;  ///< [kg]
 
   /// u after a way: pieces turn as one on it. `rigidly`: they do nothing else.                (3 N)
   VectorX gone_by(const VectorX& u, const VectorX& way, bool rigidly = false) const;

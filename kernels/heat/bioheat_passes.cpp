@@ -81,19 +81,27 @@ void gather(const HeatBrick& brick, const BioheatNumbers& numbers, float* excess
   }
 }
 
+// Where blood reaches all.
+constexpr BrickField::Values kAllPerfused = [] {
+  BrickField::Values ones{};
+  ones.fill(1.0f);
+  return ones;
+}();
+
 VISCERA_WIDE void prepare_rows(const BioheatNumbers& numbers, const float* fraction,
-                               const float* water, const float* coagulation, const float* charred,
-                               const float* excess, float* conductivity, float* inverse,
-                               float* living) {
+                               const float* perfused, const float* water, const float* coagulation,
+                               const float* charred, const float* excess, float* conductivity,
+                               float* inverse, float* living) {
   const BioheatNumbers n = numbers;
   const Lanes zero = {}, one = zero + 1.0f;
   for (int i = 0; i < kVoxels; i += kLanes) {
-    Lanes w, d, c, t, f;
+    Lanes w, d, c, t, f, p;
     load(w, water + i);
     load(d, coagulation + i);
     load(c, charred + i);
     load(t, excess + i);
     load(f, fraction + i);
+    load(p, perfused + i);
     Lanes warm = t > 0.0f ? t : zero;
     warm = warm < n.boiling ? warm : zero + n.boiling;
     const Lanes conducts = (n.dry_conductivity + (n.wet_conductivity - n.dry_conductivity) * w) *
@@ -107,7 +115,7 @@ VISCERA_WIDE void prepare_rows(const BioheatNumbers& numbers, const float* fract
     store(inverse + i, capacity > 0.0f ? one / capacity : zero);
     Lanes alive;
     exponential(alive, -d);
-    store(living + i, f * alive);
+    store(living + i, f * alive * p);
   }
 }
 
@@ -431,7 +439,9 @@ HeatParameters heat_parameters(const BioheatNumbers& numbers, const ThermalTissu
 
 void prepare_brick(HeatBrick& brick, const BioheatNumbers& numbers) {
   HeatBrick::Warm& warm = *brick.warm;
-  prepare_rows(numbers, brick.geometry->fraction.data(), brick.water.data(),
+  const std::vector<float>& perfused = brick.geometry->perfused;
+  prepare_rows(numbers, brick.geometry->fraction.data(),
+               perfused.empty() ? kAllPerfused.data() : perfused.data(), brick.water.data(),
                brick.coagulation.data(), brick.charred.data(), warm.excess.data(),
                warm.conductivity.data(), warm.inverse_capacity.data(), warm.living.data());
 }

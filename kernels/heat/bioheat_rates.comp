@@ -18,7 +18,8 @@ void main() {
   if (group >= uint(groups)) return;
   uint lane = gl_LocalInvocationID.x;
   uint i = uint(table[group].slot) * kBrickVoxels + lane;
-  float fraction = geometry[uint(table[group].geometry) * kGeometryWords + lane];
+  uint place = uint(table[group].geometry) * kGeometryWords;
+  float fraction = geometry[place + lane];
   float w = water[i], t = excess[i];
   float conducts =
       (pass.numbers.dry_conductivity +
@@ -31,7 +32,7 @@ void main() {
       fraction * (pass.numbers.solids_capacity * (1.0 - pass.numbers.lost_solids * charred[i]) +
                   pass.numbers.water_capacity * w);
   inverse_capacity[i] = capacity > 0.0 ? 1.0 / capacity : 0.0;
-  living[i] = fraction * exponential(-coagulation[i]);
+  living[i] = fraction * exponential(-coagulation[i]) * geometry[place + kPerfused + lane];
 }
 #endif
 

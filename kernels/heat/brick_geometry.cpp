@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <bitset>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace viscera {
 namespace {
@@ -145,6 +147,36 @@ const std::shared_ptr<const BrickGeometry>& BrickGeometry::whole() {
     return made;
   }();
   return whole;
+}
+
+const std::shared_ptr<const BrickGeometry>& BrickGeometry::whole_cut_off() {
+  static const std::shared_ptr<const BrickGeometry> cut_off = [] {
+    auto made = std::make_shared<BrickGeometry>(*whole());
+    made->perfused.assign(BrickField::kVoxels, 0.0f);
+    return made;
+  }();
+  return cut_off;
+}
+
+std::size_t BrickGeometry::memory_bytes() const {
+  if (this == whole().get() || this == whole_cut_off().get()) return 0;
+  return sizeof(BrickGeometry) + surface.capacity() * sizeof(Surface) +
+         perfused.capacity() * sizeof(float);
+}
+
+std::shared_ptr<const BrickGeometry> with_blood(
+    const std::shared_ptr<const BrickGeometry>& geometry, std::vector<float> perfused) {
+  assert(perfused.empty() || perfused.size() == BrickField::kVoxels);
+  auto made = std::make_shared<BrickGeometry>(*geometry);
+  made->perfused = std::move(perfused);
+  return made;
+}
+
+std::shared_ptr<const BrickGeometry> without_blood(
+    const std::shared_ptr<const BrickGeometry>& geometry) {
+  if (geometry->empty) return geometry;
+  if (geometry == BrickGeometry::whole()) return BrickGeometry::whole_cut_off();
+  return with_blood(geometry, std::vector<float>(BrickField::kVoxels, 0.0f));
 }
 
 std::shared_ptr<const BrickGeometry> make_geometry(const BrickIndex& brick, double voxel,

@@ -1,5 +1,5 @@
-// How much of a brick's voxels is tissue, how far their faces are open to their neighbours, and how
-// much surface to the gas each has.
+// How much of a brick's voxels is tissue, how far their faces are open to their neighbours, how
+// much surface to the gas each has, and whether blood reaches it.
 #pragma once
 
 #include <array>
@@ -35,9 +35,18 @@ struct BrickGeometry {
   std::array<float, kRow * kEdge * kEdge> open_x, open_y, open_z;
   std::vector<Surface> surface;  ///< voxels that the surface crosses, in order
   bool empty = false;            ///< no tissue at all
+  /// Share of a voxel's tissue that blood reaches, 0 ... 1; what is cut off has none, and no
+  /// metabolism. Empty: blood reaches all, as it does but beside a cut.                    (512)
+  std::vector<float> perfused;
+
+  float perfused_at(std::size_t voxel) const { return perfused.empty() ? 1.0f : perfused[voxel]; }
+  /// Of its own; of the two that all bricks share none.
+  std::size_t memory_bytes() const;
 
   /// All tissue, no surface; one for all bricks deep inside.
   static const std::shared_ptr<const BrickGeometry>& whole();
+  /// The same without blood; one for all bricks deep inside what is cut off.
+  static const std::shared_ptr<const BrickGeometry>& whole_cut_off();
 };
 
 /// Of the brick at this index in a field of this voxel. Faces are cut along straight lines between
@@ -48,9 +57,17 @@ struct BrickGeometry {
 std::shared_ptr<const BrickGeometry> make_geometry(const BrickIndex& brick, double voxel,
                                                    const SignedDistance& distance);
 
-/// A brick that isn't as the distance says: there the tissue has been cut.
+/// The same tissue, of which blood reaches this much; `perfused` as BrickGeometry has it.
+std::shared_ptr<const BrickGeometry> with_blood(
+    const std::shared_ptr<const BrickGeometry>& geometry, std::vector<float> perfused);
+/// The same tissue, all of it cut off.
+std::shared_ptr<const BrickGeometry> without_blood(
+    const std::shared_ptr<const BrickGeometry>& geometry);
+
+/// A brick that isn't as the distance says: there the tissue has been cut, or cut off.
 struct ShapedBrick {
   BrickIndex index = BrickIndex::Zero();
+  /// Null: as the distance says, without blood. Then it costs nothing until the brick is warm.
   std::shared_ptr<const BrickGeometry> geometry;
 };
 

@@ -12,11 +12,13 @@ inline constexpr std::size_t kBrickVoxels = kBrickLayer * kBrickEdge;
 inline constexpr std::size_t kBrickRow = kBrickEdge + 1;             ///< faces along an axis
 inline constexpr std::size_t kBrickFaces = kBrickLayer * kBrickRow;  ///< across an axis
 
-// Words of a geometry: fractions of tissue, openings across x, y and z, area of the surface.
+// Words of a geometry: fractions of tissue, openings across x, y and z, area of the surface, share
+// that blood reaches.
 inline constexpr std::size_t kOpenX = kBrickVoxels;
 inline constexpr std::size_t kOpenY = kOpenX + kBrickFaces;
 inline constexpr std::size_t kOpenZ = kOpenY + kBrickFaces;
 inline constexpr std::size_t kSurfaceArea = kOpenZ + kBrickFaces;
-inline constexpr std::size_t kGeometryWords = kSurfaceArea + kBrickVoxels;
+inline constexpr std::size_t kPerfused = kSurfaceArea + kBrickVoxels;
+inline constexpr std::size_t kGeometryWords = kPerfused + kBrickVoxels;
 
 }  // namespace viscera

@@ -60,8 +60,9 @@ void HeatBricks::restore(State state) {
 
 std::shared_ptr<const BrickGeometry> HeatBricks::geometry_at(const BrickIndex& index) const {
   const int shape = shape_numbers_.find(index);
-  return shape == BrickMap::kNone ? make_geometry(index, voxel_, distance_)
-                                  : shapes_[static_cast<std::size_t>(shape)].geometry;
+  if (shape == BrickMap::kNone) return make_geometry(index, voxel_, distance_);
+  const auto& shaped = shapes_[static_cast<std::size_t>(shape)].geometry;
+  return shaped ? shaped : without_blood(make_geometry(index, voxel_, distance_));
 }
 
 std::vector<HeatBrick*> HeatBricks::take_shapes(std::vector<ShapedBrick> shapes) {
@@ -262,13 +263,11 @@ double HeatBricks::collagen_at(const BrickIndex& voxel) const {
 std::size_t HeatBricks::memory_bytes() const {
   std::size_t bytes = numbers_.memory_bytes() + state_->empty.capacity() * sizeof(BrickIndex) +
                       state_->bricks.capacity() * sizeof(state_->bricks[0]) +
-                      shape_numbers_.memory_bytes() +
-                      shapes_.capacity() * (sizeof(ShapedBrick) + sizeof(BrickGeometry));
+                      shape_numbers_.memory_bytes() + shapes_.capacity() * sizeof(ShapedBrick);
+  for (const ShapedBrick& shape : shapes_)
+    if (shape.geometry) bytes += shape.geometry->memory_bytes();
   for (const auto& brick : state_->bricks) {
-    bytes += sizeof(HeatBrick);
-    if (brick->geometry != BrickGeometry::whole())
-      bytes += sizeof(BrickGeometry) +
-               brick->geometry->surface.capacity() * sizeof(BrickGeometry::Surface);
+    bytes += sizeof(HeatBrick) + brick->geometry->memory_bytes();
     if (!brick->warm) continue;
     bytes += sizeof(HeatBrick::Warm) + brick->warm->vapour.capacity() * sizeof(VoxelVapour);
     if (brick->warm->stages) bytes += sizeof(*brick->warm->stages);

@@ -157,8 +157,9 @@ class HeatBricks {
   const HeatBrick* find(const BrickIndex& index) const;
   bool overflowed() const { return state_->overflowed; }
 
-  /// From now on these bricks, and no others, are shaped otherwise than the distance says. Tissue
-  /// only becomes less by it: bricks without any stay so. Those that change are returned.
+  /// From now on these bricks, and no others, are shaped or perfused otherwise than the distance
+  /// says. Tissue only becomes less by it: bricks without any stay so. Those that change are
+  /// returned.
   std::vector<HeatBrick*> take_shapes(std::vector<ShapedBrick> shapes);
 
   /// The brick here, made and warmed if need be; null where there is no tissue, or no room.

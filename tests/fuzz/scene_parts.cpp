@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "engine/features/bag/bag_keys.h"
 #include "engine/features/beds/beds_keys.h"
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/cautery/cautery_keys.h"
@@ -44,7 +45,8 @@ bool is_scene(const std::string& text,
       .assets = small_assets(),
       .features = {held_tools_keys(), breathing_keys(), gravity_keys(), cautery_keys(),
                    smoke_keys(), gas_keys(), shafts_keys(), jaws_keys(), touching_keys(),
-                   links_keys(), coagulation_keys(), parting_keys(), beds_keys(), clips_keys()}};
+                   links_keys(), coagulation_keys(), parting_keys(), beds_keys(), clips_keys(),
+                   bag_keys()}};
   SceneLoadOptions with = options;
   with.overrides = overrides;
   const auto loaded = load_scene(scratch("scene.json", text), with);

@@ -167,8 +167,9 @@ class BodyChecks {
         untold_.insert(taken.error().text());
         continue;
       }
-      const double crumbs = world.find<OrganLeft>(organ)->crumbs;
-      mass_residual_ = std::max(mass_residual_, std::abs(left + crumbs + *taken - whole) / whole);
+      const OrganLeft& made = *world.find<OrganLeft>(organ);
+      const double apart = made.crumbs + made.removed;
+      mass_residual_ = std::max(mass_residual_, std::abs(left + apart + *taken - whole) / whole);
     }
   }
 

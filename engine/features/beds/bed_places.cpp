@@ -10,6 +10,8 @@ namespace {
 
 /// Shares of cells in a bond's opening reach so far, in distances of cells.
 constexpr double kReach = 1.9;
+/// Bonds within so many of their distances are beside each other.
+constexpr double kNeighbours = 1.9;
 /// Cells lie no farther apart than this [m].
 constexpr double kCoarsest = 10e-3;
 /// Away from the bed nothing is kept: patches there are wide [m].
@@ -119,9 +121,15 @@ Result<BedPlaces> place_bed(const SceneDescription& scene, std::size_t bed,
     normals.push_back(bond.one.normal);
   }
   places.layer.law = description.law;
+  if (description.film) {
+    places.layer.film = *description.film;
+    places.layer.edges = layer_edges(places.ends[first], normals, places.layer.areas,
+                                     kNeighbours * description.pitch);
+  }
   places.layer.cells = cells.size();
-  places.layer.shares = bond_shares(places.ends[first], normals, middles,
-                                    kReach * std::max(widest, description.pitch));
+  places.first = first;
+  places.reach = kReach * std::max(widest, description.pitch);
+  places.layer.shares = bond_shares(places.ends[first], normals, middles, places.reach);
   return places;
 }
 

@@ -20,6 +20,8 @@ struct BedPlaces {
   std::array<std::vector<SurfacePoint>, 2> points;  ///< of each bond's ends            (bonds)
   std::array<std::vector<Vec3>, 2> ends;            ///< the same, at rest [m]          (bonds)
   CohesiveLayer layer;
+  std::size_t first = 0;  ///< of the two, along whose surface the shares are taken
+  double reach = 0.0;     ///< of shares of cells in a bond's opening [m]
 };
 
 /// Cells lie as far apart as nodes of the finer organ; `first`: which of the two that is. The error

@@ -1,16 +1,14 @@
 #include "engine/features/beds/beds.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
-#include "engine/features/cautery/cautery.h"
+#include "engine/features/beds/cut_beds.h"
+#include "engine/features/beds/heat_beds.h"
 #include "engine/features/contact/contact.h"
 #include "engine/features/links/links.h"
 #include "engine/features/touching/drawn_organ.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
-#include "engine/simulation/tool_shape.h"
 
 namespace viscera {
 namespace {
@@ -133,101 +131,28 @@ void lay_beds(World& world, const FrameContext&) {
     BedState& state = *world.find<BedState>(beds.owner(b));
     BedInStep& step = *world.find<BedInStep>(beds.owner(b));
     step.layer.reset();
+    step.places = nullptr;
     if (both_rest(world, bed.organs)) continue;
-    if (loaded[b]) step.layer = std::make_unique<LayerInStep>(bed.places.layer, state.bonds);
+    const BedPlaces& places = places_now(world, beds.owner(b));
+    if (loaded[b]) step.layer = std::make_unique<LayerInStep>(places.layer, state.bonds);
     if (!step.layer || step.layer->joined().empty()) {
       step.layer.reset();
       std::ranges::fill(state.forces, Vec3::Zero());
       continue;
     }
+    step.places = &places;
     for (std::size_t side = 0; side < 2; ++side) {
       const Entity organ = bed.organs[side];
       if (!yields(world, organ)) continue;
       OrganContact& contact = *world.find<OrganContact>(organ);
       step.first_cells[side] = contact.cells.size();
       for (const std::size_t cell : step.layer->joined()) {
-        const SurfacePatch& patch = bed.places.cells[side][cell];
+        const SurfacePatch& patch = places.cells[side][cell];
         contact.cells.push_back(bed_cell(patch));
         contact.held_points.push_back(patch.point);
       }
       contact.solution.forces.assign(contact.cells.size(), Vec3::Zero());
     }
-  }
-}
-
-/// Tissue at one of a bond's ends is as hot as parts it.
-bool is_burnt(const World& world, const Bed& bed, std::size_t bond) {
-  for (std::size_t side = 0; side < 2; ++side) {
-    const OrganBurn* burn = world.find<OrganBurn>(bed.organs[side]);
-    if (!burn) continue;
-    const HeatBricks& bricks = burn->heat.bricks();
-    if (burn->heat.options().body +
-            bricks.excess_at(bricks.voxel_of(bed.places.ends[side][bond])) >=
-        bed.parts_at)
-      return true;
-  }
-  return false;
-}
-
-/// Tips of hooks that carry current; world.
-std::vector<ToolShape> live_tips(const World& world) {
-  std::vector<ToolShape> tips;
-  const Pool<BurnTrace>& traces = world.all<BurnTrace>();
-  for (std::size_t t = 0; t < traces.size(); ++t) {
-    const InstrumentState& state = *world.find<InstrumentState>(traces.owner(t));
-    if (state.power > 0.0 && !bipolar_of(world.find<InstrumentBody>(traces.owner(t))->description))
-      tips.push_back(tool_shape(*world.find<InstrumentBody>(traces.owner(t)), state, Pose{}));
-  }
-  return tips;
-}
-
-/// Whether the strand of a bond, between its ends as they are drawn, lies on such metal.
-class StrandsOnMetal {
- public:
-  StrandsOnMetal(const World& world, const Bed& bed, std::span<const ToolShape> tips)
-      : bed_(bed), one_(world, bed.organs[0]), other_(world, bed.organs[1]) {
-    for (const ToolShape& tip : tips)
-      for (const Vec3& probe : tip.probes()) metal_.push_back({probe, tip.probe_radius()});
-  }
-
-  bool touched(std::size_t bond) const {
-    if (metal_.empty()) return false;
-    const Vec3 begin = one_.place(bed_.places.points[0][bond]);
-    const Vec3 along = other_.place(bed_.places.points[1][bond]) - begin;
-    const double thick = std::sqrt(bed_.places.layer.areas[bond] / std::numbers::pi);
-    return std::ranges::any_of(metal_, [&](const Ball& ball) {
-      const double length = along.squaredNorm();
-      const double share =
-          length > 0.0 ? std::clamp((ball.middle - begin).dot(along) / length, 0.0, 1.0) : 0.0;
-      return (begin + share * along - ball.middle).norm() < ball.radius + thick;
-    });
-  }
-
- private:
-  struct Ball {
-    Vec3 middle = Vec3::Zero();  // world [m]
-    double radius = 0.0;         // [m]
-  };
-  const Bed& bed_;
-  DrawnOrgan one_, other_;
-  std::vector<Ball> metal_;
-};
-
-void burn_beds(World& world, const FrameContext&) {
-  const Pool<Bed>& beds = world.all<Bed>();
-  const std::vector<ToolShape> tips = live_tips(world);
-  for (std::size_t b = 0; b < beds.size(); ++b) {
-    const bool warm = std::ranges::any_of(beds[b].organs, [&](Entity organ) {
-      const OrganBurn* burn = world.find<OrganBurn>(organ);
-      return burn && burn->heat.warm_bricks() > 0;
-    });
-    if (!warm && tips.empty()) continue;
-    const StrandsOnMetal strands(world, beds[b], tips);
-    BondStates& bonds = world.find<BedState>(beds.owner(b))->bonds;
-    for (std::size_t i = 0; i < bonds.burnt.size(); ++i)
-      if (holds(beds[b].places.layer, bonds, i) &&
-          (strands.touched(i) || is_burnt(world, beds[b], i)))
-        bonds.burnt[i] = 1;
   }
 }
 
@@ -252,10 +177,10 @@ void for_each_bed(World& world, std::span<const Entity> organs, std::span<const 
 void restored(World& world) {
   const Pool<Bed>& beds = world.all<Bed>();
   for (std::size_t b = 0; b < beds.size(); ++b) {
-    const CohesiveLayer& layer = beds[b].places.layer;
+    const CohesiveLayer& layer = places_now(world, beds.owner(b)).layer;
     BedState& state = *world.find<BedState>(beds.owner(b));
     if (state.bonds.opened.size() != layer.areas.size() ||
-        state.bonds.burnt.size() != layer.areas.size())
+        state.bonds.parted_by.size() != layer.areas.size())
       state.bonds = whole_bonds(layer);
     state.forces.resize(layer.cells, Vec3::Zero());
     for (double& opened : state.bonds.opened) opened = std::max(0.0, opened);
@@ -293,7 +218,7 @@ void add_beds(World& world, std::span<const Entity> organs, std::span<const int>
             joint.ends[side] = {of_both[side], static_cast<int>(step.first_cells[side] + j)};
             if (of_both[side] < 0)
               joint.displacement += (side == 0 ? -1.0 : 1.0) *
-                                    drawn[side].displacement(bed.places.cells[side][joined[j]]);
+                                    drawn[side].displacement(step.places->cells[side][joined[j]]);
           }
           joints.push_back(joint);
           forces.push_back(state.forces[joined[j]]);
@@ -318,29 +243,35 @@ void take_beds(World& world, std::span<const Entity> organs, std::span<const int
 }
 
 Feature beds_feature() {
-  return {
-      .name = "beds",
-      .keys = beds_keys(),
-      .reach = reach,
-      .prepare = prepare,
-      .start = start,
-      .states = {state_type<BedState>()},
-      .stages = {{.name = "lay beds",
-                  .reads = {"contact cells", "organ poses", "free shapes"},
-                  .reads_before = {"bonds"},
-                  .writes = {"contact cells"},
-                  .changes = {"beds"},
-                  .needed = [](const World& world) { return world.has<Bed>(); },
-                  .run = lay_beds},
-                 {.name = "burn beds",
-                  .reads = {"heat", "shapes", "organ poses", "tool poses"},
-                  .writes = {"bonds"},
-                  .changes = {"beds"},
-                  .needed =
-                      [](const World& world) { return world.has<Bed>() && world.has<BurnTrace>(); },
-                  .run = burn_beds}},
-      .restored = restored,
-      .report = beds_report};
+  return {.name = "beds",
+          .keys = beds_keys(),
+          .reach = reach,
+          .prepare = prepare,
+          .start = start,
+          .states = {state_type<BedState>()},
+          .stages = {{.name = "lay beds",
+                      .reads = {"contact cells", "organ poses", "free shapes"},
+                      .reads_before = {"bonds"},
+                      .writes = {"contact cells"},
+                      .changes = {"beds"},
+                      .needed = [](const World& world) { return world.has<Bed>(); },
+                      .run = lay_beds},
+                     {.name = "warm beds",
+                      .reads = {"forces", "organ poses"},
+                      .reads_before = {"bonds"},
+                      .writes = {"heat through beds"},
+                      .changes = {"burns"},
+                      .needed = beds_may_warm,
+                      .run = warm_beds},
+                     {.name = "burn beds",
+                      .reads = {"heat", "shapes", "organ poses", "tool poses"},
+                      .writes = {"bonds"},
+                      .changes = {"beds"},
+                      .needed = beds_may_warm,
+                      .run = burn_beds}},
+          .replaced = bed_what_is_left,
+          .restored = restored,
+          .report = beds_report};
 }
 
 }  // namespace viscera

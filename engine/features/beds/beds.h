@@ -39,6 +39,7 @@ static_assert(fields_cover<BedState>());
 /// A bed's part of this frame's contact problem.
 struct BedInStep {
   std::unique_ptr<LayerInStep> layer;        ///< null: nothing loads it
+  const BedPlaces* places = nullptr;         ///< of its joints; while there is `layer`
   std::array<std::size_t, 2> first_cells{};  ///< of its joints in both organs' cells
 };
 
@@ -58,11 +59,14 @@ void take_beds(World& world, std::span<const Entity> organs, std::span<const int
 struct BedFigures {
   std::string name;
   std::array<std::string, 2> between;
-  std::size_t bonds = 0, whole = 0, by_force = 0, by_heat = 0;  ///< whole: they hold something
-  double area = 0.0;                                            ///< of all bonds [m2]
-  double parted = 0.0;                                          ///< of that [m2]
-  double torn = 0.0;                                            ///< of what parted, by force [m2]
-  double work = 0.0;                         ///< that force has put into parting it [J]
+  std::size_t bonds = 0, whole = 0;                   ///< whole: they hold something
+  std::size_t by_force = 0, by_heat = 0, by_cut = 0;  ///< what has parted the others
+  double area = 0.0;                                  ///< of all bonds [m2]
+  double parted = 0.0;                                ///< of that [m2]
+  double torn = 0.0;                                  ///< of what parted, by force [m2]
+  double film = 0.0, film_parted = 0.0;  ///< length of edge under a film; of that, parted [m]
+  double tissue_left = 0.0;  ///< of pieces that have come off an organ and hang on it [m3]
+  double work = 0.0;         ///< that force has put into parting it [J]
   double force = 0.0, greatest_force = 0.0;  ///< of all bonds together, now and so far [N]
 };
 std::vector<BedFigures> bed_figures(const World& world);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -20,6 +21,8 @@ struct BedDescription {
   double within = 0.0;                 ///< surfaces farther apart at rest aren't bonded [m]
   double pitch = 0.0;                  ///< of its bonds, at most [m]
   CohesiveLaw law;
+  /// Of the film of peritoneum over its edge: forces over a length of edge [N/m, N/m2, J/m].
+  std::optional<CohesiveLaw> film;
   double parts_at = 0.0;  ///< temperature of tissue at a bond's end that parts it [K]
 };
 /// An extra of scenes.

@@ -20,6 +20,11 @@ TEST(BedsKeys, ArriveInSiUnits) {
   EXPECT_DOUBLE_EQ(beds[0].law.toughness, 12.0);
   EXPECT_DOUBLE_EQ(beds[0].parts_at, 363.15);
   EXPECT_EQ(beds[0].region.radius, 0.004);
+  ASSERT_TRUE(beds[0].film);
+  EXPECT_DOUBLE_EQ(beds[0].film->strength, 15.0);
+  EXPECT_DOUBLE_EQ(beds[0].film->stiffness, 10e3);
+  EXPECT_DOUBLE_EQ(beds[0].film->toughness, 0.1);
+  EXPECT_FALSE(beds[1].film);
   EXPECT_DOUBLE_EQ(beds[1].law.strength, 6e3);
   EXPECT_DOUBLE_EQ(beds[1].parts_at, 373.15);
 }
@@ -43,6 +48,12 @@ TEST(BedsKeys, SayWhatABondTakesUpBeforeItSoftens) {
                      "found 1.5, expected more than 1.6");
   EXPECT_ONE_MISTAKE(mistakes_with("/beds/0/strength_kPa", -1), "beds/0/strength_kPa",
                      "found -1, expected a number from 0.1");
+}
+
+TEST(BedsKeys, SayWhatAFilmTakesUpBeforeItGivesWay) {
+  // 15 N/m at 10 N/m a millimetre: 1.5 mm.
+  EXPECT_ONE_MISTAKE(mistakes_with("/beds/0/film/toughness_J_per_m", 0.01),
+                     "beds/0/film/toughness_J_per_m", "found 0.01, expected more than 0.01125");
 }
 
 TEST(BedsKeys, NeedOrgansThatTouch) {

@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "engine/features/beds/beds.h"
+#include "engine/features/beds/cut_beds.h"
 
 namespace viscera {
 
@@ -10,7 +11,7 @@ std::vector<BedFigures> bed_figures(const World& world) {
   const Pool<Bed>& beds = world.all<Bed>();
   for (std::size_t b = 0; b < beds.size(); ++b) {
     const Bed& bed = beds[b];
-    const CohesiveLayer& layer = bed.places.layer;
+    const CohesiveLayer& layer = places_now(world, beds.owner(b)).layer;
     const BedState& state = *world.find<BedState>(beds.owner(b));
     BedFigures figures;
     figures.name = bed.name;
@@ -23,19 +24,25 @@ std::vector<BedFigures> bed_figures(const World& world) {
     for (std::size_t i = 0; i < figures.bonds; ++i) {
       const double area = layer.areas[i];
       figures.area += area;
-      figures.work += area * layer.law.spent(state.bonds.opened[i]);
+      figures.work += layer.spent(i, state.bonds.opened[i]);
+      figures.film += layer.edge(i);
+      const bool torn = state.bonds.parted_by[i] || layer.film.left(state.bonds.opened[i]) == 0.0;
+      if (layer.edge(i) > 0.0 && torn) figures.film_parted += layer.edge(i);
       if (holds(layer, state.bonds, i)) {
         ++figures.whole;
         continue;
       }
       figures.parted += area;
-      if (state.bonds.burnt[i]) {
+      if (state.bonds.parted_by[i] == kPartedByHeat) {
         ++figures.by_heat;
+      } else if (state.bonds.parted_by[i] == kPartedByCut) {
+        ++figures.by_cut;
       } else {
         ++figures.by_force;
         figures.torn += area;
       }
     }
+    figures.tissue_left = tissue_left_on(world, beds.owner(b));
     all.push_back(figures);
   }
   return all;
@@ -46,15 +53,19 @@ std::vector<ReportSection> beds_report(const World& world) {
   if (figures.empty()) return {};
   Json list = Json::array();
   for (const BedFigures& bed : figures)
-    list.push_back({{"name", bed.name},
-                    {"between", {bed.between[0], bed.between[1]}},
-                    {"bonds", bed.bonds},
-                    {"bonds_whole", bed.whole},
-                    {"bonds_broken", {{"force", bed.by_force}, {"heat", bed.by_heat}}},
-                    {"area_m2", bed.area},
-                    {"parted_m2", bed.parted},
-                    {"work_J", bed.work},
-                    {"greatest_force_N", bed.greatest_force}});
+    list.push_back(
+        {{"name", bed.name},
+         {"between", {bed.between[0], bed.between[1]}},
+         {"bonds", bed.bonds},
+         {"bonds_whole", bed.whole},
+         {"bonds_broken", {{"force", bed.by_force}, {"heat", bed.by_heat}, {"cut", bed.by_cut}}},
+         {"area_m2", bed.area},
+         {"parted_m2", bed.parted},
+         {"tissue_left_m3", bed.tissue_left},
+         {"film_m", bed.film},
+         {"film_parted_m", bed.film_parted},
+         {"work_J", bed.work},
+         {"greatest_force_N", bed.greatest_force}});
   return {report_section("beds", list)};
 }
 

@@ -15,7 +15,7 @@ TEST(BedsReport, CountsWhatHoldsAndWhatPartedByForceAndByHeat) {
   const double area = bed_figures(*world)[0].area;
   EXPECT_NEAR(area, 4e-4, 0.1e-4);
   BondStates& bonds = world->all<BedState>()[0].bonds;
-  bonds.burnt[0] = bonds.burnt[1] = 1;
+  bonds.parted_by[0] = bonds.parted_by[1] = 1;
   bonds.opened[2] = 1.0;
   world->all<BedState>()[0].greatest_force = 0.25;
   const BedFigures figures = bed_figures(*world)[0];

@@ -75,6 +75,23 @@ TEST_P(Bedded, ABlockThatIsCarriedAwayTakesItsBedsToughnessToPart) {
   }
 }
 
+TEST_P(Bedded, AFilmOverTheEdgeTakesItsWorkToo) {
+  auto scene = lifted_block({.response = GetParam(), .way = Vec3(0, 0, 6e-3), .modulus = 3e6});
+  BedDescriptions beds = *scene.extras.find<BedDescriptions>();
+  beds[0].film = CohesiveLaw{20.0, 20e3, 0.03};
+  scene.extras.set(beds);
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  const double around = bed_figures(*world)[0].film;
+  EXPECT_NEAR(around, 4.0 * 20e-3, 0.2 * 4.0 * 20e-3) << "around the block's foot";
+  const Lifted lifted = lift(*world, 1.0);
+  const BedFigures bed = bed_figures(*world)[0];
+  EXPECT_EQ(bed.whole, 0u);
+  EXPECT_EQ(bed.film_parted, around);
+  EXPECT_NEAR(bed.work, kLiftedBed.toughness * bed.area + 0.03 * around, 1e-9);
+  EXPECT_NEAR(lifted.work, bed.work, 0.02 * bed.work);
+}
+
 TEST_P(Bedded, ASoftBlockStoresWorkButPartsByTheSame) {
   auto world = build(lifted_block({.response = GetParam(), .modulus = 300e3, .soft_floor = true}));
   ASSERT_TRUE(world);
@@ -157,10 +174,35 @@ TEST(Beds, PartWhereAHookHeatsTheirEnds) {
   EXPECT_EQ(bed.by_force, 0u);
   const Bed& places = world->all<Bed>()[0];
   const BondStates& bonds = world->all<BedState>()[0].bonds;
-  for (std::size_t b = 0; b < bonds.burnt.size(); ++b)
-    if (bonds.burnt[b]) {
+  for (std::size_t b = 0; b < bonds.parted_by.size(); ++b)
+    if (bonds.parted_by[b]) {
       EXPECT_LT((places.places.ends[0][b] - Vec3(10e-3, 0, -4e-3)).norm(), 5e-3);
     }
+}
+
+TEST(Beds, CarryHeatToTheOrganThatTheyHold) {
+  auto scene = lifted_block({.way = Vec3::Zero(), .soft_floor = true});
+  // On the block's side, so low that what it warms lies on the bed.
+  const Vec3 beside(14e-3, 0, -2e-3);
+  scene.instruments = {straight_tool("hook", InstrumentKind::kHook, 1e-3,
+                                     {{0.0, beside, 0.0, 1.0},
+                                      {0.2, beside - Vec3(3.2e-3, 0, 0), 6.0, 1.0},
+                                      {2.0, beside - Vec3(3.2e-3, 0, 0), 6.0, 1.0}})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 2.0);
+  ASSERT_GT(bed_figures(*world)[0].whole, bed_figures(*world)[0].bonds / 2);
+  OrganBurn* block = world->find<OrganBurn>(world->model().organs()[0]);
+  OrganBurn* floor = world->find<OrganBurn>(world->model().organs()[1]);
+  ASSERT_TRUE(block && floor);
+  const double gone = floor->heat.book().delivered;
+  EXPECT_GT(gone, 0.002 * block->heat.book().delivered);
+  EXPECT_GT(floor->heat.greatest_excess(), 1.0);
+  EXPECT_LT(floor->heat.greatest_excess(), block->heat.greatest_excess());
+  // What the block lost by it the generator has given.
+  const CauteryFigures all = *cautery_figures(*world);
+  EXPECT_NEAR(all.generated, all.delivered + all.body + all.metal + all.gas, 1e-4 * all.generated);
+  EXPECT_LT(std::abs(all.residual), 1e-3);
 }
 
 TEST(Beds, PartWhereTheMetalOfAHookTouchesThemWithCurrentAlone) {

@@ -1,4 +1,4 @@
-// Current through hooks, and the heat that it leaves in tissue.
+// Current through hooks and scissors, and the heat that it leaves in tissue.
 #include "engine/features/cautery/cautery.h"
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include "engine/features/cautery/heat_setup.h"
 #include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/tissue_sheet.h"
+#include "engine/features/parting/blades_in_tissue.h"
 #include "engine/features/parting/parting.h"
 
 namespace viscera {
@@ -70,6 +71,26 @@ double touched_area(const World& world, Entity at, Entity instrument) {
   return area;
 }
 
+/// Blades that cut an organ don't press it: current enters what of them is in it, by their two
+/// faces, from step to step by the one and the other. Their place is that of the tissue beside
+/// them, but for half the kerf; out of a kerf's void the nearest wall is.
+std::optional<Meeting> meet_blades(const World& world, Entity instrument,
+                                   const BladesInTissue& blades, std::uint64_t frame) {
+  if (!world.find<OrganBurn>(blades.organ)) return {};
+  Meeting meeting{blades.organ, {}};
+  lay_on(*world.find<OrganBody>(blades.organ)->model,
+         surface_left(world, blades.organ).closest(blades.middle).point, meeting.contact);
+  if (blades.below) {
+    const InstrumentState& state = *world.find<InstrumentState>(instrument);
+    const Vec3 across = state.shaft_direction.cross(state.side_direction).normalized();
+    meeting.contact.point = blades.middle;
+    meeting.contact.outward =
+        (frame % 2 == 0 ? 1.0 : -1.0) * pose_of(world, blades.organ).direction_to_local(across);
+  }
+  meeting.contact.area = blades.area;
+  return meeting;
+}
+
 /// The tissue that the metal touches, or, with current, the nearest that a spark reaches.
 std::optional<Meeting> meet(const World& world, Entity instrument, double gap) {
   const InstrumentContact& touch = *world.find<InstrumentContact>(instrument);
@@ -110,18 +131,21 @@ void give_current(World& world, Entity instrument, BurnTrace& trace, const Frame
   const InstrumentDescription& hook = world.find<InstrumentBody>(instrument)->description;
   const double power = world.find<InstrumentState>(instrument)->power;
   const InstrumentContact& touch = *world.find<InstrumentContact>(instrument);
+  const auto blades = blades_in_tissue(world, instrument);
+  const bool touches = blades || touch.touching;
   trace.current = {};
-  if (power > 0.0 && touch.touching && !world.find<OrganBurn>(touch.organ))
+  if (power > 0.0 && touches && !world.find<OrganBurn>(blades ? blades->organ : touch.organ))
     context.report->raise(kNotHeated);
   const double gap = power > 0.0 ? spark_gap(waveform_of(mode_of(hook)).peak_voltage) : 0.0;
-  const auto meeting = meet(world, instrument, gap);
+  const auto meeting = blades ? meet_blades(world, instrument, *blades, context.frame)
+                              : meet(world, instrument, gap);
   if (!meeting) {
-    trace.current.open = power > 0.0 && !touch.touching;
+    trace.current.open = power > 0.0 && !touches;
     trace.organ = {};
     trace.tip.cool(context.dt);
     return;
   }
-  const bool continues = trace.organ == meeting->organ &&
+  const bool continues = !blades && trace.organ == meeting->organ &&
                          (trace.contact.point - meeting->contact.point).norm() < kTraceBreak;
   OrganBurn& burn = *world.find<OrganBurn>(meeting->organ);
   trace.current = trace.tip.energise(burn.heat, mode_of(hook), power,
@@ -183,7 +207,8 @@ Feature cautery_feature() {
           .states = {state_type<OrganBurn>(), state_type<BurnTrace>({Strays::Become::kAsBefore}),
                      state_type<Sealer>()},
           .stages = {{.name = "heat tissue",
-                      .reads = {"forces", "shapes", "tool poses", "organ poses", "cuts"},
+                      .reads = {"forces", "shapes", "tool poses", "organ poses", "cuts",
+                                "heat through beds"},
                       .reads_before = {"cuts by heat"},
                       .writes = {"heat"},
                       .changes = {"burns", "electrodes", "sealers"},

@@ -1,4 +1,4 @@
-// Current through hooks, and the heat that it leaves in tissue.
+// Current through hooks and scissors, and the heat that it leaves in tissue.
 #pragma once
 
 #include <memory>

@@ -79,7 +79,7 @@ const BipolarDescription* bipolar_of(const InstrumentDescription& tool) {
 
 bool carries_current(const InstrumentDescription& tool) {
   return (tool.kind == InstrumentKind::kHook || tool.kind == InstrumentKind::kSpatula ||
-          bipolar_of(tool)) &&
+          tool.kind == InstrumentKind::kScissors || bipolar_of(tool)) &&
          std::any_of(tool.path.begin(), tool.path.end(),
                      [](const InstrumentKey& key) { return key.power > 0.0; });
 }
@@ -97,12 +97,12 @@ FeatureKeys cautery_keys() {
   };
   keys.instrument.keys = {
       text("mode",
-           "Of the generator of a hook or spatula: cut, a steady wave of low voltage; blend; "
-           "coagulate, short waves "
+           "Of the generator of a hook, a spatula or scissors: cut, a steady wave of low voltage; "
+           "blend; coagulate, short waves "
            "for a touching tip; fulgurate, short waves of high voltage that spark over a gap.")
           .one_of({"cut", "blend", "coagulate", "fulgurate"})
           .otherwise("blend")
-          .only_where("kind", {"hook", "spatula"}),
+          .only_where("kind", {"hook", "spatula", "scissors"}),
       object(
           "bipolar",
           "Jaws that seal: power_W of the path goes from jaw to jaw through what they hold, until "
@@ -114,14 +114,22 @@ FeatureKeys cautery_keys() {
                    "Pressure that a seal keeps in a duct (ducts), once nine tenths of it have "
                    "coagulated. That of a vessel sealer's is some 48, thrice that of an artery.")
                 .between(0.1, 200)
-                .otherwise(48.0)},
+                .otherwise(48.0),
+            number("blade_mm",
+                   "A knife between the jaws: from so far behind the tip it runs to the tip while "
+                   "they are closed and the path says blade, and parts what lies between them. "
+                   "Left out: there is none.")
+                .between(1, 40)},
            {},
            {}})
           .only_beside("grip_force_N")};
   keys.instrument.read = [](const Json& instrument, Extras& extras) {
     read_mode(instrument, extras);
-    if (instrument.contains("bipolar"))
-      extras.set(BipolarDescription{1e3 * instrument["bipolar"]["holds_kPa"].get<double>()});
+    if (!instrument.contains("bipolar")) return;
+    const Json& jaws = instrument["bipolar"];
+    BipolarDescription bipolar{.holds = 1e3 * jaws["holds_kPa"].get<double>()};
+    if (jaws.contains("blade_mm")) bipolar.blade = from_milli(jaws["blade_mm"]);
+    extras.set(bipolar);
   };
   return keys;
 }

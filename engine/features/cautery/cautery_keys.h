@@ -28,15 +28,16 @@ struct Spared {};
 /// An extra of graspers with `grip_force_N` whose jaws seal what they hold.
 struct BipolarDescription {
   double holds = 48e3;  ///< pressure that a seal bears [Pa]
+  double blade = 0.0;   ///< a knife between them begins so far behind the tip [m]; 0: there is none
 };
 
 const HeatDescription& heat_of(const SceneDescription& scene);
 bool is_spared(const OrganDescription& organ);
-/// Of the generator of a hook or spatula; an extra of instruments.
+/// Of the generator of a hook, a spatula or scissors; an extra of instruments.
 CurrentMode mode_of(const InstrumentDescription& hook);
 /// Null: its jaws carry no current.
 const BipolarDescription* bipolar_of(const InstrumentDescription& tool);
-/// True for a hook, or for jaws that seal, with current at some time.
+/// True for a hook, a spatula, scissors, or jaws that seal, with current at some time.
 bool carries_current(const InstrumentDescription& tool);
 
 FeatureKeys cautery_keys();

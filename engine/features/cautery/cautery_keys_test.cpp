@@ -26,6 +26,9 @@ TEST(CauteryKeys, ArriveInSiUnits) {
   ASSERT_NE(pincher, scene->instruments.end());
   ASSERT_TRUE(bipolar_of(*pincher));
   EXPECT_EQ(bipolar_of(*pincher)->holds, 40e3);
+  EXPECT_DOUBLE_EQ(bipolar_of(*pincher)->blade, 9e-3);
+  EXPECT_FALSE(pincher->path.at(0).blade);
+  EXPECT_TRUE(pincher->path.at(1).blade);
   EXPECT_FALSE(bipolar_of(scene->instruments.at(1)));
 }
 
@@ -55,12 +58,39 @@ TEST(CauteryKeys, AModeThatIsNoneSaysWhichIsMeant) {
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/1/mode", "cutt"), "instruments/1/mode",
                      "did you mean \"cut\"?");
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/mode", "cut"), "instruments/0/mode",
-                     "expected this key only where kind is \"hook\" or \"spatula\"");
+                     "expected this key only where kind is \"hook\", \"spatula\" or \"scissors\"");
 }
 
 TEST(CauteryKeys, BipolarJawsAreAGraspersThatHoldByTheirForce) {
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/1/bipolar", Json::object()),
                      "instruments/1/bipolar", "grip_force_N");
+}
+
+TEST(CauteryKeys, AKnifeIsOfSealingJawsAndSoIsItsTrigger) {
+  EXPECT_ONE_MISTAKE(mistakes_with("/instruments/3/bipolar/blade_mm", 90),
+                     "instruments/3/bipolar/blade_mm", "expected a number from 1 to 40");
+  Json without = whole_scene();
+  without["instruments"][3]["bipolar"].erase("blade_mm");
+  EXPECT_ONE_MISTAKE(SceneFolder().mistakes(without), "instruments/3/path/1/blade",
+                     "found true, expected false");
+}
+
+TEST(CauteryKeys, ScissorsConductAndHaveAMode) {
+  Json text = whole_scene();
+  Json scissors = *std::ranges::find_if(text["instruments"],
+                                        [](const Json& tool) { return tool["name"] == "knife"; });
+  scissors["name"] = "shears";
+  scissors["kind"] = "scissors";
+  scissors["mode"] = "cut";
+  scissors["path"][0]["power_W"] = 40;
+  text["instruments"].push_back(scissors);
+  const Result<SceneDescription> scene = SceneFolder().load(text);
+  ASSERT_TRUE(scene) << scene.error().text();
+  EXPECT_EQ(mode_of(scene->instruments.back()), CurrentMode::kCut);
+  EXPECT_TRUE(carries_current(scene->instruments.back()));
+  EXPECT_FALSE(carries_current(
+      *std::ranges::find(scene->instruments, "knife", &InstrumentDescription::name)))
+      << "a scalpel doesn't";
 }
 
 TEST(CauteryKeys, ALesionIsOfAnInstrument) {

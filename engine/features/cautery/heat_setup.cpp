@@ -10,6 +10,7 @@
 #include "engine/features/cautery/bipolar.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/local/local.h"
+#include "engine/features/parting/parting_keys.h"
 #include "engine/gpu/gpu_heat.h"
 #include "engine/simulation/tool_shape.h"
 #include "kernels/heat/jaw_current.h"
@@ -34,9 +35,27 @@ bool heats(const InstrumentDescription& tool, const InstrumentKey& key) {
   return bipolar_of(tool) ? key.jaw < kJawLetsGo : key.power > 0.0;
 }
 
+/// Scissors' blades, which conduct as far as they are in tissue; null: it has none.
+const BladeDescription* live_blades(const InstrumentDescription& tool) {
+  return tool.kind == InstrumentKind::kScissors ? blade_of(tool) : nullptr;
+}
+
 /// How far about its tip [m].
 double reach_of_metal(const InstrumentBody& tool) {
-  return tool.extent + (bipolar_of(tool.description) ? tool.description.grip_radius : 0.0);
+  const BladeDescription* blades = live_blades(tool.description);
+  return tool.extent + (bipolar_of(tool.description) ? tool.description.grip_radius : 0.0) +
+         (blades ? blades->length : 0.0);
+}
+
+/// Two blades, each so wide and thick behind its edge, of steel. Chosen.
+void add_metal_of_blades(const BladeDescription& blades, Electrode& electrode) {
+  constexpr double kBladeWidth = 2e-3, kBladeThickness = 0.8e-3;  // [m]
+  constexpr double kSteelHeat = 3.9e6;         // [J/(m3 K)]; that of the wire is the same
+  constexpr double kSteelConductivity = 16.0;  // [W/(m K)]
+  const double section = 2.0 * kBladeWidth * kBladeThickness;
+  electrode.heat_capacity = kSteelHeat * section * blades.length;
+  electrode.shaft_conductance = kSteelConductivity * section / blades.length;
+  electrode.surface = 4.0 * kBladeWidth * blades.length;
 }
 
 /// True where some hook comes near with current.
@@ -108,6 +127,7 @@ Electrode electrode_of(const InstrumentDescription& hook) {
   if (bipolar_of(hook)) return electrode_of_jaws();
   Electrode electrode;
   electrode.tip_radius = std::max(hook.tip.radius, kPointTipRadius);
+  if (const BladeDescription* blades = live_blades(hook)) add_metal_of_blades(*blades, electrode);
   return electrode;
 }
 

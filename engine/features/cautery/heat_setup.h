@@ -9,7 +9,7 @@
 
 namespace viscera {
 
-/// A hook's metal: a wire as thick as its tip.
+/// A hook's metal: a wire as thick as its tip; scissors' is that of their blades.
 Electrode electrode_of(const InstrumentDescription& hook);
 
 /// Where hooks pass with current: tissue there may coagulate.

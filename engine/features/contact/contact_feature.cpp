@@ -92,7 +92,7 @@ Feature contact_feature() {
           .states = {state_type<OrganPose>({Strays::Become::kAsBefore}), state_type<OrganTouch>()},
           .stages = {{.name = "find contacts",
                       .reads = {"tool poses", "organ poses"},
-                      .reads_before = {"surfaces"},
+                      .reads_before = {"surfaces", "bags"},
                       .writes = {"contact cells"},
                       .changes = {"organ contacts", "tool forces", "jaws"},
                       .run = find_contacts},

@@ -154,8 +154,10 @@ void lay_cells(World& world, Entity organ, OrganContact& contact, const FrameCon
       const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
       if (grip.grasp && grip.grasp->organ == organ) continue;
       if (cuts(world, instrument, organ)) continue;
-      // Its clips touch, not its own bars.
-      if (bodies[i].description.kind == InstrumentKind::kClipApplier) continue;
+      // Its clips touch, not its own bars; a bag's film presses nothing.
+      if (bodies[i].description.kind == InstrumentKind::kClipApplier ||
+          bodies[i].description.kind == InstrumentKind::kBag)
+        continue;
       // What enters between open jaws meets no tip.
       const Jaws* jaws = world.find<Jaws>(instrument);
       if (jaws && !grip.jaw_closed &&

@@ -47,6 +47,7 @@ bool slip_jaws(World& world, Entity organ, OrganContact& contact, bool& slipped)
       continue;
     }
     const InstrumentBody& tool = *world.find<InstrumentBody>(range.instrument);
+    if (tool.description.kind == InstrumentKind::kBag) continue;  // nothing slips out of a sack
     const double force = sum_of(contact.solution.forces, range).norm();
     const double limit = tool.description.grip_limit;
     if (force <= limit * 1.001) continue;

@@ -4,7 +4,9 @@
 
 #include "engine/features/breathing/breathing.h"
 #include "engine/features/contact/tissue_sheet.h"
+#include "engine/features/parting/jaw_knife.h"
 #include "engine/features/parting/parting.h"
+#include "engine/features/parting/remove_pieces.h"
 #include "kernels/parting/blade_sweep.h"
 
 namespace viscera {
@@ -100,7 +102,11 @@ double kerf_of(const BladeDescription& blade, const TissueShare& tissue) {
 class Cutting {
  public:
   Cutting(World& world, Entity organ, const BladeDescription& blade)
-      : world_(world), organ_(organ), blade_(blade), tissue_(world, organ) {}
+      : world_(world),
+        organ_(organ),
+        blade_(blade),
+        tissue_(world, organ),
+        leaving_(leaving_pieces(world, organ, world.find<OrganCut>(organ)->removed.size())) {}
 
   /// From where the edge was, in `track`, to where it is; if it `cuts`, through what is between.
   /// The force on the blade, world [N].
@@ -132,6 +138,8 @@ class Cutting {
       if (pieces[k] != pieces[k + 1] ||
           (same_body && (pieces_before[k] != pieces[k] || pieces_before[k + 1] != pieces[k])))
         continue;
+      // What leaves the scene does so in one.
+      if (std::ranges::find(leaving_, pieces[k]) != leaving_.end()) continue;
       // An edge of the organ may stick out between places that are all outside.
       if (std::min({above[k], above[k + 1], above_before[k], above_before[k + 1]}) >
           0.5 * kAlongEdge)
@@ -167,8 +175,9 @@ class Cutting {
 
   World& world_;
   Entity organ_;
-  const BladeDescription& blade_;
+  BladeDescription blade_;
   MovedTissue tissue_;
+  std::vector<int> leaving_;
 };
 
 BladeTrack& track_of(OrganCut& cut, Entity instrument, std::uint64_t blade) {
@@ -201,6 +210,24 @@ void cut_with(World& world, Entity instrument, Entity organ, const OrganTouch& t
       world.find<InstrumentContact>(instrument)->force +=
           Cutting(world, organ, *blade_of(tool)).go_on(edges[b], cuts, track);
   }
+}
+
+/// The knife between an instrument's jaws in one organ. It parts tissue as it runs forward; its
+/// back is blunt.
+void cut_with_knife(World& world, Entity instrument, Entity organ, const OrganTouch& touch,
+                    OrganCut& cut) {
+  const JawKnife& knife = *world.find<JawKnife>(instrument);
+  BladeTrack& track = track_of(cut, instrument, 0);
+  if (knife.travel == 0.0) return track.lose();
+  const std::vector<Vec3> edge = knife_edge(world, instrument, organ, knife.travel);
+  if (!is_near(edge, touch, pose_of(world, organ))) return track.lose();
+  const bool forward = knife.travel > knife.before;
+  Cutting cutting(world, organ, knife_of(world.find<InstrumentBody>(instrument)->description));
+  if (forward && track.edge.empty())
+    cutting.go_on(knife_edge(world, instrument, organ, knife.before), false, track);
+  // What it is held by, its own handle feels: between the jaws that is an inner force, which the
+  // shaft bears, and it isn't the tip's.
+  cutting.go_on(edge, forward, track);
 }
 
 /// What an organ's tissue about an edge in it withstands each way across -> felt.holds.
@@ -264,7 +291,8 @@ std::vector<std::vector<Vec3>> edges_of(const InstrumentDescription& tool,
   return {line(hinge, swung(1.0)), line(hinge, swung(-1.0))};
 }
 
-void cut_tissue(World& world, const FrameContext&) {
+void cut_tissue(World& world, const FrameContext& context) {
+  run_knives(world, context.dt);
   Pool<OrganCut>& organs = world.all<OrganCut>();
   for (std::size_t o = 0; o < organs.size(); ++o) {
     const Entity organ = organs.owner(o);
@@ -273,6 +301,8 @@ void cut_tissue(World& world, const FrameContext&) {
     for (std::size_t i = 0; i < world.all<InstrumentBody>().size(); ++i)
       if (blade_of(world.all<InstrumentBody>()[i].description))
         cut_with(world, world.all<InstrumentBody>().owner(i), organ, *touch, organs[o]);
+    for (std::size_t k = 0; k < world.all<JawKnife>().size(); ++k)
+      cut_with_knife(world, world.all<JawKnife>().owner(k), organ, *touch, organs[o]);
   }
 }
 

@@ -6,12 +6,14 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "engine/features/beds/beds_keys.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/held_tools/held_tools_keys.h"
 #include "engine/features/links/links_keys.h"
+#include "engine/features/parting/jaw_knife.h"
 #include "engine/features/parting/parting_flags.h"
+#include "engine/features/parting/remove_pieces.h"
+#include "engine/features/parting/tear.h"
 #include "engine/features/shafts/shafts_keys.h"
 #include "engine/features/touching/touching_keys.h"
 #include "engine/simulation/instruments.h"
@@ -40,7 +42,10 @@ double nearest_on_path(const InstrumentBody& tool, const OrganDescription& organ
   InstrumentState state;
   for (double time = 0.0; time <= tool.description.path.back().time + kStep; time += kStep) {
     place_tool(tool, time, state);
-    for (const auto& edge : edges_of(tool.description, state, organ.pose_at(time)))
+    const Pose pose = organ.pose_at(time);
+    for (const auto& edge : blade_of(tool.description) ? edges_of(tool.description, state, pose)
+                                                       : std::vector<std::vector<Vec3>>{knife_way(
+                                                             tool.description, state, pose)})
       for (const Vec3& place : edge)
         if (const auto hit = surface.closest(place, farthest))
           nearest = std::min(nearest, hit->distance);
@@ -48,8 +53,16 @@ double nearest_on_path(const InstrumentBody& tool, const OrganDescription& organ
   return nearest;
 }
 
+/// In brackets, those whose strain at failure is known; empty: none.
+std::string tissues_that_tear(const std::map<std::string, Tissue>& tissues) {
+  std::string known;
+  for (const auto& [name, tissue] : tissues)
+    if (tissue.ultimate_strain > 0.0) known += (known.empty() ? "" : ", ") + name;
+  return known.empty() ? "" : fmt::format(" ({})", known);
+}
+
 /// What can't be cut beside it as yet.
-Result<void> check(const SceneDescription& scene, const std::map<std::string, Tissue>&) {
+Result<void> check(const SceneDescription& scene, const std::map<std::string, Tissue>& tissues) {
   Error mistakes;
   const auto wrong = [&](const std::string& where, const std::string& what) {
     mistakes.messages.push_back(fmt::format("{}: {}: {}", scene.file.string(), where, what));
@@ -60,6 +73,11 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
     if (!cuttable_of(organ)) continue;
     cuttable = true;
     const std::string at = fmt::format("organs/{}/", o);
+    if (cuttable_of(organ)->tears && tissues.at(organ.tissue).ultimate_strain == 0.0)
+      wrong(at + "cuttable/tears",
+            fmt::format("found true, but tissues/{}/ultimate_strain isn't known; expected false, "
+                        "or a tissue that has it{}",
+                        organ.tissue, tissues_that_tear(tissues)));
     if (organ.free)
       wrong(at + "free", "found true for an organ that is cuttable, expected false: hold it");
     if (!organ.deformable) wrong(at + "cuttable", "found beside deformable false, expected true");
@@ -89,10 +107,14 @@ Result<void> check(const SceneDescription& scene, const std::map<std::string, Ti
                           organ.name, key));
   };
   expect_uncut(links_of(scene), "links");
-  expect_uncut(beds_of(scene), "beds");
   if (!cuttable && std::ranges::any_of(scene.instruments, blade_of))
     wrong("instruments",
           "found a scalpel or scissors, expected an organ with \"cuttable\" for it to cut");
+  for (std::size_t i = 0; i < scene.instruments.size() && !cuttable; ++i)
+    if (const double way = knife_way_of(scene.instruments[i]); way > 0.0)
+      wrong(fmt::format("instruments/{}/bipolar/blade_mm", i),
+            fmt::format("found {:g}, expected an organ with \"cuttable\" for the knife to cut",
+                        1e3 * way));
   if (!mistakes.messages.empty()) return std::unexpected(mistakes);
   return {};
 }
@@ -177,12 +199,16 @@ Result<void> prepare_organ_to_cut(SceneModel& model, std::size_t o,
                        organ.tissue)));
   for (const InstrumentBody& tool : tools) {
     const BladeDescription* blade = blade_of(tool.description);
+    const BladeDescription knife = knife_of(tool.description);
+    if (!blade && knife_way_of(tool.description) > 0.0) blade = &knife;
     if (!blade || blade->thickness >= 2.0 * voxel) continue;
     warnings.push_back(at(fmt::format(
         "cuttable/voxel_mm: cuts by \"{}\" are {:g} mm wide, two voxels, where its blade has {:g}",
         tool.description.name, 2e3 * voxel, 1e3 * blade->thickness)));
   }
-  model.constants().all<Cuttable>().add(entity, {std::move(made), voxel, tissue.fracture_energy});
+  model.constants().all<Cuttable>().add(entity,
+                                        {std::move(made), voxel, tissue.fracture_energy,
+                                         cuttable_of(organ)->tears ? tissue.ultimate_strain : 0.0});
   return {};
 }
 
@@ -191,7 +217,7 @@ Result<void> expect_blades_to_cut(const SceneModel& model) {
   constexpr double kFarthest = 0.1;  // [m]
   const Pool<InstrumentBody>& tools = model.constants().all<InstrumentBody>();
   for (std::size_t i = 0; i < tools.size(); ++i) {
-    if (!blade_of(tools[i].description)) continue;
+    if (!blade_of(tools[i].description) && !path_runs_knife(tools[i].description)) continue;
     // A hand that only its device knows may take it anywhere.
     const HapticDescription* held = haptic_of(tools[i].description);
     if (held && held->device != HapticDescription::Device::kSimulated) continue;
@@ -237,6 +263,9 @@ Result<void> start(World& world) {
     left.fields = organs[o].organ->fields;
     world.all<OrganLeft>().add(organs.owner(o), std::move(left));
   }
+  for (const Entity instrument : world.model().instruments())
+    if (knife_way_of(world.find<InstrumentBody>(instrument)->description) > 0.0)
+      world.all<JawKnife>().add(instrument, {});
   return {};
 }
 
@@ -245,11 +274,13 @@ Result<void> start(World& world) {
 /// Prepares what is asked for, beside the frames.
 void begin_body(World& world, Entity organ) {
   OrganLeft& left = *world.find<OrganLeft>(organ);
+  const OrganCut& cut = *world.find<OrganCut>(organ);
   left.next = std::async(std::launch::async, [organ = world.find<Cuttable>(organ)->organ,
                                               tissue = world.find<OrganCut>(organ)->asked,
+                                              removed = places_removed(cut, cut.removed_asked),
                                               before = world.find<OrganBody>(organ)->model,
                                               fields = left.fields] {
-                return cut_organ(*organ, tissue, *before, *fields);
+                return cut_organ(*organ, tissue, removed, *before, *fields);
               }).share();
 }
 
@@ -260,6 +291,7 @@ void take_body(World& world, Entity organ, const CutOrgan& cut, const Continuati
   left.depths = cut.depths;
   left.pieces = cut.pieces;
   left.crumbs = cut.crumbs;
+  left.removed = cut.removed;
   left.tree = cut.tree;
   left.heated = cut.heated;
   left.greatest_seconds = std::max(left.greatest_seconds, cut.seconds);
@@ -275,8 +307,13 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
     cut.remnants += made->remnants;
     cut.gone.limit_by(made->tissue);
     left.made_of = cut.used.state();
+    left.made_without = places_removed(cut, cut.removed_asked);
     ++cut.bodies;
+    const std::vector<Entity> emptied =
+        jaws_on(world, organ, leaving_pieces(world, organ, cut.removed_asked));
+    cut.removed_used = cut.removed_asked;
     take_body(world, organ, *made, &made->continuation);
+    for (const Entity jaws : emptied) world.find<InstrumentContact>(jaws)->grasp.reset();
   } else {
     left.refusal = made.error().text();
     ++cut.refused;
@@ -287,6 +324,7 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
 
 void ask_for_body(World& world, Entity organ, OrganCut& cut, std::uint64_t frame) {
   cut.asked = cut.gone;
+  cut.removed_asked = cut.removed.size();
   cut.vaporised_asked = cut.vaporised;
   cut.changed = false;
   cut.pending = true;
@@ -304,19 +342,22 @@ Result<void> bodies_loaded(World& world) {
     const OrganCut& cut = cuts[c];
     OrganLeft& left = *world.find<OrganLeft>(organ);
     left.next = {};
-    if (!same(left.made_of, cut.used.state())) {
+    if (auto sound = check_removed(cut); !sound) return sound;
+    std::vector<Vec3> without = places_removed(cut, cut.removed_used);
+    if (!same(left.made_of, cut.used.state()) || left.made_without != without) {
       const CuttableOrgan& whole = *world.find<Cuttable>(organ)->organ;
       left.made_of = cut.used.state();
+      left.made_without = std::move(without);
       if (cut.used.untouched()) {
         left.fields = whole.fields;
         left.depths.clear();
         left.pieces.clear();
         left.tree = nullptr;
         left.heated.clear();
-        left.crumbs = 0.0;
+        left.crumbs = left.removed = 0.0;
         world.replace(organ, whole.whole, nullptr);
       } else {
-        auto made = cut_organ(whole, cut.used, *whole.whole, *whole.fields);
+        auto made = cut_organ(whole, cut.used, left.made_without, *whole.whole, *whole.fields);
         if (!made) return failure("cut organs: " + made.error().text());
         take_body(world, organ, *made, nullptr);
       }
@@ -355,28 +396,40 @@ Feature parting_feature() {
           .reach = reach,
           .finish = finish,
           .start = start,
-          .states = {state_type<OrganCut>()},
+          .states = {state_type<OrganCut>(), state_type<JawKnife>()},
           .stages = {{.name = "part organs",
                       .reads_before = {"cuts", "cuts by heat"},
                       .writes = {"organ bodies"},
                       .changes = {"cut organs", "organ contacts", "organ shapes", "tool forces",
-                                  "organs that touch", "resting organs", "burns",
+                                  "organs that touch", "resting organs", "beds", "burns",
                                   "coagulated organs", "clips"},
                       .needed = [](const World& world) { return world.has<OrganCut>(); },
                       .run = part_organs},
                      {.name = "cut tissue",
                       .reads = {"tool poses", "organ poses", "shapes", "forces"},
                       .writes = {"forces", "cuts"},
-                      .changes = {"cut organs", "tool forces"},
+                      .changes = {"cut organs", "tool forces", "jaw knives"},
                       .needed = [](const World& world) { return world.has<OrganCut>(); },
                       .run = cut_tissue},
+                     {.name = "remove pieces",
+                      .reads = {"tool poses", "contact cells", "cuts"},
+                      .writes = {"cuts"},
+                      .changes = {"cut organs"},
+                      .needed = [](const World& world) { return world.has<OrganCut>(); },
+                      .run = remove_pieces},
+                     {.name = "tear tissue",
+                      .reads = {"shapes"},
+                      .writes = {"cuts"},
+                      .changes = {"cut organs"},
+                      .needed = may_tear,
+                      .run = tear_tissue},
                      {.name = "vaporise tissue",
                       .reads = {"heat"},
                       .writes = {"cuts by heat"},
                       .changes = {"cut organs"},
                       .needed = may_vaporise,
                       .run = take_vaporised}},
-          .flags = {kCutRefused},
+          .flags = {kCutRefused, kPieceStuck},
           .bodies_loaded = bodies_loaded,
           .report = parting_report};
 }

@@ -24,6 +24,7 @@ struct Cuttable {
   std::shared_ptr<const CuttableOrgan> organ;
   double voxel = 0.0;            ///< [m]
   double fracture_energy = 0.0;  ///< [J/m2]; 0: not known
+  double ultimate_strain = 0.0;  ///< beyond which it tears; 0: it doesn't
 };
 
 /// The edge of a blade that is in an organ or near it, as the last step left it.
@@ -50,6 +51,18 @@ struct BladeTrack {
 };
 static_assert(fields_cover<BladeTrack>());
 
+/// A piece that was taken out of the scene, or is as soon as the organ's next body is there.
+struct RemovedPiece {
+  Vec3 within = Vec3::Zero();  ///< a place of it at rest, organ frame [m]
+  double volume = 0.0;         ///< at rest [m3]
+  double mass = 0.0;           ///< [kg]
+  static constexpr auto fields() {
+    return std::tuple(field("within", &RemovedPiece::within),
+                      field("volume", &RemovedPiece::volume), field("mass", &RemovedPiece::mass));
+  }
+};
+static_assert(fields_cover<RemovedPiece>());
+
 /// What is gone from an organ.
 struct OrganCut {
   static constexpr std::string_view kName = "cut organs";
@@ -60,12 +73,16 @@ struct OrganCut {
   std::uint64_t due = 0;         ///< frame from which on `asked` is used
   std::uint64_t bodies = 0;      ///< that it has become
   std::uint64_t refused = 0;     ///< that couldn't be prepared
-  double area = 0.0;             ///< parted, of one side [m2]
+  double area = 0.0;             ///< parted by blades, of one side [m2]
+  double torn = 0.0;             ///< parted as it was pulled, of one side [m2]
   double work = 0.0;             ///< of blades, by fracture energy [J]
   double vaporised = 0.0;        ///< by volume, what has left as vapour [m3]
   double vaporised_asked = 0.0;  ///< of that, before `asked` [m3]
   double remnants = 0.0;         ///< that no nodes carried, which went with cuts [m3]
   std::vector<BladeTrack> blades;
+  std::vector<RemovedPiece> removed;                  ///< in the order in which they were
+  std::uint64_t removed_asked = 0, removed_used = 0;  ///< so many the bodies of those names lack
+  std::vector<Entity> stuck;  ///< instruments whose piece doesn't fit through, as was told
   bool pending = false;
   bool changed = false;  ///< so much has gone since `asked` that another body is wanted
   static constexpr auto fields() {
@@ -73,9 +90,11 @@ struct OrganCut {
     return std::tuple(
         field("gone", &S::gone), field("asked", &S::asked), field("used", &S::used),
         field("due", &S::due), field("bodies", &S::bodies), field("refused", &S::refused),
-        field("area", &S::area), field("work", &S::work), field("vaporised", &S::vaporised),
-        field("vaporised_asked", &S::vaporised_asked), field("remnants", &S::remnants),
-        field("blades", &S::blades), field("pending", &S::pending), field("changed", &S::changed));
+        field("area", &S::area), field("torn", &S::torn), field("work", &S::work),
+        field("vaporised", &S::vaporised), field("vaporised_asked", &S::vaporised_asked),
+        field("remnants", &S::remnants), field("blades", &S::blades), field("removed", &S::removed),
+        field("removed_asked", &S::removed_asked), field("removed_used", &S::removed_used),
+        field("stuck", &S::stuck), field("pending", &S::pending), field("changed", &S::changed));
   }
 };
 static_assert(fields_cover<OrganCut>());
@@ -88,10 +107,12 @@ struct OrganLeft {
   std::shared_ptr<const SurfaceTree> tree;       ///< as CutOrgan::tree; null: it is whole
   std::vector<ShapedBrick> heated;               ///< as CutOrgan::heated
   TissueShare::State made_of;                    ///< what it is made of
-  std::shared_future<Result<CutOrgan>> next;     ///< of OrganCut::asked
-  std::string refusal;                           ///< why the last one was refused
-  double crumbs = 0.0;                           ///< as CutOrgan::crumbs [m3]
-  double greatest_seconds = 0.0;                 ///< that one took to be prepared
+  std::vector<Vec3> made_without;             ///< places of removed pieces, as cut_organ has them
+  std::shared_future<Result<CutOrgan>> next;  ///< of OrganCut::asked
+  std::string refusal;                        ///< why the last one was refused
+  double crumbs = 0.0;                        ///< as CutOrgan::crumbs [m3]
+  double removed = 0.0;                       ///< as CutOrgan::removed [m3]
+  double greatest_seconds = 0.0;              ///< that one took to be prepared
 };
 
 /// Whether this instrument cuts this organ, and so doesn't press it.

@@ -9,6 +9,7 @@ namespace viscera {
 /// An extra of organs that may be cut.
 struct CuttableDescription {
   double voxel = 0.25e-3;  ///< edge of the voxels that know what is gone [m]
+  bool tears = false;      ///< where it is pulled beyond its tissue's ultimate strain
 };
 
 /// An extra of hollow organs, which are solid here.
@@ -23,12 +24,19 @@ struct BladeDescription {
   double thickness = 0.4e-3;  ///< [m]
 };
 
+/// An extra of instruments whose jaws may bring pieces out through their trocar.
+struct BoreDescription {
+  double bore = 12e-3;  ///< of the trocar [m]; 12 mm is the widest common one (recalled)
+};
+
 /// Null: it can't be cut.
 const CuttableDescription* cuttable_of(const OrganDescription& organ);
 /// Null: nothing is said of one.
 const WallDescription* wall_of(const OrganDescription& organ);
 /// Null: it has none.
 const BladeDescription* blade_of(const InstrumentDescription& instrument);
+/// Of the trocar that it goes through, as far as pieces are concerned [m].
+double bore_of(const InstrumentDescription& instrument);
 
 FeatureKeys parting_keys();
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <numbers>
 
-#include "engine/features/beds/beds_keys.h"
 #include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/links/links_keys.h"
 #include "engine/features/touching/touching_keys.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/surface_checks.h"
@@ -285,8 +285,8 @@ TEST(Parting, AScalpelWithoutAnOrganToCutAndAnOrganThatCannotBeAreNamed) {
   scene = block_to_cut(kDeep, 0.01);
   scene.organs.push_back(scene.organs[0]);
   scene.organs[1].name = "other";
-  scene.extras.set(BedDescriptions{{.name = "bed", .between = {"other", scene.organs[0].name}}});
-  EXPECT_NE(refusal(scene).find("beds/0/between: found \"" + scene.organs[0].name +
+  scene.extras.set(LinkDescriptions{{.name = "link", .between = {"other", scene.organs[0].name}}});
+  EXPECT_NE(refusal(scene).find("links/0/between: found \"" + scene.organs[0].name +
                                 "\", which is cuttable"),
             std::string::npos)
       << refusal(scene);

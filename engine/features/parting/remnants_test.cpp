@@ -44,7 +44,7 @@ TEST(Remnants, OfARaggedCutWhatNoNodeCarriesGoesWithIt) {
   // Draws of which something is left that no node carries.
   for (const std::uint64_t seed : {2, 11}) {
     const TissueShare tissue = ragged(seed, 0.6);
-    const auto cut = cut_organ(organ, tissue, *organ.whole, *organ.fields);
+    const auto cut = cut_organ(organ, tissue, {}, *organ.whole, *organ.fields);
     ASSERT_TRUE(cut) << seed << ": " << cut.error().text();
     EXPECT_GT(cut->remnants, 1e-13) << seed;
     EXPECT_LT(cut->remnants, 1e-9) << seed;
@@ -54,11 +54,12 @@ TEST(Remnants, OfARaggedCutWhatNoNodeCarriesGoesWithIt) {
       for (double z = kHigh - 3e-3; z < kHigh; z += 0.17e-3) {
         const Vec3 place(x, 0.1e-3, z);
         EXPECT_LE(cut->tissue.share(place), tissue.share(place) + 1e-7);
-        if (std::abs(x) > kHalf + 1.2e-3 || z < kHigh - kDeep - 1.2e-3)
+        if (std::abs(x) > kHalf + 1.2e-3 || z < kHigh - kDeep - 1.2e-3) {
           EXPECT_EQ(cut->tissue.share(place), 1.0) << place.transpose();
+        }
       }
     // What is told of it makes the same body again, as a state that is loaded needs.
-    const auto again = cut_organ(organ, cut->tissue, *organ.whole, *organ.fields);
+    const auto again = cut_organ(organ, cut->tissue, {}, *organ.whole, *organ.fields);
     ASSERT_TRUE(again);
     EXPECT_NEAR(again->remnants, 0.0, 1e-17);
     EXPECT_EQ(again->model->surface.vertices, cut->model->surface.vertices);

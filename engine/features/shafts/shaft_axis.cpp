@@ -36,6 +36,8 @@ ShaftBegin shaft_begin(const InstrumentBody& body) {
     case InstrumentKind::kClipApplier:
       begin.along = 15.5e-3;  // its jaws are as wide as the shaft from there
       break;
+    case InstrumentKind::kBag:
+      break;  // the ring lies beyond the tip
   }
   // What the tip touches is the tip's.
   const double tip = tool.tip.shape == TipDescription::Shape::kCapsule ? tool.tip.length : 0.0;

@@ -99,7 +99,7 @@ ObjectSpec smoke_spec() {
   return spec;
 }
 
-// An emitter that names an instrument names a hook.
+// An emitter that names an instrument names one that burns.
 ObjectCheck emitters_burn() {
   return {{"smoke", "instruments"},
           [](const Json& scene) -> Finding {
@@ -110,11 +110,13 @@ ObjectCheck emitters_burn() {
                 const Json& emitter = smoke["emitters"][e];
                 if (!emitter.contains("instrument")) continue;
                 for (const Json& tool : scene["instruments"])
-                  if (tool["name"] == emitter["instrument"] && tool["kind"] != "hook")
+                  if (tool["name"] == emitter["instrument"] &&
+                      !is_among({"hook", "spatula", "scissors"}, tool["kind"]))
                     return {{"smoke/" + std::to_string(s) + "/emitters/" + std::to_string(e) +
                                  "/instrument",
                              "found " + emitter["instrument"].dump() + ", which is a " +
-                                 tool["kind"].get<std::string>() + ", expected a hook"}};
+                                 tool["kind"].get<std::string>() +
+                                 ", expected a hook, a spatula or scissors"}};
               }
             }
             return {};

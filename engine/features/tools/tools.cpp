@@ -21,6 +21,7 @@ void read_tools(World& world, const FrameContext& context) {
     InstrumentState& state = *world.find<InstrumentState>(instrument);
     state.jaw = control.jaw;
     state.power = control.power;
+    state.blade = control.blade;
     // A held tool is where the hand has it (run servos); its control tells jaw and power, and where
     // it waits until its device is engaged. Without a servo, as in a benchmark, the path moves it.
     if (!world.find<HeldTip>(instrument))

@@ -18,7 +18,7 @@ void ControlsRecorder::add_frame(const World& world) {
   for (const Entity tool : world.model().instruments()) {
     names.push_back(world.find<InstrumentBody>(tool)->description.name);
     const InstrumentState& state = *world.find<InstrumentState>(tool);
-    controls.tools.push_back({state.tip, state.jaw, state.power});
+    controls.tools.push_back({state.tip, state.jaw, state.power, state.blade});
   }
   out_->write(controls_rows(world.frame(), names, controls));
 }

@@ -332,6 +332,7 @@ TEST_F(TwinsTest, ConstantsAndEnumeratorsHaveTheSameBits) {
       {"kScanBlock", word(kScanBlock)},
       {"kHarmedForGood", word(kHarmedForGood)},
       {"kExcessChanged", word(kExcessChanged)},
+      {"kPerfused", word(kPerfused)},
       {"kGeometryWords", word(kGeometryWords)},
       {"kTileRows", word(kTileRows)},
   };

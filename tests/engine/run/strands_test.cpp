@@ -59,7 +59,7 @@ TEST(Strands, WhatPartedLeavesShortStumpsOnBothOrgansCharredWhereHeatDidIt) {
   auto world = build(lifted_block({}));
   ASSERT_TRUE(world);
   BondStates& bonds = world->all<BedState>()[0].bonds;
-  bonds.burnt[0] = 1;
+  bonds.parted_by[0] = 1;
   bonds.opened[1] = 1.0;
   const std::vector<StrandHalf> halves = strands_of(*world);
   const std::size_t each = halves.size() / bonds.opened.size();

@@ -172,7 +172,7 @@ TEST(SceneMistake, UnknownNamesSayWhichAreKnown) {
                      "did you mean \"galerkin\"");
   EXPECT_ONE_MISTAKE(mistakes_with("/instruments/0/kind", "graspr"), "instruments/0/kind",
                      "expected \"probe\", \"grasper\", \"hook\", \"spatula\", \"scalpel\", "
-                     "\"scissors\" or \"clip_applier\" (did you mean \"grasper\"?)");
+                     "\"scissors\", \"clip_applier\" or \"bag\" (did you mean \"grasper\"?)");
 }
 
 TEST(SceneMistake, ANameThatThisBuildLeavesOutSaysWhy) {

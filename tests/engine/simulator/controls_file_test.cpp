@@ -28,7 +28,7 @@ class ControlsFile : public testing::Test {
 
 TEST_F(ControlsFile, GivesBackTheVeryNumbers) {
   Controls controls;
-  controls.tools = {{Vec3(0.1, 1.0 / 3.0, -1e-17), 0.25, 30.0}, {Vec3(1, 2, 3), 1.0, 0.0}};
+  controls.tools = {{Vec3(0.1, 1.0 / 3.0, -1e-17), 0.25, 30.0}, {Vec3(1, 2, 3), 1.0, 0.0, true}};
   const std::string rows =
       controls_rows(1, {"hook", "probe"}, controls) + controls_rows(2, {"hook", "probe"}, controls);
   const auto read = read_controls(write(controls_header() + "\n" + rows), {"hook", "probe"});
@@ -38,18 +38,31 @@ TEST_F(ControlsFile, GivesBackTheVeryNumbers) {
     EXPECT_EQ((*read)[1].tools[i].tip, controls.tools[i].tip);
     EXPECT_EQ((*read)[1].tools[i].jaw, controls.tools[i].jaw);
     EXPECT_EQ((*read)[1].tools[i].power, controls.tools[i].power);
+    EXPECT_EQ((*read)[1].tools[i].blade, controls.tools[i].blade);
   }
 }
 
 TEST_F(ControlsFile, RefusesWhatItIsNotWithLineFoundAndExpected) {
   EXPECT_THAT(mistakes(""), HasSubstr(":2: found the end, expected the first frame"));
-  EXPECT_THAT(mistakes("1,hook,0,0,0,1,0\n"), HasSubstr(":3: found the end within frame 1"));
-  EXPECT_THAT(mistakes("1,hook,0,0,0,1\n"), HasSubstr(":2: found 6 values, expected 7"));
-  EXPECT_THAT(mistakes("1,hook,0,0,zero,1,0\n"),
+  EXPECT_THAT(mistakes("1,hook,0,0,0,1,0,0\n"), HasSubstr(":3: found the end within frame 1"));
+  EXPECT_THAT(mistakes("1,hook,0,0,0,1\n"), HasSubstr(":2: found 6 values, expected 8"));
+  EXPECT_THAT(mistakes("1,hook,0,0,zero,1,0,0\n"),
               HasSubstr(":2: found \"zero\", expected a number"));
-  EXPECT_THAT(mistakes("2,hook,0,0,0,1,0\n"), HasSubstr("expected 1, \"hook\""));
-  EXPECT_THAT(mistakes("1,saw,0,0,0,1,0\n"), HasSubstr("\"saw\""));
+  EXPECT_THAT(mistakes("2,hook,0,0,0,1,0,0\n"), HasSubstr("expected 1, \"hook\""));
+  EXPECT_THAT(mistakes("1,saw,0,0,0,1,0,0\n"), HasSubstr("\"saw\""));
+  EXPECT_THAT(mistakes("1,hook,0,0,0,1,0,yes\n"), HasSubstr(":2: found \"yes\", expected 0 or 1"));
   EXPECT_THAT(mistakes(std::string(8 << 20, ',') + "\n"), HasSubstr("expected a row"));
+}
+
+TEST_F(ControlsFile, ReadsFilesOfBeforeTheKnifeAsOnesInWhichNobodyPullsIt) {
+  const std::string before = "frame,tool,tip_x_m,tip_y_m,tip_z_m,jaw,power_W\n";
+  const auto read = read_controls(write(before + "1,hook,0,0,1,1,30\n"), {"hook"});
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ((*read)[0].tools[0].power, 30.0);
+  EXPECT_FALSE((*read)[0].tools[0].blade);
+  const auto more = read_controls(write(before + "1,hook,0,0,1,1,30,1\n"), {"hook"});
+  ASSERT_FALSE(more);
+  EXPECT_THAT(more.error().text(), HasSubstr("found 8 values, expected 7"));
 }
 
 TEST_F(ControlsFile, RefusesFilesThatAreNoControlsAndShowsNothingOfThem) {

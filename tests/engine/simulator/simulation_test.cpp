@@ -130,6 +130,7 @@ TEST(Simulation, RefusesControlsThatCannotBeAndStepsNothing) {
   EXPECT_THAT(refused([](Controls& c) { c.tools[1].jaw = kNan; }), HasSubstr("\"grasper\""));
   EXPECT_THAT(refused([](Controls& c) { c.tools[1].jaw = 1.5; }), HasSubstr("0 (closed)"));
   EXPECT_THAT(refused([](Controls& c) { c.tools[1].power = 10.0; }), HasSubstr("conducts"));
+  EXPECT_THAT(refused([](Controls& c) { c.tools[0].blade = true; }), HasSubstr("knife"));
   EXPECT_THAT(refused([](Controls& c) { c.tools[0].power = -1.0; }), HasSubstr("-1 W"));
   EXPECT_THAT(refused([](Controls& c) { c.tools[0].tip.x() += 0.5; }), HasSubstr("jumps"));
   EXPECT_THAT(refused([](Controls& c) { c.tools.pop_back(); }),

@@ -28,6 +28,7 @@ std::vector<std::string> seeds() {
   controls.tools.resize(2);
   controls.tools[0].tip = Vec3(-0.042, 0.01, 1.0 / 3.0);
   controls.tools[0].power = 30.0;
+  controls.tools[1].blade = true;
   std::string text = controls_header() + "\n";
   std::vector<std::string> all;
   for (std::uint64_t frame = 1; frame < 4; ++frame) {

@@ -119,13 +119,54 @@ TEST(LayerInStep, SoftensAsFarAsItIsOpenedAndNoFarther) {
   EXPECT_EQ(next.after().opened, before.opened);
 }
 
+TEST(LayerEdges, AreWhereBondsHaveNoneBesideThem) {
+  // 12 x 7 bonds a millimetre apart.
+  std::vector<Vec3> bonds, normals;
+  for (int y = 0; y < 7; ++y)
+    for (int x = 0; x < 12; ++x) {
+      bonds.push_back(1e-3 * Vec3(x, y, 0));
+      normals.push_back(Vec3::UnitZ());
+    }
+  const std::vector<double> areas(bonds.size(), 1e-6);
+  const std::vector<double> edges = layer_edges(bonds, normals, areas, 1.9e-3);
+  for (std::size_t b = 0; b < bonds.size(); ++b) {
+    const bool outermost = bonds[b].x() < 0.5e-3 || bonds[b].x() > 10.5e-3 ||
+                           bonds[b].y() < 0.5e-3 || bonds[b].y() > 5.5e-3;
+    EXPECT_DOUBLE_EQ(edges[b], outermost ? 1e-3 : 0.0) << bonds[b].transpose();
+  }
+}
+
+TEST(LayerInStep, HasTheFilmOverItsEdgeUntilThatIsOpenedTooFar) {
+  CohesiveLayer layer = Plane().layer();
+  layer.film = {20.0, 20e3, 0.06};  // whole up to 1 mm, gone at 6 mm
+  layer.edges.assign(layer.areas.size(), 0.0);
+  layer.edges[0] = layer.edges[1] = 1e-3;
+  const BondStates whole = whole_bonds(layer);
+  LayerInStep step(layer, whole);
+  const auto count = static_cast<Eigen::Index>(layer.cells);
+  const double open = 0.3 * kLaw.first();
+  const VectorX pull = step.softness().llt().solve(VectorX::Constant(count, open));
+  const double exact = open * (kLaw.stiffness * 1e-6 * static_cast<double>(layer.areas.size()) +
+                               2.0 * 1e-3 * layer.film.stiffness);
+  EXPECT_NEAR(pull.sum(), exact, 1e-5 * exact);
+  // Farther than bonds go, the film alone holds.
+  constexpr double kFar = 4e-3;
+  ASSERT_LT(kLaw.last(), kFar);
+  EXPECT_NEAR(layer.stiffness(0, kFar), 1e-3 * layer.film.stiffness * layer.film.left(kFar), 1e-12);
+  BondStates far = whole;
+  far.opened.assign(far.opened.size(), kFar);
+  EXPECT_TRUE(holds(layer, far, 0));
+  EXPECT_FALSE(holds(layer, far, 5));
+  EXPECT_NEAR(layer.spent(0, 1.0), 1e-6 * kLaw.toughness + 1e-3 * layer.film.toughness, 1e-12);
+}
+
 TEST(LayerInStep, LeavesOutCellsThatNoBondHoldsAnyMore) {
   const Plane plane;
   const CohesiveLayer layer = plane.layer();
   BondStates states = whole_bonds(layer);
   for (std::size_t b = 0; b < plane.bonds.size(); ++b) {
     if (plane.bonds[b].x() < 5.5e-3) states.opened[b] = 2.0 * kLaw.last();
-    if (plane.bonds[b].x() > 8.5e-3) states.burnt[b] = 1;
+    if (plane.bonds[b].x() > 8.5e-3) states.parted_by[b] = 1;
   }
   EXPECT_FALSE(holds(layer, states, 0));
   EXPECT_FALSE(holds(layer, states, plane.bonds.size() - 1));
@@ -135,7 +176,7 @@ TEST(LayerInStep, LeavesOutCellsThatNoBondHoldsAnyMore) {
   EXPECT_EQ(step.softness().rows(), static_cast<Eigen::Index>(step.joined().size()));
   EXPECT_EQ(step.softness().llt().info(), Eigen::Success);
   EXPECT_FALSE(step.follow(std::vector<Vec3>(step.joined().size(), Vec3::Zero())));
-  EXPECT_EQ(step.after().burnt, states.burnt);
+  EXPECT_EQ(step.after().parted_by, states.parted_by);
 }
 
 }  // namespace

@@ -73,6 +73,14 @@ TEST(LoosePieces, AreAllOfABodyThatNothingHoldsAndNoneOfOneThatIsHeld) {
   EXPECT_TRUE(LoosePieces({}, cubes.positions, cubes.masses).empty());
 }
 
+TEST(LoosePieces, KnowTheirNodesAndWhatTheseWeigh) {
+  const LoosePieces pieces = TwoCubes().pieces();
+  EXPECT_EQ(pieces.piece_of(3), -1);
+  EXPECT_EQ(pieces.piece_of(11), 0);
+  EXPECT_NEAR(pieces.mass(0), 8e-3, 1e-12);
+  EXPECT_EQ(LoosePieces().piece_of(3), -1);
+}
+
 TEST(LoosePieces, GiveAllTheirNodesOneRotation) {
   const TwoCubes cubes;
   NodalRotations rotations = no_rotations(TwoCubes::kNodes);

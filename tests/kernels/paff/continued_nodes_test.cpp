@@ -8,6 +8,7 @@
 
 #include "engine/verification/cut_block.h"
 #include "kernels/paff/true_neighbours.h"
+#include "kernels/points/closed_pieces.h"
 
 namespace viscera {
 namespace {
@@ -69,6 +70,50 @@ TEST(ContinuedNodes, CarryALinearFieldOverToAnyCut) {
       sum += values.values[k] *
              before[static_cast<std::size_t>(from[static_cast<std::size_t>(values.nodes[k])])];
     EXPECT_NEAR(sum, field(x), 1e-12);
+  }
+}
+
+TEST(ContinuedNodes, BesideAPieceThatIsGoneGoOnAsWhatCarriedTheTissueThatIsLeft) {
+  CutBlock block = CutBlock::whole(kSpacing, 3).value();
+  TissueShare gone(CutBlock::kKerfVoxel);
+  kSeveringKerfs[0].cut(gone);  // straight, across x = 0
+  ASSERT_TRUE(block.take(gone, kSpacing));
+  const std::vector<TriangleSurface> pieces = closed_pieces(block.surface);
+  ASSERT_EQ(pieces.size(), 2u);
+  const std::size_t kept = bounds(with_used_vertices(pieces[0])).center().x() < 0.0 ? 0 : 1;
+  const TriangleSurface left = with_used_vertices(pieces[kept]);
+  const SurfaceTree tree(left);
+  PointCloud about;
+  for (std::size_t node = 0; node < block.cloud.size(); ++node) {
+    if (tree.signed_distance(block.cloud.positions[node]) > 1.15 * block.cloud.spacings[node])
+      continue;
+    about.positions.push_back(block.cloud.positions[node]);
+    about.spacings.push_back(block.cloud.spacings[node]);
+  }
+  ASSERT_LT(about.size(), block.cloud.size());
+  const ShapeFunctions before(block.surface, block.cloud, kSupport), now(left, about, kSupport);
+  // What is on the right has gone far away; twins carry what is on the other side of their nodes.
+  const auto field = [](const Vec3& x) { return 0.3 * x.x() - 0.1 * x.y() + 0.7 * x.z(); };
+  std::vector<double> moved;
+  for (std::size_t node = 0; node < before.cloud().size(); ++node) {
+    const Vec3& x = before.cloud().positions[node];
+    const bool twin = node >= block.cloud.size();
+    const Vec3& carried =
+        twin ? before.true_neighbours()->place_of_twin(node - block.cloud.size()) : x;
+    moved.push_back(field(x) + (carried.x() > 0.0 ? 100.0 : 0.0));
+  }
+  const std::vector<int> from = continued_beside_gone_pieces(before, now, tree);
+  ASSERT_EQ(from.size(), now.cloud().size());
+  ShapeValues values;
+  for (const Vec3& x : {Vec3(-0.4e-3, 1e-3, 4e-3), Vec3(-2e-3, -9e-3, -6e-3), Vec3(-7e-3, 3e-3, 0),
+                        Vec3(-20e-3, 0, 4e-3)}) {
+    ASSERT_TRUE(now.evaluate(x, false, values));
+    double sum = 0.0;
+    for (std::size_t k = 0; k < values.nodes.size(); ++k)
+      sum += values.values[k] *
+             moved[static_cast<std::size_t>(from[static_cast<std::size_t>(values.nodes[k])])];
+    // Where a node had no twin the nearest place's own node stands for it: by a spacing or two.
+    EXPECT_NEAR(sum, field(x), 0.7 * kSpacing) << x.transpose();
   }
 }
 

@@ -129,7 +129,7 @@ TEST(Trainee, WhatIsTornOffABedIsToldWhatIsBurntOffIsNot) {
   ASSERT_TRUE(world);
   const Trainee trainee(*world, scene);
   BondStates& bonds = world->all<BedState>()[0].bonds;
-  bonds.burnt[0] = bonds.burnt[1] = 1;
+  bonds.parted_by[0] = bonds.parted_by[1] = 1;
   EXPECT_TRUE(trainee.figures(*world).torn_beds.empty());
   bonds.opened[2] = 1.0;
   const std::vector<double>& areas = world->all<Bed>()[0].places.layer.areas;

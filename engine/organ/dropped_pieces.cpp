@@ -1,0 +1,80 @@
+#include "engine/organ/dropped_pieces.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "kernels/base/parallel.h"
+#include "kernels/points/closed_pieces.h"
+#include "kernels/points/surface_tree.h"
+
+namespace viscera {
+namespace {
+
+/// A node in air is dropped where it lies this far from the tissue, in spacings: of what its field
+/// has a hundredth lies beyond a flat wall so far from it, for less of which no node has a twin
+/// (true_neighbours.h). Some point of the tissue surely lies within a nearer one's support.
+constexpr double kCarriesNothing = 1.15;
+
+/// Whether any of these places lies within a closed piece of a surface.
+bool has_any_of(std::span<const Vec3> places, const TriangleSurface& piece) {
+  if (places.empty()) return false;
+  const TriangleSurface alone = with_used_vertices(piece);
+  const Box box = bounds(alone);
+  const auto may_have = [&](const Vec3& place) { return box.contains(place); };
+  if (std::ranges::none_of(places, may_have)) return false;
+  const SurfaceTree tree(alone);
+  return std::ranges::any_of(places, [&](const Vec3& place) {
+    return may_have(place) && tree.signed_distance(place) < 0.0;
+  });
+}
+
+}  // namespace
+
+Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& left) {
+  const std::vector<TriangleSurface> pieces = closed_pieces(left.surface);
+  if (pieces.size() < 2) return {};
+  Dropped dropped;
+  std::vector<char> kept(left.surface.vertices.size(), 0);
+  for (const TriangleSurface& piece : pieces) {
+    const double size = volume(piece);
+    const bool out = has_any_of(removed, piece);
+    if (out || size < least) {
+      (out ? dropped.removed : dropped.crumbs) += size;
+      Box& box = dropped.boxes.emplace_back();
+      for (const std::array<int, 3>& triangle : piece.triangles)
+        for (const int corner : triangle)
+          box.extend(piece.vertices[static_cast<std::size_t>(corner)]);
+      continue;
+    }
+    for (const std::array<int, 3>& triangle : piece.triangles)
+      for (const int corner : triangle) kept[static_cast<std::size_t>(corner)] = 1;
+  }
+  CarvedSurface whole = std::exchange(left, {});
+  left.surface.vertices = std::move(whole.surface.vertices);
+  for (std::size_t t = 0; t < whole.skin.size(); ++t) {
+    if (!kept[static_cast<std::size_t>(whole.surface.triangles[t][0])]) continue;
+    left.surface.triangles.push_back(whole.surface.triangles[t]);
+    left.skin.push_back(whole.skin[t]);
+  }
+  left.surface = with_used_vertices(left.surface);
+  return dropped;
+}
+
+PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud) {
+  const SurfaceTree tree(surface);
+  std::vector<char> carries(cloud.size());
+  parallel_for_each_index(cloud.size(), 64, [&](std::size_t n) {
+    carries[n] = tree.signed_distance(cloud.positions[n]) < kCarriesNothing * cloud.spacings[n];
+  });
+  PointCloud about;
+  for (std::size_t n = 0; n < cloud.size(); ++n) {
+    if (!carries[n]) continue;
+    if (n < cloud.surface_count) ++about.surface_count;
+    about.positions.push_back(cloud.positions[n]);
+    about.spacings.push_back(cloud.spacings[n]);
+  }
+  return about;
+}
+
+}  // namespace viscera

@@ -1,0 +1,25 @@
+// Pieces of a cut organ that go with the cut: crumbs, and what was taken out of the scene.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kernels/parting/carve.h"
+#include "kernels/points/cloud.h"
+
+namespace viscera {
+
+/// Pieces that are too small for a node to stand for them, and those that were taken out.
+struct Dropped {
+  double crumbs = 0.0, removed = 0.0;  ///< [m3]
+  std::vector<Box> boxes;              ///< about each of both
+};
+
+/// Takes away closed pieces that are smaller than `least` [m3] and those about any of the places
+/// `removed`; the only piece that there is stays.
+Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& left);
+
+/// Without the nodes that carry nothing of this surface's tissue any more.
+PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud);
+
+}  // namespace viscera

@@ -1,0 +1,29 @@
+// What a cut takes off has no blood: which pieces of an organ that are, and the bricks of heat that
+// they reach.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/organ/organ_model.h"
+#include "kernels/heat/brick_geometry.h"
+#include "kernels/paff/shape_functions.h"
+#include "kernels/points/surface_tree.h"
+
+namespace viscera {
+
+/// Of each piece of a cut organ's surface (CutOrgan::pieces, not empty) whether it is cut off, as
+/// are those of which the body holds no point of its energy (kernels/finite/loose_pieces.h); empty:
+/// none is. `fields`: of that body; `tree`: of its surface at rest.                     (pieces)
+std::vector<char> severed_pieces(const OrganModel& model, const ShapeFunctions& fields,
+                                 const SurfaceTree& tree, std::span<const int> pieces);
+
+/// Takes the blood from the tissue of these pieces: in bricks of `shapes`, and in all others that
+/// they reach, which are added. The nearest wall says which piece a voxel is of. Bricks that are
+/// cut off as a whole, beside what is gone, are added without a geometry. `voxel`: of heat [m].
+/// Parallel, deterministic.
+void take_blood(const TriangleSurface& surface, const SurfaceTree& tree,
+                std::span<const int> pieces, std::span<const char> severed, double voxel,
+                std::vector<ShapedBrick>& shapes);
+
+}  // namespace viscera
