@@ -13,6 +13,7 @@
 #include "kernels/base/stopwatch.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/continued_nodes.h"
+#include "kernels/paff/true_neighbours.h"
 #include "kernels/parting/carve.h"
 #include "kernels/parting/void_surface.h"
 #include "kernels/points/closed_pieces.h"
@@ -26,6 +27,11 @@ namespace {
 /// far under little force, and with two iterations it flew apart. A step ends as soon as more would
 /// gain nothing.
 constexpr int kIterations = 12;
+
+/// A node in the void is dropped where it lies this far from the tissue, in spacings, beginning
+/// with the first: beyond a flat wall so far from it lies a hundredth of its field, for less of
+/// which no node has a twin (true_neighbours.h).
+constexpr std::array kFarInVoid = {1.15, 0.8, 0.5};
 
 /// Remnants that nothing carries are taken away so often at most; about a place of one so far
 /// surely, and so far where nothing is carried either [voxels].
@@ -46,9 +52,15 @@ std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<V
 
 /// Of each node that carries what is left of an organ the one that did `before`.
 std::vector<int> gone_on(const ShapeFunctions& before, const ShapeFunctions& now,
-                         const TriangleSurface& left, bool pieces_are_gone) {
-  return pieces_are_gone ? continued_beside_gone_pieces(before, now, SurfaceTree(left))
-                         : continued_nodes(before, now);
+                         const TriangleSurface& left, bool other_nodes) {
+  return other_nodes ? continued_beside_gone_pieces(before, now, SurfaceTree(left))
+                     : continued_nodes(before, now);
+}
+
+/// Nodes without their twins.
+std::size_t own_nodes(const ShapeFunctions& fields) {
+  const TrueNeighbours* split = fields.true_neighbours().get();
+  return fields.cloud().size() - (split ? split->twins() : 0);
 }
 
 /// As CutOrgan::pieces.
@@ -125,10 +137,10 @@ bool any_loose(const FiniteParts& parts) {
 /// The body counts from where the whole one has no stress, and its weight acts as it did there. One
 /// that what it lay among bore (hung_in_image) has none, but for the pieces that fall.
 void take_weight(const CuttableOrgan& organ, const OrganModel& model, double density,
-                 bool pieces_are_gone, FiniteParts& parts) {
+                 bool fewer_nodes, FiniteParts& parts) {
   const std::span<const double> unloaded = organ.whole->finite->body().unloaded();
   if (unloaded.empty() && (organ.gravity.isZero(0.0) || !any_loose(parts))) return;
-  for (const int node : gone_on(*organ.fields, *model.fields, model.surface, pieces_are_gone))
+  for (const int node : gone_on(*organ.fields, *model.fields, model.surface, fewer_nodes))
     for (std::size_t k = 0; k < 3; ++k)
       parts.unloaded.push_back(unloaded.empty() ? 0.0
                                                 : unloaded[3 * static_cast<std::size_t>(node) + k]);
@@ -139,7 +151,7 @@ void take_weight(const CuttableOrgan& organ, const OrganModel& model, double den
   }
 }
 
-Result<void> prepare(const CuttableOrgan& organ, bool pieces_are_gone, OrganModel& model) {
+Result<void> prepare(const CuttableOrgan& organ, bool fewer_nodes, OrganModel& model) {
   if (auto placed = add_places(model, organ.organ, organ.demand); !placed) return placed;
   // Layers under the surface are those that the whole one has.
   auto field = MaterialField::make(organ.organ, organ.tissue, organ.whole->surface, organ.assets);
@@ -156,7 +168,7 @@ Result<void> prepare(const CuttableOrgan& organ, bool pieces_are_gone, OrganMode
   options.iterations = std::max(options.iterations, kIterations);
   options.iterations_released = std::max(options.iterations_released, kIterations);
   if (any_loose(*parts)) options.decrement = std::min(options.decrement, kFreeDecrement);
-  take_weight(organ, model, options.density, pieces_are_gone, *parts);
+  take_weight(organ, model, options.density, fewer_nodes, *parts);
   model.compliance = columns_to_come(model, (*solver)->factor());
   model.compliance.on_demand->end_preparation();
   if (auto made = make_finite(model, *parts, options, !organ.demand.burnt.empty(), nullptr); !made)
@@ -172,6 +184,7 @@ struct Left {
   std::vector<int> skin;  ///< as CarvedSurface::skin
   Dropped dropped;
   Result<void> prepared;
+  bool fewer_nodes = false;  ///< than the whole one has
 };
 
 Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
@@ -183,13 +196,23 @@ Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
   Left left;
   left.dropped = drop_pieces(finest * finest * finest, removed, *carved);
   if (carved->surface.triangles.empty()) return failure("nothing is left of it");
-  left.model = std::make_shared<OrganModel>();
-  set_surface(*left.model, std::move(carved->surface));
-  left.model->material = whole.material;
-  left.model->cloud = removed.empty() ? whole.cloud : nodes_about(left.model->surface, whole.cloud);
-  left.model->key = whole.key;
+  if (left.dropped.found < removed.size())
+    return failure("a piece that was to be taken out isn't whole and apart any more");
   left.skin = std::move(carved->skin);
-  left.prepared = prepare(organ, !removed.empty(), *left.model);
+  // Nodes in the void carry what is left beside them. Those to which nothing is left make the
+  // equations singular, and which these are only the equations tell.
+  for (const double far : kFarInVoid) {
+    PointCloud cloud = nodes_about(carved->surface, whole.cloud, far);
+    if (left.model && cloud.size() == left.model->cloud.size()) continue;
+    left.fewer_nodes = cloud.size() < whole.cloud.size();
+    left.model = std::make_shared<OrganModel>();
+    set_surface(*left.model, carved->surface);
+    left.model->material = whole.material;
+    left.model->cloud = std::move(cloud);
+    left.model->key = whole.key;
+    left.prepared = prepare(organ, left.fewer_nodes, *left.model);
+    if (left.prepared || !left.fewer_nodes) break;
+  }
   return left;
 }
 
@@ -277,7 +300,8 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   cut.fields = std::move(model.fields);
   cut.pieces = pieces_of_vertices(model.surface);
   cut.depths = depths_below(whole.surface, model.surface, left.skin);
-  cut.continuation = {gone_on(fields_before, *cut.fields, model.surface, !removed.empty()),
+  const bool other_nodes = own_nodes(fields_before) != own_nodes(*cut.fields);
+  cut.continuation = {gone_on(fields_before, *cut.fields, model.surface, other_nodes),
                       nearest_of(model.energy_points, before.energy_points)};
   cut.tree = std::make_shared<const SurfaceTree>(model.surface);
   cut.heated = heated_shapes(cut.tissue, left.dropped.boxes, organ.heat_voxel, *cut.tree);

@@ -11,22 +11,17 @@
 namespace viscera {
 namespace {
 
-/// A node in air is dropped where it lies this far from the tissue, in spacings: of what its field
-/// has a hundredth lies beyond a flat wall so far from it, for less of which no node has a twin
-/// (true_neighbours.h). Some point of the tissue surely lies within a nearer one's support.
-constexpr double kCarriesNothing = 1.15;
-
-/// Whether any of these places lies within a closed piece of a surface.
-bool has_any_of(std::span<const Vec3> places, const TriangleSurface& piece) {
-  if (places.empty()) return false;
+/// How many of these places lie within a closed piece of a surface.
+std::size_t count_within(std::span<const Vec3> places, const TriangleSurface& piece) {
+  if (places.empty()) return 0;
   const TriangleSurface alone = with_used_vertices(piece);
   const Box box = bounds(alone);
   const auto may_have = [&](const Vec3& place) { return box.contains(place); };
-  if (std::ranges::none_of(places, may_have)) return false;
+  if (std::ranges::none_of(places, may_have)) return 0;
   const SurfaceTree tree(alone);
-  return std::ranges::any_of(places, [&](const Vec3& place) {
+  return static_cast<std::size_t>(std::ranges::count_if(places, [&](const Vec3& place) {
     return may_have(place) && tree.signed_distance(place) < 0.0;
-  });
+  }));
 }
 
 }  // namespace
@@ -38,7 +33,9 @@ Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& 
   std::vector<char> kept(left.surface.vertices.size(), 0);
   for (const TriangleSurface& piece : pieces) {
     const double size = volume(piece);
-    const bool out = has_any_of(removed, piece);
+    const std::size_t within = count_within(removed, piece);
+    const bool out = within > 0;
+    dropped.found += within;
     if (out || size < least) {
       (out ? dropped.removed : dropped.crumbs) += size;
       Box& box = dropped.boxes.emplace_back();
@@ -61,11 +58,11 @@ Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& 
   return dropped;
 }
 
-PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud) {
+PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud, double far) {
   const SurfaceTree tree(surface);
   std::vector<char> carries(cloud.size());
   parallel_for_each_index(cloud.size(), 64, [&](std::size_t n) {
-    carries[n] = tree.signed_distance(cloud.positions[n]) < kCarriesNothing * cloud.spacings[n];
+    carries[n] = tree.signed_distance(cloud.positions[n]) < far * cloud.spacings[n];
   });
   PointCloud about;
   for (std::size_t n = 0; n < cloud.size(); ++n) {

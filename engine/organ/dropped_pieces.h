@@ -13,13 +13,14 @@ namespace viscera {
 struct Dropped {
   double crumbs = 0.0, removed = 0.0;  ///< [m3]
   std::vector<Box> boxes;              ///< about each of both
+  std::size_t found = 0;               ///< of the places `removed`, those within pieces
 };
 
 /// Takes away closed pieces that are smaller than `least` [m3] and those about any of the places
 /// `removed`; the only piece that there is stays.
 Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& left);
 
-/// Without the nodes that carry nothing of this surface's tissue any more.
-PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud);
+/// Without the nodes that lie as far outside of this surface, in spacings.
+PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud, double far);
 
 }  // namespace viscera

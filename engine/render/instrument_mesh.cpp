@@ -329,6 +329,7 @@ void add_grasper(Builder& builder, const InstrumentView& view) {
 void add_bag(Builder& builder, const InstrumentView& view) {
   constexpr int kSides = 12, kDown = 16;
   constexpr double kWire = 0.8e-3, kFilm = 0.1e-3, kNearlyShut = 0.06;
+  constexpr double kDrawnTogether = 0.5;  // of the depth
   const double radius = view.mouth_radius;
   const double wide = radius * std::max(kNearlyShut, std::clamp(view.jaw, 0.0, 1.0));
   const auto rim = [&](int i) -> Vec3 {
@@ -345,15 +346,20 @@ void add_bag(Builder& builder, const InstrumentView& view) {
       builder.quad({rim(i) + kWire * out(i, k), rim(i) + kWire * out(i, k + 1),
                     rim(i + 1) + kWire * out(i + 1, k + 1), rim(i + 1) + kWire * out(i + 1, k)},
                    {out(i, k), out(i, k + 1), out(i + 1, k + 1), out(i + 1, k)}, Finish::kSteel);
+  // The string draws the mouth together; what lies in the sack keeps that open.
+  const auto wide_at = [&](int j) {
+    const double t = std::min(1.0, std::sin(0.5 * kPi * j / kDown) / kDrawnTogether);
+    return wide + (radius - wide) * t * t * (3.0 - 2.0 * t);
+  };
   const auto film = [&](int i, int j) -> Vec3 {
     const double polar = 0.5 * kPi * j / kDown, angle = 2.0 * kPi * i / kRound;
-    return {view.sack_depth * std::sin(polar), wide * std::sin(angle) * std::cos(polar),
+    return {view.sack_depth * std::sin(polar), wide_at(j) * std::sin(angle) * std::cos(polar),
             -radius + radius * std::cos(angle) * std::cos(polar)};
   };
   const auto outward = [&](int i, int j) -> Vec3 {
     const Vec3 place = film(i, j) + Vec3(0.0, 0.0, radius);
-    return Vec3(place.x() / (view.sack_depth * view.sack_depth), place.y() / (wide * wide),
-                place.z() / (radius * radius))
+    return Vec3(place.x() / (view.sack_depth * view.sack_depth),
+                place.y() / (wide_at(j) * wide_at(j)), place.z() / (radius * radius))
         .normalized();
   };
   for (int i = 0; i < kRound; ++i)

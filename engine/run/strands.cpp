@@ -73,25 +73,36 @@ class BedStrands {
   std::vector<StrandHalf> halves() const {
     const std::size_t bonds = bonds_.opened.size();
     std::vector<StrandHalf> all;
-    all.reserve(2 * kFibres * bonds);
-    for (std::size_t bond = 0; bond < bonds; ++bond)
+    const bool film = !places_.layer.edges.empty();
+    all.reserve(2 * (kFibres + (film ? kFilmFibres : 0)) * bonds);
+    for (std::size_t bond = 0; bond < bonds; ++bond) {
+      const BondEnds ends = ends_of(bond);
       for (std::size_t f = 0; f < kFibres; ++f)
-        add(bond, kFibres * bond + f, kThick[f], places_.layer.law, all);
-    for (std::size_t bond = 0; bond < bonds; ++bond)
-      for (std::size_t f = 0; places_.layer.edge(bond) > 0.0 && f < kFilmFibres; ++f)
-        add(bond, kFibres * bonds + kFilmFibres * bond + f, kThick.back(), places_.layer.film, all);
+        add(bond, ends, kFibres * bond + f, kThick[f], places_.layer.law, all);
+    }
+    for (std::size_t bond = 0; film && bond < bonds; ++bond) {
+      if (!(places_.layer.edge(bond) > 0.0)) continue;
+      const BondEnds ends = ends_of(bond);
+      for (std::size_t f = 0; f < kFilmFibres; ++f)
+        add(bond, ends, kFibres * bonds + kFilmFibres * bond + f, kThick.back(), places_.layer.film,
+            all);
+    }
     return all;
   }
 
  private:
+  using BondEnds = std::array<End, 2>;
+
+  BondEnds ends_of(std::size_t bond) const {
+    return {End(organs_[0], places_.points[0][bond]), End(organs_[1], places_.points[1][bond])};
+  }
+
   /// A fibre of a bond, by its number among all, its radius over the bond's and the law that says
   /// how far it goes.
-  void add(std::size_t bond, std::size_t fibre, double slender, const CohesiveLaw& law,
-           std::vector<StrandHalf>& halves) const {
+  void add(std::size_t bond, const BondEnds& ends, std::size_t fibre, double slender,
+           const CohesiveLaw& law, std::vector<StrandHalf>& halves) const {
     const double wide = std::sqrt(places_.layer.areas[bond] / std::numbers::pi);
     const bool whole = bonds_.parted_by[bond] == 0 && law.left(bonds_.opened[bond]) > 0.0;
-    const std::array<End, 2> ends = {End(organs_[0], places_.points[0][bond]),
-                                     End(organs_[1], places_.points[1][bond])};
     const double thick = wide * slender * (0.5 + own_number(fibre, 1));
     std::array<Vec3, 2> feet;
     for (std::size_t side = 0; side < 2; ++side)

@@ -33,13 +33,24 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return rows[a.size() % 3][b.size()];
 }
 
-constexpr std::array kUnits = {
-    "mg_per_kJ", "ug",       "mm",    "cm",      "m",        "um",       "nm",      "in",
-    "inch",      "ms",       "us",    "s",       "min",      "h",        "Pa",      "hPa",
-    "kPa",       "MPa",      "GPa",   "mmHg",    "bar",      "mbar",     "psi",     "deg",
-    "rad",       "C",        "K",     "F",       "W",        "mW",       "kW",      "N",
-    "mN",        "kN",       "g",     "mg",      "kg",       "J",        "kJ",      "Hz",
-    "kHz",       "m_per_s2", "kg_m3", "g_per_J", "g_per_kJ", "kg_per_J", "mg_per_J"};
+constexpr std::array kUnits = {"mg_per_kJ", "ug",       "mm",
+                               "cm",        "m",        "um",
+                               "nm",        "in",       "inch",
+                               "ms",        "us",       "s",
+                               "min",       "h",        "Pa",
+                               "hPa",       "kPa",      "MPa",
+                               "GPa",       "mmHg",     "bar",
+                               "mbar",      "psi",      "deg",
+                               "rad",       "C",        "K",
+                               "F",         "W",        "mW",
+                               "kW",        "N",        "mN",
+                               "kN",        "g",        "mg",
+                               "kg",        "J",        "kJ",
+                               "Hz",        "kHz",      "m_per_s2",
+                               "kg_m3",     "g_per_J",  "g_per_kJ",
+                               "kg_per_J",  "mg_per_J", "N_per_m",
+                               "J_per_m",   "J_per_m2", "N_per_m_per_mm",
+                               "kPa_per_mm"};
 
 }  // namespace
 

@@ -67,14 +67,20 @@ std::shared_ptr<const BrickGeometry> HeatBricks::geometry_at(const BrickIndex& i
 
 std::vector<HeatBrick*> HeatBricks::take_shapes(std::vector<ShapedBrick> shapes) {
   const BrickMap before = std::exchange(shape_numbers_, {});
-  shapes_ = std::move(shapes);
+  const std::vector<ShapedBrick> shapes_before = std::exchange(shapes_, std::move(shapes));
   for (std::size_t i = 0; i < shapes_.size(); ++i)
     shape_numbers_.set(shapes_[i].index, static_cast<int>(i));
   std::vector<HeatBrick*> changed;
-  for (const auto& brick : state_->bricks)
-    if (before.find(brick->index) != BrickMap::kNone ||
-        shape_numbers_.find(brick->index) != BrickMap::kNone)
-      changed.push_back(brick.get());
+  for (const auto& brick : state_->bricks) {
+    const int was = before.find(brick->index), is = shape_numbers_.find(brick->index);
+    if (was == BrickMap::kNone && is == BrickMap::kNone) continue;
+    // What had no blood, and was as the distance says, is so still.
+    if (was != BrickMap::kNone && is != BrickMap::kNone &&
+        !shapes_before[static_cast<std::size_t>(was)].geometry &&
+        !shapes_[static_cast<std::size_t>(is)].geometry)
+      continue;
+    changed.push_back(brick.get());
+  }
   parallel_for_each_index(changed.size(), 1, [&](std::size_t c) {
     changed[c]->geometry = geometry_at(changed[c]->index);
   });

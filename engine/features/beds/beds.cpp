@@ -184,6 +184,7 @@ void restored(World& world) {
       state.bonds = whole_bonds(layer);
     state.forces.resize(layer.cells, Vec3::Zero());
     for (double& opened : state.bonds.opened) opened = std::max(0.0, opened);
+    for (std::uint8_t& cause : state.bonds.parted_by) cause = std::min(cause, kPartedByCut);
   }
 }
 
@@ -258,16 +259,16 @@ Feature beds_feature() {
                       .run = lay_beds},
                      {.name = "warm beds",
                       .reads = {"forces", "organ poses"},
-                      .reads_before = {"bonds"},
+                      .reads_before = {"bonds", "heat"},
                       .writes = {"heat through beds"},
                       .changes = {"burns"},
-                      .needed = beds_may_warm,
+                      .needed = beds_are_warm,
                       .run = warm_beds},
                      {.name = "burn beds",
                       .reads = {"heat", "shapes", "organ poses", "tool poses"},
                       .writes = {"bonds"},
                       .changes = {"beds"},
-                      .needed = beds_may_warm,
+                      .needed = beds_may_burn,
                       .run = burn_beds}},
           .replaced = bed_what_is_left,
           .restored = restored,

@@ -180,6 +180,46 @@ TEST(Beds, PartWhereAHookHeatsTheirEnds) {
     }
 }
 
+/// Of all the organ, in an instant [K].
+void warm_all(Bioheat& heat, double by) {
+  for (int z = -3; z < 3; ++z)
+    for (int y = -6; y < 6; ++y)
+      for (int x = -6; x < 6; ++x)
+        if (HeatBrick* brick = heat.bricks().warm_up(BrickIndex(x, y, z)))
+          brick->warm->excess.fill(static_cast<float>(by));
+}
+
+TEST(Beds, CarryHeatByTheirAreaTheGapAndTheTissuesConductivity) {
+  auto scene = lifted_block({.way = Vec3::Zero(), .soft_floor = true});
+  // So that heat is followed, much later.
+  const Vec3 beside(14e-3, 0, -2e-3);
+  scene.instruments = {
+      straight_tool("hook", InstrumentKind::kHook, 1e-3,
+                    {{0.0, beside, 0.0, 1.0}, {8.0, beside, 6.0, 1.0}, {9.0, beside, 0.0, 1.0}})};
+  auto world = build(scene);
+  ASSERT_TRUE(world);
+  OrganBurn* block = world->find<OrganBurn>(world->model().organs()[0]);
+  OrganBurn* floor = world->find<OrganBurn>(world->model().organs()[1]);
+  ASSERT_TRUE(block && floor);
+  constexpr double kWarm = 10.0;  // [K]
+  Trace trace(stage_names());
+  // A step finds which bricks are warm.
+  for (int time = 0; time < 2; ++time) {
+    if (time == 1) step_frame(*world, trace);
+    warm_all(block->heat, kWarm);
+  }
+  block->heat.begin_book();
+  floor->heat.begin_book();
+  const double begun = world->time();
+  step_frame(*world, trace);
+  // They lie on each other: between the middles of both sides' voxels is one voxel.
+  const double conductivity = block->heat.tissue().conductivity;
+  const double exact = conductivity * bed_figures(*world)[0].area / block->heat.options().voxel *
+                       kWarm * (world->time() - begun);
+  EXPECT_NEAR(floor->heat.book().delivered, exact, 0.15 * exact);
+  EXPECT_NEAR(block->heat.book().delivered, -floor->heat.book().delivered, 1e-4 * exact);
+}
+
 TEST(Beds, CarryHeatToTheOrganThatTheyHold) {
   auto scene = lifted_block({.way = Vec3::Zero(), .soft_floor = true});
   // On the block's side, so low that what it warms lies on the bed.

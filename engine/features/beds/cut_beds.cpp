@@ -122,7 +122,8 @@ void add_cells(const BedSides& sides, const std::vector<std::size_t>& alone, dou
     }
 }
 
-BondShares shares_left(const BedSides& sides, const BedPlaces& places) {
+BondShares shares_left(const BedSides& sides, const std::vector<char>& lost,
+                       const BedPlaces& places) {
   std::vector<Vec3> normals, middles;
   for (const SurfacePoint& point : places.points[places.first])
     normals.push_back(sides[places.first].normal(point));
@@ -130,6 +131,9 @@ BondShares shares_left(const BedSides& sides, const BedPlaces& places) {
   return bond_shares(
       places.ends[places.first], normals, middles, places.reach,
       [&](std::size_t bond, std::size_t cell) {
+        const Vec3 away =
+            places.cells[places.first][cell].position - places.ends[places.first][bond];
+        if (lost[bond] || !(away.norm() < places.reach)) return false;
         for (std::size_t side = 0; side < 2; ++side)
           if (!sides[side].joins(places.points[side][bond], places.cells[side][cell].point))
             return false;
@@ -150,7 +154,7 @@ BedLeft places_left(const BedSides& sides, const BedPlaces& whole) {
     }
     for (SurfacePatch& cell : places.cells[side]) cell = sides[side].left_of(cell);
   }
-  places.layer.shares = shares_left(sides, places);
+  places.layer.shares = shares_left(sides, left.lost, places);
   std::vector<std::size_t> alone;
   for (std::size_t b = 0; b < left.lost.size(); ++b)
     if (!left.lost[b] && places.layer.shares.begin[b] == places.layer.shares.begin[b + 1])
@@ -158,7 +162,7 @@ BedLeft places_left(const BedSides& sides, const BedPlaces& whole) {
   if (!alone.empty()) {
     add_cells(sides, alone, places.reach, places);
     places.layer.cells = places.cells[0].size();
-    places.layer.shares = shares_left(sides, places);
+    places.layer.shares = shares_left(sides, left.lost, places);
   }
   return left;
 }

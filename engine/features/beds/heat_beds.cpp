@@ -7,6 +7,7 @@
 #include "engine/features/beds/beds.h"
 #include "engine/features/beds/cut_beds.h"
 #include "engine/features/cautery/cautery.h"
+#include "engine/features/parting/parting.h"
 #include "engine/features/touching/drawn_organ.h"
 #include "engine/features/touching/touching.h"
 #include "engine/simulation/tool_shape.h"
@@ -16,7 +17,7 @@ namespace viscera {
 namespace {
 
 /// A bond is divided into so many parts along each way over the surface at most.
-constexpr int kMostBondParts = 4;
+constexpr int kMostBondParts = 8;
 
 /// Tissue at one of a bond's ends is as hot as parts it.
 bool is_burnt(const World& world, const Bed& bed, const BedPlaces& places, std::size_t bond) {
@@ -31,34 +32,41 @@ bool is_burnt(const World& world, const Bed& bed, const BedPlaces& places, std::
   return false;
 }
 
-/// Tips of hooks that carry current; world.
-std::vector<ToolShape> live_tips(const World& world) {
-  std::vector<ToolShape> tips;
+struct LiveBall {
+  Vec3 middle = Vec3::Zero();  // world [m]
+  double radius = 0.0;         // [m]
+};
+
+/// Metal that carries current: tips of hooks, blades of scissors.
+std::vector<LiveBall> live_metal(const World& world) {
+  std::vector<LiveBall> metal;
   const Pool<BurnTrace>& traces = world.all<BurnTrace>();
   for (std::size_t t = 0; t < traces.size(); ++t) {
     const InstrumentState& state = *world.find<InstrumentState>(traces.owner(t));
-    if (state.power > 0.0 && !bipolar_of(world.find<InstrumentBody>(traces.owner(t))->description))
-      tips.push_back(tool_shape(*world.find<InstrumentBody>(traces.owner(t)), state, Pose{}));
+    const InstrumentBody& body = *world.find<InstrumentBody>(traces.owner(t));
+    if (!(state.power > 0.0) || bipolar_of(body.description)) continue;
+    const ToolShape tip = tool_shape(body, state, Pose{});
+    for (const Vec3& probe : tip.probes()) metal.push_back({probe, tip.probe_radius()});
+    if (const BladeDescription* blade = blade_of(body.description))
+      for (const auto& edge : edges_of(body.description, state, Pose{}))
+        for (const Vec3& place : edge) metal.push_back({place, 0.5 * blade->thickness});
   }
-  return tips;
+  return metal;
 }
 
 /// Whether the strand of a bond, between its ends as they are drawn, lies on such metal.
 class StrandsOnMetal {
  public:
   StrandsOnMetal(const World& world, const Bed& bed, const BedPlaces& places,
-                 std::span<const ToolShape> tips)
-      : places_(places), one_(world, bed.organs[0]), other_(world, bed.organs[1]) {
-    for (const ToolShape& tip : tips)
-      for (const Vec3& probe : tip.probes()) metal_.push_back({probe, tip.probe_radius()});
-  }
+                 std::span<const LiveBall> metal)
+      : places_(places), one_(world, bed.organs[0]), other_(world, bed.organs[1]), metal_(metal) {}
 
   bool touched(std::size_t bond) const {
     if (metal_.empty()) return false;
     const Vec3 begin = one_.place(places_.points[0][bond]);
     const Vec3 along = other_.place(places_.points[1][bond]) - begin;
     const double thick = std::sqrt(places_.layer.areas[bond] / std::numbers::pi);
-    return std::ranges::any_of(metal_, [&](const Ball& ball) {
+    return std::ranges::any_of(metal_, [&](const LiveBall& ball) {
       const double length = along.squaredNorm();
       const double share =
           length > 0.0 ? std::clamp((ball.middle - begin).dot(along) / length, 0.0, 1.0) : 0.0;
@@ -67,13 +75,9 @@ class StrandsOnMetal {
   }
 
  private:
-  struct Ball {
-    Vec3 middle = Vec3::Zero();  // world [m]
-    double radius = 0.0;         // [m]
-  };
   const BedPlaces& places_;
   DrawnOrgan one_, other_;
-  std::vector<Ball> metal_;
+  std::span<const LiveBall> metal_;
 };
 
 bool any_warm(const World& world, const Bed& bed) {
@@ -101,7 +105,9 @@ class WarmBed {
 
   void pass(double dt) {
     for (std::size_t bond = 0; bond < places_.layer.areas.size(); ++bond)
-      if (holds(places_.layer, bonds_, bond) && is_near_warmth(bond)) pass_through(bond, dt);
+      if (holds(places_.layer, bonds_, bond) && places_.layer.law.left(bonds_.opened[bond]) > 0.0 &&
+          is_near_warmth(bond))
+        pass_through(bond, dt);
   }
 
  private:
@@ -125,7 +131,9 @@ class WarmBed {
       normals[side] =
           area_vector(*surfaces_[side], places_.points[side][bond].triangle).normalized();
     }
-    // At rest, and farther by what has opened it; from the middles of voxels on both sides.
+    for (const Vec3& normal : normals)
+      if (!(normal.squaredNorm() > 0.5)) return;  // of a triangle without an area
+    // At rest, and farther by what has opened it at most; from the middles of voxels on both sides.
     const double gap =
         (poses_[0]->to_world(ends[0]) - poses_[1]->to_world(ends[1]) - shift_).norm();
     const double length = gap + bonds_.opened[bond] + voxel;
@@ -154,8 +162,14 @@ class WarmBed {
 
 }  // namespace
 
-bool beds_may_warm(const World& world) {
+bool beds_may_burn(const World& world) {
   return world.has<Bed>() && world.has<BurnTrace>();
+}
+
+bool beds_are_warm(const World& world) {
+  for (const Bed& bed : world.all<Bed>())
+    if (any_warm(world, bed)) return true;
+  return false;
 }
 
 void warm_beds(World& world, const FrameContext& context) {
@@ -171,11 +185,11 @@ void warm_beds(World& world, const FrameContext& context) {
 
 void burn_beds(World& world, const FrameContext&) {
   const Pool<Bed>& beds = world.all<Bed>();
-  const std::vector<ToolShape> tips = live_tips(world);
+  const std::vector<LiveBall> metal = live_metal(world);
   for (std::size_t b = 0; b < beds.size(); ++b) {
-    if (!any_warm(world, beds[b]) && tips.empty()) continue;
+    if (!any_warm(world, beds[b]) && metal.empty()) continue;
     const BedPlaces& places = places_now(world, beds.owner(b));
-    const StrandsOnMetal strands(world, beds[b], places, tips);
+    const StrandsOnMetal strands(world, beds[b], places, metal);
     BondStates& bonds = world.find<BedState>(beds.owner(b))->bonds;
     for (std::size_t i = 0; i < bonds.parted_by.size(); ++i)
       if (holds(places.layer, bonds, i) &&

@@ -6,13 +6,15 @@
 namespace viscera {
 
 /// Something with current may come to a bed.
-bool beds_may_warm(const World& world);
+bool beds_may_burn(const World& world);
+/// Tissue of a bed's organ is warm.
+bool beds_are_warm(const World& world);
 
 /// Heat goes from the warmer organ to the other through bonds that hold, by their area, the gap
 /// that they bridge and the tissues' conductivity -> OrganBurn, before it spreads there.
 void warm_beds(World& world, const FrameContext& context);
 
-/// Bonds that lie on a hook's live metal, or whose ends are hot, part -> BedState.
+/// Bonds that lie on live metal, of hooks or scissors, or whose ends are hot, part -> BedState.
 void burn_beds(World& world, const FrameContext& context);
 
 }  // namespace viscera

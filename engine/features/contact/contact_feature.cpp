@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <limits>
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
+#include "engine/features/jaws/jaws.h"
 
 namespace viscera {
 namespace {
@@ -42,6 +44,29 @@ void put_on(const CollisionSurface& rest, const Vec3& place, SurfacePoint& point
     point = hit->point;
 }
 
+/// Jaws and bags hold on to what is left of what they held; what has gone farther than this they
+/// have lost, and with it all where one jaw of two has nothing any more.
+constexpr double kHeldTissueLostBy = 1e-3;  // [m]
+
+void hold_what_is_left(World& world, Entity instrument, const CollisionSurface& rest) {
+  std::optional<Grasp>& held = world.find<InstrumentContact>(instrument)->grasp;
+  Grasp& grasp = *held;
+  Jaws* jaws = world.find<Jaws>(instrument);
+  const std::size_t upper_before = jaws ? jaws->upper : 0;
+  std::size_t kept = 0, upper = 0;
+  for (std::size_t k = 0; k < grasp.cells.size(); ++k) {
+    const auto hit = rest.closest(grasp.cells[k].position, kHeldTissueLostBy);
+    if (!hit) continue;
+    if (k < upper_before) ++upper;
+    grasp.cells[kept] = grasp.cells[k];
+    grasp.points[kept++] = hit->point;
+  }
+  grasp.cells.resize(kept);
+  grasp.points.resize(kept);
+  if (jaws) jaws->upper = upper;
+  if (kept == 0 || (upper_before > 0 && (upper == 0 || upper == kept))) held.reset();
+}
+
 /// What touches an organ touches the same tissue of the body that it is now.
 void replaced(World& world, Entity organ, const Continuation* continuation) {
   OrganTouch* touch = world.find<OrganTouch>(organ);
@@ -58,14 +83,30 @@ void replaced(World& world, Entity organ, const Continuation* continuation) {
   touch->solver = std::move(solver);
   for (Cling& cling : touch->clings)
     for (Cling::Spot& spot : cling.spots) put_on(*contact->rest, spot.rest, spot.point);
+  const Pool<InstrumentContact>& tools = world.all<InstrumentContact>();
+  for (std::size_t t = 0; t < tools.size(); ++t)
+    if (tools[t].grasp && tools[t].grasp->organ == organ)
+      hold_what_is_left(world, tools.owner(t), *contact->rest);
+}
+
+/// A state that another program made may say anything.
+void drop_unsound_grasps(World& world) {
   for (InstrumentContact& tool : world.all<InstrumentContact>()) {
-    if (!tool.grasp || !(tool.grasp->organ == organ)) continue;
-    for (std::size_t k = 0; k < tool.grasp->cells.size(); ++k)
-      put_on(*contact->rest, tool.grasp->cells[k].position, tool.grasp->points[k]);
+    if (!tool.grasp) continue;
+    const Grasp& grasp = *tool.grasp;
+    const OrganBody* body = world.find<OrganBody>(grasp.organ);
+    const bool sound = body && world.find<OrganContact>(grasp.organ) && !grasp.cells.empty() &&
+                       grasp.points.size() == grasp.cells.size() &&
+                       std::ranges::all_of(grasp.points, [&](const SurfacePoint& point) {
+                         return point.triangle >= 0 && static_cast<std::size_t>(point.triangle) <
+                                                           body->model->surface.triangles.size();
+                       });
+    if (!sound) tool.grasp.reset();
   }
 }
 
 void restored(World& world) {
+  drop_unsound_grasps(world);
   Pool<OrganContact>& contacts = world.all<OrganContact>();
   for (std::size_t o = 0; o < contacts.size(); ++o)
     contacts[o].surface->update(world.find<OrganState>(contacts.owner(o))->positions);

@@ -76,7 +76,7 @@ Feature deformation_feature() {
                                 "free shapes", "stiffness"},
                       .writes = {"forces", "shapes"},
                       .changes = {"organ contacts", "organ shapes", "tool forces", "links",
-                                  "steps at finite strain", "jaws", "clips"},
+                                  "steps at finite strain", "jaws", "clips", "beds"},
                       .run = deform_organs},
                      {.name = "fetch surfaces",
                       .reads = {"shapes", "heat", "smoke"},

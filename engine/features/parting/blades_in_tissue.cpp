@@ -21,12 +21,15 @@ double part_below(double one, double other, double level) {
   return low >= level ? 0.0 : (level - low) / (high - low);
 }
 
-EdgeInTissue edge_in_tissue(const BladeTrack& track, double level) {
+/// Where it has cut tissue away, what lies less than `beside` above the surface counts, too [m].
+EdgeInTissue edge_in_tissue(const BladeTrack& track, const TissueShare& left, double beside) {
   EdgeInTissue in;
   for (std::size_t k = 0; k + 1 < track.edge.size(); ++k) {
     // From one piece of an organ to another there is no way at rest.
     if (track.pieces[k] != track.pieces[k + 1]) continue;
     const double one = track.above[k], other = track.above[k + 1];
+    const bool in_kerf = left.share(track.edge[k]) < 0.5 || left.share(track.edge[k + 1]) < 0.5;
+    const double level = in_kerf ? beside : 0.0;
     const double part = part_below(one, other, level);
     const double length = part * (track.edge[k + 1] - track.edge[k]).norm();
     // The part at the deeper end.
@@ -51,16 +54,14 @@ std::optional<BladesInTissue> blades_in_tissue(const World& world, Entity instru
   const Pool<OrganCut>& organs = world.all<OrganCut>();
   for (std::size_t o = 0; o < organs.size(); ++o) {
     if (world.find<OrganState>(organs.owner(o))->frozen) continue;
-    // In its own kerf a blade touches both walls.
+    // In a kerf a blade touches both walls.
     const TissueShare& gone = organs[o].gone;
-    const double level =
-        gone.untouched() ? 0.0
-                         : 0.5 * std::max(blade->thickness, gone.least_kerf()) + 0.5 * gone.voxel();
+    const double beside = 0.5 * std::max(blade->thickness, gone.least_kerf()) + 0.5 * gone.voxel();
     BladesInTissue in{.organ = organs.owner(o)};
     double longest = 0.0;
     for (const BladeTrack& track : organs[o].blades) {
       if (!(track.instrument == instrument)) continue;
-      const EdgeInTissue edge = edge_in_tissue(track, level);
+      const EdgeInTissue edge = edge_in_tissue(track, gone, beside);
       in.area += blade->thickness * edge.length;
       if (!(edge.length > longest)) continue;
       longest = edge.length;

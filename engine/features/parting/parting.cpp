@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -271,6 +272,10 @@ Result<void> start(World& world) {
 
 // --- in a step ----------------------------------------------------------------------------------
 
+bool is_finite_place(const Vec3& place) {
+  return place.allFinite();
+}
+
 /// Prepares what is asked for, beside the frames.
 void begin_body(World& world, Entity organ) {
   OrganLeft& left = *world.find<OrganLeft>(organ);
@@ -316,6 +321,9 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
     for (const Entity jaws : emptied) world.find<InstrumentContact>(jaws)->grasp.reset();
   } else {
     left.refusal = made.error().text();
+    // What was to leave without being cut off stays, and may be brought again.
+    cut.removed.resize(cut.removed_used);
+    cut.removed_asked = cut.removed_used;
     ++cut.refused;
     report.raise(kCutRefused);
   }
@@ -324,6 +332,7 @@ void take_due_body(World& world, Entity organ, OrganCut& cut, FrameReport& repor
 
 void ask_for_body(World& world, Entity organ, OrganCut& cut, std::uint64_t frame) {
   cut.asked = cut.gone;
+  withdraw_dropped(world, organ);
   cut.removed_asked = cut.removed.size();
   cut.vaporised_asked = cut.vaporised;
   cut.changed = false;
@@ -342,12 +351,12 @@ Result<void> bodies_loaded(World& world) {
     const OrganCut& cut = cuts[c];
     OrganLeft& left = *world.find<OrganLeft>(organ);
     left.next = {};
-    if (auto sound = check_removed(cut); !sound) return sound;
+    const CuttableOrgan& all = *world.find<Cuttable>(organ)->organ;
+    if (auto sound = check_removed(cut, all.whole->rest_bounds); !sound) return sound;
     std::vector<Vec3> without = places_removed(cut, cut.removed_used);
     if (!same(left.made_of, cut.used.state()) || left.made_without != without) {
-      const CuttableOrgan& whole = *world.find<Cuttable>(organ)->organ;
-      left.made_of = cut.used.state();
-      left.made_without = std::move(without);
+      const CuttableOrgan& whole = all;
+      left.made_of = {};  // until there is such a body
       if (cut.used.untouched()) {
         left.fields = whole.fields;
         left.depths.clear();
@@ -357,14 +366,41 @@ Result<void> bodies_loaded(World& world) {
         left.crumbs = left.removed = 0.0;
         world.replace(organ, whole.whole, nullptr);
       } else {
-        auto made = cut_organ(whole, cut.used, left.made_without, *whole.whole, *whole.fields);
+        auto made = cut_organ(whole, cut.used, without, *whole.whole, *whole.fields);
         if (!made) return failure("cut organs: " + made.error().text());
         take_body(world, organ, *made, nullptr);
       }
+      left.made_of = cut.used.state();
+      left.made_without = std::move(without);
     }
     if (cut.pending) begin_body(world, organ);
   }
   return {};
+}
+
+/// A state that another program made may say anything: of blades that there aren't, or of which one
+/// list is longer than another.
+void drop_unsound_tracks(World& world) {
+  Pool<OrganCut>& cuts = world.all<OrganCut>();
+  for (OrganCut& cut : cuts) {
+    std::vector<BladeTrack> sound;
+    for (BladeTrack& track : cut.blades) {
+      const InstrumentBody* tool = world.find<InstrumentBody>(track.instrument);
+      const bool known = std::ranges::any_of(sound, [&](const BladeTrack& other) {
+        return other.instrument == track.instrument && other.blade == track.blade;
+      });
+      const std::uint64_t blades =
+          tool && tool->description.kind == InstrumentKind::kScissors ? 2 : 1;
+      if (!tool || known || track.blade >= blades) continue;
+      const bool whole =
+          track.above.size() == track.edge.size() && track.pieces.size() == track.edge.size() &&
+          std::ranges::all_of(track.edge, &is_finite_place) &&
+          std::ranges::all_of(track.above, [](double a) { return std::isfinite(a); });
+      if (!whole) track.lose();
+      sound.push_back(std::move(track));
+    }
+    cut.blades = std::move(sound);
+  }
 }
 
 bool may_vaporise(const World& world) {
@@ -431,6 +467,7 @@ Feature parting_feature() {
                       .run = take_vaporised}},
           .flags = {kCutRefused, kPieceStuck},
           .bodies_loaded = bodies_loaded,
+          .restored = drop_unsound_tracks,
           .report = parting_report};
 }
 

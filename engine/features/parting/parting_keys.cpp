@@ -64,9 +64,8 @@ FeatureKeys parting_keys() {
       number(
           "bore_mm",
           "Of the trocar. A piece that was cut off comes out through it in the jaws, and is gone "
-          "from the scene, where it is no wider than this; in a bag up to three times as wide. 12 "
-          "mm "
-          "is the widest common one.")
+          "from the scene, where it is no wider than this; in a bag up to three times as wide. "
+          "12 mm is the widest common one.")
           .between(3, 60)
           .otherwise(12.0)
           .only_where("kind", {"grasper", "bag"})};

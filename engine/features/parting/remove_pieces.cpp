@@ -4,7 +4,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -13,6 +16,11 @@
 
 namespace viscera {
 namespace {
+
+/// A place of a piece lies so deep in it [m].
+constexpr double kSurelyWithin = 0.1e-3;
+/// Turns about each of a piece's axes that are tried for how it fits, over a quarter.
+constexpr int kTurnsTried = 18;
 
 /// Of a cut organ the pieces, by OrganLeft::pieces, on whose surfaces a grasp is; ascending.
 std::vector<int> pieces_in(const World& world, const Grasp& grasp) {
@@ -39,20 +47,28 @@ TriangleSurface surface_of_piece(const World& world, Entity organ, int piece) {
   return with_used_vertices(alone);
 }
 
-/// A place deep in it, so that heat and blades that took some of its surface leave that place.
+/// A place deep in what is left of it, so that heat and blades that take some of its surface leave
+/// that place.
 std::optional<Vec3> place_within(const TriangleSurface& piece, std::span<const int> nodes,
-                                 const PointCloud& cloud) {
+                                 const PointCloud& cloud, const TissueShare& left) {
   const SurfaceTree tree(piece);
   std::optional<Vec3> deepest;
-  double least = 0.0;
+  double least = -kSurelyWithin;
   const auto look_at = [&](const Vec3& place) {
     const double distance = tree.signed_distance(place);
-    if (!(distance < least)) return;
+    if (!(distance < least) || left.share(place) < 0.5) return;
     least = distance;
     deepest = place;
   };
   look_at(bounds(piece).center());
   for (const int node : nodes) look_at(cloud.positions[static_cast<std::size_t>(node)]);
+  // A thin peel may have none of these within it.
+  for (std::size_t t = 0; t < piece.triangles.size() && !deepest; ++t) {
+    Vec3 middle = Vec3::Zero();
+    for (const int corner : piece.triangles[t])
+      middle += piece.vertices[static_cast<std::size_t>(corner)] / 3.0;
+    look_at(middle - 2.0 * left.voxel() * area_vector(piece, static_cast<int>(t)).normalized());
+  }
   return deepest;
 }
 
@@ -60,13 +76,16 @@ bool one_of_these(const auto& those, const auto& one) {
   return std::ranges::find(those, one) != those.end();
 }
 
-/// A place of the grasp that is on this piece, which it has; at rest [m].
-const Vec3& place_on(const World& world, const Grasp& grasp, int piece) {
+/// As loose_piece_at() has it, of a piece that the grasp is on.
+int loose_piece_of(const World& world, const Grasp& grasp, int piece) {
   const OrganLeft& left = *world.find<OrganLeft>(grasp.organ);
   const TriangleSurface& surface = world.find<OrganBody>(grasp.organ)->model->surface;
-  std::size_t k = 0;
-  while (piece_of(left.pieces, surface, grasp.points[k].triangle) != piece) ++k;
-  return grasp.cells[k].position;
+  for (std::size_t k = 0; k < grasp.cells.size(); ++k) {
+    if (piece_of(left.pieces, surface, grasp.points[k].triangle) != piece) continue;
+    const int loose = loose_piece_at(world, grasp.organ, grasp.cells[k].position);
+    if (loose >= 0) return loose;
+  }
+  return -1;
 }
 
 /// Takes out a piece that is no wider than this [m]; true: it is wider.
@@ -79,7 +98,7 @@ bool bring_out_piece(const World& world, Entity organ, const std::pair<int, int>
   const LoosePieces& pieces = model.finite->loose();
   const std::optional<Vec3> within =
       place_within(surface, pieces.pieces()[static_cast<std::size_t>(loose)],
-                   world.find<OrganLeft>(organ)->fields->cloud());
+                   world.find<OrganLeft>(organ)->fields->cloud(), cut.gone);
   if (!within) return false;
   cut.removed.push_back({*within, volume(surface), pieces.mass(loose)});
   cut.changed = true;
@@ -98,7 +117,7 @@ bool bring_out(World& world, Entity organ, Entity instrument, OrganCut& cut) {
   bool stuck = false;
   for (const int piece : held) {
     if (one_of_these(leaving, piece)) continue;
-    const int loose = loose_piece_at(world, organ, place_on(world, grasp, piece));
+    const int loose = loose_piece_of(world, grasp, piece);
     if (loose < 0) continue;
     const double widest = (in_bag ? kSqueezedInBag : 1.0) * bore_of(tool);
     stuck |= bring_out_piece(world, organ, {piece, loose}, widest, cut);
@@ -126,19 +145,61 @@ int loose_piece_at(const World& world, Entity organ, const Vec3& place) {
 }
 
 double width_through_hole(const TriangleSurface& piece) {
-  const auto count = static_cast<double>(piece.vertices.size());
+  // Moments of its surface, however densely its vertices lie.
   Vec3 middle = Vec3::Zero();
-  for (const Vec3& vertex : piece.vertices) middle += vertex / count;
   Mat3 spread = Mat3::Zero();
-  for (const Vec3& vertex : piece.vertices)
-    spread += (vertex - middle) * (vertex - middle).transpose() / count;
-  const Eigen::SelfAdjointEigenSolver<Mat3> axes(spread);
-  Box extents;
-  for (const Vec3& vertex : piece.vertices)
-    extents.extend(axes.eigenvectors().transpose() * vertex);
-  Vec3 sizes = extents.sizes();
-  std::ranges::sort(sizes);
-  return sizes[1];
+  double area = 0.0;
+  const auto corners_of = [&](std::size_t t) {
+    std::array<Vec3, 3> corners;
+    for (std::size_t c = 0; c < 3; ++c)
+      corners[c] = piece.vertices[static_cast<std::size_t>(piece.triangles[t][c])];
+    return corners;
+  };
+  for (std::size_t t = 0; t < piece.triangles.size(); ++t) {
+    const double own = area_vector(piece, static_cast<int>(t)).norm();
+    for (const Vec3& corner : corners_of(t)) middle += own / 3.0 * corner;
+    area += own;
+  }
+  middle /= area;
+  for (std::size_t t = 0; t < piece.triangles.size(); ++t) {
+    const double own = area_vector(piece, static_cast<int>(t)).norm() / 12.0;
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& corner : corners_of(t)) {
+      const Vec3 from = corner - middle;
+      sum += from;
+      spread += own * from * from.transpose();
+    }
+    spread += own * sum * sum.transpose();
+  }
+  const Mat3 axes = Eigen::SelfAdjointEigenSolver<Mat3>(spread).eigenvectors();
+  double least = std::numeric_limits<double>::infinity();
+  for (Eigen::Index way = 0; way < 3; ++way) {
+    const Vec3 first = axes.col((way + 1) % 3), second = axes.col((way + 2) % 3);
+    for (int turn = 0; turn < kTurnsTried; ++turn) {
+      const double angle = 0.5 * std::numbers::pi * turn / kTurnsTried;
+      const Vec3 one = std::cos(angle) * first + std::sin(angle) * second;
+      const Vec3 other = std::cos(angle) * second - std::sin(angle) * first;
+      Eigen::AlignedBox2d across;
+      for (const Vec3& vertex : piece.vertices)
+        across.extend(Eigen::Vector2d(one.dot(vertex), other.dot(vertex)));
+      least = std::min(least, across.sizes().maxCoeff());
+    }
+  }
+  return least;
+}
+
+void withdraw_dropped(World& world, Entity organ) {
+  OrganCut& cut = *world.find<OrganCut>(organ);
+  const std::vector<int> leaving = leaving_pieces(world, organ, cut.removed.size());
+  if (leaving.empty()) return;
+  std::vector<int> held;
+  for (const InstrumentContact& grip : world.all<InstrumentContact>())
+    if (grip.grasp && grip.grasp->organ == organ)
+      for (const int piece : pieces_in(world, *grip.grasp)) held.push_back(piece);
+  std::size_t kept = cut.removed_used;
+  for (std::size_t p = 0; p < leaving.size(); ++p)
+    if (one_of_these(held, leaving[p])) cut.removed[kept++] = cut.removed[cut.removed_used + p];
+  cut.removed.resize(kept);
 }
 
 std::vector<Vec3> places_removed(const OrganCut& cut, std::uint64_t count) {
@@ -172,15 +233,18 @@ std::vector<Entity> jaws_on(const World& world, Entity organ, const std::vector<
   return jaws;
 }
 
-Result<void> check_removed(const OrganCut& cut) {
+Result<void> check_removed(const OrganCut& cut, const Box& bounds) {
   if (cut.removed_used > cut.removed_asked || cut.removed_asked > cut.removed.size())
     return failure(
         fmt::format("cut organs: found a body without {} pieces and one to come without {}, "
                     "expected at most the {} that were taken out",
                     cut.removed_used, cut.removed_asked, cut.removed.size()));
   for (const RemovedPiece& piece : cut.removed)
-    if (!piece.within.allFinite())
-      return failure("cut organs: found a piece that was taken out from nowhere, expected a place");
+    if (!piece.within.allFinite() || !bounds.contains(piece.within))
+      return failure(
+          "cut organs: found a piece that was taken out from outside of its organ, expected a "
+          "place "
+          "in it");
   return {};
 }
 

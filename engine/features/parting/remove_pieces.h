@@ -32,11 +32,13 @@ std::vector<Entity> jaws_on(const World& world, Entity organ, const std::vector<
 /// The number, by LoosePieces, of what moves this place of a cut organ's surface at rest; -1: it is
 /// held.
 int loose_piece_at(const World& world, Entity organ, const Vec3& place);
-/// Fails on what a state that another program made may say of them.
-Result<void> check_removed(const OrganCut& cut);
+/// Of what was to leave and no body was asked for without: what nothing holds any more stays.
+void withdraw_dropped(World& world, Entity organ);
+/// Fails on what a state that another program made may say of them; `bounds`: of the whole organ.
+Result<void> check_removed(const OrganCut& cut, const Box& bounds);
 
-/// How wide a hole must be for a body to come through lengthwise: the second of its extents along
-/// its vertices' principal axes [m].
+/// How wide a hole must be for a body to come through along one of its principal axes: across that,
+/// its greater extent, as it lies best [m].
 double width_through_hole(const TriangleSurface& piece);
 
 }  // namespace viscera

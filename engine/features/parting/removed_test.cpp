@@ -20,8 +20,8 @@ const Vec3 kHeldBar(36e-3, 16e-3, 16e-3);  // about the origin, held at its left
 constexpr double kCutAt = 6e-3;            // the blade's way along x [m]
 // Off the block by the first; at the trocar at the second; gone by the third [s].
 constexpr double kPieceOff = 1.6, kCarriedBy = 2.6, kTakenOut = 4.2;
-/// Wide enough for the piece, whose section is 16 mm square, at any angle [m].
-constexpr double kWideBore = 24e-3;
+/// Wide enough for the piece, whose section is 16 mm square [m].
+constexpr double kWideBore = 17e-3;
 
 /// A grasper holds the end that a blade cuts off, and carries it straight up to its trocar.
 SceneDescription end_to_take_out(double bore) {
@@ -174,24 +174,66 @@ TEST(Removed, ASnapshotBeforeAndAfterMakesTheSameBodyAgain) {
   }
 }
 
-TEST(Removed, AStateThatTellsOfMorePiecesThanWereTakenOutIsRefused) {
+TEST(Removed, AStateThatTellsOfPiecesThatCannotBeIsRefused) {
+  const Box bounds(Vec3::Constant(-1e-2), Vec3::Constant(1e-2));
   OrganCut cut;
-  EXPECT_TRUE(check_removed(cut));
+  EXPECT_TRUE(check_removed(cut, bounds));
   cut.removed_asked = cut.removed_used = 1;
-  EXPECT_FALSE(check_removed(cut));
+  EXPECT_FALSE(check_removed(cut, bounds));
   cut.removed.push_back({Vec3::Zero(), 1e-6, 1e-3});
-  EXPECT_TRUE(check_removed(cut));
+  EXPECT_TRUE(check_removed(cut, bounds));
   cut.removed_used = 2;
-  EXPECT_FALSE(check_removed(cut));
+  EXPECT_FALSE(check_removed(cut, bounds));
+  cut.removed_used = 1;
+  for (const Vec3& nowhere : {Vec3(1e200, 0, 0), Vec3(0, NAN, 0), Vec3(0, 0, 2e-2)}) {
+    cut.removed[0].within = nowhere;
+    EXPECT_FALSE(check_removed(cut, bounds)) << nowhere.transpose();
+  }
+}
+
+TEST(Removed, AStateOfBladesAndGraspsThatCannotBeIsTakenWithoutThem) {
+  const auto world = build(end_to_take_out(kWideBore));
+  ASSERT_TRUE(world);
+  step_until(*world, kPieceOff);
+  ASSERT_TRUE(holds_tissue(*world));
+  OrganCut& cut = world->all<OrganCut>()[0];
+  const Entity scalpel = world->model().instruments()[0];
+  cut.blades = {{.instrument = scalpel, .blade = 0, .edge = std::vector<Vec3>(9, Vec3::Zero())},
+                {.instrument = scalpel,
+                 .blade = 7,
+                 .edge = {Vec3::Constant(NAN)},
+                 .above = {-1.0},
+                 .pieces = {99}},
+                {.instrument = {}, .edge = {Vec3::Zero()}}};
+  world->find<InstrumentContact>(world->model().instruments()[1])->grasp->points[0].triangle =
+      1 << 30;
+  const auto bytes = world->save_state();
+  auto other = start_world(world->shared_model());
+  ASSERT_TRUE(other);
+  ASSERT_TRUE((*other)->load_state(bytes));
+  ASSERT_EQ(cut_in(**other).blades.size(), 1u);
+  EXPECT_TRUE(cut_in(**other).blades[0].edge.empty());
+  EXPECT_FALSE(holds_tissue(**other));
+  step_until(**other, kPieceOff + 0.1);
+}
+
+/// A box of this size, turned.
+TriangleSurface turned_box(const Vec3& size) {
+  const Eigen::AngleAxisd turned(0.7, Vec3(1, 2, 3).normalized());
+  TriangleSurface box;
+  for (const double x : {-0.5, 0.5})
+    for (const double y : {-0.5, 0.5})
+      for (const double z : {-0.5, 0.5})
+        box.vertices.push_back(turned * Vec3(x, y, z).cwiseProduct(size));
+  box.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                   {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+  return box;
 }
 
 TEST(Removed, APieceIsAsWideForAHoleAsTheSecondOfItsExtentsHoweverItLies) {
-  TriangleSurface piece;
-  const Eigen::AngleAxisd turned(0.7, Vec3(1, 2, 3).normalized());
-  for (const double x : {-15e-3, 15e-3})
-    for (const double y : {-5e-3, 5e-3})
-      for (const double z : {-10e-3, 10e-3}) piece.vertices.push_back(turned * Vec3(x, y, z));
-  EXPECT_NEAR(width_through_hole(piece), 20e-3, 1e-9);
+  EXPECT_NEAR(width_through_hole(turned_box({30e-3, 10e-3, 20e-3})), 20e-3, 1e-3);
+  EXPECT_NEAR(width_through_hole(turned_box({30e-3, 11.5e-3, 11.5e-3})), 11.5e-3, 0.6e-3);
+  EXPECT_NEAR(width_through_hole(turned_box({12e-3, 16e-3, 16e-3})), 16e-3, 0.8e-3);
 }
 
 }  // namespace

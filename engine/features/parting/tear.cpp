@@ -14,6 +14,9 @@ namespace {
 /// A body that is new opens for so long before it may tear on: ten times the viscous time that an
 /// organ has by default. Chosen [frames].
 constexpr std::uint64_t kOpensFor = 12;
+/// A tear has so many discs at most: where all of a large organ is drawn out, the next body goes
+/// on.
+constexpr std::size_t kMostDiscs = 500;
 /// Places about a disc that are asked whether they are gone.
 constexpr int kAboutDisc = 16;
 
@@ -112,7 +115,7 @@ void take_tear(const std::vector<TearingPoint>& points, OrganCut& cut) {
       std::ranges::max_element(points, {}, &TearingPoint::stretch) - points.begin())};
   seen[tear.front()] = 1;
   const double plate = cut.gone.taken_by_plate(cut.gone.least_kerf());
-  for (std::size_t i = 0; i < tear.size(); ++i) {
+  for (std::size_t i = 0; i < std::min(tear.size(), kMostDiscs); ++i) {
     const TearingPoint& point = points[tear[i]];
     const TornDisc disc = disc_of(point, cut.gone);
     const double taken = cut.gone.take_out(

@@ -207,11 +207,14 @@ void ReviewRecorder::watch_beds(const World& world) {
     state_.curves.bonds_parted[2 * b].add(world.time(), static_cast<double>(bed.by_force));
     state_.curves.bonds_parted[2 * b + 1].add(world.time(), static_cast<double>(bed.by_heat));
     if (moments.first_parted.frame == 0 && bed.whole < bed.bonds)
-      moments.first_parted.comes(
-          world, fmt::format("{}, by {}", bed.name, bed.by_heat > 0 ? "heat" : "force"));
+      moments.first_parted.comes(world, fmt::format("{}, by {}", bed.name,
+                                                    bed.by_heat > 0  ? "heat"
+                                                    : bed.by_cut > 0 ? "a cut"
+                                                                     : "force"));
     if (moments.last_parted.frame == 0 && bed.whole == 0)
-      moments.last_parted.comes(world, fmt::format("{}: {} bonds by force, {} by heat", bed.name,
-                                                   bed.by_force, bed.by_heat));
+      moments.last_parted.comes(
+          world, fmt::format("{}: {} bonds by force, {} by heat, {} by cuts", bed.name,
+                             bed.by_force, bed.by_heat, bed.by_cut));
   }
 }
 
