@@ -28,10 +28,12 @@ namespace {
 /// gain nothing.
 constexpr int kIterations = 12;
 
-/// A node in the void is dropped where it lies this far from the tissue, in spacings, beginning
-/// with the first: beyond a flat wall so far from it lies a hundredth of its field, for less of
-/// which no node has a twin (true_neighbours.h).
-constexpr std::array kFarInVoid = {1.15, 0.8, 0.5};
+/// A node in the void is dropped where it lies this far from the tissue, in spacings: beyond a flat
+/// wall so far from it lies a hundredth of its field, for less of which no node has a twin
+/// (true_neighbours.h).
+constexpr double kFarInVoid = 1.15;
+/// Nodes that carry nothing are dropped so often at most: without them, others may.
+constexpr int kNodesDropped = 3;
 
 /// Remnants that nothing carries are taken away so often at most; about a place of one so far
 /// surely, and so far where nothing is carried either [voxels].
@@ -199,11 +201,10 @@ Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
   if (left.dropped.found < removed.size())
     return failure("a piece that was to be taken out isn't whole and apart any more");
   left.skin = std::move(carved->skin);
-  // Nodes in the void carry what is left beside them. Those to which nothing is left make the
-  // equations singular, and which these are only the equations tell.
-  for (const double far : kFarInVoid) {
-    PointCloud cloud = nodes_about(carved->surface, whole.cloud, far);
-    if (left.model && cloud.size() == left.model->cloud.size()) continue;
+  // Nodes in the void carry what is left beside them. Those to which air leaves nothing make the
+  // equations singular; which these are the fields tell.
+  PointCloud cloud = nodes_about(carved->surface, whole.cloud, kFarInVoid);
+  for (int round = 0;; ++round) {
     left.fewer_nodes = cloud.size() < whole.cloud.size();
     left.model = std::make_shared<OrganModel>();
     set_surface(*left.model, carved->surface);
@@ -211,7 +212,9 @@ Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
     left.model->cloud = std::move(cloud);
     left.model->key = whole.key;
     left.prepared = prepare(organ, left.fewer_nodes, *left.model);
-    if (left.prepared || !left.fewer_nodes) break;
+    if (left.prepared || round == kNodesDropped || !left.model->fields) break;
+    cloud = nodes_that_carry(left.model->surface, left.model->cloud, *left.model->fields);
+    if (cloud.size() == left.model->cloud.size()) break;
   }
   return left;
 }

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "kernels/base/parallel.h"
+#include "kernels/paff/nodal_measures.h"
 #include "kernels/points/closed_pieces.h"
 #include "kernels/points/surface_tree.h"
 
@@ -22,6 +24,20 @@ std::size_t count_within(std::span<const Vec3> places, const TriangleSurface& pi
   return static_cast<std::size_t>(std::ranges::count_if(places, [&](const Vec3& place) {
     return may_have(place) && tree.signed_distance(place) < 0.0;
   }));
+}
+
+/// Of a node's volume over the cube of its spacing: less is rounding.
+constexpr double kNothing = 1e-12;
+
+PointCloud chosen_of(const PointCloud& cloud, const std::vector<char>& chosen) {
+  PointCloud some;
+  for (std::size_t n = 0; n < cloud.size(); ++n) {
+    if (!chosen[n]) continue;
+    if (n < cloud.surface_count) ++some.surface_count;
+    some.positions.push_back(cloud.positions[n]);
+    some.spacings.push_back(cloud.spacings[n]);
+  }
+  return some;
 }
 
 }  // namespace
@@ -64,14 +80,17 @@ PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud, 
   parallel_for_each_index(cloud.size(), 64, [&](std::size_t n) {
     carries[n] = tree.signed_distance(cloud.positions[n]) < far * cloud.spacings[n];
   });
-  PointCloud about;
-  for (std::size_t n = 0; n < cloud.size(); ++n) {
-    if (!carries[n]) continue;
-    if (n < cloud.surface_count) ++about.surface_count;
-    about.positions.push_back(cloud.positions[n]);
-    about.spacings.push_back(cloud.spacings[n]);
-  }
-  return about;
+  return chosen_of(cloud, carries);
+}
+
+PointCloud nodes_that_carry(const TriangleSurface& surface, const PointCloud& cloud,
+                            const ShapeFunctions& fields) {
+  const auto volumes = nodal_volumes(surface, cloud, fields);
+  if (!volumes) return cloud;
+  std::vector<char> carries(cloud.size());
+  for (std::size_t n = 0; n < cloud.size(); ++n)
+    carries[n] = std::abs((*volumes)[n]) > kNothing * std::pow(cloud.spacings[n], 3);
+  return chosen_of(cloud, carries);
 }
 
 }  // namespace viscera

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/paff/shape_functions.h"
 #include "kernels/parting/carve.h"
 #include "kernels/points/cloud.h"
 
@@ -22,5 +23,10 @@ Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& 
 
 /// Without the nodes that lie as far outside of this surface, in spacings.
 PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud, double far);
+
+/// Without the nodes whose fields have none of this body: air hides all of it from them. `fields`:
+/// of this cloud; where they don't cover the body, all of it.
+PointCloud nodes_that_carry(const TriangleSurface& surface, const PointCloud& cloud,
+                            const ShapeFunctions& fields);
 
 }  // namespace viscera

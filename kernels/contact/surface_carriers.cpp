@@ -1,11 +1,13 @@
 #include "kernels/contact/surface_carriers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "kernels/base/parallel.h"
 #include "kernels/contact/facing.h"
 #include "kernels/contact/same_side.h"
+#include "kernels/points/closed_pieces.h"
 #include "kernels/points/kd_tree.h"
 #include "kernels/points/neighbours.h"
 
@@ -72,6 +74,57 @@ struct Carriers {
   std::vector<double> shares;
 };
 
+/// Of so many nearest places one is chosen for a point that none carries.
+constexpr int kChosenOf = 64;
+
+/// Which closed piece of a body places of its surface are on.
+class PieceOfPlace {
+ public:
+  explicit PieceOfPlace(const SurfacePlaces& places) : paths_(places.paths.get()) {
+    if (!paths_) return;
+    const std::vector<TriangleSurface> pieces = closed_pieces(paths_->surface());
+    if (pieces.size() < 2) return;
+    numbers_.assign(paths_->surface().vertices.size(), 0);
+    for (std::size_t p = 0; p < pieces.size(); ++p)
+      for (const std::array<int, 3>& triangle : pieces[p].triangles)
+        for (const int corner : triangle)
+          numbers_[static_cast<std::size_t>(corner)] = static_cast<int>(p);
+    of_places_.resize(places.size());
+    parallel_for_each_index(places.size(), 64,
+                            [&](std::size_t p) { of_places_[p] = number_at(places.positions[p]); });
+  }
+  int number_at(const Vec3& place) const {
+    if (numbers_.empty()) return 0;
+    const int triangle = paths_->tree().closest(place).point.triangle;
+    const auto& corners = paths_->surface().triangles[static_cast<std::size_t>(triangle)];
+    return numbers_[static_cast<std::size_t>(corners[0])];
+  }
+  int of_place(std::size_t place) const { return of_places_.empty() ? 0 : of_places_[place]; }
+
+ private:
+  const TissuePaths* paths_;
+  std::vector<int> numbers_;    // of each vertex; empty: it is one piece
+  std::vector<int> of_places_;  // likewise
+};
+
+/// For a point about which no place counts: the nearest on its side of all air, else the nearest of
+/// its piece.
+int nearest_carrier(const Vec3& x, const Vec3& normal, const SurfacePlaces& places,
+                    const KdTree& tree, const PieceOfPlace& pieces, int own) {
+  std::vector<KdTree::Found> nearest;
+  tree.nearest(x, places.paths ? kChosenOf : 1, -1, nearest);
+  int of_piece = -1;
+  for (const KdTree::Found& found : nearest) {
+    const auto p = static_cast<std::size_t>(found.index);
+    if (pieces.of_place(p) != own) continue;
+    if (same_side(places.paths.get(), kSideDepth * places.spacings[p], x, normal,
+                  places.positions[p], places.normals[p]))
+      return found.index;
+    if (of_piece < 0) of_piece = found.index;
+  }
+  return of_piece < 0 ? nearest.front().index : of_piece;
+}
+
 }  // namespace
 
 SparseWeights surface_carriers(std::span<const Vec3> points, std::span<const Vec3> normals,
@@ -80,18 +133,21 @@ SparseWeights surface_carriers(std::span<const Vec3> points, std::span<const Vec
   for (const double h : places.spacings) reaches.push_back(kReach * h);
   const InfluenceGrid grid(places.positions, reaches);
   const KdTree tree(places.positions);
+  const PieceOfPlace pieces(places);
 
   std::vector<Carriers> carriers(points.size());
   parallel_chunks(points.size(), 128, [&](std::size_t begin, std::size_t end) {
     std::vector<int> near;
     std::vector<Neighbour> neighbours;
-    std::vector<KdTree::Found> nearest;
     for (std::size_t v = begin; v < end; ++v) {
       const Vec3 &x = points[v], &normal = normals[v];
+      // Places of another piece may go anywhere, however near they lie at rest.
+      const int own = pieces.number_at(x);
       grid.reaching(x, near);
       neighbours.clear();
       for (const int place : near) {
         const auto p = static_cast<std::size_t>(place);
+        if (pieces.of_place(p) != own) continue;
         const Vec3 offset = places.positions[p] - x;
         const double weight =
             quartic_weight(offset.norm() / reaches[p]) * facing(normal.dot(places.normals[p]));
@@ -112,8 +168,7 @@ SparseWeights surface_carriers(std::span<const Vec3> points, std::span<const Vec
         for (const Neighbour& one : neighbours) out.places.push_back(one.place);
         continue;
       }
-      tree.nearest(x, 1, -1, nearest);
-      out.places = {nearest.front().index};
+      out.places = {nearest_carrier(x, normal, places, tree, pieces, own)};
       out.shares = {1.0};
     }
   });

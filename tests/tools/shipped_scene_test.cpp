@@ -75,6 +75,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Shipped{"incision", {"liver"}, {"heat", "smoke", "haptics"}},
                     Shipped{"sever", {"pedicle"}, {"heat", "smoke", "haptics"}},
                     Shipped{"seal", {"pedicle"}, {"smoke", "haptics"}},
+                    Shipped{"retrieval", {"pedicle"}, {"heat", "smoke", "haptics"}},
                     Shipped{"cutting_hook", {"liver"}, {"haptics"}},
                     Shipped{"sphere_press", {"sphere"}, {"heat", "smoke", "haptics"}},
                     Shipped{"hemisphere", {"hemisphere"}, {"heat", "smoke", "haptics"}}),

@@ -172,10 +172,11 @@ Result<void> prepare_heat(SceneModel& model) {
   for (const auto& [o, surface] : organs) {
     const OrganBody& body = *model.constants().all<OrganBody>().find(model.organs()[o]);
     if (!body.tissue.thermal) continue;
-    const double bricks = (body.model->rest_bounds.sizes() / (HeatBricks::kEdge * options.voxel))
-                              .array()
-                              .ceil()
-                              .prod();
+    // One more each way: no brick begins where the organ does.
+    const double bricks =
+        ((body.model->rest_bounds.sizes() / (HeatBricks::kEdge * options.voxel)).array().ceil() +
+         1.0)
+            .prod();
     // All of a small organ, or as much as the memory allows.
     options.most_bricks = static_cast<std::size_t>(std::min(
         bricks, std::max(static_cast<double>(BioheatOptions().most_bricks),

@@ -36,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedScene,
                                          "lung_palpation", "sphere_press", "hemisphere",
                                          "tilted_table", "kidney_rubbed", "liver_deep_palpation",
                                          "liver_retraction", "gallbladder_lift", "retraction",
-                                         "incision", "sever", "seal", "cutting_hook"),
+                                         "incision", "sever", "seal", "retrieval", "cutting_hook"),
                          [](const auto& scene) { return std::string(scene.param); });
 
 /// Scenes that load without data of others.

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <functional>
 
+#include "kernels/contact/same_side.h"
 #include "kernels/points/node_placement.h"
 #include "kernels/points/surface_tree.h"
+#include "tests/support/blocks.h"
 #include "tests/support/shapes.h"
 
 namespace viscera {
@@ -73,6 +75,25 @@ TEST(SurfaceCarriers, TakeNothingFromTheOtherSideOfAThinWall) {
       EXPECT_TRUE(top(places.positions[static_cast<std::size_t>(place)]) == top(plate.vertices[v]));
     }
   }
+}
+
+TEST(SurfaceCarriers, TakeNothingFromAnotherPieceHoweverNear) {
+  constexpr double kSpacing = 2.0, kGap = 0.02;
+  const TriangleSurface cubes = test::two_cubes(10.0, kGap, 4);
+  SurfacePlaces places = places_on(cubes, kSpacing);
+  places.paths = std::make_shared<const TissuePaths>(cubes);
+  // Beside the gap, with a normal to its own tissue as on a dent of a ragged wall: as far below it
+  // as is asked the other cube is.
+  ASSERT_LT(kGap, kSideDepth * kSpacing);
+  std::vector<Vec3> points;
+  for (const Vec3& vertex : cubes.vertices)
+    if (std::abs(vertex.x()) < 1e-9) points.push_back(vertex);
+  ASSERT_GT(points.size(), 8u);
+  const SparseWeights carriers =
+      surface_carriers(points, std::vector<Vec3>(points.size(), Vec3(-Vec3::UnitX())), places);
+  ASSERT_EQ(carriers.rows(), points.size());
+  for (const int place : carriers.nodes)
+    EXPECT_LT(places.positions[static_cast<std::size_t>(place)].x(), 0.5 * kGap);
 }
 
 TEST(SurfaceCarriers, APointOutOfReachTakesTheNearestPlace) {
