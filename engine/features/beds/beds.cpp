@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/features/beds/blades_on_beds.h"
 #include "engine/features/beds/cut_beds.h"
 #include "engine/features/beds/heat_beds.h"
 #include "engine/features/contact/contact.h"
@@ -264,6 +265,12 @@ Feature beds_feature() {
                       .changes = {"burns"},
                       .needed = beds_are_warm,
                       .run = warm_beds},
+                     {.name = "cut beds",
+                      .reads = {"shapes", "organ poses", "tool poses"},
+                      .writes = {"bonds"},
+                      .changes = {"beds"},
+                      .needed = blades_may_cut_beds,
+                      .run = cut_beds},
                      {.name = "burn beds",
                       .reads = {"heat", "shapes", "organ poses", "tool poses"},
                       .writes = {"bonds"},

@@ -128,6 +128,36 @@ TEST(CutBeds, WhatIsCutOffAndHangsOnTheBedIsToldAsLeftThere) {
   EXPECT_LT(figures.greatest_force, 0.1 * kLiftedBed.strength * figures.area);
 }
 
+TEST(CutBeds, ScissorsPartTheBondsOnWhichTheyCloseAndNoOthers) {
+  for (const bool closes : {false, true}) {
+    // Of organs that nothing cuts. Along the edge of the block, just over the bed.
+    SceneDescription scene = lifted_block({.way = Vec3::Zero()});
+    const Vec3 beside(9e-3, -16e-3, -3.65e-3);
+    InstrumentDescription scissors =
+        straight_tool("scissors", InstrumentKind::kScissors, 0.2e-3,
+                      {{0.0, beside, 0.0, 1.0},
+                       {0.2, beside + Vec3(0, 16e-3, 0), 0.0, 1.0},
+                       {0.5, beside + Vec3(0, 16e-3, 0), 0.0, closes ? 0.0 : 1.0}});
+    scissors.trocar = Vec3(9e-3, -20.0, -3.65e-3);
+    scissors.extras.set(BladeDescription{8e-3, 0.4e-3});
+    scene.instruments = {scissors};
+    auto world = build(scene);
+    ASSERT_TRUE(world);
+    step_until(*world, 0.6);
+    const BedFigures figures = bed_figures(*world)[0];
+    EXPECT_EQ(figures.by_cut > 0, closes) << figures.by_cut;
+    EXPECT_EQ(figures.by_force + figures.by_heat, 0u);
+    const BedPlaces& places = places_now(*world, world->all<Bed>().owner(0));
+    const BondStates& bonds = world->all<BedState>()[0].bonds;
+    for (std::size_t b = 0; b < figures.bonds; ++b) {
+      if (bonds.parted_by[b] == 0) continue;
+      EXPECT_LT(std::abs(places.ends[0][b].x() - 9e-3), 1.5e-3);
+      EXPECT_GT(places.ends[0][b].y(), -9e-3);
+      EXPECT_LT(places.ends[0][b].y(), 1e-3);
+    }
+  }
+}
+
 TEST(CutBeds, ASavedStateGoesOnToTheSameBits) {
   auto world = build(split_down_to(-3.45e-3, 3.5e-3));
   ASSERT_TRUE(world);

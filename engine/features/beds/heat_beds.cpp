@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "engine/features/beds/beds.h"
 #include "engine/features/beds/cut_beds.h"
+#include "engine/features/beds/strands_on_metal.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/parting/parting.h"
-#include "engine/features/touching/drawn_organ.h"
 #include "engine/features/touching/touching.h"
 #include "engine/simulation/tool_shape.h"
 #include "kernels/heat/heat_bridge.h"
@@ -32,14 +31,9 @@ bool is_burnt(const World& world, const Bed& bed, const BedPlaces& places, std::
   return false;
 }
 
-struct LiveBall {
-  Vec3 middle = Vec3::Zero();  // world [m]
-  double radius = 0.0;         // [m]
-};
-
 /// Metal that carries current: tips of hooks, blades of scissors.
-std::vector<LiveBall> live_metal(const World& world) {
-  std::vector<LiveBall> metal;
+std::vector<MetalBall> live_metal(const World& world) {
+  std::vector<MetalBall> metal;
   const Pool<BurnTrace>& traces = world.all<BurnTrace>();
   for (std::size_t t = 0; t < traces.size(); ++t) {
     const InstrumentState& state = *world.find<InstrumentState>(traces.owner(t));
@@ -53,32 +47,6 @@ std::vector<LiveBall> live_metal(const World& world) {
   }
   return metal;
 }
-
-/// Whether the strand of a bond, between its ends as they are drawn, lies on such metal.
-class StrandsOnMetal {
- public:
-  StrandsOnMetal(const World& world, const Bed& bed, const BedPlaces& places,
-                 std::span<const LiveBall> metal)
-      : places_(places), one_(world, bed.organs[0]), other_(world, bed.organs[1]), metal_(metal) {}
-
-  bool touched(std::size_t bond) const {
-    if (metal_.empty()) return false;
-    const Vec3 begin = one_.place(places_.points[0][bond]);
-    const Vec3 along = other_.place(places_.points[1][bond]) - begin;
-    const double thick = std::sqrt(places_.layer.areas[bond] / std::numbers::pi);
-    return std::ranges::any_of(metal_, [&](const LiveBall& ball) {
-      const double length = along.squaredNorm();
-      const double share =
-          length > 0.0 ? std::clamp((ball.middle - begin).dot(along) / length, 0.0, 1.0) : 0.0;
-      return (begin + share * along - ball.middle).norm() < ball.radius + thick;
-    });
-  }
-
- private:
-  const BedPlaces& places_;
-  DrawnOrgan one_, other_;
-  std::span<const LiveBall> metal_;
-};
 
 bool any_warm(const World& world, const Bed& bed) {
   return std::ranges::any_of(bed.organs, [&](Entity organ) {
@@ -185,11 +153,11 @@ void warm_beds(World& world, const FrameContext& context) {
 
 void burn_beds(World& world, const FrameContext&) {
   const Pool<Bed>& beds = world.all<Bed>();
-  const std::vector<LiveBall> metal = live_metal(world);
+  const std::vector<MetalBall> metal = live_metal(world);
   for (std::size_t b = 0; b < beds.size(); ++b) {
     if (!any_warm(world, beds[b]) && metal.empty()) continue;
     const BedPlaces& places = places_now(world, beds.owner(b));
-    const StrandsOnMetal strands(world, beds[b], places, metal);
+    const StrandsOnMetal strands(world, beds[b], places, metal, 1.0);
     BondStates& bonds = world.find<BedState>(beds.owner(b))->bonds;
     for (std::size_t i = 0; i < bonds.parted_by.size(); ++i)
       if (holds(places.layer, bonds, i) &&

@@ -39,20 +39,23 @@ TEST(InstrumentMeshTest, ABagHangsFromARingBeyondTheTipThatClosesToASlit) {
   view.sack_depth = 80e-3;
   for (const double jaw : {1.0, 0.0}) {
     view.jaw = jaw;
-    float lowest = 0.0f, widest = 0.0f, deepest = 0.0f;
+    float lowest = 0.0f, widest = 0.0f, deepest = 0.0f, mouth = 0.0f;
     for (const InstrumentVertex& vertex : make_instrument(view).vertices) {
       ASSERT_TRUE(vertex.position.allFinite());
       EXPECT_NEAR(vertex.normal.norm(), 1.0f, 1e-4f);
       lowest = std::min(lowest, vertex.position.z());
       widest = std::max(widest, vertex.position.y());
+      if (vertex.position.x() < 1e-3) mouth = std::max(mouth, vertex.position.y());
       deepest = std::max(deepest, vertex.position.x());
     }
     EXPECT_NEAR(lowest, -60e-3f, 1e-3f);
     EXPECT_NEAR(deepest, 80e-3f, 0.2e-3f);
     if (jaw == 1.0) {
+      EXPECT_NEAR(mouth, 30e-3f, 1e-3f);
       EXPECT_NEAR(widest, 30e-3f, 1e-3f);
     } else {
-      EXPECT_LT(widest, 4e-3f);
+      EXPECT_LT(mouth, 4e-3f);
+      EXPECT_GT(widest, 20e-3f) << "below its mouth there is room for what it keeps";
     }
   }
 }

@@ -82,7 +82,7 @@ TEST(ContinuedNodes, BesideAPieceThatIsGoneGoOnAsWhatCarriedTheTissueThatIsLeft)
   ASSERT_EQ(pieces.size(), 2u);
   const std::size_t kept = bounds(with_used_vertices(pieces[0])).center().x() < 0.0 ? 0 : 1;
   const TriangleSurface left = with_used_vertices(pieces[kept]);
-  const SurfaceTree tree(left);
+  const SurfaceTree tree(left), other(with_used_vertices(pieces[1 - kept]));
   PointCloud about;
   for (std::size_t node = 0; node < block.cloud.size(); ++node) {
     if (tree.signed_distance(block.cloud.positions[node]) > 1.15 * block.cloud.spacings[node])
@@ -92,7 +92,8 @@ TEST(ContinuedNodes, BesideAPieceThatIsGoneGoOnAsWhatCarriedTheTissueThatIsLeft)
   }
   ASSERT_LT(about.size(), block.cloud.size());
   const ShapeFunctions before(block.surface, block.cloud, kSupport), now(left, about, kSupport);
-  // What is on the right has gone far away; twins carry what is on the other side of their nodes.
+  // What is of the other piece has gone far away; twins carry what is on the other side of their
+  // nodes.
   const auto field = [](const Vec3& x) { return 0.3 * x.x() - 0.1 * x.y() + 0.7 * x.z(); };
   std::vector<double> moved;
   for (std::size_t node = 0; node < before.cloud().size(); ++node) {
@@ -100,7 +101,8 @@ TEST(ContinuedNodes, BesideAPieceThatIsGoneGoOnAsWhatCarriedTheTissueThatIsLeft)
     const bool twin = node >= block.cloud.size();
     const Vec3& carried =
         twin ? before.true_neighbours()->place_of_twin(node - block.cloud.size()) : x;
-    moved.push_back(field(x) + (carried.x() > 0.0 ? 100.0 : 0.0));
+    const bool gone_away = other.signed_distance(carried) < tree.signed_distance(carried);
+    moved.push_back(field(x) + (gone_away ? 100.0 : 0.0));
   }
   const std::vector<int> from = continued_beside_gone_pieces(before, now, tree);
   ASSERT_EQ(from.size(), now.cloud().size());
