@@ -13,7 +13,6 @@
 #include "kernels/base/stopwatch.h"
 #include "kernels/formulations/formulations.h"
 #include "kernels/paff/continued_nodes.h"
-#include "kernels/paff/true_neighbours.h"
 #include "kernels/parting/carve.h"
 #include "kernels/parting/void_surface.h"
 #include "kernels/points/closed_pieces.h"
@@ -52,29 +51,13 @@ std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<V
   return nearest;
 }
 
-/// Of each node that carries what is left of an organ the one that did `before`.
+/// Of each node that carries what is left of an organ the one that did `before`; `other_pieces`:
+/// some of it was taken out since.
 std::vector<int> gone_on(const ShapeFunctions& before, const ShapeFunctions& now,
-                         const TriangleSurface& left, bool other_nodes) {
-  return other_nodes ? continued_beside_gone_pieces(before, now, SurfaceTree(left))
-                     : continued_nodes(before, now);
-}
-
-/// Nodes without their twins.
-std::size_t own_nodes(const ShapeFunctions& fields) {
-  const TrueNeighbours* split = fields.true_neighbours().get();
-  return fields.cloud().size() - (split ? split->twins() : 0);
-}
-
-/// As CutOrgan::pieces.
-std::vector<int> pieces_of_vertices(const TriangleSurface& surface) {
-  const std::vector<TriangleSurface> pieces = closed_pieces(surface);
-  if (pieces.size() < 2) return {};
-  std::vector<int> numbers(surface.vertices.size(), 0);
-  for (std::size_t p = 0; p < pieces.size(); ++p)
-    for (const std::array<int, 3>& triangle : pieces[p].triangles)
-      for (const int corner : triangle)
-        numbers[static_cast<std::size_t>(corner)] = static_cast<int>(p);
-  return numbers;
+                         const TriangleSurface& left, bool other_pieces) {
+  return other_pieces || own_nodes(before) != own_nodes(now)
+             ? continued_beside_gone_pieces(before, now, SurfaceTree(left))
+             : continued_nodes(before, now);
 }
 
 /// Of vertices that walls alone have.
@@ -98,19 +81,13 @@ std::vector<BrickIndex> heated_bricks(const TissueShare& tissue, std::span<const
                                       double voxel) {
   BrickMap seen;
   std::vector<BrickIndex> bricks;
-  const double edge = BrickGeometry::kEdge * voxel;
   const Vec3 beside = Vec3::Constant(voxel + 2.0 * tissue.voxel());
   const auto add = [&](const Box& box) {
-    const BrickIndex first = ((box.min() - beside) / edge).array().floor().cast<int>();
-    const BrickIndex last = ((box.max() + beside) / edge).array().floor().cast<int>();
-    for (int z = first.z(); z <= last.z(); ++z)
-      for (int y = first.y(); y <= last.y(); ++y)
-        for (int x = first.x(); x <= last.x(); ++x) {
-          const BrickIndex index(x, y, z);
-          const int fresh = static_cast<int>(bricks.size());
-          if (BrickMap::holds(index) && seen.find_or_add(index, fresh) == fresh)
-            bricks.push_back(index);
-        }
+    for_bricks_in({box.min() - beside, box.max() + beside}, BrickGeometry::kEdge * voxel,
+                  [&](const BrickIndex& index) {
+                    const int fresh = static_cast<int>(bricks.size());
+                    if (seen.find_or_add(index, fresh) == fresh) bricks.push_back(index);
+                  });
   };
   for (const TissueShare::Voxel& lowest : tissue.bricks())
     add({tissue.middle(lowest),
@@ -139,10 +116,10 @@ bool any_loose(const FiniteParts& parts) {
 /// The body counts from where the whole one has no stress, and its weight acts as it did there. One
 /// that what it lay among bore (hung_in_image) has none, but for the pieces that fall.
 void take_weight(const CuttableOrgan& organ, const OrganModel& model, double density,
-                 bool fewer_nodes, FiniteParts& parts) {
+                 FiniteParts& parts) {
   const std::span<const double> unloaded = organ.whole->finite->body().unloaded();
   if (unloaded.empty() && (organ.gravity.isZero(0.0) || !any_loose(parts))) return;
-  for (const int node : gone_on(*organ.fields, *model.fields, model.surface, fewer_nodes))
+  for (const int node : gone_on(*organ.fields, *model.fields, model.surface, false))
     for (std::size_t k = 0; k < 3; ++k)
       parts.unloaded.push_back(unloaded.empty() ? 0.0
                                                 : unloaded[3 * static_cast<std::size_t>(node) + k]);
@@ -153,7 +130,7 @@ void take_weight(const CuttableOrgan& organ, const OrganModel& model, double den
   }
 }
 
-Result<void> prepare(const CuttableOrgan& organ, bool fewer_nodes, OrganModel& model) {
+Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
   if (auto placed = add_places(model, organ.organ, organ.demand); !placed) return placed;
   // Layers under the surface are those that the whole one has.
   auto field = MaterialField::make(organ.organ, organ.tissue, organ.whole->surface, organ.assets);
@@ -170,7 +147,7 @@ Result<void> prepare(const CuttableOrgan& organ, bool fewer_nodes, OrganModel& m
   options.iterations = std::max(options.iterations, kIterations);
   options.iterations_released = std::max(options.iterations_released, kIterations);
   if (any_loose(*parts)) options.decrement = std::min(options.decrement, kFreeDecrement);
-  take_weight(organ, model, options.density, fewer_nodes, *parts);
+  take_weight(organ, model, options.density, *parts);
   model.compliance = columns_to_come(model, (*solver)->factor());
   model.compliance.on_demand->end_preparation();
   if (auto made = make_finite(model, *parts, options, !organ.demand.burnt.empty(), nullptr); !made)
@@ -186,7 +163,6 @@ struct Left {
   std::vector<int> skin;  ///< as CarvedSurface::skin
   Dropped dropped;
   Result<void> prepared;
-  bool fewer_nodes = false;  ///< than the whole one has
 };
 
 Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
@@ -205,13 +181,12 @@ Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
   // equations singular; which these are the fields tell.
   PointCloud cloud = nodes_about(carved->surface, whole.cloud, kFarInVoid);
   for (int round = 0;; ++round) {
-    left.fewer_nodes = cloud.size() < whole.cloud.size();
     left.model = std::make_shared<OrganModel>();
     set_surface(*left.model, carved->surface);
     left.model->material = whole.material;
     left.model->cloud = std::move(cloud);
     left.model->key = whole.key;
-    left.prepared = prepare(organ, left.fewer_nodes, *left.model);
+    left.prepared = prepare(organ, *left.model);
     if (left.prepared || round == kNodesDropped || !left.model->fields) break;
     cloud = nodes_that_carry(left.model->surface, left.model->cloud, *left.model->fields);
     if (cloud.size() == left.model->cloud.size()) break;
@@ -272,12 +247,6 @@ std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganMo
                     std::move(demand), gravity, heat_voxel, std::move(assets)});
 }
 
-int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int triangle) {
-  if (pieces.empty()) return 0;
-  const int corner = surface.triangles[static_cast<std::size_t>(triangle)][0];
-  return pieces[static_cast<std::size_t>(corner)];
-}
-
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
                            std::span<const Vec3> removed, const OrganModel& before,
                            const ShapeFunctions& fields_before) {
@@ -301,17 +270,15 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   cut.removed = left.dropped.removed;
   cut.remnants = asked_left - volume(model.surface) - cut.crumbs - cut.removed;
   cut.fields = std::move(model.fields);
-  cut.pieces = pieces_of_vertices(model.surface);
+  cut.pieces = pieces_of_vertices(model.surface, closed_pieces(model.surface));
   cut.depths = depths_below(whole.surface, model.surface, left.skin);
-  const bool other_nodes = own_nodes(fields_before) != own_nodes(*cut.fields);
-  cut.continuation = {gone_on(fields_before, *cut.fields, model.surface, other_nodes),
+  cut.continuation = {gone_on(fields_before, *cut.fields, model.surface, !removed.empty()),
                       nearest_of(model.energy_points, before.energy_points)};
   cut.tree = std::make_shared<const SurfaceTree>(model.surface);
   cut.heated = heated_shapes(cut.tissue, left.dropped.boxes, organ.heat_voxel, *cut.tree);
+  cut.loose = loose_of_pieces(model, *cut.fields, *cut.tree, cut.pieces);
   if (organ.heat_voxel > 0.0)
-    take_blood(model.surface, *cut.tree, cut.pieces,
-               severed_pieces(model, *cut.fields, *cut.tree, cut.pieces), organ.heat_voxel,
-               cut.heated);
+    take_blood(model.surface, *cut.tree, cut.pieces, cut.loose, organ.heat_voxel, cut.heated);
   model.prepare_s = cut.seconds = watch.seconds();
   cut.model = std::move(left.model);
   return cut;

@@ -11,6 +11,7 @@
 #include "kernels/finite/continuation.h"
 #include "kernels/heat/brick_geometry.h"
 #include "kernels/parting/tissue_share.h"
+#include "kernels/points/closed_pieces.h"
 #include "kernels/points/surface_tree.h"
 
 namespace viscera {
@@ -38,8 +39,10 @@ struct CutOrgan {
   std::shared_ptr<const OrganModel> model;
   std::shared_ptr<const ShapeFunctions> fields;
   std::vector<float> depths;  ///< of its vertices below the whole one's surface; 0: on it [m] (V)
-  /// Of each vertex the number of the piece on whose surface it is; empty: it is one piece.   (V)
+  /// Of its vertices, as pieces_of_vertices() has them (kernels/points/closed_pieces.h).       (V)
   std::vector<int> pieces;
+  /// Of each piece the number, by LoosePieces, of what moves it; -1: it is held. Empty: all is.
+  std::vector<int> loose;
   Continuation continuation;                ///< from the body that it was before
   std::shared_ptr<const SurfaceTree> tree;  ///< of its surface at rest
   /// Bricks of heat that what is gone reaches, and those of pieces that have no blood.
@@ -49,9 +52,6 @@ struct CutOrgan {
   double remnants = 0.0;  ///< that `tissue` lacks and what was asked for has [m3]
   double seconds = 0.0;   ///< it took
 };
-
-/// By CutOrgan::pieces, of a triangle of its surface; 0 where it is one piece.
-int piece_of(std::span<const int> pieces, const TriangleSurface& surface, int triangle);
 
 /// Nodes stay where they are, twins come (kernels/paff/true_neighbours.h); what holds it and the
 /// shape that it has without weight stay. A piece that nothing holds moves by itself

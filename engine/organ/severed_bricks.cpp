@@ -12,6 +12,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/points/brick_map.h"
+#include "kernels/points/closed_pieces.h"
 
 namespace viscera {
 namespace {
@@ -20,21 +21,19 @@ constexpr int kBrickEdgeVoxels = BrickGeometry::kEdge;
 /// From a cube's middle to its corners, over its edge; a little more, against rounding.
 constexpr double kHalfDiagonal = 0.501 * std::numbers::sqrt3;
 
-int piece_of_triangle(std::span<const int> pieces, const std::array<int, 3>& triangle) {
-  return pieces[static_cast<std::size_t>(triangle[0])];
-}
-
 /// The walls of what is cut off and of what is held.
 class SeveredWalls {
  public:
   SeveredWalls(const TriangleSurface& surface, std::span<const int> pieces,
-               std::span<const char> severed)
-      : boxes_(severed.size()) {
+               std::span<const int> loose)
+      : boxes_(loose.size()) {
     TriangleSurface off{surface.vertices, {}}, held{surface.vertices, {}};
-    for (const std::array<int, 3>& triangle : surface.triangles) {
-      const auto piece = static_cast<std::size_t>(piece_of_triangle(pieces, triangle));
-      (severed[piece] ? off : held).triangles.push_back(triangle);
-      if (!severed[piece]) continue;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      const std::array<int, 3>& triangle = surface.triangles[t];
+      const auto piece = static_cast<std::size_t>(piece_of(pieces, surface, static_cast<int>(t)));
+      const bool severed = loose[piece] >= 0;
+      (severed ? off : held).triangles.push_back(triangle);
+      if (!severed) continue;
       for (const int corner : triangle)
         boxes_[piece].extend(surface.vertices[static_cast<std::size_t>(corner)]);
     }
@@ -85,64 +84,56 @@ class SeveredWalls {
   std::optional<SurfaceTree> off_, held_;  // no `held_`: all is cut off
 };
 
-/// Calls for each brick, of this edge, that meets the box.
-template <class Body>
-void for_bricks_in(const Box& box, double edge, const Body& body) {
-  const BrickIndex first = (box.min() / edge).array().floor().cast<int>();
-  const BrickIndex last = (box.max() / edge).array().floor().cast<int>();
-  for (int z = first.z(); z <= last.z(); ++z)
-    for (int y = first.y(); y <= last.y(); ++y)
-      for (int x = first.x(); x <= last.x(); ++x)
-        if (const BrickIndex index(x, y, z); BrickMap::holds(index)) body(index);
-}
-
 bool all_are(const std::vector<float>& values, float value) {
   return std::ranges::all_of(values, [value](float one) { return one == value; });
 }
 
 }  // namespace
 
-std::vector<char> severed_pieces(const OrganModel& model, const ShapeFunctions& fields,
+std::vector<int> loose_of_pieces(const OrganModel& model, const ShapeFunctions& fields,
                                  const SurfaceTree& tree, std::span<const int> pieces) {
   if (pieces.empty() || !model.finite || model.finite->loose().empty()) return {};
+  const LoosePieces& bodies = model.finite->loose();
   const std::vector<Vec3>& points = model.energy_points;
-  std::vector<int> piece_at(points.size());
-  parallel_for_each_index(points.size(), 64, [&](std::size_t q) {
-    const int triangle = tree.closest(points[q]).point.triangle;
-    piece_at[q] =
-        piece_of_triangle(pieces, model.surface.triangles[static_cast<std::size_t>(triangle)]);
-  });
   std::vector<std::vector<std::size_t>> points_of(
       static_cast<std::size_t>(std::ranges::max(pieces)) + 1);
+  std::vector<int> piece_at(points.size());
+  parallel_for_each_index(points.size(), 64, [&](std::size_t q) {
+    piece_at[q] = piece_of(pieces, model.surface, tree.closest(points[q]).point.triangle);
+  });
   for (std::size_t q = 0; q < points.size(); ++q)
     points_of[static_cast<std::size_t>(piece_at[q])].push_back(q);
-  const auto is_held = [&](std::size_t q) {
+  // What moves a point: -1 where any node of it is held; kNobodyKnows where it has none.
+  constexpr int kNobodyKnows = std::numeric_limits<int>::max();
+  const auto moved_by = [&](std::size_t q) {
     thread_local ShapeValues values;
-    return fields.evaluate(points[q], false, values) &&
-           std::ranges::any_of(values.nodes, [&](int node) {
-             return !model.finite->loose().has(static_cast<std::size_t>(node));
-           });
+    if (!fields.evaluate(points[q], false, values)) return kNobodyKnows;
+    int moves = kNobodyKnows;
+    for (const int node : values.nodes)
+      if (moves = bodies.piece_of(static_cast<std::size_t>(node)); moves < 0) break;
+    return moves;
   };
-  std::vector<char> severed;
+  std::vector<int> loose;
   for (const std::vector<std::size_t>& own : points_of) {
     // One point tells, but for a piece that hangs together by less than fields do.
-    if (!own.empty() && is_held(own.front())) {
-      severed.push_back(0);
+    std::vector<int> moves(own.size());
+    if (own.empty() || (moves[0] = moved_by(own.front())) < 0) {
+      loose.push_back(-1);
       continue;
     }
-    std::vector<char> held(own.size());
-    parallel_for_each_index(own.size(), 64, [&](std::size_t i) { held[i] = is_held(own[i]); });
-    severed.push_back(std::ranges::none_of(held, [](char one) { return one != 0; }));
+    parallel_for_each_index(own.size(), 64, [&](std::size_t i) { moves[i] = moved_by(own[i]); });
+    const int least = std::ranges::min(moves);
+    loose.push_back(least == kNobodyKnows ? -1 : least);
   }
-  if (std::ranges::none_of(severed, [](char one) { return one != 0; })) return {};
-  return severed;
+  if (std::ranges::max(loose) < 0) return {};
+  return loose;
 }
 
 void take_blood(const TriangleSurface& surface, const SurfaceTree& tree,
-                std::span<const int> pieces, std::span<const char> severed, double voxel,
+                std::span<const int> pieces, std::span<const int> loose, double voxel,
                 std::vector<ShapedBrick>& shapes) {
-  if (severed.empty()) return;
-  const SeveredWalls walls(surface, pieces, severed);
+  if (loose.empty()) return;
+  const SeveredWalls walls(surface, pieces, loose);
   const double edge = kBrickEdgeVoxels * voxel;
   // First those that there are, then those of the pieces.
   std::vector<ShapedBrick> bricks = std::move(shapes);

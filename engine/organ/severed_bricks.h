@@ -12,18 +12,18 @@
 
 namespace viscera {
 
-/// Of each piece of a cut organ's surface (CutOrgan::pieces, not empty) whether it is cut off, as
-/// are those of which the body holds no point of its energy (kernels/finite/loose_pieces.h); empty:
-/// none is. `fields`: of that body; `tree`: of its surface at rest.                     (pieces)
-std::vector<char> severed_pieces(const OrganModel& model, const ShapeFunctions& fields,
+/// Of each piece of a cut organ's surface (CutOrgan::pieces) the number, by LoosePieces, of what
+/// moves it, as are those of which the body holds no point of its energy; -1: something holds it.
+/// Empty: all is held. `fields`: of that body; `tree`: of its surface at rest.             (pieces)
+std::vector<int> loose_of_pieces(const OrganModel& model, const ShapeFunctions& fields,
                                  const SurfaceTree& tree, std::span<const int> pieces);
 
-/// Takes the blood from the tissue of these pieces: in bricks of `shapes`, and in all others that
-/// they reach, which are added. The nearest wall says which piece a voxel is of. Bricks that are
-/// cut off as a whole, beside what is gone, are added without a geometry. `voxel`: of heat [m].
-/// Parallel, deterministic.
+/// Takes the blood from the tissue of pieces that are loose: in bricks of `shapes`, and in all
+/// others that they reach, which are added. The nearest wall says which piece a voxel is of. Bricks
+/// that are cut off as a whole, beside what is gone, are added without a geometry. `voxel`: of heat
+/// [m]. Parallel, deterministic.
 void take_blood(const TriangleSurface& surface, const SurfaceTree& tree,
-                std::span<const int> pieces, std::span<const char> severed, double voxel,
+                std::span<const int> pieces, std::span<const int> loose, double voxel,
                 std::vector<ShapedBrick>& shapes);
 
 }  // namespace viscera

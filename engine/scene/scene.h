@@ -153,6 +153,12 @@ enum class InstrumentKind {
   kBag
 };
 
+/// Whether monopolar current goes through such an instrument where its pedal asks for it.
+constexpr bool conducts(InstrumentKind kind) {
+  return kind == InstrumentKind::kHook || kind == InstrumentKind::kSpatula ||
+         kind == InstrumentKind::kScissors;
+}
+
 /// How far each blade of scissors swings from the shaft's axis, fully open [rad]: 25 degrees.
 inline constexpr double kScissorsOpen = 0.4363;
 

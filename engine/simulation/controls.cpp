@@ -16,15 +16,8 @@ constexpr double kGreatestPower = 400.0;
 
 /// Jaws conduct where their path says so: scene files refuse it of others.
 bool can_conduct(const InstrumentDescription& tool) {
-  switch (tool.kind) {
-    case InstrumentKind::kHook:
-    case InstrumentKind::kSpatula:
-    case InstrumentKind::kScissors:
-      return true;
-    default:
-      return std::ranges::any_of(tool.path,
-                                 [](const InstrumentKey& key) { return key.power > 0.0; });
-  }
+  return conducts(tool.kind) ||
+         std::ranges::any_of(tool.path, [](const InstrumentKey& key) { return key.power > 0.0; });
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "kernels/contact/surface_carriers.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "kernels/base/parallel.h"
@@ -82,22 +81,15 @@ class PieceOfPlace {
  public:
   explicit PieceOfPlace(const SurfacePlaces& places) : paths_(places.paths.get()) {
     if (!paths_) return;
-    const std::vector<TriangleSurface> pieces = closed_pieces(paths_->surface());
-    if (pieces.size() < 2) return;
-    numbers_.assign(paths_->surface().vertices.size(), 0);
-    for (std::size_t p = 0; p < pieces.size(); ++p)
-      for (const std::array<int, 3>& triangle : pieces[p].triangles)
-        for (const int corner : triangle)
-          numbers_[static_cast<std::size_t>(corner)] = static_cast<int>(p);
+    numbers_ = pieces_of_vertices(paths_->surface(), closed_pieces(paths_->surface()));
+    if (numbers_.empty()) return;
     of_places_.resize(places.size());
     parallel_for_each_index(places.size(), 64,
                             [&](std::size_t p) { of_places_[p] = number_at(places.positions[p]); });
   }
   int number_at(const Vec3& place) const {
     if (numbers_.empty()) return 0;
-    const int triangle = paths_->tree().closest(place).point.triangle;
-    const auto& corners = paths_->surface().triangles[static_cast<std::size_t>(triangle)];
-    return numbers_[static_cast<std::size_t>(corners[0])];
+    return piece_of(numbers_, paths_->surface(), paths_->tree().closest(place).point.triangle);
   }
   int of_place(std::size_t place) const { return of_places_.empty() ? 0 : of_places_[place]; }
 

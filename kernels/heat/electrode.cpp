@@ -169,9 +169,7 @@ void ElectrodeTip::trade_heat(Bioheat& heat, const ElectrodeContact& contact, do
       if (!(found && found->warm) && state_.excess < heat.options().followed) continue;
       HeatBrick* brick = heat.bricks().warm_up(index);
       if (!brick) continue;
-      const BrickIndex local = voxel - index * HeatBricks::kEdge;
-      const int at_voxel =
-          local.x() + HeatBricks::kEdge * (local.y() + HeatBricks::kEdge * local.z());
+      const int at_voxel = BrickField::place_in_brick(voxel, index);
       if (brick->geometry->fraction[at_voxel] > 0.0f) spots.push_back({brick, at_voxel});
     }
   }

@@ -23,12 +23,6 @@ constexpr int opposite(int side) {
   return side ^ 1;
 }
 
-// Which voxel of its brick a voxel is.
-int within(const BrickIndex& voxel, const BrickIndex& brick) {
-  const BrickIndex local = voxel - brick * HeatBricks::kEdge;
-  return local.x() + HeatBricks::kEdge * (local.y() + HeatBricks::kEdge * local.z());
-}
-
 }  // namespace
 
 HeatBricks::State::State(const State& other) : empty(other.empty), overflowed(other.overflowed) {
@@ -228,7 +222,8 @@ Vec3 HeatBricks::centre(const HeatBrick& brick, int voxel) const {
 double HeatBricks::excess_at(const BrickIndex& voxel) const {
   const BrickIndex index = BrickField::brick_of(voxel);
   const HeatBrick* brick = find(index);
-  return brick && brick->warm ? static_cast<double>(brick->warm->excess[within(voxel, index)])
+  return brick && brick->warm ? static_cast<double>(brick->warm->excess[static_cast<std::size_t>(
+                                    BrickField::place_in_brick(voxel, index))])
                               : 0.0;
 }
 
@@ -236,14 +231,18 @@ double HeatBricks::lasting_at(const BrickIndex& voxel, BrickField::Values BrickT
                               double sound) const {
   const BrickIndex index = BrickField::brick_of(voxel);
   const HeatBrick* brick = find(index);
-  return brick ? static_cast<double>((brick->*field)[within(voxel, index)]) : sound;
+  return brick ? static_cast<double>((brick->*field)[static_cast<std::size_t>(
+                     BrickField::place_in_brick(voxel, index))])
+               : sound;
 }
 
 double HeatBricks::tissue_at(const BrickIndex& voxel) const {
   const BrickIndex index = BrickField::brick_of(voxel);
   if (numbers_.find(index) == kEmpty) return 0.0;
   const HeatBrick* brick = find(index);
-  return brick ? static_cast<double>(brick->geometry->fraction[within(voxel, index)]) : 1.0;
+  return brick ? static_cast<double>(brick->geometry->fraction[static_cast<std::size_t>(
+                     BrickField::place_in_brick(voxel, index))])
+               : 1.0;
 }
 
 double HeatBricks::water_at(const BrickIndex& voxel) const {

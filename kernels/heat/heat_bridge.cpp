@@ -17,9 +17,7 @@ struct BridgeEnd {
 
 BridgeEnd end_at(Bioheat& heat, const BrickIndex& voxel) {
   const BrickIndex index = BrickField::brick_of(voxel);
-  const BrickIndex local = voxel - index * HeatBricks::kEdge;
-  BridgeEnd end{heat.bricks().warm_up(index),
-                local.x() + HeatBricks::kEdge * (local.y() + HeatBricks::kEdge * local.z()), 0.0};
+  BridgeEnd end{heat.bricks().warm_up(index), BrickField::place_in_brick(voxel, index), 0.0};
   if (end.brick) end.capacity = heat.voxel_capacity(*end.brick, end.voxel);
   return end;
 }

@@ -52,11 +52,6 @@ void along(const JawColumn& filament, const Bioheat& heat, const Visit& visit) {
     visit(heat.bricks().voxel_of(filament.upper + (i + 0.5) / count * way), way.norm() / count);
 }
 
-int index_in_brick(const BrickIndex& voxel) {
-  const BrickIndex local = voxel - BrickField::brick_of(voxel) * HeatBricks::kEdge;
-  return local.x() + HeatBricks::kEdge * (local.y() + HeatBricks::kEdge * local.z());
-}
-
 void warm_up(std::span<const JawColumn> filaments, Bioheat& heat) {
   std::vector<BrickIndex> wanted;
   for (const JawColumn& filament : filaments)
@@ -86,8 +81,9 @@ double coagulated_between(const Bioheat& heat, std::span<const JawColumn> column
   double all = 0.0, done = 0.0;
   for (const JawColumn& filament : filaments_of(columns, heat.options().voxel))
     along(filament, heat, [&](const BrickIndex& voxel, double length) {
-      const HeatBrick* brick = heat.bricks().find(BrickField::brick_of(voxel));
-      const int at = index_in_brick(voxel);
+      const BrickIndex index = BrickField::brick_of(voxel);
+      const HeatBrick* brick = heat.bricks().find(index);
+      const int at = BrickField::place_in_brick(voxel, index);
       // Where nothing was ever warm, all is sound; of tissue or not isn't known there.
       const double fraction = brick ? static_cast<double>(brick->geometry->fraction[at]) : 1.0;
       all += fraction * filament.area * length;
@@ -106,8 +102,9 @@ JawCurrent::JawCurrent(Bioheat& heat, std::span<const JawColumn> columns, double
     Column one{parts_.size(), parts_.size(), 0.0};
     double thick = 0.0;  // of tissue [m]
     along(filament, heat, [&](const BrickIndex& voxel, double length) {
-      HeatBrick* brick = heat.bricks().warm_up(BrickField::brick_of(voxel));
-      const int at = index_in_brick(voxel);
+      const BrickIndex index = BrickField::brick_of(voxel);
+      HeatBrick* brick = heat.bricks().warm_up(index);
+      const int at = BrickField::place_in_brick(voxel, index);
       if (!brick || brick->geometry->fraction[at] < kSomeTissue) return;
       const double share = static_cast<double>(brick->geometry->fraction[at]) * length;
       const double kelvin = body + static_cast<double>(brick->warm->excess[at]);

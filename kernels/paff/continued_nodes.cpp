@@ -13,29 +13,28 @@ namespace {
 /// A node farther than this outside of the tissue lies in air, not on its surface; in spacings.
 constexpr double kOutside = 1e-6;
 
-/// Nodes without their twins.
-std::size_t own_nodes(const ShapeFunctions& fields) {
-  const TrueNeighbours* split = fields.true_neighbours().get();
-  return fields.cloud().size() - (split ? split->twins() : 0);
-}
-
 /// Who carried a node's field at this place, the node or a twin of its own; -1: neither did.
 int carrier_before(const TrueNeighbours* was, int node, const Vec3& place) {
+  if (!was) return node;
+  thread_local TrueNeighbours::View view;
   TrueNeighbours::Shadow shadow;
-  if (!was || !was->shadow(node, place, was->piece_at(place), shadow)) return node;
-  return shadow.twin;
+  view.take(*was, place);
+  return was->shadow(node, view, shadow) ? shadow.twin : node;
 }
 
 /// The node that has most of this place; `otherwise` where none has any.
 int most_of(const ShapeFunctions& fields, const Vec3& place, int otherwise) {
   ShapeValues values;
-  if (!fields.evaluate(place, false, values) || values.nodes.empty()) return otherwise;
-  const auto size = [](double value) { return std::abs(value); };
-  const auto most = std::ranges::max_element(values.values, {}, size) - values.values.begin();
-  return values.nodes[static_cast<std::size_t>(most)];
+  const int strongest = fields.evaluate(place, false, values) ? values.strongest() : -1;
+  return strongest < 0 ? otherwise : strongest;
 }
 
 }  // namespace
+
+std::size_t own_nodes(const ShapeFunctions& fields) {
+  const TrueNeighbours* split = fields.true_neighbours().get();
+  return fields.cloud().size() - (split ? split->twins() : 0);
+}
 
 std::vector<int> continued_nodes(const ShapeFunctions& before, const ShapeFunctions& now) {
   const TrueNeighbours* split = now.true_neighbours().get();

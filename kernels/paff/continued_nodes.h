@@ -9,6 +9,9 @@
 
 namespace viscera {
 
+/// Nodes without their twins, which come after them.
+std::size_t own_nodes(const ShapeFunctions& fields);
+
 /// Of each node that carries the fields `now`, twins included, the one of `before` that carried the
 /// same tissue: a node itself; a twin that was there; for a new twin what it was split off from.
 /// Both are of the same nodes, apart from their twins.

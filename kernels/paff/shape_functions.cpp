@@ -17,6 +17,12 @@ std::vector<double> support_radii(const PointCloud& cloud, double support_factor
 
 }  // namespace
 
+int ShapeValues::strongest() const {
+  if (nodes.empty()) return -1;
+  const auto most = std::ranges::max_element(values, {}, [](double v) { return std::abs(v); });
+  return nodes[static_cast<std::size_t>(most - values.begin())];
+}
+
 double quartic_weight(double s) {
   if (s >= 1.0) return 0.0;
   return 1.0 + s * s * (-6.0 + s * (8.0 - 3.0 * s));
@@ -66,10 +72,11 @@ struct ShapeFunctions::Shadows {
 void ShapeFunctions::find_shadows(const Vec3& x, ShapeValues& out, Shadows& shadows) const {
   shadows.all.clear();
   std::size_t kept = 0;
-  const int piece = neighbours_->piece_at(x);
+  thread_local TrueNeighbours::View view;
+  view.take(*neighbours_, x);
   for (const int node : out.nodes) {
     TrueNeighbours::Shadow shadow;
-    if (neighbours_->shadow(node, x, piece, shadow)) {
+    if (neighbours_->shadow(node, view, shadow)) {
       const double radius = support_radius(node), s = shadow.way / radius;
       const double weight = quartic_weight(s);
       if (weight == 0.0 && shadow.twin < 0) continue;

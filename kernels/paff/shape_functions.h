@@ -26,6 +26,9 @@ struct ShapeValues {
   std::vector<double> values;   ///< phi_J(x), sum 1                                (m)
   std::vector<Vec3> gradients;  ///< [1/m]; empty when not asked for                (m)
   std::vector<double> weights;  ///< W_J(x), what a node shares with its twin apart (m)
+
+  /// The node that has most of the place; -1: there are none.
+  int strongest() const;
 };
 
 /// Number of polynomials in a basis: the fewest nodes that must reach every place.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -117,8 +118,8 @@ bool TissuePaths::gentle(int leaving, int entering, const Vec3& p, const Vec3& q
   return false;
 }
 
-std::vector<Vec3> TissuePaths::walls_beyond_air(const Vec3& from, double length) const {
-  std::vector<Vec3> walls;
+bool TissuePaths::any_wall_beyond_air(const Vec3& from, double length,
+                                      const std::function<bool(const Vec3&)>& visit) const {
   thread_local std::vector<int> near, facing;
   tree_.within(from, length, near);
   const auto normal = [&](int t) -> const Vec3& { return normals_[static_cast<std::size_t>(t)]; };
@@ -155,12 +156,63 @@ std::vector<Vec3> TissuePaths::walls_beyond_air(const Vec3& from, double length)
       const double off = (centre - on).norm();
       const double share = off > 0.0 ? std::min(kOff, kFarthestOff * length / off) : 0.0;
       const Vec3 place = on + share * (centre - on);
-      if ((place - from).squaredNorm() < length * length && !nearly_straight(from, place))
-        walls.push_back(place);
+      if ((place - from).squaredNorm() < length * length && !nearly_straight(from, place) &&
+          visit(place))
+        return true;
     }
   }
-  return walls;
+  return false;
 }
+
+namespace {
+
+/// A place on an edge at which the surface is concave.
+struct OnEdge {
+  Vec3 position, normal;
+  double detail;  // there
+};
+
+using CubeKey = std::array<long, 3>;
+
+CubeKey cube_of(const Vec3& place, double edge) {
+  CubeKey key;
+  for (int c = 0; c < 3; ++c)
+    key[static_cast<std::size_t>(c)] = static_cast<long>(std::floor(place[c] / edge));
+  return key;
+}
+
+/// One for each direction of its surface in each small cube of space, whose edge is a part of the
+/// detail.
+std::vector<OnEdge> thinned(const std::vector<OnEdge>& all,
+                            const std::function<double(const OnEdge&)>& part) {
+  std::set<std::array<long, 6>> taken;
+  std::vector<OnEdge> some;
+  for (const OnEdge& one : all) {
+    const CubeKey cube = cube_of(one.position, part(one) * one.detail);
+    const std::array<long, 6> key{cube[0],
+                                  cube[1],
+                                  cube[2],
+                                  std::lround(one.normal.x()),
+                                  std::lround(one.normal.y()),
+                                  std::lround(one.normal.z())};
+    if (taken.insert(key).second) some.push_back(one);
+  }
+  return some;
+}
+
+/// Fewer where a wall is ragged: to ways past it, its every dent would be a bend.
+std::vector<OnEdge> thinned_where_many(const std::vector<OnEdge>& all) {
+  constexpr double kFine = 1.0 / 8.0, kCoarse = 1.0 / 4.0;  // in details
+  constexpr int kMany = 48;  // in a detail's cube; at the end of a smooth cut there are some 30
+  const std::vector<OnEdge> fine = thinned(all, [](const OnEdge&) { return kFine; });
+  std::map<CubeKey, int> counts;
+  for (const OnEdge& one : fine) ++counts[cube_of(one.position, one.detail)];
+  return thinned(fine, [&](const OnEdge& one) {
+    return counts.at(cube_of(one.position, one.detail)) > kMany ? kCoarse : kFine;
+  });
+}
+
+}  // namespace
 
 TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(const Vec3&)>& wanted,
                          const std::function<double(const Vec3&)>& detail)
@@ -171,8 +223,7 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
   const auto vertex = [&](int v) -> const Vec3& {
     return surface.vertices[static_cast<std::size_t>(v)];
   };
-  // One bend for each direction of its surface in each small cube of space.
-  std::set<std::array<long, 6>> taken;
+  std::vector<OnEdge> all;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
       const int other = paths.adjacent_[t][i];
@@ -190,27 +241,48 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
       const int count = std::max(1, static_cast<int>(std::ceil((b - a).norm() / (kDistance * h))));
       for (int k = 0; k < count; ++k) {
         const Vec3 on = a + (k + 0.5) / count * (b - a);
-        if (!wanted(on)) continue;
-        std::array<long, 6> cell;
-        for (int c = 0; c < 3; ++c) {
-          cell[static_cast<std::size_t>(c)] =
-              static_cast<long>(std::floor(on[c] / (kDistance * h)));
-          cell[static_cast<std::size_t>(3 + c)] = std::lround(normal[c]);
-        }
-        if (!taken.insert(cell).second) continue;
-        positions_.push_back(on - kDepth * h * normal);
+        if (wanted(on)) all.push_back({on, normal, h});
       }
     }
   }
+  for (const OnEdge& one : thinned_where_many(all)) {
+    const Vec3 below = one.position - kDepth * one.detail * one.normal;
+    // Below a ridge thinner than that is air.
+    if (paths.tree_.signed_distance(below) < 0.0) positions_.push_back(below);
+  }
+  sights_.take(positions_.size());
+}
+
+void TissueBends::Sights::take(std::size_t bends) {
+  constexpr std::size_t kMost = 20000;  // 100 MB
+  if (bends > 0 && bends <= kMost)
+    known_ = std::vector<std::atomic<std::uint8_t>>((bends * (bends - 1) / 2 + 3) / 4);
+}
+
+bool TissueBends::Sights::straight(const TissuePaths& paths, const std::vector<Vec3>& bends, int a,
+                                   int b) const {
+  if (a < b) std::swap(a, b);
+  const auto high = static_cast<std::size_t>(a), low = static_cast<std::size_t>(b);
+  const auto look = [&] { return paths.straight(bends[high], bends[low]); };
+  if (known_.empty()) return look();
+  const std::size_t pair = high * (high - 1) / 2 + low, shift = 2 * (pair % 4);
+  std::atomic<std::uint8_t>& four = known_[pair / 4];
+  const unsigned known = four.load(std::memory_order_relaxed) >> shift & 3u;
+  if (known != 0) return known == 3u;
+  const bool seen = look();
+  four.fetch_or(static_cast<std::uint8_t>((seen ? 3u : 1u) << shift), std::memory_order_relaxed);
+  return seen;
 }
 
 std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double longest) const {
   // Dijkstra's search. Whether two bends see each other is asked only where that makes a way
   // shorter: to most there is a straight one from the start.
   std::vector<TissuePaths::Bend> bends;
-  for (const Vec3& x : positions_) {
+  for (std::size_t b = 0; b < positions_.size(); ++b) {
+    const Vec3& x = positions_[b];
     const double direct = (x - from).norm();
-    if (direct < longest) bends.push_back({x, paths_.straight(from, x) ? direct : longest});
+    if (direct < longest)
+      bends.push_back({x, paths_.straight(from, x) ? direct : longest, static_cast<int>(b)});
   }
   std::vector<char> settled(bends.size(), 0);
   for (;;) {
@@ -224,7 +296,8 @@ std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double lon
     for (std::size_t i = 0; i < bends.size(); ++i) {
       if (settled[i]) continue;
       const double farther = bends[next].length + (bends[i].position - bends[next].position).norm();
-      if (farther < bends[i].length && paths_.straight(bends[next].position, bends[i].position))
+      if (farther < bends[i].length &&
+          sights_.straight(paths_, positions_, bends[next].number, bends[i].number))
         bends[i].length = farther;
     }
   }

@@ -2,8 +2,10 @@
 // around the air of its folds, fissures and gaps.
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <cstdint>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "kernels/points/surface.h"
@@ -27,15 +29,18 @@ class TissuePaths {
   /// is at most 1.16 times as long. `may_start_outside`: a way may also begin a little outside.
   bool nearly_straight(const Vec3& from, const Vec3& to, bool may_start_outside = false) const;
 
-  /// Places where ways of this length from `from` come back into the body over more than a gently
-  /// concave surface: corners, centres and nearest places of the triangles that they come in
-  /// through. Empty: all that lies as near is nearly straight ahead. Cheap where it is.
-  std::vector<Vec3> walls_beyond_air(const Vec3& from, double length) const;
+  /// Visits places where ways of this length from `from` come back into the body over more than a
+  /// gently concave surface, until `visit` says true of one, which is the answer: corners, centres
+  /// and nearest places of the triangles that they come in through. None: all that lies as near is
+  /// nearly straight ahead. Cheap where it is.
+  bool any_wall_beyond_air(const Vec3& from, double length,
+                           const std::function<bool(const Vec3&)>& visit) const;
 
   /// A place that ways around air bend at, and how long the shortest way there is.
   struct Bend {
     Vec3 position;
     double length;  ///< [m]
+    int number;     ///< among its TissueBends
   };
 
   const TriangleSurface& surface() const { return surface_; }
@@ -54,7 +59,7 @@ class TissuePaths {
 
 /// Where shortest ways bend: along the edges at which the surface is concave. Bends lie a fiftieth
 /// of `detail` below the surface, so that ways to them don't run along walls, and about an eighth
-/// of it apart.
+/// of it apart, or a quarter where a wall is ragged.
 class TissueBends {
  public:
   /// Bends at the places that `wanted` holds for; `detail`: the local node spacing [m].
@@ -67,8 +72,19 @@ class TissueBends {
   std::size_t size() const { return positions_.size(); }
 
  private:
+  /// Which bends see each other, found as searches ask: those from many places ask for the same.
+  class Sights {
+   public:
+    void take(std::size_t bends);
+    bool straight(const TissuePaths& paths, const std::vector<Vec3>& bends, int a, int b) const;
+
+   private:
+    mutable std::vector<std::atomic<std::uint8_t>> known_;  // two bits a pair; empty: too many
+  };
+
   const TissuePaths& paths_;
   std::vector<Vec3> positions_;
+  Sights sights_;
 };
 
 }  // namespace viscera

@@ -61,34 +61,53 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
 }
 
 void TrueNeighbours::find_pieces() {
-  std::vector<TriangleSurface> pieces = closed_pieces(paths_.surface());
-  if (pieces.size() < 2) return;
-  piece_of_vertex_.assign(paths_.surface().vertices.size(), 0);
-  for (std::size_t p = 0; p < pieces.size(); ++p)
-    for (const std::array<int, 3>& triangle : pieces[p].triangles)
-      for (const int corner : triangle)
-        piece_of_vertex_[static_cast<std::size_t>(corner)] = static_cast<int>(p);
+  const std::vector<TriangleSurface> pieces = closed_pieces(paths_.surface());
+  piece_of_vertex_ = pieces_of_vertices(paths_.surface(), pieces);
+  if (piece_of_vertex_.empty()) return;
   for (const TriangleSurface& piece : pieces)
     walls_of_pieces_.emplace_back(with_used_vertices(piece));
 }
 
 /// The nearest place of each other piece that the node's field would reach.
-void TrueNeighbours::add_other_pieces(std::size_t node, const Vec3& from,
-                                      std::vector<Vec3>& walls) const {
-  if (walls_of_pieces_.empty()) return;
+std::vector<Vec3> TrueNeighbours::other_pieces(std::size_t node, const Vec3& from) const {
+  std::vector<Vec3> places;
+  if (walls_of_pieces_.empty()) return places;
   const auto own = static_cast<std::size_t>(piece_at(from));
   for (std::size_t p = 0; p < walls_of_pieces_.size(); ++p) {
     if (p == own) continue;
     const SurfaceTree::Closest wall = walls_of_pieces_[p].closest(cloud_.positions[node]);
-    if (wall.distance < kBeyond * radius(node)) walls.push_back(wall.position);
+    if (wall.distance < kBeyond * radius(node)) places.push_back(wall.position);
   }
+  return places;
+}
+
+void TrueNeighbours::View::take(const TrueNeighbours& body, const Vec3& place) {
+  constexpr std::uint32_t kLooks = std::uint32_t{1} << 31;
+  if (++look_ == kLooks) {
+    bends_.clear();
+    points_.clear();
+    look_ = 1;
+  }
+  paths_ = &body.paths_;
+  place_ = place;
+  piece_ = body.piece_at(place);
+}
+
+bool TrueNeighbours::View::found(Answers& known, int number, const Vec3& position,
+                                 bool from_there) {
+  const auto i = static_cast<std::size_t>(number);
+  if (i >= known.size()) known.resize(std::max(i + 1, 2 * known.size()), 0);
+  if (known[i] >> 1 != look_) {
+    const bool seen =
+        from_there ? paths_->straight(position, place_) : paths_->straight(place_, position);
+    known[i] = look_ << 1 | static_cast<std::uint32_t>(seen);
+  }
+  return (known[i] & 1) != 0;
 }
 
 int TrueNeighbours::piece_at(const Vec3& place) const {
   if (piece_of_vertex_.empty()) return 0;
-  const int triangle = paths_.tree().closest(place).point.triangle;
-  const int corner = paths_.surface().triangles[static_cast<std::size_t>(triangle)][0];
-  return piece_of_vertex_[static_cast<std::size_t>(corner)];
+  return piece_of(piece_of_vertex_, paths_.surface(), paths_.tree().closest(place).point.triangle);
 }
 
 Vec3 TrueNeighbours::beginning(std::size_t node) const {
@@ -102,21 +121,24 @@ Vec3 TrueNeighbours::beginning(std::size_t node) const {
 bool TrueNeighbours::find_blocked() {
   const std::size_t n = cloud_.size();
   std::vector<Vec3> from = cloud_.positions;
-  std::vector<std::vector<Vec3>> walls(n);
+  std::vector<std::vector<Vec3>> others(n);  // other pieces' places in reach
+  std::vector<char> has_walls(n, 0);
   parallel_for_each_index(n, 32, [&](std::size_t i) {
-    const auto walls_from_there = [&] {
-      return paths_.walls_beyond_air(from[i], kBeyond * radius(i));
+    const auto are_walls = [&] {
+      return paths_.any_wall_beyond_air(from[i], kBeyond * radius(i),
+                                        [](const Vec3&) { return true; });
     };
-    walls[i] = walls_from_there();
-    if (walls[i].empty() && walls_of_pieces_.empty()) return;
+    bool some = are_walls();
+    if (!some && walls_of_pieces_.empty()) return;
     from[i] = beginning(i);
-    if (from[i] != cloud_.positions[i]) walls[i] = walls_from_there();
-    add_other_pieces(i, from[i], walls[i]);
+    if (from[i] != cloud_.positions[i]) some = are_walls();
+    others[i] = other_pieces(i, from[i]);
+    has_walls[i] = some || !others[i].empty();
   });
   std::vector<std::size_t> nodes;  // that have some
   std::vector<Vec3> beginnings;    // theirs
   for (std::size_t i = 0; i < n; ++i) {
-    if (walls[i].empty()) continue;
+    if (!has_walls[i]) continue;
     nodes.push_back(i);
     beginnings.push_back(from[i]);
   }
@@ -129,19 +151,23 @@ bool TrueNeighbours::find_blocked() {
   std::vector<char> keeps(nodes.size(), 0), severed(nodes.size(), 0);
   parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
     const Vec3& place = cloud_.positions[nodes[k]];
-    keeps[k] = std::any_of(walls[nodes[k]].begin(), walls[nodes[k]].end(), [&](const Vec3& to) {
-      if (piece_at(to) != blocked[k].piece) {
+    thread_local View view;
+    const auto loses_it = [&](const Vec3& to) {
+      view.take(*this, to);
+      if (view.piece() != blocked[k].piece) {
         severed[k] = 1;
         return true;
       }
       const double r = radius(nodes[k]), straight = (to - place).norm();
       Shadow shadow;
-      if (!way_through(blocked[k], place, kLongerWay * r, to, shadow)) return false;
+      if (!way_through(blocked[k], place, kLongerWay * r, view, shadow)) return false;
       severed[k] = severed[k] || shadow.way >= kLongerWay * r;
       return severed[k] ||
              (shadow.way > kLongerWay * straight &&
               quartic_weight(straight / r) - quartic_weight(shadow.way / r) > kLeastLost);
-    });
+    };
+    keeps[k] = std::ranges::any_of(others[nodes[k]], loses_it) ||
+               paths_.any_wall_beyond_air(beginnings[k], kBeyond * radius(nodes[k]), loses_it);
     std::erase_if(blocked[k].bends,
                   [&](const auto& bend) { return bend.length >= radius(nodes[k]); });
   });
@@ -226,44 +252,52 @@ void TrueNeighbours::find_shadows(const std::vector<std::size_t>& nodes,
     about.push_back(radius(i));
   }
   const InfluenceGrid grid(centres, about);
-  std::vector<std::vector<std::size_t>> points(nodes.size());
-  std::vector<int> near;
-  for (std::size_t q = 0; q < volume.size(); ++q) {
+  // Point by point, for what one sees serves all nodes about it.
+  struct InReach {
+    std::size_t node;  // of `nodes`
+    PointInReach point;
+  };
+  std::vector<std::vector<InReach>> about_points(volume.size());
+  parallel_for_each_index(volume.size(), 16, [&](std::size_t q) {
+    thread_local std::vector<int> near;
+    thread_local View view;
     grid.reaching(volume.positions[q], near);
-    for (const int k : near) points[static_cast<std::size_t>(k)].push_back(q);
-  }
-  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
-    if (!keeps[k]) return;
-    std::vector<Vec3> places;
-    std::vector<double> weights;
-    for (const std::size_t q : points[k]) {
-      places.push_back(volume.positions[q]);
-      weights.push_back(volume.weights[q]);
+    if (std::ranges::none_of(near, [&](int k) { return keeps[static_cast<std::size_t>(k)]; }))
+      return;
+    view.take(*this, volume.positions[q]);
+    for (const int one : near) {
+      const auto k = static_cast<std::size_t>(one);
+      if (!keeps[k]) continue;
+      const double r = about[k];
+      const double full = quartic_weight((view.place() - centres[k]).norm() / r);
+      Shadow shadow;
+      shadow.way = r;
+      const bool seen =
+          view.piece() == blocked[k].piece && !way_through(blocked[k], centres[k], r, view, shadow);
+      about_points[q].push_back(
+          {k, {q, full, seen ? full : quartic_weight(shadow.way / r), view.piece()}});
     }
-    find_parts(nodes[k], places, weights, blocked[k]);
+  });
+  std::vector<std::vector<PointInReach>> points(nodes.size());
+  for (const std::vector<InReach>& about_point : about_points)
+    for (const InReach& one : about_point) points[one.node].push_back(one.point);
+  parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
+    if (keeps[k]) find_parts(nodes[k], volume, points[k], blocked[k]);
   });
 }
 
-/// Parts of the deep shadow among `places` (all in the node's reach, with their volumes), those
-/// with a twin numbered from 0.
-void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& places,
-                                const std::vector<double>& weights, Blocked& blocked) const {
-  const Vec3& from = cloud_.positions[node];
-  const double r = radius(node);
+/// Parts of the deep shadow among these points of the volume, those with a twin numbered from 0.
+void TrueNeighbours::find_parts(std::size_t node, const VolumeQuadrature& volume,
+                                const std::vector<PointInReach>& points, Blocked& blocked) const {
   double whole = 0.0;
   std::vector<double> lost;  // of the places in deep shadow
-  for (std::size_t p = 0; p < places.size(); ++p) {
-    const double full = quartic_weight((places[p] - from).norm() / r);
-    whole += weights[p] * full;
-    const int piece = piece_at(places[p]);
-    Shadow shadow;
-    shadow.way = r;
-    if (piece == blocked.piece && !way_through(blocked, from, r, places[p], shadow)) continue;
-    const double kept = quartic_weight(shadow.way / r);
-    if (kept >= kDeep * full) continue;
-    if (!piece_of_vertex_.empty()) blocked.pieces.push_back(piece);
-    blocked.places.push_back(places[p]);
-    lost.push_back(weights[p] * (full - kept));
+  for (const PointInReach& one : points) {
+    whole += volume.weights[one.point] * one.full;
+    if (one.kept >= kDeep * one.full) continue;
+    if (!piece_of_vertex_.empty()) blocked.pieces.push_back(one.piece);
+    blocked.places.push_back(volume.positions[one.point]);
+    blocked.points.push_back(static_cast<int>(one.point));
+    lost.push_back(volume.weights[one.point] * (one.full - one.kept));
   }
   const std::size_t count = blocked.places.size();
   DisjointSets sets(count);
@@ -294,8 +328,8 @@ void TrueNeighbours::find_parts(std::size_t node, const std::vector<Vec3>& place
 /// The weighing way from a node to a place, at most `longest`; false where they see each other, or
 /// nearly.
 bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, double longest,
-                                 const Vec3& place, Shadow& out) const {
-  const Vec3& from = blocked.from;
+                                 View& view, Shadow& out) const {
+  const Vec3 &from = blocked.from, &place = view.place();
   if (paths_.straight(from, place)) return false;
   struct Candidate {
     double length;
@@ -318,9 +352,9 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, doubl
   for (auto end = candidates.end(); end != candidates.begin(); --end) {
     std::pop_heap(candidates.begin(), end);
     const Candidate& one = *(end - 1);
-    const Vec3& bend = blocked.bends[static_cast<std::size_t>(one.bend)].position;
-    if (!paths_.straight(bend, place)) continue;
-    const Vec3 last = place - bend, direct = place - from;
+    const TissuePaths::Bend& bend = blocked.bends[static_cast<std::size_t>(one.bend)];
+    if (!view.from_bend(bend.number, bend.position)) continue;
+    const Vec3 last = place - bend.position, direct = place - from;
     const double straight = direct.norm();
     double slope_straight = 0.0, slope_way = 1.0;
     out.way = weighing_way(straight, one.length, slope_straight, slope_way);
@@ -339,14 +373,16 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, doubl
   return true;
 }
 
-bool TrueNeighbours::shadow(int node, const Vec3& place, int piece, Shadow& out) const {
+bool TrueNeighbours::shadow(int node, View& view, Shadow& out) const {
   const auto i = static_cast<std::size_t>(node);
   if (blocked_of_[i] < 0) return false;
   const Blocked& blocked = blocked_[static_cast<std::size_t>(blocked_of_[i])];
+  const Vec3& place = view.place();
+  const int piece = view.piece();
   if (piece != blocked.piece) {
     out.way = radius(i);
     out.gradient = Vec3::Zero();
-  } else if (!way_through(blocked, cloud_.positions[i], radius(i), place, out)) {
+  } else if (!way_through(blocked, cloud_.positions[i], radius(i), view, out)) {
     return false;
   }
   out.twin = -1;
@@ -373,7 +409,7 @@ bool TrueNeighbours::shadow(int node, const Vec3& place, int piece, Shadow& out)
     }
     const std::size_t p = near[k].second;
     if (k == 0) out.twin = blocked.twins[p];
-    if (!paths_.straight(place, blocked.places[p])) continue;
+    if (!view.to_point(blocked.points[p], blocked.places[p])) continue;
     out.twin = blocked.twins[p];
     break;
   }

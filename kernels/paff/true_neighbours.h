@@ -17,6 +17,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -53,11 +54,34 @@ class TrueNeighbours {
     Vec3 gradient = Vec3::Zero();  ///< of it by the place
     int twin = -1;                 ///< node of the cloud that has the rest; -1: none
   };
+  /// A place in the body, and which bends and points about it see it: many nodes ask for the same.
+  /// To be kept for place after place, by one thread.
+  class View {
+   public:
+    /// From now on.
+    void take(const TrueNeighbours& body, const Vec3& place);
+    const Vec3& place() const { return place_; }
+    int piece() const { return piece_; }
+    /// Of the bend with this number, or the place of a deep shadow that is at this point.
+    bool from_bend(int bend, const Vec3& position) { return found(bends_, bend, position, true); }
+    bool to_point(int point, const Vec3& position) {
+      return found(points_, point, position, false);
+    }
+
+   private:
+    using Answers = std::vector<std::uint32_t>;  // twice the look that they are of, and the answer
+    bool found(Answers& known, int number, const Vec3& position, bool from_there);
+
+    const TissuePaths* paths_ = nullptr;
+    Vec3 place_ = Vec3::Zero();
+    int piece_ = 0;
+    std::uint32_t look_ = 0;
+    Answers bends_, points_;
+  };
   /// Which closed piece of the body a place in it is of; 0 of a body in one.
   int piece_at(const Vec3& place) const;
-  /// False where the node (one of the first ones, without the twins) sees the place, which is of
-  /// this piece.
-  bool shadow(int node, const Vec3& place, int piece, Shadow& out) const;
+  /// False where the node (one of the first ones, without the twins) sees the place.
+  bool shadow(int node, View& view, Shadow& out) const;
 
  private:
   /// A node with shadows.
@@ -65,28 +89,35 @@ class TrueNeighbours {
     Vec3 from;  ///< where its ways begin: the node, or a wall near one in air
     std::vector<TissuePaths::Bend> bends;
     std::vector<Vec3> places;  ///< that lie in its deep shadow
+    std::vector<int> points;   ///< of each its number, the same for all nodes
     std::vector<int> twins;    ///< of each: node of the cloud, or -1
     std::vector<int> pieces;   ///< of each; empty: the body is in one
     bool divided = false;      ///< the places have different ones
     int piece = 0;             ///< of the node
   };
+  /// A point of the volume in a node's reach: its number and what it has of the node.
+  struct PointInReach {
+    std::size_t point;
+    double full, kept;  ///< weight without walls; what they leave
+    int piece;
+  };
 
   TrueNeighbours(const TriangleSurface& surface, const PointCloud& cloud, double support_factor)
       : cloud_(cloud), support_factor_(support_factor), paths_(surface) {}
   void find_pieces();
-  void add_other_pieces(std::size_t node, const Vec3& from, std::vector<Vec3>& walls) const;
+  std::vector<Vec3> other_pieces(std::size_t node, const Vec3& from) const;
   bool find_blocked();
   std::vector<Blocked> ways_around(const std::vector<std::size_t>& nodes,
                                    const std::vector<Vec3>& beginnings,
                                    const LocalSpacing& spacing) const;
   void find_shadows(const std::vector<std::size_t>& nodes, const std::vector<char>& keeps,
                     const VolumeQuadrature& volume, std::vector<Blocked>& blocked) const;
-  void find_parts(std::size_t node, const std::vector<Vec3>& places,
-                  const std::vector<double>& weights, Blocked& blocked) const;
+  void find_parts(std::size_t node, const VolumeQuadrature& volume,
+                  const std::vector<PointInReach>& points, Blocked& blocked) const;
   double radius(std::size_t node) const { return support_factor_ * cloud_.spacings[node]; }
   Vec3 beginning(std::size_t node) const;
   Vec3 nearest_place(const Blocked& blocked, int twin, std::size_t node) const;
-  bool way_through(const Blocked& blocked, const Vec3& node, double longest, const Vec3& place,
+  bool way_through(const Blocked& blocked, const Vec3& node, double longest, View& view,
                    Shadow& out) const;
 
   PointCloud cloud_;

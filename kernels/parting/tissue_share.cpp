@@ -17,8 +17,7 @@ double TissueShare::limit(const Voxel& voxel, double share) {
   const float before = gone_.at(voxel);
   if (!(gone > before)) return 0.0;
   const Voxel brick = BrickField::brick_of(voxel);
-  const Voxel local = voxel - kEdge * brick;
-  const auto at = static_cast<std::size_t>(local.x() + kEdge * (local.y() + kEdge * local.z()));
+  const auto at = static_cast<std::size_t>(BrickField::place_in_brick(voxel, brick));
   gone_.brick(gone_.ensure(brick))[at] = gone;
   return static_cast<double>(gone - before);
 }

@@ -47,6 +47,17 @@ class BrickMap {
   std::unordered_map<std::uint64_t, int> numbers_;
 };
 
+/// Calls for each brick of this edge [m] that meets the box.
+template <class Body>
+void for_bricks_in(const Box& box, double edge, const Body& body) {
+  const BrickIndex first = (box.min() / edge).array().floor().cast<int>();
+  const BrickIndex last = (box.max() / edge).array().floor().cast<int>();
+  for (int z = first.z(); z <= last.z(); ++z)
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); ++x)
+        if (const BrickIndex index(x, y, z); BrickMap::holds(index)) body(index);
+}
+
 /// Division that rounds down.
 inline int floor_divide(int value, int by) {
   return value >= 0 ? value / by : -((by - 1 - value) / by);

@@ -23,9 +23,8 @@ float BrickField::at(const Index& voxel) const {
   const Index brick = brick_of(voxel);
   const int found = find(brick);
   if (found < 0) return 0.0f;
-  const Index local = voxel - brick * kEdge;
-  return state_
-      .values[static_cast<std::size_t>(found)][local.x() + kEdge * (local.y() + kEdge * local.z())];
+  return state_.values[static_cast<std::size_t>(found)]
+                      [static_cast<std::size_t>(place_in_brick(voxel, brick))];
 }
 
 double BrickField::sample(const Vec3& rest_position) const {

@@ -48,6 +48,11 @@ class BrickField {
   double sample(const Vec3& rest_position) const;
 
   static Index brick_of(const Index& voxel);  ///< floor division by kEdge
+  /// Which of its brick's values a voxel has; `brick`: brick_of() it.
+  static int place_in_brick(const Index& voxel, const Index& brick) {
+    const Index local = voxel - brick * kEdge;
+    return local.x() + kEdge * (local.y() + kEdge * local.z());
+  }
   Index voxel_of(const Vec3& rest_position) const;
   Vec3 centre(const Index& voxel) const { return (voxel.cast<double>().array() + 0.5) * voxel_; }
   std::size_t memory_bytes() const;

@@ -74,4 +74,15 @@ std::vector<TriangleSurface> closed_pieces(const TriangleSurface& surface) {
   return bodies;
 }
 
+std::vector<int> pieces_of_vertices(const TriangleSurface& surface,
+                                    const std::vector<TriangleSurface>& pieces) {
+  if (pieces.size() < 2) return {};
+  std::vector<int> numbers(surface.vertices.size(), 0);
+  for (std::size_t p = 0; p < pieces.size(); ++p)
+    for (const std::array<int, 3>& triangle : pieces[p].triangles)
+      for (const int corner : triangle)
+        numbers[static_cast<std::size_t>(corner)] = static_cast<int>(p);
+  return numbers;
+}
+
 }  // namespace viscera

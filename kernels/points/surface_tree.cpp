@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "kernels/points/box_fours.h"
+
 namespace viscera {
 
 namespace {
@@ -73,6 +75,7 @@ struct SurfaceTree::Data {
   std::vector<std::array<Vec3, 3>> corners;  // in the order of the leaves
   std::vector<int> triangles;                // their indices in the caller's surface
   std::vector<Normals> normals;              // in the order of the leaves
+  BoxFours fours;                            // of the nodes, for ways
 
   struct Hit {
     int place = -1;  // into corners
@@ -89,14 +92,6 @@ struct SurfaceTree::Data {
   /// wanted.
   template <class Wanted, class Visit>
   void each_place(const Wanted& wanted, const Visit& visit) const {
-    any_place(wanted, [&](int place) {
-      visit(place);
-      return false;
-    });
-  }
-  /// The same until it says true for one, which is the answer.
-  template <class Wanted, class Visit>
-  bool any_place(const Wanted& wanted, const Visit& visit) const {
     std::array<int, kStackSize> stack;
     int depth = 0;
     if (!nodes.empty()) stack[depth++] = 0;
@@ -109,11 +104,20 @@ struct SurfaceTree::Data {
         stack[depth++] = at + 1;
         continue;
       }
-      for (int place = node.begin; place < node.end; ++place)
-        if (visit(place)) return true;
+      for (int place = node.begin; place < node.end; ++place) visit(place);
     }
-    return false;
   }
+  /// Calls visit(place) for the triangles that a way may meet until it says true for one, which is
+  /// the answer.
+  template <class Visit>
+  bool any_on_way(const BoxFours::Way& way, const Visit& visit) const {
+    return fours.any_leaf(way, [&](int leaf) {
+      for (int place = nodes[leaf].begin; place < nodes[leaf].end; ++place)
+        if (visit(place)) return true;
+      return false;
+    });
+  }
+  BoxFours with_four_children() const;
 };
 
 int SurfaceTree::Data::build(const std::vector<Box>& boxes, const std::vector<Vec3>& centres,
@@ -141,6 +145,17 @@ int SurfaceTree::Data::build(const std::vector<Box>& boxes, const std::vector<Ve
   build(boxes, centres, begin, middle);
   nodes[self].right = build(boxes, centres, middle, end);
   return self;
+}
+
+BoxFours SurfaceTree::Data::with_four_children() const {
+  std::vector<BoxFours::Two> twos(nodes.size());
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    twos[k].box = nodes[k].box;
+    if (nodes[k].right < 0) continue;
+    twos[k].left = static_cast<int>(k) + 1;
+    twos[k].right = nodes[k].right;
+  }
+  return BoxFours(twos);
 }
 
 // Normals of faces, of edges (sum of the two faces') and of vertices (weighted by angle): with
@@ -231,6 +246,7 @@ SurfaceTree::SurfaceTree(const TriangleSurface& surface) : data_(std::make_uniqu
   std::iota(data_->triangles.begin(), data_->triangles.end(), 0);
   data_->nodes.reserve(count);
   data_->build(boxes, centres, 0, count);
+  data_->fours = data_->with_four_children();
   data_->corners.resize(count);
   for (int place = 0; place < count; ++place) {
     const auto& [a, b, c] = surface.triangles[data_->triangles[place]];
@@ -263,30 +279,14 @@ namespace {
 /// How far beyond its ends a way, and beyond its edges a triangle, still counts, over their sizes.
 constexpr double kCrossingSlack = 1e-6;
 
-/// A straight way, for boxes and triangles that it may meet.
+/// A straight way, for triangles that it may meet.
 class Way {
  public:
-  /// Boxes count as larger by the slack of it and of what is `across` [m].
-  Way(const Vec3& from, const Vec3& to, double across)
-      : from_(from),
-        way_(to - from),
-        inverse_(way_.cwiseInverse()),
-        length_(way_.norm()),
-        pad_(kCrossingSlack * (length_ + across)) {}
+  Way(const Vec3& from, const Vec3& to) : from_(from), way_(to - from), length_(way_.norm()) {}
 
-  bool meets(const Box& box) const {
-    double begin = 0.0, end = 1.0;
-    for (int a = 0; a < 3; ++a) {
-      const double low = box.min()[a] - from_[a] - pad_, high = box.max()[a] - from_[a] + pad_;
-      if (way_[a] == 0.0) {
-        if (low > 0.0 || high < 0.0) return false;
-        continue;
-      }
-      const double first = low * inverse_[a], second = high * inverse_[a];
-      begin = std::max(begin, std::min(first, second));
-      end = std::min(end, std::max(first, second));
-    }
-    return begin <= end;
+  /// For boxes, with the slack of it and of what is `across` [m].
+  BoxFours::Way for_boxes(double across) const {
+    return {from_, from_ + way_, kCrossingSlack * (length_ + across)};
   }
 
   struct Meeting {
@@ -310,8 +310,8 @@ class Way {
   }
 
  private:
-  Vec3 from_, way_, inverse_;
-  double length_, pad_;
+  Vec3 from_, way_;
+  double length_;
 };
 
 }  // namespace
@@ -319,12 +319,12 @@ class Way {
 void SurfaceTree::crossings(const Vec3& from, const Vec3& to, std::vector<Crossing>& found) const {
   found.clear();
   if (data_->nodes.empty()) return;
-  const Way way(from, to, data_->nodes[0].box.diagonal().norm());
-  data_->each_place([&](const Box& box) { return way.meets(box); },
-                    [&](int place) {
-                      if (const auto meeting = way.meet(data_->corners[place], false))
-                        found.push_back({meeting->share, data_->triangles[place], meeting->enters});
-                    });
+  const Way way(from, to);
+  data_->any_on_way(way.for_boxes(data_->nodes[0].box.diagonal().norm()), [&](int place) {
+    if (const auto meeting = way.meet(data_->corners[place], false))
+      found.push_back({meeting->share, data_->triangles[place], meeting->enters});
+    return false;
+  });
   std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) {
     return a.share < b.share || (a.share == b.share && a.triangle < b.triangle);
   });
@@ -332,7 +332,7 @@ void SurfaceTree::crossings(const Vec3& from, const Vec3& to, std::vector<Crossi
 
 bool SurfaceTree::enters_after(double share, const Vec3& from, const Vec3& to) const {
   if (data_->nodes.empty()) return false;
-  const Way way(from, to, data_->nodes[0].box.diagonal().norm());
+  const Way way(from, to);
   const auto is_met = [&](int place) {
     const auto meeting = way.meet(data_->corners[place], true);
     return meeting && meeting->share > share;
@@ -340,12 +340,11 @@ bool SurfaceTree::enters_after(double share, const Vec3& from, const Vec3& to) c
   // What stood in the last way often stands in the next.
   thread_local int last = 0;
   if (last < static_cast<int>(data_->corners.size()) && is_met(last)) return true;
-  return data_->any_place([&](const Box& box) { return way.meets(box); },
-                          [&](int place) {
-                            if (!is_met(place)) return false;
-                            last = place;
-                            return true;
-                          });
+  return data_->any_on_way(way.for_boxes(data_->nodes[0].box.diagonal().norm()), [&](int place) {
+    if (!is_met(place)) return false;
+    last = place;
+    return true;
+  });
 }
 
 void SurfaceTree::within(const Vec3& centre, double radius, std::vector<int>& found) const {

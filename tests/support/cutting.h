@@ -1,6 +1,7 @@
 // Blades of tests.
 #pragma once
 
+#include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/parting/parting_keys.h"
 #include "tests/support/small_world.h"
 
@@ -16,6 +17,26 @@ inline InstrumentDescription upright_scalpel(const Vec3& from, const Vec3& to, d
   scalpel.trocar = Vec3(from.x(), 0.0, 20.0);
   scalpel.extras.set(blade);
   return scalpel;
+}
+
+inline const Vec3 kBarToSever(36e-3, 16e-3, 16e-3);  ///< about the origin, held at its left end [m]
+inline constexpr double kSweptBy = 0.2;              ///< a blade is through it by then [s]
+
+/// A blade along `along` is drawn through that bar along y, its middle at this place of x and z.
+inline SceneDescription bar_to_sever(const Vec3& along, const Vec3& through) {
+  SceneDescription scene = held_bar_scene(kBarToSever, 2e-3, 0.1e-3, 4.2e-3, 4.2e-3);
+  scene.organs[0].response = Response::kFinite;
+  scene.organs[0].extras.set(CuttableDescription{0.4e-3});
+  scene.extras.set(GravityDescription{});
+  constexpr double kLength = 44e-3, kSide = 13e-3;
+  const Vec3 tip = through - 0.5 * kLength * along;
+  InstrumentDescription scalpel = straight_tool(
+      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
+      {{0.0, tip + Vec3(0, kSide, 0), 0.0, 1.0}, {kSweptBy, tip - Vec3(0, kSide, 0), 0.0, 1.0}});
+  scalpel.trocar = 20.0 * along;
+  scalpel.extras.set(BladeDescription{kLength, 0.8e-3});
+  scene.instruments = {scalpel};
+  return scene;
 }
 
 }  // namespace viscera::test

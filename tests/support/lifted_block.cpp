@@ -1,7 +1,12 @@
 #include "tests/support/lifted_block.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "engine/features/beds/beds.h"
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/touching/touching_keys.h"
+#include "engine/simulator/build.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -47,6 +52,33 @@ SceneDescription lifted_block(const LiftedBlock& options) {
   scene.extras.set(TouchingDescription{.organs = true, .friction = 0.0, .pitch = 1.0});
   scene.duration = options.period;
   return scene;
+}
+
+Vec3 pull_of_bed(const World& world) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& force : world.all<BedState>()[0].forces) sum += force;
+  return sum;
+}
+
+Lifted lift(World& world, double time) {
+  const auto place_of_block = [&] { return pose_of(world, world.model().organs()[0]).position; };
+  Trace trace(stage_names());
+  Lifted lifted;
+  Vec3 before = place_of_block(), pull_before = pull_of_bed(world);
+  const double area = bed_figures(world)[0].area;
+  while (world.time() < time - 1e-9) {
+    lifted.flags.raise(step_frame(world, trace).flags);
+    const Vec3 at = place_of_block(), pull = pull_of_bed(world);
+    lifted.work -= 0.5 * (pull + pull_before).dot(at - before);
+    lifted.greatest = std::max(lifted.greatest, pull.norm());
+    const double open = at.norm();
+    const double exact = area * kLiftedBed.stiffness * kLiftedBed.left(open) * open;
+    lifted.farthest_off = std::max(lifted.farthest_off, std::abs(pull.norm() - exact));
+    before = at;
+    pull_before = pull;
+  }
+  lifted.farthest_off /= lifted.greatest;
+  return lifted;
 }
 
 }  // namespace viscera::test

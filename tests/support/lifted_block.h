@@ -3,6 +3,8 @@
 
 #include "engine/features/beds/beds_keys.h"
 #include "engine/scene/scene.h"
+#include "engine/simulation/frame_flag.h"
+#include "engine/simulation/world.h"
 
 namespace viscera::test {
 
@@ -18,5 +20,18 @@ struct LiftedBlock {
 
 /// Organs: block, 20 x 20 x 8 mm about the origin, and floor, below it; bed: "bed", of kLiftedBed.
 SceneDescription lifted_block(const LiftedBlock& options);
+
+/// Of its bed on the block, world [N].
+Vec3 pull_of_bed(const World& world);
+
+struct Lifted {
+  double work = 0.0;          ///< of what carries the block, against its bed [J]
+  double greatest = 0.0;      ///< pull [N]
+  double farthest_off = 0.0;  ///< of the pull from what the law has at that opening, whose block
+                              ///< doesn't yield, over the greatest
+  FlagSet flags;
+};
+/// Steps until `time`.
+Lifted lift(World& world, double time);
 
 }  // namespace viscera::test

@@ -18,8 +18,6 @@ namespace {
 /// So much of a piece's vertices must lie in the sack. Chosen: what sticks out a little is pushed
 /// in as the mouth is drawn shut.
 constexpr double kInSack = 0.95;
-/// Vertices of a piece that are asked whether it is loose, at most.
-constexpr std::size_t kAskedAbout = 8;
 /// Places at which a piece is held, and how far apart they are at least, in spacings of its nodes:
 /// nearer ones would ask the same nodes for two things.
 constexpr std::size_t kMostHolds = 12;
@@ -67,18 +65,13 @@ std::vector<std::vector<int>> pieces_in_sack(const World& world, Entity organ,
     pieces[piece].push_back(static_cast<int>(v));
   }
   const auto is_out = [&](const std::vector<int>& vertices) {
+    if (vertices.empty()) return true;
+    const int piece = left->pieces[static_cast<std::size_t>(vertices.front())];
+    if (loose_number(*left, piece) < 0) return true;
     const auto inside = std::ranges::count_if(vertices, [&](int v) {
       return in_sack(bag, state, pose.to_world(now[static_cast<std::size_t>(v)].cast<double>()));
     });
-    if (vertices.empty() ||
-        static_cast<double>(inside) < kInSack * static_cast<double>(vertices.size()))
-      return true;
-    // Where a wall is dented, fields may not tell of a place of it.
-    const std::vector<Vec3>& rest = world.find<OrganBody>(organ)->model->surface.vertices;
-    const auto asked = std::span(vertices).first(std::min(kAskedAbout, vertices.size()));
-    return std::ranges::none_of(asked, [&](int v) {
-      return loose_piece_at(world, organ, rest[static_cast<std::size_t>(v)]) >= 0;
-    });
+    return static_cast<double>(inside) < kInSack * static_cast<double>(vertices.size());
   };
   std::erase_if(pieces, is_out);
   return pieces;

@@ -3,18 +3,17 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/parting/parting_flags.h"
 #include "engine/features/parting/remove_pieces.h"
 #include "engine/simulator/build.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/points/closed_pieces.h"
+#include "tests/support/cutting.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
 namespace {
 
-const Vec3 kBaggedBar(36e-3, 16e-3, 16e-3);  // about the origin, held at its left end [m]
 // The piece is off by the first; what is kept is at the trocar by the second, gone by the third
 // [s].
 constexpr double kBagCloses = 1.7, kBagOut = 3.2, kBagGone = 4.8;
@@ -23,17 +22,7 @@ const BagDescription kSack{60e-3, 60e-3};
 /// A grasper holds the end that a blade cuts off. A bag's sack hangs about it, its shaft along y;
 /// its mouth closes, the grasper lets go, and the bag goes back to its trocar.
 SceneDescription end_to_bag(double bore) {
-  SceneDescription scene = held_bar_scene(kBaggedBar, 2e-3, 0.1e-3, 4.2e-3, 4.2e-3);
-  scene.organs[0].response = Response::kFinite;
-  scene.organs[0].extras.set(CuttableDescription{0.4e-3});
-  scene.extras.set(GravityDescription{});
-  constexpr double kLength = 44e-3, kSide = 13e-3, kAt = 6e-3;
-  const Vec3 tip(kAt, 0, -0.5 * kLength);
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, tip + Vec3(0, kSide, 0), 0.0, 1.0}, {0.2, tip - Vec3(0, kSide, 0), 0.0, 1.0}});
-  scalpel.trocar = Vec3(0, 0, 20.0);
-  scalpel.extras.set(BladeDescription{kLength, 0.8e-3});
+  SceneDescription scene = bar_to_sever(Vec3::UnitZ(), Vec3(6e-3, 0, 0));
   const Vec3 above(12e-3, 0, 14e-3), on(12e-3, 0, 9.8e-3);
   InstrumentDescription grasper = straight_tool("grasper", InstrumentKind::kGrasper, 1.5e-3,
                                                 {{0.0, above, 0.0, 1.0},
@@ -52,7 +41,8 @@ SceneDescription end_to_bag(double bore) {
   bag.trocar = Vec3(12e-3, 100e-3, 20e-3);
   bag.extras.set(kSack);
   bag.extras.set(BoreDescription{bore});
-  scene.instruments = {scalpel, grasper, bag};
+  scene.instruments.push_back(grasper);
+  scene.instruments.push_back(bag);
   return scene;
 }
 

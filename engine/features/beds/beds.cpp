@@ -132,7 +132,6 @@ void lay_beds(World& world, const FrameContext&) {
     BedState& state = *world.find<BedState>(beds.owner(b));
     BedInStep& step = *world.find<BedInStep>(beds.owner(b));
     step.layer.reset();
-    step.places = nullptr;
     if (both_rest(world, bed.organs)) continue;
     const BedPlaces& places = places_now(world, beds.owner(b));
     if (loaded[b]) step.layer = std::make_unique<LayerInStep>(places.layer, state.bonds);
@@ -141,7 +140,6 @@ void lay_beds(World& world, const FrameContext&) {
       std::ranges::fill(state.forces, Vec3::Zero());
       continue;
     }
-    step.places = &places;
     for (std::size_t side = 0; side < 2; ++side) {
       const Entity organ = bed.organs[side];
       if (!yields(world, organ)) continue;
@@ -157,7 +155,8 @@ void lay_beds(World& world, const FrameContext&) {
   }
 }
 
-/// Calls each(bed, state, step, bodies of both organs) for beds of these organs that are loaded.
+/// Calls each(bed, places, state, step, bodies of both organs) for beds of these organs that are
+/// loaded.
 template <class Each>
 void for_each_bed(World& world, std::span<const Entity> organs, std::span<const int> bodies,
                   const Each& each) {
@@ -170,7 +169,8 @@ void for_each_bed(World& world, std::span<const Entity> organs, std::span<const 
     const std::array<int, 2> of_both{body(beds[b].organs[0]), body(beds[b].organs[1])};
     BedInStep& step = *world.find<BedInStep>(beds.owner(b));
     if (step.layer && (of_both[0] >= 0 || of_both[1] >= 0))
-      each(beds[b], *world.find<BedState>(beds.owner(b)), step, of_both);
+      each(beds[b], places_now(world, beds.owner(b)), *world.find<BedState>(beds.owner(b)), step,
+           of_both);
   }
 }
 
@@ -206,7 +206,7 @@ void add_beds(World& world, std::span<const Entity> organs, std::span<const int>
               std::vector<JointsThatYield>& yielding) {
   for_each_bed(
       world, organs, bodies,
-      [&](const Bed& bed, const BedState& state, BedInStep& step,
+      [&](const Bed& bed, const BedPlaces& places, const BedState& state, BedInStep& step,
           const std::array<int, 2>& of_both) {
         yielding.push_back({joints.size(), step.layer.get()});
         const std::array<DrawnOrgan, 2> drawn{DrawnOrgan(world, bed.organs[0]),
@@ -220,7 +220,7 @@ void add_beds(World& world, std::span<const Entity> organs, std::span<const int>
             joint.ends[side] = {of_both[side], static_cast<int>(step.first_cells[side] + j)};
             if (of_both[side] < 0)
               joint.displacement += (side == 0 ? -1.0 : 1.0) *
-                                    drawn[side].displacement(step.places->cells[side][joined[j]]);
+                                    drawn[side].displacement(places.cells[side][joined[j]]);
           }
           joints.push_back(joint);
           forces.push_back(state.forces[joined[j]]);
@@ -232,7 +232,8 @@ void take_beds(World& world, std::span<const Entity> organs, std::span<const int
                std::span<const Vec3> forces, bool known) {
   std::size_t next = 0;
   for_each_bed(world, organs, bodies,
-               [&](const Bed&, BedState& state, BedInStep& step, const std::array<int, 2>&) {
+               [&](const Bed&, const BedPlaces&, BedState& state, BedInStep& step,
+                   const std::array<int, 2>&) {
                  std::ranges::fill(state.forces, Vec3::Zero());
                  Vec3 sum = Vec3::Zero();
                  for (const std::size_t cell : step.layer->joined()) {

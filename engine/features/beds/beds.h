@@ -39,7 +39,6 @@ static_assert(fields_cover<BedState>());
 /// A bed's part of this frame's contact problem.
 struct BedInStep {
   std::unique_ptr<LayerInStep> layer;        ///< null: nothing loads it
-  const BedPlaces* places = nullptr;         ///< of its joints; while there is `layer`
   std::array<std::size_t, 2> first_cells{};  ///< of its joints in both organs' cells
 };
 
@@ -64,9 +63,8 @@ struct BedFigures {
   double area = 0.0;                                  ///< of all bonds [m2]
   double parted = 0.0;                                ///< of that [m2]
   double torn = 0.0;                                  ///< of what parted, by force [m2]
-  double film = 0.0, film_parted = 0.0;  ///< length of edge under a film; of that, parted [m]
-  double tissue_left = 0.0;  ///< of pieces that have come off an organ and hang on it [m3]
-  double work = 0.0;         ///< that force has put into parting it [J]
+  double film = 0.0, film_parted = 0.0;      ///< length of edge under a film; of that, parted [m]
+  double work = 0.0;                         ///< that force has put into parting it [J]
   double force = 0.0, greatest_force = 0.0;  ///< of all bonds together, now and so far [N]
 };
 std::vector<BedFigures> bed_figures(const World& world);

@@ -15,29 +15,28 @@ CohesiveLaw law_of(const Json& bed) {
           bed["toughness_J_per_m2"].get<double>()};
 }
 
-Finding law_falls(const Json& bed) {
-  const CohesiveLaw law = law_of(bed);
-  if (law.is_sound()) return {};
-  return {
-      {"toughness_J_per_m2",
-       fmt::format("found {:g}, expected more than {:g}: what a bond takes up before it softens "
-                   "(strength_kPa, stiffness_kPa_per_mm)",
-                   law.toughness, 0.5 * law.strength * law.first())}};
-}
-
 CohesiveLaw film_of(const Json& film) {
   return {film["strength_N_per_m"].get<double>(),
           1e3 * film["stiffness_N_per_m_per_mm"].get<double>(),
           film["toughness_J_per_m"].get<double>()};
 }
 
-Finding film_falls(const Json& film) {
-  const CohesiveLaw law = film_of(film);
+/// What is wrong with a law, by the keys of its toughness and of the other two.
+Finding finds_no_fall(const CohesiveLaw& law, const char* toughness, const char* others) {
   if (law.is_sound()) return {};
-  return {{"toughness_J_per_m",
-           fmt::format("found {:g}, expected more than {:g}: what the film takes up before it "
-                       "gives way (strength_N_per_m, stiffness_N_per_m_per_mm)",
-                       law.toughness, 0.5 * law.strength * law.first())}};
+  return {
+      {toughness,
+       fmt::format("found {:g}, expected more than {:g}: what it takes up before it softens ({})",
+                   law.toughness, 0.5 * law.strength * law.first(), others)}};
+}
+
+Finding law_falls(const Json& bed) {
+  return finds_no_fall(law_of(bed), "toughness_J_per_m2", "strength_kPa, stiffness_kPa_per_mm");
+}
+
+Finding film_falls(const Json& film) {
+  return finds_no_fall(film_of(film), "toughness_J_per_m",
+                       "strength_N_per_m, stiffness_N_per_m_per_mm");
 }
 
 ObjectSpec film_spec() {
@@ -103,7 +102,7 @@ ObjectSpec bed_spec() {
              "touches it. The fallback is where its water boils.")
           .between(45, 400)
           .otherwise(100.0),
-      object("film", "Over its edge.", film_spec())};
+      object("film", "A film of peritoneum over its edge.", film_spec())};
   spec.checks = {
       between_two(),
       {{"between"}, lies_between_surfaces, nullptr},

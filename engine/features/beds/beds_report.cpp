@@ -42,7 +42,6 @@ std::vector<BedFigures> bed_figures(const World& world) {
         figures.torn += area;
       }
     }
-    figures.tissue_left = tissue_left_on(world, beds.owner(b));
     all.push_back(figures);
   }
   return all;
@@ -52,7 +51,8 @@ std::vector<ReportSection> beds_report(const World& world) {
   const std::vector<BedFigures> figures = bed_figures(world);
   if (figures.empty()) return {};
   Json list = Json::array();
-  for (const BedFigures& bed : figures)
+  for (std::size_t b = 0; b < figures.size(); ++b) {
+    const BedFigures& bed = figures[b];
     list.push_back(
         {{"name", bed.name},
          {"between", {bed.between[0], bed.between[1]}},
@@ -61,11 +61,12 @@ std::vector<ReportSection> beds_report(const World& world) {
          {"bonds_broken", {{"force", bed.by_force}, {"heat", bed.by_heat}, {"cut", bed.by_cut}}},
          {"area_m2", bed.area},
          {"parted_m2", bed.parted},
-         {"tissue_left_m3", bed.tissue_left},
+         {"tissue_left_m3", tissue_left_on(world, world.all<Bed>().owner(b))},
          {"film_m", bed.film},
          {"film_parted_m", bed.film_parted},
          {"work_J", bed.work},
          {"greatest_force_N", bed.greatest_force}});
+  }
   return {report_section("beds", list)};
 }
 

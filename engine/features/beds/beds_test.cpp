@@ -17,44 +17,6 @@
 namespace viscera::test {
 namespace {
 
-/// Of a bed on its first organ, world [N].
-Vec3 pull_of_bed(const World& world) {
-  Vec3 sum = Vec3::Zero();
-  for (const Vec3& force : world.all<BedState>()[0].forces) sum += force;
-  return sum;
-}
-
-Vec3 place_of_block(const World& world) {
-  return pose_of(world, world.model().organs()[0]).position;
-}
-
-struct Lifted {
-  double work = 0.0, greatest = 0.0, farthest_off = 0.0;
-  FlagSet flags;
-};
-
-/// Until `time`; `farthest_off`: of the pull from what the law has at that opening, whose block
-/// doesn't yield, over the greatest.
-Lifted lift(World& world, double time) {
-  Trace trace(stage_names());
-  Lifted lifted;
-  Vec3 before = place_of_block(world), pull_before = Vec3::Zero();
-  const double area = bed_figures(world)[0].area;
-  while (world.time() < time - 1e-9) {
-    lifted.flags.raise(step_frame(world, trace).flags);
-    const Vec3 at = place_of_block(world), pull = pull_of_bed(world);
-    lifted.work -= 0.5 * (pull + pull_before).dot(at - before);
-    lifted.greatest = std::max(lifted.greatest, pull.norm());
-    const double open = at.norm();
-    const double exact = area * kLiftedBed.stiffness * kLiftedBed.left(open) * open;
-    lifted.farthest_off = std::max(lifted.farthest_off, std::abs(pull.norm() - exact));
-    before = at;
-    pull_before = pull;
-  }
-  lifted.farthest_off /= lifted.greatest;
-  return lifted;
-}
-
 class Bedded : public testing::TestWithParam<Response> {};
 
 TEST_P(Bedded, ABlockThatIsCarriedAwayTakesItsBedsToughnessToPart) {

@@ -167,20 +167,6 @@ BedLeft places_left(const BedSides& sides, const BedPlaces& whole) {
   return left;
 }
 
-/// Of each of an organ's pieces [m3].
-std::vector<double> volumes_of_pieces(const OrganModel& model, std::span<const int> pieces) {
-  std::vector<double> volumes(static_cast<std::size_t>(std::ranges::max(pieces)) + 1, 0.0);
-  const Vec3 about = model.surface.vertices.front();
-  for (const std::array<int, 3>& triangle : model.surface.triangles) {
-    std::array<Vec3, 3> corners;
-    for (std::size_t c = 0; c < 3; ++c)
-      corners[c] = model.surface.vertices[static_cast<std::size_t>(triangle[c])] - about;
-    volumes[static_cast<std::size_t>(pieces[static_cast<std::size_t>(triangle[0])])] +=
-        corners[0].dot(corners[1].cross(corners[2])) / 6.0;
-  }
-  return volumes;
-}
-
 }  // namespace
 
 const BedPlaces& places_now(const World& world, Entity bed) {
@@ -219,7 +205,9 @@ double tissue_left_on(const World& world, Entity entity) {
     const std::vector<int>& pieces = pieces_of(world, bed.organs[side]);
     if (pieces.empty()) continue;
     const OrganModel& model = *world.find<OrganBody>(bed.organs[side])->model;
-    const std::vector<double> volumes = volumes_of_pieces(model, pieces);
+    std::vector<double> volumes;
+    for (const TriangleSurface& piece : closed_pieces(model.surface))
+      volumes.push_back(volume(piece));
     const auto organ =
         static_cast<std::size_t>(std::ranges::max_element(volumes) - volumes.begin());
     std::vector<char> held(volumes.size(), 0);

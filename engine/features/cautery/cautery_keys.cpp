@@ -78,8 +78,7 @@ const BipolarDescription* bipolar_of(const InstrumentDescription& tool) {
 }
 
 bool carries_current(const InstrumentDescription& tool) {
-  return (tool.kind == InstrumentKind::kHook || tool.kind == InstrumentKind::kSpatula ||
-          tool.kind == InstrumentKind::kScissors || bipolar_of(tool)) &&
+  return (conducts(tool.kind) || bipolar_of(tool)) &&
          std::any_of(tool.path.begin(), tool.path.end(),
                      [](const InstrumentKey& key) { return key.power > 0.0; });
 }

@@ -2,9 +2,7 @@
 #include "engine/features/clips/clips.h"
 
 #include <gtest/gtest.h>
-#include <oneapi/tbb/global_control.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
 
 #include "engine/features/clips/clips_flags.h"
@@ -13,6 +11,7 @@
 #include "kernels/finite/finite_solver.h"
 #include "tests/support/cutting.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -287,27 +286,7 @@ TEST(Clips, AreToldByTheReport) {
 }
 
 TEST(Clips, ARunIsTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
-  const Model model = build_shared(clipped_bar());
-  std::array<std::string, 2> hashes;
-  for (const std::size_t threads : {1, 2}) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                            threads);
-    auto simulation = Simulation::create(model);
-    ASSERT_TRUE(simulation);
-    while (simulation->time() < 0.7) simulation->step();
-    hashes[threads - 1] = simulation->hash();
-  }
-  EXPECT_EQ(hashes[0], hashes[1]);
-  auto one = Simulation::create(model);
-  ASSERT_TRUE(one);
-  while (one->time() < 0.3) one->step();
-  const auto snapshot = one->snapshot();
-  auto other = Simulation::create(model);
-  ASSERT_TRUE(other);
-  const auto restored = other->restore(*snapshot);
-  ASSERT_TRUE(restored) << restored.error().text();
-  while (other->time() < 0.7) other->step();
-  EXPECT_EQ(other->hash(), hashes[0]);
+  expect_same_runs(build_shared(clipped_bar()), {0.3}, 0.7);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // Contact of tools with organs: whose tissue lies under which tip.
 #pragma once
 
+#include <functional>
+
 #include "engine/features/contact/contact_flags.h"
 #include "engine/simulation/feature.h"
 #include "kernels/points/surface_scan.h"
@@ -22,6 +24,10 @@ Box bounds_at_rest(const OrganModel& model, const Pose& pose);
 
 /// How deformation has moved a cell of an organ's last solve, world [m].
 Vec3 cell_displacement(const World& world, Entity organ, std::size_t cell);
+
+/// Of what an instrument holds, which it does, these cells alone are held on, by their numbers in
+/// its grasp; all is let go where there are none, or one jaw of two has none.
+void keep_held(World& world, Entity instrument, const std::function<bool(std::size_t)>& keeps);
 
 /// InstrumentState, deformed surfaces -> OrganContact.cells, OrganTouch.ranges,
 /// InstrumentContact.grasp.

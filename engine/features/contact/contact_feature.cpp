@@ -45,26 +45,18 @@ void put_on(const CollisionSurface& rest, const Vec3& place, SurfacePoint& point
 }
 
 /// Jaws and bags hold on to what is left of what they held; what has gone farther than this they
-/// have lost, and with it all where one jaw of two has nothing any more.
+/// have lost.
 constexpr double kHeldTissueLostBy = 1e-3;  // [m]
 
 void hold_what_is_left(World& world, Entity instrument, const CollisionSurface& rest) {
-  std::optional<Grasp>& held = world.find<InstrumentContact>(instrument)->grasp;
-  Grasp& grasp = *held;
-  Jaws* jaws = world.find<Jaws>(instrument);
-  const std::size_t upper_before = jaws ? jaws->upper : 0;
-  std::size_t kept = 0, upper = 0;
-  for (std::size_t k = 0; k < grasp.cells.size(); ++k) {
-    const auto hit = rest.closest(grasp.cells[k].position, kHeldTissueLostBy);
-    if (!hit) continue;
-    if (k < upper_before) ++upper;
-    grasp.cells[kept] = grasp.cells[k];
-    grasp.points[kept++] = hit->point;
-  }
-  grasp.cells.resize(kept);
-  grasp.points.resize(kept);
-  if (jaws) jaws->upper = upper;
-  if (kept == 0 || (upper_before > 0 && (upper == 0 || upper == kept))) held.reset();
+  Grasp& grasp = *world.find<InstrumentContact>(instrument)->grasp;
+  std::vector<char> left(grasp.cells.size(), 0);
+  for (std::size_t k = 0; k < left.size(); ++k)
+    if (const auto hit = rest.closest(grasp.cells[k].position, kHeldTissueLostBy)) {
+      grasp.points[k] = hit->point;
+      left[k] = 1;
+    }
+  keep_held(world, instrument, [&](std::size_t cell) { return left[cell] != 0; });
 }
 
 /// What touches an organ touches the same tissue of the body that it is now.
@@ -119,6 +111,23 @@ Box bounds_at_rest(const OrganModel& model, const Pose& pose) {
   for (int corner = 0; corner < 8; ++corner)
     bounds.extend(pose.to_world(model.rest_bounds.corner(static_cast<Box::CornerType>(corner))));
   return bounds;
+}
+
+void keep_held(World& world, Entity instrument, const std::function<bool(std::size_t)>& keeps) {
+  std::optional<Grasp>& held = world.find<InstrumentContact>(instrument)->grasp;
+  Jaws* jaws = world.find<Jaws>(instrument);
+  const std::size_t upper_before = jaws ? jaws->upper : 0;
+  std::size_t kept = 0, upper = 0;
+  for (std::size_t k = 0; k < held->cells.size(); ++k) {
+    if (!keeps(k)) continue;
+    if (k < upper_before) ++upper;
+    held->cells[kept] = held->cells[k];
+    held->points[kept++] = held->points[k];
+  }
+  held->cells.resize(kept);
+  held->points.resize(kept);
+  if (jaws) jaws->upper = upper;
+  if (kept == 0 || (upper_before > 0 && (upper == 0 || upper == kept))) held.reset();
 }
 
 Vec3 cell_displacement(const World& world, Entity organ, std::size_t cell) {

@@ -54,11 +54,9 @@ static_assert(fields_cover<BladeTrack>());
 /// A piece that was taken out of the scene, or is as soon as the organ's next body is there.
 struct RemovedPiece {
   Vec3 within = Vec3::Zero();  ///< a place of it at rest, organ frame [m]
-  double volume = 0.0;         ///< at rest [m3]
   double mass = 0.0;           ///< [kg]
   static constexpr auto fields() {
-    return std::tuple(field("within", &RemovedPiece::within),
-                      field("volume", &RemovedPiece::volume), field("mass", &RemovedPiece::mass));
+    return std::tuple(field("within", &RemovedPiece::within), field("mass", &RemovedPiece::mass));
   }
 };
 static_assert(fields_cover<RemovedPiece>());
@@ -104,6 +102,7 @@ struct OrganLeft {
   std::shared_ptr<const ShapeFunctions> fields;  ///< of the body that the organ is
   std::vector<float> depths;                     ///< as CutOrgan::depths; empty: it is whole
   std::vector<int> pieces;                       ///< as CutOrgan::pieces
+  std::vector<int> loose;                        ///< as CutOrgan::loose
   std::shared_ptr<const SurfaceTree> tree;       ///< as CutOrgan::tree; null: it is whole
   std::vector<ShapedBrick> heated;               ///< as CutOrgan::heated
   TissueShare::State made_of;                    ///< what it is made of

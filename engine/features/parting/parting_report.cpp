@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/features/beds/beds.h"
+#include "engine/features/beds/cut_beds.h"
 #include "engine/features/cautery/cautery.h"
 #include "engine/features/parting/parting.h"
 #include "engine/features/parting/perforations.h"
@@ -67,8 +68,9 @@ std::vector<ReportSection> parting_report(const World& world) {
     by_force += bed.by_force;
     by_heat += bed.by_heat;
     by_cut += bed.by_cut;
-    left_on_beds += bed.tissue_left;
   }
+  for (std::size_t b = 0; b < world.all<Bed>().size(); ++b)
+    left_on_beds += tissue_left_on(world, world.all<Bed>().owner(b));
   for (const BurnFigures& burn : burn_figures(world)) vaporised += burn.vaporised;
   for (const WallFigures& wall : walls) {
     perforations += wall.perforations;

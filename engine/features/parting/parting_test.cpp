@@ -2,7 +2,6 @@
 #include "engine/features/parting/parting.h"
 
 #include <gtest/gtest.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <numbers>
@@ -14,6 +13,7 @@
 #include "kernels/points/surface_checks.h"
 #include "tests/support/cutting.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -237,17 +237,7 @@ TEST(Parting, ASimulationGoesOnFromASnapshotBeforeWhileAndAfterAnOrganIsCut) {
 }
 
 TEST(Parting, ARunIsTheSameOnAnyNumberOfThreads) {
-  std::array<std::string, 2> hashes;
-  const Model model = build_shared(block_to_cut(kDeep, 0.01, 2e-3));
-  for (const std::size_t threads : {1, 2}) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                            threads);
-    auto simulation = Simulation::create(model);
-    ASSERT_TRUE(simulation);
-    while (simulation->time() < 2.2) simulation->step();
-    hashes[threads - 1] = simulation->hash();
-  }
-  EXPECT_EQ(hashes[0], hashes[1]);
+  expect_same_runs(build_shared(block_to_cut(kDeep, 0.01, 2e-3)), {}, 2.2);
 }
 
 // --- what is refused ----------------------------------------------------------------------------

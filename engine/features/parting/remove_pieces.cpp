@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/features/contact/contact.h"
 #include "engine/features/parting/parting_flags.h"
 #include "kernels/finite/finite_solver.h"
 
@@ -76,31 +77,17 @@ bool one_of_these(const auto& those, const auto& one) {
   return std::ranges::find(those, one) != those.end();
 }
 
-/// As loose_piece_at() has it, of a piece that the grasp is on.
-int loose_piece_of(const World& world, const Grasp& grasp, int piece) {
-  const OrganLeft& left = *world.find<OrganLeft>(grasp.organ);
-  const TriangleSurface& surface = world.find<OrganBody>(grasp.organ)->model->surface;
-  for (std::size_t k = 0; k < grasp.cells.size(); ++k) {
-    if (piece_of(left.pieces, surface, grasp.points[k].triangle) != piece) continue;
-    const int loose = loose_piece_at(world, grasp.organ, grasp.cells[k].position);
-    if (loose >= 0) return loose;
-  }
-  return -1;
-}
-
-/// Takes out a piece that is no wider than this [m]; true: it is wider.
-bool bring_out_piece(const World& world, Entity organ, const std::pair<int, int>& piece_and_loose,
-                     double widest, OrganCut& cut) {
-  const auto& [piece, loose] = piece_and_loose;
+/// Takes out a loose piece that is no wider than this [m]; true: it is wider.
+bool bring_out_piece(const World& world, Entity organ, int piece, double widest, OrganCut& cut) {
   const TriangleSurface surface = surface_of_piece(world, organ, piece);
   if (width_through_hole(surface) > widest) return true;
-  const OrganModel& model = *world.find<OrganBody>(organ)->model;
-  const LoosePieces& pieces = model.finite->loose();
-  const std::optional<Vec3> within =
-      place_within(surface, pieces.pieces()[static_cast<std::size_t>(loose)],
-                   world.find<OrganLeft>(organ)->fields->cloud(), cut.gone);
+  const OrganLeft& left = *world.find<OrganLeft>(organ);
+  const LoosePieces& pieces = world.find<OrganBody>(organ)->model->finite->loose();
+  const int loose = loose_number(left, piece);
+  const std::optional<Vec3> within = place_within(
+      surface, pieces.pieces()[static_cast<std::size_t>(loose)], left.fields->cloud(), cut.gone);
   if (!within) return false;
-  cut.removed.push_back({*within, volume(surface), pieces.mass(loose)});
+  cut.removed.push_back({*within, pieces.mass(loose)});
   cut.changed = true;
   return false;
 }
@@ -114,14 +101,11 @@ bool bring_out(World& world, Entity organ, Entity instrument, OrganCut& cut) {
   const std::vector<int> held = pieces_in(world, grasp);
   if (held.empty() || (held.size() > 1 && !in_bag)) return false;
   const std::vector<int> leaving = leaving_pieces(world, organ, cut.removed.size());
+  const double widest = (in_bag ? kSqueezedInBag : 1.0) * bore_of(tool);
   bool stuck = false;
-  for (const int piece : held) {
-    if (one_of_these(leaving, piece)) continue;
-    const int loose = loose_piece_of(world, grasp, piece);
-    if (loose < 0) continue;
-    const double widest = (in_bag ? kSqueezedInBag : 1.0) * bore_of(tool);
-    stuck |= bring_out_piece(world, organ, {piece, loose}, widest, cut);
-  }
+  for (const int piece : held)
+    if (!one_of_these(leaving, piece) && loose_number(*world.find<OrganLeft>(organ), piece) >= 0)
+      stuck |= bring_out_piece(world, organ, piece, widest, cut);
   return stuck;
 }
 
@@ -134,14 +118,8 @@ bool brings_to_trocar(const World& world, Entity organ, Entity instrument) {
 
 }  // namespace
 
-int loose_piece_at(const World& world, Entity organ, const Vec3& place) {
-  ShapeValues values;
-  const ShapeFunctions& fields = *world.find<OrganLeft>(organ)->fields;
-  if (!fields.evaluate(place, false, values) || values.nodes.empty()) return -1;
-  const auto size = [](double value) { return std::abs(value); };
-  const auto most = std::ranges::max_element(values.values, {}, size) - values.values.begin();
-  return world.find<OrganBody>(organ)->model->finite->loose().piece_of(
-      static_cast<std::size_t>(values.nodes[static_cast<std::size_t>(most)]));
+int loose_number(const OrganLeft& left, int piece) {
+  return left.loose.empty() ? -1 : left.loose[static_cast<std::size_t>(piece)];
 }
 
 double width_through_hole(const TriangleSurface& piece) {
@@ -220,17 +198,16 @@ std::vector<int> leaving_pieces(const World& world, Entity organ, std::uint64_t 
   return leaving;
 }
 
-std::vector<Entity> jaws_on(const World& world, Entity organ, const std::vector<int>& pieces) {
-  std::vector<Entity> jaws;
+void let_go(World& world, Entity organ, const std::vector<int>& pieces) {
+  const OrganLeft& left = *world.find<OrganLeft>(organ);
+  const TriangleSurface& surface = world.find<OrganBody>(organ)->model->surface;
   for (const Entity instrument : world.model().instruments()) {
-    const InstrumentContact& grip = *world.find<InstrumentContact>(instrument);
-    if (!grip.grasp || !(grip.grasp->organ == organ)) continue;
-    const std::vector<int> held = pieces_in(world, *grip.grasp);
-    if (!held.empty() &&
-        std::ranges::all_of(held, [&](int one) { return one_of_these(pieces, one); }))
-      jaws.push_back(instrument);
+    const std::optional<Grasp>& grasp = world.find<InstrumentContact>(instrument)->grasp;
+    if (!grasp || !(grasp->organ == organ)) continue;
+    keep_held(world, instrument, [&](std::size_t cell) {
+      return !one_of_these(pieces, piece_of(left.pieces, surface, grasp->points[cell].triangle));
+    });
   }
-  return jaws;
 }
 
 Result<void> check_removed(const OrganCut& cut, const Box& bounds) {
@@ -243,8 +220,7 @@ Result<void> check_removed(const OrganCut& cut, const Box& bounds) {
     if (!piece.within.allFinite() || !bounds.contains(piece.within))
       return failure(
           "cut organs: found a piece that was taken out from outside of its organ, expected a "
-          "place "
-          "in it");
+          "place in it");
   return {};
 }
 

@@ -27,11 +27,10 @@ std::vector<Vec3> places_removed(const OrganCut& cut, std::uint64_t count);
 /// Numbers, as OrganLeft::pieces has them, of pieces that are taken out and that the organ's body
 /// still has; of the first `count` that were.
 std::vector<int> leaving_pieces(const World& world, Entity organ, std::uint64_t count);
-/// Instruments that hold nothing of this organ but these pieces.
-std::vector<Entity> jaws_on(const World& world, Entity organ, const std::vector<int>& pieces);
-/// The number, by LoosePieces, of what moves this place of a cut organ's surface at rest; -1: it is
-/// held.
-int loose_piece_at(const World& world, Entity organ, const Vec3& place);
+/// Instruments let go of these pieces of an organ.
+void let_go(World& world, Entity organ, const std::vector<int>& pieces);
+/// The number, by LoosePieces, of what moves a piece of a cut organ; -1: it is held.
+int loose_number(const OrganLeft& left, int piece);
 /// Of what was to leave and no body was asked for without: what nothing holds any more stays.
 void withdraw_dropped(World& world, Entity organ);
 /// Fails on what a state that another program made may say of them; `bounds`: of the whole organ.

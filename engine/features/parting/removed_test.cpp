@@ -4,20 +4,20 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/parting/parting_flags.h"
 #include "engine/features/parting/remove_pieces.h"
 #include "engine/simulator/build.h"
 #include "kernels/finite/finite_solver.h"
+#include "kernels/paff/continued_nodes.h"
 #include "kernels/points/closed_pieces.h"
 #include "kernels/points/surface_checks.h"
+#include "tests/support/cutting.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
 namespace {
 
-const Vec3 kHeldBar(36e-3, 16e-3, 16e-3);  // about the origin, held at its left end [m]
-constexpr double kCutAt = 6e-3;            // the blade's way along x [m]
+constexpr double kCutAt = 6e-3;  // the blade's way along x [m]
 // Off the block by the first; at the trocar at the second; gone by the third [s].
 constexpr double kPieceOff = 1.6, kCarriedBy = 2.6, kTakenOut = 4.2;
 /// Wide enough for the piece, whose section is 16 mm square [m].
@@ -25,17 +25,7 @@ constexpr double kWideBore = 17e-3;
 
 /// A grasper holds the end that a blade cuts off, and carries it straight up to its trocar.
 SceneDescription end_to_take_out(double bore) {
-  SceneDescription scene = held_bar_scene(kHeldBar, 2e-3, 0.1e-3, 4.2e-3, 4.2e-3);
-  scene.organs[0].response = Response::kFinite;
-  scene.organs[0].extras.set(CuttableDescription{0.4e-3});
-  scene.extras.set(GravityDescription{});
-  constexpr double kLength = 44e-3, kSide = 13e-3;
-  const Vec3 tip(kCutAt, 0, -0.5 * kLength);
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, tip + Vec3(0, kSide, 0), 0.0, 1.0}, {0.2, tip - Vec3(0, kSide, 0), 0.0, 1.0}});
-  scalpel.trocar = Vec3(0, 0, 20.0);
-  scalpel.extras.set(BladeDescription{kLength, 0.8e-3});
+  SceneDescription scene = bar_to_sever(Vec3::UnitZ(), Vec3(kCutAt, 0, 0));
   const Vec3 above(12e-3, 0, 14e-3), on(12e-3, 0, 9.8e-3), out(12e-3, 0, 52e-3);
   InstrumentDescription grasper = straight_tool("grasper", InstrumentKind::kGrasper, 1.5e-3,
                                                 {{0.0, above, 0.0, 1.0},
@@ -45,7 +35,7 @@ SceneDescription end_to_take_out(double bore) {
                                                  {kCarriedBy - 0.1, out, 0.0, 0.0}});
   grasper.trocar = Vec3(12e-3, 0, 60e-3);
   grasper.extras.set(BoreDescription{bore});
-  scene.instruments = {scalpel, grasper};
+  scene.instruments.push_back(grasper);
   return scene;
 }
 
@@ -126,7 +116,7 @@ TEST(Removed, TheReportTellsWhatWasTakenOutApartFromWhatBladesTook) {
   EXPECT_EQ(one["pieces"], 1);
   const double volume = one["removed_m3"], mass = one["removed_kg"];
   // From the kerf's wall to the block's end.
-  EXPECT_NEAR(volume, (0.5 * kHeldBar.x() - kCutAt - 0.4e-3) * kHeldBar.y() * kHeldBar.z(),
+  EXPECT_NEAR(volume, (0.5 * kBarToSever.x() - kCutAt - 0.4e-3) * kBarToSever.y() * kBarToSever.z(),
               0.1 * volume);
   EXPECT_NEAR(mass, 1060.0 * volume, 0.02 * mass);
   EXPECT_NEAR(one["taken_m3"].get<double>(), taken, 0.01 * taken);
@@ -174,13 +164,36 @@ TEST(Removed, ASnapshotBeforeAndAfterMakesTheSameBodyAgain) {
   }
 }
 
+TEST(Removed, NodesGoOnAsWhatIsHeldThoughAThinPieceTakesNoneAlong) {
+  const auto world = build(end_to_take_out(kWideBore));
+  ASSERT_TRUE(world);
+  const CuttableOrgan& organ = *world->all<Cuttable>()[0].organ;
+  // The last 2 mm of the block, half a spacing, are cut off.
+  constexpr double kSlice = 2e-3, kKerf = 1e-3;
+  const double cut_at = 0.5 * kBarToSever.x() - kSlice - kKerf;
+  TissueShare tissue(0.4e-3);
+  tissue.take_out(
+      Box(Vec3(cut_at, -1e-2, -1e-2), Vec3(cut_at + kKerf, 1e-2, 1e-2)),
+      [&](const Vec3& place) { return std::abs(place.x() - cut_at - 0.5 * kKerf) - 0.5 * kKerf; });
+  const auto off = cut_organ(organ, tissue, {}, *organ.whole, *organ.fields);
+  ASSERT_TRUE(off) << off.error().text();
+  ASSERT_EQ(off->loose.size(), 2u);
+  const std::vector<Vec3> place = {Vec3(0.5 * (kBarToSever.x() - kSlice), 0, 0)};
+  const auto left = cut_organ(organ, tissue, place, *off->model, *off->fields);
+  ASSERT_TRUE(left) << left.error().text();
+  EXPECT_EQ(own_nodes(*left->fields), own_nodes(*off->fields)) << "this test is of such a piece";
+  const LoosePieces& loose = off->model->finite->loose();
+  for (const int node : left->continuation.nodes)
+    EXPECT_FALSE(loose.has(static_cast<std::size_t>(node))) << node;
+}
+
 TEST(Removed, AStateThatTellsOfPiecesThatCannotBeIsRefused) {
   const Box bounds(Vec3::Constant(-1e-2), Vec3::Constant(1e-2));
   OrganCut cut;
   EXPECT_TRUE(check_removed(cut, bounds));
   cut.removed_asked = cut.removed_used = 1;
   EXPECT_FALSE(check_removed(cut, bounds));
-  cut.removed.push_back({Vec3::Zero(), 1e-6, 1e-3});
+  cut.removed.push_back({Vec3::Zero(), 1e-3});
   EXPECT_TRUE(check_removed(cut, bounds));
   cut.removed_used = 2;
   EXPECT_FALSE(check_removed(cut, bounds));

@@ -4,49 +4,38 @@
 #include <cmath>
 
 #include "engine/features/cautery/cautery.h"
-#include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/parting/parting.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/brick_map.h"
+#include "tests/support/cutting.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
 namespace {
 
-const Vec3 kWarmBar(36e-3, 16e-3, 16e-3);  // the block, about the origin [m]
-constexpr double kKerf = 6e-3;             // the middle of the cut, along x [m]
-constexpr double kKerfReach = 0.7e-3;      // of the cut and half a voxel from there [m]
-constexpr double kApartBy = 1.5;           // the piece is off [s]
-constexpr double kHookGone = 0.4;          // [s]
+constexpr double kKerf = 6e-3;         // the middle of the cut, along x [m]
+constexpr double kKerfReach = 0.7e-3;  // of the cut and half a voxel from there [m]
+constexpr double kApartBy = 1.5;       // the piece is off [s]
+constexpr double kHookGone = 0.4;      // [s]
 
 /// A hook warms the right end of a block that is held at its left one, and a blade cuts it off.
 /// `held_too`: the right end is held, too.
 SceneDescription warm_end_to_sever(bool held_too = false) {
-  SceneDescription scene = held_bar_scene(kWarmBar, 2e-3, 0.1e-3, 4.2e-3, 4.2e-3);
+  SceneDescription scene = bar_to_sever(Vec3::UnitZ(), Vec3(kKerf, 0, 0));
   OrganDescription& block = scene.organs[0];
-  block.response = Response::kFinite;
-  block.extras.set(CuttableDescription{0.4e-3});
   if (held_too) {
     Region right;
-    right.a = Vec3(0.5 * kWarmBar.x() - 0.1e-3, 0, 0);
+    right.a = Vec3(0.5 * kBarToSever.x() - 0.1e-3, 0, 0);
     right.b = -Vec3::UnitX();
     block.fixed.push_back(right);
   }
-  scene.extras.set(GravityDescription{});
-  constexpr double kLength = 44e-3, kSide = 13e-3;
-  const Vec3 tip = Vec3(kKerf, 0, -0.5 * kLength);
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, tip + Vec3(0, kSide, 0), 0.0, 1.0}, {0.2, tip - Vec3(0, kSide, 0), 0.0, 1.0}});
-  scalpel.trocar = 20.0 * Vec3::UnitZ();
-  scalpel.extras.set(BladeDescription{kLength, 0.8e-3});
-  const double high = 0.5 * kWarmBar.z();
+  const double high = 0.5 * kBarToSever.z();
   InstrumentDescription hook = straight_tool("hook", InstrumentKind::kHook, 0.8e-3,
                                              {{0.0, Vec3(13e-3, 0, high + 3e-3), 0.0, 1.0},
                                               {0.1, Vec3(13e-3, 0, high + 0.4e-3), 0.7, 1.0},
                                               {0.3, Vec3(13e-3, 0, high + 0.4e-3), 0.0, 1.0},
                                               {kHookGone, Vec3(13e-3, 0, high + 9e-3), 0.0, 1.0}});
-  scene.instruments = {scalpel, hook};
+  scene.instruments.push_back(hook);
   return scene;
 }
 
@@ -93,7 +82,7 @@ TEST(SeveredHeat, VoxelsBeyondTheCutHaveNoBloodAndTheOthersHaveAll) {
   EXPECT_GT(held, 0);
   EXPECT_GT(as_before, 0) << "beside the cut they aren't made before they are warm";
   // All of the piece is there.
-  const Vec3 inner = 0.5 * kWarmBar - Vec3::Constant(0.3e-3);
+  const Vec3 inner = 0.5 * kBarToSever - Vec3::Constant(0.3e-3);
   for (double x = kKerf + 1e-3; x < inner.x(); x += voxel)
     for (double y = -inner.y(); y < inner.y(); y += voxel)
       for (double z = -inner.z(); z < inner.z(); z += voxel) {

@@ -13,41 +13,24 @@
 #include "engine/simulator/build.h"
 #include "kernels/finite/finite_solver.h"
 #include "kernels/points/closed_pieces.h"
+#include "tests/support/cutting.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
 namespace {
 
-const Vec3 kBar(36e-3, 16e-3, 16e-3);  // the block, about the origin [m]
-constexpr double kSwept = 0.2;         // the blade is through by then [s]
-constexpr double kSeveredBy = 1.5;     // ... and the piece is off [s]
+constexpr double kSeveredBy = 1.5;  // ... and the piece is off [s]
 constexpr double kFalling = 9.81, kFrameTime = 1.0 / 60.0;
 
-/// A blade along `along` is drawn through the block along y, its middle at this place of x and z.
-SceneDescription block_to_sever(const Vec3& along, const Vec3& through) {
-  SceneDescription scene = held_bar_scene(kBar, 2e-3, 0.1e-3, 4.2e-3, 4.2e-3);
-  scene.organs[0].response = Response::kFinite;
-  scene.organs[0].extras.set(CuttableDescription{0.4e-3});
-  scene.extras.set(GravityDescription{});
-  constexpr double kLength = 44e-3, kSide = 13e-3;
-  const Vec3 tip = through - 0.5 * kLength * along;
-  InstrumentDescription scalpel = straight_tool(
-      "scalpel", InstrumentKind::kScalpel, 0.5e-3,
-      {{0.0, tip + Vec3(0, kSide, 0), 0.0, 1.0}, {kSwept, tip - Vec3(0, kSide, 0), 0.0, 1.0}});
-  scalpel.trocar = 20.0 * along;
-  scalpel.extras.set(BladeDescription{kLength, 0.8e-3});
-  scene.instruments = {scalpel};
-  return scene;
-}
 /// The block is held at its left end, and what is right of the cut falls.
 SceneDescription end_to_sever() {
-  return block_to_sever(Vec3::UnitZ(), Vec3(6e-3, 0, 0));
+  return bar_to_sever(Vec3::UnitZ(), Vec3(6e-3, 0, 0));
 }
 /// The block is held below, and the cut takes off its top.
 SceneDescription top_to_sever() {
-  SceneDescription scene = block_to_sever(Vec3::UnitX(), Vec3(0, 0, 2e-3));
+  SceneDescription scene = bar_to_sever(Vec3::UnitX(), Vec3(0, 0, 2e-3));
   Region& below = scene.organs[0].fixed[0];
-  below.a = Vec3(0, 0, -0.5 * kBar.z() + 0.1e-3);
+  below.a = Vec3(0, 0, -0.5 * kBarToSever.z() + 0.1e-3);
   below.b = Vec3::UnitZ();
   scene.extras.set(TouchingDescription{.organs = true, .friction = 0.3});
   return scene;

@@ -2,11 +2,9 @@
 #include "engine/features/parting/tear.h"
 
 #include <gtest/gtest.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 
 #include "engine/features/breathing/breathing_keys.h"
@@ -16,6 +14,7 @@
 #include "kernels/points/closed_pieces.h"
 #include "kernels/points/surface_checks.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -301,31 +300,9 @@ TEST(Tearing, ARunIsTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
   auto made = build_model(strip_to_tear(), tissues_that_fail_at(0.25),
                           {project_file("assets"), false}, no_progress(), warnings);
   ASSERT_TRUE(made) << made.error().text();
-  const Model model(*made);
-  constexpr double kEnd = 2.4;
-  std::array<std::string, 2> hashes;
-  std::vector<Snapshot> snapshots;
-  for (const std::size_t threads : {1, 2}) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                            threads);
-    auto simulation = Simulation::create(model);
-    ASSERT_TRUE(simulation);
-    for (const double time : {1.5, 2.0, kEnd}) {
-      while (simulation->time() < time) simulation->step();
-      if (threads == 1) snapshots.push_back(*simulation->snapshot());
-    }
-    EXPECT_GE(torn_now(simulation->world()).bodies, 1u);
-    hashes[threads - 1] = simulation->hash();
-  }
-  EXPECT_EQ(hashes[0], hashes[1]);
-  auto other = Simulation::create(model);
-  ASSERT_TRUE(other);
-  for (const std::size_t s : {1, 0}) {
-    const auto restored = other->restore(snapshots[s]);
-    ASSERT_TRUE(restored) << restored.error().text();
-    while (other->time() < kEnd) other->step();
-    EXPECT_EQ(other->hash(), hashes[0]) << s;
-  }
+  expect_same_runs(Model(*made), {1.5, 2.0}, 2.4, [](const Simulation& at_end) {
+    EXPECT_GE(torn_now(at_end.world()).bodies, 1u);
+  });
 }
 
 TEST(Tearing, TheReportTellsWhatIsTornApartFromWhatIsCut) {

@@ -1,9 +1,7 @@
 // A hook that takes tissue by heat.
 #include <gtest/gtest.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
-#include <array>
 
 #include "engine/features/breathing/breathing_keys.h"
 #include "engine/features/cautery/cautery.h"
@@ -14,6 +12,7 @@
 #include "engine/simulator/build.h"
 #include "kernels/points/surface_checks.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -221,30 +220,8 @@ TEST(Vaporised, SmokeComesOutOfTheGrooveAndStaysOutOfTheTissue) {
 }
 
 TEST(Vaporised, ARunIsTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
-  const Model model = build_shared(block_to_vaporise(40.0));
-  std::array<std::string, 2> hashes;
-  std::vector<Snapshot> snapshots;
-  for (const std::size_t threads : {1, 2}) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                            threads);
-    auto simulation = Simulation::create(model);
-    ASSERT_TRUE(simulation);
-    for (const double time : {0.9, 1.6, kOpened}) {
-      while (simulation->time() < time) simulation->step();
-      if (threads == 1) snapshots.push_back(*simulation->snapshot());
-    }
-    EXPECT_GE(cut_now(simulation->world()).bodies, 1u);
-    hashes[threads - 1] = simulation->hash();
-  }
-  EXPECT_EQ(hashes[0], hashes[1]);
-  auto other = Simulation::create(model);
-  ASSERT_TRUE(other);
-  for (const std::size_t s : {1, 0}) {
-    const auto restored = other->restore(snapshots[s]);
-    ASSERT_TRUE(restored) << restored.error().text();
-    while (other->time() < kOpened) other->step();
-    EXPECT_EQ(other->hash(), hashes[0]) << s;
-  }
+  expect_same_runs(build_shared(block_to_vaporise(40.0)), {0.9, 1.6}, kOpened,
+                   [](const Simulation& at_end) { EXPECT_GE(cut_now(at_end.world()).bodies, 1u); });
 }
 
 /// What building it says: why it is refused, or what a person should know.

@@ -21,6 +21,10 @@ TissuePaths leaves() {
   return TissuePaths(test::leaves({40.0, 10.0, 4.0}, kGap, 4.0, 2.0));
 }
 
+bool has_walls_beyond_air(const TissuePaths& paths, const Vec3& from, double length) {
+  return paths.any_wall_beyond_air(from, length, [](const Vec3&) { return true; });
+}
+
 TEST(TissuePaths, LeaveTheBodyAcrossAGapAndStayInItWithinALeafAndThroughTheRoot) {
   const TissuePaths paths = leaves();
   EXPECT_FALSE(paths.straight({20, 0, 1}, {20.3, 0.2, -1}));
@@ -63,8 +67,8 @@ TEST(TissuePaths, OfAConvexBodyNeverMeetAir) {
     from[static_cast<Eigen::Index>(i % 3)] = 0.5;  // on a face
     EXPECT_TRUE(box.straight(from, to));
     EXPECT_TRUE(box.straight(to, from));
-    EXPECT_TRUE(box.walls_beyond_air(from, 0.7).empty());
-    EXPECT_TRUE(ball.walls_beyond_air(0.45 * from.normalized(), 0.4).empty());
+    EXPECT_FALSE(has_walls_beyond_air(box, from, 0.7));
+    EXPECT_FALSE(has_walls_beyond_air(ball, 0.45 * from.normalized(), 0.4));
   }
 }
 
@@ -79,14 +83,14 @@ TEST(TissuePaths, PassOverAGentleHollowButNotOverACrease) {
   const Vec3 left(-2.0, 0.0, 10.0 - std::sqrt(96.0)), right(2.0, 0.0, 10.0 - std::sqrt(96.0));
   EXPECT_FALSE(gentle.straight(left, right));
   EXPECT_TRUE(gentle.nearly_straight(left, right));
-  EXPECT_TRUE(gentle.walls_beyond_air(left, 3.0).empty());
+  EXPECT_FALSE(has_walls_beyond_air(gentle, left, 3.0));
 
   // A step: the crease between its faces bends by 90 degrees.
   const auto across = lines(0.0, 4.0, 1.0);
   const TissuePaths step(
       bricks(across, across, across, [](const Vec3& x) { return x.x() < 2.0 || x.z() < 2.0; }));
   EXPECT_FALSE(step.nearly_straight({2, 2, 3}, {3, 2, 2}));
-  EXPECT_FALSE(step.walls_beyond_air({2, 2, 3}, 2.0).empty());
+  EXPECT_TRUE(has_walls_beyond_air(step, {2, 2, 3}, 2.0));
 }
 
 TEST(TissueBends, LeadAroundTheEndOfAGapByTheShortestWay) {
@@ -107,6 +111,46 @@ TEST(TissueBends, LeadAroundTheEndOfAGapByTheShortestWay) {
     const double expected = std::hypot(2.0 * leg + kGap, 0.7);
     EXPECT_GT(shortest, expected - 1e-9) << along;
     EXPECT_LT(shortest, 1.03 * expected) << along;
+  }
+}
+
+/// Both walls of a gap, and its floor, have a step of .25 here and there.
+TissuePaths ragged_leaves() {
+  const Random random(9, 0);
+  const auto step = [&](double x, double y, int side) {
+    const auto at = static_cast<std::uint64_t>(std::lround(100.0 + 4.0 * x) * 1000 +
+                                               std::lround(100.0 + 4.0 * y) * 2 + side);
+    return random.uniform(at) < 0.5 ? 0.25 : 0.0;
+  };
+  return TissuePaths(bricks(lines(-4.0, 6.0, 0.25), lines(-3.0, 3.0, 0.25), lines(-4.0, 4.0, 0.25),
+                            [&](const Vec3& x) {
+                              if (x.x() < -step(0.0, x.y(), 0)) return true;
+                              return std::abs(x.z()) > 0.25 + step(x.x(), x.y(), x.z() > 0.0);
+                            }));
+}
+
+TEST(TissueBends, OfARaggedGapAreFewLieInTheTissueAndLeadAroundIt) {
+  const TissuePaths paths = ragged_leaves();
+  const double h = 4.0;
+  const TissueBends bends(
+      paths, [](const Vec3&) { return true; }, [&](const Vec3&) { return h; });
+  // In three layers of cubes of a quarter of it, each with some five directions; an eighth of it
+  // apart there would be eleven for each.
+  const double cubes = (6.0 / (0.25 * h)) * (6.0 / (0.25 * h)) * 3.0;
+  EXPECT_LT(static_cast<double>(bends.size()), 6.0 * cubes);
+  for (const double along : {0.5, 1.0, 2.0}) {
+    const Vec3 from(along, 0.3, 1.0), to(along, -0.4, -1.0);
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const TissuePaths::Bend& bend : bends.reached(from, 8.0)) {
+      EXPECT_LT(paths.tree().signed_distance(bend.position), 0.0);
+      if (paths.straight(bend.position, to))
+        shortest = std::min(shortest, bend.length + (to - bend.position).norm());
+    }
+    // Between the ways around a smooth gap with no step and one with all.
+    const double none = std::hypot(2.0 * std::hypot(along, 0.75) + 0.5, 0.7);
+    const double all = std::hypot(2.0 * std::hypot(along + 0.25, 0.5) + 1.0, 0.7);
+    EXPECT_GT(shortest, none - 1e-9) << along;
+    EXPECT_LT(shortest, 1.05 * all) << along;
   }
 }
 
