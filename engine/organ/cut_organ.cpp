@@ -194,11 +194,18 @@ Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
   return left;
 }
 
-/// Takes away about places of the surface that no nodes carry, and, farther about them, what none
-/// do either; false: there are none.
-bool take_remnants(const OrganModel& model, TissueShare& tissue) {
-  if (!model.fields) return false;
-  const TriangleSurface& surface = model.surface;
+/// Which of these places nodes carry.
+std::vector<char> carried(const std::vector<Vec3>& places, const ShapeFunctions& fields) {
+  std::vector<char> covered(places.size());
+  parallel_for_each_index(places.size(), 64, [&](std::size_t p) {
+    thread_local ShapeValues values;
+    covered[p] = fields.evaluate(places[p], false, values);
+  });
+  return covered;
+}
+
+/// Places of a surface, its vertices and some of each triangle, that no nodes carry.
+std::vector<Vec3> bare_places(const TriangleSurface& surface, const ShapeFunctions& fields) {
   std::vector<Vec3> places = surface.vertices;
   for (const std::array<int, 3>& t : surface.triangles) {
     std::array<Vec3, 3> corners;
@@ -211,24 +218,48 @@ bool take_remnants(const OrganModel& model, TissueShare& tissue) {
       places.push_back(0.5 * (corners[c] + middle));
     }
   }
-  const auto carried = [&](const Vec3& place) {
-    thread_local ShapeValues values;
-    return model.fields->evaluate(place, false, values);
-  };
-  std::vector<char> covered(places.size());
-  parallel_for_each_index(places.size(), 64,
-                          [&](std::size_t p) { covered[p] = carried(places[p]); });
+  const std::vector<char> covered = carried(places, fields);
+  std::vector<Vec3> bare;
+  for (std::size_t p = 0; p < places.size(); ++p)
+    if (!covered[p]) bare.push_back(places[p]);
+  return bare;
+}
+
+/// Takes away about places of the surface that no nodes carry, and, farther about them, what none
+/// do either; false: there are none.
+bool take_remnants(const OrganModel& model, TissueShare& tissue) {
+  using Voxel = TissueShare::Voxel;
+  if (!model.fields) return false;
+  // Voxels about them, each once: places lie close together, and what carries a voxel is costly to
+  // ask.
   const double surely = kOfRemnant * tissue.voxel(), radius = kAboutRemnant * tissue.voxel();
-  const Vec3 reach = Vec3::Constant(radius);
-  bool any = false;
-  for (std::size_t p = 0; p < places.size(); ++p) {
-    if (covered[p]) continue;
-    const auto outside = [&](const Vec3& at) {
-      const double away = (at - places[p]).norm();
-      return away < surely || (away < radius && !carried(at)) ? -radius : radius;
-    };
-    any |= tissue.take_out({places[p] - reach, places[p] + reach}, outside) > 0.0;
+  std::vector<Voxel> voxels;
+  std::vector<char> goes;
+  BrickMap numbers;
+  for (const Vec3& place : bare_places(model.surface, *model.fields)) {
+    const Vec3 reach = Vec3::Constant(radius);
+    const Voxel low = tissue.voxel_of(place - reach), high = tissue.voxel_of(place + reach);
+    for (int z = low.z(); z <= high.z(); ++z)
+      for (int y = low.y(); y <= high.y(); ++y)
+        for (int x = low.x(); x <= high.x(); ++x) {
+          const Voxel voxel(x, y, z);
+          const double away = (tissue.middle(voxel) - place).norm();
+          if (!(away < radius) || !(tissue.share(voxel) > 0.0)) continue;
+          const int fresh = static_cast<int>(voxels.size());
+          const int number = numbers.find_or_add(voxel, fresh);
+          if (number == fresh) {
+            voxels.push_back(voxel);
+            goes.push_back(0);
+          }
+          if (away < surely) goes[static_cast<std::size_t>(number)] = 1;
+        }
   }
+  std::vector<Vec3> middles;
+  for (const Voxel& voxel : voxels) middles.push_back(tissue.middle(voxel));
+  const std::vector<char> covered = carried(middles, *model.fields);
+  bool any = false;
+  for (std::size_t v = 0; v < voxels.size(); ++v)
+    if (goes[v] || !covered[v]) any |= tissue.limit(voxels[v], 0.0) > 0.0;
   return any;
 }
 

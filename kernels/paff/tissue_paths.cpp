@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -164,56 +163,6 @@ bool TissuePaths::any_wall_beyond_air(const Vec3& from, double length,
   return false;
 }
 
-namespace {
-
-/// A place on an edge at which the surface is concave.
-struct OnEdge {
-  Vec3 position, normal;
-  double detail;  // there
-};
-
-using CubeKey = std::array<long, 3>;
-
-CubeKey cube_of(const Vec3& place, double edge) {
-  CubeKey key;
-  for (int c = 0; c < 3; ++c)
-    key[static_cast<std::size_t>(c)] = static_cast<long>(std::floor(place[c] / edge));
-  return key;
-}
-
-/// One for each direction of its surface in each small cube of space, whose edge is a part of the
-/// detail.
-std::vector<OnEdge> thinned(const std::vector<OnEdge>& all,
-                            const std::function<double(const OnEdge&)>& part) {
-  std::set<std::array<long, 6>> taken;
-  std::vector<OnEdge> some;
-  for (const OnEdge& one : all) {
-    const CubeKey cube = cube_of(one.position, part(one) * one.detail);
-    const std::array<long, 6> key{cube[0],
-                                  cube[1],
-                                  cube[2],
-                                  std::lround(one.normal.x()),
-                                  std::lround(one.normal.y()),
-                                  std::lround(one.normal.z())};
-    if (taken.insert(key).second) some.push_back(one);
-  }
-  return some;
-}
-
-/// Fewer where a wall is ragged: to ways past it, its every dent would be a bend.
-std::vector<OnEdge> thinned_where_many(const std::vector<OnEdge>& all) {
-  constexpr double kFine = 1.0 / 8.0, kCoarse = 1.0 / 4.0;  // in details
-  constexpr int kMany = 48;  // in a detail's cube; at the end of a smooth cut there are some 30
-  const std::vector<OnEdge> fine = thinned(all, [](const OnEdge&) { return kFine; });
-  std::map<CubeKey, int> counts;
-  for (const OnEdge& one : fine) ++counts[cube_of(one.position, one.detail)];
-  return thinned(fine, [&](const OnEdge& one) {
-    return counts.at(cube_of(one.position, one.detail)) > kMany ? kCoarse : kFine;
-  });
-}
-
-}  // namespace
-
 TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(const Vec3&)>& wanted,
                          const std::function<double(const Vec3&)>& detail)
     : paths_(paths) {
@@ -223,7 +172,8 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
   const auto vertex = [&](int v) -> const Vec3& {
     return surface.vertices[static_cast<std::size_t>(v)];
   };
-  std::vector<OnEdge> all;
+  // One bend for each direction of its surface in each small cube of space.
+  std::set<std::array<long, 6>> taken;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
       const int other = paths.adjacent_[t][i];
@@ -241,14 +191,19 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
       const int count = std::max(1, static_cast<int>(std::ceil((b - a).norm() / (kDistance * h))));
       for (int k = 0; k < count; ++k) {
         const Vec3 on = a + (k + 0.5) / count * (b - a);
-        if (wanted(on)) all.push_back({on, normal, h});
+        if (!wanted(on)) continue;
+        std::array<long, 6> cell;
+        for (int c = 0; c < 3; ++c) {
+          cell[static_cast<std::size_t>(c)] =
+              static_cast<long>(std::floor(on[c] / (kDistance * h)));
+          cell[static_cast<std::size_t>(3 + c)] = std::lround(normal[c]);
+        }
+        if (!taken.insert(cell).second) continue;
+        // Below a ridge thinner than that is air.
+        const Vec3 below = on - kDepth * h * normal;
+        if (paths.tree_.signed_distance(below) < 0.0) positions_.push_back(below);
       }
     }
-  }
-  for (const OnEdge& one : thinned_where_many(all)) {
-    const Vec3 below = one.position - kDepth * one.detail * one.normal;
-    // Below a ridge thinner than that is air.
-    if (paths.tree_.signed_distance(below) < 0.0) positions_.push_back(below);
   }
   sights_.take(positions_.size());
 }
@@ -284,22 +239,27 @@ std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double lon
     if (direct < longest)
       bends.push_back({x, paths_.straight(from, x) ? direct : longest, static_cast<int>(b)});
   }
+  // The nearest that isn't settled comes next; where lengths are the same, the first of them.
   std::vector<char> settled(bends.size(), 0);
-  for (;;) {
-    std::size_t next = bends.size();
-    for (std::size_t i = 0; i < bends.size(); ++i)
-      if (!settled[i] && bends[i].length < longest &&
-          (next == bends.size() || bends[i].length < bends[next].length))
-        next = i;
-    if (next == bends.size()) break;
+  std::size_t next = bends.size();
+  const auto offer = [&](std::size_t i, std::size_t& nearest) {
+    if (bends[i].length < longest &&
+        (nearest == bends.size() || bends[i].length < bends[nearest].length))
+      nearest = i;
+  };
+  for (std::size_t i = 0; i < bends.size(); ++i) offer(i, next);
+  while (next < bends.size()) {
     settled[next] = 1;
+    std::size_t nearest = bends.size();
     for (std::size_t i = 0; i < bends.size(); ++i) {
       if (settled[i]) continue;
       const double farther = bends[next].length + (bends[i].position - bends[next].position).norm();
       if (farther < bends[i].length &&
           sights_.straight(paths_, positions_, bends[next].number, bends[i].number))
         bends[i].length = farther;
+      offer(i, nearest);
     }
+    next = nearest;
   }
   std::erase_if(bends, [&](const TissuePaths::Bend& bend) { return bend.length >= longest; });
   return bends;

@@ -59,7 +59,7 @@ class TissuePaths {
 
 /// Where shortest ways bend: along the edges at which the surface is concave. Bends lie a fiftieth
 /// of `detail` below the surface, so that ways to them don't run along walls, and about an eighth
-/// of it apart, or a quarter where a wall is ragged.
+/// of it apart.
 class TissueBends {
  public:
   /// Bends at the places that `wanted` holds for; `detail`: the local node spacing [m].

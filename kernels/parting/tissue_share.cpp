@@ -32,8 +32,8 @@ void TissueShare::limit_by(const TissueShare& other) {
 
 double TissueShare::take_out(const Box& reach, const std::function<double(const Vec3&)>& distance) {
   if (reach.isEmpty()) return 0.0;
-  const Voxel low = gone_.voxel_of(reach.min() - shift()) - Voxel::Constant(2);
-  const Voxel high = gone_.voxel_of(reach.max() - shift()) + Voxel::Constant(2);
+  const Voxel low = voxel_of(reach.min()) - Voxel::Constant(2);
+  const Voxel high = voxel_of(reach.max()) + Voxel::Constant(2);
   double less = 0.0;
   for (int z = low.z(); z <= high.z(); ++z)
     for (int y = low.y(); y <= high.y(); ++y)

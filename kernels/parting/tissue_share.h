@@ -26,6 +26,7 @@ class TissueShare {
   double voxel() const { return gone_.voxel(); }
   bool untouched() const { return gone_.brick_count() == 0; }
   Vec3 middle(const Voxel& voxel) const { return gone_.centre(voxel) + shift(); }
+  Voxel voxel_of(const Vec3& place) const { return gone_.voxel_of(place - shift()); }
 
   /// Takes out where `distance` [m] is negative; it is asked within `reach` and two voxels about
   /// it. What has gone by this [m3]. Parts thinner than least_kerf() may be missed.

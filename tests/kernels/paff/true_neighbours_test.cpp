@@ -109,6 +109,39 @@ TEST(TrueNeighbours, AddUpToTheFieldsWithoutThemAndReproduceLinearOnes) {
   EXPECT_GT(shared, 100u);
 }
 
+TEST(TrueNeighbours, AnswerAViewThatWasTakenOftenAsTheyAnswerAFreshOne) {
+  const test::Body body = folded_body();
+  const test::Body wider = test::placed_body(test::leaves({12.0, 6.0, 3.0}, 0.9, 4.0, 2.0),
+                                             [](const Vec3&) { return 1.5; });
+  const auto one = TrueNeighbours::find(body.surface, body.cloud, kSupport);
+  const auto other = TrueNeighbours::find(wider.surface, wider.cloud, kSupport);
+  ASSERT_TRUE(one && other);
+  TrueNeighbours::View often;
+  std::size_t hidden = 0;
+  const std::vector<Vec3> places = places_in(body), elsewhere = places_in(wider);
+  for (std::size_t p = 0; p < std::min(places.size(), elsewhere.size()); ++p)
+    for (const bool first : {true, false}) {
+      const TrueNeighbours& asked = first ? *one : *other;
+      const Vec3& place = (first ? places : elsewhere)[p];
+      const std::size_t nodes = (first ? body : wider).cloud.size();
+      often.take(asked, place);
+      for (std::size_t node = 0; node < nodes; ++node) {
+        TrueNeighbours::View fresh;
+        fresh.take(asked, place);
+        TrueNeighbours::Shadow by_often, by_fresh;
+        const int number = static_cast<int>(node);
+        const bool shadow = asked.shadow(number, fresh, by_fresh);
+        ASSERT_EQ(asked.shadow(number, often, by_often), shadow);
+        if (!shadow) continue;
+        ++hidden;
+        EXPECT_EQ(by_often.way, by_fresh.way);
+        EXPECT_EQ(by_often.gradient, by_fresh.gradient);
+        EXPECT_EQ(by_often.twin, by_fresh.twin);
+      }
+    }
+  EXPECT_GT(hidden, 100u);
+}
+
 TEST(TrueNeighbours, HaveNothingOfTheOtherLeafFarFromTheRoot) {
   const test::Body body = folded_body();
   const ShapeFunctions fields(body.surface, body.cloud, kSupport);
