@@ -51,12 +51,19 @@ std::vector<int> nearest_of(const std::vector<Vec3>& places, const std::vector<V
   return nearest;
 }
 
+bool same_own_nodes(const ShapeFunctions& a, const ShapeFunctions& b) {
+  const auto own = [](const ShapeFunctions& fields) {
+    return std::span(fields.cloud().positions).first(own_nodes(fields));
+  };
+  return std::ranges::equal(own(a), own(b));
+}
+
 /// Of each node that carries what is left of an organ the one that did `before`; `other_pieces`:
-/// some of it was taken out since.
+/// some of it was ever taken out. `left`: of the surface now.
 std::vector<int> gone_on(const ShapeFunctions& before, const ShapeFunctions& now,
-                         const TriangleSurface& left, bool other_pieces) {
-  return other_pieces || own_nodes(before) != own_nodes(now)
-             ? continued_beside_gone_pieces(before, now, SurfaceTree(left))
+                         const SurfaceTree& left, bool other_pieces) {
+  return other_pieces || !same_own_nodes(before, now)
+             ? continued_beside_gone_pieces(before, now, left)
              : continued_nodes(before, now);
 }
 
@@ -119,7 +126,7 @@ void take_weight(const CuttableOrgan& organ, const OrganModel& model, double den
                  FiniteParts& parts) {
   const std::span<const double> unloaded = organ.whole->finite->body().unloaded();
   if (unloaded.empty() && (organ.gravity.isZero(0.0) || !any_loose(parts))) return;
-  for (const int node : gone_on(*organ.fields, *model.fields, model.surface, false))
+  for (const int node : gone_on(*organ.fields, *model.fields, SurfaceTree(model.surface), false))
     for (std::size_t k = 0; k < 3; ++k)
       parts.unloaded.push_back(unloaded.empty() ? 0.0
                                                 : unloaded[3 * static_cast<std::size_t>(node) + k]);
@@ -254,12 +261,13 @@ bool take_remnants(const OrganModel& model, TissueShare& tissue) {
           if (away < surely) goes[static_cast<std::size_t>(number)] = 1;
         }
   }
-  std::vector<Vec3> middles;
-  for (const Voxel& voxel : voxels) middles.push_back(tissue.middle(voxel));
-  const std::vector<char> covered = carried(middles, *model.fields);
-  bool any = false;
+  std::vector<Vec3> asked;
   for (std::size_t v = 0; v < voxels.size(); ++v)
-    if (goes[v] || !covered[v]) any |= tissue.limit(voxels[v], 0.0) > 0.0;
+    if (!goes[v]) asked.push_back(tissue.middle(voxels[v]));
+  const std::vector<char> covered = carried(asked, *model.fields);
+  bool any = false;
+  for (std::size_t v = 0, a = 0; v < voxels.size(); ++v)
+    if (goes[v] || !covered[a++]) any |= tissue.limit(voxels[v], 0.0) > 0.0;
   return any;
 }
 
@@ -303,9 +311,9 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   cut.fields = std::move(model.fields);
   cut.pieces = pieces_of_vertices(model.surface, closed_pieces(model.surface));
   cut.depths = depths_below(whole.surface, model.surface, left.skin);
-  cut.continuation = {gone_on(fields_before, *cut.fields, model.surface, !removed.empty()),
-                      nearest_of(model.energy_points, before.energy_points)};
   cut.tree = std::make_shared<const SurfaceTree>(model.surface);
+  cut.continuation = {gone_on(fields_before, *cut.fields, *cut.tree, !removed.empty()),
+                      nearest_of(model.energy_points, before.energy_points)};
   cut.heated = heated_shapes(cut.tissue, left.dropped.boxes, organ.heat_voxel, *cut.tree);
   cut.loose = loose_of_pieces(model, *cut.fields, *cut.tree, cut.pieces);
   if (organ.heat_voxel > 0.0)

@@ -95,27 +95,32 @@ std::vector<int> loose_of_pieces(const OrganModel& model, const ShapeFunctions& 
   if (pieces.empty() || !model.finite || model.finite->loose().empty()) return {};
   const LoosePieces& bodies = model.finite->loose();
   const std::vector<Vec3>& points = model.energy_points;
-  std::vector<std::vector<std::size_t>> points_of(
-      static_cast<std::size_t>(std::ranges::max(pieces)) + 1);
+  std::vector<std::vector<Vec3>> places_of(static_cast<std::size_t>(std::ranges::max(pieces)) + 1);
   std::vector<int> piece_at(points.size());
   parallel_for_each_index(points.size(), 64, [&](std::size_t q) {
     piece_at[q] = piece_of(pieces, model.surface, tree.closest(points[q]).point.triangle);
   });
   for (std::size_t q = 0; q < points.size(); ++q)
-    points_of[static_cast<std::size_t>(piece_at[q])].push_back(q);
+    places_of[static_cast<std::size_t>(piece_at[q])].push_back(points[q]);
+  // A thin one may have no point of the energy.
+  std::vector<std::vector<Vec3>> corners_of(places_of.size());
+  for (std::size_t v = 0; v < pieces.size(); ++v)
+    if (const auto piece = static_cast<std::size_t>(pieces[v]); places_of[piece].empty())
+      corners_of[piece].push_back(model.surface.vertices[v]);
   // What moves a point: -1 where any node of it is held; kNobodyKnows where it has none.
   constexpr int kNobodyKnows = std::numeric_limits<int>::max();
-  const auto moved_by = [&](std::size_t q) {
+  const auto moved_by = [&](const Vec3& place) {
     thread_local ShapeValues values;
-    if (!fields.evaluate(points[q], false, values)) return kNobodyKnows;
+    if (!fields.evaluate(place, false, values)) return kNobodyKnows;
     int moves = kNobodyKnows;
     for (const int node : values.nodes)
       if (moves = bodies.piece_of(static_cast<std::size_t>(node)); moves < 0) break;
     return moves;
   };
   std::vector<int> loose;
-  for (const std::vector<std::size_t>& own : points_of) {
-    // One point tells, but for a piece that hangs together by less than fields do.
+  for (std::size_t piece = 0; piece < places_of.size(); ++piece) {
+    const std::vector<Vec3>& own = places_of[piece].empty() ? corners_of[piece] : places_of[piece];
+    // One place tells, but for a piece that hangs together by less than fields do.
     std::vector<int> moves(own.size());
     if (own.empty() || (moves[0] = moved_by(own.front())) < 0) {
       loose.push_back(-1);

@@ -13,8 +13,8 @@
 namespace viscera {
 
 /// Of each piece of a cut organ's surface (CutOrgan::pieces) the number, by LoosePieces, of what
-/// moves it, as are those of which the body holds no point of its energy; -1: something holds it.
-/// Empty: all is held. `fields`: of that body; `tree`: of its surface at rest.             (pieces)
+/// moves it; -1: something holds it, or no node has any of it. Empty: all is held. `fields`: of
+/// that body; `tree`: of its surface at rest.             (pieces)
 std::vector<int> loose_of_pieces(const OrganModel& model, const ShapeFunctions& fields,
                                  const SurfaceTree& tree, std::span<const int> pieces);
 

@@ -1,7 +1,5 @@
 #include "kernels/paff/continued_nodes.h"
 
-#include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "kernels/paff/true_neighbours.h"

@@ -201,7 +201,10 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
         if (!taken.insert(cell).second) continue;
         // Below a ridge thinner than that is air.
         const Vec3 below = on - kDepth * h * normal;
-        if (paths.tree_.signed_distance(below) < 0.0) positions_.push_back(below);
+        if (paths.tree_.signed_distance(below) < 0.0)
+          positions_.push_back(below);
+        else
+          taken.erase(cell);
       }
     }
   }
@@ -209,7 +212,7 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
 }
 
 void TissueBends::Sights::take(std::size_t bends) {
-  constexpr std::size_t kMost = 20000;  // 100 MB
+  constexpr std::size_t kMost = 20000;  // 50 MB
   if (bends > 0 && bends <= kMost)
     known_ = std::vector<std::atomic<std::uint8_t>>((bends * (bends - 1) / 2 + 3) / 4);
 }

@@ -166,6 +166,7 @@ bool TrueNeighbours::find_blocked() {
              (shadow.way > kLongerWay * straight &&
               quartic_weight(straight / r) - quartic_weight(shadow.way / r) > kLeastLost);
     };
+    // Other pieces first: a node that they are in reach of is severed, whatever else it loses.
     keeps[k] = std::ranges::any_of(others[nodes[k]], loses_it) ||
                paths_.any_wall_beyond_air(beginnings[k], kBeyond * radius(nodes[k]), loses_it);
     std::erase_if(blocked[k].bends,
@@ -353,7 +354,7 @@ bool TrueNeighbours::way_through(const Blocked& blocked, const Vec3& node, doubl
     std::pop_heap(candidates.begin(), end);
     const Candidate& one = *(end - 1);
     const TissuePaths::Bend& bend = blocked.bends[static_cast<std::size_t>(one.bend)];
-    if (!view.from_bend(bend.number, bend.position)) continue;
+    if (!view.sees_bend(bend.number, bend.position)) continue;
     const Vec3 last = place - bend.position, direct = place - from;
     const double straight = direct.norm();
     double slope_straight = 0.0, slope_way = 1.0;
@@ -409,7 +410,7 @@ bool TrueNeighbours::shadow(int node, View& view, Shadow& out) const {
     }
     const std::size_t p = near[k].second;
     if (k == 0) out.twin = blocked.twins[p];
-    if (!view.to_point(blocked.points[p], blocked.places[p])) continue;
+    if (!view.sees_point(blocked.points[p], blocked.places[p])) continue;
     out.twin = blocked.twins[p];
     break;
   }

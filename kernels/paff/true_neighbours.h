@@ -58,13 +58,14 @@ class TrueNeighbours {
   /// To be kept for place after place, by one thread.
   class View {
    public:
-    /// From now on.
+    /// Looks from this place from now on; what was known is forgotten.
     void take(const TrueNeighbours& body, const Vec3& place);
     const Vec3& place() const { return place_; }
     int piece() const { return piece_; }
-    /// Of the bend with this number, or the place of a deep shadow that is at this point.
-    bool from_bend(int bend, const Vec3& position) { return found(bends_, bend, position, true); }
-    bool to_point(int point, const Vec3& position) {
+    /// Whether a straight way joins it with the bend, or the point of the volume, that has this
+    /// number and lies there.
+    bool sees_bend(int bend, const Vec3& position) { return found(bends_, bend, position, true); }
+    bool sees_point(int point, const Vec3& position) {
       return found(points_, point, position, false);
     }
 

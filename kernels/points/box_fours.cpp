@@ -29,12 +29,12 @@ int BoxFours::add(const std::vector<Two>& twos, int root) {
   std::size_t count = 1;
   while (count < kChildren) {
     int opened = -1;
-    double largest = -1.0;
+    double largest = 0.0;
     for (std::size_t c = 0; c < count; ++c) {
       const Two& two = at(children[c]);
       const Vec3 size = two.box.sizes();
       const double area = size.x() * size.y() + size.y() * size.z() + size.z() * size.x();
-      if (two.left >= 0 && area > largest) {
+      if (two.left >= 0 && (opened < 0 || area > largest)) {
         largest = area;
         opened = static_cast<int>(c);
       }

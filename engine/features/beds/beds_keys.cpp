@@ -22,7 +22,7 @@ CohesiveLaw film_of(const Json& film) {
 }
 
 /// What is wrong with a law, by the keys of its toughness and of the other two.
-Finding finds_no_fall(const CohesiveLaw& law, const char* toughness, const char* others) {
+Finding finding_on(const CohesiveLaw& law, const char* toughness, const char* others) {
   if (law.is_sound()) return {};
   return {
       {toughness,
@@ -31,12 +31,12 @@ Finding finds_no_fall(const CohesiveLaw& law, const char* toughness, const char*
 }
 
 Finding law_falls(const Json& bed) {
-  return finds_no_fall(law_of(bed), "toughness_J_per_m2", "strength_kPa, stiffness_kPa_per_mm");
+  return finding_on(law_of(bed), "toughness_J_per_m2", "strength_kPa, stiffness_kPa_per_mm");
 }
 
 Finding film_falls(const Json& film) {
-  return finds_no_fall(film_of(film), "toughness_J_per_m",
-                       "strength_N_per_m, stiffness_N_per_m_per_mm");
+  return finding_on(film_of(film), "toughness_J_per_m",
+                    "strength_N_per_m, stiffness_N_per_m_per_mm");
 }
 
 ObjectSpec film_spec() {

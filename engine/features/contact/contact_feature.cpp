@@ -117,9 +117,15 @@ void keep_held(World& world, Entity instrument, const std::function<bool(std::si
   std::optional<Grasp>& held = world.find<InstrumentContact>(instrument)->grasp;
   Jaws* jaws = world.find<Jaws>(instrument);
   const std::size_t upper_before = jaws ? jaws->upper : 0;
+  std::vector<char> stays;
+  for (std::size_t k = 0; k < held->cells.size(); ++k) stays.push_back(keeps(k));
+  // What two jaws have between them they have from both sides: the one goes with the other.
+  if (2 * upper_before == stays.size())
+    for (std::size_t k = 0; k < upper_before; ++k)
+      stays[k] = stays[upper_before + k] = stays[k] && stays[upper_before + k];
   std::size_t kept = 0, upper = 0;
   for (std::size_t k = 0; k < held->cells.size(); ++k) {
-    if (!keeps(k)) continue;
+    if (!stays[k]) continue;
     if (k < upper_before) ++upper;
     held->cells[kept] = held->cells[k];
     held->points[kept++] = held->points[k];

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/features/contact/contact.h"
 #include "engine/simulator/build.h"
 #include "engine/simulator/simulation.h"
 #include "tests/support/small_world.h"
@@ -149,6 +150,31 @@ TEST_P(JawsOn, LetGoWhenTheyOpen) {
   step_until(*world, 1.7);
   EXPECT_FALSE(world->all<InstrumentContact>()[0].grasp);
   EXPECT_EQ(force_on(*world, 0), Vec3::Zero());
+}
+
+TEST_P(JawsOn, LoseWhatIsOppositeToWhatOneOfThemLoses) {
+  auto world = build(pinched_strip(GetParam(), 2.0, 0.0));
+  ASSERT_TRUE(world);
+  step_until(*world, kSettled);
+  const Entity tool = world->model().instruments()[0];
+  const auto& held = world->find<InstrumentContact>(tool)->grasp;
+  ASSERT_TRUE(held);
+  const std::vector<ContactCell> before = held->cells;
+  const std::size_t upper = jaws_in(*world).upper;
+  ASSERT_EQ(before.size(), 2 * upper);
+  ASSERT_GT(upper, 3u);
+  // The first of the upper jaw and the last of the lower are gone.
+  keep_held(*world, tool, [&](std::size_t cell) { return cell != 0 && cell + 1 != before.size(); });
+  ASSERT_TRUE(held);
+  EXPECT_EQ(jaws_in(*world).upper, upper - 2);
+  ASSERT_EQ(held->cells.size(), 2 * (upper - 2));
+  EXPECT_EQ(held->points.size(), held->cells.size());
+  for (std::size_t k = 0; k < upper - 2; ++k) {
+    EXPECT_EQ(held->cells[k].position, before[k + 1].position);
+    EXPECT_EQ(held->cells[upper - 2 + k].position, before[upper + k + 1].position);
+  }
+  keep_held(*world, tool, [&](std::size_t cell) { return cell >= upper - 2; });
+  EXPECT_FALSE(held) << "one jaw has nothing any more";
 }
 
 TEST_P(JawsOn, GoOnFromASnapshotWithTheSameBits) {

@@ -170,7 +170,7 @@ Result<void> expect_blades_to_cut(const SceneModel& model) {
         "expected one that comes within {:g} mm",
         scene.file.string(), i,
         nearest <= kFarthest ? fmt::format("{:.0f} mm", 1e3 * nearest) : "over 100 mm",
-        beds_of(scene).empty() ? "" : " or has a bed", 1e3 * kBeside));
+        parts_beds && !beds_of(scene).empty() ? " or has a bed" : "", 1e3 * kBeside));
   }
   return {};
 }

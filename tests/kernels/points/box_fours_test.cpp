@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "kernels/base/random.h"
@@ -55,12 +56,18 @@ std::set<int> met(const BoxFours& fours, const Vec3& from, const Vec3& to, doubl
   return leaves;
 }
 
-class RandomBoxes : public testing::TestWithParam<std::size_t> {
+struct Cloud {
+  std::size_t boxes;
+  double size, offset;  // of all of them; along each axis
+};
+
+class RandomBoxes : public testing::TestWithParam<Cloud> {
  protected:
-  Vec3 place() {
+  Vec3 share() {
     const double x = random_.uniform(at_++), y = random_.uniform(at_++), z = random_.uniform(at_++);
     return Vec3(x, y, z);
   }
+  Vec3 place() { return GetParam().size * share() + GetParam().offset * Vec3(1.0, -1.0, 0.7); }
 
   Random random_{11, 0};
   std::uint64_t at_ = 0;
@@ -68,10 +75,14 @@ class RandomBoxes : public testing::TestWithParam<std::size_t> {
 
 TEST_P(RandomBoxes, AreFoundByEveryWayThatMeetsThemAndByFewOthers) {
   std::vector<Box> boxes;
-  for (std::size_t b = 0; b < GetParam(); ++b) {
+  for (std::size_t b = 0; b < GetParam().boxes; ++b) {
     const Vec3 lowest = place();
-    boxes.emplace_back(lowest, Vec3(lowest + 0.3 * place()));
+    Vec3 size = 0.3 * GetParam().size * share();
+    if (b % 3 == 1) size.z() = 0.0;  // a flat triangle's
+    boxes.emplace_back(lowest, Vec3(lowest + size));
   }
+  // Far from the origin single precision tells fewer boxes apart.
+  const double rounding = 5e-7 * std::abs(GetParam().offset);
   std::vector<BoxFours::Two> twos;
   std::vector<int> leaf_of(boxes.size());
   add_halves(boxes, 0, boxes.size(), twos, leaf_of);
@@ -83,15 +94,16 @@ TEST_P(RandomBoxes, AreFoundByEveryWayThatMeetsThemAndByFewOthers) {
     // Along one axis, in a plane, or of no length, too.
     if (way % 4 == 1) to.tail<2>() = from.tail<2>();
     if (way % 4 == 2) to.x() = from.x();
+    if (way % 4 == 3) to.y() = from.y() + (way % 8 == 3 ? 0.5e-8 : 2e-8) * GetParam().size;
     if (way % 40 == 3) to = from;
-    const double pad = 1e-6 * (to - from).norm() + 1e-7;
+    const double pad = 1e-6 * (to - from).norm() + 1e-7 * GetParam().size;
     const std::set<int> leaves = met(fours, from, to, pad);
     for (std::size_t b = 0; b < boxes.size(); ++b) {
       const bool seen = leaves.contains(leaf_of[b]);
       if (meets(from, to, boxes[b], pad)) {
         EXPECT_TRUE(seen) << way << " " << b;
         ++found;
-      } else if (!meets(from, to, boxes[b], 10.0 * pad)) {
+      } else if (!meets(from, to, boxes[b], 10.0 * (pad + rounding))) {
         EXPECT_FALSE(seen) << way << " " << b;
       }
     }
@@ -99,7 +111,11 @@ TEST_P(RandomBoxes, AreFoundByEveryWayThatMeetsThemAndByFewOthers) {
   EXPECT_GT(found, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Counts, RandomBoxes, testing::Values(1, 2, 5, 300));
+INSTANTIATE_TEST_SUITE_P(Clouds, RandomBoxes,
+                         testing::Values(Cloud{1, 1.0, 0.0}, Cloud{2, 1.0, 0.0}, Cloud{5, 1.0, 0.0},
+                                         Cloud{300, 1.0, 0.0}, Cloud{300, 0.05, 0.3},
+                                         Cloud{300, 1e-5, 0.3}, Cloud{300, 1.0, 10.0},
+                                         Cloud{300, 200.0, -1000.0}));
 
 TEST(BoxFours, OfNothingAreMetByNoWay) {
   EXPECT_TRUE(met(BoxFours(), {0, 0, 0}, {1, 1, 1}, 1e-6).empty());
