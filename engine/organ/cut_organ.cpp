@@ -122,11 +122,11 @@ bool any_loose(const FiniteParts& parts) {
 
 /// The body counts from where the whole one has no stress, and its weight acts as it did there. One
 /// that what it lay among bore (hung_in_image) has none, but for the pieces that fall.
-void take_weight(const CuttableOrgan& organ, const OrganModel& model, double density,
-                 FiniteParts& parts) {
+void take_weight(const CuttableOrgan& organ, const OrganModel& model, const SurfaceTree& tree,
+                 double density, FiniteParts& parts) {
   const std::span<const double> unloaded = organ.whole->finite->body().unloaded();
   if (unloaded.empty() && (organ.gravity.isZero(0.0) || !any_loose(parts))) return;
-  for (const int node : gone_on(*organ.fields, *model.fields, SurfaceTree(model.surface), false))
+  for (const int node : gone_on(*organ.fields, *model.fields, tree, false))
     for (std::size_t k = 0; k < 3; ++k)
       parts.unloaded.push_back(unloaded.empty() ? 0.0
                                                 : unloaded[3 * static_cast<std::size_t>(node) + k]);
@@ -137,7 +137,8 @@ void take_weight(const CuttableOrgan& organ, const OrganModel& model, double den
   }
 }
 
-Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
+/// `tree`: of its surface.
+Result<void> prepare(const CuttableOrgan& organ, const SurfaceTree& tree, OrganModel& model) {
   if (auto placed = add_places(model, organ.organ, organ.demand); !placed) return placed;
   // Layers under the surface are those that the whole one has.
   auto field = MaterialField::make(organ.organ, organ.tissue, organ.whole->surface, organ.assets);
@@ -154,7 +155,7 @@ Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
   options.iterations = std::max(options.iterations, kIterations);
   options.iterations_released = std::max(options.iterations_released, kIterations);
   if (any_loose(*parts)) options.decrement = std::min(options.decrement, kFreeDecrement);
-  take_weight(organ, model, options.density, *parts);
+  take_weight(organ, model, tree, options.density, *parts);
   model.compliance = columns_to_come(model, (*solver)->factor());
   model.compliance.on_demand->end_preparation();
   if (auto made = make_finite(model, *parts, options, !organ.demand.burnt.empty(), nullptr); !made)
@@ -167,7 +168,8 @@ Result<void> prepare(const CuttableOrgan& organ, OrganModel& model) {
 /// What that leaves, maybe with parts that can't be prepared.
 struct Left {
   std::shared_ptr<OrganModel> model;
-  std::vector<int> skin;  ///< as CarvedSurface::skin
+  std::shared_ptr<const SurfaceTree> tree;  ///< of its surface
+  std::vector<int> skin;                    ///< as CarvedSurface::skin
   Dropped dropped;
   Result<void> prepared;
 };
@@ -184,16 +186,17 @@ Result<Left> prepare_left(const CuttableOrgan& organ, const TissueShare& tissue,
   if (left.dropped.found < removed.size())
     return failure("a piece that was to be taken out isn't whole and apart any more");
   left.skin = std::move(carved->skin);
+  left.tree = std::make_shared<const SurfaceTree>(carved->surface);
   // Nodes in the void carry what is left beside them. Those to which air leaves nothing make the
   // equations singular; which these are the fields tell.
-  PointCloud cloud = nodes_about(carved->surface, whole.cloud, kFarInVoid);
+  PointCloud cloud = nodes_about(*left.tree, whole.cloud, kFarInVoid);
   for (int round = 0;; ++round) {
     left.model = std::make_shared<OrganModel>();
     set_surface(*left.model, carved->surface);
     left.model->material = whole.material;
     left.model->cloud = std::move(cloud);
     left.model->key = whole.key;
-    left.prepared = prepare(organ, *left.model);
+    left.prepared = prepare(organ, *left.tree, *left.model);
     if (left.prepared || round == kNodesDropped || !left.model->fields) break;
     cloud = nodes_that_carry(left.model->surface, left.model->cloud, *left.model->fields);
     if (cloud.size() == left.model->cloud.size()) break;
@@ -311,7 +314,7 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   cut.fields = std::move(model.fields);
   cut.pieces = pieces_of_vertices(model.surface, closed_pieces(model.surface));
   cut.depths = depths_below(whole.surface, model.surface, left.skin);
-  cut.tree = std::make_shared<const SurfaceTree>(model.surface);
+  cut.tree = std::move(left.tree);
   cut.continuation = {gone_on(fields_before, *cut.fields, *cut.tree, !removed.empty()),
                       nearest_of(model.energy_points, before.energy_points)};
   cut.heated = heated_shapes(cut.tissue, left.dropped.boxes, organ.heat_voxel, *cut.tree);

@@ -8,7 +8,6 @@
 #include "kernels/base/parallel.h"
 #include "kernels/paff/nodal_measures.h"
 #include "kernels/points/closed_pieces.h"
-#include "kernels/points/surface_tree.h"
 
 namespace viscera {
 namespace {
@@ -74,11 +73,10 @@ Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& 
   return dropped;
 }
 
-PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud, double far) {
-  const SurfaceTree tree(surface);
+PointCloud nodes_about(const SurfaceTree& surface, const PointCloud& cloud, double far) {
   std::vector<char> carries(cloud.size());
   parallel_for_each_index(cloud.size(), 64, [&](std::size_t n) {
-    carries[n] = tree.signed_distance(cloud.positions[n]) < far * cloud.spacings[n];
+    carries[n] = surface.signed_distance(cloud.positions[n]) < far * cloud.spacings[n];
   });
   return chosen_of(cloud, carries);
 }

@@ -7,6 +7,7 @@
 #include "kernels/paff/shape_functions.h"
 #include "kernels/parting/carve.h"
 #include "kernels/points/cloud.h"
+#include "kernels/points/surface_tree.h"
 
 namespace viscera {
 
@@ -21,8 +22,8 @@ struct Dropped {
 /// `removed`; the only piece that there is stays.
 Dropped drop_pieces(double least, std::span<const Vec3> removed, CarvedSurface& left);
 
-/// Without the nodes that lie as far outside of this surface, in spacings.
-PointCloud nodes_about(const TriangleSurface& surface, const PointCloud& cloud, double far);
+/// Without the nodes that lie as far outside of the body with this surface, in spacings.
+PointCloud nodes_about(const SurfaceTree& surface, const PointCloud& cloud, double far);
 
 /// Without the nodes whose fields have none of this body: air hides all of it from them. `fields`:
 /// of this cloud; where they don't cover the body, all of it.

@@ -33,15 +33,24 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return rows[a.size() % 3][b.size()];
 }
 
-constexpr std::array kUnits = {
-    "mg_per_kJ", "ug",       "mm",    "cm",      "m",        "um",       "nm",      "in",
-    "inch",      "ms",       "us",    "s",       "min",      "h",        "Pa",      "hPa",
-    "kPa",       "MPa",      "GPa",   "mmHg",    "bar",      "mbar",     "psi",     "deg",
-    "rad",       "C",        "K",     "F",       "W",        "mW",       "kW",      "N",
-    "mN",        "kN",       "g",     "mg",      "kg",       "J",        "kJ",      "Hz",
-    "kHz",       "m_per_s2", "kg_m3", "g_per_J", "g_per_kJ", "kg_per_J", "mg_per_J"};
-constexpr std::array kUnitsOfBonds = {"N_per_m", "J_per_m", "J_per_m2", "N_per_m_per_mm",
-                                      "kPa_per_mm"};
+constexpr std::array kUnits = {"mg_per_kJ", "ug",       "mm",
+                               "cm",        "m",        "um",
+                               "nm",        "in",       "inch",
+                               "ms",        "us",       "s",
+                               "min",       "h",        "Pa",
+                               "hPa",       "kPa",      "MPa",
+                               "GPa",       "mmHg",     "bar",
+                               "mbar",      "psi",      "deg",
+                               "rad",       "C",        "K",
+                               "F",         "W",        "mW",
+                               "kW",        "N",        "mN",
+                               "kN",        "g",        "mg",
+                               "kg",        "J",        "kJ",
+                               "Hz",        "kHz",      "m_per_s2",
+                               "kg_m3",     "g_per_J",  "g_per_kJ",
+                               "kg_per_J",  "mg_per_J", "N_per_m",
+                               "J_per_m",   "J_per_m2", "N_per_m_per_mm",
+                               "kPa_per_mm"};
 
 }  // namespace
 
@@ -67,15 +76,11 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
 
 UnitSplit split_unit(std::string_view key) {
   std::string_view longest;
-  const auto try_units = [&](const auto& units) {
-    for (const std::string_view unit : units) {
-      const bool ends = key.size() > unit.size() + 1 && key.ends_with(unit) &&
-                        key[key.size() - unit.size() - 1] == '_';
-      if (ends && unit.size() > longest.size()) longest = unit;
-    }
-  };
-  try_units(kUnits);
-  try_units(kUnitsOfBonds);
+  for (const std::string_view unit : kUnits) {
+    const bool ends = key.size() > unit.size() + 1 && key.ends_with(unit) &&
+                      key[key.size() - unit.size() - 1] == '_';
+    if (ends && unit.size() > longest.size()) longest = unit;
+  }
   if (longest.empty()) return {std::string(key), ""};
   return {std::string(key.substr(0, key.size() - longest.size() - 1)), std::string(longest)};
 }

@@ -6,7 +6,6 @@
 #include "kernels/base/parallel.h"
 #include "kernels/contact/facing.h"
 #include "kernels/contact/same_side.h"
-#include "kernels/points/closed_pieces.h"
 #include "kernels/points/kd_tree.h"
 #include "kernels/points/neighbours.h"
 
@@ -80,23 +79,17 @@ constexpr int kChosenOf = 64;
 class PieceOfPlace {
  public:
   explicit PieceOfPlace(const SurfacePlaces& places) : paths_(places.paths.get()) {
-    if (!paths_) return;
-    numbers_ = pieces_of_vertices(paths_->surface(), closed_pieces(paths_->surface()));
-    if (numbers_.empty()) return;
+    if (!paths_ || !paths_->in_pieces()) return;
     of_places_.resize(places.size());
     parallel_for_each_index(places.size(), 64,
                             [&](std::size_t p) { of_places_[p] = number_at(places.positions[p]); });
   }
-  int number_at(const Vec3& place) const {
-    if (numbers_.empty()) return 0;
-    return piece_of(numbers_, paths_->surface(), paths_->tree().closest(place).point.triangle);
-  }
+  int number_at(const Vec3& place) const { return paths_ ? paths_->piece_at(place) : 0; }
   int of_place(std::size_t place) const { return of_places_.empty() ? 0 : of_places_[place]; }
 
  private:
   const TissuePaths* paths_;
-  std::vector<int> numbers_;    // of each vertex; empty: it is one piece
-  std::vector<int> of_places_;  // likewise
+  std::vector<int> of_places_;  // empty: it is one
 };
 
 /// For a point about which no place counts: the nearest on its side of all air, else the nearest of

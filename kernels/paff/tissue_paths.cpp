@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "kernels/points/closed_pieces.h"
 #include "kernels/points/closest_on_triangle.h"
 
 namespace viscera {
@@ -45,7 +46,8 @@ std::vector<Side> sorted_sides(const TriangleSurface& surface) {
 TissuePaths::TissuePaths(const TriangleSurface& surface)
     : surface_(surface),
       tree_(surface),
-      adjacent_(surface.triangles.size(), std::array<int, 3>{-1, -1, -1}) {
+      adjacent_(surface.triangles.size(), std::array<int, 3>{-1, -1, -1}),
+      pieces_(pieces_of_vertices(surface, closed_pieces(surface))) {
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t)
     normals_.push_back(area_vector(surface, t).stableNormalized());
   const std::vector<Side> sides = sorted_sides(surface);
@@ -58,6 +60,11 @@ TissuePaths::TissuePaths(const TriangleSurface& surface)
     adjacent_[static_cast<std::size_t>(a.triangle)][static_cast<std::size_t>(a.side)] = b.triangle;
     adjacent_[static_cast<std::size_t>(b.triangle)][static_cast<std::size_t>(b.side)] = a.triangle;
   }
+}
+
+int TissuePaths::piece_at(const Vec3& place) const {
+  if (pieces_.empty()) return 0;
+  return piece_of(pieces_, surface_, tree_.closest(place).point.triangle);
 }
 
 bool TissuePaths::straight(const Vec3& from, const Vec3& to) const {
@@ -208,10 +215,10 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
       }
     }
   }
-  sights_.take(positions_.size());
+  sights_ = Sights(positions_.size());
 }
 
-void TissueBends::Sights::take(std::size_t bends) {
+TissueBends::Sights::Sights(std::size_t bends) {
   constexpr std::size_t kMost = 20000;  // 50 MB
   if (bends > 0 && bends <= kMost)
     known_ = std::vector<std::atomic<std::uint8_t>>((bends * (bends - 1) / 2 + 3) / 4);

@@ -45,6 +45,9 @@ class TissuePaths {
 
   const TriangleSurface& surface() const { return surface_; }
   const SurfaceTree& tree() const { return tree_; }
+  bool in_pieces() const { return !pieces_.empty(); }
+  /// Which closed piece of the body a place is of, by the wall nearest to it; 0 of a body in one.
+  int piece_at(const Vec3& place) const;
 
  private:
   friend class TissueBends;
@@ -55,6 +58,7 @@ class TissuePaths {
   SurfaceTree tree_;
   std::vector<Vec3> normals_;                 ///< unit                                (triangles)
   std::vector<std::array<int, 3>> adjacent_;  ///< across each side; -1 where not one  (triangles)
+  std::vector<int> pieces_;                   ///< pieces_of_vertices()                 (vertices)
 };
 
 /// Where shortest ways bend: along the edges at which the surface is concave. Bends lie a fiftieth
@@ -75,11 +79,13 @@ class TissueBends {
   /// Which bends see each other, found as searches ask: those from many places ask for the same.
   class Sights {
    public:
-    void take(std::size_t bends);
+    Sights() = default;
+    explicit Sights(std::size_t bends);
     bool straight(const TissuePaths& paths, const std::vector<Vec3>& bends, int a, int b) const;
 
    private:
-    mutable std::vector<std::atomic<std::uint8_t>> known_;  // two bits a pair; empty: too many
+    mutable std::vector<std::atomic<std::uint8_t>>
+        known_;  // two bits a pair; empty: too many, or none
   };
 
   const TissuePaths& paths_;

@@ -56,29 +56,20 @@ std::shared_ptr<const TrueNeighbours> TrueNeighbours::find(const TriangleSurface
                                                            const PointCloud& cloud,
                                                            double support_factor) {
   std::shared_ptr<TrueNeighbours> found(new TrueNeighbours(surface, cloud, support_factor));
-  found->find_pieces();
+  if (found->paths_.in_pieces())
+    for (const TriangleSurface& piece : closed_pieces(surface))
+      found->walls_of_pieces_.emplace_back(with_used_vertices(piece));
   return found->find_blocked() ? found : nullptr;
 }
 
-void TrueNeighbours::find_pieces() {
-  const std::vector<TriangleSurface> pieces = closed_pieces(paths_.surface());
-  piece_of_vertex_ = pieces_of_vertices(paths_.surface(), pieces);
-  if (piece_of_vertex_.empty()) return;
-  for (const TriangleSurface& piece : pieces)
-    walls_of_pieces_.emplace_back(with_used_vertices(piece));
-}
-
-/// The nearest place of each other piece that the node's field would reach.
-std::vector<Vec3> TrueNeighbours::other_pieces(std::size_t node, const Vec3& from) const {
-  std::vector<Vec3> places;
-  if (walls_of_pieces_.empty()) return places;
-  const auto own = static_cast<std::size_t>(piece_at(from));
-  for (std::size_t p = 0; p < walls_of_pieces_.size(); ++p) {
-    if (p == own) continue;
-    const SurfaceTree::Closest wall = walls_of_pieces_[p].closest(cloud_.positions[node]);
-    if (wall.distance < kBeyond * radius(node)) places.push_back(wall.position);
-  }
-  return places;
+bool TrueNeighbours::reaches_other_piece(std::size_t node, const Vec3& from) const {
+  if (!paths_.in_pieces()) return false;
+  const auto own = static_cast<std::size_t>(paths_.piece_at(from));
+  for (std::size_t p = 0; p < walls_of_pieces_.size(); ++p)
+    if (p != own &&
+        walls_of_pieces_[p].closest(cloud_.positions[node]).distance < kBeyond * radius(node))
+      return true;
+  return false;
 }
 
 void TrueNeighbours::View::take(const TrueNeighbours& body, const Vec3& place) {
@@ -90,7 +81,7 @@ void TrueNeighbours::View::take(const TrueNeighbours& body, const Vec3& place) {
   }
   paths_ = &body.paths_;
   place_ = place;
-  piece_ = body.piece_at(place);
+  piece_ = body.paths_.piece_at(place);
 }
 
 bool TrueNeighbours::View::found(Answers& known, int number, const Vec3& position,
@@ -105,11 +96,6 @@ bool TrueNeighbours::View::found(Answers& known, int number, const Vec3& positio
   return (known[i] & 1) != 0;
 }
 
-int TrueNeighbours::piece_at(const Vec3& place) const {
-  if (piece_of_vertex_.empty()) return 0;
-  return piece_of(piece_of_vertex_, paths_.surface(), paths_.tree().closest(place).point.triangle);
-}
-
 Vec3 TrueNeighbours::beginning(std::size_t node) const {
   const Vec3& place = cloud_.positions[node];
   const double h = cloud_.spacings[node];
@@ -121,19 +107,18 @@ Vec3 TrueNeighbours::beginning(std::size_t node) const {
 bool TrueNeighbours::find_blocked() {
   const std::size_t n = cloud_.size();
   std::vector<Vec3> from = cloud_.positions;
-  std::vector<std::vector<Vec3>> others(n);  // other pieces' places in reach
-  std::vector<char> has_walls(n, 0);
+  std::vector<char> reaches_others(n, 0), has_walls(n, 0);
   parallel_for_each_index(n, 32, [&](std::size_t i) {
     const auto are_walls = [&] {
       return paths_.any_wall_beyond_air(from[i], kBeyond * radius(i),
                                         [](const Vec3&) { return true; });
     };
     bool some = are_walls();
-    if (!some && walls_of_pieces_.empty()) return;
+    if (!some && !paths_.in_pieces()) return;
     from[i] = beginning(i);
     if (from[i] != cloud_.positions[i]) some = are_walls();
-    others[i] = other_pieces(i, from[i]);
-    has_walls[i] = some || !others[i].empty();
+    reaches_others[i] = reaches_other_piece(i, from[i]);
+    has_walls[i] = some || reaches_others[i];
   });
   std::vector<std::size_t> nodes;  // that have some
   std::vector<Vec3> beginnings;    // theirs
@@ -166,8 +151,8 @@ bool TrueNeighbours::find_blocked() {
              (shadow.way > kLongerWay * straight &&
               quartic_weight(straight / r) - quartic_weight(shadow.way / r) > kLeastLost);
     };
-    // Other pieces first: a node that they are in reach of is severed, whatever else it loses.
-    keeps[k] = std::ranges::any_of(others[nodes[k]], loses_it) ||
+    severed[k] = reaches_others[nodes[k]];
+    keeps[k] = severed[k] ||
                paths_.any_wall_beyond_air(beginnings[k], kBeyond * radius(nodes[k]), loses_it);
     std::erase_if(blocked[k].bends,
                   [&](const auto& bend) { return bend.length >= radius(nodes[k]); });
@@ -236,7 +221,7 @@ std::vector<TrueNeighbours::Blocked> TrueNeighbours::ways_around(
   std::vector<Blocked> blocked(nodes.size());
   parallel_for_each_index(nodes.size(), 4, [&](std::size_t k) {
     blocked[k].from = beginnings[k];
-    blocked[k].piece = piece_at(beginnings[k]);
+    blocked[k].piece = paths_.piece_at(beginnings[k]);
     blocked[k].bends = bends.reached(beginnings[k], about[k]);
   });
   return blocked;
@@ -295,7 +280,7 @@ void TrueNeighbours::find_parts(std::size_t node, const VolumeQuadrature& volume
   for (const PointInReach& one : points) {
     whole += volume.weights[one.point] * one.full;
     if (one.kept >= kDeep * one.full) continue;
-    if (!piece_of_vertex_.empty()) blocked.pieces.push_back(one.piece);
+    if (paths_.in_pieces()) blocked.pieces.push_back(one.piece);
     blocked.places.push_back(volume.positions[one.point]);
     blocked.points.push_back(static_cast<int>(one.point));
     lost.push_back(volume.weights[one.point] * (one.full - one.kept));
@@ -387,7 +372,7 @@ bool TrueNeighbours::shadow(int node, View& view, Shadow& out) const {
     return false;
   }
   out.twin = -1;
-  const bool several = !piece_of_vertex_.empty();
+  const bool several = paths_.in_pieces();
   if (blocked.twins.empty() && !several) return true;
   if (!blocked.divided && !several) {
     out.twin = blocked.twins.front();

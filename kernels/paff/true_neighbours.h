@@ -79,8 +79,6 @@ class TrueNeighbours {
     std::uint32_t look_ = 0;
     Answers bends_, points_;
   };
-  /// Which closed piece of the body a place in it is of; 0 of a body in one.
-  int piece_at(const Vec3& place) const;
   /// False where the node (one of the first ones, without the twins) sees the place.
   bool shadow(int node, View& view, Shadow& out) const;
 
@@ -105,8 +103,7 @@ class TrueNeighbours {
 
   TrueNeighbours(const TriangleSurface& surface, const PointCloud& cloud, double support_factor)
       : cloud_(cloud), support_factor_(support_factor), paths_(surface) {}
-  void find_pieces();
-  std::vector<Vec3> other_pieces(std::size_t node, const Vec3& from) const;
+  bool reaches_other_piece(std::size_t node, const Vec3& from) const;
   bool find_blocked();
   std::vector<Blocked> ways_around(const std::vector<std::size_t>& nodes,
                                    const std::vector<Vec3>& beginnings,
@@ -124,8 +121,7 @@ class TrueNeighbours {
   PointCloud cloud_;
   double support_factor_ = 0.0;
   TissuePaths paths_;
-  std::vector<int> piece_of_vertex_;          ///< of the surface; empty: it is in one piece
-  std::vector<SurfaceTree> walls_of_pieces_;  ///< likewise
+  std::vector<SurfaceTree> walls_of_pieces_;  ///< empty: the body is in one
   std::vector<int> parents_;
   std::vector<Vec3> places_;     ///< of the twins: place_of_twin
   std::vector<int> blocked_of_;  ///< -1: sees all                                      (nodes)

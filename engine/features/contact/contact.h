@@ -25,8 +25,8 @@ Box bounds_at_rest(const OrganModel& model, const Pose& pose);
 /// How deformation has moved a cell of an organ's last solve, world [m].
 Vec3 cell_displacement(const World& world, Entity organ, std::size_t cell);
 
-/// Of what an instrument holds, which it does, these cells alone are held on, by their numbers in
-/// its grasp; all is let go where there are none, or one jaw of two has none.
+/// An instrument that holds something keeps the cells for which `keeps(number in its grasp)`, of
+/// two jaws those whose opposite ones it keeps, too. It lets go where none are left.
 void keep_held(World& world, Entity instrument, const std::function<bool(std::size_t)>& keeps);
 
 /// InstrumentState, deformed surfaces -> OrganContact.cells, OrganTouch.ranges,

@@ -96,11 +96,10 @@ Result<void> bodies_loaded(World& world) {
     const OrganCut& cut = cuts[c];
     OrganLeft& left = *world.find<OrganLeft>(organ);
     left.next = {};
-    const CuttableOrgan& all = *world.find<Cuttable>(organ)->organ;
-    if (auto sound = check_removed(cut, all.whole->rest_bounds); !sound) return sound;
+    const CuttableOrgan& whole = *world.find<Cuttable>(organ)->organ;
+    if (auto sound = check_removed(cut, whole.whole->rest_bounds); !sound) return sound;
     std::vector<Vec3> without = places_removed(cut, cut.removed_used);
     if (!same(left.made_of, cut.used.state()) || left.made_without != without) {
-      const CuttableOrgan& whole = all;
       left.made_of = {};  // until there is such a body
       if (cut.used.untouched()) {
         left.fields = whole.fields;
