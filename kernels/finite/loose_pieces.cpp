@@ -50,6 +50,37 @@ VectorX LoosePieces::gone_by(const VectorX& u, const VectorX& way, bool rigidly)
   return next;
 }
 
+VectorX LoosePieces::as_at_rest(const VectorX& u) const {
+  VectorX next = u;
+  for (const std::vector<int>& piece : pieces_) {
+    const auto mass = [&](int node) { return masses_[static_cast<std::size_t>(node)]; };
+    const auto at_rest = [&](int node) { return positions_[static_cast<std::size_t>(node)]; };
+    const auto place = [&](int node) {
+      return Vec3(at_rest(node) + u.segment<3>(Eigen::Index{3} * node));
+    };
+    double sum = 0.0;
+    Vec3 rest = Vec3::Zero(), now = Vec3::Zero();
+    for (const int node : piece) {
+      sum += mass(node);
+      rest += mass(node) * at_rest(node);
+      now += mass(node) * place(node);
+    }
+    rest /= sum;
+    now /= sum;
+    Mat3 spread = Mat3::Zero();
+    double size = 0.0;
+    for (const int node : piece) {
+      spread += mass(node) * (place(node) - now) * (at_rest(node) - rest).transpose();
+      size += mass(node) * (at_rest(node) - rest).squaredNorm();
+    }
+    const Mat3 turned = polar_rotation(3.0 / size * spread);
+    for (const int node : piece)
+      next.segment<3>(Eigen::Index{3} * node) =
+          now + turned * (at_rest(node) - rest) - at_rest(node);
+  }
+  return next;
+}
+
 std::vector<Mat3> LoosePieces::rotations(const FiniteBody& body, const VectorX& u) const {
   const std::vector<Mat3> means = mean_gradients(body, u);
   std::vector<Mat3> turned;

@@ -32,6 +32,8 @@ class LoosePieces {
 
   /// u after a way: pieces turn as one on it. `rigidly`: they do nothing else.                (3 N)
   VectorX gone_by(const VectorX& u, const VectorX& way, bool rigidly = false) const;
+  /// u where each piece has its shape at rest again, about where it lies and as it has turned.
+  VectorX as_at_rest(const VectorX& u) const;
   /// Of each piece of a body that is displaced so.                                       (pieces)
   std::vector<Mat3> rotations(const FiniteBody& body, const VectorX& u) const;
   /// Gives all nodes of each piece its own.

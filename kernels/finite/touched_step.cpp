@@ -86,7 +86,13 @@ class TouchedStep::Descent {
     if (!told_.answered || !std::isfinite(value_) || !loose_.is_tissue(u_) || is_flung()) {
       if (touch_.cells() > 0 && !loose_.whole()) return step_without();
       told_.lost = true;
+      const bool stood = std::ranges::all_of(state_.velocities, [](double v) { return v == 0.0; });
       give_up(state_);
+      // From where it has stood still since the last step none leads on, as of tissue that is
+      // inside out while its body lies on something. Letting go as a held one does (step_without),
+      // it would fall through that.
+      Eigen::Map<VectorX> kept(state_.displacements.data(), n_);
+      if (loose_.whole() && stood) kept = loose_.as_at_rest(kept);
       return std::move(told_);
     }
     for (Eigen::Index row = 0; row < forces_.size(); row += 3)

@@ -27,9 +27,11 @@ double force_on_plate(const World& world) {
   double force = 0.0;
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (pairs[p].organs[1] != world.model().organs()[kPlate]) continue;
-    for (const Meeting& meeting : world.find<PairState>(pairs.owner(p))->meetings)
-      force -= meeting.force.z();
+    for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+      if (pairs[p].organs[side] != world.model().organs()[kPlate]) continue;
+      for (const Meeting& meeting : world.find<PairState>(pairs.owner(p))->meetings)
+        force += (side == 0 ? 1.0 : -1.0) * meeting.force.z();
+    }
   }
   return force;
 }

@@ -59,7 +59,7 @@ Result<void> step(const SceneDescription& scene, const OrganModels& models,
   }
   if (!(*world)->has<OrganPair>()) return {};
   const TouchingFigures& figures = *(*world)->one<TouchingFigures>();
-  one.pairs = (*world)->all<OrganPair>().size();
+  one.pairs = count_pairs(**world);
   one.meeting = figures.most_pairs;
   one.islands = figures.most_islands;
   one.rows = figures.most_rows;

@@ -93,6 +93,7 @@ class Fall {
     mean_ *= 3.0 / static_cast<double>(velocities_.size());
   }
   const Vec3& acceleration() const { return acceleration_; }  ///< world [m/s2]
+  const Vec3& velocity() const { return mean_; }              ///< of its nodes, world [m/s]
 
   /// Of its nodes, beside the mean of another [m/s].
   double fastest_beside(const Fall& other) const {
@@ -131,6 +132,14 @@ double way_to_come(const World& world, Entity one, Entity other, double time) {
   const Fall second(world, other);
   return time * (first.fastest_beside(second) + second.fastest_beside(second)) +
          time * time * (first.acceleration() - second.acceleration()).norm();
+}
+
+Vec3 coming_way(const World& world, Entity one, Entity other, double time) {
+  if (one == other || (!is_loose(world, one) && !is_loose(world, other))) return Vec3::Zero();
+  const Fall first(world, one), second(world, other);
+  const Vec3 goes = time * (first.velocity() - second.velocity());
+  const Vec3 falls = time * time * (first.acceleration() - second.acceleration());
+  return goes.norm() > falls.norm() ? Vec3(goes + falls) : Vec3(Vec3::Zero());
 }
 
 Feature free_bodies_feature() {

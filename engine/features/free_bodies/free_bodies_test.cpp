@@ -99,6 +99,26 @@ TEST(FreeBodies, GainNoEnergyWhereTheyLand) {
   EXPECT_LT(highest, -10e-3);
 }
 
+TEST(FreeBodies, ThatLieOnSomethingInsideOutTakeTheirShapeAgain) {
+  auto world = build(block_on_floor({.above = 0.5e-3, .friction = 1.2}));
+  ASSERT_TRUE(world);
+  step_until(*world, 0.5);
+  const Entity block = world->model().organs()[0];
+  TissueContact& solver = *world->find<OrganTouch>(block)->solver;
+  auto turned = solver.state();
+  for (std::size_t at = 2; at < turned.motion.displacements.size(); at += 3 * 7)
+    turned.motion.displacements[at] += 20e-3;
+  solver.restore(std::move(turned));
+  step_until(*world, 1.0);
+  const std::uint64_t lost = world->find<FiniteFigures>(block)->lost;
+  EXPECT_GT(lost, 0u) << "no step leads back from that";
+  EXPECT_LT(lost, 5u);
+  step_until(*world, 2.0);
+  EXPECT_EQ(world->find<FiniteFigures>(block)->lost, lost);
+  EXPECT_NEAR(pressed(*world, 0).z(), weight(*world, 0), 0.02 * weight(*world, 0));
+  EXPECT_NEAR(moved(*world, 0).z(), -0.5e-3, 1e-3);
+}
+
 TEST(FreeBodies, SlideWhereTheSlopeIsSteeperThanFrictionHolds) {
   const double friction = 0.3;
   const auto way = [&](double slope) {

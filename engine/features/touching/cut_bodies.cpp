@@ -4,6 +4,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/parting/parting.h"
+#include "engine/features/touching/edge_samples.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
 
@@ -24,14 +25,15 @@ const CollisionSurface& rest_surface(const World& world, Entity organ) {
   return *world.find<StillSurface>(organ)->surface;
 }
 
-std::vector<float> overlaps_as_cut(const World& world, const OrganPair& pair,
-                                   const std::vector<SurfacePatch>& patches) {
+std::vector<float> overlaps_as_cut(const World& world, Entity entity) {
+  const OrganPair& pair = *world.find<OrganPair>(entity);
+  const std::vector<SurfacePatch>& brought = brought_now(world, entity);
   const auto& organs = world.model().scene().organs;
   const auto is_free = [&](Entity organ) { return organs[organ.index].free; };
   if (pair.folds() || is_free(pair.organs[0]) || is_free(pair.organs[1]))
-    return std::vector<float>(patches.size(), 0.0f);
+    return std::vector<float>(brought.size(), 0.0f);
   const auto pose = [&](Entity organ) { return organs[organ.index].pose_at(0.0); };
-  return overlaps_of(pose(pair.organs[0]), patches, *world.find<OrganBody>(pair.organs[1])->model,
+  return overlaps_of(pose(pair.organs[0]), brought, *world.find<OrganBody>(pair.organs[1])->model,
                      pose(pair.organs[1]), rest_surface(world, pair.organs[1]));
 }
 
@@ -40,6 +42,14 @@ std::vector<float> overlaps_as_cut(const World& world, const OrganPair& pair,
 const std::vector<SurfacePatch>& patches_now(const World& world, Entity organ) {
   const CutPatches* cut = world.find<CutPatches>(organ);
   return cut ? cut->patches : world.find<OrganPatches>(organ)->patches;
+}
+
+const std::vector<SurfacePatch>& brought_now(const World& world, Entity pair) {
+  static const std::vector<SurfacePatch> none;
+  const Entity organ = world.find<OrganPair>(pair)->organs[0];
+  const EdgeSamples* edges = world.find<EdgeSamples>(pair);
+  if (!edges) return patches_now(world, organ);
+  return world.find<CutPatches>(organ) ? none : edges->places;
 }
 
 const std::vector<float>& overlaps_now(const World& world, Entity pair) {
@@ -57,8 +67,7 @@ void meet_as_cut(World& world, Entity organ, const Continuation* continuation) {
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (std::ranges::find(pairs[p].organs, organ) == pairs[p].organs.end()) continue;
     // By what both are now, in whatever order they became that.
-    put(world, pairs.owner(p),
-        CutOverlaps{overlaps_as_cut(world, pairs[p], patches_now(world, pairs[p].organs[0]))});
+    put(world, pairs.owner(p), CutOverlaps{overlaps_as_cut(world, pairs.owner(p))});
     PairState& state = *world.find<PairState>(pairs.owner(p));
     if (continuation) {
       state.meetings.clear();

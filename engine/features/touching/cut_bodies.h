@@ -22,8 +22,11 @@ struct CutOverlaps {
   std::vector<float> overlaps;
 };
 
-/// Those of the body that an organ is.
+/// Of the body that an organ is.
 const std::vector<SurfacePatch>& patches_now(const World& world, Entity organ);
+/// What the first organ of a pair brings: patches, or places of its edges, of which it has none as
+/// a body that was cut: what cuts leave is ragged.
+const std::vector<SurfacePatch>& brought_now(const World& world, Entity pair);
 /// Of a pair, at rest.                                                                    (patches)
 const std::vector<float>& overlaps_now(const World& world, Entity pair);
 

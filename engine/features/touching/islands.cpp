@@ -1,6 +1,7 @@
 #include "engine/features/touching/islands.h"
 
 #include <algorithm>
+#include <map>
 
 #include "engine/features/beds/beds.h"
 #include "engine/features/contact/contact.h"
@@ -10,9 +11,17 @@
 #include "engine/features/touching/touching.h"
 #include "kernels/base/disjoint_sets.h"
 #include "kernels/base/parallel.h"
+#include "kernels/finite/finite_solver.h"
 
 namespace viscera {
 namespace {
+
+/// Whether a body kept its last good state, as no step was found for it.
+bool is_lost(const World& world, Entity organ) {
+  const OrganTouch* touch = world.find<OrganTouch>(organ);
+  const FiniteStep* step = touch ? touch->solver->last_step() : nullptr;
+  return step && step->lost;
+}
 
 class IslandSolve {
  public:
@@ -90,11 +99,18 @@ class IslandSolve {
   void take_meetings(std::span<const Joint> joints, std::span<const Vec3> forces) {
     TouchingFigures& figures = *world_.one<TouchingFigures>();
     std::size_t j = 0;
+    std::map<std::array<std::uint32_t, 2>, Vec3> sums;  // on the pair's lower organ
     for (const Entity entity : island_.pairs) {
       const OrganPair& pair = *world_.find<OrganPair>(entity);
       Vec3 sum = Vec3::Zero();
+      const bool lost = is_lost(world_, pair.organs[0]) || is_lost(world_, pair.organs[1]);
       for (Meeting& meeting : world_.find<PairState>(entity)->meetings) {
         const Joint& joint = joints[j];
+        if (lost) {  // it clings to where it did: what was found for it isn't sound
+          meeting.force.setZero();
+          ++j;
+          continue;
+        }
         meeting.force = forces[j];
         sum += forces[j];
         ++j;
@@ -105,8 +121,11 @@ class IslandSolve {
         meeting.cling = displacement(pair.organs[0], joint.ends[0]) -
                         displacement(pair.organs[1], joint.ends[1]);
       }
-      figures.greatest_force = std::max(figures.greatest_force, sum.norm());
+      const double sign = pair.organs[0].index == pair.between()[0] ? 1.0 : -1.0;
+      sums.try_emplace(pair.between(), Vec3::Zero()).first->second += sign * sum;
     }
+    for (const auto& [pair, sum] : sums)
+      figures.greatest_force = std::max(figures.greatest_force, sum.norm());
   }
 
   World& world_;

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/free_bodies/free_bodies.h"
 #include "engine/features/touching/cut_bodies.h"
 #include "engine/features/touching/drawn_organ.h"
+#include "engine/features/touching/edge_samples.h"
 #include "engine/features/touching/folds.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
@@ -19,14 +21,26 @@ namespace {
 /// contact problem: as they moved in the last one, and this besides; at most what two organs make
 /// that go 100 mm/s each. One that is in it leaves it a little later [m].
 constexpr double kLeastMargin = 0.3e-3, kMostMargin = 3.5e-3, kLater = 0.3e-3;
+/// Places of edges enter only when they would stand too deep, and leave sooner: beside patches that
+/// hold the same nodes already they say nothing new, and bodies a few nodes wide with many more
+/// rows than these had steps without an answer [m].
+constexpr double kEdgeLater = 0.05e-3;
 constexpr double kFrames = 2.0, kFrame = 1.0 / kFramesPerSecond;
 /// A patch that is deeper inside the other organ isn't found there any more [m].
 constexpr double kDeepest = 8e-3;
+/// What goes farther than this in a frame is asked what it meets where it will meet that: from
+/// where it is something else may be nearest. It goes there in so many leaps at most, until they
+/// are shorter than the last [m].
+constexpr double kFastWay = 2e-3, kLeastLeap = 0.2e-3;
+constexpr int kLeaps = 4;
 /// Surfaces that face each other less than this (cosine) don't meet: the far side of a thin organ.
 constexpr double kFacing = -0.2;
 /// A patch whose nearest place of the other organ is farther than so many times how far it is along
 /// the normal there, and its own radius, lies beside an edge, neither above nor inside.
 constexpr double kBesideEdge = 1.2;
+/// What is above an edge is pushed straight away from it, where the normal of the side that was hit
+/// is farther from that than this (cosine; 30 degrees).
+constexpr double kOverEdge = 0.87;
 /// A meeting keeps its place of the second organ until the patch has slid off it by this share of
 /// its radius.
 constexpr double kSlidOff = 0.35;
@@ -47,7 +61,7 @@ constexpr float kBell = 0.4f;
 /// flag: chosen, a third of the pitch of patches in a fine organ [m].
 constexpr double kMostOverlap = 1e-3;
 
-/// Where a patch is nearest to the other organ.
+/// Where a patch, or a place of an edge, is nearest to the other organ.
 struct Near {
   SurfacePoint point;
   Vec3 place = Vec3::Zero();
@@ -63,25 +77,6 @@ Near near_at(const CollisionSurface::Hit& hit, const Vec3& here, const DrawnOrga
 
 bool is_beside_edge(double distance, double gap, const SurfacePatch& patch) {
   return distance > kBesideEdge * (std::abs(gap) + std::sqrt(patch.area / 3.0));
-}
-
-/// If the patch of `one` faces what it hit, within `farthest` [m].
-std::optional<Near> faced(const std::optional<CollisionSurface::Hit>& hit, const DrawnOrgan& one,
-                          const SurfacePatch& patch, const DrawnOrgan& other, double farthest) {
-  if (!hit) return std::nullopt;
-  const Near near = near_at(*hit, one.place(patch.point), other);
-  if (is_beside_edge(hit->distance, near.gap, patch)) return std::nullopt;
-  const Vec3 own = one.normal(patch.point.triangle);
-  if (!(own.dot(near.normal) < kFacing) || !(near.gap < farthest)) return std::nullopt;
-  return near;
-}
-
-/// Within `farthest` [m].
-std::optional<Near> nearest(const DrawnOrgan& one, const SurfacePatch& patch,
-                            const DrawnOrgan& other, const CollisionSurface& finder,
-                            double farthest) {
-  const Vec3 here = other.pose.to_local(one.place(patch.point));
-  return faced(finder.closest(here, std::max(kDeepest, farthest)), one, patch, other, farthest);
 }
 
 bool is_awake(const World& world, Entity organ) {
@@ -111,7 +106,9 @@ class PairSearch {
         pair_(*world.find<OrganPair>(entity)),
         state_(*world.find<PairState>(entity)),
         joints_(*world.find<PairJoints>(entity)),
-        patches_(patches_now(world, pair_.organs[0])),
+        edges_(world.find<EdgeSamples>(entity)),
+        may_stand_(edges_ ? kEdgeMayStand : 0.0),
+        patches_(brought_now(world, entity)),
         overlaps_(overlaps_now(world, entity)),
         one_(world, pair_.organs[0]),
         other_(world, pair_.organs[1]),
@@ -139,19 +136,19 @@ class PairSearch {
       state_ = {};
       return;
     }
-    std::vector<std::optional<Near>> near(patches_.size());
-    parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
-      if (pair_.folds())
-        near[p] = own_of(p, farthest);
-      else if (reach.exteriorDistance(one_.place(patches_[p].point)) < farthest)
-        near[p] = nearest(one_, patches_[p], other_, finder_, farthest);
-    });
-    const double margin = kLeastMargin + to_come_ + kFrames * approached(near);
+    std::vector<std::optional<Near>> near = search(reach, farthest);
+    const double soon = kFrames * approached(near);
+    if (const Vec3 way = coming_way(world_, pair_.organs[0], pair_.organs[1], kFrame);
+        way.norm() > kFastWay)
+      for (int leap = 0; leap < kLeaps && go_on(way, near); ++leap) near = search(reach, farthest);
+    const double falls = edges_ && carried() ? 0.0 : to_come_;
+    const double margin = falls + soon + (edges_ ? -kEdgeMayStand : kLeastMargin);
+    const double later = edges_ ? kEdgeLater : kLater;
     std::vector<const Meeting*> before(patches_.size(), nullptr);
     for (const Meeting& meeting : state_.meetings) before[meeting.patch] = &meeting;
     std::vector<Found> found(patches_.size());
     parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
-      if (near[p] && near[p]->gap < margin + (before[p] ? kLater : 0.0))
+      if (near[p] && near[p]->gap < margin + (before[p] ? later : 0.0))
         found[p] = meet(p, *near[p], before[p]);
     });
     if (pair_.folds()) leave_one_of_each(found, before);
@@ -176,12 +173,68 @@ class PairSearch {
     return *world.find<StillSurface>(organ)->surface;
   }
 
+  std::vector<std::optional<Near>> search(const Box& reach, double farthest) const {
+    std::vector<std::optional<Near>> near(patches_.size());
+    parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
+      if (pair_.folds())
+        near[p] = own_of(p, farthest);
+      else if (reach.exteriorDistance(place(p)) < farthest)
+        near[p] = faced(nearest(p, farthest), p, farthest);
+    });
+    return near;
+  }
+
+  /// Goes on along the rest of its way, until the first patch may meet something. True: it went.
+  bool go_on(const Vec3& way, std::span<const std::optional<Near>> near) {
+    const Vec3 rest = way - gone_;
+    double share = 1.0;
+    for (const std::optional<Near>& one : near)
+      if (const double down = one ? -rest.dot(one->normal) : 0.0; down > 0.0)
+        share = std::min(share, std::max(0.0, one->gap) / down);
+    gone_ += share * rest;
+    return share * rest.norm() > kLeastLeap;
+  }
+
+  /// Of a patch, after the way that its organ has gone on.
+  Vec3 place(std::size_t p) const { return one_.place(patches_[p].point) + gone_; }
+
+  std::optional<CollisionSurface::Hit> nearest(std::size_t p, double farthest) const {
+    const Vec3 here = other_.pose.to_local(place(p));
+    return finder_.closest(here, std::max(kDeepest, farthest));
+  }
+
+  /// Of a pair of edges: whether patches of both organs carry already.
+  bool carried() const {
+    return std::ranges::any_of(world_.find<PairState>(edges_->beside)->meetings,
+                               [](const Meeting& one) { return !one.force.isZero(0.0); });
+  }
+
+  bool faces(std::size_t p, const Vec3& normal) const {
+    if (edges_) return edge_faces(one_, edges_->faces[p], normal, kFacing);
+    return one_.normal(patches_[p].point.triangle).dot(normal) < kFacing;
+  }
+
+  /// If the patch faces what it hit, within `farthest` [m].
+  std::optional<Near> faced(const std::optional<CollisionSurface::Hit>& hit, std::size_t p,
+                            double farthest) const {
+    if (!hit) return std::nullopt;
+    Near near = near_at(*hit, place(p), other_);
+    if (is_beside_edge(hit->distance, near.gap, patches_[p])) return std::nullopt;
+    if (!(near.gap < farthest) || !faces(p, near.normal)) return std::nullopt;
+    if (near.gap > 0.0 && near.gap < kOverEdge * hit->distance) {
+      const Vec3 away = place(p) - near.place;
+      near.gap = away.norm();
+      near.normal = away / near.gap;
+    }
+    return near;
+  }
+
   /// On its own organ: what a piece that was cut off lies on, or the other side of a fold.
   std::optional<Near> own_of(std::size_t p, double farthest) const {
     if (!folds_) {
       const auto hit = nearest_piece(one_, pieces_of(world_, pair_.organs[0]), finder_, patches_[p],
                                      std::max(kDeepest, farthest));
-      return faced(hit, one_, patches_[p], other_, farthest);
+      return faced(hit, p, farthest);
     }
     const auto hit =
         nearest_fold(one_, finder_, patches_[p], static_cast<double>(folds_->behind[p]), farthest);
@@ -251,7 +304,7 @@ class PairSearch {
     found.meets = true;
     found.normal = near.normal;
     const Vec3 at_rest = one_.pose.to_world(patch.mean()) - other_.pose.to_world(meeting.on.mean());
-    found.depth = -at_rest.dot(found.normal) - static_cast<double>(overlaps_[p]);
+    found.depth = -at_rest.dot(found.normal) - static_cast<double>(overlaps_[p]) - may_stand_;
     return found;
   }
 
@@ -259,6 +312,8 @@ class PairSearch {
   const OrganPair& pair_;
   PairState& state_;
   PairJoints& joints_;
+  const EdgeSamples* edges_;  // null: the patches are those of its faces
+  double may_stand_;          // so deep they may lie in the other [m]
   const std::vector<SurfacePatch>& patches_;
   const std::vector<float>& overlaps_;
   DrawnOrgan one_, other_;
@@ -267,6 +322,7 @@ class PairSearch {
   bool falls_;              // nothing holds one of them
   double to_come_;          // how much nearer they may fall in this frame [m]
   double shifted_ = 0.0;
+  Vec3 gone_ = Vec3::Zero();  // beside the other in this frame, until they meet, world [m]
 };
 
 /// The cell of a patch that is pushed this way by what it meets.
@@ -286,7 +342,7 @@ void lay_cells(World& world, Entity entity) {
   const OrganPair& pair = *world.find<OrganPair>(entity);
   const PairState& state = *world.find<PairState>(entity);
   PairJoints& joints = *world.find<PairJoints>(entity);
-  const std::vector<SurfacePatch>& patches = patches_now(world, pair.organs[0]);
+  const std::vector<SurfacePatch>& patches = brought_now(world, entity);
   const double friction = touching_of(world.model().scene()).friction;
   for (std::size_t side = 0; side < 2; ++side) {
     if (!yields(world, pair.organs[side])) continue;
@@ -341,6 +397,10 @@ bool yields(const World& world, Entity organ) {
   return touch && touch->solver->abilities().springs && !world.find<OrganState>(organ)->frozen;
 }
 
+std::size_t count_pairs(const World& world) {
+  return world.all<OrganPair>().size() - world.all<EdgeSamples>().size();
+}
+
 std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> patches,
                                const OrganModel& other, const Pose& other_pose,
                                const CollisionSurface& finder) {
@@ -366,14 +426,16 @@ void meet_organs(World& world, const FrameContext& context) {
   wake_disturbed(world);
   search_pairs(world, context.report);
   let_rest(world);
-  std::uint64_t meeting = 0, resting = 0;
+  std::uint64_t resting = 0;
+  std::set<std::array<std::uint32_t, 2>> meeting;
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    meeting += world.find<PairState>(pairs.owner(p))->meetings.empty() ? 0 : 1;
+    if (!world.find<PairState>(pairs.owner(p))->meetings.empty())
+      meeting.insert(pairs[p].between());
     if (!pair_rests(world, pairs.owner(p))) lay_cells(world, pairs.owner(p));
   }
   for (const Resting& one : world.all<Resting>()) resting += one.rests ? 1 : 0;
-  figures.most_pairs = std::max(figures.most_pairs, meeting);
+  figures.most_pairs = std::max(figures.most_pairs, std::uint64_t{meeting.size()});
   figures.most_resting = std::max(figures.most_resting, resting);
 }
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "engine/features/contact/tissue_sheet.h"
+#include "engine/features/touching/chosen_places.h"
 #include "kernels/base/parallel.h"
 
 namespace viscera {
@@ -16,9 +16,6 @@ namespace {
 constexpr int kPlaces = 6;
 /// A triangle's edge is divided into so many parts at most.
 constexpr int kMostParts = 32;
-/// A patch doesn't go around an edge: its parts face the same way by this cosine (60 degrees). One
-/// that did would lie as deep as its mean place, and touch only once the edge had sunk in so far.
-constexpr double kSameFace = 0.5;
 /// Normals between vertices hold where the triangle's own is no farther from them (20 degrees): at
 /// an edge they point to neither face.
 constexpr double kSmooth = 0.94;
@@ -36,50 +33,6 @@ Vec3 mean_normal(const TriangleSurface& surface, std::span<const Vec3f> normals,
   const Vec3 flat = face_normal(surface, point.triangle);
   return length > 0.0 && sum.dot(flat) > kSmooth * length ? Vec3(sum / length) : flat;
 }
-
-/// Middles chosen so far, by cells of a grid as wide as the widest pitch.
-class Chosen {
- public:
-  explicit Chosen(double edge) : edge_(edge) {}
-  /// Index of the nearest within `radius`, which is at most the edge, that faces as `normal` does;
-  /// -1: none.
-  int nearest(const Vec3& x, const Vec3& normal, double radius) const {
-    const Cell home = cell_of(x);
-    int found = -1;
-    double best = radius * radius;
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) {
-          const auto at = cells_.find({home[0] + dx, home[1] + dy, home[2] + dz});
-          if (at == cells_.end()) continue;
-          for (const Middle& middle : at->second)
-            if (const double d = (middle.place - x).squaredNorm();
-                d < best && middle.normal.dot(normal) > kSameFace) {
-              best = d;
-              found = middle.index;
-            }
-        }
-    return found;
-  }
-  void add(const Vec3& x, const Vec3& normal, int index) {
-    cells_[cell_of(x)].push_back({x, normal, index});
-  }
-
- private:
-  struct Middle {
-    Vec3 place, normal;
-    int index = 0;
-  };
-  using Cell = std::array<int, 3>;
-  Cell cell_of(const Vec3& x) const {
-    Cell cell;
-    for (int a = 0; a < 3; ++a)
-      cell[static_cast<std::size_t>(a)] = static_cast<int>(std::floor(x[a] / edge_));
-    return cell;
-  }
-  double edge_;
-  std::map<Cell, std::vector<Middle>> cells_;
-};
 
 }  // namespace
 
@@ -151,7 +104,9 @@ std::vector<SurfacePatch> patches_of(const TriangleSurface& surface, std::span<c
   const double widest = apart.empty() ? 0.0 : *std::ranges::max_element(apart);
   if (!(widest > 0.0)) return {};
   const std::vector<Bit> bits = bits_of(surface, apart);
-  Chosen chosen(widest);
+  // A patch doesn't go around an edge: one that did would lie as deep as its mean place, and touch
+  // only once the edge had sunk in so far.
+  ChosenPlaces chosen(widest);
   std::vector<std::size_t> middles;
   for (std::size_t b = 0; b < bits.size(); ++b) {
     const std::array<int, 3>& corners =

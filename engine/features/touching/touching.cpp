@@ -10,6 +10,7 @@
 #include "engine/features/contact/make_contact.h"
 #include "engine/features/parting/parting_keys.h"
 #include "engine/features/touching/cut_bodies.h"
+#include "engine/features/touching/edge_samples.h"
 #include "engine/features/touching/folds.h"
 #include "engine/features/touching/islands.h"
 #include "engine/features/touching/resting.h"
@@ -20,7 +21,7 @@ namespace viscera {
 namespace {
 
 /// Bounds of the distance of patches [m].
-constexpr double kFinestPitch = 0.5e-3, kCoarsestPitch = 10e-3;
+constexpr double kFinestPitch = 0.5e-3, kFinestEdgePitch = 1e-3, kCoarsestPitch = 10e-3;
 /// Organs that lie farther apart than this at rest are no pair [m]. Chosen: what a retractor lifts.
 constexpr double kFarthest = 30e-3;
 /// No deeper than this may one that nothing holds begin inside another, and one that is held [m].
@@ -39,14 +40,26 @@ bool presses_back(const SceneModel& model, Entity organ) {
 }
 
 /// An organ has so many patches at least: with fewer, a corner that none covers sinks in. A block's
-/// six faces have some four by four then.
-constexpr double kFewestPatches = 100.0;
+/// six faces have some five by five then.
+constexpr double kFewestPatches = 200.0;
+
+/// Distance of patches of a surface of this area at most [m].
+double coarsest_pitch(double area) {
+  return std::min(kCoarsestPitch, std::sqrt(area / kFewestPatches));
+}
 
 /// Distance of an organ's patches at a place [m]; `area` of its surface [m2].
 double pitch_at(const OrganModel& model, const Vec3& place, double share, double area) {
-  const double coarsest = std::min(kCoarsestPitch, std::sqrt(area / kFewestPatches));
+  const double coarsest = coarsest_pitch(area);
   if (model.touchable.spacings.empty()) return coarsest;  // a local organ has no nodes
   return std::min(std::max(share * spacing_at(model.touchable, place), kFinestPitch), coarsest);
+}
+
+/// Distance of places on edges that meet this organ, or are its own [m].
+double edge_pitch(const OrganModel& model, double share) {
+  const double coarsest = coarsest_pitch(area(model.surface));
+  if (model.touchable.spacings.empty()) return coarsest;
+  return std::min(std::max(share * model.finest_spacing, kFinestEdgePitch), coarsest);
 }
 
 std::string begins_inside(const SceneDescription& scene, std::size_t organ, std::size_t other,
@@ -68,6 +81,30 @@ void add_folds(SceneModel& model, Entity organ, const CollisionSurface& finder) 
   pair.organs = {organ, organ};
   pair.overlaps.assign(patches.size(), 0.0f);  // its surface doesn't cross itself
   constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
+}
+
+/// Where the sharp edges of one organ of a pair may meet the other.
+void add_edges(SceneModel& model, Entity beside, Entity organ, bool free, double pitch,
+               const CollisionSurface& finder) {
+  Store& constants = model.constants();
+  const auto body = [&](Entity one) -> const OrganModel& {
+    return *constants.all<OrganBody>().find(one)->model;
+  };
+  EdgeSamples edges = edge_samples(body(organ).surface, pitch);
+  if (edges.places.empty()) return;
+  edges.beside = beside;
+  const std::array<Entity, 2>& both = constants.all<OrganPair>().find(beside)->organs;
+  const Entity other = both[organ == both[0] ? 1 : 0];
+  const auto pose = [&](Entity one) { return model.scene().organs[one.index].pose_at(0.0); };
+  OrganPair pair;
+  pair.organs = {organ, other};
+  if (free)
+    pair.overlaps.assign(edges.places.size(), 0.0f);
+  else
+    pair.overlaps = overlaps_of(pose(organ), edges.places, body(other), pose(other), finder);
+  const Entity entity = model.add_entity();
+  constants.all<OrganPair>().add(entity, std::move(pair));
+  constants.all<EdgeSamples>().add(entity, std::move(edges));
 }
 
 Result<void> prepare(SceneModel& model) {
@@ -115,7 +152,11 @@ Result<void> prepare(SceneModel& model) {
         return failure(begins_inside(scene, scene.organs[i].free ? i : j,
                                      scene.organs[i].free ? j : i, pair.greatest_overlap, most));
       if (free) std::ranges::fill(pair.overlaps, 0.0f);
-      constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
+      const Entity faces = model.add_entity();
+      constants.all<OrganPair>().add(faces, std::move(pair));
+      for (const std::size_t edged : {one, other})
+        add_edges(model, faces, organs[edged], free, edge_pitch(body(one), touching.pitch),
+                  *finders[edged == one ? other : one]);
     }
   return {};
 }
@@ -156,7 +197,7 @@ bool is_sound(const Meeting& meeting, std::size_t patches, std::size_t triangles
 void restored(World& world) {
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const std::size_t patches = patches_now(world, pairs[p].organs[0]).size();
+    const std::size_t patches = brought_now(world, pairs.owner(p)).size();
     const std::size_t triangles =
         world.find<OrganBody>(pairs[p].organs[1])->model->surface.triangles.size();
     std::erase_if(world.find<PairState>(pairs.owner(p))->meetings,
@@ -187,7 +228,7 @@ std::vector<ReportSection> touching_report(const World& world) {
                             world.find<OrganBody>(pair.organs[1])->name}},
                           {"overlap_m", pair.greatest_overlap}});
   }
-  return {report_section("contact", {{"pairs", world.all<OrganPair>().size()},
+  return {report_section("contact", {{"pairs", count_pairs(world)},
                                      {"pairs_meeting", figures.most_pairs},
                                      {"islands", figures.most_islands},
                                      {"organs_at_rest", figures.most_resting},

@@ -3,11 +3,13 @@
 // too.
 //
 // The organ with the finer nodes brings the patches, always the same ones; each meets the place of
-// the other's surface that is nearest to it, and keeps that until it has slid off it. So the
+// the other's surface that is nearest to it, and keeps that until it has slid off it. Both bring
+// places of their sharp edges besides, which may come down between patches (edge_samples.h). So the
 // response of both is put together when patches come or go, not in every frame. What overlaps where
 // organs lie at rest is kept, and reported.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -27,13 +29,18 @@ struct OrganPatches {
 };
 
 /// Two organs that may meet, or one that may meet itself (folds.h, cut_bodies.h); one component a
-/// pair, on an entity of its own.
+/// pair, on an entity of its own. Two whose edges are sharp have one more for each, with
+/// EdgeSamples.
 struct OrganPair {
   static constexpr bool kConstant = true;
   std::array<Entity, 2> organs;   ///< the first brings its patches
   std::vector<float> overlaps;    ///< of each of these at rest, with the other [m]   (patches)
   double greatest_overlap = 0.0;  ///< [m]
   bool folds() const { return organs[0] == organs[1]; }
+  /// Indices of its organs, the lower first.
+  std::array<std::uint32_t, 2> between() const {
+    return {std::min(organs[0].index, organs[1].index), std::max(organs[0].index, organs[1].index)};
+  }
 };
 
 /// Of an organ that never deforms: where others meet it, organ frame.
@@ -116,6 +123,8 @@ inline constexpr double kUnmoved = 20e-6;
 Vec3 apart(const World& world, const std::array<Entity, 2>& organs);
 /// Whether it gives way: deformable, prepared, and sound so far.
 bool yields(const World& world, Entity organ);
+/// Pairs of organs that may meet, and organs that may meet themselves.
+std::size_t count_pairs(const World& world);
 /// How deep each patch lies in the other organ, both at rest at these poses [m]; `finder` finds on
 /// the other.                                                                         (patches)
 std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> patches,

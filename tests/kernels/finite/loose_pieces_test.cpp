@@ -46,6 +46,27 @@ TEST(LoosePieces, TurnAsOneWhereTheRestGoesStraight) {
   }
 }
 
+TEST(LoosePieces, TakeTheirShapeAtRestAgainWhereTheyLieAndAsTheyHaveTurned) {
+  const TwoCubes cubes;
+  const Mat3 rotation = Eigen::AngleAxisd(2.0, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  const Vec3 shift(0.1, -0.2, 0.3), middle(5.5e-2, 5e-3, 5e-3);
+  const auto moved = [&](int node) {
+    const Vec3& rest = cubes.positions[static_cast<std::size_t>(node)];
+    return Vec3(rotation * (rest - middle) + middle + shift - rest);
+  };
+  VectorX u = VectorX::Zero(48);
+  for (int node = 0; node < 16; ++node) {
+    // Stretched by a third about its middle, along all of its axes.
+    const Vec3 arm = cubes.positions[static_cast<std::size_t>(node)] - middle;
+    TwoCubes::of(u, node) = node < 8 ? Vec3(0, 0, 1e-3) : Vec3(moved(node) + rotation * arm / 3.0);
+  }
+  VectorX next = cubes.pieces().as_at_rest(u);
+  for (int node = 0; node < 16; ++node) {
+    const Vec3 expected = node < 8 ? Vec3(0, 0, 1e-3) : moved(node);
+    EXPECT_LT((TwoCubes::of(next, node) - expected).norm(), 1e-12) << node;
+  }
+}
+
 TEST(LoosePieces, GoFartherThanTissueStretchesAndLeaveTheView) {
   const TwoCubes cubes;
   const LoosePieces pieces = cubes.pieces();
