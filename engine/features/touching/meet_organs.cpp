@@ -67,6 +67,7 @@ struct Near {
   Vec3 place = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();  ///< outward there
   double gap = 0.0;             ///< below 0: inside [m]
+  bool over_edge = false;       ///< the normal is the way from an edge to what is above it
 };
 
 Near near_at(const CollisionSurface::Hit& hit, const Vec3& here, const DrawnOrgan& other) {
@@ -225,6 +226,7 @@ class PairSearch {
       const Vec3 away = place(p) - near.place;
       near.gap = away.norm();
       near.normal = away / near.gap;
+      near.over_edge = true;
     }
     return near;
   }
@@ -284,7 +286,10 @@ class PairSearch {
     Found found;
     Meeting& meeting = found.meeting;
     const double radius = std::sqrt(patch.area / 3.0);
-    if (before && (other_.place(before->on.point) - near.place).norm() < kSlidOff * radius) {
+    // Along a side's normal a place beside the nearest is as good; along the way from an edge it
+    // would be deeper or less deep.
+    if (before && !near.over_edge &&
+        (other_.place(before->on.point) - near.place).norm() < kSlidOff * radius) {
       meeting = *before;
     } else {
       const OrganModel& model = *world_.find<OrganBody>(pair_.organs[1])->model;
