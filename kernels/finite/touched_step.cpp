@@ -92,7 +92,7 @@ class TouchedStep::Descent {
       // inside out while its body lies on something. Letting go as a held one does (step_without),
       // it would fall through that.
       Eigen::Map<VectorX> kept(state_.displacements.data(), n_);
-      if (loose_.whole() && stood) kept = loose_.as_at_rest(kept);
+      if (loose_.whole() && stood && told_.answered) kept = loose_.as_at_rest(kept);
       return std::move(told_);
     }
     for (Eigen::Index row = 0; row < forces_.size(); row += 3)

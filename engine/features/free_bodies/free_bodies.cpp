@@ -135,7 +135,12 @@ double way_to_come(const World& world, Entity one, Entity other, double time) {
 }
 
 Vec3 coming_way(const World& world, Entity one, Entity other, double time) {
-  if (one == other || (!is_loose(world, one) && !is_loose(world, other))) return Vec3::Zero();
+  if (one == other) return Vec3::Zero();
+  // The mean way of a body says nothing of pieces that a cut took off it.
+  const auto is_cut = [&](Entity organ) {
+    return is_loose(world, organ) && !world.find<OrganBody>(organ)->model->finite->loose().whole();
+  };
+  if (is_cut(one) || is_cut(other)) return Vec3::Zero();
   const Fall first(world, one), second(world, other);
   const Vec3 goes = time * (first.velocity() - second.velocity());
   const Vec3 falls = time * time * (first.acceleration() - second.acceleration());

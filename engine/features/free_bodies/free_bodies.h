@@ -26,9 +26,9 @@ bool is_gone(const World& world, Entity organ);
 /// How much nearer two organs, or pieces of one, may come to each other within so long, as what of
 /// them nothing holds goes and falls now [m]; 0 where all is held.
 double way_to_come(const World& world, Entity one, Entity other, double time);
-/// Where the first of two organs goes beside the second within so long, by the mean of what of them
-/// nothing holds, as they go and fall now, world [m]; zero where all is held, or hardly goes: what
-/// lies on something doesn't fall.
+/// Where the first of two organs goes beside the second within so long, by the mean of their nodes
+/// as they go and fall now, world [m]; zero where neither is a free body, or they go slower than
+/// one falls within that time: what lies on something doesn't fall.
 Vec3 coming_way(const World& world, Entity one, Entity other, double time);
 
 Feature free_bodies_feature();

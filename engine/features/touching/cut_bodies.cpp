@@ -34,7 +34,8 @@ std::vector<float> overlaps_as_cut(const World& world, Entity entity) {
     return std::vector<float>(brought.size(), 0.0f);
   const auto pose = [&](Entity organ) { return organs[organ.index].pose_at(0.0); };
   return overlaps_of(pose(pair.organs[0]), brought, *world.find<OrganBody>(pair.organs[1])->model,
-                     pose(pair.organs[1]), rest_surface(world, pair.organs[1]));
+                     pose(pair.organs[1]), rest_surface(world, pair.organs[1]),
+                     !world.find<EdgeSamples>(entity));
 }
 
 }  // namespace

@@ -15,36 +15,8 @@ namespace {
 constexpr double kTriedPerPitch = 4.0;
 constexpr int kMostTried = 400;
 
-struct SharpEdge {
-  std::array<int, 2> vertices{};
-  std::array<int, 2> faces{};
-  Vec3 normal = Vec3::UnitZ();  // unit, between both
-};
-
 Vec3 face_normal(const TriangleSurface& surface, int triangle) {
   return area_vector(surface, triangle).stableNormalized();
-}
-
-std::vector<SharpEdge> sharp_edges(const TriangleSurface& surface) {
-  std::map<std::pair<int, int>, int> beside;  // an edge as its triangle goes along it
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-    for (std::size_t c = 0; c < 3; ++c)
-      beside.emplace(std::pair(surface.triangles[t][c], surface.triangles[t][(c + 1) % 3]),
-                     static_cast<int>(t));
-  std::vector<SharpEdge> edges;
-  for (const auto& [way, one] : beside) {
-    const auto back = beside.find({way.second, way.first});
-    if (way.first > way.second || back == beside.end()) continue;
-    const int other = back->second;
-    const Vec3 own = face_normal(surface, one), next = face_normal(surface, other);
-    if (own.dot(next) > kSameFace) continue;
-    const Vec3 from = surface.vertices[static_cast<std::size_t>(way.first)];
-    const Vec3 along = surface.vertices[static_cast<std::size_t>(way.second)] - from;
-    // Triangles go counter-clockwise: seen along its own way, one's inside is to the left.
-    if (!(own.cross(next).dot(along) > 0.0)) continue;
-    edges.push_back({{way.first, way.second}, {one, other}, (own + next).stableNormalized()});
-  }
-  return edges;
 }
 
 /// On a triangle, a share of the way between two of its corners.
@@ -84,21 +56,48 @@ EdgeSamples::Faces faces_at(const TriangleSurface& surface,
           }))
         found.push_back(face);
     }
-  while (found.size() < 3) found.push_back(found.front());
+  while (found.size() < 3) found.push_back(found.back());
   return {found[0], found[1], found[2]};
+}
+
+/// How many faces they are.
+std::size_t count(const EdgeSamples::Faces& faces) {
+  return faces[2] == faces[1] ? 2 : 3;
 }
 
 SurfacePatch place_at(const TriangleSurface& surface, const SurfacePoint& point,
                       const EdgeSamples::Faces& faces, double pitch) {
   Vec3 normal = Vec3::Zero();
-  for (const int face : faces) normal += face_normal(surface, face);
+  for (std::size_t f = 0; f < count(faces); ++f) normal += face_normal(surface, faces[f]);
   return {point, position(surface, point), normal.stableNormalized(), pitch * pitch, 0.0};
 }
 
 }  // namespace
 
-EdgeSamples edge_samples(const TriangleSurface& surface, double pitch) {
-  const std::vector<SharpEdge> edges = sharp_edges(surface);
+std::vector<SharpEdge> sharp_edges(const TriangleSurface& surface) {
+  std::map<std::pair<int, int>, int> beside;  // an edge as its triangle goes along it
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c)
+      beside.emplace(std::pair(surface.triangles[t][c], surface.triangles[t][(c + 1) % 3]),
+                     static_cast<int>(t));
+  std::vector<SharpEdge> edges;
+  for (const auto& [way, one] : beside) {
+    const auto back = beside.find({way.second, way.first});
+    if (way.first > way.second || back == beside.end()) continue;
+    const int other = back->second;
+    const Vec3 own = face_normal(surface, one), next = face_normal(surface, other);
+    if (own.dot(next) > kSameFace) continue;
+    const Vec3 from = surface.vertices[static_cast<std::size_t>(way.first)];
+    const Vec3 along = surface.vertices[static_cast<std::size_t>(way.second)] - from;
+    // Triangles go counter-clockwise: seen along its own way, one's inside is to the left.
+    if (!(own.cross(next).dot(along) > 0.0)) continue;
+    edges.push_back({{way.first, way.second}, {one, other}, (own + next).stableNormalized()});
+  }
+  return edges;
+}
+
+EdgeSamples edge_samples(const TriangleSurface& surface, const std::vector<SharpEdge>& edges,
+                         double pitch) {
   std::map<int, std::vector<const SharpEdge*>> at;  // by vertex
   for (const SharpEdge& edge : edges)
     for (const int vertex : edge.vertices) at[vertex].push_back(&edge);
@@ -112,11 +111,12 @@ EdgeSamples edge_samples(const TriangleSurface& surface, double pitch) {
   for (const auto& [vertex, meeting] : at) {
     if (!is_corner(surface, meeting, vertex)) continue;
     const SharpEdge& first = *meeting.front();
+    const Vec3& place = surface.vertices[static_cast<std::size_t>(vertex)];
+    if (chosen.nearest(place, first.normal, 0.5 * pitch) >= 0) continue;
     const int index = add(point_between(surface, first.faces[0], first.vertices,
                                         first.vertices[0] == vertex ? 0.0 : 1.0),
                           faces_at(surface, meeting));
-    for (const SharpEdge* edge : meeting)
-      chosen.add(samples.places.back().position, edge->normal, index);
+    for (const SharpEdge* edge : meeting) chosen.add(place, edge->normal, index);
   }
   for (const SharpEdge& edge : edges) {
     const auto end = [&](std::size_t e) {
@@ -140,8 +140,8 @@ EdgeSamples edge_samples(const TriangleSurface& surface, double pitch) {
 bool edge_faces(const DrawnOrgan& organ, const EdgeSamples::Faces& faces, const Vec3& normal,
                 double cosine) {
   Vec3 sum = Vec3::Zero();
-  for (const int face : faces) {
-    const Vec3 own = organ.normal(face);
+  for (std::size_t f = 0; f < count(faces); ++f) {
+    const Vec3 own = organ.normal(faces[f]);
     if (own.dot(normal) < cosine) return true;
     sum += own;
   }

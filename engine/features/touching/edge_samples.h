@@ -15,10 +15,18 @@ namespace viscera {
 /// beside it hold, it leaves to them. Chosen: under what organs that touch may overlap [m].
 inline constexpr double kEdgeMayStand = 0.15e-3;
 
+/// Where a surface turns outward by more than 60 degrees.
+struct SharpEdge {
+  std::array<int, 2> vertices{};
+  std::array<int, 2> faces{};   ///< its triangles
+  Vec3 normal = Vec3::UnitZ();  ///< unit, between both
+};
+std::vector<SharpEdge> sharp_edges(const TriangleSurface& surface);
+
 /// Of a pair whose first organ brings these in place of its patches.
 struct EdgeSamples {
   static constexpr bool kConstant = true;
-  /// Triangles that meet at a place, one of them more than once where they are two.
+  /// Triangles that meet at a place, the last of them twice where they are two.
   using Faces = std::array<int, 3>;
   std::vector<SurfacePatch> places;  ///< on the first of its faces, as wide as they lie apart, the
                                      ///< normal the mean of its faces'
@@ -26,9 +34,10 @@ struct EdgeSamples {
   Entity beside;                     ///< the same two organs' pair whose first brings patches
 };
 
-/// Along edges where the surface at rest turns outward by more than 60 degrees, corners first, no
-/// nearer to each other than `pitch` [m]. Empty: it has no such edge.
-EdgeSamples edge_samples(const TriangleSurface& surface, double pitch);
+/// Along the sharp edges of a surface at rest, corners first. None is nearer than `pitch` [m] to
+/// another that faces as it does, nor a corner than half of it to another corner.
+EdgeSamples edge_samples(const TriangleSurface& surface, const std::vector<SharpEdge>& edges,
+                         double pitch);
 
 /// Whether any side of an edge, or what is between them, faces what has this normal there (world,
 /// unit): less than this cosine.

@@ -19,6 +19,10 @@ TriangleSurface edged_box() {
   return box(2.0 * kHalf, 5);
 }
 
+EdgeSamples samples_of(const TriangleSurface& surface, double pitch) {
+  return edge_samples(surface, sharp_edges(surface), pitch);
+}
+
 /// How many of a place's coordinates lie on faces of the box.
 int faces_at(const Vec3& place) {
   int count = 0;
@@ -36,13 +40,19 @@ double nearest(const EdgeSamples& samples, const Vec3& place) {
 TEST(EdgeSamples, OfABoxLieAlongItsTwelveEdgesAndAtItsCorners) {
   const TriangleSurface surface = edged_box();
   for (const double pitch : {1e-3, 3e-3, 7e-3}) {
-    const EdgeSamples samples = edge_samples(surface, pitch);
+    const EdgeSamples samples = samples_of(surface, pitch);
     int corners = 0;
     for (const SurfacePatch& sample : samples.places) {
       EXPECT_GE(faces_at(sample.position), 2);
       EXPECT_LT((position(surface, sample.point) - sample.position).norm(), 1e-12);
-      // Outward: a place a little farther along its normal is outside.
-      EXPECT_GT(((sample.position + 1e-3 * sample.normal).cwiseAbs() - kHalf).maxCoeff(), 0.5e-3);
+      // As far from each face that it lies on, outward.
+      const int faces = faces_at(sample.position);
+      for (int a = 0; a < 3; ++a)
+        EXPECT_NEAR(sample.normal[a] * (sample.position[a] < 0.0 ? -1.0 : 1.0),
+                    std::abs(std::abs(sample.position[a]) - kHalf[a]) < 1e-9
+                        ? 1.0 / std::sqrt(static_cast<double>(faces))
+                        : 0.0,
+                    1e-12);
       corners += faces_at(sample.position) == 3 ? 1 : 0;
     }
     EXPECT_EQ(corners, 8) << pitch;
@@ -59,14 +69,14 @@ TEST(EdgeSamples, OfABoxLieAlongItsTwelveEdgesAndAtItsCorners) {
 }
 
 TEST(EdgeSamples, AreNoneWhereASurfaceIsSmoothOrTurnsInward) {
-  EXPECT_TRUE(edge_samples(icosphere(25e-3, 2), 2e-3).places.empty());
+  EXPECT_TRUE(sharp_edges(icosphere(25e-3, 2)).empty());
   TriangleSurface hollow = edged_box();
   for (auto& triangle : hollow.triangles) std::swap(triangle[0], triangle[1]);
-  EXPECT_TRUE(edge_samples(hollow, 2e-3).places.empty());
+  EXPECT_TRUE(sharp_edges(hollow).empty());
 }
 
 TEST(EdgeSamples, ThatMeetACornerAreOfAllItsFaces) {
-  const EdgeSamples samples = edge_samples(edged_box(), 4e-3);
+  const EdgeSamples samples = samples_of(edged_box(), 4e-3);
   for (std::size_t p = 0; p < samples.places.size(); ++p) {
     const auto& faces = samples.faces[p];
     const bool is_corner = faces_at(samples.places[p].position) == 3;

@@ -16,11 +16,11 @@
 namespace viscera {
 namespace {
 
-/// Whether a body kept its last good state, as no step was found for it.
+/// Whether no step was found for a body with what touches it.
 bool is_lost(const World& world, Entity organ) {
   const OrganTouch* touch = world.find<OrganTouch>(organ);
   const FiniteStep* step = touch ? touch->solver->last_step() : nullptr;
-  return step && step->lost;
+  return step && (step->lost || !step->answered);
 }
 
 class IslandSolve {

@@ -28,9 +28,9 @@ constexpr double kEdgeLater = 0.05e-3;
 constexpr double kFrames = 2.0, kFrame = 1.0 / kFramesPerSecond;
 /// A patch that is deeper inside the other organ isn't found there any more [m].
 constexpr double kDeepest = 8e-3;
-/// What goes farther than this in a frame is asked what it meets where it will meet that: from
-/// where it is something else may be nearest. It goes there in so many leaps at most, until they
-/// are shorter than the last [m].
+/// A free body that goes farther than this in a frame is asked what it meets where it will meet
+/// that: from where it is something else may be nearest. It goes there in so many leaps at most,
+/// until they are shorter than the last [m].
 constexpr double kFastWay = 2e-3, kLeastLeap = 0.2e-3;
 constexpr int kLeaps = 4;
 /// Surfaces that face each other less than this (cosine) don't meet: the far side of a thin organ.
@@ -185,7 +185,8 @@ class PairSearch {
     return near;
   }
 
-  /// Goes on along the rest of its way, until the first patch may meet something. True: it went.
+  /// Goes on along the rest of its way, until the first patch may meet something. False: by so
+  /// little that what is near stays.
   bool go_on(const Vec3& way, std::span<const std::optional<Near>> near) {
     const Vec3 rest = way - gone_;
     double share = 1.0;
@@ -408,7 +409,7 @@ std::size_t count_pairs(const World& world) {
 
 std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> patches,
                                const OrganModel& other, const Pose& other_pose,
-                               const CollisionSurface& finder) {
+                               const CollisionSurface& finder, bool facing) {
   std::vector<float> overlaps(patches.size(), 0.0f);
   parallel_for_each_index(patches.size(), 64, [&](std::size_t p) {
     const SurfacePatch& patch = patches[p];
@@ -418,7 +419,7 @@ std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> p
     const SurfacePatch on =
         patch_at(hit->point, patch.area, other.surface, other.rest_normals, finder);
     const Vec3 normal = other_pose.direction_to_world(on.normal);
-    if (!(pose.direction_to_world(patch.normal).dot(normal) < kFacing)) return;
+    if (facing && !(pose.direction_to_world(patch.normal).dot(normal) < kFacing)) return;
     const double gap = (mean - other_pose.to_world(on.mean())).dot(normal);
     if (is_beside_edge(hit->distance, gap, patch)) return;
     overlaps[p] = static_cast<float>(std::max(0.0, -gap));

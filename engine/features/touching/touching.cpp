@@ -83,28 +83,30 @@ void add_folds(SceneModel& model, Entity organ, const CollisionSurface& finder) 
   constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
 }
 
-/// Where the sharp edges of one organ of a pair may meet the other.
-void add_edges(SceneModel& model, Entity beside, Entity organ, bool free, double pitch,
-               const CollisionSurface& finder) {
+/// Where the sharp edges of one organ of a pair may meet the other; how deep one begins in it [m].
+double add_edges(SceneModel& model, Entity beside, Entity organ, bool free, double pitch,
+                 const std::vector<SharpEdge>& sharp, const CollisionSurface& finder) {
+  if (sharp.empty()) return 0.0;
   Store& constants = model.constants();
   const auto body = [&](Entity one) -> const OrganModel& {
     return *constants.all<OrganBody>().find(one)->model;
   };
-  EdgeSamples edges = edge_samples(body(organ).surface, pitch);
-  if (edges.places.empty()) return;
+  EdgeSamples edges = edge_samples(body(organ).surface, sharp, pitch);
   edges.beside = beside;
   const std::array<Entity, 2>& both = constants.all<OrganPair>().find(beside)->organs;
   const Entity other = both[organ == both[0] ? 1 : 0];
   const auto pose = [&](Entity one) { return model.scene().organs[one.index].pose_at(0.0); };
   OrganPair pair;
   pair.organs = {organ, other};
-  if (free)
-    pair.overlaps.assign(edges.places.size(), 0.0f);
-  else
-    pair.overlaps = overlaps_of(pose(organ), edges.places, body(other), pose(other), finder);
+  pair.overlaps = overlaps_of(pose(organ), edges.places, body(other), pose(other), finder, false);
+  for (const float overlap : pair.overlaps)
+    pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
+  const double deepest = pair.greatest_overlap;
+  if (free) std::ranges::fill(pair.overlaps, 0.0f);
   const Entity entity = model.add_entity();
   constants.all<OrganPair>().add(entity, std::move(pair));
   constants.all<EdgeSamples>().add(entity, std::move(edges));
+  return deepest;
 }
 
 Result<void> prepare(SceneModel& model) {
@@ -114,10 +116,12 @@ Result<void> prepare(SceneModel& model) {
   Store& constants = model.constants();
   std::vector<std::unique_ptr<CollisionSurface>> finders;
   std::vector<bool> soft;
+  std::vector<std::vector<SharpEdge>> edges;
   for (const Entity organ : model.organs()) {
     const OrganModel& body = *constants.all<OrganBody>().find(organ)->model;
     finders.push_back(std::make_unique<CollisionSurface>(body.surface, body.rest_positions));
     soft.push_back(presses_back(model, organ));
+    edges.push_back(touching.organs ? sharp_edges(body.surface) : std::vector<SharpEdge>());
     if (!soft.back()) continue;
     constants.all<OrganPatches>().add(organ, {patches_on(body, *finders.back(), touching)});
     if (touching.folds || cuttable_of(scene.organs[organ.index]))
@@ -148,15 +152,20 @@ Result<void> prepare(SceneModel& model) {
       for (const float overlap : pair.overlaps)
         pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
       const double most = free ? kMostInside : kMostInsideHeld;
-      if (pair.greatest_overlap > most)
+      const auto refused = [&](double depth) {
         return failure(begins_inside(scene, scene.organs[i].free ? i : j,
-                                     scene.organs[i].free ? j : i, pair.greatest_overlap, most));
+                                     scene.organs[i].free ? j : i, depth, most));
+      };
+      if (pair.greatest_overlap > most) return refused(pair.greatest_overlap);
       if (free) std::ranges::fill(pair.overlaps, 0.0f);
       const Entity faces = model.add_entity();
       constants.all<OrganPair>().add(faces, std::move(pair));
       for (const std::size_t edged : {one, other})
-        add_edges(model, faces, organs[edged], free, edge_pitch(body(one), touching.pitch),
-                  *finders[edged == one ? other : one]);
+        if (const double depth =
+                add_edges(model, faces, organs[edged], free, edge_pitch(body(one), touching.pitch),
+                          edges[edged], *finders[edged == one ? other : one]);
+            depth > most)
+          return refused(depth);
     }
   return {};
 }

@@ -65,8 +65,8 @@ static_assert(fields_cover<Meeting>());
 struct PairState {
   static constexpr std::string_view kName = "organs that touch";
   std::vector<Meeting> meetings;  ///< by patch
-  /// Of the first organ's patches to the second, as the frame began; the search's reach where that
-  /// is farther [m]; empty: nothing moved.                                            (patches)
+  /// Of what the first organ brings to the second, as the frame began; the search's reach where
+  /// that is farther [m]; empty: nothing moved. (patches)
   std::vector<float> gaps;
   Vec3 apart_at_rest = Vec3::Zero();  ///< apart() as both came to rest [m]
   static constexpr auto fields() {
@@ -126,10 +126,10 @@ bool yields(const World& world, Entity organ);
 /// Pairs of organs that may meet, and organs that may meet themselves.
 std::size_t count_pairs(const World& world);
 /// How deep each patch lies in the other organ, both at rest at these poses [m]; `finder` finds on
-/// the other.                                                                         (patches)
+/// the other; `facing`: only where they face it.                                      (patches)
 std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> patches,
                                const OrganModel& other, const Pose& other_pose,
-                               const CollisionSurface& finder);
+                               const CollisionSurface& finder, bool facing = true);
 
 /// The patches of an organ of this scene.
 std::vector<SurfacePatch> patches_on(const OrganModel& model, const CollisionSurface& finder,
