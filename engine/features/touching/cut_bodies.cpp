@@ -50,7 +50,8 @@ const std::vector<SurfacePatch>& brought_now(const World& world, Entity pair) {
   const Entity organ = world.find<OrganPair>(pair)->organs[0];
   const EdgeSamples* edges = world.find<EdgeSamples>(pair);
   if (!edges) return patches_now(world, organ);
-  return world.find<CutPatches>(organ) ? none : edges->places;
+  const CutPatches* patches = world.find<CutPatches>(organ);
+  return patches && patches->cut ? none : edges->places;
 }
 
 const std::vector<float>& overlaps_now(const World& world, Entity pair) {
@@ -61,9 +62,11 @@ const std::vector<float>& overlaps_now(const World& world, Entity pair) {
 void meet_as_cut(World& world, Entity organ, const Continuation* continuation) {
   if (!world.find<OrganPatches>(organ)) return;
   if (world.find<Resting>(organ) && rests(world, organ)) wake(world, organ);
+  const std::shared_ptr<const OrganModel>& body = world.find<OrganBody>(organ)->model;
+  const auto& whole = world.model().constants().all<OrganBody>().find(organ)->model;
   put(world, organ,
-      CutPatches{patches_on(*world.find<OrganBody>(organ)->model, rest_surface(world, organ),
-                            touching_of(world.model().scene()))});
+      CutPatches{patches_on(*body, rest_surface(world, organ), touching_of(world.model().scene())),
+                 body != whole});
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (std::ranges::find(pairs[p].organs, organ) == pairs[p].organs.end()) continue;

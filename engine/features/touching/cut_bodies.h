@@ -16,6 +16,7 @@ namespace viscera {
 /// Of an organ that has become another body by a cut; they count in place of OrganPatches.
 struct CutPatches {
   std::vector<SurfacePatch> patches;
+  bool cut = false;  ///< false: a state before the cut was loaded, and it is whole again
 };
 /// Of a pair of which one is such a one, in place of OrganPair::overlaps.
 struct CutOverlaps {

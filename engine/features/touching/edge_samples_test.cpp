@@ -6,7 +6,10 @@
 
 #include "engine/features/free_bodies/block_on_floor.h"
 #include "engine/features/touching/touching.h"
+#include "engine/simulation/prepare.h"
+#include "engine/simulator/build.h"
 #include "kernels/points/surface_tree.h"
+#include "tests/support/paths.h"
 #include "tests/support/shapes.h"
 #include "tests/support/small_world.h"
 
@@ -117,6 +120,28 @@ TEST(EdgeSamples, OfARigidFloorDontStandInWhatFallsOnThem) {
   }
   EXPECT_GT(world->one<TouchingFigures>()->greatest_force, 0.05) << "it has come down";
   EXPECT_LT(deepest, 0.5e-3);
+}
+
+TEST(EdgeSamples, GoOnFromASavedStateToTheSameBits) {
+  auto world = build(block_above_edge(5e-3));
+  ASSERT_TRUE(world);
+  step_until(*world, 0.1);
+  auto other = start_world(world->shared_model());
+  ASSERT_TRUE(other && (*other)->load_state(world->save_state()));
+  EXPECT_EQ((*other)->state_difference(*world), "");
+  step_until(*world, 0.2);
+  step_until(**other, 0.2);
+  EXPECT_EQ((*other)->state_difference(*world), "");
+}
+
+TEST(EdgeSamples, ThatBeginInsideWhatFallsAreRefusedWithThePlace) {
+  const SceneDescription scene = block_above_edge(-0.7e-3);
+  std::vector<std::string> warnings;
+  const auto world =
+      build_world(scene, test_tissues(), {project_file("assets"), false}, no_progress(), warnings);
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().text().find("begins 0.7 mm inside"), std::string::npos)
+      << world.error().text();
 }
 
 }  // namespace

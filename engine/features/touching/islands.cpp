@@ -1,6 +1,7 @@
 #include "engine/features/touching/islands.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include "engine/features/beds/beds.h"
@@ -54,10 +55,14 @@ class IslandSolve {
     std::vector<JointsThatYield> yielding;
     add_beds(world_, island_.organs, body_of_, joints, forces, yielding);
     const IslandFigures figures = solver_.solve(bodies, joints, forces, yielding);
+    note_lost(bodies.size());
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      if (on_lost(joints[j])) forces[j].setZero();
     take_meetings(joints, forces);
     const std::span<const Vec3> found(forces);
     take_springs(world_, island_.organs, body_of_, found.subspan(met, sprung - met));
-    take_beds(world_, island_.organs, body_of_, found.subspan(sprung), figures.converged);
+    const bool known = figures.converged && std::ranges::none_of(lost_, std::identity());
+    take_beds(world_, island_.organs, body_of_, found.subspan(sprung), known);
     return figures;
   }
 
@@ -67,6 +72,19 @@ class IslandSolve {
     return at == island_.organs.end()
                ? -1
                : body_of_[static_cast<std::size_t>(at - island_.organs.begin())];
+  }
+
+  void note_lost(std::size_t bodies) {
+    lost_.assign(bodies, 0);
+    for (std::size_t o = 0; o < body_of_.size(); ++o)
+      if (body_of_[o] >= 0 && is_lost(world_, island_.organs[o]))
+        lost_[static_cast<std::size_t>(body_of_[o])] = 1;
+  }
+  /// What was found for it isn't sound.
+  bool on_lost(const Joint& joint) const {
+    return std::ranges::any_of(joint.ends, [&](const Joint::End& end) {
+      return end.body >= 0 && lost_[static_cast<std::size_t>(end.body)] != 0;
+    });
   }
 
   void add_meetings(std::vector<Joint>& joints, std::vector<Vec3>& forces) const {
@@ -103,18 +121,12 @@ class IslandSolve {
     for (const Entity entity : island_.pairs) {
       const OrganPair& pair = *world_.find<OrganPair>(entity);
       Vec3 sum = Vec3::Zero();
-      const bool lost = is_lost(world_, pair.organs[0]) || is_lost(world_, pair.organs[1]);
       for (Meeting& meeting : world_.find<PairState>(entity)->meetings) {
         const Joint& joint = joints[j];
-        if (lost) {  // it clings to where it did: what was found for it isn't sound
-          meeting.force.setZero();
-          ++j;
-          continue;
-        }
         meeting.force = forces[j];
         sum += forces[j];
         ++j;
-        if (joint.friction == 0.0) continue;
+        if (joint.friction == 0.0 || on_lost(joint)) continue;  // a lost one clings to where it did
         const double push = meeting.force.dot(joint.direction);
         const double drag = (meeting.force - push * joint.direction).norm();
         if (push > 0.0 && drag < (1.0 - 1e-9) * joint.friction * push) continue;
@@ -132,6 +144,7 @@ class IslandSolve {
   const Island& island_;
   ContactIsland& solver_;
   std::vector<int> body_of_;  // the islands' organs, as bodies of the solve; -1: it isn't sound
+  std::vector<char> lost_;    // of bodies: no step was found with these forces
 };
 
 }  // namespace
