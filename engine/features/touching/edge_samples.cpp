@@ -15,10 +15,6 @@ namespace {
 constexpr double kTriedPerPitch = 4.0;
 constexpr int kMostTried = 400;
 
-Vec3 face_normal(const TriangleSurface& surface, int triangle) {
-  return area_vector(surface, triangle).stableNormalized();
-}
-
 /// On a triangle, a share of the way between two of its corners.
 SurfacePoint point_between(const TriangleSurface& surface, int triangle,
                            const std::array<int, 2>& vertices, double share) {

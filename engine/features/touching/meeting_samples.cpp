@@ -20,12 +20,6 @@ constexpr int kMostParts = 32;
 /// an edge they point to neither face.
 constexpr double kSmooth = 0.94;
 
-Vec3 face_normal(const TriangleSurface& surface, int triangle) {
-  const Vec3 across = area_vector(surface, triangle);
-  const double length = across.norm();
-  return length > 0.0 ? Vec3(across / length) : Vec3::UnitZ();
-}
-
 Vec3 mean_normal(const TriangleSurface& surface, std::span<const Vec3f> normals,
                  const SurfacePoint& point) {
   const Vec3 sum = corner_mean(normals, surface, point);
@@ -35,6 +29,12 @@ Vec3 mean_normal(const TriangleSurface& surface, std::span<const Vec3f> normals,
 }
 
 }  // namespace
+
+Vec3 face_normal(const TriangleSurface& surface, int triangle) {
+  const Vec3 across = area_vector(surface, triangle);
+  const double length = across.norm();
+  return length > 0.0 ? Vec3(across / length) : Vec3::UnitZ();
+}
 
 SurfacePatch patch_at(const SurfacePoint& point, double area, const TriangleSurface& surface,
                       std::span<const Vec3f> normals, const CollisionSurface& finder) {

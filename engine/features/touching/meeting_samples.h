@@ -30,6 +30,9 @@ struct SurfacePatch {
 };
 static_assert(fields_cover<SurfacePatch>());
 
+/// Unit, outward; along z for a triangle without an area.
+Vec3 face_normal(const TriangleSurface& surface, int triangle);
+
 /// The patch of this area about a point of a surface at rest, with unit normals at its vertices;
 /// `finder` finds on it.
 SurfacePatch patch_at(const SurfacePoint& point, double area, const TriangleSurface& surface,
