@@ -80,6 +80,7 @@ TEST(EdgeSamples, AreNoneWhereASurfaceIsSmoothOrTurnsInward) {
 
 TEST(EdgeSamples, ThatMeetACornerAreOfAllItsFaces) {
   const EdgeSamples samples = samples_of(edged_box(), 4e-3);
+  ASSERT_GT(samples.places.size(), 8u);
   for (std::size_t p = 0; p < samples.places.size(); ++p) {
     const auto& faces = samples.faces[p];
     const bool is_corner = faces_at(samples.places[p].position) == 3;
@@ -94,6 +95,13 @@ SceneDescription block_above_edge(double above) {
   pose.orientation = Eigen::AngleAxisd(-0.25 * M_PI, Vec3::UnitY());
   pose.position = -(pose.orientation * Vec3(50e-3, 0, 10e-3));
   return scene;
+}
+
+bool edges_meet(const World& world) {
+  const Pool<EdgeSamples>& edges = world.all<EdgeSamples>();
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if (!world.find<PairState>(edges.owner(e))->meetings.empty()) return true;
+  return false;
 }
 
 /// How deep the edge stands in the block as it is drawn [m].
@@ -126,6 +134,7 @@ TEST(EdgeSamples, GoOnFromASavedStateToTheSameBits) {
   auto world = build(block_above_edge(5e-3));
   ASSERT_TRUE(world);
   step_until(*world, 0.1);
+  ASSERT_TRUE(edges_meet(*world));
   auto other = start_world(world->shared_model());
   ASSERT_TRUE(other && (*other)->load_state(world->save_state()));
   EXPECT_EQ((*other)->state_difference(*world), "");

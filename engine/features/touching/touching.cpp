@@ -83,6 +83,15 @@ void add_folds(SceneModel& model, Entity organ, const CollisionSurface& finder) 
   constants.all<OrganPair>().add(model.add_entity(), std::move(pair));
 }
 
+/// What overlaps at rest is kept, but by a free body.
+OrganPair pair_of(const std::array<Entity, 2>& organs, std::vector<float> overlaps, bool free) {
+  OrganPair pair{organs, std::move(overlaps), 0.0};
+  for (const float overlap : pair.overlaps)
+    pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
+  if (free) std::ranges::fill(pair.overlaps, 0.0f);
+  return pair;
+}
+
 /// Where the sharp edges of one organ of a pair may meet the other; how deep one begins in it [m].
 double add_edges(SceneModel& model, Entity beside, Entity organ, bool free, double pitch,
                  const std::vector<SharpEdge>& sharp, const CollisionSurface& finder) {
@@ -96,13 +105,10 @@ double add_edges(SceneModel& model, Entity beside, Entity organ, bool free, doub
   const std::array<Entity, 2>& both = constants.all<OrganPair>().find(beside)->organs;
   const Entity other = both[organ == both[0] ? 1 : 0];
   const auto pose = [&](Entity one) { return model.scene().organs[one.index].pose_at(0.0); };
-  OrganPair pair;
-  pair.organs = {organ, other};
-  pair.overlaps = overlaps_of(pose(organ), edges.places, body(other), pose(other), finder, false);
-  for (const float overlap : pair.overlaps)
-    pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
+  OrganPair pair = pair_of(
+      {organ, other},
+      overlaps_of(pose(organ), edges.places, body(other), pose(other), finder, false), free);
   const double deepest = pair.greatest_overlap;
-  if (free) std::ranges::fill(pair.overlaps, 0.0f);
   const Entity entity = model.add_entity();
   constants.all<OrganPair>().add(entity, std::move(pair));
   constants.all<EdgeSamples>().add(entity, std::move(edges));
@@ -144,20 +150,17 @@ Result<void> prepare(SceneModel& model) {
       // The finer one brings its patches.
       const bool first = soft[i] && (!soft[j] || body(i).finest_spacing <= body(j).finest_spacing);
       const std::size_t one = first ? i : j, other = first ? j : i;
-      OrganPair pair;
-      pair.organs = {organs[one], organs[other]};
-      pair.overlaps = overlaps_of(poses[first ? 0 : 1],
-                                  constants.all<OrganPatches>().find(organs[one])->patches,
-                                  body(other), poses[first ? 1 : 0], *finders[other]);
-      for (const float overlap : pair.overlaps)
-        pair.greatest_overlap = std::max(pair.greatest_overlap, static_cast<double>(overlap));
+      OrganPair pair = pair_of({organs[one], organs[other]},
+                               overlaps_of(poses[first ? 0 : 1],
+                                           constants.all<OrganPatches>().find(organs[one])->patches,
+                                           body(other), poses[first ? 1 : 0], *finders[other]),
+                               free);
       const double most = free ? kMostInside : kMostInsideHeld;
       const auto refused = [&](double depth) {
         return failure(begins_inside(scene, scene.organs[i].free ? i : j,
                                      scene.organs[i].free ? j : i, depth, most));
       };
       if (pair.greatest_overlap > most) return refused(pair.greatest_overlap);
-      if (free) std::ranges::fill(pair.overlaps, 0.0f);
       const Entity faces = model.add_entity();
       constants.all<OrganPair>().add(faces, std::move(pair));
       for (const std::size_t edged : {one, other})

@@ -65,8 +65,8 @@ static_assert(fields_cover<Meeting>());
 struct PairState {
   static constexpr std::string_view kName = "organs that touch";
   std::vector<Meeting> meetings;  ///< by patch
-  /// Of what the first organ brings to the second, as the frame began; the search's reach where
-  /// that is farther [m]; empty: nothing moved. (patches)
+  /// From what the first organ brings to the second, as the frame began; the search's reach where
+  /// that is farther [m]; empty: nothing moved.                                       (patches)
   std::vector<float> gaps;
   Vec3 apart_at_rest = Vec3::Zero();  ///< apart() as both came to rest [m]
   static constexpr auto fields() {
