@@ -21,6 +21,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -61,6 +62,13 @@ struct ChangedTissue {
 struct TangentChange {
   double shear = 1.0;      ///< as if mu were so many times as great
   bool pointwise = false;  ///< as if all of lambda acted point by point: half as many entries
+};
+
+/// The second derivative of the energy at each point, for a body's tangent_times; the tissue's
+/// change outlives it.
+struct PointTangents {
+  std::unique_ptr<float[]> packs;
+  std::span<const ChangedTissue::Pack> changed;
 };
 
 /// The constant part, shared between simulations and threads.
@@ -121,11 +129,14 @@ class FiniteBody {
   /// The second derivative [N/m], exact; indefinite under strong compression.
   SymmetricBlockMatrix tangent(std::span<const double> displacements,
                                const TangentChange& change = {}) const;
-  /// The same times some vectors, without putting it together; (3 N) x (any). Of what has had all
-  /// the time to relax. In single precision; the same bits for any number of threads, and however
-  /// many vectors a machine's registers hold at once (`in_pairs`: two on any).
-  MatrixX tangent_times(std::span<const double> displacements, const MatrixX& directions,
-                        const ChangedTissue& changed = {}, bool in_pairs = false) const;
+  /// What the same is made of at each point, of what has had all the time to relax.
+  PointTangents point_tangents(std::span<const double> displacements,
+                               const ChangedTissue& changed = {}) const;
+  /// It times some vectors, without putting it together; (3 N) x (any). In single precision; the
+  /// same bits for any number of threads, and however many vectors a machine's registers hold at
+  /// once (`in_pairs`: two on any).
+  MatrixX tangent_times(const PointTangents& tangents, const MatrixX& directions,
+                        bool in_pairs = false) const;
 
   std::size_t nodes() const { return nodes_; }
   std::size_t points() const { return points_; }
@@ -186,7 +197,8 @@ class FiniteBody {
                     std::array<double, 4>& theta) const;
   static double add_cell(const CellView& cell, const double* displacements, double* scratch,
                          double* forces);
-  static void find_tangent(const TangentView& cell, const double* displacements, float* scratch);
+  TangentView tangent_view(std::size_t cell, const PointTangents& tangents) const;
+  static void find_tangent(const TangentView& cell, const double* displacements);
   template <class In>
   static void add_tangent(const TangentView& cell, const float* directions, float* scratch,
                           float* forces);
@@ -200,6 +212,7 @@ class FiniteBody {
     void (*add)(const TangentView&, const float*, float*, float*) = nullptr;
   };
   static TangentPass tangent_pass(bool in_pairs);
+  void hold_times(const MatrixX& directions, MatrixX& product) const;
   static double add_averaged(const CellView& cell, const double* dilatation, double* derivative);
   static void find_strains(const CellView& cell, const double* displacements, double* strains);
   static void find_deformations(const CellView& cell, const double* displacements, double* found);

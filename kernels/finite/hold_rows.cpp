@@ -1,13 +1,15 @@
 #include "kernels/finite/hold_rows.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/finite/point_lanes.h"
 
 namespace viscera {
 namespace {
+
+using namespace point_lanes;
 
 constexpr std::size_t kRowsAtOnce = 32;
 
@@ -51,29 +53,45 @@ HoldRows::HoldRows(const SymmetricBlockMatrix& matrix) {
   }
 }
 
-VISCERA_WIDE void HoldRows::multiply_rows(const HoldRows& rows, std::size_t begin, std::size_t end,
-                                          const double* u, double* forces) {
-  using Lanes = double __attribute__((vector_size(32)));
-  using FloatLanes = float __attribute__((vector_size(16)));
+template <std::size_t kVectors>
+VISCERA_INLINE void HoldRows::multiply_rows(const HoldRows& rows, std::size_t begin,
+                                            std::size_t end, const double* u, double* forces) {
+  const std::size_t nodes = rows.nodes_.size();
   for (std::size_t row = begin; row < end; ++row) {
-    Lanes sum = {};
+    Lanes sums[kVectors] = {};
     for (std::size_t e = rows.begin_[row]; e < rows.begin_[row + 1]; ++e) {
       const double* at = u + 3 * static_cast<std::size_t>(rows.columns_[e]);
       for (std::size_t k = 0; k < 3; ++k) {
-        FloatLanes column;
-        std::memcpy(&column, rows.blocks_[e].data() + 4 * k, sizeof(column));
-        sum += at[k] * __builtin_convertvector(column, Lanes);
+        Lanes column;
+        load(rows.blocks_[e].data() + 4 * k, column);
+        for (std::size_t v = 0; v < kVectors; ++v) sums[v] += at[3 * nodes * v + k] * column;
       }
     }
-    std::memcpy(forces + 4 * row, &sum, sizeof(sum));
+    for (std::size_t v = 0; v < kVectors; ++v) store(sums[v], forces + 4 * (nodes * v + row));
   }
 }
 
-void HoldRows::multiply(const std::vector<double>& u, std::vector<double>& forces) const {
-  forces.resize(4 * nodes_.size());
-  parallel_chunks(nodes_.size(), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
-    multiply_rows(*this, begin, end, u.data(), forces.data());
-  });
+VISCERA_WIDE void HoldRows::multiply_one(const HoldRows& rows, std::size_t begin, std::size_t end,
+                                         const double* u, double* forces) {
+  multiply_rows<1>(rows, begin, end, u, forces);
+}
+VISCERA_WIDE void HoldRows::multiply_three(const HoldRows& rows, std::size_t begin, std::size_t end,
+                                           const double* u, double* forces) {
+  multiply_rows<3>(rows, begin, end, u, forces);
+}
+
+void HoldRows::multiply(const std::vector<double>& u, std::vector<double>& forces,
+                        std::size_t vectors) const {
+  forces.resize(4 * nodes_.size() * vectors);
+  for (std::size_t v = 0; v < vectors;) {
+    const std::size_t together = vectors - v < 3 ? 1 : 3;
+    const auto rows = together == 1 ? multiply_one : multiply_three;
+    parallel_chunks(nodes_.size(), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+      rows(*this, begin, end, u.data() + 3 * nodes_.size() * v,
+           forces.data() + 4 * nodes_.size() * v);
+    });
+    v += together;
+  }
 }
 
 std::size_t HoldRows::memory_bytes() const {

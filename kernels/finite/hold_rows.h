@@ -22,9 +22,11 @@ class HoldRows {
   /// Those that it touches, ascending                                                        (n)
   const std::vector<int>& nodes() const { return nodes_; }
 
-  /// forces = B u for these nodes, four numbers a node, the last of them 0. Parallel, with the
-  /// same bits for any number of threads.
-  void multiply(const std::vector<double>& u, std::vector<double>& forces) const;
+  /// forces = B u for these nodes, four numbers a node, the last of them 0; of some vectors, one
+  /// after another. Reading B is what takes time, and it is read once for three of them. Parallel,
+  /// with the same bits for any number of threads and of vectors.
+  void multiply(const std::vector<double>& u, std::vector<double>& forces,
+                std::size_t vectors = 1) const;
 
   /// Visits each block once: two of the body's nodes, and the block.
   template <class Visit>
@@ -46,6 +48,11 @@ class HoldRows {
  private:
   using Block = std::array<float, 12>;  // columns, each with a zero below
 
+  static void multiply_one(const HoldRows& rows, std::size_t begin, std::size_t end,
+                           const double* u, double* forces);
+  static void multiply_three(const HoldRows& rows, std::size_t begin, std::size_t end,
+                             const double* u, double* forces);
+  template <std::size_t kVectors>
   static void multiply_rows(const HoldRows& rows, std::size_t begin, std::size_t end,
                             const double* u, double* forces);
 

@@ -15,10 +15,14 @@ VISCERA_INLINE void load(const double* from, Lanes& to) {
   std::memcpy(&to, from, sizeof(to));
 }
 
+// Numbers one by one: GCC 12 makes one instruction of that, and seven of __builtin_convertvector.
 VISCERA_INLINE void load(const float* from, Lanes& to) {
-  FloatLanes narrow;
-  std::memcpy(&narrow, from, sizeof(narrow));
-  to = __builtin_convertvector(narrow, Lanes);
+  to = Lanes{from[0], from[1], from[2], from[3]};
+}
+
+VISCERA_INLINE void narrow(const Lanes& from, FloatLanes& to) {
+  to = FloatLanes{static_cast<float>(from[0]), static_cast<float>(from[1]),
+                  static_cast<float>(from[2]), static_cast<float>(from[3])};
 }
 
 VISCERA_INLINE void store(const Lanes& from, double* to) {

@@ -30,9 +30,8 @@ std::optional<TangentAnswer> answer_of_tangent(const FiniteBody& body,
                                                int rounds) {
   const Eigen::Index n = loads.loads.rows(), m = loads.loads.cols();
   const auto rows = static_cast<Eigen::Index>(held.rows);
-  const auto image_of = [&](const MatrixX& x) {
-    return body.tangent_times(displacements, x, changed);
-  };
+  const PointTangents tangents = body.point_tangents(displacements, changed);
+  const auto image_of = [&](const MatrixX& x) { return body.tangent_times(tangents, x); };
   Eigen::LLT<MatrixX> hold;
   if (rows > 0) {
     hold.compute(held.response);

@@ -45,8 +45,10 @@ VISCERA_INLINE void load_for_all(const float* from, typename In::Batch& to) {
 template <class In>
 VISCERA_INLINE void load_for_all(const double* from, typename In::Batch& to) {
   Lanes wide;
+  FloatLanes one;
   load(from, wide);
-  In::repeat(__builtin_convertvector(wide, FloatLanes), to);
+  narrow(wide, one);
+  In::repeat(one, to);
 }
 template <class Batch>
 VISCERA_INLINE void load_batch(const float* from, Batch& to) {
@@ -57,14 +59,17 @@ VISCERA_INLINE void store_batch(const Batch& from, float* to) {
   std::memcpy(to, &from, sizeof from);
 }
 VISCERA_INLINE void store_narrow(const Lanes& from, float* to) {
-  const FloatLanes narrow = __builtin_convertvector(from, FloatLanes);
-  std::memcpy(to, &narrow, sizeof narrow);
+  FloatLanes one;
+  narrow(from, one);
+  std::memcpy(to, &one, sizeof one);
 }
 
-/// Of a pack: F, its cofactors, what multiplies their change, where fibres have come with what
-/// multiplies their change and their stretch, and a change of F for a batch of vectors.
+/// Of a pack, as PointTangents has it: F, its cofactors, what multiplies their change, and where
+/// fibres have come with what multiplies their change and their stretch.
 constexpr std::size_t kCofactors = 4 * kOfF, kPressure = 8 * kOfF, kFibres = kPressure + 4,
-                      kChange = kFibres + 5 * 4, kScratch = kChange + InFours::kLanes * kOfF;
+                      kOfPack = kFibres + 5 * 4;
+/// A change of F for a batch of vectors.
+constexpr std::size_t kScratch = InFours::kLanes * kOfF;
 
 }  // namespace
 
@@ -79,6 +84,7 @@ struct FiniteBody::TangentView {
   const FibrePack* fibres;             // null: there are none
   const ChangedTissue::Pack* changed;  // null: nothing has changed
   double mu, lambda, averaged;
+  float* kept;  // PointTangents of its packs
 
   /// Of fibres: F a, what multiplies D a in the change of stress by a change D of F, and what
   /// multiplies (F a . D a) F a.
@@ -171,12 +177,11 @@ struct FiniteBody::TangentView {
   }
 };
 
-/// F, its cofactors, the pressures and fibres of a cell, into `scratch`.
-VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double* displacements,
-                                           float* scratch) {
+/// F, its cofactors, the pressures and fibres of a cell.
+VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double* displacements) {
   Lanes theta[kTerms] = {};
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    float* kept = scratch + kScratch * p;
+    float* kept = cell.kept + kOfPack * p;
     Lanes f[kOfF], c[kOfF], w, growth, stiff;
     for (std::size_t i = 0; i < kOfF; ++i) f[i] = Lanes{} + (i % 4 == 0 ? 1.0 : 0.0);
     cell.add_gradient(p, displacements, f);
@@ -205,7 +210,7 @@ VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double
   for (std::size_t k = 0; k < kTerms; ++k) dilatation[k] = sum_of(theta[k]);
   cell.average(dilatation, false, derivative);
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    float* kept = scratch + kScratch * p;
+    float* kept = cell.kept + kOfPack * p;
     Lanes w, pressure;
     load(cell.weights[p].data(), w);
     load(kept + kPressure, pressure);
@@ -226,7 +231,8 @@ VISCERA_INLINE void FiniteBody::add_tangent(const TangentView& cell, const float
   using Batch = typename In::Batch;
   Batch theta[kTerms] = {};
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    float* kept = scratch + kScratch * p;
+    const float* kept = cell.kept + kOfPack * p;
+    float* change_here = scratch + kScratch * p;
     Batch d[kOfF] = {};
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
       const float* u = directions + 3 * In::kLanes * static_cast<std::size_t>(cell.nodes[e]);
@@ -238,7 +244,7 @@ VISCERA_INLINE void FiniteBody::add_tangent(const TangentView& cell, const float
         for (std::size_t k = 0; k < 3; ++k) d[3 * i + k] += moved * g[k];
       }
     }
-    for (std::size_t i = 0; i < kOfF; ++i) store_batch(d[i], kept + kChange + In::kLanes * i);
+    for (std::size_t i = 0; i < kOfF; ++i) store_batch(d[i], change_here + In::kLanes * i);
     if (cell.psi == nullptr) continue;
     Batch w, change = {};
     load_for_all<In>(cell.weights[p].data(), w);
@@ -272,7 +278,7 @@ VISCERA_INLINE void FiniteBody::add_tangent(const TangentView& cell, const float
   const auto bulk = static_cast<float>(cell.lambda + cell.mu),
              shear_modulus = static_cast<float>(cell.mu);
   for (std::size_t p = 0; p < cell.packs; ++p) {
-    const float* kept = scratch + kScratch * p;
+    const float* kept = cell.kept + kOfPack * p;
     Lanes weight, growth_of, stiff_of;
     load(cell.weights[p].data(), weight);
     cell.load_growth(p, weight, growth_of, stiff_of);
@@ -287,7 +293,7 @@ VISCERA_INLINE void FiniteBody::add_tangent(const TangentView& cell, const float
     for (std::size_t i = 0; i < kOfF; ++i) {
       load_for_all<In>(kept + 4 * i, f[i]);
       load_for_all<In>(kept + kCofactors + 4 * i, c[i]);
-      load_batch(kept + kChange + In::kLanes * i, d[i]);
+      load_batch(scratch + kScratch * p + In::kLanes * i, d[i]);
       change += c[i] * d[i];
     }
     load_for_all<In>(kept + kPressure, pressure);
@@ -339,10 +345,39 @@ FiniteBody::TangentPass FiniteBody::tangent_pass([[maybe_unused]] bool in_pairs)
   return {InPairs::kVectors, add_tangent_in_pairs};
 }
 
-MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const MatrixX& directions,
-                                  const ChangedTissue& changed, bool in_pairs) const {
+FiniteBody::TangentView FiniteBody::tangent_view(std::size_t cell,
+                                                 const PointTangents& tangents) const {
+  const std::size_t first = cell_begin_[cell];
+  return {.packs = cell_begin_[cell + 1] - first,
+          .begin = begin_.data() + first,
+          .nodes = entry_nodes_.data(),
+          .gradients = gradients_.data(),
+          .weights = weights_.data() + first,
+          .psi = psi_.empty() ? nullptr : psi_.data() + first,
+          .fibres = fibres_.empty() ? nullptr : fibres_.data() + first,
+          .changed = tangents.changed.empty() ? nullptr : tangents.changed.data() + first,
+          .mu = mu_,
+          .lambda = lambda_,
+          .averaged = averaged_,
+          .kept = tangents.packs.get() + kOfPack * first};
+}
+
+PointTangents FiniteBody::point_tangents(std::span<const double> displacements,
+                                         const ChangedTissue& changed) const {
   std::vector<double> room;
   displacements = from_unloaded(displacements, room);
+  PointTangents tangents{std::make_unique_for_overwrite<float[]>(kOfPack * weights_.size()),
+                         changed.packs};
+  parallel_for_each_index(pieces_.size(), 1, [&](std::size_t i) {
+    const std::vector<double> at = gathered(pieces_[i], displacements);
+    for (std::size_t c = pieces_[i].first_cell; c < pieces_[i].last_cell; ++c)
+      find_tangent(tangent_view(c, tangents), at.data());
+  });
+  return tangents;
+}
+
+MatrixX FiniteBody::tangent_times(const PointTangents& tangents, const MatrixX& directions,
+                                  bool in_pairs) const {
   const auto columns = static_cast<std::size_t>(directions.cols());
   const auto column = [&](std::size_t c) {
     return std::span<const double>(directions.col(static_cast<Eigen::Index>(c)).data(), 3 * nodes_);
@@ -353,8 +388,7 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
   std::vector<std::vector<float>> forces(pieces_.size());
   parallel_for_each_index(pieces_.size(), 1, [&](std::size_t i) {
     const Piece& piece = pieces_[i];
-    const std::vector<double> at = gathered(piece, displacements);
-    const std::size_t size = lanes * at.size();
+    const std::size_t size = 3 * lanes * piece.nodes.size();
     std::vector<float> along(batches * size, 0.0f);
     for (std::size_t c = 0; c < columns; ++c) {
       const std::vector<double> one = gathered(piece, column(c));
@@ -367,25 +401,10 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
     for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c)
       most = std::max(most, cell_begin_[c + 1] - cell_begin_[c]);
     std::vector<float> scratch(kScratch * most);
-    for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c) {
-      const std::size_t first = cell_begin_[c];
-      const TangentView cell{
-          .packs = cell_begin_[c + 1] - first,
-          .begin = begin_.data() + first,
-          .nodes = entry_nodes_.data(),
-          .gradients = gradients_.data(),
-          .weights = weights_.data() + first,
-          .psi = psi_.empty() ? nullptr : psi_.data() + first,
-          .fibres = fibres_.empty() ? nullptr : fibres_.data() + first,
-          .changed = changed.packs.empty() ? nullptr : changed.packs.data() + first,
-          .mu = mu_,
-          .lambda = lambda_,
-          .averaged = averaged_};
-      find_tangent(cell, at.data(), scratch.data());
+    for (std::size_t c = piece.first_cell; c < piece.last_cell; ++c)
       for (std::size_t batch = 0; batch < batches; ++batch)
-        pass.add(cell, along.data() + size * batch, scratch.data(),
+        pass.add(tangent_view(c, tangents), along.data() + size * batch, scratch.data(),
                  forces[i].data() + size * batch);
-    }
   });
   MatrixX product = MatrixX::Zero(directions.rows(), directions.cols());
   for (std::size_t i = 0; i < pieces_.size(); ++i)
@@ -397,10 +416,26 @@ MatrixX FiniteBody::tangent_times(std::span<const double> displacements, const M
         for (int k = 0; k < 3; ++k, force += lanes)
           to[3 * node + k] += static_cast<double>((force[0] + force[1]) + (force[2] + force[3]));
     }
-  double energy = 0.0;
-  for (std::size_t c = 0; c < columns; ++c)
-    add_hold(column(c), {product.col(static_cast<Eigen::Index>(c)).data(), 3 * nodes_}, energy, {});
+  hold_times(directions, product);
   return product;
+}
+
+/// What the hold makes of these vectors, added to `product`.
+void FiniteBody::hold_times(const MatrixX& directions, MatrixX& product) const {
+  const std::vector<int>& nodes = hold_.nodes();
+  const auto columns = static_cast<std::size_t>(directions.cols());
+  std::vector<double> own, forces;
+  own.reserve(3 * nodes.size() * columns);
+  for (const auto& column : directions.colwise())
+    for (const int node : nodes)
+      for (int k = 0; k < 3; ++k) own.push_back(column[3 * node + k]);
+  hold_.multiply(own, forces, columns);
+  const double* force = forces.data();
+  for (auto column : product.colwise())
+    for (const int node : nodes) {
+      column.segment<3>(3 * node) += Vec3::Map(force);
+      force += 4;
+    }
 }
 
 }  // namespace viscera

@@ -111,14 +111,13 @@ void Lists::sort(std::span<const Place> places, int levels, int slabs) {
 /// Adds weight * amounts, rounded to whole steps: as a double of a known exponent a whole number
 /// below 2^51 is its own low bits.
 VISCERA_INLINE void add(Sums& cell, const Lanes& amounts, float weight) {
-  using Floats = float __attribute__((vector_size(16)));
   using Doubles = double __attribute__((vector_size(32)));
   using Whole = std::int64_t __attribute__((vector_size(32)));
   const Lanes steps = weight * amounts;
   for (int part = 0; part < 2; ++part) {
-    Floats four;
-    std::memcpy(&four, reinterpret_cast<const char*>(&steps) + part * sizeof four, sizeof four);
-    const Doubles rounded = __builtin_convertvector(four, Doubles) + 0x1.8p52;
+    const int at = 4 * part;
+    const Doubles four = {steps[at], steps[at + 1], steps[at + 2], steps[at + 3]};
+    const Doubles rounded = four + 0x1.8p52;
     Whole bits, sums;
     std::memcpy(&bits, &rounded, sizeof bits);
     std::memcpy(&sums, cell.of.data() + 4 * part, sizeof sums);
@@ -196,7 +195,8 @@ VISCERA_WIDE void fold(Sums* sums, std::size_t cells, Amounts* amounts) {
       const Doubles sum = (high_part - (0x1p84 + 0x1p63 + 0x1p52)) + low_part;
       Floats now;
       std::memcpy(&now, amounts[c].of.data() + 4 * part, sizeof now);
-      now += __builtin_convertvector(sum, Floats);
+      now += Floats{static_cast<float>(sum[0]), static_cast<float>(sum[1]),
+                    static_cast<float>(sum[2]), static_cast<float>(sum[3])};
       std::memcpy(amounts[c].of.data() + 4 * part, &now, sizeof now);
     }
   }
