@@ -129,6 +129,7 @@ struct FiniteBody::CellView {
     for (std::size_t i = 0; i < kOfF; ++i) f[i] = i % 4 == 0 ? one : zero;
     for (std::size_t e = begin[pack]; e < begin[pack + 1]; ++e) {
       Lanes g[3];
+      __builtin_prefetch(gradients + e + kEntriesAhead);
       for (std::size_t k = 0; k < 3; ++k) load(gradients[e].data() + kLanes * k, g[k]);
       const double* u = displacements + 3 * static_cast<std::size_t>(nodes[e]);
       for (std::size_t i = 0; i < 3; ++i)

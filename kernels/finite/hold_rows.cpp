@@ -61,6 +61,7 @@ VISCERA_INLINE void HoldRows::multiply_rows(const HoldRows& rows, std::size_t be
     Lanes sums[kVectors] = {};
     for (std::size_t e = rows.begin_[row]; e < rows.begin_[row + 1]; ++e) {
       const double* at = u + 3 * static_cast<std::size_t>(rows.columns_[e]);
+      __builtin_prefetch(rows.blocks_.data() + e + kEntriesAhead);
       for (std::size_t k = 0; k < 3; ++k) {
         Lanes column;
         load(rows.blocks_[e].data() + 4 * k, column);

@@ -133,6 +133,7 @@ struct FiniteBody::TangentView {
   VISCERA_INLINE void add_gradient(std::size_t pack, const double* displacements, Lanes* f) const {
     for (std::size_t e = begin[pack]; e < begin[pack + 1]; ++e) {
       Lanes g[3];
+      __builtin_prefetch(gradients + e + kEntriesAhead);
       for (std::size_t k = 0; k < 3; ++k) load(gradients[e].data() + kLanes * k, g[k]);
       const double* u = displacements + 3 * static_cast<std::size_t>(nodes[e]);
       for (std::size_t i = 0; i < 3; ++i)
@@ -237,6 +238,7 @@ VISCERA_INLINE void FiniteBody::add_tangent(const TangentView& cell, const float
     for (std::size_t e = cell.begin[p]; e < cell.begin[p + 1]; ++e) {
       const float* u = directions + 3 * In::kLanes * static_cast<std::size_t>(cell.nodes[e]);
       Batch g[3], moved;
+      __builtin_prefetch(cell.gradients + e + kEntriesAhead);
       for (std::size_t k = 0; k < 3; ++k)
         load_for_all<In>(cell.gradients[e].data() + kLanes * k, g[k]);
       for (std::size_t i = 0; i < 3; ++i) {
