@@ -47,7 +47,9 @@ void Sentinel::look(World& world, const Stage& stage, FrameReport& report) {
 
 void Sentinel::look(World& world, const Stage& stage, const StateType& type, FrameReport& report) {
   store_detail::AnyPool& pool = world.states_of(type);
-  for (const auto& [owner, stray] : type.first_strays(pool)) {
+  const auto strays = type.first_strays(pool);
+  if (strays.empty()) return;
+  for (const auto& [owner, stray] : strays) {
     tell_stray(world, report, {stage.name, type.name, owner, stray});
     if (type.strays.contain) type.strays.contain(world, owner);
     if (type.strays.become == Strays::Become::kZero) type.zero_strays(pool, owner);

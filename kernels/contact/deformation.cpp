@@ -71,6 +71,10 @@ class DrawnNearFields {
         cells_(cells),
         forces_(forces),
         groups_(group_cells(near_fields, cells, forces)) {
+    for (const Group& group : groups_) {
+      const Vec3 reach = Vec3::Constant(group.range + group.radius);
+      reach_.extend(group.centre - reach).extend(group.centre + reach);
+    }
     if (drawn.paths) find_sides();
   }
 
@@ -80,6 +84,7 @@ class DrawnNearFields {
   Vec3 at(std::size_t vertex) const {
     const Vec3 &position = drawn_.rest->vertices[vertex], &normal = drawn_.rest_normals[vertex];
     Vec3 sum = Vec3::Zero();
+    if (!reach_.contains(position)) return sum;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       const Group& group = groups_[g];
       const double distance = (position - group.centre).norm();
@@ -164,6 +169,7 @@ class DrawnNearFields {
   std::span<const ContactCell> cells_;
   std::span<const Vec3> forces_;
   std::vector<Group> groups_;
+  Eigen::AlignedBox3d reach_;  // of all of them
   // Of a body with folds: which of these a group has, and whether a place lies beyond air.
   std::vector<std::size_t> sides_of_group_;
   std::vector<std::vector<char>> beyond_air_;

@@ -42,15 +42,14 @@ HoldRows::HoldRows(const SymmetricBlockMatrix& matrix) {
     std::ranges::sort(row, {}, &Entry::column);
     for (const Entry& entry : row) {
       columns_.push_back(number[static_cast<std::size_t>(entry.column)]);
-      Block& to = blocks_.emplace_back();
-      to.fill(0.0f);
-      for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t k = 0; k < 3; ++k)
-          to[4 * k + i] = static_cast<float>(
-              matrix.blocks[9 * entry.block + (entry.transposed ? 3 * k + i : 3 * i + k)]);
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t i = 0; i < 3; ++i)
+          numbers_.push_back(static_cast<float>(
+              matrix.blocks[9 * entry.block + (entry.transposed ? 3 * k + i : 3 * i + k)]));
     }
     begin_.push_back(columns_.size());
   }
+  numbers_.push_back(0.0f);
 }
 
 template <std::size_t kVectors>
@@ -61,10 +60,11 @@ VISCERA_INLINE void HoldRows::multiply_rows(const HoldRows& rows, std::size_t be
     Lanes sums[kVectors] = {};
     for (std::size_t e = rows.begin_[row]; e < rows.begin_[row + 1]; ++e) {
       const double* at = u + 3 * static_cast<std::size_t>(rows.columns_[e]);
-      __builtin_prefetch(rows.blocks_.data() + e + kEntriesAhead);
+      const float* block = rows.numbers_.data() + 9 * e;
+      __builtin_prefetch(block + 9 * kEntriesAhead);
       for (std::size_t k = 0; k < 3; ++k) {
         Lanes column;
-        load(rows.blocks_[e].data() + 4 * k, column);
+        load(block + 3 * k, column);
         for (std::size_t v = 0; v < kVectors; ++v) sums[v] += at[3 * nodes * v + k] * column;
       }
     }
@@ -97,7 +97,7 @@ void HoldRows::multiply(const std::vector<double>& u, std::vector<double>& force
 
 std::size_t HoldRows::memory_bytes() const {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return of(nodes_) + of(begin_) + of(columns_) + of(blocks_);
+  return of(nodes_) + of(begin_) + of(columns_) + of(numbers_);
 }
 
 }  // namespace viscera

@@ -1,7 +1,6 @@
 // What holds a body, as a matrix that is multiplied thousands of times a second.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -22,7 +21,7 @@ class HoldRows {
   /// Those that it touches, ascending                                                        (n)
   const std::vector<int>& nodes() const { return nodes_; }
 
-  /// forces = B u for these nodes, four numbers a node, the last of them 0; of some vectors, one
+  /// forces = B u for these nodes, four numbers a node, the last of them no force; of some vectors, one
   /// after another. Reading B is what takes time, and it is read once for three of them. Parallel,
   /// with the same bits for any number of threads and of vectors.
   void multiply(const std::vector<double>& u, std::vector<double>& forces,
@@ -38,7 +37,7 @@ class HoldRows {
         Mat3 block;
         for (Eigen::Index i = 0; i < 3; ++i)
           for (Eigen::Index k = 0; k < 3; ++k)
-            block(i, k) = blocks_[e][static_cast<std::size_t>(4 * k + i)];
+            block(i, k) = numbers_[9 * e + static_cast<std::size_t>(3 * k + i)];
         visit(nodes_[row], nodes_[column], block);
       }
   }
@@ -46,8 +45,6 @@ class HoldRows {
   std::size_t memory_bytes() const;
 
  private:
-  using Block = std::array<float, 12>;  // columns, each with a zero below
-
   static void multiply_one(const HoldRows& rows, std::size_t begin, std::size_t end,
                            const double* u, double* forces);
   static void multiply_three(const HoldRows& rows, std::size_t begin, std::size_t end,
@@ -59,7 +56,8 @@ class HoldRows {
   std::vector<int> nodes_;
   std::vector<std::size_t> begin_{0};  // of each row                                    (n + 1)
   std::vector<int> columns_;           // ascending
-  std::vector<Block> blocks_;
+  std::vector<float> numbers_;         // of blocks column by column, and one more: each is read
+                                       // with the next one's first
 };
 
 }  // namespace viscera

@@ -149,7 +149,8 @@ class TouchedStep::Descent {
 
   /// The last step is by the forces that all bodies have come to: moved by others than its
   /// neighbours, it would gain or lose what these lose or gain of momentum. What a held body gains
-  /// of it the hold takes, and it has come to rest as far as it iterates.
+  /// of it the hold takes, and it has come to rest as far as it iterates. It isn't evaluated where
+  /// the model has shown on a much steeper way of this step that it foresees what a way gains.
   void end_with(const VectorX& forces) {
     forces_ = forces;
     if (z_.size() == 0 || touch_.cells() == 0) return;
@@ -159,13 +160,19 @@ class TouchedStep::Descent {
     Way way{touch_.answer_to(forces) - z_, forces, load, {}};
     way.work = load.dot(way.p);
     way.slope = g_.dot(way.p) - way.work;
+    stood_ = forces;
+    if (!(way.slope < 0.0)) return;
+    if (-way.slope <= kMuchLess * foreseen_ && share_of_move(way.p) == 1.0) {
+      u_ = gone(way.p);
+      value_ += way.work + 0.5 * way.slope;
+      return;
+    }
     VectorX next, next_g;
     double next_value = value_;
-    if (way.slope < 0.0 && search(way, next, next_value, next_g) > 0.0) {
+    if (search(way, next, next_value, next_g) > 0.0) {
       u_ = std::move(next);
       value_ = next_value;
     }
-    stood_ = forces;
   }
 
   /// Where tools ask for what can't be, as of tissue that is inside out: they let go for a step, in
@@ -309,6 +316,13 @@ class TouchedStep::Descent {
       VectorX next, next_g;
       double next_value = value_;
       double length = search(way, next, next_value, next_g);
+      if (pairs.size() == 0 && pairs.scale() == 1.0) {
+        // The model makes a whole way gain half of its slope.
+        const double gained = next_value - value_ - way.work;
+        const bool foreseen =
+            length == 1.0 && std::abs(gained / way.slope - 0.5) <= 0.5 * kForeseen;
+        foreseen_ = foreseen ? -way.slope : 0.0;
+      }
       if (length < kShortest && pairs.size() > 0) {
         pairs.clear();
         if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
@@ -419,7 +433,8 @@ class TouchedStep::Descent {
   VectorX u_, forces_, y_;  // as Start
   double share_ = 1.0;      // of the way that is asked for
   VectorX g_, z_;
-  VectorX stood_;  // forces_ as the last way had them
+  VectorX stood_;          // forces_ as the last way had them
+  double foreseen_ = 0.0;  // slope of a way that gained what the model makes it gain; 0: none did
   double value_ = 0.0;
   Questions<TouchQuestion, Forces> questions_;
   Task<bool> task_;
