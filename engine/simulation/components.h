@@ -115,18 +115,19 @@ struct CellRange {
   /// Pressed: what others have moved the tissue there from its rest, and this tool aside.
   Pose met;
   Vec3 met_way = Vec3::Zero();       ///< of its position within the last frame [m]
+  double met_share = 1.0;            ///< of the way to where it was found, gone in that frame
   double pitch = 0.0;                ///< between neighbouring cells [m]
   std::vector<SurfacePoint> points;  ///< of the cells
   bool held = false;
   static constexpr auto fields() {
     using S = CellRange;
-    return std::tuple(field("instrument", &S::instrument), field("begin", &S::begin),
-                      field("end", &S::end), field("rest_centre", &S::rest_centre),
-                      field("centre", &S::centre), field("outward", &S::outward),
-                      field("force", &S::force), field("felt", &S::felt), field("tip", &S::tip),
-                      field("moved", &S::moved), field("met", &S::met),
-                      field("met_way", &S::met_way), field("pitch", &S::pitch),
-                      field("points", &S::points), field("held", &S::held));
+    return std::tuple(
+        field("instrument", &S::instrument), field("begin", &S::begin), field("end", &S::end),
+        field("rest_centre", &S::rest_centre), field("centre", &S::centre),
+        field("outward", &S::outward), field("force", &S::force), field("felt", &S::felt),
+        field("tip", &S::tip), field("moved", &S::moved), field("met", &S::met),
+        field("met_way", &S::met_way), field("met_share", &S::met_share), field("pitch", &S::pitch),
+        field("points", &S::points), field("held", &S::held));
   }
 };
 static_assert(fields_cover<CellRange>());

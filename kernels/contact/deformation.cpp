@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "kernels/base/parallel.h"
 #include "kernels/contact/column_sums.h"
 #include "kernels/contact/facing.h"
-#include "kernels/contact/same_side.h"
 #include "kernels/contact/surface_carriers.h"
 
 namespace viscera {
@@ -75,7 +75,7 @@ class DrawnNearFields {
       const Vec3 reach = Vec3::Constant(group.range + group.radius);
       reach_.extend(group.centre - reach).extend(group.centre + reach);
     }
-    if (drawn.paths) find_sides();
+    if (drawn.sides) find_sides();
   }
 
   bool empty() const { return groups_.empty(); }
@@ -107,72 +107,48 @@ class DrawnNearFields {
   }
 
  private:
-  bool same(const Group& group, const Vec3& position, const Vec3& normal) const {
-    const double depth = kSideDepth * near_fields_[group.cells.front()].sigma();
-    return same_side(drawn_.paths.get(), depth, group.centre, group.normal, position, normal);
-  }
-
-  /// Ways are long to follow, and a vertex is one of some twenty about a place: places alone are
-  /// asked, and those of one group for the groups about it that lie on its side.
+  /// A group sees what the place sees that takes most of its first cell's load.
   void find_sides() {
-    std::vector<std::size_t> leaders;
-    std::vector<double> reaches;  // of each leader's groups, from its centre
+    const SidesOfPlaces& sides = *drawn_.sides;
+    std::map<std::size_t, double> reaches;
     for (const Group& group : groups_) {
-      const double sigma = near_fields_[group.cells.front()].sigma();
-      std::size_t of = 0;
-      while (of < leaders.size()) {
-        const Group& leader = groups_[leaders[of]];
-        if ((group.centre - leader.centre).norm() < kOneView * sigma &&
-            same(leader, group.centre, group.normal))
-          break;
-        ++of;
-      }
-      if (of == leaders.size()) {
-        leaders.push_back(sides_of_group_.size());
-        reaches.push_back(0.0);
-      }
-      sides_of_group_.push_back(of);
-      reaches[of] = std::max(reaches[of], (group.centre - groups_[leaders[of]].centre).norm() +
-                                              group.range + group.radius + kCarried * sigma);
+      const std::size_t first = group.cells.front();
+      const NearField& field = near_fields_[first];
+      place_of_group_.push_back(field.place() >= 0
+                                    ? static_cast<std::size_t>(field.place())
+                                    : sides.nearest(cells_[first].position, cells_[first].normal));
+      double& reach = reaches[place_of_group_.back()];
+      reach = std::max(reach, (group.centre - sides.position(place_of_group_.back())).norm() +
+                                  group.range + group.radius + kCarried * field.sigma());
     }
-    for (std::size_t i = 0; i < leaders.size(); ++i) {
-      const Group& leader = groups_[leaders[i]];
-      std::vector<char>& beyond = beyond_air_.emplace_back(drawn_.place_positions.size(), 0);
-      parallel_for_each_index(beyond.size(), kVertexChunk / 8, [&](std::size_t p) {
-        const Vec3 &position = drawn_.place_positions[p], &normal = drawn_.place_normals[p];
-        if ((position - leader.centre).norm() < reaches[i])
-          beyond[p] = !same(leader, position, normal);
-      });
-    }
+    for (const auto& [place, reach] : reaches) sides.look_around(place, reach);
   }
 
   /// Of what carries a vertex, how much lies on the group's side.
   double share_on_its_side(std::size_t g, std::size_t vertex) const {
-    if (beyond_air_.empty()) return 1.0;
-    const std::vector<char>& beyond = beyond_air_[sides_of_group_[g]];
+    if (!drawn_.sides) return 1.0;
     const SparseWeights& carriers = drawn_.carriers;
     double share = 1.0;
     for (int e = carriers.row_begin[vertex]; e < carriers.row_begin[vertex + 1]; ++e) {
       const auto entry = static_cast<std::size_t>(e);
-      if (beyond[static_cast<std::size_t>(carriers.nodes[entry])])
+      if (drawn_.sides->beyond_air(place_of_group_[g],
+                                   static_cast<std::size_t>(carriers.nodes[entry])))
         share -= static_cast<double>(carriers.values[entry]);
     }
     return std::clamp(share, 0.0, 1.0);
   }
 
-  /// Groups that are nearer than this to each other see the same [sigma], and what carries a vertex
-  /// is no farther from it. Chosen: a field's sigma is most of a spacing.
-  static constexpr double kOneView = 2.0, kCarried = 3.0;
+  /// What carries a vertex is no farther from it [sigma]. Chosen: a field's sigma is most of a
+  /// spacing.
+  static constexpr double kCarried = 3.0;
 
   const DrawnSurface& drawn_;
   std::span<const NearField> near_fields_;
   std::span<const ContactCell> cells_;
   std::span<const Vec3> forces_;
   std::vector<Group> groups_;
-  Eigen::AlignedBox3d reach_;  // of all of them
-  // Of a body with folds: which of these a group has, and whether a place lies beyond air.
-  std::vector<std::size_t> sides_of_group_;
-  std::vector<std::vector<char>> beyond_air_;
+  Eigen::AlignedBox3d reach_;                // of all of them
+  std::vector<std::size_t> place_of_group_;  // of a body with folds
 };
 
 /// acos(cosine) to 7e-5: [Abramowitz1964] 4.4.45. As a weight that is plenty, and the
@@ -206,11 +182,7 @@ void place_displacements(const SurfaceCompliance& compliance, const ContactRespo
 DrawnSurface carry_surface(const TriangleSurface& surface, const SurfacePlaces& places) {
   DrawnSurface drawn = carried_by_none(surface);
   drawn.carriers = surface_carriers(surface.vertices, drawn.rest_normals, places);
-  if (places.paths) {
-    drawn.paths = places.paths;
-    drawn.place_positions = places.positions;
-    drawn.place_normals = places.normals;
-  }
+  if (places.paths) drawn.sides = std::make_shared<const SidesOfPlaces>(places);
   return drawn;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/contact/contact_cells.h"
+#include "kernels/contact/sides_of_places.h"
 #include "kernels/contact/surface_places.h"
 #include "kernels/paff/elasticity.h"
 
@@ -24,10 +25,7 @@ struct DrawnSurface {
                            ///< rows sum up to 1                          (V rows)
   std::vector<int> triangle_begin, triangle_items;  ///< vertex -> triangles around it
   std::vector<Vec3> rest_normals;  ///< unit; which side of a thin body a vertex is on     (V)
-  /// Of a body with folds, else empty: what tells its sides apart (SurfacePlaces), and where the
-  /// places are.
-  std::shared_ptr<const TissuePaths> paths;
-  std::vector<Vec3> place_positions, place_normals;
+  std::shared_ptr<const SidesOfPlaces> sides;  ///< null: the body has no folds
 };
 
 /// Carriers of every vertex: the smoothest interpolation of the places about it that face its way.

@@ -24,6 +24,10 @@ class NearField {
 
   double sigma() const { return sigma_; }
 
+  /// The place of the surface (surface_places.h) that takes most of the load; -1: it wasn't told.
+  int place() const { return place_; }
+  void stand_on(int place) { place_ = place; }
+
   /// Mean displacement of a disc-like cell of `area` at `offset` from a cell of that area, per unit
   /// force on the latter, less the spread part [m/N]; 3 x 3. `normal` is the outward unit normal of
   /// the surface about both. Reciprocal: cell_response(-offset) is the transpose. Offset 0: the
@@ -48,6 +52,7 @@ class NearField {
 
   HalfSpace half_space_;
   double sigma_ = 0.0;
+  int place_ = -1;
 };
 
 }  // namespace viscera

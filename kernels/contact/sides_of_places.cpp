@@ -1,0 +1,66 @@
+#include "kernels/contact/sides_of_places.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "kernels/base/parallel.h"
+#include "kernels/contact/same_side.h"
+
+namespace viscera {
+namespace {
+
+constexpr std::size_t kPlaceChunk = 64;
+/// Of the nearest places to a point so many are asked whether they lie on its side.
+constexpr std::size_t kAsked = 16;
+
+}  // namespace
+
+SidesOfPlaces::SidesOfPlaces(const SurfacePlaces& places)
+    : paths_(places.paths),
+      positions_(places.positions),
+      normals_(places.normals),
+      spacings_(places.spacings),
+      rows_(places.size()) {}
+
+SidesOfPlaces::~SidesOfPlaces() {
+  for (std::atomic<Row*>& row : rows_) delete[] row.load();
+}
+
+bool SidesOfPlaces::same(std::size_t place, const Vec3& position, const Vec3& normal) const {
+  return same_side(paths_.get(), kSideDepth * spacings_[place], positions_[place], normals_[place],
+                   position, normal);
+}
+
+SidesOfPlaces::Row* SidesOfPlaces::row_of(std::size_t place) const {
+  Row* row = rows_[place].load(std::memory_order_acquire);
+  if (row) return row;
+  auto fresh = std::make_unique<Row[]>(positions_.size());
+  if (rows_[place].compare_exchange_strong(row, fresh.get(), std::memory_order_acq_rel))
+    return fresh.release();
+  return row;  // another thread was first
+}
+
+void SidesOfPlaces::look_around(std::size_t place, double reach) const {
+  Row* row = row_of(place);
+  parallel_for_each_index(positions_.size(), kPlaceChunk, [&](std::size_t p) {
+    if ((positions_[p] - positions_[place]).squaredNorm() < reach * reach &&
+        row[p].load(std::memory_order_relaxed) == kUnknown)
+      row[p].store(same(place, positions_[p], normals_[p]) ? kSame : kBeyond,
+                   std::memory_order_relaxed);
+  });
+}
+
+std::size_t SidesOfPlaces::nearest(const Vec3& position, const Vec3& normal) const {
+  std::vector<std::size_t> order(positions_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const std::size_t asked = std::min(kAsked, order.size());
+  const auto last = order.begin() + static_cast<std::ptrdiff_t>(asked);
+  std::partial_sort(order.begin(), last, order.end(), [&](std::size_t a, std::size_t b) {
+    return (positions_[a] - position).squaredNorm() < (positions_[b] - position).squaredNorm();
+  });
+  const auto found =
+      std::find_if(order.begin(), last, [&](std::size_t p) { return same(p, position, normal); });
+  return found == last ? order.front() : *found;
+}
+
+}  // namespace viscera
