@@ -21,9 +21,9 @@ class HoldRows {
   /// Those that it touches, ascending                                                        (n)
   const std::vector<int>& nodes() const { return nodes_; }
 
-  /// forces = B u for these nodes, four numbers a node, the last of them no force; of some vectors, one
-  /// after another. Reading B is what takes time, and it is read once for three of them. Parallel,
-  /// with the same bits for any number of threads and of vectors.
+  /// forces = B u for these nodes, four numbers a node, the last of them no force; of some vectors,
+  /// one after another. Reading B is what takes time, and it is read once for three of them.
+  /// Parallel, with the same bits for any number of threads and of vectors.
   void multiply(const std::vector<double>& u, std::vector<double>& forces,
                 std::size_t vectors = 1) const;
 

@@ -12,8 +12,8 @@ namespace {
 /// Where no cells of the tool are: the motion of the drawn surface over this many mean spacings of
 /// its vertices about the foot, and at least so many radii of the tool.
 constexpr double kSpacingsAbout = 2.0, kRadiiAbout = 1.5;
-/// What a way back and one on make of the share that is gone of it, and the least, under a tool that
-/// stands still: that has gone no farther in a frame than this [m]. Chosen.
+/// What a way back and one on make of the share that is gone of it, and the least, under a tool
+/// that stands still: that has gone no farther in a frame than this [m]. Chosen.
 constexpr double kShareBack = 0.5, kShareOn = 1.2, kLeastShare = 0.02, kStands = 0.1e-3;
 
 Pose composed(const Pose& outer, const Pose& inner) {
