@@ -31,22 +31,23 @@ bool SidesOfPlaces::same(std::size_t place, const Vec3& position, const Vec3& no
                    position, normal);
 }
 
-SidesOfPlaces::Row* SidesOfPlaces::row_of(std::size_t place) const {
-  Row* row = rows_[place].load(std::memory_order_acquire);
-  if (row) return row;
+SidesOfPlaces::Row* SidesOfPlaces::begin_row(std::size_t place) const {
   auto fresh = std::make_unique<Row[]>(positions_.size());
+  Row* row = nullptr;
   if (rows_[place].compare_exchange_strong(row, fresh.get(), std::memory_order_acq_rel))
     return fresh.release();
   return row;  // another thread was first
 }
 
+std::uint8_t SidesOfPlaces::find(std::size_t place, std::size_t other, Row& known) const {
+  const std::uint8_t found = same(place, positions_[other], normals_[other]) ? kSame : kBeyond;
+  known.store(found, std::memory_order_relaxed);
+  return found;
+}
+
 void SidesOfPlaces::look_around(std::size_t place, double reach) const {
-  Row* row = row_of(place);
   parallel_for_each_index(positions_.size(), kPlaceChunk, [&](std::size_t p) {
-    if ((positions_[p] - positions_[place]).squaredNorm() < reach * reach &&
-        row[p].load(std::memory_order_relaxed) == kUnknown)
-      row[p].store(same(place, positions_[p], normals_[p]) ? kSame : kBeyond,
-                   std::memory_order_relaxed);
+    if ((positions_[p] - positions_[place]).squaredNorm() < reach * reach) beyond_air(place, p);
   });
 }
 

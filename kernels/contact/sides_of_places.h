@@ -11,7 +11,8 @@
 namespace viscera {
 
 /// Ways through tissue are long to follow, and places stay where they are at rest: what was found
-/// of two of them is kept. Asked by many threads at once, it answers the same whoever was first.
+/// of two of them is kept. It answers the same whatever was asked before, and by many threads at
+/// once.
 class SidesOfPlaces {
  public:
   /// `places`: of a body with folds.
@@ -20,13 +21,14 @@ class SidesOfPlaces {
   SidesOfPlaces& operator=(const SidesOfPlaces&) = delete;
   ~SidesOfPlaces();
 
-  /// Follows the ways from a place to all others within `reach` [m] that it hasn't followed yet.
-  void look_around(std::size_t place, double reach) const;
-  /// Whether it has found the other one beyond air; places that were out of reach aren't.
+  /// Whether no way through tissue leads straight from a place to another (same_side.h).
   bool beyond_air(std::size_t place, std::size_t other) const {
-    const Row* row = rows_[place].load(std::memory_order_acquire);
-    return row && row[other].load(std::memory_order_relaxed) == kBeyond;
+    Row& known = row_of(place)[other];
+    const std::uint8_t found = known.load(std::memory_order_relaxed);
+    return (found == kUnknown ? find(place, other, known) : found) == kBeyond;
   }
+  /// Finds that of all places within `reach` [m] in parallel, for who asks next.
+  void look_around(std::size_t place, double reach) const;
   const Vec3& position(std::size_t place) const { return positions_[place]; }
   /// The nearest to a place on the surface that lies on its side.
   std::size_t nearest(const Vec3& position, const Vec3& normal) const;
@@ -36,7 +38,12 @@ class SidesOfPlaces {
   static constexpr std::uint8_t kUnknown = 0, kSame = 1, kBeyond = 2;
 
   bool same(std::size_t place, const Vec3& position, const Vec3& normal) const;
-  Row* row_of(std::size_t place) const;
+  Row* row_of(std::size_t place) const {
+    Row* row = rows_[place].load(std::memory_order_acquire);
+    return row ? row : begin_row(place);
+  }
+  Row* begin_row(std::size_t place) const;
+  std::uint8_t find(std::size_t place, std::size_t other, Row& known) const;
 
   std::shared_ptr<const TissuePaths> paths_;
   std::vector<Vec3> positions_, normals_;
