@@ -265,6 +265,7 @@ std::size_t OrganModel::memory_bytes() const {
     columns += (made.prepared + made.on_demand) * step_compliance.rows() * sizeof(float) +
                finite->memory_bytes();
   }
+  if (drawn.sides) columns += drawn.sides->memory_bytes();
   return of(energy_points) + of(surface.vertices) + of(surface.triangles) + of(rest_positions) +
          of(rest_normals) + of(cloud.positions) + of(cloud.spacings) + columns +
          of(half_columns.entries) + of(compliance.touchable) + of(sag) + of(hold_ways) +

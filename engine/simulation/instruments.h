@@ -8,6 +8,9 @@
 
 namespace viscera {
 
+/// A tool slower than this stands still: what it presses has settled [m/s].
+inline constexpr double kStandsStill = 1e-3;
+
 /// The scene's instruments with their paths; imports mesh tips.
 Result<std::vector<InstrumentBody>> make_instruments(const SceneDescription& scene);
 

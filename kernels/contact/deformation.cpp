@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "kernels/base/parallel.h"
@@ -89,7 +88,8 @@ class DrawnNearFields {
       const Group& group = groups_[g];
       const double distance = (position - group.centre).norm();
       if (distance > group.range + group.radius) continue;
-      const double share = facing(group.normal.dot(normal)) * share_on_its_side(g, vertex);
+      double share = facing(group.normal.dot(normal));
+      if (share > 0.0) share *= share_on_its_side(g, vertex);
       if (share == 0.0) continue;
       const NearField& field = near_fields_[group.cells.front()];
       if (distance > field.sigma() + 4.0 * group.radius) {
@@ -109,19 +109,13 @@ class DrawnNearFields {
  private:
   /// A group sees what the place sees that takes most of its first cell's load.
   void find_sides() {
-    const SidesOfPlaces& sides = *drawn_.sides;
-    std::map<std::size_t, double> reaches;
     for (const Group& group : groups_) {
       const std::size_t first = group.cells.front();
-      const NearField& field = near_fields_[first];
-      place_of_group_.push_back(field.place() >= 0
-                                    ? static_cast<std::size_t>(field.place())
-                                    : sides.nearest(cells_[first].position, cells_[first].normal));
-      double& reach = reaches[place_of_group_.back()];
-      reach = std::max(reach, (group.centre - sides.position(place_of_group_.back())).norm() +
-                                  group.range + group.radius + kCarried * field.sigma());
+      const int place = near_fields_[first].place();
+      place_of_group_.push_back(
+          place >= 0 ? static_cast<std::size_t>(place)
+                     : drawn_.sides->nearest(cells_[first].position, cells_[first].normal));
     }
-    for (const auto& [place, reach] : reaches) sides.look_around(place, reach);
   }
 
   /// Of what carries a vertex, how much lies on the group's side.
@@ -137,10 +131,6 @@ class DrawnNearFields {
     }
     return std::clamp(share, 0.0, 1.0);
   }
-
-  /// What carries a vertex is no farther from it [sigma]. Chosen: a field's sigma is most of a
-  /// spacing.
-  static constexpr double kCarried = 3.0;
 
   const DrawnSurface& drawn_;
   std::span<const NearField> near_fields_;

@@ -26,7 +26,7 @@ class NearField {
 
   /// The place of the surface (surface_places.h) that takes most of the load; -1: it wasn't told.
   int place() const { return place_; }
-  void stand_on(int place) { place_ = place; }
+  void set_place(int place) { place_ = place; }
 
   /// Mean displacement of a disc-like cell of `area` at `offset` from a cell of that area, per unit
   /// force on the latter, less the spread part [m/N]; 3 x 3. `normal` is the outward unit normal of

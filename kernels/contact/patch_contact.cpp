@@ -163,9 +163,9 @@ void PatchContact::spread_cells(std::span<const Place> cells) {
                                    modulus_.back());
     }
     near_fields_.emplace_back(material_of(modulus), sigma);
-    if (const auto most = std::ranges::max_element(spread_[k], {}, &LoadShare::share);
-        most != spread_[k].end())
-      near_fields_.back().stand_on(surface_.places[static_cast<std::size_t>(most->place)]);
+    if (found)
+      near_fields_.back().set_place(surface_.places[static_cast<std::size_t>(
+          std::ranges::max_element(spread_[k], {}, &LoadShare::share)->place)]);
     for (const LoadShare& share : spread_[k]) {
       int& local = local_of_[static_cast<std::size_t>(share.place)];
       if (local >= 0) continue;

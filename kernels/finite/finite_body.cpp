@@ -8,8 +8,8 @@
 #include "kernels/base/finite.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/finite/cell_points.h"
 #include "kernels/finite/fibre_law.h"
-#include "kernels/finite/point_lanes.h"
 #include "kernels/finite/unloaded_shape.h"
 
 namespace viscera {
@@ -79,21 +79,14 @@ PointOrder order_of(const ElasticRegion& region) {
 
 }  // namespace
 
+const ChangedTissue FiniteBody::kUnchanged;
+
 /// What evaluating a cell reads.
-struct FiniteBody::CellView {
-  std::size_t packs;
-  const std::size_t* begin;  // of the packs, one more than these
-  const std::uint16_t* nodes;
-  const std::array<float, 3 * kLanes>* gradients;
-  const Lane* weights;
-  const std::array<Lane, 4>* psi;  // null: nothing is averaged
-  double mu, lambda, averaged;
-  double viscous;                      // time mu / dt [Pa]; 0: none
-  const double* before;                // strains of its packs
-  const FibrePack* fibres;             // null: there are none
-  const ChangedTissue::Pack* changed;  // null: nothing has changed
-  double over;                         // Overstress of its packs; 0: nothing relaxes
-  const double *relaxing, *relaxing_dilatations, *relaxing_fibres;
+struct FiniteBody::CellView : CellPoints {
+  double viscous = 0.0;            // time mu / dt [Pa]; 0: none
+  const double* before = nullptr;  // strains of its packs
+  double over = 0.0;               // Overstress of its packs; 0: nothing relaxes
+  const double *relaxing = nullptr, *relaxing_dilatations = nullptr, *relaxing_fibres = nullptr;
 
   /// Energy of a pack's fibres per volume, as F has moved them: F a, and twice the derivative of
   /// the energy by |F a|^2.
@@ -121,20 +114,6 @@ struct FiniteBody::CellView {
   VISCERA_INLINE void load_means(std::size_t pack, Lanes* mean) const {
     for (std::size_t k = 0; k < 8; ++k)
       load(relaxing + Overstress::kOfPack * pack + kLanes * k, mean[k]);
-  }
-
-  /// F of a pack's points.
-  VISCERA_INLINE void deform(std::size_t pack, const double* displacements, Lanes* f) const {
-    const Lanes zero = {}, one = zero + 1.0;
-    for (std::size_t i = 0; i < kOfF; ++i) f[i] = i % 4 == 0 ? one : zero;
-    for (std::size_t e = begin[pack]; e < begin[pack + 1]; ++e) {
-      Lanes g[3];
-      __builtin_prefetch(gradients + e + kEntriesAhead);
-      for (std::size_t k = 0; k < 3; ++k) load(gradients[e].data() + kLanes * k, g[k]);
-      const double* u = displacements + 3 * static_cast<std::size_t>(nodes[e]);
-      for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t k = 0; k < 3; ++k) f[3 * i + k] += u[i] * g[k];
-    }
   }
 };
 
@@ -549,9 +528,8 @@ ChangedTissue FiniteBody::changed(const TissueChange& change, double swelling) c
   return changed;
 }
 
-FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosity,
-                                      const ChangedTissue& changed,
-                                      const Overstress& overstress) const {
+FiniteBody::CellPoints FiniteBody::points_of(std::size_t cell,
+                                             std::span<const ChangedTissue::Pack> changed) const {
   const std::size_t first = cell_begin_[cell];
   return {.packs = cell_begin_[cell + 1] - first,
           .begin = begin_.data() + first,
@@ -559,21 +537,27 @@ FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosi
           .gradients = gradients_.data(),
           .weights = weights_.data() + first,
           .psi = psi_.empty() ? nullptr : psi_.data() + first,
+          .fibres = fibres_.empty() ? nullptr : fibres_.data() + first,
+          .changed = changed.empty() ? nullptr : changed.data() + first,
           .mu = mu_,
           .lambda = lambda_,
-          .averaged = averaged_,
-          .viscous = viscosity.over_step * mu_,
-          .before =
-              viscosity.before.empty() ? nullptr : viscosity.before.data() + 4 * kOfStrain * first,
-          .fibres = fibres_.empty() ? nullptr : fibres_.data() + first,
-          .changed = changed.packs.empty() ? nullptr : changed.packs.data() + first,
-          .over = overstress.over,
-          .relaxing = overstress.over > 0.0 ? overstress.points.data() + Overstress::kOfPack * first
-                                            : nullptr,
-          .relaxing_dilatations =
-              overstress.over > 0.0 ? overstress.dilatations.data() + kTerms * cell : nullptr,
-          .relaxing_fibres =
-              overstress.fibres.empty() ? nullptr : overstress.fibres.data() + kLanes * first};
+          .averaged = averaged_};
+}
+
+FiniteBody::CellView FiniteBody::view(std::size_t cell, const Viscosity& viscosity,
+                                      const ChangedTissue& changed,
+                                      const Overstress& overstress) const {
+  const std::size_t first = cell_begin_[cell];
+  CellView view{points_of(cell, changed.packs)};
+  view.viscous = viscosity.over_step * mu_;
+  if (!viscosity.before.empty()) view.before = viscosity.before.data() + 4 * kOfStrain * first;
+  view.over = overstress.over;
+  if (overstress.over > 0.0) {
+    view.relaxing = overstress.points.data() + Overstress::kOfPack * first;
+    view.relaxing_dilatations = overstress.dilatations.data() + kTerms * cell;
+  }
+  if (!overstress.fibres.empty()) view.relaxing_fibres = overstress.fibres.data() + kLanes * first;
+  return view;
 }
 
 /// Of a piece's nodes, over its first one: what gradients in single precision act on stays small.

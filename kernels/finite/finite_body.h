@@ -130,8 +130,12 @@ class FiniteBody {
   SymmetricBlockMatrix tangent(std::span<const double> displacements,
                                const TangentChange& change = {}) const;
   /// What the same is made of at each point, of what has had all the time to relax.
+  PointTangents point_tangents(std::span<const double> displacements) const {
+    return point_tangents(displacements, kUnchanged);
+  }
   PointTangents point_tangents(std::span<const double> displacements,
-                               const ChangedTissue& changed = {}) const;
+                               const ChangedTissue& changed) const;
+  PointTangents point_tangents(std::span<const double>, ChangedTissue&&) const = delete;
   /// It times some vectors, without putting it together; (3 N) x (any). In single precision; the
   /// same bits for any number of threads, and however many vectors a machine's registers hold at
   /// once (`in_pairs`: two on any).
@@ -154,6 +158,7 @@ class FiniteBody {
 
  private:
   FiniteBody() = default;
+  static const ChangedTissue kUnchanged;
   static constexpr std::size_t kLanes = 4;
   /// Numbers of the points of a pack.
   using Lane = std::array<double, kLanes>;
@@ -162,6 +167,7 @@ class FiniteBody {
     std::size_t first_cell = 0, last_cell = 0;
     std::vector<int> nodes;
   };
+  struct CellPoints;
   struct CellView;
   struct TangentView;
   /// Of a pack's points: fibre_law.h with moduli over the relative modulus, which the weights have.
@@ -190,6 +196,7 @@ class FiniteBody {
       for (std::size_t lane = 0; lane < kLanes; ++lane)
         if (weights_[pack][lane] > 0.0) visit(pack, lane, order_[i++]);
   }
+  CellPoints points_of(std::size_t cell, std::span<const ChangedTissue::Pack> changed) const;
   CellView view(std::size_t cell, const Viscosity& viscosity, const ChangedTissue& changed,
                 const Overstress& overstress) const;
   double relax_pack(std::size_t pack, const Strains& strains, const ChangedTissue& changed,

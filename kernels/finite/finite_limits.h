@@ -32,8 +32,8 @@ inline constexpr int kMostStiffenings = 3;
 /// energy, to so many iterations. Untouched, what was turned inside out finds back by its motion.
 inline constexpr double kUnsettled = 1e-3;
 inline constexpr int kMostOfAll = 20;
-/// A way gained what the model foresees if within this share; one that is much less steep, by this
-/// share, then needs no evaluation. Chosen.
+/// The model has foreseen what a way gains where it errs by no more than this share of it. A way
+/// whose slope is at most so many times that of such a one needs no evaluation. Chosen.
 inline constexpr double kForeseen = 0.25, kMuchLess = 0.25;
 /// A step shorter than this says that the pairs of before don't fit.
 inline constexpr double kShortest = 0.1;

@@ -4,9 +4,8 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/base/wide.h"
+#include "kernels/finite/cell_points.h"
 #include "kernels/finite/fibre_law.h"
-#include "kernels/finite/finite_body.h"
-#include "kernels/finite/point_lanes.h"
 
 namespace viscera {
 namespace {
@@ -74,17 +73,8 @@ constexpr std::size_t kScratch = InFours::kLanes * kOfF;
 }  // namespace
 
 /// What a cell is read from.
-struct FiniteBody::TangentView {
-  std::size_t packs;
-  const std::size_t* begin;
-  const std::uint16_t* nodes;
-  const std::array<float, 3 * kLanes>* gradients;
-  const Lane* weights;
-  const std::array<Lane, 4>* psi;      // null: nothing is averaged
-  const FibrePack* fibres;             // null: there are none
-  const ChangedTissue::Pack* changed;  // null: nothing has changed
-  double mu, lambda, averaged;
-  float* kept;  // PointTangents of its packs
+struct FiniteBody::TangentView : CellPoints {
+  float* kept = nullptr;  // PointTangents of its packs
 
   /// Of fibres: F a, what multiplies D a in the change of stress by a change D of F, and what
   /// multiplies (F a . D a) F a.
@@ -126,18 +116,6 @@ struct FiniteBody::TangentView {
     for (std::size_t i = 0; i < 3; ++i) {
       const Batch more = pull * change[i] + stretch * along[i];
       for (std::size_t k = 0; k < 3; ++k) stress[3 * i + k] += more * a[k];
-    }
-  }
-
-  /// The gradient of `displacements` at a pack's points, added to f.
-  VISCERA_INLINE void add_gradient(std::size_t pack, const double* displacements, Lanes* f) const {
-    for (std::size_t e = begin[pack]; e < begin[pack + 1]; ++e) {
-      Lanes g[3];
-      __builtin_prefetch(gradients + e + kEntriesAhead);
-      for (std::size_t k = 0; k < 3; ++k) load(gradients[e].data() + kLanes * k, g[k]);
-      const double* u = displacements + 3 * static_cast<std::size_t>(nodes[e]);
-      for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t k = 0; k < 3; ++k) f[3 * i + k] += u[i] * g[k];
     }
   }
 
@@ -184,8 +162,7 @@ VISCERA_WIDE void FiniteBody::find_tangent(const TangentView& cell, const double
   for (std::size_t p = 0; p < cell.packs; ++p) {
     float* kept = cell.kept + kOfPack * p;
     Lanes f[kOfF], c[kOfF], w, growth, stiff;
-    for (std::size_t i = 0; i < kOfF; ++i) f[i] = Lanes{} + (i % 4 == 0 ? 1.0 : 0.0);
-    cell.add_gradient(p, displacements, f);
+    cell.deform(p, displacements, f);
     cofactors(f, c);
     for (std::size_t i = 0; i < kOfF; ++i) {
       store_narrow(f[i], kept + 4 * i);
@@ -349,19 +326,9 @@ FiniteBody::TangentPass FiniteBody::tangent_pass([[maybe_unused]] bool in_pairs)
 
 FiniteBody::TangentView FiniteBody::tangent_view(std::size_t cell,
                                                  const PointTangents& tangents) const {
-  const std::size_t first = cell_begin_[cell];
-  return {.packs = cell_begin_[cell + 1] - first,
-          .begin = begin_.data() + first,
-          .nodes = entry_nodes_.data(),
-          .gradients = gradients_.data(),
-          .weights = weights_.data() + first,
-          .psi = psi_.empty() ? nullptr : psi_.data() + first,
-          .fibres = fibres_.empty() ? nullptr : fibres_.data() + first,
-          .changed = tangents.changed.empty() ? nullptr : tangents.changed.data() + first,
-          .mu = mu_,
-          .lambda = lambda_,
-          .averaged = averaged_,
-          .kept = tangents.packs.get() + kOfPack * first};
+  TangentView view{points_of(cell, tangents.changed)};
+  view.kept = tangents.packs.get() + kOfPack * cell_begin_[cell];
+  return view;
 }
 
 PointTangents FiniteBody::point_tangents(std::span<const double> displacements,

@@ -164,7 +164,6 @@ class TouchedStep::Descent {
     if (!(way.slope < 0.0)) return;
     if (-way.slope <= kMuchLess * foreseen_ && share_of_move(way.p) == 1.0) {
       u_ = gone(way.p);
-      value_ += way.work + 0.5 * way.slope;
       return;
     }
     VectorX next, next_g;
@@ -286,6 +285,7 @@ class TouchedStep::Descent {
   /// Quasi-Newton steps; from `other`, unless that is empty, if less energy is there. False: the
   /// conditions had no answer.
   Task<bool> descend(int most, Start other) {
+    foreseen_ = 0.0;
     SecantPairs pairs;
     VectorX z = first_guess(g_);
     z_.resize(0);
@@ -316,13 +316,7 @@ class TouchedStep::Descent {
       VectorX next, next_g;
       double next_value = value_;
       double length = search(way, next, next_value, next_g);
-      if (pairs.size() == 0 && pairs.scale() == 1.0) {
-        // The model makes a whole way gain half of its slope.
-        const double gained = next_value - value_ - way.work;
-        const bool foreseen =
-            length == 1.0 && std::abs(gained / way.slope - 0.5) <= 0.5 * kForeseen;
-        foreseen_ = foreseen ? -way.slope : 0.0;
-      }
+      note_foreseen(way, length, pairs.size() == 0 && pairs.scale() == 1.0);
       if (length < kShortest && pairs.size() > 0) {
         pairs.clear();
         if (const bool done = co_await find_way(z, pairs, way); !done) co_return false;
@@ -361,6 +355,15 @@ class TouchedStep::Descent {
 
   void keep(const Way& way) { forces_ = way.forces; }
 
+  /// After a search along a way, by the factor as it is or otherwise. The model makes a whole way
+  /// gain half of its slope. A way cut short says that it errs.
+  void note_foreseen(const Way& way, double length, bool by_factor) {
+    if (length < 1.0)
+      foreseen_ = 0.0;
+    else if (by_factor)
+      foreseen_ = std::abs(gained_ / way.slope - 0.5) <= 0.5 * kForeseen ? -way.slope : 0.0;
+  }
+
   /// Loose pieces of which one has turned on since its factor was warped are warped anew: what that
   /// takes for a turn of it strains it by as much as it has turned. True: they were.
   bool turn_on() {
@@ -376,6 +379,7 @@ class TouchedStep::Descent {
     if (!any) return false;
     loose_.set(now, rotations_);
     touch_.turn(rotations_);
+    foreseen_ = 0.0;
     return true;
   }
 
@@ -388,6 +392,7 @@ class TouchedStep::Descent {
       next_value = energy_.at(next, &next_g);
       const double work = loose_.empty() ? length * way.work : way.load.dot(next - u_);
       const double gained = next_value - value_ - work;
+      gained_ = gained;
       if (gained <= kArmijo * length * way.slope + slack * std::abs(value_)) return length;
       const double fit = -0.5 * way.slope * length * length / (gained - length * way.slope);
       length = std::isfinite(fit) ? std::clamp(fit, 0.1 * length, 0.5 * length) : 0.1 * length;
@@ -434,6 +439,7 @@ class TouchedStep::Descent {
   double share_ = 1.0;      // of the way that is asked for
   VectorX g_, z_;
   VectorX stood_;          // forces_ as the last way had them
+  double gained_ = 0.0;    // by the last search, of the merit
   double foreseen_ = 0.0;  // slope of a way that gained what the model makes it gain; 0: none did
   double value_ = 0.0;
   Questions<TouchQuestion, Forces> questions_;

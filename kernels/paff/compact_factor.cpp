@@ -49,7 +49,7 @@ std::size_t padded_numbers(std::size_t own, std::size_t border) {
 }
 
 /// Tiles are read from one end to the other, in pieces that are too short for a machine to foresee:
-/// so many numbers ahead. Measured.
+/// so many numbers ahead. Chosen; measured with and without.
 constexpr std::size_t kAhead = 512;
 
 /// to += sum_m a_m c_m of four columns, n numbers of each.

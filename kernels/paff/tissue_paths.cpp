@@ -215,31 +215,16 @@ TissueBends::TissueBends(const TissuePaths& paths, const std::function<bool(cons
       }
     }
   }
-  sights_ = Sights(positions_.size());
-}
-
-TissueBends::Sights::Sights(std::size_t bends) {
-  constexpr std::size_t kMost = 20000;  // 50 MB
-  if (bends > 0 && bends <= kMost)
-    known_ = std::vector<std::atomic<std::uint8_t>>((bends * (bends - 1) / 2 + 3) / 4);
-}
-
-bool TissueBends::Sights::straight(const TissuePaths& paths, const std::vector<Vec3>& bends, int a,
-                                   int b) const {
-  if (a < b) std::swap(a, b);
-  const auto high = static_cast<std::size_t>(a), low = static_cast<std::size_t>(b);
-  const auto look = [&] { return paths.straight(bends[high], bends[low]); };
-  if (known_.empty()) return look();
-  const std::size_t pair = high * (high - 1) / 2 + low, shift = 2 * (pair % 4);
-  std::atomic<std::uint8_t>& four = known_[pair / 4];
-  const unsigned known = four.load(std::memory_order_relaxed) >> shift & 3u;
-  if (known != 0) return known == 3u;
-  const bool seen = look();
-  four.fetch_or(static_cast<std::uint8_t>((seen ? 3u : 1u) << shift), std::memory_order_relaxed);
-  return seen;
+  sights_ = KnownPairs(positions_.size());
 }
 
 std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double longest) const {
+  const auto see_each_other = [&](int one, int other) {
+    return sights_.ask(static_cast<std::size_t>(one), static_cast<std::size_t>(other),
+                       [&](std::size_t a, std::size_t b) {
+                         return paths_.straight(positions_[a], positions_[b]);
+                       });
+  };
   // Dijkstra's search. Whether two bends see each other is asked only where that makes a way
   // shorter: to most there is a straight one from the start.
   std::vector<TissuePaths::Bend> bends;
@@ -264,8 +249,7 @@ std::vector<TissuePaths::Bend> TissueBends::reached(const Vec3& from, double lon
     for (std::size_t i = 0; i < bends.size(); ++i) {
       if (settled[i]) continue;
       const double farther = bends[next].length + (bends[i].position - bends[next].position).norm();
-      if (farther < bends[i].length &&
-          sights_.straight(paths_, positions_, bends[next].number, bends[i].number))
+      if (farther < bends[i].length && see_each_other(bends[next].number, bends[i].number))
         bends[i].length = farther;
       offer(i, nearest);
     }

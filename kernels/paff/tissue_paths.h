@@ -3,11 +3,11 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
+#include "kernels/base/known_pairs.h"
 #include "kernels/points/surface.h"
 #include "kernels/points/surface_tree.h"
 
@@ -76,21 +76,9 @@ class TissueBends {
   std::size_t size() const { return positions_.size(); }
 
  private:
-  /// Which bends see each other, found as searches ask: those from many places ask for the same.
-  class Sights {
-   public:
-    Sights() = default;
-    explicit Sights(std::size_t bends);
-    bool straight(const TissuePaths& paths, const std::vector<Vec3>& bends, int a, int b) const;
-
-   private:
-    mutable std::vector<std::atomic<std::uint8_t>>
-        known_;  // two bits a pair; empty: too many, or none
-  };
-
   const TissuePaths& paths_;
   std::vector<Vec3> positions_;
-  Sights sights_;
+  KnownPairs sights_;  // which see each other: searches from many places ask for the same
 };
 
 }  // namespace viscera

@@ -5,6 +5,8 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/foot.h"
+#include "engine/simulation/frame.h"
+#include "engine/simulation/instruments.h"
 
 namespace viscera {
 namespace {
@@ -12,9 +14,9 @@ namespace {
 /// Where no cells of the tool are: the motion of the drawn surface over this many mean spacings of
 /// its vertices about the foot, and at least so many radii of the tool.
 constexpr double kSpacingsAbout = 2.0, kRadiiAbout = 1.5;
-/// What a way back and one on make of the share that is gone of it, and the least, under a tool
-/// that stands still: that has gone no farther in a frame than this [m]. Chosen.
-constexpr double kShareBack = 0.5, kShareOn = 1.2, kLeastShare = 0.02, kStands = 0.1e-3;
+/// What a way back and one on make of the share that is gone of it, and the least. Chosen.
+constexpr double kShareBack = 0.5, kShareOn = 1.2, kLeastShare = 0.05;
+constexpr double kFrame = 1.0 / kFramesPerSecond;
 
 Pose composed(const Pose& outer, const Pose& inner) {
   return {outer.to_world(inner.position), (outer.orientation * inner.orientation).normalized()};
@@ -63,15 +65,17 @@ Vec3 carried_aside(const OrganContact& contact, const CellRange& range,
 }
 
 /// Deep in soft tissue, cells that lie a little to one side may carry it farther to the other, to
-/// and fro from frame to frame. A way back is gone by half; under a tool that stands still of every
-/// further one a smaller share, and of those on a greater one again.
+/// and fro from frame to frame. So a share of the way to where it is found is gone: each way back
+/// halves it, each way on raises it by a fifth.
 void settle(const Pose& found, CellRange& range) {
   const Pose before = range.met;
   const bool back = (found.position - before.position).dot(range.met_way) < 0.0;
-  range.met_share = back ? std::max(kLeastShare, kShareBack * range.met_share)
-                         : std::min(1.0, kShareOn * range.met_share);
-  range.met = {before.position + range.met_share * (found.position - before.position),
-               before.orientation.slerp(range.met_share, found.orientation)};
+  const double share = (back ? kShareBack : kShareOn) * range.met_share;
+  range.met_share = std::max(kLeastShare, std::min(1.0, share));
+  range.met = range.met_share == 1.0
+                  ? found
+                  : Pose{before.position + range.met_share * (found.position - before.position),
+                         before.orientation.slerp(range.met_share, found.orientation)};
   range.met_way = range.met.position - before.position;
 }
 
@@ -124,7 +128,7 @@ void take_motion_as_met(const World& world, Entity organ, const Vec3& tip, CellR
     if (last.instrument == range.instrument && !last.held) {
       range.met = last.met;
       range.met_way = last.met_way;
-      range.met_share = (tip - last.tip).norm() > kStands ? 1.0 : last.met_share;
+      range.met_share = (tip - last.tip).norm() > kStandsStill * kFrame ? 1.0 : last.met_share;
       return;
     }
   if (!world.find<OrganState>(organ)->deformed) return;

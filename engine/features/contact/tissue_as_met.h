@@ -11,13 +11,14 @@
 
 namespace viscera {
 
-/// Of range.instrument: CellRange.met and met_way. How the tissue under a tool would lie without
-/// its dent, from its rest; organ's frame: the rigid motion by everything but this tool, and how
-/// far this tool has carried it aside. Tissue leaves sideways from under a tool near an edge, or
-/// where a body gives way as a whole; cells that kept to the tissue which lay under the tool at
-/// rest would push it aside by that over its radius. `tip` is the tool's there [m]. By the last
-/// frame's contact, with which it settles from frame to frame, the slower the deeper the contact
-/// is; of a tool that wasn't in it, by the surface as it is drawn.
+/// Of range.instrument: CellRange.met, and how it settles (met_way, met_share). How the
+/// tissue under a tool would lie without its dent, from its rest; organ's frame: the rigid motion
+/// by everything but this tool, and how far this tool has carried it aside. Tissue leaves sideways
+/// from under a tool near an edge, or where a body gives way as a whole; cells that kept to the
+/// tissue which lay under the tool at rest would push it aside by that over its radius. `tip` is
+/// the tool's there [m]. By the last frame's contact, with which it settles from frame to frame,
+/// the slower the deeper the contact is and, under a tool that stands still, the more often it went
+/// to and fro; of a tool that wasn't in it, by the surface as it is drawn.
 void take_motion_as_met(const World& world, Entity organ, const Vec3& tip, CellRange& range);
 
 /// To be called after contact was solved: CellRange.met of the tools that press this organ.

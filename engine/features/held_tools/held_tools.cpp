@@ -22,8 +22,6 @@ namespace {
 
 /// Ticks that a recording may last beyond the run, while devices are let go.
 constexpr std::size_t kSpareTicks = 2000;
-/// A tool slower than this stands still: its forces have settled [m/s].
-constexpr double kStandsStill = 1e-3;
 
 /// Of everything that a tool's jaw holds on the tool; world [N].
 Vec3 pull_on(const World& world, Entity instrument) {

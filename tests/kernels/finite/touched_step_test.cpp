@@ -84,6 +84,45 @@ TEST(TouchedStep, ForcesThatAreFoundLaterAreItsLoads) {
   EXPECT_EQ(VectorX(Eigen::Map<const VectorX>(state.loads.data(), loads.size())), loads);
 }
 
+/// A frame of a body that shares its forces, which come to so many times what it was last told.
+struct SharedEnd {
+  FiniteStep told;
+  VectorX shape;
+};
+SharedEnd end_shared(double times) {
+  const LiftedBody& body = lifted_body();
+  FiniteState state = body.solver().at_rest();
+  for (int frame = 1; frame <= 3; ++frame) {
+    GripTouch touch = body.held_at(Vec3(0, 0, 1e-3 * frame));
+    EXPECT_TRUE(body.solver().step(touch, state).answered);
+  }
+  const FiniteSolver solver = body.solver().with(1, 1e-12);
+  GripTouch touch = body.held_at(Vec3(0, 0, 4e-3));
+  const BodyLoad none;
+  TouchedStep step(solver, touch, state, none, nullptr, true);
+  VectorX forces;
+  while (const TouchQuestion* question = step.question()) {
+    forces = *touch.solve(*question);
+    step.answer(forces);
+  }
+  forces *= times;
+  SharedEnd end{step.end(&forces), {}};
+  end.shape = Eigen::Map<const VectorX>(state.displacements.data(),
+                                        static_cast<Eigen::Index>(state.displacements.size()));
+  return end;
+}
+
+TEST(TouchedStep, ALastWayMuchLessSteepThanOneThatTheModelForesawIsGoneUnevaluated) {
+  const SharedEnd little = end_shared(1.001), more = end_shared(1.002), much = end_shared(2.0);
+  EXPECT_FALSE(little.told.lost || much.told.lost);
+  EXPECT_EQ(much.told.evaluations, little.told.evaluations + 1);
+  // It is the whole way of the model, which goes by the forces.
+  const VectorX by_forces = more.shape - little.shape;
+  EXPECT_GT(by_forces.norm(), 0.0);
+  const VectorX to_much = much.shape - little.shape;
+  EXPECT_LT((to_much - 999.0 * by_forces).norm(), 0.05 * to_much.norm());
+}
+
 TEST(TouchedStep, WithoutAnAnswerItGoesOnWithoutWhatTouchesIt) {
   const LiftedBody& body = lifted_body();
   FiniteState state = body.solver().at_rest();
