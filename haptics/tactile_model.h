@@ -7,7 +7,7 @@
 
 namespace viscera {
 
-/// What a frame of the scene changes at a tool is shown over so long: a frame [s].
+/// What a frame of the scene changes at a tool is shown over so long: a frame of 60 a second [s].
 inline constexpr double kFrameEasing = 1.0 / 60.0;
 
 /// Where the tool is, in the scene's frame.

@@ -53,6 +53,7 @@ Result<void> expect_hold(std::span<const double> loads_or_ways, int number) {
 
 FiniteOptions finite_options(const OrganDescription& organ, const Tissue& tissue) {
   FiniteOptions options;
+  options.time_step = organ.finite.time_step;
   options.density = tissue.density;
   options.viscous_time = organ.finite.viscous_time;
   const double instantaneous = PronyForce(tissue.prony).instantaneous();

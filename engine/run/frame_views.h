@@ -12,8 +12,12 @@
 
 namespace viscera {
 
-/// Every film frame is the state after this many frames of simulation: 60 Hz -> 30 Hz.
-inline constexpr int kFramesPerPicture = 2;
+/// Of a film.
+inline constexpr std::uint64_t kPicturesPerSecond = 30;
+/// Every picture is the state after so many steps: rates are whole multiples (scene_keys.cpp).
+constexpr std::uint64_t steps_a_picture(const StepRate& steps) {
+  return steps.per_second / kPicturesPerSecond;
+}
 
 /// What costs something is made when somebody first asks for it, once, and counted for the stage
 /// that it is. The world stays as it is.

@@ -75,12 +75,12 @@ Result<Pictures> open_pictures(const RunOptions& options, bool wanted,
 /// Which of a run's pictures are wanted: all, or those nearest to the snapshots' times.
 class WantedPictures {
  public:
-  WantedPictures(const std::vector<double>& snapshots, std::uint64_t frames)
+  WantedPictures(const std::vector<double>& snapshots, std::uint64_t frames, const StepRate& steps)
       : all_(snapshots.empty()) {
-    const std::uint64_t count = frames / kFramesPerPicture;
+    const std::uint64_t count = frames / steps_a_picture(steps);
     if (count == 0) return;
     for (const double time : snapshots) {
-      const double nearest = time * static_cast<double>(kFramesPerSecond) / kFramesPerPicture - 1.0;
+      const double nearest = time * static_cast<double>(kPicturesPerSecond) - 1.0;
       some_.insert(static_cast<std::uint64_t>(
           std::clamp(std::round(nearest), 0.0, static_cast<double>(count - 1))));
     }
@@ -293,8 +293,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   report.prepare_s = whole.seconds();
 
   Trace trace(stage_names());
-  const auto frames = static_cast<std::uint64_t>(
-      std::llround(scene.duration * static_cast<double>(kFramesPerSecond)));
+  const std::uint64_t frames = scene.steps.steps_in(scene.duration);
   trace.reserve(frames * stage_names().size());
   auto replayed = replay_of(options, Model(world.shared_model()), frames);
   if (!replayed) return std::unexpected(replayed.error());
@@ -316,7 +315,7 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
   // A device that is lost has nothing of the organs any more.
   if (studio) studio->on_loss([&world] { leave_gpu(world, "its context was lost"); });
   const std::shared_ptr<EglContext> context = studio ? studio->context() : device->context;
-  const WantedPictures wanted(options.snapshots, frames);
+  const WantedPictures wanted(options.snapshots, frames, scene.steps);
   const double before_s = book.wall_s;
   const Stopwatch watched;
   Course course(world, watch);
@@ -338,8 +337,8 @@ Result<RunReport> run_scene(const SceneDescription& scene_in,
       const StageTimer timer(trace, stage_index(RunStage::kRecord), one.frame());
       watch.add_frame(world);
     }
-    if (one.frame() % kFramesPerPicture == 0) {
-      const std::uint64_t number = one.frame() / kFramesPerPicture - 1;
+    if (const std::uint64_t apart = steps_a_picture(scene.steps); one.frame() % apart == 0) {
+      const std::uint64_t number = one.frame() / apart - 1;
       FrameViews views(world, makers, number, wanted.before(number));
       watch.add_picture(views, clock, wanted.contains(number));
       clock.tell(trace, one.frame());

@@ -13,6 +13,7 @@
 
 #include "engine/scene/extras.h"
 #include "engine/scene/region.h"
+#include "engine/scene/step_rate.h"
 #include "kernels/base/types.h"
 #include "kernels/hive/hyperelastic_model.h"
 #include "kernels/hive/prony.h"
@@ -79,6 +80,7 @@ struct FiniteDescription {
   bool quasi_static = false;   ///< every step goes to equilibrium, without mass and viscosity
   double viscous_time = 0.02;  ///< viscosity over shear modulus [s]
   int iterations = 2;          ///< quasi-Newton steps a frame
+  double time_step = StepRate().step();  ///< as the scene's [s]
 };
 
 /// How held tools feel tissue beyond small, slow strains.
@@ -225,6 +227,7 @@ struct SceneDescription {
   std::string name;
   std::string title;       ///< one line for people
   double duration = 10.0;  ///< [s]
+  StepRate steps;
   std::uint64_t seed = 1;
   std::vector<OrganDescription> organs;
   std::vector<InstrumentDescription> instruments;

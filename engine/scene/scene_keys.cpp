@@ -512,6 +512,10 @@ ObjectSpec scene(const std::vector<FeatureKeys>& features) {
       name_key("Names the run in reports."),
       text("title", "One line for people.").otherwise(""),
       number("duration_s", "Simulated time.").between(0.001, kLongest_s).otherwise(10.0),
+      integer("steps_per_s",
+              "Into how many steps a second of it is cut. Fewer take less time, and err more.")
+          .one_of({30, 60, 120, 240})
+          .otherwise(60),
       integer("seed", "Of everything random.").between(0, kGreatestSeed).otherwise(1),
       list("organs", "Bodies of tissue.", organ(features)).needed().items(0, 200).unique_by("name"),
       list("instruments", "What the surgeon holds.", instrument(features))

@@ -13,12 +13,6 @@
 
 namespace viscera {
 
-/// Frames end at tick floor(1000 k / 60): 60 Hz in whole milliseconds.
-inline constexpr std::uint64_t kFramesPerSecond = 60;
-constexpr std::uint64_t last_tick_of_frame(std::uint64_t frame) {
-  return 1000 * frame / kFramesPerSecond;
-}
-
 struct FrameReport {
   FlagSet flags;  ///< in the order of the model's features
   /// Numbers that weren't finite: "heat tissue: burns of liver: found heat.bricks[3].water[7] =
@@ -44,7 +38,7 @@ FrameReport step_frame(World& world, Trace& trace);
 FrameReport step_frame(World& world, const Controls& controls, Trace* trace);
 /// Time at which the next step will end [s].
 inline double end_of_step(const World& world) {
-  return static_cast<double>(last_tick_of_frame(world.frame() + 1)) * 1e-3;
+  return static_cast<double>(world.model().steps().last_tick(world.frame() + 1)) * 1e-3;
 }
 
 }  // namespace viscera

@@ -32,7 +32,8 @@ class SceneModel {
   const std::vector<Entity>& organs() const { return organs_; }  ///< in the scene's order
   const std::vector<Entity>& instruments() const { return instruments_; }
   /// Of a step [s]: what is prepared may depend on it, another length is another model.
-  double time_step() const { return 1.0 / 60.0; }
+  double time_step() const { return steps().step(); }
+  const StepRate& steps() const { return scene_.steps; }
 
   // --- while it is made ---
   Store& constants() { return constants_; }

@@ -19,7 +19,7 @@ FrameReport step_frame(World& world, const Controls& controls, Trace* trace) {
   Aside aside;
   FrameContext context;
   context.frame = world.frame() + 1;
-  const std::uint64_t last_tick = last_tick_of_frame(context.frame);
+  const std::uint64_t last_tick = world.model().steps().last_tick(context.frame);
   context.dt = static_cast<double>(last_tick - world.tick()) * 1e-3;
   context.time = static_cast<double>(last_tick) * 1e-3;
   context.report = &report;

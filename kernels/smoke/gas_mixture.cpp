@@ -93,4 +93,11 @@ GasGift& GasGift::operator+=(const GasGift& other) {
   return *this;
 }
 
+GasGift& GasGift::operator*=(double share) {
+  volume *= share;
+  heat *= share;
+  vapour *= share;
+  return *this;
+}
+
 }  // namespace viscera

@@ -102,6 +102,7 @@ struct GasGift {
   static GasGift warmth(const GasMixture& mixture, double heat);
 
   GasGift& operator+=(const GasGift& other);
+  GasGift& operator*=(double share);
   static constexpr auto fields() {
     return std::tuple(field("volume", &GasGift::volume), field("heat", &GasGift::heat),
                       field("vapour", &GasGift::vapour));

@@ -147,7 +147,8 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
     state_.surfaces.advance({}, parameters_.domain.min());
     state_.time += dt;
   } else {
-    state_.surfaces.advance(around.surfaces, parameters_.domain.min());
+    if (around.from == 0.0) state_.surfaces.advance(around.surfaces, parameters_.domain.min());
+    const double share = around.to - around.from, whole = dt / share;
     const double first_way = greatest_way(dt);
     hand_over();
     const double nu = effective_viscosity(parameters_);
@@ -162,17 +163,18 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
       double way = e == 0 ? first_way / exchanges
                           : exchange_step_ * static_cast<double>(passes().greatest_speed());
       const Eigen::AlignedBox3f domain(Vec3f::Zero(), parameters_.domain.sizes().cast<float>());
-      way = std::max<double>(way, state_.surfaces.greatest_way(domain) / exchanges);
+      way = std::max<double>(way, share * state_.surfaces.greatest_way(domain) / exchanges);
       for (const SmokeObstacle& obstacle : around.obstacles) {
-        way = std::max({way, (obstacle.from - obstacle.from_before).norm() / exchanges,
-                        (obstacle.to - obstacle.to_before).norm() / exchanges});
+        way = std::max({way, share * (obstacle.from - obstacle.from_before).norm() / exchanges,
+                        share * (obstacle.to - obstacle.to_before).norm() / exchanges});
       }
       const double wanted = std::ceil(way / (kSupportsAStep * parameters_.spacing));
       const int substeps = static_cast<int>(std::clamp<double>(wanted, 1.0, kMostSubsteps));
       for (int s = 0; s < substeps; ++s) {
         const double parts = static_cast<double>(exchanges) * substeps;
-        const double from = (e * substeps + s) / parts, to = (e * substeps + s + 1) / parts;
-        substep(exchange_step_ / substeps, from, to, dt, around);
+        const double from = around.from + share * (e * substeps + s) / parts,
+                     to = around.from + share * (e * substeps + s + 1) / parts;
+        substep(exchange_step_ / substeps, from, to, whole, around);
       }
     }
     take_back();

@@ -94,6 +94,9 @@ struct SmokeSurroundings {
   std::span<const SmokeSurface> surfaces = {};
   std::span<const SmokeObstacle> obstacles = {};
   std::span<const SmokeOutlet> outlets = {};
+  /// A step may be one part of a longer one, in which surfaces and obstacles go all of their way:
+  /// from this share of it to that. Parts follow one another from 0 to 1.
+  double from = 0.0, to = 1.0;
 };
 
 struct SmokeCounters {

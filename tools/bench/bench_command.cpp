@@ -73,7 +73,7 @@ Result<std::vector<double>> mean_forces(const SceneDescription& scene,
   auto simulation = simulation_of(scene, tissues, true);
   if (!simulation) return std::unexpected(simulation.error());
   std::vector<double> sums(scene.instruments.size(), 0.0);
-  const auto frames = static_cast<std::uint64_t>(std::ceil(scene.duration * kFramesPerSecond));
+  const std::uint64_t frames = scene.steps.steps_covering(scene.duration);
   auto stepped =
       step_through(*simulation, {.until = frames, .look = [&](Simulation& one, const StepReport&) {
                                    for (std::size_t i = 0; i < sums.size(); ++i)
@@ -121,7 +121,7 @@ Result<double> press_force(double finest, double tip_radius, double depth,
                            const std::map<std::string, Tissue>& tissues) {
   auto simulation = simulation_of(pressed_ball(finest, tip_radius, depth), tissues, false);
   if (!simulation) return std::unexpected(simulation.error());
-  if (auto stepped = step_through(*simulation, {.until = kFramesPerSecond / 2}); !stepped)
+  if (auto stepped = step_through(*simulation, {.until = StepRate().steps_in(0.5)}); !stepped)
     return std::unexpected(stepped.error());
   return simulation->force(0).norm();
 }

@@ -30,7 +30,7 @@ Result<Course> run(const SceneDescription& scene, const std::map<std::string, Ti
   Course course;
   course.forces.resize(scene.instruments.size());
   course.shapes.resize(scene.organs.size());
-  Loop loop{.until = static_cast<std::uint64_t>(std::ceil(scene.duration * kFramesPerSecond))};
+  Loop loop{.until = scene.steps.steps_covering(scene.duration)};
   loop.look = [&](Simulation& one, const StepReport&) -> Result<void> {
     if (interrupted()) return failure(kCancelled);
     for (std::size_t i = 0; i < course.forces.size(); ++i) course.forces[i].push_back(one.force(i));

@@ -35,9 +35,9 @@ Result<void> check_options(const SceneDescription& scene, const ProfileOptions& 
     expect(organs >= 1, fmt::format("--organs: found {}, expected 1 or more", organs));
   expect(options.touched >= 0,
          fmt::format("--touched: found {}, expected 0 or more", options.touched));
-  expect(options.seconds * kFramesPerSecond >= 1.0 && options.seconds <= kMostSeconds,
+  expect(options.seconds >= scene.steps.step() && options.seconds <= kMostSeconds,
          fmt::format("--seconds: found {:g}, expected from {:.3f} (a frame) to {:g}",
-                     options.seconds, 1.0 / kFramesPerSecond, kMostSeconds));
+                     options.seconds, scene.steps.step(), kMostSeconds));
   const std::string file = scene.file.string();
   expect(!scene.organs.empty(), file + ": organs: found none, expected an organ to repeat");
   expect(options.touched == 0 || !scene.instruments.empty(),
@@ -69,8 +69,8 @@ Result<void> check_touches(const ProfileBench& bench, const SceneItself& itself,
   return failure(fmt::format(
       "--touched: found {}, but within {:.2f} s the instruments of {} touch {} of its {} organs, "
       "expected at most as many, or more --seconds",
-      touched, static_cast<double>(bench.frames) / kFramesPerSecond, bench.scene.file.string(),
-      ever, itself.touches.size()));
+      touched, bench.scene.steps.time_after(bench.frames), bench.scene.file.string(), ever,
+      itself.touches.size()));
 }
 
 /// Refuses more organs than memory holds before they are placed. What an organ takes is weighed on
@@ -185,13 +185,13 @@ Result<void> profile_scene(const SceneDescription& scene,
                      tissues,
                      *models,
                      {{}, occupied_by(scene, *instruments, *models)},
-                     static_cast<std::uint64_t>(std::round(options.seconds * kFramesPerSecond))};
+                     scene.steps.steps_in(options.seconds)};
   ProfileReport report;
   report.scene = scene.name;
   report.machine = this_machine().cpu;
   report.cores = this_machine().cores;
   report.rounds = kRounds;
-  report.seconds = static_cast<double>(bench.frames) / kFramesPerSecond;
+  report.seconds = bench.scene.steps.time_after(bench.frames);
   report.scene_organs = scene.organs.size();
   std::vector<int> counts = options.organs;
   std::sort(counts.begin(), counts.end());

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/simulation/frame.h"
+#include "engine/scene/step_rate.h"
 #include "tools/stress/dice.h"
 #include "tools/stress/drawn_scene.h"
 
@@ -37,8 +37,7 @@ class CutDraft {
     for (int i = 0; i < blades; ++i) end = std::max(end, add_blade(i));
     const bool burns = dice_.chance(0.4);
     if (burns) end = add_hook(end);
-    const auto moving =
-        static_cast<std::uint64_t>(std::ceil(end * static_cast<double>(kFramesPerSecond)));
+    const std::uint64_t moving = StepRate().steps_covering(end);
     WholeScene whole{
         .file = folder / "scene.json",
         .description =
@@ -53,8 +52,7 @@ class CutDraft {
         .still_from = falls || burns ? std::nullopt : std::optional(moving + kFramesToSettle)};
     scene_["version"] = 1;
     scene_["name"] = "cut";
-    scene_["duration_s"] =
-        static_cast<double>(whole.frames + 1) / static_cast<double>(kFramesPerSecond);
+    scene_["duration_s"] = StepRate().time_after(whole.frames + 1);
     if (auto done = write_drawn_scene(scene_, whole.file); !done)
       return std::unexpected(done.error());
     return whole;

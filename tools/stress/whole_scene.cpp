@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/features/held_tools/haptic_recording.h"
+#include "engine/scene/step_rate.h"
 #include "haptics/devices/simulated_device.h"
 #include "tools/stress/dice.h"
 #include "tools/stress/drawn_scene.h"
@@ -17,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::uint64_t kStream = 0x5748'4f4cull << 32;
-constexpr double kFrameSeconds = 1.0 / 60.0;
+constexpr double kFrameSeconds = StepRate().step();
 /// Of what organs touch: draws of their own, so that scenes without contact are as before.
 constexpr std::uint64_t kContactStream = 0x434f'4e54ull << 32;
 /// Organs stand in a row, each in a berth so wide [mm]; where they touch, in a narrower one.

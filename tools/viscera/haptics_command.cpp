@@ -32,8 +32,6 @@ namespace {
 constexpr double kMostSeconds = 86400.0;
 /// Pictures beside take at most this share of the frame thread's time, so that the scene goes on.
 constexpr double kPictureShare = 0.5;
-/// A frame that starts later than this is counted as late [s].
-constexpr double kLate = 1.0 / kFramesPerSecond;
 
 /// The command line's device in place of every haptic tool's.
 Result<void> take_device(SceneDescription& scene, const HapticsOptions& options) {
@@ -148,6 +146,7 @@ Result<void> run_haptics(SceneDescription scene, const std::map<std::string, Tis
   bar.emplace("in touch");
   const Progress progress = bar->progress();
   const Stopwatch watch;
+  const double step = scene.steps.step();
   double due = 0.0;
   Loop loop{.until = std::numeric_limits<std::uint64_t>::max()};
   loop.pace = [&](Simulation&) {
@@ -155,11 +154,11 @@ Result<void> run_haptics(SceneDescription scene, const std::map<std::string, Tis
     if (now >= options.seconds || !progress(now / options.seconds, "held")) return false;
     if (now < due) std::this_thread::sleep_for(std::chrono::duration<double>(due - now));
     // A scene that is late goes on from here: it isn't hurried to make up for it.
-    if (now > due + kLate) {
+    if (now > due + step) {
       ++report.late_frames;
       due = now;
     }
-    due += 1.0 / kFramesPerSecond;
+    due += step;
     return true;
   };
   loop.look = [&](Simulation& one, const StepReport&) {

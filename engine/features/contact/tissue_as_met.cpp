@@ -16,7 +16,6 @@ namespace {
 constexpr double kSpacingsAbout = 2.0, kRadiiAbout = 1.5;
 /// What a way back and one on make of the share that is gone of it, and the least. Chosen.
 constexpr double kShareBack = 0.5, kShareOn = 1.2, kLeastShare = 0.05;
-constexpr double kFrame = 1.0 / kFramesPerSecond;
 
 Pose composed(const Pose& outer, const Pose& inner) {
   return {outer.to_world(inner.position), (outer.orientation * inner.orientation).normalized()};
@@ -126,9 +125,10 @@ Pose motion_as_drawn(const World& world, Entity organ, const SurfacePoint& neare
 void take_motion_as_met(const World& world, Entity organ, const Vec3& tip, CellRange& range) {
   for (const CellRange& last : world.find<OrganTouch>(organ)->ranges)
     if (last.instrument == range.instrument && !last.held) {
+      const bool goes = (tip - last.tip).norm() > kStandsStill * world.model().time_step();
       range.met = last.met;
       range.met_way = last.met_way;
-      range.met_share = (tip - last.tip).norm() > kStandsStill * kFrame ? 1.0 : last.met_share;
+      range.met_share = goes ? 1.0 : last.met_share;
       return;
     }
   if (!world.find<OrganState>(organ)->deformed) return;

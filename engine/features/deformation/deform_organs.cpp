@@ -41,9 +41,9 @@ bool slip_jaws(World& world, Entity organ, OrganContact& contact, bool& slipped)
     if (!range.held) continue;
     Grasp& grasp = *world.find<InstrumentContact>(range.instrument)->grasp;
     if (Jaws* jaws = world.find<Jaws>(range.instrument)) {
-      slid |=
-          settle_jaws(*world.find<JawsBody>(range.instrument), pose, grasp, range, contact.solution,
-                      world.find<OrganTouch>(organ)->solver->cell_response(), *jaws, contact.cells);
+      slid |= settle_jaws(*world.find<JawsBody>(range.instrument), pose, grasp, range,
+                          contact.solution, world.find<OrganTouch>(organ)->solver->cell_response(),
+                          world.model().time_step(), *jaws, contact.cells);
       continue;
     }
     const InstrumentBody& tool = *world.find<InstrumentBody>(range.instrument);

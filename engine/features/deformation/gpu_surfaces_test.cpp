@@ -38,7 +38,7 @@ SceneDescription pressed_and_lifted() {
 }
 
 double end_of(std::uint64_t frame) {
-  return 1e-3 * static_cast<double>(last_tick_of_frame(frame));
+  return 1e-3 * static_cast<double>(StepRate().last_tick(frame));
 }
 
 class GpuSurfacesTest : public testing::Test {

@@ -120,6 +120,10 @@ std::optional<double> gas_cell(const SceneDescription& scene) {
   return gas_domain(scene).sizes().maxCoeff() / cells;
 }
 
+void follow_organs(World& world) {
+  if (GasBody& gas = *world.one<GasBody>(); gas.grid) mark_organs(world, gas);
+}
+
 void give_to_gas(World& world, const GasSource& source) {
   GasBody& gas = *world.one<GasBody>();
   if (!gas.grid) {

@@ -49,6 +49,9 @@ Box gas_domain(const SceneDescription& scene);
 /// Edge of its cells [m]; none: the gas stands still.
 std::optional<double> gas_cell(const SceneDescription& scene);
 
+/// Gas isn't where organs are now: what asks it for a flow, or gives it anything, sees to that
+/// itself.
+void follow_organs(World& world);
 /// Gives it to the gas in this step. What the gas can't take, for there is none in reach, is gone.
 void give_to_gas(World& world, const GasSource& source);
 /// How far a jet gets from a place on an organ before it meets another: at most so far [m].

@@ -242,7 +242,7 @@ Told run_hand(SceneDescription scene, double until, double settled = 0.0) {
   HapticTool& tool = servos_of(*world)->tools().front();
   Trace trace(stage_names());
   while (world->time() < until - 1e-9) {
-    const std::uint64_t end = last_tick_of_frame(world->frame() + 1);
+    const std::uint64_t end = world->model().steps().last_tick(world->frame() + 1);
     while (tool.lockstep->next() < end) {
       tool.lockstep->advance_to(tool.lockstep->next() + 1);
       const ServoOutput& out = tool.servo->output();

@@ -211,7 +211,7 @@ void HapticTools::ask_tissue(World& world, Aside& aside) {
 void HapticTools::publish(World& world, std::uint64_t frame) {
   for (HapticTool& tool : tools_) {
     // On the wall clock a scene may be late: what it shows now is what is felt from now on.
-    const std::uint64_t scene_tick = last_tick_of_frame(frame);
+    const std::uint64_t scene_tick = world.model().steps().last_tick(frame);
     const std::uint64_t tick = clock_ == ServoClock::kLockstep ? scene_tick : tool.output.tick;
     for (FeltOrgan& organ : tool.tissue->organs) {
       organ.frames().back() =
@@ -406,7 +406,7 @@ namespace {
 /// Ticks of held tools until this frame's end -> InstrumentState.
 void run_servos(World& world, const FrameContext& context) {
   HapticTools& servos = *servos_of(world);
-  servos.advance_to(last_tick_of_frame(context.frame));
+  servos.advance_to(world.model().steps().last_tick(context.frame));
   servos.place_tools(world);
   servos.collect_events();
 }

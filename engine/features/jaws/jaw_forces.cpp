@@ -14,7 +14,6 @@ using Mat2 = Eigen::Matrix2d;
 
 /// Of the friction and of the jaws' force: what both may miss.
 constexpr double kExact = 1e-3;
-constexpr double kClosingPerFrame = kClosingSpeed / 60.0;  // [m]
 /// What a trial may find of the tissue's stiffness over its response's.
 constexpr double kLeastStiffer = 0.1, kMostStiffer = 10.0;
 constexpr double kLeastWay = 1e-9;  // [m]
@@ -86,7 +85,7 @@ void correct(double found, double awaited, double& stiffer) {
 
 bool settle_jaws(const JawsBody& body, const Pose& organ, const Grasp& grasp,
                  const CellRange& range, const ContactSolution& solution, const MatrixX& response,
-                 Jaws& jaws, std::vector<ContactCell>& cells) {
+                 double dt, Jaws& jaws, std::vector<ContactCell>& cells) {
   const Plane plane(jaws.normal);
   Vec3 sum = Vec3::Zero();
   double squeeze = 0.0;
@@ -145,8 +144,8 @@ bool settle_jaws(const JawsBody& body, const Pose& organ, const Grasp& grasp,
   double closed = jaws.closed;
   if (!squeeze_fits && stiff->across > 0.0) {
     closed += (jaws.force - squeeze) / stiff->across;
-    closed = std::clamp(closed, jaws.closed_before - kClosingPerFrame,
-                        jaws.closed_before + kClosingPerFrame);
+    closed = std::clamp(closed, jaws.closed_before - kClosingSpeed * dt,
+                        jaws.closed_before + kClosingSpeed * dt);
     jaws.shut = closed > least;
     closed = std::min(closed, std::max(least, jaws.closed_before));
   }

@@ -106,7 +106,7 @@ void feel(World& world, Entity organ, LocalFeel::Touch& touch, const FrameContex
   const InstrumentState& state = *world.find<InstrumentState>(touch.instrument);
   TissueSnapshot& snapshot = touch.tissue->snapshots().back();
   snapshot.frame = context.frame;
-  snapshot.tick = last_tick_of_frame(context.frame);
+  snapshot.tick = world.model().steps().last_tick(context.frame);
   std::optional<TissueUnder> under;
   if (const auto ask = ask_tissue_under(world, organ, touch.instrument)) under = ask();
   if (meet_tissue(world, organ, touch.instrument, touch.tissue->reach(), under, snapshot))

@@ -13,8 +13,8 @@
 namespace viscera {
 namespace {
 
-/// Nodes that are prepared anew beside one frame, at the least, on one of two cores.
-constexpr double kNodesAFrame = 8.0;
+/// Nodes that are prepared anew in a second beside the frames, at the least, on one of two cores.
+constexpr double kNodesASecond = 480.0;
 /// And the frames that handing over takes at the least.
 constexpr std::uint64_t kSoonest = 6;
 
@@ -83,8 +83,10 @@ void ask_for_body(World& world, Entity organ, OrganCut& cut, std::uint64_t frame
   cut.changed = false;
   cut.pending = true;
   const std::size_t nodes = world.find<OrganBody>(organ)->model->cloud.size();
+  const double takes = static_cast<double>(nodes) / kNodesASecond;  // [s]
   cut.due =
-      frame + kSoonest + static_cast<std::uint64_t>(static_cast<double>(nodes) / kNodesAFrame);
+      frame + kSoonest +
+      static_cast<std::uint64_t>(takes * static_cast<double>(world.model().steps().per_second));
   begin_body(world, organ);
 }
 

@@ -24,40 +24,59 @@ constexpr double kObstacleMargin = 30e-3;
 /// A jet gets no farther: a cavity's width [m]; and has by then become one with the gas [s].
 constexpr double kJetRoom = 0.3, kJetTime = 1.0;
 
-/// Whole particles go out with all the mass that is owed; a frame that owes none carries its mass
-/// to the next with it.
-void emit_owed(SmokeBody& smoke, SmokeDebt& emitter, SmokeEmission emission, double particles,
-               double mass, const FrameContext& context) {
-  emitter.particles_owed += particles;
-  emitter.mass_owed += mass;
+/// What leaves tissue and steady sources in a frame, evenly.
+struct FrameEmissions {
+  struct Jet {
+    Entity volume;
+    std::size_t emitter;
+    SmokeEmission emission;  ///< but for its mass, number and duration
+    double particles, mass;  ///< in the frame; [kg]
+  };
+  std::vector<GasSource> gas;
+  std::vector<Jet> jets;
+
+  /// What leaves after it has room by shapes as they are now.
+  void add(World& world, const GasSource& source) {
+    follow_organs(world);
+    gas.push_back(source);
+  }
+};
+
+/// Whole particles go out with all the mass that is owed; a turn that owes none carries its mass to
+/// the next with it. `share`: of what leaves in a frame.
+void emit_owed(SmokeBody& smoke, const FrameEmissions::Jet& jet, double share, double duration,
+               FrameReport& report) {
+  SmokeDebt& emitter = smoke.debts[jet.emitter];
+  emitter.particles_owed += share * jet.particles;
+  emitter.mass_owed += share * jet.mass;
+  SmokeEmission emission = jet.emission;
   emission.particles = static_cast<int>(emitter.particles_owed);
   if (emission.particles == 0) return;
   emitter.particles_owed -= emission.particles;
   emission.mass = std::exchange(emitter.mass_owed, 0.0);
-  emission.duration = context.dt;
+  emission.duration = duration;
   const std::uint64_t crowded_out = smoke.volume.counters().crowded_out;
   smoke.volume.emit(emission);
-  if (smoke.volume.counters().crowded_out > crowded_out) context.report->raise(kSmokeFull);
+  if (smoke.volume.counters().crowded_out > crowded_out) report.raise(kSmokeFull);
 }
 
 struct Fed {
   const SmokeSource* source;
-  SmokeBody* smoke;
-  SmokeDebt* debt;
+  Entity volume;
+  std::size_t emitter;
 };
 
 /// The volumes into which a hook's burn at this place smokes: those that name it, or the first that
 /// takes any.
-std::vector<Fed> fed_by(World& world, Entity hook, const Vec3& place) {
+std::vector<Fed> fed_by(const World& world, Entity hook, const Vec3& place) {
   std::vector<Fed> named, any;
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const SmokeSource& source = sources[s];
     if (!source.description.domain.contains(place)) continue;
-    SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
     for (std::size_t e = 0; e < source.emitters.size(); ++e)
       if (source.emitters[e].instrument == hook)
-        (source.takes_any_hook ? any : named).push_back({&source, &smoke, &smoke.debts[e]});
+        (source.takes_any_hook ? any : named).push_back({&source, sources.owner(s), e});
   }
   if (named.empty() && !any.empty()) named.push_back(any.front());
   return named;
@@ -106,7 +125,8 @@ GasSource source_of(const SmokeEmission& emission, const JetDrag& drag, const Ga
   return source;
 }
 
-void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameContext& context) {
+void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameContext& context,
+                FrameEmissions& out) {
   const GasMixture mixture = gas_of(world.model().scene()).mixture();
   for (const Puff& puff : puffs_of(burn.heat, mixture)) {
     const Vent vent = vent_of(world, organ, puff.place);
@@ -124,16 +144,18 @@ void emit_burns(World& world, Entity organ, const OrganBurn& burn, const FrameCo
       continue;
     }
     const JetDrag drag = jet_drag(volumes.front().source->parameters);
-    give_to_gas(world, source_of(emission, drag, puff.gas, puff.mass));
-    for (const auto& [source, smoke, debt] : volumes) {
+    out.add(world, source_of(emission, drag, puff.gas, puff.mass));
+    for (const auto& [source, volume, emitter] : volumes) {
       const double mass = puff.smoke / static_cast<double>(volumes.size());
-      emit_owed(*smoke, *debt, emission, mass / source->description.particle_mass, mass, context);
+      out.jets.push_back(
+          {volume, emitter, emission, mass / source->description.particle_mass, mass});
     }
   }
 }
 
 /// Sparks' columns, and what current finds no tissue for, warm the gas over where they burn.
-void warm_gas(World& world, const BurnTrace& trace, const FrameContext& context) {
+void warm_gas(World& world, const BurnTrace& trace, const FrameContext& context,
+              FrameEmissions& out) {
   const double heat = trace.current.gas_power * context.dt;
   if (!(heat > 0.0) || !world.find<BurnableOrgan>(trace.organ)) return;
   const Vent vent = vent_of(world, trace.organ, trace.contact.point);
@@ -142,12 +164,13 @@ void warm_gas(World& world, const BurnTrace& trace, const FrameContext& context)
   source.direction = vent.direction;
   source.radius = trace.current.radius;
   source.gift = GasGift::warmth(gas_of(world.model().scene()).mixture(), heat);
-  give_to_gas(world, source);
+  out.add(world, source);
 }
 
 /// Gas as heavy as the cavity's, through the circle of the ball.
-void emit_steadily(World& world, SmokeBody& smoke, SmokeDebt& emitter,
-                   const EmitterDescription& place, const FrameContext& context) {
+void emit_steadily(World& world, Entity volume, std::size_t emitter,
+                   const EmitterDescription& place, const FrameContext& context,
+                   FrameEmissions& out) {
   if (!place.when.contains(context.time)) return;
   SmokeEmission emission;
   emission.position = place.position;
@@ -159,14 +182,15 @@ void emit_steadily(World& world, SmokeBody& smoke, SmokeDebt& emitter,
       room_for_jet(world, emission.position, emission.direction.normalized(), kJetRoom);
   const GasMixture mixture = gas_of(world.model().scene()).mixture();
   const double area = std::numbers::pi * place.radius * place.radius;
-  const double volume = place.speed * area * context.dt;
+  const double gas = place.speed * area * context.dt;  // [m3]
   const double mass =
-      volume * mixture.density() * mixture.temperature / (mixture.temperature + place.excess);
-  if (volume > 0.0)
-    give_to_gas(world, source_of(emission, jet_drag(smoke.volume.parameters()),
-                                 {volume, volume * mixture.heat_of(place.excess), 0.0}, mass));
-  emit_owed(smoke, emitter, emission, place.particles * context.dt, place.rate * context.dt,
-            context);
+      gas * mixture.density() * mixture.temperature / (mixture.temperature + place.excess);
+  const SmokeParameters& parameters = world.find<SmokeBody>(volume)->volume.parameters();
+  if (gas > 0.0)
+    out.add(world, source_of(emission, jet_drag(parameters),
+                             {gas, gas * mixture.heat_of(place.excess), 0.0}, mass));
+  out.jets.push_back(
+      {volume, emitter, emission, place.particles * context.dt, place.rate * context.dt});
 }
 
 bool smokes(const World& world) {
@@ -229,38 +253,68 @@ std::vector<SmokeObstacle> tools_now(World& world) {
   return tools;
 }
 
-/// What left the tissue of OrganBurn, steady sources -> particles of the smoke volumes; their heat,
-/// and sparks', to the gas.
+/// What left the tissue of OrganBurn, steady sources -> FrameEmissions, their heat and sparks' with
+/// it.
 void emit_smoke(World& world, const FrameContext& context) {
-  for (const BurnTrace& trace : world.all<BurnTrace>()) warm_gas(world, trace, context);
+  Pool<FrameEmissions>& kept = world.all<FrameEmissions>();
+  if (kept.size() == 0) kept.add(kWhole, {});
+  FrameEmissions& out = kept[0];
+  out.gas.clear();
+  out.jets.clear();
+  for (const BurnTrace& trace : world.all<BurnTrace>()) warm_gas(world, trace, context, out);
   for (std::size_t b = 0; b < world.all<OrganBurn>().size(); ++b)
-    emit_burns(world, world.all<OrganBurn>().owner(b), world.all<OrganBurn>()[b], context);
+    emit_burns(world, world.all<OrganBurn>().owner(b), world.all<OrganBurn>()[b], context, out);
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();
   for (std::size_t s = 0; s < sources.size(); ++s)
     for (std::size_t e = 0; e < sources[s].emitters.size(); ++e) {
-      SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
       const EmitterDescription& place = sources[s].emitters[e].description;
-      if (place.instrument.empty()) emit_steadily(world, smoke, smoke.debts[e], place, context);
+      if (place.instrument.empty()) emit_steadily(world, sources.owner(s), e, place, context, out);
     }
 }
 
-/// Smoke particles by [De2006] eq. 14, and the gas that they stir.
-void move_smoke(World& world, const FrameContext& context) {
-  const std::vector<SmokeObstacle> tools = tools_now(world);
-  advance_cavity(world, context.time, context.dt);
-  const std::vector<SmokeOutlet> outlets = gas_outlets(world, context.time);
+/// Gas and smoke take turns, and smoke flows out once a turn: in a turn of 1/30 s a third less of
+/// it left with what an evacuator draws (laparoscopic_cautery, 12 s), in one of 1/120 s as much as
+/// in this [s].
+constexpr double kLongestTurn = 1.0 / 60.0;
+
+/// One part of a frame, which ends at `time`.
+struct Turn {
+  double time = 0.0, dt = 0.0;  // [s]
+  double from = 0.0, to = 1.0;  // of the frame
+};
+
+/// Its share of what leaves in the frame -> particles of the smoke volumes, the gas.
+void give_share(World& world, const Turn& turn, FrameReport& report) {
+  const FrameEmissions& emissions = *world.one<FrameEmissions>();
+  const double share = turn.to - turn.from;
+  for (GasSource source : emissions.gas) {
+    source.impulse *= share;
+    source.gift *= share;
+    give_to_gas(world, source);
+  }
+  for (const FrameEmissions::Jet& jet : emissions.jets)
+    emit_owed(*world.find<SmokeBody>(jet.volume), jet, share, turn.dt, report);
+}
+
+void take_turn(World& world, const Turn& turn, const std::vector<SmokeObstacle>& tools,
+               FrameReport& report) {
+  give_share(world, turn, report);
+  advance_cavity(world, turn.time, turn.dt);
+  const std::vector<SmokeOutlet> outlets = gas_outlets(world, turn.time);
   bool airborne = false;
   for (const SmokeBody& smoke : world.all<SmokeBody>())
     airborne |= smoke.volume.particles().size() > 0;
   // Gas that carries nothing isn't moved: it costs nothing until the first smoke.
   const GasGrid* grid = world.one<GasBody>()->grid.get();
   GasGrid* flow =
-      airborne || (grid && grid->holds_any()) ? open_gas(world, outlets, context.time) : nullptr;
+      airborne || (grid && grid->holds_any()) ? open_gas(world, outlets, turn.time) : nullptr;
   const Pool<SmokeSource>& sources = world.all<SmokeSource>();
   for (std::size_t s = 0; s < sources.size(); ++s) {
     SmokeBody& smoke = *world.find<SmokeBody>(sources.owner(s));
     SmokeSurroundings around;
     around.outlets = outlets;
+    around.from = turn.from;
+    around.to = turn.to;
     std::vector<SmokeSurface> surfaces;
     std::optional<GasAround> gas;
     if (smoke.volume.particles().size() > 0) {
@@ -269,11 +323,23 @@ void move_smoke(World& world, const FrameContext& context) {
       around.obstacles = tools;
       if (flow) around.gas = &gas.emplace(*flow, sources[s].description.domain.min());
     }
-    smoke.volume.step(context.dt, around);
+    smoke.volume.step(turn.dt, around);
     smoke.most_particles =
         std::max<std::uint64_t>(smoke.most_particles, smoke.volume.particles().size());
   }
-  if (flow) flow->step(context.dt);
+  if (flow) flow->step(turn.dt);
+}
+
+/// Smoke particles by [De2006] eq. 14, and the gas that they stir.
+void move_smoke(World& world, const FrameContext& context) {
+  const std::vector<SmokeObstacle> tools = tools_now(world);
+  // Frames are whole milliseconds, some a little longer than a sixtieth of a second.
+  const auto turns = static_cast<int>(std::max(1.0, std::round(context.dt / kLongestTurn)));
+  for (int t = 0; t < turns; ++t) {
+    const double from = static_cast<double>(t) / turns, to = static_cast<double>(t + 1) / turns;
+    take_turn(world, {context.time - (1.0 - to) * context.dt, context.dt / turns, from, to}, tools,
+              *context.report);
+  }
 }
 
 /// Before what else isn't finite becomes zero.
@@ -293,7 +359,6 @@ Feature smoke_feature() {
           .stages = {{.name = "emit smoke",
                       .reads = {"heat", "shapes", "organ poses"},
                       .writes = {"emissions"},
-                      .changes = {"smoke", "gas"},
                       .needed = smokes,
                       .run = emit_smoke},
                      {.name = "move smoke",

@@ -25,7 +25,7 @@ constexpr double kLeastMargin = 0.3e-3, kMostMargin = 3.5e-3, kLater = 0.3e-3;
 /// hold the same nodes already they say nothing new, and bodies a few nodes wide with many more
 /// rows than these had steps without an answer [m].
 constexpr double kEdgeLater = 0.05e-3;
-constexpr double kFrames = 2.0, kFrame = 1.0 / kFramesPerSecond;
+constexpr double kFrames = 2.0;
 /// A patch that is deeper inside the other organ isn't found there any more [m].
 constexpr double kDeepest = 8e-3;
 /// A free body that goes farther than this in a frame is asked what it meets where it will meet
@@ -118,9 +118,10 @@ class PairSearch {
         folds_(world.find<FoldSides>(pair_.organs[0])),
         falls_(!(pair_.folds() && folds_) &&
                (is_loose(world, pair_.organs[0]) || is_loose(world, pair_.organs[1]))),
+        step_(world.model().time_step()),
         to_come_(pair_.folds() && folds_
                      ? 0.0
-                     : way_to_come(world, pair_.organs[0], pair_.organs[1], kFrame)) {}
+                     : way_to_come(world, pair_.organs[0], pair_.organs[1], step_)) {}
 
   void run(TouchingFigures& figures, FrameReport* report) {
     joints_.normals.clear();
@@ -139,7 +140,7 @@ class PairSearch {
     }
     std::vector<std::optional<Near>> near = search(reach, farthest);
     const double soon = kFrames * approached(near);
-    if (const Vec3 way = coming_way(world_, pair_.organs[0], pair_.organs[1], kFrame);
+    if (const Vec3 way = coming_way(world_, pair_.organs[0], pair_.organs[1], step_);
         way.norm() > kFastWay)
       for (int leap = 0; leap < kLeaps && go_on(way, near); ++leap) near = search(reach, farthest);
     const double falls = edges_ && carried() ? 0.0 : to_come_;
@@ -326,6 +327,7 @@ class PairSearch {
   const CollisionSurface &finder_, &rest_finder_;
   const FoldSides* folds_;  // null: if it is one organ, pieces of it meet
   bool falls_;              // nothing holds one of them
+  double step_;             // of the scene [s]
   double to_come_;          // how much nearer they may fall in this frame [m]
   double shifted_ = 0.0;
   Vec3 gone_ = Vec3::Zero();  // beside the other in this frame, until they meet, world [m]

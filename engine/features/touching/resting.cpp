@@ -13,10 +13,14 @@
 namespace viscera {
 namespace {
 
-/// Frames without a change until an island rests: half a second. Drawn surfaces are made anew where
-/// some place has moved by 5 um since they were last (deform_organs.cpp), so what rests goes slower
-/// than 10 um/s. Chosen.
-constexpr std::int32_t kFramesToRest = 30;
+/// Without a change until an island rests. Drawn surfaces are made anew where some place has moved
+/// by 5 um since they were last (deform_organs.cpp), so what rests goes slower than 10 um/s. Chosen
+/// [s].
+constexpr double kTimeToRest = 0.5;
+
+std::int32_t frames_to_rest(const World& world) {
+  return static_cast<std::int32_t>(world.model().steps().steps_in(kTimeToRest));
+}
 
 Vec3 weight_on(const World& world, Entity organ) {
   const OrganSag* sag = world.find<OrganSag>(organ);
@@ -43,7 +47,7 @@ bool is_disturbed(const World& world, Entity organ, const Resting& resting) {
 
 bool may_rest(const World& world, Entity organ) {
   const Resting* resting = world.find<Resting>(organ);
-  return resting && resting->still >= kFramesToRest && !world.find<Pulse>(organ) &&
+  return resting && resting->still >= frames_to_rest(world) && !world.find<Pulse>(organ) &&
          !is_link_loaded(world, organ) && !has_tools(world, organ);
 }
 
@@ -98,12 +102,13 @@ void wake_disturbed(World& world) {
 
 void let_rest(World& world) {
   Pool<Resting>& all = world.all<Resting>();
+  const std::int32_t long_enough = frames_to_rest(world);
   bool any = false;
   for (std::size_t o = 0; o < all.size(); ++o) {
     const std::uint64_t version = world.find<OrganState>(all.owner(o))->version;
     const bool same = std::exchange(all[o].version, version) == version;
-    all[o].still = same ? std::min(all[o].still + 1, kFramesToRest) : 0;
-    any = any || (!all[o].rests && all[o].still == kFramesToRest);
+    all[o].still = same ? std::min(all[o].still + 1, long_enough) : 0;
+    any = any || (!all[o].rests && all[o].still == long_enough);
   }
   if (!any) return;
   for (const Island& island : islands_of(world)) {

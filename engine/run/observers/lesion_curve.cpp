@@ -77,7 +77,7 @@ void LesionCurve::add_frame(const World& world) {
     state_.organ = static_cast<std::uint32_t>(organ - &world.all<OrganBody>()[0]);
     state_.point = trace.contact.point;
     state_.outward = trace.contact.outward;
-    state_.begun = world.time() - 1.0 / static_cast<double>(kFramesPerSecond);
+    state_.begun = world.time() - world.model().time_step();
   }
   const Bioheat& heat = world.find<OrganBurn>(world.all<OrganBody>().owner(state_.organ))->heat;
   state_.rows.push_back({.time = world.time() - state_.begun,

@@ -34,7 +34,7 @@ std::string touched_by(const World& world, std::size_t tool) {
   return name_of(world, contact.grasp ? contact.grasp->organ : contact.organ);
 }
 
-Chart stage_chart(const Trace& trace) {
+Chart stage_chart(const Trace& trace, const StepRate& steps) {
   Chart chart{.title = "Time per stage",
               .unit = "ms",
               .curves = {},
@@ -49,7 +49,7 @@ Chart stage_chart(const Trace& trace) {
       if (event.stage == index) of_frame[event.frame] += 1e-9 * static_cast<double>(event.duration);
     Curve& curve = chart.curves.emplace_back(trace.stages()[stage]);
     for (const auto& [frame, duration] : of_frame)
-      curve.add(static_cast<double>(frame) / static_cast<double>(kFramesPerSecond), 1e3 * duration);
+      curve.add(steps.time_after(frame), 1e3 * duration);
   }
   return chart;
 }
@@ -93,6 +93,7 @@ ReviewRecorder::ReviewRecorder(const World& world, const SceneDescription& scene
                                const Trace& trace, std::string film, bool pictures)
     : Observer("review", pictures ? Looks::kWanted : Looks::kNever, RunStage::kEncode),
       trace_(trace),
+      steps_(scene.steps),
       film_(std::move(film)),
       curve_of_organ_(world.all<OrganBody>().size()) {
   Curves& curves = state_.curves;
@@ -230,7 +231,7 @@ void ReviewRecorder::take(const World& world, const Picture& picture) {
   for (Watched* moment : watched()) {
     if (!std::exchange(moment->wants_picture, false)) continue;
     // Where pictures are far apart, this one shows something else.
-    if (world.frame() - moment->frame >= kFramesPerPicture) continue;
+    if (world.frame() - moment->frame >= steps_a_picture(steps_)) continue;
     if (!small) small = thumbnail(picture.rgb, picture.width, picture.height, kThumbnailWidth);
     moment->picture = small;
   }
@@ -249,8 +250,7 @@ Result<Review> ReviewRecorder::review(const RunReport& report) const {
   Review review;
   review.report = report;
   if (report.pictures > 0) review.film = film_;
-  review.pictures_per_second =
-      static_cast<double>(kFramesPerSecond) / static_cast<double>(kFramesPerPicture);
+  review.pictures_per_second = static_cast<double>(kPicturesPerSecond);
   const Curves& curves = state_.curves;
   review.charts = {
       {.title = "Force on the instruments", .unit = "N", .curves = curves.force, .note = ""},
@@ -273,7 +273,7 @@ Result<Review> ReviewRecorder::review(const RunReport& report) const {
   add_if_any("Power into tissue", "W", curves.power, "that it heats");
   add_if_any("Hottest tissue", "°C", curves.hottest, "");
   add_if_any("Pressure of the cavity", "mmHg", curves.pressure, "over atmosphere");
-  review.charts.push_back(stage_chart(trace_));
+  review.charts.push_back(stage_chart(trace_, steps_));
   const Moments& moments = state_.moments;
   const std::array<std::pair<const char*, const Watched*>, 7> titled = {{
       {"First contact", &moments.contact},

@@ -103,6 +103,7 @@ class ReviewRecorder : public Observer {
   std::array<Watched*, 7> watched();
 
   const Trace& trace_;
+  StepRate steps_;
   std::string film_;
   std::filesystem::path folder_;
   std::vector<std::string> tools_;

@@ -99,8 +99,9 @@ Result<void> WatchedRun::step_to(std::uint64_t frame) {
   while (world_->frame() < frame) {
     step_frame(*world_, unseen);
     watch_.add_frame(*world_);
-    if (world_->frame() % kFramesPerPicture != 0) continue;
-    const std::uint64_t number = world_->frame() / kFramesPerPicture - 1;
+    const std::uint64_t apart = steps_a_picture(world_->model().steps());
+    if (world_->frame() % apart != 0) continue;
+    const std::uint64_t number = world_->frame() / apart - 1;
     FrameViews views(*world_, *makers_, number, number);
     if (auto seen = watch_.add_picture(views, clock_, true); !seen) return seen;
   }

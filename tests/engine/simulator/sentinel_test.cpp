@@ -200,7 +200,7 @@ TEST(Sentinel, StagesSayWhichStatesTheyChange) {
             << stage.name << " changes " << name << ", frame " << frame;
       }
     }
-    (*world)->set_clock({last_tick_of_frame(frame), frame});
+    (*world)->set_clock({StepRate().last_tick(frame), frame});
   }
   EXPECT_GE(seen.size(), 14u) << "the scene has nearly every feature";
 }
