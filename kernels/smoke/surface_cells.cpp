@@ -121,6 +121,17 @@ void SurfaceCells::set_reach(float fastest, const SurfaceReach& reach) {
       for (std::size_t word = 0; word < layers_[pace].cells.size(); ++word)
         layers_[slower].cells[word] &= ~layers_[pace].cells[word];
   }
+  for (Layer& layer : layers_) list_cells(layer);
+}
+
+void SurfaceCells::list_cells(Layer& layer) const {
+  layer.listed.clear();
+  for (std::size_t word = 0; word < layer.cells.size(); ++word)
+    for (std::uint64_t bits = layer.cells[word]; bits != 0; bits &= bits - 1) {
+      const auto row = static_cast<int>(word / words_);
+      layer.listed.push_back({static_cast<int>(64 * (word % words_)) + std::countr_zero(bits),
+                              row % grid_.size.y, row / grid_.size.y, 0});
+    }
 }
 
 /// What lies within reach of a box.
@@ -169,12 +180,21 @@ void SurfaceCells::bin_all(double fraction, double dt, std::span<const SmokeCaps
 }
 
 /// Calls visit(bits, x of the first bit, y, z) for each word of the layer's cells that the box
-/// meets, ascending, until it says true; says whether it did.
+/// meets, or each cell where these are fewer than the box has rows, ascending, until it says true;
+/// says whether it did.
 template <class Visit>
 bool SurfaceCells::any_occupied_word(const Layer& layer, const Box3f& box,
                                      const Visit& visit) const {
   const Int4 low = cell_of(grid_, Float4::from(box.min()));
   const Int4 high = cell_of(grid_, Float4::from(box.max()));
+  const auto rows = static_cast<std::size_t>((high.y - low.y + 1) * (high.z - low.z + 1));
+  if (layer.listed.size() < rows) {
+    for (const Int4& cell : layer.listed)
+      if (cell.x >= low.x && cell.x <= high.x && cell.y >= low.y && cell.y <= high.y &&
+          cell.z >= low.z && cell.z <= high.z && visit(1, cell.x, cell.y, cell.z))
+        return true;
+    return false;
+  }
   const auto first = static_cast<std::size_t>(low.x), last = static_cast<std::size_t>(high.x);
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y) {
@@ -359,7 +379,9 @@ std::size_t SurfaceCells::memory_bytes() const {
                       triangles_.capacity() * sizeof(SurfaceTriangle) +
                       balls_.capacity() * sizeof(Float4) +
                       owners_.capacity() * sizeof(std::uint32_t);
-  for (const Layer& layer : layers_) bytes += layer.cells.capacity() * sizeof(std::uint64_t);
+  for (const Layer& layer : layers_)
+    bytes +=
+        layer.cells.capacity() * sizeof(std::uint64_t) + layer.listed.capacity() * sizeof(Int4);
   for (const Found& found : found_)
     bytes +=
         found.triangles.capacity() * sizeof(Near) + found.cells.capacity() * sizeof(std::uint32_t);

@@ -104,6 +104,7 @@ class SurfaceCells {
   /// Cells whose quickest particle is of one pace.
   struct Layer {
     std::vector<std::uint64_t> cells;  // bits, each row along x in whole words
+    std::vector<Int4> listed;          // the same, ascending by z, y and x
     Eigen::AlignedBox3f box;           // about them, domain frame
     float margin = 0.0f;               // that they reach [m]
 
@@ -113,6 +114,7 @@ class SurfaceCells {
   void take_grid(const BinParameters& grid);
   void occupy(std::uint32_t pace, std::uint32_t x, std::uint32_t y, std::uint32_t z);
   void set_reach(float fastest, const SurfaceReach& reach);
+  void list_cells(Layer& layer) const;
   void bin_all(double fraction, double dt, std::span<const SmokeCapsule> capsules);
   using NearLayers = std::array<const Layer*, kPaces + 1>;  // up to a null
   NearLayers layers_near(const Eigen::AlignedBox3f& box, const NearLayers& among) const;
