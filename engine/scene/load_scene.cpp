@@ -200,18 +200,17 @@ SceneDescription scene_of(const Json& values, const std::vector<FeatureKeys>& fe
   scene.name = values["name"];
   scene.title = values["title"];
   scene.duration = values["duration_s"];
-  scene.steps.per_second = values["steps_per_s"];
   scene.seed = values["seed"];
   read(&FeatureKeys::scene, values, scene.extras);
   for (const Json& organ : values["organs"]) {
     scene.organs.push_back(organ_of(organ));
-    scene.organs.back().finite.time_step = scene.steps.step();
     read(&FeatureKeys::organ, organ, scene.organs.back().extras);
   }
   for (const Json& instrument : values["instruments"]) {
     scene.instruments.push_back(instrument_of(instrument));
     read(&FeatureKeys::instrument, instrument, scene.instruments.back().extras);
   }
+  set_steps(scene, {.per_second = values["steps_per_s"]});
   if (values.contains("camera")) scene.camera = camera_of(values["camera"]);
   const Json& light = values["light"];
   scene.light = {light["intensity"], light["colour_temperature_K"]};

@@ -8,4 +8,9 @@ Pose OrganDescription::pose_at(double time) const {
   return now;
 }
 
+void set_steps(SceneDescription& scene, const StepRate& steps) {
+  scene.steps = steps;
+  for (OrganDescription& organ : scene.organs) organ.finite.time_step = steps.step();
+}
+
 }  // namespace viscera

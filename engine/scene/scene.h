@@ -236,4 +236,7 @@ struct SceneDescription {
   Extras extras;
 };
 
+/// Of the scene and of all its organs.
+void set_steps(SceneDescription& scene, const StepRate& steps);
+
 }  // namespace viscera

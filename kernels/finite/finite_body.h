@@ -204,6 +204,8 @@ class FiniteBody {
                     std::array<double, 4>& theta) const;
   static double add_cell(const CellView& cell, const double* displacements, double* scratch,
                          double* forces);
+  SymmetricBlockMatrix pointwise_at_rest(double shear) const;
+  void add_hold(SymmetricBlockMatrix& tangent) const;
   TangentView tangent_view(std::size_t cell, const PointTangents& tangents) const;
   static void find_tangent(const TangentView& cell, const double* displacements);
   template <class In>

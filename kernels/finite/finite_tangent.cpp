@@ -37,8 +37,94 @@ std::size_t slot_of(const SymmetricPattern& pattern, int row, int column) {
 
 }  // namespace
 
+/// With nothing moved F is the identity, and a point's block is linear elasticity's,
+///   w (lambda g_I g_J^T + mu g_J g_I^T + mu g_I.g_J 1):
+/// the material enters once a block, not once a point.
+SymmetricBlockMatrix FiniteBody::pointwise_at_rest(double shear) const {
+  PointFields points;
+  std::vector<std::size_t> numbers;  // of lanes
+  std::vector<std::pair<int, Vec3>> at_point;
+  for (const Piece& piece : pieces_)
+    for (std::size_t pack = cell_begin_[piece.first_cell]; pack < cell_begin_[piece.last_cell];
+         ++pack)
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (!(weights_[pack][lane] > 0.0)) continue;
+        at_point.clear();
+        each_node(pack, lane, [&](std::size_t number, const Vec3& g) {
+          at_point.emplace_back(piece.nodes[number], g);
+        });
+        std::ranges::sort(at_point, {}, &std::pair<int, Vec3>::first);
+        for (const auto& [node, gradient] : at_point) {
+          points.nodes.push_back(node);
+          points.gradients.push_back(gradient);
+        }
+        points.begin.push_back(points.nodes.size());
+        numbers.push_back(kLanes * pack + lane);
+      }
+  PointFields pairs;
+  hold_.each([&](int row, int column, const Mat3&) {
+    pairs.nodes.push_back(std::min(row, column));
+    if (row != column) pairs.nodes.push_back(std::max(row, column));
+    pairs.begin.push_back(pairs.nodes.size());
+  });
+
+  const NodeIncidence incidence(points, nodes_);
+  SymmetricBlockMatrix tangent;
+  tangent.width = 3;
+  tangent.pattern =
+      symmetric_pattern(nodes_, {{points, incidence}, {pairs, NodeIncidence(pairs, nodes_)}});
+  tangent.blocks.assign(9 * tangent.pattern.columns.size(), 0.0);
+  const double mu = shear * mu_, lambda = lambda_ + averaged_;
+  for_each_row(tangent.pattern, [&](std::size_t row, std::span<const std::size_t> slot) {
+    const std::size_t begin = tangent.pattern.row_begin[row],
+                      end = tangent.pattern.row_begin[row + 1];
+    std::vector<Mat3> sums(end - begin, Mat3::Zero()), pulled(fibres_.empty() ? 0 : end - begin);
+    for (Mat3& sum : pulled) sum.setZero();
+    for (const NodeIncidence::Entry& at : incidence.of(row)) {
+      const auto q = static_cast<std::size_t>(at.point);
+      const std::size_t pack = numbers[q] / kLanes, lane = numbers[q] % kLanes;
+      const double w = weights_[pack][lane];
+      const Vec3 own = w * points.gradients[at.entry];
+      for (std::size_t e = at.entry; e < points.begin[q + 1]; ++e)
+        sums[slot[static_cast<std::size_t>(points.nodes[e])] - begin].noalias() +=
+            own * points.gradients[e].transpose();
+      if (fibres_.empty()) continue;
+      const Vec3 along = fibre_direction(pack, lane);
+      const FibreLaw law{fibres_[pack].quarter[lane], fibres_[pack].bend[lane]};
+      const Mat3 stiff = 4.0 * law.curvature(0.0) * along.dot(own) * along * along.transpose();
+      for (std::size_t e = at.entry; e < points.begin[q + 1]; ++e)
+        pulled[slot[static_cast<std::size_t>(points.nodes[e])] - begin] +=
+            along.dot(points.gradients[e]) * stiff;
+    }
+    for (std::size_t e = begin; e < end; ++e) {
+      const Mat3& sum = sums[e - begin];
+      Mat3 block = lambda * sum + mu * sum.transpose();
+      block.diagonal().array() += mu * sum.trace();
+      if (!pulled.empty()) block += pulled[e - begin];
+      // A diagonal block is symmetric but for the order of its sums.
+      if (e == begin) block = 0.5 * (block + block.transpose()).eval();
+      for (std::size_t i = 0; i < 9; ++i)
+        tangent.blocks[9 * e + i] =
+            block(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3));
+    }
+  });
+  add_hold(tangent);
+  return tangent;
+}
+
+void FiniteBody::add_hold(SymmetricBlockMatrix& tangent) const {
+  hold_.each([&](int row, int column, const Mat3& block) {
+    double* to = tangent.blocks.data() + 9 * slot_of(tangent.pattern, row, column);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) to[3 * i + j] += block(i, j);
+  });
+}
+
 SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
                                          const TangentChange& change_of) const {
+  if (change_of.pointwise && unloaded_.empty() &&
+      std::ranges::all_of(displacements, [](double d) { return d == 0.0; }))
+    return pointwise_at_rest(change_of.shear);
   std::vector<double> room;
   displacements = from_unloaded(displacements, room);
   const bool averages = !psi_.empty() && !change_of.pointwise;
@@ -166,7 +252,7 @@ SymmetricBlockMatrix FiniteBody::tangent(std::span<const double> displacements,
         }
     }
   }
-  hold_.each(add);
+  add_hold(tangent);
   return tangent;
 }
 

@@ -3,8 +3,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <queue>
 #include <tuple>
+#include <utility>
+
+#include "kernels/base/parallel.h"
 
 namespace viscera {
 namespace {
@@ -43,7 +47,10 @@ class Simplifier {
         triangles_(surface.triangles),
         around_(surface.vertices.size()),
         quadrics_(surface.vertices.size()),
-        changes_(surface.vertices.size(), 0) {
+        changes_(surface.vertices.size(), 0),
+        seen_(surface.vertices.size(), 0) {
+    constexpr std::size_t kUsually = 8;
+    for (std::vector<int>& around : around_) around.reserve(kUsually);
     // Distances are from places nearby, so that their squares don't cancel.
     if (!at_.empty()) origin_ = at_.front();
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
@@ -77,12 +84,8 @@ class Simplifier {
 
   std::size_t fall_in_all() {
     left_ = 0;
-    for (const auto& triangle : triangles_) {
-      if (triangle[0] < 0) continue;
-      ++left_;
-      for (std::size_t i = 0; i < 3; ++i)
-        if (triangle[i] < triangle[(i + 1) % 3]) offer(triangle[i], triangle[(i + 1) % 3]);
-    }
+    for (const auto& triangle : triangles_) left_ += triangle[0] < 0 ? 0 : 1;
+    queue_ = std::priority_queue<Offer>({}, all_offers());
     std::size_t fallen = 0;
     while (!queue_.empty()) {
       const Offer offer = queue_.top();
@@ -90,6 +93,24 @@ class Simplifier {
       if (offer.changes == changes_of(offer.a, offer.b)) fallen += fall_in(offer) ? 1 : 0;
     }
     return fallen;
+  }
+
+  std::vector<Offer> all_offers() const {
+    constexpr std::size_t kChunk = 1024;
+    std::vector<std::vector<Offer>> parts((triangles_.size() + kChunk - 1) / kChunk);
+    parallel_chunks(triangles_.size(), kChunk, [&](std::size_t first, std::size_t last) {
+      std::vector<Offer>& part = parts[first / kChunk];
+      for (std::size_t t = first; t < last; ++t) {
+        const std::array<int, 3>& triangle = triangles_[t];
+        if (triangle[0] < 0) continue;
+        for (std::size_t i = 0; i < 3; ++i)
+          if (triangle[i] < triangle[(i + 1) % 3])
+            if (auto made = offer_of(triangle[i], triangle[(i + 1) % 3])) part.push_back(*made);
+      }
+    });
+    std::vector<Offer> all;
+    for (const std::vector<Offer>& part : parts) all.insert(all.end(), part.begin(), part.end());
+    return all;
   }
 
   static std::size_t index(int number) { return static_cast<std::size_t>(number); }
@@ -110,26 +131,28 @@ class Simplifier {
     return firm.inverse() * (sum.b + least * middle) + origin_;
   }
 
-  void offer(int a, int b) {
+  std::optional<Offer> offer_of(int a, int b) const {
     if (a > b) std::swap(a, b);
-    if (!((at(a) - at(b)).norm() < wanted_.longest)) return;
+    if (!((at(a) - at(b)).norm() < wanted_.longest)) return std::nullopt;
     Quadric sum = quadrics_[index(a)];
     sum += quadrics_[index(b)];
     const double error = sum.at(best_place(a, b, sum) - origin_);
-    if (error > wanted_.tolerance * wanted_.tolerance) return;
+    if (error > wanted_.tolerance * wanted_.tolerance) return std::nullopt;
     // Of those that cost nothing the shortest first.
     constexpr double kByLength = 1e-4;
-    queue_.push({error + kByLength * (at(a) - at(b)).squaredNorm(), a, b, changes_of(a, b)});
+    return Offer{error + kByLength * (at(a) - at(b)).squaredNorm(), a, b, changes_of(a, b)};
   }
 
-  std::vector<int> neighbours(int vertex) const {
-    std::vector<int> found;
+  /// Visits each once: number, and what it was seen by before.
+  template <class Visit>
+  void each_neighbour(int vertex, const Visit& visit) {
+    const std::uint32_t round = ++round_;
     for (const int t : around_[index(vertex)])
       for (const int corner : triangles_[index(t)])
-        if (corner != vertex) found.push_back(corner);
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
+        if (corner != vertex)
+          if (const std::uint32_t before = std::exchange(seen_[index(corner)], round);
+              before != round)
+            visit(corner, before);
   }
 
   /// Height over longest side, of a triangle with one corner elsewhere; its normal in `normal`.
@@ -142,13 +165,16 @@ class Simplifier {
     return longest > 0.0 ? normal.norm() / longest : 0.0;
   }
 
-  bool may_fall(const Offer& offer, const Vec3& to) const {
-    const std::vector<int> of_a = neighbours(offer.a), of_b = neighbours(offer.b);
-    std::vector<int> both;
-    std::set_intersection(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(),
-                          std::back_inserter(both));
+  bool may_fall(const Offer& offer, const Vec3& to) {
+    std::size_t all = 0, both = 0;
+    each_neighbour(offer.a, [&](int, std::uint32_t) { ++all; });
+    const std::uint32_t of_a = round_;
+    each_neighbour(offer.b, [&](int, std::uint32_t before) {
+      ++all;
+      both += before == of_a ? 1 : 0;
+    });
     // Fewer than four vertices would be left of a closed piece, or it would touch itself.
-    if (both.size() != 2 || of_a.size() + of_b.size() <= 6) return false;
+    if (both != 2 || all <= 6) return false;
     constexpr double kNarrow = 0.02, kTurned = 0.7, kFaces = 0.2;
     // Narrow triangles face anywhere; what replaces them faces as all that is about does.
     Vec3 facing = Vec3::Zero();
@@ -193,7 +219,9 @@ class Simplifier {
     around_[index(offer.b)].clear();
     ++changes_[index(offer.b)];
     ++changes_[index(offer.a)];
-    for (const int other : neighbours(offer.a)) this->offer(offer.a, other);
+    each_neighbour(offer.a, [&](int other, std::uint32_t) {
+      if (auto made = offer_of(offer.a, other)) queue_.push(*made);
+    });
     return true;
   }
 
@@ -211,6 +239,8 @@ class Simplifier {
   std::vector<std::vector<int>> around_;       // triangles around each vertex
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> changes_;  // how often each vertex has
+  std::vector<std::uint32_t> seen_;     // in which round each vertex was a neighbour last
+  std::uint32_t round_ = 0;
   std::priority_queue<Offer> queue_;
   std::size_t left_ = 0;  // triangles as a round began
 };

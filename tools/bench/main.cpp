@@ -20,6 +20,7 @@
 #include "tools/bench/bench_hive.h"
 #include "tools/bench/bench_lift.h"
 #include "tools/bench/bench_smoke.h"
+#include "tools/bench/bench_steps.h"
 #include "tools/bench/bench_zwidth.h"
 #include "tools/common/command_line.h"
 #include "tools/common/measuring_commands.h"
@@ -31,7 +32,8 @@ namespace viscera {
 namespace {
 
 /// `bench scene`, `bench hemisphere`, `bench bodies`, `bench convergence`, `bench smoke`,
-/// `bench hive`, `bench lift`, `bench contact`, `bench cut`, `bench heat` and `bench zwidth`.
+/// `bench hive`, `bench lift`, `bench contact`, `bench cut`, `bench heat`, `bench zwidth` and
+/// `bench steps`.
 class BenchCommand {
  public:
   explicit BenchCommand(CLI::App& program)
@@ -84,6 +86,10 @@ class BenchCommand {
     add_list(*zwidth_, "--grip", zwidth_options_.grips, "these alone, 0 (loose) to 1 (firm)");
     add_list(*zwidth_, "--damping", zwidth_options_.dampings,
              "these alone, of the coupling [N s/m]");
+    steps_ = command_->add_subcommand("steps",
+                                      "time of a scene against its error, by the length of a step");
+    steps_arguments_.add_to(*steps_);
+    add_outputs(*steps_, steps_options_.json, &steps_options_.plots);
   }
   BenchCommand(const BenchCommand&) = delete;
   BenchCommand& operator=(const BenchCommand&) = delete;
@@ -105,6 +111,10 @@ class BenchCommand {
     }
     if (heat_->parsed()) return code_of(bench_heat(heat_options_, std::cout));
     if (zwidth_->parsed()) return code_of(bench_zwidth(zwidth_options_, std::cout));
+    if (steps_->parsed())
+      return with_scene(steps_arguments_, [&](const auto& scene, const auto& known) {
+        return bench_steps(scene, known, steps_options_, std::cout);
+      });
     scene_options_.scene_arguments = arguments_.words();
     return with_scene(arguments_, [&](const auto& scene, const auto& known) {
       return bench_scene(scene, known, scene_options_, std::cout);
@@ -190,7 +200,8 @@ class BenchCommand {
   CLI::App* cut_ = nullptr;
   CLI::App* heat_ = nullptr;
   CLI::App* zwidth_ = nullptr;
-  SceneArguments arguments_;
+  CLI::App* steps_ = nullptr;
+  SceneArguments arguments_, steps_arguments_;
   BenchOptions scene_options_;
   HemisphereBenchOptions hemisphere_options_;
   BodiesBenchOptions bodies_options_;
@@ -202,6 +213,7 @@ class BenchCommand {
   CutBenchOptions cut_options_;
   HeatBenchOptions heat_options_;
   ZWidthBenchOptions zwidth_options_;
+  StepsBenchOptions steps_options_;
   std::string backend_ = name_of(smoke_options_.backend);
 };
 

@@ -55,6 +55,29 @@ TEST(SmokeStages, ASteadySourceGivesItsRateWhileItIsOn) {
               20.0);
 }
 
+TEST(SmokeStages, AsMuchFlowsOutInStepsTwiceAsLong) {
+  // Eddies make one run differ from the next by some per cent.
+  constexpr double kAlike = 0.15;
+  double evacuated[2];
+  for (const std::uint64_t rate : {60, 30}) {
+    SceneDescription scene = smoking_scene({steady(2e-6)});
+    scene.extras.get<GasDescription>().inlets = {
+        {Vec3(-30e-3, 0, 60e-3), Vec3::UnitX(), 3e-3, 2e-4, {}}};
+    scene.extras.get<GasDescription>().evacuators = {
+        {"", Vec3(10e-3, 0, 50e-3), 6e-3, 2e-4, {0.0, 10.0}}};
+    set_steps(scene, {.per_second = rate});
+    auto world = build(scene);
+    ASSERT_TRUE(world);
+    step_until(*world, 3.0);
+    EXPECT_EQ(world->frame(), 3 * rate);
+    const SmokeBook& book = world->all<SmokeBody>()[0].volume.book();
+    EXPECT_NEAR(book.emitted, 6e-6, 6e-6 / 30.0);
+    evacuated[rate / 60] = book.evacuated;
+    EXPECT_GT(book.evacuated, 0.3 * book.emitted);
+  }
+  EXPECT_NEAR(evacuated[0], evacuated[1], kAlike * evacuated[1]);
+}
+
 TEST(SmokeStages, WhatWasEmittedIsSomewhere) {
   EmitterDescription at_the_ball = steady(1e-6);
   at_the_ball.direction = -Vec3::UnitZ();

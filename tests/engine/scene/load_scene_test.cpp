@@ -21,6 +21,8 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(scene.title, "Every key");
   EXPECT_EQ(scene.duration, 4.0);
   EXPECT_EQ(scene.seed, 7u);
+  EXPECT_EQ(scene.steps.per_second, 120u);
+  for (const OrganDescription& organ : scene.organs) EXPECT_EQ(organ.finite.time_step, 1.0 / 120.0);
 
   ASSERT_EQ(scene.organs.size(), 4u);
   const OrganDescription& liver = scene.organs[0];
@@ -78,6 +80,16 @@ TEST(LoadScene, EveryKeyArrivesInSiUnits) {
   EXPECT_EQ(scene.light.colour_temperature, 5000.0);
 }
 
+TEST(LoadScene, StepsEndAtWholeMillisecondsAndAsManyAsTheSecondHas) {
+  for (const std::uint64_t rate : {30, 60, 120, 240}) {
+    const StepRate steps{.per_second = rate};
+    EXPECT_EQ(steps.last_tick(rate), 1000u);
+    EXPECT_EQ(steps.last_tick(1), 1000 / rate);
+    EXPECT_EQ(steps.steps_in(2.0), 2 * rate);
+    EXPECT_EQ(steps.steps_covering(1.0 + 0.1 / static_cast<double>(rate)), rate + 1);
+  }
+}
+
 TEST(LoadScene, RotationsGoAboutFixedAxesXThenYThenZ) {
   const SceneFolder folder;
   const Result<SceneDescription> scene = folder.load(whole_scene());  // 90 about x, then 90 about z
@@ -118,6 +130,7 @@ TEST(LoadScene, WhatTheFileLeavesOutIsAsInTheStructures) {
   const SceneDescription plain;
   EXPECT_EQ(scene->duration, plain.duration);
   EXPECT_EQ(scene->seed, plain.seed);
+  EXPECT_EQ(scene->steps.per_second, plain.steps.per_second);
   EXPECT_EQ(scene->light.intensity, plain.light.intensity);
   EXPECT_EQ(scene->light.colour_temperature, plain.light.colour_temperature);
   const OrganDescription organ;

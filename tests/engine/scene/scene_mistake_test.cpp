@@ -36,6 +36,11 @@ TEST(SceneMistake, AWrongUnitSaysWhichIsExpected) {
                      "found the unit cm, expected the unit mm (did you mean \"radius_mm\"?)");
 }
 
+TEST(SceneMistake, StepsThatAFilmHasNoPicturesForAreRefused) {
+  EXPECT_ONE_MISTAKE(mistakes_with("/steps_per_s", 50), "steps_per_s", "found 50",
+                     "expected one of 30, 60, 120, 240");
+}
+
 TEST(SceneMistake, AMaterialThatIsNoneIsNamed) {
   EXPECT_ONE_MISTAKE(mistakes_with("/organs/0/material/model", "mooney"), "organs/0/material/model",
                      "found the text \"mooney\"", "\"neo_hookean\"");

@@ -6,6 +6,7 @@ Json whole_scene() {
   return Json::parse(R"({
     "$schema": "scene.schema.json",
     "version": 1, "name": "whole", "title": "Every key", "duration_s": 4, "seed": 7,
+    "steps_per_s": 120,
     "organs": [
       {"name": "liver",
        "geometry": {"recipe": "liver", "seed": 3, "scale": 1.5, "edge_mm": 4},
