@@ -69,6 +69,14 @@ VISCERA_WIDE void add_four(const std::int16_t* c, const float* a, float* __restr
   }
 }
 
+/// Of a column, to the nearest whole unit.
+VISCERA_WIDE void in_units(const double* from, std::size_t n, double unit, std::int16_t* to) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const double units = from[i] / unit;
+    to[i] = static_cast<std::int16_t>(static_cast<int>(units + std::copysign(0.5, units)));
+  }
+}
+
 /// Products of four columns with x, each in eight sums.
 VISCERA_WIDE void four_products(const std::int16_t* c, const float* x, std::size_t n, float* to) {
   Floats sums[kFour] = {};
@@ -146,6 +154,7 @@ void CompactFactor::take_panels(const std::vector<Real>& panels) {
 
 void CompactFactor::take_front(Front& front, const MatrixX& m) {
   std::vector<double> units;
+  std::vector<std::int16_t> column(static_cast<std::size_t>(m.rows()));
   for (std::size_t j = 0; j < front.own; ++j) {
     units.push_back(m.col(static_cast<Eigen::Index>(j))
                         .tail(m.rows() - static_cast<Eigen::Index>(j))
@@ -162,16 +171,19 @@ void CompactFactor::take_front(Front& front, const MatrixX& m) {
       const std::size_t last = std::min(row + kTileRows, end);
       const Tile tile{from + (row - begin), padded(last - row, kWide),
                       padded(of_square ? last : front.own, kFour), numbers_.size()};
-      for (std::size_t four = 0; four < tile.columns; four += kFour)
-        for (std::size_t eight = 0; eight < tile.rows; eight += kWide)
-          for (std::size_t j = four; j < four + kFour; ++j)
-            for (std::size_t i = row + eight; i < row + eight + kWide; ++i)
-              numbers_.push_back(
-                  i < last && j < front.own && !(of_square && i < j)
-                      ? static_cast<std::int16_t>(std::lround(
-                            m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) /
-                            units[j]))
-                      : std::int16_t{0});
+      numbers_.resize(numbers_.size() + tile.rows * tile.columns, 0);
+      std::int16_t* const to = numbers_.data() + tile.numbers;
+      for (std::size_t j = 0; j < std::min(tile.columns, front.own); ++j) {
+        const std::size_t first = of_square ? std::max(row, j) : row;
+        if (first >= last) continue;
+        in_units(m.col(static_cast<Eigen::Index>(j)).data() + first, last - first, units[j],
+                 column.data() + first);
+        for (std::size_t i = first; i < last; ++i) {
+          const std::size_t eight = (i - row) / kWide, at = (i - row) % kWide;
+          to[kFour * kWide * (j / kFour * (tile.rows / kWide) + eight) + kWide * (j % kFour) + at] =
+              column[i];
+        }
+      }
       tiles_.push_back(tile);
     }
   };

@@ -37,13 +37,6 @@ Mat3 nitsche_penalty(const IsotropicMaterial& material, double rate, const Vec3&
                  material.lame_lambda() * normal * normal.transpose());
 }
 
-/// The fixed points of the surface with the shape functions there and Nitsche's penalty.
-struct FixedPoints {
-  std::vector<std::size_t> points;  ///< index into the SurfaceQuadrature
-  PointFields fields;
-  std::vector<double> rate;  ///< [1/m]
-};
-
 Result<FixedPoints> fixed_points(const ShapeFunctions& shape, const SurfaceQuadrature& surface) {
   FixedPoints fixed;
   std::vector<Vec3> positions;
@@ -255,6 +248,39 @@ std::vector<Value> at_held(const SurfaceQuadrature& surface, const FixedPoints& 
   return held;
 }
 
+/// Nodes and gradients at some of the points.
+PointFields of_points(const PointFields& all, std::span<const std::size_t> numbers) {
+  PointFields some;
+  for (const std::size_t q : numbers) {
+    const auto first = static_cast<std::ptrdiff_t>(all.begin[q]),
+               last = static_cast<std::ptrdiff_t>(all.begin[q + 1]);
+    some.nodes.insert(some.nodes.end(), all.nodes.begin() + first, all.nodes.begin() + last);
+    some.gradients.insert(some.gradients.end(), all.gradients.begin() + first,
+                          all.gradients.begin() + last);
+    some.begin.push_back(some.nodes.size());
+  }
+  return some;
+}
+
+/// Those rows of averaged dilatation through which a hold acts.
+MeanDilatation held_rows(const MeanDilatation& all) {
+  MeanDilatation held;
+  for (std::size_t row = 0; row < all.rows.points(); ++row) {
+    const auto first = static_cast<std::ptrdiff_t>(all.rows.begin[row]),
+               last = static_cast<std::ptrdiff_t>(all.rows.begin[row + 1]);
+    if (std::all_of(all.fluxes.begin() + first, all.fluxes.begin() + last,
+                    [](const Vec3& flux) { return flux.isZero(0.0); }))
+      continue;
+    held.rows.nodes.insert(held.rows.nodes.end(), all.rows.nodes.begin() + first,
+                           all.rows.nodes.begin() + last);
+    held.rows.gradients.insert(held.rows.gradients.end(), all.rows.gradients.begin() + first,
+                               all.rows.gradients.begin() + last);
+    held.fluxes.insert(held.fluxes.end(), all.fluxes.begin() + first, all.fluxes.begin() + last);
+    held.rows.begin.push_back(held.rows.nodes.size());
+  }
+  return held;
+}
+
 template <class Points>
 Points weighed(Points points, std::span<const double> modulus) {
   for (std::size_t i = 0; i < modulus.size(); ++i) points.weights[i] *= modulus[i];
@@ -365,6 +391,11 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
       add_foundation(problem.foundation, loose_pieces(system.pieces_, n), system.volume_, *inside,
                      system.stiffness_);
   }
+  system.fixed_ = std::move(*fixed);
+  if (problem.few_points) {
+    inside->values = inside->weights = {};
+    system.inside_ = std::move(*inside);
+  }
   system.figures_.unknowns = 3 * n;
   if (!problem.points_alone) system.figures_.stiffness_nonzeros = system.stiffness_.nonzeros();
   system.figures_.quadrature_points = system.volume_.size();
@@ -462,13 +493,11 @@ Result<std::vector<double>> GalerkinSystem::solve(const StaticLoads& static_load
 }
 
 Result<SymmetricBlockMatrix> GalerkinSystem::hold() const {
-  Result<FixedPoints> fixed = fixed_points(*fields_, surface_);
-  if (!fixed) return std::unexpected(fixed.error());
   const std::size_t n = fields_->cloud().size();
   const PointFields none;
   SymmetricBlockMatrix hold = assemble_stiffness(n, material_, {}, none, NodeIncidence(none, n),
-                                                 weighed_surface(), *fixed, dilatation_);
-  if (!held_fibres_.empty()) add_fibres({}, none, {}, surface_, *fixed, held_fibres_, hold);
+                                                 weighed_surface(), fixed_, held_rows(dilatation_));
+  if (!held_fibres_.empty()) add_fibres({}, none, {}, surface_, fixed_, held_fibres_, hold);
   return hold;
 }
 
@@ -499,9 +528,11 @@ Result<ElasticRegion> GalerkinSystem::region(const std::function<bool(const Vec3
     numbers.push_back(q);
   }
   if (numbers.empty()) return region;
-  Result<PointFields> fields = evaluate_fields(*fields_, points.positions, true);
+  Result<PointFields> fields = inside_.points() > 0
+                                   ? of_points(inside_, numbers)
+                                   : evaluate_fields(*fields_, points.positions, true);
   if (!fields) return std::unexpected(fields.error());
-  correct_gradients(*fields_, points, multipliers_, *fields);
+  if (inside_.points() == 0) correct_gradients(*fields_, points, multipliers_, *fields);
   region.positions = std::move(points.positions);
   region.weights = std::move(points.weights);
   if (!modulus_.empty()) {

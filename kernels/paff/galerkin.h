@@ -28,6 +28,13 @@
 
 namespace viscera {
 
+/// The fixed points of the surface with the shape functions there and Nitsche's penalty.
+struct FixedPoints {
+  std::vector<std::size_t> points;  ///< index into the SurfaceQuadrature
+  PointFields fields;
+  std::vector<double> rate;  ///< [1/m]
+};
+
 /// Whether part of lambda acts on averaged dilatation.
 bool averages_dilatation(const IsotropicMaterial& material);
 
@@ -88,6 +95,10 @@ class GalerkinSystem {
   std::vector<double> modulus_, held_modulus_;
   std::vector<Fibres> fibres_, held_fibres_;  ///< there; empty: none
   std::vector<double> multipliers_;           ///< that made the gradients consistent
+  FixedPoints fixed_;
+  /// At the points of the volume, consistent; kept of few points (ElasticProblem), whose regions
+  /// are of all of them. Values aren't.
+  PointFields inside_;
   MeanDilatation dilatation_;
   std::vector<TissuePiece> pieces_;
   SymmetricBlockMatrix stiffness_;  ///< [N/m]
