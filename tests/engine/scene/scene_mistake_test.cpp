@@ -38,7 +38,7 @@ TEST(SceneMistake, AWrongUnitSaysWhichIsExpected) {
 
 TEST(SceneMistake, StepsThatAFilmHasNoPicturesForAreRefused) {
   EXPECT_ONE_MISTAKE(mistakes_with("/steps_per_s", 50), "steps_per_s", "found 50",
-                     "expected one of 30, 60, 120, 240");
+                     "expected 30, 60, 120 or 240");
 }
 
 TEST(SceneMistake, AMaterialThatIsNoneIsNamed) {
