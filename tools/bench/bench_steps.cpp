@@ -34,9 +34,8 @@ struct Course {
   std::vector<std::vector<Vec3>> forces;                ///< [instrument][look] [N]
   std::vector<std::vector<std::vector<Vec3f>>> shapes;  ///< [organ][look][vertex] [m]
   // Against the finest.
-  double force_error = 0.0;  ///< of the tool that errs most: mean over time, over the mean force
-  double peak_error = 0.0;   ///< of the greatest force, likewise
-  double shape_error = 0.0;  ///< greatest way of a vertex between both [m]
+  std::vector<double> force_errors;  ///< of each tool: mean over time, over its mean force
+  double shape_error = 0.0;          ///< greatest way of a vertex between both [m]
 };
 
 Result<Course> run(SceneDescription scene, const std::map<std::string, Tissue>& tissues,
@@ -82,26 +81,14 @@ double mean_size(const std::vector<Vec3>& forces) {
   return forces.empty() ? 0.0 : sum / static_cast<double>(forces.size());
 }
 
-double greatest_size(const std::vector<Vec3>& forces) {
-  double most = 0.0;
-  for (const Vec3& force : forces) most = std::max(most, force.norm());
-  return most;
-}
-
 void compare(const Course& finest, Course& course) {
-  double least = 0.0;  // tools that hardly touch say nothing
-  for (const std::vector<Vec3>& forces : finest.forces)
-    least = std::max(least, 0.1 * mean_size(forces));
   for (std::size_t i = 0; i < course.forces.size(); ++i) {
-    const double mean = mean_size(finest.forces[i]), peak = greatest_size(finest.forces[i]);
-    if (mean < least || mean == 0.0) continue;
-    double off = 0.0;
+    const double mean = mean_size(finest.forces[i]);
     const std::size_t looks = std::min(course.forces[i].size(), finest.forces[i].size());
+    double off = 0.0;
     for (std::size_t k = 0; k < looks; ++k)
       off += (course.forces[i][k] - finest.forces[i][k]).norm() / static_cast<double>(looks);
-    course.force_error = std::max(course.force_error, off / mean);
-    course.peak_error =
-        std::max(course.peak_error, std::abs(greatest_size(course.forces[i]) - peak) / peak);
+    course.force_errors.push_back(mean > 0.0 ? off / mean : 0.0);
   }
   for (std::size_t o = 0; o < course.shapes.size(); ++o)
     for (std::size_t k = 0; k < std::min(course.shapes[o].size(), finest.shapes[o].size()); ++k) {
@@ -122,8 +109,17 @@ std::string line(const Course& one, double duration, bool finest) {
       fmt::format("{:>7}{:>12.2f} x{:>11.1f} ms{:>11.1f} ms", one.rate, duration / one.wall,
                   1e3 * at_share(one.frames, 0.5), 1e3 * at_share(one.frames, 0.99));
   if (finest) return text + "   what the others are compared with\n";
-  return text + fmt::format("{:>11.1f} %{:>11.1f} %{:>11.2f} mm\n", 100.0 * one.force_error,
-                            100.0 * one.peak_error, 1e3 * one.shape_error);
+  text += fmt::format("{:>11.2f} mm", 1e3 * one.shape_error);
+  for (const double error : one.force_errors) text += fmt::format("{:>11.1f} %", 100.0 * error);
+  return text + "\n";
+}
+
+std::string heading(const SceneDescription& scene) {
+  std::string text = fmt::format("{:>7}{:>14}{:>14}{:>14}{:>14}", "steps/s", "real time", "a step",
+                                 "p99", "a vertex");
+  for (const InstrumentDescription& tool : scene.instruments)
+    text += fmt::format("{:>13}", tool.name.substr(0, 12));
+  return text + "\n";
 }
 
 nlohmann::json to_json(const std::vector<Course>& courses, double duration) {
@@ -133,24 +129,25 @@ nlohmann::json to_json(const std::vector<Course>& courses, double duration) {
                      {"real_time_factor", duration / one.wall},
                      {"frame_ms", 1e3 * at_share(one.frames, 0.5)},
                      {"frame_p99_ms", 1e3 * at_share(one.frames, 0.99)},
-                     {"force_error", one.force_error},
-                     {"peak_error", one.peak_error},
+                     {"force_errors", one.force_errors},
                      {"shape_error_m", one.shape_error}});
   return cases;
 }
 
-Result<void> draw(const std::vector<Course>& courses, double duration, const std::string& name,
+Result<void> draw(const std::vector<Course>& courses, const SceneDescription& scene,
                   const std::filesystem::path& folder) {
   Plot plot;
-  plot.title = name + ": time against error, by the length of a step";
+  plot.title = scene.name + ": time against error, by the length of a step";
   plot.subtitle = fmt::format("30, 60 and 120 steps a second against {}", kRates.back());
   plot.x = {"wall time over simulated time"};
-  plot.y = {"error of the force (%)"};
-  PlotSeries errors{.name = "force"};
-  for (const Course& one : courses)
-    if (one.rate != kRates.back())
-      errors.points.emplace_back(one.wall / duration, 100.0 * one.force_error);
-  plot.series = {errors};
+  plot.y = {"error of the force over its mean (%)"};
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+    PlotSeries errors{.name = scene.instruments[i].name};
+    for (const Course& one : courses)
+      if (one.rate != kRates.back())
+        errors.points.emplace_back(one.wall / scene.duration, 100.0 * one.force_errors[i]);
+    plot.series.push_back(errors);
+  }
   return write_file(folder / "steps.svg", to_svg(plot));
 }
 
@@ -172,16 +169,14 @@ Result<void> bench_steps(const SceneDescription& scene,
     return failure(scene.file.string() +
                    ": instruments: found none that touches anything, expected one whose force can "
                    "be compared");
-  out << fmt::format("{:>7}{:>14}{:>14}{:>14}{:>13}{:>13}{:>14}\n", "steps/s", "real time",
-                     "a step", "p99", "force", "its peak", "a vertex");
+  out << heading(scene);
   for (Course& one : courses) {
     compare(courses.back(), one);
     out << line(one, scene.duration, &one == &courses.back());
   }
   if (auto written = write_cases(options.json, to_json(courses, scene.duration), {}); !written)
     return written;
-  return options.plots.empty() ? Result<void>()
-                               : draw(courses, scene.duration, scene.name, options.plots);
+  return options.plots.empty() ? Result<void>() : draw(courses, scene, options.plots);
 }
 
 }  // namespace viscera
