@@ -359,6 +359,7 @@ Feature smoke_feature() {
           .stages = {{.name = "emit smoke",
                       .reads = {"heat", "shapes", "organ poses"},
                       .writes = {"emissions"},
+                      .changes = {"gas"},
                       .needed = smokes,
                       .run = emit_smoke},
                      {.name = "move smoke",
