@@ -13,8 +13,12 @@ namespace {
 constexpr double kRidge = 1e-6;
 /// A part that doesn't take part isn't violated by less [m].
 constexpr double kUnfelt = 1e-9;
-/// More unknowns than these aren't solved for: their matrix takes 300 MB.
+/// More unknowns than these are solved for by pairs of bodies.
+constexpr std::size_t kMostDense = 800;
+/// Where something yields they aren't, and more than these not at all: their matrix takes 300 MB.
 constexpr std::size_t kMostTried = 6000;
+/// What sweeps over pairs may leave of the greatest force; more, and there are no forces.
+constexpr double kMostLeft = 1e-2;
 /// A step at finite strain asks some ten times; more than this would be a step without an end.
 constexpr int kMostQuestions = 1000;
 /// Answers to one question by another softness each. What hasn't settled by then goes on at the
@@ -67,8 +71,8 @@ void ContactIsland::list_unknowns(std::span<const IslandBody> bodies,
           ways_of(cells[k].held, cells[k].direction, cells[k].friction), cells[k].held,
           cells[k].friction,
           [&](const Vec3& along) {
-            return std::array<Term, 2>{Term{static_cast<int>(b), static_cast<int>(k), along},
-                                       Term{}};
+            return std::array<IslandTerm, 2>{
+                IslandTerm{static_cast<int>(b), static_cast<int>(k), along}, IslandTerm{}};
           },
           0.0);
   }
@@ -77,7 +81,7 @@ void ContactIsland::list_unknowns(std::span<const IslandBody> bodies,
     add(
         ways_of(joint.held, joint.direction, joint.friction), joint.held, joint.friction,
         [&](const Vec3& along) {
-          std::array<Term, 2> terms;
+          std::array<IslandTerm, 2> terms;
           for (std::size_t e = 0; e < 2; ++e) {
             const Joint::End& end = joint.ends[e];
             if (end.body < 0) continue;
@@ -121,9 +125,7 @@ void ContactIsland::choose_tried() {
   }
 }
 
-/// What each amount that is tried moves along each: sums over the bodies that both touch. False:
-/// there are too many.
-bool ContactIsland::assemble(std::span<const IslandBody> bodies) {
+void ContactIsland::list_tried() {
   tried_.clear();
   tried_bilateral_.clear();
   tried_active_.clear();
@@ -137,19 +139,24 @@ bool ContactIsland::assemble(std::span<const IslandBody> bodies) {
     }
     tried_conditions_.insert(tried_conditions_.end(), part.held() ? part.count : 1, part.condition);
   }
-  if (tried_.size() > kMostTried) return false;
   const auto count = static_cast<Eigen::Index>(tried_.size());
-  matrix_.setZero(count, count);
   tried_wanted_.resize(count);
   tried_amounts_.resize(count);
-  std::vector<std::vector<std::pair<Eigen::Index, const Term*>>> of_body(bodies.size());
   for (Eigen::Index i = 0; i < count; ++i) {
-    const std::size_t u = tried_[static_cast<std::size_t>(i)];
-    tried_wanted_[i] = wanted_[static_cast<Eigen::Index>(u)];
-    tried_amounts_[i] = amounts_[static_cast<Eigen::Index>(u)];
-    for (const Term& term : unknowns_[u].terms)
-      if (term.body >= 0) of_body[static_cast<std::size_t>(term.body)].push_back({i, &term});
+    const auto u = static_cast<Eigen::Index>(tried_[static_cast<std::size_t>(i)]);
+    tried_wanted_[i] = wanted_[u];
+    tried_amounts_[i] = amounts_[u];
   }
+}
+
+/// What each amount that is tried moves along each: sums over the bodies that both touch.
+void ContactIsland::assemble(std::span<const IslandBody> bodies) {
+  const auto count = static_cast<Eigen::Index>(tried_.size());
+  matrix_.setZero(count, count);
+  std::vector<std::vector<std::pair<Eigen::Index, const IslandTerm*>>> of_body(bodies.size());
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (const IslandTerm& term : unknowns_[tried_[static_cast<std::size_t>(i)]].terms)
+      if (term.body >= 0) of_body[static_cast<std::size_t>(term.body)].push_back({i, &term});
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (of_body[b].empty()) continue;
     const MatrixX& response = *bodies[b].solve->question().response;
@@ -166,7 +173,6 @@ bool ContactIsland::assemble(std::span<const IslandBody> bodies) {
     matrix_(i, i) =
         (1.0 + kRidge) * matrix_(i, i) + unknowns_[tried_[static_cast<std::size_t>(i)]].softness;
   add_yielding();
-  return true;
 }
 
 /// Held joints have three unknowns each, and are always tried.
@@ -186,9 +192,9 @@ void ContactIsland::add_yielding() {
 
 void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints) {
   wanted_.resize(static_cast<Eigen::Index>(unknowns_.size()));
-  const auto free_along = [&](const Unknown& unknown) {
+  const auto free_along = [&](const IslandUnknown& unknown) {
     double sum = 0.0;
-    for (const Term& term : unknown.terms)
+    for (const IslandTerm& term : unknown.terms)
       if (term.body >= 0)
         sum += term.along.dot(
             bodies[static_cast<std::size_t>(term.body)].solve->question().free.segment<3>(
@@ -215,8 +221,6 @@ void ContactIsland::set_wanted(std::span<const IslandBody> bodies, std::span<con
 }
 
 void ContactIsland::solve_tried() {
-  figures_.tried = static_cast<int>(tried_.size());
-  figures_.converged = true;
   if (tried_.empty()) return;
   const Eigen::LLT<MatrixX> factor(matrix_);
   if (factor.info() != Eigen::Success) {
@@ -236,6 +240,24 @@ void ContactIsland::solve_tried() {
     figures_.converged = solved.converged;
     figures_.pivots = solved.pivots;
   }
+}
+
+/// By pairs of bodies, of which there are many.
+void ContactIsland::sweep_tried(std::span<const IslandBody> bodies) {
+  std::vector<const MatrixX*> responses;
+  for (const IslandBody& body : bodies) responses.push_back(body.solve->question().response);
+  tried_unknowns_.clear();
+  for (const std::size_t u : tried_) tried_unknowns_.push_back(unknowns_[u]);
+  const SweepFigures solved = sweeps_.solve(responses, tried_unknowns_, tried_conditions_, kRidge,
+                                            tried_wanted_, tried_amounts_);
+  figures_.pivots = solved.sweeps;
+  figures_.residual = solved.residual;
+  figures_.converged = solved.converged || solved.residual < kMostLeft;
+  for (std::size_t i = 0; i < tried_.size(); ++i)
+    tried_active_[i] = tried_amounts_[static_cast<Eigen::Index>(i)] > 0.0;
+}
+
+void ContactIsland::take_tried() {
   for (std::size_t i = 0; i < tried_.size(); ++i) {
     amounts_[static_cast<Eigen::Index>(tried_[i])] = tried_amounts_[static_cast<Eigen::Index>(i)];
     active_[tried_[i]] = tried_active_[i];
@@ -247,7 +269,7 @@ void ContactIsland::spread_forces(std::span<const IslandBody> bodies) {
   for (std::size_t b = 0; b < bodies.size(); ++b)
     forces_[b].setZero(bodies[b].solve->question().free.size());
   for (const std::size_t u : tried_)
-    for (const Term& term : unknowns_[u].terms)
+    for (const IslandTerm& term : unknowns_[u].terms)
       if (term.body >= 0)
         forces_[static_cast<std::size_t>(term.body)].segment<3>(
             at(static_cast<std::size_t>(term.cell))) +=
@@ -263,7 +285,7 @@ bool ContactIsland::try_violated(std::span<const IslandBody> bodies) {
   for (Part& part : parts_) {
     if (part.tried) continue;
     double along = 0.0;
-    for (const Term& term : unknowns_[part.first].terms)
+    for (const IslandTerm& term : unknowns_[part.first].terms)
       if (term.body >= 0)
         along += term.along.dot(moved[static_cast<std::size_t>(term.body)].segment<3>(
             at(static_cast<std::size_t>(term.cell))));
@@ -288,8 +310,18 @@ bool ContactIsland::decide(std::span<const IslandBody> bodies, std::span<const J
 
 bool ContactIsland::answer(std::span<const IslandBody> bodies) {
   do {
-    if (!assemble(bodies)) return figures_.converged = false;
-    solve_tried();
+    list_tried();
+    figures_.tried = static_cast<int>(tried_.size());
+    figures_.converged = true;
+    if (tried_.size() > kMostDense && yielding_.empty()) {
+      sweep_tried(bodies);
+    } else if (tried_.size() > kMostTried) {
+      return figures_.converged = false;
+    } else {
+      assemble(bodies);
+      solve_tried();
+    }
+    take_tried();
     spread_forces(bodies);
   } while (figures_.converged && try_violated(bodies));
   return figures_.converged;

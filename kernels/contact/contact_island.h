@@ -9,7 +9,9 @@
 #include <span>
 #include <vector>
 
+#include "kernels/contact/contact_sweeps.h"
 #include "kernels/contact/frictional.h"
+#include "kernels/contact/island_unknowns.h"
 #include "kernels/contact/shared_solve.h"
 #include "kernels/contact/unilateral.h"
 #include "kernels/contact/yielding_joints.h"
@@ -59,7 +61,8 @@ struct IslandFigures {
                           ///< force
   double lifted = 0.0;    ///< as ContactSolution::lifted
   bool converged = true;  ///< false: no forces, each body went without; as where so many touch
-                          ///< (6,000 unknowns) that their matrix would be too great
+                          ///< (6,000 unknowns), and one of them yields, that their matrix would be
+                          ///< too great
 };
 
 /// Most of what may meet within a frame doesn't. So a question is answered for the parts that had a
@@ -74,17 +77,6 @@ class ContactIsland {
                       std::vector<Vec3>& forces, std::span<const JointsThatYield> yielding = {});
 
  private:
-  /// What one unknown amount of force does to one body: along a direction of its frame.
-  struct Term {
-    int body = -1;
-    int cell = 0;
-    Vec3 along = Vec3::Zero();
-  };
-  struct Unknown {
-    std::array<Term, 2> terms;
-    double softness = 0.0;
-  };
-
   /// What is solved for together: one unknown, or the three of a held or rubbing cell.
   struct Part {
     std::size_t first = 0, count = 1;  ///< of its unknowns
@@ -97,9 +89,12 @@ class ContactIsland {
   void guess(std::span<const IslandBody> bodies, std::span<const Joint> joints,
              std::span<const Vec3> forces);
   void choose_tried();
-  bool assemble(std::span<const IslandBody> bodies);
+  void list_tried();
+  void assemble(std::span<const IslandBody> bodies);
   void add_yielding();
   void solve_tried();
+  void sweep_tried(std::span<const IslandBody> bodies);
+  void take_tried();
   void spread_forces(std::span<const IslandBody> bodies);
   bool try_violated(std::span<const IslandBody> bodies);
   void set_wanted(std::span<const IslandBody> bodies, std::span<const Joint> joints);
@@ -110,7 +105,7 @@ class ContactIsland {
   MatrixX behind(std::span<const IslandBody> bodies, std::span<const Joint> joints,
                  std::size_t body) const;
 
-  std::vector<Unknown> unknowns_;
+  std::vector<IslandUnknown> unknowns_;
   std::vector<Part> parts_;
   std::vector<std::size_t> first_of_joint_;
   std::span<const JointsThatYield> yielding_;
@@ -125,6 +120,8 @@ class ContactIsland {
   std::vector<VectorX> forces_;  // on the bodies' cells, in their frames
   UnilateralSolver unilateral_;
   FrictionSolver frictional_;
+  ContactSweeps sweeps_;
+  std::vector<IslandUnknown> tried_unknowns_;
   IslandFigures figures_;
 };
 

@@ -14,37 +14,13 @@ constexpr int kHalvings = 4;
 /// Sweeps that replace a Newton step which didn't help.
 constexpr int kSweeps = 20;
 
-/// The point of the disc of this radius that is nearest to y.
-Vec2 onto_disc(const Vec2& y, double radius) {
-  const double length = y.norm();
-  return length <= radius ? y : Vec2(y * (radius / length));
-}
-
 }  // namespace
 
-/// gaps = A x - b; residual = x - (projection of x - step * gap on what the condition allows), zero
-/// exactly where the conditions hold.
 void FrictionSolver::evaluate(const MatrixX& matrix, const VectorX& b, const VectorX& x,
                               VectorX& gaps, VectorX& residual) const {
   gaps.noalias() = matrix * x;
   gaps -= b;
-  residual.resize(x.size());
-  Eigen::Index i = 0;
-  for (const ContactCondition& condition : conditions_) {
-    const double step = step_of_[i];
-    if (condition.kind == ContactCondition::Kind::kBilateral) {
-      residual[i] = step * gaps[i];
-    } else {
-      const double pushed = std::max(0.0, x[i] - step * gaps[i]);
-      residual[i] = x[i] - pushed;
-      if (condition.kind == ContactCondition::Kind::kFriction) {
-        const Vec2 dragged = x.segment<2>(i + 1) - step * gaps.segment<2>(i + 1);
-        residual.segment<2>(i + 1) =
-            x.segment<2>(i + 1) - onto_disc(dragged, condition.friction * pushed);
-      }
-    }
-    i += condition.unknowns();
-  }
+  contact_residual(conditions_, step_of_, x, gaps, residual);
 }
 
 /// The derivative of the residual, one of its branches where it has several.
@@ -84,29 +60,6 @@ void FrictionSolver::build_slope(const MatrixX& matrix, const VectorX& x, const 
   }
 }
 
-/// One Gauss-Seidel pass, cell after cell; keeps `gaps` up to date.
-void FrictionSolver::sweep(const MatrixX& matrix, VectorX& x, VectorX& gaps) const {
-  const auto move = [&](Eigen::Index i, double value) {
-    const double change = value - x[i];
-    if (change == 0.0) return;
-    x[i] = value;
-    gaps += change * matrix.col(i);
-  };
-  Eigen::Index i = 0;
-  for (const ContactCondition& condition : conditions_) {
-    const double target = x[i] - gaps[i] / matrix(i, i);
-    move(i, condition.kind == ContactCondition::Kind::kBilateral ? target : std::max(0.0, target));
-    if (condition.kind == ContactCondition::Kind::kFriction) {
-      const double stiffest = std::max(matrix(i + 1, i + 1), matrix(i + 2, i + 2));
-      const Vec2 dragged = onto_disc(x.segment<2>(i + 1) - gaps.segment<2>(i + 1) / stiffest,
-                                     condition.friction * x[i]);
-      move(i + 1, dragged.x());
-      move(i + 2, dragged.y());
-    }
-    i += condition.unknowns();
-  }
-}
-
 /// What the residual can't get below, because A x and b are rounded.
 double FrictionSolver::round_off(const MatrixX& matrix, const VectorX& b, const VectorX& x) const {
   const VectorX size = matrix.cwiseAbs() * x.cwiseAbs() + b.cwiseAbs();
@@ -128,13 +81,7 @@ FrictionFigures FrictionSolver::solve(const MatrixX& matrix, const VectorX& b,
     return figures;
   }
   if (matrix.diagonal().minCoeff() <= 0.0) return give_up();
-  step_of_.resize(b.size());
-  Eigen::Index at = 0;
-  for (const ContactCondition& condition : conditions) {
-    const int count = condition.unknowns();
-    step_of_.segment(at, count).setConstant(1.0 / matrix.diagonal().segment(at, count).mean());
-    at += count;
-  }
+  step_of_ = forces_of_gaps(matrix.diagonal(), conditions);
 
   evaluate(matrix, b, x, gaps_, residual_);
   for (;; ++figures.rounds) {
@@ -163,21 +110,14 @@ FrictionFigures FrictionSolver::solve(const MatrixX& matrix, const VectorX& b,
       gaps_.swap(trial_gaps_);
       residual_.swap(trial_residual_);
     } else {
-      for (int i = 0; i < kSweeps; ++i) sweep(matrix, x, gaps_);
+      for (int i = 0; i < kSweeps; ++i) sweep_contact(matrix, conditions, x, gaps_);
       evaluate(matrix, b, x, gaps_, residual_);
       if (!x.allFinite()) return give_up();
     }
   }
 
   // What is left of the residual may not break the signs and cones.
-  Eigen::Index i = 0;
-  for (const ContactCondition& condition : conditions) {
-    if (condition.kind != ContactCondition::Kind::kBilateral) x[i] = std::max(0.0, x[i]);
-    if (condition.kind == ContactCondition::Kind::kFriction) {
-      x.segment<2>(i + 1) = onto_disc(x.segment<2>(i + 1), condition.friction * x[i]);
-    }
-    i += condition.unknowns();
-  }
+  into_cones(conditions, x);
   return figures;
 }
 

@@ -4,23 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "kernels/base/types.h"
+#include "kernels/contact/contact_conditions.h"
 
 namespace viscera {
-
-/// What one or three unknowns of a contact problem must satisfy with w = A x - b.
-struct ContactCondition {
-  enum class Kind {
-    kBilateral,   ///< w = 0                                                  (1 unknown)
-    kUnilateral,  ///< x >= 0, w >= 0, x w = 0                                (1)
-    kFriction,    ///< the first as above; the other two, tangential: |x_t| <= mu x_n, and where
-                  ///< w_t is not 0 (the cell slips) x_t = -mu x_n w_t / |w_t|  (3)
-  };
-  Kind kind = Kind::kUnilateral;
-  double friction = 0.0;  ///< mu of kFriction
-
-  int unknowns() const { return kind == Kind::kFriction ? 3 : 1; }
-};
 
 struct FrictionFigures {
   int rounds = 0;          ///< Newton steps and blocks of sweeps
@@ -44,11 +30,10 @@ class FrictionSolver {
   void evaluate(const MatrixX& matrix, const VectorX& b, const VectorX& x, VectorX& gaps,
                 VectorX& residual) const;
   void build_slope(const MatrixX& matrix, const VectorX& x, const VectorX& gaps, MatrixX& slope);
-  void sweep(const MatrixX& matrix, VectorX& x, VectorX& gaps) const;
   double round_off(const MatrixX& matrix, const VectorX& b, const VectorX& x) const;
 
   std::span<const ContactCondition> conditions_;
-  VectorX step_of_;  ///< per unknown: displacement to force, 1 / (mean diagonal of its cell) [N/m]
+  VectorX step_of_;  // forces_of_gaps()
   VectorX gaps_, residual_, trial_, trial_gaps_, trial_residual_;
   MatrixX slope_;
 };

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "engine/features/free_bodies/ball_heap.h"
 #include "engine/features/free_bodies/block_on_floor.h"
+#include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
 #include "engine/features/touching/touching_balls.h"
 #include "engine/io/atomic_file.h"
@@ -18,6 +21,7 @@
 #include "engine/simulator/build.h"
 #include "engine/verification/two_balls.h"
 #include "kernels/base/stopwatch.h"
+#include "kernels/points/surface.h"
 #include "tools/bench/bench_jaws.h"
 #include "tools/bench/bench_pressure.h"
 #include "tools/common/bench_figures.h"
@@ -63,6 +67,7 @@ class ContactBench {
     drag(**balls, out);
     if (auto slid = slide_block(out); !slid) return slid;
     if (auto pressed = press_to_modulus(out); !pressed) return pressed;
+    if (auto settled = settle_heap(out); !settled) return settled;
     return pull_by_jaws(out);
   }
 
@@ -82,6 +87,9 @@ class ContactBench {
             {"a block under a tenth of its modulus: force", "%", error(8), 5.0},
             {"the pressure that it carries without a flag, over its modulus", "",
              cases_[9].value / cases_[9].reference, 1.0, true},
+            {"64 balls in a box: a frame as they settle", "ms", cases_[10].frame_ms, 100.0},
+            {"what carries them once they rest: force against their weight", "%", error(10), 1.0},
+            {"a frame once they rest", "ms", cases_[11].frame_ms, 0.1},
             {"jaws: pull at which slip begins, from 2 mu N", "%", jaws_begin_, 5.0},
             {"jaws: friction while they slide, from 2 mu N", "%", jaws_slide_, 5.0}};
   }
@@ -256,6 +264,52 @@ class ContactBench {
          median},
         out);
     print_pressure(*curve, out);
+    return {};
+  }
+
+  /// Until all rest, or for so long.
+  Result<void> settle_heap(std::ostream& out) {
+    constexpr double kLongest = 10.0;
+    constexpr int kResting = 60;
+    Tissue rubber;
+    rubber.name = "rubber";
+    rubber.elastic = material_;
+    std::vector<std::string> warnings;
+    auto model =
+        build_model(ball_heap({.along = 4, .across = 4, .layers = 4}), {{"rubber", rubber}},
+                    {assets_folder(), false}, until_interrupted(), warnings);
+    if (!model) return std::unexpected(model.error());
+    auto world = start_world(*std::move(model));
+    if (!world) return std::unexpected(world.error());
+    Trace trace(stage_names());
+    const auto step = [&] {
+      const Stopwatch watch;
+      step_frame(**world, trace);
+      return 1e3 * watch.seconds();
+    };
+    const auto all_rest = [&] {
+      return std::ranges::all_of((*world)->all<Resting>(), &Resting::rests);
+    };
+    std::vector<double> settling, resting;
+    while (!all_rest() && (*world)->time() < kLongest) {
+      if (interrupted()) return failure(kCancelled);
+      settling.push_back(step());
+    }
+    double force = 0.0, weight = 0.0;
+    for (const OrganContact& contact : (*world)->all<OrganContact>())
+      for (const Vec3& one : contact.solution.forces) force += one.z();
+    for (const OrganBody& body : (*world)->all<OrganBody>())
+      if (body.model->deformable())
+        weight += 9.81 * rubber.density * std::abs(volume(body.model->surface));
+    for (int i = 0; i < kResting; ++i) resting.push_back(step());
+    const int rows = static_cast<int>((*world)->one<TouchingFigures>()->most_rows);
+    add({"64 balls in a box, settled: what carries them (N)", force, weight,
+         quantiles(settling).median, rows},
+        out);
+    add({all_rest() ? "the same: rested after (s)" : "the same: not at rest after (s)",
+         (*world)->time() - kResting * (*world)->model().time_step(), kLongest,
+         quantiles(resting).median, rows},
+        out);
     return {};
   }
 

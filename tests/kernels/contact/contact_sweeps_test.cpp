@@ -1,0 +1,153 @@
+// Contact between many bodies, by pairs of them.
+#include "kernels/contact/contact_sweeps.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "kernels/base/random.h"
+#include "kernels/contact/frictional.h"
+
+namespace viscera {
+namespace {
+
+using Kind = ContactCondition::Kind;
+
+/// Bodies one on the other on a floor, so many cells wide: each cell of a body touches the one
+/// below it, all but the lowest body's touch another body's.
+class Stack {
+ public:
+  Stack(int bodies, int cells, Kind kind, double friction, double heavy) {
+    const Random random(5, 0);
+    std::uint64_t draw = 0;
+    const auto between = [&](double low, double high) {
+      return low + (high - low) * random.uniform(draw++);
+    };
+    for (int b = 0; b < bodies; ++b) {
+      const Eigen::Index n = 3 * 2 * cells;
+      MatrixX part(n, n);
+      for (Eigen::Index j = 0; j < n; ++j)
+        for (Eigen::Index i = 0; i < n; ++i) part(i, j) = between(-1.0, 1.0);
+      MatrixX response = part * part.transpose() / static_cast<double>(n);
+      response.diagonal().array() += 1.0;
+      // It goes as a whole, too.
+      for (int axis = 0; axis < 3; ++axis) {
+        VectorX whole = VectorX::Zero(n);
+        for (Eigen::Index i = axis; i < n; i += 3) whole[i] = 1.0;
+        response += heavy * whole * whole.transpose();
+      }
+      responses_.push_back(response);
+    }
+    for (int b = 0; b < bodies; ++b)
+      for (int c = 0; c < cells; ++c) {
+        const std::array<Vec3, 3> ways = {Vec3::UnitZ(), Vec3::UnitX(), Vec3::UnitY()};
+        const int count = kind == Kind::kUnilateral ? 1 : 3;
+        for (int w = 0; w < count; ++w) {
+          const Vec3& along = ways[static_cast<std::size_t>(w)];
+          IslandUnknown unknown;
+          unknown.terms[0] = {b, c, along};
+          if (b > 0) unknown.terms[1] = {b - 1, cells + c, -along};
+          unknown.softness = 0.01 * c;
+          unknowns.push_back(unknown);
+        }
+        for (int i = 0; i < (kind == Kind::kBilateral ? 3 : 1); ++i)
+          conditions.push_back({kind, friction});
+      }
+    for (const MatrixX& response : responses_) responses.push_back(&response);
+    wanted.resize(static_cast<Eigen::Index>(unknowns.size()));
+    for (double& one : wanted) one = between(-0.5, 1.0);
+  }
+
+  MatrixX dense(double ridge) const {
+    const auto n = static_cast<Eigen::Index>(unknowns.size());
+    MatrixX matrix = MatrixX::Zero(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j)
+        for (const IslandTerm& row : unknowns[static_cast<std::size_t>(i)].terms)
+          for (const IslandTerm& column : unknowns[static_cast<std::size_t>(j)].terms)
+            if (row.body >= 0 && row.body == column.body)
+              matrix(i, j) +=
+                  row.along.dot(responses_[static_cast<std::size_t>(row.body)].block<3, 3>(
+                                    3 * row.cell, 3 * column.cell) *
+                                column.along);
+    for (Eigen::Index i = 0; i < n; ++i)
+      matrix(i, i) = (1.0 + ridge) * matrix(i, i) + unknowns[static_cast<std::size_t>(i)].softness;
+    return matrix;
+  }
+
+  std::vector<const MatrixX*> responses;
+  std::vector<IslandUnknown> unknowns;
+  std::vector<ContactCondition> conditions;
+  VectorX wanted;
+
+ private:
+  std::vector<MatrixX> responses_;
+};
+
+constexpr double kRidge = 1e-6;
+
+TEST(ContactSweeps, AnswerWhatOneDenseProblemAnswers) {
+  for (const auto& [kind, friction] :
+       {std::pair(Kind::kUnilateral, 0.0), std::pair(Kind::kFriction, 0.3),
+        std::pair(Kind::kBilateral, 0.0)}) {
+    const Stack stack(5, 4, kind, friction, 0.2);
+    VectorX expected;
+    ASSERT_TRUE(FrictionSolver()
+                    .solve(stack.dense(kRidge), stack.wanted, stack.conditions, expected)
+                    .converged);
+    ContactSweeps sweeps;
+    VectorX x;
+    const SweepFigures figures =
+        sweeps.solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x);
+    EXPECT_TRUE(figures.converged);
+    EXPECT_EQ(figures.blocks, 5);
+    EXPECT_GT(expected.cwiseAbs().maxCoeff(), 0.1);
+    EXPECT_LT((x - expected).cwiseAbs().maxCoeff(), 1e-4 * expected.cwiseAbs().maxCoeff());
+    // From the answer there is nothing left to do.
+    const SweepFigures again =
+        sweeps.solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x);
+    EXPECT_LT(again.sweeps, 3);
+    EXPECT_LT(again.sweeps, figures.sweeps);
+  }
+}
+
+TEST(ContactSweeps, KeepSignsAndConesWhateverIsLeft) {
+  const Stack stack(40, 3, Kind::kFriction, 0.5, 1e4);
+  VectorX x = VectorX::Constant(stack.wanted.size(), -7.0);
+  const SweepFigures figures = ContactSweeps().solve(stack.responses, stack.unknowns,
+                                                     stack.conditions, kRidge, stack.wanted, x);
+  EXPECT_FALSE(figures.converged) << "what each body does as a whole goes through all of them";
+  EXPECT_GT(figures.residual, 1e-6);
+  for (Eigen::Index i = 0; i < x.size(); i += 3) {
+    EXPECT_GE(x[i], 0.0);
+    EXPECT_LE(x.segment<2>(i + 1).norm(), (0.5 + 1e-12) * x[i]);
+  }
+}
+
+TEST(ContactSweeps, GiveNoForcesWhereSomethingIsntFinite) {
+  Stack stack(2, 2, Kind::kUnilateral, 0.0, 0.1);
+  const MatrixX broken = MatrixX::Constant(12, 12, std::numeric_limits<double>::quiet_NaN());
+  VectorX x;
+  stack.responses[1] = &broken;
+  EXPECT_FALSE(
+      ContactSweeps()
+          .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x)
+          .converged);
+  EXPECT_TRUE(x.isZero(0.0));
+  const MatrixX negative = -100.0 * MatrixX::Identity(12, 12);
+  stack.responses[1] = &negative;
+  EXPECT_FALSE(
+      ContactSweeps()
+          .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x)
+          .converged);
+  stack = Stack(2, 2, Kind::kUnilateral, 0.0, 0.1);
+  stack.wanted[1] = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(
+      ContactSweeps()
+          .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x)
+          .converged);
+  EXPECT_TRUE(x.isZero(0.0));
+}
+
+}  // namespace
+}  // namespace viscera
