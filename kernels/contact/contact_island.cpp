@@ -13,11 +13,13 @@ namespace {
 constexpr double kRidge = 1e-6;
 /// A part that doesn't take part isn't violated by less [m].
 constexpr double kUnfelt = 1e-9;
-/// More unknowns than these are solved for by pairs of bodies.
-constexpr std::size_t kMostDense = 800;
+/// More bodies with more unknowns than these are solved for by pairs of bodies.
+constexpr std::size_t kFewBodies = 5, kFewTried = 200;
 /// Where something yields they aren't, and more than these not at all: their matrix takes 300 MB.
 constexpr std::size_t kMostTried = 6000;
-/// What sweeps over pairs may leave of the greatest force; more, and there are no forces.
+/// What sweeps over pairs leave of the greatest force, in a body's last question and before.
+constexpr double kLeft = 1e-6, kLeftMeanwhile = 1e-4;
+/// What they may leave; more, and there are no forces.
 constexpr double kMostLeft = 1e-2;
 /// A step at finite strain asks some ten times; more than this would be a step without an end.
 constexpr int kMostQuestions = 1000;
@@ -248,8 +250,11 @@ void ContactIsland::sweep_tried(std::span<const IslandBody> bodies) {
   for (const IslandBody& body : bodies) responses.push_back(body.solve->question().response);
   tried_unknowns_.clear();
   for (const std::size_t u : tried_) tried_unknowns_.push_back(unknowns_[u]);
+  const bool last = std::ranges::all_of(
+      bodies, [](const IslandBody& body) { return body.solve->question().last; });
+  const double tolerance = last ? kLeft : kLeftMeanwhile;
   const SweepFigures solved = sweeps_.solve(responses, tried_unknowns_, tried_conditions_, kRidge,
-                                            tried_wanted_, tried_amounts_);
+                                            tolerance, tried_wanted_, tried_amounts_);
   figures_.pivots = solved.sweeps;
   figures_.residual = solved.residual;
   figures_.converged = solved.converged || solved.residual < kMostLeft;
@@ -313,7 +318,7 @@ bool ContactIsland::answer(std::span<const IslandBody> bodies) {
     list_tried();
     figures_.tried = static_cast<int>(tried_.size());
     figures_.converged = true;
-    if (tried_.size() > kMostDense && yielding_.empty()) {
+    if (bodies.size() > kFewBodies && tried_.size() > kFewTried && yielding_.empty()) {
       sweep_tried(bodies);
     } else if (tried_.size() > kMostTried) {
       return figures_.converged = false;

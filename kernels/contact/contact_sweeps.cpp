@@ -9,8 +9,9 @@
 namespace viscera {
 namespace {
 
-constexpr double kTolerance = 1e-6;
 constexpr int kMostSweeps = 200;
+/// A block that violates its conditions by less than this share of the tolerance isn't pressed.
+constexpr double kQuiet = 0.1;
 /// Passes over a block before its neighbours are asked again: until what it violated has shrunk to
 /// this share.
 constexpr int kMostPasses = 20;
@@ -37,23 +38,67 @@ void ContactSweeps::part(std::span<const IslandUnknown> unknowns,
     if (fresh) {
       if (used == blocks_.size()) blocks_.emplace_back();
       blocks_[used].unknowns.clear();
+      blocks_[used].from.clear();
       blocks_[used].conditions.clear();
       ++used;
     }
     Block& block = blocks_[found->second];
     block.conditions.push_back(condition);
-    for (int i = 0; i < condition.unknowns(); ++i, ++u)
-      block.unknowns.push_back(static_cast<Eigen::Index>(u));
+    for (int i = 0; i < condition.unknowns(); ++i, ++u) {
+      block.unknowns.push_back(unknowns[u]);
+      block.from.push_back(static_cast<Eigen::Index>(u));
+    }
   }
   blocks_.resize(used);
 }
 
-void ContactSweeps::assemble(std::span<const MatrixX* const> responses,
-                             std::span<const IslandUnknown> unknowns, double ridge,
-                             Block& block) const {
+void ContactSweeps::take_turns(std::size_t bodies) {
+  std::vector<std::vector<char>> busy;  // bodies, by turns
+  for (Block& block : blocks_) {
+    const std::array<int, 2> two = bodies_of(block.unknowns.front());
+    const auto is_busy = [&](const std::vector<char>& turn) {
+      return std::ranges::any_of(
+          two, [&](int body) { return body >= 0 && turn[static_cast<std::size_t>(body)]; });
+    };
+    block.turn = static_cast<std::size_t>(std::ranges::find_if_not(busy, is_busy) - busy.begin());
+    if (block.turn == busy.size()) busy.emplace_back(bodies, 0);
+    for (const int body : two)
+      if (body >= 0) busy[block.turn][static_cast<std::size_t>(body)] = 1;
+  }
+  turns_.assign(busy.size(), {});
+  for (std::size_t b = 0; b < blocks_.size(); ++b) turns_[blocks_[b].turn].push_back(b);
+}
+
+/// What is pressed of each, and how it answers there.
+void ContactSweeps::take_bodies(std::span<const MatrixX* const> responses) {
+  bodies_.resize(responses.size());
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    bodies_[b].place_of.assign(static_cast<std::size_t>(responses[b]->rows() / 3), -1);
+    bodies_[b].rows.clear();
+  }
+  for (Block& block : blocks_)
+    for (IslandUnknown& unknown : block.unknowns)
+      for (IslandTerm& term : unknown.terms) {
+        if (term.body < 0) continue;
+        Body& body = bodies_[static_cast<std::size_t>(term.body)];
+        int& place = body.place_of[static_cast<std::size_t>(term.cell)];
+        if (place < 0) {
+          place = static_cast<int>(body.rows.size() / 3);
+          for (int axis = 0; axis < 3; ++axis) body.rows.push_back(at(term.cell) + axis);
+        }
+        term.cell = place;
+      }
+  parallel_for_each_index(bodies_.size(), 1, [&](std::size_t b) {
+    Body& body = bodies_[b];
+    body.response = (*responses[b])(body.rows, body.rows);
+    body.moved.setZero(body.response.rows());
+  });
+}
+
+void ContactSweeps::assemble(double ridge, Block& block) const {
   const auto count = static_cast<Eigen::Index>(block.unknowns.size());
   const auto of = [&](Eigen::Index i) -> const IslandUnknown& {
-    return unknowns[static_cast<std::size_t>(block.unknowns[static_cast<std::size_t>(i)])];
+    return block.unknowns[static_cast<std::size_t>(i)];
   };
   block.matrix.resize(count, count);
   block.added.resize(count);
@@ -63,7 +108,7 @@ void ContactSweeps::assemble(std::span<const MatrixX* const> responses,
       for (const IslandTerm& row : of(i).terms)
         for (const IslandTerm& column : of(j).terms)
           if (row.body >= 0 && row.body == column.body)
-            sum += row.along.dot(responses[static_cast<std::size_t>(row.body)]->block<3, 3>(
+            sum += row.along.dot(bodies_[static_cast<std::size_t>(row.body)].response.block<3, 3>(
                                      at(row.cell), at(column.cell)) *
                                  column.along);
       block.matrix(i, j) = block.matrix(j, i) = sum;
@@ -75,58 +120,55 @@ void ContactSweeps::assemble(std::span<const MatrixX* const> responses,
   block.step = forces_of_gaps(block.matrix.diagonal(), block.conditions);
 }
 
-void ContactSweeps::find_gaps(std::span<const IslandUnknown> unknowns, const VectorX& wanted,
-                              Block& block) {
-  block.gaps.resize(block.x.size());
-  for (Eigen::Index i = 0; i < block.x.size(); ++i) {
-    const Eigen::Index u = block.unknowns[static_cast<std::size_t>(i)];
-    double gap = block.added[i] * block.x[i] - wanted[u];
-    for (const IslandTerm& term : unknowns[static_cast<std::size_t>(u)].terms)
+/// And by how much they violate the conditions.
+void ContactSweeps::find_gaps(Block& block) const {
+  block.gaps = block.added.cwiseProduct(block.x) - block.wanted;
+  for (Eigen::Index i = 0; i < block.x.size(); ++i)
+    for (const IslandTerm& term : block.unknowns[static_cast<std::size_t>(i)].terms)
       if (term.body >= 0)
-        gap +=
-            term.along.dot(moved_[static_cast<std::size_t>(term.body)].segment<3>(at(term.cell)));
-    block.gaps[i] = gap;
-  }
+        block.gaps[i] += term.along.dot(
+            bodies_[static_cast<std::size_t>(term.body)].moved.segment<3>(at(term.cell)));
+  contact_residual(block.conditions, block.step, block.x, block.gaps, block.residual);
+  block.violated = block.residual.cwiseAbs().maxCoeff();
 }
 
 /// What answers the block's own conditions as its neighbours press now.
-void ContactSweeps::press(Block& block, double violated) const {
+void ContactSweeps::press(Block& block) const {
+  block.before = block.x;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     sweep_contact(block.matrix, block.conditions, block.x, block.gaps);
     contact_residual(block.conditions, block.step, block.x, block.gaps, block.residual);
-    if (block.residual.cwiseAbs().maxCoeff() <= kEnough * violated) return;
+    if (block.residual.cwiseAbs().maxCoeff() <= kEnough * block.violated) return;
   }
 }
 
 /// The block's two bodies, by what its forces have become more.
-void ContactSweeps::move(std::span<const MatrixX* const> responses,
-                         std::span<const IslandUnknown> unknowns, const Block& block) {
-  for (Eigen::Index i = 0; i < block.x.size();) {
-    const std::array<IslandTerm, 2>& first =
-        unknowns[static_cast<std::size_t>(block.unknowns[static_cast<std::size_t>(i)])].terms;
+void ContactSweeps::move(const Block& block) {
+  const auto same_cells = [](const IslandUnknown& one, const IslandUnknown& other) {
+    return one.terms[0].cell == other.terms[0].cell && one.terms[1].cell == other.terms[1].cell;
+  };
+  std::size_t i = 0;
+  while (i < block.unknowns.size()) {
+    const IslandUnknown& first = block.unknowns[i];
     // Unknowns of one cell follow each other.
     std::array<Vec3, 2> more = {Vec3::Zero(), Vec3::Zero()};
-    for (; i < block.x.size(); ++i) {
-      const std::array<IslandTerm, 2>& terms =
-          unknowns[static_cast<std::size_t>(block.unknowns[static_cast<std::size_t>(i)])].terms;
-      if (terms[0].body != first[0].body || terms[0].cell != first[0].cell ||
-          terms[1].body != first[1].body || terms[1].cell != first[1].cell)
-        break;
-      for (std::size_t e = 0; e < 2; ++e)
-        more[e] += (block.x[i] - block.before[i]) * terms[e].along;
+    for (; i < block.unknowns.size() && same_cells(first, block.unknowns[i]); ++i) {
+      const double change =
+          block.x[static_cast<Eigen::Index>(i)] - block.before[static_cast<Eigen::Index>(i)];
+      for (std::size_t e = 0; e < 2; ++e) more[e] += change * block.unknowns[i].terms[e].along;
     }
-    for (std::size_t e = 0; e < 2; ++e)
-      if (first[e].body >= 0 && !more[e].isZero(0.0)) {
-        const auto body = static_cast<std::size_t>(first[e].body);
-        moved_[body].noalias() += responses[body]->middleCols<3>(at(first[e].cell)) * more[e];
-      }
+    for (std::size_t e = 0; e < 2; ++e) {
+      if (first.terms[e].body < 0 || more[e].isZero(0.0)) continue;
+      Body& body = bodies_[static_cast<std::size_t>(first.terms[e].body)];
+      body.moved.noalias() += body.response.middleCols<3>(at(first.terms[e].cell)) * more[e];
+    }
   }
 }
 
 SweepFigures ContactSweeps::solve(std::span<const MatrixX* const> responses,
                                   std::span<const IslandUnknown> unknowns,
                                   std::span<const ContactCondition> conditions, double ridge,
-                                  const VectorX& wanted, VectorX& x) {
+                                  double tolerance, const VectorX& wanted, VectorX& x) {
   SweepFigures figures;
   if (x.size() != wanted.size()) x.setZero(wanted.size());
   const auto give_up = [&] {
@@ -136,37 +178,45 @@ SweepFigures ContactSweeps::solve(std::span<const MatrixX* const> responses,
   if (!wanted.allFinite() || !x.allFinite()) return give_up();
   into_cones(conditions, x);
   part(unknowns, conditions);
+  take_turns(responses.size());
+  take_bodies(responses);
   figures.blocks = static_cast<int>(blocks_.size());
   parallel_for_each_index(blocks_.size(), 1, [&](std::size_t b) {
-    assemble(responses, unknowns, ridge, blocks_[b]);
-    blocks_[b].x = x(blocks_[b].unknowns);
-    blocks_[b].before.setZero(blocks_[b].x.size());
+    Block& block = blocks_[b];
+    assemble(ridge, block);
+    block.x = x(block.from);
+    block.before.setZero(block.x.size());
+    block.wanted = wanted(block.from);
   });
   for (const Block& block : blocks_)
     if (!block.matrix.allFinite() || !(block.matrix.diagonal().minCoeff() > 0.0)) return give_up();
-  moved_.resize(responses.size());
-  for (std::size_t b = 0; b < responses.size(); ++b) moved_[b].setZero(responses[b]->rows());
-  for (const Block& block : blocks_) move(responses, unknowns, block);
-
+  const auto in_turns = [&](const auto& body) {
+    for (const std::vector<std::size_t>& turn : turns_)
+      parallel_for_each_index(turn.size(), 1, [&](std::size_t i) { body(blocks_[turn[i]]); });
+  };
+  in_turns([&](Block& block) { move(block); });
+  const auto greatest_force = [&] {
+    double greatest = 0.0;
+    for (const Block& block : blocks_) greatest = std::max(greatest, block.x.cwiseAbs().maxCoeff());
+    return greatest;
+  };
+  double greatest = greatest_force();
   for (;; ++figures.sweeps) {
-    double worst = 0.0, greatest = 0.0;
-    for (Block& block : blocks_) {
-      find_gaps(unknowns, wanted, block);
-      contact_residual(block.conditions, block.step, block.x, block.gaps, block.residual);
-      const double violated = block.residual.cwiseAbs().maxCoeff();
-      worst = std::max(worst, violated);
-      if (violated > 0.0) {
-        block.before = block.x;
-        press(block, violated);
-        move(responses, unknowns, block);
-      }
-      greatest = std::max(greatest, block.x.cwiseAbs().maxCoeff());
-    }
+    const double quiet = kQuiet * tolerance * greatest;
+    in_turns([&](Block& block) {
+      find_gaps(block);
+      if (!(block.violated > quiet)) return;
+      press(block);
+      move(block);
+    });
+    greatest = greatest_force();
+    double worst = 0.0;
+    for (const Block& block : blocks_) worst = std::max(worst, block.violated);
     figures.residual = greatest > 0.0 ? worst / greatest : worst > 0.0 ? 1.0 : 0.0;
-    figures.converged = figures.residual <= kTolerance;
+    figures.converged = figures.residual <= tolerance;
     if (figures.converged || figures.sweeps == kMostSweeps || !std::isfinite(worst)) break;
   }
-  for (const Block& block : blocks_) x(block.unknowns) = block.x;
+  for (const Block& block : blocks_) x(block.from) = block.x;
   if (!x.allFinite()) return give_up();
   return figures;
 }

@@ -25,32 +25,43 @@ class ContactSweeps {
   /// Conditions on (x, w) with w = A x - `wanted`: A is the sum over bodies of what their responses
   /// say along the unknowns, with the softness of each, its diagonal greater by the share `ridge`.
   /// `responses`: of each body (3 cells) x (3 cells), symmetric. The unknowns of one condition are
-  /// between the same bodies. `x` (in: a guess): forces.
+  /// between the same bodies. `x` (in: a guess): forces. `tolerance`: residual to reach.
   SweepFigures solve(std::span<const MatrixX* const> responses,
                      std::span<const IslandUnknown> unknowns,
-                     std::span<const ContactCondition> conditions, double ridge,
+                     std::span<const ContactCondition> conditions, double ridge, double tolerance,
                      const VectorX& wanted, VectorX& x);
 
  private:
+  /// A body, by the cells that some unknown presses.
+  struct Body {
+    std::vector<int> place_of;  // of its cells among these; -1: none presses it
+    std::vector<Eigen::Index> rows;
+    MatrixX response;
+    VectorX moved;  // by the forces
+  };
   struct Block {
-    std::vector<Eigen::Index> unknowns;
+    std::vector<IslandUnknown> unknowns;  // cells: places in Body
+    std::vector<Eigen::Index> from;       // of which of all unknowns
     std::vector<ContactCondition> conditions;
     MatrixX matrix;
     VectorX added;  // to the diagonal, beyond what the bodies say
     VectorX step;
-    VectorX x, before, gaps, residual;
+    VectorX x, before, gaps, residual, wanted;
+    double violated = 0.0;
+    std::size_t turn = 0;  // blocks of one turn share no body
   };
 
   void part(std::span<const IslandUnknown> unknowns, std::span<const ContactCondition> conditions);
-  void assemble(std::span<const MatrixX* const> responses, std::span<const IslandUnknown> unknowns,
-                double ridge, Block& block) const;
-  void find_gaps(std::span<const IslandUnknown> unknowns, const VectorX& wanted, Block& block);
-  void press(Block& block, double violated) const;
-  void move(std::span<const MatrixX* const> responses, std::span<const IslandUnknown> unknowns,
-            const Block& block);
+  void take_turns(std::size_t bodies);
+  void take_bodies(std::span<const MatrixX* const> responses);
+  void assemble(double ridge, Block& block) const;
+  void find_gaps(Block& block) const;
+  void press(Block& block) const;
+  void move(const Block& block);
 
   std::vector<Block> blocks_;
-  std::vector<VectorX> moved_;  // of each body's cells, by the forces
+  std::vector<std::vector<std::size_t>> turns_;
+  std::vector<Body> bodies_;
 };
 
 }  // namespace viscera

@@ -309,14 +309,20 @@ ColumnTriples FiniteContact::nodal_columns() const {
 }
 
 MatrixX FiniteContact::turned(const MatrixX& response) const {
-  MatrixX result(response.rows(), response.cols());
+  MatrixX result;
+  turn_into(response, result);
+  return result;
+}
+
+/// Into memory that is at hand: of many cells its pages take longer to get than to fill.
+void FiniteContact::turn_into(const MatrixX& response, MatrixX& turned) const {
+  turned.resize(response.rows(), response.cols());
   const std::size_t count = group_of_cell_.size();
   for (std::size_t l = 0; l < count; ++l)
     for (std::size_t k = 0; k < count; ++k)
-      result.block<3, 3>(at(k), at(l)).noalias() = rotation_of_cell(k) *
+      turned.block<3, 3>(at(k), at(l)).noalias() = rotation_of_cell(k) *
                                                    response.block<3, 3>(at(k), at(l)) *
                                                    rotation_of_cell(l).transpose();
-  return result;
 }
 
 MatrixX FiniteContact::taken_by_update(std::size_t begin, std::size_t end) const {
@@ -333,8 +339,9 @@ void FiniteContact::turn(const NodalRotations& rotations) {
   rotations_ = rotations;
   for (Group& group : groups_)
     group.rotation = rotation_of(rotations, static_cast<std::size_t>(group.first_node));
-  turned_step_ = turned(step_);
-  turned_near_ = turned(near_) / (1.0 + overstiffness(terms()));
+  turn_into(step_, turned_step_);
+  turn_into(near_, turned_near_);
+  turned_near_ /= 1.0 + overstiffness(terms());
   near_before_.resize(0);
   if (near_loads_.size() == turned_near_.cols()) near_before_ = turned_near_ * near_loads_;
 }

@@ -107,6 +107,7 @@ class FiniteContact final : public PatchContact, private FiniteTouch {
   void gather_groups();
   void list_answers();
   MatrixX turned(const MatrixX& response) const;
+  void turn_into(const MatrixX& response, MatrixX& turned) const;
   void relax();
   VectorX in_one(std::span<const Vec3> ways) const;
   void pull_by_holds(const VectorX& ways);

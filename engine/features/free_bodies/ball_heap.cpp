@@ -8,7 +8,7 @@
 namespace viscera {
 namespace {
 
-constexpr double kRadius = 10e-3, kAir = 1e-3, kThick = 20e-3;
+constexpr double kRadius = 10e-3, kAir = 0.2e-3, kThick = 20e-3;
 /// How far every other layer is shifted [m].
 constexpr double kAside = 0.25 * kRadius;
 

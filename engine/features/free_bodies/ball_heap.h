@@ -11,8 +11,8 @@ struct BallHeap {
   double spacing = 6e-3;                  ///< of their nodes [m]
 };
 
-/// Balls of 10 mm and tissue "rubber", 1 mm apart, each layer a quarter of a ball aside of the one below;
-/// the box leaves room for just that.
+/// Balls of 10 mm and tissue "rubber", .2 mm apart, each layer a quarter of a ball aside of the one
+/// below; the box leaves room for just that.
 SceneDescription ball_heap(const BallHeap& options);
 
 }  // namespace viscera

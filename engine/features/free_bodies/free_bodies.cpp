@@ -80,6 +80,9 @@ std::vector<std::string> warnings(const World& world) {
   return all;
 }
 
+/// Of a way along what may be met this share counts as a way towards it, at least: chosen.
+constexpr double kLeastAlong = 0.25;
+
 /// How an organ moves while nothing touches it; not at all where something holds all of it.
 class Fall {
  public:
@@ -95,13 +98,12 @@ class Fall {
   const Vec3& acceleration() const { return acceleration_; }  ///< world [m/s2]
   const Vec3& velocity() const { return mean_; }              ///< of its nodes, world [m/s]
 
-  /// Of its nodes, beside the mean of another [m/s].
-  double fastest_beside(const Fall& other) const {
-    if (velocities_.empty()) return other.mean_.norm();
+  /// Of its nodes, beside their mean [m/s].
+  double fastest_beside_mean() const {
     double most = 0.0;
     for (std::size_t at = 0; at < velocities_.size(); at += 3) {
       const Vec3 velocity = pose_.direction_to_world(Vec3::Map(velocities_.data() + at));
-      most = std::max(most, (velocity - other.mean_).norm());
+      most = std::max(most, (velocity - mean_).norm());
     }
     return most;
   }
@@ -124,14 +126,21 @@ bool is_gone(const World& world, Entity organ) {
   return body && body->gone_at >= 0.0;
 }
 
-double way_to_come(const World& world, Entity one, Entity other, double time) {
-  if (!is_loose(world, one) && !is_loose(world, other)) return 0.0;
+double Coming::towards(const Vec3& normal) const {
+  return std::max(-way.dot(normal), kLeastAlong * way.norm());
+}
+
+Coming way_to_come(const World& world, Entity one, Entity other, double time) {
+  if (!is_loose(world, one) && !is_loose(world, other)) return {};
   const Fall first(world, one);
+  // Of a body that pieces were cut off each may go its own way.
   if (one == other)
-    return 2.0 * time * first.fastest_beside(first) + time * time * first.acceleration().norm();
+    return {Vec3::Zero(), 2.0 * time * (first.velocity().norm() + first.fastest_beside_mean()) +
+                              time * time * first.acceleration().norm()};
   const Fall second(world, other);
-  return time * (first.fastest_beside(second) + second.fastest_beside(second)) +
-         time * time * (first.acceleration() - second.acceleration()).norm();
+  return {time * (first.velocity() - second.velocity()) +
+              time * time * (first.acceleration() - second.acceleration()),
+          time * (first.fastest_beside_mean() + second.fastest_beside_mean())};
 }
 
 Vec3 coming_way(const World& world, Entity one, Entity other, double time) {

@@ -23,9 +23,20 @@ bool is_loose(const World& world, Entity organ);
 /// Whether it has fallen out of view.
 bool is_gone(const World& world, Entity organ);
 
-/// How much nearer two organs, or pieces of one, may come to each other within so long, as what of
-/// them nothing holds goes and falls now [m]; 0 where all is held.
-double way_to_come(const World& world, Entity one, Entity other, double time);
+/// How two organs, or pieces of one, come nearer within some time.
+struct Coming {
+  Vec3 way = Vec3::Zero();  ///< of the first beside the second, by the means of their nodes, world
+                            ///< [m]
+  double besides = 0.0;     ///< what nodes of both do beside these means, at most [m]
+
+  double at_most() const { return way.norm() + besides; }
+  /// To a place of the second with this normal outward; a part of what goes along it counts, too,
+  /// as it may meet a place that is turned otherwise.
+  double towards(const Vec3& normal) const;
+};
+
+/// As what of them nothing holds goes and falls now; zero where all is held.
+Coming way_to_come(const World& world, Entity one, Entity other, double time);
 /// Where the first of two organs goes beside the second within so long, by the mean of their nodes
 /// as they go and fall now, world [m]; zero where neither is a free body, or they go slower than
 /// one falls within that time: what lies on something doesn't fall.

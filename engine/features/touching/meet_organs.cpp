@@ -120,7 +120,7 @@ class PairSearch {
                (is_loose(world, pair_.organs[0]) || is_loose(world, pair_.organs[1]))),
         step_(world.model().time_step()),
         to_come_(pair_.folds() && folds_
-                     ? 0.0
+                     ? Coming{}
                      : way_to_come(world, pair_.organs[0], pair_.organs[1], step_)) {}
 
   void run(TouchingFigures& figures, FrameReport* report) {
@@ -128,7 +128,7 @@ class PairSearch {
     joints_.depths.clear();
     const Box reach = bounds_of(world_, pair_.organs[1]);
     const Box own = bounds_of(world_, pair_.organs[0]);
-    const double farthest = kMostMargin + to_come_;
+    const double farthest = kMostMargin + to_come_.at_most();
     const bool is_one_piece =
         pair_.folds() && !folds_ && pieces_of(world_, pair_.organs[0]).empty();
     const bool out_of_reach = is_one_piece || reach.exteriorDistance(own) > farthest;
@@ -139,18 +139,23 @@ class PairSearch {
       return;
     }
     std::vector<std::optional<Near>> near = search(reach, farthest);
-    const double soon = kFrames * approached(near);
+    const std::vector<double> came = approached(near);
+    const double fastest = *std::ranges::max_element(came);
     if (const Vec3 way = coming_way(world_, pair_.organs[0], pair_.organs[1], step_);
         way.norm() > kFastWay)
       for (int leap = 0; leap < kLeaps && go_on(way, near); ++leap) near = search(reach, farthest);
-    const double falls = edges_ && carried() ? 0.0 : to_come_;
-    const double margin = falls + soon + (edges_ ? -kEdgeMayStand : kLeastMargin);
+    const bool may_fall = !(edges_ && carried());
+    const auto margin = [&](std::size_t p) {
+      const double falls = may_fall ? to_come_.towards(near[p]->normal) : 0.0;
+      const double soon = kFrames * (falls_ ? came[p] : fastest);
+      return falls + soon + (edges_ ? -kEdgeMayStand : kLeastMargin);
+    };
     const double later = edges_ ? kEdgeLater : kLater;
     std::vector<const Meeting*> before(patches_.size(), nullptr);
     for (const Meeting& meeting : state_.meetings) before[meeting.patch] = &meeting;
     std::vector<Found> found(patches_.size());
     parallel_for_each_index(patches_.size(), 64, [&](std::size_t p) {
-      if (near[p] && near[p]->gap < margin + (before[p] ? later : 0.0))
+      if (near[p] && near[p]->gap < margin(p) + (before[p] ? later : 0.0))
         found[p] = meet(p, *near[p], before[p]);
     });
     if (pair_.folds()) leave_one_of_each(found, before);
@@ -269,18 +274,18 @@ class PairSearch {
     return found.depth - moved_apart(meeting).dot(found.normal);
   }
 
-  /// How much nearer some patch came within the last frame, at most [m]; remembers gaps.
-  double approached(std::span<const std::optional<Near>> near) {
-    std::vector<float> gaps(near.size(), static_cast<float>(kMostMargin));
-    double most = 0.0;
+  /// How much nearer each patch came within the last frame [m]; remembers gaps.
+  std::vector<double> approached(std::span<const std::optional<Near>> near) {
+    std::vector<float> gaps(near.size(), static_cast<float>(kMostMargin + to_come_.at_most()));
+    std::vector<double> came(near.size(), 0.0);
     for (std::size_t p = 0; p < near.size(); ++p) {
       if (!near[p]) continue;
       gaps[p] = static_cast<float>(near[p]->gap);
       if (state_.gaps.size() == gaps.size())
-        most = std::max(most, static_cast<double>(state_.gaps[p] - gaps[p]));
+        came[p] = std::max(0.0, static_cast<double>(state_.gaps[p] - gaps[p]));
     }
     state_.gaps = std::move(gaps);
-    return most;
+    return came;
   }
 
   Found meet(std::size_t p, const Near& near, const Meeting* before) const {
@@ -328,7 +333,7 @@ class PairSearch {
   const FoldSides* folds_;  // null: if it is one organ, pieces of it meet
   bool falls_;              // nothing holds one of them
   double step_;             // of the scene [s]
-  double to_come_;          // how much nearer they may fall in this frame [m]
+  Coming to_come_;          // how they may fall in this frame
   double shifted_ = 0.0;
   Vec3 gone_ = Vec3::Zero();  // beside the other in this frame, until they meet, world [m]
 };

@@ -84,7 +84,7 @@ class Stack {
   std::vector<MatrixX> responses_;
 };
 
-constexpr double kRidge = 1e-6;
+constexpr double kRidge = 1e-6, kTolerance = 1e-6;
 
 TEST(ContactSweeps, AnswerWhatOneDenseProblemAnswers) {
   for (const auto& [kind, friction] :
@@ -97,15 +97,15 @@ TEST(ContactSweeps, AnswerWhatOneDenseProblemAnswers) {
                     .converged);
     ContactSweeps sweeps;
     VectorX x;
-    const SweepFigures figures =
-        sweeps.solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x);
+    const SweepFigures figures = sweeps.solve(stack.responses, stack.unknowns, stack.conditions,
+                                              kRidge, kTolerance, stack.wanted, x);
     EXPECT_TRUE(figures.converged);
     EXPECT_EQ(figures.blocks, 5);
     EXPECT_GT(expected.cwiseAbs().maxCoeff(), 0.1);
     EXPECT_LT((x - expected).cwiseAbs().maxCoeff(), 1e-4 * expected.cwiseAbs().maxCoeff());
     // From the answer there is nothing left to do.
-    const SweepFigures again =
-        sweeps.solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x);
+    const SweepFigures again = sweeps.solve(stack.responses, stack.unknowns, stack.conditions,
+                                            kRidge, kTolerance, stack.wanted, x);
     EXPECT_LT(again.sweeps, 3);
     EXPECT_LT(again.sweeps, figures.sweeps);
   }
@@ -114,8 +114,8 @@ TEST(ContactSweeps, AnswerWhatOneDenseProblemAnswers) {
 TEST(ContactSweeps, KeepSignsAndConesWhateverIsLeft) {
   const Stack stack(40, 3, Kind::kFriction, 0.5, 1e4);
   VectorX x = VectorX::Constant(stack.wanted.size(), -7.0);
-  const SweepFigures figures = ContactSweeps().solve(stack.responses, stack.unknowns,
-                                                     stack.conditions, kRidge, stack.wanted, x);
+  const SweepFigures figures = ContactSweeps().solve(
+      stack.responses, stack.unknowns, stack.conditions, kRidge, kTolerance, stack.wanted, x);
   EXPECT_FALSE(figures.converged) << "what each body does as a whole goes through all of them";
   EXPECT_GT(figures.residual, 1e-6);
   for (Eigen::Index i = 0; i < x.size(); i += 3) {
@@ -129,23 +129,23 @@ TEST(ContactSweeps, GiveNoForcesWhereSomethingIsntFinite) {
   const MatrixX broken = MatrixX::Constant(12, 12, std::numeric_limits<double>::quiet_NaN());
   VectorX x;
   stack.responses[1] = &broken;
-  EXPECT_FALSE(
-      ContactSweeps()
-          .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x)
-          .converged);
+  EXPECT_FALSE(ContactSweeps()
+                   .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, kTolerance,
+                          stack.wanted, x)
+                   .converged);
   EXPECT_TRUE(x.isZero(0.0));
   const MatrixX negative = -100.0 * MatrixX::Identity(12, 12);
   stack.responses[1] = &negative;
-  EXPECT_FALSE(
-      ContactSweeps()
-          .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x)
-          .converged);
+  EXPECT_FALSE(ContactSweeps()
+                   .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, kTolerance,
+                          stack.wanted, x)
+                   .converged);
   stack = Stack(2, 2, Kind::kUnilateral, 0.0, 0.1);
   stack.wanted[1] = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(
-      ContactSweeps()
-          .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, stack.wanted, x)
-          .converged);
+  EXPECT_FALSE(ContactSweeps()
+                   .solve(stack.responses, stack.unknowns, stack.conditions, kRidge, kTolerance,
+                          stack.wanted, x)
+                   .converged);
   EXPECT_TRUE(x.isZero(0.0));
 }
 
