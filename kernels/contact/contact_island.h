@@ -56,9 +56,10 @@ struct IslandFigures {
   int tried = 0;          ///< of them that took part in the last question
   int questions = 0;      ///< that were answered
   int softer = 0;         ///< how often what yields had another softness for an answer
-  int pivots = 0;         ///< of the last: exchanges of the active set; rounds, with friction
-  double residual = 0.0;  ///< with friction: greatest violation of a condition over the greatest
-                          ///< force
+  int pivots = 0;         ///< of the last: exchanges of the active set; rounds, with friction;
+                          ///< sweeps, of many bodies
+  double residual = 0.0;  ///< with friction, and of many bodies: greatest violation of a condition
+                          ///< over the greatest force
   double lifted = 0.0;    ///< as ContactSolution::lifted
   bool converged = true;  ///< false: no forces, each body went without; as where so many touch
                           ///< (6,000 unknowns), and one of them yields, that their matrix would be

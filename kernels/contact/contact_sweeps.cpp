@@ -144,8 +144,11 @@ void ContactSweeps::press(Block& block) const {
 
 /// The block's two bodies, by what its forces have become more.
 void ContactSweeps::move(const Block& block) {
-  const auto same_cells = [](const IslandUnknown& one, const IslandUnknown& other) {
-    return one.terms[0].cell == other.terms[0].cell && one.terms[1].cell == other.terms[1].cell;
+  const auto is_same = [](const IslandTerm& one, const IslandTerm& other) {
+    return one.body == other.body && one.cell == other.cell;
+  };
+  const auto same_cells = [&](const IslandUnknown& one, const IslandUnknown& other) {
+    return is_same(one.terms[0], other.terms[0]) && is_same(one.terms[1], other.terms[1]);
   };
   std::size_t i = 0;
   while (i < block.unknowns.size()) {

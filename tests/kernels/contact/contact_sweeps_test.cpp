@@ -111,6 +111,22 @@ TEST(ContactSweeps, AnswerWhatOneDenseProblemAnswers) {
   }
 }
 
+TEST(ContactSweeps, KnowBodiesThatArePressedTheOtherWayRound) {
+  // Cell 0 of each on cell 0 of the other, told from either side.
+  const MatrixX first = MatrixX::Identity(6, 6), second = 10.0 * MatrixX::Identity(6, 6);
+  const std::vector<const MatrixX*> responses = {&first, &second};
+  std::vector<IslandUnknown> unknowns(2);
+  unknowns[0].terms = {IslandTerm{0, 0, Vec3::UnitZ()}, IslandTerm{1, 0, -Vec3::UnitZ()}};
+  unknowns[1].terms = {IslandTerm{1, 0, Vec3::UnitX()}, IslandTerm{0, 0, Vec3::UnitY()}};
+  const std::vector<ContactCondition> conditions(2, {Kind::kBilateral});
+  const VectorX wanted = Vec2(1.0, 2.0);
+  VectorX x;
+  ASSERT_TRUE(
+      ContactSweeps().solve(responses, unknowns, conditions, 0.0, kTolerance, wanted, x).converged);
+  EXPECT_NEAR(x[0], 1.0 / 11.0, 1e-9);
+  EXPECT_NEAR(x[1], 2.0 / 11.0, 1e-9);
+}
+
 TEST(ContactSweeps, KeepSignsAndConesWhateverIsLeft) {
   const Stack stack(40, 3, Kind::kFriction, 0.5, 1e4);
   VectorX x = VectorX::Constant(stack.wanted.size(), -7.0);
