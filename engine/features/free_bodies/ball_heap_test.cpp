@@ -58,6 +58,8 @@ TEST(Coming, CountsWhatGoesTowardsAPlaceAndSomeOfWhatGoesAlongIt) {
   EXPECT_DOUBLE_EQ(coming.towards(Vec3::UnitZ()), 4e-3);
   EXPECT_DOUBLE_EQ(coming.towards(Vec3::UnitX()), 1e-3);
   EXPECT_DOUBLE_EQ(coming.towards(-Vec3::UnitZ()), 1e-3);
+  const Coming pieces{Vec3(0.0, 0.0, -4e-3), 1e-3, false};
+  EXPECT_DOUBLE_EQ(pieces.towards(-Vec3::UnitZ()), 5e-3);
 }
 
 }  // namespace

@@ -114,6 +114,11 @@ class Fall {
   Vec3 acceleration_ = Vec3::Zero(), mean_ = Vec3::Zero();
 };
 
+/// The mean way of such a body says nothing of pieces that a cut took off it.
+bool has_pieces_off(const World& world, Entity organ) {
+  return is_loose(world, organ) && !world.find<OrganBody>(organ)->model->finite->loose().whole();
+}
+
 }  // namespace
 
 bool is_loose(const World& world, Entity organ) {
@@ -127,29 +132,26 @@ bool is_gone(const World& world, Entity organ) {
 }
 
 double Coming::towards(const Vec3& normal) const {
-  return std::max(-way.dot(normal), kLeastAlong * way.norm());
+  return as_ones ? std::max(-way.dot(normal), kLeastAlong * way.norm()) : at_most();
 }
 
 Coming way_to_come(const World& world, Entity one, Entity other, double time) {
   if (!is_loose(world, one) && !is_loose(world, other)) return {};
   const Fall first(world, one);
-  // Of a body that pieces were cut off each may go its own way.
   if (one == other)
-    return {Vec3::Zero(), 2.0 * time * (first.velocity().norm() + first.fastest_beside_mean()) +
-                              time * time * first.acceleration().norm()};
+    return {.besides = 2.0 * time * first.fastest_beside_mean() +
+                       time * time * first.acceleration().norm(),
+            .as_ones = false};
   const Fall second(world, other);
-  return {time * (first.velocity() - second.velocity()) +
-              time * time * (first.acceleration() - second.acceleration()),
-          time * (first.fastest_beside_mean() + second.fastest_beside_mean())};
+  return {.way = time * (first.velocity() - second.velocity()) +
+                 time * time * (first.acceleration() - second.acceleration()),
+          .besides = time * (first.fastest_beside_mean() + second.fastest_beside_mean()),
+          .as_ones = !has_pieces_off(world, one) && !has_pieces_off(world, other)};
 }
 
 Vec3 coming_way(const World& world, Entity one, Entity other, double time) {
-  if (one == other) return Vec3::Zero();
-  // The mean way of a body says nothing of pieces that a cut took off it.
-  const auto is_cut = [&](Entity organ) {
-    return is_loose(world, organ) && !world.find<OrganBody>(organ)->model->finite->loose().whole();
-  };
-  if (is_cut(one) || is_cut(other)) return Vec3::Zero();
+  if (one == other || has_pieces_off(world, one) || has_pieces_off(world, other))
+    return Vec3::Zero();
   const Fall first(world, one), second(world, other);
   const Vec3 goes = time * (first.velocity() - second.velocity());
   const Vec3 falls = time * time * (first.acceleration() - second.acceleration());

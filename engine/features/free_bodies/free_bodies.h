@@ -27,11 +27,12 @@ bool is_gone(const World& world, Entity organ);
 struct Coming {
   Vec3 way = Vec3::Zero();  ///< of the first beside the second, by the means of their nodes, world
                             ///< [m]
-  double besides = 0.0;     ///< what nodes of both do beside these means, at most [m]
+  double besides = 0.0;     ///< what nodes of both do besides these means, at most [m]
+  bool as_ones = true;      ///< false: pieces of them go their own ways, of which means say nothing
 
   double at_most() const { return way.norm() + besides; }
-  /// To a place of the second with this normal outward; a part of what goes along it counts, too,
-  /// as it may meet a place that is turned otherwise.
+  /// To a place of the second with this normal outward: as far as the means go; a part of what goes
+  /// along it counts, too, as it may meet a place that is turned otherwise. Pieces: at_most().
   double towards(const Vec3& normal) const;
 };
 

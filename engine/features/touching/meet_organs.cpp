@@ -147,7 +147,7 @@ class PairSearch {
     const bool may_fall = !(edges_ && carried());
     const auto margin = [&](std::size_t p) {
       const double falls = may_fall ? to_come_.towards(near[p]->normal) : 0.0;
-      const double soon = kFrames * (falls_ ? came[p] : fastest);
+      const double soon = kFrames * (falls_ && to_come_.as_ones ? came[p] : fastest);
       return falls + soon + (edges_ ? -kEdgeMayStand : kLeastMargin);
     };
     const double later = edges_ ? kEdgeLater : kLater;
