@@ -19,7 +19,7 @@ namespace {
 /// sampling.
 constexpr int kPreparationVersion = 5;
 /// The same of what tissue at finite strain has besides.
-constexpr int kFiniteVersion = 5;
+constexpr int kFiniteVersion = 6;
 constexpr const char* kChange = "change_";  // before the names of its arrays
 
 void hash_vector(Hasher& hasher, const Vec3& v) {

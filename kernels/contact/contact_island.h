@@ -124,7 +124,6 @@ class ContactIsland {
   ContactSweeps sweeps_;
   std::vector<IslandUnknown> tried_unknowns_;
   IslandFigures figures_;
-  int dbg_ = 0;
 };
 
 }  // namespace viscera

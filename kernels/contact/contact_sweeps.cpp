@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "kernels/base/parallel.h"
@@ -176,6 +177,8 @@ SweepFigures ContactSweeps::solve(std::span<const MatrixX* const> responses,
   if (x.size() != wanted.size()) x.setZero(wanted.size());
   const auto give_up = [&] {
     x.setZero();
+    figures.converged = false;
+    figures.residual = std::numeric_limits<double>::infinity();
     return figures;
   };
   if (!wanted.allFinite() || !x.allFinite()) return give_up();
@@ -215,12 +218,15 @@ SweepFigures ContactSweeps::solve(std::span<const MatrixX* const> responses,
     greatest = greatest_force();
     double worst = 0.0;
     for (const Block& block : blocks_) worst = std::max(worst, block.violated);
+    const bool finite = std::ranges::all_of(blocks_, [](const Block& block) {
+      return std::isfinite(block.violated) && block.x.allFinite();
+    });
+    if (!finite) return give_up();
     figures.residual = greatest > 0.0 ? worst / greatest : worst > 0.0 ? 1.0 : 0.0;
     figures.converged = figures.residual <= tolerance;
-    if (figures.converged || figures.sweeps == kMostSweeps || !std::isfinite(worst)) break;
+    if (figures.converged || figures.sweeps == kMostSweeps) break;
   }
   for (const Block& block : blocks_) x(block.from) = block.x;
-  if (!x.allFinite()) return give_up();
   return figures;
 }
 

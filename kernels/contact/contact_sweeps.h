@@ -13,9 +13,9 @@ namespace viscera {
 struct SweepFigures {
   int sweeps = 0;  ///< over all blocks
   int blocks = 0;
-  bool converged = false;  ///< false: the residual is what was left after the last sweep; without
-                           ///< forces where something wasn't finite
-  double residual = 0.0;   ///< greatest violation of a condition, as a force over the greatest one
+  bool converged = false;  ///< false: the residual is what was left after the last sweep
+  double residual = 0.0;   ///< greatest violation of a condition, as a force over the greatest one;
+                           ///< infinite: something wasn't finite, and there are no forces
 };
 
 /// What the forces on a body's cells move is kept for each body, so that a block costs what its two

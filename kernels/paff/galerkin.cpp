@@ -393,7 +393,8 @@ Result<GalerkinSystem> GalerkinSystem::assemble(const ElasticProblem& problem, B
   }
   system.fixed_ = std::move(*fixed);
   if (problem.few_points) {
-    inside->values = inside->weights = {};
+    inside->values = std::vector<double>();  // {} would keep their memory
+    inside->weights = std::vector<double>();
     system.inside_ = std::move(*inside);
   }
   system.figures_.unknowns = 3 * n;

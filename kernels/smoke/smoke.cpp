@@ -147,7 +147,9 @@ void SmokeVolume::step(double dt, const SmokeSurroundings& around) {
     state_.surfaces.advance({}, parameters_.domain.min());
     state_.time += dt;
   } else {
-    if (around.from == 0.0) state_.surfaces.advance(around.surfaces, parameters_.domain.min());
+    // In a later turn none are known where there were no particles in the first.
+    if (around.from == 0.0 || state_.surfaces.state().surfaces.empty())
+      state_.surfaces.advance(around.surfaces, parameters_.domain.min());
     const double share = around.to - around.from, whole = dt / share;
     const double first_way = greatest_way(dt);
     hand_over();

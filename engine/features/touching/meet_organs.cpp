@@ -140,7 +140,7 @@ class PairSearch {
     }
     std::vector<std::optional<Near>> near = search(reach, farthest);
     const std::vector<double> came = approached(near);
-    const double fastest = *std::ranges::max_element(came);
+    const double fastest = came.empty() ? 0.0 : *std::ranges::max_element(came);
     if (const Vec3 way = coming_way(world_, pair_.organs[0], pair_.organs[1], step_);
         way.norm() > kFastWay)
       for (int leap = 0; leap < kLeaps && go_on(way, near); ++leap) near = search(reach, farthest);
