@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "kernels/base/parallel.h"
@@ -55,19 +54,23 @@ void ContactSweeps::part(std::span<const IslandUnknown> unknowns,
 
 void ContactSweeps::take_turns(std::size_t bodies) {
   std::vector<std::vector<char>> busy;  // bodies, by turns
-  for (Block& block : blocks_) {
-    const std::array<int, 2> two = bodies_of(block.unknowns.front());
+  turns_.clear();
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::array<int, 2> two = bodies_of(blocks_[b].unknowns.front());
     const auto is_busy = [&](const std::vector<char>& turn) {
       return std::ranges::any_of(
           two, [&](int body) { return body >= 0 && turn[static_cast<std::size_t>(body)]; });
     };
-    block.turn = static_cast<std::size_t>(std::ranges::find_if_not(busy, is_busy) - busy.begin());
-    if (block.turn == busy.size()) busy.emplace_back(bodies, 0);
+    const auto turn =
+        static_cast<std::size_t>(std::ranges::find_if_not(busy, is_busy) - busy.begin());
+    if (turn == busy.size()) {
+      busy.emplace_back(bodies, 0);
+      turns_.emplace_back();
+    }
+    turns_[turn].push_back(b);
     for (const int body : two)
-      if (body >= 0) busy[block.turn][static_cast<std::size_t>(body)] = 1;
+      if (body >= 0) busy[turn][static_cast<std::size_t>(body)] = 1;
   }
-  turns_.assign(busy.size(), {});
-  for (std::size_t b = 0; b < blocks_.size(); ++b) turns_[blocks_[b].turn].push_back(b);
 }
 
 /// What is pressed of each, and how it answers there.
@@ -178,7 +181,7 @@ SweepFigures ContactSweeps::solve(std::span<const MatrixX* const> responses,
   const auto give_up = [&] {
     x.setZero();
     figures.converged = false;
-    figures.residual = std::numeric_limits<double>::infinity();
+    figures.residual = 1.0;
     return figures;
   };
   if (!wanted.allFinite() || !x.allFinite()) return give_up();

@@ -15,7 +15,7 @@ struct SweepFigures {
   int blocks = 0;
   bool converged = false;  ///< false: the residual is what was left after the last sweep
   double residual = 0.0;   ///< greatest violation of a condition, as a force over the greatest one;
-                           ///< infinite: something wasn't finite, and there are no forces
+                           ///< 1 where something wasn't finite, and there are no forces
 };
 
 /// What the forces on a body's cells move is kept for each body, so that a block costs what its two
@@ -48,7 +48,6 @@ class ContactSweeps {
     VectorX step;
     VectorX x, before, gaps, residual, wanted;
     double violated = 0.0;
-    std::size_t turn = 0;  // blocks of one turn share no body
   };
 
   void part(std::span<const IslandUnknown> unknowns, std::span<const ContactCondition> conditions);
@@ -60,7 +59,7 @@ class ContactSweeps {
   void move(const Block& block);
 
   std::vector<Block> blocks_;
-  std::vector<std::vector<std::size_t>> turns_;
+  std::vector<std::vector<std::size_t>> turns_;  // blocks of one turn share no body
   std::vector<Body> bodies_;
 };
 

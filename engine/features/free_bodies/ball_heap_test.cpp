@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/features/free_bodies/free_bodies.h"
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
 #include "engine/simulation/prepare.h"
@@ -50,16 +49,6 @@ TEST(BallHeap, GoesOnFromASavedStateToTheSameBits) {
   step_until(*world, 0.2);
   step_until(**other, 0.2);
   EXPECT_EQ((*other)->state_difference(*world), "");
-}
-
-TEST(Coming, CountsWhatGoesTowardsAPlaceAndSomeOfWhatGoesAlongIt) {
-  const Coming coming{Vec3(0.0, 0.0, -4e-3), 1e-3};
-  EXPECT_DOUBLE_EQ(coming.at_most(), 5e-3);
-  EXPECT_DOUBLE_EQ(coming.towards(Vec3::UnitZ()), 4e-3);
-  EXPECT_DOUBLE_EQ(coming.towards(Vec3::UnitX()), 1e-3);
-  EXPECT_DOUBLE_EQ(coming.towards(-Vec3::UnitZ()), 1e-3);
-  const Coming pieces{Vec3(0.0, 0.0, -4e-3), 1e-3, false};
-  EXPECT_DOUBLE_EQ(pieces.towards(-Vec3::UnitZ()), 5e-3);
 }
 
 }  // namespace

@@ -1,12 +1,13 @@
 #include "engine/features/free_bodies/block_between_plates.h"
 
 #include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/free_bodies/rubber_organs.h"
 #include "engine/features/touching/touching_keys.h"
 
 namespace viscera {
 
 SceneDescription block_between_plates(const BlockBetweenPlates& options) {
-  constexpr double kThick = 20e-3, kEdge = 20e-3;
+  constexpr double kThick = 20e-3, kHalf = 50e-3;
   SceneDescription scene;
   scene.file = scene.name = "block_between_plates";
   scene.duration = options.time;
@@ -14,24 +15,13 @@ SceneDescription block_between_plates(const BlockBetweenPlates& options) {
   geometry.recipe = "block";
   geometry.size = Vec3(kPressedBlockSide, kPressedBlockSide, kPressedBlockHeight);
   geometry.edge = 2.5e-3;
-  OrganDescription block;
-  block.name = "block";
-  block.geometry = geometry;
-  block.tissue = "rubber";
-  block.pose.position.z() = 0.5 * kPressedBlockHeight;
-  block.resolution.spacing = block.resolution.finest = options.spacing;
-  block.free = true;
-  OrganDescription floor;
-  floor.name = "floor";
-  geometry.size = Vec3(100e-3, 100e-3, kThick);
-  geometry.edge = kEdge;
-  floor.geometry = geometry;
-  floor.tissue = "rubber";
-  floor.pose.position.z() = -0.5 * kThick;
-  floor.deformable = false;
-  OrganDescription plate = floor;
-  plate.name = "plate";
-  plate.pose.position.z() = kPressedBlockHeight + 0.5 * kThick;
+  const OrganDescription block =
+      free_rubber("block", geometry, Vec3(0.0, 0.0, 0.5 * kPressedBlockHeight), options.spacing);
+  const auto still = [&](const std::string& name, double under) {
+    return still_block(name, {-kHalf, -kHalf, under}, {kHalf, kHalf, under + kThick});
+  };
+  const OrganDescription floor = still("floor", -kThick);
+  OrganDescription plate = still("plate", kPressedBlockHeight);
   if (options.press > 0.0)
     set_motion(plate, {.amplitude = options.press,
                        .direction = -Vec3::UnitZ(),

@@ -234,5 +234,15 @@ TEST(FreeBodies, AreRefusedWithThePlaceWhereTheyCantBe) {
   EXPECT_NE(said.find("organs/0/finite/quasi_static: found true"), std::string::npos) << said;
 }
 
+TEST(Coming, CountsWhatGoesTowardsAPlaceAndSomeOfWhatGoesAlongIt) {
+  const Coming coming{Vec3(0.0, 0.0, -4e-3), 1e-3};
+  EXPECT_DOUBLE_EQ(coming.at_most(), 5e-3);
+  EXPECT_DOUBLE_EQ(coming.towards(Vec3::UnitZ()), 4e-3);
+  EXPECT_DOUBLE_EQ(coming.towards(Vec3::UnitX()), 1e-3);
+  EXPECT_DOUBLE_EQ(coming.towards(-Vec3::UnitZ()), 1e-3);
+  const Coming pieces{Vec3(0.0, 0.0, -4e-3), 1e-3, false};
+  EXPECT_DOUBLE_EQ(pieces.towards(-Vec3::UnitZ()), 5e-3);
+}
+
 }  // namespace
 }  // namespace viscera::test

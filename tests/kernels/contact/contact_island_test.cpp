@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <limits>
+#include <memory>
 
 #include "engine/verification/two_balls.h"
 #include "kernels/base/progress.h"
@@ -293,6 +295,50 @@ TEST(ContactIsland, WhereNothingAnswersEachBodyGoesWithout) {
   EXPECT_FALSE(one.answered);
   EXPECT_FALSE(other.answered);
   EXPECT_EQ(forces[0], Vec3(Vec3::Zero()));
+}
+
+/// Eight bodies in a row, so many springs side by side from each to the next, all of which want
+/// something else of them.
+struct Row {
+  explicit Row(int springs, double last_softness = 2.0) {
+    for (int b = 0; b < 8; ++b)
+      bodies.push_back(std::make_unique<SpringBody>(b == 7 ? last_softness : 1.0, b % 2));
+    std::vector<IslandBody> row;
+    for (const auto& body : bodies) row.push_back({body.get(), Mat3::Identity(), 0});
+    std::vector<Joint> joints;
+    for (int b = 0; b < 7; ++b)
+      for (int k = 0; k < springs; ++k) {
+        Joint joint;
+        joint.ends = {Joint::End{b, 0}, Joint::End{b + 1, 0}};
+        joint.held = true;
+        joint.displacement = Vec3(0, 1.0 + b, 0);
+        joint.softness = 0.6 * springs;
+        joints.push_back(joint);
+      }
+    figures = ContactIsland().solve(row, joints, forces);
+  }
+  std::vector<std::unique_ptr<SpringBody>> bodies;
+  std::vector<Vec3> forces;
+  IslandFigures figures;
+};
+
+TEST(ContactIsland, ManyBodiesWithManyJointsAreAnsweredAsThoseWithFew) {
+  const Row few(1), many(10);
+  ASSERT_TRUE(few.figures.converged);
+  ASSERT_TRUE(many.figures.converged);
+  EXPECT_EQ(few.figures.residual, 0.0) << "one dense problem";
+  EXPECT_GT(many.figures.residual, 0.0) << "by pairs";
+  for (std::size_t b = 0; b < 8; ++b)
+    EXPECT_LT((many.bodies[b]->force - few.bodies[b]->force).norm(), 1e-4) << b;
+  EXPECT_GT(few.bodies[0]->force.norm(), 0.1);
+}
+
+TEST(ContactIsland, WhereNothingAnswersManyEachGoesWithout) {
+  const Row row(10, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_FALSE(row.figures.converged);
+  EXPECT_TRUE(std::isfinite(row.figures.residual));
+  for (const auto& body : row.bodies) EXPECT_FALSE(body->answered);
+  for (const Vec3& force : row.forces) EXPECT_EQ(force, Vec3(Vec3::Zero()));
 }
 
 }  // namespace
