@@ -77,16 +77,6 @@ auto numbers_of(T* first, std::size_t count) {
   return std::span<To>(reinterpret_cast<To*>(first), count * sizeof(T) / sizeof(Number));
 }
 
-/// Whether a run of flat values is seen to be finite at a glance.
-template <class T>
-bool is_finite_run(const T* first, std::size_t count) {
-  constexpr Numbers kind = numbers_in<T>();
-  if constexpr (kind == Numbers::kNone) return true;
-  if constexpr (kind == Numbers::kFloat) return all_finite(numbers_of<float>(first, count));
-  if constexpr (kind == Numbers::kDouble) return all_finite(numbers_of<double>(first, count));
-  return false;
-}
-
 inline std::string numbered(std::size_t i, const std::string& inside) {
   return "[" + std::to_string(i) + "]" +
          (inside.empty() || inside[0] == '[' ? inside : "." + inside);
@@ -94,13 +84,57 @@ inline std::string numbered(std::size_t i, const std::string& inside) {
 
 }  // namespace finite_detail
 
+/// Whether all numbers of a value are finite: what is looked at in every frame, of states that may
+/// be large. first_stray() says where one isn't.
+template <class T>
+bool free_of_strays(const T& value) {
+  using namespace finite_detail;
+  const auto all = [](const auto* first, std::size_t count) {
+    using One = std::remove_cvref_t<decltype(*first)>;
+    if constexpr (is_flat<One>()) {
+      constexpr Numbers kind = numbers_in<One>();
+      if constexpr (kind == Numbers::kNone) return true;
+      if constexpr (kind == Numbers::kFloat) return all_finite(numbers_of<float>(first, count));
+      if constexpr (kind == Numbers::kDouble) return all_finite(numbers_of<double>(first, count));
+    }
+    bool finite = true;
+    for (std::size_t i = 0; i < count; ++i) finite &= free_of_strays(first[i]);
+    return finite;
+  };
+  if constexpr (std::is_floating_point_v<T>) {
+    return all_finite(std::span<const T>(&value, 1));
+  } else if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T> ||
+                       std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<bool>>) {
+    return true;
+  } else if constexpr (FixedEigen<T>::value) {
+    using Scalar = typename T::Scalar;
+    return all(reinterpret_cast<const Scalar*>(&value), sizeof value / sizeof(Scalar));
+  } else if constexpr (DynamicEigen<T> || Is<T, std::vector>::value || Array<T>::value) {
+    return all(value.data(), static_cast<std::size_t>(value.size()));
+  } else if constexpr (Is<T, std::optional>::value || Is<T, std::unique_ptr>::value) {
+    return !value || free_of_strays(*value);
+  } else if constexpr (Is<T, std::pair>::value) {
+    return free_of_strays(value.first) & free_of_strays(value.second);
+  } else if constexpr (Is<T, std::map>::value) {
+    bool finite = true;
+    for (const auto& one : value) finite &= free_of_strays(one);
+    return finite;
+  } else if constexpr (StateOwner<T>) {
+    return free_of_strays(value.state());
+  } else {
+    bool finite = true;
+    each_field(value,
+               [&](std::string_view, const auto& member) { finite &= free_of_strays(member); });
+    return finite;
+  }
+}
+
 /// The first number that isn't finite; none: all are.
 template <class T>
 std::optional<StrayNumber> first_stray(const T& value) {
   using namespace finite_detail;
+  if (free_of_strays(value)) return std::nullopt;
   const auto among = [](const auto* first, std::size_t count) -> std::optional<StrayNumber> {
-    if constexpr (is_flat<std::remove_cvref_t<decltype(*first)>>())
-      if (is_finite_run(first, count)) return std::nullopt;
     for (std::size_t i = 0; i < count; ++i)
       if (auto stray = first_stray(first[i])) {
         stray->field = numbered(i, stray->field);
@@ -109,7 +143,6 @@ std::optional<StrayNumber> first_stray(const T& value) {
     return std::nullopt;
   };
   if constexpr (std::is_floating_point_v<T>) {
-    if (std::isfinite(value)) return std::nullopt;
     return StrayNumber{"", static_cast<double>(value)};
   } else if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T> ||
                        std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<bool>>) {
@@ -120,7 +153,7 @@ std::optional<StrayNumber> first_stray(const T& value) {
   } else if constexpr (DynamicEigen<T> || Is<T, std::vector>::value || Array<T>::value) {
     return among(value.data(), static_cast<std::size_t>(value.size()));
   } else if constexpr (Is<T, std::optional>::value || Is<T, std::unique_ptr>::value) {
-    return value ? first_stray(*value) : std::nullopt;
+    return first_stray(*value);
   } else if constexpr (Is<T, std::pair>::value) {
     auto stray = first_stray(value.first);
     return stray ? stray : first_stray(value.second);
@@ -137,8 +170,6 @@ std::optional<StrayNumber> first_stray(const T& value) {
   } else if constexpr (StateOwner<T>) {
     return first_stray(value.state());
   } else {
-    if constexpr (is_flat<T>())
-      if (is_finite_run(&value, 1)) return std::nullopt;
     std::optional<StrayNumber> found;
     each_field(value, [&](std::string_view name, const auto& member) {
       if (found) return;

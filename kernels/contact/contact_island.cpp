@@ -257,6 +257,7 @@ void ContactIsland::sweep_tried(std::span<const IslandBody> bodies) {
                                             tolerance, tried_wanted_, tried_amounts_);
   figures_.pivots = solved.sweeps;
   figures_.residual = solved.residual;
+  figures_.lifted = std::max(figures_.lifted, solved.lifted);
   figures_.converged = solved.converged || solved.residual < kMostLeft;
   for (std::size_t i = 0; i < tried_.size(); ++i)
     tried_active_[i] = tried_amounts_[static_cast<Eigen::Index>(i)] > 0.0;

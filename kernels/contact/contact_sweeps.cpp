@@ -5,11 +5,15 @@
 #include <map>
 
 #include "kernels/base/parallel.h"
+#include "kernels/contact/rise_to_positive.h"
 
 namespace viscera {
 namespace {
 
 constexpr int kMostSweeps = 200;
+/// Two bodies that meet in more unknowns have no answer: a matrix of them is the greatest that one
+/// dense problem may have.
+constexpr std::size_t kMostInBlock = 6000;
 /// A block that violates its conditions by less than this share of the tolerance isn't pressed.
 constexpr double kQuiet = 0.1;
 /// Passes over a block before its neighbours are asked again: until what it violated has shrunk to
@@ -99,7 +103,8 @@ void ContactSweeps::take_bodies(std::span<const MatrixX* const> responses) {
   });
 }
 
-void ContactSweeps::assemble(double ridge, Block& block) const {
+/// By which share it had to be lifted.
+double ContactSweeps::assemble(double ridge, Block& block) const {
   const auto count = static_cast<Eigen::Index>(block.unknowns.size());
   const auto of = [&](Eigen::Index i) -> const IslandUnknown& {
     return block.unknowns[static_cast<std::size_t>(i)];
@@ -121,12 +126,22 @@ void ContactSweeps::assemble(double ridge, Block& block) const {
     block.added[i] = ridge * block.matrix(i, i) + of(i).softness;
     block.matrix(i, i) += block.added[i];
   }
+  block.lifted.resize(0, 0);
+  double share = 0.0;
+  if (Eigen::LLT<MatrixX>(block.matrix).info() != Eigen::Success) {
+    Rise rise = rise_to_positive(block.matrix, ridge);
+    if (rise.matrix.size() > 0) block.matrix += rise.matrix;
+    block.lifted = std::move(rise.matrix);
+    share = rise.share;
+  }
   block.step = forces_of_gaps(block.matrix.diagonal(), block.conditions);
+  return share;
 }
 
 /// And by how much they violate the conditions.
 void ContactSweeps::find_gaps(Block& block) const {
   block.gaps = block.added.cwiseProduct(block.x) - block.wanted;
+  if (block.lifted.size() > 0) block.gaps += block.lifted * block.x;
   for (Eigen::Index i = 0; i < block.x.size(); ++i)
     for (const IslandTerm& term : block.unknowns[static_cast<std::size_t>(i)].terms)
       if (term.body >= 0)
@@ -190,13 +205,17 @@ SweepFigures ContactSweeps::solve(std::span<const MatrixX* const> responses,
   take_turns(responses.size());
   take_bodies(responses);
   figures.blocks = static_cast<int>(blocks_.size());
+  if (std::ranges::any_of(blocks_, [](const Block& b) { return b.from.size() > kMostInBlock; }))
+    return give_up();
+  std::vector<double> lifted(blocks_.size());
   parallel_for_each_index(blocks_.size(), 1, [&](std::size_t b) {
     Block& block = blocks_[b];
-    assemble(ridge, block);
+    lifted[b] = assemble(ridge, block);
     block.x = x(block.from);
     block.before.setZero(block.x.size());
     block.wanted = wanted(block.from);
   });
+  for (const double share : lifted) figures.lifted = std::max(figures.lifted, share);
   for (const Block& block : blocks_)
     if (!block.matrix.allFinite() || !(block.matrix.diagonal().minCoeff() > 0.0)) return give_up();
   const auto in_turns = [&](const auto& body) {

@@ -16,6 +16,7 @@ struct SweepFigures {
   bool converged = false;  ///< false: the residual is what was left after the last sweep
   double residual = 0.0;   ///< greatest violation of a condition, as a force over the greatest one;
                            ///< 1 where something wasn't finite, and there are no forces
+  double lifted = 0.0;     ///< greatest of the blocks, as ContactSolution::lifted
 };
 
 /// What the forces on a body's cells move is kept for each body, so that a block costs what its two
@@ -23,7 +24,8 @@ struct SweepFigures {
 class ContactSweeps {
  public:
   /// Conditions on (x, w) with w = A x - `wanted`: A is the sum over bodies of what their responses
-  /// say along the unknowns, with the softness of each, its diagonal greater by the share `ridge`.
+  /// say along the unknowns, with the softness of each, its diagonal greater by the share `ridge`,
+  /// and each block lifted to be positive (rise_to_positive.h).
   /// `responses`: of each body (3 cells) x (3 cells), symmetric. The unknowns of one condition are
   /// between the same bodies. `x` (in: a guess): forces. `tolerance`: residual to reach.
   SweepFigures solve(std::span<const MatrixX* const> responses,
@@ -44,7 +46,8 @@ class ContactSweeps {
     std::vector<Eigen::Index> from;       // of which of all unknowns
     std::vector<ContactCondition> conditions;
     MatrixX matrix;
-    VectorX added;  // to the diagonal, beyond what the bodies say
+    VectorX added;   // to the diagonal, beyond what the bodies say
+    MatrixX lifted;  // besides, where that isn't positive; empty: nothing
     VectorX step;
     VectorX x, before, gaps, residual, wanted;
     double violated = 0.0;
@@ -53,7 +56,7 @@ class ContactSweeps {
   void part(std::span<const IslandUnknown> unknowns, std::span<const ContactCondition> conditions);
   void take_turns(std::size_t bodies);
   void take_bodies(std::span<const MatrixX* const> responses);
-  void assemble(double ridge, Block& block) const;
+  double assemble(double ridge, Block& block) const;
   void find_gaps(Block& block) const;
   void press(Block& block) const;
   void move(const Block& block);

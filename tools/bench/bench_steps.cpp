@@ -35,7 +35,8 @@ struct Course {
   std::vector<std::vector<std::vector<Vec3f>>> shapes;  ///< [organ][look][vertex] [m]
   // Against the finest.
   std::vector<double> force_errors;  ///< of each tool: mean over time, over its mean force
-  double shape_error = 0.0;          ///< greatest way of a vertex between both [m]
+  /// Greatest way of a vertex between both, of organs until they are cut [m].
+  double shape_error = 0.0;
 };
 
 Result<Course> run(SceneDescription scene, const std::map<std::string, Tissue>& tissues,
@@ -93,7 +94,10 @@ void compare(const Course& finest, Course& course) {
   for (std::size_t o = 0; o < course.shapes.size(); ++o)
     for (std::size_t k = 0; k < std::min(course.shapes[o].size(), finest.shapes[o].size()); ++k) {
       const auto &one = course.shapes[o][k], &other = finest.shapes[o][k];
-      for (std::size_t v = 0; v < std::min(one.size(), other.size()); ++v)
+      // Vertices of what was cut since have other numbers.
+      const std::size_t whole = finest.shapes[o].front().size();
+      if (one.size() != whole || other.size() != whole) break;
+      for (std::size_t v = 0; v < whole; ++v)
         course.shape_error =
             std::max(course.shape_error, static_cast<double>((one[v] - other[v]).norm()));
     }

@@ -437,6 +437,7 @@ std::vector<float> overlaps_of(const Pose& pose, std::span<const SurfacePatch> p
 void meet_organs(World& world, const FrameContext& context) {
   TouchingFigures& figures = *world.one<TouchingFigures>();
   wake_disturbed(world);
+  if (all_at_rest(world)) return;
   search_pairs(world, context.report);
   let_rest(world);
   std::uint64_t resting = 0;
@@ -450,6 +451,7 @@ void meet_organs(World& world, const FrameContext& context) {
   for (const Resting& one : world.all<Resting>()) resting += one.rests ? 1 : 0;
   figures.most_pairs = std::max(figures.most_pairs, std::uint64_t{meeting.size()});
   figures.most_resting = std::max(figures.most_resting, resting);
+  note_all_at_rest(world);
 }
 
 }  // namespace viscera

@@ -84,6 +84,26 @@ bool pair_rests(const World& world, Entity entity) {
              kUnmoved;
 }
 
+bool all_at_rest(const World& world) {
+  const AllAtRest& all = *world.one<AllAtRest>();
+  if (!all.known || !std::ranges::all_of(world.all<Resting>(), &Resting::rests)) return false;
+  const std::vector<Entity>& organs = world.model().organs();
+  return std::ranges::equal(organs, all.positions, {},
+                            [&](Entity organ) { return pose_of(world, organ).position; });
+}
+
+void note_all_at_rest(World& world) {
+  const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  AllAtRest& all = *world.one<AllAtRest>();
+  all.known =
+      std::ranges::all_of(world.all<Resting>(), &Resting::rests) &&
+      std::ranges::all_of(pairs.owners(), [&](Entity pair) { return pair_rests(world, pair); });
+  if (!all.known) return;
+  all.positions.clear();
+  for (const Entity organ : world.model().organs())
+    all.positions.push_back(pose_of(world, organ).position);
+}
+
 void wake(World& world, Entity organ) {
   const std::int32_t group = world.find<Resting>(organ)->group;
   for (Resting& one : world.all<Resting>()) {

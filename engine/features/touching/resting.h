@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "engine/simulation/feature.h"
 #include "kernels/base/fields.h"
@@ -31,11 +32,21 @@ struct Resting {
 };
 static_assert(fields_cover<Resting>());
 
+/// Where all organs' frames stood as every pair was seen to rest; of one entity, the whole.
+struct AllAtRest {
+  bool known = false;
+  std::vector<Vec3> positions;  ///< world [m]                                       (organs)
+};
+
 bool rests(const World& world, Entity organ);
 /// Whether both rest, or one does and the other never gives way.
 bool both_rest(const World& world, const std::array<Entity, 2>& organs);
 /// That, of a pair, and neither has been carried nearer to the other or away since.
 bool pair_rests(const World& world, Entity pair);
+/// That of all pairs: nothing has changed since note_all_at_rest() saw it, so that none is asked.
+bool all_at_rest(const World& world);
+/// Asks all pairs.
+void note_all_at_rest(World& world);
 /// An organ, and all that it rests with.
 void wake(World& world, Entity organ);
 

@@ -191,6 +191,7 @@ Result<void> start(World& world) {
   }
   world.all<TouchingFigures>().add(kWhole, {});
   world.all<IslandWork>().add(kWhole, {});
+  world.all<AllAtRest>().add(kWhole, {});
   bind(world, {solve_islands, is_in_island, rests});
   return {};
 }
@@ -208,6 +209,7 @@ bool is_sound(const Meeting& meeting, std::size_t patches, std::size_t triangles
 
 void restored(World& world) {
   const Pool<OrganPair>& pairs = world.all<OrganPair>();
+  if (AllAtRest* all = world.one<AllAtRest>()) all->known = false;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const std::size_t patches = brought_now(world, pairs.owner(p)).size();
     const std::size_t triangles =

@@ -19,6 +19,20 @@ struct Grain {
 };
 static_assert(fields_cover<Grain>());
 
+/// Numbers of several kinds.
+struct Parcel {
+  std::uint64_t label = ~std::uint64_t{0};
+  double weight = 1.0;
+  float worth = 2.0f;
+  std::int32_t shelf = -1;
+  static constexpr auto fields() {
+    using P = Parcel;
+    return std::tuple(field("label", &P::label), field("weight", &P::weight),
+                      field("worth", &P::worth), field("shelf", &P::shelf));
+  }
+};
+static_assert(fields_cover<Parcel>());
+
 /// Keeps what lasts in a State.
 class Shelf {
  public:
@@ -36,6 +50,7 @@ class Shelf {
 struct Heap {
   std::uint64_t number = ~std::uint64_t{0};  // its bits are no number that isn't finite
   std::vector<Grain> grains{3};
+  std::vector<Parcel> parcels{5};
   std::optional<Pose> pose = Pose();
   MatrixX matrix = MatrixX::Ones(2, 2);
   std::unique_ptr<Shelf> box = std::make_unique<Shelf>();
@@ -44,7 +59,8 @@ struct Heap {
   static constexpr auto fields() {
     using H = Heap;
     return std::tuple(field("number", &H::number), field("grains", &H::grains),
-                      field("pose", &H::pose), field("matrix", &H::matrix), field("box", &H::box),
+                      field("parcels", &H::parcels), field("pose", &H::pose),
+                      field("matrix", &H::matrix), field("box", &H::box),
                       field("by_key", &H::by_key), field("pairs", &H::pairs));
   }
 };
@@ -62,6 +78,8 @@ TEST(FirstStray, IsNamedWhereverItHides) {
   const std::pair<const char*, void (*)(Heap&)> cases[] = {
       {"grains[2].place[1]", [](Heap& h) { h.grains[2].place.y() = static_cast<float>(kNan); }},
       {"grains[0].mass", [](Heap& h) { h.grains[0].mass = -static_cast<float>(kInfinite); }},
+      {"parcels[4].weight", [](Heap& h) { h.parcels[4].weight = kNan; }},
+      {"parcels[1].worth", [](Heap& h) { h.parcels[1].worth = static_cast<float>(kInfinite); }},
       {"pose.orientation[3]", [](Heap& h) { h.pose->orientation.w() = kNan; }},
       {"matrix[2]", [](Heap& h) { h.matrix(0, 1) = kInfinite; }},
       {"box.heights[1]",

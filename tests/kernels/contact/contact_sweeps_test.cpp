@@ -7,6 +7,7 @@
 
 #include "kernels/base/random.h"
 #include "kernels/contact/frictional.h"
+#include "kernels/contact/rise_to_positive.h"
 
 namespace viscera {
 namespace {
@@ -138,6 +139,45 @@ TEST(ContactSweeps, KeepSignsAndConesWhateverIsLeft) {
     EXPECT_GE(x[i], 0.0);
     EXPECT_LE(x.segment<2>(i + 1).norm(), (0.5 + 1e-12) * x[i]);
   }
+}
+
+TEST(ContactSweeps, LiftResponsesThatArentPositiveAsOneDenseProblemDoes) {
+  // Two cells of a body that answers worse to both than to the one less the other.
+  MatrixX response = MatrixX::Identity(6, 6);
+  response(0, 3) = response(3, 0) = 1.2;
+  const std::vector<const MatrixX*> responses = {&response};
+  std::vector<IslandUnknown> unknowns(2);
+  unknowns[0].terms[0] = {0, 0, Vec3::UnitX()};
+  unknowns[1].terms[0] = {0, 1, Vec3::UnitX()};
+  const std::vector<ContactCondition> conditions(2, {Kind::kBilateral});
+  const VectorX wanted = Vec2(1.0, 0.8);
+  MatrixX dense = MatrixX::Identity(2, 2) * (1.0 + kRidge);
+  dense(0, 1) = dense(1, 0) = 1.2;
+  const Rise rise = rise_to_positive(dense, kRidge);
+  dense += rise.matrix;
+  VectorX x;
+  const SweepFigures figures =
+      ContactSweeps().solve(responses, unknowns, conditions, kRidge, kTolerance, wanted, x);
+  EXPECT_NEAR(figures.lifted, rise.share, 1e-12);
+  EXPECT_GT(figures.lifted, 0.05);
+  // One of the matrix's eigenvalues is the ridge: along it sweeps come on slowly, and say so.
+  const double missed = (dense * x - wanted).cwiseAbs().maxCoeff();
+  EXPECT_LT(missed, 1.1 * figures.residual * x.cwiseAbs().maxCoeff() + 1e-12);
+  EXPECT_TRUE(x.allFinite());
+}
+
+TEST(ContactSweeps, RefuseTwoBodiesThatMeetInMoreThanAMatrixMayHold) {
+  const MatrixX response = MatrixX::Identity(3, 3);
+  const std::vector<const MatrixX*> responses = {&response};
+  IslandUnknown unknown;
+  unknown.terms[0] = {0, 0, Vec3::UnitZ()};
+  const std::vector<IslandUnknown> unknowns(6001, unknown);
+  const std::vector<ContactCondition> conditions(unknowns.size(), {Kind::kUnilateral});
+  VectorX x;
+  const SweepFigures figures = ContactSweeps().solve(responses, unknowns, conditions, kRidge,
+                                                     kTolerance, VectorX::Ones(6001), x);
+  EXPECT_FALSE(figures.converged);
+  EXPECT_EQ(figures.residual, 1.0);
 }
 
 TEST(ContactSweeps, GiveNoForcesWhereSomethingIsntFinite) {
