@@ -27,9 +27,10 @@ constexpr double kTouching = 2e-3;
 
 /// A frame older than this has stalled: what moved then stands still [ticks].
 constexpr double kLongestFrames = 34.0;
-/// What a snapshot changes is shown over the time that the one before it lasted, within these: a
-/// frame of 60 Hz, and a stall after which nobody expects the scene to have gone on slowly [s].
-constexpr double kShortestEasing = 0.016, kLongestEasing = 0.25;
+/// What a snapshot changes is shown over the time that the one before it lasted, within these: the
+/// shortest frame that a scene may have, so that it is shown before the next one comes, and a stall
+/// after which nobody expects the scene to have gone on slowly [s].
+constexpr double kShortestEasing = 0.004, kLongestEasing = 0.25;
 
 Result<void> check_prony(std::span<const PronyTerm> terms) {
   Error mistakes;

@@ -68,16 +68,15 @@ std::vector<int> gone_on(const ShapeFunctions& before, const ShapeFunctions& now
 }
 
 /// Of vertices that walls alone have.
-std::vector<float> depths_below(const TriangleSurface& whole, const TriangleSurface& left,
+std::vector<float> depths_below(const SurfaceTree& whole, const TriangleSurface& left,
                                 const std::vector<int>& skin) {
   std::vector<char> in_skin(left.vertices.size(), 0);
   for (std::size_t t = 0; t < skin.size(); ++t)
     if (skin[t] >= 0)
       for (const int corner : left.triangles[t]) in_skin[static_cast<std::size_t>(corner)] = 1;
-  const SurfaceTree tree(whole);
   std::vector<float> depths(left.vertices.size(), 0.0f);
   parallel_for_each_index(depths.size(), 64, [&](std::size_t v) {
-    if (!in_skin[v]) depths[v] = static_cast<float>(tree.closest(left.vertices[v]).distance);
+    if (!in_skin[v]) depths[v] = static_cast<float>(whole.closest(left.vertices[v]).distance);
   });
   return depths;
 }
@@ -284,9 +283,10 @@ std::shared_ptr<const CuttableOrgan> make_cuttable(std::shared_ptr<const OrganMo
   organ.response = Response::kFinite;
   auto fields = std::make_shared<const ShapeFunctions>(
       find_formulation(organ.formulation)->fields(whole->surface, whole->cloud));
+  auto skin = std::make_shared<const SurfaceTree>(whole->surface);
   return std::make_shared<const CuttableOrgan>(
-      CuttableOrgan{std::move(whole), std::move(fields), std::move(organ), std::move(tissue),
-                    std::move(demand), gravity, heat_voxel, std::move(assets)});
+      CuttableOrgan{std::move(whole), std::move(fields), std::move(skin), std::move(organ),
+                    std::move(tissue), std::move(demand), gravity, heat_voxel, std::move(assets)});
 }
 
 Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue,
@@ -313,7 +313,7 @@ Result<CutOrgan> cut_organ(const CuttableOrgan& organ, const TissueShare& tissue
   cut.remnants = asked_left - volume(model.surface) - cut.crumbs - cut.removed;
   cut.fields = std::move(model.fields);
   cut.pieces = pieces_of_vertices(model.surface, closed_pieces(model.surface));
-  cut.depths = depths_below(whole.surface, model.surface, left.skin);
+  cut.depths = depths_below(*organ.skin, model.surface, left.skin);
   cut.tree = std::move(left.tree);
   cut.continuation = {gone_on(fields_before, *cut.fields, *cut.tree, !removed.empty()),
                       nearest_of(model.energy_points, before.energy_points)};

@@ -20,6 +20,7 @@ namespace viscera {
 struct CuttableOrgan {
   std::shared_ptr<const OrganModel> whole;
   std::shared_ptr<const ShapeFunctions> fields;  ///< of `whole`
+  std::shared_ptr<const SurfaceTree> skin;       ///< its surface at rest
   OrganDescription organ;                        ///< its response is finite
   Tissue tissue;
   BodyDemand demand;

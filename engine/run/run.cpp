@@ -243,7 +243,7 @@ Result<std::function<Result<Controls>(const Simulation&)>> replay_of(const RunOp
                                                                      std::uint64_t frames) {
   std::function<Result<Controls>(const Simulation&)> none;
   if (options.replay.empty()) return none;
-  auto recorded = read_controls(options.replay, model.tools());
+  auto recorded = read_controls(options.replay, model.tools(), model.scene()->steps().per_second);
   if (!recorded) return std::unexpected(recorded.error());
   if (recorded->size() < frames)
     return failure(fmt::format("{}: found {} frames, expected the scene's {}: a shorter --duration",

@@ -46,6 +46,7 @@ void Sentinel::look(World& world, const Stage& stage, FrameReport& report) {
 }
 
 void Sentinel::look(World& world, const Stage& stage, const StateType& type, FrameReport& report) {
+  if (type.strays.unchanged && type.strays.unchanged(world)) return;
   store_detail::AnyPool& pool = world.states_of(type);
   const auto strays = type.first_strays(pool);
   if (strays.empty()) return;

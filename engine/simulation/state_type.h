@@ -28,6 +28,9 @@ struct Strays {
   Become become = Become::kZero;
   /// What has to be done besides, before; null: nothing.
   void (*contain)(World&, Entity owner) = nullptr;
+  /// Whether no state of the type can have changed in this step, so that none is looked at; null:
+  /// some always may have.
+  bool (*unchanged)(const World&) = nullptr;
 };
 
 struct StateType {

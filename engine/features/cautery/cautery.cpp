@@ -14,8 +14,8 @@
 namespace viscera {
 namespace {
 
-/// A trace that jumps further than this within a frame is two burns [m].
-constexpr double kTraceBreak = 5e-3;
+/// A trace that goes on faster than this is two burns: no hand draws a hook so fast [m/s].
+constexpr double kTraceBreak = 0.3;
 /// Tissue that is counted as hot [K].
 constexpr double kHot = kZeroCelsius + 60.0;
 
@@ -146,7 +146,8 @@ void give_current(World& world, Entity instrument, BurnTrace& trace, const Frame
     return;
   }
   const bool continues = !blades && trace.organ == meeting->organ &&
-                         (trace.contact.point - meeting->contact.point).norm() < kTraceBreak;
+                         (trace.contact.point - meeting->contact.point).norm() <
+                             kTraceBreak * world.model().steps().step();
   OrganBurn& burn = *world.find<OrganBurn>(meeting->organ);
   trace.current = trace.tip.energise(burn.heat, mode_of(hook), power,
                                      continues ? trace.contact : meeting->contact, meeting->contact,

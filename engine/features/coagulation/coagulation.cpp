@@ -10,14 +10,14 @@
 namespace viscera {
 namespace {
 
-/// A quarter of a second between looks [frames].
-constexpr std::uint64_t kLookEvery = 15;
+/// Between looks [s].
+constexpr double kLookEvery = 0.25;
 /// An update is started where stiffness or lost length, times volume, has changed by this share of
 /// what it was, or by so much: what nobody feels waits.
 constexpr double kNoticed = 0.02;
 constexpr double kLeastStiffened = 0.5e-9, kLeastShrunk = 0.05e-9;  // [m3]
-/// Multiplications that a thread beside the frames does in one of them, at the least.
-constexpr double kPerFrame = 1e8;
+/// Multiplications that a thread beside the frames does in a second, at the least.
+constexpr double kPerSecond = 6e9;
 /// And the frames that handing over takes at the least.
 constexpr std::uint64_t kSoonest = 2;
 
@@ -88,9 +88,12 @@ void look_at(World& world, Entity organ, const Bioheat& heat, std::uint64_t fram
   if (!worth_an_update(*change, region.tissue, points)) return;
   change->asked = {std::move(points.stiffness), std::move(points.shrinkage)};
   change->due = frame + kSoonest;
-  if (!body.model->finite)
-    change->due += static_cast<std::uint64_t>(
-        update_cost(region, change->asked, body.model->touchable) / kPerFrame);
+  if (!body.model->finite) {
+    const double takes =
+        update_cost(region, change->asked, body.model->touchable) / kPerSecond;  // [s]
+    change->due +=
+        static_cast<std::uint64_t>(takes * static_cast<double>(world.model().steps().per_second));
+  }
   change->pending = true;
   begin_update(update, body, change->asked);
 }
@@ -107,7 +110,7 @@ void leave_gpu(OrganState& state) {
 
 /// Looks at the heat of burnt organs now and then, and where enough has changed starts an update.
 void follow_changes(World& world, const FrameContext& context) {
-  if (context.frame % kLookEvery != 0) return;
+  if (context.frame % world.model().steps().steps_in(kLookEvery) != 0) return;
   const Pool<OrganBurn>& burns = world.all<OrganBurn>();
   for (std::size_t b = 0; b < burns.size(); ++b) {
     const Entity organ = burns.owner(b);

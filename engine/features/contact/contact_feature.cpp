@@ -3,6 +3,7 @@
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
+#include "engine/features/deformation/deformation.h"
 #include "engine/features/jaws/jaws.h"
 
 namespace viscera {
@@ -145,7 +146,8 @@ Feature contact_feature() {
   return {.name = "contact",
           .prepare = prepare,
           .start = start,
-          .states = {state_type<OrganPose>({Strays::Become::kAsBefore}), state_type<OrganTouch>()},
+          .states = {state_type<OrganPose>({Strays::Become::kAsBefore}),
+                     state_type<OrganTouch>({.unchanged = all_stay})},
           .stages = {{.name = "find contacts",
                       .reads = {"tool poses", "organ poses"},
                       .reads_before = {"surfaces", "bags"},

@@ -331,6 +331,11 @@ void bind(World& world, const Binder& binder) {
   world.one<Binding>()->binders.push_back(binder);
 }
 
+bool all_stay(const World& world) {
+  return std::ranges::all_of(world.all<OrganTouch>().owners(),
+                             [&](Entity organ) { return stays_as_it_is(world, organ); });
+}
+
 void fetch_surfaces(World& world, const FrameContext& context) {
   GpuSurfaces& gpu = *world.one<GpuOrgans>()->surfaces;
   gpu.finish([&](Entity organ, std::span<const Vec3f> positions) {

@@ -45,6 +45,8 @@ struct Binding {
   std::vector<Binder> binders;
 };
 void bind(World& world, const Binder& binder);
+/// Whether every organ that may be touched stays as it is in this frame.
+bool all_stay(const World& world);
 
 /// End of an organ's cells of tools, of their shafts and of clips, which come before those of what
 /// binds it; 0: there are none.

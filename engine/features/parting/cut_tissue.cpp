@@ -17,7 +17,8 @@ namespace {
 constexpr double kAlongEdge = 1e-3;
 /// A blade whose edge is farther from an organ than this doesn't come to it within a step [m].
 constexpr double kBeside = 6e-3;
-/// What moves less than this has swept nothing that a voxel sees, in voxels.
+/// What has moved less than this has swept nothing that a voxel sees, in voxels: its way adds up
+/// until it is more.
 constexpr double kStill = 0.02;
 /// Of the search for where a place was at rest.
 constexpr int kMostSteps = 20;
@@ -32,11 +33,13 @@ class MovedTissue {
         drawn_(*world.find<OrganContact>(organ)->surface),
         moved_(world.find<OrganTouch>(organ)->solver->state().motion.displacements),
         left_(*world.find<OrganLeft>(organ)),
-        fields_(*left_.fields) {}
+        fields_(*left_.fields),
+        skin_(*world.find<Cuttable>(organ)->organ->skin) {}
 
   struct AtRest {
     Vec3 place = Vec3::Zero();  ///< [m]
     double above = 0.0;         ///< the drawn surface; below 0 in tissue [m]
+    double above_skin = 0.0;    ///< the surface that the organ had as nothing was cut [m]
     std::int32_t piece = 0;     ///< of the organ, whose surface is nearest
   };
   /// Tissue that is at this place; beside the organ what moves as the surface nearest to it does.
@@ -46,9 +49,11 @@ class MovedTissue {
     const TissueSheet sheet(model_, state_, drawn_);
     const Vec3 rest = corner_mean(model_.rest_positions, model_.surface, hit->point);
     const bool inside = (place - hit->position).dot(sheet.normal(hit->point)) < 0.0;
-    AtRest found{place - (hit->position - rest), inside ? -hit->distance : hit->distance,
-                 piece_of(left_.pieces, model_.surface, hit->point.triangle)};
+    AtRest found{.place = place - (hit->position - rest),
+                 .above = inside ? -hit->distance : hit->distance,
+                 .piece = piece_of(left_.pieces, model_.surface, hit->point.triangle)};
     if (inside) refine(place, found.place);
+    found.above_skin = skin_.signed_distance(found.place);
     return found;
   }
 
@@ -83,6 +88,7 @@ class MovedTissue {
   const std::vector<double>& moved_;
   const OrganLeft& left_;
   const ShapeFunctions& fields_;
+  const SurfaceTree& skin_;
   mutable ShapeValues values_;
 };
 
@@ -113,7 +119,7 @@ class Cutting {
   Vec3 go_on(const std::vector<Vec3>& edge, bool cuts, BladeTrack& track) {
     OrganCut& cut = *world_.find<OrganCut>(organ_);
     std::vector<Vec3> rest;
-    std::vector<double> above;
+    std::vector<double> above, outside;
     std::vector<std::int32_t> pieces;
     for (const Vec3& place : edge) {
       const auto found = tissue_.at_rest(place, blade_.length + kBeside);
@@ -123,15 +129,29 @@ class Cutting {
       }
       rest.push_back(found->place);
       above.push_back(found->above);
+      outside.push_back(beyond_kerf(*found, cut.gone));
       pieces.push_back(found->piece);
     }
-    const bool follows = track.edge.size() == rest.size() && track.above.size() == rest.size() &&
+    const bool follows = track.edge.size() == rest.size() && track.outside.size() == rest.size() &&
                          track.pieces.size() == rest.size();
     const bool same_body = std::exchange(track.body, cut.bodies) == cut.bodies;
+    for (std::size_t k = 0; follows && cuts && k < rest.size(); ++k) {
+      if (pieces[k] != track.pieces[k] ||
+          !((rest[k] - track.edge[k]).norm() < kStill * cut.gone.voxel()))
+        continue;
+      rest[k] = track.edge[k];
+      above[k] = track.above[k];
+      outside[k] = track.outside[k];
+    }
     const std::vector<Vec3> before = std::exchange(track.edge, rest);
-    const std::vector<double> above_before = std::exchange(track.above, above);
+    const std::vector<double> outside_before = std::exchange(track.outside, outside);
+    track.above = std::move(above);
     const std::vector<std::int32_t> pieces_before = std::exchange(track.pieces, pieces);
-    if (!follows || !cuts) return Vec3::Zero();
+    if (!follows || !cuts) {
+      track.unseen.clear();
+      return Vec3::Zero();
+    }
+    track.unseen.resize(rest.size() - 1, 0.0);
     Vec3 force = Vec3::Zero();
     for (std::size_t k = 0; k + 1 < rest.size(); ++k) {
       // From one piece to another there is no way at rest.
@@ -141,31 +161,41 @@ class Cutting {
       // What leaves the scene does so in one.
       if (std::ranges::find(leaving_, pieces[k]) != leaving_.end()) continue;
       // An edge of the organ may stick out between places that are all outside.
-      if (std::min({above[k], above[k + 1], above_before[k], above_before[k + 1]}) >
+      if (std::min({outside[k], outside[k + 1], outside_before[k], outside_before[k + 1]}) >
           0.5 * kAlongEdge)
         continue;
-      const double inside = 0.5 * (share_below(above[k], above[k + 1]) +
-                                   share_below(above_before[k], above_before[k + 1]));
-      force += sweep_piece({before[k], before[k + 1]}, {rest[k], rest[k + 1]}, inside, cut);
+      const double inside = 0.5 * (share_below(outside[k], outside[k + 1]) +
+                                   share_below(outside_before[k], outside_before[k + 1]));
+      force += sweep_piece({before[k], before[k + 1]}, {rest[k], rest[k + 1]}, inside,
+                           track.unseen[k], cut);
     }
     return pose_of(world_, organ_).direction_to_world(force);
   }
 
  private:
-  /// `inside`: the share of its way that is in tissue.
+  /// How far a place is outside of tissue and of the kerf that the blade makes, behind whose front
+  /// its edge stands by half of that [m].
+  double beyond_kerf(const MovedTissue::AtRest& place, const TissueShare& gone) const {
+    const double own = 0.5 * kerf_of(blade_, gone) + gone.voxel();
+    return std::max(place.above - own, place.above_skin);
+  }
+
+  /// `inside`: the share of its way that is in tissue; `unseen`: of its track.
   Vec3 sweep_piece(const std::array<Vec3, 2>& before, const std::array<Vec3, 2>& now, double inside,
-                   OrganCut& cut) {
-    const double longest = std::max((now[0] - before[0]).norm(), (now[1] - before[1]).norm());
-    if (longest < kStill * cut.gone.voxel()) return Vec3::Zero();
+                   double& unseen, OrganCut& cut) {
+    if (now == before) return Vec3::Zero();
     const double taken = sweep({before, now, blade_.thickness}, cut.gone);
-    if (taken == 0.0) return Vec3::Zero();
-    cut.changed = true;
     const Vec3 way = 0.5 * (now[0] + now[1] - before[0] - before[1]);
     const Vec3 along = 0.5 * (now[1] - now[0] + before[1] - before[0]);
-    // Of what it went over a part may have been parted before.
-    const double over = along.cross(way).norm();
-    const double area =
-        inside * std::min(over, taken / cut.gone.taken_by_plate(kerf_of(blade_, cut.gone)));
+    // Of what it went over a part may have been parted before. Shares go by steps: of a short way
+    // they show nothing, and more than it was in a later step.
+    const double over = unseen + along.cross(way).norm();
+    const double parted =
+        std::min(over, taken / cut.gone.taken_by_plate(kerf_of(blade_, cut.gone)));
+    unseen = std::min(over - parted, cut.gone.voxel() * along.norm());
+    if (taken == 0.0) return Vec3::Zero();
+    cut.changed = true;
+    const double area = inside * parted;
     cut.area += area;
     const double work = world_.find<Cuttable>(organ_)->fracture_energy * area;
     cut.work += work;
@@ -238,7 +268,7 @@ void add_holds(const World& world, Entity organ, const BladeTrack& track,
   // Shares rise over two voxels across a wall, which is where half is left.
   const double ahead = 0.5 * kerf_of(blade, left) + 2.0 * left.voxel();
   for (std::size_t k = 0; k + 1 < track.edge.size(); ++k) {
-    const double inside = share_below(track.above[k], track.above[k + 1]);
+    const double inside = share_below(track.outside[k], track.outside[k + 1]);
     if (inside == 0.0 || track.pieces[k] != track.pieces[k + 1]) continue;
     const Vec3 middle = 0.5 * (track.edge[k] + track.edge[k + 1]);
     const double length = inside * (track.edge[k + 1] - track.edge[k]).norm();

@@ -140,10 +140,15 @@ void drop_unsound_tracks(World& world) {
           tool && tool->description.kind == InstrumentKind::kScissors ? 2 : 1;
       if (!tool || known || track.blade >= blades) continue;
       const bool whole =
-          track.above.size() == track.edge.size() && track.pieces.size() == track.edge.size() &&
+          track.above.size() == track.edge.size() && track.outside.size() == track.edge.size() &&
+          track.pieces.size() == track.edge.size() &&
+          std::ranges::all_of(track.outside, [](double a) { return std::isfinite(a); }) &&
           std::ranges::all_of(track.edge, [](const Vec3& p) { return p.allFinite(); }) &&
           std::ranges::all_of(track.above, [](double a) { return std::isfinite(a); });
       if (!whole) track.lose();
+      if (track.unseen.size() + 1 != track.edge.size() ||
+          !std::ranges::all_of(track.unseen, [](double a) { return a >= 0.0 && std::isfinite(a); }))
+        track.unseen.clear();
       sound.push_back(std::move(track));
     }
     cut.blades = std::move(sound);

@@ -30,23 +30,31 @@ struct Cuttable {
 /// The edge of a blade that is in an organ or near it, as the last step left it.
 struct BladeTrack {
   Entity instrument;
-  std::uint64_t blade = 0;           ///< of the instrument's
-  double jaw = 1.0;                  ///< of its scissors
-  std::vector<Vec3> edge;            ///< places along it, at rest, organ frame [m]
-  std::vector<double> above;         ///< ... the drawn surface; below 0 in tissue [m]
+  std::uint64_t blade = 0;    ///< of the instrument's
+  double jaw = 1.0;           ///< of its scissors
+  std::vector<Vec3> edge;     ///< places along it, at rest, organ frame [m]
+  std::vector<double> above;  ///< ... the drawn surface; below 0 in tissue [m]
+  /// ... tissue and the kerf that it makes; below 0 in either [m].
+  std::vector<double> outside;
   std::vector<std::int32_t> pieces;  ///< of the organ, whose surface is nearest to each
   std::uint64_t body = 0;            ///< OrganCut::bodies then
+  /// Area between each two places that it has gone over and no voxel has shown yet [m2]; empty:
+  /// none.
+  std::vector<double> unseen;
   /// It has left.
   void lose() {
     edge.clear();
     above.clear();
+    outside.clear();
     pieces.clear();
+    unseen.clear();
   }
   static constexpr auto fields() {
     return std::tuple(field("instrument", &BladeTrack::instrument),
                       field("blade", &BladeTrack::blade), field("jaw", &BladeTrack::jaw),
                       field("edge", &BladeTrack::edge), field("above", &BladeTrack::above),
-                      field("pieces", &BladeTrack::pieces), field("body", &BladeTrack::body));
+                      field("outside", &BladeTrack::outside), field("pieces", &BladeTrack::pieces),
+                      field("body", &BladeTrack::body), field("unseen", &BladeTrack::unseen));
   }
 };
 static_assert(fields_cover<BladeTrack>());

@@ -93,6 +93,20 @@ TEST(Parting, ABladeLeavesAClosedSurfaceWithWallsAsDeepAsItWent) {
   EXPECT_EQ(world->all<OrganState>()[0].positions.size(), left.vertices.size());
 }
 
+TEST(Parting, ABladeCutsHoweverLittleItGoesInAStep) {
+  SceneDescription scene = block_to_cut(kDeep, 0.01);
+  // .005 mm a step, an eightieth of a voxel.
+  constexpr double kWay = 0.6e-3, kGoes = 4.0;
+  const Vec3 end(0.0, 0.5 * kWide - kWay, kTop - kDeep);
+  scene.instruments = {
+      upright_scalpel(end + Vec3(0.0, 2.0 * kWay, 0.0), end, 0.01, 0.01 + kGoes, {12e-3, kBlade})};
+  const auto world = build(scene);
+  ASSERT_TRUE(world);
+  step_until(*world, 0.02 + kGoes);
+  EXPECT_NEAR(cut_of(*world).area, kDeep * kWay, 0.25 * kDeep * kWay);
+  EXPECT_GT(cut_of(*world).work, 0.0);
+}
+
 /// How far the tissue that lay so deep has sunk at a time while the block is pulled [m].
 double sunk_by(double pulled, double time) {
   const auto world = build(block_to_cut(-5e-3, 0.01, pulled, 0.0, 3e-3));

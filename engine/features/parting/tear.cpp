@@ -12,8 +12,8 @@ namespace viscera {
 namespace {
 
 /// A body that is new opens for so long before it may tear on: ten times the viscous time that an
-/// organ has by default. Chosen [frames].
-constexpr std::uint64_t kOpensFor = 12;
+/// organ has by default. Chosen [s].
+constexpr double kOpensFor = 0.2;
 /// A tear has so many discs at most: where all of a large organ is drawn out, the next body goes
 /// on.
 constexpr std::size_t kMostDiscs = 500;
@@ -168,13 +168,14 @@ bool may_tear(const World& world) {
 
 void tear_tissue(World& world, const FrameContext& context) {
   Pool<OrganCut>& organs = world.all<OrganCut>();
+  const std::uint64_t opens_for = world.model().steps().steps_in(kOpensFor);
   for (std::size_t o = 0; o < organs.size(); ++o) {
     const Entity organ = organs.owner(o);
     OrganCut& cut = organs[o];
     const double ultimate_strain = world.find<Cuttable>(organ)->ultimate_strain;
     if (ultimate_strain == 0.0 || cut.pending) continue;
     // The shape is still that of the body before, which held.
-    if (cut.due > 0 && context.frame < cut.due + kOpensFor) continue;
+    if (cut.due > 0 && context.frame < cut.due + opens_for) continue;
     const OrganTouch* touch = world.find<OrganTouch>(organ);
     if (!touch || world.find<OrganState>(organ)->frozen || !touch->solver->moving()) continue;
     const std::vector<TearingPoint> points =

@@ -85,10 +85,11 @@ bool pair_rests(const World& world, Entity entity) {
 }
 
 bool all_at_rest(const World& world) {
-  const AllAtRest& all = *world.one<AllAtRest>();
-  if (!all.known || !std::ranges::all_of(world.all<Resting>(), &Resting::rests)) return false;
+  const AllAtRest* all = world.one<AllAtRest>();
+  if (!all || !all->known || !std::ranges::all_of(world.all<Resting>(), &Resting::rests))
+    return false;
   const std::vector<Entity>& organs = world.model().organs();
-  return std::ranges::equal(organs, all.positions, {},
+  return std::ranges::equal(organs, all->positions, {},
                             [&](Entity organ) { return pose_of(world, organ).position; });
 }
 

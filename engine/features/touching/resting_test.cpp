@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/features/breathing/breathing_keys.h"
+#include "engine/features/deformation/deformation.h"
 #include "engine/features/finite/finite.h"
 #include "engine/features/free_bodies/block_on_floor.h"
 #include "engine/features/gravity/gravity_keys.h"
@@ -22,6 +23,21 @@ std::uint64_t steps_of(const World& world, std::size_t organ) {
 
 bool organ_rests(const World& world, std::size_t organ) {
   return rests(world, world.model().organs()[organ]);
+}
+
+/// A wall that goes 4 mm to the feet (-y) and back, and comes to the block after a while.
+SceneDescription block_and_wall() {
+  SceneDescription scene = block_on_floor({.above = 0.5e-3, .friction = 0.5});
+  scene.duration = 6.0;
+  scene.organs.push_back(scene.organs[1]);
+  OrganDescription& wall = scene.organs[2];
+  wall.name = "wall";
+  auto geometry = std::get<RecipeGeometry>(wall.geometry);
+  geometry.size = Vec3(60e-3, 20e-3, 60e-3);
+  wall.geometry = geometry;
+  wall.pose.position = Vec3(0.0, 28e-3, 31e-3);
+  set_motion(wall, {.amplitude = 4e-3, .period = 6.0});
+  return scene;
 }
 
 /// Until what lies on the floor rests, or a while later.
@@ -44,6 +60,22 @@ TEST(RestingOrgans, AreNeitherSolvedNorDrawn) {
   EXPECT_EQ(world->one<TouchingFigures>()->most_resting, 1u);
 }
 
+TEST(RestingOrgans, AreNeitherAskedNorLookedOverOnceAllOfThemRest) {
+  auto world = build(block_and_wall());
+  ASSERT_TRUE(world);
+  bool rested = false;
+  while (world->time() < 3.0) {
+    step_until(*world, end_of_step(*world));
+    EXPECT_EQ(all_stay(*world), organ_rests(*world, 0)) << world->time();
+    // A wall that comes nearer is asked after, though nothing has woken yet.
+    const Vec3 wall = pose_of(*world, world->model().organs()[2]).position;
+    if (all_at_rest(*world)) EXPECT_EQ(world->one<AllAtRest>()->positions[2], wall);
+    rested = rested || (all_at_rest(*world) && all_stay(*world));
+  }
+  EXPECT_TRUE(rested);
+  EXPECT_FALSE(all_at_rest(*world));
+}
+
 TEST(RestingOrgans, WakeAsGravityTurnsAndSlideThen) {
   SceneDescription scene = block_on_floor({.above = 0.5e-3, .friction = 0.3});
   scene.duration = 4.0;
@@ -57,21 +89,6 @@ TEST(RestingOrgans, WakeAsGravityTurnsAndSlideThen) {
   step_until(*world, 3.0);
   EXPECT_FALSE(organ_rests(*world, 0));
   EXPECT_GT(world->all<OrganState>()[0].greatest_displacement, 3e-3);
-}
-
-/// A wall that goes 4 mm to the feet (-y) and back, and comes to the block after a while.
-SceneDescription block_and_wall() {
-  SceneDescription scene = block_on_floor({.above = 0.5e-3, .friction = 0.5});
-  scene.duration = 6.0;
-  scene.organs.push_back(scene.organs[1]);
-  OrganDescription& wall = scene.organs[2];
-  wall.name = "wall";
-  auto geometry = std::get<RecipeGeometry>(wall.geometry);
-  geometry.size = Vec3(60e-3, 20e-3, 60e-3);
-  wall.geometry = geometry;
-  wall.pose.position = Vec3(0.0, 28e-3, 31e-3);
-  set_motion(wall, {.amplitude = 4e-3, .period = 6.0});
-  return scene;
 }
 
 TEST(RestingOrgans, WakeWhereWhatMovesComesToThem) {

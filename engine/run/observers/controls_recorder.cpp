@@ -20,7 +20,7 @@ void ControlsRecorder::add_frame(const World& world) {
     const InstrumentState& state = *world.find<InstrumentState>(tool);
     controls.tools.push_back({state.tip, state.jaw, state.power, state.blade});
   }
-  out_->write(controls_rows(world.frame(), names, controls));
+  out_->write(controls_rows(world.frame(), names, controls, world.model().steps().per_second));
 }
 
 Result<void> ControlsRecorder::close(const World&) {

@@ -11,7 +11,7 @@ const std::vector<std::string>& tools() {
 }
 
 bool read(std::string_view input) {
-  const auto frames = read_controls(scratch("controls.csv", input), tools());
+  const auto frames = read_controls(scratch("controls.csv", input), tools(), 60);
   if (!frames) {
     expect(!frames.error().messages.empty() && frames.error().messages.size() <= 20,
            "a refusal has 1 to 20 reasons");
@@ -32,7 +32,7 @@ std::vector<std::string> seeds() {
   std::string text = controls_header() + "\n";
   std::vector<std::string> all;
   for (std::uint64_t frame = 1; frame < 4; ++frame) {
-    text += controls_rows(frame, tools(), controls);
+    text += controls_rows(frame, tools(), controls, 60);
     all.push_back(text);
   }
   return all;
