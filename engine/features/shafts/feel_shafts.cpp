@@ -3,6 +3,7 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/contact_cells.h"
 #include "engine/features/contact/pressed_stiffness.h"
+#include "engine/features/shafts/press_tools.h"
 #include "engine/features/shafts/shaft_cells.h"
 #include "engine/features/shafts/shafts.h"
 
@@ -52,13 +53,24 @@ class Feel {
     note_clinging(meeting, contact);
   }
 
+  /// Of another tool.
+  void take(const ToolPress& press, ShaftState& state) const {
+    state.load.add(press.force, press.at, pivot_);
+    const Vec3 way = way_of(press.at, press.direction);
+    if (held_) state.stiffness += press.stiffness * way * way.transpose();
+  }
+
  private:
+  /// What the tip's motion along it moves this place by along `direction`.
+  Vec3 way_of(const Vec3& at, const Vec3& direction) const {
+    const Vec3 arm = (tip_ - pivot_).normalized();
+    const double along = direction.dot(arm);
+    return lever_share(at, tip_, pivot_) * (direction - along * arm) + along * arm;
+  }
   /// How the tip's motion presses a cell.
   void note_way(std::size_t cell, const Vec3& at, const Vec3& direction) {
-    const Vec3 arm = (tip_ - pivot_).normalized();
     pressed_.push_back(cell);
-    const double along = direction.dot(arm);
-    ways_.push_back(lever_share(at, tip_, pivot_) * (direction - along * arm) + along * arm);
+    ways_.push_back(way_of(at, direction));
   }
 
   void note_clinging(ShaftMeeting& meeting, const OrganContact& contact) const {
@@ -109,10 +121,20 @@ void note_greatest(const World& world, ShaftState& state, double length) {
   }
 }
 
+void note_greatest(const World& world, const ToolPress& press, ShaftFigures& most) {
+  const std::vector<Entity>& shafts = world.all<ShaftState>().owners();
+  double& force =
+      most.tools[static_cast<std::size_t>(std::ranges::find(shafts, press.other) - shafts.begin())];
+  force = std::max(force, press.force.norm());
+  most.crossed = std::max(most.crossed, press.overlap);
+}
+
 }  // namespace
 
-void feel_shafts(World& world, const FrameContext&) {
+void feel_shafts(World& world, const FrameContext& context) {
   Pool<ShaftState>& states = world.all<ShaftState>();
+  std::vector<ToolPress> presses;
+  if (shafts_of(world.model().scene()).tools) presses = press_tools(world, context);
   for (std::size_t i = 0; i < states.size(); ++i) {
     const Entity entity = states.owner(i);
     ShaftState& state = states[i];
@@ -125,6 +147,11 @@ void feel_shafts(World& world, const FrameContext&) {
     double length = 0.0;
     Feel feel(world, *world.find<Shaft>(entity), tip, pivot, world.find<HeldTip>(entity));
     for (ShaftMeeting& meeting : state.meetings) feel.take(meeting, state, length);
+    for (const ToolPress& press : presses) {
+      if (!(press.tool == entity)) continue;
+      feel.take(press, state);
+      note_greatest(world, press, state.greatest);
+    }
     if (body) {
       state.lever = about_trocar(state.load, tip, pivot);
       world.find<InstrumentContact>(entity)->force += state.lever.at_tip;

@@ -106,6 +106,12 @@ class Meet {
 
 void meet_shafts(World& world, const FrameContext& context) {
   const Pool<Shaft>& shafts = world.all<Shaft>();
+  if (!shafts_of(world.model().scene()).touch) {
+    for (std::size_t i = 0; i < shafts.size(); ++i)
+      world.find<ShaftState>(shafts.owner(i))->axis =
+          axis_of_shaft(world, shafts.owner(i), context.time);
+    return;
+  }
   for (std::size_t i = 0; i < shafts.size(); ++i) Meet(world, shafts.owner(i), context).run();
 }
 

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "engine/features/contact/contact.h"
+#include "engine/features/shafts/press_tools.h"
 #include "engine/simulation/instruments.h"
 #include "kernels/points/surface_tree.h"
 
@@ -97,14 +99,14 @@ void add_barrel(SceneModel& model, double radius) {
 Result<void> prepare(SceneModel& model) {
   const SceneDescription& scene = model.scene();
   const ShaftsDescription& wanted = shafts_of(scene);
-  if (!wanted.touch) return {};
+  if (!wanted.touch && !wanted.tools) return {};
   for (std::size_t i = 0; i < scene.instruments.size(); ++i)
     model.constants().all<Shaft>().add(model.instruments()[i], {scene.instruments[i].name,
                                                                 scene.instruments[i].shaft_radius,
                                                                 scene.instruments[i].friction,
                                                                 {}});
   add_barrel(model, wanted.endoscope_radius);
-  spare_organs(model);
+  if (wanted.touch) spare_organs(model);
   return {};
 }
 
@@ -134,8 +136,10 @@ Result<void> start(World& world) {
     ShaftState state;
     state.axis = axis_at_start(world.model(), shafts.owner(i));
     state.greatest.organs.assign(world.model().organs().size(), 0.0);
+    state.greatest.tools.assign(shafts.size(), 0.0);
     world.all<ShaftState>().add(shafts.owner(i), std::move(state));
   }
+  if (shafts_of(world.model().scene()).tools) note_sides(world);
   return {};
 }
 
@@ -163,6 +167,10 @@ void restored(World& world) {
     std::erase_if(state.meetings,
                   [&](const ShaftMeeting& meeting) { return !is_sound(world, meeting); });
     state.greatest.organs.resize(world.model().organs().size(), 0.0);
+    state.greatest.tools.resize(world.all<ShaftState>().size(), 0.0);
+    std::erase_if(state.sides, [&](const ShaftState::Side& one) {
+      return !world.find<Shaft>(one.other) || std::abs(one.side) != 1.0;
+    });
   }
 }
 
@@ -223,6 +231,14 @@ std::vector<ReportSection> shafts_report(const World& world) {
       shaft["trocar"] = {{"greatest_reaction_N", most.reaction},
                          {"greatest_torque_Nm", most.torque}};
     }
+    if (shafts_of(world.model().scene()).tools) {
+      Json tools = Json::array();
+      for (std::size_t t = 0; t < most.tools.size(); ++t)
+        if (most.tools[t] > 0.0)
+          tools.push_back({{"tool", shafts[t].name}, {"greatest_force_N", most.tools[t]}});
+      shaft["tools"] = tools;
+      shaft["greatest_overlap_with_tools_m"] = most.crossed;
+    }
     list.push_back(std::move(shaft));
   }
   return {report_section("shafts", list)};
@@ -249,7 +265,7 @@ Feature shafts_feature() {
                       .changes = {"shafts", "tool forces"},
                       .needed = needed,
                       .run = feel_shafts}},
-          .flags = {kShaftInside},
+          .flags = {kShaftInside, kToolsCross},
           .restored = restored,
           .report = shafts_report};
 }

@@ -1,6 +1,6 @@
-// Shafts touch organs: the round part of each instrument between its working end and its trocar,
-// and the endoscope's barrel. A shaft presses along lines of contact (shaft_cells.h), and its force
-// reaches the hand by the lever about the trocar (lever.h).
+// Shafts touch organs, and each other (press_tools.h): the round part of each instrument between
+// its working end and its trocar, and the endoscope's barrel. A shaft presses along lines of
+// contact (shaft_cells.h), and its force reaches the hand by the lever about the trocar (lever.h).
 //
 // A shaft's cells are none of the tip's: no CellRange names them, so nothing burns, grasps or
 // stands a hand's hive by them. They lie behind those of tips in an organ's contact problem.
@@ -66,29 +66,42 @@ struct ShaftFigures {
   double overlap = 0.0;        ///< how deep the drawn surface lay in it [m]
   std::uint64_t cells = 0;     ///< on one organ
   std::vector<double> organs;  ///< force of each organ, in the scene's order [N]
+  std::vector<double> tools;   ///< of each shaft, in their pool's order [N]
+  double crossed = 0.0;        ///< how deep it lay in another [m]
   static constexpr auto fields() {
     using F = ShaftFigures;
     return std::tuple(field("force", &F::force), field("at_tip", &F::at_tip),
                       field("reaction", &F::reaction), field("torque", &F::torque),
                       field("length", &F::length), field("overlap", &F::overlap),
-                      field("cells", &F::cells), field("organs", &F::organs));
+                      field("cells", &F::cells), field("organs", &F::organs),
+                      field("tools", &F::tools), field("crossed", &F::crossed));
   }
 };
 static_assert(fields_cover<ShaftFigures>());
 
 struct ShaftState {
   static constexpr std::string_view kName = "shafts";
+  /// On which side of another that it crosses it is: 1, that of the product of both directions.
+  struct Side {
+    Entity other;
+    double side = 1.0;
+    static constexpr auto fields() {
+      return std::tuple(field("other", &Side::other), field("side", &Side::side));
+    }
+  };
   ShaftAxis axis;                      ///< of this step; world
   std::vector<ShaftMeeting> meetings;  ///< by organ
   ShaftLoad load;                      ///< of all of them
   LeverForces lever;                   ///< none of the endoscope's
   Mat3 stiffness = Mat3::Zero();       ///< of a held tool: by how much lever.at_tip falls [N/m]
+  std::vector<Side> sides;             ///< of those behind it in the pool
   ShaftFigures greatest;
   static constexpr auto fields() {
     using S = ShaftState;
     return std::tuple(field("axis", &S::axis), field("meetings", &S::meetings),
                       field("load", &S::load), field("lever", &S::lever),
-                      field("stiffness", &S::stiffness), field("greatest", &S::greatest));
+                      field("stiffness", &S::stiffness), field("sides", &S::sides),
+                      field("greatest", &S::greatest));
   }
 };
 static_assert(fields_cover<ShaftState>());

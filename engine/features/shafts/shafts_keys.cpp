@@ -12,10 +12,15 @@ std::vector<KeySpec> shaft_keys_of_contact() {
               "about the trocar. false: they pass through organs.")
           .otherwise(false),
       number("endoscope_radius_mm",
-             "Of the endoscope's barrel, behind the lens, where `shafts` are to touch. 0: the "
-             "endoscope touches nothing.")
+             "Of the endoscope's barrel, behind the lens, where `shafts` or `tools` are to touch. "
+             "0: the endoscope touches nothing.")
           .between(0, 10)
           .otherwise(5.0),
+      boolean("tools",
+              "Instruments, from their tips to their trocars, press each other and the endoscope's "
+              "barrel, as tubes that bend, and the hand feels it. false: they pass through each "
+              "other.")
+          .otherwise(false),
   };
 }
 
@@ -30,8 +35,8 @@ FeatureKeys shafts_keys() {
   keys.scene.read = [](const Json& scene, Extras& extras) {
     if (!scene.contains("contact")) return;
     const Json& values = scene["contact"];
-    extras.set(
-        ShaftsDescription{values["shafts"], 1e-3 * values["endoscope_radius_mm"].get<double>()});
+    extras.set(ShaftsDescription{
+        values["shafts"], 1e-3 * values["endoscope_radius_mm"].get<double>(), values["tools"]});
   };
   return keys;
 }

@@ -1,4 +1,4 @@
-// What a scene says of shafts that touch organs.
+// What a scene says of shafts that touch organs or each other.
 #pragma once
 
 #include <vector>
@@ -12,6 +12,7 @@ namespace viscera {
 struct ShaftsDescription {
   bool touch = false;              ///< they do, and so does the endoscope's barrel
   double endoscope_radius = 5e-3;  ///< of the barrel; 0: it touches nothing [m]
+  bool tools = false;              ///< instruments press each other, and the barrel
 };
 
 const ShaftsDescription& shafts_of(const SceneDescription& scene);

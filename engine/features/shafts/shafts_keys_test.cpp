@@ -12,11 +12,13 @@ TEST(ShaftsKeys, ArriveAndAreOffWhereNothingIsSaid) {
   ASSERT_TRUE(scene) << scene.error().text();
   EXPECT_TRUE(shafts_of(*scene).touch);
   EXPECT_DOUBLE_EQ(shafts_of(*scene).endoscope_radius, 4e-3);
+  EXPECT_TRUE(shafts_of(*scene).tools);
   Json silent = whole_scene();
   silent.erase("contact");
   const Result<SceneDescription> without = SceneFolder().load(silent);
   ASSERT_TRUE(without) << without.error().text();
   EXPECT_FALSE(shafts_of(*without).touch);
+  EXPECT_FALSE(shafts_of(*without).tools);
 }
 
 TEST(ShaftsKeys, ABarrelThatIsTooWideAndAWordInPlaceOfTrueAreRefusedWithTheirPlace) {

@@ -69,7 +69,9 @@ TEST(RestingOrgans, AreNeitherAskedNorLookedOverOnceAllOfThemRest) {
     EXPECT_EQ(all_stay(*world), organ_rests(*world, 0)) << world->time();
     // A wall that comes nearer is asked after, though nothing has woken yet.
     const Vec3 wall = pose_of(*world, world->model().organs()[2]).position;
-    if (all_at_rest(*world)) EXPECT_EQ(world->one<AllAtRest>()->positions[2], wall);
+    if (all_at_rest(*world)) {
+      EXPECT_EQ(world->one<AllAtRest>()->positions[2], wall);
+    }
     rested = rested || (all_at_rest(*world) && all_stay(*world));
   }
   EXPECT_TRUE(rested);

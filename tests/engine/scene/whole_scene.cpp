@@ -63,7 +63,7 @@ Json whole_scene() {
        "region": {"sphere": {"centre_mm": [1, 2, 3], "radius_mm": 4}}},
       {"name": "fat", "between": ["liver", "imported"],
        "region": {"box": {"min_mm": [-1, -2, -3], "max_mm": [1, 2, 3]}}}],
-    "contact": {"organs": true, "folds": true, "organ_friction": 0.2, "organ_pitch": 1.5, "shafts": true, "endoscope_radius_mm": 4},
+    "contact": {"organs": true, "folds": true, "organ_friction": 0.2, "organ_pitch": 1.5, "shafts": true, "endoscope_radius_mm": 4, "tools": true},
     "instruments": [
       {"name": "holder", "kind": "grasper",
        "tip": {"shape": "capsule", "radius_mm": 2, "length_mm": 12}, "trocar_mm": [0, 0, 200], "shaft_radius_mm": 3, "roll_deg": 90, "grip_limit_N": 5, "grip_radius_mm": 3, "bore_mm": 15, "friction": 0.4,
