@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "engine/features/contact/contact.h"
 #include "engine/features/contact/make_contact.h"
@@ -40,19 +39,14 @@ bool presses_back(const SceneModel& model, Entity organ) {
   return contact && contact->abilities().springs;
 }
 
-/// An organ has so many patches at least: a block's six faces have some six by six then. Of half as
-/// many, random organs that fall lay 1.1 mm in others.
-constexpr double kFewestPatches = 200.0;
-/// But for one that is so small that a ball with as much surface stands in by no more than this
-/// between them [m]. Chosen, below what may overlap in a shipped scene: a heap of 64 balls of 10
-/// mm then takes less than half the time.
-constexpr double kBetweenPatches = 0.15e-3;
+/// An organ has so many patches at least: a block's six faces have some five by five then. A soft
+/// ball with 200, 140 and 100 of them rolls .53, .51 and .40 of a rigid one's way down a slope, and
+/// of 100 random organs that fall lay 1.1 mm in others. A heap's frame takes as their square.
+constexpr double kFewestPatches = 140.0;
 
 /// Distance of patches of a surface of this area at most [m].
 double coarsest_pitch(double area) {
-  const double radius = std::sqrt(area / (4.0 * std::numbers::pi));
-  return std::min(kCoarsestPitch, std::max(std::sqrt(area / kFewestPatches),
-                                           std::sqrt(8.0 * radius * kBetweenPatches)));
+  return std::min(kCoarsestPitch, std::sqrt(area / kFewestPatches));
 }
 
 /// Distance of an organ's patches at a place [m]; `area` of its surface [m2].
