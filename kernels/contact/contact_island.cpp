@@ -13,10 +13,9 @@ namespace {
 constexpr double kRidge = 1e-6;
 /// A part that doesn't take part isn't violated by less [m].
 constexpr double kUnfelt = 1e-9;
-/// More bodies with more unknowns than these are solved for by pairs of bodies.
+/// More bodies with more unknowns than these are solved for by pairs of bodies, but where something
+/// yields.
 constexpr std::size_t kFewBodies = 5, kFewTried = 200;
-/// Where something yields they aren't, and more than these not at all: their matrix takes 300 MB.
-constexpr std::size_t kMostTried = 6000;
 /// What sweeps over pairs leave of the greatest force, in a body's last question and before.
 constexpr double kLeft = 1e-6, kLeftMeanwhile = 1e-4;
 /// What they may leave; more, and there are no forces.
@@ -321,7 +320,7 @@ bool ContactIsland::answer(std::span<const IslandBody> bodies) {
     figures_.converged = true;
     if (bodies.size() > kFewBodies && tried_.size() > kFewTried && yielding_.empty()) {
       sweep_tried(bodies);
-    } else if (tried_.size() > kMostTried) {
+    } else if (tried_.size() > kMostDenseUnknowns) {
       return figures_.converged = false;
     } else {
       assemble(bodies);

@@ -11,9 +11,6 @@ namespace viscera {
 namespace {
 
 constexpr int kMostSweeps = 200;
-/// Two bodies that meet in more unknowns have no answer: a matrix of them is the greatest that one
-/// dense problem may have.
-constexpr std::size_t kMostInBlock = 6000;
 /// A block that violates its conditions by less than this share of the tolerance isn't pressed.
 constexpr double kQuiet = 0.1;
 /// Passes over a block before its neighbours are asked again: until what it violated has shrunk to
@@ -205,7 +202,8 @@ SweepFigures ContactSweeps::solve(std::span<const MatrixX* const> responses,
   take_turns(responses.size());
   take_bodies(responses);
   figures.blocks = static_cast<int>(blocks_.size());
-  if (std::ranges::any_of(blocks_, [](const Block& b) { return b.from.size() > kMostInBlock; }))
+  if (std::ranges::any_of(blocks_,
+                          [](const Block& b) { return b.from.size() > kMostDenseUnknowns; }))
     return give_up();
   std::vector<double> lifted(blocks_.size());
   parallel_for_each_index(blocks_.size(), 1, [&](std::size_t b) {

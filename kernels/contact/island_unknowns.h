@@ -2,10 +2,14 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include "kernels/base/types.h"
 
 namespace viscera {
+
+/// A dense matrix of more unknowns isn't made: of these it takes 300 MB.
+inline constexpr std::size_t kMostDenseUnknowns = 6000;
 
 /// What one unknown amount of force does to one body: along a direction of its frame.
 struct IslandTerm {

@@ -5,6 +5,9 @@
 
 #include <array>
 
+#include "engine/simulation/prepare.h"
+#include "tests/support/small_world.h"
+
 namespace viscera::test {
 
 void expect_same_runs(const Model& model, const std::vector<double>& snapshots, double end,
@@ -35,6 +38,16 @@ void expect_same_runs(const Model& model, const std::vector<double>& snapshots, 
     while (other->time() < end) other->step();
     EXPECT_EQ(other->hash(), hashes[0]) << "from " << snapshots[s] << " s";
   }
+}
+
+void expect_same_from_saved(World& world, double until) {
+  auto other = start_world(world.shared_model());
+  ASSERT_TRUE(other);
+  ASSERT_TRUE((*other)->load_state(world.save_state()));
+  EXPECT_EQ((*other)->state_difference(world), "");
+  step_until(world, until);
+  step_until(**other, until);
+  EXPECT_EQ((*other)->state_difference(world), "");
 }
 
 }  // namespace viscera::test

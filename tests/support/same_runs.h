@@ -13,4 +13,7 @@ namespace viscera::test {
 void expect_same_runs(const Model& model, const std::vector<double>& snapshots, double end,
                       const std::function<void(const Simulation&)>& at_end = {});
 
+/// A world as it is saved now is the same, and steps until then [s] to the same state.
+void expect_same_from_saved(World& world, double until);
+
 }  // namespace viscera::test

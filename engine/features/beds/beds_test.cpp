@@ -12,6 +12,7 @@
 #include "engine/simulator/build.h"
 #include "tests/support/lifted_block.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -99,13 +100,7 @@ TEST_P(Bedded, ASavedStateGoesOnToTheSameBits) {
   const BedFigures bed = bed_figures(*world)[0];
   ASSERT_GT(bed.work, 0.0);
   ASSERT_GT(bed.whole, 0u);
-  auto other = start_world(world->shared_model());
-  ASSERT_TRUE(other);
-  ASSERT_TRUE((*other)->load_state(world->save_state()));
-  EXPECT_EQ((*other)->state_difference(*world), "");
-  step_until(*world, 0.9);
-  step_until(**other, 0.9);
-  EXPECT_EQ((*other)->state_difference(*world), "");
+  expect_same_from_saved(*world, 0.9);
 }
 INSTANTIATE_TEST_SUITE_P(Responses, Bedded, testing::Values(Response::kLinear, Response::kFinite),
                          kByResponse);

@@ -14,7 +14,7 @@
 namespace viscera {
 namespace {
 
-/// A trace that goes on faster than this is two burns: no hand draws a hook so fast [m/s].
+/// A trace that goes on faster than this is two burns. Chosen [m/s].
 constexpr double kTraceBreak = 0.3;
 /// Tissue that is counted as hot [K].
 constexpr double kHot = kZeroCelsius + 60.0;

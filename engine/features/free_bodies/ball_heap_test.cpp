@@ -8,8 +8,8 @@
 
 #include "engine/features/touching/resting.h"
 #include "engine/features/touching/touching.h"
-#include "engine/simulation/prepare.h"
 #include "kernels/points/surface.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -43,12 +43,7 @@ TEST(BallHeap, GoesOnFromASavedStateToTheSameBits) {
   auto world = build(ball_heap({}));
   ASSERT_TRUE(world);
   step_until(*world, 0.1);
-  auto other = start_world(world->shared_model());
-  ASSERT_TRUE(other);
-  ASSERT_TRUE((*other)->load_state(world->save_state()));
-  step_until(*world, 0.2);
-  step_until(**other, 0.2);
-  EXPECT_EQ((*other)->state_difference(*world), "");
+  expect_same_from_saved(*world, 0.2);
 }
 
 }  // namespace

@@ -9,10 +9,10 @@
 #include "engine/features/free_bodies/block_on_floor.h"
 #include "engine/features/gravity/gravity_keys.h"
 #include "engine/features/touching/touching.h"
-#include "engine/simulation/prepare.h"
 #include "engine/simulator/build.h"
 #include "kernels/points/surface.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -183,12 +183,7 @@ TEST(FreeBodies, GoOnFromASavedStateToTheSameBits) {
   auto world = build(block_on_floor({.above = 2e-3}));
   ASSERT_TRUE(world);
   step_until(*world, 0.2);
-  auto other = start_world(world->shared_model());
-  ASSERT_TRUE(other);
-  ASSERT_TRUE((*other)->load_state(world->save_state()));
-  step_until(*world, 0.4);
-  step_until(**other, 0.4);
-  EXPECT_EQ((*other)->state_difference(*world), "");
+  expect_same_from_saved(*world, 0.4);
 }
 
 TEST(FreeBodies, ThatFallOutOfViewAreToldAndStayThere) {

@@ -147,11 +147,7 @@ class Cutting {
     const std::vector<double> outside_before = std::exchange(track.outside, outside);
     track.above = std::move(above);
     const std::vector<std::int32_t> pieces_before = std::exchange(track.pieces, pieces);
-    if (!follows || !cuts) {
-      track.unseen.clear();
-      return Vec3::Zero();
-    }
-    track.unseen.resize(rest.size() - 1, 0.0);
+    if (!follows || !cuts) return Vec3::Zero();
     Vec3 force = Vec3::Zero();
     for (std::size_t k = 0; k + 1 < rest.size(); ++k) {
       // From one piece to another there is no way at rest.
@@ -166,8 +162,7 @@ class Cutting {
         continue;
       const double inside = 0.5 * (share_below(outside[k], outside[k + 1]) +
                                    share_below(outside_before[k], outside_before[k + 1]));
-      force += sweep_piece({before[k], before[k + 1]}, {rest[k], rest[k + 1]}, inside,
-                           track.unseen[k], cut);
+      force += sweep_piece({before[k], before[k + 1]}, {rest[k], rest[k + 1]}, inside, cut);
     }
     return pose_of(world_, organ_).direction_to_world(force);
   }
@@ -180,22 +175,19 @@ class Cutting {
     return std::max(place.above - own, place.above_skin);
   }
 
-  /// `inside`: the share of its way that is in tissue; `unseen`: of its track.
+  /// `inside`: the share of its way that is in tissue.
   Vec3 sweep_piece(const std::array<Vec3, 2>& before, const std::array<Vec3, 2>& now, double inside,
-                   double& unseen, OrganCut& cut) {
+                   OrganCut& cut) {
     if (now == before) return Vec3::Zero();
     const double taken = sweep({before, now, blade_.thickness}, cut.gone);
-    const Vec3 way = 0.5 * (now[0] + now[1] - before[0] - before[1]);
-    const Vec3 along = 0.5 * (now[1] - now[0] + before[1] - before[0]);
-    // Of what it went over a part may have been parted before. Shares go by steps: of a short way
-    // they show nothing, and more than it was in a later step.
-    const double over = unseen + along.cross(way).norm();
-    const double parted =
-        std::min(over, taken / cut.gone.taken_by_plate(kerf_of(blade_, cut.gone)));
-    unseen = std::min(over - parted, cut.gone.voxel() * along.norm());
     if (taken == 0.0) return Vec3::Zero();
     cut.changed = true;
-    const double area = inside * parted;
+    const Vec3 way = 0.5 * (now[0] + now[1] - before[0] - before[1]);
+    const Vec3 along = 0.5 * (now[1] - now[0] + before[1] - before[0]);
+    // Of what it went over a part may have been parted before.
+    const double over = along.cross(way).norm();
+    const double area =
+        inside * std::min(over, taken / cut.gone.taken_by_plate(kerf_of(blade_, cut.gone)));
     cut.area += area;
     const double work = world_.find<Cuttable>(organ_)->fracture_energy * area;
     cut.work += work;

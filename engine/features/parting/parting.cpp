@@ -146,9 +146,6 @@ void drop_unsound_tracks(World& world) {
           std::ranges::all_of(track.edge, [](const Vec3& p) { return p.allFinite(); }) &&
           std::ranges::all_of(track.above, [](double a) { return std::isfinite(a); });
       if (!whole) track.lose();
-      if (track.unseen.size() + 1 != track.edge.size() ||
-          !std::ranges::all_of(track.unseen, [](double a) { return a >= 0.0 && std::isfinite(a); }))
-        track.unseen.clear();
       sound.push_back(std::move(track));
     }
     cut.blades = std::move(sound);

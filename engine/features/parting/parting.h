@@ -38,23 +38,19 @@ struct BladeTrack {
   std::vector<double> outside;
   std::vector<std::int32_t> pieces;  ///< of the organ, whose surface is nearest to each
   std::uint64_t body = 0;            ///< OrganCut::bodies then
-  /// Area between each two places that it has gone over and no voxel has shown yet [m2]; empty:
-  /// none.
-  std::vector<double> unseen;
   /// It has left.
   void lose() {
     edge.clear();
     above.clear();
     outside.clear();
     pieces.clear();
-    unseen.clear();
   }
   static constexpr auto fields() {
     return std::tuple(field("instrument", &BladeTrack::instrument),
                       field("blade", &BladeTrack::blade), field("jaw", &BladeTrack::jaw),
                       field("edge", &BladeTrack::edge), field("above", &BladeTrack::above),
                       field("outside", &BladeTrack::outside), field("pieces", &BladeTrack::pieces),
-                      field("body", &BladeTrack::body), field("unseen", &BladeTrack::unseen));
+                      field("body", &BladeTrack::body));
   }
 };
 static_assert(fields_cover<BladeTrack>());

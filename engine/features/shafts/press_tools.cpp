@@ -12,16 +12,31 @@ namespace {
 /// Two that lie deeper in each other than this are told [m]: chosen, a third of a tool's width.
 constexpr double kMostCrossed = 2e-3;
 
-/// Where it is now; before the first step: where its path begins.
-Tube tube_of(const World& world, Entity shaft, double time) {
+/// `state`: of an instrument; null: it is the endoscope's barrel, at that time [s].
+Tube tube_of(const World& world, Entity shaft, double time, const InstrumentState* state) {
   const double radius = world.find<Shaft>(shaft)->radius;
-  if (const InstrumentBody* body = world.find<InstrumentBody>(shaft)) {
-    InstrumentState state = *world.find<InstrumentState>(shaft);
-    if (world.frame() == 0 && time == 0.0) place_tool(*body, 0.0, state);
-    return {state.tip, body->description.trocar, radius};
-  }
+  if (state) return {state->tip, world.find<InstrumentBody>(shaft)->description.trocar, radius};
   const ShaftAxis axis = axis_of_shaft(world, shaft, time);
   return {axis.at(0.0), axis.at(axis.length), radius};
+}
+
+std::vector<Tube> tubes_now(const World& world, double time) {
+  std::vector<Tube> tubes;
+  for (const Entity shaft : world.all<ShaftState>().owners())
+    tubes.push_back(tube_of(world, shaft, time, world.find<InstrumentState>(shaft)));
+  return tubes;
+}
+
+/// Where their paths begin: tools aren't placed yet.
+std::vector<Tube> tubes_at_start(const World& world) {
+  std::vector<Tube> tubes;
+  for (const Entity shaft : world.all<ShaftState>().owners()) {
+    InstrumentState state;
+    const InstrumentBody* body = world.find<InstrumentBody>(shaft);
+    if (body) place_tool(*body, 0.0, state);
+    tubes.push_back(tube_of(world, shaft, 0.0, body ? &state : nullptr));
+  }
+  return tubes;
 }
 
 /// The way that the first is pushed, and how far apart both are along it, below 0 inside.
@@ -53,10 +68,8 @@ Apart apart_on_their_side(const Tube& one, const Tube& two, const TubesNearest& 
 
 /// Calls visit(one, other, their tubes, where these are nearest, how far apart on their side).
 template <class Visit>
-void each_pair(World& world, double time, const Visit& visit) {
+void each_pair(World& world, const std::vector<Tube>& tubes, const Visit& visit) {
   Pool<ShaftState>& states = world.all<ShaftState>();
-  std::vector<Tube> tubes;
-  for (const Entity shaft : states.owners()) tubes.push_back(tube_of(world, shaft, time));
   for (std::size_t i = 0; i < states.size(); ++i)
     for (std::size_t j = i + 1; j < states.size(); ++j) {
       const Entity one = states.owner(i), other = states.owner(j);
@@ -69,14 +82,14 @@ void each_pair(World& world, double time, const Visit& visit) {
 }  // namespace
 
 void note_sides(World& world) {
-  each_pair(world, 0.0,
+  each_pair(world, tubes_at_start(world),
             [](Entity, Entity, const Tube&, const Tube&, const TubesNearest&, const Apart&) {});
 }
 
 std::vector<ToolPress> press_tools(World& world, const FrameContext& context) {
   std::vector<ToolPress> presses;
   each_pair(
-      world, context.time,
+      world, tubes_now(world, context.time),
       [&](Entity one, Entity other, const Tube& first, const Tube& second, const TubesNearest& near,
           const Apart& apart) {
         if (!(apart.gap < 0.0)) return;

@@ -8,7 +8,6 @@
 #include "engine/features/contact/contact.h"
 #include "engine/features/shafts/shafts.h"
 #include "engine/features/shafts/tubes.h"
-#include "engine/simulation/prepare.h"
 #include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
@@ -117,12 +116,7 @@ TEST(PressTools, GoOnFromASavedStateToTheSameBits) {
   const auto world = build(tools_scene({still_tool(), coming_tool(14e-3, 0.034)}));
   ASSERT_TRUE(world);
   step_until(*world, 0.05);
-  auto other = start_world(world->shared_model());
-  ASSERT_TRUE(other);
-  ASSERT_TRUE((*other)->load_state(world->save_state()));
-  step_until(*world, 0.2);
-  step_until(**other, 0.2);
-  EXPECT_EQ((*other)->state_difference(*world), "");
+  expect_same_from_saved(*world, 0.2);
 }
 
 }  // namespace

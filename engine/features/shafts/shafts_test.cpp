@@ -14,6 +14,7 @@
 #include "engine/simulation/prepare.h"
 #include "engine/simulator/build.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -281,13 +282,7 @@ TEST(Shafts, ASavedStateGoesOnToTheSameBits) {
   ASSERT_TRUE(world);
   step_until(*world, 0.3);
   ASSERT_FALSE(world->all<ShaftState>()[0].meetings.empty());
-  auto other = start_world(world->shared_model());
-  ASSERT_TRUE(other);
-  ASSERT_TRUE((*other)->load_state(world->save_state()));
-  EXPECT_EQ((*other)->state_difference(*world), "");
-  step_until(*world, 0.45);
-  step_until(**other, 0.45);
-  EXPECT_EQ((*other)->state_difference(*world), "");
+  expect_same_from_saved(*world, 0.45);
 }
 
 TEST(Shafts, AStateWithCellsOnTrianglesThatArentThereIsTakenWithoutThem) {

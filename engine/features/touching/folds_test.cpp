@@ -8,9 +8,9 @@
 #include <fstream>
 
 #include "engine/features/touching/touching.h"
-#include "engine/simulation/prepare.h"
 #include "tests/support/blocks.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -151,13 +151,7 @@ TEST_F(Folds, ASavedStateGoesOnToTheSameBits) {
   ASSERT_TRUE(world);
   step_until(*world, 0.45);
   EXPECT_GT(folded_force(*world), 0.0);
-  auto other = start_world(world->shared_model());
-  ASSERT_TRUE(other);
-  ASSERT_TRUE((*other)->load_state(world->save_state()));
-  EXPECT_EQ((*other)->state_difference(*world), "");
-  step_until(*world, 0.6);
-  step_until(**other, 0.6);
-  EXPECT_EQ((*other)->state_difference(*world), "");
+  expect_same_from_saved(*world, 0.6);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "engine/simulator/build.h"
 #include "engine/verification/two_balls.h"
 #include "tests/support/paths.h"
+#include "tests/support/same_runs.h"
 #include "tests/support/small_world.h"
 
 namespace viscera::test {
@@ -163,13 +164,7 @@ TEST(Touching, ASavedStateGoesOnToTheSameBits) {
     auto world = build(touching_balls(1.5e-3, response));
     ASSERT_TRUE(world);
     step_until(*world, 0.3);
-    auto other = start_world(world->shared_model());
-    ASSERT_TRUE(other);
-    ASSERT_TRUE((*other)->load_state(world->save_state()));
-    EXPECT_EQ((*other)->state_difference(*world), "");
-    step_until(*world, 0.4);
-    step_until(**other, 0.4);
-    EXPECT_EQ((*other)->state_difference(*world), "");
+    expect_same_from_saved(*world, 0.4);
   }
 }
 

@@ -171,11 +171,12 @@ TEST(ContactSweeps, RefuseTwoBodiesThatMeetInMoreThanAMatrixMayHold) {
   const std::vector<const MatrixX*> responses = {&response};
   IslandUnknown unknown;
   unknown.terms[0] = {0, 0, Vec3::UnitZ()};
-  const std::vector<IslandUnknown> unknowns(6001, unknown);
+  const std::vector<IslandUnknown> unknowns(kMostDenseUnknowns + 1, unknown);
   const std::vector<ContactCondition> conditions(unknowns.size(), {Kind::kUnilateral});
+  const VectorX wanted = VectorX::Ones(static_cast<Eigen::Index>(unknowns.size()));
   VectorX x;
-  const SweepFigures figures = ContactSweeps().solve(responses, unknowns, conditions, kRidge,
-                                                     kTolerance, VectorX::Ones(6001), x);
+  const SweepFigures figures =
+      ContactSweeps().solve(responses, unknowns, conditions, kRidge, kTolerance, wanted, x);
   EXPECT_FALSE(figures.converged);
   EXPECT_EQ(figures.residual, 1.0);
 }
